@@ -1,0 +1,34 @@
+# How every target of the project is made: one library a folder with an alias, tests beside the code.
+
+set(tessera_warnings -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wno-missing-field-initializers)
+if(TESSERA_WERROR)
+  list(APPEND tessera_warnings -Werror)
+endif()
+
+# The same bits on every machine of one architecture: no contraction to fused multiply-add.
+add_compile_options(-ffp-contract=off)
+
+# tessera_library(NAME SOURCES... [PUBLIC libs...] [PRIVATE libs...]) -> target tessera_NAME, alias tessera::NAME
+function(tessera_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(tessera_${name} STATIC ${arg_SOURCES})
+  add_library(tessera::${name} ALIAS tessera_${name})
+  target_include_directories(tessera_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  target_compile_options(tessera_${name} PRIVATE ${tessera_warnings})
+  target_link_libraries(tessera_${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+endfunction()
+
+# tessera_test(NAME SOURCES... LIBS...): one test program; every case in it is one CTest case.
+function(tessera_test name)
+  if(NOT TESSERA_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  target_compile_options(${name} PRIVATE ${tessera_warnings})
+  target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gmock_main)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${arg_TIMEOUT})
+endfunction()

@@ -1,0 +1,223 @@
+// What Tessera needs of a physics engine: small worlds near their own origin that find contacts, a solver that
+// takes islands over any number of them, and the promise of the same bits for the same input.
+//
+// Frames: everything is relative to the centre of the world's sector, in the world's axes; bodies are given by
+// their centre frames (body.h). Numbers are doubles here whatever the engine computes with; a float engine
+// rounds what comes in once, and what goes out is exact.
+//
+// The order in which bodies were added must not matter for any bit of the result: engines order their pairs
+// by BodyId, never by history.
+//
+// Threads: different worlds may be used on different threads at the same time, one world on one thread at a
+// time. A solver may run beside other solvers as long as no dynamic body or clone is in two tasks.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "lpss/engine/body.h"
+#include "lpss/engine/shape.h"
+#include "lpss/world/world_description.h"
+
+namespace tessera {
+
+// A body's place in one engine world. Slots of removed bodies are given again.
+using BodySlot = std::int32_t;
+
+// What a body is in this engine world.
+enum class Role : std::uint8_t {
+  kHome,    // it lives here
+  kClone,   // a copy of a body that lives in another sector
+  kStatic,  // the part of a static body that this sector needs
+};
+
+// Which pairs a world looks at besides home-home, home-clone and home-static.
+enum class CloneContacts : std::uint8_t {
+  kNone,  // policy island: what touches only clones is some other sector's business
+  kAll,   // policy clone: a clone needs what supports it
+};
+
+// What an engine world and its solver are made from; the same for all sectors of a world.
+struct EngineSettings {
+  Precision precision = Precision::kFloat32;
+  CloneContacts clone_contacts = CloneContacts::kNone;
+  bool clones_are_solved = false;  // policy clone: clones take part in the solution of their sector as bodies
+  int solver_iterations = 10;
+  bool friction_in_two_directions = true;
+  bool continuous_collision = true;
+  double sleep_linear_speed = 0.05;
+  double sleep_angular_speed = 0.1;
+  double sleep_after = 1.0;
+};
+
+// All contact points of one pair of bodies after detection; `a` < `b`.
+struct ContactPair {
+  BodyId a;
+  BodyId b;
+  BodySlot slot_a = 0;
+  BodySlot slot_b = 0;
+  bool touching = false;  // some point has no gap left, or carried an impulse at the last solution
+};
+
+// The deepest point of a pair, for events.
+struct ContactDetail {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // on b, m, relative to the sector's centre
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // on b, pointing to a
+  double depth = 0;                                    // m, > 0 where the bodies overlap
+  double impulse = 0;                                  // N s, all normal impulses of the pair at the last solution
+};
+
+// The contact points of a pair with all that the solver starts warm from; the bytes mean something only to the
+// engine that wrote them. Independent of the sector that the pair was detected in.
+struct ManifoldState {
+  BodyId a;
+  BodyId b;
+  std::string points;
+};
+
+struct RayHit {
+  BodyId body;
+  double fraction = 1;      // of the way from `from` to `to`
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // world axes, unit length
+};
+
+// One sector's engine world.
+class SectorWorld {
+ public:
+  virtual ~SectorWorld() = default;
+
+  // Adds a body with the shared shape of its properties. `record.home` is not looked at: the state is relative
+  // to this sector. A body may be in a world once.
+  virtual BodySlot add(const BodyRecord& record, Role role) = 0;
+
+  // Adds the part of a static body that this sector needs: a shape of its own, posed in this sector's frame.
+  virtual BodySlot add_static(BodyId id, const BodyProperties& properties, const Shape& part, const Pose& pose) = 0;
+
+  // Removes a body and its contacts. Bodies that touched it are not woken.
+  virtual void remove(BodySlot slot) = 0;
+
+  virtual BodyState state(BodySlot slot) const = 0;
+
+  // Sets pose, velocities and activity: clones before every step, teleports, kinematic targets. Contacts stay
+  // and are revised by the next detection.
+  virtual void set_state(BodySlot slot, const BodyState& state) = 0;
+
+  // Cheap parts of state().
+  virtual Eigen::Vector3d position(BodySlot slot) const = 0;
+  virtual Eigen::Vector3d linear_velocity(BodySlot slot) const = 0;
+  virtual Activity activity(BodySlot slot) const = 0;
+
+  virtual void set_velocity(BodySlot slot, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) = 0;
+
+  // Changes velocities at once by an impulse (N s) that acts at `lever` (m, from the centre of mass).
+  virtual void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) = 0;
+
+  // A force and torque for the next step only, in addition to gravity. Adds up.
+  virtual void add_wrench(BodySlot slot, const Wrench& wrench) = 0;
+
+  // The acceleration (m/s^2) that the next detections start with; stays until it is set again. Ignored for
+  // bodies that feel no gravity.
+  virtual void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) = 0;
+
+  // Puts to sleep (velocities become zero) or wakes (to drowsy, with its clock of stillness at zero).
+  virtual void sleep(BodySlot slot) = 0;
+  virtual void wake(BodySlot slot) = 0;
+
+  // The box that the body's shape can reach within `dt` seconds at its present velocity, including the
+  // distance at which contacts are found.
+  virtual Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const = 0;
+
+  // Whether `box` overlaps the box of any body that lives here (dynamic or kinematic), as of its last update.
+  virtual bool reaches_home_body(const Eigen::AlignedBox3d& box) const = 0;
+
+  // First half of a step for the bodies that live here: forces and damping of `dt` seconds, predicted poses,
+  // then the contact points of all pairs in which at least one side is awake.
+  virtual void detect(double dt) = 0;
+
+  // The pairs with contact points, in ascending order of (a, b), as of the last detect(), import_manifold(),
+  // or remove(). Pairs of bodies that all sleep keep their points.
+  virtual std::span<const ContactPair> contacts() = 0;
+  virtual ContactDetail contact_detail(std::size_t pair) const = 0;
+
+  virtual ManifoldState export_manifold(std::size_t pair) const = 0;
+
+  // Gives a pair of bodies in this world the contact points it had elsewhere, before the next detection. The
+  // pair is left out if the two are not near each other. Call on bodies that were just added or moved.
+  virtual void import_manifold(const ManifoldState& manifold) = 0;
+
+  // Replaces the points of a pair by others of the same pair: what a solver elsewhere made of them. No
+  // detection takes place.
+  virtual void set_manifold(std::size_t pair, const ManifoldState& manifold) = 0;
+
+  // As import_manifold(), but for a world that only carries an island to a solver: takes the points as they
+  // are, without any detection, and appends the pair to contacts() (call in ascending order of pairs).
+  virtual void adopt_manifold(const ManifoldState& manifold) = 0;
+
+  // The forces and torques that detect() gathered for the solver, and a way to set them in a world that only
+  // carries an island.
+  virtual Wrench total_wrench(BodySlot slot) const = 0;
+  virtual void set_total_wrench(BodySlot slot, const Wrench& wrench) = 0;
+
+  // Second half of a step: moves the awake bodies that live here with their solved velocities, sweeping the
+  // fast ones, clears forces, and counts how long each body has been still.
+  virtual void integrate(double dt) = 0;
+
+  // The nearest home or static body (never a clone) that the segment hits and whose category meets `mask`.
+  virtual std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                        std::uint32_t mask) const = 0;
+};
+
+struct WorldBody {
+  SectorWorld* world = nullptr;
+  BodySlot slot = 0;
+};
+
+struct WorldPair {
+  SectorWorld* world = nullptr;
+  std::size_t pair = 0;  // a place in world->contacts()
+};
+
+// Islands to solve in one go. The solver works through bodies and contacts in the order given here, which the
+// caller keeps canonical: ascending ids.
+struct SolveTask {
+  struct CloneOf {
+    WorldBody clone;
+    std::size_t original;  // a place in `bodies`
+  };
+
+  std::vector<WorldBody> bodies;    // dynamic bodies in their home worlds, each once
+  std::vector<CloneOf> clones;      // every clone of them that a contact refers to
+  std::vector<WorldPair> contacts;
+};
+
+// Solves contacts for new velocities. Rows take lever arms from the frame in which the contact was found and
+// velocity, mass and inertia from the original.
+class IslandSolver {
+ public:
+  virtual ~IslandSolver() = default;
+  virtual void solve(const SolveTask& task, double dt) = 0;
+};
+
+// One precision of one physics engine, with the shapes of one world. Worlds and solvers must not outlive it.
+class Engine {
+ public:
+  virtual ~Engine() = default;
+
+  virtual const EngineSettings& settings() const = 0;
+
+  // Makes the shape known under its id, before bodies use it. An id is set once.
+  virtual void add_shape(ShapeId id, const Shape& shape) = 0;
+
+  // All threads: may be called at any time after the shapes that are used were added.
+  virtual std::unique_ptr<SectorWorld> make_world() = 0;
+  virtual std::unique_ptr<IslandSolver> make_solver() = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,86 @@
+// Collision shapes, as a world describes them. Lengths in metres, in the frame of the part.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "lpss/grid/world_position.h"
+
+namespace tessera {
+
+struct Box {
+  Eigen::Vector3d size{1, 1, 1};  // full edge lengths
+};
+struct Sphere {
+  double radius = 0.5;
+};
+// A cylinder along z closed by two half spheres; `length` is that of the cylinder without them.
+struct Capsule {
+  double radius = 0.5;
+  double length = 1;
+};
+// A cylinder along z, centred.
+struct Cylinder {
+  double radius = 0.5;
+  double length = 1;
+};
+struct Ellipsoid {
+  Eigen::Vector3d radii{0.5, 0.5, 0.5};
+};
+// The half space below the plane through the part's origin; without end. Static bodies only.
+struct Plane {
+  Eigen::Vector3d normal{0, 0, 1};  // unit length, pointing out
+};
+struct ConvexHull {
+  std::vector<Eigen::Vector3d> points;  // at least 4, not all in a plane
+};
+// A surface without inside; static bodies only.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<std::uint32_t> indices;  // three per triangle
+};
+// A terrain of columns x rows samples, centred on the part's origin in x and y; static bodies only. Sample
+// (column, row) lies at x = (column - (columns - 1) / 2) * spacing.x, y likewise, z = heights[row * columns +
+// column].
+struct HeightField {
+  std::uint32_t columns = 0;
+  std::uint32_t rows = 0;
+  Eigen::Vector2d spacing{1, 1};
+  std::vector<double> heights;
+};
+
+using Geometry = std::variant<Box, Sphere, Capsule, Cylinder, Ellipsoid, Plane, ConvexHull, TriangleMesh, HeightField>;
+
+// One geometry of a body; `pose` maps the part's frame to the body's.
+struct ShapePart {
+  Geometry geometry;
+  Pose pose;
+};
+
+// The shape of a body: one part, or a compound of several. Equal bodies share one.
+struct Shape {
+  std::vector<ShapePart> parts;
+};
+
+using ShapeRef = std::shared_ptr<const Shape>;
+
+// A place in the shape table of a world.
+using ShapeId = std::uint32_t;
+
+// Whether the shape has a finite extent (no planes).
+bool is_bounded(const Shape& shape);
+
+// The radius of a sphere around `centre` (in the body's frame) that holds the whole shape; infinite where the
+// shape is not bounded.
+double bounding_radius(const Shape& shape, const Eigen::Vector3d& centre);
+
+// The same radius for one geometry around the origin of its own frame.
+double bounding_radius(const Geometry& geometry);
+
+// The shortest way through the shape, roughly: the scale that a fast body must not pass in one step.
+double smallest_extent(const Shape& shape);
+
+}  // namespace tessera

@@ -1,0 +1,59 @@
+// Positions of any size without any loss: a sector index and a small displacement.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "lpss/grid/sector_index.h"
+
+namespace tessera {
+
+// A point of the world: `local` metres from the centre of `sector`, along the world's axes.
+// In canonical form every component of `local` lies in [-L/2, L/2).
+//
+// Paper, Eq. (1) and (2), with the rounding that makes the two agree: s = floor(x / L + 1/2), x = d + s * L.
+struct WorldPosition {
+  SectorIndex sector;
+  Eigen::Vector3d local = Eigen::Vector3d::Zero();
+
+  friend bool operator==(const WorldPosition&, const WorldPosition&) = default;
+};
+
+// A frame of the world: a position and the rotation from the frame to the world's axes.
+struct WorldPose {
+  WorldPosition position;
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+};
+
+// A rigid transform in metres, mapping coordinates of the child frame to those of its parent.
+struct Pose {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+
+  Pose operator*(const Pose& child) const;
+  Pose inverse() const;
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return position + orientation * point; }
+  bool is_identity() const;
+};
+
+// The number of whole sectors that a displacement `x` (metres, from some sector's centre) lies away from that
+// sector, per axis: Eq. (1). OUT_OF_RANGE where it is not finite or the result does not fit in 64 bits.
+absl::StatusOr<SectorOffset> sectors_from(const Eigen::Vector3d& x, double sector_size);
+
+// The canonical form of the point `local` metres from the centre of `sector`; `local` may be of any finite
+// size. The displacement of a point that already is canonical comes back bit for bit.
+// INVALID_ARGUMENT for a component that is not finite, OUT_OF_RANGE where the index leaves 64 bits.
+absl::StatusOr<WorldPosition> canonical(const SectorIndex& sector, const Eigen::Vector3d& local,
+                                        double sector_size);
+
+// The displacement of `point` from the centre of `sector`, in metres: exact up to one rounding when the two
+// are close, which is the only case that precision matters in.
+Eigen::Vector3d relative_to(const WorldPosition& point, const SectorIndex& sector, double sector_size);
+
+// `frame` followed by `child`: the world pose of a frame given relative to another. Errors as canonical().
+absl::StatusOr<WorldPose> compose(const WorldPose& frame, const Pose& child, double sector_size);
+
+}  // namespace tessera
