@@ -1,0 +1,41 @@
+// Named limits, checked where data enters and again where it is used.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera {
+
+inline constexpr double kResolutionWanted = 1.0 / 8192;  // m: distance of neighbouring numbers, at most
+inline constexpr double kSectorSizeMin = 0.5;            // m
+inline constexpr double kTimeStepMin = 1e-5;             // s
+inline constexpr double kTimeStepMax = 0.1;              // s
+inline constexpr int kCloneDepthMax = 8;
+inline constexpr int kSolverIterationsMax = 1000;
+
+inline constexpr double kMassMin = 1e-6;    // kg
+inline constexpr double kMassMax = 1e6;     // kg; engines take heavier ones for immovable
+inline constexpr double kExtentMin = 1e-4;  // m
+inline constexpr double kStaticExtentMax = 1e8;         // m, of bounded static shapes
+inline constexpr double kSpeedMax = 1e6;                // m/s
+inline constexpr double kAngularSpeedMax = 1e5;         // rad/s
+inline constexpr double kImpulseMax = 1e12;             // N s
+inline constexpr double kQuaternionNormTolerance = 1e-3;  // how far from 1 a unit quaternion may be
+
+inline constexpr std::size_t kBodiesMax = 4'000'000;
+inline constexpr std::size_t kShapesMax = 1'000'000;
+inline constexpr std::size_t kShapePartsMax = 4096;
+inline constexpr std::size_t kHullPointsMax = 4096;
+inline constexpr std::size_t kMeshVerticesMax = 20'000'000;
+inline constexpr std::size_t kMeshIndicesMax = 60'000'000;
+inline constexpr std::size_t kHeightFieldSamplesMax = 100'000'000;
+inline constexpr std::size_t kNameBytesMax = 1024;
+
+inline constexpr std::size_t kWorldFileBytesMax = 512u << 20;
+inline constexpr int kXmlDepthMax = 64;
+inline constexpr int kIncludeDepthMax = 16;
+
+inline constexpr double kRayLengthMax = 1e6;  // m
+inline constexpr std::uint32_t kServersMax = 64;
+
+}  // namespace tessera

@@ -1,0 +1,235 @@
+// A server's share of a world: the sectors that it hosts, and the tick as a state machine without I/O.
+//
+// One process that hosts everything has one share (rank 0 of 1) and hands its own messages back to it; n servers
+// have n shares and carry the messages. Both run this code, and end in the same bits.
+#pragma once
+
+#include <absl/container/btree_map.h>
+#include <absl/container/flat_hash_map.h>
+#include <absl/container/flat_hash_set.h>
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "lpss/engine/engine.h"
+#include "lpss/grid/sector_map.h"
+#include "lpss/seam/near_seam.h"
+#include "lpss/world/island_assembly.h"
+#include "lpss/world/messages.h"
+#include "lpss/world/seam_graph.h"
+#include "lpss/world/sector.h"
+#include "lpss/world/static_index.h"
+#include "lpss/world/world_description.h"
+#include "lpss/world/world_hash.h"
+
+namespace tessera {
+
+// Runs `body(0)` ... `body(count - 1)`, in any order, on any threads.
+using ParallelFor = std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
+
+// What a share counted in one tick. Sums over all shares do not depend on how many there are.
+struct TickCounts {
+  std::uint32_t sectors = 0;               // with a body that lives there, static ones not counted
+  std::uint32_t sectors_awake = 0;
+  std::uint32_t bodies_awake = 0;
+  std::uint32_t clones = 0;                // in engine worlds
+  std::uint32_t contacts = 0;              // pairs in awake sectors
+  std::uint32_t islands_across_seams = 0;  // solved by this share, with bodies of more than one sector
+  std::uint32_t islands_shipped = 0;       // of those, with bodies of more than one server
+  std::uint32_t bodies_stopped = 0;        // left the range of numbers or sectors, and were stopped
+
+  TickCounts& operator+=(const TickCounts& other);
+};
+
+class Share {
+ public:
+  struct Options {
+    WorldSettings settings;
+    SectorIndex anchor;
+    SectorMap map;
+    Rank self = 0;
+    ParallelFor parallel;  // empty: one after the other
+  };
+
+  // `engine` must have been made for the settings (see engine_settings()) and outlive the share.
+  Share(Options options, Engine& engine);
+  ~Share();
+
+  // --- before the first tick ---
+
+  void add_shape(ShapeId id, const Shape& shape);
+
+  // Static bodies: all of the world, on every share. Others: those whose home this share hosts.
+  void add_body(const BodyRecord& record);
+
+  // --- the tick: four rounds, in this order, each with the messages of all shares in order of rank ---
+
+  // Applies the commands (all shares get all of them), moves bodies to their new homes, and says what others
+  // must know of bodies near seams: one message per rank, this share's own among them.
+  std::vector<Exchange> begin_tick(std::span<const Command> commands);
+
+  // Takes in movers and clones, then finds contacts. The same message is for every rank.
+  Seams detect(std::vector<Exchange> inbox);
+
+  // Builds islands over everything. One message per rank; empty where nothing is shipped. awaits() then tells
+  // which ranks will send a shipment that is not empty.
+  std::vector<Shipment> join(const std::vector<const Seams*>& inbox);
+  const std::vector<bool>& awaits_shipment_from() const { return awaits_shipment_; }
+  const std::vector<bool>& awaits_solution_from() const { return awaits_solution_; }
+
+  // Solves; one message per rank, empty where nothing was shipped to this share.
+  std::vector<Solution> solve(std::vector<Shipment> inbox);
+
+  // Takes velocities over and moves the bodies.
+  void finish(std::vector<Solution> inbox);
+
+  // --- between ticks ---
+
+  const TickCounts& counts() const { return counts_; }
+
+  // Of the bodies that this share hosts; sums over all shares are the world's.
+  WorldHash hash() const;
+
+  // Calls `visit(const BodyRecord&)` for each dynamic and kinematic body, in ascending order of ids.
+  void for_each_body(const std::function<void(const BodyRecord&)>& visit) const;
+  std::size_t body_count() const { return bodies_.size(); }
+  // Nothing where the body lives elsewhere, or is static.
+  std::optional<BodyRecord> body(BodyId id) const;
+
+  // Contact events of the last tick, ascending by (a, b); only gathered while switched on.
+  void report_contacts(bool on);
+  const std::vector<ContactEvent>& contact_events() const { return events_; }
+
+  // The nearest hit of a ray (m, `direction` of unit length) in the sectors of this share. Static bodies count in
+  // the sectors that the ray passes through. `distance` is in m from `origin`.
+  struct RayAnswer {
+    BodyId body;
+    double distance = 0;
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  };
+  std::optional<RayAnswer> raycast(const WorldPosition& origin, const Eigen::Vector3d& direction, double length,
+                                   std::uint32_t mask);
+
+  const Options& options() const { return options_; }
+  const StaticIndex& statics() const { return statics_; }
+
+ private:
+  bool mine(const SectorIndex& sector) const { return options_.map.owner(sector) == options_.self; }
+  double dt() const { return options_.settings.time_step; }
+  double size() const { return options_.settings.sector_size; }
+
+  // share_bodies.cc: sectors and what is in them
+  Sector& sector_at(const SectorIndex& index);
+  SectorWorld& world_of(Sector& sector);
+  void add_statics(Sector& sector, const Eigen::AlignedBox3d& box);
+  HomeBody& add_home(const BodyRecord& record);
+  BodyRecord remove_home(HomeBody& body);
+  void drop_if_empty(Sector& sector);
+  void activate(Sector& sector);
+  void wake_touching(Sector& sector, BodySlot slot);
+  void remove_static(BodyId id);
+  void spawn_static(const BodyRecord& record);
+  void know_radius(const BodyProperties& properties);
+  double radius_of(const BodyProperties& properties) const;
+  BodyRecord record_of(const HomeBody& body) const;
+
+  // share_commands.cc
+  void apply(const Command& command);
+  void lift_clones(BodyId id);
+  void forget_moves(BodyId id);
+  void remove(BodyId id);
+  void teleport(const Teleport& jump);
+  void set_goal(const KinematicTarget& target);
+
+  // share_exchange.cc
+  void export_manifolds(std::vector<Exchange>& outbox);
+  void move_homes(std::vector<Exchange>& outbox);
+  void announce(HomeBody& body);
+  void deepen_clones(Sector& sector);
+  void update_ghosts(HomeBody& body, std::vector<Exchange>& outbox);
+  void take_ghosts(std::vector<Exchange>& inbox);
+  void place_ghost(Ghost& ghost);
+  void forget_ghost(BodyId id);
+  void take_handovers(std::vector<Exchange>& inbox);
+  void take_manifolds(std::vector<Exchange>& inbox);
+  void refresh_clones(Sector& sector);
+  void unplace_clone(Sector& sector, Clone& clone);
+  void take_out(Sector& sector, Clone& clone);
+  void displace(BodyId id, const SectorIndex& place);
+  Motion motion_of(BodyId id) const;
+  const SectorIndex& next_home(BodyId id) const;
+  bool lives_in(BodyId id, const Sector& sector) const;
+
+  // share_detect.cc
+  void reach_statics(Sector& sector);
+  bool anything_awake(const Sector& sector) const;
+  void pull(Sector& sector);
+  void find_components(Sector& sector);
+  void list_parts(Sector& sector);
+
+  // share_solve.cc
+  struct PendingIsland {  // waits for the parts that other servers ship
+    BodyId name;
+    TaskBuilder builder;
+    absl::flat_hash_map<BodyId, BodyRecord> own;
+  };
+  void settle(Sector& sector, const Component& component, bool all_drowsy);
+  void contribute(Sector& sector, const Component& component, TaskBuilder& builder);
+  void assemble_interior(Sector& sector);
+  void assemble(const SeamIsland& island, std::vector<Shipment>& outbox);
+  void pack(Sector& sector, const Component& component, ShippedIsland& parcel);
+  void run_jobs();
+
+  // share_finish.cc
+  void move_kinematics(Sector& sector);
+  std::uint32_t stop_runaways(Sector& sector);
+  void gather_events(Sector& sector, std::vector<ContactEvent>& events);
+  bool reports(const Sector& sector, const ContactPair& pair) const;
+  void take_solution(const Solution& solution);
+  void count();
+
+  void run_parallel(std::size_t count, const std::function<void(std::size_t)>& body);
+
+  Options options_;
+  Engine& engine_;
+  Tick tick_ = 0;
+  SeamMargins margins_;
+  double radius_max_ = 0;
+  absl::btree_map<ShapeId, std::unique_ptr<Shape>> shapes_;
+  StaticIndex statics_;
+
+  absl::flat_hash_map<SectorIndex, std::unique_ptr<Sector>> sectors_;
+  absl::flat_hash_map<BodyId, std::unique_ptr<HomeBody>> bodies_;
+  absl::flat_hash_map<BodyId, std::unique_ptr<Ghost>> ghosts_;
+  std::size_t worlds_ = 0;               // sectors with an engine world
+  std::size_t clones_ = 0;               // in engine worlds, at the last detection
+  std::vector<Sector*> active_;          // sectors to step; sorted before use
+  std::vector<BodyId> leaving_;          // own bodies whose announced move takes effect at the next tick
+  std::vector<BodyId> moving_ghosts_;    // ghosts whose home changes at the next tick
+  // Bodies that commands of this tick put elsewhere, with their old homes; the targets are still the old ones.
+  std::vector<std::pair<Handover, SectorIndex>> jumps_;
+  std::vector<SectorIndex> vacated_;     // sectors that lost their last body in this tick
+  bool margins_changed_ = false;
+
+  std::vector<Sector*> stepped_;         // sectors that take part in this tick
+  SeamGraph seam_graph_;
+  std::vector<SolveJob> jobs_;
+  std::vector<PendingIsland> pending_;
+  std::vector<bool> awaits_shipment_;
+  std::vector<bool> awaits_solution_;
+  SolverPool solvers_;
+
+  bool report_contacts_ = false;
+  std::vector<ContactEvent> events_;
+  TickCounts counts_;
+};
+
+// The engine settings that a world's settings ask for.
+EngineSettings engine_settings(const WorldSettings& settings);
+
+}  // namespace tessera

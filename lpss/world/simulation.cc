@@ -1,0 +1,104 @@
+#include "lpss/world/simulation.h"
+
+#include <absl/container/flat_hash_map.h>
+#include <absl/strings/str_cat.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include "lpss/engine/load_engine.h"
+#include "lpss/world/validate.h"
+
+namespace tessera {
+
+absl::StatusOr<BodyRecord> record_of(const BodyDescription& body, const WorldSettings& settings) {
+  BodyRecord record;
+  record.properties = body.properties;
+  if (record.properties.motion == Motion::kStatic) {
+    // Nothing is ever integrated: the centre frame is the body frame.
+    record.properties.centre = {};
+    record.properties.principal_axes = {0, 0, 0, 1};
+  }
+  const absl::StatusOr<WorldPose> centre =
+      compose(body.pose, centre_frame(record.properties), settings.sector_size);
+  if (!centre.ok()) {
+    return absl::Status(centre.status().code(), absl::StrCat("body \"", body.name, "\": ", centre.status().message()));
+  }
+  record.home = centre->position.sector;
+  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = centre->position.local;
+  record.state.rotation = rotation_of(centre->orientation);
+  Eigen::Map<Eigen::Vector3d>(record.state.linear_velocity.data()) = body.linear_velocity;
+  Eigen::Map<Eigen::Vector3d>(record.state.angular_velocity.data()) = body.angular_velocity;
+  return record;
+}
+
+absl::StatusOr<std::vector<BodyRecord>> records_of(const WorldDescription& world) {
+  if (absl::Status status = validate(world); !status.ok()) return status;
+  std::vector<BodyRecord> records;
+  records.reserve(world.bodies.size());
+  for (const BodyDescription& body : world.bodies) {
+    absl::StatusOr<BodyRecord> record = record_of(body, world.settings);
+    if (!record.ok()) return record.status();
+    record->id = BodyId{records.size() + 1};
+    records.push_back(std::move(*record));
+  }
+  return records;
+}
+
+WorldPose body_pose(const BodyRecord& record, double sector_size) {
+  const WorldPose centre{{record.home, Eigen::Vector3d(record.state.position.data())}, quaternion_of(record.state)};
+  const absl::StatusOr<WorldPose> pose = compose(centre, centre_frame(record.properties).inverse(), sector_size);
+  return pose.ok() ? *pose : centre;
+}
+
+SectorMap placed(const WorldDescription& world, std::span<const BodyRecord> records, std::uint32_t servers,
+                 std::uint64_t epoch) {
+  absl::flat_hash_map<SectorIndex, double> weights;
+  for (const BodyRecord& record : records) {
+    if (record.properties.motion != Motion::kStatic) weights[record.home] += 1;
+  }
+  return SectorMap::balanced(world.anchor, {weights.begin(), weights.end()}, servers, epoch);
+}
+
+ParallelFor parallel_on(int threads) {
+  if (threads <= 1) return {};
+  auto arena = std::make_shared<tbb::task_arena>(threads);
+  return [arena](std::size_t count, const std::function<void(std::size_t)>& body) {
+    arena->execute([&] {
+      tbb::parallel_for(
+          tbb::blocked_range<std::size_t>(0, count, 1),
+          [&](const tbb::blocked_range<std::size_t>& range) {
+            for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
+          },
+          tbb::simple_partitioner());
+    });
+  };
+}
+
+absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescription& world, int threads) {
+  absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
+  if (!records.ok()) return records.status();
+  absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(world.settings));
+  if (!engine.ok()) return engine.status();
+
+  std::unique_ptr<Simulation> simulation(new Simulation());
+  simulation->engine_ = std::move(*engine);
+  Share::Options options;
+  options.settings = world.settings;
+  options.anchor = world.anchor;
+  options.map = SectorMap(world.anchor, {}, 1);
+  options.parallel = parallel_on(threads);
+  simulation->share_ = std::make_unique<Share>(std::move(options), *simulation->engine_);
+  for (std::size_t i = 0; i < world.shapes.size(); ++i) {
+    simulation->share_->add_shape(static_cast<ShapeId>(i), world.shapes[i]);
+  }
+  for (const BodyRecord& record : *records) simulation->share_->add_body(record);
+  return simulation;
+}
+
+void Simulation::step(std::span<const Command> commands) {
+  ++tick_;
+  const Seams seams = share_->detect(share_->begin_tick(commands));
+  share_->finish(share_->solve(share_->join({&seams})));
+}
+
+}  // namespace tessera
