@@ -126,7 +126,7 @@ class SectorWorld {
   // bodies that feel no gravity.
   virtual void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) = 0;
 
-  // Puts to sleep (velocities become zero) or wakes (to drowsy, with its clock of stillness at zero).
+  // Puts to sleep (velocities become zero) or wakes (with its clock of stillness at zero).
   virtual void sleep(BodySlot slot) = 0;
   virtual void wake(BodySlot slot) = 0;
 

@@ -101,7 +101,8 @@ Eigen::Vector3d relative_to(const WorldPosition& point, const SectorIndex& secto
   // One rounding for product and sum together, so that the displacement a position was made from comes back
   // bit for bit.
   const Eigen::Vector3d whole = metres_between(sector, point.sector, 1);
-  return {std::fma(whole.x(), sector_size, point.local.x()), std::fma(whole.y(), sector_size, point.local.y()),
+  return {std::fma(whole.x(), sector_size, point.local.x()),
+          std::fma(whole.y(), sector_size, point.local.y()),
           std::fma(whole.z(), sector_size, point.local.z())};
 }
 

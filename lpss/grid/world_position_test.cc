@@ -172,7 +172,8 @@ TEST(SectorIndex, DistanceSaturates) {
 }
 
 TEST(SectorIndex, MetresBetweenFarSectorsAreExact) {
-  EXPECT_EQ(metres_between({kMax - 1, kMin, kFar}, {kMax, kMin + 2, kFar - 3}, 128), Eigen::Vector3d(128, 256, -384));
+  EXPECT_EQ(metres_between({kMax - 1, kMin, kFar}, {kMax, kMin + 2, kFar - 3}, 128),
+            Eigen::Vector3d(128, 256, -384));
 }
 
 TEST(WorldPose, ComposesAcrossBorders) {

@@ -67,6 +67,10 @@ class Share {
   // Static bodies: all of the world, on every share. Others: those whose home this share hosts.
   void add_body(const BodyRecord& record);
 
+  // The largest radius (m) of a body that can move, of the whole world: what decides how near to a seam is near.
+  // Needed where add_body() is not told of all of them.
+  void expect_radius(double radius);
+
   // --- the tick: four rounds, in this order, each with the messages of all shares in order of rank ---
 
   // Applies the commands (all shares get all of them), moves bodies to their new homes, and says what others
@@ -137,6 +141,10 @@ class Share {
   void know_radius(const BodyProperties& properties);
   double radius_of(const BodyProperties& properties) const;
   BodyRecord record_of(const HomeBody& body) const;
+
+  // share_raycast.cc
+  void raycast_sector(const SectorIndex& index, const WorldPosition& origin, const Eigen::Vector3d& direction,
+                      double length, std::uint32_t mask, std::optional<RayAnswer>& nearest);
 
   // share_commands.cc
   void apply(const Command& command);
@@ -226,6 +234,7 @@ class Share {
 
   bool report_contacts_ = false;
   std::vector<ContactEvent> events_;
+  std::vector<std::pair<BodyId, BodyId>> ended_;  // contacts whose sector has come to its end
   TickCounts counts_;
 };
 

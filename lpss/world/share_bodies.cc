@@ -31,13 +31,15 @@ double Share::radius_of(const BodyProperties& properties) const {
 }
 
 // The margins follow from the largest body that the world has ever had; all shares hear of all bodies.
-void Share::know_radius(const BodyProperties& properties) {
-  if (properties.motion == Motion::kStatic) return;
-  const double radius = radius_of(properties);
+void Share::expect_radius(double radius) {
   if (radius <= radius_max_) return;
   radius_max_ = radius;
   margins_ = seam_margins(options_.settings, radius_max_);
   margins_changed_ = true;
+}
+
+void Share::know_radius(const BodyProperties& properties) {
+  if (properties.motion != Motion::kStatic) expect_radius(radius_of(properties));
 }
 
 void Share::add_body(const BodyRecord& record) {
@@ -138,6 +140,7 @@ void Share::drop_if_empty(Sector& sector) {
     sector.component_pairs.clear();
     sector.parts.clear();
     sector.part_components.clear();
+    for (const auto& [a, b] : sector.touching) ended_.push_back({a, b});
     sector.touching.clear();
     sector.statics.clear();
     sector.static_region.setEmpty();

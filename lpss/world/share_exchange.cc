@@ -60,7 +60,7 @@ std::vector<Exchange> Share::begin_tick(std::span<const Command> commands) {
   margins_changed_ = false;
   std::vector<Exchange> outbox(options_.map.servers());
   for (const Command& command : commands) apply(command);
-  if (options_.settings.seams == SeamPolicy::kIsland) export_manifolds(outbox);
+  export_manifolds(outbox);
   move_homes(outbox);
 
   if (margins_changed_) {
@@ -121,7 +121,13 @@ void Share::export_manifolds(std::vector<Exchange>& outbox) {
       const bool same_roles = to == sector->index && keeps_role(pair.a) && keeps_role(pair.b);
       if (same_roles) continue;
       const bool was_touching = sector->touching.erase({pair.a, pair.b}) > 0;
-      outbox[options_.map.owner(to)].manifolds.push_back({to, was_touching, sector->world->export_manifold(i)});
+      ManifoldTransfer transfer{to, was_touching, {pair.a, pair.b, {}}};
+      if (options_.settings.seams == SeamPolicy::kIsland) {
+        transfer.manifold = sector->world->export_manifold(i);
+      } else if (!was_touching) {
+        continue;  // both sectors have points of their own; only the event is handed over
+      }
+      outbox[options_.map.owner(to)].manifolds.push_back(std::move(transfer));
     }
   }
 }
@@ -310,7 +316,10 @@ void Share::take_handovers(std::vector<Exchange>& inbox) {
        collected(inbox, &Exchange::handovers, [](const Handover& h) { return h.record.id; })) {
     invariant(mine(handover.record.home), "a body is handed to the share that hosts its new home");
     // Awake, so that the new home finds its contacts at once.
-    if (handover.record.state.activity == Activity::kAsleep) handover.record.state.activity = Activity::kDrowsy;
+    if (handover.record.state.activity == Activity::kAsleep) {
+      handover.record.state.activity = Activity::kAwake;
+      handover.record.state.still_for = 0;
+    }
     HomeBody& body = add_home(handover.record);
     body.targets = handover.targets;
     body.news = true;
@@ -323,7 +332,7 @@ void Share::take_manifolds(std::vector<Exchange>& inbox) {
   for (ManifoldTransfer& transfer : collected(inbox, &Exchange::manifolds, order)) {
     const auto sector = sectors_.find(transfer.to);
     if (sector == sectors_.end() || !sector->second->world) continue;
-    sector->second->world->import_manifold(transfer.manifold);
+    if (!transfer.manifold.points.empty()) sector->second->world->import_manifold(transfer.manifold);
     if (transfer.was_touching) sector->second->touching.insert({transfer.manifold.a, transfer.manifold.b});
   }
 }

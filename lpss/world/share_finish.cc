@@ -21,6 +21,15 @@ BodyState coasted(BodyState state, double dt) {
   return state;
 }
 
+ContactEvent end_of(Tick tick, BodyId a, BodyId b) {
+  ContactEvent event;
+  event.tick = tick;
+  event.phase = ContactPhase::kEnd;
+  event.a = a;
+  event.b = b;
+  return event;
+}
+
 bool at_rest(const BodyState& state) {
   return state.linear_velocity == std::array<double, 3>{} && state.angular_velocity == std::array<double, 3>{};
 }
@@ -43,6 +52,10 @@ void Share::finish(std::vector<Solution> inbox) {
     counts_.bodies_stopped += stopped[i];
     std::move(events[i].begin(), events[i].end(), std::back_inserter(events_));
   }
+  if (report_contacts_) {
+    for (const auto& [a, b] : ended_) events_.push_back(end_of(tick_, a, b));
+  }
+  ended_.clear();
   std::sort(events_.begin(), events_.end(), [](const ContactEvent& x, const ContactEvent& y) {
     return std::tie(x.a, x.b, x.phase) < std::tie(y.a, y.b, y.phase);
   });
@@ -140,13 +153,7 @@ void Share::gather_events(Sector& sector, std::vector<ContactEvent>& events) {
     events.push_back(event);
   }
   for (const auto& [a, b] : sector.touching) {
-    if (now.contains({a, b})) continue;
-    ContactEvent event;
-    event.tick = tick_;
-    event.phase = ContactPhase::kEnd;
-    event.a = a;
-    event.b = b;
-    events.push_back(event);
+    if (!now.contains({a, b})) events.push_back(end_of(tick_, a, b));
   }
   sector.touching = std::move(now);
 }

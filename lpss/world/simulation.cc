@@ -5,6 +5,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+
 #include "lpss/engine/load_engine.h"
 #include "lpss/world/validate.h"
 
@@ -57,6 +59,16 @@ SectorMap placed(const WorldDescription& world, std::span<const BodyRecord> reco
     if (record.properties.motion != Motion::kStatic) weights[record.home] += 1;
   }
   return SectorMap::balanced(world.anchor, {weights.begin(), weights.end()}, servers, epoch);
+}
+
+double largest_radius(const WorldDescription& world) {
+  double largest = 0;
+  for (const BodyDescription& body : world.bodies) {
+    if (body.properties.motion == Motion::kStatic) continue;
+    largest = std::max(largest, bounding_radius(world.shapes.at(body.properties.shape),
+                                                Eigen::Vector3d(body.properties.centre.data())));
+  }
+  return largest;
 }
 
 ParallelFor parallel_on(int threads) {

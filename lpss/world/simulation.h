@@ -30,6 +30,9 @@ WorldPose body_pose(const BodyRecord& record, double sector_size);
 SectorMap placed(const WorldDescription& world, std::span<const BodyRecord> records, std::uint32_t servers,
                  std::uint64_t epoch);
 
+// The largest radius (m) around their centres of mass of the bodies that can move; 0 if there are none.
+double largest_radius(const WorldDescription& world);
+
 // How `parallel_for` of a share runs on `threads` threads of this process; threads >= 1.
 ParallelFor parallel_on(int threads);
 

@@ -30,10 +30,12 @@ absl::Status in(const std::string& what, const absl::Status& status) {
 }
 
 // A finite value in [least, most], or a message with the value, its unit and the bound that it breaks.
-absl::Status bounded(absl::string_view what, double value, double least, double most, absl::string_view unit = "") {
+absl::Status bounded(absl::string_view what, double value, double least, double most,
+                     absl::string_view unit = "") {
   if (!std::isfinite(value)) return refused(what, " = ", value, " must be finite");
   const absl::string_view space = unit.empty() ? "" : " ";
-  if (value < least) return refused(what, " = ", value, space, unit, " must be at least ", least, space, unit);
+  if (value < least)
+    return refused(what, " = ", value, space, unit, " must be at least ", least, space, unit);
   if (value > most) return refused(what, " = ", value, space, unit, " must be at most ", most, space, unit);
   return absl::OkStatus();
 }
@@ -88,7 +90,8 @@ double thickness(const std::vector<Eigen::Vector3d>& points) {
   };
   const Eigen::Vector3d a = points.front();
   const Eigen::Vector3d b = farthest([&](const Eigen::Vector3d& p) { return (p - a).squaredNorm(); });
-  const Eigen::Vector3d c = farthest([&](const Eigen::Vector3d& p) { return (p - a).cross(b - a).squaredNorm(); });
+  const Eigen::Vector3d c =
+      farthest([&](const Eigen::Vector3d& p) { return (p - a).cross(b - a).squaredNorm(); });
   const Eigen::Vector3d normal = (b - a).cross(c - a);
   if (normal.squaredNorm() == 0) return 0;
   const Eigen::Vector3d up = normal.normalized();
@@ -107,7 +110,9 @@ struct GeometryCheck {
     if (absl::Status status = length("cylinder radius", cylinder.radius); !status.ok()) return status;
     return length("cylinder length", cylinder.length);
   }
-  absl::Status operator()(const Ellipsoid& ellipsoid) const { return lengths("ellipsoid radius", ellipsoid.radii); }
+  absl::Status operator()(const Ellipsoid& ellipsoid) const {
+    return lengths("ellipsoid radius", ellipsoid.radii);
+  }
   absl::Status operator()(const Plane& plane) const { return unit_normal(plane.normal); }
   absl::Status operator()(const ConvexHull& hull) const;
   absl::Status operator()(const TriangleMesh& mesh) const;
@@ -115,12 +120,14 @@ struct GeometryCheck {
 };
 
 absl::Status GeometryCheck::operator()(const ConvexHull& hull) const {
-  if (hull.points.size() < 4) return refused("convex hull: ", hull.points.size(), " points must be at least 4");
+  if (hull.points.size() < 4)
+    return refused("convex hull: ", hull.points.size(), " points must be at least 4");
   if (hull.points.size() > kHullPointsMax) {
     return refused("convex hull: ", hull.points.size(), " points must be at most ", kHullPointsMax);
   }
   for (std::size_t n = 0; n < hull.points.size(); ++n) {
-    absl::Status status = finite(absl::StrCat("convex hull: point ", n), hull.points[n], kStaticExtentMax, "m");
+    absl::Status status =
+        finite(absl::StrCat("convex hull: point ", n), hull.points[n], kStaticExtentMax, "m");
     if (!status.ok()) return status;
   }
   const double thick = thickness(hull.points);
@@ -163,14 +170,14 @@ absl::Status GeometryCheck::operator()(const HeightField& field) const {
     return refused("height field: ", samples, " samples must be at most ", kHeightFieldSamplesMax);
   }
   if (samples != field.heights.size()) {
-    return refused("height field: ", field.heights.size(), " heights must be ", field.columns, " x ", field.rows,
-                   " = ", samples);
+    return refused("height field: ", field.heights.size(), " heights must be ", field.columns, " x ",
+                   field.rows, " = ", samples);
   }
   if (absl::Status status = length("height field spacing x", field.spacing.x()); !status.ok()) return status;
   if (absl::Status status = length("height field spacing y", field.spacing.y()); !status.ok()) return status;
   for (std::size_t n = 0; n < field.heights.size(); ++n) {
-    absl::Status status = bounded(absl::StrCat("height field: height ", n), field.heights[n], -kStaticExtentMax,
-                                  kStaticExtentMax, "m");
+    absl::Status status = bounded(absl::StrCat("height field: height ", n), field.heights[n],
+                                  -kStaticExtentMax, kStaticExtentMax, "m");
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -178,7 +185,8 @@ absl::Status GeometryCheck::operator()(const HeightField& field) const {
 
 absl::Status part_check(const ShapePart& part) {
   if (absl::Status status = std::visit(GeometryCheck{}, part.geometry); !status.ok()) return status;
-  if (absl::Status status = finite("pose", part.pose.position, kStaticExtentMax, "m"); !status.ok()) return status;
+  if (absl::Status status = finite("pose", part.pose.position, kStaticExtentMax, "m"); !status.ok())
+    return status;
   return unit_quaternion("pose", part.pose.orientation);
 }
 
@@ -199,8 +207,8 @@ absl::Status moving_shape_check(const BodyProperties& properties, const Shape& s
   const Eigen::Vector3d centre = Eigen::Map<const Eigen::Vector3d>(properties.centre.data());
   const double diameter = 2 * bounding_radius(shape, centre);
   if (diameter > sector_size) {
-    return refused("its bounding sphere's diameter ", diameter, " m must be at most the sector size L = ",
-                   sector_size, " m, since it moves");
+    return refused("its bounding sphere's diameter ", diameter,
+                   " m must be at most the sector size L = ", sector_size, " m, since it moves");
   }
   return absl::OkStatus();
 }
@@ -209,7 +217,8 @@ absl::Status inertia_check(const std::array<double, 3>& inertia) {
   for (int axis = 0; axis < 3; ++axis) {
     const double moment = inertia[axis];
     if (!std::isfinite(moment) || moment <= 0) {
-      return refused("principal moment of inertia ", axis, " = ", moment, " kg m^2 must be finite and above 0");
+      return refused("principal moment of inertia ", axis, " = ", moment,
+                     " kg m^2 must be finite and above 0");
     }
     const double others = inertia[(axis + 1) % 3] + inertia[(axis + 2) % 3];
     if (moment > others * (1 + kTriangleTolerance)) {
@@ -240,7 +249,8 @@ absl::Status properties_check(const BodyProperties& p) {
   if (absl::Status status = finite("centre of mass", centre.position, kStaticExtentMax, "m"); !status.ok()) {
     return status;
   }
-  if (absl::Status status = unit_quaternion("principal axes", centre.orientation); !status.ok()) return status;
+  if (absl::Status status = unit_quaternion("principal axes", centre.orientation); !status.ok())
+    return status;
   return surface_check(p);
 }
 
@@ -254,7 +264,8 @@ absl::Status motion_check(const BodyDescription& body, double sector_size) {
   }
   absl::Status status = finite("angular velocity", body.angular_velocity, kAngularSpeedMax, "rad/s");
   if (!status.ok()) return status;
-  if (body.properties.motion == Motion::kStatic && (!body.linear_velocity.isZero(0) || !body.angular_velocity.isZero(0))) {
+  if (body.properties.motion == Motion::kStatic &&
+      (!body.linear_velocity.isZero(0) || !body.angular_velocity.isZero(0))) {
     return refused("the velocity of a static body must be 0");
   }
   return absl::OkStatus();
@@ -265,13 +276,15 @@ absl::Status gravity_check(const Gravity& gravity, double sector_size) {
     return finite("gravity", uniform->acceleration);
   }
   const CentralGravity& planet = std::get<CentralGravity>(gravity);
-  if (absl::Status status = bounded("central gravity: surface", planet.surface, 0, kNoBound, "m/s^2"); !status.ok()) {
+  if (absl::Status status = bounded("central gravity: surface", planet.surface, 0, kNoBound, "m/s^2");
+      !status.ok()) {
     return status;
   }
   absl::Status status = bounded("central gravity: radius", planet.radius, kExtentMin, kNoBound, "m");
   if (!status.ok()) return status;
   if (status = finite("central gravity: centre", planet.centre.local); !status.ok()) return status;
-  return in("central gravity: centre", canonical(planet.centre.sector, planet.centre.local, sector_size).status());
+  return in("central gravity: centre",
+            canonical(planet.centre.sector, planet.centre.local, sector_size).status());
 }
 
 absl::Status sector_size_check(const WorldSettings& settings) {
@@ -299,7 +312,8 @@ absl::Status enumerations_check(const WorldSettings& settings) {
 }
 
 absl::Status sleep_check(const WorldSettings& s) {
-  if (absl::Status status = bounded("sleep_linear_speed", s.sleep_linear_speed, 0, kSpeedMax, "m/s"); !status.ok()) {
+  if (absl::Status status = bounded("sleep_linear_speed", s.sleep_linear_speed, 0, kSpeedMax, "m/s");
+      !status.ok()) {
     return status;
   }
   absl::Status status = bounded("sleep_angular_speed", s.sleep_angular_speed, 0, kAngularSpeedMax, "rad/s");
@@ -324,8 +338,9 @@ absl::Status shapes_check(const WorldDescription& world) {
   for (const BodyDescription& body : world.bodies) first_user.try_emplace(body.properties.shape, &body);
   for (std::size_t id = 0; id < world.shapes.size(); ++id) {
     const auto user = first_user.find(static_cast<ShapeId>(id));
-    const std::string name = user == first_user.end() ? absl::StrCat("shape ", id)
-                                                      : absl::StrCat("shape ", id, " of ", title(*user->second));
+    const std::string name = user == first_user.end()
+                                 ? absl::StrCat("shape ", id)
+                                 : absl::StrCat("shape ", id, " of ", title(*user->second));
     if (absl::Status status = validate(world.shapes[id], name); !status.ok()) return status;
   }
   return absl::OkStatus();
@@ -367,7 +382,8 @@ absl::Status validate(const Shape& shape, const std::string& name) {
   return absl::OkStatus();
 }
 
-absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes, const WorldSettings& settings) {
+absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes,
+                      const WorldSettings& settings) {
   if (body.name.empty()) return refused("a body's name must not be empty");
   if (body.name.size() > kNameBytesMax) {
     return refused("body '", body.name.substr(0, 40), "...': the name's ", body.name.size(),
@@ -379,7 +395,8 @@ absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes
                    shapes.size());
   }
   if (absl::Status status = properties_check(properties); !status.ok()) return in(title(body), status);
-  if (absl::Status status = motion_check(body, settings.sector_size); !status.ok()) return in(title(body), status);
+  if (absl::Status status = motion_check(body, settings.sector_size); !status.ok())
+    return in(title(body), status);
   if (properties.motion == Motion::kStatic) return absl::OkStatus();
   return in(title(body), moving_shape_check(properties, shapes[properties.shape], settings.sector_size));
 }

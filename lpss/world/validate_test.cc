@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,8 @@ struct Row {
   std::function<void(WorldDescription&)> spoil;
   std::vector<std::string> said;  // parts of the message: the element and the bound
   absl::StatusCode code = absl::StatusCode::kInvalidArgument;
+
+  friend void PrintTo(const Row& row, std::ostream* out) { *out << row.name; }
 };
 
 // Puts another geometry into the box's shape, on a body that may have it.
@@ -69,32 +72,63 @@ std::function<void(WorldDescription&)> set(Change change) {
 std::vector<Row> setting_rows() {
   return {
       {"SectorSizeZero", set([](auto& s) { s.sector_size = 0; }), {"sector size L", "0.5 m"}},
-      {"SectorSizeNegative", set([](auto& s) { s.sector_size = -128; }), {"sector size L = -128", "at least 0.5"}},
+      {"SectorSizeNegative",
+       set([](auto& s) { s.sector_size = -128; }),
+       {"sector size L = -128", "at least 0.5"}},
       {"SectorSizeNan", set([](auto& s) { s.sector_size = kNan; }), {"sector size L", "finite"}},
-      {"SectorSizeBreaksFloat", set([](auto& s) { s.sector_size = 1024; }),
+      {"SectorSizeBreaksFloat",
+       set([](auto& s) { s.sector_size = 1024; }),
        {"L = 1024 m", "788.27", "2 r / (3 sqrt(3))", "2048", "0.00012207", "f64"}},
-      {"SectorSizeBreaksDouble", set([](auto& s) {
+      {"SectorSizeBreaksDouble",
+       set([](auto& s) {
          s.precision = Precision::kFloat64;
          s.sector_size = 1e12;
        }),
        {"L = 1e+12 m", "precision f64", "4.2"}},
-      {"PrecisionUnknown", set([](auto& s) { s.precision = static_cast<Precision>(9); }), {"precision = 9", "f32 or f64"}},
-      {"SeamsUnknown", set([](auto& s) { s.seams = static_cast<SeamPolicy>(9); }), {"seams = 9", "island or clone"}},
+      {"PrecisionUnknown",
+       set([](auto& s) { s.precision = static_cast<Precision>(9); }),
+       {"precision = 9", "f32 or f64"}},
+      {"SeamsUnknown",
+       set([](auto& s) { s.seams = static_cast<SeamPolicy>(9); }),
+       {"seams = 9", "island or clone"}},
       {"TimeStepZero", set([](auto& s) { s.time_step = 0; }), {"time step = 0 s", "1e-05 s"}},
       {"TimeStepNan", set([](auto& s) { s.time_step = kNan; }), {"time step", "finite"}},
       {"TimeStepLarge", set([](auto& s) { s.time_step = 0.2; }), {"time step = 0.2 s", "at most 0.1 s"}},
       {"CloneDepthZero", set([](auto& s) { s.clone_depth = 0; }), {"clone_depth = 0", "at least 1"}},
       {"CloneDepthLarge", set([](auto& s) { s.clone_depth = 9; }), {"clone_depth = 9", "at most 8"}},
-      {"IterationsZero", set([](auto& s) { s.solver_iterations = 0; }), {"solver_iterations = 0", "at least 1"}},
-      {"IterationsMany", set([](auto& s) { s.solver_iterations = 1001; }), {"solver_iterations = 1001", "at most 1000"}},
-      {"SleepSpeedNegative", set([](auto& s) { s.sleep_linear_speed = -1; }), {"sleep_linear_speed = -1", "at least 0"}},
+      {"IterationsZero",
+       set([](auto& s) { s.solver_iterations = 0; }),
+       {"solver_iterations = 0", "at least 1"}},
+      {"IterationsMany",
+       set([](auto& s) { s.solver_iterations = 1001; }),
+       {"solver_iterations = 1001", "at most 1000"}},
+      {"SleepSpeedNegative",
+       set([](auto& s) { s.sleep_linear_speed = -1; }),
+       {"sleep_linear_speed = -1", "at least 0"}},
       {"SleepSpinNan", set([](auto& s) { s.sleep_angular_speed = kNan; }), {"sleep_angular_speed", "finite"}},
       {"SleepAfterNegative", set([](auto& s) { s.sleep_after = -1; }), {"sleep_after = -1 s", "at least 0"}},
-      {"GravityNan", set([](auto& s) { s.gravity = UniformGravity{{0, kNan, 0}}; }), {"gravity y", "finite"}},
-      {"PlanetRadiusZero", set([](auto& s) { s.gravity = CentralGravity{{}, 9.8, 0}; }), {"central gravity: radius = 0 m", "at least"}},
-      {"PlanetPushes", set([](auto& s) { s.gravity = CentralGravity{{}, -1, 1}; }), {"central gravity: surface = -1", "at least 0"}},
-      {"PlanetNowhere", set([](auto& s) { s.gravity = CentralGravity{{{}, {0, 0, kInfinite}}, 9.8, 1}; }), {"central gravity: centre z", "finite"}},
-      {"PlanetOutOfRange", set([](auto& s) {
+      {"GravityNan",
+       set([](auto& s) {
+         s.gravity = UniformGravity{{0, kNan, 0}};
+       }),
+       {"gravity y", "finite"}},
+      {"PlanetRadiusZero",
+       set([](auto& s) {
+         s.gravity = CentralGravity{{}, 9.8, 0};
+       }),
+       {"central gravity: radius = 0 m", "at least"}},
+      {"PlanetPushes",
+       set([](auto& s) {
+         s.gravity = CentralGravity{{}, -1, 1};
+       }),
+       {"central gravity: surface = -1", "at least 0"}},
+      {"PlanetNowhere",
+       set([](auto& s) {
+         s.gravity = CentralGravity{{{}, {0, 0, kInfinite}}, 9.8, 1};
+       }),
+       {"central gravity: centre z", "finite"}},
+      {"PlanetOutOfRange",
+       set([](auto& s) {
          s.gravity = CentralGravity{{{std::numeric_limits<std::int64_t>::max(), 0, 0}, {200, 0, 0}}, 9.8, 1};
        }),
        {"central gravity: centre", "64-bit range"},
@@ -107,39 +141,105 @@ std::vector<Row> body_rows() {
       {"NameEmpty", box([](auto& b) { b.name = ""; }), {"name must not be empty"}},
       {"NameLong", box([](auto& b) { b.name.assign(2000, 'x'); }), {"2000 bytes", "1024"}},
       {"NameTwice", box([](auto& b) { b.name = "good::floor"; }), {"good::floor", "unique"}},
-      {"ShapeMissing", box([](auto& b) { b.properties.shape = 2; }), {"good::box", "shape 2", "below the number of shapes, 2"}},
-      {"MotionUnknown", box([](auto& b) { b.properties.motion = static_cast<Motion>(7); }), {"good::box", "motion = 7"}},
-      {"MassZero", box([](auto& b) { b.properties.mass = 0; }), {"good::box", "mass = 0 kg", "at least 1e-06 kg"}},
-      {"MassNegative", box([](auto& b) { b.properties.mass = -1; }), {"good::box", "mass = -1 kg", "at least 1e-06 kg"}},
+      {"ShapeMissing",
+       box([](auto& b) { b.properties.shape = 2; }),
+       {"good::box", "shape 2", "below the number of shapes, 2"}},
+      {"MotionUnknown",
+       box([](auto& b) { b.properties.motion = static_cast<Motion>(7); }),
+       {"good::box", "motion = 7"}},
+      {"MassZero",
+       box([](auto& b) { b.properties.mass = 0; }),
+       {"good::box", "mass = 0 kg", "at least 1e-06 kg"}},
+      {"MassNegative",
+       box([](auto& b) { b.properties.mass = -1; }),
+       {"good::box", "mass = -1 kg", "at least 1e-06 kg"}},
       {"MassNan", box([](auto& b) { b.properties.mass = kNan; }), {"good::box", "mass", "finite"}},
-      {"MassLarge", box([](auto& b) { b.properties.mass = 1e9; }), {"good::box", "mass = 1e+09 kg", "at most 1e+06 kg"}},
-      {"InertiaZero", box([](auto& b) { b.properties.inertia = {1, 0, 1}; }), {"good::box", "inertia 1 = 0", "above 0"}},
-      {"InertiaNan", box([](auto& b) { b.properties.inertia = {1, 1, kNan}; }), {"good::box", "inertia 2", "finite"}},
-      {"InertiaTriangle", box([](auto& b) { b.properties.inertia = {1, 1, 2.1}; }), {"good::box", "2.1 kg m^2", "other two, 2 kg m^2"}},
-      {"CentreNan", box([](auto& b) { b.properties.centre = {0, kNan, 0}; }), {"good::box", "centre of mass y", "finite"}},
-      {"AxesNotUnit", box([](auto& b) { b.properties.principal_axes = {0, 0, 0, 2}; }), {"good::box", "principal axes", "norm 2", "0.001"}},
-      {"FrictionNegative", box([](auto& b) { b.properties.friction = -0.1; }), {"good::box", "friction = -0.1", "at least 0"}},
-      {"FrictionInfinite", box([](auto& b) { b.properties.friction = kInfinite; }), {"good::box", "friction", "finite"}},
-      {"RestitutionNegative", box([](auto& b) { b.properties.restitution = -0.1; }), {"good::box", "restitution = -0.1", "at least 0"}},
-      {"RestitutionLarge", box([](auto& b) { b.properties.restitution = 1.1; }), {"good::box", "restitution = 1.1", "at most 1"}},
-      {"DampingLarge", box([](auto& b) { b.properties.linear_damping = 1.1; }), {"good::box", "linear damping = 1.1", "at most 1"}},
-      {"SpinDampingNan", box([](auto& b) { b.properties.angular_damping = kNan; }), {"good::box", "angular damping", "finite"}},
+      {"MassLarge",
+       box([](auto& b) { b.properties.mass = 1e9; }),
+       {"good::box", "mass = 1e+09 kg", "at most 1e+06 kg"}},
+      {"InertiaZero",
+       box([](auto& b) {
+         b.properties.inertia = {1, 0, 1};
+       }),
+       {"good::box", "inertia 1 = 0", "above 0"}},
+      {"InertiaNan",
+       box([](auto& b) {
+         b.properties.inertia = {1, 1, kNan};
+       }),
+       {"good::box", "inertia 2", "finite"}},
+      {"InertiaTriangle",
+       box([](auto& b) {
+         b.properties.inertia = {1, 1, 2.1};
+       }),
+       {"good::box", "2.1 kg m^2", "other two, 2 kg m^2"}},
+      {"CentreNan",
+       box([](auto& b) {
+         b.properties.centre = {0, kNan, 0};
+       }),
+       {"good::box", "centre of mass y", "finite"}},
+      {"AxesNotUnit",
+       box([](auto& b) {
+         b.properties.principal_axes = {0, 0, 0, 2};
+       }),
+       {"good::box", "principal axes", "norm 2", "0.001"}},
+      {"FrictionNegative",
+       box([](auto& b) { b.properties.friction = -0.1; }),
+       {"good::box", "friction = -0.1", "at least 0"}},
+      {"FrictionInfinite",
+       box([](auto& b) { b.properties.friction = kInfinite; }),
+       {"good::box", "friction", "finite"}},
+      {"RestitutionNegative",
+       box([](auto& b) { b.properties.restitution = -0.1; }),
+       {"good::box", "restitution = -0.1", "at least 0"}},
+      {"RestitutionLarge",
+       box([](auto& b) { b.properties.restitution = 1.1; }),
+       {"good::box", "restitution = 1.1", "at most 1"}},
+      {"DampingLarge",
+       box([](auto& b) { b.properties.linear_damping = 1.1; }),
+       {"good::box", "linear damping = 1.1", "at most 1"}},
+      {"SpinDampingNan",
+       box([](auto& b) { b.properties.angular_damping = kNan; }),
+       {"good::box", "angular damping", "finite"}},
       {"PoseNan", box([](auto& b) { b.pose.position.local.x() = kNan; }), {"good::box", "pose x", "finite"}},
-      {"PoseInfinite", box([](auto& b) { b.pose.position.local.z() = -kInfinite; }), {"good::box", "pose z", "finite"}},
-      {"PoseOutOfRange", box([](auto& b) {
+      {"PoseInfinite",
+       box([](auto& b) { b.pose.position.local.z() = -kInfinite; }),
+       {"good::box", "pose z", "finite"}},
+      {"PoseOutOfRange",
+       box([](auto& b) {
          b.pose.position = {{0, std::numeric_limits<std::int64_t>::min(), 0}, {0, -100, 0}};
        }),
        {"good::box", "component j", "64-bit range"},
        absl::StatusCode::kOutOfRange},
-      {"QuaternionLong", box([](auto& b) { b.pose.orientation = {1.01, 0, 0, 0}; }), {"good::box", "norm 1.01", "0.001"}},
-      {"QuaternionZero", box([](auto& b) { b.pose.orientation = {0, 0, 0, 0}; }), {"good::box", "norm 0", "0.001"}},
-      {"QuaternionNan", box([](auto& b) { b.pose.orientation = {kNan, 0, 0, 0}; }), {"good::box", "quaternion", "0.001"}},
-      {"VelocityNan", box([](auto& b) { b.linear_velocity.y() = kNan; }), {"good::box", "linear velocity y", "finite"}},
-      {"VelocityLarge", box([](auto& b) { b.linear_velocity.y() = 1e7; }), {"good::box", "linear velocity = 1e+07 m/s", "1e+06 m/s"}},
-      {"SpinLarge", box([](auto& b) { b.angular_velocity.y() = 1e6; }), {"good::box", "angular velocity", "100000 rad/s"}},
-      {"StaticMoves", [](auto& w) { w.bodies[1].linear_velocity.x() = 1; }, {"good::floor", "velocity of a static body"}},
+      {"QuaternionLong",
+       box([](auto& b) {
+         b.pose.orientation = {1.01, 0, 0, 0};
+       }),
+       {"good::box", "norm 1.01", "0.001"}},
+      {"QuaternionZero",
+       box([](auto& b) {
+         b.pose.orientation = {0, 0, 0, 0};
+       }),
+       {"good::box", "norm 0", "0.001"}},
+      {"QuaternionNan",
+       box([](auto& b) {
+         b.pose.orientation = {kNan, 0, 0, 0};
+       }),
+       {"good::box", "quaternion", "0.001"}},
+      {"VelocityNan",
+       box([](auto& b) { b.linear_velocity.y() = kNan; }),
+       {"good::box", "linear velocity y", "finite"}},
+      {"VelocityLarge",
+       box([](auto& b) { b.linear_velocity.y() = 1e7; }),
+       {"good::box", "linear velocity = 1e+07 m/s", "1e+06 m/s"}},
+      {"SpinLarge",
+       box([](auto& b) { b.angular_velocity.y() = 1e6; }),
+       {"good::box", "angular velocity", "100000 rad/s"}},
+      {"StaticMoves",
+       [](auto& w) { w.bodies[1].linear_velocity.x() = 1; },
+       {"good::floor", "velocity of a static body"}},
       {"LargerThanSector", moving(Box{{120, 50, 1}}), {"good::box", "130.0", "L = 128 m"}},
-      {"KinematicLarger", [](auto& w) {
+      {"KinematicLarger",
+       [](auto& w) {
          moving(Sphere{65})(w);
          w.bodies[0].properties.motion = Motion::kKinematic;
        },
@@ -159,9 +259,19 @@ std::function<void(WorldDescription&)> with(G geometry, Change change) {
 std::vector<Row> shape_rows() {
   return {
       {"NoParts", [](auto& w) { w.shapes[0].parts.clear(); }, {"good::box", "0 parts", "at least 1"}},
-      {"ManyParts", [](auto& w) { w.shapes[0].parts.resize(4097, {Box{}, Pose{}}); }, {"good::box", "4097 parts", "at most 4096"}},
-      {"PartPoseNan", [](auto& w) { w.shapes[0].parts[0].pose.position.x() = kNan; }, {"good::box", "part 0", "pose x", "finite"}},
-      {"PartRotation", [](auto& w) { w.shapes[0].parts[0].pose.orientation = {2, 0, 0, 0}; }, {"good::box", "part 0", "norm 2"}},
+      {"ManyParts",
+       [](auto& w) {
+         w.shapes[0].parts.resize(4097, {Box{}, Pose{}});
+       },
+       {"good::box", "4097 parts", "at most 4096"}},
+      {"PartPoseNan",
+       [](auto& w) { w.shapes[0].parts[0].pose.position.x() = kNan; },
+       {"good::box", "part 0", "pose x", "finite"}},
+      {"PartRotation",
+       [](auto& w) {
+         w.shapes[0].parts[0].pose.orientation = {2, 0, 0, 0};
+       },
+       {"good::box", "part 0", "norm 2"}},
       {"BoxZero", shaped(Box{{1, 0, 1}}), {"good::box", "box size y = 0 m", "0.0001 m"}},
       {"BoxNegative", shaped(Box{{1, 1, -1}}), {"good::box", "box size z = -1 m", "0.0001 m"}},
       {"BoxHuge", shaped(Box{{1e9, 1, 1}}), {"good::box", "box size x = 1e+09 m", "at most 1e+08 m"}},
@@ -176,17 +286,25 @@ std::vector<Row> shape_rows() {
       {"PlaneNan", shaped(Plane{{0, 0, kNan}}), {"plane normal"}},
       {"HullFew", shaped(ConvexHull{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}), {"3 points", "at least 4"}},
       {"HullMany", shaped(ConvexHull{std::vector<Eigen::Vector3d>(4097)}), {"4097 points", "at most 4096"}},
-      {"HullFlat", shaped(ConvexHull{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}}), {"in a plane", "0.0001 m"}},
-      {"HullLine", shaped(ConvexHull{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}}), {"in a plane", "0.0001 m"}},
+      {"HullFlat",
+       shaped(ConvexHull{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}}),
+       {"in a plane", "0.0001 m"}},
+      {"HullLine",
+       shaped(ConvexHull{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}}),
+       {"in a plane", "0.0001 m"}},
       {"HullNan", with(tetrahedron(), [](auto& h) { h.points[2].y() = kNan; }), {"point 2", "finite"}},
       {"MeshEmpty", shaped(TriangleMesh{}), {"0 indices", "multiple of 3"}},
       {"MeshOdd", with(triangle(), [](auto& m) { m.indices.pop_back(); }), {"2 indices", "multiple of 3"}},
-      {"MeshIndex", with(triangle(), [](auto& m) { m.indices[1] = 3; }), {"index 1 = 3", "number of vertices, 3"}},
+      {"MeshIndex",
+       with(triangle(), [](auto& m) { m.indices[1] = 3; }),
+       {"index 1 = 3", "number of vertices, 3"}},
       {"MeshNan", with(triangle(), [](auto& m) { m.vertices[1].x() = kNan; }), {"vertex 1", "finite"}},
       {"MeshFar", with(triangle(), [](auto& m) { m.vertices[1].x() = 1e9; }), {"vertex 1", "1e+08 m"}},
       {"FieldNarrow", with(flat(), [](auto& f) { f.columns = 1; }), {"1 x 3", "2 x 2"}},
       {"FieldCount", with(flat(), [](auto& f) { f.heights.pop_back(); }), {"5 heights", "2 x 3 = 6"}},
-      {"FieldHuge", with(flat(), [](auto& f) { f.columns = f.rows = 4'000'000'000; }), {"samples", "100000000"}},
+      {"FieldHuge",
+       with(flat(), [](auto& f) { f.columns = f.rows = 4'000'000'000; }),
+       {"samples", "100000000"}},
       {"FieldSpacing", with(flat(), [](auto& f) { f.spacing.y() = 0; }), {"spacing y = 0 m", "0.0001 m"}},
       {"FieldNan", with(flat(), [](auto& f) { f.heights[4] = kNan; }), {"height 4", "finite"}},
   };
@@ -211,8 +329,9 @@ INSTANTIATE_TEST_SUITE_P(Shapes, Refused, testing::ValuesIn(shape_rows()), row_n
 TEST(Accepted, TheGoodWorld) { EXPECT_TRUE(validate(good_world()).ok()) << validate(good_world()); }
 
 TEST(Accepted, EveryGeometryOnAStaticBody) {
-  for (const Geometry& geometry : std::vector<Geometry>{Box{}, Sphere{}, Capsule{}, Cylinder{}, Ellipsoid{}, Plane{},
-                                                        tetrahedron(), triangle(), flat(), Box{{1000, 1000, 1}}}) {
+  for (const Geometry& geometry :
+       std::vector<Geometry>{Box{}, Sphere{}, Capsule{}, Cylinder{}, Ellipsoid{}, Plane{}, tetrahedron(),
+                             triangle(), flat(), Box{{1000, 1000, 1}}}) {
     WorldDescription world = good_world();
     shaped(geometry)(world);
     EXPECT_TRUE(validate(world).ok()) << validate(world);
@@ -258,9 +377,11 @@ TEST(PrecisionLimit, DecidesWhichSectorSizesPass) {
     settings.sector_size = sector_size;
     return validate(settings).ok();
   };
-  for (double sector_size : {0.5, 8.0, 128.0, 512.0, 788.0}) EXPECT_TRUE(passes(Precision::kFloat32, sector_size));
+  for (double sector_size : {0.5, 8.0, 128.0, 512.0, 788.0})
+    EXPECT_TRUE(passes(Precision::kFloat32, sector_size));
   for (double sector_size : {789.0, 1024.0, 1e6}) EXPECT_FALSE(passes(Precision::kFloat32, sector_size));
-  for (double sector_size : {0.5, 128.0, 1024.0, 1e6, 4e11}) EXPECT_TRUE(passes(Precision::kFloat64, sector_size));
+  for (double sector_size : {0.5, 128.0, 1024.0, 1e6, 4e11})
+    EXPECT_TRUE(passes(Precision::kFloat64, sector_size));
 }
 
 TEST(MoveBy, MovesBodiesPlanetAndAnchor) {
@@ -291,7 +412,8 @@ TEST(MoveBy, RefusesForAnchorAndPlanet) {
   world.anchor.i = std::numeric_limits<std::int64_t>::max();
   EXPECT_THAT(std::string(move_by(world, {1, 0, 0}).message()), HasSubstr("anchor"));
   world.anchor.i = 0;
-  world.settings.gravity = CentralGravity{{{0, 0, std::numeric_limits<std::int64_t>::min()}, {0, 0, 0}}, 9.8, 100};
+  world.settings.gravity =
+      CentralGravity{{{0, 0, std::numeric_limits<std::int64_t>::min()}, {0, 0, 0}}, 9.8, 100};
   EXPECT_THAT(std::string(move_by(world, {0, 0, -1}).message()), HasSubstr("central gravity"));
 }
 

@@ -1,0 +1,113 @@
+#include "lpss/bullet/bullet_body.h"
+
+#include <utility>
+
+#include "lpss/bullet/conversions.h"
+
+namespace tessera::bullet {
+namespace {
+
+btRigidBody::btRigidBodyConstructionInfo construction_of(const BodyProperties& properties,
+                                                         const CollisionShape& shape) {
+  const bool is_dynamic = properties.motion == Motion::kDynamic;
+  const btVector3 inertia = is_dynamic ? to_bullet(properties.inertia) : btVector3(0, 0, 0);
+  btRigidBody::btRigidBodyConstructionInfo info(is_dynamic ? btScalar(properties.mass) : btScalar(0), nullptr,
+                                                shape.root(), inertia);
+  info.m_friction = btScalar(properties.friction);
+  info.m_restitution = btScalar(properties.restitution);
+  info.m_linearDamping = btScalar(properties.linear_damping);
+  info.m_angularDamping = btScalar(properties.angular_damping);
+  return info;
+}
+
+int bullet_activation(Activity activity) {
+  switch (activity) {
+    case Activity::kAwake:
+      return ACTIVE_TAG;
+    case Activity::kAsleep:
+      return ISLAND_SLEEPING;
+    case Activity::kDrowsy:
+      return WANTS_DEACTIVATION;
+  }
+  return ACTIVE_TAG;
+}
+
+}  // namespace
+
+Body::Body(const BodyRecord& record, Role r, CollisionShapeRef s)
+    : id(record.id),
+      role(r),
+      motion(record.properties.motion),
+      category(record.properties.category),
+      mask(record.properties.mask),
+      feels_gravity(record.properties.gravity),
+      is_damped(record.properties.linear_damping > 0 || record.properties.angular_damping > 0),
+      shape(std::move(s)),
+      rigid(construction_of(record.properties, *shape)) {
+  rigid.setUserPointer(this);
+  if (motion == Motion::kKinematic) {
+    rigid.setCollisionFlags((rigid.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
+                            btCollisionObject::CF_KINEMATIC_OBJECT);
+  }
+  if (is_dynamic()) {
+    swept_beyond = shape->swept_extent() * btScalar(0.5);
+    swept_radius = shape->swept_extent() * btScalar(0.4);
+  }
+  set_state(record.state);
+}
+
+BodyState Body::state() const {
+  if (motion == Motion::kStatic) return static_state;
+  BodyState state;
+  state.position = to_array(rigid.getWorldTransform().getOrigin());
+  state.rotation = to_array(rigid.getWorldTransform().getBasis());
+  state.linear_velocity = to_array(rigid.getLinearVelocity());
+  state.angular_velocity = to_array(rigid.getAngularVelocity());
+  state.still_for = rigid.getDeactivationTime();
+  state.activity = activity();
+  return state;
+}
+
+void Body::set_state(const BodyState& state) {
+  btTransform pose(to_bullet(state.rotation), to_bullet(state.position));
+  if (motion == Motion::kStatic) {
+    static_state = state;
+    pose = pose * shape->offset();
+  }
+  rigid.setWorldTransform(pose);
+  rigid.setInterpolationWorldTransform(pose);
+  rigid.updateInertiaTensor();
+  rigid.setDeactivationTime(btScalar(state.still_for));
+  if (motion == Motion::kStatic) {
+    rigid.forceActivationState(ISLAND_SLEEPING);
+    return;
+  }
+  rigid.setLinearVelocity(to_bullet(state.linear_velocity));
+  rigid.setAngularVelocity(to_bullet(state.angular_velocity));
+  rigid.forceActivationState(bullet_activation(state.activity));
+}
+
+Activity Body::activity() const {
+  switch (rigid.getActivationState()) {
+    case ACTIVE_TAG:
+      return Activity::kAwake;
+    case WANTS_DEACTIVATION:
+      return Activity::kDrowsy;
+    default:  // asleep, or taken out by Bullet since its box is not finite
+      return Activity::kAsleep;
+  }
+}
+
+bool is_wanted_pair(const Body& a, const Body& b, CloneContacts clone_contacts) {
+  if (!a.is_dynamic() && !b.is_dynamic()) return false;
+  if (clone_contacts == CloneContacts::kNone) {
+    // The home of the dynamic body detects, or the lower home of two: a clone meets only dynamic bodies at
+    // home.
+    const auto lives_here = [](const Body& body) { return body.role == Role::kHome && body.is_dynamic(); };
+    if (a.role == Role::kClone && !lives_here(b)) return false;
+    if (b.role == Role::kClone && !lives_here(a)) return false;
+  }
+  return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
+}
+
+}  // namespace tessera::bullet

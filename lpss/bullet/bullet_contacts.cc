@@ -1,0 +1,226 @@
+// Contacts, and moving them from world to world.
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+#include <LinearMath/btAabbUtil2.h>
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+#include "lpss/bullet/bullet_world.h"
+#include "lpss/bullet/conversions.h"
+#include "lpss/bullet/manifold_codec.h"
+
+namespace tessera::bullet {
+namespace {
+
+// A manifold with the bodies of its pair in the order of their ids.
+struct Entry {
+  btPersistentManifold* manifold;
+  Body* a;
+  Body* b;
+
+  auto key() const { return std::tuple(a->id, b->id, is_predictive(*manifold), child_pair(*manifold)); }
+};
+
+Entry entry_of(btPersistentManifold* manifold) {
+  Body* a = &Body::of(manifold->getBody0());
+  Body* b = &Body::of(manifold->getBody1());
+  if (b->id < a->id) std::swap(a, b);
+  return {manifold, a, b};
+}
+
+bool boxes_overlap(const Body& a, const Body& b) {
+  const btBroadphaseProxy& p = *a.rigid.getBroadphaseHandle();
+  const btBroadphaseProxy& q = *b.rigid.getBroadphaseHandle();
+  return TestAabbAgainstAabb2(p.m_aabbMin, p.m_aabbMax, q.m_aabbMin, q.m_aabbMax);
+}
+
+bool is_touching(const btPersistentManifold& manifold) {
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    const btManifoldPoint& point = manifold.getContactPoint(i);
+    if (point.getDistance() <= 0 || point.getAppliedImpulse() > 0) return true;
+  }
+  return false;
+}
+
+void put_points(btPersistentManifold& manifold, const std::vector<btManifoldPoint>& points) {
+  for (const btManifoldPoint& point : points) manifold.addManifoldPoint(point, /*isPredictive=*/true);
+}
+
+}  // namespace
+
+std::span<const ContactPair> BulletWorld::contacts() {
+  if (!is_gathered_) gather();
+  return pairs_;
+}
+
+void BulletWorld::gather() {
+  std::vector<Entry> entries;
+  for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+    btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
+    if (manifold->getNumContacts() == 0) continue;
+    const Entry entry = entry_of(manifold);
+    // What both had slept apart from would be forgotten at the next detection, wherever that is.
+    if (!entry.a->is_awake() && !entry.b->is_awake() && !boxes_overlap(*entry.a, *entry.b)) continue;
+    entries.push_back(entry);
+  }
+  std::sort(entries.begin(), entries.end(), [](const Entry& x, const Entry& y) { return x.key() < y.key(); });
+
+  pairs_.clear();
+  ranges_.clear();
+  manifolds_.clear();
+  for (const Entry& entry : entries) {
+    if (pairs_.empty() || pairs_.back().a != entry.a->id || pairs_.back().b != entry.b->id) {
+      pairs_.push_back({entry.a->id, entry.b->id, entry.a->slot, entry.b->slot, false});
+      ranges_.push_back({manifolds_.size(), 0});
+    }
+    pairs_.back().touching = pairs_.back().touching || is_touching(*entry.manifold);
+    ++ranges_.back().count;
+    manifolds_.push_back(entry.manifold);
+  }
+  is_gathered_ = true;
+}
+
+std::span<btPersistentManifold* const> BulletWorld::manifolds_of(std::size_t pair) const {
+  return std::span(manifolds_).subspan(ranges_[pair].first, ranges_[pair].count);
+}
+
+ContactDetail BulletWorld::contact_detail(std::size_t pair) const {
+  const Body& b = body(pairs_[pair].slot_b);
+  ContactDetail detail;
+  detail.depth = -std::numeric_limits<double>::infinity();
+  for (const btPersistentManifold* manifold : manifolds_of(pair)) {
+    const bool is_swapped = &Body::of(manifold->getBody0()) == &b;
+    for (int i = 0; i < manifold->getNumContacts(); ++i) {
+      const btManifoldPoint& point = manifold->getContactPoint(i);
+      detail.impulse += point.getAppliedImpulse();
+      if (-point.getDistance() <= detail.depth) continue;
+      detail.depth = -point.getDistance();
+      // By the local point: the one in the sector's frame is of another sector while an imported pair sleeps.
+      const btVector3& local = is_swapped ? point.m_localPointA : point.m_localPointB;
+      detail.position = to_eigen(b.rigid.getWorldTransform() * local);
+      detail.normal = to_eigen(is_swapped ? -point.m_normalWorldOnB : point.m_normalWorldOnB);
+    }
+  }
+  return detail;
+}
+
+ManifoldState BulletWorld::export_manifold(std::size_t pair) const {
+  std::vector<ManifoldRecord> records;
+  for (btPersistentManifold* manifold : manifolds_of(pair)) {
+    ManifoldRecord record;
+    record.children = child_pair(*manifold);
+    record.is_predictive = is_predictive(*manifold);
+    record.is_swapped = Body::of(manifold->getBody0()).id != pairs_[pair].a;
+    for (int i = 0; i < manifold->getNumContacts(); ++i)
+      record.points.push_back(manifold->getContactPoint(i));
+    records.push_back(std::move(record));
+  }
+  return {pairs_[pair].a, pairs_[pair].b, encode_manifolds(records)};
+}
+
+// The pair of two bodies with an algorithm. The broadphase may not have noted the pair, where the bodies have
+// come closer by their prediction only: it is noted now, and the next detection decides.
+btBroadphasePair* BulletWorld::pair_for(Body& a, Body& b) {
+  btOverlappingPairCache& cache = *broadphase_.getOverlappingPairCache();
+  btBroadphaseProxy* proxy_a = a.rigid.getBroadphaseHandle();
+  btBroadphaseProxy* proxy_b = b.rigid.getBroadphaseHandle();
+  btBroadphasePair* pair = cache.findPair(proxy_a, proxy_b);
+  if (!pair) pair = cache.addOverlappingPair(proxy_a, proxy_b);
+  return pair;  // null where the pair is not wanted here
+}
+
+void BulletWorld::import_manifold(const ManifoldState& state) {
+  const auto slot_a = slots_.find(state.a.value);
+  const auto slot_b = slots_.find(state.b.value);
+  std::vector<ManifoldRecord> records;
+  require(decode_manifolds(state.points, records),
+          "contact points must come from an engine of the same precision");
+  if (slot_a == slots_.end() || slot_b == slots_.end()) return;
+  Body& a = body(slot_a->second);
+  Body& b = body(slot_b->second);
+  btBroadphasePair* pair = pair_for(a, b);
+  if (!pair) return;
+
+  const btCollisionObjectWrapper first(nullptr, a.rigid.getCollisionShape(), &a.rigid,
+                                       a.rigid.getWorldTransform(), -1, -1);
+  const btCollisionObjectWrapper second(nullptr, b.rigid.getCollisionShape(), &b.rigid,
+                                        b.rigid.getWorldTransform(), -1, -1);
+  dispatcher_.is_importing = true;
+  if (!pair->m_algorithm) {
+    // Only a detection makes all manifolds; what it finds is then replaced.
+    pair->m_algorithm = dispatcher_.findAlgorithm(&first, &second, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    btManifoldResult result(&first, &second);
+    pair->m_algorithm->processCollision(&first, &second, world_.getDispatchInfo(), &result);
+  }
+  btManifoldArray manifolds;
+  pair->m_algorithm->getAllContactManifolds(manifolds);
+  for (int i = 0; i < manifolds.size(); ++i) manifolds[i]->clearManifold();
+  const bool is_compound =
+      a.rigid.getCollisionShape()->isCompound() || b.rigid.getCollisionShape()->isCompound();
+  for (const ManifoldRecord& record : records) {
+    if (record.is_predictive) continue;  // made anew by every detection
+    btPersistentManifold* manifold = nullptr;
+    if (is_compound) {
+      manifold = static_cast<CompoundAlgorithm*>(pair->m_algorithm)
+                     ->manifold_of(record.children, &first, &second, world_.getDispatchInfo());
+    } else if (manifolds.size() > 0) {
+      manifold = manifolds[0];
+    }
+    if (!manifold) continue;
+    manifold->clearManifold();
+    put_points(*manifold, record.points);
+  }
+  dispatcher_.is_importing = false;
+  is_gathered_ = false;
+}
+
+void BulletWorld::set_manifold(std::size_t pair, const ManifoldState& state) {
+  std::vector<ManifoldRecord> records;
+  require(decode_manifolds(state.points, records),
+          "contact points must come from an engine of the same precision");
+  for (btPersistentManifold* manifold : manifolds_of(pair)) {
+    const auto record = std::find_if(records.begin(), records.end(), [&](const ManifoldRecord& candidate) {
+      return candidate.children == child_pair(*manifold);
+    });
+    manifold->clearManifold();
+    if (record != records.end()) put_points(*manifold, record->points);
+  }
+}
+
+void BulletWorld::adopt_manifold(const ManifoldState& state) {
+  std::vector<ManifoldRecord> records;
+  require(decode_manifolds(state.points, records),
+          "contact points must come from an engine of the same precision");
+  const auto slot_a = slots_.find(state.a.value);
+  const auto slot_b = slots_.find(state.b.value);
+  require(slot_a != slots_.end() && slot_b != slots_.end(), "bodies must be added before their contacts");
+  Body* a = &body(slot_a->second);
+  Body* b = &body(slot_b->second);
+  for (const ManifoldRecord& record : records) {
+    const Body* first = record.is_swapped ? b : a;
+    const Body* second = record.is_swapped ? a : b;
+    btPersistentManifold* manifold = dispatcher_.getNewManifold(&first->rigid, &second->rigid);
+    set_child_pair(*manifold, record.children);
+    put_points(*manifold, record.points);
+    adopted_.push_back(manifold);
+  }
+  is_gathered_ = false;
+}
+
+void BulletWorld::release(std::vector<btPersistentManifold*>& manifolds) {
+  for (btPersistentManifold* manifold : manifolds) dispatcher_.releaseManifold(manifold);
+  manifolds.clear();
+}
+
+void BulletWorld::release_of(const Body& gone, std::vector<btPersistentManifold*>& manifolds) {
+  std::erase_if(manifolds, [&](btPersistentManifold* manifold) {
+    if (manifold->getBody0() != &gone.rigid && manifold->getBody1() != &gone.rigid) return false;
+    dispatcher_.releaseManifold(manifold);
+    return true;
+  });
+}
+
+}  // namespace tessera::bullet

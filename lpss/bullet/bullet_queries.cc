@@ -1,0 +1,171 @@
+// Boxes, sweeps and rays.
+
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <LinearMath/btAabbUtil2.h>
+#include <LinearMath/btTransformUtil.h>
+
+#include <algorithm>
+
+#include "lpss/bullet/bullet_world.h"
+#include "lpss/bullet/conversions.h"
+
+namespace tessera::bullet {
+namespace {
+
+btVector3 contact_reach() {
+  return {gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold};
+}
+
+// The bodies whose boxes may overlap a box or lie on a ray, and that `is_wanted`, by id.
+template <typename Base, typename IsWanted>
+struct Collector final : Base {
+  explicit Collector(const IsWanted& wanted) : is_wanted(wanted) {}
+  bool process(const btBroadphaseProxy* proxy) override {
+    Body& body = Body::of(static_cast<const btCollisionObject*>(proxy->m_clientObject));
+    if (is_wanted(body, *proxy)) found.push_back(&body);
+    return true;
+  }
+  const std::vector<Body*>& sorted() {
+    std::sort(found.begin(), found.end(), [](const Body* a, const Body* b) { return a->id < b->id; });
+    return found;
+  }
+  const IsWanted& is_wanted;
+  std::vector<Body*> found;
+};
+
+// The nearest hit that the swept body moves towards.
+struct NearestHit final : btCollisionWorld::ConvexResultCallback {
+  explicit NearestHit(const btVector3& m) : motion(m) {}
+  btScalar addSingleResult(btCollisionWorld::LocalConvexResult& result, bool is_world_normal) override {
+    const btVector3 n = is_world_normal ? result.m_hitNormalLocal
+                                        : result.m_hitCollisionObject->getWorldTransform().getBasis() *
+                                              result.m_hitNormalLocal;
+    if (!(n.dot(motion) < 0)) return 1;
+    m_closestHitFraction = result.m_hitFraction;
+    normal = n;
+    other = &Body::of(result.m_hitCollisionObject);
+    return result.m_hitFraction;
+  }
+  const btVector3 motion;
+  btVector3 normal{0, 0, 1};
+  Body* other = nullptr;
+};
+
+struct NearestRayHit final : btCollisionWorld::RayResultCallback {
+  btScalar addSingleResult(btCollisionWorld::LocalRayResult& result, bool is_world_normal) override {
+    m_closestHitFraction = result.m_hitFraction;
+    m_collisionObject = result.m_collisionObject;
+    normal = is_world_normal ? result.m_hitNormalLocal
+                             : m_collisionObject->getWorldTransform().getBasis() * result.m_hitNormalLocal;
+    return result.m_hitFraction;
+  }
+  btVector3 normal{0, 0, 1};
+};
+
+}  // namespace
+
+void BulletWorld::set_box_to_pose(const Body& boxed) const {
+  btVector3 low;
+  btVector3 high;
+  boxed.shape->root()->getAabb(boxed.rigid.getWorldTransform(), low, high);
+  // As in Bullet's own update: what has no sensible box keeps its last one.
+  if (boxed.motion != Motion::kStatic && !((high - low).length2() < btScalar(1e12))) return;
+  auto* proxy = const_cast<btBroadphaseProxy*>(boxed.rigid.getBroadphaseHandle());
+  broadphase_.setAabb(proxy, low - contact_reach(), high + contact_reach(), &dispatcher_);
+}
+
+void BulletWorld::set_boxes_to_poses() const {
+  for (const std::unique_ptr<Body>& slot : bodies_) {
+    if (slot && slot->is_awake()) set_box_to_pose(*slot);
+  }
+  boxes_are_old_ = false;
+}
+
+std::optional<BulletWorld::SweepHit> BulletWorld::sweep(Body& swept, const btTransform& to) const {
+  const btTransform& from = swept.rigid.getWorldTransform();
+  const btVector3 radius(swept.swept_radius, swept.swept_radius, swept.swept_radius);
+  btVector3 low = from.getOrigin();
+  btVector3 high = low;
+  low.setMin(to.getOrigin());
+  high.setMax(to.getOrigin());
+  const auto is_wanted = [&](const Body& other, const btBroadphaseProxy&) {
+    return &other != &swept && is_wanted_pair(swept, other, settings_.clone_contacts);
+  };
+  Collector<btBroadphaseAabbCallback, decltype(is_wanted)> candidates(is_wanted);
+  broadphase_.aabbTest(low - radius, high + radius, candidates);
+  if (candidates.found.empty()) return std::nullopt;
+
+  const btSphereShape ball(swept.swept_radius);
+  // The ball does not turn: the cast is then one of pure translation.
+  const btTransform ball_to(from.getBasis(), to.getOrigin());
+  NearestHit nearest(to.getOrigin() - from.getOrigin());
+  for (Body* other : candidates.sorted()) {
+    btCollisionWorld::objectQuerySingle(&ball, from, ball_to, &other->rigid, other->shape->root(),
+                                        other->rigid.getWorldTransform(), nearest, /*allowedPenetration=*/0);
+  }
+  if (!nearest.other || !(nearest.m_closestHitFraction < 1)) return std::nullopt;
+  return SweepHit{nearest.other, nearest.m_closestHitFraction, nearest.normal};
+}
+
+Eigen::AlignedBox3d BulletWorld::swept_box(BodySlot slot, double dt) const {
+  const Body& b = body(slot);
+  btVector3 low;
+  btVector3 high;
+  b.shape->root()->getAabb(b.rigid.getWorldTransform(), low, high);
+  if (b.motion != Motion::kStatic) {
+    btTransform end;
+    btTransformUtil::integrateTransform(b.rigid.getWorldTransform(), b.rigid.getLinearVelocity(),
+                                        b.rigid.getAngularVelocity(), btScalar(dt), end);
+    btVector3 end_low;
+    btVector3 end_high;
+    b.shape->root()->getAabb(end, end_low, end_high);
+    low.setMin(end_low);
+    high.setMax(end_high);
+  }
+  return {to_eigen(low - contact_reach()), to_eigen(high + contact_reach())};
+}
+
+bool BulletWorld::reaches_home_body(const Eigen::AlignedBox3d& box) const {
+  if (boxes_are_old_) set_boxes_to_poses();
+  const btVector3 low = to_bullet(Eigen::Vector3d(box.min()));
+  const btVector3 high = to_bullet(Eigen::Vector3d(box.max()));
+  const auto is_wanted = [&](const Body& other, const btBroadphaseProxy& proxy) {
+    return other.lives_here() && TestAabbAgainstAabb2(low, high, proxy.m_aabbMin, proxy.m_aabbMax);
+  };
+  Collector<btBroadphaseAabbCallback, decltype(is_wanted)> candidates(is_wanted);
+  broadphase_.aabbTest(low, high, candidates);
+  return !candidates.found.empty();
+}
+
+std::optional<RayHit> BulletWorld::raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                           std::uint32_t mask) const {
+  if (boxes_are_old_) set_boxes_to_poses();
+  const btVector3 start = to_bullet(from);
+  const btVector3 end = to_bullet(to);
+  const auto is_wanted = [&](const Body& other, const btBroadphaseProxy&) {
+    return other.role != Role::kClone && (other.category & mask) != 0;
+  };
+  Collector<btBroadphaseRayCallback, decltype(is_wanted)> candidates(is_wanted);
+  const btVector3 ray = end - start;
+  const btScalar length = ray.length();
+  if (!(length > 0)) return std::nullopt;
+  for (int axis = 0; axis < 3; ++axis) {
+    const btScalar slope = ray[axis] / length;
+    candidates.m_rayDirectionInverse[axis] = slope == 0 ? btScalar(BT_LARGE_FLOAT) : 1 / slope;
+    candidates.m_signs[axis] = candidates.m_rayDirectionInverse[axis] < 0;
+  }
+  candidates.m_lambda_max = length;
+  broadphase_.rayTest(start, end, candidates);
+  NearestRayHit nearest;
+  const btTransform ray_from(btMatrix3x3::getIdentity(), start);
+  const btTransform ray_to(btMatrix3x3::getIdentity(), end);
+  for (Body* other : candidates.sorted()) {
+    btCollisionWorld::rayTestSingle(ray_from, ray_to, &other->rigid, other->shape->root(),
+                                    other->rigid.getWorldTransform(), nearest);
+  }
+  if (!nearest.hasHit()) return std::nullopt;
+  return RayHit{Body::of(nearest.m_collisionObject).id, nearest.m_closestHitFraction,
+                to_eigen(nearest.normal).normalized()};
+}
+
+}  // namespace tessera::bullet

@@ -1,0 +1,160 @@
+// One sector's world in Bullet.
+//
+// Bullet's own stepSimulation() is not used, nor its dynamics world: forces, prediction, sweeps, integration
+// and sleeping are loops of ours, so that nothing in them depends on the order in which bodies came to be
+// here. What makes the bits free of history:
+//   * The unique id of a body's broadphase proxy is its BodyId, so the two sides of a pair are always the
+//   same.
+//   * A pair is looked at when the tight boxes of its bodies overlap, and forgets its points when they do
+//   not.
+//     Bullet's broadphase alone would keep a pair while its padded boxes overlap, which are a matter of
+//     history.
+//   * The boxes are functions of the bodies' states: pose and prediction at detect(), pose alone for bodies
+//   that
+//     are asleep or were just set.
+//   * Compounds have an algorithm of our own (compound_algorithm.h).
+//   * Sweeps and rays look at bodies in the order of their ids, and sweeps see all others unmoved.
+//   * Manifolds are handed out sorted.
+//
+// A body whose state is not finite, or whose box is larger than 1000 km, is taken out by Bullet's broadphase:
+// it is reported as asleep, is not moved any more and must be looked for by its state.
+#pragma once
+
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "lpss/bullet/bullet_body.h"
+#include "lpss/bullet/bullet_engine.h"
+#include "lpss/bullet/compound_algorithm.h"
+#include "lpss/engine/engine.h"
+
+namespace tessera::bullet {
+
+class BulletWorld final : public SectorWorld {
+ public:
+  explicit BulletWorld(BulletEngine& engine);
+  ~BulletWorld() override;
+
+  // Bodies: bullet_world.cc.
+  BodySlot add(const BodyRecord& record, Role role) override;
+  BodySlot add_static(BodyId id, const BodyProperties& properties, const Shape& part,
+                      const Pose& pose) override;
+  void remove(BodySlot slot) override;
+  BodyState state(BodySlot slot) const override { return body(slot).state(); }
+  void set_state(BodySlot slot, const BodyState& state) override;
+  Eigen::Vector3d position(BodySlot slot) const override;
+  Eigen::Vector3d linear_velocity(BodySlot slot) const override;
+  Activity activity(BodySlot slot) const override { return body(slot).activity(); }
+  void set_velocity(BodySlot slot, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) override;
+  void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) override;
+  void add_wrench(BodySlot slot, const Wrench& wrench) override;
+  void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) override;
+  void sleep(BodySlot slot) override;
+  void wake(BodySlot slot) override;
+  Wrench total_wrench(BodySlot slot) const override;
+  void set_total_wrench(BodySlot slot, const Wrench& wrench) override;
+
+  // The step: bullet_step.cc.
+  void detect(double dt) override;
+  void integrate(double dt) override;
+
+  // Contacts: bullet_contacts.cc.
+  std::span<const ContactPair> contacts() override;
+  ContactDetail contact_detail(std::size_t pair) const override;
+  ManifoldState export_manifold(std::size_t pair) const override;
+  void import_manifold(const ManifoldState& state) override;
+  void set_manifold(std::size_t pair, const ManifoldState& state) override;
+  void adopt_manifold(const ManifoldState& state) override;
+
+  // Boxes, sweeps and rays: bullet_queries.cc.
+  Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
+  bool reaches_home_body(const Eigen::AlignedBox3d& box) const override;
+  std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                std::uint32_t mask) const override;
+
+  // For the solver: a body of this world, and the manifolds of a pair of contacts().
+  Body& body(BodySlot slot) { return *bodies_[static_cast<std::size_t>(slot)]; }
+  const Body& body(BodySlot slot) const { return *bodies_[static_cast<std::size_t>(slot)]; }
+  std::span<btPersistentManifold* const> manifolds_of(std::size_t pair) const;
+
+ private:
+  // Decides which pairs the broadphase notes.
+  struct PairFilter final : btOverlapFilterCallback {
+    explicit PairFilter(CloneContacts contacts) : clone_contacts(contacts) {}
+    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
+    const CloneContacts clone_contacts;
+  };
+
+  // Bullet makes no manifolds for two sleeping bodies, but those that come from elsewhere need one.
+  struct Dispatcher final : btCollisionDispatcher {
+    using btCollisionDispatcher::btCollisionDispatcher;
+    bool needsCollision(const btCollisionObject* a, const btCollisionObject* b) override {
+      return is_importing || a->isActive() || b->isActive();
+    }
+    bool is_importing = false;
+  };
+
+  struct SweepHit {
+    Body* other = nullptr;
+    btScalar fraction = 1;
+    btVector3 normal;
+  };
+
+  struct PairRange {
+    std::size_t first = 0;
+    std::size_t count = 0;
+  };
+
+  static void detect_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
+                          const btDispatcherInfo& info);
+
+  BodySlot add(std::unique_ptr<Body> body);
+  void predict(double dt);
+  void make_predictive_contacts();
+  void make_predictive_contact(Body& body, const SweepHit& hit, const btVector3& motion);
+  void keep_still_clock(Body& body, double dt);
+  void release(std::vector<btPersistentManifold*>& manifolds);
+  void release_of(const Body& body, std::vector<btPersistentManifold*>& manifolds);
+  void gather();
+  btBroadphasePair* pair_for(Body& a, Body& b);
+  void set_box_to_pose(const Body& body) const;
+  void set_boxes_to_poses() const;
+  std::optional<SweepHit> sweep(Body& body, const btTransform& to) const;
+
+  BulletEngine& engine_;
+  const EngineSettings& settings_;
+  btDefaultCollisionConfiguration configuration_;
+  CompoundAlgorithm::CreateFunc compound_algorithms_;
+  btGjkEpaPenetrationDepthSolver penetration_;
+  btConvexConvexAlgorithm::CreateFunc flat_face_algorithms_;
+  mutable Dispatcher dispatcher_;
+  mutable btDbvtBroadphase broadphase_;
+  PairFilter filter_;
+  btCollisionWorld world_;
+
+  std::vector<std::unique_ptr<Body>> bodies_;  // by slot; null where free
+  std::vector<BodySlot> free_slots_;
+  std::unordered_map<std::uint64_t, BodySlot> slots_;  // by body id
+
+  std::vector<btPersistentManifold*> predictive_;  // of sweeps, until the next detection
+  std::vector<btPersistentManifold*> adopted_;
+  bool is_gathered_ = true;
+  std::vector<ContactPair> pairs_;
+  std::vector<PairRange> ranges_;                 // of pairs_, in manifolds_
+  std::vector<btPersistentManifold*> manifolds_;  // sorted
+
+  mutable bool boxes_are_old_ = false;  // bodies moved since their boxes were made
+};
+
+}  // namespace tessera::bullet
