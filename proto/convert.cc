@@ -1,0 +1,423 @@
+#include "proto/convert.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+template <typename... Args>
+absl::Status refused(const Args&... args) {
+  return absl::InvalidArgumentError(absl::StrCat(args...));
+}
+
+absl::Status in(const std::string& what, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
+}
+
+Eigen::Quaterniond quaternion(const v1::Quaternion& q) { return Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()); }
+
+void append(google::protobuf::RepeatedField<double>& numbers, const std::vector<Eigen::Vector3d>& points) {
+  numbers.Reserve(static_cast<int>(3 * points.size()));
+  for (const Eigen::Vector3d& point : points) {
+    for (const double coordinate : point) numbers.Add(coordinate);
+  }
+}
+
+absl::StatusOr<std::vector<Eigen::Vector3d>> points(const google::protobuf::RepeatedField<double>& numbers,
+                                                    const char* what) {
+  if (numbers.size() % 3 != 0) {
+    return refused(what, ": the number of coordinates, ", numbers.size(), ", must be a multiple of 3");
+  }
+  std::vector<Eigen::Vector3d> result;
+  result.reserve(numbers.size() / 3);
+  for (int n = 0; n < numbers.size(); n += 3) result.emplace_back(numbers[n], numbers[n + 1], numbers[n + 2]);
+  return result;
+}
+
+struct GeometryWriter {
+  v1::Geometry& to;
+
+  void operator()(const Box& box) const { *to.mutable_box()->mutable_size() = to_proto(box.size); }
+  void operator()(const Sphere& sphere) const { to.mutable_sphere()->set_radius(sphere.radius); }
+  void operator()(const Capsule& capsule) const {
+    to.mutable_capsule()->set_radius(capsule.radius);
+    to.mutable_capsule()->set_length(capsule.length);
+  }
+  void operator()(const Cylinder& cylinder) const {
+    to.mutable_cylinder()->set_radius(cylinder.radius);
+    to.mutable_cylinder()->set_length(cylinder.length);
+  }
+  void operator()(const Ellipsoid& ellipsoid) const {
+    *to.mutable_ellipsoid()->mutable_radii() = to_proto(ellipsoid.radii);
+  }
+  void operator()(const Plane& plane) const { *to.mutable_plane()->mutable_normal() = to_proto(plane.normal); }
+  void operator()(const ConvexHull& hull) const {
+    append(*to.mutable_convex_hull()->mutable_points(), hull.points);
+  }
+  void operator()(const TriangleMesh& mesh) const {
+    append(*to.mutable_triangle_mesh()->mutable_vertices(), mesh.vertices);
+    to.mutable_triangle_mesh()->mutable_indices()->Add(mesh.indices.begin(), mesh.indices.end());
+  }
+  void operator()(const HeightField& field) const {
+    v1::Geometry::HeightField& result = *to.mutable_height_field();
+    result.set_columns(field.columns);
+    result.set_rows(field.rows);
+    result.set_spacing_x(field.spacing.x());
+    result.set_spacing_y(field.spacing.y());
+    result.mutable_heights()->Add(field.heights.begin(), field.heights.end());
+  }
+};
+
+absl::StatusOr<Geometry> mesh_of(const v1::Geometry::TriangleMesh& mesh) {
+  absl::StatusOr<std::vector<Eigen::Vector3d>> vertices = points(mesh.vertices(), "triangle_mesh.vertices");
+  if (!vertices.ok()) return vertices.status();
+  return TriangleMesh{*std::move(vertices), {mesh.indices().begin(), mesh.indices().end()}};
+}
+
+absl::StatusOr<Geometry> geometry(const v1::Geometry& from) {
+  switch (from.kind_case()) {
+    case v1::Geometry::kBox:
+      return Box{from_proto(from.box().size())};
+    case v1::Geometry::kSphere:
+      return Sphere{from.sphere().radius()};
+    case v1::Geometry::kCapsule:
+      return Capsule{from.capsule().radius(), from.capsule().length()};
+    case v1::Geometry::kCylinder:
+      return Cylinder{from.cylinder().radius(), from.cylinder().length()};
+    case v1::Geometry::kEllipsoid:
+      return Ellipsoid{from_proto(from.ellipsoid().radii())};
+    case v1::Geometry::kPlane:
+      return Plane{from_proto(from.plane().normal())};
+    case v1::Geometry::kConvexHull: {
+      absl::StatusOr<std::vector<Eigen::Vector3d>> hull = points(from.convex_hull().points(), "convex_hull.points");
+      if (!hull.ok()) return hull.status();
+      return ConvexHull{*std::move(hull)};
+    }
+    case v1::Geometry::kTriangleMesh:
+      return mesh_of(from.triangle_mesh());
+    case v1::Geometry::kHeightField: {
+      const v1::Geometry::HeightField& field = from.height_field();
+      return HeightField{field.columns(),
+                         field.rows(),
+                         {field.spacing_x(), field.spacing_y()},
+                         {field.heights().begin(), field.heights().end()}};
+    }
+    case v1::Geometry::KIND_NOT_SET:
+      break;
+  }
+  return refused("geometry must be set to a known kind");
+}
+
+absl::StatusOr<Motion> motion(v1::Motion motion) {
+  switch (motion) {
+    case v1::MOTION_DYNAMIC:
+      return Motion::kDynamic;
+    case v1::MOTION_STATIC:
+      return Motion::kStatic;
+    case v1::MOTION_KINEMATIC:
+      return Motion::kKinematic;
+    default:
+      return refused("motion = ", static_cast<int>(motion), " must be 0 (dynamic), 1 (static) or 2 (kinematic)");
+  }
+}
+
+v1::Motion motion_to_proto(Motion motion) {
+  switch (motion) {
+    case Motion::kStatic:
+      return v1::MOTION_STATIC;
+    case Motion::kKinematic:
+      return v1::MOTION_KINEMATIC;
+    case Motion::kDynamic:
+      break;
+  }
+  return v1::MOTION_DYNAMIC;
+}
+
+Eigen::Vector3d vector(const std::array<double, 3>& v) { return Eigen::Vector3d(v.data()); }
+std::array<double, 3> array(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+absl::StatusOr<Gravity> gravity(const v1::WorldSettings& settings) {
+  switch (settings.gravity_case()) {
+    case v1::WorldSettings::kUniformGravity:
+      return UniformGravity{from_proto(settings.uniform_gravity())};
+    case v1::WorldSettings::kCentralGravity: {
+      const v1::CentralGravity& planet = settings.central_gravity();
+      return CentralGravity{from_proto(planet.centre()), planet.surface(), planet.radius()};
+    }
+    case v1::WorldSettings::GRAVITY_NOT_SET:
+      break;
+  }
+  return refused("gravity must be set, uniform or central");
+}
+
+absl::StatusOr<SeamPolicy> seam_policy(v1::SeamPolicy policy) {
+  if (policy == v1::SEAM_POLICY_ISLAND) return SeamPolicy::kIsland;
+  if (policy == v1::SEAM_POLICY_CLONE) return SeamPolicy::kClone;
+  return refused("seams = ", static_cast<int>(policy), " must be 0 (island) or 1 (clone)");
+}
+
+absl::StatusOr<int> count(const char* what, std::uint32_t value) {
+  if (value > static_cast<std::uint32_t>(std::numeric_limits<int>::max())) {
+    return refused(what, " = ", value, " must be at most ", std::numeric_limits<int>::max());
+  }
+  return static_cast<int>(value);
+}
+
+}  // namespace
+
+v1::SectorIndex to_proto(const SectorIndex& sector) {
+  v1::SectorIndex result;
+  result.set_i(sector.i);
+  result.set_j(sector.j);
+  result.set_k(sector.k);
+  return result;
+}
+
+v1::Vector3 to_proto(const Eigen::Vector3d& vector) {
+  v1::Vector3 result;
+  result.set_x(vector.x());
+  result.set_y(vector.y());
+  result.set_z(vector.z());
+  return result;
+}
+
+v1::Quaternion to_proto(const Eigen::Quaterniond& quaternion) {
+  v1::Quaternion result;
+  result.set_x(quaternion.x());
+  result.set_y(quaternion.y());
+  result.set_z(quaternion.z());
+  result.set_w(quaternion.w());
+  return result;
+}
+
+v1::WorldPosition to_proto(const WorldPosition& position) {
+  v1::WorldPosition result;
+  *result.mutable_sector() = to_proto(position.sector);
+  *result.mutable_local() = to_proto(position.local);
+  return result;
+}
+
+v1::WorldPose to_proto(const WorldPose& pose) {
+  v1::WorldPose result;
+  *result.mutable_position() = to_proto(pose.position);
+  *result.mutable_orientation() = to_proto(pose.orientation);
+  return result;
+}
+
+v1::Pose to_proto(const Pose& pose) {
+  v1::Pose result;
+  *result.mutable_position() = to_proto(pose.position);
+  *result.mutable_orientation() = to_proto(pose.orientation);
+  return result;
+}
+
+v1::Shape to_proto(const Shape& shape) {
+  v1::Shape result;
+  for (const ShapePart& part : shape.parts) {
+    v1::Shape::Part& to = *result.add_parts();
+    std::visit(GeometryWriter{*to.mutable_geometry()}, part.geometry);
+    *to.mutable_pose() = to_proto(part.pose);
+  }
+  return result;
+}
+
+v1::BodyProperties to_proto(const BodyProperties& properties) {
+  v1::BodyProperties result;
+  result.set_motion(motion_to_proto(properties.motion));
+  result.set_shape(properties.shape);
+  result.set_mass(properties.mass);
+  *result.mutable_inertia() = to_proto(vector(properties.inertia));
+  *result.mutable_centre() = to_proto(vector(properties.centre));
+  *result.mutable_principal_axes() = to_proto(centre_frame(properties).orientation);
+  result.set_friction(properties.friction);
+  result.set_restitution(properties.restitution);
+  result.set_linear_damping(properties.linear_damping);
+  result.set_angular_damping(properties.angular_damping);
+  result.set_category(properties.category);
+  result.set_mask(properties.mask);
+  result.set_no_gravity(!properties.gravity);
+  return result;
+}
+
+v1::Body to_proto(const BodyDescription& body) {
+  v1::Body result;
+  result.set_name(body.name);
+  *result.mutable_properties() = to_proto(body.properties);
+  *result.mutable_pose() = to_proto(body.pose);
+  *result.mutable_linear_velocity() = to_proto(body.linear_velocity);
+  *result.mutable_angular_velocity() = to_proto(body.angular_velocity);
+  return result;
+}
+
+v1::WorldSettings to_proto(const WorldSettings& settings) {
+  v1::WorldSettings result;
+  result.set_precision(to_proto(settings.precision));
+  result.set_sector_size(settings.sector_size);
+  result.set_time_step(settings.time_step);
+  result.set_seams(settings.seams == SeamPolicy::kIsland ? v1::SEAM_POLICY_ISLAND : v1::SEAM_POLICY_CLONE);
+  result.set_clone_depth(static_cast<std::uint32_t>(settings.clone_depth));
+  if (const auto* uniform = std::get_if<UniformGravity>(&settings.gravity)) {
+    *result.mutable_uniform_gravity() = to_proto(uniform->acceleration);
+  } else {
+    const CentralGravity& planet = std::get<CentralGravity>(settings.gravity);
+    *result.mutable_central_gravity()->mutable_centre() = to_proto(planet.centre);
+    result.mutable_central_gravity()->set_surface(planet.surface);
+    result.mutable_central_gravity()->set_radius(planet.radius);
+  }
+  result.set_solver_iterations(static_cast<std::uint32_t>(settings.solver_iterations));
+  result.set_friction_in_two_directions(settings.friction_in_two_directions);
+  result.set_continuous_collision(settings.continuous_collision);
+  result.set_sleep_linear_speed(settings.sleep_linear_speed);
+  result.set_sleep_angular_speed(settings.sleep_angular_speed);
+  result.set_sleep_after(settings.sleep_after);
+  return result;
+}
+
+v1::World to_proto(const WorldDescription& world) {
+  v1::World result;
+  result.set_name(world.name);
+  *result.mutable_settings() = to_proto(world.settings);
+  *result.mutable_anchor() = to_proto(world.anchor);
+  result.mutable_shapes()->Reserve(static_cast<int>(world.shapes.size()));
+  for (const Shape& shape : world.shapes) *result.add_shapes() = to_proto(shape);
+  result.mutable_bodies()->Reserve(static_cast<int>(world.bodies.size()));
+  for (const BodyDescription& body : world.bodies) *result.add_bodies() = to_proto(body);
+  return result;
+}
+
+v1::Precision to_proto(Precision precision) {
+  return precision == Precision::kFloat32 ? v1::PRECISION_FLOAT32 : v1::PRECISION_FLOAT64;
+}
+
+SectorIndex from_proto(const v1::SectorIndex& sector) { return {sector.i(), sector.j(), sector.k()}; }
+
+Eigen::Vector3d from_proto(const v1::Vector3& vector) { return {vector.x(), vector.y(), vector.z()}; }
+
+WorldPosition from_proto(const v1::WorldPosition& position) {
+  return {from_proto(position.sector()), from_proto(position.local())};
+}
+
+WorldPose from_proto(const v1::WorldPose& pose) {
+  WorldPose result;
+  result.position = from_proto(pose.position());
+  if (pose.has_orientation()) result.orientation = quaternion(pose.orientation());
+  return result;
+}
+
+Pose from_proto(const v1::Pose& pose) {
+  Pose result;
+  result.position = from_proto(pose.position());
+  if (pose.has_orientation()) result.orientation = quaternion(pose.orientation());
+  return result;
+}
+
+absl::StatusOr<Shape> from_proto(const v1::Shape& shape) {
+  Shape result;
+  result.parts.reserve(shape.parts_size());
+  for (int n = 0; n < shape.parts_size(); ++n) {
+    absl::StatusOr<Geometry> part = geometry(shape.parts(n).geometry());
+    if (!part.ok()) return in(absl::StrCat("part ", n), part.status());
+    result.parts.push_back({*std::move(part), from_proto(shape.parts(n).pose())});
+  }
+  return result;
+}
+
+absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties) {
+  const absl::StatusOr<Motion> kind = motion(properties.motion());
+  if (!kind.ok()) return kind.status();
+  BodyProperties result;
+  result.motion = *kind;
+  result.shape = properties.shape();
+  result.mass = properties.mass();
+  result.inertia = array(properties.inertia());
+  result.centre = array(properties.centre());
+  if (properties.has_principal_axes()) {
+    const v1::Quaternion& q = properties.principal_axes();
+    result.principal_axes = {q.x(), q.y(), q.z(), q.w()};
+  }
+  result.friction = properties.friction();
+  result.restitution = properties.restitution();
+  result.linear_damping = properties.linear_damping();
+  result.angular_damping = properties.angular_damping();
+  result.category = properties.category();
+  result.mask = properties.mask();
+  result.gravity = !properties.no_gravity();
+  return result;
+}
+
+absl::StatusOr<BodyDescription> from_proto(const v1::Body& body) {
+  const std::string title = absl::StrCat("body '", body.name(), "'");
+  if (!body.has_properties()) return refused(title, ": properties must be set");
+  if (!body.has_pose()) return refused(title, ": pose must be set");
+  absl::StatusOr<BodyProperties> properties = from_proto(body.properties());
+  if (!properties.ok()) return in(title, properties.status());
+  BodyDescription result;
+  result.name = body.name();
+  result.properties = *properties;
+  result.pose = from_proto(body.pose());
+  result.linear_velocity = from_proto(body.linear_velocity());
+  result.angular_velocity = from_proto(body.angular_velocity());
+  return result;
+}
+
+absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings) {
+  const absl::StatusOr<Precision> precision = from_proto(settings.precision());
+  if (!precision.ok()) return precision.status();
+  const absl::StatusOr<SeamPolicy> seams = seam_policy(settings.seams());
+  if (!seams.ok()) return seams.status();
+  const absl::StatusOr<int> clone_depth = count("clone_depth", settings.clone_depth());
+  if (!clone_depth.ok()) return clone_depth.status();
+  const absl::StatusOr<int> iterations = count("solver_iterations", settings.solver_iterations());
+  if (!iterations.ok()) return iterations.status();
+  const absl::StatusOr<Gravity> pull = gravity(settings);
+  if (!pull.ok()) return pull.status();
+  WorldSettings result;
+  result.precision = *precision;
+  result.sector_size = settings.sector_size();
+  result.time_step = settings.time_step();
+  result.seams = *seams;
+  result.clone_depth = *clone_depth;
+  result.gravity = *pull;
+  result.solver_iterations = *iterations;
+  result.friction_in_two_directions = settings.friction_in_two_directions();
+  result.continuous_collision = settings.continuous_collision();
+  result.sleep_linear_speed = settings.sleep_linear_speed();
+  result.sleep_angular_speed = settings.sleep_angular_speed();
+  result.sleep_after = settings.sleep_after();
+  return result;
+}
+
+absl::StatusOr<WorldDescription> from_proto(const v1::World& world) {
+  if (!world.has_settings()) return refused("settings must be set");
+  absl::StatusOr<WorldSettings> settings = from_proto(world.settings());
+  if (!settings.ok()) return in("settings", settings.status());
+  WorldDescription result;
+  result.name = world.name();
+  result.settings = *settings;
+  result.anchor = from_proto(world.anchor());
+  result.shapes.reserve(world.shapes_size());
+  for (int n = 0; n < world.shapes_size(); ++n) {
+    absl::StatusOr<Shape> shape = from_proto(world.shapes(n));
+    if (!shape.ok()) return in(absl::StrCat("shape ", n), shape.status());
+    result.shapes.push_back(*std::move(shape));
+  }
+  result.bodies.reserve(world.bodies_size());
+  for (const v1::Body& from : world.bodies()) {
+    absl::StatusOr<BodyDescription> body = from_proto(from);
+    if (!body.ok()) return body.status();
+    result.bodies.push_back(*std::move(body));
+  }
+  return result;
+}
+
+absl::StatusOr<Precision> from_proto(v1::Precision precision) {
+  if (precision == v1::PRECISION_FLOAT32) return Precision::kFloat32;
+  if (precision == v1::PRECISION_FLOAT64) return Precision::kFloat64;
+  return refused("precision = ", static_cast<int>(precision), " must be 0 (f32) or 1 (f64)");
+}
+
+}  // namespace tessera

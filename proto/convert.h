@@ -1,0 +1,42 @@
+// Between the wire and the types of the layer. What comes from outside is checked here for what a type cannot
+// hold (absent fields, unknown kinds, counts); bounds are the business of lpss/world/validate.h.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "lpss/engine/body.h"
+#include "lpss/engine/shape.h"
+#include "lpss/grid/world_position.h"
+#include "lpss/world/world_description.h"
+#include "world.pb.h"
+
+namespace tessera {
+
+// Each to_proto() loses nothing; from_proto() of its result gives the same value, bit for bit. Errors are
+// INVALID_ARGUMENT and name the field.
+v1::SectorIndex to_proto(const SectorIndex& sector);
+v1::Vector3 to_proto(const Eigen::Vector3d& vector);
+v1::Quaternion to_proto(const Eigen::Quaterniond& quaternion);
+v1::WorldPosition to_proto(const WorldPosition& position);
+v1::WorldPose to_proto(const WorldPose& pose);
+v1::Pose to_proto(const Pose& pose);
+v1::Shape to_proto(const Shape& shape);
+v1::BodyProperties to_proto(const BodyProperties& properties);
+v1::Body to_proto(const BodyDescription& body);
+v1::WorldSettings to_proto(const WorldSettings& settings);
+v1::World to_proto(const WorldDescription& world);
+v1::Precision to_proto(Precision precision);
+
+SectorIndex from_proto(const v1::SectorIndex& sector);
+Eigen::Vector3d from_proto(const v1::Vector3& vector);
+WorldPosition from_proto(const v1::WorldPosition& position);
+WorldPose from_proto(const v1::WorldPose& pose);
+Pose from_proto(const v1::Pose& pose);
+absl::StatusOr<Shape> from_proto(const v1::Shape& shape);
+absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties);
+absl::StatusOr<BodyDescription> from_proto(const v1::Body& body);
+absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings);
+absl::StatusOr<WorldDescription> from_proto(const v1::World& world);
+absl::StatusOr<Precision> from_proto(v1::Precision precision);
+
+}  // namespace tessera

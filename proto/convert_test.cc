@@ -1,0 +1,175 @@
+#include "proto/convert.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace tessera {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kThird = 1.0 / 3;
+
+Shape every_geometry() {
+  Shape shape;
+  const Pose pose{{1, -2, kThird}, Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5)};
+  shape.parts = {{Box{{1, 2, 3}}, pose},
+                 {Sphere{kThird}, pose},
+                 {Capsule{0.1, 0.2}, {}},
+                 {Cylinder{0.3, 0.4}, {}},
+                 {Ellipsoid{{1, 2, 3}}, {}},
+                 {Plane{{0, 1, 0}}, {}},
+                 {ConvexHull{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}},
+                 {TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}}, {}},
+                 {HeightField{2, 2, {0.5, 0.25}, {1, 2, 3, 4}}, {}}};
+  return shape;
+}
+
+BodyDescription some_body() {
+  BodyDescription body;
+  body.name = "model::link";
+  body.properties.motion = Motion::kKinematic;
+  body.properties.shape = 0;
+  body.properties.mass = kThird;
+  body.properties.inertia = {1, 2, 2.5};
+  body.properties.centre = {-0.0, 0.1, std::numeric_limits<double>::denorm_min()};
+  body.properties.principal_axes = {0.5, 0.5, 0.5, 0.5};
+  body.properties.friction = 0.1;
+  body.properties.restitution = 0.2;
+  body.properties.linear_damping = 0.3;
+  body.properties.angular_damping = 0.4;
+  body.properties.category = 0x80000000;
+  body.properties.mask = 0xfffffffe;
+  body.properties.gravity = false;
+  body.pose.position = {{std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), -1},
+                        {kThird, -64, 63.5}};
+  body.pose.orientation = Eigen::Quaterniond(kThird, 0.1, 0.2, 0.3);
+  body.linear_velocity = {1, -0.0, 3};
+  body.angular_velocity = {4, 5, 6};
+  return body;
+}
+
+WorldDescription some_world() {
+  WorldDescription world;
+  world.name = "world";
+  world.settings.precision = Precision::kFloat64;
+  world.settings.sector_size = 100;
+  world.settings.time_step = 0.001;
+  world.settings.seams = SeamPolicy::kClone;
+  world.settings.clone_depth = 3;
+  world.settings.gravity = CentralGravity{{{1, 2, 3}, {4, 5, 6}}, 9.8, 6.4e6};
+  world.settings.solver_iterations = 20;
+  world.settings.friction_in_two_directions = false;
+  world.settings.continuous_collision = false;
+  world.settings.sleep_after = 0;
+  world.anchor = {1, std::int64_t{1} << 62, -5};
+  world.shapes = {every_geometry(), Shape{{{Sphere{1}, {}}}}};
+  world.bodies = {some_body(), BodyDescription{.name = "plain"}};
+  return world;
+}
+
+// What went through proto and back is the same message again, byte for byte, and so are its fields.
+TEST(Convert, AWorldSurvivesBitForBit) {
+  const WorldDescription world = some_world();
+  const v1::World message = to_proto(world);
+  v1::World received;
+  ASSERT_TRUE(received.ParseFromString(message.SerializeAsString()));
+  const absl::StatusOr<WorldDescription> back = from_proto(received);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(to_proto(*back).SerializeAsString(), message.SerializeAsString());
+
+  EXPECT_EQ(back->name, world.name);
+  EXPECT_EQ(back->anchor, world.anchor);
+  EXPECT_EQ(back->settings.precision, Precision::kFloat64);
+  EXPECT_EQ(back->settings.seams, SeamPolicy::kClone);
+  EXPECT_EQ(std::get<CentralGravity>(back->settings.gravity).centre, (WorldPosition{{1, 2, 3}, {4, 5, 6}}));
+  const BodyDescription& body = back->bodies[0];
+  EXPECT_EQ(body.pose.position, world.bodies[0].pose.position);
+  EXPECT_EQ(body.pose.orientation.coeffs(), world.bodies[0].pose.orientation.coeffs());
+  EXPECT_TRUE(std::signbit(body.linear_velocity.y()));
+  EXPECT_TRUE(std::signbit(body.properties.centre[0]));
+  EXPECT_EQ(body.properties.centre[2], std::numeric_limits<double>::denorm_min());
+  EXPECT_EQ(body.properties.principal_axes, world.bodies[0].properties.principal_axes);
+  EXPECT_EQ(body.properties.motion, Motion::kKinematic);
+  EXPECT_EQ(body.properties.mask, 0xfffffffeu);
+  EXPECT_FALSE(body.properties.gravity);
+  EXPECT_TRUE(back->bodies[1].properties.gravity);
+}
+
+TEST(Convert, EveryGeometrySurvives) {
+  const absl::StatusOr<Shape> back = from_proto(to_proto(every_geometry()));
+  ASSERT_TRUE(back.ok()) << back.status();
+  ASSERT_EQ(back->parts.size(), std::variant_size_v<Geometry>);
+  for (std::size_t n = 0; n < back->parts.size(); ++n) EXPECT_EQ(back->parts[n].geometry.index(), n);
+  EXPECT_EQ(std::get<TriangleMesh>(back->parts[7].geometry).indices, (std::vector<std::uint32_t>{0, 1, 2}));
+  EXPECT_EQ(std::get<HeightField>(back->parts[8].geometry).spacing, Eigen::Vector2d(0.5, 0.25));
+}
+
+TEST(Convert, AbsentQuaternionsAreIdentities) {
+  EXPECT_TRUE(from_proto(v1::Pose()).is_identity());
+  EXPECT_EQ(from_proto(v1::WorldPose()).orientation.coeffs(), Eigen::Quaterniond::Identity().coeffs());
+  EXPECT_EQ(from_proto(v1::BodyProperties())->principal_axes, (std::array<double, 4>{0, 0, 0, 1}));
+}
+
+template <typename Message>
+void expect_refused(const Message& message, const std::string& text) {
+  const absl::Status status = from_proto(message).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr(text));
+}
+
+TEST(Convert, RefusesWhatATypeCannotHold) {
+  v1::World world = to_proto(some_world());
+  world.clear_settings();
+  expect_refused(world, "settings must be set");
+
+  world = to_proto(some_world());
+  world.mutable_settings()->clear_gravity();
+  expect_refused(world, "settings: gravity must be set");
+
+  world = to_proto(some_world());
+  world.mutable_settings()->set_precision(static_cast<v1::Precision>(9));
+  expect_refused(world, "settings: precision = 9");
+
+  world = to_proto(some_world());
+  world.mutable_settings()->set_seams(static_cast<v1::SeamPolicy>(5));
+  expect_refused(world, "settings: seams = 5");
+
+  world = to_proto(some_world());
+  world.mutable_settings()->set_clone_depth(0xffffffff);
+  expect_refused(world, "settings: clone_depth = 4294967295");
+
+  world = to_proto(some_world());
+  world.mutable_settings()->set_solver_iterations(0x80000000);
+  expect_refused(world, "settings: solver_iterations");
+
+  world = to_proto(some_world());
+  world.mutable_shapes(1)->mutable_parts(0)->clear_geometry();
+  expect_refused(world, "shape 1: part 0: geometry must be set");
+
+  world = to_proto(some_world());
+  world.mutable_shapes(0)->mutable_parts(6)->mutable_geometry()->mutable_convex_hull()->add_points(1);
+  expect_refused(world, "shape 0: part 6: convex_hull.points");
+
+  world = to_proto(some_world());
+  world.mutable_shapes(0)->mutable_parts(7)->mutable_geometry()->mutable_triangle_mesh()->add_vertices(1);
+  expect_refused(world, "shape 0: part 7: triangle_mesh.vertices");
+
+  world = to_proto(some_world());
+  world.mutable_bodies(0)->clear_pose();
+  expect_refused(world, "body 'model::link': pose must be set");
+
+  world = to_proto(some_world());
+  world.mutable_bodies(1)->clear_properties();
+  expect_refused(world, "body 'plain': properties must be set");
+
+  world = to_proto(some_world());
+  world.mutable_bodies(1)->mutable_properties()->set_motion(static_cast<v1::Motion>(3));
+  expect_refused(world, "body 'plain': motion = 3");
+}
+
+}  // namespace
+}  // namespace tessera

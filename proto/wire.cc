@@ -1,0 +1,394 @@
+#include "proto/wire.h"
+
+#include <absl/status/status.h>
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <bit>
+#include <concepts>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+static_assert(std::is_trivially_copyable_v<OffsetSet> && sizeof(OffsetSet) == 2 * sizeof(std::uint64_t));
+
+// Bits of an OffsetSet that stand for a sector: 5 x 5 x 5.
+constexpr int kOffsetBits = 125;
+
+template <typename T>
+concept Number = std::same_as<T, std::int64_t> || std::same_as<T, std::uint64_t> || std::same_as<T, std::uint32_t> ||
+                 std::same_as<T, std::uint8_t> || std::same_as<T, double>;
+
+template <typename T>
+concept Enumeration = std::same_as<T, Motion> || std::same_as<T, Activity>;
+
+template <typename T, typename U>
+concept Is = std::same_as<std::remove_const_t<T>, U>;
+
+constexpr bool is_known(Motion motion) { return motion <= Motion::kKinematic; }
+constexpr bool is_known(Activity activity) { return activity >= Activity::kAwake && activity <= Activity::kDrowsy; }
+
+// Each struct is described once: describe() hands its fields to an archive, which measures, writes or reads
+// them. Fields are packed without gaps, so that padding never travels and equal values are equal bytes.
+template <typename Archive, Is<BodyId> T>
+void describe(Archive& archive, T& x) {
+  archive(x.value);
+}
+template <typename Archive, Is<SectorIndex> T>
+void describe(Archive& archive, T& x) {
+  archive(x.i, x.j, x.k);
+}
+template <typename Archive, Is<BodyProperties> T>
+void describe(Archive& archive, T& x) {
+  archive(x.motion, x.shape, x.mass, x.inertia, x.centre, x.principal_axes, x.friction, x.restitution,
+          x.linear_damping, x.angular_damping, x.category, x.mask, x.gravity);
+}
+template <typename Archive, Is<BodyState> T>
+void describe(Archive& archive, T& x) {
+  archive(x.position, x.rotation, x.linear_velocity, x.angular_velocity, x.still_for, x.activity);
+}
+template <typename Archive, Is<Wrench> T>
+void describe(Archive& archive, T& x) {
+  archive(x.force, x.torque);
+}
+template <typename Archive, Is<BodyRecord> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.home, x.properties, x.state);
+}
+template <typename Archive, Is<ManifoldState> T>
+void describe(Archive& archive, T& x) {
+  archive(x.a, x.b, x.points);
+}
+template <typename Archive, Is<BodyIntroduction> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.properties);
+}
+template <typename Archive, Is<GhostUpdate> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.home, x.next_home, x.targets, x.state);
+}
+template <typename Archive, Is<Handover> T>
+void describe(Archive& archive, T& x) {
+  archive(x.record, x.targets);
+}
+template <typename Archive, Is<ManifoldTransfer> T>
+void describe(Archive& archive, T& x) {
+  archive(x.to, x.was_touching, x.manifold);
+}
+template <typename Archive, Is<Exchange> T>
+void describe(Archive& archive, T& x) {
+  archive(x.introductions, x.ghosts, x.gone, x.handovers, x.manifolds);
+}
+template <typename Archive, Is<IslandPart> T>
+void describe(Archive& archive, T& x) {
+  archive(x.links, x.first, x.bodies, x.contacts, x.any_awake, x.all_drowsy);
+}
+template <typename Archive, Is<SectorSeams> T>
+void describe(Archive& archive, T& x) {
+  archive(x.sector, x.parts);
+}
+template <typename Archive, Is<Seams> T>
+void describe(Archive& archive, T& x) {
+  archive(x.sectors);
+}
+template <typename Archive, Is<ShippedBody> T>
+void describe(Archive& archive, T& x) {
+  archive(x.record, x.wrench);
+}
+template <typename Archive, Is<ShippedContact> T>
+void describe(Archive& archive, T& x) {
+  archive(x.sector, x.manifold);
+}
+template <typename Archive, Is<ShippedIsland> T>
+void describe(Archive& archive, T& x) {
+  archive(x.island, x.bodies, x.contacts);
+}
+template <typename Archive, Is<Shipment> T>
+void describe(Archive& archive, T& x) {
+  archive(x.islands);
+}
+template <typename Archive, Is<SolvedBody> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.state);
+}
+template <typename Archive, Is<Solution> T>
+void describe(Archive& archive, T& x) {
+  archive(x.bodies, x.contacts);
+}
+template <typename Archive, Is<SpawnBody> T>
+void describe(Archive& archive, T& x) {
+  archive(x.record);
+}
+template <typename Archive, Is<RemoveBody> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id);
+}
+template <typename Archive, Is<SetVelocity> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.linear, x.angular);
+}
+template <typename Archive, Is<ApplyImpulse> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.impulse, x.lever);
+}
+template <typename Archive, Is<ApplyForce> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.wrench);
+}
+template <typename Archive, Is<Teleport> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.home, x.state);
+}
+template <typename Archive, Is<KinematicTarget> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.home, x.state);
+}
+
+// Breaks values down to raw bytes for a `Sink` with bytes(const void*, size): shared by Meter and Writer.
+template <typename Sink>
+class Output {
+ public:
+  template <typename... Fields>
+  void operator()(const Fields&... fields) {
+    (put(fields), ...);
+  }
+
+  template <typename T>
+  void list(std::span<const T> items) {
+    put(static_cast<std::uint64_t>(items.size()));
+    for (const T& item : items) put(item);
+  }
+
+ private:
+  void raw(const void* data, std::size_t size) { static_cast<Sink*>(this)->bytes(data, size); }
+
+  void put(Number auto value) { raw(&value, sizeof value); }
+  void put(Enumeration auto value) { put(static_cast<std::uint8_t>(value)); }
+  void put(bool value) { put(static_cast<std::uint8_t>(value)); }
+  void put(const OffsetSet& set) { raw(&set, sizeof set); }
+  template <std::size_t N>
+  void put(const std::array<double, N>& numbers) {
+    raw(numbers.data(), sizeof numbers);
+  }
+  void put(const std::string& text) {
+    put(static_cast<std::uint64_t>(text.size()));
+    raw(text.data(), text.size());
+  }
+  template <typename T>
+  void put(const std::vector<T>& items) {
+    list(std::span<const T>(items));
+  }
+  void put(const Command& command) {
+    put(static_cast<std::uint8_t>(command.index()));
+    std::visit([this](const auto& alternative) { put(alternative); }, command);
+  }
+  template <typename T>
+    requires requires(Sink& sink, const T& x) { describe(sink, x); }
+  void put(const T& x) {
+    describe(static_cast<Sink&>(*this), x);
+  }
+};
+
+class Meter : public Output<Meter> {
+ public:
+  void bytes(const void*, std::size_t size) { size_ += size; }
+  std::size_t size() const { return size_; }
+
+ private:
+  std::size_t size_ = 0;
+};
+
+// Writes into memory that a Meter has found to be large enough.
+class Writer : public Output<Writer> {
+ public:
+  explicit Writer(char* to) : to_(to) {}
+
+  void bytes(const void* data, std::size_t size) {
+    if (size != 0) std::memcpy(to_, data, size);
+    to_ += size;
+  }
+
+ private:
+  char* to_;
+};
+
+// Reads until the first thing that does not fit; from then on every value is a default.
+class Reader {
+ public:
+  explicit Reader(std::string_view bytes) : rest_(bytes) {}
+
+  template <typename... Fields>
+  void operator()(Fields&... fields) {
+    (get(fields), ...);
+  }
+
+  template <typename T>
+  void list(std::vector<T>& items) {
+    std::uint64_t count = 0;
+    get(count);
+    // Every item takes a byte at least: a count beyond that is a lie. Memory is taken as items prove to be
+    // there.
+    if (count > rest_.size()) return fail();
+    items.reserve(std::min<std::size_t>(count, rest_.size() / sizeof(T) + 1));
+    for (std::uint64_t n = 0; n < count && ok_; ++n) get(items.emplace_back());
+  }
+
+  // Whether all of the bytes were understood.
+  absl::Status done(const char* what) const {
+    if (ok_ && rest_.empty()) return absl::OkStatus();
+    return absl::DataLossError(absl::StrCat(what, ok_ ? ": bytes are left over" : ": the bytes do not fit"));
+  }
+
+ private:
+  void fail() {
+    ok_ = false;
+    rest_ = {};
+  }
+
+  void raw(void* to, std::size_t size) {
+    if (size > rest_.size()) return fail();
+    std::memcpy(to, rest_.data(), size);
+    rest_.remove_prefix(size);
+  }
+
+  void get(Number auto& value) { raw(&value, sizeof value); }
+  template <Enumeration T>
+  void get(T& value) {
+    std::uint8_t number = 0;
+    get(number);
+    if (!ok_) return;
+    if (!is_known(static_cast<T>(number))) return fail();
+    value = static_cast<T>(number);
+  }
+  void get(bool& value) {
+    std::uint8_t number = 0;
+    get(number);
+    if (number > 1) return fail();
+    value = number == 1;
+  }
+  void get(OffsetSet& set) {
+    std::array<std::uint64_t, 2> words{};
+    raw(words.data(), sizeof words);
+    if ((words[1] >> (kOffsetBits - 64)) != 0) return fail();
+    set = std::bit_cast<OffsetSet>(words);
+  }
+  template <std::size_t N>
+  void get(std::array<double, N>& numbers) {
+    raw(numbers.data(), sizeof numbers);
+  }
+  void get(std::string& text) {
+    std::uint64_t size = 0;
+    get(size);
+    if (size > rest_.size()) return fail();
+    text.assign(rest_.substr(0, size));
+    rest_.remove_prefix(size);
+  }
+  template <typename T>
+  void get(std::vector<T>& items) {
+    list(items);
+  }
+  template <std::size_t Index = 0>
+  void alternative(std::uint8_t index, Command& command) {
+    if constexpr (Index == std::variant_size_v<Command>) {
+      fail();
+    } else if (index == Index) {
+      get(command.emplace<Index>());
+    } else {
+      alternative<Index + 1>(index, command);
+    }
+  }
+  void get(Command& command) {
+    std::uint8_t index = 0;
+    get(index);
+    if (ok_) alternative(index, command);
+  }
+  template <typename T>
+    requires requires(Reader& reader, T& x) { describe(reader, x); }
+  void get(T& x) {
+    describe(*this, x);
+  }
+
+  std::string_view rest_;
+  bool ok_ = true;
+};
+
+template <typename Write>
+std::string packed(const Write& write) {
+  Meter meter;
+  write(meter);
+  std::string bytes(meter.size(), '\0');
+  Writer writer(bytes.data());
+  write(writer);
+  return bytes;
+}
+
+template <typename T>
+std::string pack_struct(const T& value) {
+  return packed([&](auto& archive) { archive(value); });
+}
+
+template <typename T>
+std::string pack_list(std::span<const T> items) {
+  return packed([&](auto& archive) { archive.list(items); });
+}
+
+template <typename T>
+absl::StatusOr<T> unpack_struct(std::string_view bytes, const char* what) {
+  Reader reader(bytes);
+  T value;
+  reader(value);
+  if (absl::Status status = reader.done(what); !status.ok()) return status;
+  return value;
+}
+
+template <typename T>
+std::size_t packed_size() {
+  Meter meter;
+  meter(T{});
+  return meter.size();
+}
+
+}  // namespace
+
+std::uint64_t wire_layout() {
+  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
+  for (const std::size_t number :
+       {std::size_t{kClusterProtocol}, sizeof(BodyRecord), packed_size<BodyRecord>(), packed_size<GhostUpdate>(),
+        packed_size<Handover>(), packed_size<ManifoldTransfer>(), packed_size<Exchange>(), packed_size<IslandPart>(),
+        packed_size<SectorSeams>(), packed_size<ShippedBody>(), packed_size<ShippedContact>(),
+        packed_size<ShippedIsland>(), packed_size<SolvedBody>(), packed_size<Solution>(), packed_size<ApplyImpulse>(),
+        packed_size<ApplyForce>(), packed_size<Teleport>(), std::variant_size_v<Command>}) {
+    hash = (hash ^ number) * 0x100000001b3;
+  }
+  return hash;
+}
+
+std::string pack(std::span<const BodyRecord> records) { return pack_list(records); }
+std::string pack(std::span<const Command> commands) { return pack_list(commands); }
+std::string pack(const Exchange& exchange) { return pack_struct(exchange); }
+std::string pack(const Seams& seams) { return pack_struct(seams); }
+std::string pack(const Shipment& shipment) { return pack_struct(shipment); }
+std::string pack(const Solution& solution) { return pack_struct(solution); }
+
+absl::StatusOr<std::vector<BodyRecord>> unpack_records(std::string_view bytes) {
+  return unpack_struct<std::vector<BodyRecord>>(bytes, "body records");
+}
+absl::StatusOr<std::vector<Command>> unpack_commands(std::string_view bytes) {
+  return unpack_struct<std::vector<Command>>(bytes, "commands");
+}
+absl::StatusOr<Exchange> unpack_exchange(std::string_view bytes) {
+  return unpack_struct<Exchange>(bytes, "exchange");
+}
+absl::StatusOr<Seams> unpack_seams(std::string_view bytes) { return unpack_struct<Seams>(bytes, "seams"); }
+absl::StatusOr<Shipment> unpack_shipment(std::string_view bytes) {
+  return unpack_struct<Shipment>(bytes, "shipment");
+}
+absl::StatusOr<Solution> unpack_solution(std::string_view bytes) {
+  return unpack_struct<Solution>(bytes, "solution");
+}
+
+}  // namespace tessera

@@ -1,0 +1,38 @@
+// The bulk data of a tick as bytes: plain structs, packed one after the other, as they lie in memory.
+//
+// Only between processes of one build (ClusterMessage's handshake compares protocol and layout). Reading checks
+// every count against the bytes that are there; what does not fit is DATA_LOSS.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lpss/world/messages.h"
+
+namespace tessera {
+
+inline constexpr std::uint32_t kClusterProtocol = 1;
+
+// A hash of the sizes and versions of the packed structs; equal in processes that understand each other.
+std::uint64_t wire_layout();
+
+std::string pack(std::span<const BodyRecord> records);
+std::string pack(std::span<const Command> commands);
+std::string pack(const Exchange& exchange);
+std::string pack(const Seams& seams);
+std::string pack(const Shipment& shipment);
+std::string pack(const Solution& solution);
+
+absl::StatusOr<std::vector<BodyRecord>> unpack_records(std::string_view bytes);
+absl::StatusOr<std::vector<Command>> unpack_commands(std::string_view bytes);
+absl::StatusOr<Exchange> unpack_exchange(std::string_view bytes);
+absl::StatusOr<Seams> unpack_seams(std::string_view bytes);
+absl::StatusOr<Shipment> unpack_shipment(std::string_view bytes);
+absl::StatusOr<Solution> unpack_solution(std::string_view bytes);
+
+}  // namespace tessera

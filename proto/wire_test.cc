@@ -1,0 +1,197 @@
+#include "proto/wire.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <new>
+#include <random>
+
+namespace tessera {
+namespace {
+
+BodyRecord some_record(std::uint64_t id) {
+  BodyRecord record;
+  record.id = BodyId{id};
+  record.home = {-1, std::int64_t{1} << 62, static_cast<std::int64_t>(id)};
+  record.properties.motion = Motion::kKinematic;
+  record.properties.shape = 7;
+  record.properties.mass = 0.1;
+  record.properties.inertia = {1, 2, 3};
+  record.properties.centre = {-0.0, 1e-300, 3};
+  record.properties.principal_axes = {0.5, 0.5, 0.5, 0.5};
+  record.properties.category = 0x80000001;
+  record.properties.gravity = false;
+  record.state.position = {1.0 / 3, -2, 63.999};
+  record.state.linear_velocity = {1, 2, 3};
+  record.state.angular_velocity = {4, 5, 6};
+  record.state.still_for = 0.25;
+  record.state.activity = Activity::kDrowsy;
+  return record;
+}
+
+ManifoldState some_manifold() { return {BodyId{1}, BodyId{2}, std::string("\0points\xff", 8)}; }
+
+OffsetSet corners() {
+  OffsetSet set;
+  set.insert(-2, -2, -2);
+  set.insert(2, 2, 2);
+  set.insert(0, 0, 1);
+  return set;
+}
+
+std::vector<Command> some_commands() {
+  return {SpawnBody{some_record(3)},
+          RemoveBody{BodyId{4}},
+          SetVelocity{BodyId{5}, {1, 2, 3}, {4, 5, 6}},
+          ApplyImpulse{BodyId{6}, {7, 8, 9}, {10, 11, 12}},
+          ApplyForce{BodyId{7}, {{1, 2, 3}, {4, 5, 6}}},
+          Teleport{BodyId{8}, {1, 2, 3}, some_record(1).state},
+          KinematicTarget{BodyId{9}, {4, 5, 6}, some_record(1).state}};
+}
+
+Exchange some_exchange() {
+  Exchange exchange;
+  exchange.introductions = {{BodyId{1}, some_record(1).properties}, {BodyId{2}, {}}};
+  exchange.ghosts = {{BodyId{1}, {1, 2, 3}, {1, 2, 4}, corners(), some_record(1).state}};
+  exchange.gone = {BodyId{3}, BodyId{4}, BodyId{5}};
+  exchange.handovers = {{some_record(6), corners()}};
+  exchange.manifolds = {{{9, 8, 7}, true, some_manifold()}};
+  return exchange;
+}
+
+Seams some_seams() {
+  IslandPart part{{BodyId{1}, BodyId{9}}, BodyId{1}, 3, 4, true, false};
+  return {{{{1, 2, 3}, {part, {}}}, {{4, 5, 6}, {}}}};
+}
+
+Shipment some_shipment() {
+  return {{{BodyId{1}, {{some_record(1), {{1, 2, 3}, {4, 5, 6}}}}, {{{1, 2, 3}, some_manifold()}}}, {}}};
+}
+
+Solution some_solution() { return {{{BodyId{1}, some_record(1).state}}, {{{3, 2, 1}, some_manifold()}}}; }
+
+// Packs, unpacks and packs again; then all prefixes and many corruptions must be refused or read, never crash.
+template <typename Unpack>
+void torture(const std::string& bytes, const Unpack& unpack) {
+  const auto whole = unpack(bytes);
+  ASSERT_TRUE(whole.ok()) << whole.status();
+  EXPECT_EQ(pack(*whole), bytes);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const std::string prefix = bytes.substr(0, size);  // a copy: sanitizers see a read behind it
+    EXPECT_EQ(unpack(prefix).status().code(), absl::StatusCode::kDataLoss) << size;
+  }
+  EXPECT_EQ(unpack(bytes + '\0').status().code(), absl::StatusCode::kDataLoss);
+
+  std::mt19937_64 random(1);
+  for (int n = 0; n < 20'000; ++n) {
+    std::string damaged = bytes;
+    const int flips = 1 + static_cast<int>(random() % 3);
+    for (int flip = 0; flip < flips; ++flip) damaged[random() % damaged.size()] ^= static_cast<char>(1 << random() % 8);
+    const auto result = unpack(damaged);
+    if (result.ok()) {
+      EXPECT_EQ(pack(*result), damaged);
+    } else {
+      EXPECT_EQ(result.status().code(), absl::StatusCode::kDataLoss);
+    }
+  }
+}
+
+TEST(Wire, BodyRecordsSurviveBitForBit) {
+  const std::vector<BodyRecord> records{some_record(1), some_record(2), BodyRecord{}};
+  torture(pack(std::span<const BodyRecord>(records)), [](std::string_view b) { return unpack_records(b); });
+  const auto read = unpack_records(pack(std::span<const BodyRecord>(records)));
+  ASSERT_TRUE(read.ok());
+  ASSERT_EQ(read->size(), 3u);
+  EXPECT_EQ((*read)[0].id, BodyId{1});
+  EXPECT_EQ((*read)[0].home, records[0].home);
+  EXPECT_EQ((*read)[0].properties.motion, Motion::kKinematic);
+  EXPECT_EQ((*read)[0].properties.category, 0x80000001u);
+  EXPECT_TRUE(std::signbit((*read)[0].properties.centre[0]));
+  EXPECT_FALSE((*read)[0].properties.gravity);
+  EXPECT_EQ((*read)[0].state.position, records[0].state.position);
+  EXPECT_EQ((*read)[0].state.activity, Activity::kDrowsy);
+}
+
+TEST(Wire, CommandsSurviveBitForBit) {
+  const std::vector<Command> commands = some_commands();
+  ASSERT_EQ(commands.size(), std::variant_size_v<Command>);
+  torture(pack(std::span<const Command>(commands)), [](std::string_view b) { return unpack_commands(b); });
+  const auto read = unpack_commands(pack(std::span<const Command>(commands)));
+  ASSERT_TRUE(read.ok());
+  for (std::size_t n = 0; n < commands.size(); ++n) EXPECT_EQ((*read)[n].index(), n);
+  EXPECT_EQ(std::get<ApplyForce>((*read)[4]).wrench.torque, (std::array<double, 3>{4, 5, 6}));
+  EXPECT_EQ(std::get<Teleport>((*read)[5]).home, (SectorIndex{1, 2, 3}));
+}
+
+TEST(Wire, ExchangesSurviveBitForBit) {
+  torture(pack(some_exchange()), [](std::string_view b) { return unpack_exchange(b); });
+  const auto read = unpack_exchange(pack(some_exchange()));
+  ASSERT_TRUE(read.ok());
+  EXPECT_EQ(read->ghosts[0].targets, corners());
+  EXPECT_EQ(read->manifolds[0].manifold.points, some_manifold().points);
+  EXPECT_TRUE(read->manifolds[0].was_touching);
+}
+
+TEST(Wire, SeamsSurviveBitForBit) {
+  torture(pack(some_seams()), [](std::string_view b) { return unpack_seams(b); });
+}
+
+TEST(Wire, ShipmentsSurviveBitForBit) {
+  torture(pack(some_shipment()), [](std::string_view b) { return unpack_shipment(b); });
+}
+
+TEST(Wire, SolutionsSurviveBitForBit) {
+  torture(pack(some_solution()), [](std::string_view b) { return unpack_solution(b); });
+}
+
+TEST(Wire, EmptyMessages) {
+  EXPECT_TRUE(unpack_records(pack(std::span<const BodyRecord>())).value().empty());
+  EXPECT_TRUE(unpack_commands(pack(std::span<const Command>())).value().empty());
+  EXPECT_TRUE(unpack_exchange(pack(Exchange{})).ok());
+  EXPECT_TRUE(unpack_seams(pack(Seams{})).ok());
+  EXPECT_TRUE(unpack_shipment(pack(Shipment{})).ok());
+  EXPECT_TRUE(unpack_solution(pack(Solution{})).ok());
+}
+
+// Memory whose padding holds other bytes must not show.
+TEST(Wire, EqualValuesAreEqualBytes) {
+  alignas(BodyRecord) unsigned char dirty[sizeof(BodyRecord)];
+  alignas(BodyRecord) unsigned char clean[sizeof(BodyRecord)];
+  std::memset(dirty, 0xa5, sizeof dirty);
+  std::memset(clean, 0, sizeof clean);
+  const auto fill = [](BodyRecord* record) {
+    const BodyRecord source = some_record(1);
+    record->id = source.id;
+    record->home = source.home;
+    record->properties.motion = source.properties.motion;
+    record->properties.gravity = source.properties.gravity;
+    record->state.activity = source.state.activity;
+  };
+  BodyRecord* a = new (dirty) BodyRecord;
+  BodyRecord* b = new (clean) BodyRecord;
+  fill(a);
+  fill(b);
+  EXPECT_EQ(pack(std::span<const BodyRecord>(a, 1)), pack(std::span<const BodyRecord>(b, 1)));
+}
+
+TEST(Wire, ACountBeyondTheBytesTakesNoMemory) {
+  const std::string huge(8, '\xff');
+  EXPECT_EQ(unpack_records(huge).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(unpack_seams(huge).status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(Wire, UnknownKindsAreRefused) {
+  const std::vector<Command> one{RemoveBody{BodyId{1}}};
+  std::string bytes = pack(std::span<const Command>(one));
+  bytes[8] = static_cast<char>(std::variant_size_v<Command>);
+  EXPECT_EQ(unpack_commands(bytes).status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(Wire, LayoutIsTheSameInOneBuild) {
+  EXPECT_EQ(wire_layout(), wire_layout());
+  EXPECT_NE(wire_layout(), 0u);
+}
+
+}  // namespace
+}  // namespace tessera

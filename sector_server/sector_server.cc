@@ -1,0 +1,203 @@
+#include "sector_server/sector_server.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+
+#include "proto/convert.h"
+#include "proto/wire.h"
+#include "sector_server/world_run.h"
+
+namespace tessera {
+namespace {
+
+// Messages for a world whose load has not arrived yet; peers are at most a tick ahead.
+constexpr std::size_t kEarlyMessagesMax = 4096;
+
+}  // namespace
+
+class SectorServer::Impl {
+ public:
+  Impl(const SectorServerOptions& options, WorldRun::MakeEngine make_engine, std::function<Nanoseconds()> clock,
+       TickObserver observer)
+      : options_(options),
+        make_engine_(std::move(make_engine)),
+        clock_(std::move(clock)),
+        observer_(std::move(observer)) {}
+
+  void start(NodeId self, Nanoseconds now) {
+    self_ = self;
+    join_deadline_ = now + options_.join_timeout;
+    v1::ClusterMessage message;
+    v1::Hello& hello = *message.mutable_hello();
+    hello.set_protocol(kClusterProtocol);
+    hello.set_layout(wire_layout());
+    hello.set_precision(to_proto(options_.precision));
+    hello.set_threads(static_cast<std::uint32_t>(options_.threads));
+    hello.set_stream_address(options_.stream_address);
+    send(kCoordinatorNode, message);
+  }
+
+  void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
+    using Kind = v1::ClusterMessage::KindCase;
+    switch (message.kind_case()) {
+      case Kind::kWelcome:
+        heartbeat_ = std::chrono::milliseconds(std::max<std::uint64_t>(message.welcome().heartbeat_ms(), 1));
+        next_heartbeat_ = now + *heartbeat_;
+        break;
+      case Kind::kRefusal:
+        finish(absl::FailedPreconditionError(absl::StrCat("the coordinator refused this server: ", message.refusal().reason())));
+        break;
+      case Kind::kLoadWorld:
+        load(message.load_world());
+        break;
+      case Kind::kUnloadWorld:
+        if (run_ && run_->world() == message.unload_world().world()) run_.reset();
+        last_unloaded_ = std::max(last_unloaded_, message.unload_world().world());
+        break;
+      case Kind::kGrant:
+      case Kind::kRound:
+        deliver(from, std::move(message));
+        break;
+      case Kind::kGoodbye:
+        finish(absl::OkStatus());
+        break;
+      default:
+        finish(absl::InternalError(absl::StrCat("a message that is not for sector servers came from ", from.value)));
+    }
+  }
+
+  bool work_left() const { return !finished_ && run_ && run_->ready(); }
+
+  void proceed(Nanoseconds now) {
+    if (!work_left()) return;
+    if (absl::Status status = run_->proceed(clock_); !status.ok()) {
+      finish(status);
+      return;
+    }
+    if (run_->take_tick_done() && observer_) observer_(run_->tick(), run_->share());
+    if (run_->report_due()) report(now);
+  }
+
+  void advance(Nanoseconds now) {
+    if (!heartbeat_ && now >= join_deadline_) {
+      finish(absl::DeadlineExceededError(absl::StrCat("no coordinator answered within ", options_.join_timeout / std::chrono::seconds(1), " s")));
+    }
+    if (heartbeat_ && now >= next_heartbeat_) report(now);
+  }
+
+  void lost(NodeId node) {
+    if (node == kCoordinatorNode && heartbeat_) finish(absl::UnavailableError("the coordinator is gone"));
+  }
+
+  std::optional<Nanoseconds> next_deadline() const { return heartbeat_ ? next_heartbeat_ : join_deadline_; }
+
+  Share* share_between_ticks() { return run_ && run_->between_ticks() ? &run_->share() : nullptr; }
+  Tick tick() const { return run_ ? run_->tick() : 0; }
+  std::vector<Outgoing> take_messages() { return std::exchange(outgoing_, {}); }
+  const std::optional<absl::Status>& finished() const { return finished_; }
+
+ private:
+  void send(NodeId to, const v1::ClusterMessage& message) { outgoing_.push_back({to, message.SerializeAsString()}); }
+
+  // The first reason stands.
+  void finish(const absl::Status& status) {
+    if (finished_) return;
+    finished_ = status;
+    if (!status.ok()) {
+      v1::ClusterMessage message;
+      message.mutable_goodbye()->set_reason(std::string(status.message()));
+      send(kCoordinatorNode, message);
+    }
+  }
+
+  void load(const v1::LoadWorld& world) {
+    if (world.world() <= last_unloaded_) return;
+    run_.reset();
+    absl::StatusOr<std::unique_ptr<WorldRun>> run =
+        WorldRun::create(world, self_, options_.threads, make_engine_,
+                         [this](NodeId to, const v1::ClusterMessage& message) { send(to, message); });
+    v1::ClusterMessage message;
+    v1::Loaded& loaded = *message.mutable_loaded();
+    loaded.set_world(world.world());
+    if (run.ok()) {
+      run_ = std::move(*run);
+      if (observer_) observer_(0, run_->share());
+    } else {
+      loaded.set_error(std::string(run.status().message()));
+    }
+    send(kCoordinatorNode, message);
+    std::vector<std::pair<NodeId, v1::ClusterMessage>> early = std::exchange(early_, {});
+    for (auto& [from, waiting] : early) deliver(from, std::move(waiting));
+  }
+
+  // Hands a grant or round to the world it is of; keeps it if that world has not been loaded yet.
+  void deliver(NodeId from, v1::ClusterMessage message) {
+    const std::uint64_t world = message.has_grant() ? message.grant().world() : message.round().world();
+    if (run_ && run_->world() == world) {
+      if (message.has_grant()) {
+        run_->take(std::move(*message.mutable_grant()));
+      } else if (absl::Status status = run_->take(from, std::move(*message.mutable_round())); !status.ok()) {
+        finish(status);
+      }
+      return;
+    }
+    const std::uint64_t newest = std::max(run_ ? run_->world() : 0, last_unloaded_);
+    if (world <= newest) return;  // of a world that is gone
+    if (early_.size() >= kEarlyMessagesMax) {
+      finish(absl::ResourceExhaustedError("too many messages for a world that was not loaded"));
+      return;
+    }
+    early_.emplace_back(from, std::move(message));
+  }
+
+  void report(Nanoseconds now) {
+    v1::ClusterMessage message;
+    v1::Report& report = *message.mutable_report();
+    if (run_) {
+      report.set_world(run_->world());
+      report.set_tick(run_->tick());
+      report.set_bodies(run_->share().body_count());
+      report.set_exchange_bytes(run_->exchange_bytes());
+      for (v1::TickReport& tick : run_->take_reports()) *report.add_ticks() = std::move(tick);
+    }
+    if (options_.peak_rss_bytes) report.set_peak_rss_bytes(options_.peak_rss_bytes());
+    send(kCoordinatorNode, message);
+    if (heartbeat_) next_heartbeat_ = now + *heartbeat_;
+  }
+
+  SectorServerOptions options_;
+  WorldRun::MakeEngine make_engine_;
+  std::function<Nanoseconds()> clock_;
+  TickObserver observer_;
+  NodeId self_;
+  Nanoseconds join_deadline_{};
+  std::optional<Nanoseconds> heartbeat_;  // once welcome
+  Nanoseconds next_heartbeat_{};
+  std::unique_ptr<WorldRun> run_;
+  std::uint64_t last_unloaded_ = 0;
+  std::vector<std::pair<NodeId, v1::ClusterMessage>> early_;
+  std::vector<Outgoing> outgoing_;
+  std::optional<absl::Status> finished_;
+};
+
+SectorServer::SectorServer(const SectorServerOptions& options, WorldRun::MakeEngine make_engine,
+                           std::function<Nanoseconds()> clock, TickObserver observer)
+    : impl_(std::make_unique<Impl>(options, std::move(make_engine), std::move(clock), std::move(observer))) {}
+SectorServer::~SectorServer() = default;
+
+void SectorServer::start(NodeId self, Nanoseconds now) { impl_->start(self, now); }
+void SectorServer::receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
+  impl_->receive(from, std::move(message), now);
+}
+bool SectorServer::work_left() const { return impl_->work_left(); }
+void SectorServer::proceed(Nanoseconds now) { impl_->proceed(now); }
+void SectorServer::advance(Nanoseconds now) { impl_->advance(now); }
+void SectorServer::lost(NodeId node) { impl_->lost(node); }
+std::optional<Nanoseconds> SectorServer::next_deadline() const { return impl_->next_deadline(); }
+Share* SectorServer::share_between_ticks() { return impl_->share_between_ticks(); }
+Tick SectorServer::tick() const { return impl_->tick(); }
+std::vector<SectorServer::Outgoing> SectorServer::take_messages() { return impl_->take_messages(); }
+const std::optional<absl::Status>& SectorServer::finished() const { return impl_->finished(); }
+
+}  // namespace tessera

@@ -1,0 +1,76 @@
+// The sector server as a state machine: its share of a world, driven by grants and by its peers' messages.
+//
+// It takes messages and gives back messages, never blocks, and knows no socket or thread; the shell
+// (sector_server/main.cc) has those, and so does a simulation. Messages may arrive in any order.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cluster.pb.h"
+#include "lpss/world/share.h"
+#include "transport/link.h"
+
+namespace tessera {
+
+using Nanoseconds = std::chrono::nanoseconds;
+
+struct SectorServerOptions {
+  Precision precision = Precision::kFloat32;
+  int threads = 1;
+  std::string stream_address;  // told to clients
+  Nanoseconds join_timeout = std::chrono::seconds(30);  // how long it waits for a coordinator's welcome
+  std::function<std::uint64_t()> peak_rss_bytes;        // for reports; may be empty
+};
+
+class SectorServer {
+ public:
+  struct Outgoing {
+    NodeId to;
+    std::string payload;  // a serialised v1::ClusterMessage
+  };
+
+  // Called after each completed tick and after a load (tick 0), from within receive(): for streams.
+  using TickObserver = std::function<void(Tick tick, Share& share)>;
+
+  // `make_engine` loads the engine of a world; `clock` only measures work (for reports), it decides nothing.
+  SectorServer(const SectorServerOptions& options,
+               std::function<absl::StatusOr<std::unique_ptr<Engine>>(const EngineSettings&)> make_engine,
+               std::function<Nanoseconds()> clock, TickObserver observer);
+  ~SectorServer();
+
+  // Says hello to the coordinator. `self` is this process's address.
+  void start(NodeId self, Nanoseconds now);
+
+  // Takes one message in, and does no work on it. While work_left(), the shell calls proceed(), which does one
+  // round of one tick, and sends what that gave: so messages leave as early as they can.
+  void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now);
+  bool work_left() const;
+  void proceed(Nanoseconds now);
+
+  void advance(Nanoseconds now);  // heartbeats, deadlines
+  void lost(NodeId node);         // the transport says that it is gone
+  std::optional<Nanoseconds> next_deadline() const;
+
+  std::vector<Outgoing> take_messages();
+
+  // The share of the loaded world while no tick is under way, for streams that begin; otherwise nullptr.
+  Share* share_between_ticks();
+  Tick tick() const;  // completed
+
+  // Set when the server must end; OK after an orderly goodbye, otherwise why.
+  const std::optional<absl::Status>& finished() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

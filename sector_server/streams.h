@@ -1,0 +1,107 @@
+// What clients watch: the states of bodies and contact events of this server's share, as gRPC streams.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+
+#include "lpss/world/share.h"
+#include "tessera.grpc.pb.h"
+#include "transport/link.h"
+
+namespace tessera {
+
+// A queue of batches for one client. The tick fills it, a gRPC thread empties it.
+template <typename Request, typename Batch>
+class Subscription {
+ public:
+  static constexpr std::size_t kBatchesMax = 4096;  // a client that is further behind is cut off
+
+  explicit Subscription(Request request) : request_(std::move(request)) {}
+
+  const Request& request() const { return request_; }
+
+  void push(Batch batch) {
+    const std::lock_guard lock(mutex_);
+    if (closed_) return;
+    if (batches_.size() >= kBatchesMax) {
+      overrun_ = closed_ = true;
+    } else {
+      batches_.push_back(std::move(batch));
+    }
+    changed_.notify_one();
+  }
+  void close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    changed_.notify_one();
+  }
+  bool overrun() const {
+    const std::lock_guard lock(mutex_);
+    return overrun_;
+  }
+
+  // The next batch; nothing once the subscription is closed, or `patience` has passed (then alive() tells).
+  std::optional<Batch> next(std::chrono::milliseconds patience) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, patience, [&] { return closed_ || !batches_.empty(); });
+    if (batches_.empty()) return std::nullopt;
+    Batch batch = std::move(batches_.front());
+    batches_.pop_front();
+    return batch;
+  }
+  bool alive() const {
+    const std::lock_guard lock(mutex_);
+    return !closed_ || !batches_.empty();
+  }
+
+  bool served = false;  // has seen the state it began with; belongs to the tick
+
+ private:
+  const Request request_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Batch> batches_;
+  bool closed_ = false;
+  bool overrun_ = false;
+};
+
+class Streams final : public v1::Streams::Service {
+ public:
+  // `wake` is called when a client comes, so that a world that stands still is shown to it.
+  Streams(NodeId node, std::function<void()> wake) : node_(node), wake_(std::move(wake)) {}
+
+  // From the thread that owns the share: after every tick, and with `new_only` while the world stands still.
+  void publish(Tick tick, Share& share, bool new_only);
+
+  // Ends all streams.
+  void shut_down();
+
+  grpc::Status WatchBodies(grpc::ServerContext* context, const v1::WatchBodiesRequest* request,
+                           grpc::ServerWriter<v1::BodyBatch>* writer) override;
+  grpc::Status WatchContacts(grpc::ServerContext* context, const v1::WatchContactsRequest* request,
+                             grpc::ServerWriter<v1::ContactBatch>* writer) override;
+
+ private:
+  using Bodies = Subscription<v1::WatchBodiesRequest, v1::BodyBatch>;
+  using Contacts = Subscription<v1::WatchContactsRequest, v1::ContactBatch>;
+
+  v1::BodyBatch bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Share& share) const;
+  v1::ContactBatch contacts_for(const v1::WatchContactsRequest& request, Tick tick, const Share& share) const;
+
+  template <typename S, typename Request, typename Batch>
+  grpc::Status serve(std::list<std::shared_ptr<S>>& list, grpc::ServerContext* context, const Request& request,
+                     grpc::ServerWriter<Batch>* writer);
+
+  const NodeId node_;
+  const std::function<void()> wake_;
+  std::mutex mutex_;  // guards the lists and closing_
+  std::list<std::shared_ptr<Bodies>> bodies_;
+  std::list<std::shared_ptr<Contacts>> contacts_;
+  bool closing_ = false;
+};
+
+}  // namespace tessera

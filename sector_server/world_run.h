@@ -1,0 +1,103 @@
+// One loaded world on one sector server: carries out grants tick by tick, round by round, as messages allow.
+#pragma once
+
+#include <absl/container/btree_map.h>
+#include <absl/status/statusor.h>
+
+#include <array>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cluster.pb.h"
+#include "lpss/world/share.h"
+#include "transport/link.h"
+
+namespace tessera {
+
+class WorldRun {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+  using Send = std::function<void(NodeId, const v1::ClusterMessage&)>;
+  using MakeEngine = std::function<absl::StatusOr<std::unique_ptr<Engine>>(const EngineSettings&)>;
+
+  // Errors: a world that this server cannot host, with the reason.
+  static absl::StatusOr<std::unique_ptr<WorldRun>> create(const v1::LoadWorld& load, NodeId self, int threads,
+                                                          const MakeEngine& make_engine, Send send);
+
+  std::uint64_t world() const { return world_; }
+  Tick tick() const { return tick_; }
+  Share& share() { return *share_; }
+  bool between_ticks() const { return phase_ == Phase::kIdle; }
+
+  // Grants and rounds, in any order; each once.
+  void take(v1::Grant grant);
+  absl::Status take(NodeId from, v1::Round round);
+
+  // Whether proceed() has something to do; it does one round. `clock` measures work.
+  bool ready() const;
+  absl::Status proceed(const std::function<Nanoseconds()>& clock);
+
+  // True once after each completed tick.
+  bool take_tick_done() { return std::exchange(tick_done_, false); }
+
+  // What the ticks since the last call were like.
+  std::vector<v1::TickReport> take_reports() { return std::exchange(reports_, {}); }
+  bool report_due() const;
+  std::uint64_t exchange_bytes() const { return exchange_bytes_; }
+
+ private:
+  enum class Phase { kIdle, kAwaitsExchange, kAwaitsSeams, kAwaitsShipment, kAwaitsSolution };
+  using Kind = v1::Round::Kind;
+
+  // What has come in for one round of one tick, by rank.
+  struct Inbox {
+    std::vector<std::optional<std::string>> from;
+    std::uint32_t count = 0;
+  };
+
+  WorldRun() = default;
+
+  Inbox& inbox(Tick tick, Kind kind);
+  bool has_all(Kind kind, const std::vector<bool>* wanted) const;
+  void send_round(Rank to, Kind kind, std::string body);
+  absl::Status next_grant_or_tick(Nanoseconds now);
+  absl::Status begin_tick();
+  absl::Status on_exchange();
+  absl::Status on_seams();
+  absl::Status on_shipments();
+  absl::Status on_solutions(Nanoseconds now);
+  void answer(const v1::Query& query);
+  absl::Status add_shapes(const google::protobuf::RepeatedPtrField<v1::Shape>& shapes);
+
+  std::uint64_t world_ = 0;
+  std::vector<NodeId> nodes_;
+  Rank self_ = 0;
+  Send send_;
+  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<Share> share_;
+  ShapeId next_shape_ = 0;
+
+  absl::btree_map<std::uint64_t, v1::Grant> grants_;  // by serial, from the next one on
+  std::uint64_t next_serial_ = 1;
+  std::optional<v1::Grant> grant_;  // being carried out
+  std::uint64_t ticks_left_ = 0;
+
+  Phase phase_ = Phase::kIdle;
+  Tick tick_ = 0;  // completed
+  absl::btree_map<std::pair<Tick, int>, Inbox> inboxes_;
+  Exchange own_exchange_;
+  Seams own_seams_;
+  Shipment own_shipment_;
+  Solution own_solution_;
+
+  Nanoseconds tick_began_{};
+  bool tick_done_ = false;
+  std::vector<v1::TickReport> reports_;
+  std::uint64_t exchange_bytes_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,26 @@
+// How coordinators of a cluster notice one another.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "transport/link.h"
+
+namespace tessera {
+
+struct BeaconOptions {
+  std::string cluster;
+  NodeId node;
+  std::uint64_t session = 0;
+  std::string endpoint;
+  // How long to look for others.
+  std::chrono::milliseconds discovery{500};
+};
+
+// Publishes a beacon for as long as DDS participant `participant` lives, unless another coordinator is there:
+// see DdsLink::announce_coordinator().
+absl::Status announce_beacon(std::int32_t participant, const BeaconOptions& options);
+
+}  // namespace tessera

@@ -1,0 +1,453 @@
+#include "transport/dds_link.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/types/span.h"
+#include "cluster.h"
+#include "dds/dds.h"
+#include "transport/dds_beacon.h"
+#include "transport/dds_domain.h"
+#include "transport/peer_stream.h"
+
+namespace tessera {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Port numbers of higher domains do not exist.
+constexpr std::uint32_t kDomainMax = 232;
+constexpr std::size_t kClusterNameBytesMax = 64;
+
+// A process whose writers have shown no life for this long counts as lost. DDS keeps its connections for a
+// much longer time (LeaseDuration), so a stall of a second does not cost a new discovery.
+constexpr dds_duration_t kSilenceMax = DDS_SECS(1);
+// DDS gives a sign of life whenever 80 % of the shortest promise of any writer are over: one writer that
+// nobody reads promises more than the others, so that a sign may come late, or be missed, without harm.
+constexpr dds_duration_t kPulse = DDS_MSECS(500);
+
+// DDS keeps what the other end's DDS (not its process) has not acknowledged, and makes a writer wait when
+// that is more than the configuration allows: it takes a stopped or unreachable process. Then we try again
+// after this time, for there is no event that says when it would work.
+constexpr dds_duration_t kWriteWait = DDS_MSECS(1);
+constexpr std::chrono::milliseconds kStallRetry{10};
+
+constexpr int kTakeBatch = 64;
+constexpr int kTriggerBatch = 32;
+
+constexpr dds_attach_t kWakeAttachment = 0;
+constexpr dds_attach_t kReaderAttachment = 1;
+constexpr dds_attach_t kSilenceAttachment = 2;
+
+Session draw_session() {
+  std::random_device device;
+  Session session = 0;
+  while (session == 0) session = (Session{device()} << 32) | device();
+  return session;
+}
+
+// For calls that fail only when memory or the program is broken.
+dds_return_t must(dds_return_t rc, const char* what) {
+  if (rc < 0) {
+    std::fprintf(stderr, "tessera: %s\n", dds_error(rc, what).ToString().c_str());
+    std::abort();
+  }
+  return rc;
+}
+
+struct QosDeleter {
+  void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
+};
+struct ListenerDeleter {
+  void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
+};
+using Qos = std::unique_ptr<dds_qos_t, QosDeleter>;
+
+Qos inbox_qos() {
+  Qos qos(dds_create_qos());
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, kWriteWait);
+  dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
+  dds_qset_resource_limits(qos.get(), DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  return qos;
+}
+
+tessera_Message to_message(NodeId from, NodeId to, const Frame& frame) {
+  tessera_Message message{};
+  message.from = from.value;
+  message.from_session = frame.from_session;
+  message.to = to.value;
+  message.to_session = frame.to_session;
+  message.sequence_number = frame.sequence;
+  message.acknowledged = frame.acknowledged;
+  message.rest = frame.rest;
+  message.control = static_cast<std::uint8_t>((frame.sync ? tessera_CONTROL_SYNC : 0) |
+                                              (frame.welcome ? tessera_CONTROL_WELCOME : 0));
+  // DDS only reads what it writes.
+  message.payload._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(frame.payload.data()));
+  message.payload._length = static_cast<std::uint32_t>(frame.payload.size());
+  message.payload._maximum = message.payload._length;
+  return message;
+}
+
+Frame to_frame(const tessera_Message& message) {
+  return {.from_session = message.from_session,
+          .to_session = message.to_session,
+          .sequence = message.sequence_number,
+          .acknowledged = message.acknowledged,
+          .rest = message.rest,
+          .sync = (message.control & tessera_CONTROL_SYNC) != 0,
+          .welcome = (message.control & tessera_CONTROL_WELCOME) != 0,
+          .payload = {reinterpret_cast<const char*>(message.payload._buffer), message.payload._length}};
+}
+
+}  // namespace
+
+class DdsLink::Impl {
+ public:
+  Impl(const DdsOptions& options, DdsDomain domain)
+      : options_(options), session_(draw_session()), domain_(std::move(domain)) {}
+  ~Impl() {
+    // After this no thread of DDS calls us; the lock makes what they left visible.
+    if (participant_ > 0) dds_delete(participant_);
+    const std::lock_guard lock(silent_mutex_);
+    silent_ = {};
+  }
+
+  absl::Status open();
+  void send(NodeId to, std::string payload);
+  std::vector<Delivery> receive(Clock::time_point deadline);
+  void wake() { dds_set_guardcondition(wake_, true); }
+  std::vector<NodeId> take_lost() { return std::exchange(lost_, {}); }
+  void forget(NodeId peer);
+  const DdsOptions& options() const { return options_; }
+  BeaconOptions beacon() const {
+    return {.cluster = options_.cluster, .node = options_.self, .session = session_, .endpoint = {}};
+  }
+  dds_entity_t participant() const { return participant_; }
+
+ private:
+  // Travels with each writer, so that the owner of the inbox knows who connects to it.
+  struct Sender {
+    NodeId node;
+    Session session = 0;
+  };
+
+  struct Peer {
+    explicit Peer(NodeId node, Session self) : stream(node, self) {}
+    PeerStream stream;
+    dds_entity_t topic = 0;
+    dds_entity_t writer = 0;
+    // DDS would not take the next frame: try again later.
+    bool stalled = false;
+  };
+
+  Peer& peer(NodeId node);
+  dds_entity_t create_inbox_topic(NodeId node);
+  absl::Status create_pulse();
+  void on_reader_event(std::vector<Delivery>& deliveries);
+  void on_writer_event(Peer& peer);
+  void note_new_senders();
+  std::optional<Sender> sender_of(dds_instance_handle_t writer) const;
+  // Runs in a thread of DDS.
+  static void on_liveliness_changed(dds_entity_t reader, dds_liveliness_changed_status_t status, void* self);
+  void take_silent();
+  void take(std::vector<Delivery>& deliveries);
+  void pump(Peer& peer);
+  // Waits for events, and handles them. True if it was woken.
+  bool wait(Clock::time_point deadline, std::vector<Delivery>& deliveries);
+
+  DdsOptions options_;
+  Session session_;
+  DdsDomain domain_;
+  dds_entity_t participant_ = 0;
+  dds_entity_t reader_ = 0;
+  dds_entity_t waitset_ = 0;
+  dds_entity_t wake_ = 0;
+  dds_entity_t silence_ = 0;
+  std::map<NodeId, std::unique_ptr<Peer>> peers_;
+  // The writers that DDS has connected to our inbox, and whose they are.
+  std::map<dds_instance_handle_t, Sender> senders_;
+  // Handed over by the threads of DDS: the writers that have fallen silent.
+  std::mutex silent_mutex_;
+  std::vector<dds_instance_handle_t> silent_;
+  // Those with which something has happened since they were last pumped; may repeat.
+  std::vector<Peer*> touched_;
+  std::vector<NodeId> lost_;
+};
+
+absl::Status DdsLink::Impl::open() {
+  participant_ = dds_create_participant(options_.domain, nullptr, nullptr);
+  if (participant_ < 0) return dds_error(participant_, "cannot join the DDS domain");
+  const dds_entity_t topic = create_inbox_topic(options_.self);
+  if (topic < 0) return dds_error(topic, "cannot create the topic of the inbox");
+  silence_ = dds_create_guardcondition(participant_);
+  if (silence_ < 0) return dds_error(silence_, "cannot create a guard condition");
+  const std::unique_ptr<dds_listener_t, ListenerDeleter> listener(dds_create_listener(this));
+  dds_lset_liveliness_changed(listener.get(), &Impl::on_liveliness_changed);
+  reader_ = dds_create_reader(participant_, topic, inbox_qos().get(), listener.get());
+  if (reader_ < 0) return dds_error(reader_, "cannot create the inbox");
+  waitset_ = dds_create_waitset(participant_);
+  if (waitset_ < 0) return dds_error(waitset_, "cannot create a waitset");
+  wake_ = dds_create_guardcondition(participant_);
+  if (wake_ < 0) return dds_error(wake_, "cannot create a guard condition");
+  must(dds_set_status_mask(reader_, DDS_DATA_AVAILABLE_STATUS | DDS_SUBSCRIPTION_MATCHED_STATUS), "inbox");
+  must(dds_waitset_attach(waitset_, reader_, kReaderAttachment), "cannot wait for the inbox");
+  must(dds_waitset_attach(waitset_, wake_, kWakeAttachment), "cannot wait for a wake-up");
+  must(dds_waitset_attach(waitset_, silence_, kSilenceAttachment), "cannot wait for silence");
+  return create_pulse();
+}
+
+absl::Status DdsLink::Impl::create_pulse() {
+  const std::string name = topic_name(options_.cluster, "pulse");
+  const dds_entity_t topic =
+      dds_create_topic(participant_, &tessera_Beacon_desc, name.c_str(), nullptr, nullptr);
+  if (topic < 0) return dds_error(topic, "cannot create the topic of the pulse");
+  const Qos qos(dds_create_qos());
+  dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kPulse);
+  const dds_entity_t writer = dds_create_writer(participant_, topic, qos.get(), nullptr);
+  return writer < 0 ? dds_error(writer, "cannot create the pulse") : absl::OkStatus();
+}
+
+dds_entity_t DdsLink::Impl::create_inbox_topic(NodeId node) {
+  const std::string name = topic_name(options_.cluster, absl::StrFormat("inbox/%016x", node.value));
+  return dds_create_topic(participant_, &tessera_Message_desc, name.c_str(), nullptr, nullptr);
+}
+
+DdsLink::Impl::Peer& DdsLink::Impl::peer(NodeId node) {
+  std::unique_ptr<Peer>& slot = peers_[node];
+  if (slot == nullptr) {
+    slot = std::make_unique<Peer>(node, session_);
+    slot->topic = must(create_inbox_topic(node), "cannot create the topic of a peer");
+    const Qos qos = inbox_qos();
+    dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kSilenceMax);
+    const Sender sender{options_.self, session_};
+    dds_qset_userdata(qos.get(), &sender, sizeof sender);
+    slot->writer =
+        must(dds_create_writer(participant_, slot->topic, qos.get(), nullptr), "cannot write to a peer");
+    must(dds_set_status_mask(slot->writer, DDS_PUBLICATION_MATCHED_STATUS), "writer");
+    must(dds_waitset_attach(waitset_, slot->writer, reinterpret_cast<dds_attach_t>(slot.get())),
+         "cannot wait for a peer");
+  }
+  return *slot;
+}
+
+void DdsLink::Impl::send(NodeId to, std::string payload) {
+  Peer& receiver = peer(to);
+  receiver.stream.push(std::move(payload));
+  pump(receiver);
+}
+
+void DdsLink::Impl::forget(NodeId node) {
+  if (const auto found = peers_.find(node); found != peers_.end()) found->second->stream.forget();
+}
+
+void DdsLink::Impl::pump(Peer& peer) {
+  peer.stalled = false;
+  while (const std::optional<Frame> frame = peer.stream.next()) {
+    const tessera_Message message = to_message(options_.self, peer.stream.peer(), *frame);
+    const dds_return_t rc = dds_write(peer.writer, &message);
+    if (rc == DDS_RETCODE_TIMEOUT) {
+      peer.stalled = true;
+      return;
+    }
+    must(rc, "cannot send");
+    peer.stream.sent(*frame);
+  }
+}
+
+std::vector<Delivery> DdsLink::Impl::receive(Clock::time_point deadline) {
+  std::vector<Delivery> deliveries;
+  for (;;) {
+    const bool stalled =
+        std::any_of(peers_.begin(), peers_.end(), [](const auto& entry) { return entry.second->stalled; });
+    const Clock::time_point until = stalled ? std::min(deadline, Clock::now() + kStallRetry) : deadline;
+    const bool woken = wait(until, deliveries);
+    if (stalled) {
+      for (const auto& [node, peer] : peers_) {
+        if (peer->stalled) touched_.push_back(peer.get());
+      }
+    }
+    for (Peer* touched : std::exchange(touched_, {})) {
+      if (touched->stream.take_loss()) lost_.push_back(touched->stream.peer());
+      pump(*touched);
+    }
+    if (woken || !deliveries.empty() || !lost_.empty() || Clock::now() >= deadline) return deliveries;
+  }
+}
+
+bool DdsLink::Impl::wait(Clock::time_point deadline, std::vector<Delivery>& deliveries) {
+  // Bounded, so that the end of time is no overflow.
+  const auto left =
+      std::clamp<Clock::duration>(deadline - Clock::now(), Clock::duration::zero(), std::chrono::hours(1));
+  std::array<dds_attach_t, kTriggerBatch> triggered;
+  const dds_return_t count =
+      must(dds_waitset_wait(waitset_, triggered.data(), triggered.size(),
+                            std::chrono::duration_cast<std::chrono::nanoseconds>(left).count()),
+           "cannot wait");
+  bool woken = false;
+  bool silence = false;
+  // More may have been triggered than there was room for: the next call gets those.
+  const auto events = absl::MakeSpan(triggered).first(std::min<std::size_t>(count, triggered.size()));
+  for (const dds_attach_t event : events) {
+    bool was_set = false;
+    if (event == kWakeAttachment) {
+      dds_take_guardcondition(wake_, &was_set);
+      woken = true;
+    } else if (event == kReaderAttachment) {
+      on_reader_event(deliveries);
+    } else if (event == kSilenceAttachment) {
+      dds_take_guardcondition(silence_, &was_set);
+      silence = true;
+    }
+  }
+  // After the inbox, so that a peer that has gone is known by its last words.
+  for (const dds_attach_t event : events) {
+    if (event > kSilenceAttachment) on_writer_event(*reinterpret_cast<Peer*>(event));
+  }
+  if (silence) take_silent();
+  return woken;
+}
+
+void DdsLink::Impl::on_liveliness_changed(dds_entity_t, dds_liveliness_changed_status_t status, void* self) {
+  if (status.not_alive_count_change <= 0) return;
+  Impl& impl = *static_cast<Impl*>(self);
+  {
+    const std::lock_guard lock(impl.silent_mutex_);
+    impl.silent_.push_back(status.last_publication_handle);
+  }
+  dds_set_guardcondition(impl.silence_, true);
+}
+
+void DdsLink::Impl::take_silent() {
+  std::vector<dds_instance_handle_t> silent;
+  {
+    const std::lock_guard lock(silent_mutex_);
+    silent.swap(silent_);
+  }
+  for (const dds_instance_handle_t handle : silent) {
+    const auto sender = senders_.find(handle);
+    if (sender == senders_.end()) continue;
+    const auto known = peers_.find(sender->second.node);
+    if (known == peers_.end()) continue;
+    known->second->stream.fell_silent(sender->second.session);
+    touched_.push_back(known->second.get());
+  }
+}
+
+void DdsLink::Impl::on_writer_event(Peer& peer) {
+  dds_publication_matched_status_t status;
+  must(dds_get_publication_matched_status(peer.writer, &status), "cannot ask who listens");
+  if (status.total_count_change > 0) peer.stream.connected();
+  if (status.current_count == 0) peer.stream.disconnected();
+  touched_.push_back(&peer);
+}
+
+void DdsLink::Impl::on_reader_event(std::vector<Delivery>& deliveries) {
+  dds_subscription_matched_status_t status;
+  must(dds_get_subscription_matched_status(reader_, &status), "cannot ask who sends");
+  if (status.total_count_change != 0 || status.current_count_change != 0) note_new_senders();
+  take(deliveries);
+}
+
+void DdsLink::Impl::note_new_senders() {
+  std::vector<dds_instance_handle_t> handles(64);
+  for (;;) {
+    const dds_return_t count =
+        must(dds_get_matched_publications(reader_, handles.data(), handles.size()), "cannot ask who sends");
+    const bool complete = static_cast<std::size_t>(count) <= handles.size();
+    handles.resize(count);
+    if (complete) break;
+  }
+  std::map<dds_instance_handle_t, Sender> now;
+  for (const dds_instance_handle_t handle : handles) {
+    if (const auto known = senders_.find(handle); known != senders_.end()) {
+      now.insert(*known);
+      continue;
+    }
+    const std::optional<Sender> sender = sender_of(handle);
+    if (!sender) continue;
+    now.emplace(handle, *sender);
+    if (const auto known = peers_.find(sender->node); known != peers_.end()) {
+      known->second->stream.heard_of();
+      touched_.push_back(known->second.get());
+    }
+  }
+  senders_ = std::move(now);
+}
+
+std::optional<DdsLink::Impl::Sender> DdsLink::Impl::sender_of(dds_instance_handle_t writer) const {
+  dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader_, writer);
+  // It may have gone again.
+  if (endpoint == nullptr) return std::nullopt;
+  void* data = nullptr;
+  std::size_t size = 0;
+  std::optional<Sender> sender;
+  if (dds_qget_userdata(endpoint->qos, &data, &size) && size == sizeof(Sender)) {
+    std::memcpy(&sender.emplace(), data, size);
+  }
+  dds_free(data);
+  dds_builtintopic_free_endpoint(endpoint);
+  return sender;
+}
+
+void DdsLink::Impl::take(std::vector<Delivery>& deliveries) {
+  dds_return_t count = kTakeBatch;
+  while (count == kTakeBatch) {
+    void* samples[kTakeBatch] = {nullptr};
+    dds_sample_info_t infos[kTakeBatch];
+    count = must(dds_take(reader_, samples, infos, kTakeBatch, kTakeBatch), "cannot read the inbox");
+    for (dds_return_t i = 0; i < count; ++i) {
+      if (!infos[i].valid_data) continue;
+      const auto& message = *static_cast<const tessera_Message*>(samples[i]);
+      Peer& sender = peer(NodeId{message.from});
+      sender.stream.accept(to_frame(message), deliveries);
+      if (touched_.empty() || touched_.back() != &sender) touched_.push_back(&sender);
+    }
+    if (count > 0) must(dds_return_loan(reader_, samples, count), "cannot give samples back");
+  }
+}
+
+DdsLink::DdsLink(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+DdsLink::~DdsLink() = default;
+
+absl::StatusOr<std::unique_ptr<DdsLink>> DdsLink::create(const DdsOptions& options) {
+  if (options.domain > kDomainMax) {
+    return absl::InvalidArgumentError(absl::StrCat("DDS domain ", options.domain, " is above ", kDomainMax));
+  }
+  if (options.cluster.empty() || options.cluster.size() > kClusterNameBytesMax) {
+    return absl::InvalidArgumentError(absl::StrCat("a cluster name has 1 to ", kClusterNameBytesMax,
+                                                   " bytes, not ", options.cluster.size()));
+  }
+  absl::StatusOr<DdsDomain> domain = DdsDomain::open(options.domain);
+  if (!domain.ok()) return domain.status();
+  auto impl = std::make_unique<Impl>(options, *std::move(domain));
+  if (absl::Status status = impl->open(); !status.ok()) return status;
+  return std::unique_ptr<DdsLink>(new DdsLink(std::move(impl)));
+}
+
+NodeId DdsLink::self() const { return impl_->options().self; }
+void DdsLink::send(NodeId to, std::string payload) { impl_->send(to, std::move(payload)); }
+std::vector<Delivery> DdsLink::receive(Clock::time_point deadline) { return impl_->receive(deadline); }
+void DdsLink::wake() { impl_->wake(); }
+std::vector<NodeId> DdsLink::take_lost_peers() { return impl_->take_lost(); }
+void DdsLink::forget(NodeId peer) { impl_->forget(peer); }
+
+absl::Status DdsLink::announce_coordinator(const std::string& endpoint, std::chrono::milliseconds discovery) {
+  BeaconOptions beacon = impl_->beacon();
+  beacon.endpoint = endpoint;
+  beacon.discovery = discovery;
+  return announce_beacon(impl_->participant(), beacon);
+}
+
+}  // namespace tessera

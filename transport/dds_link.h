@@ -1,0 +1,76 @@
+// The Link of a real cluster: over Cyclone DDS, between processes on one or many hosts.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "transport/link.h"
+
+namespace tessera {
+
+struct DdsOptions {
+  // DDS domain: processes of different domains do not see each other. 0 to 232; those above 100 use port
+  // numbers that Linux hands out to others.
+  std::uint32_t domain = 0;
+  // Clusters of different names share a domain without meeting. 1 to 64 bytes, any characters.
+  std::string cluster = "tessera";
+  // Only one living process of a cluster may have this address.
+  NodeId self;
+};
+
+// Messages of one pair of processes keep their order here. What a process has sent is kept until the other
+// has taken it in receive(): a connection that breaks and comes back, also after a long time, loses nothing.
+//
+// send(), receive() and the rest belong to one thread, which does not have to be the one that created the
+// link; wake() belongs to any. What has to wait, since its receiver is not there yet or has not kept up, is
+// sent from within later calls of receive(). Destroying the link gives what is under way a second to arrive.
+//
+// A failure of DDS itself during operation (out of memory, entities that cannot be created) ends the process
+// with a message.
+class DdsLink : public Link {
+ public:
+  // Settings come from CYCLONEDDS_URI if that environment variable is set, else from deploy/cyclonedds.xml as
+  // built in. Errors: INVALID_ARGUMENT for a cluster name or domain out of bounds, FAILED_PRECONDITION when
+  // the domain is in use otherwise, INTERNAL and RESOURCE_EXHAUSTED from DDS (no network, no free port).
+  static absl::StatusOr<std::unique_ptr<DdsLink>> create(const DdsOptions& options);
+
+  ~DdsLink() override;
+
+  NodeId self() const override;
+  void send(NodeId to, std::string payload) override;
+  std::vector<Delivery> receive(std::chrono::steady_clock::time_point deadline) override;
+  void wake() override;
+
+  // The processes we were connected to that have gone, or were replaced by others at the same address, since
+  // the last call. A process that ends is noticed at once, one that is killed or cut off when its lease runs
+  // out: after 1 to 1.4 s with the built-in settings. receive() returns early to tell: ask after each
+  // receive().
+  //
+  // What was sent to such a process, up to the receive() that noticed, arrives only if that same process
+  // turns up again (a healed cable); a successor at its address gets what is sent afterwards.
+  std::vector<NodeId> take_lost_peers();
+
+  // Gives up the process that is, or last was, at address `peer`: drops what is kept for it, and ignores it
+  // should it come back after all. What is sent to that address later is for its successor.
+  void forget(NodeId peer);
+
+  // Makes this process known as a coordinator of the cluster that clients reach at `endpoint`, unless another
+  // one lives: ALREADY_EXISTS then names its endpoint. Waits for `discovery` to be sure. Of several that
+  // start at the same time, the first wins. Holds until the link is destroyed; must not be called again after
+  // success.
+  absl::Status announce_coordinator(const std::string& endpoint,
+                                    std::chrono::milliseconds discovery = std::chrono::milliseconds(500));
+
+ private:
+  class Impl;
+  explicit DdsLink(std::unique_ptr<Impl> impl);
+
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

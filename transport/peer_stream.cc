@@ -1,0 +1,218 @@
+#include "transport/peer_stream.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+// Without traffic in the other direction that carries it along, word of what has arrived goes out after this
+// much: often enough that the sender's window never closes and that it does not keep many small messages.
+constexpr std::uint64_t kAcknowledgeBytes = kWindowBytes / 4;
+constexpr std::uint64_t kAcknowledgeParts = 64;
+
+}  // namespace
+
+std::uint64_t PeerStream::part_count(const std::string& payload) {
+  return std::max<std::uint64_t>(1, (payload.size() + kPartBytes - 1) / kPartBytes);
+}
+
+void PeerStream::push(std::string payload) {
+  const std::uint64_t parts = part_count(payload);
+  const std::uint64_t bytes = payload.size();
+  outgoing_.push_back({std::move(payload), next_sequence_, next_byte_});
+  next_sequence_ += parts;
+  next_byte_ += bytes;
+}
+
+void PeerStream::connected() {
+  connected_ = true;
+  open_ = false;
+  owes_sync_ = true;
+}
+
+void PeerStream::disconnected() {
+  if (!connected_) return;
+  connected_ = false;
+  open_ = false;
+  note_loss();
+}
+
+void PeerStream::fell_silent(Session session) {
+  if (session == session_) note_loss();
+}
+
+void PeerStream::note_loss() {
+  if (session_ == 0 || before_loss_) return;
+  lost_ = true;
+  before_loss_ = outgoing_.size();
+}
+
+void PeerStream::heard_of() {
+  if (session_ != 0) owes_welcome_ = true;
+  // Whatever the peer has said about our side may have been lost as well.
+  if (connected_) owes_sync_ = true;
+}
+
+bool PeerStream::take_loss() { return std::exchange(lost_, false); }
+
+std::optional<Frame> PeerStream::next() const {
+  if (!connected_) return std::nullopt;
+  Frame frame{.from_session = self_,
+              .to_session = session_,
+              .acknowledged = received_sequence_,
+              .sync = owes_sync_,
+              .welcome = owes_welcome_ && session_ != 0};
+  if (owes_sync_) {
+    // The process that listens now need not be the one we knew.
+    if (!frame.welcome) frame.to_session = 0;
+    return frame;
+  }
+  if (frame.welcome) return frame;
+  if (open_ && cursor_ < outgoing_.size()) {
+    const Outgoing& message = outgoing_[cursor_];
+    const std::uint64_t begin = (sent_sequence_ + 1 - message.first_sequence) * kPartBytes;
+    const std::uint64_t size = std::min<std::uint64_t>(kPartBytes, message.payload.size() - begin);
+    const std::uint64_t under_way = sent_bytes_ - acknowledged_bytes_;
+    if (under_way == 0 || under_way + size <= kWindowBytes) {
+      frame.sequence = sent_sequence_ + 1;
+      frame.payload = std::string_view(message.payload).substr(begin, size);
+      frame.rest = message.payload.size() - begin - size;
+      return frame;
+    }
+  }
+  if (unacknowledged_bytes_ >= kAcknowledgeBytes || unacknowledged_parts_ >= kAcknowledgeParts) return frame;
+  return std::nullopt;
+}
+
+void PeerStream::sent(const Frame& frame) {
+  if (frame.sync) owes_sync_ = false;
+  if (frame.welcome) owes_welcome_ = false;
+  if (frame.to_session != 0) {
+    unacknowledged_bytes_ = 0;
+    unacknowledged_parts_ = 0;
+  }
+  if (frame.sequence == 0) return;
+  sent_sequence_ = frame.sequence;
+  sent_sequence_max_ = std::max(sent_sequence_max_, sent_sequence_);
+  sent_bytes_ += frame.payload.size();
+  if (frame.rest == 0) ++cursor_;
+}
+
+void PeerStream::accept(const Frame& frame, std::vector<Delivery>& deliveries) {
+  if (frame.to_session != self_ && !(frame.to_session == 0 && frame.sync)) return;
+  if (std::find(dead_sessions_.begin(), dead_sessions_.end(), frame.from_session) != dead_sessions_.end())
+    return;
+  if (frame.from_session != session_) replaced_by(frame.from_session);
+  // Without a connection to it, this may be its last word.
+  if (connected_) before_loss_.reset();
+  if (frame.to_session != 0) {
+    take_acknowledgement(frame.acknowledged);
+    if (frame.welcome) {
+      rewind();
+      // An answer that was on its way before the connection broke does no harm: what it makes us send in vain
+      // is dropped as a repetition, and what gets lost, the answer to the question still owed brings back.
+      open_ = connected_;
+    }
+    if (frame.sequence != 0) accept_part(frame, deliveries);
+  }
+  if (frame.sync) {
+    owes_welcome_ = true;
+    // The peer has come up anew, so it may have missed our question.
+    if (connected_ && !open_) owes_sync_ = true;
+  }
+}
+
+void PeerStream::accept_part(const Frame& frame, std::vector<Delivery>& deliveries) {
+  if (frame.sequence <= received_sequence_) return;
+  if (frame.sequence > received_sequence_ + 1) {
+    if (complained_ != received_sequence_ + 1) owes_welcome_ = true;
+    complained_ = received_sequence_ + 1;
+    return;
+  }
+  received_sequence_ = frame.sequence;
+  ++unacknowledged_parts_;
+  unacknowledged_bytes_ += frame.payload.size();
+  if (partial_rest_ != 0 && partial_rest_ != frame.payload.size() + frame.rest) {
+    broken("a message changes its size on the way", frame.sequence);
+  }
+  if (partial_rest_ == 0 && frame.rest != 0) partial_.reserve(frame.payload.size() + frame.rest);
+  partial_.append(frame.payload);
+  partial_rest_ = frame.rest;
+  if (frame.rest == 0) deliveries.push_back({peer_, std::exchange(partial_, {})});
+}
+
+void PeerStream::take_acknowledgement(std::uint64_t sequence) {
+  if (sequence <= acknowledged_sequence_) return;
+  if (sequence > sent_sequence_max_) broken("acknowledges what was never sent", sequence);
+  acknowledged_sequence_ = sequence;
+  while (!outgoing_.empty() && outgoing_.front().first_sequence <= sequence) {
+    const Outgoing& front = outgoing_.front();
+    const std::uint64_t parts_done = sequence + 1 - front.first_sequence;
+    if (parts_done < part_count(front.payload)) {
+      acknowledged_bytes_ = front.first_byte + parts_done * kPartBytes;
+      break;
+    }
+    acknowledged_bytes_ = front.first_byte + front.payload.size();
+    outgoing_.pop_front();
+    if (cursor_ > 0) --cursor_;
+    if (before_loss_.value_or(0) > 0) --*before_loss_;
+  }
+  if (sent_sequence_ < acknowledged_sequence_) rewind();
+}
+
+void PeerStream::rewind() {
+  cursor_ = 0;
+  sent_sequence_ = acknowledged_sequence_;
+  sent_bytes_ = acknowledged_bytes_;
+}
+
+void PeerStream::replaced_by(Session session) {
+  if (session_ != 0) {
+    dead_sessions_.push_back(session_);
+    // If we had not noticed that the old one was gone, all was meant for it.
+    note_loss();
+    outgoing_.erase(outgoing_.begin(), outgoing_.begin() + static_cast<std::ptrdiff_t>(*before_loss_));
+  }
+  session_ = session;
+  start_over();
+}
+
+void PeerStream::forget() {
+  if (session_ != 0) dead_sessions_.push_back(session_);
+  session_ = 0;
+  lost_ = false;
+  outgoing_.clear();
+  start_over();
+}
+
+void PeerStream::start_over() {
+  std::deque<Outgoing> kept = std::exchange(outgoing_, {});
+  next_sequence_ = 1;
+  next_byte_ = 0;
+  sent_sequence_max_ = 0;
+  acknowledged_sequence_ = 0;
+  acknowledged_bytes_ = 0;
+  before_loss_.reset();
+  for (Outgoing& message : kept) push(std::move(message.payload));
+  rewind();
+  open_ = false;
+  owes_sync_ = connected_;
+  owes_welcome_ = false;
+  received_sequence_ = 0;
+  partial_ = {};
+  partial_rest_ = 0;
+  unacknowledged_parts_ = 0;
+  unacknowledged_bytes_ = 0;
+  complained_ = 0;
+}
+
+void PeerStream::broken(const char* what, std::uint64_t number) const {
+  std::fprintf(stderr, "tessera: the link with node %llx is broken: %s (%llu)\n",
+               static_cast<unsigned long long>(peer_.value), what, static_cast<unsigned long long>(number));
+  std::abort();
+}
+
+}  // namespace tessera

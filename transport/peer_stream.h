@@ -1,0 +1,137 @@
+// What one process remembers of its exchange with one other, so that every message arrives exactly once while
+// both live, whatever the connection between them does. Pure logic: takes frames and events, gives frames.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "transport/link.h"
+
+namespace tessera {
+
+// Tells a process from its predecessor at the same address; drawn at random at start, never 0.
+using Session = std::uint64_t;
+
+// Larger payloads travel in parts of this size, so that no buffer on the way has to hold more than a window.
+inline constexpr std::size_t kPartBytes = 256 * 1024;
+// What may be under way to one peer before it says that it has something of it.
+inline constexpr std::size_t kWindowBytes = 1024 * 1024;
+
+// A message part or a word between two links: proto/cluster.idl says what each field means. `payload` is a
+// view of the sender's memory, valid until its next call.
+struct Frame {
+  Session from_session = 0;
+  Session to_session = 0;
+  std::uint64_t sequence = 0;
+  std::uint64_t acknowledged = 0;
+  std::uint64_t rest = 0;
+  bool sync = false;
+  bool welcome = false;
+  std::string_view payload;
+};
+
+// Both directions between this process and one peer.
+//
+// The connection below may come and go. While it stands it keeps order and loses nothing; when it breaks, any
+// frame may be lost, even if one end does not notice the break. So each new connection starts with a question
+// (sync) and an answer (welcome) about what has arrived, and the sender keeps what has not. A receiver that
+// sees a gap, or a new connection from a peer it knows, says so unasked.
+//
+// When the peer's process is replaced by another at the same address, what was sent before the loss was
+// noticed is dropped, since nobody can tell which of it the dead one acted upon. One thread.
+class PeerStream {
+ public:
+  PeerStream(NodeId peer, Session self) : peer_(peer), self_(self) {}
+
+  NodeId peer() const { return peer_; }
+
+  // Appends a message. Never fails; what cannot be sent now is kept.
+  void push(std::string payload);
+
+  // The connection to the peer has come up (also: came up anew, though no break was seen), or has gone.
+  void connected();
+  void disconnected();
+
+  // A connection from the peer has come up.
+  void heard_of();
+
+  // The process that was `session` has given no sign of life for too long; its connections may still stand.
+  void fell_silent(Session session);
+
+  // Takes in a frame from the peer and appends the message that it completes, if any. Frames to or from other
+  // sessions are ignored. A frame that no sound peer sends stops the process.
+  void accept(const Frame& frame, std::vector<Delivery>& deliveries);
+
+  // The next frame to send, if there is one now. sent() says that it is on its way; without that, the same
+  // comes again.
+  std::optional<Frame> next() const;
+  void sent(const Frame& frame);
+
+  // Drops all that is kept for the peer's present process and ignores that process from now on; a successor
+  // at its address is welcome.
+  void forget();
+
+  // True once after a peer that we had met has gone, fallen silent or been replaced by another process.
+  bool take_loss();
+
+ private:
+  struct Outgoing {
+    std::string payload;
+    std::uint64_t first_sequence = 0;
+    // Position of the payload in the stream of all bytes.
+    std::uint64_t first_byte = 0;
+  };
+
+  static std::uint64_t part_count(const std::string& payload);
+  void take_acknowledgement(std::uint64_t sequence);
+  void rewind();
+  void replaced_by(Session session);
+  void start_over();
+  void note_loss();
+  void accept_part(const Frame& frame, std::vector<Delivery>& deliveries);
+  [[noreturn]] void broken(const char* what, std::uint64_t number) const;
+
+  NodeId peer_;
+  Session self_;
+  // 0: not met yet.
+  Session session_ = 0;
+  std::vector<Session> dead_sessions_;
+
+  bool connected_ = false;
+  // The peer has answered on this connection.
+  bool open_ = false;
+  bool lost_ = false;
+  bool owes_sync_ = false;
+  bool owes_welcome_ = false;
+
+  // What has not been acknowledged, sent or not, in order; the part to be sent next is in the message with
+  // index `cursor_`.
+  std::deque<Outgoing> outgoing_;
+  std::size_t cursor_ = 0;
+  std::uint64_t next_sequence_ = 1;
+  std::uint64_t next_byte_ = 0;
+  std::uint64_t sent_sequence_ = 0;
+  // Before the last rewind the sender may have been further.
+  std::uint64_t sent_sequence_max_ = 0;
+  std::uint64_t sent_bytes_ = 0;
+  std::uint64_t acknowledged_sequence_ = 0;
+  std::uint64_t acknowledged_bytes_ = 0;
+  // From the loss of the peer until that same process shows itself again: how many at the front of
+  // `outgoing_` were sent before the loss.
+  std::optional<std::size_t> before_loss_;
+
+  std::uint64_t received_sequence_ = 0;
+  std::string partial_;
+  std::uint64_t partial_rest_ = 0;
+  std::uint64_t unacknowledged_parts_ = 0;
+  std::uint64_t unacknowledged_bytes_ = 0;
+  // The gap that has been complained about already.
+  std::uint64_t complained_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,80 @@
+// A simulated network in one process: virtual time and a seed decide when each message arrives, so that a
+// whole cluster runs in one thread and a fault found there replays exactly.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "transport/link.h"
+
+namespace tessera {
+
+struct SimOptions {
+  // Every message takes a time of its own, drawn evenly from this range. Both ends are possible; the range
+  // must not be empty.
+  std::uint64_t delay_ns_min = 20'000;
+  std::uint64_t delay_ns_max = 2'000'000;
+
+  // True: a message may overtake another of the same pair of nodes, as Link permits. False: each pair keeps
+  // its order.
+  bool reorder = true;
+};
+
+// What happened at a moment of virtual time: a message reached the inbox of `node`, or a timer of it ran out.
+struct SimEvent {
+  enum class Kind { kDelivery, kTimer };
+
+  std::uint64_t time_ns = 0;
+  NodeId node;
+  Kind kind = Kind::kDelivery;
+
+  friend bool operator==(const SimEvent&, const SimEvent&) = default;
+};
+
+// The network and its clock. One thread uses it and all of its links; they may be destroyed in any order.
+// Two networks with the same seed and options, given the same calls, do the same.
+class SimNetwork {
+ public:
+  explicit SimNetwork(std::uint64_t seed, SimOptions options = {});
+  ~SimNetwork();
+
+  SimNetwork(const SimNetwork&) = delete;
+  SimNetwork& operator=(const SimNetwork&) = delete;
+
+  // Starts a process at address `node`: it gets what was sent to that address before it first appeared. A
+  // node that was killed may start anew and gets nothing of its predecessor's; the predecessor's link stays
+  // dead. Destroying the link kills its node. A node must not be started twice at a time.
+  //
+  // receive() of such a link never waits, whatever its deadline: it returns what step() has put into the
+  // inbox.
+  std::unique_ptr<Link> connect(NodeId node);
+
+  // Goes on to the next event, sets the clock to its time and says what it was: the caller then lets that
+  // node run. Nothing, and the clock stays, when neither a message nor a timer is under way.
+  std::optional<SimEvent> step();
+
+  // Virtual time since the network began, in nanoseconds.
+  std::uint64_t now_ns() const;
+
+  // Lets step() return a timer event for `node` at `time_ns`, or at once when that is past. Each call is a
+  // timer of its own; those of a killed node never run out.
+  void set_timer(NodeId node, std::uint64_t time_ns);
+
+  // Stops `node`, as kill -9 would: what is on its way from it or to it vanishes, and so does what others
+  // send to it until it starts anew.
+  void kill(NodeId node);
+
+  // Cuts the link between two nodes in both directions: messages are kept, not lost, and set out again, with
+  // new delays, once the link is healed. Both are no errors when the link is cut or whole already.
+  void cut(NodeId a, NodeId b);
+  void heal(NodeId a, NodeId b);
+
+ private:
+  class State;
+  class SimLink;
+
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,188 @@
+#include "transport/sim_network.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr NodeId kA{10};
+constexpr NodeId kB{20};
+constexpr NodeId kC{30};
+constexpr int kMessages = 200;
+
+std::vector<std::string> payloads(const std::vector<Delivery>& deliveries) {
+  std::vector<std::string> result;
+  for (const Delivery& delivery : deliveries) result.push_back(delivery.payload);
+  return result;
+}
+
+// Steps until nothing is under way; what the node of `link` has got, in order of arrival.
+std::vector<std::string> run_dry(SimNetwork& network, Link& link) {
+  while (network.step()) {
+  }
+  return payloads(link.receive({}));
+}
+
+void send_numbers(Link& from, NodeId to, int count = kMessages) {
+  for (int i = 0; i < count; ++i) from.send(to, std::to_string(i));
+}
+
+std::vector<std::string> numbers(int count = kMessages) {
+  std::vector<std::string> result;
+  for (int i = 0; i < count; ++i) result.push_back(std::to_string(i));
+  return result;
+}
+
+// Three nodes that answer each message they get, a few times; everything that happened, as text.
+std::vector<std::string> chatter(std::uint64_t seed) {
+  SimNetwork network(seed);
+  std::map<NodeId, std::unique_ptr<Link>> links;
+  for (NodeId node : {kA, kB, kC}) links.emplace(node, network.connect(node));
+  send_numbers(*links[kA], kB, 20);
+  send_numbers(*links[kA], kC, 20);
+  network.set_timer(kC, 500'000);
+  std::vector<std::string> log;
+  while (auto event = network.step()) {
+    log.push_back(std::to_string(event->time_ns) + "@" + std::to_string(event->node.value));
+    for (Delivery& delivery : links[event->node]->receive({})) {
+      log.push_back(std::to_string(delivery.from.value) + ":" + delivery.payload);
+      if (delivery.payload.size() < 5) links[event->node]->send(delivery.from, delivery.payload + "'");
+    }
+  }
+  return log;
+}
+
+TEST(SimNetwork, SameSeedSameOrder) {
+  EXPECT_EQ(chatter(7), chatter(7));
+  EXPECT_NE(chatter(7), chatter(8));
+}
+
+TEST(SimNetwork, MessagesOvertakeOneAnotherAndArriveOnce) {
+  SimNetwork network(1);
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  send_numbers(*a, kB);
+  std::vector<std::string> got = run_dry(network, *b);
+  EXPECT_NE(got, numbers());
+  std::vector<std::string> expected = numbers();
+  std::sort(got.begin(), got.end());
+  std::sort(expected.begin(), expected.end());
+  EXPECT_EQ(got, expected);
+  EXPECT_EQ(network.step(), std::nullopt);
+}
+
+TEST(SimNetwork, KeepsTheOrderOfAPairWhenAskedTo) {
+  SimNetwork network(1, {.reorder = false});
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  send_numbers(*a, kB);
+  EXPECT_EQ(run_dry(network, *b), numbers());
+}
+
+TEST(SimNetwork, DelaysStayInTheirRangeAndTimeNeverRunsBack) {
+  SimNetwork network(3, {.delay_ns_min = 100, .delay_ns_max = 110});
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  send_numbers(*a, kB);
+  std::uint64_t previous_ns = 0;
+  while (auto event = network.step()) {
+    EXPECT_GE(event->time_ns, std::max<std::uint64_t>(previous_ns, 100));
+    EXPECT_LE(event->time_ns, 110u);
+    EXPECT_EQ(event->time_ns, network.now_ns());
+    EXPECT_EQ(b->receive({}).size(), 1u);
+    previous_ns = event->time_ns;
+  }
+}
+
+TEST(SimNetwork, ALateStarterGetsWhatWasSentToIt) {
+  SimNetwork network(1);
+  auto a = network.connect(kA);
+  send_numbers(*a, kB);
+  EXPECT_EQ(network.step(), std::nullopt);
+  auto b = network.connect(kB);
+  EXPECT_EQ(run_dry(network, *b).size(), numbers().size());
+}
+
+TEST(SimNetwork, AKilledNodeNeitherSendsNorReceives) {
+  SimNetwork network(1);
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  auto c = network.connect(kC);
+  send_numbers(*a, kB);
+  send_numbers(*b, kC);
+  send_numbers(*a, kC, 3);
+  network.set_timer(kB, 1'000);
+  network.kill(kB);
+  send_numbers(*a, kB);
+  b->send(kC, "from beyond");
+  while (auto event = network.step()) EXPECT_EQ(event->node, kC);
+  EXPECT_TRUE(b->receive({}).empty());
+  EXPECT_EQ(c->receive({}).size(), 3u);
+}
+
+TEST(SimNetwork, ARestartedNodeInheritsNothing) {
+  SimNetwork network(1);
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  send_numbers(*a, kB);
+  b.reset();
+  a->send(kB, "while down");
+  auto reborn = network.connect(kB);
+  a->send(kB, "after");
+  EXPECT_EQ(run_dry(network, *reborn), std::vector<std::string>{"after"});
+}
+
+TEST(SimNetwork, ACutLinkKeepsItsMessagesUntilHealed) {
+  SimNetwork network(1);
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  auto c = network.connect(kC);
+  send_numbers(*a, kB, 50);
+  network.cut(kB, kA);
+  send_numbers(*a, kB, 50);
+  send_numbers(*a, kC, 10);
+  EXPECT_TRUE(run_dry(network, *b).empty());
+  EXPECT_EQ(c->receive({}).size(), 10u);
+  const std::uint64_t healed_ns = network.now_ns();
+  network.heal(kA, kB);
+  EXPECT_EQ(run_dry(network, *b).size(), 100u);
+  EXPECT_GT(network.now_ns(), healed_ns);
+  network.heal(kA, kB);
+  EXPECT_TRUE(run_dry(network, *b).empty());
+}
+
+TEST(SimNetwork, TimersRunOutInOrder) {
+  SimNetwork network(1);
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  network.set_timer(kA, 300);
+  network.set_timer(kB, 100);
+  network.set_timer(kA, 100);
+  const auto timer = SimEvent::Kind::kTimer;
+  EXPECT_EQ(network.step(), (SimEvent{100, kB, timer}));
+  EXPECT_EQ(network.step(), (SimEvent{100, kA, timer}));
+  EXPECT_EQ(network.step(), (SimEvent{300, kA, timer}));
+  network.set_timer(kB, 5);
+  EXPECT_EQ(network.step(), (SimEvent{300, kB, timer}));
+  EXPECT_EQ(network.step(), std::nullopt);
+}
+
+TEST(SimNetwork, LinksMayOutliveTheNetwork) {
+  std::unique_ptr<Link> link;
+  {
+    SimNetwork network(1);
+    link = network.connect(kA);
+  }
+  link->send(kB, "nobody listens");
+  link->wake();
+  EXPECT_TRUE(link->receive({}).empty());
+  EXPECT_EQ(link->self(), kA);
+}
+
+}  // namespace
+}  // namespace tessera

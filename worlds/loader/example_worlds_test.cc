@@ -1,0 +1,138 @@
+// Our own worlds load and hold what they promise; so do worlds that nobody here wrote.
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+#include <string>
+
+#include "worlds/loader/world_file.h"
+
+namespace tessera {
+namespace {
+
+using std::filesystem::path;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const path kWorlds = TESSERA_SOURCE_WORLDS;
+
+LoadedWorld load(const path& file) {
+  absl::StatusOr<LoadedWorld> loaded = load_world_file(file);
+  EXPECT_TRUE(loaded.ok()) << loaded.status();
+  return loaded.ok() ? *std::move(loaded) : LoadedWorld{};
+}
+
+std::size_t dynamic_bodies(const LoadedWorld& loaded) {
+  std::size_t count = 0;
+  for (const BodyDescription& body : loaded.world.bodies) count += body.properties.motion == Motion::kDynamic;
+  return count;
+}
+
+std::set<SectorIndex> sectors(const LoadedWorld& loaded, const std::string& prefix) {
+  std::set<SectorIndex> result;
+  for (const BodyDescription& body : loaded.world.bodies) {
+    if (absl::StartsWith(body.name, prefix)) result.insert(body.pose.position.sector);
+  }
+  return result;
+}
+
+TEST(OwnWorlds, AllLoadWithoutNotices) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kWorlds)) {
+    if (entry.path().extension() != ".sdf") continue;
+    ++count;
+    EXPECT_THAT(load(entry.path()).notices, IsEmpty()) << entry.path();
+  }
+  EXPECT_GE(count, 5);
+}
+
+TEST(OwnWorlds, AllModelsLoad) {
+  for (const auto& entry : std::filesystem::directory_iterator(kWorlds / "models")) {
+    EXPECT_THAT(load(entry.path()).notices, IsEmpty()) << entry.path();
+  }
+}
+
+TEST(OwnWorlds, Falling) { EXPECT_EQ(dynamic_bodies(load(kWorlds / "falling.sdf")), 10u); }
+
+TEST(OwnWorlds, Tower) { EXPECT_EQ(dynamic_bodies(load(kWorlds / "tower.sdf")), 10u); }
+
+TEST(OwnWorlds, SeamHasABorderInTheMiddleOfATower) {
+  const LoadedWorld loaded = load(kWorlds / "seam.sdf");
+  EXPECT_EQ(sectors(loaded, "tower_1").size(), 2u);
+  EXPECT_EQ(sectors(loaded, "tower_2").size(), 2u);
+  EXPECT_GE(sectors(loaded, "").size(), 5u);
+}
+
+TEST(OwnWorlds, BusyLiesAroundManyBorders) {
+  const LoadedWorld loaded = load(kWorlds / "busy.sdf");
+  EXPECT_EQ(dynamic_bodies(loaded), 60u);
+  EXPECT_GE(sectors(loaded, "").size(), 4u);
+}
+
+TEST(OwnWorlds, EarthHasThreeTownsFarFromItsCentre) {
+  const LoadedWorld loaded = load(kWorlds / "earth.sdf");
+  EXPECT_EQ(dynamic_bodies(loaded), 3006u);
+  ASSERT_TRUE(std::holds_alternative<CentralGravity>(loaded.world.settings.gravity));
+  std::size_t towers = 0;
+  for (const BodyDescription& body : loaded.world.bodies) {
+    const Eigen::Vector3d place = relative_to(body.pose.position, {}, loaded.world.settings.sector_size);
+    EXPECT_NEAR(place.norm(), 6.37e6, 2e4) << body.name;
+    if (!absl::StartsWith(body.name, "tower")) continue;
+    ++towers;
+    // A crate stands upright where gravity pulls to.
+    EXPECT_GT((body.pose.orientation * Eigen::Vector3d::UnitZ()).dot(place.normalized()), 1 - 1e-9)
+        << body.name;
+  }
+  EXPECT_EQ(towers, 600u);
+}
+
+// The folder of other projects' worlds, or a skipped test.
+class OtherWorlds : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* folder = std::getenv("TESSERA_WORLDS");
+    if (folder == nullptr) GTEST_SKIP() << "TESSERA_WORLDS is not set";
+    folder_ = folder;
+  }
+
+  path folder_;
+};
+
+TEST_F(OtherWorlds, AllLoad) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
+    if (entry.path().extension() != ".sdf" && entry.path().extension() != ".urdf") continue;
+    ++count;
+    EXPECT_THAT(load(entry.path()).world.bodies, testing::Not(IsEmpty())) << entry.path();
+  }
+  EXPECT_GE(count, 15);
+}
+
+TEST_F(OtherWorlds, ThreeThousandShapesShareFour) {
+  const LoadedWorld loaded = load(folder_ / "gazebo/3k_shapes.sdf");
+  EXPECT_EQ(loaded.world.bodies.size(), 3004u);
+  EXPECT_EQ(loaded.world.shapes.size(), 4u);
+  EXPECT_EQ(loaded.world.settings.time_step, 0.001);
+  EXPECT_THAT(loaded.notices, Contains("3004 x <visual> skipped"));
+}
+
+TEST_F(OtherWorlds, DuckIsACompoundOfHulls) {
+  const LoadedWorld loaded = load(folder_ / "bullet/duck_vhacd.urdf");
+  ASSERT_EQ(loaded.world.bodies.size(), 1u);
+  EXPECT_EQ(loaded.world.shapes[loaded.world.bodies[0].properties.shape].parts.size(), 5u);
+}
+
+TEST_F(OtherWorlds, JointsAreCounted) {
+  EXPECT_THAT(load(folder_ / "gazebo/pendulum_links.sdf").notices,
+              Contains("2 joints are not simulated yet (2 revolute): their links move freely"));
+  EXPECT_THAT(load(folder_ / "bullet/hinge.urdf").notices, Contains(HasSubstr("1 ball, 1 revolute")));
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,120 @@
+#include "worlds/loader/inertia.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <ignition/math/Box.hh>
+#include <ignition/math/Capsule.hh>
+#include <ignition/math/Cylinder.hh>
+#include <ignition/math/Ellipsoid.hh>
+#include <ignition/math/Sphere.hh>
+#include <ignition/math/eigen3/Conversions.hh>
+#include <optional>
+#include <sdf/Box.hh>
+#include <sdf/Capsule.hh>
+#include <sdf/Collision.hh>
+#include <sdf/Cylinder.hh>
+#include <sdf/Element.hh>
+#include <sdf/Ellipsoid.hh>
+#include <sdf/Geometry.hh>
+#include <sdf/Sphere.hh>
+
+namespace tessera {
+namespace {
+
+namespace im = ignition::math;
+
+constexpr double kDensityDefault = 1000;  // kg/m^3, SDF's
+
+std::optional<im::MassMatrix3d> mass_matrix(const sdf::Geometry& geometry, double density) {
+  const im::Material material(density);
+  im::MassMatrix3d result;
+  switch (geometry.Type()) {
+    case sdf::GeometryType::BOX: {
+      const im::Boxd box(geometry.BoxShape()->Size(), material);
+      return box.MassMatrix(result) ? std::optional(result) : std::nullopt;
+    }
+    case sdf::GeometryType::SPHERE: {
+      const im::Sphered sphere(geometry.SphereShape()->Radius(), material);
+      return sphere.MassMatrix(result) ? std::optional(result) : std::nullopt;
+    }
+    case sdf::GeometryType::CYLINDER: {
+      const sdf::Cylinder& shape = *geometry.CylinderShape();
+      const im::Cylinderd cylinder(shape.Length(), shape.Radius(), material);
+      return cylinder.MassMatrix(result) ? std::optional(result) : std::nullopt;
+    }
+    case sdf::GeometryType::CAPSULE: {
+      const sdf::Capsule& shape = *geometry.CapsuleShape();
+      return im::Capsuled(shape.Length(), shape.Radius(), material).MassMatrix();
+    }
+    case sdf::GeometryType::ELLIPSOID:
+      return im::Ellipsoidd(geometry.EllipsoidShape()->Radii(), material).MassMatrix();
+    default:
+      return std::nullopt;
+  }
+}
+
+double density_of(const sdf::Collision& collision) {
+  const sdf::ElementPtr element = collision.Element();
+  if (!element->HasElement("tessera:density")) return kDensityDefault;
+  return element->GetElement("tessera:density")->Get<double>();
+}
+
+}  // namespace
+
+PrincipalInertia principal_inertia(const Eigen::Matrix3d& tensor) {
+  constexpr double kDiagonalTolerance = 1e-9;
+  const double off = std::max({std::abs(tensor(0, 1)), std::abs(tensor(0, 2)), std::abs(tensor(1, 2))});
+  if (!(off > kDiagonalTolerance * tensor.diagonal().cwiseAbs().maxCoeff())) {
+    return {tensor.diagonal(), Eigen::Quaterniond::Identity()};
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(tensor);
+  Eigen::Matrix3d axes = solver.eigenvectors();
+  // An eigenvector's sign is free: choose it, so that the axes follow from the tensor alone.
+  for (int column = 0; column < 2; ++column) {
+    Eigen::Index largest = 0;
+    axes.col(column).cwiseAbs().maxCoeff(&largest);
+    if (axes(largest, column) < 0) axes.col(column) *= -1;
+  }
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return {solver.eigenvalues(), Eigen::Quaterniond(axes).normalized()};
+}
+
+void set_inertia(const im::Inertiald& inertial, BodyProperties& properties) {
+  const im::Matrix3d moi = inertial.MassMatrix().Moi();
+  Eigen::Matrix3d tensor;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) tensor(row, column) = moi(row, column);
+  }
+  const PrincipalInertia principal = principal_inertia(tensor);
+  const Eigen::Vector3d centre = im::eigen3::convert(inertial.Pose().Pos());
+  const Eigen::Quaterniond axes =
+      (im::eigen3::convert(inertial.Pose().Rot()).normalized() * principal.axes).normalized();
+  properties.mass = inertial.MassMatrix().Mass();
+  properties.inertia = {principal.moments.x(), principal.moments.y(), principal.moments.z()};
+  properties.centre = {centre.x(), centre.y(), centre.z()};
+  properties.principal_axes = {axes.x(), axes.y(), axes.z(), axes.w()};
+}
+
+absl::StatusOr<im::Inertiald> inertia_of_collisions(const sdf::Link& link) {
+  std::optional<im::Inertiald> sum;
+  for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
+    const sdf::Collision& collision = *link.CollisionByIndex(n);
+    const std::optional<im::MassMatrix3d> matrix = mass_matrix(*collision.Geom(), density_of(collision));
+    if (!matrix) {
+      return absl::InvalidArgumentError(absl::StrCat("<inertial auto='true'>: the mass of collision '",
+                                                     collision.Name(), "' is not known"));
+    }
+    im::Pose3d pose;
+    if (!collision.SemanticPose().Resolve(pose, "__link__").empty()) pose = collision.RawPose();
+    const im::Inertiald part(*matrix, pose);
+    sum = sum ? *sum + part : part;
+  }
+  if (!sum)
+    return absl::InvalidArgumentError("<inertial auto='true'>: there is no collision to take it from");
+  return *sum;
+}
+
+}  // namespace tessera

@@ -1,0 +1,107 @@
+#include "worlds/loader/mesh_file.h"
+
+#include <absl/strings/str_cat.h>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <system_error>
+#include <tuple>
+
+#include "lpss/world/limits.h"
+
+namespace tessera {
+namespace {
+
+// The meshes of a node and of all below it, in the file's order, in the axes of the root.
+void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
+             std::vector<SubMesh>& result) {
+  const aiMatrix4x4 transform = parent * node.mTransformation;
+  for (unsigned n = 0; n < node.mNumMeshes; ++n) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[n]];
+    SubMesh part;
+    part.name = node.mName.length > 0 ? node.mName.C_Str() : mesh.mName.C_Str();
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      const aiVector3D vertex = transform * mesh.mVertices[v];
+      part.vertices.emplace_back(vertex.x, vertex.y, vertex.z);
+    }
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      if (mesh.mFaces[f].mNumIndices != 3) continue;  // points and lines have no inside
+      part.indices.insert(part.indices.end(), mesh.mFaces[f].mIndices, mesh.mFaces[f].mIndices + 3);
+    }
+    if (!part.indices.empty()) result.push_back(std::move(part));
+  }
+  for (unsigned n = 0; n < node.mNumChildren; ++n) collect(scene, *node.mChildren[n], transform, result);
+}
+
+absl::Status refused(const std::filesystem::path& file, std::size_t number, const char* what,
+                     std::size_t most) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("mesh ", file.string(), ": ", number, " ", what, " must be at most ", most));
+}
+
+struct Lexicographic {
+  bool operator()(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const {
+    return std::tie(a.x(), a.y(), a.z()) < std::tie(b.x(), b.y(), b.z());
+  }
+};
+
+}  // namespace
+
+absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+  if (error) return absl::NotFoundError(absl::StrCat("mesh ", file.string(), ": there is no such file"));
+  if (bytes > kWorldFileBytesMax) return refused(file, bytes, "bytes", kWorldFileBytesMax);
+  Assimp::Importer importer;
+  // Gazebo takes the axes of a Collada file as they are, and so do the worlds that are made for it.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
+                                                          aiComponent_COLORS |
+                                                          aiComponent_TANGENTS_AND_BITANGENTS |
+                                                          aiComponent_MATERIALS | aiComponent_TEXTURES);
+  const aiScene* scene = importer.ReadFile(
+      file.string(), aiProcess_Triangulate | aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    return absl::InvalidArgumentError(absl::StrCat("mesh ", file.string(), ": ", importer.GetErrorString()));
+  }
+  std::vector<SubMesh> result;
+  collect(*scene, *scene->mRootNode, aiMatrix4x4(), result);
+  std::size_t vertices = 0;
+  std::size_t indices = 0;
+  for (const SubMesh& part : result) {
+    vertices += part.vertices.size();
+    indices += part.indices.size();
+  }
+  if (result.empty())
+    return absl::InvalidArgumentError(absl::StrCat("mesh ", file.string(), ": it has no triangle"));
+  if (vertices > kMeshVerticesMax) return refused(file, vertices, "vertices", kMeshVerticesMax);
+  if (indices > kMeshIndicesMax) return refused(file, indices, "indices", kMeshIndicesMax);
+  return result;
+}
+
+std::vector<Eigen::Vector3d> hull_points(const std::vector<Eigen::Vector3d>& points, std::size_t points_max) {
+  const std::set<Eigen::Vector3d, Lexicographic> ordered(points.begin(), points.end());
+  const std::vector<Eigen::Vector3d> distinct(ordered.begin(), ordered.end());
+  if (distinct.size() <= points_max) return distinct;
+  std::set<Eigen::Vector3d, Lexicographic> kept;
+  // Fibonacci's lattice on the sphere.
+  const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+  for (std::size_t n = 0; n < points_max; ++n) {
+    const double z = 1 - (2 * static_cast<double>(n) + 1) / static_cast<double>(points_max);
+    const double radius = std::sqrt(1 - z * z);
+    const double angle = golden_angle * static_cast<double>(n);
+    const Eigen::Vector3d direction(radius * std::cos(angle), radius * std::sin(angle), z);
+    kept.insert(*std::max_element(distinct.begin(), distinct.end(), [&](const auto& a, const auto& b) {
+      return direction.dot(a) < direction.dot(b);
+    }));
+  }
+  return {kept.begin(), kept.end()};
+}
+
+}  // namespace tessera

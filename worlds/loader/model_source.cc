@@ -1,0 +1,419 @@
+#include "worlds/loader/model_source.h"
+
+#include <absl/strings/match.h>
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/string_view.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <utility>
+
+#include "lpss/world/limits.h"
+#include "worlds/loader/file_search.h"
+#include "worlds/loader/sdf_parser.h"
+#include "worlds/loader/urdf.h"
+
+namespace tessera {
+namespace {
+
+using std::filesystem::path;
+using xml::Element;
+
+constexpr char kSlot[] = "tessera:slot";
+
+// Of models in the place of nested includes: a few small files can ask for any number of copies of each
+// other.
+constexpr std::size_t kIncludedBytesMax = std::size_t{32} << 20;
+
+template <std::size_t N>
+bool is_one_of(const Element& element, const std::array<absl::string_view, N>& names) {
+  return std::find(names.begin(), names.end(), element.Name()) != names.end();
+}
+
+constexpr std::array<absl::string_view, 12> kNoPhysics = {
+    "visual",     "light",     "sensor",  "plugin",           "gripper",     "audio_source",
+    "audio_sink", "projector", "battery", "particle_emitter", "enable_wind", "allow_auto_disable"};
+constexpr std::array<absl::string_view, 8> kKnownGeometries = {
+    "box", "sphere", "capsule", "cylinder", "ellipsoid", "plane", "mesh", "tessera:heightfield"};
+// Numbers that libsdformat would take as they are, NaN included; here they still have a line.
+constexpr std::array<absl::string_view, 13> kNumbers = {"mass",
+                                                        "ixx",
+                                                        "ixy",
+                                                        "ixz",
+                                                        "iyy",
+                                                        "iyz",
+                                                        "izz",
+                                                        "mu",
+                                                        "mu2",
+                                                        "normal",
+                                                        "scale",
+                                                        "density",
+                                                        "restitution_coefficient"};
+constexpr std::array<absl::string_view, 4> kSizes = {"size", "radius", "length", "radii"};
+
+absl::Status check_numbers(const Element& element) {
+  if (xml::is(element, "pose")) return xml::pose_of(element).status();
+  const bool is_size = is_one_of(element, kSizes);
+  if (!is_size && !is_one_of(element, kNumbers)) return absl::OkStatus();
+  const absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(element, xml::text_of(element));
+  if (!numbers.ok()) return numbers.status();
+  const Element* parent = element.Parent()->ToElement();
+  // The size of a plane is for the eye; physics has no end to it.
+  if (!is_size || parent == nullptr || xml::is(*parent, "plane")) return absl::OkStatus();
+  for (double number : *numbers) {
+    if (number < kExtentMin) return xml::invalid(element, number, " m must be at least ", kExtentMin, " m");
+    if (number > kStaticExtentMax) {
+      return xml::invalid(element, number, " m must be at most ", kStaticExtentMax, " m");
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status check_prefix(const Element& element) {
+  if (absl::StartsWith(element.Name(), "tessera:")) {
+    return xml::invalid(element, "there is no such element of tessera here");
+  }
+  for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
+       attribute = attribute->Next()) {
+    if (absl::StartsWith(attribute->Name(), "tessera:")) {
+      return xml::invalid(element, "there is no attribute ", attribute->Name(), " of tessera here");
+    }
+  }
+  return absl::OkStatus();
+}
+
+bool says_true(const std::string& text) { return text == "true" || text == "1" || text == "True"; }
+
+// SDF 1.11's automatic inertia, in a way that survives a parser for 1.9.
+void keep_auto_inertia(Element& link) {
+  const Element* inertial = link.FirstChildElement("inertial");
+  const char* automatic = inertial == nullptr ? nullptr : inertial->Attribute("auto");
+  if (automatic == nullptr) return;
+  if (says_true(automatic)) {
+    link.InsertNewChildElement("tessera:auto_inertia");
+    const std::string density = xml::child_text(*inertial, "density");
+    for (Element* c = link.FirstChildElement("collision"); c != nullptr;
+         c = c->NextSiblingElement("collision")) {
+      Element* own = c->FirstChildElement("density");
+      const std::string value = own == nullptr ? density : xml::text_of(*own);
+      if (!value.empty()) c->InsertNewChildElement("tessera:density")->SetText(value.c_str());
+      if (own != nullptr) c->DeleteChild(own);
+    }
+  }
+  link.DeleteChild(link.FirstChildElement("inertial"));
+}
+
+void set_static(Element& model, std::optional<bool> value) {
+  if (!value) return;
+  while (Element* old = model.FirstChildElement("static")) model.DeleteChild(old);
+  model.InsertNewChildElement("static")->SetText(*value);
+}
+
+Element& copy_into(const Element& element, Element& parent) {
+  tinyxml2::XMLNode* copy = element.DeepClone(parent.GetDocument());
+  parent.InsertEndChild(copy);
+  return *copy->ToElement();
+}
+
+void add_pose(const std::string& pose_xml, Element& model) {
+  if (pose_xml.empty()) return;
+  tinyxml2::XMLDocument document;
+  if (document.Parse(pose_xml.c_str(), pose_xml.size()) != tinyxml2::XML_SUCCESS) return;
+  Element& pose = copy_into(*document.RootElement(), model);
+  // The name of the attribute before SDF 1.7, where an empty one was common.
+  const char* frame = pose.Attribute("frame");
+  if (frame == nullptr) return;
+  if (*frame != '\0') pose.SetAttribute("relative_to", frame);
+  pose.DeleteAttribute("frame");
+}
+
+absl::Status check_include(const Element& include) {
+  constexpr std::array<absl::string_view, 6> kKnown = {"uri",    "name",   "pose",
+                                                       "static", "plugin", "placement_frame"};
+  if (absl::Status status = check_prefix(include); !status.ok()) return status;
+  if (const char* merge = include.Attribute("merge"); merge != nullptr && says_true(merge)) {
+    return xml::invalid(include, "merge='true' is not supported");
+  }
+  for (const Element* child = include.FirstChildElement(); child != nullptr;
+       child = child->NextSiblingElement()) {
+    if (absl::Status status = check_prefix(*child); !status.ok()) return status;
+    if (!is_one_of(*child, kKnown)) return xml::invalid(*child, "there is no such element in an <include>");
+  }
+  return absl::OkStatus();
+}
+
+// Whether a collision can be simulated at all; what cannot be is counted.
+bool has_known_geometry(const Element& collision, Notices& notices) {
+  const Element* geometry = collision.FirstChildElement("geometry");
+  const Element* kind = geometry == nullptr ? nullptr : geometry->FirstChildElement();
+  if (kind != nullptr && is_one_of(*kind, kKnownGeometries)) return true;
+  notices.count(kind == nullptr || xml::is(*kind, "empty")
+                    ? std::string("collision without geometry, skipped")
+                    : absl::StrCat("collision with the geometry <", kind->Name(),
+                                   ">, which cannot be simulated yet, skipped"));
+  return false;
+}
+
+absl::Status use_mesh_path(Element& mesh, const path& directory) {
+  Element* uri = mesh.FirstChildElement("uri");
+  if (uri == nullptr) return xml::invalid(mesh, "the <uri> is missing");
+  const absl::StatusOr<path> file = find_uri(xml::text_of(*uri), directory);
+  if (!file.ok()) return xml::error_at(*uri, file.status().code(), file.status().message());
+  uri->SetText(file->string().c_str());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+std::string ModelSource::document(std::optional<bool> is_static) const {
+  if (!is_static) return absl::StrCat("<sdf version='", version, "'>", xml::print(*element), "</sdf>");
+  tinyxml2::XMLDocument document;
+  document.InsertEndChild(element->DeepClone(&document));
+  set_static(*document.RootElement(), is_static);
+  return absl::StrCat("<sdf version='", version, "'>", xml::print(*document.RootElement()), "</sdf>");
+}
+
+absl::StatusOr<std::string> sdf_version(const Element& root, Notices& notices) {
+  const absl::StatusOr<std::string> version = xml::required_attribute(root, "version");
+  if (!version.ok()) return version.status();
+  const std::vector<absl::string_view> parts = absl::StrSplit(*version, '.');
+  int minor = 0;
+  if (parts.size() != 2 || parts[0] != "1" || !absl::SimpleAtoi(parts[1], &minor) || minor < 0) {
+    return xml::invalid(root, "version '", *version, "' must be 1.0 to ", latest_sdf_version());
+  }
+  constexpr int kMinorMax = 9;
+  if (minor <= kMinorMax) return *version;
+  notices.count(absl::StrCat("file in SDF ", *version, ", read as ", latest_sdf_version()));
+  return latest_sdf_version();
+}
+
+absl::StatusOr<ModelSource> ModelSources::prepare(Element& model, const std::string& version,
+                                                  const path& directory) {
+  ModelSource result;
+  result.version = version;
+  const absl::StatusOr<std::string> name = xml::required_attribute(model, "name");
+  if (!name.ok()) return name.status();
+  result.name = *name;
+  if (const char* frame = model.Attribute("placement_frame")) result.placement_frame = frame;
+  if (Element* pose = model.FirstChildElement("pose")) {
+    absl::StatusOr<xml::RelativePose> parsed = xml::pose_of(*pose);
+    if (!parsed.ok()) return parsed.status();
+    result.pose = *std::move(parsed);
+    result.pose_xml = xml::print(*pose);
+    model.DeleteChild(pose);
+  }
+  std::vector<Slot> slots;
+  if (absl::Status status = clean(model, directory, slots, result.notices); !status.ok()) return status;
+  model.SetAttribute("name", "m");
+  model.DeleteAttribute("placement_frame");
+  result.element = &model;
+  const bool mixed = std::any_of(slots.begin(), slots.end(),
+                                 [&](const Slot& slot) { return slot.model->version != version; });
+  if (mixed) {
+    absl::StatusOr<Element*> latest = to_latest(model, version);
+    if (!latest.ok()) return xml::invalid(model, latest.status().message());
+    result.element = *latest;
+    result.version = latest_sdf_version();
+  }
+  if (absl::Status status = fill(*result.element, result.version, slots); !status.ok()) return status;
+  return result;
+}
+
+absl::Status ModelSources::clean(Element& element, const path& directory, std::vector<Slot>& slots,
+                                 Notices& notices) {
+  if (absl::Status status = check_prefix(element); !status.ok()) return status;
+  if (absl::Status status = check_numbers(element); !status.ok()) return status;
+  const bool in_model = xml::is(element, "model");
+  if (in_model && says_true(xml::child_text(element, "static"))) {
+    for (Element* link = element.FirstChildElement("link"); link != nullptr;
+         link = link->NextSiblingElement("link")) {
+      if (Element* inertial = link->FirstChildElement("inertial")) link->DeleteChild(inertial);
+    }
+  }
+  if (xml::is(element, "link")) keep_auto_inertia(element);
+  for (Element* child = element.FirstChildElement(); child != nullptr;) {
+    Element* const next = child->NextSiblingElement();
+    absl::Status status;
+    if (is_one_of(*child, kNoPhysics)) {
+      notices.count(absl::StrCat("<", child->Name(), "> skipped"));
+      element.DeleteChild(child);
+    } else if (xml::is(*child, "collision") && !has_known_geometry(*child, notices)) {
+      element.DeleteChild(child);
+    } else if (in_model && xml::is(*child, "include")) {
+      status = take_include(*child, directory, slots, notices);
+    } else if (xml::is(*child, "tessera:heightfield") && xml::is(element, "geometry")) {
+      status = take_height_field(element);
+    } else if (!xml::is(*child, "tessera:auto_inertia") && !xml::is(*child, "tessera:density")) {
+      if (xml::is(*child, "mesh")) status = use_mesh_path(*child, directory);
+      if (status.ok()) status = clean(*child, directory, slots, notices);
+    }
+    if (!status.ok()) return status;
+    child = next;
+  }
+  return absl::OkStatus();
+}
+
+// <tessera:heightfield columns= rows= spacing="x y">heights, row by row</tessera:heightfield>
+absl::Status ModelSources::take_height_field(Element& geometry) {
+  Element& element = *geometry.FirstChildElement("tessera:heightfield");
+  HeightField field;
+  for (const auto& [name, count] : {std::pair{"columns", &field.columns}, std::pair{"rows", &field.rows}}) {
+    const absl::StatusOr<double> value = xml::number_attribute(element, name);
+    if (!value.ok()) return value.status();
+    if (*value < 2 || *value > static_cast<double>(kHeightFieldSamplesMax)) {
+      return xml::invalid(element, name, " = ", *value, " must be 2 to ", kHeightFieldSamplesMax);
+    }
+    *count = static_cast<std::uint32_t>(*value);
+  }
+  const absl::StatusOr<std::string> text = xml::required_attribute(element, "spacing");
+  if (!text.ok()) return text.status();
+  const absl::StatusOr<std::vector<double>> spacing = xml::numbers_in(element, *text);
+  if (!spacing.ok()) return spacing.status();
+  if (spacing->size() != 2) return xml::invalid(element, "spacing = '", *text, "' must be 2 numbers: x y");
+  field.spacing = {(*spacing)[0], (*spacing)[1]};
+  absl::StatusOr<std::vector<double>> heights = xml::numbers_in(element, xml::text_of(element));
+  if (!heights.ok()) return heights.status();
+  const std::uint64_t samples = std::uint64_t{field.columns} * field.rows;
+  if (heights->size() != samples) {
+    return xml::invalid(element, heights->size(), " heights must be ", field.columns, " x ", field.rows,
+                        " = ", samples);
+  }
+  field.heights = *std::move(heights);
+  geometry.DeleteChild(&element);
+  const std::string name = meshes_.add(std::move(field));
+  geometry.InsertNewChildElement("mesh")->InsertNewChildElement("uri")->SetText(name.c_str());
+  return absl::OkStatus();
+}
+
+absl::Status ModelSources::take_include(Element& include, const path& directory, std::vector<Slot>& slots,
+                                        Notices& notices) {
+  const absl::StatusOr<const ModelSource*> model = included(include, directory, notices);
+  if (!model.ok()) return model.status();
+  Element& parent = *include.Parent()->ToElement();
+  if (*model != nullptr) {
+    bytes_ += xml::print(*(*model)->element).size();
+    if (bytes_ > kIncludedBytesMax) {
+      return xml::invalid(include, "all nested includes together are ", bytes_,
+                          " bytes; they must be at most ", kIncludedBytesMax);
+    }
+    Slot slot{*model, xml::child_text(include, "name"), "", xml::child_text(include, "placement_frame"), {}};
+    if (Element* pose = include.FirstChildElement("pose")) {
+      if (absl::Status status = xml::pose_of(*pose).status(); !status.ok()) return status;
+      slot.pose_xml = xml::print(*pose);
+    }
+    if (Element* value = include.FirstChildElement("static")) {
+      const absl::StatusOr<bool> is_static = xml::bool_of(*value);
+      if (!is_static.ok()) return is_static.status();
+      slot.is_static = *is_static;
+    }
+    Element* marker = parent.GetDocument()->NewElement(kSlot);
+    marker->SetAttribute("n", static_cast<unsigned>(slots.size()));
+    parent.InsertAfterChild(&include, marker);
+    slots.push_back(std::move(slot));
+    notices.add((*model)->notices);
+  }
+  parent.DeleteChild(&include);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Element*> ModelSources::to_latest(const Element& model, const std::string& version) {
+  const absl::StatusOr<std::string> text =
+      to_latest_sdf(absl::StrCat("<sdf version='", version, "'>", xml::print(model), "</sdf>"));
+  if (!text.ok()) return text.status();
+  absl::StatusOr<std::unique_ptr<xml::File>> file = xml::File::parse(*text, "converted model", "");
+  if (!file.ok()) return file.status();
+  converted_.push_back(*std::move(file));
+  Element* result = converted_.back()->root().FirstChildElement("model");
+  if (result == nullptr) return absl::InvalidArgumentError("libsdformat left nothing of the model");
+  return result;
+}
+
+absl::Status ModelSources::fill(Element& model, const std::string& version, const std::vector<Slot>& slots) {
+  for (Element* child = model.FirstChildElement(); child != nullptr;) {
+    Element* const next = child->NextSiblingElement();
+    if (xml::is(*child, "model")) {
+      if (absl::Status status = fill(*child, version, slots); !status.ok()) return status;
+    } else if (xml::is(*child, kSlot)) {
+      const Slot& slot = slots[child->UnsignedAttribute("n")];
+      const ModelSource& source = *slot.model;
+      const Element* element = source.element;
+      if (source.version != version) {
+        const absl::StatusOr<Element*> latest = to_latest(*element, source.version);
+        if (!latest.ok()) return latest.status();
+        element = *latest;
+      }
+      Element& copy = copy_into(*element, model);
+      copy.SetAttribute("name", (slot.name.empty() ? source.name : slot.name).c_str());
+      const std::string& placement =
+          slot.placement_frame.empty() ? source.placement_frame : slot.placement_frame;
+      if (!placement.empty()) copy.SetAttribute("placement_frame", placement.c_str());
+      set_static(copy, slot.is_static);
+      add_pose(slot.pose_xml.empty() ? source.pose_xml : slot.pose_xml, copy);
+      model.DeleteChild(child);
+    }
+    child = next;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ModelSources::read_file(const Element& include, const path& file, IncludedFile& entry,
+                                     Notices& notices) {
+  absl::StatusOr<std::unique_ptr<xml::File>> read = xml::File::read(file);
+  if (!read.ok()) return xml::error_at(include, read.status().code(), read.status().message());
+  if (xml::is((*read)->root(), "robot")) read = urdf_to_sdf(**read, notices);
+  if (!read.ok()) return read.status();
+  entry.file = *std::move(read);
+  Element& root = entry.file->root();
+  if (!xml::is(root, "sdf")) return xml::invalid(root, "an included file must be <sdf> or <robot>");
+  const absl::StatusOr<std::string> version = sdf_version(root, notices);
+  if (!version.ok()) return version.status();
+  Element* model = root.FirstChildElement("model");
+  if (model == nullptr) {
+    if (root.FirstChildElement("light") == nullptr && root.FirstChildElement("actor") == nullptr) {
+      return xml::invalid(root, "an included file must hold a <model>");
+    }
+    return absl::OkStatus();
+  }
+  if (++depth_ > kIncludeDepthMax) {
+    return xml::invalid(include, "includes are nested deeper than ", kIncludeDepthMax);
+  }
+  absl::StatusOr<ModelSource> source = prepare(*model, *version, entry.file->directory());
+  --depth_;
+  if (!source.ok()) return source.status();
+  entry.model = *std::move(source);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<const ModelSource*> ModelSources::included(const Element& include, const path& directory,
+                                                          Notices& notices) {
+  const Element* uri = include.FirstChildElement("uri");
+  if (uri == nullptr) return xml::invalid(include, "the <uri> is missing");
+  if (absl::Status status = check_include(include); !status.ok()) return status;
+  if (include.FirstChildElement("plugin") != nullptr) notices.count("<plugin> skipped");
+  const std::string text = xml::text_of(*uri);
+  if (is_remote(text)) {
+    notices.count(absl::StrCat("<include> of the network, skipped: ", text));
+    return nullptr;
+  }
+  const absl::StatusOr<path> file = find_model(text, directory);
+  if (!file.ok()) return xml::error_at(*uri, file.status().code(), file.status().message());
+  std::error_code error;
+  const path real = std::filesystem::weakly_canonical(*file, error);
+  std::unique_ptr<IncludedFile>& slot = files_[(error ? *file : real).string()];
+  if (slot == nullptr) {
+    slot = std::make_unique<IncludedFile>();
+    IncludedFile& entry = *slot;  // reading other files may move the slot, not what it points to
+    if (absl::Status status = read_file(include, *file, entry, notices); !status.ok()) return status;
+    entry.reading = false;
+    if (!entry.model) notices.count("<include> of a file without model, skipped");
+    return entry.model ? &*entry.model : nullptr;
+  }
+  if (slot->reading) return xml::invalid(*uri, "'", text, "' includes itself, directly or through others");
+  if (!slot->model) notices.count("<include> of a file without model, skipped");
+  return slot->model ? &*slot->model : nullptr;
+}
+
+}  // namespace tessera

@@ -1,0 +1,84 @@
+// Models of SDF files, made ready for libsdformat: without what is no physics, with their includes in place.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+#include <absl/status/statusor.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "worlds/loader/collision_shape.h"
+#include "worlds/loader/notices.h"
+#include "worlds/loader/xml.h"
+
+namespace tessera {
+
+// A <model> element that has been made ready. It lives in its document.
+struct ModelSource {
+  std::string version;  // of SDF
+  std::string name;
+  std::optional<xml::RelativePose> pose;  // its own; an include may say otherwise
+  std::string pose_xml;                   // the same as it was written
+  std::string placement_frame;
+  xml::Element* element = nullptr;  // named "m", without pose and placement frame
+  Notices notices;                  // what was taken out
+
+  // A whole document with this model in it, for ModelTemplates: equal for models equal but for name and pose.
+  std::string document(std::optional<bool> is_static) const;
+};
+
+class ModelSources {
+ public:
+  explicit ModelSources(MeshLibrary& meshes) : meshes_(meshes) {}
+
+  // Makes a <model> of `directory`'s file ready, changing it. `version` is that of its file.
+  // Errors name file, line and element: INVALID_ARGUMENT for numbers that are none or out of bounds, unknown
+  // tessera: elements, includes nested too deeply or in a circle; NOT_FOUND for includes and meshes.
+  absl::StatusOr<ModelSource> prepare(xml::Element& model, const std::string& version,
+                                      const std::filesystem::path& directory);
+
+  // The model that an <include> of a file in `directory` names, read once. nullptr, and a notice, for what
+  // cannot be read (the network) or is no model (a light). Pointers stay valid.
+  absl::StatusOr<const ModelSource*> included(const xml::Element& include,
+                                              const std::filesystem::path& directory, Notices& notices);
+
+ private:
+  struct IncludedFile {
+    bool reading = true;
+    std::unique_ptr<xml::File> file;
+    std::optional<ModelSource> model;  // none in a file of lights or actors
+  };
+  // What stood in the place of an <include> inside a model, which may have to be converted first.
+  struct Slot {
+    const ModelSource* model = nullptr;
+    std::string name;
+    std::string pose_xml;
+    std::string placement_frame;
+    std::optional<bool> is_static;
+  };
+
+  absl::Status read_file(const xml::Element& include, const std::filesystem::path& file, IncludedFile& entry,
+                         Notices& notices);
+  absl::Status clean(xml::Element& element, const std::filesystem::path& directory, std::vector<Slot>& slots,
+                     Notices& notices);
+  absl::Status take_include(xml::Element& include, const std::filesystem::path& directory,
+                            std::vector<Slot>& slots, Notices& notices);
+  absl::Status fill(xml::Element& model, const std::string& version, const std::vector<Slot>& slots);
+  absl::StatusOr<xml::Element*> to_latest(const xml::Element& model, const std::string& version);
+  absl::Status take_height_field(xml::Element& geometry);
+
+  MeshLibrary& meshes_;
+  absl::flat_hash_map<std::string, std::unique_ptr<IncludedFile>> files_;  // by canonical path
+  std::vector<std::unique_ptr<xml::File>> converted_;                      // documents that sources live in
+  int depth_ = 0;
+  std::size_t bytes_ = 0;  // of models put in the place of nested includes
+};
+
+// The version of an SDF root element, "1.9" for newer ones (counted in `notices`).
+// INVALID_ARGUMENT where there is none.
+absl::StatusOr<std::string> sdf_version(const xml::Element& root, Notices& notices);
+
+}  // namespace tessera

@@ -1,0 +1,156 @@
+#include "worlds/loader/sdf_parser.h"
+
+#include <absl/base/thread_annotations.h>
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/string_view.h>
+#include <absl/synchronization/mutex.h>
+#include <console_bridge/console.h>
+
+#include <algorithm>
+#include <memory>
+#include <sdf/Console.hh>
+#include <sdf/ParserConfig.hh>
+#include <sdf/SDFImpl.hh>
+#include <sdf/parser.hh>
+#include <sstream>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+// libsdformat's console and its URDF reader are global variables.
+absl::Mutex& parser_mutex() {
+  static absl::Mutex mutex;
+  return mutex;
+}
+
+// Catches what libsdformat and urdfdom would print, for as long as it lives.
+class Console : public console_bridge::OutputHandler {
+ public:
+  Console() {
+    sdf::Console::Instance()->GetMsgStream().SetStream(&sdformat_);
+    console_bridge::useOutputHandler(this);
+  }
+  ~Console() override {
+    sdf::Console::Instance()->GetMsgStream().SetStream(nullptr);
+    console_bridge::restorePreviousOutputHandler();
+  }
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) urdf_.push_back(text);
+  }
+
+  // The messages of one kind, "Error" or "Warning", without colours and places in libsdformat's source.
+  std::vector<std::string> messages(absl::string_view kind) const {
+    std::vector<std::string> result;
+    bool wanted = false;
+    for (absl::string_view line : absl::StrSplit(sdformat_.str(), '\n')) {
+      const bool begins = absl::StrContains(line, "Error [") || absl::StrContains(line, "Warning [") ||
+                          absl::StrContains(line, "Debug [");
+      if (begins) wanted = absl::StrContains(line, absl::StrCat(kind, " ["));
+      if (!wanted) continue;
+      if (const std::size_t end = line.find("\033[0m"); end != absl::string_view::npos)
+        line = line.substr(end + 4);
+      line = absl::StripAsciiWhitespace(line);
+      // What failed as SDF is then tried as URDF and as an old format: what those say confuses.
+      if (line.empty() || absl::StrContains(line, "parseURDF") || absl::StrContains(line, "old deprecated"))
+        continue;
+      result.emplace_back(line);
+    }
+    return result;
+  }
+  const std::vector<std::string>& urdf_errors() const { return urdf_; }
+
+ private:
+  std::ostringstream sdformat_;
+  std::vector<std::string> urdf_;
+};
+
+// libsdformat's description of SDF takes 50 ms to read, and is the same for each document.
+const sdf::SDF& description() {
+  static const sdf::SDFPtr parsed = [] {
+    auto result = std::make_shared<sdf::SDF>();
+    sdf::init(result);
+    return result;
+  }();
+  return *parsed;
+}
+
+sdf::SDFPtr empty_document() {
+  auto document = std::make_shared<sdf::SDF>();
+  document->Root(description().Root()->Clone());
+  return document;
+}
+
+sdf::ParserConfig config() {
+  sdf::ParserConfig result;
+  result.SetWarningsPolicy(sdf::EnforcementPolicy::LOG);
+  return result;
+}
+
+// The most telling of all errors, few enough to read.
+absl::Status failure(const sdf::Errors& errors, const Console& console, bool urdf) {
+  constexpr std::size_t kMessagesMax = 4;
+  std::vector<std::string> texts = console.messages("Error");
+  for (const sdf::Error& error : errors) {
+    // Each ancestor of a bad element repeats that it is bad; a text that cannot be read is repeated whole.
+    if (absl::StartsWith(error.Message(), "Error reading element") && !texts.empty()) continue;
+    if (absl::StartsWith(error.Message(), "Unable to read SDF string")) continue;
+    texts.push_back(error.Message());
+  }
+  if (urdf) texts.insert(texts.begin(), console.urdf_errors().begin(), console.urdf_errors().end());
+  std::vector<std::string> distinct;
+  for (const std::string& text : texts) {
+    if (std::find(distinct.begin(), distinct.end(), text) == distinct.end()) distinct.push_back(text);
+  }
+  if (distinct.size() > kMessagesMax) distinct.resize(kMessagesMax);
+  if (distinct.empty()) distinct.emplace_back("it is neither SDF nor URDF");
+  return absl::InvalidArgumentError(absl::StrCat("libsdformat: ", absl::StrJoin(distinct, "; ")));
+}
+
+bool is_urdf(absl::string_view xml) { return absl::StrContains(xml.substr(0, 4096), "<robot"); }
+
+absl::Status read(const std::string& xml, const Console& console, const sdf::SDFPtr& document) {
+  sdf::Errors errors;
+  bool ok = sdf::readString(xml, config(), document, errors);
+  ok = ok && errors.empty() && console.messages("Error").empty();
+  return ok ? absl::OkStatus() : failure(errors, console, is_urdf(xml));
+}
+
+}  // namespace
+
+const std::string& latest_sdf_version() {
+  static const std::string version = sdf::SDF::Version();
+  return version;
+}
+
+absl::Status parse_sdf(const std::string& xml, sdf::Root& root, Notices& notices) {
+  const absl::MutexLock lock(&parser_mutex());
+  const sdf::SDFPtr document = empty_document();
+  const Console console;
+  if (absl::Status status = read(xml, console, document); !status.ok()) return status;
+  const sdf::Errors errors = root.Load(document, config());
+  if (!errors.empty()) return failure(errors, console, false);
+  for (const std::string& warning : console.messages("Warning")) {
+    notices.count(absl::StrCat("warning of libsdformat: ", warning));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::string> to_latest_sdf(const std::string& xml) {
+  const absl::MutexLock lock(&parser_mutex());
+  const sdf::SDFPtr document = empty_document();
+  const Console console;
+  sdf::Errors errors;
+  if (!sdf::readString(xml, config(), document, errors) || !errors.empty()) {
+    return failure(errors, console, is_urdf(xml));
+  }
+  return document->Root()->ToString("");
+}
+
+}  // namespace tessera

@@ -1,0 +1,206 @@
+#include "worlds/loader/tessera_elements.h"
+
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/string_view.h>
+
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "worlds/loader/geodesy.h"
+
+namespace tessera {
+namespace {
+
+using xml::Element;
+
+// Attributes that no reader asks for are typing errors.
+absl::Status only_attributes(const Element& element, std::initializer_list<absl::string_view> known) {
+  for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
+       attribute = attribute->Next()) {
+    bool found = false;
+    for (absl::string_view name : known) found = found || name == attribute->Name();
+    if (!found) return xml::invalid(element, "there is no attribute '", attribute->Name(), "'");
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SectorOffset> sector_in(const Element& element, absl::string_view text) {
+  const std::vector<absl::string_view> words =
+      absl::StrSplit(text, absl::ByAnyChar(" \t\r\n"), absl::SkipEmpty());
+  if (words.size() != 3) return xml::invalid(element, "sector '", text, "' must be 3 integers: i j k");
+  SectorOffset result;
+  for (const auto& [word, component] :
+       {std::pair{words[0], &result.i}, std::pair{words[1], &result.j}, std::pair{words[2], &result.k}}) {
+    const absl::StatusOr<std::int64_t> value = xml::integer_in(element, word);
+    if (!value.ok()) return xml::invalid(element, "sector '", text, "': ", value.status().message());
+    *component = *value;
+  }
+  return result;
+}
+
+// A knob of the settings, by the name of its element.
+struct Knob {
+  absl::string_view name;
+  std::variant<double*, int*, bool*> value;
+};
+
+absl::Status read_knob(const Element& element, const Knob& knob) {
+  if (bool* const* flag = std::get_if<bool*>(&knob.value)) {
+    const absl::StatusOr<bool> value = xml::bool_of(element);
+    if (!value.ok()) return value.status();
+    **flag = *value;
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<double> value = xml::number_of(element);
+  if (!value.ok()) return value.status();
+  if (double* const* number = std::get_if<double*>(&knob.value)) {
+    **number = *value;
+    return absl::OkStatus();
+  }
+  if (*value != std::floor(*value) || std::abs(*value) > std::numeric_limits<int>::max()) {
+    return xml::invalid(element, *value, " must be an integer");
+  }
+  *std::get<int*>(knob.value) = static_cast<int>(*value);
+  return absl::OkStatus();
+}
+
+// One word of two: false for the first, true for the second.
+absl::StatusOr<bool> choice(const Element& element, absl::string_view text, absl::string_view first,
+                            absl::string_view second) {
+  if (text == first) return false;
+  if (text == second) return true;
+  return xml::invalid(element, "'", text, "' must be ", first, " or ", second);
+}
+
+absl::Status read_setting(const Element& element, WorldSettings& s) {
+  if (xml::is(element, "precision")) {
+    const absl::StatusOr<bool> is_double = choice(element, xml::text_of(element), "f32", "f64");
+    if (!is_double.ok()) return is_double.status();
+    s.precision = *is_double ? Precision::kFloat64 : Precision::kFloat32;
+    return absl::OkStatus();
+  }
+  if (xml::is(element, "seams")) {
+    const absl::StatusOr<bool> clones = choice(element, xml::text_of(element), "island", "clone");
+    if (!clones.ok()) return clones.status();
+    s.seams = *clones ? SeamPolicy::kClone : SeamPolicy::kIsland;
+    return absl::OkStatus();
+  }
+  const std::array<Knob, 9> knobs = {{{"sector_size", &s.sector_size},
+                                      {"time_step", &s.time_step},
+                                      {"clone_depth", &s.clone_depth},
+                                      {"solver_iterations", &s.solver_iterations},
+                                      {"friction_in_two_directions", &s.friction_in_two_directions},
+                                      {"continuous_collision", &s.continuous_collision},
+                                      {"sleep_linear_speed", &s.sleep_linear_speed},
+                                      {"sleep_angular_speed", &s.sleep_angular_speed},
+                                      {"sleep_after", &s.sleep_after}}};
+  for (const Knob& knob : knobs) {
+    if (xml::is(element, knob.name)) return read_knob(element, knob);
+  }
+  return xml::invalid(element, "there is no such setting");
+}
+
+}  // namespace
+
+absl::Status read_settings(const Element& element, WorldSettings& settings) {
+  if (absl::Status status = only_attributes(element, {}); !status.ok()) return status;
+  for (const Element* child = element.FirstChildElement(); child != nullptr;
+       child = child->NextSiblingElement()) {
+    if (absl::Status status = read_setting(*child, settings); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<CentralGravity> read_central_gravity(const Element& element, double sector_size) {
+  if (absl::Status status = only_attributes(element, {"surface", "radius", "sector", "local"});
+      !status.ok()) {
+    return status;
+  }
+  CentralGravity result;
+  for (const auto& [name, value] :
+       {std::pair{"surface", &result.surface}, std::pair{"radius", &result.radius}}) {
+    const absl::StatusOr<double> number = xml::number_attribute(element, name);
+    if (!number.ok()) return number.status();
+    *value = *number;
+  }
+  SectorIndex sector;
+  if (const char* text = element.Attribute("sector")) {
+    const absl::StatusOr<SectorOffset> offset = sector_in(element, text);
+    if (!offset.ok()) return offset.status();
+    sector = {offset->i, offset->j, offset->k};
+  }
+  Eigen::Vector3d local = Eigen::Vector3d::Zero();
+  if (const char* text = element.Attribute("local")) {
+    const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(element, text);
+    if (!vector.ok()) return vector.status();
+    local = *vector;
+  }
+  const absl::StatusOr<WorldPosition> centre = canonical(sector, local, sector_size);
+  if (!centre.ok()) return xml::error_at(element, centre.status().code(), centre.status().message());
+  result.centre = *centre;
+  return result;
+}
+
+absl::StatusOr<WorldPose> read_site(const Element& element, double sector_size) {
+  absl::Status status = only_attributes(element, {"name", "latitude", "longitude", "height", "frame"});
+  if (!status.ok()) return status;
+  const absl::StatusOr<double> latitude = xml::number_attribute(element, "latitude");
+  if (!latitude.ok()) return latitude.status();
+  const absl::StatusOr<double> longitude = xml::number_attribute(element, "longitude");
+  if (!longitude.ok()) return longitude.status();
+  double height = 0;
+  if (element.Attribute("height") != nullptr) {
+    const absl::StatusOr<double> value = xml::number_attribute(element, "height");
+    if (!value.ok()) return value.status();
+    height = *value;
+  }
+  SiteUp up = SiteUp::kGeodetic;
+  if (const char* text = element.Attribute("frame")) {
+    const absl::StatusOr<bool> geocentric = choice(element, text, "geodetic", "geocentric");
+    if (!geocentric.ok()) return geocentric.status();
+    up = *geocentric ? SiteUp::kGeocentric : SiteUp::kGeodetic;
+  }
+  absl::StatusOr<WorldPose> frame = site_frame(*latitude, *longitude, height, up, sector_size);
+  if (!frame.ok()) return xml::error_at(element, frame.status().code(), frame.status().message());
+  return frame;
+}
+
+absl::StatusOr<PlacementExtras> take_extras(Element& element) {
+  PlacementExtras result;
+  const auto take_sector = [&](const Element& place, absl::string_view text) {
+    const absl::StatusOr<SectorOffset> sector = sector_in(place, text);
+    if (sector.ok()) result.sector = *sector;
+    return sector.status();
+  };
+  if (const char* text = element.Attribute("tessera:sector")) {
+    if (absl::Status status = take_sector(element, text); !status.ok()) return status;
+    element.DeleteAttribute("tessera:sector");
+  }
+  if (Element* child = element.FirstChildElement("tessera:sector")) {
+    if (absl::Status status = only_attributes(*child, {}); !status.ok()) return status;
+    if (absl::Status status = take_sector(*child, xml::text_of(*child)); !status.ok()) return status;
+    element.DeleteChild(child);
+  }
+  if (Element* child = element.FirstChildElement("tessera:velocity")) {
+    if (absl::Status status = only_attributes(*child, {"linear", "angular"}); !status.ok()) return status;
+    for (const auto& [name, value] :
+         {std::pair{"linear", &result.linear_velocity}, std::pair{"angular", &result.angular_velocity}}) {
+      const char* text = child->Attribute(name);
+      if (text == nullptr) continue;
+      const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(*child, text);
+      if (!vector.ok()) return vector.status();
+      *value = *vector;
+    }
+    element.DeleteChild(child);
+  }
+  return result;
+}
+
+}  // namespace tessera

@@ -1,0 +1,149 @@
+#include "worlds/loader/urdf.h"
+
+#include <absl/container/flat_hash_set.h>
+#include <absl/strings/str_cat.h>
+
+#include <cstring>
+#include <string>
+
+#include "worlds/loader/sdf_parser.h"
+
+namespace tessera {
+namespace {
+
+using xml::Element;
+
+void skip_children(Element& parent, const char* name, Notices& notices) {
+  while (Element* child = parent.FirstChildElement(name)) {
+    notices.count(absl::StrCat("<", name, "> skipped"));
+    parent.DeleteChild(child);
+  }
+}
+
+std::string link_of(const Element& joint, const char* side) {
+  const Element* element = joint.FirstChildElement(side);
+  const char* name = element == nullptr ? nullptr : element->Attribute("link");
+  return name == nullptr ? "" : name;
+}
+
+// Ties a link to the world, in the way that URDF has for it.
+void fix_to_world(Element& robot, const std::string& link) {
+  bool has_world = false;
+  for (const Element* other = robot.FirstChildElement("link"); other != nullptr;
+       other = other->NextSiblingElement("link")) {
+    has_world = has_world || other->Attribute("name", "world") != nullptr;
+  }
+  if (!has_world) robot.InsertNewChildElement("link")->SetAttribute("name", "world");
+  Element* joint = robot.InsertNewChildElement("joint");
+  joint->SetAttribute("name", absl::StrCat(link, "_fixed_to_world").c_str());
+  joint->SetAttribute("type", "fixed");
+  joint->InsertNewChildElement("parent")->SetAttribute("link", "world");
+  joint->InsertNewChildElement("child")->SetAttribute("link", link.c_str());
+}
+
+// libsdformat drops links without mass, and all that hangs on them.
+absl::Status treat_massless_links(Element& robot, const absl::flat_hash_set<std::string>& children) {
+  for (Element* link = robot.FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    Element* inertial = link->FirstChildElement("inertial");
+    Element* mass = inertial == nullptr ? nullptr : inertial->FirstChildElement("mass");
+    if (mass == nullptr) continue;
+    const absl::StatusOr<double> value = xml::number_attribute(*mass, "value");
+    if (!value.ok()) return value.status();
+    if (*value > 0) continue;
+    const char* name = link->Attribute("name");
+    if (*value < 0 || name == nullptr || children.contains(name)) {
+      return xml::invalid(*mass, "mass = ", *value, " kg must be above 0");
+    }
+    inertial->DeleteChild(mass);
+    if (Element* tensor = inertial->FirstChildElement("inertia")) inertial->DeleteChild(tensor);
+    inertial->InsertNewChildElement("mass")->SetAttribute("value", 1);
+    Element* tensor = inertial->InsertNewChildElement("inertia");
+    for (const char* moment : {"ixx", "iyy", "izz"}) tensor->SetAttribute(moment, 1);
+    for (const char* product : {"ixy", "ixz", "iyz"}) tensor->SetAttribute(product, 0);
+    fix_to_world(robot, name);
+  }
+  return absl::OkStatus();
+}
+
+// urdfdom drops capsules: they travel as cylinders whose collision has a telling name.
+constexpr char kCapsule[] = "tessera_capsule";
+
+void hide_capsules(Element& robot) {
+  int number = 0;
+  for (Element* link = robot.FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    for (Element* collision = link->FirstChildElement("collision"); collision != nullptr;
+         collision = collision->NextSiblingElement("collision")) {
+      Element* geometry = collision->FirstChildElement("geometry");
+      Element* capsule = geometry == nullptr ? nullptr : geometry->FirstChildElement("capsule");
+      if (capsule == nullptr) continue;
+      capsule->SetName("cylinder");
+      collision->SetAttribute("name", absl::StrCat(kCapsule, number++).c_str());
+    }
+  }
+}
+
+void restore_capsules(Element& model) {
+  for (Element* link = model.FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    for (Element* collision = link->FirstChildElement("collision"); collision != nullptr;
+         collision = collision->NextSiblingElement("collision")) {
+      const char* name = collision->Attribute("name");
+      if (name == nullptr || std::strstr(name, kCapsule) == nullptr) continue;
+      Element* geometry = collision->FirstChildElement("geometry");
+      if (Element* cylinder = geometry->FirstChildElement("cylinder")) cylinder->SetName("capsule");
+    }
+  }
+}
+
+void restore_ball_joints(Element& model, const absl::flat_hash_set<std::string>& names) {
+  for (Element* joint = model.FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint")) {
+    const char* name = joint->Attribute("name");
+    if (name == nullptr || !names.contains(name)) continue;
+    joint->SetAttribute("type", "ball");
+    if (Element* axis = joint->FirstChildElement("axis")) joint->DeleteChild(axis);
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices& notices) {
+  Element& robot = file.root();
+  absl::flat_hash_set<std::string> children;
+  absl::flat_hash_set<std::string> ball_joints;
+  for (Element* joint = robot.FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint")) {
+    children.insert(link_of(*joint, "child"));
+    if (joint->Attribute("type", "spherical") == nullptr) continue;
+    const absl::StatusOr<std::string> name = xml::required_attribute(*joint, "name");
+    if (!name.ok()) return name.status();
+    ball_joints.insert(*name);
+    joint->SetAttribute("type", "continuous");
+  }
+  if (absl::Status status = treat_massless_links(robot, children); !status.ok()) return status;
+  for (Element* link = robot.FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    skip_children(*link, "visual", notices);
+    skip_children(*link, "contact", notices);
+  }
+  hide_capsules(robot);
+  skip_children(robot, "transmission", notices);
+  skip_children(robot, "gazebo", notices);
+
+  const absl::StatusOr<std::string> converted = to_latest_sdf(xml::print(robot));
+  if (!converted.ok()) return xml::invalid(robot, converted.status().message());
+  absl::StatusOr<std::unique_ptr<xml::File>> result =
+      xml::File::parse(*converted, file.name(), file.directory());
+  if (!result.ok()) return result.status();
+  Element* model = (*result)->root().FirstChildElement("model");
+  if (model == nullptr || model->FirstChildElement("link") == nullptr) {
+    return xml::invalid(robot, "no link has an <inertial>: there is nothing to simulate");
+  }
+  restore_ball_joints(*model, ball_joints);
+  restore_capsules(*model);
+  return result;
+}
+
+}  // namespace tessera

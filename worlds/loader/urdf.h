@@ -1,0 +1,19 @@
+// URDF robots as SDF models.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <memory>
+
+#include "worlds/loader/notices.h"
+#include "worlds/loader/xml.h"
+
+namespace tessera {
+
+// The <robot> of `file` as a document <sdf><model>. Links that fixed joints connect become one, as
+// libsdformat does it. Three habits of robots written for Bullet are understood: a root link of mass 0 is
+// fixed to the world, a joint of type `spherical` is a ball joint, and there are capsules.
+// INVALID_ARGUMENT for links that have no mass anywhere else, and for what libsdformat refuses.
+absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices& notices);
+
+}  // namespace tessera

@@ -1,0 +1,49 @@
+#include "worlds/loader/world_file.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <exception>
+#include <memory>
+#include <utility>
+
+#include "lpss/world/validate.h"
+#include "worlds/loader/world_reader.h"
+#include "worlds/loader/xml.h"
+
+namespace tessera {
+namespace {
+
+absl::StatusOr<LoadedWorld> load(xml::File& file) {
+  Notices notices;
+  LoadedWorld result;
+  // libsdformat and assimp throw where they meet what their authors did not think of.
+  try {
+    absl::StatusOr<WorldDescription> world = read_world(file, notices);
+    if (!world.ok()) return world.status();
+    result.world = *std::move(world);
+  } catch (const std::exception& error) {
+    return absl::InvalidArgumentError(absl::StrCat(file.name(), ": ", error.what()));
+  }
+  if (absl::Status status = validate(result.world); !status.ok()) {
+    return absl::Status(status.code(), absl::StrCat(file.name(), ": ", status.message()));
+  }
+  result.notices = notices.lines();
+  return result;
+}
+
+}  // namespace
+
+absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file) {
+  absl::StatusOr<std::unique_ptr<xml::File>> xml = xml::File::read(file);
+  if (!xml.ok()) return xml.status();
+  return load(**xml);
+}
+
+absl::StatusOr<LoadedWorld> load_world_string(const std::string& xml,
+                                              const std::filesystem::path& base_directory) {
+  absl::StatusOr<std::unique_ptr<xml::File>> file = xml::File::parse(xml, "<string>", base_directory);
+  if (!file.ok()) return file.status();
+  return load(**file);
+}
+
+}  // namespace tessera

@@ -1,0 +1,36 @@
+// World files: SDF 1.6 to 1.9 and URDF, read into a world as data.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "lpss/world/world_description.h"
+
+namespace tessera {
+
+struct LoadedWorld {
+  WorldDescription world;            // has passed validate()
+  std::vector<std::string> notices;  // what was left out, one line a kind, with its count
+};
+
+// Reads an SDF world, an SDF model or a URDF robot; which one it is, the content says. A model or a robot
+// becomes a world with default settings that holds nothing else. Includes and meshes are files of this
+// machine; whatever is no physics (lights, visuals, sensors, plugins) is skipped and counted.
+//
+// Beside SDF's own elements, those of the prefix `tessera:` are read; tessera_elements.h lists them.
+//
+// NOT_FOUND where the file, an include or a mesh does not exist; INVALID_ARGUMENT, with file, line and
+// element, for all that cannot be simulated: malformed, too large or too deeply nested XML, numbers out of
+// bounds, names used twice; OUT_OF_RANGE for positions outside the 64-bit range of sectors.
+//
+// Thread-safe; libsdformat is used by one thread at a time.
+absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file);
+
+// The same for text in memory. Relative includes and meshes are searched in `base_directory`.
+absl::StatusOr<LoadedWorld> load_world_string(const std::string& xml,
+                                              const std::filesystem::path& base_directory);
+
+}  // namespace tessera

@@ -1,0 +1,425 @@
+// Files that cannot be simulated are refused, with the element and the bound in the message.
+#include <absl/strings/str_cat.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "lpss/world/limits.h"
+#include "worlds/loader/world_file.h"
+
+namespace tessera {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
+constexpr absl::StatusCode kNotFound = absl::StatusCode::kNotFound;
+constexpr absl::StatusCode kOutOfRange = absl::StatusCode::kOutOfRange;
+
+struct Row {
+  std::string name;
+  std::string xml;
+  std::vector<std::string> said;
+  absl::StatusCode code = kInvalid;
+
+  friend void PrintTo(const Row& row, std::ostream* out) { *out << row.name; }
+};
+
+std::string world(const std::string& body) {
+  return absl::StrCat("<sdf version='1.9'>\n<world name='w'>\n", body, "\n</world></sdf>");
+}
+
+std::string settings(const std::string& body) {
+  return world(absl::StrCat("<tessera:settings>", body, "</tessera:settings>"));
+}
+
+// A model 'm' with a link 'l'; the geometry, and what else is wanted.
+std::string model(const std::string& geometry, const std::string& of_link = "",
+                  const std::string& of_model = "", const std::string& surface = "") {
+  return world(absl::StrCat("<model name='m'>\n", of_model, "<link name='l'>\n", of_link,
+                            "<collision name='c'>\n<geometry>\n", geometry, "\n</geometry>", surface,
+                            "</collision></link></model>"));
+}
+
+std::string box(const std::string& of_link = "", const std::string& of_model = "") {
+  return model("<box><size>1 1 1</size></box>", of_link, of_model);
+}
+
+std::string mass(const std::string& value) {
+  return absl::StrCat("<inertial><mass>", value, "</mass></inertial>");
+}
+
+std::string include(const std::string& body) { return world(absl::StrCat("<include>", body, "</include>")); }
+
+std::string nested(int depth) {
+  std::string open;
+  std::string close;
+  for (int n = 0; n < depth; ++n) {
+    open += "<a>";
+    close += "</a>";
+  }
+  return world(open + close);
+}
+
+std::string urdf(const std::string& body) {
+  return absl::StrCat(
+      "<robot name='r'><link name='base'><inertial><mass value='1'/>"
+      "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial></link>",
+      body, "</robot>");
+}
+
+std::vector<Row> xml_rows() {
+  return {
+      {"Empty", "", {"malformed XML"}},
+      {"NoXml", "once upon a time", {"malformed XML"}},
+      {"Unclosed", "<sdf version='1.9'>\n<world name='w'>\n<model>", {":", "malformed XML"}},
+      {"Mismatched", "<sdf version='1.9'><world></sdf></world>", {"malformed XML"}},
+      {"EntityBomb",
+       "<!DOCTYPE x [<!ENTITY a 'ha'><!ENTITY b '&a;&a;'>]><sdf version='1.9'/>",
+       {"DOCTYPE", "not allowed"}},
+      {"DeeplyNested", nested(70), {"nested deeper than 64"}},
+      {"VeryDeeplyNested", nested(100000), {"nested deeper than 64"}},
+      {"OtherRoot", "<html/>", {"<html>", "<sdf> or <robot>"}},
+      {"NoVersion", "<sdf><world name='w'/></sdf>", {"<sdf>", "'version' is missing"}},
+      {"StrangeVersion", "<sdf version='2.0'><world name='w'/></sdf>", {"'2.0'", "1.9"}},
+      {"NoWorld", "<sdf version='1.9'/>", {"neither a <world> nor a <model>"}},
+  };
+}
+
+std::vector<Row> placement_rows() {
+  return {
+      {"NameMissing", world("<model><link name='l'/></model>"), {":3: <model>", "'name' is missing"}},
+      {"NameTwice",
+       world("<model name='a'><link name='l'/></model>\n<model name='a'><link name='l'/></model>"),
+       {":4: <model", "'a' must be unique", "line 3"}},
+      {"NameOfModelAndFrame",
+       world("<frame name='a'/>\n<model name='a'><link name='l'/></model>"),
+       {"'a' must be unique"}},
+      {"NameReserved", world("<model name='world'><link name='l'/></model>"), {"must not be 'world'"}},
+      {"NameScoped", world("<model name='a::b'><link name='l'/></model>"), {"contain '::'"}},
+      {"LinkTwice", world("<model name='a'><link name='l'/><link name='l'/></model>"), {"<model", "[l]"}},
+      {"NoLink", world("<model name='a'/>"), {"model 'a'", "at least one link"}},
+      {"PoseNan",
+       box("", "<pose>0 nan 0 0 0 0</pose>"),
+       {":4: <pose> of <model name='m'>", "'nan' must be finite"}},
+      {"PoseInfinite", box("", "<pose>0 0 inf 0 0 0</pose>"), {"<pose>", "'inf' must be finite"}},
+      {"PoseShort", box("", "<pose>0 0 0 0 0</pose>"), {"<pose>", "5 numbers must be 6"}},
+      {"PoseWord", box("", "<pose>0 0 up 0 0 0</pose>"), {"<pose>", "'up' is not a number"}},
+      {"PoseOfLinkNan", box("<pose>nan 0 0 0 0 0</pose>"), {"<pose> of <link name='l'>", "finite"}},
+      {"PoseOutOfRange", box("", "<pose>0 1e40 0 0 0 0</pose>"), {"position y", "64-bit range"}, kOutOfRange},
+      {"QuaternionLong",
+       box("", "<pose rotation_format='quat_xyzw'>0 0 0 0 0 0 1.5</pose>"),
+       {"<pose>", "norm 1.5", "1 within 0.001"}},
+      {"QuaternionShort",
+       box("", "<pose rotation_format='quat_xyzw'>0 0 0 0 0 0</pose>"),
+       {"<pose>", "must be 7"}},
+      {"RotationFormat",
+       box("", "<pose rotation_format='matrix'>0 0 0 0 0 0</pose>"),
+       {"'matrix'", "euler_rpy"}},
+      {"FrameUnknown",
+       box("", "<pose relative_to='nowhere'>0 0 0 0 0 0</pose>"),
+       {"<model", "no frame 'nowhere'"}},
+      {"FrameInModelUnknown",
+       world("<frame name='f'><pose relative_to='m::x'/></frame><model name='m'><link name='l'/></model>"),
+       {"<frame name='f'>", "no frame 'm::x'"}},
+      {"FrameCircle",
+       world("<frame name='a' attached_to='b'/><frame name='b' attached_to='a'/>"),
+       {"relative to itself"}},
+      {"FrameOfLinkUnknown", box("<pose relative_to='nowhere'>0 0 0 0 0 0</pose>"), {"model 'm'", "nowhere"}},
+      {"PlacementFrameUnknown",
+       world("<model name='m' placement_frame='nowhere'><link name='l'/></model>"),
+       {"placement frame 'nowhere'"}},
+  };
+}
+
+std::vector<Row> physics_rows() {
+  return {
+      {"BoxZero", model("<box><size>1 0 1</size></box>"), {":7: <size> of <collision name='c'>", "0.0001 m"}},
+      {"BoxNegative", model("<box><size>1 1 -1</size></box>"), {"<size>", "-1 m must be at least 0.0001 m"}},
+      {"BoxWord", model("<box><size>1 big 1</size></box>"), {"<size>", "'big' is not a number"}},
+      {"BoxShort", model("<box><size>1 1</size></box>"), {"model 'm'", "size"}},
+      {"SphereNan", model("<sphere><radius>nan</radius></sphere>"), {"<radius>", "finite"}},
+      {"SphereHuge", model("<sphere><radius>1e30</radius></sphere>"), {"<radius>", "at most 1e+08 m"}},
+      {"CylinderZero",
+       model("<cylinder><radius>1</radius><length>0</length></cylinder>"),
+       {"<length>", "0.0001 m"}},
+      {"EllipsoidZero", model("<ellipsoid><radii>1 1 0</radii></ellipsoid>"), {"<radii>", "0.0001 m"}},
+      {"MeshUnknown",
+       model("<mesh><uri>no_such.obj</uri></mesh>"),
+       {"<uri>", "'no_such.obj' was not found"},
+       kNotFound},
+      {"MeshOfModelUnknown",
+       model("<mesh><uri>model://no/such.stl</uri></mesh>"),
+       {"<uri>", "searched", "models/no/such.stl"},
+       kNotFound},
+      {"MeshRemote",
+       model("<mesh><uri>https://example.org/a.obj</uri></mesh>"),
+       {"<uri>", "only file:// and model://"}},
+      {"MeshNoUri", model("<mesh/>"), {"<mesh>", "<uri> is missing"}},
+      {"MeshBroken", model("<mesh><uri>broken.stl</uri></mesh>"), {"link 'l'", "broken.stl"}},
+      {"MeshNoTriangles", model("<mesh><uri>empty.obj</uri></mesh>"), {"link 'l'", "empty.obj"}},
+      {"SubmeshUnknown",
+       model("<mesh><uri>tetra.obj</uri><submesh><name>x</name></submesh></mesh>"),
+       {"no submesh 'x'"},
+       kNotFound},
+      {"MeshScaleZero",
+       model("<mesh><uri>tetra.obj</uri><scale>1 0 1</scale></mesh>"),
+       {"scale 1 0 1", "not 0"}},
+      {"DynamicPlane", model("<plane><normal>0 0 1</normal></plane>"), {"'m::l'", "plane", "static body"}},
+      {"DynamicHuge", model("<box><size>200 1 1</size></box>"), {"'m::l'", "200", "L = 128 m"}},
+      {"MassZero", box(mass("0")), {"'m::l'", "mass = 0 kg must be at least 1e-06 kg"}},
+      {"MassNegative", box(mass("-3")), {"model 'm'", "l"}},
+      {"MassNan", box(mass("nan")), {"<mass>", "finite"}},
+      {"MassWord", box(mass("heavy")), {"<mass>", "'heavy'"}},
+      {"InertiaTriangle",
+       box("<inertial><inertia><ixx>1</ixx><iyy>1</iyy><izz>5</izz></inertia></inertial>"),
+       {"model 'm'", "inertia"}},
+      {"FrictionNegative",
+       model("<box/>", "", "", "<surface><friction><ode><mu>-1</mu></ode></friction></surface>"),
+       {"model 'm'", "[-1]", "minimum allowed value of [0]", "[mu]"}},
+      {"FrictionNan",
+       model("<box/>", "", "", "<surface><friction><ode><mu>nan</mu></ode></friction></surface>"),
+       {"<mu>", "finite"}},
+      {"Restitution",
+       model("<box/>", "", "",
+             "<surface><bounce><restitution_coefficient>2</restitution_coefficient></bounce></surface>"),
+       {"model 'm'", "[2]", "maximum allowed value of [1]", "[restitution_coefficient]"}},
+      {"Damping",
+       box("<velocity_decay><linear>3</linear></velocity_decay>"),
+       {"'m::l'", "linear damping = 3", "at most 1"}},
+      {"StepZero",
+       world("<physics type='x'><max_step_size>0</max_step_size></physics>"),
+       {"time step = 0 s", "1e-05 s"}},
+      {"StepWord",
+       world("<physics type='x'><max_step_size>soon</max_step_size></physics>"),
+       {"<max_step_size>", "'soon'"}},
+      {"GravityNan", world("<gravity>0 0 nan</gravity>"), {"<gravity>", "finite"}},
+      {"GravityShort", world("<gravity>0 -9.8</gravity>"), {"<gravity>", "3 numbers"}},
+      {"GravityTwice", world("<gravity>0 0 0</gravity><gravity>0 0 1</gravity>"), {"<gravity>", "twice"}},
+      {"FieldCount",
+       model("<tessera:heightfield columns='2' rows='2' spacing='1 1'>0 0 0</tessera:heightfield>"),
+       {"3 heights", "2 x 2 = 4"}},
+      {"FieldSpacing",
+       model("<tessera:heightfield columns='2' rows='2' spacing='1'>0 0 0 0</tessera:heightfield>"),
+       {"spacing", "2 numbers"}},
+      {"FieldMoves",
+       model("<tessera:heightfield columns='2' rows='2' spacing='1 1'>0 0 0 0</tessera:heightfield>"),
+       {"'m::l'", "height field", "static"}},
+  };
+}
+
+std::vector<Row> tessera_rows() {
+  const std::string site = "<tessera:site name='s' latitude='52' longitude='4'";
+  return {
+      {"Element", world("<tessera:magic/>"), {"<tessera:magic>", "no such element"}},
+      {"ElementOfModel", box("", "<tessera:magic/>"), {"<tessera:magic>", "no such element"}},
+      {"ElementOfLink",
+       box("<tessera:sector>1 2 3</tessera:sector>"),
+       {"<tessera:sector>", "no such element"}},
+      {"Attribute",
+       world("<model name='m' tessera:colour='red'><link name='l'/></model>"),
+       {"<model", "tessera:colour"}},
+      {"Setting", settings("<magic>1</magic>"), {"<magic>", "no such setting"}},
+      {"SectorSizeFloat", settings("<sector_size>1024</sector_size>"), {"L = 1024 m", "788.27", "f64"}},
+      {"SectorSizeZero", settings("<sector_size>0</sector_size>"), {"L = 0 m", "0.5 m"}},
+      {"SectorSizeWord", settings("<sector_size>large</sector_size>"), {"<sector_size>", "'large'"}},
+      {"Precision", settings("<precision>f16</precision>"), {"<precision>", "'f16' must be f32 or f64"}},
+      {"Seams", settings("<seams>glue</seams>"), {"<seams>", "'glue' must be island or clone"}},
+      {"CloneDepth", settings("<clone_depth>99</clone_depth>"), {"clone_depth = 99", "at most 8"}},
+      {"CloneDepthFraction",
+       settings("<clone_depth>1.5</clone_depth>"),
+       {"<clone_depth>", "1.5 must be an integer"}},
+      {"Iterations",
+       settings("<solver_iterations>1e9</solver_iterations>"),
+       {"solver_iterations", "at most 1000"}},
+      {"Flag",
+       settings("<continuous_collision>maybe</continuous_collision>"),
+       {"<continuous_collision>", "true or false"}},
+      {"SleepAfter", settings("<sleep_after>-1</sleep_after>"), {"sleep_after = -1 s", "at least 0"}},
+      {"PlanetIncomplete",
+       world("<tessera:central_gravity surface='9.8'/>"),
+       {"<tessera:central_gravity>", "'radius' is missing"}},
+      {"PlanetRadius",
+       world("<tessera:central_gravity surface='9.8' radius='-1'/>"),
+       {"radius = -1 m", "at least"}},
+      {"PlanetAttribute",
+       world("<tessera:central_gravity surface='9.8' radius='1' mass='1'/>"),
+       {"no attribute 'mass'"}},
+      {"SiteLatitude",
+       world("<tessera:site name='s' latitude='91' longitude='4'/>"),
+       {"name='s'", "latitude = 91", "-90 to 90"}},
+      {"SiteLongitude",
+       world("<tessera:site name='s' latitude='9' longitude='400'/>"),
+       {"longitude = 400", "-360 to 360"}},
+      {"SiteIncomplete", world("<tessera:site name='s' latitude='9'/>"), {"'longitude' is missing"}},
+      {"SiteHeight", world(site + " height='nan'/>"), {"name='s'", "finite"}},
+      {"SiteFrame", world(site + " frame='flat'/>"), {"'flat' must be geodetic or geocentric"}},
+      {"SiteAttribute", world(site + " up='z'/>"), {"no attribute 'up'"}},
+      {"SiteChild",
+       world(site + "><gravity>0 0 0</gravity></tessera:site>"),
+       {"<gravity>", "no such element"}},
+      {"SectorShort",
+       world("<model name='m' tessera:sector='1 2'><link name='l'/></model>"),
+       {"'1 2' must be 3 integers"}},
+      {"SectorHuge",
+       world("<model name='m' tessera:sector='1 2 9223372036854775808'><link name='l'/></model>"),
+       {"<model", "2^63"}},
+      {"SectorLeaves",
+       world("<model name='m' tessera:sector='9223372036854775807 0 0'><pose>200 0 0 0 0 0</pose><link "
+             "name='l'/></model>"),
+       {"<model name='m'>", "component i", "64-bit range"},
+       kOutOfRange},
+      {"VelocityStatic",
+       box("", "<static>true</static><tessera:velocity linear='1 0 0'/>"),
+       {},
+       absl::StatusCode::kOk},
+      {"VelocityNan", box("", "<tessera:velocity linear='nan 0 0'/>"), {"<tessera:velocity>", "finite"}},
+      {"VelocityAttribute", box("", "<tessera:velocity lineal='1 0 0'/>"), {"no attribute 'lineal'"}},
+      {"VelocityLarge", box("", "<tessera:velocity linear='1e9 0 0'/>"), {"'m::l'", "1e+06 m/s"}},
+  };
+}
+
+std::vector<Row> include_rows() {
+  return {
+      {"UriMissing", include(""), {"<include>", "<uri> is missing"}},
+      {"UriEmpty", include("<uri></uri>"), {"<uri>", "empty"}},
+      {"NotFound", include("<uri>no_such.sdf</uri>"), {"<uri>", "'no_such.sdf' was not found"}, kNotFound},
+      {"ModelNotFound",
+       include("<uri>model://no_such</uri>"),
+       {"'model://no_such' was not found", "models/no_such.sdf"},
+       kNotFound},
+      {"Scheme", include("<uri>ftp://a/b.sdf</uri>"), {"only file:// and model://"}},
+      {"NoModel", include("<uri>world.sdf</uri>"), {"world.sdf", "must hold a <model>"}},
+      {"NoSdf", include("<uri>tetra.obj</uri>"), {"tetra.obj", "malformed XML"}},
+      {"Child",
+       include("<uri>good.sdf</uri><colour>red</colour>"),
+       {"<colour>", "no such element in an <include>"}},
+      {"Merge", world("<include merge='true'><uri>good.sdf</uri></include>"), {"merge", "not supported"}},
+      {"Itself", include("<uri>itself.sdf</uri>"), {"itself.sdf", "includes itself"}},
+      {"TooDeep", include("<uri>deep_0.sdf</uri>"), {"nested deeper than 16"}},
+      {"TooLarge", include("<uri>bomb_0.sdf</uri>"), {"bomb", "all nested includes together"}},
+      {"Pose", include("<uri>good.sdf</uri><pose>0 0 nan 0 0 0</pose>"), {"<pose>", "finite"}},
+      {"Static", include("<uri>good.sdf</uri><static>perhaps</static>"), {"<static>", "true or false"}},
+      {"Twice",
+       world("<include><uri>good.sdf</uri></include><include><uri>good.sdf</uri></include>"),
+       {"'good' must be unique"}},
+  };
+}
+
+std::vector<Row> urdf_rows() {
+  const std::string child =
+      "<joint name='j' type='fixed'><parent link='base'/><child link='tip'/></joint><link name='tip'>";
+  return {
+      {"MassZero",
+       urdf(child + "<inertial><mass value='0'/></inertial></link>"),
+       {"<mass> of <link name='tip'>", "mass = 0 kg must be above 0"}},
+      {"MassNegative",
+       "<robot name='r'><link name='l'><inertial><mass value='-1'/></inertial></link></robot>",
+       {"<link name='l'>", "mass = -1 kg"}},
+      {"MassWord", urdf(child + "<inertial><mass value='heavy'/></inertial></link>"), {"<mass>", "'heavy'"}},
+      {"JointUnknown",
+       urdf("<joint name='j' type='rubber'><parent link='base'/><child link='tip'/></joint><link "
+            "name='tip'/>"),
+       {"<robot name='r'>", "rubber"}},
+      {"JointDangling",
+       urdf("<joint name='j' type='fixed'><parent link='base'/><child link='nobody'/></joint>"),
+       {"<robot name='r'>", "nobody"}},
+      {"NoLinks", "<robot name='r'/>", {"<robot name='r'>"}},
+      {"MeshUnknown",
+       "<robot name='r'><link name='l'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' "
+       "iyz='0' izz='1'/></inertial><collision><geometry><mesh "
+       "filename='no_such.stl'/></geometry></collision></link></robot>",
+       {"no_such.stl", "not found"},
+       kNotFound},
+  };
+}
+
+class BadFile : public testing::TestWithParam<Row> {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new std::filesystem::path(std::filesystem::path(testing::TempDir()) / "tessera_bad_files");
+    std::filesystem::create_directories(*folder_);
+    const auto write = [](const std::string& name, const std::string& text) {
+      std::ofstream(*folder_ / name) << text;
+    };
+    const std::string link =
+        "<link name='l'><collision name='c'><geometry><box/></geometry></collision></link>";
+    const auto model_file = [&](const std::string& name, const std::string& body) {
+      return absl::StrCat("<sdf version='1.9'><model name='", name, "'>", body, "</model></sdf>");
+    };
+    const auto child = [](const std::string& file, const std::string& name) {
+      return absl::StrCat("<include><uri>", file, "</uri><name>", name, "</name></include>");
+    };
+    write("good.sdf", model_file("good", link));
+    write("world.sdf", "<sdf version='1.9'><world name='w'/></sdf>");
+    write("itself.sdf", model_file("itself", link + child("itself.sdf", "again")));
+    for (int n = 0; n <= kIncludeDepthMax; ++n) {
+      const std::string next = absl::StrCat("deep_", n + 1, ".sdf");
+      write(absl::StrCat("deep_", n, ".sdf"), model_file("deep", link + child(next, "next")));
+    }
+    write(absl::StrCat("deep_", kIncludeDepthMax + 1, ".sdf"), model_file("deep", link));
+    // Each holds the next one forty times: 40^8 models, were they all to be made.
+    for (int n = 0; n < 8; ++n) {
+      std::string body = link;
+      for (int copy = 0; copy < 40; ++copy) {
+        body += child(absl::StrCat("bomb_", n + 1, ".sdf"), absl::StrCat("copy_", copy));
+      }
+      write(absl::StrCat("bomb_", n, ".sdf"), model_file("bomb", body));
+    }
+    write("bomb_8.sdf", model_file("bomb", link));
+    write("tetra.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n");
+    write("empty.obj", "# nothing\n");
+    write("broken.stl", "this is no mesh");
+  }
+  static void TearDownTestSuite() {
+    std::filesystem::remove_all(*folder_);
+    delete folder_;
+  }
+
+  static std::filesystem::path* folder_;
+};
+
+std::filesystem::path* BadFile::folder_ = nullptr;
+
+TEST_P(BadFile, IsRefused) {
+  const absl::StatusOr<LoadedWorld> loaded = load_world_string(GetParam().xml, *folder_);
+  EXPECT_EQ(loaded.status().code(), GetParam().code) << loaded.status();
+  for (const std::string& part : GetParam().said) {
+    EXPECT_THAT(std::string(loaded.status().message()), HasSubstr(part));
+  }
+}
+
+std::string row_name(const testing::TestParamInfo<Row>& row) { return row.param.name; }
+
+INSTANTIATE_TEST_SUITE_P(Xml, BadFile, testing::ValuesIn(xml_rows()), row_name);
+INSTANTIATE_TEST_SUITE_P(Placement, BadFile, testing::ValuesIn(placement_rows()), row_name);
+INSTANTIATE_TEST_SUITE_P(Physics, BadFile, testing::ValuesIn(physics_rows()), row_name);
+INSTANTIATE_TEST_SUITE_P(Tessera, BadFile, testing::ValuesIn(tessera_rows()), row_name);
+INSTANTIATE_TEST_SUITE_P(Include, BadFile, testing::ValuesIn(include_rows()), row_name);
+INSTANTIATE_TEST_SUITE_P(Urdf, BadFile, testing::ValuesIn(urdf_rows()), row_name);
+
+TEST(BadFiles, MissingFile) {
+  const auto loaded = load_world_file("/no/such/world.sdf");
+  EXPECT_EQ(loaded.status().code(), kNotFound);
+  EXPECT_THAT(std::string(loaded.status().message()), HasSubstr("/no/such/world.sdf"));
+}
+
+TEST(BadFiles, Folder) { EXPECT_EQ(load_world_file(testing::TempDir()).status().code(), kNotFound); }
+
+TEST(BadFiles, HugeFile) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "tessera_huge.sdf";
+  std::ofstream(file) << "<sdf/>";
+  std::filesystem::resize_file(file, kWorldFileBytesMax + 1);  // a hole: takes no place on the disk
+  const auto loaded = load_world_file(file);
+  std::filesystem::remove(file);
+  EXPECT_EQ(loaded.status().code(), kInvalid);
+  EXPECT_THAT(std::string(loaded.status().message()), HasSubstr("at most 512 MiB"));
+}
+
+}  // namespace
+}  // namespace tessera

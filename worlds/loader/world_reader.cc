@@ -1,0 +1,371 @@
+#include "worlds/loader/world_reader.h"
+
+#include <absl/container/flat_hash_map.h>
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "lpss/world/validate.h"
+#include "worlds/loader/model_source.h"
+#include "worlds/loader/model_template.h"
+#include "worlds/loader/shape_table.h"
+#include "worlds/loader/tessera_elements.h"
+#include "worlds/loader/urdf.h"
+
+namespace tessera {
+namespace {
+
+using xml::Element;
+
+// Something of the world or of a site that has a name and a place: a model, a frame or the site itself.
+struct Placed {
+  enum class State { kNew, kResolving, kResolved };
+
+  std::string name;
+  const Element* element = nullptr;  // for messages
+  WorldPose scope;                   // the frame that encloses it
+  xml::RelativePose pose;
+  std::string placement_frame;
+  PlacementExtras extras;
+  const ModelTemplate* model = nullptr;  // null for what is no model
+  State state = State::kNew;
+  WorldPose resolved;
+};
+
+class WorldReader {
+ public:
+  WorldReader(xml::File& file, Notices& notices)
+      : file_(file), notices_(notices), sources_(meshes_), templates_(shapes_, meshes_) {}
+
+  absl::StatusOr<WorldDescription> read();
+
+ private:
+  absl::Status read_world_settings(const Element& world);
+  absl::Status read_physics(const Element& physics);
+  absl::Status read_scope(Element& parent, const WorldPose& scope);
+  absl::Status read_element(Element& element, const WorldPose& scope, bool in_site);
+  absl::Status read_site_group(Element& site);
+  absl::Status read_model(Element& model, const WorldPose& scope);
+  absl::Status read_include(Element& include, const WorldPose& scope);
+  absl::Status read_frame(Element& frame, const WorldPose& scope);
+  absl::Status add_model(Placed placed, const ModelSource& source, std::optional<bool> is_static);
+  absl::Status add(Placed placed);
+  absl::StatusOr<WorldPose> frame_named(const Element& element, const std::string& name);
+  absl::Status resolve(Placed& placed);
+  absl::Status add_bodies(const Placed& placed);
+
+  xml::File& file_;
+  Notices& notices_;
+  WorldDescription world_;
+  std::string version_;
+  ShapeTable shapes_;
+  MeshLibrary meshes_;
+  ModelSources sources_;
+  ModelTemplates templates_;
+  std::deque<Placed> placed_;
+  absl::flat_hash_map<std::string, Placed*> by_name_;
+};
+
+absl::Status at(const Element& element, const absl::Status& status) {
+  if (status.ok()) return status;
+  return xml::error_at(element, status.code(), status.message());
+}
+
+absl::StatusOr<WorldDescription> WorldReader::read() {
+  std::unique_ptr<xml::File> converted;
+  Element* root = &file_.root();
+  if (xml::is(*root, "robot")) {
+    absl::StatusOr<std::unique_ptr<xml::File>> sdf = urdf_to_sdf(file_, notices_);
+    if (!sdf.ok()) return sdf.status();
+    converted = *std::move(sdf);
+    root = &converted->root();
+  }
+  if (!xml::is(*root, "sdf")) return xml::invalid(*root, "the root element must be <sdf> or <robot>");
+  const absl::StatusOr<std::string> version = sdf_version(*root, notices_);
+  if (!version.ok()) return version.status();
+  version_ = *version;
+
+  Element* world = root->FirstChildElement("world");
+  if (world == nullptr) {
+    // A file of models is a world that holds nothing else.
+    world = root;
+    const Element* model = root->FirstChildElement("model");
+    if (model == nullptr) return xml::invalid(*root, "there is neither a <world> nor a <model>");
+    if (const char* name = model->Attribute("name")) world_.name = name;
+  } else {
+    if (world->NextSiblingElement("world") != nullptr) notices_.count("further <world> in the file, skipped");
+    if (const char* name = world->Attribute("name")) world_.name = name;
+    if (absl::Status status = read_world_settings(*world); !status.ok()) return status;
+  }
+  if (absl::Status status = read_scope(*world, WorldPose{}); !status.ok()) return status;
+  for (Placed& placed : placed_) {
+    if (absl::Status status = resolve(placed); !status.ok()) return status;
+    if (placed.model == nullptr) continue;
+    if (absl::Status status = add_bodies(placed); !status.ok()) return status;
+  }
+  world_.shapes = shapes_.take();
+  return std::move(world_);
+}
+
+absl::Status WorldReader::read_world_settings(const Element& world) {
+  if (const Element* gravity = world.FirstChildElement("gravity")) {
+    const absl::StatusOr<Eigen::Vector3d> value = xml::vector_in(*gravity, xml::text_of(*gravity));
+    if (!value.ok()) return value.status();
+    world_.settings.gravity = UniformGravity{*value};
+  }
+  const Element* physics = world.FirstChildElement("physics");
+  for (const Element* other = physics; other != nullptr; other = other->NextSiblingElement("physics")) {
+    if (other->BoolAttribute("default", false)) physics = other;
+  }
+  if (physics != nullptr) {
+    if (absl::Status status = read_physics(*physics); !status.ok()) return status;
+  }
+  if (const Element* settings = world.FirstChildElement("tessera:settings")) {
+    if (absl::Status status = read_settings(*settings, world_.settings); !status.ok()) return status;
+  }
+  // Every position is put into sectors from here on, so that L has to make sense first.
+  if (absl::Status status = validate(world_.settings); !status.ok()) return at(world, status);
+  if (const Element* planet = world.FirstChildElement("tessera:central_gravity")) {
+    absl::StatusOr<CentralGravity> gravity = read_central_gravity(*planet, world_.settings.sector_size);
+    if (!gravity.ok()) return gravity.status();
+    world_.settings.gravity = *gravity;
+    if (absl::Status status = validate(world_.settings); !status.ok()) return at(*planet, status);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status WorldReader::read_physics(const Element& physics) {
+  if (const Element* step = physics.FirstChildElement("max_step_size")) {
+    const absl::StatusOr<double> value = xml::number_of(*step);
+    if (!value.ok()) return value.status();
+    world_.settings.time_step = *value;
+  }
+  // Before SDF 1.6 the gravity stood in here.
+  if (const Element* gravity = physics.FirstChildElement("gravity")) {
+    const absl::StatusOr<Eigen::Vector3d> value = xml::vector_in(*gravity, xml::text_of(*gravity));
+    if (!value.ok()) return value.status();
+    world_.settings.gravity = UniformGravity{*value};
+  }
+  return absl::OkStatus();
+}
+
+absl::Status WorldReader::read_scope(Element& parent, const WorldPose& scope) {
+  const bool in_site = xml::is(parent, "tessera:site");
+  for (Element* child = parent.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
+    if (absl::Status status = read_element(*child, scope, in_site); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status WorldReader::read_element(Element& element, const WorldPose& scope, bool in_site) {
+  if (xml::is(element, "model")) return read_model(element, scope);
+  if (xml::is(element, "include")) return read_include(element, scope);
+  if (xml::is(element, "frame")) return read_frame(element, scope);
+  if (in_site) return xml::invalid(element, "there is no such element in a <tessera:site>");
+  if (xml::is(element, "tessera:site")) return read_site_group(element);
+  for (absl::string_view known : {"gravity", "physics", "tessera:settings", "tessera:central_gravity"}) {
+    if (!xml::is(element, known)) continue;
+    const Element* first = element.Parent()->FirstChildElement(element.Name());
+    if (first == &element || known == "physics") return absl::OkStatus();
+    return xml::invalid(element, "the element stands in a world twice");
+  }
+  if (absl::StartsWith(element.Name(), "tessera:")) {
+    return xml::invalid(element, "there is no such element of tessera here");
+  }
+  if (xml::is(element, "joint")) {
+    const char* type = element.Attribute("type");
+    notices_.count_joint(type == nullptr ? "unknown" : type);
+    return absl::OkStatus();
+  }
+  if (xml::is(element, "spherical_coordinates")) {
+    notices_.count("<spherical_coordinates> not used: positions stay in the file's local frame");
+    return absl::OkStatus();
+  }
+  notices_.count(absl::StrCat("<", element.Name(), "> skipped"));
+  return absl::OkStatus();
+}
+
+absl::Status WorldReader::read_site_group(Element& site) {
+  const absl::StatusOr<std::string> name = xml::required_attribute(site, "name");
+  if (!name.ok()) return name.status();
+  const absl::StatusOr<WorldPose> frame = read_site(site, world_.settings.sector_size);
+  if (!frame.ok()) return frame.status();
+  Placed placed;
+  placed.name = *name;
+  placed.element = &site;
+  placed.scope = *frame;
+  if (absl::Status status = add(std::move(placed)); !status.ok()) return status;
+  return read_scope(site, *frame);
+}
+
+absl::Status WorldReader::read_model(Element& model, const WorldPose& scope) {
+  Placed placed;
+  placed.element = &model;
+  placed.scope = scope;
+  absl::StatusOr<PlacementExtras> extras = take_extras(model);
+  if (!extras.ok()) return extras.status();
+  placed.extras = *extras;
+  absl::StatusOr<ModelSource> source = sources_.prepare(model, version_, file_.directory());
+  if (!source.ok()) return source.status();
+  placed.name = source->name;
+  if (source->pose) placed.pose = *source->pose;
+  placed.placement_frame = source->placement_frame;
+  return add_model(std::move(placed), *source, std::nullopt);
+}
+
+absl::Status WorldReader::read_include(Element& include, const WorldPose& scope) {
+  Placed placed;
+  placed.element = &include;
+  placed.scope = scope;
+  absl::StatusOr<PlacementExtras> extras = take_extras(include);
+  if (!extras.ok()) return extras.status();
+  placed.extras = *extras;
+  const absl::StatusOr<const ModelSource*> source = sources_.included(include, file_.directory(), notices_);
+  if (!source.ok()) return source.status();
+  if (*source == nullptr) return absl::OkStatus();
+  const std::string name = xml::child_text(include, "name");
+  placed.name = name.empty() ? (*source)->name : name;
+  const std::string placement = xml::child_text(include, "placement_frame");
+  placed.placement_frame = placement.empty() ? (*source)->placement_frame : placement;
+  if ((*source)->pose) placed.pose = *(*source)->pose;
+  if (const Element* pose = include.FirstChildElement("pose")) {
+    absl::StatusOr<xml::RelativePose> value = xml::pose_of(*pose);
+    if (!value.ok()) return value.status();
+    placed.pose = *std::move(value);
+  }
+  std::optional<bool> is_static;
+  if (const Element* element = include.FirstChildElement("static")) {
+    const absl::StatusOr<bool> value = xml::bool_of(*element);
+    if (!value.ok()) return value.status();
+    is_static = *value;
+  }
+  return add_model(std::move(placed), **source, is_static);
+}
+
+absl::Status WorldReader::read_frame(Element& frame, const WorldPose& scope) {
+  Placed placed;
+  placed.element = &frame;
+  placed.scope = scope;
+  const absl::StatusOr<std::string> name = xml::required_attribute(frame, "name");
+  if (!name.ok()) return name.status();
+  placed.name = *name;
+  absl::StatusOr<PlacementExtras> extras = take_extras(frame);
+  if (!extras.ok()) return extras.status();
+  placed.extras = *extras;
+  if (const Element* pose = frame.FirstChildElement("pose")) {
+    absl::StatusOr<xml::RelativePose> value = xml::pose_of(*pose);
+    if (!value.ok()) return value.status();
+    placed.pose = *std::move(value);
+  }
+  const char* attached = frame.Attribute("attached_to");
+  if (placed.pose.relative_to.empty() && attached != nullptr) placed.pose.relative_to = attached;
+  return add(std::move(placed));
+}
+
+absl::Status WorldReader::add_model(Placed placed, const ModelSource& source, std::optional<bool> is_static) {
+  absl::StatusOr<const ModelTemplate*> model = templates_.get(source.document(is_static));
+  if (!model.ok()) {
+    return xml::error_at(*placed.element, model.status().code(),
+                         absl::StrCat("model '", placed.name, "': ", model.status().message()));
+  }
+  placed.model = *model;
+  notices_.add(source.notices);
+  notices_.add((*model)->notices);
+  return add(std::move(placed));
+}
+
+absl::Status WorldReader::add(Placed placed) {
+  if (absl::StrContains(placed.name, "::") || placed.name == "world") {
+    return xml::invalid(*placed.element, "the name '", placed.name, "' must not be 'world' or contain '::'");
+  }
+  Placed& added = placed_.emplace_back(std::move(placed));
+  const auto [other, inserted] = by_name_.try_emplace(added.name, &added);
+  if (inserted) return absl::OkStatus();
+  return xml::invalid(*added.element, "the name '", added.name, "' must be unique, but line ",
+                      other->second->element->GetLineNum(), " has it too");
+}
+
+// A frame by its name: "world", or something placed, or what is inside a model: "model::link".
+absl::StatusOr<WorldPose> WorldReader::frame_named(const Element& element, const std::string& name) {
+  if (name == "world") return WorldPose{};
+  const std::size_t colons = name.find("::");
+  const auto found = by_name_.find(name.substr(0, colons));
+  if (found == by_name_.end()) return xml::invalid(element, "there is no frame '", name, "'");
+  Placed& base = *found->second;
+  if (absl::Status status = resolve(base); !status.ok()) return status;
+  if (colons == std::string::npos) return base.resolved;
+  const std::string inner = name.substr(colons + 2);
+  if (inner == "__model__") return base.resolved;
+  if (base.model == nullptr || !base.model->frames.contains(inner)) {
+    return xml::invalid(element, "there is no frame '", name, "'");
+  }
+  absl::StatusOr<WorldPose> pose =
+      compose(base.resolved, base.model->frames.at(inner), world_.settings.sector_size);
+  if (!pose.ok()) return at(element, pose.status());
+  return pose;
+}
+
+absl::Status WorldReader::resolve(Placed& placed) {
+  if (placed.state == Placed::State::kResolved) return absl::OkStatus();
+  if (placed.state == Placed::State::kResolving) {
+    return xml::invalid(*placed.element, "its pose is relative to itself, directly or through others");
+  }
+  placed.state = Placed::State::kResolving;
+  WorldPose base = placed.scope;
+  if (!placed.pose.relative_to.empty()) {
+    absl::StatusOr<WorldPose> named = frame_named(*placed.element, placed.pose.relative_to);
+    if (!named.ok()) return named.status();
+    base = *named;
+  }
+  Pose pose = placed.pose.pose;
+  if (!placed.placement_frame.empty() && placed.model != nullptr) {
+    const auto frame = placed.model->frames.find(placed.placement_frame);
+    if (frame == placed.model->frames.end()) {
+      return xml::invalid(*placed.element, "there is no placement frame '", placed.placement_frame,
+                          "' in it");
+    }
+    pose = pose * frame->second.inverse();
+  }
+  absl::StatusOr<WorldPose> resolved = compose(base, pose, world_.settings.sector_size);
+  if (!resolved.ok()) return at(*placed.element, resolved.status());
+  const absl::StatusOr<SectorIndex> sector = translated(resolved->position.sector, placed.extras.sector);
+  if (!sector.ok()) return at(*placed.element, sector.status());
+  placed.resolved = *resolved;
+  placed.resolved.position.sector = *sector;
+  placed.state = Placed::State::kResolved;
+  return absl::OkStatus();
+}
+
+absl::Status WorldReader::add_bodies(const Placed& placed) {
+  const Eigen::Vector3d velocity = placed.scope.orientation * placed.extras.linear_velocity;
+  const Eigen::Vector3d spin = placed.scope.orientation * placed.extras.angular_velocity;
+  for (const LinkTemplate& link : placed.model->links) {
+    BodyDescription body;
+    body.name = absl::StrCat(placed.name, "::", link.name);
+    body.properties = link.properties;
+    absl::StatusOr<WorldPose> pose = compose(placed.resolved, link.pose, world_.settings.sector_size);
+    if (!pose.ok()) return at(*placed.element, pose.status());
+    body.pose = *pose;
+    if (link.properties.motion != Motion::kStatic) {
+      const Eigen::Vector3d arm =
+          placed.resolved.orientation * (link.pose * centre_frame(link.properties).position);
+      body.linear_velocity = velocity + spin.cross(arm);
+      body.angular_velocity = spin;
+    }
+    world_.bodies.push_back(std::move(body));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<WorldDescription> read_world(xml::File& file, Notices& notices) {
+  return WorldReader(file, notices).read();
+}
+
+}  // namespace tessera

@@ -1,0 +1,242 @@
+#include "worlds/loader/xml.h"
+
+#include <absl/strings/ascii.h>
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/string_view.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+#include <utility>
+
+#include "lpss/world/limits.h"
+
+namespace tessera::xml {
+namespace {
+
+// Refuses document types wherever they stand, and depth.
+class Guard : public tinyxml2::XMLVisitor {
+ public:
+  bool VisitEnter(const Element& element, const tinyxml2::XMLAttribute*) override {
+    ++depth_;
+    if (depth_ > kXmlDepthMax && status_.ok()) {
+      status_ = invalid(element, "elements are nested deeper than ", kXmlDepthMax);
+    }
+    return status_.ok();
+  }
+  bool VisitExit(const Element&) override {
+    --depth_;
+    return status_.ok();
+  }
+  bool Visit(const tinyxml2::XMLUnknown& unknown) override {
+    status_ = absl::InvalidArgumentError(
+        absl::StrCat("line ", unknown.GetLineNum(), ": <!", std::string(unknown.Value()).substr(0, 20),
+                     "...>: document types and their entities are not allowed"));
+    return false;
+  }
+
+  const absl::Status& status() const { return status_; }
+
+ private:
+  int depth_ = 0;
+  absl::Status status_;
+};
+
+std::string mebibytes(std::uintmax_t bytes) { return absl::StrCat(bytes >> 20, " MiB"); }
+
+absl::Status too_large(const std::string& name, std::uintmax_t bytes) {
+  return absl::InvalidArgumentError(absl::StrCat(name, ": ", mebibytes(bytes), " (", bytes,
+                                                 " bytes) must be at most ", mebibytes(kWorldFileBytesMax)));
+}
+
+// x y z roll pitch yaw: turned about the fixed x, then y, then z axis.
+Eigen::Quaterniond from_euler(double roll, double pitch, double yaw) {
+  if (roll == 0 && pitch == 0 && yaw == 0) return Eigen::Quaterniond::Identity();
+  return (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
+      .normalized();
+}
+
+absl::StatusOr<Eigen::Quaterniond> rotation_in(const Element& pose, const std::vector<double>& numbers) {
+  const char* format = pose.Attribute("rotation_format");
+  if (format == nullptr || absl::string_view(format) == "euler_rpy") {
+    if (numbers.size() != 6) return invalid(pose, numbers.size(), " numbers must be 6: x y z roll pitch yaw");
+    const double unit = pose.BoolAttribute("degrees", false) ? std::numbers::pi / 180 : 1;
+    return from_euler(numbers[3] * unit, numbers[4] * unit, numbers[5] * unit);
+  }
+  if (absl::string_view(format) != "quat_xyzw") {
+    return invalid(pose, "rotation_format '", format, "' must be euler_rpy or quat_xyzw");
+  }
+  if (numbers.size() != 7) return invalid(pose, numbers.size(), " numbers must be 7: x y z qx qy qz qw");
+  const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
+  const double norm = q.coeffs().norm();
+  if (std::abs(norm - 1) > kQuaternionNormTolerance) {
+    return invalid(pose, "the quaternion's norm ", norm, " must be 1 within ", kQuaternionNormTolerance);
+  }
+  return q.normalized();
+}
+
+}  // namespace
+
+File::File(std::string name, std::filesystem::path directory)
+    : name_(std::move(name)), directory_(std::move(directory)) {
+  document_.SetUserData(this);
+}
+
+absl::StatusOr<std::unique_ptr<File>> File::read(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    return absl::NotFoundError(absl::StrCat(path.string(), ": there is no such file"));
+  }
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (!error && bytes > kWorldFileBytesMax) return too_large(path.string(), bytes);
+  std::ifstream stream(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  if (!stream.good() && !stream.eof()) {
+    return absl::NotFoundError(absl::StrCat(path.string(), ": the file cannot be read"));
+  }
+  return parse(text, path.string(), path.parent_path());
+}
+
+absl::StatusOr<std::unique_ptr<File>> File::parse(absl::string_view text, const std::string& name,
+                                                  const std::filesystem::path& directory) {
+  if (text.size() > kWorldFileBytesMax) return too_large(name, text.size());
+  std::unique_ptr<File> file(new File(name, directory));
+  const tinyxml2::XMLError error = file->document_.Parse(text.data(), text.size());
+  if (error == tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED) {
+    return absl::InvalidArgumentError(absl::StrCat(name, ":", file->document_.ErrorLineNum(),
+                                                   ": elements are nested deeper than ", kXmlDepthMax));
+  }
+  if (error != tinyxml2::XML_SUCCESS) {
+    return absl::InvalidArgumentError(absl::StrCat(name, ":", file->document_.ErrorLineNum(),
+                                                   ": malformed XML: ", file->document_.ErrorStr()));
+  }
+  if (file->document_.RootElement() == nullptr) {
+    return absl::InvalidArgumentError(absl::StrCat(name, ": the XML has no element"));
+  }
+  Guard guard;
+  file->document_.Accept(&guard);
+  if (!guard.status().ok()) {
+    const bool named = absl::StartsWith(guard.status().message(), name);
+    return named ? guard.status()
+                 : absl::InvalidArgumentError(absl::StrCat(name, ": ", guard.status().message()));
+  }
+  return file;
+}
+
+std::string title(const Element& element) {
+  const char* name = element.Attribute("name");
+  return name == nullptr ? absl::StrCat("<", element.Name(), ">")
+                         : absl::StrCat("<", element.Name(), " name='", name, "'>");
+}
+
+absl::Status error_at(const Element& element, absl::StatusCode code, absl::string_view message) {
+  const auto* file = static_cast<const File*>(element.GetDocument()->GetUserData());
+  std::string what = title(element);
+  // Most elements have no name of their own; the nearest ancestor that has one tells the reader which it is.
+  if (element.Attribute("name") == nullptr) {
+    for (const auto* up = element.Parent(); up != nullptr; up = up->Parent()) {
+      const Element* parent = up->ToElement();
+      if (parent == nullptr || parent->Attribute("name") == nullptr) continue;
+      what = absl::StrCat(what, " of ", title(*parent));
+      break;
+    }
+  }
+  return absl::Status(code, absl::StrCat(file == nullptr ? "" : file->name(), ":", element.GetLineNum(), ": ",
+                                         what, ": ", message));
+}
+
+bool is(const Element& element, absl::string_view name) { return name == element.Name(); }
+
+std::string text_of(const Element& element) {
+  const char* text = element.GetText();
+  return text == nullptr ? "" : std::string(absl::StripAsciiWhitespace(text));
+}
+
+std::string child_text(const Element& element, const char* name) {
+  const Element* child = element.FirstChildElement(name);
+  return child == nullptr ? "" : text_of(*child);
+}
+
+absl::StatusOr<std::string> required_attribute(const Element& element, const char* name) {
+  const char* value = element.Attribute(name);
+  if (value == nullptr || *value == '\0') return invalid(element, "the attribute '", name, "' is missing");
+  return std::string(value);
+}
+
+absl::StatusOr<std::vector<double>> numbers_in(const Element& element, absl::string_view text) {
+  std::vector<double> numbers;
+  for (absl::string_view word : absl::StrSplit(text, absl::ByAnyChar(" \t\r\n"), absl::SkipEmpty())) {
+    double number = 0;
+    if (!absl::SimpleAtod(word, &number)) return invalid(element, "'", word, "' is not a number");
+    if (!std::isfinite(number)) return invalid(element, "'", word, "' must be finite");
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
+absl::StatusOr<Eigen::Vector3d> vector_in(const Element& element, absl::string_view text) {
+  const absl::StatusOr<std::vector<double>> numbers = numbers_in(element, text);
+  if (!numbers.ok()) return numbers.status();
+  if (numbers->size() != 3) return invalid(element, "'", text, "' must be 3 numbers");
+  return Eigen::Vector3d((*numbers)[0], (*numbers)[1], (*numbers)[2]);
+}
+
+absl::StatusOr<double> number_of(const Element& element) {
+  const std::string text = text_of(element);
+  const absl::StatusOr<std::vector<double>> numbers = numbers_in(element, text);
+  if (!numbers.ok()) return numbers.status();
+  if (numbers->size() != 1) return invalid(element, "'", text, "' must be one number");
+  return numbers->front();
+}
+
+absl::StatusOr<double> number_attribute(const Element& element, const char* name) {
+  const absl::StatusOr<std::string> text = required_attribute(element, name);
+  if (!text.ok()) return text.status();
+  const absl::StatusOr<std::vector<double>> numbers = numbers_in(element, *text);
+  if (!numbers.ok()) return numbers.status();
+  if (numbers->size() != 1)
+    return invalid(element, "the attribute ", name, " = '", *text, "' must be one number");
+  return numbers->front();
+}
+
+absl::StatusOr<bool> bool_of(const Element& element) {
+  const std::string text = absl::AsciiStrToLower(text_of(element));
+  if (text == "true" || text == "1") return true;
+  if (text == "false" || text == "0") return false;
+  return invalid(element, "'", text, "' must be true or false");
+}
+
+absl::StatusOr<std::int64_t> integer_in(const Element& element, absl::string_view text) {
+  std::int64_t value = 0;
+  if (absl::SimpleAtoi(text, &value)) return value;
+  return invalid(element, "'", text, "' must be an integer from -2^63 to 2^63 - 1");
+}
+
+absl::StatusOr<RelativePose> pose_of(const Element& pose) {
+  RelativePose result;
+  for (const char* attribute : {"relative_to", "frame"}) {
+    if (const char* frame = pose.Attribute(attribute); frame != nullptr && *frame != '\0') {
+      result.relative_to = frame;
+      break;
+    }
+  }
+  absl::StatusOr<std::vector<double>> numbers = numbers_in(pose, text_of(pose));
+  if (!numbers.ok()) return numbers.status();
+  if (numbers->empty()) return result;
+  absl::StatusOr<Eigen::Quaterniond> rotation = rotation_in(pose, *numbers);
+  if (!rotation.ok()) return rotation.status();
+  result.pose = {{(*numbers)[0], (*numbers)[1], (*numbers)[2]}, *rotation};
+  return result;
+}
+
+std::string print(const Element& element) {
+  tinyxml2::XMLPrinter printer(nullptr, true);
+  element.Accept(&printer);
+  return printer.CStr();
+}
+
+}  // namespace tessera::xml

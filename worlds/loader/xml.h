@@ -1,0 +1,89 @@
+// XML files with bounds on size and depth, and errors that name file, line and element.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
+#include <tinyxml2.h>
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "lpss/grid/world_position.h"
+
+namespace tessera::xml {
+
+using Element = tinyxml2::XMLElement;
+
+// A parsed document that knows where it came from.
+class File {
+ public:
+  // NOT_FOUND, or INVALID_ARGUMENT for what parse() refuses.
+  static absl::StatusOr<std::unique_ptr<File>> read(const std::filesystem::path& path);
+
+  // `name` is what messages call the text. INVALID_ARGUMENT for malformed XML, text above
+  // kWorldFileBytesMax, elements nested deeper than kXmlDepthMax, and document types: entities that expand
+  // to gigabytes come in those.
+  static absl::StatusOr<std::unique_ptr<File>> parse(absl::string_view text, const std::string& name,
+                                                     const std::filesystem::path& directory);
+
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  Element& root() { return *document_.RootElement(); }
+  const std::string& name() const { return name_; }
+  const std::filesystem::path& directory() const { return directory_; }  // for relative paths in it
+
+ private:
+  File(std::string name, std::filesystem::path directory);
+
+  std::string name_;
+  std::filesystem::path directory_;
+  tinyxml2::XMLDocument document_;
+};
+
+// "<model name='box'>".
+std::string title(const Element& element);
+
+// An error that begins with file, line and element: "a.sdf:12: <model name='box'>: ...".
+absl::Status error_at(const Element& element, absl::StatusCode code, absl::string_view message);
+
+template <typename... Args>
+absl::Status invalid(const Element& element, const Args&... args) {
+  return error_at(element, absl::StatusCode::kInvalidArgument, absl::StrCat(args...));
+}
+
+bool is(const Element& element, absl::string_view name);
+
+// The element's text without white space around it; empty where it has none.
+std::string text_of(const Element& element);
+
+// The text of the first child of that name; empty where there is none.
+std::string child_text(const Element& element, const char* name);
+
+// INVALID_ARGUMENT where the attribute is missing or empty.
+absl::StatusOr<std::string> required_attribute(const Element& element, const char* name);
+
+// Attributes and elements as finite numbers, errors naming the place.
+absl::StatusOr<double> number_attribute(const Element& element, const char* name);
+absl::StatusOr<double> number_of(const Element& element);
+absl::StatusOr<bool> bool_of(const Element& element);
+absl::StatusOr<std::int64_t> integer_in(const Element& element, absl::string_view text);
+absl::StatusOr<std::vector<double>> numbers_in(const Element& element, absl::string_view text);
+absl::StatusOr<Eigen::Vector3d> vector_in(const Element& element, absl::string_view text);
+
+// A <pose> element: what it says, and relative to which frame (empty: the enclosing one).
+struct RelativePose {
+  Pose pose;
+  std::string relative_to;
+};
+absl::StatusOr<RelativePose> pose_of(const Element& pose);
+
+// The element with all that is in it, on one line.
+std::string print(const Element& element);
+
+}  // namespace tessera::xml
