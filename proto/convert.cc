@@ -18,7 +18,9 @@ absl::Status in(const std::string& what, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
 }
 
-Eigen::Quaterniond quaternion(const v1::Quaternion& q) { return Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()); }
+Eigen::Quaterniond quaternion(const v1::Quaternion& q) {
+  return Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z());
+}
 
 void append(google::protobuf::RepeatedField<double>& numbers, const std::vector<Eigen::Vector3d>& points) {
   numbers.Reserve(static_cast<int>(3 * points.size()));
@@ -54,7 +56,9 @@ struct GeometryWriter {
   void operator()(const Ellipsoid& ellipsoid) const {
     *to.mutable_ellipsoid()->mutable_radii() = to_proto(ellipsoid.radii);
   }
-  void operator()(const Plane& plane) const { *to.mutable_plane()->mutable_normal() = to_proto(plane.normal); }
+  void operator()(const Plane& plane) const {
+    *to.mutable_plane()->mutable_normal() = to_proto(plane.normal);
+  }
   void operator()(const ConvexHull& hull) const {
     append(*to.mutable_convex_hull()->mutable_points(), hull.points);
   }
@@ -93,7 +97,8 @@ absl::StatusOr<Geometry> geometry(const v1::Geometry& from) {
     case v1::Geometry::kPlane:
       return Plane{from_proto(from.plane().normal())};
     case v1::Geometry::kConvexHull: {
-      absl::StatusOr<std::vector<Eigen::Vector3d>> hull = points(from.convex_hull().points(), "convex_hull.points");
+      absl::StatusOr<std::vector<Eigen::Vector3d>> hull =
+          points(from.convex_hull().points(), "convex_hull.points");
       if (!hull.ok()) return hull.status();
       return ConvexHull{*std::move(hull)};
     }
@@ -121,7 +126,8 @@ absl::StatusOr<Motion> motion(v1::Motion motion) {
     case v1::MOTION_KINEMATIC:
       return Motion::kKinematic;
     default:
-      return refused("motion = ", static_cast<int>(motion), " must be 0 (dynamic), 1 (static) or 2 (kinematic)");
+      return refused("motion = ", static_cast<int>(motion),
+                     " must be 0 (dynamic), 1 (static) or 2 (kinematic)");
   }
 }
 

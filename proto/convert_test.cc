@@ -44,8 +44,9 @@ BodyDescription some_body() {
   body.properties.category = 0x80000000;
   body.properties.mask = 0xfffffffe;
   body.properties.gravity = false;
-  body.pose.position = {{std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), -1},
-                        {kThird, -64, 63.5}};
+  body.pose.position = {
+      {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), -1},
+      {kThird, -64, 63.5}};
   body.pose.orientation = Eigen::Quaterniond(kThird, 0.1, 0.2, 0.3);
   body.linear_velocity = {1, -0.0, 3};
   body.angular_velocity = {4, 5, 6};

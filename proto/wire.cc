@@ -20,8 +20,8 @@ static_assert(std::is_trivially_copyable_v<OffsetSet> && sizeof(OffsetSet) == 2 
 constexpr int kOffsetBits = 125;
 
 template <typename T>
-concept Number = std::same_as<T, std::int64_t> || std::same_as<T, std::uint64_t> || std::same_as<T, std::uint32_t> ||
-                 std::same_as<T, std::uint8_t> || std::same_as<T, double>;
+concept Number = std::same_as<T, std::int64_t> || std::same_as<T, std::uint64_t> ||
+    std::same_as<T, std::uint32_t> || std::same_as<T, std::uint8_t> || std::same_as<T, double>;
 
 template <typename T>
 concept Enumeration = std::same_as<T, Motion> || std::same_as<T, Activity>;
@@ -30,7 +30,9 @@ template <typename T, typename U>
 concept Is = std::same_as<std::remove_const_t<T>, U>;
 
 constexpr bool is_known(Motion motion) { return motion <= Motion::kKinematic; }
-constexpr bool is_known(Activity activity) { return activity >= Activity::kAwake && activity <= Activity::kDrowsy; }
+constexpr bool is_known(Activity activity) {
+  return activity >= Activity::kAwake && activity <= Activity::kDrowsy;
+}
 
 // Each struct is described once: describe() hands its fields to an archive, which measures, writes or reads
 // them. Fields are packed without gaps, so that padding never travels and equal values are equal bytes.
@@ -187,10 +189,8 @@ class Output {
     std::visit([this](const auto& alternative) { put(alternative); }, command);
   }
   template <typename T>
-    requires requires(Sink& sink, const T& x) { describe(sink, x); }
-  void put(const T& x) {
-    describe(static_cast<Sink&>(*this), x);
-  }
+  requires requires(Sink& sink, const T& x) { describe(sink, x); }
+  void put(const T& x) { describe(static_cast<Sink&>(*this), x); }
 };
 
 class Meter : public Output<Meter> {
@@ -307,10 +307,8 @@ class Reader {
     if (ok_) alternative(index, command);
   }
   template <typename T>
-    requires requires(Reader& reader, T& x) { describe(reader, x); }
-  void get(T& x) {
-    describe(*this, x);
-  }
+  requires requires(Reader& reader, T& x) { describe(reader, x); }
+  void get(T& x) { describe(*this, x); }
 
   std::string_view rest_;
   bool ok_ = true;
@@ -357,10 +355,11 @@ std::size_t packed_size() {
 std::uint64_t wire_layout() {
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
   for (const std::size_t number :
-       {std::size_t{kClusterProtocol}, sizeof(BodyRecord), packed_size<BodyRecord>(), packed_size<GhostUpdate>(),
-        packed_size<Handover>(), packed_size<ManifoldTransfer>(), packed_size<Exchange>(), packed_size<IslandPart>(),
-        packed_size<SectorSeams>(), packed_size<ShippedBody>(), packed_size<ShippedContact>(),
-        packed_size<ShippedIsland>(), packed_size<SolvedBody>(), packed_size<Solution>(), packed_size<ApplyImpulse>(),
+       {std::size_t{kClusterProtocol}, sizeof(BodyRecord), packed_size<BodyRecord>(),
+        packed_size<GhostUpdate>(), packed_size<Handover>(), packed_size<ManifoldTransfer>(),
+        packed_size<Exchange>(), packed_size<IslandPart>(), packed_size<SectorSeams>(),
+        packed_size<ShippedBody>(), packed_size<ShippedContact>(), packed_size<ShippedIsland>(),
+        packed_size<SolvedBody>(), packed_size<Solution>(), packed_size<ApplyImpulse>(),
         packed_size<ApplyForce>(), packed_size<Teleport>(), std::variant_size_v<Command>}) {
     hash = (hash ^ number) * 0x100000001b3;
   }

@@ -71,7 +71,8 @@ Shipment some_shipment() {
 
 Solution some_solution() { return {{{BodyId{1}, some_record(1).state}}, {{{3, 2, 1}, some_manifold()}}}; }
 
-// Packs, unpacks and packs again; then all prefixes and many corruptions must be refused or read, never crash.
+// Packs, unpacks and packs again; then all prefixes and many corruptions must be refused or read, never
+// crash.
 template <typename Unpack>
 void torture(const std::string& bytes, const Unpack& unpack) {
   const auto whole = unpack(bytes);
@@ -87,7 +88,8 @@ void torture(const std::string& bytes, const Unpack& unpack) {
   for (int n = 0; n < 20'000; ++n) {
     std::string damaged = bytes;
     const int flips = 1 + static_cast<int>(random() % 3);
-    for (int flip = 0; flip < flips; ++flip) damaged[random() % damaged.size()] ^= static_cast<char>(1 << random() % 8);
+    for (int flip = 0; flip < flips; ++flip)
+      damaged[random() % damaged.size()] ^= static_cast<char>(1 << random() % 8);
     const auto result = unpack(damaged);
     if (result.ok()) {
       EXPECT_EQ(pack(*result), damaged);

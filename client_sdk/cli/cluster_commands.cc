@@ -1,0 +1,123 @@
+// A cluster and its world: up, load, unload, pause, resume, step, shutdown.
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "client_sdk/cli/connection.h"
+#include "client_sdk/cli/interrupt.h"
+#include "client_sdk/cli/local_cluster.h"
+#include "client_sdk/cli/terminal.h"
+#include "client_sdk/cli/text.h"
+#include "client_sdk/cli/world_options.h"
+
+namespace tessera::cli {
+namespace {
+
+absl::Status up(LocalClusterOptions options) {
+  catch_interrupts();
+  options.interrupt_descriptor = interrupt_descriptor();
+  const absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(options);
+  if (!cluster.ok()) return cluster.status();
+  absl::PrintF("%s on %s with %d sector server%s; Ctrl-C ends it\n",
+               coloured("a cluster is up", Colour::kGreen), (*cluster)->address(), options.servers,
+               options.servers == 1 ? "" : "s");
+  absl::PrintF("try: tessera load worlds/seam.sdf --connect %s\n", (*cluster)->address());
+  std::fflush(stdout);
+  return (*cluster)->wait_for_interrupt();
+}
+
+void add_up(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "up", "A cluster on this machine, in the foreground until Ctrl-C.",
+                                  "tessera up --servers 4 --engine f64 --listen 127.0.0.1:7300");
+  const auto options = std::make_shared<LocalClusterOptions>();
+  options->listen = kAddressDefault;
+  options->threads = 0;
+  command.add_option("--servers", options->servers, "sector servers, each a process")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  command
+      .add_option("--threads", options->threads, "threads of each server; by default the cores, shared out")
+      ->check(CLI::Range(1, 256));
+  add_parsed(command, "--engine", options->precision, parse_precision, "f32 or f64 (f32)");
+  command.add_option("--listen", options->listen, "where clients find the coordinator")
+      ->capture_default_str();
+  command.callback([options, &action] {
+    const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    if (options->threads == 0) options->threads = std::max(1, cores / options->servers);
+    action = [options] { return up(*options); };
+  });
+}
+
+void add_load(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "load", "Load a world file; it starts paused at tick 0.",
+                                  "tessera load worlds/earth.sdf --replace");
+  struct LoadOptions {
+    std::filesystem::path world;
+    WorldOverrides overrides;
+    bool replace = false;
+  };
+  const auto options = std::make_shared<LoadOptions>();
+  command.add_option("world", options->world, "SDF or URDF file")->required();
+  command.add_flag("--replace", options->replace, "also where a world is loaded already");
+  add_override_options(command, options->overrides);
+  on_cluster(command, action, [options](Client& client) -> absl::Status {
+    const absl::StatusOr<LoadedWorld> loaded = load_world(options->world, options->overrides);
+    if (!loaded.ok()) return loaded.status();
+    const absl::StatusOr<LoadSummary> summary = client.load(loaded->world, options->replace);
+    if (!summary.ok()) return summary.status();
+    absl::PrintF("%s: %s bodies, %s sectors, on %d server%s\n", loaded->world.name, grouped(summary->bodies),
+                 grouped(summary->sectors), summary->servers, summary->servers == 1 ? "" : "s");
+    for (const std::string& notice : loaded->notices) absl::PrintF("left out: %s\n", notice);
+    return absl::OkStatus();
+  });
+}
+
+absl::Status print_tick(const char* what, const absl::StatusOr<Tick>& tick) {
+  if (!tick.ok()) return tick.status();
+  absl::PrintF("%s tick %d\n", what, *tick);
+  return absl::OkStatus();
+}
+
+void add_time(CLI::App& app, Action& action) {
+  CLI::App& pause = add_command(app, "pause", "Let the world stand still.", "tessera pause");
+  on_cluster(pause, action, [](Client& client) { return print_tick("paused at", client.pause()); });
+
+  CLI::App& resume = add_command(app, "resume", "Let the world run.", "tessera resume --rtf 0.5");
+  struct Pace {
+    double factor = 1;
+    bool fast = false;
+  };
+  const auto pace = std::make_shared<Pace>();
+  CLI::Option* factor = resume.add_option("--rtf", pace->factor, "simulated seconds per second")
+                            ->check(CLI::PositiveNumber)
+                            ->capture_default_str();
+  resume.add_flag("--fast", pace->fast, "as fast as possible")->excludes(factor);
+  on_cluster(resume, action, [pace](Client& client) {
+    return print_tick("runs from", client.resume(pace->fast ? 0 : pace->factor));
+  });
+
+  CLI::App& step = add_command(app, "step", "Do some ticks and wait for them.", "tessera step 60");
+  const auto ticks = std::make_shared<std::uint64_t>(1);
+  step.add_option("ticks", *ticks, "how many")->check(CLI::PositiveNumber)->capture_default_str();
+  on_cluster(step, action, [ticks](Client& client) { return print_tick("at", client.step(*ticks)); });
+}
+
+void add_ends(CLI::App& app, Action& action) {
+  CLI::App& unload = add_command(app, "unload", "Forget the world; the servers stay.", "tessera unload");
+  on_cluster(unload, action, [](Client& client) { return client.unload(); });
+  CLI::App& shutdown =
+      add_command(app, "shutdown", "End the coordinator and its servers.", "tessera shutdown");
+  on_cluster(shutdown, action, [](Client& client) { return client.shutdown(); });
+}
+
+}  // namespace
+
+void add_cluster_commands(CLI::App& app, Action& action) {
+  add_up(app, action);
+  add_load(app, action);
+  add_time(app, action);
+  add_ends(app, action);
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,47 @@
+// How subcommands are made: each group adds its own to the application and leaves the work of the chosen one.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/strings/str_cat.h>
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+namespace tessera::cli {
+
+enum ExitCode : int { kSuccess = 0, kFailure = 1, kUsage = 2 };
+
+// What the chosen subcommand does once all options are known.
+using Action = std::function<absl::Status()>;
+
+void add_run_command(CLI::App& app, Action& action);
+void add_cluster_commands(CLI::App& app, Action& action);
+void add_body_commands(CLI::App& app, Action& action);
+void add_query_commands(CLI::App& app, Action& action);
+
+// An option whose text `parse` (StatusOr<T> of a string) turns into `value`, T or optional<T>; text that it
+// refuses is a usage error with its message.
+template <typename Parse, typename T>
+CLI::Option* add_parsed(CLI::App& command, const std::string& name, T& value, Parse parse,
+                        const std::string& help) {
+  return command.add_option_function<std::string>(
+      name,
+      [name, &value, parse](const std::string& text) {
+        auto parsed = parse(text);
+        if (!parsed.ok()) throw CLI::ValidationError(name, std::string(parsed.status().message()));
+        value = *std::move(parsed);
+      },
+      help);
+}
+
+// A subcommand with an example at the end of its help.
+inline CLI::App& add_command(CLI::App& app, const std::string& name, const std::string& help,
+                             const std::string& example) {
+  CLI::App& command = *app.add_subcommand(name, help);
+  command.footer(absl::StrCat("Example:\n  ", example));
+  return command;
+}
+
+}  // namespace tessera::cli

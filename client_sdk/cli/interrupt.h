@@ -1,0 +1,15 @@
+// Ctrl-C as something to wait for, so that every command can end in order.
+#pragma once
+
+namespace tessera::cli {
+
+// From now on SIGINT and SIGTERM set a flag instead of ending the process; a third one ends it after all.
+void catch_interrupts();
+
+// Whether one has come.
+bool interrupted();
+
+// A file descriptor that is readable from the first interrupt on; -1 before catch_interrupts().
+int interrupt_descriptor();
+
+}  // namespace tessera::cli

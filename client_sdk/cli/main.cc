@@ -1,0 +1,42 @@
+// tessera: run worlds, start clusters, and drive and watch them.
+#include <absl/status/status.h>
+#include <absl/strings/str_format.h>
+#include <unistd.h>
+
+#include "client_sdk/cli/command.h"
+#include "client_sdk/cli/terminal.h"
+
+namespace tessera::cli {
+namespace {
+
+int run(int argc, char** argv) {
+  CLI::App app("Rigid-body simulation in worlds of any size, on any number of servers.", "tessera");
+  app.require_subcommand(1);
+  app.footer(
+      "Examples:\n"
+      "  tessera run worlds/earth.sdf --servers 2 --seconds 10\n"
+      "  tessera up --servers 2\n"
+      "  tessera load worlds/seam.sdf\n"
+      "  tessera run --help");
+  Action action;
+  add_run_command(app, action);
+  add_cluster_commands(app, action);
+  add_body_commands(app, action);
+  add_query_commands(app, action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kSuccess : kUsage;
+  }
+  const absl::Status status = action();
+  if (status.ok()) return kSuccess;
+  const bool colours = shows_colours(STDERR_FILENO);
+  absl::FPrintF(stderr, "%stessera: %s%s\n", colours ? "\033[31m" : "", status.message(),
+                colours ? "\033[0m" : "");
+  return kFailure;
+}
+
+}  // namespace
+}  // namespace tessera::cli
+
+int main(int argc, char** argv) { return tessera::cli::run(argc, argv); }

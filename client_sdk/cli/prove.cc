@@ -1,0 +1,125 @@
+#include "client_sdk/cli/prove.h"
+
+#include <absl/cleanup/cleanup.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+
+#include "client_sdk/cli/child_process.h"
+#include "client_sdk/cli/interrupt.h"
+#include "client_sdk/cli/terminal.h"
+
+namespace tessera::cli {
+namespace {
+
+// The command line that asks for the same world and time. Doubles are written so that they are read back
+// alike.
+std::vector<std::string> arguments_of(const RunOptions& options) {
+  const WorldOverrides& overrides = options.overrides;
+  const auto exact = [](double value) { return absl::StrFormat("%.17g", value); };
+  std::vector<std::string> arguments = {"run", options.world.string(), "--seconds", exact(options.seconds)};
+  const auto add = [&](const std::string& name, const std::string& value) {
+    arguments.push_back(absl::StrCat(name, "=", value));
+  };
+  if (overrides.precision) add("--engine", *overrides.precision == Precision::kFloat32 ? "f32" : "f64");
+  if (overrides.sector_size) add("--sector-size", exact(*overrides.sector_size));
+  if (overrides.time_step) add("--dt", exact(*overrides.time_step));
+  if (overrides.seams) add("--seams", *overrides.seams == SeamPolicy::kIsland ? "island" : "clone");
+  if (overrides.clone_depth) add("--clone-depth", absl::StrCat(*overrides.clone_depth));
+  add("--shift", absl::StrCat(overrides.shift.i, ",", overrides.shift.j, ",", overrides.shift.k));
+  return arguments;
+}
+
+absl::StatusOr<ChildProcess> start(std::vector<std::string> arguments, const std::string& mode,
+                                   const std::filesystem::path& folder) {
+  arguments.push_back("--" + mode);
+  arguments.push_back("--json");
+  arguments.push_back((folder / (mode + ".json")).string());
+  return ChildProcess::start(executable_folder() / "tessera", arguments, folder / (mode + ".log"));
+}
+
+absl::StatusOr<RunReport> finish(ChildProcess& child, const std::filesystem::path& json_file) {
+  while (!child.ended()) {
+    if (wait_readable({interrupt_descriptor(), child.descriptor()}, absl::InfiniteDuration()) == 0u) {
+      return absl::CancelledError("interrupted");
+    }
+  }
+  if (*child.ended() != 0) return absl::InternalError(child.epitaph());
+  const absl::StatusOr<nlohmann::json> json = read_json(json_file);
+  if (!json.ok()) return json.status();
+  return report_from_json(*json);
+}
+
+std::string metres(double value) {
+  return std::isfinite(value) ? absl::StrFormat("%.4g m", value) : "infinite";
+}
+
+std::vector<std::string> column(const std::string& title, const RunReport& report) {
+  const TowerReport towers = report.towers.value_or(TowerReport{});
+  return {title, absl::StrCat(towers.standing, " of ", towers.towers), metres(towers.displacement_median),
+          metres(towers.displacement_max)};
+}
+
+}  // namespace
+
+absl::StatusOr<Proof> prove(const RunOptions& options, const RunReport& run) {
+  absl::StatusOr<std::filesystem::path> folder = make_temporary_folder();
+  if (!folder.ok()) return folder.status();
+  const absl::Cleanup remove_folder = [&folder] {
+    std::error_code ignored;
+    std::filesystem::remove_all(*folder, ignored);
+  };
+  const std::vector<std::string> arguments = arguments_of(options);
+  absl::StatusOr<ChildProcess> plain = start(arguments, "plain", *folder);
+  if (!plain.ok()) return plain.status();
+  absl::StatusOr<RunReport> in_process = run;
+  if (!options.in_process) {
+    absl::StatusOr<ChildProcess> child = start(arguments, "in-process", *folder);
+    if (!child.ok()) return child.status();
+    in_process = finish(*child, *folder / "in-process.json");
+    if (!in_process.ok()) return in_process.status();
+  }
+  absl::StatusOr<RunReport> plain_report = finish(*plain, *folder / "plain.json");
+  if (!plain_report.ok()) return plain_report.status();
+  return Proof{*std::move(in_process), *std::move(plain_report)};
+}
+
+bool holds(const Proof& proof, const RunReport& run) {
+  return proof.in_process.world_hash == run.world_hash && proof.in_process.ticks == run.ticks;
+}
+
+std::string to_text(const Proof& proof, const RunReport& run) {
+  std::string text;
+  if (run.mode != "in-process") {
+    const std::string verdict = holds(proof, run) ? coloured("the same bits", Colour::kGreen)
+                                                  : coloured("NOT the same bits", Colour::kRed);
+    absl::StrAppend(&text, "in one process        ", proof.in_process.world_hash, "  ", verdict, "\n");
+  }
+  if (!proof.in_process.towers) return text;
+  const std::vector<std::string> names = {"", "towers standing", "displacement, median",
+                                          "displacement, most"};
+  const std::vector<std::string> ours = column("Tessera", proof.in_process);
+  const std::vector<std::string> plain = column("plain Bullet", proof.plain);
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t row = 0; row < names.size(); ++row) rows.push_back({names[row], ours[row], plain[row]});
+  absl::StrAppend(&text, "\n", table(rows, {false, true, true}));
+  absl::StrAppendFormat(
+      &text,
+      "A tower stands if its top body is less than %g m from where it began; displacements are "
+      "those of all bodies of towers.\n"
+      "Plain Bullet is one world of single precision, every body at its absolute coordinates.\n",
+      kStandingDisplacementMax);
+  return text;
+}
+
+nlohmann::json to_json(const Proof& proof, const RunReport& run) {
+  nlohmann::json json = {{"in_process_hash", proof.in_process.world_hash}, {"same_bits", holds(proof, run)}};
+  if (proof.in_process.towers) json["tessera"] = to_json(*proof.in_process.towers);
+  if (proof.plain.towers) json["plain_bullet"] = to_json(*proof.plain.towers);
+  return json;
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,234 @@
+// Questions to a running world: status, hash, raycast, find, watch.
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "client_sdk/cli/child_process.h"
+#include "client_sdk/cli/connection.h"
+#include "client_sdk/cli/interrupt.h"
+#include "client_sdk/cli/terminal.h"
+#include "client_sdk/cli/text.h"
+
+namespace tessera::cli {
+namespace {
+
+constexpr absl::Duration kRedrawEvery = absl::Milliseconds(500);
+constexpr absl::Duration kPatience = absl::Milliseconds(250);  // so that Ctrl-C is noticed
+constexpr const char* kClearScreen = "\033[H\033[J";
+
+std::string megabytes(std::uint64_t bytes) {
+  return absl::StrFormat("%.0f MB", static_cast<double>(bytes) / 1e6);
+}
+
+std::string to_text(const ClusterStatus& status) {
+  const Colour colour = status.state == "failed"    ? Colour::kRed
+                        : status.state == "running" ? Colour::kGreen
+                                                    : Colour::kYellow;
+  std::string text =
+      absl::StrFormat("%s  %s, tick %s, %.3f s, real-time factor %.2f\n", coloured(status.state, colour),
+                      status.world.empty() ? "no world" : status.world, grouped(status.tick), status.time,
+                      status.real_time_factor);
+  if (!status.failure.empty()) absl::StrAppend(&text, coloured(status.failure, Colour::kRed), "\n");
+  absl::StrAppendFormat(
+      &text, "%s bodies (%s awake), %s sectors, %s clones, %s contacts, %s islands across seams\n",
+      grouped(status.bodies), grouped(status.bodies_awake), grouped(status.sectors), grouped(status.clones),
+      grouped(status.contacts), grouped(status.islands_across_seams));
+  absl::StrAppendFormat(&text, "tick p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n\n",
+                        status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max,
+                        megabytes(status.coordinator_peak_rss_bytes));
+  std::vector<std::vector<std::string>> rows = {{"server", "streams", "engine", "threads", "tick", "bodies",
+                                                 "sectors", "awake", "clones", "p50 ms", "p99 ms", "sent",
+                                                 "memory"}};
+  for (const ServerStatus& server : status.servers) {
+    rows.push_back({absl::StrFormat("%x", server.node), server.stream_address,
+                    server.precision == Precision::kFloat32 ? "f32" : "f64", absl::StrCat(server.threads),
+                    grouped(server.tick), grouped(server.bodies), grouped(server.sectors),
+                    grouped(server.sectors_awake), grouped(server.clones),
+                    absl::StrFormat("%.2f", server.tick_ms_p50), absl::StrFormat("%.2f", server.tick_ms_p99),
+                    megabytes(server.exchange_bytes), megabytes(server.peak_rss_bytes)});
+  }
+  std::vector<bool> right(rows.front().size(), true);
+  right[0] = right[1] = false;
+  return text + table(rows, right);
+}
+
+absl::Status show_status(Client& client, bool live) {
+  if (live) catch_interrupts();
+  const bool redraw = live && isatty(STDOUT_FILENO) == 1;
+  do {
+    const absl::StatusOr<ClusterStatus> status = client.status();
+    if (!status.ok()) return status.status();
+    absl::PrintF("%s%s", redraw ? kClearScreen : "", to_text(*status));
+    std::fflush(stdout);
+  } while (live && !wait_readable({interrupt_descriptor()}, kRedrawEvery));
+  return absl::OkStatus();
+}
+
+void add_status(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "status", "What the cluster does.", "tessera status --watch");
+  const auto live = std::make_shared<bool>(false);
+  command.add_flag("--watch", *live, "again and again, until Ctrl-C");
+  on_cluster(command, action, [live](Client& client) { return show_status(client, *live); });
+}
+
+void add_hash(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "hash", "The hash of the world's state.", "tessera hash");
+  on_cluster(command, action, [](Client& client) -> absl::Status {
+    const absl::StatusOr<HashAt> hash = client.hash();
+    if (!hash.ok()) return hash.status();
+    absl::PrintF("%s at tick %d\n", hash->hash, hash->tick);
+    return absl::OkStatus();
+  });
+}
+
+void add_raycast(CLI::App& app, Action& action) {
+  CLI::App& command =
+      add_command(app, "raycast", "What a ray hits first.",
+                  "tessera raycast --sector 0,0,0 --at 0,0,50 --direction 0,0,-1 --length 100");
+  const auto ray = std::make_shared<RayQuery>();
+  add_parsed(command, "--at", ray->origin.local, parse_vector, "X,Y,Z: metres from the centre of the sector")
+      ->required();
+  add_parsed(command, "--sector", ray->origin.sector, parse_sector, "I,J,K; 0,0,0 if not given");
+  add_parsed(command, "--direction", ray->direction, parse_vector, "X,Y,Z, of any length but zero")
+      ->required();
+  command.add_option("--length", ray->length, "m")->capture_default_str();
+  on_cluster(command, action, [ray](Client& client) -> absl::Status {
+    const absl::StatusOr<std::optional<RayResult>> result = client.raycast(*ray);
+    if (!result.ok()) return result.status();
+    if (!*result) {
+      absl::PrintF("nothing\n");
+      return absl::OkStatus();
+    }
+    const RayResult& hit = **result;
+    absl::PrintF("%s (body %d) at %.6g m: %s + (%s) m, normal (%s)\n", hit.name, hit.body.value, hit.distance,
+                 to_string(hit.position.sector), to_string(hit.position.local), to_string(hit.normal));
+    return absl::OkStatus();
+  });
+}
+
+void add_find(CLI::App& app, Action& action) {
+  CLI::App& command =
+      add_command(app, "find", "Bodies whose names begin so.", "tessera find tower_ --limit 20");
+  struct FindOptions {
+    std::string prefix;
+    std::uint64_t limit = 0;
+  };
+  const auto options = std::make_shared<FindOptions>();
+  command.add_option("prefix", options->prefix, "beginning of the names; all bodies if not given");
+  command.add_option("--limit", options->limit, "how many at most; 0: 1000");
+  on_cluster(command, action, [options](Client& client) -> absl::Status {
+    const absl::StatusOr<FoundBodies> found = client.find_bodies(options->prefix, options->limit);
+    if (!found.ok()) return found.status();
+    std::vector<std::vector<std::string>> rows = {{"id", "name", "motion", "mass"}};
+    for (const FoundBody& body : found->bodies) {
+      const bool dynamic = body.properties.motion == Motion::kDynamic;
+      rows.push_back({absl::StrCat(body.id.value), body.name,
+                      dynamic                                     ? "dynamic"
+                      : body.properties.motion == Motion::kStatic ? "static"
+                                                                  : "kinematic",
+                      dynamic ? absl::StrFormat("%g kg", body.properties.mass) : ""});
+    }
+    absl::PrintF("%s%s", table(rows, {true, false, false, true}), found->truncated ? "and more\n" : "");
+    return absl::OkStatus();
+  });
+}
+
+struct WatchOptions {
+  std::vector<std::string> bodies;
+  bool contacts = false;
+  bool persisting = false;
+  bool awake = false;
+  std::uint32_t every = 1;
+  std::uint64_t frames = 0;
+};
+
+void print(const BodyFrame& frame) {
+  for (const BodySample& body : frame.bodies) {
+    absl::PrintF("%d  body %d  %s + (%s) m  %.3f m/s%s\n", frame.tick, body.id.value,
+                 to_string(body.pose.position.sector), to_string(body.pose.position.local),
+                 body.linear_velocity.norm(), body.asleep ? "  asleep" : "");
+  }
+}
+
+void print(const ContactFrame& frame) {
+  for (const Touch& touch : frame.contacts) {
+    const char* phase = touch.phase == TouchPhase::kBegin ? "begin"
+                        : touch.phase == TouchPhase::kEnd ? "end"
+                                                          : "on";
+    absl::PrintF("%d  %s  %d-%d", frame.tick, phase, touch.a.value, touch.b.value);
+    if (touch.phase == TouchPhase::kEnd) {
+      absl::PrintF("\n");
+    } else {
+      absl::PrintF("  %s + (%s) m  %.4g N s\n", to_string(touch.position.sector),
+                   to_string(touch.position.local), touch.impulse);
+    }
+  }
+}
+
+template <typename Frame>
+absl::Status follow(absl::StatusOr<std::unique_ptr<Stream<Frame>>> stream, std::uint64_t frames) {
+  if (!stream.ok()) return stream.status();
+  for (std::uint64_t count = 0; (frames == 0 || count < frames) && !interrupted();) {
+    const absl::StatusOr<Frame> frame = (*stream)->next(kPatience);
+    if (absl::IsDeadlineExceeded(frame.status())) continue;
+    if (!frame.ok()) return frame.status();
+    print(*frame);
+    std::fflush(stdout);
+    ++count;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status watch(Client& client, const WatchOptions& options) {
+  catch_interrupts();
+  std::vector<BodyId> ids;
+  for (const std::string& text : options.bodies) {
+    const BodyName name = parse_body(text);
+    if (const BodyId* id = std::get_if<BodyId>(&name)) {
+      ids.push_back(*id);
+      continue;
+    }
+    const absl::StatusOr<FoundBody> found = client.find(text);
+    if (!found.ok()) return found.status();
+    ids.push_back(found->id);
+  }
+  if (options.contacts) {
+    return follow<ContactFrame>(client.watch_contacts({.ids = ids, .persisting = options.persisting}),
+                                options.frames);
+  }
+  BodyFilter filter;
+  filter.ids = ids;
+  filter.every_ticks = options.every;
+  filter.only_awake = options.awake;
+  return follow<BodyFrame>(client.watch_bodies(filter), options.frames);
+}
+
+void add_watch(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "watch", "Bodies or contacts, tick by tick, until Ctrl-C.",
+                                  "tessera watch crate --every 60\n  tessera watch --contacts");
+  const auto options = std::make_shared<WatchOptions>();
+  command.add_option("bodies", options->bodies, "names or ids; all bodies if none is given");
+  CLI::Option* contacts = command.add_flag("--contacts", options->contacts, "contacts that begin and end");
+  command.add_flag("--persisting", options->persisting, "and those that go on")->needs(contacts);
+  command.add_flag("--awake", options->awake, "only bodies that are awake")->excludes(contacts);
+  command.add_option("--every", options->every, "ticks between two looks at bodies")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command.add_option("--frames", options->frames, "end after so many ticks; 0: never");
+  on_cluster(command, action, [options](Client& client) { return watch(client, *options); });
+}
+
+}  // namespace
+
+void add_query_commands(CLI::App& app, Action& action) {
+  add_status(app, action);
+  add_hash(app, action);
+  add_raycast(app, action);
+  add_find(app, action);
+  add_watch(app, action);
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,103 @@
+#include "client_sdk/cli/run_cluster.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "client_sdk/cli/interrupt.h"
+#include "client_sdk/cli/local_cluster.h"
+#include "client_sdk/cli/terminal.h"
+#include "tessera/client.h"
+
+namespace tessera::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr absl::Duration kShutdownTimeout = absl::Seconds(15);
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+absl::Status step(LocalCluster& cluster, Client& client, RunReport& report) {
+  ProgressBar progress(absl::StrCat(report.servers, report.servers == 1 ? " server" : " servers"),
+                       report.ticks);
+  const Clock::time_point start = Clock::now();
+  const auto step_all = [&] {
+    return report.ticks == 0 ? absl::OkStatus() : client.step(report.ticks).status();
+  };
+  const auto show = [&] {
+    // A coordinator that is too busy to answer is no failure of the run.
+    if (const auto status = client.status(absl::Seconds(1)); status.ok()) progress.update(status->tick);
+  };
+  absl::Status status = progress.shown() ? cluster.attend(step_all, show) : cluster.attend(step_all);
+  report.wall_seconds = seconds_since(start);
+  const double simulated = static_cast<double>(report.ticks) * report.dt;
+  report.real_time_factor = report.wall_seconds > 0 ? simulated / report.wall_seconds : 0;
+  return status;
+}
+
+absl::Status question(Client& client, RunReport& report) {
+  const absl::StatusOr<ClusterStatus> status = client.status();
+  if (!status.ok()) return status.status();
+  const absl::StatusOr<HashAt> hash = client.hash();
+  if (!hash.ok()) return hash.status();
+  if (hash->tick != report.ticks) {
+    return absl::InternalError(
+        absl::StrCat("the world is at tick ", hash->tick, " and not at ", report.ticks));
+  }
+  report.world_hash = hash->hash;
+  report.sectors = status->sectors;
+  report.clones_max = status->clones_max;
+  report.islands_across_seams = status->islands_across_seams_max;
+  report.islands_cut = status->islands_cut;
+  report.bodies_stopped = status->bodies_stopped;
+  report.tick_ms = {status->tick_ms_p50, status->tick_ms_p99, status->tick_ms_max};
+  auto& peaks = report.peak_rss_mb_by_process;
+  peaks.emplace_back("tessera", peak_rss_mb());
+  peaks.emplace_back("coordinator", static_cast<double>(status->coordinator_peak_rss_bytes) / 1e6);
+  for (std::size_t i = 0; i < status->servers.size(); ++i) {
+    peaks.emplace_back(absl::StrCat("sector_server_", i + 1),
+                       static_cast<double>(status->servers[i].peak_rss_bytes) / 1e6);
+  }
+  for (const auto& [process, peak] : peaks) report.peak_rss_mb = std::max(report.peak_rss_mb, peak);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<RunReport> run_cluster(const RunOptions& options) {
+  const Clock::time_point load_start = Clock::now();
+  absl::StatusOr<LoadedWorld> loaded = load_world(options.world, options.overrides);
+  if (!loaded.ok()) return loaded.status();
+  const absl::StatusOr<std::uint64_t> ticks = ticks_of(options.seconds, loaded->world.settings.time_step);
+  if (!ticks.ok()) return ticks.status();
+  RunReport report;
+  report.mode = "cluster";
+  report.describe(*loaded, options, *ticks);
+
+  LocalClusterOptions cluster_options;
+  cluster_options.servers = options.servers;
+  cluster_options.precision = loaded->world.settings.precision;
+  cluster_options.threads = report.threads;
+  cluster_options.interrupt_descriptor = interrupt_descriptor();
+  absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(cluster_options);
+  if (!cluster.ok()) return cluster.status();
+  absl::StatusOr<std::unique_ptr<Client>> client = Client::connect((*cluster)->address());
+  if (!client.ok()) return client.status();
+  absl::Status status = (*cluster)->attend([&] { return (*client)->load(loaded->world).status(); });
+  if (!status.ok()) return status;
+  report.load_seconds = seconds_since(load_start);
+
+  status = step(**cluster, **client, report);
+  if (status.ok()) status = question(**client, report);
+  if (!status.ok()) return status;
+  if (status = (*client)->shutdown(); !status.ok()) return status;
+  if (status = (*cluster)->wait_until_ended(kShutdownTimeout); !status.ok()) return status;
+  return report;
+}
+
+}  // namespace tessera::cli

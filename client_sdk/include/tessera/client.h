@@ -1,0 +1,218 @@
+// The client of a Tessera cluster: load a world, change it, drive it, watch it.
+//
+//   auto client = tessera::Client::connect("127.0.0.1:7300").value();
+//   auto crate = client->spawn(tessera::solid("crate", tessera::box(1, 1, 1), 10, {{0, 0, 0}, {0, 0,
+//   5}})).value(); auto frames = client->watch_bodies({.ids = {crate.id}}).value(); client->step(60).value();
+//   for (;;) for (const auto& body : frames->next().value().bodies) std::cout << body.pose.position.local <<
+//   "\n";
+//
+// Units: m, kg, s, rad, N; positions are sector index and displacement, exact at any distance. Calls block
+// until the cluster has answered or their time is up. Errors carry the message of the cluster:
+// INVALID_ARGUMENT names the field and the bound, NOT_FOUND a body that is not there, ALREADY_EXISTS a name
+// or a world, FAILED_PRECONDITION what is missing (no world, not enough servers), DEADLINE_EXCEEDED an answer
+// that did not come in time, UNAVAILABLE a process that is gone.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/time/time.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "lpss/world/world_description.h"
+#include "tessera/stream.h"
+
+namespace tessera {
+
+inline constexpr absl::Duration kCallTimeout = absl::Seconds(10);
+inline constexpr absl::Duration kLoadTimeout = absl::Seconds(120);
+
+// A body by its id or by its name.
+using BodyName = std::variant<BodyId, std::string>;
+
+// A body to spawn. `body.properties.shape` is not looked at: `shape` is the shape.
+struct NewBody {
+  BodyDescription body;
+  Shape shape;
+};
+
+// Shapes of one part, in the body's frame.
+Shape box(double x, double y, double z);
+Shape sphere(double radius);
+Shape capsule(double radius, double length);
+Shape cylinder(double radius, double length);
+
+// A dynamic body of even density with the inertia of its shape: of one box, sphere, capsule, cylinder or
+// ellipsoid; the inertia of other shapes is that of their bounding sphere.
+NewBody solid(std::string name, Shape shape, double mass, const WorldPosition& position);
+
+struct LoadSummary {
+  std::uint64_t bodies = 0;
+  std::uint64_t sectors = 0;  // with a body that can move
+  std::uint32_t servers = 0;
+};
+
+struct Spawned {
+  BodyId id;
+  Tick tick = 0;  // the first that it takes part in
+};
+
+struct RayQuery {
+  WorldPosition origin;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // of any length but zero
+  double length = 100;                                   // m
+  std::uint32_t mask = 0;                                // collision categories that count; 0: all
+};
+
+struct RayResult {
+  BodyId body;
+  std::string name;
+  double distance = 0;  // m
+  WorldPosition position;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+};
+
+struct HashAt {
+  Tick tick = 0;
+  std::string hash;  // 32 hexadecimal digits
+};
+
+struct FoundBody {
+  BodyId id;
+  std::string name;
+  BodyProperties properties;
+};
+
+struct FoundBodies {
+  std::vector<FoundBody> bodies;  // ascending by id
+  bool truncated = false;         // there are more
+};
+
+struct ServerStatus {
+  std::uint64_t node = 0;
+  std::string stream_address;
+  Precision precision = Precision::kFloat32;
+  std::uint32_t threads = 0;
+  Tick tick = 0;
+  std::uint64_t bodies = 0;
+  std::uint64_t sectors = 0;
+  std::uint64_t sectors_awake = 0;
+  std::uint64_t clones = 0;
+  std::uint64_t peak_rss_bytes = 0;
+  double tick_ms_p50 = 0;
+  double tick_ms_p99 = 0;
+  double tick_ms_max = 0;
+  std::uint64_t exchange_bytes = 0;  // sent to other servers so far
+};
+
+struct ClusterStatus {
+  std::string state;  // "empty", "loading", "paused", "running", "failed"
+  std::string world;
+  Tick tick = 0;    // completed by every server
+  double time = 0;  // s, simulated
+  double real_time_factor = 0;
+  std::uint64_t bodies = 0;
+  std::uint64_t bodies_awake = 0;
+  std::uint64_t bodies_stopped = 0;  // ran out of the range of numbers or sectors
+  std::uint64_t sectors = 0;
+  std::uint64_t clones = 0;
+  std::uint64_t clones_max = 0;
+  std::uint64_t contacts = 0;
+  std::uint64_t islands_across_seams = 0;  // of the last tick
+  std::uint64_t islands_across_seams_max = 0;
+  std::uint64_t islands_cut = 0;
+  double tick_ms_p50 = 0;  // of the slowest server of each tick, without pacing
+  double tick_ms_p99 = 0;
+  double tick_ms_max = 0;
+  std::uint64_t map_epoch = 0;
+  std::vector<ServerStatus> servers;
+  std::string failure;  // what ended the world, in state "failed"
+  std::uint64_t coordinator_peak_rss_bytes = 0;
+  std::optional<WorldSettings> settings;  // of the world, where there is one
+  SectorIndex anchor;
+};
+
+// One connection to a coordinator. All calls from any thread. Streams may outlive the client.
+class Client {
+ public:
+  // `address` is host:port of a coordinator. UNAVAILABLE, with the address, where none answers in time.
+  static absl::StatusOr<std::unique_ptr<Client>> connect(const std::string& address,
+                                                         absl::Duration timeout = kCallTimeout);
+  ~Client();
+
+  // --- worlds ---
+
+  // Gives the world to the servers; it starts paused at tick 0. A world that is there already is an error
+  // unless `replace` is set.
+  absl::StatusOr<LoadSummary> load(const WorldDescription& world, bool replace = false,
+                                   absl::Duration timeout = kLoadTimeout);
+  absl::Status unload(absl::Duration timeout = kCallTimeout);
+
+  // --- bodies: each takes effect at the beginning of the tick that it returns, in the order of the calls ---
+
+  absl::StatusOr<Spawned> spawn(const NewBody& body, absl::Duration timeout = kCallTimeout);
+  absl::StatusOr<Tick> remove(const BodyName& body, absl::Duration timeout = kCallTimeout);
+  absl::StatusOr<Tick> set_velocity(const BodyName& body, const Eigen::Vector3d& linear,
+                                    const Eigen::Vector3d& angular, absl::Duration timeout = kCallTimeout);
+  // `impulse` in N s and `lever` in m from the centre of mass, along the world's axes.
+  absl::StatusOr<Tick> apply_impulse(const BodyName& body, const Eigen::Vector3d& impulse,
+                                     const Eigen::Vector3d& lever = Eigen::Vector3d::Zero(),
+                                     absl::Duration timeout = kCallTimeout);
+  // For one tick.
+  absl::StatusOr<Tick> apply_force(const BodyName& body, const Eigen::Vector3d& force,
+                                   const Eigen::Vector3d& torque = Eigen::Vector3d::Zero(),
+                                   absl::Duration timeout = kCallTimeout);
+  // Puts the body frame to `pose`, with these velocities.
+  absl::StatusOr<Tick> teleport(const BodyName& body, const WorldPose& pose,
+                                const Eigen::Vector3d& linear_velocity = Eigen::Vector3d::Zero(),
+                                const Eigen::Vector3d& angular_velocity = Eigen::Vector3d::Zero(),
+                                absl::Duration timeout = kCallTimeout);
+  // A kinematic body moves so that it arrives there at the end of the tick.
+  absl::StatusOr<Tick> set_kinematic_target(const BodyName& body, const WorldPose& pose,
+                                            absl::Duration timeout = kCallTimeout);
+
+  // --- time ---
+
+  // Returns when the world stands still, with its tick.
+  absl::StatusOr<Tick> pause(absl::Duration timeout = kCallTimeout);
+  // `real_time_factor` in simulated seconds per second; 0: as fast as possible.
+  absl::StatusOr<Tick> resume(double real_time_factor = 1, absl::Duration timeout = kCallTimeout);
+  // Returns when the ticks are done, with the last one. They take as long as they take.
+  absl::StatusOr<Tick> step(std::uint64_t ticks = 1, absl::Duration timeout = absl::InfiniteDuration());
+
+  // --- questions ---
+
+  absl::StatusOr<ClusterStatus> status(absl::Duration timeout = kCallTimeout);
+  absl::StatusOr<HashAt> hash(absl::Duration timeout = kCallTimeout);
+  // The nearest hit, in any number of sectors on any number of servers; nullopt where nothing is hit.
+  absl::StatusOr<std::optional<RayResult>> raycast(const RayQuery& ray,
+                                                   absl::Duration timeout = kCallTimeout);
+  // NOT_FOUND where no body has that name.
+  absl::StatusOr<FoundBody> find(const std::string& name, absl::Duration timeout = kCallTimeout);
+  // Bodies whose names begin with `prefix`, at most `limit`; 0: 1000.
+  absl::StatusOr<FoundBodies> find_bodies(const std::string& prefix, std::uint64_t limit = 0,
+                                          absl::Duration timeout = kCallTimeout);
+
+  // --- streams: one frame a tick, merged over all servers. FAILED_PRECONDITION where no server is there. ---
+
+  absl::StatusOr<std::unique_ptr<BodyStream>> watch_bodies(const BodyFilter& filter = {},
+                                                           absl::Duration timeout = kCallTimeout);
+  absl::StatusOr<std::unique_ptr<ContactStream>> watch_contacts(const ContactFilter& filter = {},
+                                                                absl::Duration timeout = kCallTimeout);
+
+  // Ends the coordinator and its servers.
+  absl::Status shutdown(absl::Duration timeout = kCallTimeout);
+
+ private:
+  class Impl;
+  explicit Client(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

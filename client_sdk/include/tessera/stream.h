@@ -1,0 +1,94 @@
+// What a cluster tells as it goes: the states of bodies, and contacts, tick by tick.
+//
+// Every server streams what its sectors hold; here the parts of one tick become one frame. A body that goes
+// from one server to another is in each frame exactly once.
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <absl/time/time.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "lpss/engine/body.h"
+#include "lpss/grid/world_position.h"
+
+namespace tessera {
+
+using Tick = std::uint64_t;
+
+// A box along the world's axes.
+struct WatchedRegion {
+  WorldPosition centre;
+  Eigen::Vector3d half_size = Eigen::Vector3d::Constant(100);  // m
+};
+
+struct BodyFilter {
+  std::optional<WatchedRegion> region;  // none: everywhere
+  std::vector<BodyId> ids;              // empty: all
+  std::uint32_t every_ticks = 1;        // only ticks that are multiples of this
+  bool only_awake = false;
+};
+
+struct BodySample {
+  BodyId id;
+  WorldPose pose;                                              // of the body frame
+  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();   // of the centre of mass, m/s
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s
+  bool asleep = false;
+};
+
+struct BodyFrame {
+  Tick tick = 0;
+  std::vector<BodySample> bodies;  // ascending by id
+};
+
+struct ContactFilter {
+  std::vector<BodyId> ids;  // contacts with any of these; empty: all
+  bool persisting = false;  // also contacts that neither begin nor end
+};
+
+enum class TouchPhase : std::uint8_t { kBegin, kPersist, kEnd };
+
+struct Touch {
+  TouchPhase phase = TouchPhase::kBegin;
+  BodyId a;  // a < b
+  BodyId b;
+  WorldPosition position;                             // on b; not set for kEnd
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // on b, pointing to a
+  double impulse = 0;                                 // N s
+};
+
+struct ContactFrame {
+  Tick tick = 0;
+  std::vector<Touch> contacts;  // ascending by (a, b)
+};
+
+// A subscription; ends when it is destroyed. At most kFramesQueuedMax ticks of a server wait here: who reads
+// more slowly than the world runs misses ticks, always whole ones, and skipped() counts those that the
+// servers had begun to send. One thread reads; cancel() from any.
+template <typename Frame>
+class Stream {
+ public:
+  virtual ~Stream() = default;
+
+  // The next tick that every server has told of. DEADLINE_EXCEEDED when none is complete in time (call
+  // again); any other status ends the stream for good: UNAVAILABLE, naming the server, when one was lost,
+  // CANCELLED after cancel(), ABORTED when the world was unloaded or replaced.
+  virtual absl::StatusOr<Frame> next(absl::Duration timeout = absl::InfiniteDuration()) = 0;
+
+  virtual void cancel() = 0;
+
+  // Ticks that came from some servers and not from all, so far.
+  virtual std::uint64_t skipped() const = 0;
+};
+
+using BodyStream = Stream<BodyFrame>;
+using ContactStream = Stream<ContactFrame>;
+
+inline constexpr std::size_t kFramesQueuedMax = 256;
+
+}  // namespace tessera

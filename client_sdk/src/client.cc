@@ -1,0 +1,379 @@
+#include "tessera/client.h"
+
+#include <absl/strings/str_cat.h>
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+
+#include "client_sdk/src/server_stream.h"
+#include "proto/convert.h"
+#include "proto/status.h"
+#include "tessera.grpc.pb.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint64_t kBodiesAsked = 100'000;  // of a coordinator in one go
+
+std::chrono::system_clock::time_point deadline_of(absl::Duration timeout) {
+  return absl::ToChronoTime(absl::Now() + timeout);
+}
+
+v1::BodyRef to_proto(const BodyName& body) {
+  v1::BodyRef reference;
+  if (const BodyId* id = std::get_if<BodyId>(&body)) {
+    reference.set_id(id->value);
+  } else {
+    reference.set_name(std::get<std::string>(body));
+  }
+  return reference;
+}
+
+Eigen::Quaterniond orientation_of(const v1::WorldPose& pose) {
+  if (!pose.has_orientation()) return Eigen::Quaterniond::Identity();
+  const v1::Quaternion& q = pose.orientation();
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+struct BodyTraits {
+  using Frame = BodyFrame;
+  using Request = v1::WatchBodiesRequest;
+  using Batch = v1::BodyBatch;
+  static constexpr bool kFirstIsWhole = true;
+
+  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
+    return stub.WatchBodies(context, request);
+  }
+  static Frame read(const Batch& batch) {
+    Frame frame{batch.tick(), {}};
+    frame.bodies.reserve(static_cast<std::size_t>(batch.bodies_size()));
+    for (const v1::BodyState& state : batch.bodies()) {
+      const WorldPose pose{from_proto(state.pose().position()), orientation_of(state.pose())};
+      frame.bodies.push_back({BodyId{state.id()}, pose, from_proto(state.linear_velocity()),
+                              from_proto(state.angular_velocity()), state.asleep()});
+    }
+    return frame;
+  }
+};
+
+struct ContactTraits {
+  using Frame = ContactFrame;
+  using Request = v1::WatchContactsRequest;
+  using Batch = v1::ContactBatch;
+  static constexpr bool kFirstIsWhole = false;  // it only says from which tick on nothing is missed
+
+  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
+    return stub.WatchContacts(context, request);
+  }
+  static TouchPhase phase_of(v1::Contact::Phase phase) {
+    if (phase == v1::Contact::BEGIN) return TouchPhase::kBegin;
+    return phase == v1::Contact::END ? TouchPhase::kEnd : TouchPhase::kPersist;
+  }
+  static Frame read(const Batch& batch) {
+    Frame frame{batch.tick(), {}};
+    for (const v1::Contact& contact : batch.contacts()) {
+      frame.contacts.push_back({phase_of(contact.phase()), BodyId{contact.a()}, BodyId{contact.b()},
+                                from_proto(contact.position()), from_proto(contact.normal()),
+                                contact.impulse()});
+    }
+    return frame;
+  }
+};
+
+ServerStatus read(const v1::ServerStatus& status) {
+  ServerStatus server;
+  server.node = status.node();
+  server.stream_address = status.stream_address();
+  server.precision = status.precision() == v1::PRECISION_FLOAT64 ? Precision::kFloat64 : Precision::kFloat32;
+  server.threads = status.threads();
+  server.tick = status.tick();
+  server.bodies = status.bodies();
+  server.sectors = status.sectors();
+  server.sectors_awake = status.sectors_awake();
+  server.clones = status.clones();
+  server.peak_rss_bytes = status.peak_rss_bytes();
+  server.tick_ms_p50 = status.tick_ms_p50();
+  server.tick_ms_p99 = status.tick_ms_p99();
+  server.tick_ms_max = status.tick_ms_max();
+  server.exchange_bytes = status.exchange_bytes();
+  return server;
+}
+
+absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
+  ClusterStatus status;
+  status.state = reply.state();
+  status.world = reply.world();
+  status.tick = reply.tick();
+  status.time = reply.time();
+  status.real_time_factor = reply.real_time_factor();
+  status.bodies = reply.bodies();
+  status.bodies_awake = reply.bodies_awake();
+  status.bodies_stopped = reply.bodies_stopped();
+  status.sectors = reply.sectors();
+  status.clones = reply.clones();
+  status.clones_max = reply.clones_max();
+  status.contacts = reply.contacts();
+  status.islands_across_seams = reply.islands_across_seams();
+  status.islands_across_seams_max = reply.islands_across_seams_max();
+  status.islands_cut = reply.islands_cut();
+  status.tick_ms_p50 = reply.tick_ms_p50();
+  status.tick_ms_p99 = reply.tick_ms_p99();
+  status.tick_ms_max = reply.tick_ms_max();
+  status.map_epoch = reply.map_epoch();
+  for (const v1::ServerStatus& server : reply.servers()) status.servers.push_back(read(server));
+  status.failure = reply.failure();
+  status.coordinator_peak_rss_bytes = reply.coordinator_peak_rss_bytes();
+  status.anchor = from_proto(reply.anchor());
+  if (reply.has_settings()) {
+    absl::StatusOr<WorldSettings> settings = from_proto(reply.settings());
+    if (!settings.ok()) return settings.status();
+    status.settings = *std::move(settings);
+  }
+  return status;
+}
+
+}  // namespace
+
+class Client::Impl {
+ public:
+  Impl(std::string address, std::shared_ptr<grpc::Channel> channel)
+      : address_(std::move(address)), stub_(v1::Tessera::NewStub(channel)) {}
+
+  // One call, with its deadline; `method` is one of the stub's.
+  template <typename Request, typename Reply>
+  absl::StatusOr<Reply> call(grpc::Status (v1::Tessera::Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                       Reply*),
+                             const Request& request, absl::Duration timeout) {
+    grpc::ClientContext context;
+    if (timeout != absl::InfiniteDuration()) context.set_deadline(deadline_of(timeout));
+    Reply reply;
+    const absl::Status status = from_grpc((stub_.get()->*method)(&context, request, &reply));
+    if (status.ok()) return reply;
+    if (status.code() == absl::StatusCode::kUnavailable) {
+      return absl::UnavailableError(absl::StrCat("coordinator at ", address_, ": ", status.message()));
+    }
+    if (status.code() == absl::StatusCode::kDeadlineExceeded) {
+      return absl::DeadlineExceededError(
+          absl::StrCat("coordinator at ", address_, ": no answer within ", absl::FormatDuration(timeout)));
+    }
+    return status;
+  }
+
+  template <typename Request, typename Reply>
+  absl::StatusOr<Tick> command(grpc::Status (v1::Tessera::Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                         Reply*),
+                               const Request& request, absl::Duration timeout) {
+    const absl::StatusOr<Reply> reply = call(method, request, timeout);
+    if (!reply.ok()) return reply.status();
+    return reply->tick();
+  }
+
+  // Subscribes at every server and waits until all of them have answered.
+  template <typename Traits>
+  absl::StatusOr<std::unique_ptr<Stream<typename Traits::Frame>>> watch(
+      const typename Traits::Request& request, absl::Duration timeout) {
+    const absl::StatusOr<v1::StatusReply> status =
+        call(&v1::Tessera::Stub::GetStatus, v1::StatusRequest(), timeout);
+    if (!status.ok()) return status.status();
+    if (status->state() == "empty")
+      return absl::FailedPreconditionError("no world is loaded: there is nothing to watch");
+    std::vector<std::string> addresses;
+    for (const v1::ServerStatus& server : status->servers()) addresses.push_back(server.stream_address());
+    if (addresses.empty())
+      return absl::FailedPreconditionError("the cluster has no server that could be watched");
+    auto stream = std::make_unique<ServerStreams<Traits>>(addresses, request);
+    if (absl::Status subscribed = stream->wait_for_all(timeout); !subscribed.ok()) return subscribed;
+    return stream;
+  }
+
+ private:
+  std::string address_;
+  std::unique_ptr<v1::Tessera::Stub> stub_;
+};
+
+using Stub = v1::Tessera::Stub;
+
+Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Client::~Client() = default;
+
+absl::StatusOr<std::unique_ptr<Client>> Client::connect(const std::string& address, absl::Duration timeout) {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(-1);
+  arguments.SetMaxSendMessageSize(-1);
+  const auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  if (!channel->WaitForConnected(deadline_of(timeout))) {
+    return absl::UnavailableError(
+        absl::StrCat("no coordinator answers at ", address, " within ", absl::FormatDuration(timeout)));
+  }
+  return std::unique_ptr<Client>(new Client(std::make_unique<Impl>(address, channel)));
+}
+
+absl::StatusOr<LoadSummary> Client::load(const WorldDescription& world, bool replace,
+                                         absl::Duration timeout) {
+  v1::LoadRequest request;
+  *request.mutable_world() = to_proto(world);
+  request.set_replace(replace);
+  const auto reply = impl_->call(&Stub::Load, request, timeout);
+  if (!reply.ok()) return reply.status();
+  return LoadSummary{reply->bodies(), reply->sectors(), reply->servers()};
+}
+
+absl::Status Client::unload(absl::Duration timeout) {
+  return impl_->call(&Stub::Unload, v1::UnloadRequest(), timeout).status();
+}
+
+absl::StatusOr<Spawned> Client::spawn(const NewBody& body, absl::Duration timeout) {
+  v1::SpawnRequest request;
+  *request.mutable_body() = to_proto(body.body);
+  *request.mutable_shape() = to_proto(body.shape);
+  const auto reply = impl_->call(&Stub::Spawn, request, timeout);
+  if (!reply.ok()) return reply.status();
+  return Spawned{BodyId{reply->id()}, reply->tick()};
+}
+
+absl::StatusOr<Tick> Client::remove(const BodyName& body, absl::Duration timeout) {
+  v1::RemoveRequest request;
+  *request.mutable_body() = to_proto(body);
+  return impl_->command(&Stub::Remove, request, timeout);
+}
+
+absl::StatusOr<Tick> Client::set_velocity(const BodyName& body, const Eigen::Vector3d& linear,
+                                          const Eigen::Vector3d& angular, absl::Duration timeout) {
+  v1::SetVelocityRequest request;
+  *request.mutable_body() = to_proto(body);
+  *request.mutable_linear() = to_proto(linear);
+  *request.mutable_angular() = to_proto(angular);
+  return impl_->command(&Stub::SetVelocity, request, timeout);
+}
+
+absl::StatusOr<Tick> Client::apply_impulse(const BodyName& body, const Eigen::Vector3d& impulse,
+                                           const Eigen::Vector3d& lever, absl::Duration timeout) {
+  v1::ApplyImpulseRequest request;
+  *request.mutable_body() = to_proto(body);
+  *request.mutable_impulse() = to_proto(impulse);
+  *request.mutable_lever() = to_proto(lever);
+  return impl_->command(&Stub::ApplyImpulse, request, timeout);
+}
+
+absl::StatusOr<Tick> Client::apply_force(const BodyName& body, const Eigen::Vector3d& force,
+                                         const Eigen::Vector3d& torque, absl::Duration timeout) {
+  v1::ApplyForceRequest request;
+  *request.mutable_body() = to_proto(body);
+  *request.mutable_force() = to_proto(force);
+  *request.mutable_torque() = to_proto(torque);
+  return impl_->command(&Stub::ApplyForce, request, timeout);
+}
+
+absl::StatusOr<Tick> Client::teleport(const BodyName& body, const WorldPose& pose,
+                                      const Eigen::Vector3d& linear_velocity,
+                                      const Eigen::Vector3d& angular_velocity, absl::Duration timeout) {
+  v1::TeleportRequest request;
+  *request.mutable_body() = to_proto(body);
+  *request.mutable_pose() = to_proto(pose);
+  *request.mutable_linear_velocity() = to_proto(linear_velocity);
+  *request.mutable_angular_velocity() = to_proto(angular_velocity);
+  return impl_->command(&Stub::Teleport, request, timeout);
+}
+
+absl::StatusOr<Tick> Client::set_kinematic_target(const BodyName& body, const WorldPose& pose,
+                                                  absl::Duration timeout) {
+  v1::KinematicTargetRequest request;
+  *request.mutable_body() = to_proto(body);
+  *request.mutable_pose() = to_proto(pose);
+  return impl_->command(&Stub::SetKinematicTarget, request, timeout);
+}
+
+absl::StatusOr<Tick> Client::pause(absl::Duration timeout) {
+  return impl_->command(&Stub::Pause, v1::PauseRequest(), timeout);
+}
+
+absl::StatusOr<Tick> Client::resume(double real_time_factor, absl::Duration timeout) {
+  v1::ResumeRequest request;
+  request.set_real_time_factor(real_time_factor);
+  return impl_->command(&Stub::Resume, request, timeout);
+}
+
+absl::StatusOr<Tick> Client::step(std::uint64_t ticks, absl::Duration timeout) {
+  v1::StepRequest request;
+  request.set_ticks(ticks);
+  return impl_->command(&Stub::Step, request, timeout);
+}
+
+absl::StatusOr<ClusterStatus> Client::status(absl::Duration timeout) {
+  const auto reply = impl_->call(&Stub::GetStatus, v1::StatusRequest(), timeout);
+  if (!reply.ok()) return reply.status();
+  return read(*reply);
+}
+
+absl::StatusOr<HashAt> Client::hash(absl::Duration timeout) {
+  const auto reply = impl_->call(&Stub::GetHash, v1::HashRequest(), timeout);
+  if (!reply.ok()) return reply.status();
+  return HashAt{reply->tick(), reply->hash()};
+}
+
+absl::StatusOr<std::optional<RayResult>> Client::raycast(const RayQuery& ray, absl::Duration timeout) {
+  v1::RaycastRequest request;
+  *request.mutable_origin() = to_proto(ray.origin);
+  *request.mutable_direction() = to_proto(ray.direction);
+  request.set_length(ray.length);
+  request.set_mask(ray.mask);
+  const auto reply = impl_->call(&Stub::Raycast, request, timeout);
+  if (!reply.ok()) return reply.status();
+  if (!reply->hit()) return std::optional<RayResult>();
+  return std::optional(RayResult{BodyId{reply->body()}, reply->name(), reply->distance(),
+                                 from_proto(reply->position()), from_proto(reply->normal())});
+}
+
+absl::StatusOr<FoundBody> Client::find(const std::string& name, absl::Duration timeout) {
+  // Bodies whose names go on differently may come first: ask for all that begin so.
+  absl::StatusOr<FoundBodies> found = find_bodies(name, kBodiesAsked, timeout);
+  if (!found.ok()) return found.status();
+  for (FoundBody& body : found->bodies) {
+    if (body.name == name) return std::move(body);
+  }
+  return absl::NotFoundError(absl::StrCat("no body is called \"", name, "\""));
+}
+
+absl::StatusOr<FoundBodies> Client::find_bodies(const std::string& prefix, std::uint64_t limit,
+                                                absl::Duration timeout) {
+  v1::FindBodiesRequest request;
+  request.set_name_prefix(prefix);
+  request.set_limit(limit);
+  const auto reply = impl_->call(&Stub::FindBodies, request, timeout);
+  if (!reply.ok()) return reply.status();
+  FoundBodies result;
+  result.truncated = reply->truncated();
+  for (const v1::FindBodiesReply::Found& found : reply->bodies()) {
+    absl::StatusOr<BodyProperties> properties = from_proto(found.properties());
+    if (!properties.ok()) return properties.status();
+    result.bodies.push_back({BodyId{found.id()}, found.name(), *std::move(properties)});
+  }
+  return result;
+}
+
+absl::StatusOr<std::unique_ptr<BodyStream>> Client::watch_bodies(const BodyFilter& filter,
+                                                                 absl::Duration timeout) {
+  v1::WatchBodiesRequest request;
+  if (filter.region) {
+    *request.mutable_region()->mutable_centre() = to_proto(filter.region->centre);
+    *request.mutable_region()->mutable_half_size() = to_proto(filter.region->half_size);
+  }
+  for (const BodyId& id : filter.ids) request.add_ids(id.value);
+  request.set_every_ticks(filter.every_ticks);
+  request.set_only_awake(filter.only_awake);
+  return impl_->watch<BodyTraits>(request, timeout);
+}
+
+absl::StatusOr<std::unique_ptr<ContactStream>> Client::watch_contacts(const ContactFilter& filter,
+                                                                      absl::Duration timeout) {
+  v1::WatchContactsRequest request;
+  for (const BodyId& id : filter.ids) request.add_ids(id.value);
+  request.set_persisting(filter.persisting);
+  return impl_->watch<ContactTraits>(request, timeout);
+}
+
+absl::Status Client::shutdown(absl::Duration timeout) {
+  return impl_->call(&Stub::Shutdown, v1::ShutdownRequest(), timeout).status();
+}
+
+}  // namespace tessera

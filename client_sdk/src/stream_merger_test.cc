@@ -1,0 +1,113 @@
+#include "client_sdk/src/stream_merger.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace tessera {
+namespace {
+
+constexpr absl::Duration kNow = absl::ZeroDuration();
+constexpr absl::Duration kPatience = absl::Seconds(30);
+
+BodyFrame part(Tick tick, const std::vector<std::uint64_t>& ids) {
+  BodyFrame frame;
+  frame.tick = tick;
+  for (const std::uint64_t id : ids) frame.bodies.push_back({BodyId{id}, {}, {}, {}, false});
+  return frame;
+}
+
+std::vector<std::uint64_t> ids(const BodyFrame& frame) {
+  std::vector<std::uint64_t> result;
+  for (const BodySample& body : frame.bodies) result.push_back(body.id.value);
+  return result;
+}
+
+TEST(StreamMergerTest, TickIsCompleteWhenAllHaveToldOfIt) {
+  StreamMerger<BodyFrame> merger(2);
+  merger.push(0, part(1, {2, 5}));
+  merger.push(0, part(2, {2}));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
+  merger.push(1, part(1, {3}));
+  const BodyFrame frame = merger.next(kNow).value();
+  EXPECT_EQ(frame.tick, 1u);
+  EXPECT_EQ(ids(frame), (std::vector<std::uint64_t>{2, 3, 5}));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
+  merger.push(1, part(2, {3, 5}));
+  EXPECT_EQ(ids(merger.next(kNow).value()), (std::vector<std::uint64_t>{2, 3, 5}));
+  EXPECT_EQ(merger.skipped(), 0u);
+}
+
+TEST(StreamMergerTest, TicksThatNotAllTellOfAreLeftOut) {
+  StreamMerger<BodyFrame> merger(2);
+  for (const Tick tick : {3, 4, 6}) merger.push(0, part(tick, {1}));
+  for (const Tick tick : {4, 5, 6}) merger.push(1, part(tick, {2}));
+  EXPECT_EQ(merger.next(kNow)->tick, 4u);
+  EXPECT_EQ(merger.next(kNow)->tick, 6u);
+  EXPECT_EQ(merger.skipped(), 2u);
+}
+
+TEST(StreamMergerTest, PartThatNobodyVouchesForMakesAnEmptyFrame) {
+  StreamMerger<BodyFrame> merger(2);
+  merger.push(0, part(3, {}), false);
+  merger.push(0, part(4, {1}));
+  merger.push(1, part(4, {}), false);
+  const BodyFrame frame = merger.next(kNow).value();
+  EXPECT_EQ(frame.tick, 4u);
+  EXPECT_TRUE(frame.bodies.empty());
+}
+
+TEST(StreamMergerTest, WholeTicksAreReadBeforeTheEnd) {
+  StreamMerger<BodyFrame> merger(1);
+  merger.push(0, part(1, {1}));
+  merger.end(absl::UnavailableError("server b is gone"));
+  merger.end(absl::CancelledError("later"));
+  EXPECT_FALSE(merger.push(0, part(2, {1})));
+  EXPECT_EQ(merger.next(kNow)->tick, 1u);
+  EXPECT_EQ(merger.next(kNow).status(), absl::UnavailableError("server b is gone"));
+}
+
+TEST(StreamMergerTest, TimeThatGoesBackEndsTheStream) {
+  StreamMerger<BodyFrame> merger(1);
+  merger.push(0, part(7, {1}));
+  EXPECT_FALSE(merger.push(0, part(0, {1})));
+  EXPECT_EQ(merger.next(kNow)->tick, 7u);
+  EXPECT_TRUE(absl::IsAborted(merger.next(kNow).status()));
+}
+
+TEST(StreamMergerTest, AllSourcesMustAnswer) {
+  StreamMerger<BodyFrame> merger(2);
+  merger.push(0, part(1, {}));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.wait_for_all(kNow)));
+  merger.push(1, part(9, {}));
+  EXPECT_TRUE(merger.wait_for_all(kNow).ok());
+}
+
+// Sources on threads of their own, far more ticks than the queue holds, a body that changes its source.
+TEST(StreamMergerTest, NothingIsLostOrDoubledUnderLoad) {
+  constexpr Tick kTicks = 20 * kFramesQueuedMax;
+  constexpr std::size_t kSources = 4;
+  StreamMerger<BodyFrame> merger(kSources);
+  std::vector<std::thread> sources;
+  for (std::size_t source = 0; source < kSources; ++source) {
+    sources.emplace_back([&merger, source] {
+      for (Tick tick = 1; tick <= kTicks; ++tick) {
+        std::vector<std::uint64_t> bodies = {100 + source};
+        if (tick / 7 % kSources == source) bodies.push_back(1);
+        EXPECT_TRUE(merger.push(source, part(tick, bodies)));
+      }
+    });
+  }
+  for (Tick tick = 1; tick <= kTicks; ++tick) {
+    const absl::StatusOr<BodyFrame> frame = merger.next(kPatience);
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    ASSERT_EQ(frame->tick, tick);
+    ASSERT_EQ(ids(*frame), (std::vector<std::uint64_t>{1, 100, 101, 102, 103}));
+  }
+  for (std::thread& source : sources) source.join();
+  EXPECT_EQ(merger.skipped(), 0u);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,94 @@
+#include "coordinator/client_edge.h"
+
+#include <absl/cleanup/cleanup.h>
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "coordinator/limits.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::chrono::seconds kFarewell{1};
+constexpr int kPortMax = 65'535;
+
+struct Endpoint {
+  std::string host;
+  std::string port;
+};
+
+std::optional<Endpoint> split(const std::string& address) {
+  const std::size_t colon = address.rfind(':');
+  if (colon == std::string::npos || colon == 0) return std::nullopt;
+  const std::string port = address.substr(colon + 1);
+  int number = 0;
+  if (!absl::SimpleAtoi(port, &number) || number < 0 || number > kPortMax) return std::nullopt;
+  std::string host = address.substr(0, colon);
+  if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  return Endpoint{std::move(host), port};
+}
+
+// gRPC does not say why it cannot have an address, so the system is asked.
+std::string why_not(const Endpoint& endpoint) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  if (const int error = getaddrinfo(endpoint.host.c_str(), endpoint.port.c_str(), &hints, &found);
+      error != 0) {
+    return gai_strerror(error);
+  }
+  const absl::Cleanup free_found = [found] { freeaddrinfo(found); };
+  const int fd = socket(found->ai_family, found->ai_socktype, found->ai_protocol);
+  if (fd < 0) return std::strerror(errno);
+  const absl::Cleanup close_fd = [fd] { ::close(fd); };
+  const int yes = 1;
+  setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  if (bind(fd, found->ai_addr, found->ai_addrlen) != 0) return std::strerror(errno);
+  if (listen(fd, 1) != 0) return std::strerror(errno);
+  return "the server could not be started";
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& listen, RequestQueue& queue) {
+  const std::optional<Endpoint> endpoint = split(listen);
+  if (!endpoint) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("'", listen, "' is no address: host:port is, port 0 to ", kPortMax));
+  }
+  std::unique_ptr<ClientEdge> edge(new ClientEdge(queue));
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.SetMaxReceiveMessageSize(kClientMessageBytesMax);
+  builder.SetMaxSendMessageSize(kClientMessageBytesMax);
+  builder.AddListeningPort(listen, grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(&edge->service_);
+  edge->server_ = builder.BuildAndStart();
+  if (!edge->server_ || port == 0) {
+    return absl::UnavailableError(absl::StrCat("cannot listen on ", listen, ": ", why_not(*endpoint)));
+  }
+  edge->address_ = absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
+  return edge;
+}
+
+ClientEdge::~ClientEdge() { close(); }
+
+void ClientEdge::close() {
+  if (!server_) return;
+  server_->Shutdown(std::chrono::system_clock::now() + kFarewell);
+  server_->Wait();
+  server_.reset();
+}
+
+}  // namespace tessera

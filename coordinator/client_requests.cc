@@ -1,0 +1,149 @@
+// What clients ask of a loaded world.
+#include <absl/strings/str_cat.h>
+
+#include <utility>
+
+#include "coordinator/command_checks.h"
+#include "coordinator/coordinator_impl.h"
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+// A reply of the sequencer as one that only carries a tick.
+template <typename Answer>
+Sequencer::Reply with_tick(std::function<void(absl::Status, const Answer&)> reply) {
+  return [reply = std::move(reply)](const absl::Status& status, Tick tick) {
+    Answer answer;
+    if (status.ok()) answer.set_tick(tick);
+    reply(status, answer);
+  };
+}
+
+}  // namespace
+
+absl::StatusOr<ActiveWorld*> Coordinator::Impl::live_world() const {
+  if (world_ && !world_->loading()) return world_.get();
+  if (world_ || waiting_load_) return absl::FailedPreconditionError("the world is being loaded");
+  if (failed_) return absl::UnavailableError(failed_->failure());
+  return absl::FailedPreconditionError("no world is loaded");
+}
+
+void Coordinator::Impl::on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  Sequencer& sequencer = (*world)->sequencer;
+  const std::size_t shape_bytes = call.request.shape().ByteSizeLong();
+  if (absl::Status status = sequencer.room_for_command(shape_bytes); !status.ok())
+    return call.reply(status, {});
+  absl::StatusOr<WorldRegistry::Spawned> spawned = (*world)->registry.spawn(call.request);
+  if (!spawned.ok()) return call.reply(spawned.status(), {});
+  const BodyId id = spawned->record.id;
+  sequencer.submit(SpawnBody{spawned->record}, std::move(spawned->new_shape),
+                   [id, reply = std::move(call.reply)](const absl::Status& status, Tick tick) {
+                     v1::SpawnReply answer;
+                     if (status.ok()) {
+                       answer.set_id(id.value);
+                       answer.set_tick(tick);
+                     }
+                     reply(status, answer);
+                   });
+}
+
+template <typename Request>
+void Coordinator::Impl::on(Call<Request, v1::CommandReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  Sequencer& sequencer = (*world)->sequencer;
+  if (absl::Status status = sequencer.room_for_command(0); !status.ok()) return call.reply(status, {});
+  absl::StatusOr<Command> command = checked(call.request, (*world)->registry);
+  if (!command.ok()) return call.reply(command.status(), {});
+  if (const auto* removal = std::get_if<RemoveBody>(&*command)) (*world)->registry.remove(removal->id);
+  sequencer.submit(*std::move(command), std::nullopt, with_tick(std::move(call.reply)));
+}
+
+void Coordinator::Impl::on(Call<v1::PauseRequest, v1::PauseReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  (*world)->sequencer.pause(with_tick(std::move(call.reply)));
+}
+
+void Coordinator::Impl::on(Call<v1::ResumeRequest, v1::ResumeReply>& call, Nanoseconds now) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  Sequencer& sequencer = (*world)->sequencer;
+  const absl::Status status = sequencer.resume(call.request.real_time_factor(), now);
+  if (status.ok()) (*world)->meter.start(sequencer.completed(), now);
+  with_tick(std::move(call.reply))(status, sequencer.completed());
+}
+
+void Coordinator::Impl::on(Call<v1::StepRequest, v1::StepReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  (*world)->sequencer.step(call.request.ticks(), with_tick(std::move(call.reply)));
+}
+
+void Coordinator::Impl::on(Call<v1::HashRequest, v1::HashReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  Queries& queries = (*world)->queries;
+  if (absl::Status status = queries.room(); !status.ok()) return call.reply(status, {});
+  (*world)->sequencer.ask(queries.hash(
+      [reply = std::move(call.reply)](const absl::Status& status, Tick tick, const WorldHash& hash) {
+        v1::HashReply answer;
+        if (status.ok()) {
+          answer.set_tick(tick);
+          answer.set_hash(hash.to_string());
+        }
+        reply(status, answer);
+      }));
+}
+
+void Coordinator::Impl::on(Call<v1::RaycastRequest, v1::RaycastReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> live = live_world();
+  if (!live.ok()) return call.reply(live.status(), {});
+  ActiveWorld* world = *live;
+  if (absl::Status status = world->queries.room(); !status.ok()) return call.reply(status, {});
+  const absl::StatusOr<v1::RayQuery> ray = checked(call.request, world->registry);
+  if (!ray.ok()) return call.reply(ray.status(), {});
+  // The answer comes from within the world, so `world` is there.
+  world->sequencer.ask(
+      world->queries.ray(*ray, [world, ray = *ray, reply = std::move(call.reply)](
+                                   const absl::Status& status, const Queries::RayResult& result) {
+        v1::RaycastReply answer;
+        if (!status.ok()) return reply(status, answer);
+        answer.set_tick(result.tick);
+        answer.set_hit(result.body.has_value());
+        if (result.body) {
+          answer.set_body(result.body->value);
+          if (const auto* entry = world->registry.find(*result.body)) answer.set_name(entry->name);
+          answer.set_distance(result.distance);
+          *answer.mutable_normal() = result.normal;
+          const Eigen::Vector3d way = result.distance * from_proto(ray.direction());
+          const WorldPosition origin = from_proto(ray.origin());
+          const auto position = canonical(origin.sector, origin.local + way, world->settings.sector_size);
+          if (position.ok()) *answer.mutable_position() = to_proto(*position);
+        }
+        reply(absl::OkStatus(), answer);
+      }));
+}
+
+void Coordinator::Impl::on(Call<v1::FindBodiesRequest, v1::FindBodiesReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  call.reply(absl::OkStatus(), (*world)->registry.find_bodies(call.request));
+}
+
+void Coordinator::Impl::on(Call<v1::ShutdownRequest, v1::ShutdownReply>& call, Nanoseconds) {
+  shut_down("the cluster is shut down");
+  call.reply(absl::OkStatus(), {});
+}
+
+template void Coordinator::Impl::on(Call<v1::RemoveRequest, v1::CommandReply>&, Nanoseconds);
+template void Coordinator::Impl::on(Call<v1::SetVelocityRequest, v1::CommandReply>&, Nanoseconds);
+template void Coordinator::Impl::on(Call<v1::ApplyImpulseRequest, v1::CommandReply>&, Nanoseconds);
+template void Coordinator::Impl::on(Call<v1::ApplyForceRequest, v1::CommandReply>&, Nanoseconds);
+template void Coordinator::Impl::on(Call<v1::TeleportRequest, v1::CommandReply>&, Nanoseconds);
+template void Coordinator::Impl::on(Call<v1::KinematicTargetRequest, v1::CommandReply>&, Nanoseconds);
+
+}  // namespace tessera

@@ -1,0 +1,200 @@
+#include "coordinator/command_checks.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "lpss/world/limits.h"
+#include "lpss/world/simulation.h"
+#include "lpss/world/validate.h"
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+template <typename... Args>
+absl::Status refused(const Args&... args) {
+  return absl::InvalidArgumentError(absl::StrCat(args...));
+}
+
+// A finite vector of at most that length, or a message with what it is instead.
+absl::StatusOr<std::array<double, 3>> bounded(absl::string_view what, const v1::Vector3& vector, double most,
+                                              absl::string_view unit) {
+  const std::array<double, 3> value{vector.x(), vector.y(), vector.z()};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!std::isfinite(value[axis])) {
+      return refused(what, " ", std::string(1, "xyz"[axis]), " = ", value[axis], " must be finite");
+    }
+  }
+  const double length = std::hypot(value[0], value[1], value[2]);
+  if (length <= most) return value;
+  return refused(what, " = ", length, " ", unit, " must be at most ", most, " ", unit);
+}
+
+struct Target {
+  BodyId id;
+  const WorldRegistry::Entry* entry = nullptr;
+
+  std::string title() const { return absl::StrCat("body '", entry->name, "'"); }
+};
+
+absl::StatusOr<Target> target(const v1::BodyRef& reference, const WorldRegistry& world) {
+  const absl::StatusOr<BodyId> id = world.resolve(reference);
+  if (!id.ok()) return id.status();
+  return Target{*id, world.find(*id)};
+}
+
+absl::Status in(const Target& target, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(target.title(), ": ", status.message()));
+}
+
+const char* name_of(Motion motion) {
+  switch (motion) {
+    case Motion::kStatic:
+      return "static";
+    case Motion::kDynamic:
+      return "dynamic";
+    case Motion::kKinematic:
+      break;
+  }
+  return "kinematic";
+}
+
+// A dynamic body, which is the only kind that impulses and forces move.
+absl::StatusOr<Target> dynamic_target(const v1::BodyRef& reference, const WorldRegistry& world) {
+  absl::StatusOr<Target> body = target(reference, world);
+  if (!body.ok() || body->entry->properties.motion == Motion::kDynamic) return body;
+  return refused(body->title(), ": it is ", name_of(body->entry->properties.motion), ", and must be dynamic");
+}
+
+// The centre frame of a body whose body frame is at `pose`, with the checks of a body of a world's start.
+absl::StatusOr<BodyRecord> placed(const Target& target, bool has_pose, const v1::WorldPose& pose,
+                                  const v1::Vector3& linear, const v1::Vector3& angular,
+                                  const WorldRegistry& world) {
+  if (!has_pose) return refused(target.title(), ": pose must be set");
+  BodyDescription body;
+  body.name = target.entry->name;
+  body.properties = target.entry->properties;
+  body.pose = from_proto(pose);
+  body.linear_velocity = from_proto(linear);
+  body.angular_velocity = from_proto(angular);
+  if (absl::Status status = validate(body, world.shapes(), world.settings()); !status.ok()) return status;
+  return record_of(body, world.settings());
+}
+
+absl::StatusOr<Eigen::Vector3d> unit_direction(const v1::Vector3& from) {
+  Eigen::Vector3d direction = from_proto(from);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!std::isfinite(direction[axis])) {
+      return refused("direction ", std::string(1, "xyz"[axis]), " = ", direction[axis], " must be finite");
+    }
+  }
+  const double largest = direction.cwiseAbs().maxCoeff();
+  if (largest == 0) return refused("direction = (0, 0, 0) must not be zero");
+  direction /= largest;  // so that no square under- or overflows
+  return direction.normalized();
+}
+
+}  // namespace
+
+absl::StatusOr<Command> checked(const v1::RemoveRequest& request, const WorldRegistry& world) {
+  const absl::StatusOr<Target> body = target(request.body(), world);
+  if (!body.ok()) return body.status();
+  return RemoveBody{body->id};
+}
+
+absl::StatusOr<Command> checked(const v1::SetVelocityRequest& request, const WorldRegistry& world) {
+  const absl::StatusOr<Target> body = target(request.body(), world);
+  if (!body.ok()) return body.status();
+  if (body->entry->properties.motion == Motion::kStatic) {
+    return refused(body->title(), ": it is static, and must be dynamic or kinematic");
+  }
+  const auto linear = bounded("linear velocity", request.linear(), kSpeedMax, "m/s");
+  if (!linear.ok()) return in(*body, linear.status());
+  const auto angular = bounded("angular velocity", request.angular(), kAngularSpeedMax, "rad/s");
+  if (!angular.ok()) return in(*body, angular.status());
+  return SetVelocity{body->id, *linear, *angular};
+}
+
+absl::StatusOr<Command> checked(const v1::ApplyImpulseRequest& request, const WorldRegistry& world) {
+  const absl::StatusOr<Target> body = dynamic_target(request.body(), world);
+  if (!body.ok()) return body.status();
+  const auto impulse = bounded("impulse", request.impulse(), kImpulseMax, "N s");
+  if (!impulse.ok()) return in(*body, impulse.status());
+  const auto lever = bounded("lever", request.lever(), kLeverMax, "m");
+  if (!lever.ok()) return in(*body, lever.status());
+  return ApplyImpulse{body->id, *impulse, *lever};
+}
+
+absl::StatusOr<Command> checked(const v1::ApplyForceRequest& request, const WorldRegistry& world) {
+  const absl::StatusOr<Target> body = dynamic_target(request.body(), world);
+  if (!body.ok()) return body.status();
+  const auto force = bounded("force", request.force(), kForceMax, "N");
+  if (!force.ok()) return in(*body, force.status());
+  const auto torque = bounded("torque", request.torque(), kTorqueMax, "N m");
+  if (!torque.ok()) return in(*body, torque.status());
+  return ApplyForce{body->id, {*force, *torque}};
+}
+
+absl::StatusOr<Command> checked(const v1::TeleportRequest& request, const WorldRegistry& world) {
+  const absl::StatusOr<Target> body = target(request.body(), world);
+  if (!body.ok()) return body.status();
+  const absl::StatusOr<BodyRecord> record =
+      placed(*body, request.has_pose(), request.pose(), request.linear_velocity(), request.angular_velocity(),
+             world);
+  if (!record.ok()) return record.status();
+  return Teleport{body->id, record->home, record->state};
+}
+
+absl::StatusOr<Command> checked(const v1::KinematicTargetRequest& request, const WorldRegistry& world) {
+  const absl::StatusOr<Target> body = target(request.body(), world);
+  if (!body.ok()) return body.status();
+  const Motion motion = body->entry->properties.motion;
+  if (motion != Motion::kKinematic) {
+    return refused(body->title(), ": it is ", name_of(motion), ", and must be kinematic");
+  }
+  const absl::StatusOr<BodyRecord> record = placed(*body, request.has_pose(), request.pose(), {}, {}, world);
+  if (!record.ok()) return record.status();
+  return KinematicTarget{body->id, record->home, record->state};
+}
+
+absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const WorldRegistry& world) {
+  if (!request.has_origin()) return refused("origin must be set");
+  const double size = world.settings().sector_size;
+  const WorldPosition given = from_proto(request.origin());
+  const absl::StatusOr<WorldPosition> origin = canonical(given.sector, given.local, size);
+  if (!origin.ok())
+    return absl::Status(origin.status().code(), absl::StrCat("origin: ", origin.status().message()));
+  const absl::StatusOr<Eigen::Vector3d> direction = unit_direction(request.direction());
+  if (!direction.ok()) return direction.status();
+  const double length = request.length();
+  if (!std::isfinite(length) || length <= 0 || length > kRayLengthMax) {
+    return refused("length = ", length, " m must be above 0 m and at most ", kRayLengthMax, " m");
+  }
+  const auto end = canonical(origin->sector, origin->local + length * *direction, size);
+  if (!end.ok())
+    return absl::Status(end.status().code(), absl::StrCat("the ray's end: ", end.status().message()));
+  v1::RayQuery ray;
+  *ray.mutable_origin() = to_proto(*origin);
+  *ray.mutable_direction() = to_proto(*direction);
+  ray.set_length(length);
+  ray.set_mask(request.mask() == 0 ? 0xffffffff : request.mask());
+  return ray;
+}
+
+BodyId body_of(const Command& command) {
+  return std::visit(
+      [](const auto& c) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(c)>, SpawnBody>) {
+          return c.record.id;
+        } else {
+          return c.id;
+        }
+      },
+      command);
+}
+
+}  // namespace tessera

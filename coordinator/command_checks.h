@@ -1,0 +1,29 @@
+// What clients ask for, checked against the world and turned into commands of the tick.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "cluster.pb.h"
+#include "coordinator/world_registry.h"
+#include "lpss/world/messages.h"
+#include "tessera.pb.h"
+
+namespace tessera {
+
+// Errors name the field and the bound: NOT_FOUND for a body that does not exist, INVALID_ARGUMENT for a value
+// that is not finite, out of bounds, or not for a body of that kind, OUT_OF_RANGE for a position outside the
+// 64-bit range of sectors.
+absl::StatusOr<Command> checked(const v1::RemoveRequest& request, const WorldRegistry& world);
+absl::StatusOr<Command> checked(const v1::SetVelocityRequest& request, const WorldRegistry& world);
+absl::StatusOr<Command> checked(const v1::ApplyImpulseRequest& request, const WorldRegistry& world);
+absl::StatusOr<Command> checked(const v1::ApplyForceRequest& request, const WorldRegistry& world);
+absl::StatusOr<Command> checked(const v1::TeleportRequest& request, const WorldRegistry& world);
+absl::StatusOr<Command> checked(const v1::KinematicTargetRequest& request, const WorldRegistry& world);
+
+// A ray in canonical form, with a direction of unit length and a mask that is not 0.
+absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const WorldRegistry& world);
+
+// The body that a command is about.
+BodyId body_of(const Command& command);
+
+}  // namespace tessera

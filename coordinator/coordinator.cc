@@ -1,0 +1,220 @@
+#include "coordinator/coordinator.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "coordinator/coordinator_impl.h"
+#include "coordinator/limits.h"
+
+namespace tessera {
+
+Coordinator::Impl::Impl(const CoordinatorOptions& options)
+    : options_(options), members_(options.server_timeout) {}
+
+v1::ClusterMessage& Coordinator::Impl::send(NodeId to) {
+  return outbox_.emplace_back(OutgoingMessage{to, {}}).message;
+}
+
+void Coordinator::Impl::send_to_world(const v1::ClusterMessage& message) {
+  for (const NodeId node : world_->nodes) send(node) = message;
+}
+
+void Coordinator::Impl::log(const std::string& line) const {
+  if (!options_.log) return;
+  options_.log(world_ && !world_->loading() ? absl::StrCat("tick ", world_->sequencer.completed(), ": ", line)
+                                            : line);
+}
+
+void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
+  std::visit(
+      [&](auto& call) {
+        if (finished_) {
+          call.reply(absl::UnavailableError("the coordinator is ending"), {});
+        } else {
+          on(call, now);
+        }
+      },
+      request);
+  flush(now);
+}
+
+// Sends what the sequencer grants by now, and keeps the clock of the real-time factor.
+void Coordinator::Impl::flush(Nanoseconds now) {
+  if (!world_ || world_->loading()) {
+    was_moving_ = false;
+    return;
+  }
+  Sequencer& sequencer = world_->sequencer;
+  if (!sequencer.paused() && !was_moving_) world_->meter.start(sequencer.completed(), now);
+  for (v1::Grant& grant : sequencer.take_grants(now)) {
+    v1::ClusterMessage message;
+    *message.mutable_grant() = std::move(grant);
+    send_to_world(message);
+  }
+  world_->meter.progress(sequencer.completed(), now);
+  const bool moving = !sequencer.paused() || sequencer.completed() < sequencer.granted();
+  if (!moving) world_->meter.stop(sequencer.completed(), now);
+  was_moving_ = moving;
+}
+
+void Coordinator::Impl::receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now) {
+  using Kind = v1::ClusterMessage::KindCase;
+  if (finished_) return;
+  if (message.kind_case() == Kind::kHello) {
+    on_hello(from, message.hello(), now);
+    flush(now);
+    return;
+  }
+  Server* server = members_.find(from);
+  if (server == nullptr) {
+    if (message.kind_case() != Kind::kGoodbye) on_stranger(from);
+    return;
+  }
+  server->last_heard = now;
+  switch (message.kind_case()) {
+    case Kind::kLoaded:
+      on_loaded(from, message.loaded(), now);
+      break;
+    case Kind::kReport:
+      on_report(*server, message.report(), now);
+      break;
+    case Kind::kAnswer:
+      on_answer(from, message.answer());
+      break;
+    case Kind::kGoodbye:
+      lost(from, absl::StrCat("left: ", message.goodbye().reason()), now);
+      break;
+    default:
+      log(absl::StrCat(title_of(*server), " sent a message that is not for a coordinator"));
+  }
+  flush(now);
+}
+
+void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanoseconds now) {
+  const bool is_new = members_.find(from) == nullptr;
+  if (absl::Status status = members_.admit(from, hello, now); !status.ok()) {
+    log(absl::StrCat("refused server ", absl::Hex(from.value), ": ", status.message()));
+    send(from).mutable_refusal()->set_reason(std::string(status.message()));
+    return;
+  }
+  strangers_.erase(from);
+  const auto heartbeat = std::min<Nanoseconds>(members_.timeout() / 4, kHeartbeatMax);
+  send(from).mutable_welcome()->set_heartbeat_ms(static_cast<std::uint64_t>(
+      std::max<std::int64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(heartbeat).count(), 1)));
+  if (!is_new) return;
+  const Server& server = *members_.find(from);
+  log(absl::StrCat(title_of(server), " joined, precision ", name_of(server.precision), ", ", server.threads,
+                   " threads"));
+  try_start();
+}
+
+// It was given up, or belongs to a coordinator that is gone: it must not go on by itself.
+void Coordinator::Impl::on_stranger(NodeId from) {
+  if (strangers_.size() >= kStrangersMax || !strangers_.insert(from).second) return;
+  send(from).mutable_refusal()->set_reason(
+      "the server is not, or no longer, part of this coordinator's cluster");
+}
+
+void Coordinator::Impl::on_loaded(NodeId from, const v1::Loaded& loaded, Nanoseconds now) {
+  Server& server = *members_.find(from);
+  const std::optional<std::size_t> rank = world_ && world_->loading() ? world_->rank_of(from) : std::nullopt;
+  if (rank && loaded.world() != world_->number) return;  // it still has the next one to load
+  server.patience = members_.timeout();
+  if (!rank) return;
+  if (!loaded.error().empty()) {
+    fail_world(absl::StrCat(title_of(server), " cannot load the world: ", loaded.error()),
+               absl::StatusCode::kFailedPrecondition, now);
+    return;
+  }
+  world_->ready[*rank] = true;
+  if (std::find(world_->ready.begin(), world_->ready.end(), false) == world_->ready.end()) finish_load();
+}
+
+void Coordinator::Impl::on_report(Server& server, const v1::Report& report, Nanoseconds now) {
+  server.peak_rss_bytes = report.peak_rss_bytes();
+  if (!world_ || report.world() != world_->number) return;
+  const std::optional<std::size_t> rank = world_->rank_of(server.node);
+  if (!rank) return;
+  server.tick = std::max(server.tick, report.tick());
+  server.bodies = report.bodies();
+  server.exchange_bytes = std::max(server.exchange_bytes, report.exchange_bytes());
+  for (const v1::TickReport& tick : report.ticks()) world_->statistics.add(*rank, tick);
+  if (absl::Status status = world_->sequencer.report(*rank, report.tick()); !status.ok()) {
+    fail_world(absl::StrCat(title_of(server), " is out of step: ", status.message()),
+               absl::StatusCode::kInternal, now);
+  }
+}
+
+void Coordinator::Impl::on_answer(NodeId from, const v1::Answer& answer) {
+  if (!world_ || answer.world() != world_->number) return;
+  const std::optional<std::size_t> rank = world_->rank_of(from);
+  if (!rank) return;
+  if (absl::Status status = world_->queries.answer(*rank, answer); !status.ok()) {
+    log(absl::StrCat("an answer of server ", absl::Hex(from.value), " is ignored: ", status.message()));
+  }
+}
+
+void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds now) {
+  const Server* server = members_.find(node);
+  if (finished_ || server == nullptr) return;
+  const std::string failure = absl::StrCat(title_of(*server), " ", how);
+  log(failure);
+  members_.remove(node);
+  if (world_ && world_->rank_of(node)) {
+    fail_world(absl::StrCat(failure, "; the world cannot go on without it"), absl::StatusCode::kUnavailable,
+               now);
+  }
+  flush(now);
+}
+
+void Coordinator::Impl::advance(Nanoseconds now) {
+  if (finished_) return;
+  for (const NodeId node : members_.silent(now)) {
+    const auto silence = now - members_.find(node)->last_heard;
+    lost(node, absl::StrCat("was silent for ", std::chrono::duration<double>(silence).count(), " s"), now);
+    on_stranger(node);
+  }
+  if (waiting_load_ && now >= waiting_load_->deadline) {
+    give_up_waiting(absl::FailedPreconditionError(missing_servers(*waiting_load_)));
+  }
+  flush(now);
+}
+
+std::optional<Nanoseconds> Coordinator::Impl::next_deadline() const {
+  if (finished_) return std::nullopt;
+  std::optional<Nanoseconds> earliest = members_.next_deadline();
+  const auto consider = [&](std::optional<Nanoseconds> deadline) {
+    if (deadline && (!earliest || *deadline < *earliest)) earliest = deadline;
+  };
+  if (waiting_load_) consider(waiting_load_->deadline);
+  if (world_ && !world_->loading()) consider(world_->sequencer.next_due());
+  return earliest;
+}
+
+void Coordinator::Impl::shut_down(const std::string& reason) {
+  log(reason);
+  const absl::Status status = absl::UnavailableError(reason);
+  give_up_waiting(status);
+  close_world(status, {});
+  for (const Server& server : members_.servers()) send(server.node).mutable_goodbye()->set_reason(reason);
+  finished_ = true;
+}
+
+Coordinator::Coordinator(const CoordinatorOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Coordinator::~Coordinator() = default;
+
+void Coordinator::handle(ClientRequest request, Nanoseconds now) { impl_->handle(std::move(request), now); }
+void Coordinator::receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now) {
+  impl_->receive(from, message, now);
+}
+void Coordinator::lost(NodeId server, Nanoseconds now) {
+  impl_->lost(server, "was lost: its process is gone", now);
+}
+void Coordinator::advance(Nanoseconds now) { impl_->advance(now); }
+std::optional<Nanoseconds> Coordinator::next_deadline() const { return impl_->next_deadline(); }
+std::vector<OutgoingMessage> Coordinator::take_messages() { return impl_->take_messages(); }
+bool Coordinator::finished() const { return impl_->finished(); }
+
+}  // namespace tessera

@@ -1,0 +1,100 @@
+// The insides of the coordinator, over several files: coordinator.cc (messages and servers), loading.cc
+// (worlds come and go), client_requests.cc (everything else that clients ask), status.cc (what it says of
+// itself).
+#pragma once
+
+#include <absl/container/flat_hash_set.h>
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coordinator/active_world.h"
+#include "coordinator/coordinator.h"
+#include "coordinator/membership.h"
+
+namespace tessera {
+
+class Coordinator::Impl {
+ public:
+  explicit Impl(const CoordinatorOptions& options);
+
+  void handle(ClientRequest request, Nanoseconds now);
+  void receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now);
+  void lost(NodeId node, const std::string& how, Nanoseconds now);
+  void advance(Nanoseconds now);
+  std::optional<Nanoseconds> next_deadline() const;
+  std::vector<OutgoingMessage> take_messages() { return std::exchange(outbox_, {}); }
+  bool finished() const { return finished_; }
+
+ private:
+  template <typename Request, typename Answer>
+  using Call = ClientCall<Request, Answer>;
+
+  // A load whose world is valid and whose servers have not all joined.
+  struct WaitingLoad {
+    Call<v1::LoadRequest, v1::LoadReply> call;
+    WorldDescription world;
+    std::vector<BodyRecord> records;
+    Nanoseconds deadline{};
+  };
+
+  // coordinator.cc
+  v1::ClusterMessage& send(NodeId to);
+  void send_to_world(const v1::ClusterMessage& message);
+  void flush(Nanoseconds now);
+  void log(const std::string& line) const;
+  void on_hello(NodeId from, const v1::Hello& hello, Nanoseconds now);
+  void on_stranger(NodeId from);
+  void on_loaded(NodeId from, const v1::Loaded& loaded, Nanoseconds now);
+  void on_report(Server& server, const v1::Report& report, Nanoseconds now);
+  void on_answer(NodeId from, const v1::Answer& answer);
+  void shut_down(const std::string& reason);
+
+  // loading.cc
+  void on(Call<v1::LoadRequest, v1::LoadReply>& call, Nanoseconds now);
+  void on(Call<v1::UnloadRequest, v1::UnloadReply>& call, Nanoseconds now);
+  absl::Status may_load(const v1::LoadRequest& request) const;
+  void try_start();
+  void start(WaitingLoad load, const std::vector<NodeId>& nodes);
+  void give_up_waiting(const absl::Status& status);
+  void finish_load();
+  void close_world(const absl::Status& status, const std::vector<NodeId>& staying);
+  void fail_world(const std::string& failure, absl::StatusCode code, Nanoseconds now);
+  std::string missing_servers(const WaitingLoad& load) const;
+
+  // client_requests.cc
+  absl::StatusOr<ActiveWorld*> live_world() const;
+  void on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanoseconds now);
+  template <typename Request>
+  void on(Call<Request, v1::CommandReply>& call, Nanoseconds now);
+  void on(Call<v1::PauseRequest, v1::PauseReply>& call, Nanoseconds now);
+  void on(Call<v1::ResumeRequest, v1::ResumeReply>& call, Nanoseconds now);
+  void on(Call<v1::StepRequest, v1::StepReply>& call, Nanoseconds now);
+  void on(Call<v1::HashRequest, v1::HashReply>& call, Nanoseconds now);
+  void on(Call<v1::RaycastRequest, v1::RaycastReply>& call, Nanoseconds now);
+  void on(Call<v1::FindBodiesRequest, v1::FindBodiesReply>& call, Nanoseconds now);
+  void on(Call<v1::ShutdownRequest, v1::ShutdownReply>& call, Nanoseconds now);
+
+  // status.cc
+  void on(Call<v1::StatusRequest, v1::StatusReply>& call, Nanoseconds now);
+  v1::StatusReply status(Nanoseconds now) const;
+  const char* state() const;
+  void describe_world(v1::StatusReply& reply, Nanoseconds now) const;
+  void describe_server(const Server& server, v1::ServerStatus& status) const;
+
+  CoordinatorOptions options_;
+  Membership members_;
+  absl::flat_hash_set<NodeId> strangers_;  // unknown servers that were told so
+  std::unique_ptr<ActiveWorld> world_;
+  std::optional<WaitingLoad> waiting_load_;
+  std::optional<v1::StatusReply> failed_;  // the last of a world that failed
+  std::uint64_t worlds_ = 0;
+  bool was_moving_ = false;
+  bool finished_ = false;
+  std::vector<OutgoingMessage> outbox_;
+};
+
+}  // namespace tessera

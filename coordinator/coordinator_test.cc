@@ -1,0 +1,282 @@
+// Servers come, go and are lost; time goes on, stands still, and ends.
+#include "coordinator/coordinator.h"
+
+#include <limits>
+
+#include "coordinator/test_cluster.h"
+#include "lpss/world/limits.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::HasSubstr;
+using Kind = v1::ClusterMessage::KindCase;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+std::string refusal_of(const v1::Hello& hello) {
+  TestCluster cluster;
+  v1::ClusterMessage message;
+  *message.mutable_hello() = hello;
+  cluster.receive(kFirst, message);
+  EXPECT_TRUE(cluster.take(kFirst, Kind::kWelcome).empty());
+  EXPECT_EQ(cluster.status().servers_size(), 0);
+  const auto refusals = cluster.take(kFirst, Kind::kRefusal);
+  return refusals.size() == 1 ? refusals[0].refusal().reason() : "";
+}
+
+TEST(Membership, WelcomesAServerOnceAndAgain) {
+  TestCluster cluster;
+  cluster.join(kFirst);
+  cluster.join(kFirst);
+  const auto welcomes = cluster.take(kFirst, Kind::kWelcome);
+  ASSERT_EQ(welcomes.size(), 2u);
+  EXPECT_GT(welcomes[0].welcome().heartbeat_ms(), 0u);
+  const v1::StatusReply status = cluster.status();
+  EXPECT_EQ(status.state(), "empty");
+  ASSERT_EQ(status.servers_size(), 1);
+  EXPECT_EQ(status.servers(0).node(), kFirst.value);
+  EXPECT_EQ(status.servers(0).stream_address(), "127.0.0.1:1");
+  EXPECT_EQ(status.servers(0).threads(), 2u);
+}
+
+TEST(Membership, RefusesOtherProtocolsAndLayoutsWithBothValues) {
+  v1::Hello hello = TestCluster::hello();
+  hello.set_protocol(kClusterProtocol + 41);
+  const std::string protocol = refusal_of(hello);
+  EXPECT_THAT(protocol, HasSubstr(std::to_string(kClusterProtocol + 41)));
+  EXPECT_THAT(protocol, HasSubstr("the coordinator " + std::to_string(kClusterProtocol)));
+
+  hello = TestCluster::hello();
+  hello.set_layout(0xabc);
+  EXPECT_THAT(refusal_of(hello), HasSubstr("layout abc"));
+
+  hello = TestCluster::hello();
+  hello.set_precision(static_cast<v1::Precision>(7));
+  EXPECT_THAT(refusal_of(hello), HasSubstr("precision = 7"));
+}
+
+TEST(Membership, HasALimit) {
+  TestCluster cluster;
+  for (std::uint64_t n = 0; n < kServersMax; ++n) cluster.join(NodeId{1000 + n});
+  cluster.join(NodeId{9999});
+  EXPECT_EQ(cluster.take(NodeId{9999}, Kind::kRefusal).size(), 1u);
+  EXPECT_EQ(cluster.status().servers_size(), static_cast<int>(kServersMax));
+}
+
+TEST(Membership, AStrangerIsToldOnceToEnd) {
+  TestCluster cluster;
+  cluster.report(kFirst, 3, 5);
+  cluster.report(kFirst, 3, 6);
+  EXPECT_EQ(cluster.take(kFirst, Kind::kRefusal).size(), 1u);
+  cluster.join(kFirst);
+  EXPECT_EQ(cluster.take(kFirst, Kind::kWelcome).size(), 1u);
+}
+
+TEST(Membership, HeartbeatsKeepAServerSilenceLosesIt) {
+  CoordinatorOptions options;
+  options.server_timeout = seconds(10);
+  const auto cluster = loaded_cluster(options);
+  for (int n = 0; n < 10; ++n) {
+    cluster->advance(seconds(5));
+    cluster->report(kFirst, 0, 0);
+    cluster->report(kSecond, 1, 0);
+  }
+  EXPECT_EQ(cluster->status().state(), "paused");
+  cluster->advance(seconds(5));
+  cluster->report(kFirst, 1, 0);
+  ASSERT_TRUE(cluster->coordinator->next_deadline());
+  EXPECT_EQ(*cluster->coordinator->next_deadline(), cluster->now + seconds(5));
+  cluster->advance(seconds(5));
+  const v1::StatusReply status = cluster->status();
+  EXPECT_EQ(status.state(), "failed");
+  EXPECT_THAT(status.failure(), HasSubstr("server c8"));
+  EXPECT_THAT(status.failure(), HasSubstr("silent for 10 s"));
+  EXPECT_EQ(status.servers_size(), 1);
+  EXPECT_EQ(cluster->take(kFirst, Kind::kUnloadWorld).size(), 1u);
+  EXPECT_EQ(cluster->take(kSecond, Kind::kRefusal).size(), 1u);
+}
+
+TEST(LostServer, EndsTheWorldAndAnswersEveryone) {
+  const auto cluster = loaded_cluster();
+  const auto step = cluster->ask<v1::StepReply>([] {
+    v1::StepRequest request;
+    request.set_ticks(100);
+    return request;
+  }());
+  const auto hash = cluster->ask<v1::HashReply>(v1::HashRequest());
+  const auto pause = cluster->ask<v1::PauseReply>(v1::PauseRequest());
+  v1::RemoveRequest remove;
+  remove.mutable_body()->set_id(2);
+  cluster->coordinator->lost(kSecond, cluster->now);
+  cluster->collect();
+  EXPECT_EQ(step->code(), absl::StatusCode::kFailedPrecondition);  // cut short by the pause
+  EXPECT_EQ(hash->code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(pause->code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(pause->message(), HasSubstr("its process is gone"));
+  EXPECT_EQ(cluster->ask<v1::CommandReply>(remove)->code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(cluster->take(kFirst, Kind::kUnloadWorld).size(), 1u);
+  EXPECT_EQ(cluster->status().state(), "failed");
+  EXPECT_EQ(cluster->status().world(), "small");
+
+  // The rest of the cluster goes on: another world loads on the server that is left.
+  v1::LoadRequest load;
+  *load.mutable_world() = to_proto(small_world());
+  const auto again = cluster->ask<v1::LoadReply>(load);
+  cluster->finish_loads();
+  EXPECT_TRUE(again->ok());
+  EXPECT_EQ(again->answer.servers(), 1u);
+  EXPECT_EQ(cluster->status().state(), "paused");
+  EXPECT_EQ(cluster->status().failure(), "");
+}
+
+TEST(LostServer, WithoutAPartInTheWorldIsNoLoss) {
+  CoordinatorOptions options;
+  options.servers_wanted = 1;
+  TestCluster cluster(options);
+  cluster.join(kFirst);
+  cluster.join(kSecond);
+  v1::LoadRequest load;
+  *load.mutable_world() = to_proto(small_world());
+  cluster.ask<v1::LoadReply>(load);
+  cluster.finish_loads();
+  cluster.coordinator->lost(kSecond, cluster.now);
+  EXPECT_EQ(cluster.status().state(), "paused");
+}
+
+TEST(LostServer, AGoodbyeSaysWhy) {
+  const auto cluster = loaded_cluster();
+  v1::ClusterMessage message;
+  message.mutable_goodbye()->set_reason("out of coffee");
+  cluster->receive(kFirst, message);
+  EXPECT_THAT(cluster->status().failure(), HasSubstr("out of coffee"));
+}
+
+TEST(LostServer, SoIsOneThatRunsAheadOfItsGrants) {
+  const auto cluster = loaded_cluster();
+  cluster->report(kFirst, 1, 3);
+  EXPECT_EQ(cluster->status().state(), "failed");
+  EXPECT_THAT(cluster->status().failure(), HasSubstr("reports tick 3"));
+}
+
+TEST(Stepping, RunsExactlyTheTicksAndAnswersWhenAllServersAreDone) {
+  const auto cluster = loaded_cluster();
+  v1::StepRequest request;
+  request.set_ticks(100);
+  const auto step = cluster->ask<v1::StepReply>(request);
+  while (!cluster->work(kFirst).empty()) {
+  }
+  EXPECT_FALSE(step->status);
+  EXPECT_EQ(cluster->tick[kFirst], 32u);  // the window, ahead of the other server
+  cluster->work_all();
+  ASSERT_TRUE(step->ok());
+  EXPECT_EQ(step->answer.tick(), 100u);
+  EXPECT_EQ(cluster->tick[kFirst], 100u);
+  EXPECT_EQ(cluster->tick[kSecond], 100u);
+  const v1::StatusReply status = cluster->status();
+  EXPECT_EQ(status.state(), "paused");
+  EXPECT_EQ(status.tick(), 100u);
+  EXPECT_DOUBLE_EQ(status.time(), 1.0);
+  EXPECT_EQ(status.clones(), 2u);
+  EXPECT_EQ(status.bodies(), 4u);
+  EXPECT_NEAR(status.tick_ms_p50(), 1.0, 0.01);
+  EXPECT_EQ(status.servers(0).clones(), 1u);
+}
+
+TEST(Stepping, GrantsAreNumberedWithoutAGapAndEqualForAll) {
+  const auto cluster = loaded_cluster();
+  v1::StepRequest request;
+  request.set_ticks(20);
+  cluster->ask<v1::StepReply>(request);
+  const std::vector<v1::Grant> first = cluster->take_grants(kFirst);
+  const std::vector<v1::Grant> second = cluster->take_grants(kSecond);
+  ASSERT_EQ(first.size(), 3u);  // 8 + 8 + 4
+  for (std::size_t n = 0; n < first.size(); ++n) {
+    EXPECT_EQ(first[n].serial(), n + 1);
+    EXPECT_EQ(first[n].SerializeAsString(), second[n].SerializeAsString());
+  }
+}
+
+TEST(Shutdown, SaysGoodbyeToEveryone) {
+  const auto cluster = loaded_cluster();
+  v1::StepRequest request;
+  request.set_ticks(10);
+  const auto step = cluster->ask<v1::StepReply>(request);
+  const auto end = cluster->ask<v1::ShutdownReply>(v1::ShutdownRequest());
+  EXPECT_TRUE(end->ok());
+  EXPECT_EQ(step->code(), absl::StatusCode::kUnavailable);
+  EXPECT_TRUE(cluster->coordinator->finished());
+  EXPECT_EQ(cluster->take(kFirst, Kind::kGoodbye).size(), 1u);
+  EXPECT_EQ(cluster->take(kSecond, Kind::kGoodbye).size(), 1u);
+  EXPECT_EQ(cluster->ask<v1::StatusReply>(v1::StatusRequest())->code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(cluster->coordinator->next_deadline(), std::nullopt);
+}
+
+TEST(Pacing, GrantsTicksWhenTheyAreDue) {
+  const auto cluster = loaded_cluster();
+  v1::ResumeRequest resume;
+  resume.set_real_time_factor(0.5);  // a tick of 10 ms every 20 ms
+  ASSERT_TRUE(cluster->ask<v1::ResumeReply>(resume)->ok());
+  EXPECT_EQ(cluster->status().state(), "running");
+  for (Tick tick = 1; tick <= 200; ++tick) {
+    cluster->work_all();
+    EXPECT_EQ(cluster->tick[kFirst], tick);
+    ASSERT_TRUE(cluster->coordinator->next_deadline());
+    EXPECT_EQ(*cluster->coordinator->next_deadline(), cluster->now + milliseconds(20));
+    cluster->advance(milliseconds(20));
+  }
+  cluster->work_all();
+  EXPECT_NEAR(cluster->status().real_time_factor(), 0.5, 0.01);
+}
+
+TEST(Pacing, ASlowWorldSlowsDownEvenly) {
+  CoordinatorOptions options;
+  options.server_timeout = seconds(100);
+  const auto cluster = loaded_cluster(options);
+  v1::ResumeRequest resume;
+  resume.set_real_time_factor(1);
+  cluster->ask<v1::ResumeReply>(resume);
+  cluster->advance(seconds(10));
+  std::uint64_t granted = 0;
+  for (const v1::Grant& grant : cluster->take_grants(kFirst)) granted += grant.ticks();
+  EXPECT_LE(granted, 5u);  // 50 ms worth are granted ahead, no more
+  cluster->report(kFirst, 1, granted);
+  cluster->report(kSecond, 1, granted);
+  granted = 0;
+  for (const v1::Grant& grant : cluster->take_grants(kFirst)) granted += grant.ticks();
+  EXPECT_LE(granted, 5u);
+}
+
+TEST(Pacing, ResumeChecksItsFactor) {
+  const auto cluster = loaded_cluster();
+  for (const double factor :
+       {-1.0, 1e-9, 1e9, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    v1::ResumeRequest resume;
+    resume.set_real_time_factor(factor);
+    const auto heard = cluster->ask<v1::ResumeReply>(resume);
+    EXPECT_EQ(heard->code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(heard->message(), HasSubstr("real_time_factor"));
+  }
+  EXPECT_EQ(cluster->status().state(), "paused");
+}
+
+TEST(Running, AsFastAsPossibleKeepsTheWindowFull) {
+  const auto cluster = loaded_cluster();
+  cluster->ask<v1::ResumeReply>(v1::ResumeRequest());
+  for (int n = 0; n < 20; ++n) {
+    cluster->work(kFirst);
+    cluster->work(kSecond);
+  }
+  EXPECT_GT(cluster->tick[kFirst], 200u);
+  EXPECT_EQ(cluster->status().state(), "running");
+  const auto pause = cluster->ask<v1::PauseReply>(v1::PauseRequest());
+  EXPECT_FALSE(pause->status);
+  cluster->work_all();
+  ASSERT_TRUE(pause->ok());
+  EXPECT_EQ(pause->answer.tick(), cluster->tick[kFirst]);
+  EXPECT_EQ(cluster->tick[kFirst], cluster->tick[kSecond]);
+  EXPECT_EQ(cluster->status().state(), "paused");
+}
+
+}  // namespace
+}  // namespace tessera

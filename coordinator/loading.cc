@@ -1,0 +1,165 @@
+// Worlds come and go: loading, replacing, unloading, failing.
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "coordinator/coordinator_impl.h"
+#include "coordinator/limits.h"
+#include "coordinator/placement.h"
+#include "lpss/world/simulation.h"
+#include "proto/convert.h"
+
+namespace tessera {
+
+absl::Status Coordinator::Impl::may_load(const v1::LoadRequest& request) const {
+  if (waiting_load_ || (world_ && world_->loading())) {
+    return absl::FailedPreconditionError("another world is being loaded");
+  }
+  if (world_ && !request.replace()) {
+    return absl::AlreadyExistsError(
+        absl::StrCat("the world '", world_->name, "' is loaded; ask to replace it"));
+  }
+  if (!request.has_world()) return absl::InvalidArgumentError("world must be set");
+  return absl::OkStatus();
+}
+
+void Coordinator::Impl::on(Call<v1::LoadRequest, v1::LoadReply>& call, Nanoseconds now) {
+  if (absl::Status status = may_load(call.request); !status.ok()) {
+    call.reply(status, {});
+    return;
+  }
+  absl::StatusOr<WorldDescription> world = from_proto(call.request.world());
+  if (!world.ok()) {
+    call.reply(world.status(), {});
+    return;
+  }
+  absl::StatusOr<std::vector<BodyRecord>> records = records_of(*world);
+  if (!records.ok()) {
+    call.reply(records.status(), {});
+    return;
+  }
+  call.request.Clear();  // the description has it all, and may be large
+  waiting_load_ =
+      WaitingLoad{std::move(call), *std::move(world), *std::move(records), now + options_.join_timeout};
+  try_start();
+}
+
+std::string Coordinator::Impl::missing_servers(const WaitingLoad& load) const {
+  const Precision precision = load.world.settings.precision;
+  const std::size_t wanted = std::max<std::size_t>(options_.servers_wanted, 1);
+  return absl::StrCat("the world '", load.world.name, "' needs ", wanted, " servers of precision ",
+                      name_of(precision), ", and there are ", members_.nodes_of(precision).size(),
+                      " after waiting for ", std::chrono::duration<double>(options_.join_timeout).count(),
+                      " s");
+}
+
+// Starts the load that waits, if the servers that it needs are there.
+void Coordinator::Impl::try_start() {
+  if (!waiting_load_) return;
+  std::vector<NodeId> nodes = members_.nodes_of(waiting_load_->world.settings.precision);
+  if (nodes.size() < std::max<std::size_t>(options_.servers_wanted, 1)) return;
+  if (options_.servers_wanted > 0) nodes.resize(options_.servers_wanted);
+  WaitingLoad load = *std::exchange(waiting_load_, std::nullopt);
+  for (const NodeId node : nodes) {
+    members_.find(node)->patience = std::max<Nanoseconds>(members_.timeout(), kLoadSilenceMax);
+  }
+  start(std::move(load), nodes);
+}
+
+void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes) {
+  const std::uint64_t number = worlds_ + 1;
+  absl::StatusOr<Placement> placement = place(number, load.world, load.records, nodes);
+  if (!placement.ok()) {
+    load.call.reply(placement.status(), {});
+    return;
+  }
+  const bool replaces = world_ != nullptr;
+  close_world(absl::FailedPreconditionError("the world was replaced by another"), nodes);
+  failed_.reset();
+  worlds_ = number;
+
+  const WorldSettings settings = load.world.settings;
+  std::string name = load.world.name;
+  const SectorIndex anchor = load.world.anchor;
+  world_ = std::make_unique<ActiveWorld>(ActiveWorld{
+      .number = number,
+      .name = std::move(name),
+      .settings = settings,
+      .anchor = anchor,
+      .map = placement->map,
+      .sectors = placement->sectors,
+      .nodes = nodes,
+      .registry = WorldRegistry(std::move(load.world), load.records),
+      .sequencer = Sequencer({number, nodes.size(), settings.time_step, options_.grant_window}),
+      .queries = Queries(nodes.size()),
+      .statistics = TickStatistics(nodes.size()),
+      .ready = std::vector<bool>(nodes.size()),
+      .load_reply = std::move(load.call.reply),
+      .replaced_another = replaces,
+  });
+  for (std::size_t rank = 0; rank < nodes.size(); ++rank) {
+    Server& server = *members_.find(nodes[rank]);
+    server.tick = server.bodies = server.exchange_bytes = 0;
+    *send(nodes[rank]).mutable_load_world() = std::move(placement->loads[rank]);
+  }
+  log(absl::StrCat("loading the world '", world_->name, "': ", world_->registry.body_count(), " bodies on ",
+                   nodes.size(), " servers"));
+}
+
+void Coordinator::Impl::give_up_waiting(const absl::Status& status) {
+  if (!waiting_load_) return;
+  const WaitingLoad load = *std::exchange(waiting_load_, std::nullopt);
+  log(std::string(status.message()));
+  load.call.reply(status, {});
+}
+
+void Coordinator::Impl::finish_load() {
+  v1::LoadReply reply;
+  reply.set_bodies(world_->registry.body_count());
+  reply.set_sectors(world_->sectors);
+  reply.set_servers(static_cast<std::uint32_t>(world_->nodes.size()));
+  std::exchange(world_->load_reply, {})(absl::OkStatus(), reply);
+  log(absl::StrCat("the world '", world_->name, "' is loaded"));
+}
+
+// Forgets the world; everyone who waits for it hears `status`. Servers that are `staying` for the next world
+// need not be told: a load replaces what they have.
+void Coordinator::Impl::close_world(const absl::Status& status, const std::vector<NodeId>& staying) {
+  if (!world_) return;
+  const std::unique_ptr<ActiveWorld> world = std::move(world_);
+  if (world->load_reply) std::exchange(world->load_reply, {})(status, {});
+  world->sequencer.abandon(status);
+  world->queries.abandon(status);
+  for (const NodeId node : world->nodes) {
+    if (std::find(staying.begin(), staying.end(), node) != staying.end()) continue;
+    if (members_.find(node) != nullptr) send(node).mutable_unload_world()->set_world(world->number);
+  }
+}
+
+// A load that fails before there was a world leaves none; anything else leaves a world that has failed.
+void Coordinator::Impl::fail_world(const std::string& failure, absl::StatusCode code, Nanoseconds now) {
+  const bool leaves_trace = !world_->loading() || world_->replaced_another;
+  if (leaves_trace) {
+    failed_ = status(now);
+    failed_->set_state("failed");
+    failed_->set_failure(failure);
+  }
+  log(absl::StrCat("the world '", world_->name, "' has failed: ", failure));
+  close_world(absl::Status(code, failure), {});
+}
+
+void Coordinator::Impl::on(Call<v1::UnloadRequest, v1::UnloadReply>& call, Nanoseconds) {
+  if (!world_ && !waiting_load_ && !failed_) {
+    call.reply(absl::FailedPreconditionError("no world is loaded"), {});
+    return;
+  }
+  const absl::Status status = absl::FailedPreconditionError("the world was unloaded");
+  give_up_waiting(status);
+  if (world_) log(absl::StrCat("the world '", world_->name, "' is unloaded"));
+  close_world(status, {});
+  failed_.reset();
+  call.reply(absl::OkStatus(), {});
+}
+
+}  // namespace tessera

@@ -1,0 +1,91 @@
+#include "coordinator/membership.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+
+#include "coordinator/limits.h"
+#include "lpss/world/limits.h"
+#include "proto/convert.h"
+#include "proto/wire.h"
+
+namespace tessera {
+
+absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds now) {
+  if (hello.protocol() != kClusterProtocol) {
+    return absl::FailedPreconditionError(absl::StrCat("the server speaks protocol ", hello.protocol(),
+                                                      " of the cluster, the coordinator ", kClusterProtocol));
+  }
+  if (hello.layout() != wire_layout()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the server packs its data by layout ", absl::Hex(hello.layout()),
+                     ", the coordinator by ", absl::Hex(wire_layout()), ": both must be of the same build"));
+  }
+  const absl::StatusOr<Precision> precision = from_proto(hello.precision());
+  if (!precision.ok()) return precision.status();
+  if (hello.stream_address().size() > kStreamAddressBytesMax) {
+    return absl::InvalidArgumentError(absl::StrCat("the stream address's ", hello.stream_address().size(),
+                                                   " bytes must be at most ", kStreamAddressBytesMax));
+  }
+  if (Server* known = find(node)) {
+    known->last_heard = now;
+    return absl::OkStatus();
+  }
+  if (servers_.size() >= kServersMax) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the cluster has ", servers_.size(), " servers already, and may have ", kServersMax));
+  }
+  Server& server = servers_.emplace_back();
+  server.node = node;
+  server.precision = *precision;
+  server.threads = hello.threads();
+  server.stream_address = hello.stream_address();
+  server.last_heard = now;
+  server.patience = timeout_;
+  return absl::OkStatus();
+}
+
+Server* Membership::find(NodeId node) {
+  const auto place = std::find_if(servers_.begin(), servers_.end(),
+                                  [&](const Server& server) { return server.node == node; });
+  return place == servers_.end() ? nullptr : &*place;
+}
+
+void Membership::remove(NodeId node) {
+  std::erase_if(servers_, [&](const Server& server) { return server.node == node; });
+}
+
+std::vector<NodeId> Membership::nodes_of(Precision precision) const {
+  std::vector<NodeId> nodes;
+  for (const Server& server : servers_) {
+    if (server.precision == precision) nodes.push_back(server.node);
+  }
+  return nodes;
+}
+
+std::vector<NodeId> Membership::silent(Nanoseconds now) const {
+  std::vector<NodeId> nodes;
+  for (const Server& server : servers_) {
+    if (now - server.last_heard >= server.patience) nodes.push_back(server.node);
+  }
+  return nodes;
+}
+
+std::optional<Membership::Nanoseconds> Membership::next_deadline() const {
+  std::optional<Nanoseconds> earliest;
+  for (const Server& server : servers_) {
+    const Nanoseconds deadline = server.last_heard + server.patience;
+    if (!earliest || deadline < *earliest) earliest = deadline;
+  }
+  return earliest;
+}
+
+const char* name_of(Precision precision) { return precision == Precision::kFloat32 ? "f32" : "f64"; }
+
+std::string title_of(const Server& server) {
+  std::string title = absl::StrCat("server ", absl::Hex(server.node.value));
+  if (!server.stream_address.empty()) absl::StrAppend(&title, " (", server.stream_address, ")");
+  return title;
+}
+
+}  // namespace tessera

@@ -1,0 +1,70 @@
+// Which sector servers are part of the cluster: who may join, and who has fallen silent.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cluster.pb.h"
+#include "lpss/world/world_description.h"
+#include "transport/link.h"
+
+namespace tessera {
+
+// A server that has joined, with what it said last.
+struct Server {
+  NodeId node;
+  Precision precision = Precision::kFloat32;
+  std::uint32_t threads = 0;
+  std::string stream_address;
+  std::chrono::nanoseconds last_heard{};
+  std::chrono::nanoseconds patience{};  // how long it may be silent
+
+  std::uint64_t tick = 0;
+  std::uint64_t bodies = 0;
+  std::uint64_t peak_rss_bytes = 0;
+  std::uint64_t exchange_bytes = 0;
+};
+
+class Membership {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  explicit Membership(Nanoseconds timeout) : timeout_(timeout) {}
+
+  // Lets a server join; one that is in already may say hello again. FAILED_PRECONDITION, naming its value and
+  // ours, for another protocol or layout; INVALID_ARGUMENT for a hello that makes no sense;
+  // RESOURCE_EXHAUSTED beyond kServersMax.
+  absl::Status admit(NodeId node, const v1::Hello& hello, Nanoseconds now);
+
+  // Null for a node that is not in. Valid until the next admit() or remove().
+  Server* find(NodeId node);
+
+  void remove(NodeId node);
+
+  // In the order in which they joined.
+  const std::vector<Server>& servers() const { return servers_; }
+  std::vector<NodeId> nodes_of(Precision precision) const;
+
+  // Those that have been silent for longer than their patience, and when the next one would be.
+  std::vector<NodeId> silent(Nanoseconds now) const;
+  std::optional<Nanoseconds> next_deadline() const;
+
+  Nanoseconds timeout() const { return timeout_; }
+
+ private:
+  Nanoseconds timeout_;
+  std::vector<Server> servers_;
+};
+
+// "f32" or "f64".
+const char* name_of(Precision precision);
+
+// How messages call a server: its address in the cluster and that of its streams.
+std::string title_of(const Server& server);
+
+}  // namespace tessera

@@ -1,0 +1,65 @@
+// Questions that every server of a world answers for its share, and the sums of their answers.
+#pragma once
+
+#include <absl/container/btree_map.h>
+#include <absl/status/status.h>
+
+#include <functional>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "cluster.pb.h"
+#include "lpss/world/messages.h"
+#include "lpss/world/world_hash.h"
+
+namespace tessera {
+
+class Queries {
+ public:
+  struct RayResult {
+    Tick tick = 0;
+    std::optional<BodyId> body;  // nothing was hit
+    double distance = 0;
+    v1::Vector3 normal;
+  };
+  using HashReply = std::function<void(const absl::Status&, Tick, const WorldHash&)>;
+  using RayReply = std::function<void(const absl::Status&, const RayResult&)>;
+
+  explicit Queries(std::size_t servers) : servers_(servers) {}
+
+  // Each gives the question to send to all servers; the reply comes with the last answer. RESOURCE_EXHAUSTED,
+  // without calling `reply`, while kOpenQueriesMax are open.
+  absl::Status room() const;
+  v1::Query hash(HashReply reply);
+  v1::Query ray(v1::RayQuery ray, RayReply reply);
+
+  // INTERNAL for an answer to a question that was not asked, or was answered by that server.
+  absl::Status answer(std::size_t rank, const v1::Answer& answer);
+
+  // Tells everyone who waits.
+  void abandon(const absl::Status& status);
+
+ private:
+  struct Hash {
+    HashReply reply;
+    WorldHash sum;
+  };
+  struct Ray {
+    RayReply reply;
+    RayResult nearest;
+  };
+  struct Open {
+    std::variant<Hash, Ray> question;
+    std::vector<bool> answered;  // by rank
+    std::size_t missing = 0;
+  };
+
+  v1::Query open(std::variant<Hash, Ray> question);
+
+  std::size_t servers_;
+  std::uint64_t last_id_ = 0;
+  absl::btree_map<std::uint64_t, Open> open_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,266 @@
+#include "coordinator/sequencer.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "coordinator/command_checks.h"
+#include "coordinator/limits.h"
+#include "proto/wire.h"
+
+namespace tessera {
+namespace {
+
+using Nanoseconds = Sequencer::Nanoseconds;
+
+// By the clock, ticks are granted at most this much ahead (commands wait for that long), in grants of at most
+// this much, and what a slow world has not done within this time is not caught up with.
+constexpr double kAheadNs = 50e6;
+constexpr double kQuantumNs = 10e6;
+constexpr Nanoseconds kDebtMax = std::chrono::milliseconds(100);
+
+// Periods are counted from a base that moves up after so many, so that products stay exact enough.
+constexpr std::uint64_t kPeriodsMax = 1'000'000;
+
+// As fast as possible, a window is granted in so many parts: servers work on some while others are on the
+// way.
+constexpr std::uint64_t kChunksPerWindow = 4;
+
+}  // namespace
+
+Sequencer::Sequencer(const Options& options)
+    : options_(options),
+      chunk_(std::max<std::uint64_t>(options.grant_window / kChunksPerWindow, 1)),
+      completed_by_(options.servers, 0) {
+  options_.grant_window = std::max<std::uint32_t>(options.grant_window, 1);
+}
+
+absl::Status Sequencer::room_for_command(std::size_t shape_bytes) const {
+  if (held_commands_ >= kHeldCommandsMax) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(held_commands_, " commands wait for a tick already, the most that may"));
+  }
+  if (held_shape_bytes_ + shape_bytes > kHeldShapeBytesMax) {
+    return absl::ResourceExhaustedError(absl::StrCat("the shapes of commands that wait for a tick would be ",
+                                                     held_shape_bytes_ + shape_bytes, " bytes, and may be ",
+                                                     kHeldShapeBytesMax));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Sequencer::room_for_query() const {
+  if (queries_.size() < kOpenQueriesMax) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat(queries_.size(), " queries wait already, the most that may"));
+}
+
+// A body that is teleported lives nowhere until the end of that tick's exchange; later commands for it, and
+// all that follow them, go to the tick after.
+void Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Reply reply) {
+  const BodyId body = body_of(command);
+  if (batches_.empty() || batches_.back().teleported.contains(body)) batches_.emplace_back();
+  Batch& batch = batches_.back();
+  if (std::holds_alternative<Teleport>(command)) batch.teleported.insert(body);
+  batch.commands.push_back(std::move(command));
+  ++held_commands_;
+  if (new_shape) {
+    held_shape_bytes_ += new_shape->ByteSizeLong();
+    batch.new_shapes.push_back(*std::move(new_shape));
+  }
+  if (more_to_come()) {
+    batch.replies.push_back(std::move(reply));
+  } else {
+    reply(absl::OkStatus(), granted_ + batches_.size());
+  }
+}
+
+void Sequencer::ask(v1::Query query) { queries_.push_back(std::move(query)); }
+
+absl::Status Sequencer::resume(double real_time_factor, Nanoseconds now) {
+  if (mode_ == Mode::kStepping) {
+    return absl::FailedPreconditionError("a step is under way: wait for it, or pause first");
+  }
+  const bool in_bounds = real_time_factor >= kRealTimeFactorMin && real_time_factor <= kRealTimeFactorMax;
+  if (real_time_factor != 0 && !in_bounds) {
+    return absl::InvalidArgumentError(absl::StrCat("real_time_factor = ", real_time_factor, " must be 0, or ",
+                                                   kRealTimeFactorMin, " to ", kRealTimeFactorMax));
+  }
+  mode_ = Mode::kRunning;
+  pace_.reset();
+  if (real_time_factor != 0) {
+    Pace& pace = pace_.emplace();
+    pace.period_ns = options_.time_step / real_time_factor * 1e9;
+    pace.base_tick = granted_;
+    pace.base_time = now;
+    const double ahead = std::min<double>(std::ceil(kAheadNs / pace.period_ns), options_.grant_window);
+    pace.ahead_max = std::min<std::uint64_t>(std::max<std::uint64_t>(static_cast<std::uint64_t>(ahead), 2),
+                                             options_.grant_window);
+    const double quantum =
+        std::min<double>(kQuantumNs / pace.period_ns, static_cast<double>(pace.ahead_max / 2));
+    pace.quantum = std::max<std::uint64_t>(static_cast<std::uint64_t>(quantum), 1);
+  }
+  for (const Reply& waiting : std::exchange(pauses_, {})) {
+    waiting(absl::FailedPreconditionError("the world was resumed before it stood still"), completed_);
+  }
+  return absl::OkStatus();
+}
+
+void Sequencer::pause(Reply reply) {
+  if (pauses_.size() >= kWaitingCallsMax) {
+    reply(absl::ResourceExhaustedError(absl::StrCat(pauses_.size(), " calls wait for the pause already")), 0);
+    return;
+  }
+  if (mode_ == Mode::kStepping && granted_ < target_) {
+    std::exchange(step_reply_, {})(
+        absl::FailedPreconditionError(absl::StrCat("the step was cut short by a pause, at tick ", granted_)),
+        granted_);
+    mode_ = Mode::kPaused;
+  }
+  if (mode_ == Mode::kRunning) mode_ = Mode::kPaused;
+  pauses_.push_back(std::move(reply));
+  settle();
+}
+
+void Sequencer::step(std::uint64_t ticks, Reply reply) {
+  if (mode_ != Mode::kPaused) {
+    reply(absl::FailedPreconditionError("the world must be paused before it is stepped"), 0);
+    return;
+  }
+  if (ticks < 1 || ticks > kStepTicksMax) {
+    reply(absl::InvalidArgumentError(absl::StrCat("ticks = ", ticks, " must be 1 to ", kStepTicksMax)), 0);
+    return;
+  }
+  mode_ = Mode::kStepping;
+  target_ = granted_ + ticks;
+  step_reply_ = std::move(reply);
+}
+
+absl::Status Sequencer::report(std::size_t rank, Tick tick) {
+  if (tick > granted_) {
+    return absl::InternalError(
+        absl::StrCat("it reports tick ", tick, ", but ticks were granted up to ", granted_));
+  }
+  completed_by_[rank] = std::max(completed_by_[rank], tick);
+  completed_ = *std::min_element(completed_by_.begin(), completed_by_.end());
+  settle();
+  return absl::OkStatus();
+}
+
+// Answers those who wait for the world to stand still.
+void Sequencer::settle() {
+  if (mode_ == Mode::kStepping && completed_ == target_) {
+    mode_ = Mode::kPaused;
+    std::exchange(step_reply_, {})(absl::OkStatus(), completed_);
+  }
+  if (!more_to_come()) tell_ticks();
+  if (mode_ != Mode::kPaused || completed_ != granted_) return;
+  for (const Reply& waiting : std::exchange(pauses_, {})) waiting(absl::OkStatus(), completed_);
+}
+
+// What is held now stays held until someone goes on; its ticks are certain all the same.
+void Sequencer::tell_ticks() {
+  for (std::size_t n = 0; n < batches_.size(); ++n) {
+    for (const Reply& reply : std::exchange(batches_[n].replies, {}))
+      reply(absl::OkStatus(), granted_ + n + 1);
+  }
+}
+
+Nanoseconds Sequencer::Pace::due(std::uint64_t n) const {
+  return base_time + Nanoseconds(std::llround(static_cast<double>(n - 1) * period_ns));
+}
+
+std::uint64_t Sequencer::window() const {
+  return mode_ == Mode::kRunning && pace_ ? pace_->ahead_max : options_.grant_window;
+}
+
+// How many ticks behind the base are due; within rounding, then corrected by due() itself.
+std::uint64_t Sequencer::ticks_due(Nanoseconds now) const {
+  if (now < pace_->base_time) return 0;
+  const double elapsed_ns = static_cast<double>((now - pace_->base_time).count());
+  auto n = static_cast<std::uint64_t>(elapsed_ns / pace_->period_ns) + 1;
+  while (pace_->due(n + 1) <= now) ++n;
+  while (n > 0 && pace_->due(n) > now) --n;
+  return n;
+}
+
+// A world that is too slow slows down evenly instead of rushing later.
+void Sequencer::forgive_debt(Nanoseconds now) {
+  if (mode_ != Mode::kRunning || !pace_) return;
+  const std::uint64_t done = granted_ - pace_->base_tick;
+  const Nanoseconds due = pace_->due(done + 1);
+  if (due >= now - kDebtMax && done < kPeriodsMax) return;
+  pace_->base_tick = granted_;
+  pace_->base_time = std::max(due, now - kDebtMax);
+}
+
+std::uint64_t Sequencer::ticks_to_grant(Nanoseconds now) const {
+  const std::uint64_t ahead = granted_ - completed_;
+  if (!more_to_come() || ahead >= window()) return 0;
+  const std::uint64_t room = window() - ahead;
+  if (mode_ == Mode::kRunning && pace_) {
+    const std::uint64_t done = granted_ - pace_->base_tick;
+    const std::uint64_t due = ticks_due(now);
+    return due <= done ? 0 : std::min(room, std::max(due - done, pace_->quantum));
+  }
+  const std::uint64_t wanted = mode_ == Mode::kStepping ? std::min(chunk_, target_ - granted_) : chunk_;
+  const bool worth_a_message = room >= wanted || !batches_.empty();
+  return worth_a_message ? std::min(room, wanted) : 0;
+}
+
+v1::Grant Sequencer::next_grant(std::uint64_t ticks) {
+  v1::Grant grant;
+  grant.set_world(options_.world);
+  grant.set_serial(++serial_);
+  if (batches_.size() > 1) ticks = 1;  // the next tick has commands of its own
+  grant.set_ticks(ticks);
+  if (!batches_.empty()) {
+    Batch batch = std::move(batches_.front());
+    batches_.pop_front();
+    held_commands_ -= batch.commands.size();
+    grant.set_commands(pack(std::span<const Command>(batch.commands)));
+    for (v1::Shape& shape : batch.new_shapes) {
+      held_shape_bytes_ -= shape.ByteSizeLong();
+      *grant.add_new_shapes() = std::move(shape);
+    }
+    for (const Reply& reply : batch.replies) reply(absl::OkStatus(), granted_ + 1);
+  } else {
+    grant.set_commands(pack(std::span<const Command>()));
+  }
+  granted_ += ticks;
+  return grant;
+}
+
+std::vector<v1::Grant> Sequencer::take_grants(Nanoseconds now) {
+  forgive_debt(now);
+  std::vector<v1::Grant> grants;
+  while (const std::uint64_t ticks = ticks_to_grant(now)) grants.push_back(next_grant(ticks));
+  if (!queries_.empty()) {
+    // A grant of their own: a slow pace must not hold answers up.
+    v1::Grant& grant = grants.emplace_back();
+    grant.set_world(options_.world);
+    grant.set_serial(++serial_);
+    for (v1::Query& query : std::exchange(queries_, {})) *grant.add_queries() = std::move(query);
+  }
+  settle();
+  return grants;
+}
+
+std::optional<Nanoseconds> Sequencer::next_due() const {
+  if (mode_ != Mode::kRunning || !pace_ || granted_ - completed_ >= window()) return std::nullopt;
+  return pace_->due(granted_ - pace_->base_tick + 1);
+}
+
+void Sequencer::abandon(const absl::Status& status) {
+  for (Batch& batch : batches_) {
+    for (const Reply& reply : std::exchange(batch.replies, {})) reply(status, 0);
+  }
+  batches_.clear();
+  queries_.clear();
+  for (const Reply& waiting : std::exchange(pauses_, {})) waiting(status, 0);
+  if (step_reply_) std::exchange(step_reply_, {})(status, 0);
+  mode_ = Mode::kPaused;
+}
+
+}  // namespace tessera

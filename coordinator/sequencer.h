@@ -1,0 +1,127 @@
+// The sequence of a world: which commands take effect at which tick, and how far the servers may run.
+#pragma once
+
+#include <absl/container/flat_hash_set.h>
+#include <absl/status/status.h>
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "cluster.pb.h"
+#include "lpss/world/messages.h"
+
+namespace tessera {
+
+// Grants carry several ticks where they can, and commands apply at the first of them: the next grant always
+// begins with the tick after the last one granted, so a command's tick is known as soon as it is taken.
+class Sequencer {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+  using Reply = std::function<void(const absl::Status&, Tick)>;
+
+  struct Options {
+    std::uint64_t world = 0;
+    std::size_t servers = 1;
+    double time_step = 1.0 / 60;      // s
+    std::uint32_t grant_window = 32;  // ticks granted ahead of the slowest server, at least 1
+  };
+
+  explicit Sequencer(const Options& options);
+
+  // Whether it stands still, or will as soon as what was granted is done.
+  bool paused() const { return mode_ == Mode::kPaused; }
+  Tick completed() const { return completed_; }  // by all servers
+  Tick granted() const { return granted_; }
+
+  // RESOURCE_EXHAUSTED if submit() or ask() must not be called now.
+  absl::Status room_for_command(std::size_t shape_bytes) const;
+  absl::Status room_for_query() const;
+
+  // Takes a checked command, with the shape that it brings. `reply` hears its tick once that is granted; at
+  // once while nothing is going to be granted, since the next tick that ever is will be its.
+  void submit(Command command, std::optional<v1::Shape> new_shape, Reply reply);
+
+  // Has a question answered after all ticks granted so far.
+  void ask(v1::Query query);
+
+  // Ticks as `real_time_factor` simulated seconds a second make them due; 0: as fast as possible.
+  // INVALID_ARGUMENT for a factor out of bounds, FAILED_PRECONDITION during a step. Who waits for a pause
+  // waits in vain.
+  absl::Status resume(double real_time_factor, Nanoseconds now);
+
+  // Grants no more; answers when all servers have done what was granted. Cuts a step short.
+  void pause(Reply reply);
+
+  // Runs `ticks` more and pauses; answers when they are done. INVALID_ARGUMENT unless 1 to kStepTicksMax,
+  // FAILED_PRECONDITION unless paused.
+  void step(std::uint64_t ticks, Reply reply);
+
+  // A server has completed `tick`; reports may overtake one another. INTERNAL for a tick that was not
+  // granted.
+  absl::Status report(std::size_t rank, Tick tick);
+
+  // What is to be granted by now, in order, for every server of the world.
+  std::vector<v1::Grant> take_grants(Nanoseconds now);
+
+  // When the next tick is due, if the clock decides.
+  std::optional<Nanoseconds> next_due() const;
+
+  // Answers everyone who waits with `status`; the world is gone.
+  void abandon(const absl::Status& status);
+
+ private:
+  enum class Mode { kPaused, kStepping, kRunning };
+
+  // The commands of one tick to come.
+  struct Batch {
+    std::vector<Command> commands;
+    std::vector<v1::Shape> new_shapes;
+    std::vector<Reply> replies;  // of those who have not been told
+    absl::flat_hash_set<BodyId> teleported;
+  };
+
+  // Tick `base_tick + n` (n >= 1) is due n - 1 periods after `base_time`.
+  struct Pace {
+    double period_ns = 0;
+    Tick base_tick = 0;
+    Nanoseconds base_time{};
+    std::uint64_t quantum = 1;  // ticks a grant: short ticks are not worth a message each
+    std::uint64_t ahead_max = 1;
+
+    Nanoseconds due(std::uint64_t n) const;
+  };
+
+  bool more_to_come() const {
+    return mode_ == Mode::kRunning || (mode_ == Mode::kStepping && granted_ < target_);
+  }
+  std::uint64_t window() const;
+  std::uint64_t ticks_to_grant(Nanoseconds now) const;
+  std::uint64_t ticks_due(Nanoseconds now) const;
+  void forgive_debt(Nanoseconds now);
+  v1::Grant next_grant(std::uint64_t ticks);
+  void tell_ticks();
+  void settle();
+
+  Options options_;
+  std::uint64_t chunk_;  // ticks a grant when as fast as possible
+  Mode mode_ = Mode::kPaused;
+  std::optional<Pace> pace_;  // running by the clock
+  Tick target_ = 0;           // of the step
+  Reply step_reply_;
+  std::vector<Reply> pauses_;
+
+  std::uint64_t serial_ = 0;
+  Tick granted_ = 0;
+  Tick completed_ = 0;
+  std::vector<Tick> completed_by_;  // by rank
+  std::deque<Batch> batches_;       // the first one is of tick granted_ + 1, and so on
+  std::size_t held_commands_ = 0;
+  std::size_t held_shape_bytes_ = 0;
+  std::vector<v1::Query> queries_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,142 @@
+#include "coordinator/service.h"
+
+#include <sys/resource.h>
+
+#include <memory>
+#include <mutex>
+#include <type_traits>
+#include <utility>
+
+#include "proto/status.h"
+
+namespace tessera {
+namespace {
+
+// One call under way. gRPC deletes it through OnDone(); whoever replies later finds it gone.
+template <typename Answer>
+class UnaryCall final : public grpc::ServerUnaryReactor {
+ public:
+  // Shared with the reply, which may come after the client has gone.
+  struct Place {
+    std::mutex mutex;
+    UnaryCall* call = nullptr;  // null once it has ended
+    Answer* answer = nullptr;
+
+    void end(const grpc::Status& status, const Answer* from) {
+      const std::lock_guard lock(mutex);
+      if (call == nullptr) return;
+      if (from != nullptr) *answer = *from;
+      std::exchange(call, nullptr)->Finish(status);
+    }
+  };
+
+  explicit UnaryCall(Answer* answer) : place_(std::make_shared<Place>()) {
+    place_->call = this;
+    place_->answer = answer;
+  }
+
+  const std::shared_ptr<Place>& place() const { return place_; }
+
+  void OnCancel() override {
+    place_->end(grpc::Status(grpc::StatusCode::CANCELLED, "the client has gone, or its deadline has passed"),
+                nullptr);
+  }
+  void OnDone() override { delete this; }
+
+ private:
+  std::shared_ptr<Place> place_;
+};
+
+// What only the process knows.
+void complete(v1::StatusReply& reply) {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  reply.set_coordinator_peak_rss_bytes(static_cast<std::uint64_t>(usage.ru_maxrss) * 1024);
+}
+
+}  // namespace
+
+template <typename Request, typename Answer>
+grpc::ServerUnaryReactor* TesseraService::post(const Request* request, Answer* answer) {
+  auto* call = new UnaryCall<Answer>(answer);
+  const auto place = call->place();
+  ClientRequest posted(
+      ClientCall<Request, Answer>{*request, [place](const absl::Status& status, const Answer& from) {
+                                    if constexpr (std::is_same_v<Answer, v1::StatusReply>) {
+                                      Answer whole = from;
+                                      complete(whole);
+                                      place->end(to_grpc(status), &whole);
+                                    } else {
+                                      place->end(to_grpc(status), &from);
+                                    }
+                                  }});
+  if (!queue_.push(posted)) {
+    place->end(grpc::Status(grpc::StatusCode::UNAVAILABLE,
+                            "the coordinator is ending, or has more requests than it may"),
+               nullptr);
+  }
+  return call;
+}
+
+grpc::ServerUnaryReactor* TesseraService::Load(Context*, const v1::LoadRequest* q, v1::LoadReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::Unload(Context*, const v1::UnloadRequest* q, v1::UnloadReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::Spawn(Context*, const v1::SpawnRequest* q, v1::SpawnReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::Remove(Context*, const v1::RemoveRequest* q, v1::CommandReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::SetVelocity(Context*, const v1::SetVelocityRequest* q,
+                                                      v1::CommandReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::ApplyImpulse(Context*, const v1::ApplyImpulseRequest* q,
+                                                       v1::CommandReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::ApplyForce(Context*, const v1::ApplyForceRequest* q,
+                                                     v1::CommandReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::Teleport(Context*, const v1::TeleportRequest* q,
+                                                   v1::CommandReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::SetKinematicTarget(Context*, const v1::KinematicTargetRequest* q,
+                                                             v1::CommandReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::Pause(Context*, const v1::PauseRequest* q, v1::PauseReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::Resume(Context*, const v1::ResumeRequest* q, v1::ResumeReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::Step(Context*, const v1::StepRequest* q, v1::StepReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::GetStatus(Context*, const v1::StatusRequest* q,
+                                                    v1::StatusReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::GetHash(Context*, const v1::HashRequest* q, v1::HashReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::Raycast(Context*, const v1::RaycastRequest* q,
+                                                  v1::RaycastReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::FindBodies(Context*, const v1::FindBodiesRequest* q,
+                                                     v1::FindBodiesReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::Shutdown(Context*, const v1::ShutdownRequest* q,
+                                                   v1::ShutdownReply* a) {
+  return post(q, a);
+}
+
+}  // namespace tessera

@@ -1,0 +1,156 @@
+// The service over real gRPC on loopback, with a hand in the place of the state machine.
+#include "coordinator/service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <future>
+#include <semaphore>
+#include <thread>
+
+#include "coordinator/client_edge.h"
+#include "coordinator/limits.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Service : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = ClientEdge::open("127.0.0.1:0", queue_);
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    edge_ = std::move(*opened);
+    channel_ = grpc::CreateChannel(edge_->address(), grpc::InsecureChannelCredentials());
+    stub_ = v1::Tessera::NewStub(channel_);
+  }
+
+  // Waits for the next request.
+  ClientRequest next() {
+    for (;;) {
+      std::vector<ClientRequest> requests = queue_.take();
+      if (!requests.empty()) return std::move(requests.front());
+      pushed_.acquire();
+    }
+  }
+
+  std::counting_semaphore<> pushed_{0};
+  RequestQueue queue_{[this] { pushed_.release(); }};
+  std::unique_ptr<ClientEdge> edge_;
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<v1::Tessera::Stub> stub_;
+};
+
+TEST_F(Service, CarriesRequestsAndReplies) {
+  auto client = std::async(std::launch::async, [&] {
+    grpc::ClientContext context;
+    v1::StepRequest request;
+    request.set_ticks(7);
+    v1::StepReply reply;
+    EXPECT_TRUE(stub_->Step(&context, request, &reply).ok());
+    return reply.tick();
+  });
+  ClientRequest request = next();
+  auto& call = std::get<ClientCall<v1::StepRequest, v1::StepReply>>(request);
+  EXPECT_EQ(call.request.ticks(), 7u);
+  v1::StepReply answer;
+  answer.set_tick(99);
+  call.reply(absl::OkStatus(), answer);
+  EXPECT_EQ(client.get(), 99u);
+}
+
+TEST_F(Service, CarriesStatuses) {
+  auto client = std::async(std::launch::async, [&] {
+    grpc::ClientContext context;
+    v1::CommandReply reply;
+    return stub_->Remove(&context, v1::RemoveRequest(), &reply);
+  });
+  ClientRequest request = next();
+  std::get<ClientCall<v1::RemoveRequest, v1::CommandReply>>(request).reply(
+      absl::NotFoundError("no such body" + std::string(100'000, '!')), {});
+  const grpc::Status status = client.get();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_THAT(status.error_message(), HasSubstr("no such body"));
+}
+
+TEST_F(Service, AddsTheMemoryOfTheProcessToItsStatus) {
+  auto client = std::async(std::launch::async, [&] {
+    grpc::ClientContext context;
+    v1::StatusReply reply;
+    EXPECT_TRUE(stub_->GetStatus(&context, v1::StatusRequest(), &reply).ok());
+    return reply;
+  });
+  ClientRequest request = next();
+  std::get<ClientCall<v1::StatusRequest, v1::StatusReply>>(request).reply(absl::OkStatus(), {});
+  EXPECT_GT(client.get().coordinator_peak_rss_bytes(), 0u);
+}
+
+TEST_F(Service, AClientThatVanishesLeavesNothingBehind) {
+  grpc::ClientContext context;
+  auto client = std::async(std::launch::async, [&] {
+    v1::PauseReply reply;
+    return stub_->Pause(&context, v1::PauseRequest(), &reply);
+  });
+  ClientRequest request = next();
+  context.TryCancel();
+  EXPECT_EQ(client.get().error_code(), grpc::StatusCode::CANCELLED);
+  // The reply comes later, before or after the call is gone.
+  std::get<ClientCall<v1::PauseRequest, v1::PauseReply>>(request).reply(absl::OkStatus(), {});
+}
+
+TEST_F(Service, ADeadlineEndsACall) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(50));
+  v1::StepReply reply;
+  EXPECT_EQ(stub_->Step(&context, v1::StepRequest(), &reply).error_code(),
+            grpc::StatusCode::DEADLINE_EXCEEDED);
+}
+
+TEST_F(Service, ClosingEndsCallsThatNobodyAnswered) {
+  auto client = std::async(std::launch::async, [&] {
+    grpc::ClientContext context;
+    v1::PauseReply reply;
+    return stub_->Pause(&context, v1::PauseRequest(), &reply);
+  });
+  next();
+  edge_->close();
+  EXPECT_FALSE(client.get().ok());
+}
+
+TEST_F(Service, AClosedQueueIsUnavailable) {
+  queue_.close();
+  grpc::ClientContext context;
+  v1::PauseReply reply;
+  EXPECT_EQ(stub_->Pause(&context, v1::PauseRequest(), &reply).error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(Service, APortInUseIsSaidSo) {
+  const auto second = ClientEdge::open(edge_->address(), queue_);
+  EXPECT_EQ(second.status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(second.status().message()), HasSubstr("in use"));
+  EXPECT_THAT(std::string(second.status().message()), HasSubstr(edge_->address()));
+}
+
+TEST_F(Service, WhatIsNoAddressIsSaidSo) {
+  for (const char* address : {"", "nonsense", "127.0.0.1:", ":7300", "127.0.0.1:70000", "127.0.0.1:-1"}) {
+    EXPECT_EQ(ClientEdge::open(address, queue_).status().code(), absl::StatusCode::kInvalidArgument)
+        << address;
+  }
+}
+
+TEST(RequestQueue, HasALimit) {
+  RequestQueue queue([] {});
+  for (std::size_t n = 0; n < kQueuedRequestsMax; ++n) {
+    ClientRequest request = ClientCall<v1::StatusRequest, v1::StatusReply>{};
+    ASSERT_TRUE(queue.push(request));
+  }
+  ClientRequest request = ClientCall<v1::StatusRequest, v1::StatusReply>{};
+  EXPECT_FALSE(queue.push(request));
+  EXPECT_EQ(queue.take().size(), kQueuedRequestsMax);
+  EXPECT_TRUE(queue.push(request));
+}
+
+}  // namespace
+}  // namespace tessera

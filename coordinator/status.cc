@@ -1,0 +1,78 @@
+// What the coordinator says of itself, its servers and its world.
+#include "coordinator/coordinator_impl.h"
+#include "proto/convert.h"
+
+namespace tessera {
+
+void Coordinator::Impl::on(Call<v1::StatusRequest, v1::StatusReply>& call, Nanoseconds now) {
+  call.reply(absl::OkStatus(), status(now));
+}
+
+const char* Coordinator::Impl::state() const {
+  if (world_) return world_->loading() ? "loading" : world_->sequencer.paused() ? "paused" : "running";
+  if (waiting_load_) return "loading";
+  return failed_ ? "failed" : "empty";
+}
+
+v1::StatusReply Coordinator::Impl::status(Nanoseconds now) const {
+  v1::StatusReply reply;
+  if (world_) {
+    describe_world(reply, now);
+  } else if (failed_ && !waiting_load_) {
+    reply = *failed_;
+    reply.clear_servers();
+  } else if (waiting_load_) {
+    reply.set_world(waiting_load_->world.name);
+  }
+  reply.set_state(state());
+  for (const Server& server : members_.servers()) describe_server(server, *reply.add_servers());
+  return reply;
+}
+
+void Coordinator::Impl::describe_world(v1::StatusReply& reply, Nanoseconds now) const {
+  const TickStatistics& statistics = world_->statistics;
+  const TickSums& last = statistics.last();
+  const Tick tick = world_->sequencer.completed();
+  reply.set_world(world_->name);
+  reply.set_tick(tick);
+  reply.set_time(static_cast<double>(tick) * world_->settings.time_step);
+  reply.set_real_time_factor(world_->meter.factor(world_->settings.time_step, now));
+  reply.set_bodies(world_->registry.body_count());
+  reply.set_bodies_awake(last.bodies_awake);
+  reply.set_sectors(last.tick == 0 ? world_->sectors : last.sectors);
+  reply.set_clones(last.clones);
+  reply.set_clones_max(statistics.clones_max());
+  reply.set_contacts(last.contacts);
+  reply.set_islands_across_seams(last.islands_across_seams);
+  reply.set_islands_across_seams_max(statistics.islands_across_seams_max());
+  reply.set_bodies_stopped(statistics.bodies_stopped());
+  reply.set_tick_ms_p50(statistics.durations().quantile_ms(0.5));
+  reply.set_tick_ms_p99(statistics.durations().quantile_ms(0.99));
+  reply.set_tick_ms_max(statistics.durations().max_ms());
+  reply.set_map_epoch(world_->map.epoch());
+  *reply.mutable_settings() = to_proto(world_->settings);
+  *reply.mutable_anchor() = to_proto(world_->anchor);
+}
+
+void Coordinator::Impl::describe_server(const Server& server, v1::ServerStatus& status) const {
+  status.set_node(server.node.value);
+  status.set_stream_address(server.stream_address);
+  status.set_precision(to_proto(server.precision));
+  status.set_threads(server.threads);
+  status.set_peak_rss_bytes(server.peak_rss_bytes);
+  const std::optional<std::size_t> rank = world_ ? world_->rank_of(server.node) : std::nullopt;
+  if (!rank) return;
+  const v1::TickReport& last = world_->statistics.last_of(*rank);
+  const DurationHistogram& durations = world_->statistics.durations_of(*rank);
+  status.set_tick(server.tick);
+  status.set_bodies(server.bodies);
+  status.set_sectors(last.sectors());
+  status.set_sectors_awake(last.sectors_awake());
+  status.set_clones(last.clones());
+  status.set_tick_ms_p50(durations.quantile_ms(0.5));
+  status.set_tick_ms_p99(durations.quantile_ms(0.99));
+  status.set_tick_ms_max(durations.max_ms());
+  status.set_exchange_bytes(server.exchange_bytes);
+}
+
+}  // namespace tessera

@@ -1,0 +1,116 @@
+#include "coordinator/tick_statistics.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "lpss/grid/invariant.h"
+#include "lpss/world/limits.h"
+
+namespace tessera {
+namespace {
+
+// Values below 2^kBits have a bucket each; every doubling above has 2^kBits.
+constexpr int kBits = 7;
+
+std::size_t bucket_of(std::uint64_t value) {
+  const int doublings = std::max(0, static_cast<int>(std::bit_width(value)) - kBits - 1);
+  return (static_cast<std::size_t>(doublings) << kBits) + static_cast<std::size_t>(value >> doublings);
+}
+
+// The middle of a bucket.
+double value_of(std::size_t bucket) {
+  const std::size_t doublings = bucket < (std::size_t{2} << kBits) ? 0 : (bucket >> kBits) - 1;
+  const std::size_t mantissa = bucket - (doublings << kBits);
+  const double width = std::ldexp(1, static_cast<int>(doublings));
+  return static_cast<double>(mantissa) * width + (width - 1) / 2;
+}
+
+constexpr std::chrono::nanoseconds kMeterSpan = std::chrono::seconds(2);
+constexpr std::chrono::nanoseconds kMeterGap = std::chrono::milliseconds(50);
+
+// Ticks that some servers have reported and others have not; more than any window of grants.
+constexpr std::size_t kPartialTicksMax = 65'536;
+
+}  // namespace
+
+void DurationHistogram::add(std::uint64_t microseconds) {
+  const std::size_t bucket = bucket_of(microseconds);
+  if (bucket >= buckets_.size()) buckets_.resize(bucket + 1);
+  ++buckets_[bucket];
+  ++count_;
+  max_us_ = std::max(max_us_, microseconds);
+}
+
+double DurationHistogram::quantile_ms(double share) const {
+  const auto wanted = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(count_)));
+  std::uint64_t seen = 0;
+  for (std::size_t bucket = 0; bucket < buckets_.size(); ++bucket) {
+    seen += buckets_[bucket];
+    if (seen > 0 && seen >= wanted) return std::min(value_of(bucket) / 1e3, max_ms());
+  }
+  return 0;
+}
+
+TickStatistics::TickStatistics(std::size_t servers) : servers_(servers) {
+  static_assert(kServersMax <= 64, "a bit per rank");
+  invariant(servers <= kServersMax, "a world has at most kServersMax servers");
+}
+
+void TickStatistics::add(std::size_t rank, const v1::TickReport& report) {
+  if (partial_.size() >= kPartialTicksMax) partial_.erase(partial_.begin());
+  TickSums& sums = partial_[report.tick()];
+  const std::uint64_t bit = std::uint64_t{1} << rank;
+  if ((sums.heard_from & bit) != 0) return;
+  sums.heard_from |= bit;
+
+  OfServer& server = servers_[rank];
+  if (report.tick() > server.last.tick()) server.last = report;
+  server.durations.add(report.work_us());
+  bodies_stopped_ += report.bodies_stopped();
+  sums.tick = report.tick();
+  sums.work_us = std::max(sums.work_us, report.work_us());
+  sums.clones += report.clones();
+  sums.contacts += report.contacts();
+  sums.islands_across_seams += report.islands_across_seams();
+  sums.bodies_awake += report.bodies_awake();
+  sums.sectors += report.sectors();
+  if (static_cast<std::size_t>(std::popcount(sums.heard_from)) < servers_.size()) return;
+  complete(sums);
+  partial_.erase(report.tick());
+}
+
+void TickStatistics::complete(const TickSums& sums) {
+  durations_.add(sums.work_us);
+  clones_max_ = std::max(clones_max_, sums.clones);
+  islands_max_ = std::max(islands_max_, sums.islands_across_seams);
+  if (sums.tick > last_.tick) last_ = sums;
+}
+
+void RealTimeMeter::start(Tick tick, Nanoseconds now) {
+  started_ = Mark{tick, now};
+  stopped_.reset();
+  marks_ = {*started_};
+  tick_ = tick;
+}
+
+void RealTimeMeter::progress(Tick tick, Nanoseconds now) {
+  if (!started_ || stopped_ || tick == tick_) return;
+  tick_ = tick;
+  if (now - marks_.back().time >= kMeterGap) marks_.push_back({tick, now});
+  while (marks_.size() > 1 && marks_[1].time <= now - kMeterSpan) marks_.pop_front();
+}
+
+void RealTimeMeter::stop(Tick tick, Nanoseconds now) {
+  if (started_ && !stopped_) stopped_ = Mark{tick, now};
+}
+
+double RealTimeMeter::factor(double time_step, Nanoseconds now) const {
+  if (!started_) return 0;
+  const Mark& from = stopped_ ? *started_ : marks_.front();
+  const Mark to = stopped_.value_or(Mark{tick_, now});
+  const double seconds = std::chrono::duration<double>(to.time - from.time).count();
+  return seconds <= 0 ? 0 : static_cast<double>(to.tick - from.tick) * time_step / seconds;
+}
+
+}  // namespace tessera

@@ -1,0 +1,102 @@
+// What ticks cost and contained, summed over the servers of a world.
+#pragma once
+
+#include <absl/container/btree_map.h>
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "cluster.pb.h"
+#include "lpss/world/messages.h"
+
+namespace tessera {
+
+// Counts durations in buckets no wider than 1/128 of their value: any number of ticks in 60 KB.
+class DurationHistogram {
+ public:
+  void add(std::uint64_t microseconds);
+
+  // The smallest duration (ms) that `share` (0 to 1) of all are not longer than; 0 if there are none.
+  double quantile_ms(double share) const;
+  double max_ms() const { return static_cast<double>(max_us_) / 1e3; }
+
+ private:
+  std::vector<std::uint64_t> buckets_;
+  std::uint64_t count_ = 0;
+  std::uint64_t max_us_ = 0;
+};
+
+// One tick of the whole world: `work_us` is that of the slowest server, the rest are sums.
+struct TickSums {
+  Tick tick = 0;
+  std::uint64_t work_us = 0;
+  std::uint64_t clones = 0;
+  std::uint64_t contacts = 0;
+  std::uint64_t islands_across_seams = 0;
+  std::uint64_t bodies_awake = 0;
+  std::uint64_t sectors = 0;
+  std::uint64_t heard_from = 0;  // a bit per rank
+};
+
+class TickStatistics {
+ public:
+  explicit TickStatistics(std::size_t servers);
+
+  // Reports may come in any order, each once.
+  void add(std::size_t rank, const v1::TickReport& report);
+
+  const TickSums& last() const { return last_; }  // the latest tick that all servers have reported
+  std::uint64_t clones_max() const { return clones_max_; }
+  std::uint64_t islands_across_seams_max() const { return islands_max_; }
+  std::uint64_t bodies_stopped() const { return bodies_stopped_; }
+  const DurationHistogram& durations() const { return durations_; }
+
+  // One server's own.
+  const v1::TickReport& last_of(std::size_t rank) const { return servers_[rank].last; }
+  const DurationHistogram& durations_of(std::size_t rank) const { return servers_[rank].durations; }
+
+ private:
+  struct OfServer {
+    v1::TickReport last;
+    DurationHistogram durations;
+  };
+
+  void complete(const TickSums& sums);
+
+  std::vector<OfServer> servers_;
+  absl::btree_map<Tick, TickSums> partial_;  // some servers have reported, others have not
+  TickSums last_;
+  std::uint64_t clones_max_ = 0;
+  std::uint64_t islands_max_ = 0;
+  std::uint64_t bodies_stopped_ = 0;
+  DurationHistogram durations_;
+};
+
+// How much simulated time passes per time on the wall: over the last two seconds while the world runs, over
+// the whole last run once it stands still.
+class RealTimeMeter {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  void start(Tick tick, Nanoseconds now);
+  void progress(Tick tick, Nanoseconds now);
+  void stop(Tick tick, Nanoseconds now);
+  double factor(double time_step, Nanoseconds now) const;
+
+ private:
+  struct Mark {
+    Tick tick = 0;
+    Nanoseconds time{};
+  };
+
+  std::optional<Mark> started_;
+  std::optional<Mark> stopped_;
+  std::deque<Mark> marks_;  // of the last two seconds, thinned out
+  Tick tick_ = 0;
+};
+
+}  // namespace tessera

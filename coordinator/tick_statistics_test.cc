@@ -1,0 +1,69 @@
+#include "coordinator/tick_statistics.h"
+
+#include <gtest/gtest.h>
+
+namespace tessera {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+v1::TickReport report(Tick tick, std::uint64_t work_us, std::uint32_t clones) {
+  v1::TickReport report;
+  report.set_tick(tick);
+  report.set_work_us(work_us);
+  report.set_clones(clones);
+  report.set_bodies_stopped(1);
+  return report;
+}
+
+TEST(DurationHistogram, QuantilesAreWithinAPercent) {
+  DurationHistogram histogram;
+  EXPECT_EQ(histogram.quantile_ms(0.5), 0);
+  for (std::uint64_t us = 1; us <= 100'000; ++us) histogram.add(us);
+  EXPECT_NEAR(histogram.quantile_ms(0.5), 50, 0.5);
+  EXPECT_NEAR(histogram.quantile_ms(0.99), 99, 0.99);
+  EXPECT_EQ(histogram.quantile_ms(1), 100);
+  EXPECT_EQ(histogram.max_ms(), 100);
+}
+
+TEST(DurationHistogram, TakesAnyNumber) {
+  DurationHistogram histogram;
+  histogram.add(0);
+  histogram.add(~std::uint64_t{0});
+  EXPECT_EQ(histogram.quantile_ms(0.5), 0);
+  EXPECT_NEAR(histogram.quantile_ms(1) / histogram.max_ms(), 1, 0.01);
+}
+
+TEST(TickStatistics, SumsAreOfTicksThatAllHaveReported) {
+  TickStatistics statistics(2);
+  statistics.add(0, report(1, 1000, 5));
+  EXPECT_EQ(statistics.last().tick, 0u);
+  statistics.add(0, report(2, 3000, 1));
+  statistics.add(1, report(2, 1000, 1));  // before its report of tick 1
+  EXPECT_EQ(statistics.last().tick, 2u);
+  EXPECT_EQ(statistics.last().clones, 2u);
+  statistics.add(1, report(1, 2000, 6));
+  EXPECT_EQ(statistics.last().tick, 2u);
+  EXPECT_EQ(statistics.clones_max(), 11u);
+  EXPECT_EQ(statistics.bodies_stopped(), 4u);
+  EXPECT_NEAR(statistics.durations().quantile_ms(0.5), 2, 0.02);
+  EXPECT_EQ(statistics.durations().max_ms(), 3);
+  EXPECT_EQ(statistics.durations_of(1).max_ms(), 2);
+}
+
+TEST(RealTimeMeter, LooksBackTwoSecondsWhileItRuns) {
+  RealTimeMeter meter;
+  EXPECT_EQ(meter.factor(0.01, seconds(1)), 0);
+  meter.start(0, seconds(0));
+  Tick tick = 0;
+  for (int ms = 10; ms <= 10'000; ms += 10) meter.progress(++tick, milliseconds(ms));
+  EXPECT_NEAR(meter.factor(0.01, seconds(10)), 1, 0.05);
+  for (int ms = 10'000; ms <= 15'000; ms += 20) meter.progress(++tick, milliseconds(ms));
+  EXPECT_NEAR(meter.factor(0.01, seconds(15)), 0.5, 0.05);
+  meter.stop(tick, seconds(15));
+  EXPECT_NEAR(meter.factor(0.01, seconds(99)), static_cast<double>(tick) * 0.01 / 15, 1e-9);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,68 @@
+// What the coordinator knows of a world's bodies: their names and properties, not where they are.
+#pragma once
+
+#include <absl/container/btree_map.h>
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "coordinator/shape_table.h"
+#include "lpss/engine/body.h"
+#include "lpss/world/world_description.h"
+#include "tessera.pb.h"
+
+namespace tessera {
+
+class WorldRegistry {
+ public:
+  struct Entry {
+    std::string name;
+    BodyProperties properties;  // as simulated: see records_of()
+  };
+
+  // A world that is valid, with its records.
+  WorldRegistry(WorldDescription world, std::span<const BodyRecord> records);
+
+  const WorldSettings& settings() const { return settings_; }
+  std::span<const Shape> shapes() const { return shapes_.shapes(); }
+  std::size_t body_count() const { return bodies_.size(); }
+
+  // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a body that does not exist (any longer).
+  absl::StatusOr<BodyId> resolve(const v1::BodyRef& reference) const;
+
+  // Null if there is none.
+  const Entry* find(BodyId id) const;
+
+  // Takes a new body in. Errors as validate() and record_of(), ALREADY_EXISTS for a name in use,
+  // RESOURCE_EXHAUSTED where there are no more ids, bodies or shapes; nothing has changed then.
+  struct Spawned {
+    BodyRecord record;
+    std::optional<v1::Shape> new_shape;  // under the id of the record, if the world did not have it yet
+  };
+  absl::StatusOr<Spawned> spawn(const v1::SpawnRequest& request);
+
+  void remove(BodyId id);
+
+  // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty finds all.
+  v1::FindBodiesReply find_bodies(const v1::FindBodiesRequest& request) const;
+
+ private:
+  absl::Status check_room() const;
+  std::string name_for(BodyId id) const;
+  absl::StatusOr<BodyRecord> checked_record(const BodyDescription& body) const;
+  void insert(BodyId id, std::string name, const BodyProperties& properties);
+
+  WorldSettings settings_;
+  ShapeTable shapes_;
+  std::map<BodyId, Entry> bodies_;  // nodes stay where they are: names_ looks into them
+  absl::btree_map<std::string_view, BodyId> names_;
+  BodyId next_id_{1};
+};
+
+}  // namespace tessera

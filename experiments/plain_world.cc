@@ -1,0 +1,103 @@
+#include "experiments/plain_world.h"
+
+#include "lpss/engine/load_engine.h"
+#include "lpss/seam/island_graph.h"
+#include "lpss/world/gravity.h"
+#include "lpss/world/share.h"
+#include "lpss/world/simulation.h"
+
+namespace tessera {
+
+absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescription& world) {
+  absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
+  if (!records.ok()) return records.status();
+  EngineSettings settings = engine_settings(world.settings);
+  settings.precision = Precision::kFloat32;
+  absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(settings);
+  if (!engine.ok()) return engine.status();
+
+  std::unique_ptr<PlainWorld> plain(new PlainWorld());
+  plain->settings_ = world.settings;
+  plain->anchor_ = world.anchor;
+  plain->engine_ = std::move(*engine);
+  for (std::size_t i = 0; i < world.shapes.size(); ++i) {
+    plain->engine_->add_shape(static_cast<ShapeId>(i), world.shapes[i]);
+  }
+  plain->world_ = plain->engine_->make_world();
+  plain->solver_ = plain->engine_->make_solver();
+  for (BodyRecord& record : *records) {
+    Eigen::Map<Eigen::Vector3d> position(record.state.position.data());
+    position += metres_between(world.anchor, record.home, world.settings.sector_size);
+    record.home = world.anchor;
+    const bool fixed = record.properties.motion == Motion::kStatic;
+    const BodySlot slot = plain->world_->add(record, fixed ? Role::kStatic : Role::kHome);
+    if (fixed) continue;
+    if (record.properties.motion == Motion::kDynamic) plain->places_[record.id] = plain->bodies_.size();
+    plain->bodies_.push_back({record, slot});
+  }
+  return plain;
+}
+
+void PlainWorld::set_gravity() {
+  for (const Body& body : bodies_) {
+    if (!body.record.properties.gravity) continue;
+    world_->set_gravity(body.slot, acceleration_at(settings_.gravity, anchor_, world_->position(body.slot),
+                                                   settings_.sector_size));
+  }
+}
+
+// Bodies that touch sleep and wake together, as everywhere in Tessera; what is awake goes to the solver.
+void PlainWorld::settle_islands(SolveTask& task) {
+  DisjointSets sets(bodies_.size());
+  const std::span<const ContactPair> pairs = world_->contacts();
+  for (const ContactPair& pair : pairs) {
+    const auto a = places_.find(pair.a);
+    const auto b = places_.find(pair.b);
+    if (a != places_.end() && b != places_.end()) sets.unite(a->second, b->second);
+  }
+  std::vector<char> awake(bodies_.size(), 0);
+  std::vector<char> restless(bodies_.size(), 0);
+  for (const auto& [id, place] : places_) {
+    const Activity activity = world_->activity(bodies_[place].slot);
+    if (activity != Activity::kAsleep) awake[sets.find(place)] = 1;
+    if (activity == Activity::kAwake) restless[sets.find(place)] = 1;
+  }
+  for (std::size_t place = 0; place < bodies_.size(); ++place) {
+    const Body& body = bodies_[place];
+    const std::size_t island = sets.find(place);
+    if (!places_.contains(body.record.id) || !awake[island]) continue;
+    const Activity activity = world_->activity(body.slot);
+    if (!restless[island]) {
+      if (activity != Activity::kAsleep) world_->sleep(body.slot);
+      continue;
+    }
+    if (activity == Activity::kAsleep) world_->wake(body.slot);
+    task.bodies.push_back({world_.get(), body.slot});
+  }
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto a = places_.find(pairs[i].a);
+    const auto b = places_.find(pairs[i].b);
+    if (a == places_.end() && b == places_.end()) continue;
+    if (restless[sets.find(a != places_.end() ? a->second : b->second)])
+      task.contacts.push_back({world_.get(), i});
+  }
+}
+
+void PlainWorld::step() {
+  set_gravity();
+  world_->detect(settings_.time_step);
+  SolveTask task;
+  settle_islands(task);
+  if (!task.bodies.empty()) solver_->solve(task, settings_.time_step);
+  world_->integrate(settings_.time_step);
+}
+
+void PlainWorld::for_each_body(const std::function<void(const BodyRecord&)>& visit) const {
+  for (const Body& body : bodies_) {
+    BodyRecord record = body.record;
+    record.state = world_->state(body.slot);
+    visit(record);
+  }
+}
+
+}  // namespace tessera

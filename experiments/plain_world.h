@@ -1,0 +1,50 @@
+// What people do without Tessera: one Bullet world, every body at its absolute coordinates.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "lpss/engine/engine.h"
+#include "lpss/world/world_description.h"
+
+namespace tessera {
+
+// One engine world of single precision whose "sector" is the whole world: coordinates are metres from the
+// anchor's centre, rounded to what the engine computes with. The same bodies, settings, solver and sleeping
+// as in Tessera; only the sectors are missing. Not for several threads at a time.
+class PlainWorld {
+ public:
+  // Errors as validate() and load_engine().
+  static absl::StatusOr<std::unique_ptr<PlainWorld>> create(const WorldDescription& world);
+
+  void step();
+
+  // Calls `visit` for each body that can move, in ascending order of ids. Homes are the anchor, positions
+  // relative to its centre: of any size, or no numbers at all.
+  void for_each_body(const std::function<void(const BodyRecord&)>& visit) const;
+
+ private:
+  struct Body {
+    BodyRecord record;  // as it started
+    BodySlot slot = 0;
+  };
+
+  PlainWorld() = default;
+  void set_gravity();
+  void settle_islands(SolveTask& task);
+
+  WorldSettings settings_;
+  SectorIndex anchor_;
+  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<SectorWorld> world_;
+  std::unique_ptr<IslandSolver> solver_;
+  std::vector<Body> bodies_;
+  absl::flat_hash_map<BodyId, std::size_t> places_;  // of dynamic bodies in bodies_
+};
+
+}  // namespace tessera

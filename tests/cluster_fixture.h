@@ -1,0 +1,83 @@
+// Real clusters and small worlds for tests of whole processes. Nothing here waits for time to pass:
+// everything waits for what it wants to see, with a deadline.
+#pragma once
+
+#include <absl/status/status.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "client_sdk/cli/child_process.h"
+#include "client_sdk/cli/local_cluster.h"
+#include "lpss/world/world_description.h"
+#include "tessera/client.h"
+
+namespace tessera::testing {
+
+inline constexpr absl::Duration kPatience = absl::Seconds(60);  // for machines that are busy otherwise
+
+// A file of the repository's own worlds.
+std::filesystem::path world_file(const std::string& name);
+WorldDescription read_world(const std::string& name);
+
+// A plane through z = 0 and nothing else, in sectors of `sector_size`.
+WorldDescription flat_world(double sector_size);
+// Puts the body into a world that is not loaded yet; its position counts from the centre of sector (0, 0, 0)
+// and may be of any size.
+BodyDescription& add(WorldDescription& world, const NewBody& body);
+
+// The hash after `ticks` in one process.
+std::string hash_in_process(const WorldDescription& world, std::uint64_t ticks);
+
+struct Cluster {
+  std::unique_ptr<cli::LocalCluster> processes;
+  std::unique_ptr<Client> client;
+};
+// Fails the test, and gives nothing, where it cannot be started.
+Cluster start_cluster(int servers, const cli::LocalClusterOptions& options = {});
+
+// The name of every file in /dev/shm.
+std::set<std::string> shared_memory();
+bool runs(pid_t process);
+std::vector<pid_t> children_of(pid_t process);
+
+// A program of the project, beside this one, with its output in a file of its own.
+class Program {
+ public:
+  Program(const std::string& name, const std::vector<std::string>& arguments);
+  ~Program();
+
+  cli::ChildProcess& process() { return *process_; }
+  // Waits for its end. The exit code, or the negative number of a signal.
+  int wait();
+  // Waits until it has said something that contains `text`, or has ended. Whether it has said it.
+  bool await_output(const std::string& text);
+  std::string output() const;
+
+ private:
+  std::filesystem::path folder_;
+  absl::StatusOr<cli::ChildProcess> process_;
+};
+
+// What `tessera` does with these arguments.
+struct Outcome {
+  int code;
+  std::string output;
+};
+Outcome run_tessera(const std::vector<std::string>& arguments);
+
+MATCHER(IsOk, "is OK") {
+  *result_listener << arg.ToString();
+  return arg.ok();
+}
+MATCHER_P2(IsStatus, code, message, "has the code and says " + message) {
+  *result_listener << arg.ToString();
+  return arg.code() == code && std::string(arg.message()).find(message) != std::string::npos;
+}
+
+}  // namespace tessera::testing

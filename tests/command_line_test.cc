@@ -1,0 +1,146 @@
+// The `tessera` command as people use it: exit codes, messages, reports.
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/cluster_fixture.h"
+
+namespace tessera {
+namespace {
+
+using namespace tessera::testing;
+using ::testing::HasSubstr;
+
+// A report that `tessera run` writes, in a folder that goes away.
+class RunTest : public ::testing::Test {
+ protected:
+  RunTest() : folder_(cli::make_temporary_folder().value()) {}
+  ~RunTest() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  nlohmann::json run(std::vector<std::string> arguments) {
+    const std::filesystem::path file = folder_ / "report.json";
+    for (const std::string& more : {std::string("--json"), file.string()}) arguments.push_back(more);
+    arguments.insert(arguments.begin(), "run");
+    const Outcome outcome = run_tessera(arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    std::ifstream in(file);
+    return nlohmann::json::parse(in, nullptr, false);
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(RunTest, ReportsTheSameFieldsWithAndWithoutServers) {
+  const std::string world = world_file("seam.sdf").string();
+  const nlohmann::json alone = run({world, "--in-process", "--seconds", "1"});
+  const nlohmann::json cluster = run({world, "--servers", "2", "--seconds", "1"});
+  for (const char* field :
+       {"world_hash", "ticks", "bodies", "sectors", "clones_max", "islands_across_seams", "islands_cut",
+        "engine", "real_time_factor", "tick_ms", "peak_rss_mb", "servers", "threads", "sector_size", "seams",
+        "dt", "notices", "load_seconds", "wall_seconds"}) {
+    EXPECT_TRUE(alone.contains(field)) << field;
+    EXPECT_TRUE(cluster.contains(field)) << field;
+  }
+  for (const char* field :
+       {"world_hash", "ticks", "bodies", "sectors", "clones_max", "islands_across_seams"}) {
+    EXPECT_EQ(alone[field], cluster[field]) << field;
+  }
+  EXPECT_EQ(alone["ticks"], 60);
+  EXPECT_GT(alone["islands_across_seams"].get<int>(), 0);
+}
+
+TEST_F(RunTest, ProvesItself) {
+  const nlohmann::json report = run({world_file("seam.sdf").string(), "--seconds", "1", "--prove"});
+  EXPECT_EQ(report["proof"]["same_bits"], true);
+  EXPECT_EQ(report["proof"]["tessera"]["towers"], 2);
+  EXPECT_EQ(report["proof"]["plain_bullet"]["towers"], 2);
+}
+
+TEST_F(RunTest, ShiftAndPrecisionDoWhatTheySay) {
+  const std::string world = world_file("busy.sdf").string();
+  const auto hash = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {world, "--in-process", "--seconds", "1"});
+    return run(more)["world_hash"].get<std::string>();
+  };
+  const std::string here = hash({});
+  EXPECT_EQ(hash({"--shift", "2^62,-2^62,2^40"}), here);
+  EXPECT_EQ(hash({"--threads", "3"}), here);
+  const std::string in_doubles = hash({"--engine", "f64"});
+  EXPECT_NE(in_doubles, here);
+  EXPECT_EQ(hash({"--engine", "f64", "--shift=-2^62,1048576,0"}), in_doubles);
+}
+
+TEST(CommandLineTest, ExitCodesTellUsageFromFailure) {
+  const std::string world = world_file("falling.sdf").string();
+  EXPECT_EQ(run_tessera({}).code, 2);
+  EXPECT_EQ(run_tessera({"nonsense"}).code, 2);
+  EXPECT_EQ(run_tessera({"run"}).code, 2);
+  EXPECT_EQ(run_tessera({"run", world, "--servers", "0"}).code, 2);
+  EXPECT_EQ(run_tessera({"run", world, "--shift", "1,2"}).code, 2);
+  EXPECT_EQ(run_tessera({"run", world, "--engine", "f16"}).code, 2);
+  EXPECT_EQ(run_tessera({"run", "no_such_world.sdf"}).code, 1);
+  EXPECT_EQ(run_tessera({"run", world, "--sector-size", "1e6"}).code, 1);
+  EXPECT_EQ(run_tessera({"status", "--connect", "127.0.0.1:1"}).code, 1);
+}
+
+TEST(CommandLineTest, MessagesNameWhatAndTheBound) {
+  const std::string world = world_file("falling.sdf").string();
+  EXPECT_THAT(run_tessera({"run", world, "--shift", "0,2^63,0"}).output, HasSubstr("2^63"));
+  EXPECT_THAT(run_tessera({"run", world, "--shift", "0,4611686018427387905,0"}).output, HasSubstr("2^62"));
+  EXPECT_THAT(run_tessera({"run", "no_such_world.sdf"}).output, HasSubstr("no_such_world.sdf"));
+  EXPECT_THAT(run_tessera({"run", world, "--dt", "7"}).output, HasSubstr("0.1"));
+  EXPECT_THAT(run_tessera({"hash", "--connect", "127.0.0.1:1"}).output, HasSubstr("127.0.0.1:1"));
+}
+
+TEST(CommandLineTest, EveryCommandHasHelpWithAnExample) {
+  for (const char* command : {"run",      "up",    "load",     "unload", "spawn",   "remove",  "impulse",
+                              "velocity", "force", "teleport", "target", "raycast", "status",  "watch",
+                              "hash",     "find",  "pause",    "resume", "step",    "shutdown"}) {
+    const Outcome outcome = run_tessera({command, "--help"});
+    EXPECT_EQ(outcome.code, 0) << command;
+    EXPECT_THAT(outcome.output, HasSubstr("Example:\n  tessera ")) << command;
+  }
+}
+
+TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  const auto tessera = [&](std::vector<std::string> arguments) {
+    arguments.push_back("--connect");
+    arguments.push_back(cluster.processes->address());
+    const Outcome outcome = run_tessera(arguments);
+    EXPECT_EQ(outcome.code, 0) << arguments.front() << ": " << outcome.output;
+    return outcome.output;
+  };
+  EXPECT_THAT(tessera({"load", world_file("seam.sdf").string()}), HasSubstr("on 2 servers"));
+  EXPECT_THAT(tessera({"spawn", "--name", "late", "--shape", "box:1,1,1", "--mass", "10", "--at", "0,0,6"}),
+              HasSubstr("from tick 1 on"));
+  EXPECT_THAT(tessera({"impulse", "late", "--impulse", "0,0,-5"}), HasSubstr("tick 1"));
+  EXPECT_THAT(tessera({"step", "30"}), HasSubstr("tick 30"));
+  EXPECT_THAT(tessera({"velocity", "late", "--linear", "0,0,0"}), HasSubstr("tick 31"));
+  EXPECT_THAT(tessera({"force", "late", "--force", "0,0,5"}), HasSubstr("tick 31"));
+  EXPECT_THAT(tessera({"find", "tower_1"}), HasSubstr("tower_1::box_1"));
+  EXPECT_THAT(tessera({"raycast", "--at", "0,0,14", "--direction", "0,0,-1"}), HasSubstr("late"));
+  EXPECT_THAT(tessera({"teleport", "late", "--at", "1,2,3", "--sector", "2,0,0"}), HasSubstr("tick 31"));
+  EXPECT_THAT(tessera({"watch", "late", "--frames", "1"}), HasSubstr("30  body"));
+  EXPECT_THAT(tessera({"status"}), HasSubstr("paused  seam, tick 30"));
+  EXPECT_THAT(tessera({"hash"}), HasSubstr("at tick 30"));
+  EXPECT_THAT(tessera({"resume", "--rtf", "0.5"}), HasSubstr("runs from"));
+  EXPECT_THAT(tessera({"pause"}), HasSubstr("paused at"));
+  EXPECT_THAT(tessera({"remove", "late"}), HasSubstr("takes effect"));
+  tessera({"shutdown"});
+  EXPECT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
+}
+
+TEST(HelloTest, RunsAgainstACluster) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  ASSERT_THAT(cluster.client->load(read_world("falling.sdf")).status(), IsOk());
+  Program hello("tessera-hello", {cluster.processes->address()});
+  EXPECT_EQ(hello.wait(), 0) << hello.output();
+  EXPECT_THAT(hello.output(), HasSubstr("60: "));
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,141 @@
+// Clusters as processes: how they begin, what they refuse, and that nothing is left of them.
+#include <signal.h>
+#include <unistd.h>
+
+#include "tests/cluster_fixture.h"
+
+namespace tessera {
+namespace {
+
+using namespace tessera::testing;
+
+TEST(LifecycleTest, ShutdownLeavesNoProcessAndNoSharedMemory) {
+  const std::set<std::string> memory_before = shared_memory();
+  Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  ASSERT_THAT(cluster.client->load(read_world("seam.sdf")).status(), IsOk());
+  ASSERT_THAT(cluster.client->step(30, kPatience).status(), IsOk());
+  const std::vector<pid_t> processes = cluster.processes->processes();
+  EXPECT_EQ(processes.size(), 3u);
+  ASSERT_THAT(cluster.client->shutdown(), IsOk());
+  EXPECT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
+  for (const pid_t process : processes) EXPECT_FALSE(runs(process)) << process;
+  EXPECT_EQ(shared_memory(), memory_before);
+  EXPECT_EQ(cluster.client->status().status().code(), absl::StatusCode::kUnavailable);
+}
+
+TEST(LifecycleTest, PortInUseIsNamed) {
+  const Cluster first = start_cluster(1);
+  ASSERT_TRUE(first.client);
+  cli::LocalClusterOptions options;
+  options.servers = 1;
+  options.listen = first.processes->address();
+  options.start_timeout = kPatience;
+  const absl::Status status = cli::LocalCluster::start(options).status();
+  EXPECT_THAT(status, IsStatus(absl::StatusCode::kUnavailable, first.processes->address()));
+  EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("in use"));
+  EXPECT_THAT(first.client->status().status(), IsOk());
+}
+
+TEST(LifecycleTest, SecondCoordinatorIsRefused) {
+  const Cluster cluster = start_cluster(1);
+  ASSERT_TRUE(cluster.client);
+  std::vector<std::string> arguments = cluster.processes->identity();
+  for (const char* more : {"--listen", "127.0.0.1:0", "--exit-with-parent"}) arguments.emplace_back(more);
+  Program second("tessera-coordinator", arguments);
+  EXPECT_EQ(second.wait(), 1);
+  EXPECT_THAT(second.output(), ::testing::HasSubstr(cluster.processes->address()));
+  EXPECT_THAT(cluster.client->load(read_world("falling.sdf")).status(), IsOk());
+}
+
+TEST(LifecycleTest, ServerThatNeverComesIsMissed) {
+  cli::LocalClusterOptions options;
+  options.servers_to_start = 1;
+  options.join_timeout = absl::Seconds(1);
+  const Cluster cluster = start_cluster(2, options);
+  ASSERT_TRUE(cluster.client);
+  const absl::Status status = cluster.client->load(read_world("falling.sdf"), false, kPatience).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;
+  EXPECT_THAT(std::string(status.message()), ::testing::ContainsRegex("2.*1|1.*2"));
+  EXPECT_EQ(cluster.client->status().value().state, "empty");
+
+  // It may still come.
+  ASSERT_THAT(cluster.processes->start_server(), IsOk());
+  absl::StatusOr<LoadSummary> summary = cluster.client->load(read_world("falling.sdf"), false, kPatience);
+  for (int attempt = 0; attempt < 30 && absl::IsFailedPrecondition(summary.status()); ++attempt) {
+    summary = cluster.client->load(read_world("falling.sdf"), false, kPatience);
+  }
+  ASSERT_THAT(summary.status(), IsOk());
+  EXPECT_EQ(summary->servers, 2u);
+}
+
+TEST(LifecycleTest, LoadThatTakesTooLongEndsAtItsDeadline) {
+  cli::LocalClusterOptions options;
+  options.servers_to_start = 1;
+  const Cluster cluster = start_cluster(2, options);
+  ASSERT_TRUE(cluster.client);
+  EXPECT_THAT(cluster.client->load(read_world("falling.sdf"), false, absl::Milliseconds(300)).status(),
+              IsStatus(absl::StatusCode::kDeadlineExceeded, "no answer within 300ms"));
+}
+
+TEST(LifecycleTest, NoCoordinatorIsAnErrorThatNamesTheAddress) {
+  EXPECT_THAT(Client::connect("127.0.0.1:1", absl::Milliseconds(500)).status(),
+              IsStatus(absl::StatusCode::kUnavailable, "127.0.0.1:1"));
+}
+
+TEST(LifecycleTest, LoadedWorldIsNotReplacedByAccident) {
+  const Cluster cluster = start_cluster(1);
+  ASSERT_TRUE(cluster.client);
+  ASSERT_THAT(cluster.client->load(read_world("falling.sdf")).status(), IsOk());
+  EXPECT_EQ(cluster.client->load(read_world("seam.sdf")).status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(cluster.client->status().value().world, "falling");
+  ASSERT_THAT(cluster.client->unload(), IsOk());
+  EXPECT_EQ(cluster.client->status().value().state, "empty");
+  EXPECT_EQ(cluster.client->step().status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+// `tessera up` and its daemons, as a user has them.
+class UpTest : public ::testing::Test {
+ protected:
+  void start() {
+    ASSERT_TRUE(up_.await_output("a cluster is up")) << up_.output();
+    daemons_ = children_of(up_.process().pid());
+    EXPECT_EQ(daemons_.size(), 3u);
+    for (const pid_t daemon : daemons_) descriptors_.push_back(cli::open_process(daemon));
+  }
+  void expect_all_end() {
+    for (const int descriptor : descriptors_) EXPECT_TRUE(cli::wait_readable({descriptor}, kPatience));
+  }
+  ~UpTest() override {
+    for (const int descriptor : descriptors_) close(descriptor);
+  }
+
+  Program up_{"tessera", {"up", "--listen", "127.0.0.1:0", "--servers", "2", "--threads", "1"}};
+  std::vector<pid_t> daemons_;
+  std::vector<int> descriptors_;
+};
+
+TEST_F(UpTest, InterruptEndsAllInOrder) {
+  start();
+  up_.process().signal(SIGINT);
+  EXPECT_EQ(up_.wait(), 0) << up_.output();
+  expect_all_end();
+}
+
+TEST_F(UpTest, DaemonsEndWithTheirParentWhateverEndsIt) {
+  start();
+  up_.process().signal(SIGKILL);
+  EXPECT_EQ(up_.wait(), -SIGKILL);
+  expect_all_end();
+}
+
+TEST_F(UpTest, LostDaemonEndsAllWithAnError) {
+  start();
+  kill(daemons_.back(), SIGKILL);
+  EXPECT_EQ(up_.wait(), 1);
+  EXPECT_THAT(up_.output(), ::testing::HasSubstr("signal 9"));
+  expect_all_end();
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,197 @@
+// Streams over several servers: bodies that cross, contacts that happen once, ends that are told.
+#include <signal.h>
+
+#include <future>
+#include <map>
+#include <tuple>
+
+#include "lpss/world/simulation.h"
+#include "tests/cluster_fixture.h"
+
+namespace tessera {
+namespace {
+
+using namespace tessera::testing;
+
+constexpr double kSectorSize = 8;
+
+// A ball that rolls from the far west to the far east, and crates that rest on both sides, so that the world
+// is cut somewhere between.
+WorldDescription crossing_world() {
+  WorldDescription world = flat_world(kSectorSize);
+  BodyDescription& ball = add(world, solid("ball", sphere(0.5), 10, {{0, 0, 0}, {-18, 0, 0.5}}));
+  ball.linear_velocity = {8, 0, 0};
+  ball.angular_velocity = {0, 16, 0};
+  for (const double x : {-20.0, -22.0, 20.0, 22.0}) {
+    add(world, solid(absl::StrCat("crate", x), box(1, 1, 1), 10, {{0, 0, 0}, {x, 6, 0.5}}));
+  }
+  return world;
+}
+
+// How many bodies each server has.
+std::map<std::uint64_t, std::uint64_t> bodies_by_server(Client& client) {
+  std::map<std::uint64_t, std::uint64_t> bodies;
+  for (const ServerStatus& server : client.status().value().servers) bodies[server.node] = server.bodies;
+  return bodies;
+}
+
+TEST(BodyStreamTest, BodyCrossesFromServerToServerWithoutGapOrJump) {
+  constexpr std::uint64_t kTicks = 270;
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(crossing_world()).status(), IsOk());
+  ASSERT_THAT(client.step(1, kPatience).status(), IsOk());
+  const BodyId ball = client.find("ball").value().id;
+  const std::unique_ptr<BodyStream> stream = client.watch_bodies({.ids = {ball}}, kPatience).value();
+  const auto before = bodies_by_server(client);
+  std::future<absl::Status> stepped =
+      std::async(std::launch::async, [&] { return client.step(kTicks, kPatience).status(); });
+
+  WorldPosition last;
+  std::set<std::int64_t> sectors;
+  for (Tick tick = 1; tick <= 1 + kTicks; ++tick) {
+    const absl::StatusOr<BodyFrame> frame = stream->next(kPatience);
+    ASSERT_THAT(frame.status(), IsOk());
+    ASSERT_EQ(frame->tick, tick);
+    ASSERT_EQ(frame->bodies.size(), 1u);
+    ASSERT_EQ(frame->bodies[0].id, ball);
+    const WorldPosition& position = frame->bodies[0].pose.position;
+    if (tick > 1) {
+      const double way = (relative_to(position, last.sector, kSectorSize) - last.local).norm();
+      EXPECT_LT(way, 8.5 / 60);
+      EXPECT_GT(way, 4.0 / 60);
+    }
+    last = position;
+    sectors.insert(position.sector.i);
+  }
+  EXPECT_GE(sectors.size(), 4u);
+  EXPECT_THAT(stepped.get(), IsOk());
+  EXPECT_EQ(stream->skipped(), 0u);
+  const auto after = bodies_by_server(client);
+  EXPECT_EQ(before.size(), 2u);
+  EXPECT_NE(before, after);  // it went from one server to the other
+}
+
+TEST(BodyStreamTest, EveryBodyIsInEveryFrameOnceAndEveryTicksHolds) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(read_world("busy.sdf")).status(), IsOk());
+  const auto movable = [](const FoundBody& body) { return body.properties.motion != Motion::kStatic; };
+  const std::vector<FoundBody> all = client.find_bodies("").value().bodies;
+  const auto count = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), movable));
+  BodyFilter filter;
+  filter.every_ticks = 5;
+  const std::unique_ptr<BodyStream> stream = client.watch_bodies(filter, kPatience).value();
+  ASSERT_THAT(client.step(100, kPatience).status(), IsOk());
+  for (std::uint64_t tick = 0; tick <= 100; tick += 5) {
+    const absl::StatusOr<BodyFrame> frame = stream->next(kPatience);
+    ASSERT_THAT(frame.status(), IsOk());
+    EXPECT_EQ(frame->tick, tick);
+    EXPECT_EQ(frame->bodies.size(), count);
+    std::set<BodyId> ids;
+    for (const BodySample& body : frame->bodies) ids.insert(body.id);
+    EXPECT_EQ(ids.size(), count);
+  }
+}
+
+using Event = std::tuple<Tick, int, std::uint64_t, std::uint64_t>;
+
+TEST(ContactStreamTest, EachContactEventIsToldOnceAsInOneProcess) {
+  constexpr std::uint64_t kTicks = 120;
+  const WorldDescription world = read_world("busy.sdf");
+  std::vector<Event> expected;
+  const std::unique_ptr<Simulation> simulation = Simulation::create(world).value();
+  simulation->share().report_contacts(true);
+  for (std::uint64_t tick = 1; tick <= kTicks; ++tick) {
+    simulation->step();
+    for (const ContactEvent& event : simulation->share().contact_events()) {
+      if (event.phase == ContactPhase::kPersist) continue;
+      expected.emplace_back(tick, event.phase == ContactPhase::kEnd, event.a.value, event.b.value);
+    }
+  }
+  ASSERT_FALSE(expected.empty());
+
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  ASSERT_THAT(cluster.client->load(world).status(), IsOk());
+  const std::unique_ptr<ContactStream> stream = cluster.client->watch_contacts({}, kPatience).value();
+  ASSERT_THAT(cluster.client->step(kTicks, kPatience).status(), IsOk());
+  std::vector<Event> told;
+  for (Tick tick = 0; tick < kTicks;) {
+    const absl::StatusOr<ContactFrame> frame = stream->next(kPatience);
+    ASSERT_THAT(frame.status(), IsOk());
+    tick = frame->tick;
+    for (const Touch& touch : frame->contacts) {
+      told.emplace_back(tick, touch.phase == TouchPhase::kEnd, touch.a.value, touch.b.value);
+    }
+  }
+  std::sort(expected.begin(), expected.end());
+  std::sort(told.begin(), told.end());
+  EXPECT_EQ(told, expected);
+}
+
+TEST(BodyStreamTest, EndsWhenTheWorldIsReplaced) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  ASSERT_THAT(cluster.client->load(read_world("falling.sdf")).status(), IsOk());
+  const std::unique_ptr<BodyStream> stream = cluster.client->watch_bodies({}, kPatience).value();
+  ASSERT_THAT(cluster.client->step(3).status(), IsOk());
+  ASSERT_THAT(cluster.client->load(read_world("falling.sdf"), true).status(), IsOk());
+  ASSERT_THAT(cluster.client->step(3).status(), IsOk());
+  absl::StatusOr<BodyFrame> frame = stream->next(kPatience);
+  while (frame.ok()) frame = stream->next(kPatience);
+  EXPECT_THAT(frame.status(), IsStatus(absl::StatusCode::kAborted, "replaced"));
+}
+
+TEST(BodyStreamTest, NothingToWatchIsAnError) {
+  const Cluster cluster = start_cluster(1);
+  ASSERT_TRUE(cluster.client);
+  EXPECT_THAT(cluster.client->watch_bodies().status(),
+              IsStatus(absl::StatusCode::kFailedPrecondition, "no world is loaded"));
+}
+
+TEST(BodyStreamTest, ClientThatVanishesLeavesTheClusterRunning) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(read_world("busy.sdf")).status(), IsOk());
+  ASSERT_THAT(client.resume().status(), IsOk());
+  Program watcher("tessera", {"watch", "--connect", cluster.processes->address()});
+  ASSERT_TRUE(watcher.await_output("m/s")) << watcher.output();
+  watcher.process().signal(SIGKILL);
+  EXPECT_EQ(watcher.wait(), -SIGKILL);
+  const Tick tick = client.pause(kPatience).value();
+  EXPECT_EQ(client.step(60, kPatience).value(), tick + 60);
+  EXPECT_THAT(client.watch_bodies({}, kPatience).status(), IsOk());
+}
+
+TEST(BodyStreamTest, ServerThatIsKilledEndsStreamAndWorldWithItsName) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(read_world("busy.sdf")).status(), IsOk());
+  const std::unique_ptr<BodyStream> stream = client.watch_bodies({}, kPatience).value();
+  ASSERT_EQ(kill(cluster.processes->server(1), SIGKILL), 0);
+
+  const absl::Status stepped = client.step(1'000'000, kPatience).status();
+  EXPECT_EQ(stepped.code(), absl::StatusCode::kUnavailable) << stepped;
+  absl::StatusOr<BodyFrame> frame = stream->next(kPatience);
+  while (frame.ok()) frame = stream->next(kPatience);
+  EXPECT_THAT(frame.status(), IsStatus(absl::StatusCode::kUnavailable, "sector server at 127.0.0.1:"));
+
+  const ClusterStatus status = client.status().value();
+  EXPECT_EQ(status.state, "failed");
+  EXPECT_FALSE(status.failure.empty());
+  EXPECT_EQ(status.servers.size(), 1u);
+  EXPECT_THAT(cluster.processes->failure(), IsStatus(absl::StatusCode::kUnavailable, "signal 9"));
+
+  // The coordinator goes on: with a server in its place the world can be loaded anew.
+  ASSERT_THAT(cluster.processes->start_server(), IsOk());
+  ASSERT_THAT(client.load(read_world("busy.sdf"), true).status(), IsOk());
+  EXPECT_EQ(client.step(10, kPatience).value(), 10u);
+}
+
+}  // namespace
+}  // namespace tessera
