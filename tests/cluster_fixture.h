@@ -75,7 +75,7 @@ MATCHER(IsOk, "is OK") {
   *result_listener << arg.ToString();
   return arg.ok();
 }
-MATCHER_P2(IsStatus, code, message, "has the code and says " + message) {
+MATCHER_P2(IsStatus, code, message, std::string("has the code and says ") + message) {
   *result_listener << arg.ToString();
   return arg.code() == code && std::string(arg.message()).find(message) != std::string::npos;
 }

@@ -36,7 +36,8 @@ class QueriesTest : public ::testing::Test {
 Cluster* QueriesTest::cluster_ = nullptr;
 
 TEST_F(QueriesTest, RayGoesThroughThreeSectorsOnTwoServers) {
-  for (const ServerStatus& server : client().status().value().servers) EXPECT_GT(server.bodies, 0u);
+  const ClusterStatus status = client().status().value();
+  for (const ServerStatus& server : status.servers) EXPECT_GT(server.bodies, 0u);
   ASSERT_THAT(
       client().teleport("crate_-10", {{{-1, 0, 0}, {0, 4, 3}}, Eigen::Quaterniond::Identity()}).status(),
       IsOk());

@@ -31,7 +31,8 @@ WorldDescription crossing_world() {
 // How many bodies each server has.
 std::map<std::uint64_t, std::uint64_t> bodies_by_server(Client& client) {
   std::map<std::uint64_t, std::uint64_t> bodies;
-  for (const ServerStatus& server : client.status().value().servers) bodies[server.node] = server.bodies;
+  const ClusterStatus status = client.status().value();
+  for (const ServerStatus& server : status.servers) bodies[server.node] = server.bodies;
   return bodies;
 }
 

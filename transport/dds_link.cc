@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -48,6 +49,13 @@ constexpr int kTriggerBatch = 32;
 constexpr dds_attach_t kWakeAttachment = 0;
 constexpr dds_attach_t kReaderAttachment = 1;
 constexpr dds_attach_t kSilenceAttachment = 2;
+
+// Our share of the buffer that the kernel grants a receiver here, and, on hosts that are set up alike, there.
+std::size_t choose_window() {
+  std::size_t buffer_bytes = 0;
+  std::ifstream("/proc/sys/net/core/rmem_max") >> buffer_bytes;
+  return std::clamp(buffer_bytes / 4, kWindowBytesMin, kWindowBytesMax);
+}
 
 Session draw_session() {
   std::random_device device;
@@ -144,7 +152,7 @@ class DdsLink::Impl {
   };
 
   struct Peer {
-    explicit Peer(NodeId node, Session self) : stream(node, self) {}
+    Peer(NodeId node, Session self, std::size_t window_bytes) : stream(node, self, window_bytes) {}
     PeerStream stream;
     dds_entity_t topic = 0;
     dds_entity_t writer = 0;
@@ -169,6 +177,7 @@ class DdsLink::Impl {
 
   DdsOptions options_;
   Session session_;
+  std::size_t window_bytes_ = choose_window();
   DdsDomain domain_;
   dds_entity_t participant_ = 0;
   dds_entity_t reader_ = 0;
@@ -227,7 +236,7 @@ dds_entity_t DdsLink::Impl::create_inbox_topic(NodeId node) {
 DdsLink::Impl::Peer& DdsLink::Impl::peer(NodeId node) {
   std::unique_ptr<Peer>& slot = peers_[node];
   if (slot == nullptr) {
-    slot = std::make_unique<Peer>(node, session_);
+    slot = std::make_unique<Peer>(node, session_, window_bytes_);
     slot->topic = must(create_inbox_topic(node), "cannot create the topic of a peer");
     const Qos qos = inbox_qos();
     dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kSilenceMax);

@@ -10,7 +10,7 @@ namespace {
 
 // Without traffic in the other direction that carries it along, word of what has arrived goes out after this
 // much: often enough that the sender's window never closes and that it does not keep many small messages.
-constexpr std::uint64_t kAcknowledgeBytes = kWindowBytes / 4;
+constexpr std::uint64_t kAcknowledgeBytes = kWindowBytesMin / 4;
 constexpr std::uint64_t kAcknowledgeParts = 64;
 
 }  // namespace
@@ -76,7 +76,7 @@ std::optional<Frame> PeerStream::next() const {
     const std::uint64_t begin = (sent_sequence_ + 1 - message.first_sequence) * kPartBytes;
     const std::uint64_t size = std::min<std::uint64_t>(kPartBytes, message.payload.size() - begin);
     const std::uint64_t under_way = sent_bytes_ - acknowledged_bytes_;
-    if (under_way == 0 || under_way + size <= kWindowBytes) {
+    if (under_way == 0 || under_way + size <= window_bytes_) {
       frame.sequence = sent_sequence_ + 1;
       frame.payload = std::string_view(message.payload).substr(begin, size);
       frame.rest = message.payload.size() - begin - size;

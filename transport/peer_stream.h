@@ -17,10 +17,13 @@ namespace tessera {
 // Tells a process from its predecessor at the same address; drawn at random at start, never 0.
 using Session = std::uint64_t;
 
-// Larger payloads travel in parts of this size, so that no buffer on the way has to hold more than a window.
-inline constexpr std::size_t kPartBytes = 256 * 1024;
-// What may be under way to one peer before it says that it has something of it.
-inline constexpr std::size_t kWindowBytes = 1024 * 1024;
+// Larger payloads travel in parts of this size: with its header, a part fits into one datagram.
+inline constexpr std::size_t kPartBytes = 60 * 1024;
+// What may be under way to one peer before it says that it has something of it: each end chooses in this
+// range. With more than the receiver's socket buffer holds, throughput breaks down; less costs nothing on a
+// short way.
+inline constexpr std::size_t kWindowBytesMin = 256 * 1024;
+inline constexpr std::size_t kWindowBytesMax = 1024 * 1024;
 
 // A message part or a word between two links: proto/cluster.idl says what each field means. `payload` is a
 // view of the sender's memory, valid until its next call.
@@ -46,7 +49,8 @@ struct Frame {
 // noticed is dropped, since nobody can tell which of it the dead one acted upon. One thread.
 class PeerStream {
  public:
-  PeerStream(NodeId peer, Session self) : peer_(peer), self_(self) {}
+  PeerStream(NodeId peer, Session self, std::size_t window_bytes = kWindowBytesMin)
+      : peer_(peer), self_(self), window_bytes_(window_bytes) {}
 
   NodeId peer() const { return peer_; }
 
@@ -98,6 +102,7 @@ class PeerStream {
 
   NodeId peer_;
   Session self_;
+  std::size_t window_bytes_;
   // 0: not met yet.
   Session session_ = 0;
   std::vector<Session> dead_sessions_;

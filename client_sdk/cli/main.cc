@@ -23,6 +23,7 @@ int run(int argc, char** argv) {
   add_cluster_commands(app, action);
   add_body_commands(app, action);
   add_query_commands(app, action);
+  add_simulate_command(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -14,7 +14,7 @@ constexpr absl::Duration kPatience = absl::Seconds(30);
 BodyFrame part(Tick tick, const std::vector<std::uint64_t>& ids) {
   BodyFrame frame;
   frame.tick = tick;
-  for (const std::uint64_t id : ids) frame.bodies.push_back({BodyId{id}, {}, {}, {}, false});
+  for (const std::uint64_t id : ids) frame.bodies.emplace_back().id = BodyId{id};
   return frame;
 }
 

@@ -1,10 +1,10 @@
 // The client of a Tessera cluster: load a world, change it, drive it, watch it.
 //
 //   auto client = tessera::Client::connect("127.0.0.1:7300").value();
-//   auto crate = client->spawn(tessera::solid("crate", tessera::box(1, 1, 1), 10, {{0, 0, 0}, {0, 0,
-//   5}})).value(); auto frames = client->watch_bodies({.ids = {crate.id}}).value(); client->step(60).value();
-//   for (;;) for (const auto& body : frames->next().value().bodies) std::cout << body.pose.position.local <<
-//   "\n";
+//   auto crate = client->spawn(tessera::solid("crate", tessera::box(1, 1, 1), 10, {{0, 0, 0}, {0, 0, 5}})).value();
+//   auto frames = client->watch_bodies({.ids = {crate.id}}).value();
+//   client->resume().value();
+//   for (auto frame = frames->next(); frame.ok(); frame = frames->next()) std::cout << frame->bodies.size() << "\n";
 //
 // Units: m, kg, s, rad, N; positions are sector index and displacement, exact at any distance. Calls block
 // until the cluster has answered or their time is up. Errors carry the message of the cluster:
