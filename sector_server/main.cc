@@ -1,5 +1,6 @@
 // tessera-sector-server: hosts sectors of a world for a coordinator.
 #include <grpcpp/grpcpp.h>
+#include <malloc.h>
 #include <signal.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
@@ -93,12 +94,13 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams) {
                            ? std::chrono::steady_clock::time_point{}
                            : start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                          deadline.value_or(since_start() + std::chrono::seconds(1)));
-    for (Delivery& delivery : link.receive(until)) {
+    std::vector<Delivery> deliveries = link.receive(until);
+    for (const NodeId node : link.take_lost_peers()) server.lost(node);
+    for (Delivery& delivery : deliveries) {
       v1::ClusterMessage message;
       if (!message.ParseFromString(delivery.payload)) return absl::DataLossError("a message cannot be read");
       server.receive(delivery.from, std::move(message), since_start());
     }
-    for (const NodeId node : link.take_lost_peers()) server.lost(node);
     server.proceed(since_start());
     server.advance(since_start());
     if (Share* share = server.share_between_ticks()) streams.publish(server.tick(), *share, true);
@@ -157,6 +159,8 @@ int run(Arguments& arguments) {
 int main(int argc, char** argv) {
   tessera::Arguments arguments;
   if (const int code = tessera::parse(argc, argv, arguments); code >= 0) return code;
+  // What a tick frees, the next one wants again: keep it instead of handing it to the kernel and back.
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
   if (arguments.exit_with_parent) prctl(PR_SET_PDEATHSIG, SIGKILL);
   spdlog::set_level(spdlog::level::from_str(arguments.log_level));
   spdlog::set_pattern("%H:%M:%S.%e %^%l%$ sector_server: %v");

@@ -6,6 +6,7 @@
 #include <sys/inotify.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -14,6 +15,30 @@
 #include "worlds/loader/world_file.h"
 
 namespace tessera::testing {
+namespace {
+
+// Logs of daemons that were lost, as tests want them to be, are kept: all in one folder, that goes away.
+class TemporaryFolder : public ::testing::Environment {
+ public:
+  void SetUp() override {
+    const absl::StatusOr<std::filesystem::path> folder = cli::make_temporary_folder();
+    ASSERT_THAT(folder.status(), IsOk());
+    folder_ = *folder;
+    setenv("TMPDIR", folder_.c_str(), 1);
+  }
+  void TearDown() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+const ::testing::Environment* const temporary_folder =
+    ::testing::AddGlobalTestEnvironment(new TemporaryFolder);
+
+}  // namespace
 
 std::filesystem::path world_file(const std::string& name) {
   return std::filesystem::path(TESSERA_OWN_WORLDS) / name;

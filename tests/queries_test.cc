@@ -36,6 +36,7 @@ class QueriesTest : public ::testing::Test {
 Cluster* QueriesTest::cluster_ = nullptr;
 
 TEST_F(QueriesTest, RayGoesThroughThreeSectorsOnTwoServers) {
+  ASSERT_THAT(client().step(1, kPatience).status(), IsOk());
   const ClusterStatus status = client().status().value();
   for (const ServerStatus& server : status.servers) EXPECT_GT(server.bodies, 0u);
   ASSERT_THAT(

@@ -2,6 +2,7 @@
 #include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -342,7 +343,9 @@ std::vector<Row> urdf_rows() {
 class BadFile : public testing::TestWithParam<Row> {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new std::filesystem::path(std::filesystem::path(testing::TempDir()) / "tessera_bad_files");
+    // Each case may run in a process of its own, at the same time as others.
+    folder_ = new std::filesystem::path(std::filesystem::path(testing::TempDir()) /
+                                        absl::StrCat("tessera_bad_files_", getpid()));
     std::filesystem::create_directories(*folder_);
     const auto write = [](const std::string& name, const std::string& text) {
       std::ofstream(*folder_ / name) << text;
@@ -412,7 +415,7 @@ TEST(BadFiles, MissingFile) {
 TEST(BadFiles, Folder) { EXPECT_EQ(load_world_file(testing::TempDir()).status().code(), kNotFound); }
 
 TEST(BadFiles, HugeFile) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "tessera_huge.sdf";
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / absl::StrCat("tessera_huge_", getpid(), ".sdf");
   std::ofstream(file) << "<sdf/>";
   std::filesystem::resize_file(file, kWorldFileBytesMax + 1);  // a hole: takes no place on the disk
   const auto loaded = load_world_file(file);

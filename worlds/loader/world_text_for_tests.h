@@ -4,6 +4,8 @@
 #include <absl/strings/str_cat.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -20,7 +22,7 @@ class Folder {
  public:
   Folder()
       : path_(std::filesystem::path(testing::TempDir()) /
-              absl::StrCat("tessera_", testing::UnitTest::GetInstance()->current_test_info()->name())) {
+              absl::StrCat("tessera_", getpid(), "_", testing::UnitTest::GetInstance()->current_test_info()->name())) {
     std::filesystem::create_directories(path_);
   }
   ~Folder() { std::filesystem::remove_all(path_); }
