@@ -22,11 +22,15 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
     UnaryCall* call = nullptr;  // null once it has ended
     Answer* answer = nullptr;
 
+    // gRPC may call back from within Finish(): not under the lock.
     void end(const grpc::Status& status, const Answer* from) {
-      const std::lock_guard lock(mutex);
-      if (call == nullptr) return;
-      if (from != nullptr) *answer = *from;
-      std::exchange(call, nullptr)->Finish(status);
+      UnaryCall* ending = nullptr;
+      {
+        const std::lock_guard lock(mutex);
+        ending = std::exchange(call, nullptr);
+        if (ending != nullptr && from != nullptr) *answer = *from;
+      }
+      if (ending != nullptr) ending->Finish(status);
     }
   };
 
@@ -38,8 +42,9 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   const std::shared_ptr<Place>& place() const { return place_; }
 
   void OnCancel() override {
-    place_->end(grpc::Status(grpc::StatusCode::CANCELLED, "the client has gone, or its deadline has passed"),
-                nullptr);
+    const std::shared_ptr<Place> place = place_;  // outlives the call
+    place->end(grpc::Status(grpc::StatusCode::CANCELLED, "the client has gone, or its deadline has passed"),
+               nullptr);
   }
   void OnDone() override { delete this; }
 

@@ -12,7 +12,8 @@
 
 namespace tessera {
 
-// A tower stands if its top body ends nearer than this (m) to where it began: half a crate, so that none has fallen.
+// A tower stands if its top body ends nearer than this (m) to where it began: half a crate, so that none has
+// fallen.
 inline constexpr double kStandingDisplacementMax = 0.5;
 
 struct TowerReport {

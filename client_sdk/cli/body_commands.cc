@@ -49,7 +49,7 @@ void add_spawn(CLI::App& app, Action& action) {
   add_parsed(command, "--angular", options->second, parse_vector, "X,Y,Z: angular velocity, rad/s");
   CLI::Option* fixed = command.add_flag("--static", options->fixed, "it never moves");
   command.add_flag("--kinematic", options->kinematic, "it moves only as it is told to")->excludes(fixed);
-  on_cluster(command, action, [options](Client& client) -> absl::Status {
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
     NewBody body = solid(options->name, options->shape, options->mass, options->at);
     BodyProperties& properties = body.body.properties;
     if (options->fixed) properties.motion = Motion::kStatic;
@@ -60,6 +60,7 @@ void add_spawn(CLI::App& app, Action& action) {
     body.body.angular_velocity = options->second;
     const absl::StatusOr<Spawned> spawned = client.spawn(body);
     if (!spawned.ok()) return spawned.status();
+    data = {{"id", spawned->id.value}, {"tick", spawned->tick}};
     absl::PrintF("body %d, from tick %d on\n", spawned->id.value, spawned->tick);
     return absl::OkStatus();
   });
@@ -69,8 +70,9 @@ void add_remove(CLI::App& app, Action& action) {
   CLI::App& command = add_command(app, "remove", "Take a body out of the world.", "tessera remove crate");
   const auto options = std::make_shared<BodyOptions>();
   add_body_option(command, *options);
-  on_cluster(command, action,
-             [options](Client& client) { return print_effect(client.remove(parse_body(options->body))); });
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
+    return print_effect(client.remove(parse_body(options->body)), data);
+  });
 }
 
 // The commands that take a body and two vectors.
@@ -112,8 +114,8 @@ void add_vector_command(CLI::App& app, Action& action, const VectorCommand& spec
   add_body_option(command, *options);
   add_parsed(command, spec.first, options->first, parse_vector, spec.first_help)->required();
   add_parsed(command, spec.second, options->second, parse_vector, spec.second_help);
-  on_cluster(command, action, [options, call = spec.call](Client& client) {
-    return print_effect(call(client, parse_body(options->body), options->first, options->second));
+  on_cluster(command, action, [options, call = spec.call](Client& client, nlohmann::json& data) {
+    return print_effect(call(client, parse_body(options->body), options->first, options->second), data);
   });
 }
 
@@ -125,9 +127,10 @@ void add_teleport(CLI::App& app, Action& action) {
   add_position_options(command, *options);
   add_parsed(command, "--linear", options->first, parse_vector, "X,Y,Z: its velocity then, m/s");
   add_parsed(command, "--angular", options->second, parse_vector, "X,Y,Z: rad/s");
-  on_cluster(command, action, [options](Client& client) {
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
     const WorldPose pose{options->at, Eigen::Quaterniond::Identity()};
-    return print_effect(client.teleport(parse_body(options->body), pose, options->first, options->second));
+    return print_effect(client.teleport(parse_body(options->body), pose, options->first, options->second),
+                        data);
   });
 }
 
@@ -137,9 +140,9 @@ void add_target(CLI::App& app, Action& action) {
   const auto options = std::make_shared<BodyOptions>();
   add_body_option(command, *options);
   add_position_options(command, *options);
-  on_cluster(command, action, [options](Client& client) {
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
     const WorldPose pose{options->at, Eigen::Quaterniond::Identity()};
-    return print_effect(client.set_kinematic_target(parse_body(options->body), pose));
+    return print_effect(client.set_kinematic_target(parse_body(options->body), pose), data);
   });
 }
 
@@ -152,8 +155,9 @@ BodyName parse_body(const std::string& text) {
   return text;
 }
 
-absl::Status print_effect(const absl::StatusOr<Tick>& tick) {
+absl::Status print_effect(const absl::StatusOr<Tick>& tick, nlohmann::json& data) {
   if (!tick.ok()) return tick.status();
+  data["tick"] = *tick;
   absl::PrintF("takes effect at tick %d\n", *tick);
   return absl::OkStatus();
 }

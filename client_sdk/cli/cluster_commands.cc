@@ -61,27 +61,35 @@ void add_load(CLI::App& app, Action& action) {
   command.add_option("world", options->world, "SDF or URDF file")->required();
   command.add_flag("--replace", options->replace, "also where a world is loaded already");
   add_override_options(command, options->overrides);
-  on_cluster(command, action, [options](Client& client) -> absl::Status {
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
     const absl::StatusOr<LoadedWorld> loaded = load_world(options->world, options->overrides);
     if (!loaded.ok()) return loaded.status();
     const absl::StatusOr<LoadSummary> summary = client.load(loaded->world, options->replace);
     if (!summary.ok()) return summary.status();
     absl::PrintF("%s: %s bodies, %s sectors, on %d server%s\n", loaded->world.name, grouped(summary->bodies),
                  grouped(summary->sectors), summary->servers, summary->servers == 1 ? "" : "s");
+    data = {{"world", loaded->world.name},
+            {"bodies", summary->bodies},
+            {"sectors", summary->sectors},
+            {"servers", summary->servers},
+            {"notices", loaded->notices}};
     for (const std::string& notice : loaded->notices) absl::PrintF("left out: %s\n", notice);
     return absl::OkStatus();
   });
 }
 
-absl::Status print_tick(const char* what, const absl::StatusOr<Tick>& tick) {
+absl::Status print_tick(const char* what, const absl::StatusOr<Tick>& tick, nlohmann::json& data) {
   if (!tick.ok()) return tick.status();
+  data["tick"] = *tick;
   absl::PrintF("%s tick %d\n", what, *tick);
   return absl::OkStatus();
 }
 
 void add_time(CLI::App& app, Action& action) {
   CLI::App& pause = add_command(app, "pause", "Let the world stand still.", "tessera pause");
-  on_cluster(pause, action, [](Client& client) { return print_tick("paused at", client.pause()); });
+  on_cluster(pause, action, [](Client& client, nlohmann::json& data) {
+    return print_tick("paused at", client.pause(), data);
+  });
 
   CLI::App& resume = add_command(app, "resume", "Let the world run.", "tessera resume --rtf 0.5");
   struct Pace {
@@ -93,22 +101,24 @@ void add_time(CLI::App& app, Action& action) {
                             ->check(CLI::PositiveNumber)
                             ->capture_default_str();
   resume.add_flag("--fast", pace->fast, "as fast as possible")->excludes(factor);
-  on_cluster(resume, action, [pace](Client& client) {
-    return print_tick("runs from", client.resume(pace->fast ? 0 : pace->factor));
+  on_cluster(resume, action, [pace](Client& client, nlohmann::json& data) {
+    return print_tick("runs from", client.resume(pace->fast ? 0 : pace->factor), data);
   });
 
   CLI::App& step = add_command(app, "step", "Do some ticks and wait for them.", "tessera step 60");
   const auto ticks = std::make_shared<std::uint64_t>(1);
   step.add_option("ticks", *ticks, "how many")->check(CLI::PositiveNumber)->capture_default_str();
-  on_cluster(step, action, [ticks](Client& client) { return print_tick("at", client.step(*ticks)); });
+  on_cluster(step, action, [ticks](Client& client, nlohmann::json& data) {
+    return print_tick("at", client.step(*ticks), data);
+  });
 }
 
 void add_ends(CLI::App& app, Action& action) {
   CLI::App& unload = add_command(app, "unload", "Forget the world; the servers stay.", "tessera unload");
-  on_cluster(unload, action, [](Client& client) { return client.unload(); });
+  on_cluster(unload, action, [](Client& client, nlohmann::json&) { return client.unload(); });
   CLI::App& shutdown =
       add_command(app, "shutdown", "End the coordinator and its servers.", "tessera shutdown");
-  on_cluster(shutdown, action, [](Client& client) { return client.shutdown(); });
+  on_cluster(shutdown, action, [](Client& client, nlohmann::json&) { return client.shutdown(); });
 }
 
 }  // namespace

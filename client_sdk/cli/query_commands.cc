@@ -55,7 +55,39 @@ std::string to_text(const ClusterStatus& status) {
   return text + table(rows, right);
 }
 
-absl::Status show_status(Client& client, bool live) {
+nlohmann::json to_json(const ClusterStatus& status) {
+  nlohmann::json servers = nlohmann::json::array();
+  for (const ServerStatus& server : status.servers) {
+    servers.push_back({{"node", server.node},
+                       {"stream_address", server.stream_address},
+                       {"engine", server.precision == Precision::kFloat32 ? "f32" : "f64"},
+                       {"threads", server.threads},
+                       {"tick", server.tick},
+                       {"bodies", server.bodies},
+                       {"sectors", server.sectors},
+                       {"sectors_awake", server.sectors_awake},
+                       {"clones", server.clones},
+                       {"exchange_bytes", server.exchange_bytes},
+                       {"peak_rss_bytes", server.peak_rss_bytes}});
+  }
+  return {
+      {"state", status.state},
+      {"failure", status.failure},
+      {"world", status.world},
+      {"tick", status.tick},
+      {"time", status.time},
+      {"real_time_factor", status.real_time_factor},
+      {"bodies", status.bodies},
+      {"bodies_awake", status.bodies_awake},
+      {"sectors", status.sectors},
+      {"clones", status.clones},
+      {"contacts", status.contacts},
+      {"islands_across_seams", status.islands_across_seams},
+      {"tick_ms", {{"p50", status.tick_ms_p50}, {"p99", status.tick_ms_p99}, {"max", status.tick_ms_max}}},
+      {"servers", std::move(servers)}};
+}
+
+absl::Status show_status(Client& client, bool live, nlohmann::json& data) {
   if (live) catch_interrupts();
   const bool redraw = live && isatty(STDOUT_FILENO) == 1;
   do {
@@ -63,6 +95,7 @@ absl::Status show_status(Client& client, bool live) {
     if (!status.ok()) return status.status();
     absl::PrintF("%s%s", redraw ? kClearScreen : "", to_text(*status));
     std::fflush(stdout);
+    data = to_json(*status);
   } while (live && !wait_readable({interrupt_descriptor()}, kRedrawEvery));
   return absl::OkStatus();
 }
@@ -71,14 +104,16 @@ void add_status(CLI::App& app, Action& action) {
   CLI::App& command = add_command(app, "status", "What the cluster does.", "tessera status --watch");
   const auto live = std::make_shared<bool>(false);
   command.add_flag("--watch", *live, "again and again, until Ctrl-C");
-  on_cluster(command, action, [live](Client& client) { return show_status(client, *live); });
+  on_cluster(command, action,
+             [live](Client& client, nlohmann::json& data) { return show_status(client, *live, data); });
 }
 
 void add_hash(CLI::App& app, Action& action) {
   CLI::App& command = add_command(app, "hash", "The hash of the world's state.", "tessera hash");
-  on_cluster(command, action, [](Client& client) -> absl::Status {
+  on_cluster(command, action, [](Client& client, nlohmann::json& data) -> absl::Status {
     const absl::StatusOr<HashAt> hash = client.hash();
     if (!hash.ok()) return hash.status();
+    data = {{"world_hash", hash->hash}, {"tick", hash->tick}};
     absl::PrintF("%s at tick %d\n", hash->hash, hash->tick);
     return absl::OkStatus();
   });
@@ -95,14 +130,21 @@ void add_raycast(CLI::App& app, Action& action) {
   add_parsed(command, "--direction", ray->direction, parse_vector, "X,Y,Z, of any length but zero")
       ->required();
   command.add_option("--length", ray->length, "m")->capture_default_str();
-  on_cluster(command, action, [ray](Client& client) -> absl::Status {
+  on_cluster(command, action, [ray](Client& client, nlohmann::json& data) -> absl::Status {
     const absl::StatusOr<std::optional<RayResult>> result = client.raycast(*ray);
     if (!result.ok()) return result.status();
+    data["hit"] = result->has_value();
     if (!*result) {
       absl::PrintF("nothing\n");
       return absl::OkStatus();
     }
     const RayResult& hit = **result;
+    data["body"] = hit.body.value;
+    data["name"] = hit.name;
+    data["distance"] = hit.distance;
+    data["position"] = {{"sector", {hit.position.sector.i, hit.position.sector.j, hit.position.sector.k}},
+                        {"local", {hit.position.local.x(), hit.position.local.y(), hit.position.local.z()}}};
+    data["normal"] = {hit.normal.x(), hit.normal.y(), hit.normal.z()};
     absl::PrintF("%s (body %d) at %.6g m: %s + (%s) m, normal (%s)\n", hit.name, hit.body.value, hit.distance,
                  to_string(hit.position.sector), to_string(hit.position.local), to_string(hit.normal));
     return absl::OkStatus();
@@ -119,11 +161,13 @@ void add_find(CLI::App& app, Action& action) {
   const auto options = std::make_shared<FindOptions>();
   command.add_option("prefix", options->prefix, "beginning of the names; all bodies if not given");
   command.add_option("--limit", options->limit, "how many at most; 0: 1000");
-  on_cluster(command, action, [options](Client& client) -> absl::Status {
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
     const absl::StatusOr<FoundBodies> found = client.find_bodies(options->prefix, options->limit);
     if (!found.ok()) return found.status();
     std::vector<std::vector<std::string>> rows = {{"id", "name", "motion", "mass"}};
+    data = {{"bodies", nlohmann::json::array()}, {"truncated", found->truncated}};
     for (const FoundBody& body : found->bodies) {
+      data["bodies"].push_back({{"id", body.id.value}, {"name", body.name}});
       const bool dynamic = body.properties.motion == Motion::kDynamic;
       rows.push_back({absl::StrCat(body.id.value), body.name,
                       dynamic                                     ? "dynamic"
@@ -145,6 +189,38 @@ struct WatchOptions {
   std::uint64_t frames = 0;
 };
 
+nlohmann::json to_json(const WorldPosition& position) {
+  return {{"sector", {position.sector.i, position.sector.j, position.sector.k}},
+          {"local", {position.local.x(), position.local.y(), position.local.z()}}};
+}
+
+nlohmann::json to_json(const BodyFrame& frame) {
+  nlohmann::json bodies = nlohmann::json::array();
+  for (const BodySample& body : frame.bodies) {
+    const Eigen::Vector3d& v = body.linear_velocity;
+    bodies.push_back({{"id", body.id.value},
+                      {"position", to_json(body.pose.position)},
+                      {"linear_velocity", {v.x(), v.y(), v.z()}},
+                      {"asleep", body.asleep}});
+  }
+  return {{"tick", frame.tick}, {"bodies", std::move(bodies)}};
+}
+
+const char* name_of(TouchPhase phase) {
+  return phase == TouchPhase::kBegin ? "begin" : phase == TouchPhase::kEnd ? "end" : "on";
+}
+
+nlohmann::json to_json(const ContactFrame& frame) {
+  nlohmann::json contacts = nlohmann::json::array();
+  for (const Touch& touch : frame.contacts) {
+    contacts.push_back({{"phase", name_of(touch.phase)},
+                        {"a", touch.a.value},
+                        {"b", touch.b.value},
+                        {"impulse", touch.impulse}});
+  }
+  return {{"tick", frame.tick}, {"contacts", std::move(contacts)}};
+}
+
 void print(const BodyFrame& frame) {
   for (const BodySample& body : frame.bodies) {
     absl::PrintF("%d  body %d  %s + (%s) m  %.3f m/s%s\n", frame.tick, body.id.value,
@@ -155,10 +231,7 @@ void print(const BodyFrame& frame) {
 
 void print(const ContactFrame& frame) {
   for (const Touch& touch : frame.contacts) {
-    const char* phase = touch.phase == TouchPhase::kBegin ? "begin"
-                        : touch.phase == TouchPhase::kEnd ? "end"
-                                                          : "on";
-    absl::PrintF("%d  %s  %d-%d", frame.tick, phase, touch.a.value, touch.b.value);
+    absl::PrintF("%d  %s  %d-%d", frame.tick, name_of(touch.phase), touch.a.value, touch.b.value);
     if (touch.phase == TouchPhase::kEnd) {
       absl::PrintF("\n");
     } else {
@@ -169,20 +242,24 @@ void print(const ContactFrame& frame) {
 }
 
 template <typename Frame>
-absl::Status follow(absl::StatusOr<std::unique_ptr<Stream<Frame>>> stream, std::uint64_t frames) {
+absl::Status follow(absl::StatusOr<std::unique_ptr<Stream<Frame>>> stream, std::uint64_t frames,
+                    nlohmann::json& data) {
   if (!stream.ok()) return stream.status();
   for (std::uint64_t count = 0; (frames == 0 || count < frames) && !interrupted();) {
     const absl::StatusOr<Frame> frame = (*stream)->next(kPatience);
     if (absl::IsDeadlineExceeded(frame.status())) continue;
     if (!frame.ok()) return frame.status();
     print(*frame);
+    // Of a watch without end only the last frame is kept.
+    if (frames == 0) data["frames"].clear();
+    data["frames"].push_back(to_json(*frame));
     std::fflush(stdout);
     ++count;
   }
   return absl::OkStatus();
 }
 
-absl::Status watch(Client& client, const WatchOptions& options) {
+absl::Status watch(Client& client, const WatchOptions& options, nlohmann::json& data) {
   catch_interrupts();
   std::vector<BodyId> ids;
   for (const std::string& text : options.bodies) {
@@ -197,13 +274,13 @@ absl::Status watch(Client& client, const WatchOptions& options) {
   }
   if (options.contacts) {
     return follow<ContactFrame>(client.watch_contacts({.ids = ids, .persisting = options.persisting}),
-                                options.frames);
+                                options.frames, data);
   }
   BodyFilter filter;
   filter.ids = ids;
   filter.every_ticks = options.every;
   filter.only_awake = options.awake;
-  return follow<BodyFrame>(client.watch_bodies(filter), options.frames);
+  return follow<BodyFrame>(client.watch_bodies(filter), options.frames, data);
 }
 
 void add_watch(CLI::App& app, Action& action) {
@@ -218,7 +295,8 @@ void add_watch(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command.add_option("--frames", options->frames, "end after so many ticks; 0: never");
-  on_cluster(command, action, [options](Client& client) { return watch(client, *options); });
+  on_cluster(command, action,
+             [options](Client& client, nlohmann::json& data) { return watch(client, *options, data); });
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "client_sdk/cli/run_cluster.h"
 
 #include <absl/strings/str_cat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -56,15 +57,18 @@ absl::Status question(Client& client, RunReport& report) {
   report.islands_cut = status->islands_cut;
   report.bodies_stopped = status->bodies_stopped;
   report.tick_ms = {status->tick_ms_p50, status->tick_ms_p99, status->tick_ms_max};
+  return absl::OkStatus();
+}
+
+void measure_memory(const LocalCluster& cluster, RunReport& report) {
   auto& peaks = report.peak_rss_mb_by_process;
-  peaks.emplace_back("tessera", peak_rss_mb());
-  peaks.emplace_back("coordinator", static_cast<double>(status->coordinator_peak_rss_bytes) / 1e6);
-  for (std::size_t i = 0; i < status->servers.size(); ++i) {
-    peaks.emplace_back(absl::StrCat("sector_server_", i + 1),
-                       static_cast<double>(status->servers[i].peak_rss_bytes) / 1e6);
+  peaks.emplace_back("tessera", peak_rss_mb(getpid()));
+  peaks.emplace_back("coordinator", peak_rss_mb(cluster.coordinator()));
+  for (int place = 0; place < report.servers; ++place) {
+    const double peak = peak_rss_mb(cluster.server(static_cast<std::size_t>(place)));
+    peaks.emplace_back(absl::StrCat("sector_server_", place + 1), peak);
   }
   for (const auto& [process, peak] : peaks) report.peak_rss_mb = std::max(report.peak_rss_mb, peak);
-  return absl::OkStatus();
 }
 
 }  // namespace
@@ -95,6 +99,7 @@ absl::StatusOr<RunReport> run_cluster(const RunOptions& options) {
   status = step(**cluster, **client, report);
   if (status.ok()) status = question(**client, report);
   if (!status.ok()) return status;
+  measure_memory(**cluster, report);
   if (status = (*client)->shutdown(); !status.ok()) return status;
   if (status = (*cluster)->wait_until_ended(kShutdownTimeout); !status.ok()) return status;
   return report;

@@ -1,5 +1,7 @@
 #include "client_sdk/cli/run_local.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 
@@ -62,7 +64,8 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
     report.clones_max = std::max<std::uint64_t>(report.clones_max, counts.clones);
     report.islands_across_seams =
         std::max<std::uint64_t>(report.islands_across_seams, counts.islands_across_seams);
-    report.islands_shipped = std::max<std::uint64_t>(report.islands_shipped, counts.islands_shipped);
+    report.islands_shipped =
+        std::max<std::uint64_t>(report.islands_shipped.value_or(0), counts.islands_shipped);
     report.bodies_stopped += counts.bodies_stopped;
   };
   if (absl::Status status = step_all("in-process", step, report); !status.ok()) return status;
@@ -70,7 +73,7 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
   report.world_hash = (*simulation)->hash().to_string();
   (*simulation)->share().for_each_body([&](const BodyRecord& record) { towers.set_end(record); });
   if (!towers.empty()) report.towers = towers.report();
-  report.peak_rss_mb = peak_rss_mb();
+  report.peak_rss_mb = peak_rss_mb(getpid());
   report.peak_rss_mb_by_process = {{"tessera", report.peak_rss_mb}};
   return report;
 }
@@ -105,7 +108,7 @@ absl::StatusOr<RunReport> run_plain(const RunOptions& options) {
   });
   report.world_hash = hash.to_string();
   if (!towers.empty()) report.towers = towers.report();
-  report.peak_rss_mb = peak_rss_mb();
+  report.peak_rss_mb = peak_rss_mb(getpid());
   report.peak_rss_mb_by_process = {{"tessera", report.peak_rss_mb}};
   return report;
 }

@@ -2,7 +2,6 @@
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -83,7 +82,6 @@ nlohmann::json to_json(const RunReport& report) {
       {"sectors", report.sectors},
       {"clones_max", report.clones_max},
       {"islands_across_seams", report.islands_across_seams},
-      {"islands_shipped", report.islands_shipped},
       {"islands_cut", report.islands_cut},
       {"bodies_stopped", report.bodies_stopped},
       {"real_time_factor", report.real_time_factor},
@@ -99,6 +97,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"wall_seconds", report.wall_seconds},
       {"notices", report.notices},
   };
+  if (report.islands_shipped) json["islands_shipped"] = *report.islands_shipped;
   for (const auto& [process, peak] : report.peak_rss_mb_by_process)
     json["peak_rss_mb_by_process"][process] = peak;
   if (report.towers) json["towers"] = to_json(*report.towers);
@@ -173,10 +172,13 @@ absl::StatusOr<nlohmann::json> read_json(const std::filesystem::path& file) {
   return json;
 }
 
-double peak_rss_mb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
+double peak_rss_mb(pid_t process) {
+  std::ifstream status(absl::StrCat("/proc/", process, "/status"));
+  for (std::string word; status >> word;) {
+    double kibibytes = 0;
+    if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024 / 1e6;
+  }
+  return 0;
 }
 
 }  // namespace tessera::cli

@@ -64,13 +64,19 @@ absl::Status simulate(const SimulateOptions& options) {
     const bool same = *hash == expected;
     differing += same ? 0 : 1;
     absl::PrintF("seed %-10d %s  %s\n", seed, *hash, same ? "the same bits" : "DIFFERENT");
-    rows.push_back({{"seed", seed}, {"servers", options.servers}, {"ticks", options.ticks}, {"world_hash", *hash}, {"same", same}});
+    rows.push_back({{"seed", seed},
+                    {"servers", options.servers},
+                    {"ticks", options.ticks},
+                    {"world_hash", *hash},
+                    {"same", same}});
   }
   absl::Status outcome;
   if (differing > 0) {
-    outcome = absl::InternalError(absl::StrCat(differing, " of ", options.seeds, " seeds ended in different bits"));
+    outcome =
+        absl::InternalError(absl::StrCat(differing, " of ", options.seeds, " seeds ended in different bits"));
   }
-  if (!options.json.empty()) outcome.Update(write_json(options.json, {{"world_hash", expected}, {"rows", rows}}));
+  if (!options.json.empty())
+    outcome.Update(write_json(options.json, {{"world_hash", expected}, {"rows", rows}}));
   return outcome;
 }
 
@@ -78,10 +84,12 @@ absl::Status simulate(const SimulateOptions& options) {
 
 void add_simulate_command(CLI::App& app, Action& action) {
   CLI::App& command = add_command(
-      app, "simulate", "Run a coordinator and servers in one thread, on a network that delays and reorders by a seed.",
+      app, "simulate",
+      "Run a coordinator and servers in one thread, on a network that delays and reorders by a seed.",
       "tessera simulate worlds/busy.sdf --seed 42 --seeds 10 --servers 4");
   const auto options = std::make_shared<SimulateOptions>();
-  command.add_option("world", options->world, "SDF or URDF file; without one, a small pile at a sector corner");
+  command.add_option("world", options->world,
+                     "SDF or URDF file; without one, a small pile at a sector corner");
   command.add_option("--seed", options->seed, "decides when each message arrives")->capture_default_str();
   command.add_option("--seeds", options->seeds, "how many seeds, from that one on")
       ->check(CLI::Range(1, 1'000'000))
@@ -89,7 +97,9 @@ void add_simulate_command(CLI::App& app, Action& action) {
   command.add_option("--servers", options->servers, "simulated sector servers")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
-  command.add_option("--ticks", options->ticks, "how long")->check(CLI::Range(1, 100'000'000))->capture_default_str();
+  command.add_option("--ticks", options->ticks, "how long")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
   add_override_options(command, options->overrides);
   command.add_option("--json", options->json, "write the hashes to this file, too");
   command.callback([options, &action] { action = [options] { return simulate(*options); }; });
