@@ -50,6 +50,24 @@ void Coordinator::Impl::on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanosec
                    });
 }
 
+void Coordinator::Impl::on(Call<v1::AddJointRequest, v1::AddJointReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  Sequencer& sequencer = (*world)->sequencer;
+  if (absl::Status status = sequencer.room_for_command(0); !status.ok()) return call.reply(status, {});
+  const absl::StatusOr<JointRecord> joint = (*world)->registry.add_joint(call.request);
+  if (!joint.ok()) return call.reply(joint.status(), {});
+  sequencer.submit(AddJoint{*joint}, std::nullopt,
+                   [id = joint->id, reply = std::move(call.reply)](const absl::Status& status, Tick tick) {
+                     v1::AddJointReply answer;
+                     if (status.ok()) {
+                       answer.set_id(id.value);
+                       answer.set_tick(tick);
+                     }
+                     reply(status, answer);
+                   });
+}
+
 template <typename Request>
 void Coordinator::Impl::on(Call<Request, v1::CommandReply>& call, Nanoseconds) {
   const absl::StatusOr<ActiveWorld*> world = live_world();
@@ -58,7 +76,7 @@ void Coordinator::Impl::on(Call<Request, v1::CommandReply>& call, Nanoseconds) {
   if (absl::Status status = sequencer.room_for_command(0); !status.ok()) return call.reply(status, {});
   absl::StatusOr<Command> command = checked(call.request, (*world)->registry);
   if (!command.ok()) return call.reply(command.status(), {});
-  if (const auto* removal = std::get_if<RemoveBody>(&*command)) (*world)->registry.remove(removal->id);
+  (*world)->registry.apply(*command);
   sequencer.submit(*std::move(command), std::nullopt, with_tick(std::move(call.reply)));
 }
 
@@ -134,6 +152,12 @@ void Coordinator::Impl::on(Call<v1::FindBodiesRequest, v1::FindBodiesReply>& cal
   call.reply(absl::OkStatus(), (*world)->registry.find_bodies(call.request));
 }
 
+void Coordinator::Impl::on(Call<v1::ListJointsRequest, v1::ListJointsReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  call.reply(absl::OkStatus(), (*world)->registry.list_joints(call.request));
+}
+
 void Coordinator::Impl::on(Call<v1::ShutdownRequest, v1::ShutdownReply>& call, Nanoseconds) {
   shut_down("the cluster is shut down");
   call.reply(absl::OkStatus(), {});
@@ -145,5 +169,7 @@ template void Coordinator::Impl::on(Call<v1::ApplyImpulseRequest, v1::CommandRep
 template void Coordinator::Impl::on(Call<v1::ApplyForceRequest, v1::CommandReply>&, Nanoseconds);
 template void Coordinator::Impl::on(Call<v1::TeleportRequest, v1::CommandReply>&, Nanoseconds);
 template void Coordinator::Impl::on(Call<v1::KinematicTargetRequest, v1::CommandReply>&, Nanoseconds);
+template void Coordinator::Impl::on(Call<v1::RemoveJointRequest, v1::CommandReply>&, Nanoseconds);
+template void Coordinator::Impl::on(Call<v1::SetJointDrivesRequest, v1::CommandReply>&, Nanoseconds);
 
 }  // namespace tessera

@@ -185,11 +185,42 @@ absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const Wo
   return ray;
 }
 
-BodyId body_of(const Command& command) {
+absl::StatusOr<Command> checked(const v1::RemoveJointRequest& request, const WorldRegistry& world) {
+  const absl::StatusOr<JointId> joint = world.joints().resolve(request.joint());
+  if (!joint.ok()) return joint.status();
+  return RemoveJoint{*joint};
+}
+
+absl::StatusOr<Command> checked(const v1::SetJointDrivesRequest& request, const WorldRegistry& world) {
+  const absl::StatusOr<JointId> id = world.joints().resolve(request.joint());
+  if (!id.ok()) return id.status();
+  const JointRegistry::Entry& joint = *world.joints().find(*id);
+  const std::string title = absl::StrCat("joint '", joint.name, "': ");
+  JointDrives drives = joint.record.drives;
+  if (request.drives().empty()) return refused(title, "drives must not be empty");
+  for (const v1::AxisDrive& given : request.drives()) {
+    if (given.axis() < 1 || given.axis() > drives.size()) {
+      return refused(title, "axis = ", given.axis(), " must be 1 to ", drives.size());
+    }
+    const absl::StatusOr<JointDrive> drive = from_proto(given.drive());
+    if (!drive.ok()) return refused(title, "drive of axis ", given.axis(), ": ", drive.status().message());
+    drives[given.axis() - 1] = *drive;
+  }
+  if (absl::Status status = validate(drives, joint.record.properties.type); !status.ok()) {
+    return refused(title, status.message());
+  }
+  return SetDrives{*id, drives};
+}
+
+std::optional<BodyId> body_of(const Command& command) {
   return std::visit(
-      [](const auto& c) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(c)>, SpawnBody>) {
+      [](const auto& c) -> std::optional<BodyId> {
+        using C = std::decay_t<decltype(c)>;
+        if constexpr (std::is_same_v<C, SpawnBody>) {
           return c.record.id;
+        } else if constexpr (std::is_same_v<C, AddJoint> || std::is_same_v<C, RemoveJoint> ||
+                             std::is_same_v<C, SetDrives>) {
+          return std::nullopt;
         } else {
           return c.id;
         }

@@ -3,6 +3,8 @@
 
 #include <absl/status/statusor.h>
 
+#include <optional>
+
 #include "cluster.pb.h"
 #include "coordinator/world_registry.h"
 #include "lpss/world/messages.h"
@@ -10,20 +12,22 @@
 
 namespace tessera {
 
-// Errors name the field and the bound: NOT_FOUND for a body that does not exist, INVALID_ARGUMENT for a value
-// that is not finite, out of bounds, or not for a body of that kind, OUT_OF_RANGE for a position outside the
-// 64-bit range of sectors.
+// Errors name the field and the bound: NOT_FOUND for a body or joint that does not exist, INVALID_ARGUMENT
+// for a value that is not finite, out of bounds, or not for a body of that kind, OUT_OF_RANGE for a position
+// outside the 64-bit range of sectors.
 absl::StatusOr<Command> checked(const v1::RemoveRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::SetVelocityRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::ApplyImpulseRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::ApplyForceRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::TeleportRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::KinematicTargetRequest& request, const WorldRegistry& world);
+absl::StatusOr<Command> checked(const v1::RemoveJointRequest& request, const WorldRegistry& world);
+absl::StatusOr<Command> checked(const v1::SetJointDrivesRequest& request, const WorldRegistry& world);
 
 // A ray in canonical form, with a direction of unit length and a mask that is not 0.
 absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const WorldRegistry& world);
 
-// The body that a command is about.
-BodyId body_of(const Command& command);
+// The body that a command is about; none for those about joints.
+std::optional<BodyId> body_of(const Command& command);
 
 }  // namespace tessera

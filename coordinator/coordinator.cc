@@ -72,7 +72,7 @@ void Coordinator::Impl::receive(NodeId from, const v1::ClusterMessage& message, 
     if (message.kind_case() != Kind::kGoodbye) on_stranger(from);
     return;
   }
-  server->last_heard = now;
+  heard(*server, now);
   switch (message.kind_case()) {
     case Kind::kLoaded:
       on_loaded(from, message.loaded(), now);
@@ -94,11 +94,16 @@ void Coordinator::Impl::receive(NodeId from, const v1::ClusterMessage& message, 
 
 void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanoseconds now) {
   const bool is_new = members_.find(from) == nullptr;
+  if (is_new && hello.again()) {
+    on_stranger(from);
+    return;
+  }
   if (absl::Status status = members_.admit(from, hello, now); !status.ok()) {
     log(absl::StrCat("refused server ", absl::Hex(from.value), ": ", status.message()));
     send(from).mutable_refusal()->set_reason(std::string(status.message()));
     return;
   }
+  heard(*members_.find(from), now);
   strangers_.erase(from);
   const auto heartbeat = std::min<Nanoseconds>(members_.timeout() / 4, kHeartbeatMax);
   send(from).mutable_welcome()->set_heartbeat_ms(static_cast<std::uint64_t>(
@@ -156,6 +161,22 @@ void Coordinator::Impl::on_answer(NodeId from, const v1::Answer& answer) {
   }
 }
 
+void Coordinator::Impl::heard(Server& server, Nanoseconds now) {
+  server.last_heard = now;
+  if (!std::exchange(server.suspect_since, std::nullopt)) return;
+  log(absl::StrCat(title_of(server), " is heard again"));
+}
+
+bool Coordinator::Impl::suspect(NodeId node, Nanoseconds now) {
+  Server* server = members_.find(node);
+  if (server == nullptr) return false;
+  if (server->suspect_since) return true;
+  server->suspect_since = now;
+  const double left = std::chrono::duration<double>(server->deadline() - now).count();
+  log(absl::StrCat(title_of(*server), " gives no sign of life: it counts as lost in ", left, " s"));
+  return true;
+}
+
 void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds now) {
   const Server* server = members_.find(node);
   if (finished_ || server == nullptr) return;
@@ -171,6 +192,7 @@ void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds no
 
 void Coordinator::Impl::advance(Nanoseconds now) {
   if (finished_) return;
+  if (const auto due = next_deadline(); due && now > *due + kLateMax) members_.spare_until(now + kLateMax);
   for (const NodeId node : members_.silent(now)) {
     const auto silence = now - members_.find(node)->last_heard;
     lost(node, absl::StrCat("was silent for ", std::chrono::duration<double>(silence).count(), " s"), now);
@@ -209,9 +231,7 @@ void Coordinator::handle(ClientRequest request, Nanoseconds now) { impl_->handle
 void Coordinator::receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now) {
   impl_->receive(from, message, now);
 }
-void Coordinator::lost(NodeId server, Nanoseconds now) {
-  impl_->lost(server, "was lost: its process is gone", now);
-}
+bool Coordinator::suspect(NodeId server, Nanoseconds now) { return impl_->suspect(server, now); }
 void Coordinator::advance(Nanoseconds now) { impl_->advance(now); }
 std::optional<Nanoseconds> Coordinator::next_deadline() const { return impl_->next_deadline(); }
 std::vector<OutgoingMessage> Coordinator::take_messages() { return impl_->take_messages(); }

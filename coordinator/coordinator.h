@@ -42,7 +42,10 @@ using ClientRequest = std::variant<
     ClientCall<v1::SetVelocityRequest, v1::CommandReply>,
     ClientCall<v1::ApplyImpulseRequest, v1::CommandReply>,
     ClientCall<v1::ApplyForceRequest, v1::CommandReply>, ClientCall<v1::TeleportRequest, v1::CommandReply>,
-    ClientCall<v1::KinematicTargetRequest, v1::CommandReply>, ClientCall<v1::PauseRequest, v1::PauseReply>,
+    ClientCall<v1::KinematicTargetRequest, v1::CommandReply>,
+    ClientCall<v1::AddJointRequest, v1::AddJointReply>, ClientCall<v1::RemoveJointRequest, v1::CommandReply>,
+    ClientCall<v1::SetJointDrivesRequest, v1::CommandReply>,
+    ClientCall<v1::ListJointsRequest, v1::ListJointsReply>, ClientCall<v1::PauseRequest, v1::PauseReply>,
     ClientCall<v1::ResumeRequest, v1::ResumeReply>, ClientCall<v1::StepRequest, v1::StepReply>,
     ClientCall<v1::StatusRequest, v1::StatusReply>, ClientCall<v1::HashRequest, v1::HashReply>,
     ClientCall<v1::RaycastRequest, v1::RaycastReply>, ClientCall<v1::FindBodiesRequest, v1::FindBodiesReply>,
@@ -55,9 +58,10 @@ struct OutgoingMessage {
 
 struct CoordinatorOptions {
   std::uint32_t servers_wanted = 0;  // a world is loaded on this many of its precision; 0: on all there are
-  Nanoseconds server_timeout = std::chrono::seconds(10);  // silence after which a server counts as lost
-  Nanoseconds join_timeout = std::chrono::seconds(20);    // how long a load waits for wanted servers
-  std::uint32_t grant_window = 32;                        // ticks granted ahead of the slowest server
+  // Silence after which a server counts as lost. One that stalls and is heard again before has lost nothing.
+  Nanoseconds server_timeout = std::chrono::seconds(10);
+  Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for wanted servers
+  std::uint32_t grant_window = 32;                      // ticks granted ahead of the slowest server
   // Told what an operator should know, a line each, with the tick where there is one. Empty: nobody is.
   std::function<void(const std::string&)> log;
 };
@@ -70,8 +74,10 @@ class Coordinator {
   // Each may add to the outgoing messages, which the shell then takes and sends.
   void handle(ClientRequest request, Nanoseconds now);
   void receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now);
-  void lost(NodeId server, Nanoseconds now);  // the transport says that it is gone
-  void advance(Nanoseconds now);              // deadlines and pacing
+  // The transport misses signs of life of a server, which may have ended or only stalled: it is a suspect
+  // until it is heard again or counts as lost. False where it is no server of the cluster (any more).
+  bool suspect(NodeId server, Nanoseconds now);
+  void advance(Nanoseconds now);  // deadlines and pacing
 
   // When advance() must be called next; nullopt: not before something arrives.
   std::optional<Nanoseconds> next_deadline() const;

@@ -23,7 +23,7 @@ class Coordinator::Impl {
 
   void handle(ClientRequest request, Nanoseconds now);
   void receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now);
-  void lost(NodeId node, const std::string& how, Nanoseconds now);
+  bool suspect(NodeId node, Nanoseconds now);
   void advance(Nanoseconds now);
   std::optional<Nanoseconds> next_deadline() const;
   std::vector<OutgoingMessage> take_messages() { return std::exchange(outbox_, {}); }
@@ -38,6 +38,7 @@ class Coordinator::Impl {
     Call<v1::LoadRequest, v1::LoadReply> call;
     WorldDescription world;
     std::vector<BodyRecord> records;
+    std::vector<JointRecord> joints;
     Nanoseconds deadline{};
   };
 
@@ -47,6 +48,8 @@ class Coordinator::Impl {
   void flush(Nanoseconds now);
   void log(const std::string& line) const;
   void on_hello(NodeId from, const v1::Hello& hello, Nanoseconds now);
+  void heard(Server& server, Nanoseconds now);
+  void lost(NodeId node, const std::string& how, Nanoseconds now);
   void on_stranger(NodeId from);
   void on_loaded(NodeId from, const v1::Loaded& loaded, Nanoseconds now);
   void on_report(Server& server, const v1::Report& report, Nanoseconds now);
@@ -68,6 +71,7 @@ class Coordinator::Impl {
   // client_requests.cc
   absl::StatusOr<ActiveWorld*> live_world() const;
   void on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanoseconds now);
+  void on(Call<v1::AddJointRequest, v1::AddJointReply>& call, Nanoseconds now);
   template <typename Request>
   void on(Call<Request, v1::CommandReply>& call, Nanoseconds now);
   void on(Call<v1::PauseRequest, v1::PauseReply>& call, Nanoseconds now);
@@ -76,6 +80,7 @@ class Coordinator::Impl {
   void on(Call<v1::HashRequest, v1::HashReply>& call, Nanoseconds now);
   void on(Call<v1::RaycastRequest, v1::RaycastReply>& call, Nanoseconds now);
   void on(Call<v1::FindBodiesRequest, v1::FindBodiesReply>& call, Nanoseconds now);
+  void on(Call<v1::ListJointsRequest, v1::ListJointsReply>& call, Nanoseconds now);
   void on(Call<v1::ShutdownRequest, v1::ShutdownReply>& call, Nanoseconds now);
 
   // status.cc

@@ -97,6 +97,78 @@ TEST(Membership, HeartbeatsKeepAServerSilenceLosesIt) {
   EXPECT_EQ(cluster->take(kSecond, Kind::kRefusal).size(), 1u);
 }
 
+TEST(Suspect, ComesBackAndTheWorldGoesOn) {
+  const auto cluster = loaded_cluster();
+  v1::StepRequest request;
+  request.set_ticks(10);
+  const auto step = cluster->ask<v1::StepReply>(request);
+  EXPECT_TRUE(cluster->coordinator->suspect(kSecond, cluster->now));
+  EXPECT_FALSE(cluster->status().servers(0).suspect());
+  EXPECT_TRUE(cluster->status().servers(1).suspect());
+  cluster->advance(seconds(9));
+  cluster->work_all();
+  EXPECT_FALSE(cluster->status().servers(1).suspect());
+  EXPECT_TRUE(step->ok()) << step->message();
+  EXPECT_EQ(cluster->status().state(), "paused");
+}
+
+TEST(Suspect, IsLostWhenItsTimeIsUp) {
+  CoordinatorOptions options;
+  options.server_timeout = seconds(4);
+  const auto cluster = loaded_cluster(options);
+  cluster->coordinator->suspect(kSecond, cluster->now);
+  cluster->advance(milliseconds(3999));
+  cluster->report(kFirst, 1, 0);
+  EXPECT_EQ(cluster->status().state(), "paused");
+  cluster->advance(milliseconds(1));
+  EXPECT_EQ(cluster->status().state(), "failed");
+  EXPECT_THAT(cluster->status().failure(), HasSubstr("silent for 4 s"));
+  EXPECT_FALSE(cluster->coordinator->suspect(kSecond, cluster->now));
+  // It may come back all the same: then it must not go on by itself.
+  EXPECT_EQ(cluster->take(kSecond, Kind::kRefusal).size(), 1u);
+}
+
+TEST(Suspect, OnlyTheCoordinatorThatHasAServerTakesItBack) {
+  v1::ClusterMessage again;
+  *again.mutable_hello() = TestCluster::hello();
+  again.mutable_hello()->set_again(true);
+  const auto cluster = loaded_cluster();
+  cluster->coordinator->suspect(kSecond, cluster->now);
+  cluster->receive(kSecond, again);
+  EXPECT_FALSE(cluster->status().servers(1).suspect());
+  EXPECT_EQ(cluster->take(kSecond, Kind::kWelcome).size(), 1u);
+
+  TestCluster another;
+  another.receive(kSecond, again);
+  EXPECT_EQ(another.take(kSecond, Kind::kRefusal).size(), 1u);
+  EXPECT_EQ(another.status().servers_size(), 0);
+}
+
+TEST(Suspect, ThatWasLoadingIsLostEarlierThanOneThatIsOnlyBusy) {
+  TestCluster cluster;
+  cluster.join(kFirst);
+  cluster.join(kSecond);
+  v1::LoadRequest request;
+  *request.mutable_world() = to_proto(small_world());
+  const auto load = cluster.ask<v1::LoadReply>(request);
+  cluster.coordinator->suspect(kSecond, cluster.now);
+  cluster.advance(seconds(59));
+  EXPECT_FALSE(load->status);
+  cluster.advance(seconds(1));
+  EXPECT_EQ(load->code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(cluster.status().servers_size(), 1);
+}
+
+TEST(Suspect, ACoordinatorThatStalledItselfBlamesNobody) {
+  const auto cluster = loaded_cluster();
+  cluster->advance(seconds(30));
+  EXPECT_EQ(cluster->status().state(), "paused");
+  cluster->report(kFirst, 1, 0);
+  cluster->advance(seconds(1));
+  EXPECT_EQ(cluster->status().state(), "failed");
+  EXPECT_THAT(cluster->status().failure(), HasSubstr("server c8"));
+}
+
 TEST(LostServer, EndsTheWorldAndAnswersEveryone) {
   const auto cluster = loaded_cluster();
   const auto step = cluster->ask<v1::StepReply>([] {
@@ -108,12 +180,11 @@ TEST(LostServer, EndsTheWorldAndAnswersEveryone) {
   const auto pause = cluster->ask<v1::PauseReply>(v1::PauseRequest());
   v1::RemoveRequest remove;
   remove.mutable_body()->set_id(2);
-  cluster->coordinator->lost(kSecond, cluster->now);
-  cluster->collect();
+  cluster->leave(kSecond);
   EXPECT_EQ(step->code(), absl::StatusCode::kFailedPrecondition);  // cut short by the pause
   EXPECT_EQ(hash->code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(pause->code(), absl::StatusCode::kUnavailable);
-  EXPECT_THAT(pause->message(), HasSubstr("its process is gone"));
+  EXPECT_THAT(pause->message(), HasSubstr("left: told to"));
   EXPECT_EQ(cluster->ask<v1::CommandReply>(remove)->code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(cluster->take(kFirst, Kind::kUnloadWorld).size(), 1u);
   EXPECT_EQ(cluster->status().state(), "failed");
@@ -140,7 +211,7 @@ TEST(LostServer, WithoutAPartInTheWorldIsNoLoss) {
   *load.mutable_world() = to_proto(small_world());
   cluster.ask<v1::LoadReply>(load);
   cluster.finish_loads();
-  cluster.coordinator->lost(kSecond, cluster.now);
+  cluster.leave(kSecond);
   EXPECT_EQ(cluster.status().state(), "paused");
 }
 

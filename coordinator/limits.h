@@ -27,7 +27,12 @@ inline constexpr std::size_t kLoadMessageBytesMax = (std::size_t{1} << 31) - (st
 
 // A server that loads a world may be silent for longer than one that runs it.
 inline constexpr std::chrono::minutes kLoadSilenceMax{10};
+// Of such a server, too, the transport hears signs of life; without any it has this long to come back.
+inline constexpr std::chrono::minutes kStallMax{1};
 inline constexpr std::chrono::milliseconds kHeartbeatMax{1000};
+// A coordinator that is this late has stalled itself: then it is no sign of anything that servers were
+// silent, and they get as long again to be heard.
+inline constexpr std::chrono::seconds kLateMax{1};
 inline constexpr std::size_t kStreamAddressBytesMax = 1024;
 inline constexpr std::size_t kStrangersMax = 1024;  // unknown servers that are told so once
 

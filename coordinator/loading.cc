@@ -39,9 +39,14 @@ void Coordinator::Impl::on(Call<v1::LoadRequest, v1::LoadReply>& call, Nanosecon
     call.reply(records.status(), {});
     return;
   }
+  absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(*world);
+  if (!joints.ok()) {
+    call.reply(joints.status(), {});
+    return;
+  }
   call.request.Clear();  // the description has it all, and may be large
-  waiting_load_ =
-      WaitingLoad{std::move(call), *std::move(world), *std::move(records), now + options_.join_timeout};
+  waiting_load_ = WaitingLoad{std::move(call), *std::move(world), *std::move(records), *std::move(joints),
+                              now + options_.join_timeout};
   try_start();
 }
 
@@ -69,7 +74,7 @@ void Coordinator::Impl::try_start() {
 
 void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes) {
   const std::uint64_t number = worlds_ + 1;
-  absl::StatusOr<Placement> placement = place(number, load.world, load.records, nodes);
+  absl::StatusOr<Placement> placement = place(number, load.world, load.records, load.joints, nodes);
   if (!placement.ok()) {
     load.call.reply(placement.status(), {});
     return;
@@ -90,7 +95,7 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
       .map = placement->map,
       .sectors = placement->sectors,
       .nodes = nodes,
-      .registry = WorldRegistry(std::move(load.world), load.records),
+      .registry = WorldRegistry(std::move(load.world), load.records, load.joints),
       .sequencer = Sequencer({number, nodes.size(), settings.time_step, options_.grant_window}),
       .queries = Queries(nodes.size()),
       .statistics = TickStatistics(nodes.size()),

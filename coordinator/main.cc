@@ -163,8 +163,7 @@ void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const S
       }
     }
     for (const NodeId node : link.take_lost_peers()) {
-      coordinator.lost(node, now());
-      link.forget(node);
+      if (!coordinator.suspect(node, now())) link.forget(node);
     }
     coordinator.advance(now());
     send();

@@ -11,6 +11,11 @@
 
 namespace tessera {
 
+std::chrono::nanoseconds Server::deadline() const {
+  const std::chrono::nanoseconds own = last_heard + patience;
+  return suspect_since ? std::min<std::chrono::nanoseconds>(own, *suspect_since + kStallMax) : own;
+}
+
 absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds now) {
   if (hello.protocol() != kClusterProtocol) {
     return absl::FailedPreconditionError(absl::StrCat("the server speaks protocol ", hello.protocol(),
@@ -27,10 +32,7 @@ absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds 
     return absl::InvalidArgumentError(absl::StrCat("the stream address's ", hello.stream_address().size(),
                                                    " bytes must be at most ", kStreamAddressBytesMax));
   }
-  if (Server* known = find(node)) {
-    known->last_heard = now;
-    return absl::OkStatus();
-  }
+  if (find(node) != nullptr) return absl::OkStatus();
   if (servers_.size() >= kServersMax) {
     return absl::ResourceExhaustedError(
         absl::StrCat("the cluster has ", servers_.size(), " servers already, and may have ", kServersMax));
@@ -63,10 +65,17 @@ std::vector<NodeId> Membership::nodes_of(Precision precision) const {
   return nodes;
 }
 
+void Membership::spare_until(Nanoseconds time) {
+  for (Server& server : servers_) {
+    server.last_heard = std::max(server.last_heard, time - server.patience);
+    if (server.suspect_since) server.suspect_since = std::max(*server.suspect_since, time - kStallMax);
+  }
+}
+
 std::vector<NodeId> Membership::silent(Nanoseconds now) const {
   std::vector<NodeId> nodes;
   for (const Server& server : servers_) {
-    if (now - server.last_heard >= server.patience) nodes.push_back(server.node);
+    if (now >= server.deadline()) nodes.push_back(server.node);
   }
   return nodes;
 }
@@ -74,8 +83,7 @@ std::vector<NodeId> Membership::silent(Nanoseconds now) const {
 std::optional<Membership::Nanoseconds> Membership::next_deadline() const {
   std::optional<Nanoseconds> earliest;
   for (const Server& server : servers_) {
-    const Nanoseconds deadline = server.last_heard + server.patience;
-    if (!earliest || deadline < *earliest) earliest = deadline;
+    if (!earliest || server.deadline() < *earliest) earliest = server.deadline();
   }
   return earliest;
 }

@@ -23,6 +23,11 @@ struct Server {
   std::string stream_address;
   std::chrono::nanoseconds last_heard{};
   std::chrono::nanoseconds patience{};  // how long it may be silent
+  // Since when the transport has missed its signs of life; none while all is well.
+  std::optional<std::chrono::nanoseconds> suspect_since;
+
+  // When it will count as lost if nothing is heard of it until then.
+  std::chrono::nanoseconds deadline() const;
 
   std::uint64_t tick = 0;
   std::uint64_t bodies = 0;
@@ -50,7 +55,10 @@ class Membership {
   const std::vector<Server>& servers() const { return servers_; }
   std::vector<NodeId> nodes_of(Precision precision) const;
 
-  // Those that have been silent for longer than their patience, and when the next one would be.
+  // Gives every server at least until `time`.
+  void spare_until(Nanoseconds time);
+
+  // Those whose deadlines have passed, and when the next one will.
   std::vector<NodeId> silent(Nanoseconds now) const;
   std::optional<Nanoseconds> next_deadline() const;
 

@@ -53,7 +53,8 @@ std::vector<std::string> records_by_rank(std::span<const BodyRecord> records, co
 }  // namespace
 
 absl::StatusOr<Placement> place(std::uint64_t number, const WorldDescription& world,
-                                std::span<const BodyRecord> records, std::span<const NodeId> nodes) {
+                                std::span<const BodyRecord> records, std::span<const JointRecord> joints,
+                                std::span<const NodeId> nodes) {
   Placement placement;
   std::vector<std::pair<SectorIndex, double>> load = load_of(records);
   placement.sectors = load.size();
@@ -69,6 +70,7 @@ absl::StatusOr<Placement> place(std::uint64_t number, const WorldDescription& wo
   for (const SectorIndex& splitter : placement.map.splitters()) *common.add_splitters() = to_proto(splitter);
   common.set_map_epoch(placement.map.epoch());
   common.set_radius_max(largest_radius(world, records));
+  common.set_joints(pack(joints));
 
   const std::size_t common_bytes = common.ByteSizeLong();
   for (std::string& packed : records_by_rank(records, placement.map)) {

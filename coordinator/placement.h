@@ -9,6 +9,7 @@
 
 #include "cluster.pb.h"
 #include "lpss/engine/body.h"
+#include "lpss/engine/joint.h"
 #include "lpss/grid/sector_map.h"
 #include "lpss/world/world_description.h"
 #include "transport/link.h"
@@ -22,9 +23,10 @@ struct Placement {
 };
 
 // Cuts the world into runs of equal weight along the curve (a sector weighs 1, and each body that can move
-// 1), one per node. `world` and its `records` are valid. RESOURCE_EXHAUSTED where a server's part does not
+// 1), one per node. `world` and its records are valid. RESOURCE_EXHAUSTED where a server's part does not
 // fit in a message of kLoadMessageBytesMax.
 absl::StatusOr<Placement> place(std::uint64_t number, const WorldDescription& world,
-                                std::span<const BodyRecord> records, std::span<const NodeId> nodes);
+                                std::span<const BodyRecord> records, std::span<const JointRecord> joints,
+                                std::span<const NodeId> nodes);
 
 }  // namespace tessera

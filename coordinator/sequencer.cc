@@ -56,13 +56,16 @@ absl::Status Sequencer::room_for_query() const {
       absl::StrCat(queries_.size(), " queries wait already, the most that may"));
 }
 
-// A body that is teleported lives nowhere until the end of that tick's exchange; later commands for it, and
-// all that follow them, go to the tick after.
+// A body that is teleported lives nowhere until the end of that tick's exchange; later commands for it or for
+// joints, and all that follow them, go to the tick after.
 void Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Reply reply) {
-  const BodyId body = body_of(command);
-  if (batches_.empty() || batches_.back().teleported.contains(body)) batches_.emplace_back();
+  const std::optional<BodyId> body = body_of(command);
+  const auto must_wait = [&body](const Batch& batch) {
+    return body ? batch.teleported.contains(*body) : !batch.teleported.empty();
+  };
+  if (batches_.empty() || must_wait(batches_.back())) batches_.emplace_back();
   Batch& batch = batches_.back();
-  if (std::holds_alternative<Teleport>(command)) batch.teleported.insert(body);
+  if (const auto* jump = std::get_if<Teleport>(&command)) batch.teleported.insert(jump->id);
   batch.commands.push_back(std::move(command));
   ++held_commands_;
   if (new_shape) {

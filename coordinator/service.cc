@@ -1,12 +1,13 @@
 #include "coordinator/service.h"
 
-#include <sys/resource.h>
+#include <unistd.h>
 
 #include <memory>
 #include <mutex>
 #include <type_traits>
 #include <utility>
 
+#include "proto/peak_memory.h"
 #include "proto/status.h"
 
 namespace tessera {
@@ -53,11 +54,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 };
 
 // What only the process knows.
-void complete(v1::StatusReply& reply) {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  reply.set_coordinator_peak_rss_bytes(static_cast<std::uint64_t>(usage.ru_maxrss) * 1024);
-}
+void complete(v1::StatusReply& reply) { reply.set_coordinator_peak_rss_bytes(peak_rss_bytes(getpid())); }
 
 }  // namespace
 
@@ -115,6 +112,18 @@ grpc::ServerUnaryReactor* TesseraService::SetKinematicTarget(Context*, const v1:
                                                              v1::CommandReply* a) {
   return post(q, a);
 }
+grpc::ServerUnaryReactor* TesseraService::AddJoint(Context*, const v1::AddJointRequest* q,
+                                                   v1::AddJointReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::RemoveJoint(Context*, const v1::RemoveJointRequest* q,
+                                                      v1::CommandReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::SetJointDrives(Context*, const v1::SetJointDrivesRequest* q,
+                                                         v1::CommandReply* a) {
+  return post(q, a);
+}
 grpc::ServerUnaryReactor* TesseraService::Pause(Context*, const v1::PauseRequest* q, v1::PauseReply* a) {
   return post(q, a);
 }
@@ -137,6 +146,10 @@ grpc::ServerUnaryReactor* TesseraService::Raycast(Context*, const v1::RaycastReq
 }
 grpc::ServerUnaryReactor* TesseraService::FindBodies(Context*, const v1::FindBodiesRequest* q,
                                                      v1::FindBodiesReply* a) {
+  return post(q, a);
+}
+grpc::ServerUnaryReactor* TesseraService::ListJoints(Context*, const v1::ListJointsRequest* q,
+                                                     v1::ListJointsReply* a) {
   return post(q, a);
 }
 grpc::ServerUnaryReactor* TesseraService::Shutdown(Context*, const v1::ShutdownRequest* q,

@@ -28,6 +28,9 @@ class TesseraService final : public v1::Tessera::CallbackService {
   Reactor* ApplyForce(Context*, const v1::ApplyForceRequest*, v1::CommandReply*) override;
   Reactor* Teleport(Context*, const v1::TeleportRequest*, v1::CommandReply*) override;
   Reactor* SetKinematicTarget(Context*, const v1::KinematicTargetRequest*, v1::CommandReply*) override;
+  Reactor* AddJoint(Context*, const v1::AddJointRequest*, v1::AddJointReply*) override;
+  Reactor* RemoveJoint(Context*, const v1::RemoveJointRequest*, v1::CommandReply*) override;
+  Reactor* SetJointDrives(Context*, const v1::SetJointDrivesRequest*, v1::CommandReply*) override;
   Reactor* Pause(Context*, const v1::PauseRequest*, v1::PauseReply*) override;
   Reactor* Resume(Context*, const v1::ResumeRequest*, v1::ResumeReply*) override;
   Reactor* Step(Context*, const v1::StepRequest*, v1::StepReply*) override;
@@ -35,6 +38,7 @@ class TesseraService final : public v1::Tessera::CallbackService {
   Reactor* GetHash(Context*, const v1::HashRequest*, v1::HashReply*) override;
   Reactor* Raycast(Context*, const v1::RaycastRequest*, v1::RaycastReply*) override;
   Reactor* FindBodies(Context*, const v1::FindBodiesRequest*, v1::FindBodiesReply*) override;
+  Reactor* ListJoints(Context*, const v1::ListJointsRequest*, v1::ListJointsReply*) override;
   Reactor* Shutdown(Context*, const v1::ShutdownRequest*, v1::ShutdownReply*) override;
 
  private:

@@ -45,6 +45,8 @@ void Coordinator::Impl::describe_world(v1::StatusReply& reply, Nanoseconds now) 
   reply.set_contacts(last.contacts);
   reply.set_islands_across_seams(last.islands_across_seams);
   reply.set_islands_across_seams_max(statistics.islands_across_seams_max());
+  reply.set_islands_shipped(last.islands_shipped);
+  reply.set_islands_shipped_max(statistics.islands_shipped_max());
   reply.set_bodies_stopped(statistics.bodies_stopped());
   reply.set_tick_ms_p50(statistics.durations().quantile_ms(0.5));
   reply.set_tick_ms_p99(statistics.durations().quantile_ms(0.99));
@@ -61,6 +63,8 @@ void Coordinator::Impl::describe_server(const Server& server, v1::ServerStatus& 
   status.set_threads(server.threads);
   status.set_peak_rss_bytes(server.peak_rss_bytes);
   const std::optional<std::size_t> rank = world_ ? world_->rank_of(server.node) : std::nullopt;
+  status.set_suspect(server.suspect_since.has_value());
+  status.set_takes_part(rank.has_value());
   if (!rank) return;
   const v1::TickReport& last = world_->statistics.last_of(*rank);
   const DurationHistogram& durations = world_->statistics.durations_of(*rank);

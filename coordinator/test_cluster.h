@@ -124,6 +124,12 @@ class TestCluster {
     receive(node, message);
   }
 
+  void leave(NodeId node) {
+    v1::ClusterMessage message;
+    message.mutable_goodbye()->set_reason("told to");
+    receive(node, message);
+  }
+
   // One server carries out the grants that it has; a query of its hash is answered with (tick, node).
   std::vector<v1::Grant> work(NodeId node) {
     std::vector<v1::Grant> grants = take_grants(node);

@@ -37,6 +37,7 @@ struct TickSums {
   std::uint64_t clones = 0;
   std::uint64_t contacts = 0;
   std::uint64_t islands_across_seams = 0;
+  std::uint64_t islands_shipped = 0;
   std::uint64_t bodies_awake = 0;
   std::uint64_t sectors = 0;
   std::uint64_t heard_from = 0;  // a bit per rank
@@ -52,6 +53,7 @@ class TickStatistics {
   const TickSums& last() const { return last_; }  // the latest tick that all servers have reported
   std::uint64_t clones_max() const { return clones_max_; }
   std::uint64_t islands_across_seams_max() const { return islands_max_; }
+  std::uint64_t islands_shipped_max() const { return islands_shipped_max_; }
   std::uint64_t bodies_stopped() const { return bodies_stopped_; }
   const DurationHistogram& durations() const { return durations_; }
 
@@ -72,6 +74,7 @@ class TickStatistics {
   TickSums last_;
   std::uint64_t clones_max_ = 0;
   std::uint64_t islands_max_ = 0;
+  std::uint64_t islands_shipped_max_ = 0;
   std::uint64_t bodies_stopped_ = 0;
   DurationHistogram durations_;
 };

@@ -14,8 +14,9 @@
 
 namespace tessera {
 
-WorldRegistry::WorldRegistry(WorldDescription world, std::span<const BodyRecord> records)
-    : settings_(world.settings), shapes_(std::move(world.shapes)) {
+WorldRegistry::WorldRegistry(WorldDescription world, std::span<const BodyRecord> records,
+                             std::span<const JointRecord> joints)
+    : settings_(world.settings), shapes_(std::move(world.shapes)), joints_(std::move(world.joints), joints) {
   invariant(world.bodies.size() == records.size(), "every body of a world has a record");
   for (std::size_t n = 0; n < records.size(); ++n) {
     insert(records[n].id, std::move(world.bodies[n].name), records[n].properties);
@@ -117,8 +118,75 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnReque
 void WorldRegistry::remove(BodyId id) {
   const auto found = bodies_.find(id);
   if (found == bodies_.end()) return;
+  joints_.remove_of(id);
   names_.erase(found->second.name);
   bodies_.erase(found);
+}
+
+// The body that a reference names, or the one given by id where there is no reference; 0 stays 0.
+absl::StatusOr<BodyId> WorldRegistry::body_of_joint(const char* side, const v1::BodyRef& reference,
+                                                    BodyId otherwise) const {
+  const bool is_named = reference.by_case() != v1::BodyRef::BY_NOT_SET;
+  if (!is_named && otherwise.value == 0) return otherwise;
+  v1::BodyRef by_id;
+  by_id.set_id(otherwise.value);
+  const absl::StatusOr<BodyId> id = resolve(is_named ? reference : by_id);
+  if (id.ok()) return id;
+  return absl::Status(id.status().code(), absl::StrCat(side, ": ", id.status().message()));
+}
+
+absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJointRequest& request) {
+  if (!request.has_joint()) return absl::InvalidArgumentError("joint must be set");
+  absl::StatusOr<JointDescription> joint = from_proto(request.joint());
+  if (!joint.ok()) return joint.status();
+  if (joint->name.empty()) joint->name = joints_.free_name();
+  const auto in = [&joint](const absl::Status& status) {
+    return absl::Status(status.code(), absl::StrCat("joint '", joint->name, "': ", status.message()));
+  };
+  JointProperties& properties = joint->properties;
+  const absl::StatusOr<BodyId> parent = body_of_joint("parent", request.parent(), properties.parent);
+  if (!parent.ok()) return in(parent.status());
+  const absl::StatusOr<BodyId> child = body_of_joint("child", request.child(), properties.child);
+  if (!child.ok()) return in(child.status());
+  if (child->value == 0) return in(absl::InvalidArgumentError("child: an id or a name must be set"));
+  properties.parent = *parent;
+  properties.child = *child;
+  const BodyProperties* parent_body = parent->value == 0 ? nullptr : &find(*parent)->properties;
+  return joints_.add(*std::move(joint), parent_body, find(*child)->properties, settings_);
+}
+
+void WorldRegistry::apply(const Command& command) {
+  if (const auto* body = std::get_if<RemoveBody>(&command)) remove(body->id);
+  if (const auto* joint = std::get_if<RemoveJoint>(&command)) joints_.remove(joint->id);
+  if (const auto* drives = std::get_if<SetDrives>(&command)) joints_.set_drives(drives->id, drives->drives);
+}
+
+v1::ListJointsReply WorldRegistry::list_joints(const v1::ListJointsRequest& request) const {
+  const std::uint64_t wanted = request.limit() == 0 ? kFoundBodiesDefault : request.limit();
+  const std::size_t limit = std::min(wanted, kFoundBodiesMax);
+  std::vector<JointId> ids = joints_.with_prefix(request.name_prefix(), limit + 1);
+  v1::ListJointsReply reply;
+  reply.set_truncated(ids.size() > limit);
+  if (ids.size() > limit) ids.resize(limit);
+  for (const JointId id : ids) {
+    const JointRegistry::Entry& entry = *joints_.find(id);
+    JointDescription joint{entry.name, entry.record.properties, entry.record.drives};
+    v1::ListJointsReply::Found& found = *reply.add_joints();
+    found.set_id(id.value);
+    // From the centre frames that are simulated back to the body frames that clients see.
+    const Entry& child = bodies_.at(joint.properties.child);
+    joint.properties.in_child = centre_frame(child.properties) * joint.properties.in_child;
+    found.set_child(child.name);
+    *found.mutable_child_centre() = to_proto(centre_frame(child.properties).position);
+    if (joint.properties.parent.value != 0) {
+      const Entry& parent = bodies_.at(joint.properties.parent);
+      joint.properties.in_parent = centre_frame(parent.properties) * joint.properties.in_parent;
+      found.set_parent(parent.name);
+      *found.mutable_parent_centre() = to_proto(centre_frame(parent.properties).position);
+    }
+    *found.mutable_joint() = to_proto(joint);
+  }
+  return reply;
 }
 
 v1::FindBodiesReply WorldRegistry::find_bodies(const v1::FindBodiesRequest& request) const {

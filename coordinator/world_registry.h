@@ -1,4 +1,4 @@
-// What the coordinator knows of a world's bodies: their names and properties, not where they are.
+// What the coordinator knows of a world's bodies and joints: their names and properties, not where they are.
 #pragma once
 
 #include <absl/container/btree_map.h>
@@ -12,8 +12,10 @@
 #include <string_view>
 #include <vector>
 
+#include "coordinator/joint_registry.h"
 #include "coordinator/shape_table.h"
 #include "lpss/engine/body.h"
+#include "lpss/world/messages.h"
 #include "lpss/world/world_description.h"
 #include "tessera.pb.h"
 
@@ -27,7 +29,8 @@ class WorldRegistry {
   };
 
   // A world that is valid, with its records.
-  WorldRegistry(WorldDescription world, std::span<const BodyRecord> records);
+  WorldRegistry(WorldDescription world, std::span<const BodyRecord> records,
+                std::span<const JointRecord> joints);
 
   const WorldSettings& settings() const { return settings_; }
   std::span<const Shape> shapes() const { return shapes_.shapes(); }
@@ -47,12 +50,26 @@ class WorldRegistry {
   };
   absl::StatusOr<Spawned> spawn(const v1::SpawnRequest& request);
 
-  void remove(BodyId id);
+  const JointRegistry& joints() const { return joints_; }
+
+  // Takes a new joint in. Errors as validate() and joint_properties_of(), NOT_FOUND for a body that does not
+  // exist, ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED where there are kJointsMax; nothing has
+  // changed then.
+  absl::StatusOr<JointRecord> add_joint(const v1::AddJointRequest& request);
+
+  // What a command that was checked changes here.
+  void apply(const Command& command);
+
+  // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty lists all.
+  v1::ListJointsReply list_joints(const v1::ListJointsRequest& request) const;
 
   // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty finds all.
   v1::FindBodiesReply find_bodies(const v1::FindBodiesRequest& request) const;
 
  private:
+  void remove(BodyId id);
+  absl::StatusOr<BodyId> body_of_joint(const char* side, const v1::BodyRef& reference,
+                                       BodyId otherwise) const;
   absl::Status check_room() const;
   std::string name_for(BodyId id) const;
   absl::StatusOr<BodyRecord> checked_record(const BodyDescription& body) const;
@@ -63,6 +80,7 @@ class WorldRegistry {
   std::map<BodyId, Entry> bodies_;  // nodes stay where they are: names_ looks into them
   absl::btree_map<std::string_view, BodyId> names_;
   BodyId next_id_{1};
+  JointRegistry joints_;
 };
 
 }  // namespace tessera

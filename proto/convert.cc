@@ -246,6 +246,7 @@ v1::BodyProperties to_proto(const BodyProperties& properties) {
   result.set_category(properties.category);
   result.set_mask(properties.mask);
   result.set_no_gravity(!properties.gravity);
+  result.set_assembly(properties.assembly);
   return result;
 }
 
@@ -280,6 +281,8 @@ v1::WorldSettings to_proto(const WorldSettings& settings) {
   result.set_sleep_linear_speed(settings.sleep_linear_speed);
   result.set_sleep_angular_speed(settings.sleep_angular_speed);
   result.set_sleep_after(settings.sleep_after);
+  result.set_island_cap(settings.island_cap);
+  result.set_shuffle(settings.shuffle);
   return result;
 }
 
@@ -292,6 +295,8 @@ v1::World to_proto(const WorldDescription& world) {
   for (const Shape& shape : world.shapes) *result.add_shapes() = to_proto(shape);
   result.mutable_bodies()->Reserve(static_cast<int>(world.bodies.size()));
   for (const BodyDescription& body : world.bodies) *result.add_bodies() = to_proto(body);
+  result.mutable_joints()->Reserve(static_cast<int>(world.joints.size()));
+  for (const JointDescription& joint : world.joints) *result.add_joints() = to_proto(joint);
   return result;
 }
 
@@ -352,6 +357,7 @@ absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties) 
   result.category = properties.category();
   result.mask = properties.mask();
   result.gravity = !properties.no_gravity();
+  result.assembly = properties.assembly();
   return result;
 }
 
@@ -394,6 +400,8 @@ absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings) {
   result.sleep_linear_speed = settings.sleep_linear_speed();
   result.sleep_angular_speed = settings.sleep_angular_speed();
   result.sleep_after = settings.sleep_after();
+  result.island_cap = settings.island_cap();
+  result.shuffle = settings.shuffle();
   return result;
 }
 
@@ -416,6 +424,12 @@ absl::StatusOr<WorldDescription> from_proto(const v1::World& world) {
     absl::StatusOr<BodyDescription> body = from_proto(from);
     if (!body.ok()) return body.status();
     result.bodies.push_back(*std::move(body));
+  }
+  result.joints.reserve(world.joints_size());
+  for (const v1::Joint& from : world.joints()) {
+    absl::StatusOr<JointDescription> joint = from_proto(from);
+    if (!joint.ok()) return joint.status();
+    result.joints.push_back(*std::move(joint));
   }
   return result;
 }

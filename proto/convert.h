@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include "lpss/engine/body.h"
+#include "lpss/engine/joint.h"
 #include "lpss/engine/shape.h"
 #include "lpss/grid/world_position.h"
 #include "lpss/world/world_description.h"
@@ -23,6 +24,9 @@ v1::Pose to_proto(const Pose& pose);
 v1::Shape to_proto(const Shape& shape);
 v1::BodyProperties to_proto(const BodyProperties& properties);
 v1::Body to_proto(const BodyDescription& body);
+v1::JointProperties to_proto(const JointProperties& properties);
+v1::JointDrive to_proto(const JointDrive& drive);
+v1::Joint to_proto(const JointDescription& joint);
 v1::WorldSettings to_proto(const WorldSettings& settings);
 v1::World to_proto(const WorldDescription& world);
 v1::Precision to_proto(Precision precision);
@@ -35,6 +39,11 @@ Pose from_proto(const v1::Pose& pose);
 absl::StatusOr<Shape> from_proto(const v1::Shape& shape);
 absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties);
 absl::StatusOr<BodyDescription> from_proto(const v1::Body& body);
+absl::StatusOr<JointProperties> from_proto(const v1::JointProperties& properties);
+absl::StatusOr<JointDrive> from_proto(const v1::JointDrive& drive);
+absl::StatusOr<JointDrives> drives_from_proto(
+    const google::protobuf::RepeatedPtrField<v1::JointDrive>& drives);
+absl::StatusOr<JointDescription> from_proto(const v1::Joint& joint);
 absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings);
 absl::StatusOr<WorldDescription> from_proto(const v1::World& world);
 absl::StatusOr<Precision> from_proto(v1::Precision precision);

@@ -44,6 +44,7 @@ BodyDescription some_body() {
   body.properties.category = 0x80000000;
   body.properties.mask = 0xfffffffe;
   body.properties.gravity = false;
+  body.properties.assembly = 5;
   body.pose.position = {
       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), -1},
       {kThird, -64, 63.5}};
@@ -51,6 +52,31 @@ BodyDescription some_body() {
   body.linear_velocity = {1, -0.0, 3};
   body.angular_velocity = {4, 5, 6};
   return body;
+}
+
+JointDescription some_joint() {
+  JointDescription joint;
+  joint.name = "model::joint";
+  joint.properties.type = JointType::kUniversal;
+  joint.properties.parent = BodyId{2};
+  joint.properties.child = BodyId{1};
+  joint.properties.anchor = {1, 2, std::numeric_limits<std::int64_t>::max()};
+  joint.properties.in_parent = {{kThird, -0.0, 1}, Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5)};
+  joint.properties.in_child.position = {4, 5, 6};
+  joint.properties.axes[0] = {-1, 0, 2, 0, kThird, 0.5};
+  joint.properties.axes[1].lower = 0;
+  joint.properties.bodies_collide = true;
+  joint.drives = {JointDrive{DriveMode::kPosition, kThird}, JointDrive{DriveMode::kEffort, -1}};
+  return joint;
+}
+
+JointDescription some_screw() {
+  JointDescription joint;
+  joint.name = "screw";
+  joint.properties.type = JointType::kScrew;
+  joint.properties.child = BodyId{1};
+  joint.properties.pitch = -0.002;
+  return joint;
 }
 
 WorldDescription some_world() {
@@ -66,9 +92,12 @@ WorldDescription some_world() {
   world.settings.friction_in_two_directions = false;
   world.settings.continuous_collision = false;
   world.settings.sleep_after = 0;
+  world.settings.island_cap = 100;
+  world.settings.shuffle = 0xfedcba9876543210;
   world.anchor = {1, std::int64_t{1} << 62, -5};
   world.shapes = {every_geometry(), Shape{{{Sphere{1}, {}}}}};
   world.bodies = {some_body(), BodyDescription{.name = "plain"}};
+  world.joints = {some_joint(), some_screw()};
   return world;
 }
 
@@ -98,6 +127,44 @@ TEST(Convert, AWorldSurvivesBitForBit) {
   EXPECT_EQ(body.properties.mask, 0xfffffffeu);
   EXPECT_FALSE(body.properties.gravity);
   EXPECT_TRUE(back->bodies[1].properties.gravity);
+}
+
+TEST(Convert, JointsSurviveBitForBit) {
+  const WorldDescription world = some_world();
+  const absl::StatusOr<WorldDescription> back = from_proto(to_proto(world));
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->settings.island_cap, 100u);
+  EXPECT_EQ(back->settings.shuffle, 0xfedcba9876543210u);
+  EXPECT_EQ(back->bodies[0].properties.assembly, 5u);
+  ASSERT_EQ(back->joints.size(), 2u);
+  const JointDescription& joint = back->joints[0];
+  EXPECT_EQ(joint.name, "model::joint");
+  EXPECT_EQ(joint.properties.type, JointType::kUniversal);
+  EXPECT_EQ(joint.properties.parent, BodyId{2});
+  EXPECT_EQ(joint.properties.anchor, world.joints[0].properties.anchor);
+  EXPECT_EQ(joint.properties.in_parent.orientation.coeffs(),
+            world.joints[0].properties.in_parent.orientation.coeffs());
+  EXPECT_TRUE(std::signbit(joint.properties.in_parent.position.y()));
+  const JointAxis& first = joint.properties.axes[0];
+  EXPECT_EQ((std::array{first.lower, first.upper, first.velocity_max, first.effort_max, first.damping}),
+            (std::array{-1.0, 0.0, 2.0, 0.0, kThird}));
+  EXPECT_EQ(joint.properties.axes[1].lower, 0);
+  EXPECT_EQ(joint.properties.axes[1].upper, kUnbounded);
+  EXPECT_TRUE(joint.properties.bodies_collide);
+  EXPECT_EQ(joint.drives, world.joints[0].drives);
+  EXPECT_EQ(back->joints[1].properties.parent, BodyId{});
+  EXPECT_EQ(back->joints[1].properties.pitch, -0.002);
+}
+
+TEST(Convert, WhatAJointLeavesOutIsFree) {
+  v1::Joint message;
+  message.mutable_properties()->set_type(v1::JOINT_REVOLUTE);
+  const absl::StatusOr<JointDescription> joint = from_proto(message);
+  ASSERT_TRUE(joint.ok()) << joint.status();
+  EXPECT_EQ(joint->properties.axes[0].lower, -kUnbounded);
+  EXPECT_EQ(joint->properties.axes[0].effort_max, kUnbounded);
+  EXPECT_EQ(joint->drives, JointDrives{});
+  EXPECT_TRUE(joint->properties.in_child.is_identity());
 }
 
 TEST(Convert, EveryGeometrySurvives) {
@@ -170,6 +237,26 @@ TEST(Convert, RefusesWhatATypeCannotHold) {
   world = to_proto(some_world());
   world.mutable_bodies(1)->mutable_properties()->set_motion(static_cast<v1::Motion>(3));
   expect_refused(world, "body 'plain': motion = 3");
+
+  world = to_proto(some_world());
+  world.mutable_joints(1)->clear_properties();
+  expect_refused(world, "joint 'screw': properties must be set");
+
+  world = to_proto(some_world());
+  world.mutable_joints(1)->mutable_properties()->set_type(static_cast<v1::JointType>(6));
+  expect_refused(world, "joint 'screw': type = 6");
+
+  world = to_proto(some_world());
+  world.mutable_joints(1)->mutable_properties()->add_axes();
+  expect_refused(world, "joint 'screw': the number of axes, 2, must be at most 1");
+
+  world = to_proto(some_world());
+  world.mutable_joints(0)->mutable_drives(1)->set_mode(static_cast<v1::JointDrive::Mode>(4));
+  expect_refused(world, "joint 'model::joint': drive of axis 2: mode = 4");
+
+  world = to_proto(some_world());
+  world.mutable_joints(0)->add_drives();
+  expect_refused(world, "joint 'model::joint': the number of drives, 3, must be at most 2");
 }
 
 }  // namespace

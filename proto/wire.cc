@@ -7,6 +7,8 @@
 #include <bit>
 #include <concepts>
 #include <cstring>
+#include <memory>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -24,7 +26,8 @@ concept Number = std::same_as<T, std::int64_t> || std::same_as<T, std::uint64_t>
     std::same_as<T, std::uint32_t> || std::same_as<T, std::uint8_t> || std::same_as<T, double>;
 
 template <typename T>
-concept Enumeration = std::same_as<T, Motion> || std::same_as<T, Activity>;
+concept Enumeration = std::same_as<T, Motion> || std::same_as<T, Activity> || std::same_as<T, JointType> ||
+    std::same_as<T, DriveMode>;
 
 template <typename T, typename U>
 concept Is = std::same_as<std::remove_const_t<T>, U>;
@@ -33,10 +36,16 @@ constexpr bool is_known(Motion motion) { return motion <= Motion::kKinematic; }
 constexpr bool is_known(Activity activity) {
   return activity >= Activity::kAwake && activity <= Activity::kDrowsy;
 }
+constexpr bool is_known(JointType type) { return type <= JointType::kScrew; }
+constexpr bool is_known(DriveMode mode) { return mode <= DriveMode::kEffort; }
 
 // Each struct is described once: describe() hands its fields to an archive, which measures, writes or reads
 // them. Fields are packed without gaps, so that padding never travels and equal values are equal bytes.
 template <typename Archive, Is<BodyId> T>
+void describe(Archive& archive, T& x) {
+  archive(x.value);
+}
+template <typename Archive, Is<JointId> T>
 void describe(Archive& archive, T& x) {
   archive(x.value);
 }
@@ -47,7 +56,7 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<BodyProperties> T>
 void describe(Archive& archive, T& x) {
   archive(x.motion, x.shape, x.mass, x.inertia, x.centre, x.principal_axes, x.friction, x.restitution,
-          x.linear_damping, x.angular_damping, x.category, x.mask, x.gravity);
+          x.linear_damping, x.angular_damping, x.category, x.mask, x.gravity, x.assembly);
 }
 template <typename Archive, Is<BodyState> T>
 void describe(Archive& archive, T& x) {
@@ -60,6 +69,28 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<BodyRecord> T>
 void describe(Archive& archive, T& x) {
   archive(x.id, x.home, x.properties, x.state);
+}
+template <typename Archive, Is<Pose> T>
+void describe(Archive& archive, T& x) {
+  archive(x.position.x(), x.position.y(), x.position.z(), x.orientation.x(), x.orientation.y(),
+          x.orientation.z(), x.orientation.w());
+}
+template <typename Archive, Is<JointAxis> T>
+void describe(Archive& archive, T& x) {
+  archive(x.lower, x.upper, x.velocity_max, x.effort_max, x.damping, x.friction);
+}
+template <typename Archive, Is<JointProperties> T>
+void describe(Archive& archive, T& x) {
+  archive(x.type, x.parent, x.child, x.anchor, x.in_parent, x.in_child, x.axes[0], x.axes[1], x.pitch,
+          x.bodies_collide);
+}
+template <typename Archive, Is<JointDrives> T>
+void describe(Archive& archive, T& x) {
+  for (auto& drive : x) archive(drive.mode, drive.target);
+}
+template <typename Archive, Is<JointRecord> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.properties, x.parent_motion, x.drives);
 }
 template <typename Archive, Is<ManifoldState> T>
 void describe(Archive& archive, T& x) {
@@ -75,7 +106,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Handover> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record, x.targets);
+  archive(x.record, x.targets, x.everywhere);
 }
 template <typename Archive, Is<ManifoldTransfer> T>
 void describe(Archive& archive, T& x) {
@@ -83,7 +114,23 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Exchange> T>
 void describe(Archive& archive, T& x) {
-  archive(x.introductions, x.ghosts, x.gone, x.handovers, x.manifolds);
+  archive(x.introductions, x.ghosts, x.gone, x.handovers, x.manifolds, x.quiet);
+}
+template <typename Archive, Is<MovedBody> T>
+void describe(Archive& archive, T& x) {
+  archive(x.record, x.targets, x.everywhere, x.next_home, x.goal, x.news);
+}
+template <typename Archive, Is<MovedClone> T>
+void describe(Archive& archive, T& x) {
+  archive(x.introduction, x.update, x.placed, x.fresh);
+}
+template <typename Archive, Is<MovedSector> T>
+void describe(Archive& archive, T& x) {
+  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_known);
+}
+template <typename Archive, Is<Transfer> T>
+void describe(Archive& archive, T& x) {
+  archive(x.sectors);
 }
 template <typename Archive, Is<IslandPart> T>
 void describe(Archive& archive, T& x) {
@@ -111,7 +158,19 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Shipment> T>
 void describe(Archive& archive, T& x) {
-  archive(x.islands);
+  archive(x.islands, x.shared);
+}
+template <typename Archive, Is<VelocityChange> T>
+void describe(Archive& archive, T& x) {
+  for (auto* v : {&x.linear, &x.angular, &x.push, &x.turn}) archive(v->x(), v->y(), v->z());
+}
+template <typename Archive, Is<SharedChange> T>
+void describe(Archive& archive, T& x) {
+  archive(x.body, x.part, x.change);
+}
+template <typename Archive, Is<Coupling> T>
+void describe(Archive& archive, T& x) {
+  archive(x.changes);
 }
 template <typename Archive, Is<SolvedBody> T>
 void describe(Archive& archive, T& x) {
@@ -149,6 +208,18 @@ template <typename Archive, Is<KinematicTarget> T>
 void describe(Archive& archive, T& x) {
   archive(x.id, x.home, x.state);
 }
+template <typename Archive, Is<AddJoint> T>
+void describe(Archive& archive, T& x) {
+  archive(x.record);
+}
+template <typename Archive, Is<RemoveJoint> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id);
+}
+template <typename Archive, Is<SetDrives> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.drives);
+}
 
 // Breaks values down to raw bytes for a `Sink` with bytes(const void*, size): shared by Meter and Writer.
 template <typename Sink>
@@ -184,9 +255,24 @@ class Output {
   void put(const std::vector<T>& items) {
     list(std::span<const T>(items));
   }
-  void put(const Command& command) {
-    put(static_cast<std::uint8_t>(command.index()));
-    std::visit([this](const auto& alternative) { put(alternative); }, command);
+  template <typename T>
+  void put(const std::optional<T>& item) {
+    put(item.has_value());
+    if (item) put(*item);
+  }
+  template <typename T, typename U>
+  void put(const std::pair<T, U>& items) {
+    put(items.first);
+    put(items.second);
+  }
+  template <typename T>
+  void put(const std::shared_ptr<const T>& item) {
+    put(*item);
+  }
+  template <typename... Alternatives>
+  void put(const std::variant<Alternatives...>& choice) {
+    put(static_cast<std::uint8_t>(choice.index()));
+    std::visit([this](const auto& alternative) { put(alternative); }, choice);
   }
   template <typename T>
   requires requires(Sink& sink, const T& x) { describe(sink, x); }
@@ -291,20 +377,38 @@ class Reader {
   void get(std::vector<T>& items) {
     list(items);
   }
-  template <std::size_t Index = 0>
-  void alternative(std::uint8_t index, Command& command) {
-    if constexpr (Index == std::variant_size_v<Command>) {
+  template <typename T>
+  void get(std::optional<T>& item) {
+    bool is_there = false;
+    get(is_there);
+    if (ok_ && is_there) get(item.emplace());
+  }
+  template <typename T, typename U>
+  void get(std::pair<T, U>& items) {
+    get(items.first);
+    get(items.second);
+  }
+  template <typename T>
+  void get(std::shared_ptr<const T>& item) {
+    auto read = std::make_shared<T>();
+    get(*read);
+    item = std::move(read);
+  }
+  template <std::size_t Index = 0, typename... Alternatives>
+  void alternative(std::uint8_t index, std::variant<Alternatives...>& choice) {
+    if constexpr (Index == sizeof...(Alternatives)) {
       fail();
     } else if (index == Index) {
-      get(command.emplace<Index>());
+      get(choice.template emplace<Index>());
     } else {
-      alternative<Index + 1>(index, command);
+      alternative<Index + 1>(index, choice);
     }
   }
-  void get(Command& command) {
+  template <typename... Alternatives>
+  void get(std::variant<Alternatives...>& choice) {
     std::uint8_t index = 0;
     get(index);
-    if (ok_) alternative(index, command);
+    if (ok_) alternative(index, choice);
   }
   template <typename T>
   requires requires(Reader& reader, T& x) { describe(reader, x); }
@@ -360,34 +464,30 @@ std::uint64_t wire_layout() {
         packed_size<Exchange>(), packed_size<IslandPart>(), packed_size<SectorSeams>(),
         packed_size<ShippedBody>(), packed_size<ShippedContact>(), packed_size<ShippedIsland>(),
         packed_size<SolvedBody>(), packed_size<Solution>(), packed_size<ApplyImpulse>(),
-        packed_size<ApplyForce>(), packed_size<Teleport>(), std::variant_size_v<Command>}) {
+        packed_size<ApplyForce>(), packed_size<Teleport>(), packed_size<JointRecord>(),
+        packed_size<SetDrives>(), packed_size<MovedBody>(), packed_size<MovedClone>(), packed_size<MovedSector>(),
+        packed_size<SharedChange>(), std::variant_size_v<Command>, std::variant_size_v<RoundMessage>}) {
     hash = (hash ^ number) * 0x100000001b3;
   }
   return hash;
 }
 
 std::string pack(std::span<const BodyRecord> records) { return pack_list(records); }
+std::string pack(std::span<const JointRecord> joints) { return pack_list(joints); }
 std::string pack(std::span<const Command> commands) { return pack_list(commands); }
-std::string pack(const Exchange& exchange) { return pack_struct(exchange); }
-std::string pack(const Seams& seams) { return pack_struct(seams); }
-std::string pack(const Shipment& shipment) { return pack_struct(shipment); }
-std::string pack(const Solution& solution) { return pack_struct(solution); }
+std::string pack(const RoundMessage& message) { return pack_struct(message); }
 
 absl::StatusOr<std::vector<BodyRecord>> unpack_records(std::string_view bytes) {
   return unpack_struct<std::vector<BodyRecord>>(bytes, "body records");
 }
+absl::StatusOr<std::vector<JointRecord>> unpack_joints(std::string_view bytes) {
+  return unpack_struct<std::vector<JointRecord>>(bytes, "joints");
+}
 absl::StatusOr<std::vector<Command>> unpack_commands(std::string_view bytes) {
   return unpack_struct<std::vector<Command>>(bytes, "commands");
 }
-absl::StatusOr<Exchange> unpack_exchange(std::string_view bytes) {
-  return unpack_struct<Exchange>(bytes, "exchange");
-}
-absl::StatusOr<Seams> unpack_seams(std::string_view bytes) { return unpack_struct<Seams>(bytes, "seams"); }
-absl::StatusOr<Shipment> unpack_shipment(std::string_view bytes) {
-  return unpack_struct<Shipment>(bytes, "shipment");
-}
-absl::StatusOr<Solution> unpack_solution(std::string_view bytes) {
-  return unpack_struct<Solution>(bytes, "solution");
+absl::StatusOr<RoundMessage> unpack_round(std::string_view bytes) {
+  return unpack_struct<RoundMessage>(bytes, "round of a tick");
 }
 
 }  // namespace tessera

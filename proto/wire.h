@@ -1,7 +1,7 @@
 // The bulk data of a tick as bytes: plain structs, packed one after the other, as they lie in memory.
 //
-// Only between processes of one build (ClusterMessage's handshake compares protocol and layout). Reading checks
-// every count against the bytes that are there; what does not fit is DATA_LOSS.
+// Only between processes of one build (ClusterMessage's handshake compares protocol and layout). Reading
+// checks every count against the bytes that are there; what does not fit is DATA_LOSS.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -22,17 +22,13 @@ inline constexpr std::uint32_t kClusterProtocol = 1;
 std::uint64_t wire_layout();
 
 std::string pack(std::span<const BodyRecord> records);
+std::string pack(std::span<const JointRecord> joints);
 std::string pack(std::span<const Command> commands);
-std::string pack(const Exchange& exchange);
-std::string pack(const Seams& seams);
-std::string pack(const Shipment& shipment);
-std::string pack(const Solution& solution);
+std::string pack(const RoundMessage& message);
 
 absl::StatusOr<std::vector<BodyRecord>> unpack_records(std::string_view bytes);
+absl::StatusOr<std::vector<JointRecord>> unpack_joints(std::string_view bytes);
 absl::StatusOr<std::vector<Command>> unpack_commands(std::string_view bytes);
-absl::StatusOr<Exchange> unpack_exchange(std::string_view bytes);
-absl::StatusOr<Seams> unpack_seams(std::string_view bytes);
-absl::StatusOr<Shipment> unpack_shipment(std::string_view bytes);
-absl::StatusOr<Solution> unpack_solution(std::string_view bytes);
+absl::StatusOr<RoundMessage> unpack_round(std::string_view bytes);
 
 }  // namespace tessera

@@ -22,11 +22,30 @@ BodyRecord some_record(std::uint64_t id) {
   record.properties.principal_axes = {0.5, 0.5, 0.5, 0.5};
   record.properties.category = 0x80000001;
   record.properties.gravity = false;
+  record.properties.assembly = 77;
   record.state.position = {1.0 / 3, -2, 63.999};
   record.state.linear_velocity = {1, 2, 3};
   record.state.angular_velocity = {4, 5, 6};
   record.state.still_for = 0.25;
   record.state.activity = Activity::kDrowsy;
+  return record;
+}
+
+JointRecord some_joint(std::uint64_t id) {
+  JointRecord record;
+  record.id = JointId{id};
+  record.properties.type = JointType::kUniversal;
+  record.properties.parent = BodyId{3};
+  record.properties.child = BodyId{4};
+  record.properties.anchor = {-1, 2, std::int64_t{1} << 62};
+  record.properties.in_parent = {{1.0 / 3, -0.0, 3}, Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)};
+  record.properties.in_child = {{4, 5, 6}, Eigen::Quaterniond(0, 1, 0, 0)};
+  record.properties.axes[0] = {-1, kUnbounded, 2, 3, 4, 5};
+  record.properties.axes[1].friction = 0.1;
+  record.properties.pitch = -0.01;
+  record.properties.bodies_collide = true;
+  record.parent_motion = Motion::kKinematic;
+  record.drives = {JointDrive{DriveMode::kPosition, 0.5}, JointDrive{DriveMode::kEffort, -7}};
   return record;
 }
 
@@ -47,7 +66,10 @@ std::vector<Command> some_commands() {
           ApplyImpulse{BodyId{6}, {7, 8, 9}, {10, 11, 12}},
           ApplyForce{BodyId{7}, {{1, 2, 3}, {4, 5, 6}}},
           Teleport{BodyId{8}, {1, 2, 3}, some_record(1).state},
-          KinematicTarget{BodyId{9}, {4, 5, 6}, some_record(1).state}};
+          KinematicTarget{BodyId{9}, {4, 5, 6}, some_record(1).state},
+          AddJoint{some_joint(10)},
+          RemoveJoint{JointId{11}},
+          SetDrives{JointId{12}, some_joint(1).drives}};
 }
 
 Exchange some_exchange() {
@@ -99,6 +121,27 @@ void torture(const std::string& bytes, const Unpack& unpack) {
   }
 }
 
+Transfer some_transfer() {
+  MovedSector moved;
+  moved.sector = {1, -2, 3};
+  moved.bodies.push_back(
+      {some_record(3), corners(), true, SectorIndex{1, -2, 4}, some_record(4).state, true});
+  moved.bodies.push_back({some_record(5), {}, false, std::nullopt, std::nullopt, false});
+  moved.clones.push_back({{BodyId{7}, some_record(7).properties}, {}, true, true});
+  moved.manifolds.push_back(some_manifold());
+  moved.touching.push_back({BodyId{3}, BodyId{7}});
+  moved.static_region = {-1, -2, -3, 4, 5, 6};
+  moved.parts_known = true;
+  return {{moved}};
+}
+
+Coupling some_coupling() {
+  VelocityChange change;
+  change.linear = {1, 2, 3};
+  change.turn = {-0.0, 5, 6};
+  return {{{BodyId{3}, BodyId{1}, change}, {}}};
+}
+
 TEST(Wire, BodyRecordsSurviveBitForBit) {
   const std::vector<BodyRecord> records{some_record(1), some_record(2), BodyRecord{}};
   torture(pack(std::span<const BodyRecord>(records)), [](std::string_view b) { return unpack_records(b); });
@@ -112,7 +155,27 @@ TEST(Wire, BodyRecordsSurviveBitForBit) {
   EXPECT_TRUE(std::signbit((*read)[0].properties.centre[0]));
   EXPECT_FALSE((*read)[0].properties.gravity);
   EXPECT_EQ((*read)[0].state.position, records[0].state.position);
+  EXPECT_EQ((*read)[0].properties.assembly, 77u);
   EXPECT_EQ((*read)[0].state.activity, Activity::kDrowsy);
+}
+
+TEST(Wire, JointRecordsSurviveBitForBit) {
+  const std::vector<JointRecord> joints{some_joint(1), some_joint(2), JointRecord{}};
+  torture(pack(std::span<const JointRecord>(joints)), [](std::string_view b) { return unpack_joints(b); });
+  const auto read = unpack_joints(pack(std::span<const JointRecord>(joints)));
+  ASSERT_TRUE(read.ok());
+  ASSERT_EQ(read->size(), 3u);
+  const JointRecord& joint = (*read)[0];
+  EXPECT_EQ(joint.id, JointId{1});
+  EXPECT_EQ(joint.properties.type, JointType::kUniversal);
+  EXPECT_EQ(joint.properties.anchor, joints[0].properties.anchor);
+  EXPECT_EQ(joint.properties.in_parent.orientation.coeffs(),
+            joints[0].properties.in_parent.orientation.coeffs());
+  EXPECT_TRUE(std::signbit(joint.properties.in_parent.position.y()));
+  EXPECT_EQ(joint.properties.axes[0].upper, kUnbounded);
+  EXPECT_EQ(joint.properties.axes[1].friction, 0.1);
+  EXPECT_EQ(joint.parent_motion, Motion::kKinematic);
+  EXPECT_EQ(joint.drives, joints[0].drives);
 }
 
 TEST(Wire, CommandsSurviveBitForBit) {
@@ -124,36 +187,30 @@ TEST(Wire, CommandsSurviveBitForBit) {
   for (std::size_t n = 0; n < commands.size(); ++n) EXPECT_EQ((*read)[n].index(), n);
   EXPECT_EQ(std::get<ApplyForce>((*read)[4]).wrench.torque, (std::array<double, 3>{4, 5, 6}));
   EXPECT_EQ(std::get<Teleport>((*read)[5]).home, (SectorIndex{1, 2, 3}));
+  EXPECT_EQ(std::get<SetDrives>((*read)[9]).drives, some_joint(1).drives);
 }
 
-TEST(Wire, ExchangesSurviveBitForBit) {
-  torture(pack(some_exchange()), [](std::string_view b) { return unpack_exchange(b); });
-  const auto read = unpack_exchange(pack(some_exchange()));
-  ASSERT_TRUE(read.ok());
-  EXPECT_EQ(read->ghosts[0].targets, corners());
-  EXPECT_EQ(read->manifolds[0].manifold.points, some_manifold().points);
-  EXPECT_TRUE(read->manifolds[0].was_touching);
-}
-
-TEST(Wire, SeamsSurviveBitForBit) {
-  torture(pack(some_seams()), [](std::string_view b) { return unpack_seams(b); });
-}
-
-TEST(Wire, ShipmentsSurviveBitForBit) {
-  torture(pack(some_shipment()), [](std::string_view b) { return unpack_shipment(b); });
-}
-
-TEST(Wire, SolutionsSurviveBitForBit) {
-  torture(pack(some_solution()), [](std::string_view b) { return unpack_solution(b); });
+TEST(Wire, RoundsSurviveBitForBit) {
+  const std::vector<RoundMessage> rounds{
+      some_transfer(), some_exchange(), std::make_shared<const Seams>(some_seams()),
+      some_shipment(), some_coupling(), some_solution()};
+  ASSERT_EQ(rounds.size(), std::variant_size_v<RoundMessage>);
+  for (std::size_t n = 0; n < rounds.size(); ++n) {
+    torture(pack(rounds[n]), [](std::string_view b) { return unpack_round(b); });
+    EXPECT_EQ(unpack_round(pack(rounds[n]))->index(), n);
+  }
+  const auto read = unpack_round(pack(RoundMessage(some_exchange())));
+  const Exchange& exchange = std::get<Exchange>(*read);
+  EXPECT_EQ(exchange.ghosts[0].targets, corners());
+  EXPECT_EQ(exchange.manifolds[0].manifold.points, some_manifold().points);
+  EXPECT_TRUE(exchange.manifolds[0].was_touching);
 }
 
 TEST(Wire, EmptyMessages) {
   EXPECT_TRUE(unpack_records(pack(std::span<const BodyRecord>())).value().empty());
   EXPECT_TRUE(unpack_commands(pack(std::span<const Command>())).value().empty());
-  EXPECT_TRUE(unpack_exchange(pack(Exchange{})).ok());
-  EXPECT_TRUE(unpack_seams(pack(Seams{})).ok());
-  EXPECT_TRUE(unpack_shipment(pack(Shipment{})).ok());
-  EXPECT_TRUE(unpack_solution(pack(Solution{})).ok());
+  EXPECT_TRUE(unpack_round(pack(RoundMessage(Exchange{}))).ok());
+  EXPECT_TRUE(unpack_round(pack(RoundMessage(std::make_shared<const Seams>()))).ok());
 }
 
 // Memory whose padding holds other bytes must not show.
@@ -180,7 +237,7 @@ TEST(Wire, EqualValuesAreEqualBytes) {
 TEST(Wire, ACountBeyondTheBytesTakesNoMemory) {
   const std::string huge(8, '\xff');
   EXPECT_EQ(unpack_records(huge).status().code(), absl::StatusCode::kDataLoss);
-  EXPECT_EQ(unpack_seams(huge).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(unpack_round("\x02" + huge).status().code(), absl::StatusCode::kDataLoss);
 }
 
 TEST(Wire, UnknownKindsAreRefused) {

@@ -4,7 +4,7 @@
 #include <signal.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "lpss/engine/load_engine.h"
+#include "proto/peak_memory.h"
 #include "sector_server/sector_server.h"
 #include "sector_server/streams.h"
 #include "transport/dds_link.h"
@@ -33,12 +34,6 @@ Nanoseconds since_start() {
   return std::chrono::steady_clock::now() - kStart;
 }
 
-std::uint64_t peak_rss_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-}
-
 NodeId drawn_node() {
   std::random_device source;
   const std::uint64_t high = source();
@@ -56,7 +51,8 @@ struct Arguments {
 };
 
 int parse(int argc, char** argv, Arguments& arguments) {
-  CLI::App app("Hosts sectors of a world, and steps them when the coordinator grants ticks.", "tessera-sector-server");
+  CLI::App app("Hosts sectors of a world, and steps them when the coordinator grants ticks.",
+               "tessera-sector-server");
   app.footer("Example: tessera-sector-server --cluster lab --engine f32 --threads 4");
   arguments.server.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   app.add_option("--cluster", arguments.dds.cluster, "Name of the cluster")->capture_default_str();
@@ -67,18 +63,26 @@ int parse(int argc, char** argv, Arguments& arguments) {
   app.add_option("--threads", arguments.server.threads, "Threads that step sectors")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
+  double coordinator_timeout_s = std::chrono::duration<double>(arguments.server.coordinator_timeout).count();
+  app.add_option("--coordinator-timeout", coordinator_timeout_s,
+                 "Silence after which the coordinator counts as lost, s")
+      ->check(CLI::Range(0.1, 1e6))
+      ->capture_default_str();
   app.add_option("--listen", arguments.listen, "Address for the streams of clients; port 0: any free one")
       ->capture_default_str();
   app.add_option("--log-level", arguments.log_level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
-  app.add_flag("--exit-with-parent", arguments.exit_with_parent, "End when the process that started this one does");
+  app.add_flag("--exit-with-parent", arguments.exit_with_parent,
+               "End when the process that started this one does");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     const int code = app.exit(error);
     return code == 0 ? 0 : 2;
   }
+  arguments.server.coordinator_timeout =
+      std::chrono::duration_cast<Nanoseconds>(std::chrono::duration<double>(coordinator_timeout_s));
   arguments.server.precision = arguments.engine == "f64" ? Precision::kFloat64 : Precision::kFloat32;
   return -1;
 }
@@ -88,14 +92,15 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams) {
   const auto start = std::chrono::steady_clock::now() - since_start();
   server.start(link.self(), since_start());
   while (!server.finished() && !stop_wanted) {
-    for (SectorServer::Outgoing& message : server.take_messages()) link.send(message.to, std::move(message.payload));
+    for (SectorServer::Outgoing& message : server.take_messages())
+      link.send(message.to, std::move(message.payload));
     const std::optional<Nanoseconds> deadline = server.next_deadline();
     const auto until = server.work_left()
                            ? std::chrono::steady_clock::time_point{}
                            : start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                          deadline.value_or(since_start() + std::chrono::seconds(1)));
     std::vector<Delivery> deliveries = link.receive(until);
-    for (const NodeId node : link.take_lost_peers()) server.lost(node);
+    for (const NodeId node : link.take_lost_peers()) server.suspect(node, since_start());
     for (Delivery& delivery : deliveries) {
       v1::ClusterMessage message;
       if (!message.ParseFromString(delivery.payload)) return absl::DataLossError("a message cannot be read");
@@ -105,7 +110,9 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams) {
     server.advance(since_start());
     if (Share* share = server.share_between_ticks()) streams.publish(server.tick(), *share, true);
   }
-  for (SectorServer::Outgoing& message : server.take_messages()) link.send(message.to, std::move(message.payload));
+  server.leave("it was told to end");
+  for (SectorServer::Outgoing& message : server.take_messages())
+    link.send(message.to, std::move(message.payload));
   return server.finished().value_or(absl::OkStatus());
 }
 
@@ -129,7 +136,7 @@ int run(Arguments& arguments) {
   }
   arguments.server.stream_address =
       arguments.listen.substr(0, arguments.listen.rfind(':')) + ":" + std::to_string(port);
-  arguments.server.peak_rss_bytes = peak_rss_bytes;
+  arguments.server.peak_rss_bytes = [] { return peak_rss_bytes(getpid()); };
 
   SectorServer server(arguments.server, load_engine, since_start,
                       [&](Tick tick, Share& share) { streams.publish(tick, share, false); });
@@ -138,8 +145,8 @@ int run(Arguments& arguments) {
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  spdlog::info("node {:x} of cluster {}, engine {}, streams on {}", arguments.dds.self.value, arguments.dds.cluster,
-               arguments.engine, arguments.server.stream_address);
+  spdlog::info("node {:x} of cluster {}, engine {}, streams on {}", arguments.dds.self.value,
+               arguments.dds.cluster, arguments.engine, arguments.server.stream_address);
 
   const absl::Status status = serve(**link, server, streams);
   streams.shut_down();

@@ -13,13 +13,14 @@ namespace {
 
 // Messages for a world whose load has not arrived yet; peers are at most a tick ahead.
 constexpr std::size_t kEarlyMessagesMax = 4096;
+constexpr std::chrono::milliseconds kMeasureMemoryEvery(500);
 
 }  // namespace
 
 class SectorServer::Impl {
  public:
-  Impl(const SectorServerOptions& options, WorldRun::MakeEngine make_engine, std::function<Nanoseconds()> clock,
-       TickObserver observer)
+  Impl(const SectorServerOptions& options, WorldRun::MakeEngine make_engine,
+       std::function<Nanoseconds()> clock, TickObserver observer)
       : options_(options),
         make_engine_(std::move(make_engine)),
         clock_(std::move(clock)),
@@ -28,25 +29,20 @@ class SectorServer::Impl {
   void start(NodeId self, Nanoseconds now) {
     self_ = self;
     join_deadline_ = now + options_.join_timeout;
-    v1::ClusterMessage message;
-    v1::Hello& hello = *message.mutable_hello();
-    hello.set_protocol(kClusterProtocol);
-    hello.set_layout(wire_layout());
-    hello.set_precision(to_proto(options_.precision));
-    hello.set_threads(static_cast<std::uint32_t>(options_.threads));
-    hello.set_stream_address(options_.stream_address);
-    send(kCoordinatorNode, message);
+    say_hello();
   }
 
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
     using Kind = v1::ClusterMessage::KindCase;
+    if (from == kCoordinatorNode) coordinator_deadline_.reset();
     switch (message.kind_case()) {
       case Kind::kWelcome:
         heartbeat_ = std::chrono::milliseconds(std::max<std::uint64_t>(message.welcome().heartbeat_ms(), 1));
         next_heartbeat_ = now + *heartbeat_;
         break;
       case Kind::kRefusal:
-        finish(absl::FailedPreconditionError(absl::StrCat("the coordinator refused this server: ", message.refusal().reason())));
+        finish(absl::FailedPreconditionError(
+            absl::StrCat("the coordinator refused this server: ", message.refusal().reason())));
         break;
       case Kind::kLoadWorld:
         load(message.load_world());
@@ -63,7 +59,8 @@ class SectorServer::Impl {
         finish(absl::OkStatus());
         break;
       default:
-        finish(absl::InternalError(absl::StrCat("a message that is not for sector servers came from ", from.value)));
+        finish(absl::InternalError(
+            absl::StrCat("a message that is not for sector servers came from ", from.value)));
     }
   }
 
@@ -81,16 +78,34 @@ class SectorServer::Impl {
 
   void advance(Nanoseconds now) {
     if (!heartbeat_ && now >= join_deadline_) {
-      finish(absl::DeadlineExceededError(absl::StrCat("no coordinator answered within ", options_.join_timeout / std::chrono::seconds(1), " s")));
+      finish(absl::DeadlineExceededError(absl::StrCat(
+          "no coordinator answered within ", options_.join_timeout / std::chrono::seconds(1), " s")));
+    }
+    if (coordinator_deadline_ && now >= *coordinator_deadline_) {
+      finish(
+          absl::UnavailableError(absl::StrCat("the coordinator gave no sign of life for ",
+                                              options_.coordinator_timeout / std::chrono::seconds(1), " s")));
     }
     if (heartbeat_ && now >= next_heartbeat_) report(now);
   }
 
-  void lost(NodeId node) {
-    if (node == kCoordinatorNode && heartbeat_) finish(absl::UnavailableError("the coordinator is gone"));
+  // A coordinator that has only stalled answers to the hello when it goes on.
+  void suspect(NodeId node, Nanoseconds now) {
+    if (node != kCoordinatorNode || !heartbeat_ || coordinator_deadline_) return;
+    coordinator_deadline_ = now + options_.coordinator_timeout;
+    say_hello();
   }
 
-  std::optional<Nanoseconds> next_deadline() const { return heartbeat_ ? next_heartbeat_ : join_deadline_; }
+  void leave(const std::string& reason) {
+    if (finished_) return;
+    say_goodbye(reason);
+    finished_ = absl::OkStatus();
+  }
+
+  std::optional<Nanoseconds> next_deadline() const {
+    if (!heartbeat_) return join_deadline_;
+    return std::min(next_heartbeat_, coordinator_deadline_.value_or(next_heartbeat_));
+  }
 
   Share* share_between_ticks() { return run_ && run_->between_ticks() ? &run_->share() : nullptr; }
   Tick tick() const { return run_ ? run_->tick() : 0; }
@@ -98,17 +113,33 @@ class SectorServer::Impl {
   const std::optional<absl::Status>& finished() const { return finished_; }
 
  private:
-  void send(NodeId to, const v1::ClusterMessage& message) { outgoing_.push_back({to, message.SerializeAsString()}); }
+  void send(NodeId to, const v1::ClusterMessage& message) {
+    outgoing_.push_back({to, message.SerializeAsString()});
+  }
+
+  void say_hello() {
+    v1::ClusterMessage message;
+    v1::Hello& hello = *message.mutable_hello();
+    hello.set_protocol(kClusterProtocol);
+    hello.set_layout(wire_layout());
+    hello.set_precision(to_proto(options_.precision));
+    hello.set_threads(static_cast<std::uint32_t>(options_.threads));
+    hello.set_stream_address(options_.stream_address);
+    hello.set_again(heartbeat_.has_value());
+    send(kCoordinatorNode, message);
+  }
+
+  void say_goodbye(const std::string& reason) {
+    v1::ClusterMessage message;
+    message.mutable_goodbye()->set_reason(reason);
+    send(kCoordinatorNode, message);
+  }
 
   // The first reason stands.
   void finish(const absl::Status& status) {
     if (finished_) return;
     finished_ = status;
-    if (!status.ok()) {
-      v1::ClusterMessage message;
-      message.mutable_goodbye()->set_reason(std::string(status.message()));
-      send(kCoordinatorNode, message);
-    }
+    if (!status.ok()) say_goodbye(std::string(status.message()));
   }
 
   void load(const v1::LoadWorld& world) {
@@ -161,7 +192,11 @@ class SectorServer::Impl {
       report.set_exchange_bytes(run_->exchange_bytes());
       for (v1::TickReport& tick : run_->take_reports()) *report.add_ticks() = std::move(tick);
     }
-    if (options_.peak_rss_bytes) report.set_peak_rss_bytes(options_.peak_rss_bytes());
+    if (options_.peak_rss_bytes && now >= next_measurement_) {
+      peak_rss_bytes_ = options_.peak_rss_bytes();
+      next_measurement_ = now + kMeasureMemoryEvery;
+    }
+    report.set_peak_rss_bytes(peak_rss_bytes_);
     send(kCoordinatorNode, message);
     if (heartbeat_) next_heartbeat_ = now + *heartbeat_;
   }
@@ -174,6 +209,9 @@ class SectorServer::Impl {
   Nanoseconds join_deadline_{};
   std::optional<Nanoseconds> heartbeat_;  // once welcome
   Nanoseconds next_heartbeat_{};
+  std::optional<Nanoseconds> coordinator_deadline_;  // while it is a suspect
+  Nanoseconds next_measurement_{};
+  std::uint64_t peak_rss_bytes_ = 0;
   std::unique_ptr<WorldRun> run_;
   std::uint64_t last_unloaded_ = 0;
   std::vector<std::pair<NodeId, v1::ClusterMessage>> early_;
@@ -193,7 +231,8 @@ void SectorServer::receive(NodeId from, v1::ClusterMessage message, Nanoseconds 
 bool SectorServer::work_left() const { return impl_->work_left(); }
 void SectorServer::proceed(Nanoseconds now) { impl_->proceed(now); }
 void SectorServer::advance(Nanoseconds now) { impl_->advance(now); }
-void SectorServer::lost(NodeId node) { impl_->lost(node); }
+void SectorServer::suspect(NodeId node, Nanoseconds now) { impl_->suspect(node, now); }
+void SectorServer::leave(const std::string& reason) { impl_->leave(reason); }
 std::optional<Nanoseconds> SectorServer::next_deadline() const { return impl_->next_deadline(); }
 Share* SectorServer::share_between_ticks() { return impl_->share_between_ticks(); }
 Tick SectorServer::tick() const { return impl_->tick(); }

@@ -25,9 +25,11 @@ using Nanoseconds = std::chrono::nanoseconds;
 struct SectorServerOptions {
   Precision precision = Precision::kFloat32;
   int threads = 1;
-  std::string stream_address;  // told to clients
+  std::string stream_address;                           // told to clients
   Nanoseconds join_timeout = std::chrono::seconds(30);  // how long it waits for a coordinator's welcome
-  std::function<std::uint64_t()> peak_rss_bytes;        // for reports; may be empty
+  // How long it waits for one that gives no sign of life any more.
+  Nanoseconds coordinator_timeout = std::chrono::seconds(10);
+  std::function<std::uint64_t()> peak_rss_bytes;  // for reports; may be empty
 };
 
 class SectorServer {
@@ -49,14 +51,16 @@ class SectorServer {
   // Says hello to the coordinator. `self` is this process's address.
   void start(NodeId self, Nanoseconds now);
 
-  // Takes one message in, and does no work on it. While work_left(), the shell calls proceed(), which does one
-  // round of one tick, and sends what that gave: so messages leave as early as they can.
+  // Takes one message in, and does no work on it. While work_left(), the shell calls proceed(), which does
+  // one round of one tick, and sends what that gave: so messages leave as early as they can.
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now);
   bool work_left() const;
   void proceed(Nanoseconds now);
 
   void advance(Nanoseconds now);  // heartbeats, deadlines
-  void lost(NodeId node);         // the transport says that it is gone
+  // The transport misses signs of life of a process, which may have ended or only stalled.
+  void suspect(NodeId node, Nanoseconds now);
+  void leave(const std::string& reason);  // says goodbye; the server must end then
   std::optional<Nanoseconds> next_deadline() const;
 
   std::vector<Outgoing> take_messages();

@@ -29,6 +29,13 @@ void describe(const BodyRecord& record, double sector_size, v1::BodyState& state
   state.set_asleep(record.state.activity == Activity::kAsleep);
 }
 
+// A static body, from the server that hosts its sector: all of them know it.
+const BodyRecord* hosted_static(const Share& share, BodyId id) {
+  const BodyRecord* record = share.statics().find(id);
+  if (record == nullptr || share.options().map.owner(record->home) != share.options().self) return nullptr;
+  return record;
+}
+
 v1::Contact::Phase phase_of(ContactPhase phase) {
   switch (phase) {
     case ContactPhase::kBegin:
@@ -43,7 +50,8 @@ v1::Contact::Phase phase_of(ContactPhase phase) {
 
 }  // namespace
 
-v1::BodyBatch Streams::bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Share& share) const {
+v1::BodyBatch Streams::bodies_for(const v1::WatchBodiesRequest& request, Tick tick,
+                                  const Share& share) const {
   v1::BodyBatch batch;
   batch.set_tick(tick);
   batch.set_node(node_.value);
@@ -62,7 +70,12 @@ v1::BodyBatch Streams::bodies_for(const v1::WatchBodiesRequest& request, Tick ti
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   for (const std::uint64_t id : ids) {
-    if (const std::optional<BodyRecord> record = share.body(BodyId{id})) consider(*record);
+    if (const std::optional<BodyRecord> record = share.body(BodyId{id})) {
+      consider(*record);
+    } else if (const BodyRecord* fixed = hosted_static(share, BodyId{id});
+               fixed != nullptr && !request.only_awake()) {
+      consider(*fixed);
+    }
   }
   return batch;
 }
@@ -134,7 +147,8 @@ grpc::Status Streams::serve(std::list<std::shared_ptr<S>>& list, grpc::ServerCon
   if (subscription->overrun()) {
     return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "the client fell too far behind the stream");
   }
-  return closing ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "the server is shutting down") : grpc::Status::OK;
+  return closing ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "the server is shutting down")
+                 : grpc::Status::OK;
 }
 
 grpc::Status Streams::WatchBodies(grpc::ServerContext* context, const v1::WatchBodiesRequest* request,

@@ -93,8 +93,8 @@ class Streams final : public v1::Streams::Service {
   v1::ContactBatch contacts_for(const v1::WatchContactsRequest& request, Tick tick, const Share& share) const;
 
   template <typename S, typename Request, typename Batch>
-  grpc::Status serve(std::list<std::shared_ptr<S>>& list, grpc::ServerContext* context, const Request& request,
-                     grpc::ServerWriter<Batch>* writer);
+  grpc::Status serve(std::list<std::shared_ptr<S>>& list, grpc::ServerContext* context,
+                     const Request& request, grpc::ServerWriter<Batch>* writer);
 
   const NodeId node_;
   const std::function<void()> wake_;

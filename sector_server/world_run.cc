@@ -16,14 +16,16 @@ constexpr std::size_t kTicksPerReport = 8;
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& load, NodeId self, int threads,
-                                                           const MakeEngine& make_engine, Send send) {
+absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& load, NodeId self,
+                                                           int threads, const MakeEngine& make_engine,
+                                                           Send send) {
   std::unique_ptr<WorldRun> run(new WorldRun());
   run->world_ = load.world();
   run->send_ = std::move(send);
   for (const std::uint64_t node : load.nodes()) run->nodes_.push_back(NodeId{node});
   const auto place = std::find(run->nodes_.begin(), run->nodes_.end(), self);
-  if (place == run->nodes_.end()) return absl::InvalidArgumentError("the world's list of servers lacks this one");
+  if (place == run->nodes_.end())
+    return absl::InvalidArgumentError("the world's list of servers lacks this one");
   run->self_ = static_cast<Rank>(place - run->nodes_.begin());
 
   absl::StatusOr<WorldSettings> settings = from_proto(load.settings());
@@ -49,6 +51,9 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
   absl::StatusOr<std::vector<BodyRecord>> records = unpack_records(load.records());
   if (!records.ok()) return records.status();
   for (const BodyRecord& record : *records) run->share_->add_body(record);
+  const absl::StatusOr<std::vector<JointRecord>> joints = unpack_joints(load.joints());
+  if (!joints.ok()) return joints.status();
+  for (const JointRecord& joint : *joints) run->share_->add_joint(joint);
   run->share_->expect_radius(load.radius_max());
   return run;
 }
@@ -67,80 +72,44 @@ void WorldRun::take(v1::Grant grant) {
   grants_.insert_or_assign(serial, std::move(grant));
 }
 
-WorldRun::Inbox& WorldRun::inbox(Tick tick, Kind kind) {
-  Inbox& box = inboxes_[{tick, kind}];
-  box.from.resize(nodes_.size());
-  return box;
-}
-
 absl::Status WorldRun::take(NodeId from, v1::Round round) {
   const auto place = std::find(nodes_.begin(), nodes_.end(), from);
-  if (place == nodes_.end()) return absl::InvalidArgumentError(absl::StrCat("a round from ", from.value, ", which is no server of this world"));
-  if (round.tick() <= tick_ || round.tick() > tick_ + 2) {
-    return absl::InternalError(absl::StrCat("a message of tick ", round.tick(), " arrived after tick ", tick_));
+  if (place == nodes_.end())
+    return absl::InvalidArgumentError(
+        absl::StrCat("a round from ", from.value, ", which is no server of this world"));
+  // It may be any number of ticks ahead: a world at rest needs no messages, so its servers go at their own pace.
+  if (round.tick() <= tick_) {
+    return absl::InternalError(
+        absl::StrCat("a message of tick ", round.tick(), " arrived after tick ", tick_));
   }
-  Inbox& box = inbox(round.tick(), round.kind());
-  std::optional<std::string>& slot = box.from[place - nodes_.begin()];
+  Inbox& inbox = inboxes_[{round.tick(), round.number()}];
+  inbox.resize(nodes_.size());
+  std::optional<std::string>& slot = inbox[place - nodes_.begin()];
   if (slot) return absl::InternalError(absl::StrCat("a message of tick ", round.tick(), " arrived twice"));
   slot = std::move(*round.mutable_body());
-  ++box.count;
   return absl::OkStatus();
 }
 
-// Whether every wanted peer (all of them where `wanted` is null) has sent its message of the tick under way.
-bool WorldRun::has_all(Kind kind, const std::vector<bool>* wanted) const {
-  const auto box = inboxes_.find({tick_ + 1, kind});
+// Whether everyone whom the tick under way waits for has been heard.
+bool WorldRun::has_all() const {
+  const auto inbox = inboxes_.find({tick_ + 1, round_->number});
   for (Rank rank = 0; rank < nodes_.size(); ++rank) {
-    if (rank == self_ || (wanted != nullptr && !(*wanted)[rank])) continue;
-    if (box == inboxes_.end() || !box->second.from[rank]) return false;
+    if (rank == self_ || !round_->from[rank]) continue;
+    if (inbox == inboxes_.end() || !inbox->second[rank]) return false;
   }
   return true;
 }
 
 bool WorldRun::ready() const {
-  switch (phase_) {
-    case Phase::kIdle:
-      return grant_.has_value() || grants_.contains(next_serial_);
-    case Phase::kAwaitsExchange:
-      return has_all(v1::Round::EXCHANGE, nullptr);
-    case Phase::kAwaitsSeams:
-      return has_all(v1::Round::SEAMS, nullptr);
-    case Phase::kAwaitsShipment:
-      return has_all(v1::Round::SHIPMENT, &share_->awaits_shipment_from());
-    case Phase::kAwaitsSolution:
-      return has_all(v1::Round::SOLUTION, &share_->awaits_solution_from());
-  }
-  return false;
+  if (round_) return has_all();
+  return grant_.has_value() || grants_.contains(next_serial_);
 }
 
 absl::Status WorldRun::proceed(const std::function<Nanoseconds()>& clock) {
-  switch (phase_) {
-    case Phase::kIdle:
-      return next_grant_or_tick(clock());
-    case Phase::kAwaitsExchange:
-      return on_exchange();
-    case Phase::kAwaitsSeams:
-      return on_seams();
-    case Phase::kAwaitsShipment:
-      return on_shipments();
-    case Phase::kAwaitsSolution:
-      return on_solutions(clock());
-  }
-  return absl::OkStatus();
+  return round_ ? advance(clock) : next_grant_or_tick(clock);
 }
 
-void WorldRun::send_round(Rank to, Kind kind, std::string body) {
-  exchange_bytes_ += body.size();
-  v1::ClusterMessage message;
-  v1::Round& round = *message.mutable_round();
-  round.set_world(world_);
-  round.set_tick(tick_ + 1);
-  round.set_kind(kind);
-  round.set_body(std::move(body));
-  send_(nodes_[to], message);
-}
-
-absl::Status WorldRun::next_grant_or_tick(Nanoseconds now) {
+absl::Status WorldRun::next_grant_or_tick(const std::function<Nanoseconds()>& clock) {
   if (!grant_) {
     const auto next = grants_.find(next_serial_);
     grant_ = std::move(next->second);
@@ -149,16 +118,14 @@ absl::Status WorldRun::next_grant_or_tick(Nanoseconds now) {
     ticks_left_ = grant_->ticks();
     if (absl::Status status = add_shapes(grant_->new_shapes()); !status.ok()) return status;
   }
-  if (ticks_left_ > 0) {
-    tick_began_ = now;
-    return begin_tick();
-  }
+  if (ticks_left_ > 0) return begin_tick(clock);
   for (const v1::Query& query : grant_->queries()) answer(query);
   grant_.reset();
   return absl::OkStatus();
 }
 
-absl::Status WorldRun::begin_tick() {
+absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
+  tick_began_ = clock();
   std::vector<Command> commands;
   if (ticks_left_ == grant_->ticks()) {
     absl::StatusOr<std::vector<Command>> granted = unpack_commands(grant_->commands());
@@ -166,101 +133,56 @@ absl::Status WorldRun::begin_tick() {
     commands = std::move(*granted);
   }
   --ticks_left_;
-  std::vector<Exchange> outbox = share_->begin_tick(commands);
-  for (Rank rank = 0; rank < nodes_.size(); ++rank) {
-    if (rank == self_) {
-      own_exchange_ = std::move(outbox[rank]);
-    } else {
-      send_round(rank, v1::Round::EXCHANGE, pack(outbox[rank]));
-    }
-  }
-  phase_ = Phase::kAwaitsExchange;
+  go_on(share_->begin_tick(commands), clock);
   return absl::OkStatus();
 }
 
-absl::Status WorldRun::on_exchange() {
-  std::vector<Exchange> messages(nodes_.size());
+absl::Status WorldRun::advance(const std::function<Nanoseconds()>& clock) {
+  std::vector<std::optional<RoundMessage>> messages(nodes_.size());
+  messages[self_] = std::move(round_->to[self_]);
+  const auto inbox = inboxes_.find({tick_ + 1, round_->number});
   for (Rank rank = 0; rank < nodes_.size(); ++rank) {
-    if (rank == self_) {
-      messages[rank] = std::move(own_exchange_);
-      continue;
-    }
-    absl::StatusOr<Exchange> message = unpack_exchange(*inbox(tick_ + 1, v1::Round::EXCHANGE).from[rank]);
+    if (rank == self_ || !round_->from[rank]) continue;
+    absl::StatusOr<RoundMessage> message = unpack_round(*inbox->second[rank]);
     if (!message.ok()) return message.status();
     messages[rank] = std::move(*message);
   }
-  own_seams_ = share_->detect(std::move(messages));
-  if (nodes_.size() > 1) {
-    const std::string packed = pack(own_seams_);
-    for (Rank rank = 0; rank < nodes_.size(); ++rank) {
-      if (rank != self_) send_round(rank, v1::Round::SEAMS, packed);
-    }
-  }
-  phase_ = Phase::kAwaitsSeams;
+  go_on(share_->advance(std::move(messages)), clock);
   return absl::OkStatus();
 }
 
-absl::Status WorldRun::on_seams() {
-  std::vector<Seams> received(nodes_.size());
-  std::vector<const Seams*> messages(nodes_.size());
-  for (Rank rank = 0; rank < nodes_.size(); ++rank) {
-    messages[rank] = rank == self_ ? &own_seams_ : &received[rank];
-    if (rank == self_) continue;
-    absl::StatusOr<Seams> message = unpack_seams(*inbox(tick_ + 1, v1::Round::SEAMS).from[rank]);
-    if (!message.ok()) return message.status();
-    received[rank] = std::move(*message);
+void WorldRun::go_on(std::optional<Round> round, const std::function<Nanoseconds()>& clock) {
+  round_ = std::move(round);
+  if (round_) {
+    send(*round_);
+  } else {
+    end_tick(clock());
   }
-  std::vector<Shipment> outbox = share_->join(messages);
-  for (Rank rank = 0; rank < nodes_.size(); ++rank) {
-    if (rank == self_) {
-      own_shipment_ = std::move(outbox[rank]);
-    } else if (!outbox[rank].islands.empty()) {
-      send_round(rank, v1::Round::SHIPMENT, pack(outbox[rank]));
-    }
-  }
-  phase_ = Phase::kAwaitsShipment;
-  return absl::OkStatus();
 }
 
-absl::Status WorldRun::on_shipments() {
-  std::vector<Shipment> messages(nodes_.size());
-  const std::vector<bool> shipped = share_->awaits_shipment_from();
+void WorldRun::send(const Round& round) {
+  std::string packed;
+  const RoundMessage* before = nullptr;
   for (Rank rank = 0; rank < nodes_.size(); ++rank) {
-    if (rank == self_) {
-      messages[rank] = std::move(own_shipment_);
-    } else if (shipped[rank]) {
-      absl::StatusOr<Shipment> message = unpack_shipment(*inbox(tick_ + 1, v1::Round::SHIPMENT).from[rank]);
-      if (!message.ok()) return message.status();
-      messages[rank] = std::move(*message);
-    }
+    if (rank == self_ || !round.to[rank]) continue;
+    // The same seams go to everyone: they are packed once.
+    const bool same = before != nullptr && std::holds_alternative<std::shared_ptr<const Seams>>(*before);
+    if (!same) packed = pack(*round.to[rank]);
+    before = &*round.to[rank];
+    exchange_bytes_ += packed.size();
+    v1::ClusterMessage message;
+    v1::Round& letter = *message.mutable_round();
+    letter.set_world(world_);
+    letter.set_tick(tick_ + 1);
+    letter.set_number(round.number);
+    letter.set_body(packed);
+    send_(nodes_[rank], message);
   }
-  std::vector<Solution> outbox = share_->solve(std::move(messages));
-  for (Rank rank = 0; rank < nodes_.size(); ++rank) {
-    if (rank == self_) {
-      own_solution_ = std::move(outbox[rank]);
-    } else if (shipped[rank]) {
-      send_round(rank, v1::Round::SOLUTION, pack(outbox[rank]));
-    }
-  }
-  phase_ = Phase::kAwaitsSolution;
-  return absl::OkStatus();
 }
 
-absl::Status WorldRun::on_solutions(Nanoseconds now) {
-  std::vector<Solution> messages(nodes_.size());
-  for (Rank rank = 0; rank < nodes_.size(); ++rank) {
-    if (rank == self_) {
-      messages[rank] = std::move(own_solution_);
-    } else if (share_->awaits_solution_from()[rank]) {
-      absl::StatusOr<Solution> message = unpack_solution(*inbox(tick_ + 1, v1::Round::SOLUTION).from[rank]);
-      if (!message.ok()) return message.status();
-      messages[rank] = std::move(*message);
-    }
-  }
-  share_->finish(std::move(messages));
+void WorldRun::end_tick(Nanoseconds now) {
   ++tick_;
   inboxes_.erase(inboxes_.begin(), inboxes_.lower_bound({tick_ + 1, 0}));
-  phase_ = Phase::kIdle;
   tick_done_ = true;
 
   const TickCounts& counts = share_->counts();
@@ -272,15 +194,15 @@ absl::Status WorldRun::on_solutions(Nanoseconds now) {
   report.set_contacts(counts.contacts);
   report.set_islands_across_seams(counts.islands_across_seams);
   report.set_islands_shipped(counts.islands_shipped);
+  report.set_islands_cut(counts.islands_cut);
   report.set_bodies_awake(counts.bodies_awake);
   report.set_sectors(counts.sectors);
   report.set_sectors_awake(counts.sectors_awake);
   report.set_bodies_stopped(counts.bodies_stopped);
-  return absl::OkStatus();
 }
 
 bool WorldRun::report_due() const {
-  const bool idle = phase_ == Phase::kIdle && !grant_ && !grants_.contains(next_serial_);
+  const bool idle = !round_ && !grant_ && !grants_.contains(next_serial_);
   return reports_.size() >= kTicksPerReport || (idle && !reports_.empty());
 }
 
@@ -296,8 +218,8 @@ void WorldRun::answer(const v1::Query& query) {
     answer.set_hash_high(hash.high());
   } else if (query.has_ray()) {
     const v1::RayQuery& ray = query.ray();
-    const std::optional<Share::RayAnswer> hit = share_->raycast(
-        from_proto(ray.origin()), from_proto(ray.direction()), ray.length(), ray.mask());
+    const std::optional<Share::RayAnswer> hit =
+        share_->raycast(from_proto(ray.origin()), from_proto(ray.direction()), ray.length(), ray.mask());
     answer.set_hit(hit.has_value());
     if (hit) {
       answer.set_body(hit->body.value);

@@ -31,7 +31,7 @@ class WorldRun {
   std::uint64_t world() const { return world_; }
   Tick tick() const { return tick_; }
   Share& share() { return *share_; }
-  bool between_ticks() const { return phase_ == Phase::kIdle; }
+  bool between_ticks() const { return !round_; }
 
   // Grants and rounds, in any order; each once.
   void take(v1::Grant grant);
@@ -50,26 +50,18 @@ class WorldRun {
   std::uint64_t exchange_bytes() const { return exchange_bytes_; }
 
  private:
-  enum class Phase { kIdle, kAwaitsExchange, kAwaitsSeams, kAwaitsShipment, kAwaitsSolution };
-  using Kind = v1::Round::Kind;
-
   // What has come in for one round of one tick, by rank.
-  struct Inbox {
-    std::vector<std::optional<std::string>> from;
-    std::uint32_t count = 0;
-  };
+  using Inbox = std::vector<std::optional<std::string>>;
 
   WorldRun() = default;
 
-  Inbox& inbox(Tick tick, Kind kind);
-  bool has_all(Kind kind, const std::vector<bool>* wanted) const;
-  void send_round(Rank to, Kind kind, std::string body);
-  absl::Status next_grant_or_tick(Nanoseconds now);
-  absl::Status begin_tick();
-  absl::Status on_exchange();
-  absl::Status on_seams();
-  absl::Status on_shipments();
-  absl::Status on_solutions(Nanoseconds now);
+  bool has_all() const;
+  void send(const Round& round);
+  absl::Status next_grant_or_tick(const std::function<Nanoseconds()>& clock);
+  absl::Status begin_tick(const std::function<Nanoseconds()>& clock);
+  absl::Status advance(const std::function<Nanoseconds()>& clock);
+  void go_on(std::optional<Round> round, const std::function<Nanoseconds()>& clock);
+  void end_tick(Nanoseconds now);
   void answer(const v1::Query& query);
   absl::Status add_shapes(const google::protobuf::RepeatedPtrField<v1::Shape>& shapes);
 
@@ -86,13 +78,9 @@ class WorldRun {
   std::optional<v1::Grant> grant_;  // being carried out
   std::uint64_t ticks_left_ = 0;
 
-  Phase phase_ = Phase::kIdle;
-  Tick tick_ = 0;  // completed
-  absl::btree_map<std::pair<Tick, int>, Inbox> inboxes_;
-  Exchange own_exchange_;
-  Seams own_seams_;
-  Shipment own_shipment_;
-  Solution own_solution_;
+  std::optional<Round> round_;  // that the tick under way waits in
+  Tick tick_ = 0;               // completed
+  absl::btree_map<std::pair<Tick, std::uint32_t>, Inbox> inboxes_;  // by tick and number of the round
 
   Nanoseconds tick_began_{};
   bool tick_done_ = false;

@@ -35,10 +35,26 @@ TEST_F(RunTest, ReportsTheSameFieldsWithAndWithoutServers) {
   const std::string world = world_file("seam.sdf").string();
   const nlohmann::json alone = run({world, "--in-process", "--seconds", "1"});
   const nlohmann::json cluster = run({world, "--servers", "2", "--seconds", "1"});
-  for (const char* field :
-       {"world_hash", "ticks", "bodies", "sectors", "clones_max", "islands_across_seams", "islands_cut",
-        "engine", "real_time_factor", "tick_ms", "peak_rss_mb", "servers", "threads", "sector_size", "seams",
-        "dt", "notices", "load_seconds", "wall_seconds"}) {
+  for (const char* field : {"world_hash",
+                            "ticks",
+                            "bodies",
+                            "sectors",
+                            "clones_max",
+                            "islands_across_seams",
+                            "islands_shipped",
+                            "islands_cut",
+                            "engine",
+                            "real_time_factor",
+                            "tick_ms",
+                            "peak_rss_mb",
+                            "servers",
+                            "threads",
+                            "sector_size",
+                            "seams",
+                            "dt",
+                            "notices",
+                            "load_seconds",
+                            "wall_seconds"}) {
     EXPECT_TRUE(alone.contains(field)) << field;
     EXPECT_TRUE(cluster.contains(field)) << field;
   }
@@ -48,6 +64,8 @@ TEST_F(RunTest, ReportsTheSameFieldsWithAndWithoutServers) {
   }
   EXPECT_EQ(alone["ticks"], 60);
   EXPECT_GT(alone["islands_across_seams"].get<int>(), 0);
+  EXPECT_EQ(alone["islands_shipped"], 0);
+  EXPECT_LE(cluster["islands_shipped"].get<int>(), cluster["islands_across_seams"].get<int>());
 }
 
 TEST_F(RunTest, ProvesItself) {
@@ -91,6 +109,16 @@ TEST(CommandLineTest, MessagesNameWhatAndTheBound) {
   EXPECT_THAT(run_tessera({"run", "no_such_world.sdf"}).output, HasSubstr("no_such_world.sdf"));
   EXPECT_THAT(run_tessera({"run", world, "--dt", "7"}).output, HasSubstr("0.1"));
   EXPECT_THAT(run_tessera({"hash", "--connect", "127.0.0.1:1"}).output, HasSubstr("127.0.0.1:1"));
+}
+
+TEST(CommandLineTest, UnknownArgumentsAreNamedAlsoWhereOthersAreMissing) {
+  for (const char* command : {"run", "load", "spawn", "remove", "raycast", "simulate", "watch"}) {
+    const Outcome outcome = run_tessera({command, "--no-such-option"});
+    EXPECT_EQ(outcome.code, 2) << command;
+    EXPECT_THAT(outcome.output, HasSubstr("--no-such-option")) << command;
+  }
+  EXPECT_THAT(run_tessera({"nonsense"}).output, HasSubstr("nonsense"));
+  EXPECT_THAT(run_tessera({"run"}).output, HasSubstr("world is required"));
 }
 
 TEST(CommandLineTest, EveryCommandHasHelpWithAnExample) {

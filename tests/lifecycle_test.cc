@@ -1,6 +1,9 @@
 // Clusters as processes: how they begin, what they refuse, and that nothing is left of them.
+#include <absl/time/clock.h>
 #include <signal.h>
 #include <unistd.h>
+
+#include <algorithm>
 
 #include "tests/cluster_fixture.h"
 
@@ -92,6 +95,28 @@ TEST(LifecycleTest, LoadedWorldIsNotReplacedByAccident) {
   ASSERT_THAT(cluster.client->unload(), IsOk());
   EXPECT_EQ(cluster.client->status().value().state, "empty");
   EXPECT_EQ(cluster.client->step().status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(LifecycleTest, ServerThatStallsForAWhileIsTakenBack) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  const WorldDescription world = read_world("seam.sdf");
+  ASSERT_THAT(client.load(world).status(), IsOk());
+  ASSERT_THAT(client.step(10, kPatience).status(), IsOk());
+  const auto suspects = [&] {
+    const ClusterStatus status = client.status(kPatience).value();
+    return std::count_if(status.servers.begin(), status.servers.end(),
+                         [](const ServerStatus& server) { return server.suspect; });
+  };
+  const absl::Time deadline = absl::Now() + kPatience;
+  ASSERT_EQ(kill(cluster.processes->server(1), SIGSTOP), 0);
+  while (suspects() == 0 && absl::Now() < deadline) absl::SleepFor(absl::Milliseconds(10));
+  EXPECT_EQ(suspects(), 1);
+  ASSERT_EQ(kill(cluster.processes->server(1), SIGCONT), 0);
+  EXPECT_EQ(client.step(20, kPatience).value(), 30u);
+  EXPECT_EQ(suspects(), 0);
+  EXPECT_EQ(client.hash(kPatience).value().hash, hash_in_process(world, 30));
 }
 
 // `tessera up` and its daemons, as a user has them.

@@ -7,7 +7,7 @@ namespace {
 using namespace tessera::testing;
 
 constexpr std::uint64_t kTicks = 180;
-constexpr const char* kWorlds[] = {"busy.sdf", "seam.sdf", "tower.sdf", "falling.sdf"};
+constexpr const char* kWorlds[] = {"busy.sdf", "seam.sdf", "tower.sdf", "falling.sdf", "machines.sdf"};
 
 class PlacementInvariance : public ::testing::TestWithParam<int> {};
 

@@ -1,4 +1,5 @@
 // Streams over several servers: bodies that cross, contacts that happen once, ends that are told.
+#include <absl/time/clock.h>
 #include <signal.h>
 
 #include <future>
@@ -151,6 +152,24 @@ TEST(BodyStreamTest, NothingToWatchIsAnError) {
   ASSERT_TRUE(cluster.client);
   EXPECT_THAT(cluster.client->watch_bodies().status(),
               IsStatus(absl::StatusCode::kFailedPrecondition, "no world is loaded"));
+}
+
+TEST(BodyStreamTest, ServerWithoutAPartInTheWorldIsNotWaitedFor) {
+  const Cluster cluster = start_cluster(1);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(read_world("falling.sdf")).status(), IsOk());
+  ASSERT_THAT(cluster.processes->start_server(), IsOk());
+  const absl::Time deadline = absl::Now() + kPatience;
+  ClusterStatus status = client.status().value();
+  while (status.servers.size() < 2 && absl::Now() < deadline) status = client.status().value();
+  ASSERT_EQ(status.servers.size(), 2u);
+  EXPECT_TRUE(status.servers[0].takes_part);
+  EXPECT_FALSE(status.servers[1].takes_part);
+
+  const std::unique_ptr<BodyStream> stream = client.watch_bodies({}, kPatience).value();
+  ASSERT_THAT(client.step(3, kPatience).status(), IsOk());
+  for (Tick tick = 0; tick <= 3; ++tick) EXPECT_EQ(stream->next(kPatience).value().tick, tick);
 }
 
 TEST(BodyStreamTest, ClientThatVanishesLeavesTheClusterRunning) {

@@ -1,10 +1,11 @@
 #include "transport/dds_beacon.h"
 
+#include <absl/cleanup/cleanup.h>
+#include <absl/strings/str_cat.h>
+
 #include <optional>
 #include <tuple>
 
-#include "absl/cleanup/cleanup.h"
-#include "absl/strings/str_cat.h"
 #include "cluster.h"
 #include "dds/dds.h"
 #include "transport/dds_domain.h"

@@ -1,11 +1,12 @@
 // How coordinators of a cluster notice one another.
 #pragma once
 
+#include <absl/status/status.h>
+
 #include <chrono>
 #include <cstdint>
 #include <string>
 
-#include "absl/status/status.h"
 #include "transport/link.h"
 
 namespace tessera {

@@ -1,13 +1,14 @@
 #include "transport/dds_domain.h"
 
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
 #include <cctype>
 #include <cstdlib>
 #include <map>
 #include <mutex>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "dds/dds.h"
 
 #ifdef __SANITIZE_THREAD__

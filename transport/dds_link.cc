@@ -1,5 +1,9 @@
 #include "transport/dds_link.h"
 
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/types/span.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -12,9 +16,6 @@
 #include <random>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
-#include "absl/types/span.h"
 #include "cluster.h"
 #include "dds/dds.h"
 #include "transport/dds_beacon.h"

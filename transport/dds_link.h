@@ -1,14 +1,15 @@
 // The Link of a real cluster: over Cyclone DDS, between processes on one or many hosts.
 #pragma once
 
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "transport/link.h"
 
 namespace tessera {

@@ -73,7 +73,7 @@ void add_load(CLI::App& app, Action& action) {
             {"sectors", summary->sectors},
             {"servers", summary->servers},
             {"notices", loaded->notices}};
-    for (const std::string& notice : loaded->notices) absl::PrintF("left out: %s\n", notice);
+    for (const std::string& notice : loaded->notices) absl::PrintF("note: %s\n", notice);
     return absl::OkStatus();
   });
 }

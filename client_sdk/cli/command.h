@@ -19,8 +19,10 @@ using Action = std::function<absl::Status()>;
 void add_run_command(CLI::App& app, Action& action);
 void add_cluster_commands(CLI::App& app, Action& action);
 void add_body_commands(CLI::App& app, Action& action);
+void add_joint_commands(CLI::App& app, Action& action);
 void add_query_commands(CLI::App& app, Action& action);
 void add_simulate_command(CLI::App& app, Action& action);
+void add_experiment_command(CLI::App& app, Action& action);
 
 // An option whose text `parse` (StatusOr<T> of a string) turns into `value`, T or optional<T>; text that it
 // refuses is a usage error with its message.

@@ -10,6 +10,16 @@
 namespace tessera::cli {
 namespace {
 
+// An argument that nobody knows is told before one that is missing: it may be the missing one, misspelt.
+void parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::RequiredError&) {
+    if (app.remaining_size(/*recurse=*/true) > 0) throw CLI::ExtrasError(app.remaining(/*recurse=*/true));
+    throw;
+  }
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Rigid-body simulation in worlds of any size, on any number of servers.", "tessera");
   app.require_subcommand(1);
@@ -23,10 +33,12 @@ int run(int argc, char** argv) {
   add_run_command(app, action);
   add_cluster_commands(app, action);
   add_body_commands(app, action);
+  add_joint_commands(app, action);
   add_query_commands(app, action);
   add_simulate_command(app, action);
+  add_experiment_command(app, action);
   try {
-    app.parse(argc, argv);
+    parse(app, argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kSuccess : kUsage;
   }

@@ -32,10 +32,12 @@ std::string to_text(const ClusterStatus& status) {
                       status.world.empty() ? "no world" : status.world, grouped(status.tick), status.time,
                       status.real_time_factor);
   if (!status.failure.empty()) absl::StrAppend(&text, coloured(status.failure, Colour::kRed), "\n");
-  absl::StrAppendFormat(
-      &text, "%s bodies (%s awake), %s sectors, %s clones, %s contacts, %s islands across seams\n",
-      grouped(status.bodies), grouped(status.bodies_awake), grouped(status.sectors), grouped(status.clones),
-      grouped(status.contacts), grouped(status.islands_across_seams));
+  absl::StrAppendFormat(&text,
+                        "%s bodies (%s awake), %s sectors, %s clones, %s contacts, %s islands across seams "
+                        "(%s across servers)\n",
+                        grouped(status.bodies), grouped(status.bodies_awake), grouped(status.sectors),
+                        grouped(status.clones), grouped(status.contacts),
+                        grouped(status.islands_across_seams), grouped(status.islands_shipped));
   absl::StrAppendFormat(&text, "tick p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n\n",
                         status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max,
                         megabytes(status.coordinator_peak_rss_bytes));
@@ -43,7 +45,8 @@ std::string to_text(const ClusterStatus& status) {
                                                  "sectors", "awake", "clones", "p50 ms", "p99 ms", "sent",
                                                  "memory"}};
   for (const ServerStatus& server : status.servers) {
-    rows.push_back({absl::StrFormat("%x", server.node), server.stream_address,
+    const char* note = server.suspect ? " silent" : server.takes_part ? "" : " idle";
+    rows.push_back({absl::StrFormat("%x%s", server.node, note), server.stream_address,
                     server.precision == Precision::kFloat32 ? "f32" : "f64", absl::StrCat(server.threads),
                     grouped(server.tick), grouped(server.bodies), grouped(server.sectors),
                     grouped(server.sectors_awake), grouped(server.clones),
@@ -62,6 +65,8 @@ nlohmann::json to_json(const ClusterStatus& status) {
                        {"stream_address", server.stream_address},
                        {"engine", server.precision == Precision::kFloat32 ? "f32" : "f64"},
                        {"threads", server.threads},
+                       {"takes_part", server.takes_part},
+                       {"suspect", server.suspect},
                        {"tick", server.tick},
                        {"bodies", server.bodies},
                        {"sectors", server.sectors},
@@ -83,6 +88,7 @@ nlohmann::json to_json(const ClusterStatus& status) {
       {"clones", status.clones},
       {"contacts", status.contacts},
       {"islands_across_seams", status.islands_across_seams},
+      {"islands_shipped", status.islands_shipped},
       {"tick_ms", {{"p50", status.tick_ms_p50}, {"p99", status.tick_ms_p99}, {"max", status.tick_ms_max}}},
       {"servers", std::move(servers)}};
 }

@@ -4,24 +4,18 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "client_sdk/cli/interrupt.h"
 #include "client_sdk/cli/local_cluster.h"
+#include "client_sdk/cli/prepared_run.h"
 #include "client_sdk/cli/terminal.h"
 #include "tessera/client.h"
 
 namespace tessera::cli {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr absl::Duration kShutdownTimeout = absl::Seconds(15);
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 absl::Status step(LocalCluster& cluster, Client& client, RunReport& report) {
   ProgressBar progress(absl::StrCat(report.servers, report.servers == 1 ? " server" : " servers"),
@@ -35,9 +29,7 @@ absl::Status step(LocalCluster& cluster, Client& client, RunReport& report) {
     if (const auto status = client.status(absl::Seconds(1)); status.ok()) progress.update(status->tick);
   };
   absl::Status status = progress.shown() ? cluster.attend(step_all, show) : cluster.attend(step_all);
-  report.wall_seconds = seconds_since(start);
-  const double simulated = static_cast<double>(report.ticks) * report.dt;
-  report.real_time_factor = report.wall_seconds > 0 ? simulated / report.wall_seconds : 0;
+  report.set_wall_time(seconds_since(start));
   return status;
 }
 
@@ -54,6 +46,7 @@ absl::Status question(Client& client, RunReport& report) {
   report.sectors = status->sectors;
   report.clones_max = status->clones_max;
   report.islands_across_seams = status->islands_across_seams_max;
+  report.islands_shipped = status->islands_shipped_max;
   report.islands_cut = status->islands_cut;
   report.bodies_stopped = status->bodies_stopped;
   report.tick_ms = {status->tick_ms_p50, status->tick_ms_p99, status->tick_ms_max};
@@ -74,27 +67,23 @@ void measure_memory(const LocalCluster& cluster, RunReport& report) {
 }  // namespace
 
 absl::StatusOr<RunReport> run_cluster(const RunOptions& options) {
-  const Clock::time_point load_start = Clock::now();
-  absl::StatusOr<LoadedWorld> loaded = load_world(options.world, options.overrides);
-  if (!loaded.ok()) return loaded.status();
-  const absl::StatusOr<std::uint64_t> ticks = ticks_of(options.seconds, loaded->world.settings.time_step);
-  if (!ticks.ok()) return ticks.status();
-  RunReport report;
-  report.mode = "cluster";
-  report.describe(*loaded, options, *ticks);
+  absl::StatusOr<PreparedRun> run = prepare(options, "cluster");
+  if (!run.ok()) return run.status();
+  RunReport& report = run->report;
+  const WorldDescription& world = run->loaded.world;
 
   LocalClusterOptions cluster_options;
   cluster_options.servers = options.servers;
-  cluster_options.precision = loaded->world.settings.precision;
+  cluster_options.precision = world.settings.precision;
   cluster_options.threads = report.threads;
   cluster_options.interrupt_descriptor = interrupt_descriptor();
   absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(cluster_options);
   if (!cluster.ok()) return cluster.status();
   absl::StatusOr<std::unique_ptr<Client>> client = Client::connect((*cluster)->address());
   if (!client.ok()) return client.status();
-  absl::Status status = (*cluster)->attend([&] { return (*client)->load(loaded->world).status(); });
+  absl::Status status = (*cluster)->attend([&] { return (*client)->load(world).status(); });
   if (!status.ok()) return status;
-  report.load_seconds = seconds_since(load_start);
+  report.load_seconds = seconds_since(run->begin);
 
   status = step(**cluster, **client, report);
   if (status.ok()) status = question(**client, report);
@@ -102,7 +91,7 @@ absl::StatusOr<RunReport> run_cluster(const RunOptions& options) {
   measure_memory(**cluster, report);
   if (status = (*client)->shutdown(); !status.ok()) return status;
   if (status = (*cluster)->wait_until_ended(kShutdownTimeout); !status.ok()) return status;
-  return report;
+  return std::move(report);
 }
 
 }  // namespace tessera::cli

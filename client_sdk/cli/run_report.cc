@@ -13,6 +13,7 @@
 
 #include "client_sdk/cli/terminal.h"
 #include "client_sdk/cli/text.h"
+#include "proto/peak_memory.h"
 
 namespace tessera::cli {
 namespace {
@@ -64,6 +65,11 @@ void RunReport::describe(const LoadedWorld& loaded, const RunOptions& options, s
   notices = loaded.notices;
 }
 
+void RunReport::set_wall_time(double seconds) {
+  wall_seconds = seconds;
+  real_time_factor = seconds > 0 ? static_cast<double>(ticks) * dt / seconds : 0;
+}
+
 nlohmann::json to_json(const TowerReport& towers) {
   return {{"towers", towers.towers},
           {"standing", towers.standing},
@@ -82,6 +88,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"sectors", report.sectors},
       {"clones_max", report.clones_max},
       {"islands_across_seams", report.islands_across_seams},
+      {"islands_shipped", report.islands_shipped},
       {"islands_cut", report.islands_cut},
       {"bodies_stopped", report.bodies_stopped},
       {"real_time_factor", report.real_time_factor},
@@ -97,7 +104,6 @@ nlohmann::json to_json(const RunReport& report) {
       {"wall_seconds", report.wall_seconds},
       {"notices", report.notices},
   };
-  if (report.islands_shipped) json["islands_shipped"] = *report.islands_shipped;
   for (const auto& [process, peak] : report.peak_rss_mb_by_process)
     json["peak_rss_mb_by_process"][process] = peak;
   if (report.towers) json["towers"] = to_json(*report.towers);
@@ -139,7 +145,8 @@ std::string to_text(const RunReport& report) {
   row("bodies", grouped(report.bodies));
   row("clones", absl::StrCat(grouped(report.clones_max), " at most"));
   row("islands across seams",
-      absl::StrCat(grouped(report.islands_across_seams), " at most, ", grouped(report.islands_cut), " cut"));
+      absl::StrCat(grouped(report.islands_across_seams), " at most, ", grouped(report.islands_shipped),
+                   " across servers, ", grouped(report.islands_cut), " cut"));
   row("simulated", absl::StrFormat("%g s in %s ticks, in %.2f s (and %.2f s to load)", simulated,
                                    grouped(report.ticks), report.wall_seconds, report.load_seconds));
   row("real-time factor", absl::StrFormat("%.2f", report.real_time_factor));
@@ -149,7 +156,7 @@ std::string to_text(const RunReport& report) {
   if (report.bodies_stopped > 0) row("bodies stopped", grouped(report.bodies_stopped));
   row("world hash", report.world_hash);
   std::string text = table(rows, {}, false);
-  for (const std::string& notice : report.notices) absl::StrAppend(&text, "left out: ", notice, "\n");
+  for (const std::string& notice : report.notices) absl::StrAppend(&text, "note: ", notice, "\n");
   return text;
 }
 
@@ -172,13 +179,6 @@ absl::StatusOr<nlohmann::json> read_json(const std::filesystem::path& file) {
   return json;
 }
 
-double peak_rss_mb(pid_t process) {
-  std::ifstream status(absl::StrCat("/proc/", process, "/status"));
-  for (std::string word; status >> word;) {
-    double kibibytes = 0;
-    if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024 / 1e6;
-  }
-  return 0;
-}
+double peak_rss_mb(pid_t process) { return static_cast<double>(peak_rss_bytes(process)) / 1e6; }
 
 }  // namespace tessera::cli

@@ -55,8 +55,8 @@ struct RunReport {
   std::uint64_t bodies = 0;   // static ones too
   std::uint64_t sectors = 0;  // with a body that can move, at the end
   std::uint64_t clones_max = 0;
-  std::uint64_t islands_across_seams = 0;        // the most in one tick
-  std::optional<std::uint64_t> islands_shipped;  // likewise; clusters do not tell
+  std::uint64_t islands_across_seams = 0;  // the most in one tick
+  std::uint64_t islands_shipped = 0;       // likewise, of those over several servers
   std::uint64_t islands_cut = 0;
   std::uint64_t bodies_stopped = 0;  // ran out of the range of numbers
   double real_time_factor = 0;
@@ -76,6 +76,8 @@ struct RunReport {
 
   // Fills in what the world and the options say.
   void describe(const LoadedWorld& loaded, const RunOptions& options, std::uint64_t tick_count);
+  // How long the ticks took, which gives the real-time factor.
+  void set_wall_time(double seconds);
 };
 
 nlohmann::json to_json(const RunReport& report);
@@ -89,8 +91,7 @@ std::string to_text(const RunReport& report);
 absl::Status write_json(const std::filesystem::path& file, const nlohmann::json& json);
 absl::StatusOr<nlohmann::json> read_json(const std::filesystem::path& file);
 
-// The peak memory of a process so far, in MB (10^6 bytes); 0 where there is no such process. Not
-// getrusage()'s: a process that was started by another one begins with that one's peak there.
+// The peak memory of a process so far, in MB (10^6 bytes); 0 where there is no such process.
 double peak_rss_mb(pid_t process);
 
 }  // namespace tessera::cli

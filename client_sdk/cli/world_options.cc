@@ -23,7 +23,12 @@ void add_override_options(CLI::App& command, WorldOverrides& overrides) {
   add_parsed(command, "--engine", overrides.precision, parse_precision, "f32 or f64, instead of the file's");
   command.add_option("--sector-size", overrides.sector_size, "edge of a sector, m, instead of the file's");
   add_parsed(command, "--seams", overrides.seams, parse_seams, "island or clone, instead of the file's");
-  command.add_option("--clone-depth", overrides.clone_depth, "how deep clones reach, with --seams clone");
+  command.add_option("--clone-depth", overrides.clone_depth,
+                     "how deep clones reach, with --seams clone, 0 to 8; 0: no clones at all");
+  command.add_option("--island-cap", overrides.island_cap,
+                     "islands across seams of more bodies are coupled pass by pass instead of solved whole");
+  command.add_option("--shuffle", overrides.shuffle,
+                     "a seed: sectors change servers, and islands their solvers, at random; 0: never");
   command.add_option("--dt", overrides.time_step, "time step, s, instead of the file's");
   add_parsed(command, "--shift", overrides.shift, parse_shift,
              "I,J,K: move the world by whole sectors, up to 2^62 along each axis; 2^40 may be written so");

@@ -13,8 +13,8 @@ namespace tessera::cli {
 absl::StatusOr<Precision> parse_precision(const std::string& text);
 absl::StatusOr<SeamPolicy> parse_seams(const std::string& text);
 
-// Adds --engine, --sector-size, --seams, --clone-depth, --dt and --shift. `overrides` must outlive the
-// parsing.
+// Adds --engine, --sector-size, --seams, --clone-depth, --island-cap, --shuffle, --dt and --shift.
+// `overrides` must outlive the parsing.
 void add_override_options(CLI::App& command, WorldOverrides& overrides);
 
 }  // namespace tessera::cli

@@ -68,6 +68,15 @@ absl::Status change_sector_size(WorldDescription& world, double sector_size) {
     if (!position.ok()) return in(absl::StrCat("body '", body.name, "'"), position.status());
     body.pose.position = *position;
   }
+  for (JointDescription& joint : world.joints) {
+    JointProperties& properties = joint.properties;
+    if (properties.parent.value != 0) continue;
+    const WorldPosition there{properties.anchor, properties.in_parent.position};
+    const auto position = recut(there, world.anchor, old_size, sector_size);
+    if (!position.ok()) return in(absl::StrCat("joint '", joint.name, "'"), position.status());
+    properties.anchor = position->sector;
+    properties.in_parent.position = position->local;
+  }
   world.settings.sector_size = sector_size;
   return absl::OkStatus();
 }
@@ -81,6 +90,8 @@ absl::StatusOr<LoadedWorld> load_world(const std::filesystem::path& file, const 
   if (overrides.time_step) settings.time_step = *overrides.time_step;
   if (overrides.seams) settings.seams = *overrides.seams;
   if (overrides.clone_depth) settings.clone_depth = *overrides.clone_depth;
+  if (overrides.island_cap) settings.island_cap = *overrides.island_cap;
+  if (overrides.shuffle) settings.shuffle = *overrides.shuffle;
   if (overrides.sector_size) {
     if (absl::Status status = change_sector_size(world, *overrides.sector_size); !status.ok()) return status;
   }

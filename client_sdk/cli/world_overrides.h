@@ -20,6 +20,8 @@ struct WorldOverrides {
   std::optional<double> time_step;    // s
   std::optional<SeamPolicy> seams;
   std::optional<int> clone_depth;
+  std::optional<std::uint32_t> island_cap;
+  std::optional<std::uint64_t> shuffle;
   SectorOffset shift;  // the whole world, a planet included, is moved by this
 };
 
@@ -28,7 +30,8 @@ struct WorldOverrides {
 absl::StatusOr<LoadedWorld> load_world(const std::filesystem::path& file, const WorldOverrides& overrides);
 
 // The same world in sectors of another size: everything stays where it is, measured from the anchor's centre.
-// OUT_OF_RANGE, naming the body, for what is too far from there to be placed to the micrometre (2^40 m).
+// OUT_OF_RANGE, naming the body or joint, for what is too far from there to be placed to the micrometre
+// (2^40 m).
 absl::Status change_sector_size(WorldDescription& world, double sector_size);
 
 }  // namespace tessera::cli

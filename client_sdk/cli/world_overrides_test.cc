@@ -33,6 +33,19 @@ TEST(ChangeSectorSizeTest, EverythingStaysWhereItIsRelativeToTheAnchor) {
   EXPECT_EQ((metres_between(anchor, planet.sector, 50) + planet.local).x(), 128);
 }
 
+TEST(ChangeSectorSizeTest, JointsToTheWorldStayWhereTheyAre) {
+  WorldDescription world = world_with_body_at({}, {{3, 0, 0}, {0, 0, 0}}, 16);
+  world.joints.resize(2);
+  world.joints[0].properties.anchor = {3, 0, 0};
+  world.joints[0].properties.in_parent.position = {2, 0, -1};
+  world.joints[1].properties.parent = BodyId{1};
+  world.joints[1].properties.in_parent.position = {2, 0, -1};
+  ASSERT_TRUE(change_sector_size(world, 100).ok());
+  EXPECT_EQ(world.joints[0].properties.anchor, SectorIndex{1});
+  EXPECT_EQ(world.joints[0].properties.in_parent.position, Eigen::Vector3d(-50, 0, -1));
+  EXPECT_EQ(world.joints[1].properties.in_parent.position, Eigen::Vector3d(2, 0, -1));
+}
+
 TEST(ChangeSectorSizeTest, ThereAndBackIsTheSame) {
   const WorldPosition start{{-3, 12, 0}, {1.125, -7.5, 3.0625}};
   WorldDescription world = world_with_body_at({}, start, 16);

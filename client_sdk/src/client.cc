@@ -5,6 +5,7 @@
 
 #include <chrono>
 
+#include "client_sdk/src/joint_stream.h"
 #include "client_sdk/src/server_stream.h"
 #include "proto/convert.h"
 #include "proto/status.h"
@@ -13,7 +14,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kBodiesAsked = 100'000;  // of a coordinator in one go
+constexpr std::uint64_t kBodiesAsked = 100'000;  // of a coordinator in one go; of joints, too
 
 std::chrono::system_clock::time_point deadline_of(absl::Duration timeout) {
   return absl::ToChronoTime(absl::Now() + timeout);
@@ -27,6 +28,27 @@ v1::BodyRef to_proto(const BodyName& body) {
     reference.set_name(std::get<std::string>(body));
   }
   return reference;
+}
+
+v1::JointRef to_proto(const JointName& joint) {
+  v1::JointRef reference;
+  if (const JointId* id = std::get_if<JointId>(&joint)) {
+    reference.set_id(id->value);
+  } else {
+    reference.set_name(std::get<std::string>(joint));
+  }
+  return reference;
+}
+
+absl::StatusOr<FoundJoint> read(const v1::ListJointsReply::Found& found) {
+  absl::StatusOr<JointDescription> joint = from_proto(found.joint());
+  if (!joint.ok()) return joint.status();
+  return FoundJoint{JointId{found.id()},
+                    *std::move(joint),
+                    found.parent(),
+                    found.child(),
+                    from_proto(found.parent_centre()),
+                    from_proto(found.child_centre())};
 }
 
 Eigen::Quaterniond orientation_of(const v1::WorldPose& pose) {
@@ -96,6 +118,8 @@ ServerStatus read(const v1::ServerStatus& status) {
   server.tick_ms_p99 = status.tick_ms_p99();
   server.tick_ms_max = status.tick_ms_max();
   server.exchange_bytes = status.exchange_bytes();
+  server.takes_part = status.takes_part();
+  server.suspect = status.suspect();
   return server;
 }
 
@@ -115,6 +139,8 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.contacts = reply.contacts();
   status.islands_across_seams = reply.islands_across_seams();
   status.islands_across_seams_max = reply.islands_across_seams_max();
+  status.islands_shipped = reply.islands_shipped();
+  status.islands_shipped_max = reply.islands_shipped_max();
   status.islands_cut = reply.islands_cut();
   status.tick_ms_p50 = reply.tick_ms_p50();
   status.tick_ms_p99 = reply.tick_ms_p99();
@@ -168,7 +194,7 @@ class Client::Impl {
     return reply->tick();
   }
 
-  // Subscribes at every server and waits until all of them have answered.
+  // Subscribes at every server that takes part in the world, and waits until all of them have answered.
   template <typename Traits>
   absl::StatusOr<std::unique_ptr<Stream<typename Traits::Frame>>> watch(
       const typename Traits::Request& request, absl::Duration timeout) {
@@ -178,9 +204,13 @@ class Client::Impl {
     if (status->state() == "empty")
       return absl::FailedPreconditionError("no world is loaded: there is nothing to watch");
     std::vector<std::string> addresses;
-    for (const v1::ServerStatus& server : status->servers()) addresses.push_back(server.stream_address());
-    if (addresses.empty())
-      return absl::FailedPreconditionError("the cluster has no server that could be watched");
+    for (const v1::ServerStatus& server : status->servers()) {
+      if (server.takes_part()) addresses.push_back(server.stream_address());
+    }
+    if (addresses.empty()) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "the world is ", status->state(), ": no server takes part in it that could be watched"));
+    }
     auto stream = std::make_unique<ServerStreams<Traits>>(addresses, request);
     if (absl::Status subscribed = stream->wait_for_all(timeout); !subscribed.ok()) return subscribed;
     return stream;
@@ -283,6 +313,47 @@ absl::StatusOr<Tick> Client::set_kinematic_target(const BodyName& body, const Wo
   return impl_->command(&Stub::SetKinematicTarget, request, timeout);
 }
 
+absl::StatusOr<AddedJoint> Client::add_joint(const NewJoint& joint, absl::Duration timeout) {
+  JointDescription description = joint.joint;
+  description.properties.parent = {};
+  description.properties.child = {};
+  v1::AddJointRequest request;
+  *request.mutable_joint() = to_proto(description);
+  if (joint.parent) *request.mutable_parent() = to_proto(*joint.parent);
+  *request.mutable_child() = to_proto(joint.child);
+  const auto reply = impl_->call(&Stub::AddJoint, request, timeout);
+  if (!reply.ok()) return reply.status();
+  return AddedJoint{JointId{reply->id()}, reply->tick()};
+}
+
+absl::StatusOr<Tick> Client::remove_joint(const JointName& joint, absl::Duration timeout) {
+  v1::RemoveJointRequest request;
+  *request.mutable_joint() = to_proto(joint);
+  return impl_->command(&Stub::RemoveJoint, request, timeout);
+}
+
+absl::StatusOr<Tick> Client::set_drive(const JointName& joint, const JointDrive& drive, int axis,
+                                       absl::Duration timeout) {
+  v1::SetJointDrivesRequest request;
+  *request.mutable_joint() = to_proto(joint);
+  v1::AxisDrive& given = *request.add_drives();
+  given.set_axis(static_cast<std::uint32_t>(axis));
+  *given.mutable_drive() = to_proto(drive);
+  return impl_->command(&Stub::SetJointDrives, request, timeout);
+}
+
+absl::StatusOr<Tick> Client::set_drives(const JointName& joint, const JointDrives& drives,
+                                        absl::Duration timeout) {
+  v1::SetJointDrivesRequest request;
+  *request.mutable_joint() = to_proto(joint);
+  for (std::size_t n = 0; n < drives.size(); ++n) {
+    v1::AxisDrive& given = *request.add_drives();
+    given.set_axis(static_cast<std::uint32_t>(n + 1));
+    *given.mutable_drive() = to_proto(drives[n]);
+  }
+  return impl_->command(&Stub::SetJointDrives, request, timeout);
+}
+
 absl::StatusOr<Tick> Client::pause(absl::Duration timeout) {
   return impl_->command(&Stub::Pause, v1::PauseRequest(), timeout);
 }
@@ -351,6 +422,32 @@ absl::StatusOr<FoundBodies> Client::find_bodies(const std::string& prefix, std::
   return result;
 }
 
+absl::StatusOr<FoundJoints> Client::find_joints(const std::string& prefix, std::uint64_t limit,
+                                                absl::Duration timeout) {
+  v1::ListJointsRequest request;
+  request.set_name_prefix(prefix);
+  request.set_limit(limit);
+  const auto reply = impl_->call(&Stub::ListJoints, request, timeout);
+  if (!reply.ok()) return reply.status();
+  FoundJoints result;
+  result.truncated = reply->truncated();
+  for (const v1::ListJointsReply::Found& found : reply->joints()) {
+    absl::StatusOr<FoundJoint> joint = read(found);
+    if (!joint.ok()) return joint.status();
+    result.joints.push_back(*std::move(joint));
+  }
+  return result;
+}
+
+absl::StatusOr<FoundJoint> Client::find_joint(const std::string& name, absl::Duration timeout) {
+  absl::StatusOr<FoundJoints> found = find_joints(name, kBodiesAsked, timeout);
+  if (!found.ok()) return found.status();
+  for (FoundJoint& joint : found->joints) {
+    if (joint.joint.name == name) return std::move(joint);
+  }
+  return absl::NotFoundError(absl::StrCat("no joint is called \"", name, "\""));
+}
+
 absl::StatusOr<std::unique_ptr<BodyStream>> Client::watch_bodies(const BodyFilter& filter,
                                                                  absl::Duration timeout) {
   v1::WatchBodiesRequest request;
@@ -370,6 +467,21 @@ absl::StatusOr<std::unique_ptr<ContactStream>> Client::watch_contacts(const Cont
   for (const BodyId& id : filter.ids) request.add_ids(id.value);
   request.set_persisting(filter.persisting);
   return impl_->watch<ContactTraits>(request, timeout);
+}
+
+absl::StatusOr<std::unique_ptr<JointStream>> Client::watch_joints(const std::vector<FoundJoint>& joints,
+                                                                  std::uint32_t every_ticks,
+                                                                  absl::Duration timeout) {
+  if (joints.empty()) return absl::InvalidArgumentError("joints: there must be at least one to watch");
+  const absl::StatusOr<ClusterStatus> now = status(timeout);
+  if (!now.ok()) return now.status();
+  if (!now->settings) return absl::FailedPreconditionError("no world is loaded: there is nothing to watch");
+  BodyFilter filter;
+  filter.ids = bodies_of(joints);
+  filter.every_ticks = every_ticks;
+  absl::StatusOr<std::unique_ptr<BodyStream>> bodies = watch_bodies(filter, timeout);
+  if (!bodies.ok()) return bodies.status();
+  return std::make_unique<JointsOfBodies>(*std::move(bodies), joints, now->settings->sector_size);
 }
 
 absl::Status Client::shutdown(absl::Duration timeout) {

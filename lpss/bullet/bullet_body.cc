@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "lpss/bullet/conversions.h"
+#include "lpss/bullet/smooth_edges.h"
 
 namespace tessera::bullet {
 namespace {
@@ -40,6 +41,7 @@ Body::Body(const BodyRecord& record, Role r, CollisionShapeRef s)
       motion(record.properties.motion),
       category(record.properties.category),
       mask(record.properties.mask),
+      assembly(record.properties.assembly),
       feels_gravity(record.properties.gravity),
       is_damped(record.properties.linear_damping > 0 || record.properties.angular_damping > 0),
       shape(std::move(s)),
@@ -49,6 +51,7 @@ Body::Body(const BodyRecord& record, Role r, CollisionShapeRef s)
     rigid.setCollisionFlags((rigid.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
                             btCollisionObject::CF_KINEMATIC_OBJECT);
   }
+  if (shape->root()->isConcave()) smooth_contacts(rigid);
   if (is_dynamic()) {
     swept_beyond = shape->swept_extent() * btScalar(0.5);
     swept_radius = shape->swept_extent() * btScalar(0.4);
@@ -100,6 +103,7 @@ Activity Body::activity() const {
 
 bool is_wanted_pair(const Body& a, const Body& b, CloneContacts clone_contacts) {
   if (!a.is_dynamic() && !b.is_dynamic()) return false;
+  if (a.assembly != 0 && a.assembly == b.assembly) return false;
   if (clone_contacts == CloneContacts::kNone) {
     // The home of the dynamic body detects, or the lower home of two: a clone meets only dynamic bodies at
     // home.

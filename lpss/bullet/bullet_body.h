@@ -26,6 +26,7 @@ struct Body {
   const Motion motion;
   const std::uint32_t category;
   const std::uint32_t mask;
+  const std::uint64_t assembly;
   const bool feels_gravity;
   const bool is_damped;
   const CollisionShapeRef shape;
@@ -37,7 +38,7 @@ struct Body {
   btRigidBody rigid;
 };
 
-// Whether contacts of the pair are looked for.
+// Whether contacts of the pair are looked for, as far as properties and roles decide it.
 bool is_wanted_pair(const Body& a, const Body& b, CloneContacts clone_contacts);
 
 }  // namespace tessera::bullet

@@ -121,7 +121,11 @@ ManifoldState BulletWorld::export_manifold(std::size_t pair) const {
   return {pairs_[pair].a, pairs_[pair].b, encode_manifolds(records)};
 }
 
-// The pair of two bodies with an algorithm. The broadphase may not have noted the pair, where the bodies have
+bool BulletWorld::is_wanted(const Body& a, const Body& b) const {
+  return is_wanted_pair(a, b, settings_.clone_contacts) && !engine_.are_apart(a.id, b.id);
+}
+
+// The broadphase's entry of two bodies that may collide. The broadphase may not have noted the pair, where the bodies have
 // come closer by their prediction only: it is noted now, and the next detection decides.
 btBroadphasePair* BulletWorld::pair_for(Body& a, Body& b) {
   btOverlappingPairCache& cache = *broadphase_.getOverlappingPairCache();
@@ -129,7 +133,7 @@ btBroadphasePair* BulletWorld::pair_for(Body& a, Body& b) {
   btBroadphaseProxy* proxy_b = b.rigid.getBroadphaseHandle();
   btBroadphasePair* pair = cache.findPair(proxy_a, proxy_b);
   if (!pair) pair = cache.addOverlappingPair(proxy_a, proxy_b);
-  return pair;  // null where the pair is not wanted here
+  return pair;
 }
 
 void BulletWorld::import_manifold(const ManifoldState& state) {
@@ -141,8 +145,8 @@ void BulletWorld::import_manifold(const ManifoldState& state) {
   if (slot_a == slots_.end() || slot_b == slots_.end()) return;
   Body& a = body(slot_a->second);
   Body& b = body(slot_b->second);
+  if (!is_wanted(a, b)) return;
   btBroadphasePair* pair = pair_for(a, b);
-  if (!pair) return;
 
   const btCollisionObjectWrapper first(nullptr, a.rigid.getCollisionShape(), &a.rigid,
                                        a.rigid.getWorldTransform(), -1, -1);

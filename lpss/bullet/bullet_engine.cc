@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "lpss/bullet/bullet_part_solver.h"
 #include "lpss/bullet/bullet_solver.h"
 #include "lpss/bullet/bullet_world.h"
 
@@ -30,6 +31,19 @@ std::unique_ptr<SectorWorld> BulletEngine::make_world() { return std::make_uniqu
 
 std::unique_ptr<IslandSolver> BulletEngine::make_solver() {
   return std::make_unique<BulletSolver>(settings_);
+}
+
+std::unique_ptr<PartSolver> BulletEngine::make_part_solver() {
+  return std::make_unique<BulletPartSolver>(settings_);
+}
+
+void BulletEngine::set_apart(BodyId a, BodyId b, bool apart) {
+  const std::uint64_t key = pair_key(a, b);
+  if (apart) {
+    ++apart_[key];
+  } else if (const auto entry = apart_.find(key); entry != apart_.end() && --entry->second == 0) {
+    apart_.erase(entry);
+  }
 }
 
 CollisionShapeRef BulletEngine::shape_of(const BodyProperties& properties) {

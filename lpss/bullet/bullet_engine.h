@@ -1,6 +1,9 @@
 // The engine interface over Bullet, in one precision.
 #pragma once
 
+#include <absl/container/flat_hash_map.h>
+
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -23,6 +26,11 @@ class BulletEngine final : public Engine {
   void add_shape(ShapeId id, const Shape& shape) override;
   std::unique_ptr<SectorWorld> make_world() override;
   std::unique_ptr<IslandSolver> make_solver() override;
+  std::unique_ptr<PartSolver> make_part_solver() override;
+
+  // Counts: as many joints may keep a pair apart as tie it, and each takes back only its own.
+  void set_apart(BodyId a, BodyId b, bool apart) override;
+  bool are_apart(BodyId a, BodyId b) const { return !apart_.empty() && apart_.contains(pair_key(a, b)); }
 
   // All threads. Stops the process where the shape is not known.
   CollisionShapeRef shape_of(const BodyProperties& properties);
@@ -30,8 +38,14 @@ class BulletEngine final : public Engine {
  private:
   using ShapeKey = std::tuple<ShapeId, std::array<double, 3>, std::array<double, 4>, bool>;
 
+  // Ids have 31 bits.
+  static std::uint64_t pair_key(BodyId a, BodyId b) {
+    return a < b ? a.value << 32 | b.value : b.value << 32 | a.value;
+  }
+
   const EngineSettings settings_;
-  std::mutex mutex_;  // guards all below
+  absl::flat_hash_map<std::uint64_t, int> apart_;  // how many joints keep the pair apart; > 0
+  std::mutex mutex_;                               // guards all below
   std::map<ShapeId, Shape> shapes_;
   std::map<ShapeKey, CollisionShapeRef> built_;
 };

@@ -111,6 +111,46 @@ TEST(HeightFieldTest, SamplesLieWhereTheyAreSaidTo) {
   EXPECT_NEAR(height_at(19.99, -19.9), 0.5, 1e-3);
 }
 
+// A flat terrain of 40 x 40 squares of 1 m, two triangles each.
+TriangleMesh squares() {
+  TriangleMesh mesh;
+  constexpr std::uint32_t kSide = 41;
+  for (std::uint32_t row = 0; row < kSide; ++row) {
+    for (std::uint32_t column = 0; column < kSide; ++column) {
+      mesh.vertices.push_back({column - 20.0, row - 20.0, 0});
+    }
+  }
+  for (std::uint32_t row = 0; row + 1 < kSide; ++row) {
+    for (std::uint32_t column = 0; column + 1 < kSide; ++column) {
+      const std::uint32_t corner = row * kSide + column;
+      for (const std::uint32_t n : {0u, 1u, kSide, 1u, kSide + 1, kSide}) mesh.indices.push_back(corner + n);
+    }
+  }
+  return mesh;
+}
+
+TEST(TerrainTest, ABallRollsOverInnerEdgesAsOverAFloor) {
+  const auto engine = test_engine(test_settings());
+  engine->add_shape(100, Shape{{{squares(), {}}}});
+  engine->add_shape(101, Shape{{{HeightField{41, 41, {1, 1}, std::vector<double>(41 * 41, 0.0)}, {}}}});
+  for (const ShapeId ground : {ShapeId{100}, ShapeId{101}, kPlaneShape, kFloorShape}) {
+    TestWorld world(*engine);
+    world.add(static_body(1, ground, {0, 0, ground == kFloorShape ? -1.0 : 0.0}));
+    BodyRecord ball = dynamic_body(10, kSphereShape, {-18, -17.7, 0.5});
+    ball.state.linear_velocity = {5, 4.3, 0};
+    ball.state.angular_velocity = {-8.6, 10, 0};
+    world.add(ball);
+    double highest = 0;
+    for (int t = 0; t < 400; ++t) {
+      world.step();
+      highest = std::max(highest, world.height(10));
+    }
+    EXPECT_LT(highest, 0.502) << "shape " << ground;
+    EXPECT_NEAR(world.state(10).linear_velocity[0], 5, 0.05) << "shape " << ground;
+    EXPECT_NEAR(world.state(10).linear_velocity[1], 4.3, 0.05) << "shape " << ground;
+  }
+}
+
 TEST(AddStaticTest, PartIsPosedInTheSector) {
   const auto engine = test_engine(test_settings());
   TestWorld world(*engine);

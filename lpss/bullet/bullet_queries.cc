@@ -51,6 +51,17 @@ struct NearestHit final : btCollisionWorld::ConvexResultCallback {
   Body* other = nullptr;
 };
 
+// The smallest distance of the points that a pair of objects is given.
+struct SmallestDistance final : btCollisionWorld::ContactResultCallback {
+  explicit SmallestDistance(btScalar reach) { m_closestDistanceThreshold = reach; }
+  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
+                           const btCollisionObjectWrapper*, int, int) override {
+    distance = std::min(distance, point.getDistance());
+    return 0;
+  }
+  btScalar distance = BT_LARGE_FLOAT;
+};
+
 struct NearestRayHit final : btCollisionWorld::RayResultCallback {
   btScalar addSingleResult(btCollisionWorld::LocalRayResult& result, bool is_world_normal) override {
     m_closestHitFraction = result.m_hitFraction;
@@ -88,10 +99,10 @@ std::optional<BulletWorld::SweepHit> BulletWorld::sweep(Body& swept, const btTra
   btVector3 high = low;
   low.setMin(to.getOrigin());
   high.setMax(to.getOrigin());
-  const auto is_wanted = [&](const Body& other, const btBroadphaseProxy&) {
-    return &other != &swept && is_wanted_pair(swept, other, settings_.clone_contacts);
+  const auto may_hit = [&](const Body& other, const btBroadphaseProxy&) {
+    return &other != &swept && is_wanted(swept, other);
   };
-  Collector<btBroadphaseAabbCallback, decltype(is_wanted)> candidates(is_wanted);
+  Collector<btBroadphaseAabbCallback, decltype(may_hit)> candidates(may_hit);
   broadphase_.aabbTest(low - radius, high + radius, candidates);
   if (candidates.found.empty()) return std::nullopt;
 
@@ -166,6 +177,31 @@ std::optional<RayHit> BulletWorld::raycast(const Eigen::Vector3d& from, const Ei
   if (!nearest.hasHit()) return std::nullopt;
   return RayHit{Body::of(nearest.m_collisionObject).id, nearest.m_closestHitFraction,
                 to_eigen(nearest.normal).normalized()};
+}
+
+std::vector<NearBody> BulletWorld::near(const Geometry& geometry, const Pose& pose, double reach,
+                                        std::uint32_t mask) {
+  if (boxes_are_old_) set_boxes_to_poses();
+  const CollisionShape shape(Shape{{ShapePart{geometry, {}}}}, Pose{}, /*is_static=*/false);
+  btCollisionObject probe;
+  probe.setCollisionShape(shape.root());
+  probe.setWorldTransform(to_bullet(pose));
+  btVector3 low;
+  btVector3 high;
+  shape.root()->getAabb(probe.getWorldTransform(), low, high);
+  const btVector3 around = btVector3(1, 1, 1) * btScalar(reach);
+  const auto is_wanted_here = [&](const Body& other, const btBroadphaseProxy&) {
+    return other.role != Role::kClone && (other.category & mask) != 0;
+  };
+  Collector<btBroadphaseAabbCallback, decltype(is_wanted_here)> candidates(is_wanted_here);
+  broadphase_.aabbTest(low - around, high + around, candidates);
+  std::vector<NearBody> found;
+  for (Body* other : candidates.sorted()) {
+    SmallestDistance smallest{btScalar(reach)};
+    world_.contactPairTest(&probe, &other->rigid, smallest);
+    if (smallest.distance <= btScalar(reach)) found.push_back({other->id, std::max<double>(0, smallest.distance)});
+  }
+  return found;
 }
 
 }  // namespace tessera::bullet

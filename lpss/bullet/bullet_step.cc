@@ -35,11 +35,15 @@ void BulletWorld::predict(double dt) {
   }
 }
 
+// The broadphase goes on noting pairs that joints keep apart, so that these meet again when the joints are gone.
 void BulletWorld::detect_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
                               const btDispatcherInfo& info) {
   const btBroadphaseProxy& a = *pair.m_pProxy0;
   const btBroadphaseProxy& b = *pair.m_pProxy1;
-  if (TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax)) {
+  const BodyId id_a = Body::of(static_cast<const btCollisionObject*>(a.m_clientObject)).id;
+  const BodyId id_b = Body::of(static_cast<const btCollisionObject*>(b.m_clientObject)).id;
+  if (TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax) &&
+      !static_cast<const Dispatcher&>(dispatcher).engine.are_apart(id_a, id_b)) {
     btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
   } else if (pair.m_algorithm) {
     pair.m_algorithm->~btCollisionAlgorithm();

@@ -32,7 +32,7 @@ BulletWorld::BulletWorld(BulletEngine& engine)
       settings_(engine.settings()),
       configuration_(small_pools()),
       flat_face_algorithms_(&penetration_),
-      dispatcher_(&configuration_),
+      dispatcher_(&configuration_, engine_),
       filter_(settings_.clone_contacts),
       world_(&dispatcher_, &broadphase_, &configuration_) {
   for (int type = 0; type < MAX_BROADPHASE_COLLISION_TYPES; ++type) {

@@ -82,6 +82,8 @@ class BulletWorld final : public SectorWorld {
   bool reaches_home_body(const Eigen::AlignedBox3d& box) const override;
   std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                 std::uint32_t mask) const override;
+  std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach,
+                             std::uint32_t mask) override;
 
   // For the solver: a body of this world, and the manifolds of a pair of contacts().
   Body& body(BodySlot slot) { return *bodies_[static_cast<std::size_t>(slot)]; }
@@ -98,10 +100,12 @@ class BulletWorld final : public SectorWorld {
 
   // Bullet makes no manifolds for two sleeping bodies, but those that come from elsewhere need one.
   struct Dispatcher final : btCollisionDispatcher {
-    using btCollisionDispatcher::btCollisionDispatcher;
+    Dispatcher(btCollisionConfiguration* configuration, const BulletEngine& e)
+        : btCollisionDispatcher(configuration), engine(e) {}
     bool needsCollision(const btCollisionObject* a, const btCollisionObject* b) override {
       return is_importing || a->isActive() || b->isActive();
     }
+    const BulletEngine& engine;
     bool is_importing = false;
   };
 
@@ -127,6 +131,7 @@ class BulletWorld final : public SectorWorld {
   void release(std::vector<btPersistentManifold*>& manifolds);
   void release_of(const Body& body, std::vector<btPersistentManifold*>& manifolds);
   void gather();
+  bool is_wanted(const Body& a, const Body& b) const;
   btBroadphasePair* pair_for(Body& a, Body& b);
   void set_box_to_pose(const Body& body) const;
   void set_boxes_to_poses() const;

@@ -10,6 +10,7 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
+#include <BulletCollision/CollisionShapes/btTriangleInfoMap.h>
 #include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
@@ -17,6 +18,7 @@
 
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/ellipsoid_shape.h"
+#include "lpss/bullet/smooth_edges.h"
 
 namespace tessera::bullet {
 namespace {
@@ -50,6 +52,13 @@ std::unique_ptr<btCollisionShape> make_hull(const ConvexHull& hull) {
   return shape;
 }
 
+template <typename Terrain>
+void add_edges(Terrain& shape, Data& data) {
+  auto edges = std::make_shared<btTriangleInfoMap>();
+  find_edges(shape, *edges);
+  data.push_back(std::move(edges));
+}
+
 std::unique_ptr<btCollisionShape> make_mesh(const TriangleMesh& mesh, Data& data) {
   struct Arrays {
     std::vector<btVector3> vertices;
@@ -68,7 +77,9 @@ std::unique_ptr<btCollisionShape> make_mesh(const TriangleMesh& mesh, Data& data
   part.m_vertexStride = sizeof(btVector3);
   arrays->view.addIndexedMesh(part, PHY_INTEGER);
   data.push_back(arrays);
-  return std::make_unique<btBvhTriangleMeshShape>(&arrays->view, /*useQuantizedAabbCompression=*/true);
+  auto shape = std::make_unique<btBvhTriangleMeshShape>(&arrays->view, /*useQuantizedAabbCompression=*/true);
+  add_edges(*shape, data);
+  return shape;
 }
 
 // Bullet puts the middle of the heights at the shape's origin; `pose` is moved to make up for it.
@@ -81,6 +92,7 @@ std::unique_ptr<btCollisionShape> make_height_field(const HeightField& field, bt
   shape->setLocalScaling({btScalar(field.spacing.x()), btScalar(field.spacing.y()), 1});
   pose.setOrigin(pose * btVector3(0, 0, (*low + *high) / 2));
   data.push_back(std::move(heights));
+  add_edges(*shape, data);
   return shape;
 }
 

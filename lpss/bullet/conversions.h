@@ -43,4 +43,10 @@ inline std::array<double, 9> to_array(const btMatrix3x3& m) {
 
 inline Eigen::Vector3d to_eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
+inline Eigen::Matrix3d to_eigen(const btMatrix3x3& m) {
+  Eigen::Matrix3d result;
+  for (int row = 0; row < 3; ++row) result.row(row) = to_eigen(m[row]);
+  return result;
+}
+
 }  // namespace tessera::bullet

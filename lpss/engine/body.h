@@ -49,6 +49,7 @@ struct BodyProperties {
   std::uint32_t category = 1;             // collision bits: two bodies collide if each one's category
   std::uint32_t mask = 0xffffffff;        // meets the other one's mask
   bool gravity = true;
+  std::uint64_t assembly = 0;  // bodies of one assembly (not 0) do not collide: the links of a model
 };
 
 // How awake a body is. A body wants to sleep when it has been slow for long enough, and falls asleep when all

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "lpss/engine/body.h"
+#include "lpss/engine/joint.h"
 #include "lpss/engine/shape.h"
 #include "lpss/world/world_description.h"
 
@@ -86,6 +87,12 @@ struct RayHit {
   BodyId body;
   double fraction = 1;      // of the way from `from` to `to`
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // world axes, unit length
+};
+
+// A body near a probe.
+struct NearBody {
+  BodyId body;
+  double distance = 0;  // m, between the surfaces; 0 where they overlap
 };
 
 // One sector's engine world.
@@ -172,6 +179,10 @@ class SectorWorld {
   // The nearest home or static body (never a clone) that the segment hits and whose category meets `mask`.
   virtual std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                         std::uint32_t mask) const = 0;
+
+  // The home and static bodies (never clones) whose shapes are within `reach` (m, >= 0) of a convex `probe` at
+  // `pose` and whose category meets `mask`, in ascending order of ids.
+  virtual std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach, std::uint32_t mask) = 0;
 };
 
 struct WorldBody {
@@ -184,8 +195,21 @@ struct WorldPair {
   std::size_t pair = 0;  // a place in world->contacts()
 };
 
-// Islands to solve in one go. The solver works through bodies and contacts in the order given here, which the
-// caller keeps canonical: ascending ids.
+// A joint needs no clone: only relative quantities go into its rows, so its bodies may be in any two worlds.
+struct TaskJoint {
+  const JointProperties* properties = nullptr;
+  const JointDrives* drives = nullptr;
+  WorldBody child;
+  WorldBody parent;       // dynamic; world == nullptr for the world, static and kinematic bodies
+  // Only then: the joint frame on the parent's side, relative to the centre of the child's sector, and how it moves.
+  Pose fixed_parent;
+  Eigen::Vector3d fixed_velocity = Eigen::Vector3d::Zero();  // m/s, of its origin
+  Eigen::Vector3d fixed_spin = Eigen::Vector3d::Zero();      // rad/s
+  Eigen::Vector3d parent_origin = Eigen::Vector3d::Zero();  // the parent's sector from the child's, m
+};
+
+// Islands to solve in one go. The solver works through bodies, contacts and joints in the order given here, which
+// the caller keeps canonical: ascending ids.
 struct SolveTask {
   struct CloneOf {
     WorldBody clone;
@@ -195,14 +219,69 @@ struct SolveTask {
   std::vector<WorldBody> bodies;    // dynamic bodies in their home worlds, each once
   std::vector<CloneOf> clones;      // every clone of them that a contact refers to
   std::vector<WorldPair> contacts;
+  std::vector<TaskJoint> joints;
 };
 
-// Solves contacts for new velocities. Rows take lever arms from the frame in which the contact was found and
-// velocity, mass and inertia from the original.
+// Solves contacts and joints for new velocities. Rows take lever arms from the frame in which the contact was
+// found and velocity, mass and inertia from the original.
 class IslandSolver {
  public:
   virtual ~IslandSolver() = default;
   virtual void solve(const SolveTask& task, double dt) = 0;
+};
+
+// What a solver did to a body: changes of its velocities, and of the velocities that only correct its position.
+struct VelocityChange {
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // m/s
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // rad/s
+  Eigen::Vector3d push = Eigen::Vector3d::Zero();     // m/s
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();     // rad/s
+
+  VelocityChange& operator+=(const VelocityChange& other) {
+    linear += other.linear;
+    angular += other.angular;
+    push += other.push;
+    turn += other.turn;
+    return *this;
+  }
+};
+
+inline VelocityChange scaled(const VelocityChange& change, double factor) {
+  return {change.linear * factor, change.angular * factor, change.push * factor, change.turn * factor};
+}
+
+// Solves one part of an island beside the others, for islands too large to be solved whole. Every part has its
+// own rows, and its own copies of the bodies that it shares with others; after each pass the copies agree (the
+// coupling of Preclik and Ruede, Ultrascale simulations of non-smooth granular dynamics, 2015):
+//
+//   begin(task); agree; for each pass: pass(n), agree; end()
+//
+// where to agree is to sum up change() over all parts that have a copy of the body, and to give the sum to each.
+class PartSolver {
+ public:
+  virtual ~PartSolver() = default;
+
+  // `task.bodies` holds the part's own bodies and its copies of others; the copies may be clones, with the state
+  // and forces of their originals. `shared` are the places in `task.bodies` of all bodies that others have, too.
+  // Sets up the rows and applies what they start warm from.
+  virtual void begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) = 0;
+
+  // One pass over all rows, of the velocities and of the position correction; n counts from 0.
+  virtual void pass(int n) = 0;
+  int passes() const { return passes_; }
+
+  // What happened to a shared body since it was last agreed on; `n` is a place in `shared`.
+  virtual VelocityChange change(std::size_t n) const = 0;
+  virtual void agree(std::size_t n, const VelocityChange& change) = 0;
+
+  // Writes velocities and impulses back.
+  virtual void end() = 0;
+
+ protected:
+  explicit PartSolver(int passes) : passes_(passes) {}
+
+ private:
+  int passes_;
 };
 
 // One precision of one physics engine, with the shapes of one world. Worlds and solvers must not outlive it.
@@ -218,6 +297,11 @@ class Engine {
   // All threads: may be called at any time after the shapes that are used were added.
   virtual std::unique_ptr<SectorWorld> make_world() = 0;
   virtual std::unique_ptr<IslandSolver> make_solver() = 0;
+  virtual std::unique_ptr<PartSolver> make_part_solver() = 0;
+
+  // Whether two bodies collide with each other, in every world: not, while a joint says so. Not while anything
+  // is detected. Holds from the next detection.
+  virtual void set_apart(BodyId a, BodyId b, bool apart) = 0;
 };
 
 }  // namespace tessera

@@ -23,6 +23,13 @@ bool shorter(std::uint64_t a, std::uint64_t b) { return a < b && a < (a ^ b); }
 
 }  // namespace
 
+std::uint64_t scrambled(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111eb;
+  return x ^ (x >> 31);
+}
+
 // The order of two points on the curve is that of the coordinate in which they differ in the highest bit: no
 // interleaved key of 192 bits is needed.
 bool comes_before_on_curve(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor) {
@@ -36,7 +43,10 @@ bool comes_before_on_curve(const SectorIndex& a, const SectorIndex& b, const Sec
 }
 
 SectorMap::SectorMap(const SectorIndex& anchor, std::vector<SectorIndex> splitters, std::uint64_t epoch)
-    : anchor_(anchor), splitters_(std::move(splitters)), epoch_(epoch) {
+    : anchor_(anchor),
+      splitters_(std::move(splitters)),
+      servers_(static_cast<std::uint32_t>(splitters_.size()) + 1),
+      epoch_(epoch) {
   invariant(std::is_sorted(splitters_.begin(), splitters_.end(),
                            [&](const SectorIndex& a, const SectorIndex& b) {
                              return comes_before_on_curve(a, b, anchor_);
@@ -66,7 +76,20 @@ SectorMap SectorMap::balanced(const SectorIndex& anchor, std::vector<std::pair<S
   return SectorMap(anchor, std::move(splitters), epoch);
 }
 
+SectorMap SectorMap::scattered(const SectorIndex& anchor, std::uint32_t servers, std::uint64_t seed,
+                               std::uint64_t epoch) {
+  SectorMap map(anchor, {}, epoch);
+  map.servers_ = servers;
+  map.scatter_ = seed | 1;
+  return map;
+}
+
 Rank SectorMap::owner(const SectorIndex& sector) const {
+  if (scatter_ != 0) {
+    std::uint64_t mixed = scatter_;
+    for (const std::uint64_t coordinate : curve_coordinates(sector, anchor_)) mixed = scrambled(mixed ^ coordinate);
+    return static_cast<Rank>(mixed % servers_);
+  }
   const auto run = std::upper_bound(splitters_.begin(), splitters_.end(), sector,
                                     [&](const SectorIndex& a, const SectorIndex& b) {
                                       return comes_before_on_curve(a, b, anchor_);

@@ -29,18 +29,28 @@ class SectorMap {
   static SectorMap balanced(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,
                             std::uint32_t servers, std::uint64_t epoch);
 
+  // Every sector on a server of its own, drawn from `seed`: no neighbourhood is kept. For tests of authority that
+  // moves at random.
+  static SectorMap scattered(const SectorIndex& anchor, std::uint32_t servers, std::uint64_t seed,
+                             std::uint64_t epoch);
+
   Rank owner(const SectorIndex& sector) const;
 
   const SectorIndex& anchor() const { return anchor_; }
   const std::vector<SectorIndex>& splitters() const { return splitters_; }
   std::uint64_t epoch() const { return epoch_; }
-  std::uint32_t servers() const { return static_cast<std::uint32_t>(splitters_.size()) + 1; }
+  std::uint32_t servers() const { return servers_; }
 
  private:
   SectorIndex anchor_;
   std::vector<SectorIndex> splitters_;
+  std::uint32_t servers_ = 1;
   std::uint64_t epoch_ = 0;
+  std::uint64_t scatter_ = 0;  // not 0: the seed of a scattered map
 };
+
+// A well-mixed function of a number (splitmix64): random choices that all processes make alike.
+std::uint64_t scrambled(std::uint64_t x);
 
 // Whether `a` comes before `b` on the Morton curve around `anchor`.
 bool comes_before_on_curve(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor);

@@ -2,6 +2,8 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
+
 #include "lpss/grid/invariant.h"
 
 namespace tessera {
@@ -56,6 +58,41 @@ BodyDescription& WorldBuilder::add(const std::string& name, ShapeId shape, doubl
   return world_.bodies.back();
 }
 
+std::size_t WorldBuilder::place_of(const std::string& body) const {
+  const auto found = std::find_if(world_.bodies.begin(), world_.bodies.end(),
+                                  [&](const BodyDescription& candidate) { return candidate.name == body; });
+  invariant(found != world_.bodies.end(), "example worlds tie bodies that are there");
+  return static_cast<std::size_t>(found - world_.bodies.begin());
+}
+
+JointDescription& WorldBuilder::tie(const std::string& name, JointType type, const std::string& parent,
+                                    const std::string& child, const Eigen::Vector3d& position,
+                                    const Eigen::Vector3d& axis) {
+  const absl::StatusOr<WorldPosition> at = canonical(world_.anchor, position, world_.settings.sector_size);
+  invariant(at.ok(), "example worlds stay within the range");
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), axis);
+  const auto frame_in = [&](const BodyDescription& body) {
+    const Pose pose{body.pose.position.local, body.pose.orientation};
+    return pose.inverse() * Pose{relative_to(*at, body.pose.position.sector, world_.settings.sector_size), turn};
+  };
+  JointDescription joint;
+  joint.name = name;
+  joint.properties.type = type;
+  const std::size_t child_place = place_of(child);
+  joint.properties.child = BodyId{child_place + 1};
+  joint.properties.in_child = frame_in(world_.bodies[child_place]);
+  if (parent.empty()) {
+    joint.properties.anchor = at->sector;
+    joint.properties.in_parent = {at->local, turn};
+  } else {
+    const std::size_t parent_place = place_of(parent);
+    joint.properties.parent = BodyId{parent_place + 1};
+    joint.properties.in_parent = frame_in(world_.bodies[parent_place]);
+  }
+  world_.joints.push_back(std::move(joint));
+  return world_.joints.back();
+}
+
 void WorldBuilder::add_floor(double half_size, double height) {
   const ShapeId floor = shape(Box{{2 * half_size, 2 * half_size, 2}});
   add(absl::StrCat("floor", world_.bodies.size()), floor, 1, {0, 0, height - 1}, Motion::kStatic);
@@ -67,6 +104,20 @@ WorldDescription tower_world(const WorldSettings& settings, int count, const Eig
   const ShapeId box = builder.shape(Box{{1, 1, 1}});
   for (int i = 0; i < count; ++i) {
     builder.add(absl::StrCat("box", i), box, 1, base + Eigen::Vector3d(0.02 * ((i * 7) % 5 - 2), 0, i + 0.5));
+  }
+  return builder.world();
+}
+
+WorldDescription chain_world(const WorldSettings& settings, int links, const Eigen::Vector3d& base) {
+  constexpr double kLink = 0.5;
+  WorldBuilder builder(settings);
+  const ShapeId link = builder.shape(Capsule{0.05, kLink - 0.1});
+  const Eigen::Quaterniond along_x = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
+  for (int i = 0; i < links; ++i) {
+    builder.add(absl::StrCat("link", i), link, 1, base + Eigen::Vector3d((i + 0.5) * kLink, 0, 0)).pose.orientation =
+        along_x;
+    builder.tie(absl::StrCat("joint", i), JointType::kBall, i == 0 ? "" : absl::StrCat("link", i - 1),
+                absl::StrCat("link", i), base + Eigen::Vector3d(i * kLink, 0, 0));
   }
   return builder.world();
 }

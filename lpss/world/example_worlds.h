@@ -21,6 +21,11 @@ class WorldBuilder {
   BodyDescription& add(const std::string& name, ShapeId shape, double mass, const Eigen::Vector3d& position,
                        Motion motion = Motion::kDynamic);
 
+  // Ties the body `child` to the body `parent` (names; "" is the world) at `position`, with `axis` as the joint's
+  // first axis, such that the bodies are at its zero now.
+  JointDescription& tie(const std::string& name, JointType type, const std::string& parent, const std::string& child,
+                        const Eigen::Vector3d& position, const Eigen::Vector3d& axis = Eigen::Vector3d::UnitX());
+
   // A floor of 2 m thickness whose top is at `height`.
   void add_floor(double half_size, double height);
 
@@ -28,12 +33,17 @@ class WorldBuilder {
   WorldDescription& world() { return world_; }
 
  private:
+  std::size_t place_of(const std::string& body) const;
+
   WorldDescription world_;
 };
 
 // A tower of `count` boxes of 1 m on a floor at `base`, slightly out of line: i * 7 % 5 * 0.02 m, as in the
 // measurements of the design.
 WorldDescription tower_world(const WorldSettings& settings, int count, const Eigen::Vector3d& base);
+
+// A chain of `links` capsules of 0.5 m that hangs level from the world at `base` and falls into a swing.
+WorldDescription chain_world(const WorldSettings& settings, int links, const Eigen::Vector3d& base);
 
 // `count` boxes, balls, cylinders and capsules poured onto a floor around the corner where eight sectors meet.
 WorldDescription pile_world(const WorldSettings& settings, int count);

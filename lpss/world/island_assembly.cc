@@ -27,20 +27,63 @@ void SolverPool::put_back(std::unique_ptr<IslandSolver> solver) {
 
 void TaskBuilder::add_clone(const WorldBody& place, BodyId original) { clones_.push_back({original, place}); }
 
+void TaskBuilder::sort_bodies() {
+  std::sort(bodies_.begin(), bodies_.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
+}
+
+const TaskBuilder::Body* TaskBuilder::find(BodyId id) const {
+  const auto body =
+      std::lower_bound(bodies_.begin(), bodies_.end(), id, [](const Body& b, BodyId wanted) { return b.id < wanted; });
+  return body != bodies_.end() && body->id == id ? &*body : nullptr;
+}
+
+std::optional<std::size_t> TaskBuilder::place_of(BodyId id) const {
+  const Body* body = find(id);
+  if (body == nullptr) return std::nullopt;
+  return static_cast<std::size_t>(body - bodies_.data());
+}
+
+void TaskBuilder::add_joints(const JointIndex& joints, double sector_size, bool complete,
+                             const FixParent& fix_parent) {
+  sort_bodies();
+  for (const Body& child : bodies_) {
+    if (!child.own) continue;
+    for (const JointId id : joints.of(child.id)) {
+      const JointRecord& joint = *joints.find(id);
+      if (joint.properties.child != child.id) continue;
+      TaskJoint task;
+      task.properties = &joint.properties;
+      task.drives = &joint.drives;
+      task.child = child.place;
+      if (joint.parent_motion == Motion::kDynamic) {
+        const Body* parent = find(joint.properties.parent);
+        invariant(parent != nullptr || !complete, "both bodies of a joint belong to the same island");
+        if (parent == nullptr) continue;
+        task.parent = parent->place;
+        task.parent_origin = metres_between(child.frame, parent->frame, sector_size);
+      } else {
+        fix_parent(joint, child.frame, task);
+      }
+      joints_.emplace_back(id, task);
+    }
+  }
+  std::sort(joints_.begin(), joints_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+}
+
 SolveJob TaskBuilder::build() {
   SolveJob job;
-  std::sort(bodies_.begin(), bodies_.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
+  sort_bodies();
   std::sort(contacts_.begin(), contacts_.end(),
             [](const Contact& a, const Contact& b) { return std::tie(a.a, a.b) < std::tie(b.a, b.b); });
   job.task.bodies.reserve(bodies_.size());
   for (const Body& body : bodies_) job.task.bodies.push_back(body.place);
   job.task.contacts.reserve(contacts_.size());
   for (const Contact& contact : contacts_) job.task.contacts.push_back(contact.place);
+  for (const auto& [id, joint] : joints_) job.task.joints.push_back(joint);
   for (const auto& [original, place] : clones_) {
-    const auto body = std::lower_bound(bodies_.begin(), bodies_.end(), original,
-                                       [](const Body& b, BodyId id) { return b.id < id; });
-    invariant(body != bodies_.end() && body->id == original, "the original of a clone belongs to the same island");
-    job.task.clones.push_back({place, static_cast<std::size_t>(body - bodies_.begin())});
+    const Body* body = find(original);
+    invariant(body != nullptr, "the original of a clone belongs to the same island");
+    job.task.clones.push_back({place, static_cast<std::size_t>(body - bodies_.data())});
   }
   job.kinematics = std::move(kinematics_);
   return job;
@@ -66,7 +109,7 @@ Carriers::Carriers(Engine& engine, double sector_size, const std::vector<const S
       const WorldBody place{&world, world.add(body.record, Role::kHome)};
       world.set_total_wrench(place.slot, body.wrench);
       homes_[id] = {body.record.home, place};
-      builder.add_body(id, place);
+      builder.add_body(id, place, body.record.home);
     }
     for (const ShippedContact& contact : island->contacts) contacts.push_back(&contact);
   }

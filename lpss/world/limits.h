@@ -11,6 +11,8 @@ inline constexpr double kSectorSizeMin = 0.5;            // m
 inline constexpr double kTimeStepMin = 1e-5;             // s
 inline constexpr double kTimeStepMax = 0.1;              // s
 inline constexpr int kCloneDepthMax = 8;
+inline constexpr std::uint32_t kIslandCapMin = 2;        // bodies
+inline constexpr std::uint32_t kIslandCapMax = 1u << 31;
 inline constexpr int kSolverIterationsMax = 1000;
 
 inline constexpr double kMassMin = 1e-6;    // kg
@@ -26,6 +28,7 @@ inline constexpr double kLeverMax = 1e8;                // m, of an impulse
 inline constexpr double kQuaternionNormTolerance = 1e-3;  // how far from 1 a unit quaternion may be
 
 inline constexpr std::size_t kBodiesMax = 4'000'000;
+inline constexpr std::size_t kJointsMax = 4'000'000;
 inline constexpr std::size_t kShapesMax = 1'000'000;
 inline constexpr std::size_t kShapePartsMax = 4096;
 inline constexpr std::size_t kHullPointsMax = 4096;

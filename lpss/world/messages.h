@@ -1,20 +1,26 @@
 // What the shares of one world tell each other in the course of a tick.
 //
-// Four rounds, each a message from every share to every peer that needs one (docs/architecture.md):
+// Rounds, each a message from every share to every peer that needs one (docs/architecture.md):
+//   Transfer  sectors that change servers; only in ticks in which the sector map changes
 //   Exchange  who moved, whose clone is where            -> detection
 //   Seams     which bodies hang together across borders  -> islands
 //   Shipment  the parts of islands that a peer solves    -> solution
+//   Coupling  what a solver pass did to shared bodies; once a pass, only for islands beyond the cap
 //   Solution  the new velocities, back to the owners     -> integration
 #pragma once
 
-#include <cstdint>
 #include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "lpss/engine/body.h"
 #include "lpss/engine/engine.h"
+#include "lpss/engine/joint.h"
 #include "lpss/seam/island_graph.h"
 #include "lpss/seam/offset_set.h"
 
@@ -42,6 +48,7 @@ struct GhostUpdate {
 struct Handover {
   BodyRecord record;
   OffsetSet targets;  // relative to the new home: the sectors that were told in the same tick to have a clone
+  bool everywhere = false;  // all shares were told of it
 };
 
 // The contact points of a pair that is detected in sector `to` from this tick on.
@@ -57,6 +64,40 @@ struct Exchange {
   std::vector<BodyId> gone;  // no clone of these is needed any longer
   std::vector<Handover> handovers;
   std::vector<ManifoldTransfer> manifolds;
+  bool quiet = false;  // nothing of the sender's moves, and nothing in here changes that
+};
+
+// A body of a sector that changes servers, with what its home keeps of it.
+struct MovedBody {
+  BodyRecord record;
+  OffsetSet targets;
+  bool everywhere = false;
+  std::optional<SectorIndex> next_home;
+  std::optional<BodyState> goal;
+  bool news = false;
+};
+
+// A ghost that a sector which changes servers has on its list.
+struct MovedClone {
+  BodyIntroduction introduction;
+  GhostUpdate update;
+  bool placed = false;  // in the engine world
+  bool fresh = false;   // the engine world has not been told of the update
+};
+
+// All of one sector, such that its new server goes on as the old one would have.
+struct MovedSector {
+  SectorIndex sector;
+  std::vector<MovedBody> bodies;
+  std::vector<MovedClone> clones;
+  std::vector<ManifoldState> manifolds;
+  std::vector<std::pair<BodyId, BodyId>> touching;
+  std::array<double, 6> static_region{};  // low and high corner, m, of the region that statics are complete for
+  bool parts_known = false;
+};
+
+struct Transfer {
+  std::vector<MovedSector> sectors;
 };
 
 // The parts of islands in one sector that reach over a border; replaces what was said of the sector before.
@@ -90,6 +131,18 @@ struct ShippedIsland {
 
 struct Shipment {
   std::vector<ShippedIsland> islands;
+  std::vector<ShippedBody> shared;  // bodies of coupled islands that parts of the receiver have copies of
+};
+
+// What one solver pass did to one part's copy of a shared body. Parts are named by the first of their bodies.
+struct SharedChange {
+  BodyId body;
+  BodyId part;
+  VelocityChange change;
+};
+
+struct Coupling {
+  std::vector<SharedChange> changes;
 };
 
 struct SolvedBody {
@@ -138,7 +191,22 @@ struct KinematicTarget {
   BodyState state;
 };
 
-using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport, KinematicTarget>;
+// A joint between bodies of any two sectors; all servers know all joints.
+struct AddJoint {
+  JointRecord record;
+};
+struct RemoveJoint {
+  JointId id;
+};
+struct SetDrives {
+  JointId id;
+  JointDrives drives;
+};
+
+using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport, KinematicTarget,
+                             AddJoint, RemoveJoint, SetDrives>;
+
+using RoundMessage = std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Coupling, Solution>;
 
 enum class ContactPhase : std::uint8_t { kBegin, kPersist, kEnd };
 
@@ -151,6 +219,7 @@ struct ContactEvent {
   WorldPosition position;  // on b; not set for kEnd
   std::array<double, 3> normal{};
   double impulse = 0;  // N s
+  double depth = 0;    // m, > 0 where the bodies overlap
 };
 
 }  // namespace tessera

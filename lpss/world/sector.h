@@ -32,6 +32,8 @@ struct HomeBody {
   OffsetSet targets;                    // sectors that were told to have one
   std::optional<SectorIndex> next_home; // announced; takes effect at the next tick
   bool news = true;                     // others do not know its present state yet
+  bool jointed = false;                 // some joint has it as parent or child
+  bool everywhere = false;              // all shares know of it: kinematic, and some joint hangs on it
   std::optional<BodyState> goal;        // kinematic: where it arrives at the end of this tick
 };
 

@@ -29,6 +29,7 @@ TickCounts& TickCounts::operator+=(const TickCounts& other) {
   contacts += other.contacts;
   islands_across_seams += other.islands_across_seams;
   islands_shipped += other.islands_shipped;
+  islands_cut += other.islands_cut;
   bodies_stopped += other.bodies_stopped;
   return *this;
 }

@@ -19,7 +19,9 @@
 #include "lpss/engine/engine.h"
 #include "lpss/grid/sector_map.h"
 #include "lpss/seam/near_seam.h"
+#include "lpss/world/coupled_part.h"
 #include "lpss/world/island_assembly.h"
+#include "lpss/world/joint_index.h"
 #include "lpss/world/messages.h"
 #include "lpss/world/seam_graph.h"
 #include "lpss/world/sector.h"
@@ -41,9 +43,17 @@ struct TickCounts {
   std::uint32_t contacts = 0;              // pairs in awake sectors
   std::uint32_t islands_across_seams = 0;  // solved by this share, with bodies of more than one sector
   std::uint32_t islands_shipped = 0;       // of those, with bodies of more than one server
+  std::uint32_t islands_cut = 0;           // beyond the cap: not solved whole, but coupled pass by pass
   std::uint32_t bodies_stopped = 0;        // left the range of numbers or sectors, and were stopped
 
   TickCounts& operator+=(const TickCounts& other);
+};
+
+// What a share says in one round of a tick, and whom it must hear before it goes on.
+struct Round {
+  std::uint32_t number = 0;  // the same for all that send and await it
+  std::vector<std::optional<RoundMessage>> to;  // by rank; to itself, too
+  std::vector<bool> from;                       // by rank: who sends something in this round
 };
 
 class Share {
@@ -71,26 +81,17 @@ class Share {
   // Needed where add_body() is not told of all of them.
   void expect_radius(double radius);
 
-  // --- the tick: four rounds, in this order, each with the messages of all shares in order of rank ---
+  // A joint between bodies of the world, wherever they live: on every share.
+  void add_joint(const JointRecord& record);
 
-  // Applies the commands (all shares get all of them), moves bodies to their new homes, and says what others
-  // must know of bodies near seams: one message per rank, this share's own among them.
-  std::vector<Exchange> begin_tick(std::span<const Command> commands);
+  // --- the tick: rounds of messages (messages.h), until a call returns nothing ---
 
-  // Takes in movers and clones, then finds contacts. The same message is for every rank.
-  Seams detect(std::vector<Exchange> inbox);
+  // Starts a tick. All shares get all commands, which take effect at once. Nothing to say, and the tick is over,
+  // where the whole world is at rest.
+  std::optional<Round> begin_tick(std::span<const Command> commands);
 
-  // Builds islands over everything. One message per rank; empty where nothing is shipped. awaits() then tells
-  // which ranks will send a shipment that is not empty.
-  std::vector<Shipment> join(const std::vector<const Seams*>& inbox);
-  const std::vector<bool>& awaits_shipment_from() const { return awaits_shipment_; }
-  const std::vector<bool>& awaits_solution_from() const { return awaits_solution_; }
-
-  // Solves; one message per rank, empty where nothing was shipped to this share.
-  std::vector<Solution> solve(std::vector<Shipment> inbox);
-
-  // Takes velocities over and moves the bodies.
-  void finish(std::vector<Solution> inbox);
+  // Goes on with what the ranks in the last round's `from` sent in that round.
+  std::optional<Round> advance(std::vector<std::optional<RoundMessage>> inbox);
 
   // --- between ticks ---
 
@@ -119,13 +120,55 @@ class Share {
   std::optional<RayAnswer> raycast(const WorldPosition& origin, const Eigen::Vector3d& direction, double length,
                                    std::uint32_t mask);
 
+  // The bodies of this share's sectors, and statics in them, within `reach` (m) of a convex `probe` at `pose`, in
+  // ascending order of (distance, id). A static body may be found by several shares; the smallest distance counts.
+  std::vector<NearBody> near(const Geometry& probe, const WorldPose& pose, double reach, std::uint32_t mask);
+
   const Options& options() const { return options_; }
   const StaticIndex& statics() const { return statics_; }
+  const JointIndex& joints() const { return joints_; }
 
  private:
   bool mine(const SectorIndex& sector) const { return options_.map.owner(sector) == options_.self; }
   double dt() const { return options_.settings.time_step; }
   double size() const { return options_.settings.sector_size; }
+
+  // share_rounds.cc
+  enum class Phase { kIdle, kTransfer, kExchange, kSeams, kShipment, kCoupling, kSolution };
+  Round round(Phase phase, std::uint32_t pass = 0);
+  std::optional<Round> exchange();
+  Round seams_round(std::vector<Exchange> inbox);
+  Round shipment_round(const std::vector<const Seams*>& inbox);
+  Round after_shipments(std::vector<Shipment> inbox);
+  Round coupling_round();
+  Round after_coupling(std::vector<Coupling> inbox);
+  Round solution_round();
+  void rest();
+
+  // share_transfer.cc
+  bool shuffles() const;
+  std::vector<Transfer> give_sectors_away();
+  void take_sectors(std::vector<Transfer> inbox);
+  MovedSector pack_sector(const Sector& sector) const;
+  void forget_sector(Sector& sector);
+  void unpack_bodies(const MovedSector& moved);
+  void unpack_clones(const MovedSector& moved);
+  void unpack_contacts(const MovedSector& moved);
+
+  // share_joints.cc
+  void remove_joint(JointId id);
+  void remove_joints_of(BodyId body);
+  void set_drives(const SetDrives& command);
+  void wake_jointed(const JointRecord& joint);
+  void note_joint(BodyId body);
+  bool is_everywhere(const HomeBody& body) const;
+  bool is_jointed_here(BodyId id, const Sector& sector) const;
+  bool is_pushed_by(const JointRecord& joint) const;
+  bool is_dynamic(BodyId body, const JointRecord& joint) const;
+  void link_joints(const Sector& sector, const Component& component, std::vector<BodyId>& links) const;
+  std::vector<BodyId> far_parents(const Sector& sector, const Component& component) const;
+  void fix_parent(const JointRecord& joint, const SectorIndex& frame, TaskJoint& task) const;
+  SolveJob built(TaskBuilder& builder) const;
 
   // share_bodies.cc: sectors and what is in them
   Sector& sector_at(const SectorIndex& index);
@@ -142,7 +185,8 @@ class Share {
   double radius_of(const BodyProperties& properties) const;
   BodyRecord record_of(const HomeBody& body) const;
 
-  // share_raycast.cc
+  // share_queries.cc
+  SectorWorld* world_to_ask(const SectorIndex& index, const Eigen::AlignedBox3d& surroundings, Sector& passing);
   void raycast_sector(const SectorIndex& index, const WorldPosition& origin, const Eigen::Vector3d& direction,
                       double length, std::uint32_t mask, std::optional<RayAnswer>& nearest);
 
@@ -155,6 +199,8 @@ class Share {
   void set_goal(const KinematicTarget& target);
 
   // share_exchange.cc
+  std::vector<Exchange> tell_of_seams();
+  OffsetSet sectors_to_tell(const Eigen::AlignedBox3d& swept, Motion motion) const;
   void export_manifolds(std::vector<Exchange>& outbox);
   void move_homes(std::vector<Exchange>& outbox);
   void announce(HomeBody& body);
@@ -166,6 +212,9 @@ class Share {
   void take_handovers(std::vector<Exchange>& inbox);
   void take_manifolds(std::vector<Exchange>& inbox);
   void refresh_clones(Sector& sector);
+  BodyRecord seen_in(const Sector& sector, const Ghost& ghost) const;
+  void place_clone(Sector& sector, Clone& clone);
+  void pull_clone(Sector& sector, const Clone& clone);
   void unplace_clone(Sector& sector, Clone& clone);
   void take_out(Sector& sector, Clone& clone);
   void displace(BodyId id, const SectorIndex& place);
@@ -174,6 +223,7 @@ class Share {
   bool lives_in(BodyId id, const Sector& sector) const;
 
   // share_detect.cc
+  Seams detect(std::vector<Exchange> inbox);
   void reach_statics(Sector& sector);
   bool anything_awake(const Sector& sector) const;
   void pull(Sector& sector);
@@ -186,14 +236,25 @@ class Share {
     TaskBuilder builder;
     absl::flat_hash_map<BodyId, BodyRecord> own;
   };
+  std::vector<Shipment> join(const std::vector<const Seams*>& inbox);
+  std::vector<Solution> solve(std::vector<Shipment> inbox);
+  Rank solver_of(const SeamIsland& island, const std::vector<std::uint64_t>& weight) const;
   void settle(Sector& sector, const Component& component, bool all_drowsy);
-  void contribute(Sector& sector, const Component& component, TaskBuilder& builder);
+  void contribute(Sector& sector, const Component& component, TaskBuilder& builder, bool clones_as_bodies);
   void assemble_interior(Sector& sector);
   void assemble(const SeamIsland& island, std::vector<Shipment>& outbox);
   void pack(Sector& sector, const Component& component, ShippedIsland& parcel);
   void run_jobs();
 
+  // share_couple.cc
+  bool beyond_cap(const SeamIsland& island) const;
+  void couple(const SeamIsland& island, std::vector<Shipment>& outbox);
+  void begin_parts(const std::vector<Shipment>& inbox);
+  std::vector<Coupling> changes_of_parts() const;
+  void agree(const std::vector<Coupling>& inbox, double relaxation);
+
   // share_finish.cc
+  void finish(std::vector<Solution> inbox);
   void move_kinematics(Sector& sector);
   std::uint32_t stop_runaways(Sector& sector);
   void gather_events(Sector& sector, std::vector<ContactEvent>& events);
@@ -206,10 +267,14 @@ class Share {
   Options options_;
   Engine& engine_;
   Tick tick_ = 0;
+  Phase phase_ = Phase::kIdle;
+  bool at_rest_ = false;             // nothing in the whole world moves
+  std::vector<Command> commands_;    // of this tick
   SeamMargins margins_;
   double radius_max_ = 0;
   absl::btree_map<ShapeId, std::unique_ptr<Shape>> shapes_;
   StaticIndex statics_;
+  JointIndex joints_;
 
   absl::flat_hash_map<SectorIndex, std::unique_ptr<Sector>> sectors_;
   absl::flat_hash_map<BodyId, std::unique_ptr<HomeBody>> bodies_;
@@ -228,6 +293,10 @@ class Share {
   SeamGraph seam_graph_;
   std::vector<SolveJob> jobs_;
   std::vector<PendingIsland> pending_;
+  std::vector<CoupledPart> coupled_;
+  std::vector<bool> coupled_with_;  // by rank: whose parts share bodies with ours
+  std::uint32_t pass_ = 0;          // of the coupled parts
+  std::vector<Solution> solutions_;
   std::vector<bool> awaits_shipment_;
   std::vector<bool> awaits_solution_;
   SolverPool solvers_;

@@ -98,6 +98,7 @@ HomeBody& Share::add_home(const BodyRecord& record) {
   body->id = record.id;
   body->properties = record.properties;
   body->radius = radius_of(record.properties);
+  body->jointed = !joints_.of(record.id).empty();
   body->sector = &sector;
   body->slot = world.add(record, Role::kHome);
   if (record.properties.gravity) {

@@ -2,27 +2,18 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <map>
+
 #include "lpss/engine/load_engine.h"
 
 namespace tessera {
-namespace {
-
-// What each share sent, turned round to what each receives.
-template <typename Message>
-std::vector<std::vector<Message>> transposed(std::vector<std::vector<Message>> sent) {
-  std::vector<std::vector<Message>> received(sent.size());
-  for (std::size_t to = 0; to < sent.size(); ++to) {
-    for (std::vector<Message>& outbox : sent) received[to].push_back(std::move(outbox[to]));
-  }
-  return received;
-}
-
-}  // namespace
 
 absl::StatusOr<std::unique_ptr<ShareCluster>> ShareCluster::create(const WorldDescription& world,
                                                                    std::uint32_t shares, int threads) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
+  const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
+  if (!joints.ok()) return joints.status();
   const SectorMap map = placed(world, *records, shares, 1);
   std::unique_ptr<ShareCluster> cluster(new ShareCluster());
   for (Rank rank = 0; rank < shares; ++rank) {
@@ -35,29 +26,46 @@ absl::StatusOr<std::unique_ptr<ShareCluster>> ShareCluster::create(const WorldDe
       share->add_shape(static_cast<ShapeId>(i), world.shapes[i]);
     }
     for (const BodyRecord& record : *records) share->add_body(record);
+    for (const JointRecord& joint : *joints) share->add_joint(joint);
     cluster->shares_.push_back(std::move(share));
   }
   return cluster;
 }
 
+// Lets every share go on as soon as it has heard whom it waits for.
 void ShareCluster::step(std::span<const Command> commands) {
   ++tick_;
-  std::vector<std::vector<Exchange>> exchanges;
-  for (auto& share : shares_) exchanges.push_back(share->begin_tick(commands));
-  exchanges = transposed(std::move(exchanges));
-
-  std::vector<Seams> seams;
-  for (Rank rank = 0; rank < shares_.size(); ++rank) seams.push_back(shares_[rank]->detect(std::move(exchanges[rank])));
-  std::vector<const Seams*> heard;
-  for (const Seams& message : seams) heard.push_back(&message);
-
-  std::vector<std::vector<Shipment>> shipments;
-  for (auto& share : shares_) shipments.push_back(share->join(heard));
-  shipments = transposed(std::move(shipments));
-  std::vector<std::vector<Solution>> solutions;
-  for (Rank rank = 0; rank < shares_.size(); ++rank) solutions.push_back(shares_[rank]->solve(std::move(shipments[rank])));
-  solutions = transposed(std::move(solutions));
-  for (Rank rank = 0; rank < shares_.size(); ++rank) shares_[rank]->finish(std::move(solutions[rank]));
+  using Inbox = std::vector<std::optional<RoundMessage>>;
+  std::vector<std::optional<Round>> rounds(shares_.size());
+  std::map<std::pair<std::uint32_t, Rank>, Inbox> inboxes;  // by number of the round and receiver
+  const auto inbox_of = [&](std::uint32_t number, Rank rank) -> Inbox& {
+    Inbox& inbox = inboxes[{number, rank}];
+    inbox.resize(shares_.size());
+    return inbox;
+  };
+  const auto post = [&](Rank from) {
+    if (!rounds[from]) return;
+    for (Rank to = 0; to < shares_.size(); ++to) {
+      if (rounds[from]->to[to]) inbox_of(rounds[from]->number, to)[from] = std::move(rounds[from]->to[to]);
+    }
+  };
+  for (Rank rank = 0; rank < shares_.size(); ++rank) {
+    rounds[rank] = shares_[rank]->begin_tick(commands);
+    post(rank);
+  }
+  for (bool moved = true; moved;) {
+    moved = false;
+    for (Rank rank = 0; rank < shares_.size(); ++rank) {
+      if (!rounds[rank]) continue;
+      Inbox& inbox = inbox_of(rounds[rank]->number, rank);
+      bool complete = true;
+      for (Rank from = 0; from < shares_.size(); ++from) complete &= !rounds[rank]->from[from] || inbox[from];
+      if (!complete) continue;
+      rounds[rank] = shares_[rank]->advance(std::move(inbox));
+      post(rank);
+      moved = true;
+    }
+  }
 }
 
 WorldHash ShareCluster::hash() const {

@@ -40,6 +40,7 @@ void Share::forget_moves(BodyId id) {
 }
 
 void Share::remove(BodyId id) {
+  remove_joints_of(id);
   remove_static(id);
   lift_clones(id);
   forget_moves(id);
@@ -57,6 +58,7 @@ void Share::teleport(const Teleport& jump) {
     moved.state = jump.state;
     remove_static(jump.id);
     spawn_static(moved);
+    for (const JointId joint : joints_.of(jump.id)) wake_jointed(*joints_.find(joint));
     return;
   }
   lift_clones(jump.id);
@@ -67,6 +69,7 @@ void Share::teleport(const Teleport& jump) {
   wake_touching(*body.sector, body.slot);
   Handover handover;
   handover.targets = body.targets;  // of the old home; move_homes() needs them to tell who had clones
+  handover.everywhere = body.everywhere;
   const SectorIndex old_home = body.sector->index;
   handover.record = remove_home(body);
   handover.record.home = jump.home;
@@ -115,6 +118,12 @@ void Share::apply(const Command& command) {
           teleport(c);
         } else if constexpr (std::is_same_v<C, KinematicTarget>) {
           set_goal(c);
+        } else if constexpr (std::is_same_v<C, AddJoint>) {
+          add_joint(c.record);
+        } else if constexpr (std::is_same_v<C, RemoveJoint>) {
+          remove_joint(c.id);
+        } else if constexpr (std::is_same_v<C, SetDrives>) {
+          set_drives(c);
         } else if constexpr (std::is_same_v<C, SetVelocity>) {
           with_body(c.id, [&](SectorWorld& world, HomeBody& body) {
             world.set_velocity(body.slot, vector(c.linear), vector(c.angular));

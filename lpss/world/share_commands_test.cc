@@ -174,6 +174,36 @@ TEST(Raycast, FindsTheNearestBodyThroughManySectorsOnAnyShare) {
   }
 }
 
+TEST(Near, FindsShapesAcrossSectorsWithTheSameDistancesOnAnyShares) {
+  WorldBuilder builder(sectors_of(8));
+  builder.add_floor(40, -2);
+  builder.add("ball", builder.shape(Sphere{0.5}), 1, {5, 0, 1});
+  builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {-6, 0, 1});
+  builder.add("can", builder.shape(Cylinder{0.5, 2}), 1, {0, 9, 1});
+  using Pairs = std::vector<std::pair<std::uint64_t, double>>;
+  const auto look = [&](std::uint32_t shares, const Geometry& probe, const Eigen::Vector3d& at, double reach) {
+    auto cluster = cluster_of(builder.world(), shares);
+    Pairs found;
+    for (Rank rank = 0; rank < shares; ++rank) {
+      for (const NearBody& near : cluster->share(rank).near(probe, {{{}, at}, Eigen::Quaterniond::Identity()}, reach, ~0u)) {
+        found.push_back({near.body.value, near.distance});
+      }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end(), [](auto& a, auto& b) { return a.first == b.first; }), found.end());
+    return found;
+  };
+  const Pairs one = look(1, Sphere{0.1}, {0, 0, 1}, 20);
+  ASSERT_EQ(one.size(), 4u);
+  const double expected[] = {2.9, 4.4, 5.4, 8.4};  // floor, ball, box, can
+  for (std::size_t n = 0; n < 4; ++n) EXPECT_NEAR(one[n].second, expected[n], 2e-3) << "body " << one[n].first;
+  EXPECT_EQ(one, look(3, Sphere{0.1}, {0, 0, 1}, 20));
+  const Pairs overlapping = look(2, Box{{20, 1, 0.5}}, {0, 0, 1}, 0);
+  ASSERT_EQ(overlapping.size(), 2u);
+  EXPECT_EQ(overlapping[0], (std::pair<std::uint64_t, double>(2, 0)));
+  EXPECT_EQ(overlapping[1], (std::pair<std::uint64_t, double>(3, 0)));
+}
+
 TEST(Edges, ABodyAtTheLastSectorStopsThere) {
   WorldDescription world = tower_world(sectors_of(8), 1, {0, 0, -1});
   world.bodies[1].linear_velocity = {200, 0, 50};

@@ -41,6 +41,17 @@ class Nodes {
     if (place >= by_slot_.size() || by_slot_[place] < 0) return nullptr;
     return &nodes_[by_slot_[place]];
   }
+  // nullptr for bodies that are neither at home here nor placed as clones.
+  const Node* named(BodyId id) const {
+    const auto search = [&](std::size_t first, std::size_t last) -> const Node* {
+      const auto end = nodes_.begin() + static_cast<std::ptrdiff_t>(last);
+      const auto node = std::lower_bound(nodes_.begin() + static_cast<std::ptrdiff_t>(first), end, id,
+                                         [](const Node& n, BodyId wanted) { return n.id < wanted; });
+      return node != end && node->id == id ? &*node : nullptr;
+    };
+    const Node* home = search(0, homes_);
+    return home != nullptr ? home : search(homes_, nodes_.size());
+  }
   std::size_t index(const Node* node) const { return node - nodes_.data(); }
   std::size_t size() const { return nodes_.size(); }
   std::size_t homes() const { return homes_; }
@@ -173,6 +184,19 @@ void Share::find_components(Sector& sector) {
     if (a_dynamic || b_dynamic) pair_node[i] = nodes.index(a_dynamic ? a : b);
   }
 
+  for (std::size_t n = 0; n < nodes.homes(); ++n) {
+    if (!nodes[n].home->jointed || !nodes[n].dynamic) continue;
+    for (const JointId id : joints_.of(nodes[n].id)) {
+      const JointRecord& joint = *joints_.find(id);
+      const Nodes::Node* partner = nodes.named(partner_of(joint.properties, nodes[n].id));
+      if (partner != nullptr && partner->dynamic && (partner->home != nullptr || clones_are_solved)) {
+        sets.unite(n, nodes.index(partner));
+      } else if (is_pushed_by(joint)) {
+        pushed[n] = true;
+      }
+    }
+  }
+
   // Components are numbered in the order of their smallest bodies; only those with a body that lives here count.
   constexpr std::uint32_t kUnused = ~std::uint32_t{0};
   std::vector<std::uint32_t> component(nodes.size(), kUnused);
@@ -238,6 +262,7 @@ void Share::list_parts(Sector& sector) {
       const HomeBody& body = *sector.component_bodies[i];
       if (!body.targets.empty()) part.links.push_back(body.id);
     }
+    link_joints(sector, component, part.links);
     if (part.links.empty()) continue;
     part.first = sector.component_bodies[component.bodies_begin]->id;
     part.bodies = component.bodies_end - component.bodies_begin;

@@ -26,13 +26,14 @@ void for_each_rank(Ranks ranks, Visit&& visit) {
   for (; ranks != 0; ranks &= ranks - 1) visit(static_cast<Rank>(std::countr_zero(ranks)));
 }
 
-// Tells every share that has to have clones of a body, or had to until now.
+Ranks everyone(const SectorMap& map) { return ~Ranks{0} >> (64 - map.servers()); }
+
+// Tells every share that has to know of a body, or had to until now.
 struct Announcement {
   const SectorMap& map;
   std::vector<Exchange>& outbox;
 
-  void send(const BodyProperties& properties, const GhostUpdate& update, Ranks before) const {
-    const Ranks now = owners(map, update.home, update.targets);
+  void send(const BodyProperties& properties, const GhostUpdate& update, Ranks before, Ranks now) const {
     for_each_rank(before & ~now, [&](Rank rank) { outbox[rank].gone.push_back(update.id); });
     for_each_rank(now & ~before, [&](Rank rank) { outbox[rank].introductions.push_back({update.id, properties}); });
     for_each_rank(now, [&](Rank rank) { outbox[rank].ghosts.push_back(update); });
@@ -54,12 +55,11 @@ std::vector<T> collected(std::vector<Exchange>& inbox, std::vector<T> Exchange::
 
 }  // namespace
 
-std::vector<Exchange> Share::begin_tick(std::span<const Command> commands) {
-  ++tick_;
-  counts_ = {};
+// Applies the commands, moves bodies to their new homes, and says what others must know of bodies near seams.
+std::vector<Exchange> Share::tell_of_seams() {
   margins_changed_ = false;
   std::vector<Exchange> outbox(options_.map.servers());
-  for (const Command& command : commands) apply(command);
+  for (const Command& command : commands_) apply(command);
   export_manifolds(outbox);
   move_homes(outbox);
 
@@ -77,7 +77,7 @@ std::vector<Exchange> Share::begin_tick(std::span<const Command> commands) {
       if (!awake && !body->news) continue;
       announce(*body);
       body->swept = sector->world->swept_box(body->slot, dt());
-      body->near = clone_targets(sectors_within_reach(body->swept, margins_), policy, body->properties.motion);
+      body->near = sectors_to_tell(body->swept, body->properties.motion);
     }
   }
   if (policy == SeamPolicy::kClone && options_.settings.clone_depth > 1) {
@@ -89,7 +89,16 @@ std::vector<Exchange> Share::begin_tick(std::span<const Command> commands) {
       if (awake || body->news || !(body->near == body->targets)) update_ghosts(*body, outbox);
     }
   }
+  const bool quiet = active_.empty() && vacated_.empty() && commands_.empty();
+  for (Exchange& message : outbox) message.quiet = quiet;
   return outbox;
+}
+
+// The sectors that need a clone of a body whose box sweeps `swept`.
+OffsetSet Share::sectors_to_tell(const Eigen::AlignedBox3d& swept, Motion motion) const {
+  const WorldSettings& settings = options_.settings;
+  if (settings.seams == SeamPolicy::kClone && settings.clone_depth == 0) return {};
+  return clone_targets(sectors_within_reach(swept, margins_), settings.seams, motion);
 }
 
 // Contact points follow their pair to the sector that detects it from this tick on. Every share that detected a
@@ -163,6 +172,7 @@ void Share::move_homes(std::vector<Exchange>& outbox) {
     const SectorIndex new_home = *body.next_home;
     Handover handover;
     handover.targets = body.targets;
+    handover.everywhere = body.everywhere;
     handover.record = remove_home(body);
     handover.record.home = new_home;
     const Eigen::Vector3d position = metres_between(new_home, old_home, size()) +
@@ -172,12 +182,13 @@ void Share::move_homes(std::vector<Exchange>& outbox) {
   }
   for (auto& [handover, old_home] : jumps_) {
     BodyRecord& record = handover.record;
-    const Ranks before = owners(options_.map, old_home, handover.targets);
+    const Ranks all = handover.everywhere ? everyone(options_.map) : 0;
+    const Ranks before = all | owners(options_.map, old_home, handover.targets);
     const Eigen::AlignedBox3d swept = swept_ball(record.state, radius_of(record.properties), dt());
-    handover.targets = clone_targets(sectors_within_reach(swept, margins_), options_.settings.seams,
-                                     record.properties.motion);
+    handover.targets = sectors_to_tell(swept, record.properties.motion);
     Announcement{options_.map, outbox}.send(
-        record.properties, {record.id, record.home, record.home, handover.targets, record.state}, before);
+        record.properties, {record.id, record.home, record.home, handover.targets, record.state}, before,
+        all | owners(options_.map, record.home, handover.targets));
     outbox[options_.map.owner(record.home)].handovers.push_back(std::move(handover));
   }
   jumps_.clear();
@@ -224,14 +235,19 @@ void Share::deepen_clones(Sector& sector) {
 
 void Share::update_ghosts(HomeBody& body, std::vector<Exchange>& outbox) {
   const SectorIndex& home = body.sector->index;
-  const Ranks before = owners(options_.map, home, body.targets);
+  const auto informed = [&] {
+    return (body.everywhere ? everyone(options_.map) : 0) | owners(options_.map, home, body.targets);
+  };
+  const Ranks before = informed();
   body.targets = body.near;
+  body.everywhere = is_everywhere(body);
   body.news = false;
-  if (before == 0 && body.targets.empty()) return;
+  const Ranks now = informed();
+  if (before == 0 && now == 0) return;
   Announcement{options_.map, outbox}.send(body.properties,
                                           {body.id, home, body.next_home.value_or(home), body.targets,
                                            body.sector->world->state(body.slot)},
-                                          before);
+                                          before, now);
 }
 
 void Share::take_ghosts(std::vector<Exchange>& inbox) {
@@ -322,6 +338,7 @@ void Share::take_handovers(std::vector<Exchange>& inbox) {
     }
     HomeBody& body = add_home(handover.record);
     body.targets = handover.targets;
+    body.everywhere = handover.everywhere;
     body.news = true;
     body.swept = body.sector->world->swept_box(body.slot, dt());
   }
@@ -337,6 +354,15 @@ void Share::take_manifolds(std::vector<Exchange>& inbox) {
   }
 }
 
+// Policy clone: whether a joint ties a body to one that lives in the sector, so that the sector needs its clone.
+bool Share::is_jointed_here(BodyId id, const Sector& sector) const {
+  if (options_.settings.seams != SeamPolicy::kClone) return false;
+  const std::span<const JointId> joints = joints_.of(id);
+  return std::any_of(joints.begin(), joints.end(), [&](JointId joint) {
+    return lives_in(partner_of(joints_.find(joint)->properties, id), sector);
+  });
+}
+
 // Brings the clones of one sector up to date: in the engine world are those that something living here may
 // touch in this tick (the paper's "imminent contact").
 void Share::refresh_clones(Sector& sector) {
@@ -346,27 +372,42 @@ void Share::refresh_clones(Sector& sector) {
   for (auto& [id, clone] : sector.clones) {
     if (clone.slot != Clone::kNotPlaced && !clone.fresh) continue;
     const Ghost& ghost = *clone.ghost;
-    BodyRecord record{id, ghost.home, ghost.properties, ghost.state};
-    Eigen::Map<Eigen::Vector3d>(record.state.position.data()) += metres_between(sector.index, ghost.home, size());
+    const BodyRecord record = seen_in(sector, ghost);
     const bool imminent =
+        is_jointed_here(id, sector) ||
         world.reaches_home_body(swept_ball(record.state, ghost.radius + kContactMargin, dt()));
     if (!imminent) {
       if (clone.slot != Clone::kNotPlaced) take_out(sector, clone);
       continue;
     }
     if (clone.slot == Clone::kNotPlaced) {
-      clone.slot = world.add(record, Role::kClone);
-      ++sector.placed;
-      sector.regroup = true;
+      place_clone(sector, clone);
     } else {
       world.set_state(clone.slot, record.state);
+      pull_clone(sector, clone);
     }
     clone.fresh = false;
-    if (ghost.properties.gravity && options_.settings.seams == SeamPolicy::kClone) {
-      world.set_gravity(clone.slot, acceleration_at(options_.settings.gravity, sector.index,
-                                                    Eigen::Vector3d(record.state.position.data()), size()));
-    }
   }
+}
+
+BodyRecord Share::seen_in(const Sector& sector, const Ghost& ghost) const {
+  BodyRecord record{ghost.id, ghost.home, ghost.properties, ghost.state};
+  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) += metres_between(sector.index, ghost.home, size());
+  return record;
+}
+
+void Share::place_clone(Sector& sector, Clone& clone) {
+  clone.slot = sector.world->add(seen_in(sector, *clone.ghost), Role::kClone);
+  ++sector.placed;
+  sector.regroup = true;
+  pull_clone(sector, clone);
+}
+
+// Policy clone: clones are solved where they are, and fall as their originals do.
+void Share::pull_clone(Sector& sector, const Clone& clone) {
+  if (!clone.ghost->properties.gravity || options_.settings.seams != SeamPolicy::kClone) return;
+  sector.world->set_gravity(clone.slot, acceleration_at(options_.settings.gravity, sector.index,
+                                                        sector.world->position(clone.slot), size()));
 }
 
 }  // namespace tessera

@@ -150,6 +150,7 @@ void Share::gather_events(Sector& sector, std::vector<ContactEvent>& events) {
     if (position.ok()) event.position = *position;
     Eigen::Map<Eigen::Vector3d>(event.normal.data()) = detail.normal;
     event.impulse = detail.impulse;
+    event.depth = detail.depth;
     events.push_back(event);
   }
   for (const auto& [a, b] : sector.touching) {

@@ -29,9 +29,17 @@ std::vector<Shipment> Share::join(const std::vector<const Seams*>& inbox) {
   awaits_solution_.assign(options_.map.servers(), false);
   jobs_.clear();
   pending_.clear();
+  coupled_.clear();
+  coupled_with_.assign(options_.map.servers(), false);
   for (Sector* sector : stepped_) assemble_interior(*sector);
   if (options_.settings.seams == SeamPolicy::kIsland) {
-    for (const SeamIsland& island : seam_graph_.awake_islands(awake)) assemble(island, outbox);
+    for (const SeamIsland& island : seam_graph_.awake_islands(awake)) {
+      if (beyond_cap(island)) {
+        couple(island, outbox);
+      } else {
+        assemble(island, outbox);
+      }
+    }
   }
   return outbox;
 }
@@ -51,18 +59,18 @@ void Share::settle(Sector& sector, const Component& component, bool all_drowsy) 
   }
 }
 
-// Adds a component's bodies and contacts to a task.
-void Share::contribute(Sector& sector, const Component& component, TaskBuilder& builder) {
+// Adds a component's bodies and contacts to a task. Its clones are bodies of the task themselves, or stand for
+// their originals.
+void Share::contribute(Sector& sector, const Component& component, TaskBuilder& builder, bool clones_as_bodies) {
   SectorWorld& world = *sector.world;
   for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
-    builder.add_body(sector.component_bodies[i]->id, {&world, sector.component_bodies[i]->slot});
+    builder.add_body(sector.component_bodies[i]->id, {&world, sector.component_bodies[i]->slot}, sector.index);
   }
-  const bool clones_are_solved = options_.settings.seams == SeamPolicy::kClone;
   for (std::uint32_t i = component.clones_begin; i < component.clones_end; ++i) {
     const BodyId id = sector.component_clones[i];
     const WorldBody place{&world, sector.clones.at(id).slot};
-    if (clones_are_solved) {
-      builder.add_body(id, place);
+    if (clones_as_bodies) {
+      builder.add_copy(id, place, sector.index);
     } else {
       builder.add_clone(place, id);
     }
@@ -79,6 +87,7 @@ void Share::contribute(Sector& sector, const Component& component, TaskBuilder& 
 
 // The components that no border runs through: solved where they are.
 void Share::assemble_interior(Sector& sector) {
+  const bool clones_are_solved = options_.settings.seams == SeamPolicy::kClone;
   TaskBuilder small;
   for (const Component& component : sector.components) {
     if (component.part != Component::kInterior || !component.any_awake) continue;
@@ -86,24 +95,37 @@ void Share::assemble_interior(Sector& sector) {
     if (component.all_drowsy) continue;
     if (component.pairs_end - component.pairs_begin > kLargeComponent) {
       TaskBuilder large;
-      contribute(sector, component, large);
-      jobs_.push_back(large.build());
+      contribute(sector, component, large, clones_are_solved);
+      jobs_.push_back(built(large));
     } else {
-      contribute(sector, component, small);
+      contribute(sector, component, small, clones_are_solved);
     }
   }
-  if (!small.empty()) jobs_.push_back(small.build());
+  if (!small.empty()) jobs_.push_back(built(small));
 }
 
-// An island that reaches over borders. All shares choose the same one to solve it: the one with most of its
-// contacts, the lowest rank among equals.
+// All shares choose the same one to solve an island: the one with most of its contacts, the lowest rank among
+// equals. While authority is shuffled, any of those that have a part.
+Rank Share::solver_of(const SeamIsland& island, const std::vector<std::uint64_t>& weight) const {
+  if (options_.settings.shuffle == 0) {
+    return static_cast<Rank>(std::max_element(weight.begin(), weight.end()) - weight.begin());
+  }
+  std::vector<Rank> candidates;
+  for (Rank rank = 0; rank < weight.size(); ++rank) {
+    if (weight[rank] > 0) candidates.push_back(rank);
+  }
+  return candidates[scrambled(options_.settings.shuffle ^ scrambled(tick_ ^ scrambled(island.name.value))) %
+                    candidates.size()];
+}
+
+// An island that reaches over borders.
 void Share::assemble(const SeamIsland& island, std::vector<Shipment>& outbox) {
   std::vector<std::uint64_t> weight(options_.map.servers(), 0);
   for (const PartRef& ref : island.parts) {
     weight[options_.map.owner(ref.sector)] += seam_graph_.part(ref).contacts + 1;
   }
   if (weight[options_.self] == 0) return;
-  const Rank solver = static_cast<Rank>(std::max_element(weight.begin(), weight.end()) - weight.begin());
+  const Rank solver = solver_of(island, weight);
   const bool shipped = std::count_if(weight.begin(), weight.end(), [](std::uint64_t w) { return w > 0; }) > 1;
 
   PendingIsland pending;
@@ -120,7 +142,7 @@ void Share::assemble(const SeamIsland& island, std::vector<Shipment>& outbox) {
       pack(sector, component, parcel);
       continue;
     }
-    contribute(sector, component, pending.builder);
+    contribute(sector, component, pending.builder, false);
     if (!shipped) continue;
     for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
       const HomeBody& body = *sector.component_bodies[i];
@@ -135,7 +157,7 @@ void Share::assemble(const SeamIsland& island, std::vector<Shipment>& outbox) {
   }
   if (island.parts.size() > 1) ++counts_.islands_across_seams;
   if (!shipped) {
-    jobs_.push_back(pending.builder.build());
+    jobs_.push_back(built(pending.builder));
     return;
   }
   ++counts_.islands_shipped;
@@ -178,7 +200,7 @@ std::vector<Solution> Share::solve(std::vector<Shipment> inbox) {
       }
     }
     carriers.push_back(std::make_unique<Carriers>(engine_, size(), shipped, pending.own, pending.builder));
-    jobs_.push_back(pending.builder.build());
+    jobs_.push_back(built(pending.builder));
   }
   run_jobs();
   std::vector<Solution> outbox(options_.map.servers());

@@ -89,6 +89,8 @@ ParallelFor parallel_on(int threads) {
 absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescription& world, int threads) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
+  const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
+  if (!joints.ok()) return joints.status();
   absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(world.settings));
   if (!engine.ok()) return engine.status();
 
@@ -104,13 +106,15 @@ absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescri
     simulation->share_->add_shape(static_cast<ShapeId>(i), world.shapes[i]);
   }
   for (const BodyRecord& record : *records) simulation->share_->add_body(record);
+  for (const JointRecord& joint : *joints) simulation->share_->add_joint(joint);
   return simulation;
 }
 
 void Simulation::step(std::span<const Command> commands) {
   ++tick_;
-  const Seams seams = share_->detect(share_->begin_tick(commands));
-  share_->finish(share_->solve(share_->join({&seams})));
+  for (std::optional<Round> round = share_->begin_tick(commands); round;) {
+    round = share_->advance(std::move(round->to));
+  }
 }
 
 }  // namespace tessera

@@ -11,34 +11,13 @@
 #include <string>
 #include <utility>
 
+#include "lpss/world/checks.h"
+
 namespace tessera {
 namespace {
 
-constexpr double kNoBound = std::numeric_limits<double>::infinity();
-
 // Rounded inertia tensors of real files miss the triangle inequality by a little.
 constexpr double kTriangleTolerance = 1e-3;
-
-template <typename... Args>
-absl::Status refused(const Args&... args) {
-  return absl::InvalidArgumentError(absl::StrCat(args...));
-}
-
-absl::Status in(const std::string& what, const absl::Status& status) {
-  if (status.ok()) return status;
-  return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
-}
-
-// A finite value in [least, most], or a message with the value, its unit and the bound that it breaks.
-absl::Status bounded(absl::string_view what, double value, double least, double most,
-                     absl::string_view unit = "") {
-  if (!std::isfinite(value)) return refused(what, " = ", value, " must be finite");
-  const absl::string_view space = unit.empty() ? "" : " ";
-  if (value < least)
-    return refused(what, " = ", value, space, unit, " must be at least ", least, space, unit);
-  if (value > most) return refused(what, " = ", value, space, unit, " must be at most ", most, space, unit);
-  return absl::OkStatus();
-}
 
 absl::Status length(absl::string_view what, double value) {
   return bounded(what, value, kExtentMin, kStaticExtentMax, "m");
@@ -52,24 +31,6 @@ absl::Status lengths(const std::string& what, const Eigen::Vector3d& value) {
     }
   }
   return absl::OkStatus();
-}
-
-absl::Status finite(const std::string& what, const Eigen::Vector3d& value, double norm_max = kNoBound,
-                    absl::string_view unit = "") {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!std::isfinite(value[axis])) {
-      return refused(what, " ", std::string(1, "xyz"[axis]), " = ", value[axis], " must be finite");
-    }
-  }
-  const double norm = value.norm();
-  if (norm > norm_max) return refused(what, " = ", norm, " ", unit, " must be at most ", norm_max, " ", unit);
-  return absl::OkStatus();
-}
-
-absl::Status unit_quaternion(const std::string& what, const Eigen::Quaterniond& q) {
-  const double norm = q.coeffs().norm();
-  if (std::isfinite(norm) && std::abs(norm - 1) <= kQuaternionNormTolerance) return absl::OkStatus();
-  return refused(what, ": the quaternion's norm ", norm, " must be 1 within ", kQuaternionNormTolerance);
 }
 
 absl::Status unit_normal(const Eigen::Vector3d& normal) {
@@ -328,6 +289,9 @@ absl::Status sizes_check(const WorldDescription& world) {
   if (world.shapes.size() > kShapesMax) {
     return refused("the world's ", world.shapes.size(), " shapes must be at most ", kShapesMax);
   }
+  if (world.joints.size() > kJointsMax) {
+    return refused("the world's ", world.joints.size(), " joints must be at most ", kJointsMax);
+  }
   return absl::OkStatus();
 }
 
@@ -362,7 +326,9 @@ absl::Status validate(const WorldSettings& settings) {
   if (absl::Status status = sector_size_check(settings); !status.ok()) return in(what, status);
   absl::Status status = bounded("time step", settings.time_step, kTimeStepMin, kTimeStepMax, "s");
   if (!status.ok()) return in(what, status);
-  status = bounded("clone_depth", settings.clone_depth, 1, kCloneDepthMax);
+  status = bounded("clone_depth", settings.clone_depth, 0, kCloneDepthMax);
+  if (!status.ok()) return in(what, status);
+  status = bounded("island_cap", settings.island_cap, kIslandCapMin, kIslandCapMax);
   if (!status.ok()) return in(what, status);
   status = bounded("solver_iterations", settings.solver_iterations, 1, kSolverIterationsMax);
   if (!status.ok()) return in(what, status);
@@ -413,7 +379,7 @@ absl::Status validate(const WorldDescription& world) {
       return refused(title(body), ": the name must be unique, but two bodies have it");
     }
   }
-  return absl::OkStatus();
+  return validate_joints(world);
 }
 
 }  // namespace tessera

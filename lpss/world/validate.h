@@ -22,7 +22,18 @@ absl::Status validate(const WorldSettings& settings);
 absl::Status validate(const Shape& shape, const std::string& name);
 absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes, const WorldSettings& settings);
 
-// All of a world: its settings, every shape, every body, unique names, the limits.
+// A joint between bodies that exist; `parent` is null where the joint ties its child to the world.
+absl::Status validate(const JointDescription& joint, const BodyProperties* parent,
+                      const BodyProperties& child, const WorldSettings& settings);
+
+// What drives a joint of that type.
+absl::Status validate(const JointDrives& drives, JointType type);
+
+// All joints of a world whose bodies are valid: each one, that its bodies exist and that its two frames are
+// no farther apart than L, and unique names.
+absl::Status validate_joints(const WorldDescription& world);
+
+// All of a world: its settings, every shape, body and joint, unique names, the limits.
 absl::Status validate(const WorldDescription& world);
 
 }  // namespace tessera

@@ -94,8 +94,12 @@ std::vector<Row> setting_rows() {
       {"TimeStepZero", set([](auto& s) { s.time_step = 0; }), {"time step = 0 s", "1e-05 s"}},
       {"TimeStepNan", set([](auto& s) { s.time_step = kNan; }), {"time step", "finite"}},
       {"TimeStepLarge", set([](auto& s) { s.time_step = 0.2; }), {"time step = 0.2 s", "at most 0.1 s"}},
-      {"CloneDepthZero", set([](auto& s) { s.clone_depth = 0; }), {"clone_depth = 0", "at least 1"}},
+      {"CloneDepthNegative", set([](auto& s) { s.clone_depth = -1; }), {"clone_depth = -1", "at least 0"}},
       {"CloneDepthLarge", set([](auto& s) { s.clone_depth = 9; }), {"clone_depth = 9", "at most 8"}},
+      {"IslandCapOne", set([](auto& s) { s.island_cap = 1; }), {"island_cap = 1", "at least 2"}},
+      {"IslandCapLarge",
+       set([](auto& s) { s.island_cap = 3'000'000'000; }),
+       {"island_cap = 3e+09", "at most"}},
       {"IterationsZero",
        set([](auto& s) { s.solver_iterations = 0; }),
        {"solver_iterations = 0", "at least 1"}},
@@ -310,6 +314,98 @@ std::vector<Row> shape_rows() {
   };
 }
 
+// The good world with a hinge from its floor to its box, 'good::hinge'.
+template <typename Change>
+std::function<void(WorldDescription&)> hinge(Change change) {
+  return [change](WorldDescription& world) {
+    JointDescription joint;
+    joint.name = "good::hinge";
+    joint.properties.type = JointType::kRevolute;
+    joint.properties.parent = BodyId{2};
+    joint.properties.child = BodyId{1};
+    world.joints = {joint};
+    change(world.joints[0]);
+  };
+}
+
+template <typename Change>
+std::function<void(WorldDescription&)> axis(Change change) {
+  return hinge([change](JointDescription& joint) { change(joint.properties.axes[0]); });
+}
+
+std::function<void(WorldDescription&)> driven(DriveMode mode, double target) {
+  return hinge([=](JointDescription& joint) { joint.drives[0] = {mode, target}; });
+}
+
+std::vector<Row> joint_body_rows() {
+  return {
+      {"NoName", hinge([](auto& j) { j.name.clear(); }), {"a joint's name must not be empty"}},
+      {"LongName", hinge([](auto& j) { j.name.assign(2000, 'x'); }), {"joint 'xxx", "2000 bytes", "1024"}},
+      {"TwoOfAName",
+       [](WorldDescription& world) {
+         hinge([](auto&) {})(world);
+         world.joints.push_back(world.joints[0]);
+       },
+       {"joint 'good::hinge'", "unique"}},
+      {"TypeUnknown",
+       hinge([](auto& j) { j.properties.type = static_cast<JointType>(9); }),
+       {"joint 'good::hinge'", "type = 9", "screw"}},
+      {"NoChild", hinge([](auto& j) { j.properties.child = {}; }), {"'good::hinge'", "child = 0", "1 to 2"}},
+      {"ChildUnknown", hinge([](auto& j) { j.properties.child.value = 3; }), {"child = 3", "1 to 2"}},
+      {"ParentUnknown",
+       hinge([](auto& j) { j.properties.parent.value = 3; }),
+       {"parent = 3", "0 (the world) to 2"}},
+      {"OneBody", hinge([](auto& j) { j.properties.parent.value = 1; }), {"'good::hinge'", "two bodies"}},
+      {"ChildStatic",
+       hinge([](auto& j) { std::swap(j.properties.parent, j.properties.child); }),
+       {"'good::hinge'", "child must be dynamic"}},
+      {"FrameNan",
+       hinge([](auto& j) { j.properties.in_child.position.y() = kNan; }),
+       {"'good::hinge'", "in_child y", "finite"}},
+      {"FrameNotUnit",
+       hinge([](auto& j) { j.properties.in_parent.orientation.w() = 2; }),
+       {"'good::hinge'", "in_parent", "norm 2"}},
+      {"FrameFarFromBody",
+       hinge([](auto& j) { j.properties.in_child.position.z() = 129; }),
+       {"in_child", "129 m", "128 m"}},
+      {"FramesApart",
+       hinge([](auto& j) { j.properties.in_parent.position.z() = 129; }),
+       {"129 m apart", "L = 128 m"}},
+      {"PlaceOutOfRange",
+       hinge([](auto& j) {
+         j.properties.parent = {};
+         j.properties.anchor.k = std::numeric_limits<std::int64_t>::max();
+         j.properties.in_parent.position.z() = 100;
+       }),
+       {"'good::hinge'", "in_parent"},
+       absl::StatusCode::kOutOfRange},
+  };
+}
+
+std::vector<Row> joint_axis_rows() {
+  return {
+      {"LimitsCrossed",
+       axis([](auto& a) { a = {.lower = 1, .upper = -1}; }),
+       {"'good::hinge': axis 1", "lower = 1 rad", "upper = -1 rad"}},
+      {"LimitNan", axis([](auto& a) { a.upper = kNan; }), {"axis 1", "numbers"}},
+      {"LimitInfinite", axis([](auto& a) { a.lower = kInfinite; }), {"axis 1", "lower = inf"}},
+      {"LimitBeyondHalfATurn", axis([](auto& a) { a.lower = -4; }), {"limit = -4 rad", "[-pi, pi]"}},
+      {"VelocityZero", axis([](auto& a) { a.velocity_max = 0; }), {"velocity_max = 0 rad/s", "above 0"}},
+      {"EffortNegative", axis([](auto& a) { a.effort_max = -1; }), {"effort_max = -1", "at least 0"}},
+      {"DampingNegative", axis([](auto& a) { a.damping = -1; }), {"damping = -1", "at least 0"}},
+      {"FrictionNan", axis([](auto& a) { a.friction = kNan; }), {"friction", "finite"}},
+      {"PitchZero",
+       hinge([](auto& j) { j.properties.type = JointType::kScrew; }),
+       {"'good::hinge'", "pitch = 0 m/rad"}},
+      {"DriveUnknown", driven(static_cast<DriveMode>(7), 0), {"drive of axis 1", "mode = 7"}},
+      {"DriveNan", driven(DriveMode::kVelocity, kNan), {"drive of axis 1", "velocity", "finite"}},
+      {"DriveBeyondHalfATurn", driven(DriveMode::kPosition, 4), {"position = 4 rad", "3.14159 rad"}},
+      {"DriveOfNoAxis",
+       hinge([](auto& j) { j.drives[1].mode = DriveMode::kVelocity; }),
+       {"drive of axis 2", "1 axes"}},
+  };
+}
+
 class Refused : public testing::TestWithParam<Row> {};
 
 TEST_P(Refused, WithElementAndBound) {
@@ -325,6 +421,8 @@ std::string row_name(const testing::TestParamInfo<Row>& row) { return row.param.
 INSTANTIATE_TEST_SUITE_P(Settings, Refused, testing::ValuesIn(setting_rows()), row_name);
 INSTANTIATE_TEST_SUITE_P(Bodies, Refused, testing::ValuesIn(body_rows()), row_name);
 INSTANTIATE_TEST_SUITE_P(Shapes, Refused, testing::ValuesIn(shape_rows()), row_name);
+INSTANTIATE_TEST_SUITE_P(JointBodies, Refused, testing::ValuesIn(joint_body_rows()), row_name);
+INSTANTIATE_TEST_SUITE_P(JointAxes, Refused, testing::ValuesIn(joint_axis_rows()), row_name);
 
 TEST(Accepted, TheGoodWorld) { EXPECT_TRUE(validate(good_world()).ok()) << validate(good_world()); }
 
@@ -349,6 +447,27 @@ TEST(Accepted, AKinematicBody) {
   world.bodies[0].properties.motion = Motion::kKinematic;
   world.bodies[0].properties.mass = 0;
   world.bodies[0].linear_velocity = {1, 0, 0};
+  EXPECT_TRUE(validate(world).ok()) << validate(world);
+}
+
+TEST(Accepted, JointsToBodiesAndToTheWorld) {
+  WorldDescription world = good_world();
+  hinge([](auto& j) { j.properties.axes[0].lower = 0; })(world);
+  EXPECT_TRUE(validate(world).ok()) << validate(world);
+  world.joints[0].properties.in_parent.position.x() = 100;  // of a static body: may be large
+  EXPECT_TRUE(validate(world).ok()) << validate(world);
+  world.joints[0].properties.parent = {};
+  world.joints[0].properties.anchor.i = -1;
+  world.joints[0].properties.in_parent.position.x() = 128;
+  EXPECT_TRUE(validate(world).ok()) << validate(world);
+  world.joints[0].properties.type = JointType::kPrismatic;
+  world.joints[0].properties.axes[0] = {.lower = -10, .upper = 10};
+  EXPECT_TRUE(validate(world).ok()) << validate(world);
+}
+
+TEST(Accepted, NoClonesAtAll) {
+  WorldDescription world = good_world();
+  world.settings.clone_depth = 0;
   EXPECT_TRUE(validate(world).ok()) << validate(world);
 }
 
@@ -394,6 +513,20 @@ TEST(MoveBy, MovesBodiesPlanetAndAnchor) {
   for (const BodyDescription& body : world.bodies) EXPECT_EQ(body.pose.position.sector, moved);
   EXPECT_EQ(std::get<CentralGravity>(world.settings.gravity).centre.sector, (SectorIndex{offset.i, -5, 6}));
   EXPECT_TRUE(validate(world).ok());
+}
+
+TEST(MoveBy, MovesJointsToTheWorld) {
+  WorldDescription world = good_world();
+  hinge([](auto&) {})(world);
+  ASSERT_TRUE(move_by(world, {1, 2, 3}).ok());
+  EXPECT_EQ(world.joints[0].properties.anchor, SectorIndex{});
+  world.joints[0].properties = {.type = JointType::kBall, .child = BodyId{1}, .anchor = {1, 2, 3}};
+  ASSERT_TRUE(move_by(world, {1, 2, 3}).ok());
+  EXPECT_EQ(world.joints[0].properties.anchor, (SectorIndex{2, 4, 6}));
+  world.joints[0].properties.anchor.i = std::numeric_limits<std::int64_t>::max();
+  const absl::Status status = move_by(world, {1, 0, 0});
+  EXPECT_EQ(status.code(), absl::StatusCode::kOutOfRange);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("joint 'good::hinge'"));
 }
 
 TEST(MoveBy, RefusesToLeaveTheRangeAndChangesNothing) {

@@ -25,11 +25,20 @@ absl::Status move_by(WorldDescription& world, const SectorOffset& offset) {
     const absl::StatusOr<SectorIndex> moved = translated(body.pose.position.sector, offset);
     if (!moved.ok()) return in(absl::StrCat("body '", body.name, "'"), moved.status());
   }
+  for (const JointDescription& joint : world.joints) {
+    if (joint.properties.parent.value != 0) continue;
+    const absl::StatusOr<SectorIndex> moved = translated(joint.properties.anchor, offset);
+    if (!moved.ok()) return in(absl::StrCat("joint '", joint.name, "'"), moved.status());
+  }
 
   world.anchor = *anchor;
   if (planet != nullptr) planet->centre.sector = *planet_sector;
   for (BodyDescription& body : world.bodies) {
     body.pose.position.sector = *translated(body.pose.position.sector, offset);
+  }
+  for (JointDescription& joint : world.joints) {
+    if (joint.properties.parent.value != 0) continue;
+    joint.properties.anchor = *translated(joint.properties.anchor, offset);
   }
   return absl::OkStatus();
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "lpss/engine/body.h"
+#include "lpss/engine/joint.h"
 #include "lpss/engine/shape.h"
 #include "lpss/grid/world_position.h"
 
@@ -44,7 +45,11 @@ struct WorldSettings {
   double sector_size = 128;      // L, m. Bounded by the precision: see precision_limit().
   double time_step = 1.0 / 60;   // dt, s, 1e-5 to 0.1
   SeamPolicy seams = SeamPolicy::kIsland;
-  int clone_depth = 1;           // policy clone: how far into a pile clones reach, 1 to 8; 1 is the paper
+  int clone_depth = 1;           // policy clone: how far into a pile clones reach, 1 to 8; 1 is the paper, 0 is
+                                 // no clones at all, for comparison
+  std::uint32_t island_cap = 4096;  // policy island: islands across seams of more bodies than this are coupled
+                                    // pass by pass instead of being solved whole
+  std::uint64_t shuffle = 0;     // not 0: a seed; sectors change servers, and islands their solvers, at random
   Gravity gravity;
   int solver_iterations = 10;    // passes over the contact rows of an island, 1 to 1000
   bool friction_in_two_directions = true;  // costs about 1.3 times the solver's time; a stack drifts far less
@@ -63,16 +68,25 @@ struct BodyDescription {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
 };
 
+// One joint of the world's start. Its bodies are named by their places in WorldDescription::bodies plus one, and
+// its frames are given in their body frames.
+struct JointDescription {
+  std::string name;  // unique in the world: "model::joint"
+  JointProperties properties;
+  JointDrives drives;
+};
+
 struct WorldDescription {
   std::string name;
   WorldSettings settings;
   SectorIndex anchor;         // the sector of the file's origin: moving the world moves this
   std::vector<Shape> shapes;  // BodyProperties::shape is a place in here
   std::vector<BodyDescription> bodies;
+  std::vector<JointDescription> joints;
 };
 
-// Moves the whole world, a planet included, by whole sectors. OUT_OF_RANGE, naming the body, where something
-// would leave the 64-bit range; the world is then unchanged.
+// Moves the whole world, a planet included, by whole sectors. OUT_OF_RANGE, naming the body or joint, where
+// something would leave the 64-bit range; the world is then unchanged.
 absl::Status move_by(WorldDescription& world, const SectorOffset& offset);
 
 }  // namespace tessera

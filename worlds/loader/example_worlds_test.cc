@@ -17,6 +17,8 @@ namespace {
 
 using std::filesystem::path;
 using testing::Contains;
+using testing::Each;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -47,9 +49,9 @@ TEST(OwnWorlds, AllLoadWithoutNotices) {
   for (const auto& entry : std::filesystem::directory_iterator(kWorlds)) {
     if (entry.path().extension() != ".sdf") continue;
     ++count;
-    EXPECT_THAT(load(entry.path()).notices, IsEmpty()) << entry.path();
+    EXPECT_THAT(load(entry.path()).notices, Each(HasSubstr("simulated"))) << entry.path();
   }
-  EXPECT_GE(count, 5);
+  EXPECT_GE(count, 6);
 }
 
 TEST(OwnWorlds, AllModelsLoad) {
@@ -73,6 +75,18 @@ TEST(OwnWorlds, BusyLiesAroundManyBorders) {
   const LoadedWorld loaded = load(kWorlds / "busy.sdf");
   EXPECT_EQ(dynamic_bodies(loaded), 60u);
   EXPECT_GE(sectors(loaded, "").size(), 4u);
+}
+
+TEST(OwnWorlds, MachinesStandOnBothSidesOfABorder) {
+  const LoadedWorld loaded = load(kWorlds / "machines.sdf");
+  EXPECT_THAT(loaded.notices, ElementsAre("26 joints (21 ball, 5 revolute) simulated"));
+  EXPECT_EQ(dynamic_bodies(loaded), 27u);
+  EXPECT_EQ(loaded.world.joints.size(), 26u);
+  EXPECT_EQ(sectors(loaded, "").size(), 4u);
+  for (const JointDescription& joint : loaded.world.joints) {
+    const bool driven = absl::EndsWith(joint.name, "_motor");
+    EXPECT_EQ(joint.drives[0], driven ? (JointDrive{DriveMode::kVelocity, 4}) : JointDrive{}) << joint.name;
+  }
 }
 
 TEST(OwnWorlds, EarthHasThreeTownsFarFromItsCentre) {
@@ -128,10 +142,15 @@ TEST_F(OtherWorlds, DuckIsACompoundOfHulls) {
   EXPECT_EQ(loaded.world.shapes[loaded.world.bodies[0].properties.shape].parts.size(), 5u);
 }
 
-TEST_F(OtherWorlds, JointsAreCounted) {
+TEST_F(OtherWorlds, JointsAreSimulated) {
   EXPECT_THAT(load(folder_ / "gazebo/pendulum_links.sdf").notices,
-              Contains("2 joints are not simulated yet (2 revolute): their links move freely"));
-  EXPECT_THAT(load(folder_ / "bullet/hinge.urdf").notices, Contains(HasSubstr("1 ball, 1 revolute")));
+              Contains("2 joints (2 revolute) simulated"));
+  EXPECT_THAT(load(folder_ / "bullet/hinge.urdf").notices,
+              Contains("2 joints (1 ball, 1 revolute) simulated"));
+  const LoadedWorld vehicles = load(folder_ / "gazebo/diff_drive.sdf");
+  EXPECT_THAT(vehicles.notices, Contains("6 joints (2 ball, 4 revolute) simulated"));
+  EXPECT_THAT(vehicles.notices, Contains("2 x <plugin> gz-sim-diff-drive-system skipped"));
+  EXPECT_EQ(vehicles.world.joints.size(), 6u);
 }
 
 }  // namespace

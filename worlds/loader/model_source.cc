@@ -13,6 +13,7 @@
 
 #include "lpss/world/limits.h"
 #include "worlds/loader/file_search.h"
+#include "worlds/loader/joint_reader.h"
 #include "worlds/loader/sdf_parser.h"
 #include "worlds/loader/urdf.h"
 
@@ -38,6 +39,9 @@ constexpr std::array<absl::string_view, 12> kNoPhysics = {
     "audio_sink", "projector", "battery", "particle_emitter", "enable_wind", "allow_auto_disable"};
 constexpr std::array<absl::string_view, 8> kKnownGeometries = {
     "box", "sphere", "capsule", "cylinder", "ellipsoid", "plane", "mesh", "tessera:heightfield"};
+// Of our own making, in the place of what libsdformat has no word for.
+constexpr std::array<absl::string_view, 4> kKept = {"tessera:auto_inertia", "tessera:density", kKeptDrives,
+                                                    kKeptThreadPitch};
 // Numbers that libsdformat would take as they are, NaN included; here they still have a line.
 constexpr std::array<absl::string_view, 13> kNumbers = {"mass",
                                                         "ixx",
@@ -83,6 +87,12 @@ absl::Status check_prefix(const Element& element) {
     }
   }
   return absl::OkStatus();
+}
+
+// "<visual>"; a plugin, which may well move things, with the name of its code.
+std::string described(const Element& element) {
+  const char* file = xml::is(element, "plugin") ? element.Attribute("filename") : nullptr;
+  return file == nullptr ? absl::StrCat("<", element.Name(), ">") : absl::StrCat("<plugin> ", file);
 }
 
 bool says_true(const std::string& text) { return text == "true" || text == "1" || text == "True"; }
@@ -234,11 +244,14 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
     }
   }
   if (xml::is(element, "link")) keep_auto_inertia(element);
+  if (xml::is(element, "joint")) {
+    if (absl::Status status = prepare_joint(element); !status.ok()) return status;
+  }
   for (Element* child = element.FirstChildElement(); child != nullptr;) {
     Element* const next = child->NextSiblingElement();
     absl::Status status;
     if (is_one_of(*child, kNoPhysics)) {
-      notices.count(absl::StrCat("<", child->Name(), "> skipped"));
+      notices.count(absl::StrCat(described(*child), " skipped"));
       element.DeleteChild(child);
     } else if (xml::is(*child, "collision") && !has_known_geometry(*child, notices)) {
       element.DeleteChild(child);
@@ -246,7 +259,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
       status = take_include(*child, directory, slots, notices);
     } else if (xml::is(*child, "tessera:heightfield") && xml::is(element, "geometry")) {
       status = take_height_field(element);
-    } else if (!xml::is(*child, "tessera:auto_inertia") && !xml::is(*child, "tessera:density")) {
+    } else if (!is_one_of(*child, kKept)) {
       if (xml::is(*child, "mesh")) status = use_mesh_path(*child, directory);
       if (status.ok()) status = clean(*child, directory, slots, notices);
     }
@@ -392,7 +405,9 @@ absl::StatusOr<const ModelSource*> ModelSources::included(const Element& include
   const Element* uri = include.FirstChildElement("uri");
   if (uri == nullptr) return xml::invalid(include, "the <uri> is missing");
   if (absl::Status status = check_include(include); !status.ok()) return status;
-  if (include.FirstChildElement("plugin") != nullptr) notices.count("<plugin> skipped");
+  if (const Element* plugin = include.FirstChildElement("plugin")) {
+    notices.count(absl::StrCat(described(*plugin), " skipped"));
+  }
   const std::string text = xml::text_of(*uri);
   if (is_remote(text)) {
     notices.count(absl::StrCat("<include> of the network, skipped: ", text));

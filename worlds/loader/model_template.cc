@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "worlds/loader/inertia.h"
+#include "worlds/loader/joint_reader.h"
 #include "worlds/loader/sdf_parser.h"
 
 namespace tessera {
@@ -22,32 +23,6 @@ using ignition::math::eigen3::convert;
 
 Pose to_pose(const ignition::math::Pose3d& pose) {
   return {convert(pose.Pos()), convert(pose.Rot()).normalized()};
-}
-
-const char* type_name(sdf::JointType type) {
-  switch (type) {
-    case sdf::JointType::BALL:
-      return "ball";
-    case sdf::JointType::CONTINUOUS:
-      return "continuous";
-    case sdf::JointType::FIXED:
-      return "fixed";
-    case sdf::JointType::GEARBOX:
-      return "gearbox";
-    case sdf::JointType::PRISMATIC:
-      return "prismatic";
-    case sdf::JointType::REVOLUTE:
-      return "revolute";
-    case sdf::JointType::REVOLUTE2:
-      return "revolute2";
-    case sdf::JointType::SCREW:
-      return "screw";
-    case sdf::JointType::UNIVERSAL:
-      return "universal";
-    case sdf::JointType::INVALID:
-      break;
-  }
-  return "unknown";
 }
 
 // A number deep in an element that the DOM classes of libsdformat do not cover.
@@ -108,33 +83,39 @@ class Reader {
       : shapes_(shapes), meshes_(meshes), result_(result) {}
 
   absl::Status read(const sdf::Model& model) {
+    self_collide_ = model.SelfCollide();
     collect_joints(model, "");
     find_fixed_links();
-    for (const JointTemplate& joint : result_.joints) {
-      if (joint.type == "fixed" && fixed_.contains(joint.child) &&
-          (joint.parent == "world" || fixed_.contains(joint.parent))) {
-        result_.notices.count("link fixed to the world, taken as static");
-      } else {
-        result_.notices.count_joint(joint.type);
+    if (absl::Status status = read_model(model, "", Pose{}, model.Static()); !status.ok()) return status;
+    for (const FoundJoint& joint : joints_) {
+      if (absl::Status status = read_joint(joint); !status.ok()) {
+        return absl::Status(status.code(), absl::StrCat("joint '", joint.name, "': ", status.message()));
       }
     }
-    return read_model(model, "", Pose{}, model.Static());
+    if (result_.links.size() == 1) result_.links.front().properties.assembly = 0;
+    return absl::OkStatus();
   }
 
  private:
+  struct FoundJoint {
+    std::string name;
+    const sdf::Joint* joint = nullptr;
+    std::string parent;  // a link, or "world"
+    std::string child;
+  };
+
   void collect_joints(const sdf::Model& model, const std::string& prefix) {
     for (std::uint64_t n = 0; n < model.JointCount(); ++n) {
       const sdf::Joint& joint = *model.JointByIndex(n);
-      JointTemplate entry{prefix + joint.Name(), type_name(joint.Type()), joint.ParentLinkName(),
-                          joint.ChildLinkName()};
+      FoundJoint found{prefix + joint.Name(), &joint, joint.ParentLinkName(), joint.ChildLinkName()};
       std::string link;
-      if (joint.ResolveParentLink(link).empty()) entry.parent = link;
-      if (joint.ResolveChildLink(link).empty()) entry.child = link;
-      if (entry.parent != "world") entry.parent = prefix + entry.parent;
-      entry.child = prefix + entry.child;
-      jointed_.insert(entry.parent);
-      jointed_.insert(entry.child);
-      result_.joints.push_back(std::move(entry));
+      if (joint.ResolveParentLink(link).empty()) found.parent = link;
+      if (joint.ResolveChildLink(link).empty()) found.child = link;
+      if (found.parent != "world") found.parent = prefix + found.parent;
+      found.child = prefix + found.child;
+      jointed_.insert(found.parent);
+      jointed_.insert(found.child);
+      joints_.push_back(std::move(found));
     }
     for (std::uint64_t n = 0; n < model.ModelCount(); ++n) {
       const sdf::Model& nested = *model.ModelByIndex(n);
@@ -146,8 +127,8 @@ class Reader {
   void find_fixed_links() {
     for (bool grown = true; grown;) {
       grown = false;
-      for (const JointTemplate& joint : result_.joints) {
-        if (joint.type != "fixed") continue;
+      for (const FoundJoint& joint : joints_) {
+        if (joint.joint->Type() != sdf::JointType::FIXED) continue;
         const bool parent = joint.parent == "world" || fixed_.contains(joint.parent);
         if (parent) grown = fixed_.insert(joint.child).second || grown;
         if (!parent && fixed_.contains(joint.child)) grown = fixed_.insert(joint.parent).second || grown;
@@ -219,13 +200,16 @@ class Reader {
         result_.notices.count("link without collision shape, skipped");
         return absl::OkStatus();
       }
-      // Joints will want the body; nothing else meets it.
+      // A joint holds the body; nothing else meets it.
       result_.notices.count("link without collision shape, collides with nothing");
       constexpr double kPlaceholderRadius = 0.01;
       shape->parts.push_back({Sphere{kPlaceholderRadius}, Pose{}});
       properties.category = 0;
       properties.mask = 0;
     }
+    bool collides = self_collide_;
+    find_value(link.Element(), {"self_collide"}, collides);
+    properties.assembly = collides ? 0 : 1;
     properties.shape = shapes_.add(*std::move(shape));
     find_value(link.Element(), {"gravity"}, properties.gravity);
     find_value(link.Element(), {"velocity_decay", "linear"}, properties.linear_damping);
@@ -233,8 +217,61 @@ class Reader {
     if (moves) {
       if (absl::Status status = read_inertia(link, properties); !status.ok()) return status;
     }
+    places_[name] = result_.links.size();
     result_.links.push_back(std::move(entry));
     return absl::OkStatus();
+  }
+
+  Motion motion_of(const std::optional<std::size_t>& place) const {
+    return place ? result_.links[*place].properties.motion : Motion::kStatic;
+  }
+
+  absl::Status read_joint(const FoundJoint& found) {
+    std::optional<std::size_t> parent;
+    if (found.parent != "world") parent = places_.at(found.parent);
+    const std::size_t child = places_.at(found.child);
+    if (motion_of(parent) == Motion::kStatic && motion_of(child) == Motion::kStatic) {
+      const bool fixed = found.joint->Type() == sdf::JointType::FIXED && fixed_.contains(found.child);
+      if (fixed) result_.notices.count("link fixed to the world, taken as static");
+      return absl::OkStatus();
+    }
+    if (motion_of(parent) != Motion::kDynamic && motion_of(child) != Motion::kDynamic) {
+      result_.notices.count("joint between links that no force moves, skipped");
+      return absl::OkStatus();
+    }
+    const absl::StatusOr<std::optional<JointKind>> kind = tessera::read_joint(*found.joint, result_.notices);
+    if (!kind.ok()) return kind.status();
+    if (kind->has_value()) result_.joints.push_back(placed(found, **kind, parent, child));
+    return absl::OkStatus();
+  }
+
+  // The joint at its place in the file; its child is the one that can move.
+  JointTemplate placed(const FoundJoint& found, const JointKind& kind, std::optional<std::size_t> parent,
+                       std::size_t child) const {
+    JointTemplate entry{found.name, parent, child, kind.properties, kind.drives};
+    const auto turned = [](const Pose& pose, const Eigen::Quaterniond& by) {
+      return Pose{pose.position, pose.orientation * by};
+    };
+    const Pose frame = turned(result_.frames.at(found.name), kind.axes);
+    entry.properties.in_parent = parent ? result_.links[*parent].pose.inverse() * frame : frame;
+    entry.properties.in_child = result_.links[child].pose.inverse() * frame;
+    if (found.joint->PoseRelativeTo().empty() && is_link(found.joint->ChildLinkName(), found)) {
+      // As it stands in the file, without the rounding of a way there and back.
+      entry.properties.in_child = turned(to_pose(found.joint->RawPose()), kind.axes);
+    }
+    if (motion_of(child) == Motion::kDynamic) return entry;
+    const Eigen::Quaterniond turn = exchange_sides(entry.properties, entry.drives);
+    std::swap(entry.properties.in_parent, entry.properties.in_child);
+    entry.properties.in_parent = turned(entry.properties.in_parent, turn);
+    entry.properties.in_child = turned(entry.properties.in_child, turn);
+    entry.parent = child;
+    entry.child = *parent;
+    return entry;
+  }
+
+  // Whether a joint names its child by the link itself, not by a frame on it.
+  static bool is_link(const std::string& name, const FoundJoint& found) {
+    return found.child == name || found.child.ends_with(absl::StrCat("::", name));
   }
 
   absl::Status read_inertia(const sdf::Link& link, BodyProperties& properties) {
@@ -251,6 +288,9 @@ class Reader {
   ShapeTable& shapes_;
   MeshLibrary& meshes_;
   ModelTemplate& result_;
+  bool self_collide_ = false;
+  std::vector<FoundJoint> joints_;
+  absl::flat_hash_map<std::string, std::size_t> places_;  // of links, in result_.links
   absl::flat_hash_set<std::string> jointed_;
   absl::flat_hash_set<std::string> fixed_;
 };

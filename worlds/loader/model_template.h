@@ -6,10 +6,12 @@
 #include <absl/status/statusor.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "lpss/engine/body.h"
+#include "lpss/engine/joint.h"
 #include "worlds/loader/collision_shape.h"
 #include "worlds/loader/notices.h"
 #include "worlds/loader/shape_table.h"
@@ -19,15 +21,16 @@ namespace tessera {
 struct LinkTemplate {
   std::string name;  // "link", "nested::link"
   Pose pose;         // in the model's frame
-  BodyProperties properties;
+  BodyProperties properties;  // assembly: 1 for the links that do not collide with each other
 };
 
-// A joint between two links of a model; `parent` may be "world".
 struct JointTemplate {
-  std::string name;
-  std::string type;  // SDF's word: "revolute"
-  std::string parent;
-  std::string child;
+  std::string name;                   // "joint", "nested::joint"
+  std::optional<std::size_t> parent;  // a place in the links; none: the world
+  std::size_t child = 0;              // likewise
+  // Without bodies; where the parent is the world, `in_parent` is in the model's frame.
+  JointProperties properties;
+  JointDrives drives;
 };
 
 struct ModelTemplate {

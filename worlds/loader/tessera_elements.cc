@@ -1,6 +1,7 @@
 #include "worlds/loader/tessera_elements.h"
 
 #include <absl/strings/match.h>
+#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
 #include <absl/strings/string_view.h>
@@ -48,8 +49,20 @@ absl::StatusOr<SectorOffset> sector_in(const Element& element, absl::string_view
 // A knob of the settings, by the name of its element.
 struct Knob {
   absl::string_view name;
-  std::variant<double*, int*, bool*> value;
+  std::variant<double*, int*, std::uint32_t*, bool*> value;
 };
+
+// An integer setting, of the range of its type.
+template <typename Integer>
+absl::Status set_integer(const Element& element, double value, Integer& setting) {
+  constexpr double kLeast = std::numeric_limits<Integer>::min();
+  constexpr double kMost = std::numeric_limits<Integer>::max();
+  if (value != std::floor(value) || value < kLeast || value > kMost) {
+    return xml::invalid(element, value, " must be an integer of ", kLeast, " to ", kMost);
+  }
+  setting = static_cast<Integer>(value);
+  return absl::OkStatus();
+}
 
 absl::Status read_knob(const Element& element, const Knob& knob) {
   if (bool* const* flag = std::get_if<bool*>(&knob.value)) {
@@ -64,11 +77,8 @@ absl::Status read_knob(const Element& element, const Knob& knob) {
     **number = *value;
     return absl::OkStatus();
   }
-  if (*value != std::floor(*value) || std::abs(*value) > std::numeric_limits<int>::max()) {
-    return xml::invalid(element, *value, " must be an integer");
-  }
-  *std::get<int*>(knob.value) = static_cast<int>(*value);
-  return absl::OkStatus();
+  if (int* const* integer = std::get_if<int*>(&knob.value)) return set_integer(element, *value, **integer);
+  return set_integer(element, *value, *std::get<std::uint32_t*>(knob.value));
 }
 
 // One word of two: false for the first, true for the second.
@@ -92,19 +102,50 @@ absl::Status read_setting(const Element& element, WorldSettings& s) {
     s.seams = *clones ? SeamPolicy::kClone : SeamPolicy::kIsland;
     return absl::OkStatus();
   }
-  const std::array<Knob, 9> knobs = {{{"sector_size", &s.sector_size},
-                                      {"time_step", &s.time_step},
-                                      {"clone_depth", &s.clone_depth},
-                                      {"solver_iterations", &s.solver_iterations},
-                                      {"friction_in_two_directions", &s.friction_in_two_directions},
-                                      {"continuous_collision", &s.continuous_collision},
-                                      {"sleep_linear_speed", &s.sleep_linear_speed},
-                                      {"sleep_angular_speed", &s.sleep_angular_speed},
-                                      {"sleep_after", &s.sleep_after}}};
+  if (xml::is(element, "shuffle")) {
+    if (absl::SimpleAtoi(xml::text_of(element), &s.shuffle)) return absl::OkStatus();
+    return xml::invalid(element, "'", xml::text_of(element), "' must be an integer of 0 to 2^64 - 1");
+  }
+  const std::array<Knob, 10> knobs = {{{"sector_size", &s.sector_size},
+                                       {"time_step", &s.time_step},
+                                       {"clone_depth", &s.clone_depth},
+                                       {"island_cap", &s.island_cap},
+                                       {"solver_iterations", &s.solver_iterations},
+                                       {"friction_in_two_directions", &s.friction_in_two_directions},
+                                       {"continuous_collision", &s.continuous_collision},
+                                       {"sleep_linear_speed", &s.sleep_linear_speed},
+                                       {"sleep_angular_speed", &s.sleep_angular_speed},
+                                       {"sleep_after", &s.sleep_after}}};
   for (const Knob& knob : knobs) {
     if (xml::is(element, knob.name)) return read_knob(element, knob);
   }
   return xml::invalid(element, "there is no such setting");
+}
+
+absl::StatusOr<DriveMode> drive_mode(const Element& drive) {
+  const absl::StatusOr<std::string> mode = xml::required_attribute(drive, "mode");
+  if (!mode.ok()) return mode.status();
+  if (*mode == "free") return DriveMode::kFree;
+  if (*mode == "velocity") return DriveMode::kVelocity;
+  if (*mode == "position") return DriveMode::kPosition;
+  if (*mode == "effort") return DriveMode::kEffort;
+  return xml::invalid(drive, "mode '", *mode, "' must be free, velocity, position or effort");
+}
+
+absl::Status read_drive(const Element& drive, JointDrives& drives) {
+  if (absl::Status status = only_attributes(drive, {"mode", "target", "axis"}); !status.ok()) return status;
+  const absl::StatusOr<DriveMode> mode = drive_mode(drive);
+  if (!mode.ok()) return mode.status();
+  const absl::string_view axis = drive.Attribute("axis") == nullptr ? "1" : drive.Attribute("axis");
+  if (axis != "1" && axis != "2") return xml::invalid(drive, "axis '", axis, "' must be 1 or 2");
+  JointDrive result{*mode, 0};
+  if (drive.Attribute("target") != nullptr) {
+    const absl::StatusOr<double> target = xml::number_attribute(drive, "target");
+    if (!target.ok()) return target.status();
+    result.target = *target;
+  }
+  drives[axis == "1" ? 0 : 1] = result;
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -199,6 +240,15 @@ absl::StatusOr<PlacementExtras> take_extras(Element& element) {
       *value = *vector;
     }
     element.DeleteChild(child);
+  }
+  return result;
+}
+
+absl::StatusOr<JointDrives> take_drives(Element& joint) {
+  JointDrives result;
+  while (Element* drive = joint.FirstChildElement("tessera:drive")) {
+    if (absl::Status status = read_drive(*drive, result); !status.ok()) return status;
+    joint.DeleteChild(drive);
   }
   return result;
 }

@@ -1,21 +1,16 @@
 // The elements of our own in SDF worlds: their prefix is `tessera:`.
+// worlds/README.md says what each means, with defaults and bounds.
 //
-//   <tessera:settings> in <world>: <sector_size>, <precision> f32 or f64, <time_step>, <seams> island or
-//   clone,
-//     <clone_depth>, <solver_iterations>, <friction_in_two_directions>, <continuous_collision>,
+//   <tessera:settings> in <world>: <sector_size>, <precision>, <time_step>, <seams>, <clone_depth>,
+//     <island_cap>, <shuffle>, <solver_iterations>, <friction_in_two_directions>, <continuous_collision>,
 //     <sleep_linear_speed>, <sleep_angular_speed>, <sleep_after>: the knobs of WorldSettings.
 //   <tessera:central_gravity surface= radius= [sector="i j k"] [local="x y z"]> in <world>.
-//   <tessera:site name= latitude= longitude= [height=] [frame="geodetic" or "geocentric"]> in <world>: a
-//   frame on
-//     the globe, in degrees and metres on WGS84, holding <model>, <include> and <frame>.
-//   tessera:sector="i j k", attribute or element of <model>, <include> and <frame> of a world or site: whole
-//     sectors added to the pose.
-//   <tessera:velocity linear="x y z" angular="x y z"> in the same <model> and <include>: the velocity that
-//   the
-//     whole model starts with, in m/s and rad/s about its origin, in the axes of the world or site around it.
-//   <tessera:heightfield columns= rows= spacing="x y">heights</tessera:heightfield> in <geometry>: a terrain
-//   of
-//     columns x rows samples, row by row, centred; for static models.
+//   <tessera:site name= latitude= longitude= [height=] [frame=]> in <world>: a frame on the globe, holding
+//     <model>, <include> and <frame>.
+//   tessera:sector="i j k", attribute or element of <model>, <include> and <frame> of a world or site.
+//   <tessera:velocity linear="x y z" angular="x y z"> in the same <model> and <include>.
+//   <tessera:drive mode= [target=] [axis=]/> in <joint>.
+//   <tessera:heightfield columns= rows= spacing="x y">heights</tessera:heightfield> in <geometry>.
 #pragma once
 
 #include <absl/status/status.h>
@@ -41,5 +36,8 @@ struct PlacementExtras {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
 };
 absl::StatusOr<PlacementExtras> take_extras(xml::Element& element);
+
+// What drives a <joint>, taken out of it.
+absl::StatusOr<JointDrives> take_drives(xml::Element& joint);
 
 }  // namespace tessera

@@ -1,5 +1,6 @@
 #include "worlds/loader/urdf.h"
 
+#include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
 
@@ -97,13 +98,24 @@ void restore_capsules(Element& model) {
   }
 }
 
-void restore_ball_joints(Element& model, const absl::flat_hash_set<std::string>& names) {
-  for (Element* joint = model.FirstChildElement("joint"); joint != nullptr;
-       joint = joint->NextSiblingElement("joint")) {
-    const char* name = joint->Attribute("name");
-    if (name == nullptr || !names.contains(name)) continue;
-    joint->SetAttribute("type", "ball");
-    if (Element* axis = joint->FirstChildElement("axis")) joint->DeleteChild(axis);
+// Spherical joints become ball joints. What hangs on a planar or floating one is free, and keeps its place.
+void restore_joints(Element& model, const absl::flat_hash_map<std::string, std::string>& types) {
+  for (Element* joint = model.FirstChildElement("joint"); joint != nullptr;) {
+    Element& element = *joint;
+    joint = joint->NextSiblingElement("joint");
+    const char* name = element.Attribute("name");
+    const auto found = types.find(name == nullptr ? "" : name);
+    if (found == types.end()) continue;
+    if (found->second == "spherical") {
+      element.SetAttribute("type", "ball");
+      if (Element* axis = element.FirstChildElement("axis")) element.DeleteChild(axis);
+      continue;
+    }
+    element.SetName("frame");
+    element.DeleteAttribute("type");
+    for (const char* child : {"parent", "child", "axis"}) {
+      if (Element* old = element.FirstChildElement(child)) element.DeleteChild(old);
+    }
   }
 }
 
@@ -112,14 +124,18 @@ void restore_ball_joints(Element& model, const absl::flat_hash_set<std::string>&
 absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices& notices) {
   Element& robot = file.root();
   absl::flat_hash_set<std::string> children;
-  absl::flat_hash_set<std::string> ball_joints;
+  absl::flat_hash_map<std::string, std::string> unknown_joints;  // to libsdformat: names and types
   for (Element* joint = robot.FirstChildElement("joint"); joint != nullptr;
        joint = joint->NextSiblingElement("joint")) {
     children.insert(link_of(*joint, "child"));
-    if (joint->Attribute("type", "spherical") == nullptr) continue;
+    skip_children(*joint, "mimic", notices);
+    const char* type = joint->Attribute("type");
+    const std::string type_name = type == nullptr ? "" : type;
+    if (type_name != "spherical" && type_name != "planar" && type_name != "floating") continue;
     const absl::StatusOr<std::string> name = xml::required_attribute(*joint, "name");
     if (!name.ok()) return name.status();
-    ball_joints.insert(*name);
+    if (type_name != "spherical") notices.count_joint_left_out(type_name);
+    unknown_joints[*name] = type_name;
     joint->SetAttribute("type", "continuous");
   }
   if (absl::Status status = treat_massless_links(robot, children); !status.ok()) return status;
@@ -141,7 +157,7 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
   if (model == nullptr || model->FirstChildElement("link") == nullptr) {
     return xml::invalid(robot, "no link has an <inertial>: there is nothing to simulate");
   }
-  restore_ball_joints(*model, ball_joints);
+  restore_joints(*model, unknown_joints);
   restore_capsules(*model);
   return result;
 }

@@ -13,7 +13,7 @@ namespace tessera {
 
 struct LoadedWorld {
   WorldDescription world;            // has passed validate()
-  std::vector<std::string> notices;  // what was left out, one line a kind, with its count
+  std::vector<std::string> notices;  // the joints, and what was left out: one line a kind, with its count
 };
 
 // Reads an SDF world, an SDF model or a URDF robot; which one it is, the content says. A model or a robot

@@ -51,6 +51,14 @@ std::string box(const std::string& of_link = "", const std::string& of_model = "
   return model("<box><size>1 1 1</size></box>", of_link, of_model);
 }
 
+// A model 'm' with a hinge 'j', and what else is wanted of it.
+std::string joint(const std::string& of_joint, const std::string& of_axis = "") {
+  return world(
+      absl::StrCat("<model name='m'><link name='a'/><link name='b'/>\n<joint name='j' type='revolute'>",
+                   "<parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz>", of_axis, "</axis>\n", of_joint,
+                   "</joint></model>"));
+}
+
 std::string mass(const std::string& value) {
   return absl::StrCat("<inertial><mass>", value, "</mass></inertial>");
 }
@@ -76,10 +84,19 @@ std::string urdf(const std::string& body) {
 
 std::vector<Row> xml_rows() {
   return {
-      {"Empty", "", {"malformed XML"}},
-      {"NoXml", "once upon a time", {"malformed XML"}},
-      {"Unclosed", "<sdf version='1.9'>\n<world name='w'>\n<model>", {":", "malformed XML"}},
-      {"Mismatched", "<sdf version='1.9'><world></sdf></world>", {"malformed XML"}},
+      {"Empty", "", {"<string>: malformed XML: there is nothing in it"}},
+      {"NoXml", "once upon a time", {"<string>:1: malformed XML: text stands outside of all elements"}},
+      {"Unclosed", "<sdf>\n<world name='w'>\n<model>", {"<string>:3: malformed XML: <model> is not closed"}},
+      {"Mismatched",
+       "<sdf version='1.9'><world></sdf></world>",
+       {":1: malformed XML: <world> is not closed"}},
+      {"Unquoted", "<sdf version=1.9/>", {"attribute of <sdf> must", "name=\"value\""}},
+      {"AttributeTwice", "<sdf version='1.9' version='1.9'/>", {"attribute of <sdf> must stand there once"}},
+      {"EndlessTag", "<sdf version='1.9'>\n<world", {":2: malformed XML: the tag <world> has no end"}},
+      {"EndlessComment", "<sdf version='1.9'><!-- <world/>", {"a comment has no -->"}},
+      {"EndlessText", "<sdf version='1.9'><![CDATA[ 1", {"a <![CDATA[ has no ]]>"}},
+      {"LateDeclaration", "<sdf version='1.9'/><?xml version='1.0'?>", {"<?...?>", "after an element"}},
+      {"NoTag", "<1df/>", {"a < begins no tag"}},
       {"EntityBomb",
        "<!DOCTYPE x [<!ENTITY a 'ha'><!ENTITY b '&a;&a;'>]><sdf version='1.9'/>",
        {"DOCTYPE", "not allowed"}},
@@ -281,6 +298,23 @@ std::vector<Row> tessera_rows() {
        absl::StatusCode::kOk},
       {"VelocityNan", box("", "<tessera:velocity linear='nan 0 0'/>"), {"<tessera:velocity>", "finite"}},
       {"VelocityAttribute", box("", "<tessera:velocity lineal='1 0 0'/>"), {"no attribute 'lineal'"}},
+      {"IslandCapOne", settings("<island_cap>1</island_cap>"), {"island_cap = 1", "at least 2"}},
+      {"IslandCapNegative",
+       settings("<island_cap>-1</island_cap>"),
+       {"<island_cap>", "integer of 0 to 4.29"}},
+      {"ShuffleWord", settings("<shuffle>often</shuffle>"), {"<shuffle>", "'often'", "integer of 0"}},
+      {"DriveMode",
+       joint("<tessera:drive mode='fast'/>"),
+       {"<tessera:drive> of <joint name='j'>", "mode 'fast'"}},
+      {"DriveWithoutMode", joint("<tessera:drive target='1'/>"), {"<tessera:drive>", "'mode' is missing"}},
+      {"DriveAxis", joint("<tessera:drive mode='free' axis='3'/>"), {"axis '3' must be 1 or 2"}},
+      {"DriveNan", joint("<tessera:drive mode='effort' target='nan'/>"), {"<tessera:drive>", "finite"}},
+      {"DriveAttribute", joint("<tessera:drive mode='free' speed='1'/>"), {"no attribute 'speed'"}},
+      {"DriveOfNoAxis",
+       joint("<tessera:drive mode='velocity' axis='2'/>"),
+       {"joint 'm::j'", "drive of axis 2 must be free"}},
+      {"DriveBeyondHalfATurn", joint("<tessera:drive mode='position' target='4'/>"), {"position = 4 rad"}},
+      {"ElementOfJoint", joint("<tessera:motor/>"), {"<tessera:motor>", "no such element"}},
       {"VelocityLarge", box("", "<tessera:velocity linear='1e9 0 0'/>"), {"'m::l'", "1e+06 m/s"}},
   };
 }
@@ -337,6 +371,29 @@ std::vector<Row> urdf_rows() {
        "filename='no_such.stl'/></geometry></collision></link></robot>",
        {"no_such.stl", "not found"},
        kNotFound},
+  };
+}
+
+std::vector<Row> joint_rows() {
+  return {
+      {"LimitsCrossed",
+       joint("", "<limit><lower>1</lower><upper>-1</upper></limit>"),
+       {"joint 'm::j': axis 1", "lower = 1 rad"}},
+      {"DampingNegative",
+       joint("", "<dynamics><damping>-1</damping></dynamics>"),
+       {"joint 'm::j': axis 1", "damping = -1"}},
+      {"LinkUnknown",
+       world("<model name='m'><link name='a'/><joint name='j' type='fixed'><parent>a</parent><child>z</child>"
+             "</joint></model>"),
+       {"model 'm'", "[z]"}},
+      {"PitchZero",
+       world("<model name='m'><link name='a'/><link name='b'/><joint name='j' type='screw'><parent>a</parent>"
+             "<child>b</child><axis><xyz>0 0 1</xyz></axis><screw_thread_pitch>0</screw_thread_pitch></joint>"
+             "</model>"),
+       {"joint 'j'", "thread pitch must be finite and not 0"}},
+      {"PitchWord",
+       joint("<screw_thread_pitch>fine</screw_thread_pitch>"),
+       {"<screw_thread_pitch> of <joint name='j'>", "'fine'"}},
   };
 }
 
@@ -402,9 +459,18 @@ std::string row_name(const testing::TestParamInfo<Row>& row) { return row.param.
 INSTANTIATE_TEST_SUITE_P(Xml, BadFile, testing::ValuesIn(xml_rows()), row_name);
 INSTANTIATE_TEST_SUITE_P(Placement, BadFile, testing::ValuesIn(placement_rows()), row_name);
 INSTANTIATE_TEST_SUITE_P(Physics, BadFile, testing::ValuesIn(physics_rows()), row_name);
+INSTANTIATE_TEST_SUITE_P(Joints, BadFile, testing::ValuesIn(joint_rows()), row_name);
 INSTANTIATE_TEST_SUITE_P(Tessera, BadFile, testing::ValuesIn(tessera_rows()), row_name);
 INSTANTIATE_TEST_SUITE_P(Include, BadFile, testing::ValuesIn(include_rows()), row_name);
 INSTANTIATE_TEST_SUITE_P(Urdf, BadFile, testing::ValuesIn(urdf_rows()), row_name);
+
+TEST(BadFiles, MalformedXmlIsToldInBoundedOwnWords) {
+  const std::string message(
+      load_world_string(absl::StrCat("<", std::string(100'000, 'n'), "></sdf>"), "").status().message());
+  EXPECT_THAT(message, HasSubstr("nnn...> is not closed"));
+  EXPECT_LT(message.size(), 200u);
+  EXPECT_EQ(message.find("XML_ERROR"), std::string::npos);
+}
 
 TEST(BadFiles, MissingFile) {
   const auto loaded = load_world_file("/no/such/world.sdf");
@@ -415,7 +481,8 @@ TEST(BadFiles, MissingFile) {
 TEST(BadFiles, Folder) { EXPECT_EQ(load_world_file(testing::TempDir()).status().code(), kNotFound); }
 
 TEST(BadFiles, HugeFile) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / absl::StrCat("tessera_huge_", getpid(), ".sdf");
+  const std::filesystem::path file =
+      std::filesystem::path(testing::TempDir()) / absl::StrCat("tessera_huge_", getpid(), ".sdf");
   std::ofstream(file) << "<sdf/>";
   std::filesystem::resize_file(file, kWorldFileBytesMax + 1);  // a hole: takes no place on the disk
   const auto loaded = load_world_file(file);

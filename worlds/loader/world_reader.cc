@@ -58,6 +58,7 @@ class WorldReader {
   absl::StatusOr<WorldPose> frame_named(const Element& element, const std::string& name);
   absl::Status resolve(Placed& placed);
   absl::Status add_bodies(const Placed& placed);
+  absl::Status add_joints(const Placed& placed, std::uint64_t first_body);
 
   xml::File& file_;
   Notices& notices_;
@@ -68,6 +69,7 @@ class WorldReader {
   ModelSources sources_;
   ModelTemplates templates_;
   std::deque<Placed> placed_;
+  std::uint64_t models_ = 0;  // placed so far
   absl::flat_hash_map<std::string, Placed*> by_name_;
 };
 
@@ -106,7 +108,9 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
   for (Placed& placed : placed_) {
     if (absl::Status status = resolve(placed); !status.ok()) return status;
     if (placed.model == nullptr) continue;
+    const std::uint64_t first_body = world_.bodies.size() + 1;
     if (absl::Status status = add_bodies(placed); !status.ok()) return status;
+    if (absl::Status status = add_joints(placed, first_body); !status.ok()) return status;
   }
   world_.shapes = shapes_.take();
   return std::move(world_);
@@ -179,7 +183,7 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
   }
   if (xml::is(element, "joint")) {
     const char* type = element.Attribute("type");
-    notices_.count_joint(type == nullptr ? "unknown" : type);
+    notices_.count_joint_left_out(absl::StrCat(type == nullptr ? "unknown" : type, " between models"));
     return absl::OkStatus();
   }
   if (xml::is(element, "spherical_coordinates")) {
@@ -344,10 +348,12 @@ absl::Status WorldReader::resolve(Placed& placed) {
 absl::Status WorldReader::add_bodies(const Placed& placed) {
   const Eigen::Vector3d velocity = placed.scope.orientation * placed.extras.linear_velocity;
   const Eigen::Vector3d spin = placed.scope.orientation * placed.extras.angular_velocity;
+  ++models_;
   for (const LinkTemplate& link : placed.model->links) {
     BodyDescription body;
     body.name = absl::StrCat(placed.name, "::", link.name);
     body.properties = link.properties;
+    if (body.properties.assembly != 0) body.properties.assembly = models_;
     absl::StatusOr<WorldPose> pose = compose(placed.resolved, link.pose, world_.settings.sector_size);
     if (!pose.ok()) return at(*placed.element, pose.status());
     body.pose = *pose;
@@ -358,6 +364,25 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
       body.angular_velocity = spin;
     }
     world_.bodies.push_back(std::move(body));
+  }
+  return absl::OkStatus();
+}
+
+// `first_body` is what joints call the first body of the model.
+absl::Status WorldReader::add_joints(const Placed& placed, std::uint64_t first_body) {
+  for (const JointTemplate& from : placed.model->joints) {
+    JointDescription joint{absl::StrCat(placed.name, "::", from.name), from.properties, from.drives};
+    joint.properties.child = BodyId{first_body + from.child};
+    if (from.parent) {
+      joint.properties.parent = BodyId{first_body + *from.parent};
+    } else {
+      const absl::StatusOr<WorldPose> pose =
+          compose(placed.resolved, from.properties.in_parent, world_.settings.sector_size);
+      if (!pose.ok()) return at(*placed.element, pose.status());
+      joint.properties.anchor = pose->position.sector;
+      joint.properties.in_parent = {pose->position.local, pose->orientation};
+    }
+    world_.joints.push_back(std::move(joint));
   }
   return absl::OkStatus();
 }

@@ -22,7 +22,8 @@ class Folder {
  public:
   Folder()
       : path_(std::filesystem::path(testing::TempDir()) /
-              absl::StrCat("tessera_", getpid(), "_", testing::UnitTest::GetInstance()->current_test_info()->name())) {
+              absl::StrCat("tessera_", getpid(), "_",
+                           testing::UnitTest::GetInstance()->current_test_info()->name())) {
     std::filesystem::create_directories(path_);
   }
   ~Folder() { std::filesystem::remove_all(path_); }

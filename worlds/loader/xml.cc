@@ -16,6 +16,8 @@
 namespace tessera::xml {
 namespace {
 
+constexpr std::size_t kQuotedBytesMax = 64;  // of a file's text, in messages
+
 // Refuses document types wherever they stand, and depth.
 class Guard : public tinyxml2::XMLVisitor {
  public:
@@ -49,6 +51,47 @@ std::string mebibytes(std::uintmax_t bytes) { return absl::StrCat(bytes >> 20, "
 absl::Status too_large(const std::string& name, std::uintmax_t bytes) {
   return absl::InvalidArgumentError(absl::StrCat(name, ": ", mebibytes(bytes), " (", bytes,
                                                  " bytes) must be at most ", mebibytes(kWorldFileBytesMax)));
+}
+
+// The tag of the element that tinyxml2's own message speaks of; "<...>" where it names none.
+std::string tag_in(absl::string_view said) {
+  constexpr absl::string_view kBefore = "XMLElement name=";
+  const std::size_t place = said.rfind(kBefore);
+  if (place == absl::string_view::npos) return "<...>";
+  const absl::string_view name = said.substr(place + kBefore.size());
+  return absl::StrCat("<", name.substr(0, kQuotedBytesMax), name.size() > kQuotedBytesMax ? "...>" : ">");
+}
+
+std::string what_is_wrong(const tinyxml2::XMLDocument& document) {
+  switch (document.ErrorID()) {
+    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
+      return "there is nothing in it";
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
+      return absl::StrCat(tag_in(document.ErrorStr()),
+                          " is not closed, or another tag is closed in its place");
+    case tinyxml2::XML_ERROR_PARSING_ELEMENT:
+      return absl::StrCat("the tag ", tag_in(document.ErrorStr()), " has no end, or a wrong character in it");
+    case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:
+      return absl::StrCat("each attribute of ", tag_in(document.ErrorStr()),
+                          " must stand there once, as name=\"value\"");
+    case tinyxml2::XML_ERROR_PARSING_TEXT:
+      return "text stands outside of all elements, or in one that is not closed";
+    case tinyxml2::XML_ERROR_PARSING_CDATA:
+      return "a <![CDATA[ has no ]]>";
+    case tinyxml2::XML_ERROR_PARSING_COMMENT:
+      return "a comment has no -->";
+    case tinyxml2::XML_ERROR_PARSING_DECLARATION:
+      return "a <?...?> has no end, or stands after an element";
+    case tinyxml2::XML_ERROR_PARSING_UNKNOWN:
+      return "a <!...> has no end";
+    default:
+      return "a < begins no tag";
+  }
+}
+
+// "a.sdf:12", without the line where there is none.
+std::string place_in(const std::string& name, int line) {
+  return line > 0 ? absl::StrCat(name, ":", line) : name;
 }
 
 // x y z roll pitch yaw: turned about the fixed x, then y, then z axis.
@@ -111,8 +154,8 @@ absl::StatusOr<std::unique_ptr<File>> File::parse(absl::string_view text, const 
                                                    ": elements are nested deeper than ", kXmlDepthMax));
   }
   if (error != tinyxml2::XML_SUCCESS) {
-    return absl::InvalidArgumentError(absl::StrCat(name, ":", file->document_.ErrorLineNum(),
-                                                   ": malformed XML: ", file->document_.ErrorStr()));
+    return absl::InvalidArgumentError(absl::StrCat(place_in(name, file->document_.ErrorLineNum()),
+                                                   ": malformed XML: ", what_is_wrong(file->document_)));
   }
   if (file->document_.RootElement() == nullptr) {
     return absl::InvalidArgumentError(absl::StrCat(name, ": the XML has no element"));

@@ -1,16 +1,17 @@
 // The client of a Tessera cluster: load a world, change it, drive it, watch it.
 //
 //   auto client = tessera::Client::connect("127.0.0.1:7300").value();
-//   auto crate = client->spawn(tessera::solid("crate", tessera::box(1, 1, 1), 10, {{0, 0, 0}, {0, 0, 5}})).value();
+//   const auto crate_design = tessera::solid("crate", tessera::box(1, 1, 1), 10, {{0, 0, 0}, {0, 0, 5}});
+//   auto crate = client->spawn(crate_design).value();
 //   auto frames = client->watch_bodies({.ids = {crate.id}}).value();
 //   client->resume().value();
-//   for (auto frame = frames->next(); frame.ok(); frame = frames->next()) std::cout << frame->bodies.size() << "\n";
+//   for (auto frame = frames->next(); frame.ok(); frame = frames->next()) print(*frame);
 //
 // Units: m, kg, s, rad, N; positions are sector index and displacement, exact at any distance. Calls block
 // until the cluster has answered or their time is up. Errors carry the message of the cluster:
-// INVALID_ARGUMENT names the field and the bound, NOT_FOUND a body that is not there, ALREADY_EXISTS a name
-// or a world, FAILED_PRECONDITION what is missing (no world, not enough servers), DEADLINE_EXCEEDED an answer
-// that did not come in time, UNAVAILABLE a process that is gone.
+// INVALID_ARGUMENT names the field and the bound, NOT_FOUND a body or joint that is not there, ALREADY_EXISTS
+// a name or a world, FAILED_PRECONDITION what is missing (no world, not enough servers), DEADLINE_EXCEEDED an
+// answer that did not come in time, UNAVAILABLE a process that is gone.
 #pragma once
 
 #include <absl/status/status.h>
@@ -26,6 +27,7 @@
 #include <vector>
 
 #include "lpss/world/world_description.h"
+#include "tessera/joints.h"
 #include "tessera/stream.h"
 
 namespace tessera {
@@ -40,6 +42,14 @@ using BodyName = std::variant<BodyId, std::string>;
 struct NewBody {
   BodyDescription body;
   Shape shape;
+};
+
+// A joint to add, its frames in body frames. The bodies of `joint.properties` are not looked at: these are
+// its.
+struct NewJoint {
+  JointDescription joint;          // without a name it gets one
+  std::optional<BodyName> parent;  // none: the world
+  BodyName child;
 };
 
 // Shapes of one part, in the body's frame.
@@ -60,6 +70,11 @@ struct LoadSummary {
 
 struct Spawned {
   BodyId id;
+  Tick tick = 0;  // the first that it takes part in
+};
+
+struct AddedJoint {
+  JointId id;
   Tick tick = 0;  // the first that it takes part in
 };
 
@@ -109,6 +124,8 @@ struct ServerStatus {
   double tick_ms_p99 = 0;
   double tick_ms_max = 0;
   std::uint64_t exchange_bytes = 0;  // sent to other servers so far
+  bool takes_part = false;           // in the world; others wait for one that needs them
+  bool suspect = false;              // gives no sign of life: it has ended or stalled
 };
 
 struct ClusterStatus {
@@ -126,6 +143,8 @@ struct ClusterStatus {
   std::uint64_t contacts = 0;
   std::uint64_t islands_across_seams = 0;  // of the last tick
   std::uint64_t islands_across_seams_max = 0;
+  std::uint64_t islands_shipped = 0;  // of those, over several servers
+  std::uint64_t islands_shipped_max = 0;
   std::uint64_t islands_cut = 0;
   double tick_ms_p50 = 0;  // of the slowest server of each tick, without pacing
   double tick_ms_p99 = 0;
@@ -177,6 +196,17 @@ class Client {
   absl::StatusOr<Tick> set_kinematic_target(const BodyName& body, const WorldPose& pose,
                                             absl::Duration timeout = kCallTimeout);
 
+  // --- joints: likewise ---
+
+  absl::StatusOr<AddedJoint> add_joint(const NewJoint& joint, absl::Duration timeout = kCallTimeout);
+  absl::StatusOr<Tick> remove_joint(const JointName& joint, absl::Duration timeout = kCallTimeout);
+  // `axis` is 1, or 2 of a universal joint; the other one keeps its drive.
+  absl::StatusOr<Tick> set_drive(const JointName& joint, const JointDrive& drive, int axis = 1,
+                                 absl::Duration timeout = kCallTimeout);
+  // Of both axes of a universal joint.
+  absl::StatusOr<Tick> set_drives(const JointName& joint, const JointDrives& drives,
+                                  absl::Duration timeout = kCallTimeout);
+
   // --- time ---
 
   // Returns when the world stands still, with its tick.
@@ -199,12 +229,23 @@ class Client {
   absl::StatusOr<FoundBodies> find_bodies(const std::string& prefix, std::uint64_t limit = 0,
                                           absl::Duration timeout = kCallTimeout);
 
+  // Joints whose names begin with `prefix`, at most `limit`; 0: 1000.
+  absl::StatusOr<FoundJoints> find_joints(const std::string& prefix, std::uint64_t limit = 0,
+                                          absl::Duration timeout = kCallTimeout);
+  // NOT_FOUND where no joint has that name.
+  absl::StatusOr<FoundJoint> find_joint(const std::string& name, absl::Duration timeout = kCallTimeout);
+
   // --- streams: one frame a tick, merged over all servers. FAILED_PRECONDITION where no server is there. ---
 
   absl::StatusOr<std::unique_ptr<BodyStream>> watch_bodies(const BodyFilter& filter = {},
                                                            absl::Duration timeout = kCallTimeout);
   absl::StatusOr<std::unique_ptr<ContactStream>> watch_contacts(const ContactFilter& filter = {},
                                                                 absl::Duration timeout = kCallTimeout);
+
+  // Where `joints` stand, from the states of their bodies at one tick each. INVALID_ARGUMENT for none.
+  absl::StatusOr<std::unique_ptr<JointStream>> watch_joints(const std::vector<FoundJoint>& joints,
+                                                            std::uint32_t every_ticks = 1,
+                                                            absl::Duration timeout = kCallTimeout);
 
   // Ends the coordinator and its servers.
   absl::Status shutdown(absl::Duration timeout = kCallTimeout);

@@ -1,4 +1,4 @@
-// Rays through any number of sectors: in each, a short segment near that sector's centre.
+// Questions about any number of sectors: each is asked near its own centre.
 #include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
@@ -68,6 +68,18 @@ std::optional<std::pair<double, double>> stretch_inside(const Eigen::AlignedBox3
 
 }  // namespace
 
+// A sector in which nothing moves has no engine world; one is made in `passing` for the moment where statics are
+// there. nullptr where nothing is.
+SectorWorld* Share::world_to_ask(const SectorIndex& index, const Eigen::AlignedBox3d& surroundings, Sector& passing) {
+  const auto found = sectors_.find(index);
+  if (found != sectors_.end() && found->second->world) return found->second->world.get();
+  if (statics_.overlapping(index, surroundings).empty()) return nullptr;
+  passing.index = index;
+  passing.world = engine_.make_world();
+  add_statics(passing, surroundings);
+  return passing.world.get();
+}
+
 std::optional<Share::RayAnswer> Share::raycast(const WorldPosition& origin, const Eigen::Vector3d& direction,
                                                double length, std::uint32_t mask) {
   std::optional<RayAnswer> nearest;
@@ -99,24 +111,46 @@ void Share::raycast_sector(const SectorIndex& index, const WorldPosition& origin
   const auto stretch = stretch_inside(surroundings, from, direction, length);
   if (!stretch) return;
 
-  // A sector in which nothing moves has no engine world; one is made for the moment where statics are there.
   Sector passing;
-  const auto found = sectors_.find(index);
-  Sector* sector = found == sectors_.end() ? nullptr : found->second.get();
-  if (sector == nullptr || !sector->world) {
-    if (statics_.overlapping(index, surroundings).empty()) return;
-    passing.index = index;
-    passing.world = engine_.make_world();
-    add_statics(passing, surroundings);
-    sector = &passing;
-  }
+  SectorWorld* world = world_to_ask(index, surroundings, passing);
+  if (world == nullptr) return;
   const auto [begin, end] = *stretch;
-  const std::optional<RayHit> hit =
-      sector->world->raycast(from + direction * begin, from + direction * end, mask);
+  const std::optional<RayHit> hit = world->raycast(from + direction * begin, from + direction * end, mask);
   if (!hit) return;
   const double distance = begin + hit->fraction * (end - begin);
   if (nearest && std::pair(nearest->distance, nearest->body) <= std::pair(distance, hit->body)) return;
   nearest = RayAnswer{hit->body, distance, hit->normal};
+}
+
+std::vector<NearBody> Share::near(const Geometry& probe, const WorldPose& pose, double reach, std::uint32_t mask) {
+  const double radius = bounding_radius(probe) + reach;
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(size() / 2 + margins_.reach);
+  const Eigen::AlignedBox3d surroundings(-half, half);
+  const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / size() + 0.5)); };
+  const Eigen::Vector3d low = pose.position.local - Eigen::Vector3d::Constant(radius + margins_.reach);
+  const Eigen::Vector3d high = pose.position.local + Eigen::Vector3d::Constant(radius + margins_.reach);
+  absl::btree_map<BodyId, double> distances;
+  for (std::int64_t i = cell(low.x()); i <= cell(high.x()); ++i) {
+    for (std::int64_t j = cell(low.y()); j <= cell(high.y()); ++j) {
+      for (std::int64_t k = cell(low.z()); k <= cell(high.z()); ++k) {
+        const absl::StatusOr<SectorIndex> sector = translated(pose.position.sector, {i, j, k});
+        if (!sector.ok() || !mine(*sector)) continue;
+        Sector passing;
+        SectorWorld* world = world_to_ask(*sector, surroundings, passing);
+        if (world == nullptr) continue;
+        const Pose local{relative_to(pose.position, *sector, size()), pose.orientation};
+        for (const NearBody& near : world->near(probe, local, reach, mask)) {
+          const auto [place, is_new] = distances.try_emplace(near.body, near.distance);
+          if (!is_new) place->second = std::min(place->second, near.distance);
+        }
+      }
+    }
+  }
+  std::vector<NearBody> found;
+  for (const auto& [body, distance] : distances) found.push_back({body, distance});
+  std::stable_sort(found.begin(), found.end(),
+                   [](const NearBody& a, const NearBody& b) { return a.distance < b.distance; });
+  return found;
 }
 
 }  // namespace tessera

@@ -1,0 +1,53 @@
+// Joints of a running world: what they are, and where they stand, tick by tick.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "lpss/engine/joint.h"
+#include "lpss/world/world_description.h"
+#include "tessera/stream.h"
+
+namespace tessera {
+
+// A joint by its id or by its name.
+using JointName = std::variant<JointId, std::string>;
+
+// A joint of the world. `joint.properties` names bodies by their ids, and its frames are in body frames.
+struct FoundJoint {
+  JointId id;
+  JointDescription joint;  // with its drives as they were set last
+  std::string parent;      // name of the body; empty: the world
+  std::string child;
+  // Centres of mass in the body frames: the velocities of a BodySample are of these points.
+  Eigen::Vector3d parent_centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d child_centre = Eigen::Vector3d::Zero();
+};
+
+struct FoundJoints {
+  std::vector<FoundJoint> joints;  // ascending by id
+  bool truncated = false;          // there are more
+};
+
+struct JointSample {
+  JointId id;
+  JointState state;
+  bool asleep = false;  // its child sleeps
+};
+
+struct JointFrame {
+  Tick tick = 0;
+  std::vector<JointSample>
+      joints;  // in the order that they were asked for; without those whose bodies are gone
+};
+
+using JointStream = Stream<JointFrame>;
+
+// Where a joint stands, from its bodies at one tick; `parent` is null where it is the world.
+JointState joint_state(const FoundJoint& joint, const BodySample* parent, const BodySample& child,
+                       double sector_size);
+
+}  // namespace tessera

@@ -1,0 +1,230 @@
+// Joints: what servers are told of them, what is refused, and how long they last.
+#include <limits>
+
+#include "coordinator/test_cluster.h"
+#include "lpss/world/limits.h"
+
+namespace tessera {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+v1::AddJointRequest hinge(const std::string& name, const std::string& parent, const std::string& child) {
+  v1::AddJointRequest request;
+  request.mutable_joint()->set_name(name);
+  request.mutable_joint()->mutable_properties()->set_type(v1::JOINT_REVOLUTE);
+  if (!parent.empty()) request.mutable_parent()->set_name(parent);
+  if (!child.empty()) request.mutable_child()->set_name(child);
+  return request;
+}
+
+v1::SetJointDrivesRequest drive(const std::string& joint, std::uint32_t axis, v1::JointDrive::Mode mode,
+                                double target) {
+  v1::SetJointDrivesRequest request;
+  request.mutable_joint()->set_name(joint);
+  v1::AxisDrive& given = *request.add_drives();
+  given.set_axis(axis);
+  given.mutable_drive()->set_mode(mode);
+  given.mutable_drive()->set_target(target);
+  return request;
+}
+
+v1::RemoveJointRequest removal(const std::string& name) {
+  v1::RemoveJointRequest request;
+  request.mutable_joint()->set_name(name);
+  return request;
+}
+
+std::vector<std::string> joints(TestCluster& cluster, const std::string& prefix = "") {
+  v1::ListJointsRequest request;
+  request.set_name_prefix(prefix);
+  const auto heard = cluster.ask<v1::ListJointsReply>(request);
+  EXPECT_TRUE(heard->ok()) << heard->message();
+  std::vector<std::string> names;
+  for (const auto& found : heard->answer.joints()) names.push_back(found.joint().name());
+  return names;
+}
+
+std::vector<Command> next_commands(TestCluster& cluster) {
+  v1::StepRequest step;
+  step.set_ticks(1);
+  cluster.ask<v1::StepReply>(step);
+  std::vector<Command> commands;
+  for (const v1::Grant& grant : cluster.work(kFirst)) {
+    const std::vector<Command> granted = unpack_commands(grant.commands()).value();
+    commands.insert(commands.end(), granted.begin(), granted.end());
+  }
+  cluster.work(kSecond);
+  return commands;
+}
+
+TEST(JointsOfAWorld, AreKnownToAllServers) {
+  TestCluster cluster;
+  cluster.join(kFirst);
+  cluster.join(kSecond);
+  WorldDescription world = small_world();
+  JointDescription joint;
+  joint.name = "pin";
+  joint.properties.child = BodyId{4};
+  joint.properties.anchor = {5, 0, 0};
+  joint.properties.in_parent.position = {0.25, 0, 0};
+  joint.properties.in_child.position = {0.25, 0, 0};  // the egg's centre
+  world.joints = {joint};
+  v1::LoadRequest request;
+  *request.mutable_world() = to_proto(world);
+  cluster.ask<v1::LoadReply>(request);
+  for (const NodeId node : {kFirst, kSecond}) {
+    const auto loads = cluster.take(node, v1::ClusterMessage::kLoadWorld);
+    ASSERT_EQ(loads.size(), 1u);
+    const auto records = unpack_joints(loads[0].load_world().joints());
+    ASSERT_TRUE(records.ok() && records->size() == 1);
+    EXPECT_EQ(records->front().id, JointId{1});
+    EXPECT_EQ(records->front().properties.in_child.position, Eigen::Vector3d::Zero());
+    EXPECT_EQ(records->front().properties.anchor, (SectorIndex{5, 0, 0}));
+    cluster.loaded(node, 1);
+  }
+  EXPECT_THAT(joints(cluster), ElementsAre("pin"));
+  EXPECT_EQ(cluster.ask<v1::AddJointReply>(hinge("next", "", "ball"))->answer.id(), 2u);
+}
+
+TEST(JointsOfAWorld, AreCheckedBeforeItIsLoaded) {
+  TestCluster cluster;
+  cluster.join(kFirst);
+  WorldDescription world = small_world();
+  world.joints.resize(1);
+  world.joints[0].name = "pin";
+  world.joints[0].properties.child = BodyId{9};
+  v1::LoadRequest request;
+  *request.mutable_world() = to_proto(world);
+  const auto load = cluster.ask<v1::LoadReply>(request);
+  EXPECT_EQ(load->code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(load->message(), HasSubstr("joint 'pin': child = 9"));
+}
+
+TEST(Joints, AreAddedInCentreFramesAndListedInBodyFrames) {
+  const auto cluster = loaded_cluster();
+  v1::AddJointRequest request = hinge("arm", "lift", "egg");
+  *request.mutable_joint()->mutable_properties()->mutable_in_child()->mutable_position() =
+      to_proto(Eigen::Vector3d(1, 0, 0));
+  const auto added = cluster->ask<v1::AddJointReply>(request);
+  ASSERT_TRUE(added->ok()) << added->message();
+  EXPECT_EQ(added->answer.id(), 1u);
+  EXPECT_EQ(added->answer.tick(), 1u);
+  const std::vector<Command> commands = next_commands(*cluster);
+  ASSERT_EQ(commands.size(), 1u);
+  const JointRecord& record = std::get<AddJoint>(commands[0]).record;
+  EXPECT_EQ(record.id, JointId{1});
+  EXPECT_EQ(record.parent_motion, Motion::kKinematic);
+  EXPECT_EQ(record.properties.parent, BodyId{3});
+  EXPECT_EQ(record.properties.child, BodyId{4});
+  EXPECT_EQ(record.properties.in_child.position, Eigen::Vector3d(0.75, 0, 0));
+
+  const auto listed = cluster->ask<v1::ListJointsReply>(v1::ListJointsRequest());
+  ASSERT_EQ(listed->answer.joints_size(), 1);
+  const v1::ListJointsReply::Found& found = listed->answer.joints(0);
+  EXPECT_EQ(found.parent(), "lift");
+  EXPECT_EQ(found.child(), "egg");
+  EXPECT_EQ(found.child_centre().x(), 0.25);
+  EXPECT_EQ(found.joint().properties().in_child().position().x(), 1);
+}
+
+TEST(Joints, GetNamesAndNewIds) {
+  const auto cluster = loaded_cluster();
+  EXPECT_EQ(cluster->ask<v1::AddJointReply>(hinge("", "", "ball"))->answer.id(), 1u);
+  EXPECT_EQ(cluster->ask<v1::AddJointReply>(hinge("b", "", "ball"))->answer.id(), 2u);
+  EXPECT_THAT(joints(*cluster), ElementsAre("joint_1", "b"));
+  EXPECT_THAT(joints(*cluster, "j"), ElementsAre("joint_1"));
+  ASSERT_TRUE(cluster->ask<v1::CommandReply>(removal("b"))->ok());
+  EXPECT_EQ(cluster->ask<v1::CommandReply>(removal("b"))->code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(cluster->ask<v1::AddJointReply>(hinge("b", "", "ball"))->answer.id(), 3u);
+  const std::vector<Command> commands = next_commands(*cluster);
+  ASSERT_EQ(commands.size(), 4u);
+  EXPECT_EQ(std::get<RemoveJoint>(commands[2]).id, JointId{2});
+}
+
+TEST(Joints, GoWithTheirBodies) {
+  const auto cluster = loaded_cluster();
+  cluster->ask<v1::AddJointReply>(hinge("a", "lift", "ball"));
+  cluster->ask<v1::AddJointReply>(hinge("b", "egg", "ball"));
+  cluster->ask<v1::AddJointReply>(hinge("c", "", "egg"));
+  v1::RemoveRequest remove;
+  remove.mutable_body()->set_name("ball");
+  ASSERT_TRUE(cluster->ask<v1::CommandReply>(remove)->ok());
+  EXPECT_THAT(joints(*cluster), ElementsAre("c"));
+  remove.mutable_body()->set_name("egg");
+  ASSERT_TRUE(cluster->ask<v1::CommandReply>(remove)->ok());
+  EXPECT_THAT(joints(*cluster), IsEmpty());
+}
+
+TEST(Joints, DrivesOfAxesThatAreNotNamedStay) {
+  const auto cluster = loaded_cluster();
+  v1::AddJointRequest request = hinge("cross", "lift", "egg");
+  request.mutable_joint()->mutable_properties()->set_type(v1::JOINT_UNIVERSAL);
+  cluster->ask<v1::AddJointReply>(request);
+  ASSERT_TRUE(cluster->ask<v1::CommandReply>(drive("cross", 2, v1::JointDrive::VELOCITY, 3))->ok());
+  ASSERT_TRUE(cluster->ask<v1::CommandReply>(drive("cross", 1, v1::JointDrive::POSITION, 0.5))->ok());
+  const std::vector<Command> commands = next_commands(*cluster);
+  ASSERT_EQ(commands.size(), 3u);
+  const JointDrives expected{JointDrive{DriveMode::kPosition, 0.5}, JointDrive{DriveMode::kVelocity, 3}};
+  EXPECT_EQ(std::get<SetDrives>(commands[2]).drives, expected);
+  const auto listed = cluster->ask<v1::ListJointsReply>(v1::ListJointsRequest());
+  EXPECT_EQ(listed->answer.joints(0).joint().drives(1).target(), 3);
+}
+
+TEST(Joints, FollowATeleportInTheTickAfter) {
+  const auto cluster = loaded_cluster();
+  v1::TeleportRequest jump;
+  jump.mutable_body()->set_name("ball");
+  *jump.mutable_pose() = to_proto(WorldPose{});
+  ASSERT_EQ(cluster->ask<v1::CommandReply>(jump)->answer.tick(), 1u);
+  EXPECT_EQ(cluster->ask<v1::AddJointReply>(hinge("a", "", "ball"))->answer.tick(), 2u);
+}
+
+TEST(Joints, AreRefusedWithTheFieldAndTheBound) {
+  const auto cluster = loaded_cluster();
+  const auto expect = [](const auto& heard, absl::StatusCode code, const std::string& words) {
+    EXPECT_EQ(heard->code(), code) << heard->message();
+    EXPECT_THAT(heard->message(), HasSubstr(words));
+  };
+  const auto add = [&](const v1::AddJointRequest& request) {
+    return cluster->ask<v1::AddJointReply>(request);
+  };
+  const auto command = [&](const auto& request) { return cluster->ask<v1::CommandReply>(request); };
+  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+  constexpr auto kNotFound = absl::StatusCode::kNotFound;
+
+  expect(add({}), kInvalid, "joint must be set");
+  expect(add(hinge("j", "", "")), kInvalid, "joint 'j': child: an id or a name");
+  expect(add(hinge("j", "", "nobody")), kNotFound,
+         "joint 'j': child: there is no body with the name 'nobody'");
+  expect(add(hinge("j", "nobody", "ball")), kNotFound, "joint 'j': parent: there is no body");
+  expect(add(hinge("j", "ball", "ball")), kInvalid, "joint 'j': parent and child");
+  expect(add(hinge("j", "ball", "floor")), kInvalid, "joint 'j': the child must be dynamic");
+  v1::AddJointRequest request = hinge("j", "floor", "ball");
+  request.mutable_joint()->mutable_properties()->mutable_in_child()->mutable_position()->set_x(101);
+  expect(add(request), kInvalid, "in_child: its distance 101 m");
+  request = hinge("j", "floor", "ball");
+  request.mutable_joint()->mutable_properties()->add_axes()->set_lower(-4);
+  expect(add(request), kInvalid, "joint 'j': axis 1: limit = -4 rad");
+  ASSERT_TRUE(add(hinge("j", "floor", "ball"))->ok());
+  expect(add(hinge("j", "floor", "ball")), absl::StatusCode::kAlreadyExists, "joint 'j'");
+
+  expect(command(removal("k")), kNotFound, "'k'");
+  expect(command(v1::RemoveJointRequest()), kInvalid, "joint: an id or a name");
+  expect(command(drive("k", 1, v1::JointDrive::FREE, 0)), kNotFound, "'k'");
+  expect(command(drive("j", 0, v1::JointDrive::FREE, 0)), kInvalid, "joint 'j': axis = 0 must be 1 to 2");
+  expect(command(drive("j", 2, v1::JointDrive::VELOCITY, 0)), kInvalid, "drive of axis 2 must be free");
+  expect(command(drive("j", 1, static_cast<v1::JointDrive::Mode>(9), 0)), kInvalid, "mode = 9");
+  expect(command(drive("j", 1, v1::JointDrive::POSITION, 5)), kInvalid, "position = 5 rad");
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  expect(command(drive("j", 1, v1::JointDrive::VELOCITY, kNan)), kInvalid, "must be finite");
+  v1::SetJointDrivesRequest nothing = drive("j", 1, v1::JointDrive::FREE, 0);
+  nothing.clear_drives();
+  expect(command(nothing), kInvalid, "drives must not be empty");
+  EXPECT_THAT(joints(*cluster), ElementsAre("j"));
+}
+
+}  // namespace
+}  // namespace tessera

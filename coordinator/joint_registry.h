@@ -1,0 +1,61 @@
+// What the coordinator knows of a world's joints: their names, properties and drives.
+#pragma once
+
+#include <absl/container/btree_map.h>
+#include <absl/container/btree_set.h>
+#include <absl/status/statusor.h>
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "lpss/engine/joint.h"
+#include "lpss/world/world_description.h"
+#include "tessera.pb.h"
+
+namespace tessera {
+
+class JointRegistry {
+ public:
+  struct Entry {
+    std::string name;
+    JointRecord record;  // frames in centre frames; the drives as they were set last
+  };
+
+  // The joints of a world that is valid, with their records.
+  JointRegistry(std::vector<JointDescription> joints, std::span<const JointRecord> records);
+
+  // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a joint that does not exist (any longer).
+  absl::StatusOr<JointId> resolve(const v1::JointRef& reference) const;
+
+  // Null if there is none.
+  const Entry* find(JointId id) const;
+
+  // At most `limit` joints whose names begin with `prefix`, ascending by id.
+  std::vector<JointId> with_prefix(std::string_view prefix, std::size_t limit) const;
+
+  // A name that no joint has.
+  std::string free_name() const;
+
+  // Takes a new joint in under the next id; ids are never used again. `joint.properties` names bodies by
+  // their ids, and these are theirs; `parent` is null for the world. Errors as WorldRegistry::add_joint().
+  absl::StatusOr<JointRecord> add(JointDescription joint, const BodyProperties* parent,
+                                  const BodyProperties& child, const WorldSettings& settings);
+
+  void remove(JointId id);
+  void remove_of(BodyId body);
+  void set_drives(JointId id, const JointDrives& drives);
+
+ private:
+  void insert(std::string name, const JointRecord& record);
+
+  std::map<JointId, Entry> joints_;  // nodes stay where they are: names_ looks into them
+  absl::btree_map<std::string_view, JointId> names_;
+  absl::btree_set<std::pair<BodyId, JointId>> by_body_;
+  JointId next_id_{1};
+};
+
+}  // namespace tessera

@@ -1,0 +1,34 @@
+// One part of an island, solved beside the others.
+#pragma once
+
+#include <vector>
+
+#include "lpss/bullet/task_solver.h"
+#include "lpss/engine/engine.h"
+
+namespace tessera::bullet {
+
+class BulletPartSolver final : public PartSolver {
+ public:
+  explicit BulletPartSolver(const EngineSettings& settings)
+      : PartSolver(settings.solver_iterations), solver_(settings) {}
+
+  void begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) override;
+  void pass(int n) override;
+  VelocityChange change(std::size_t n) const override;
+  void agree(std::size_t n, const VelocityChange& change) override;
+  void end() override;
+
+ private:
+  // A body that other parts have, too, and what all have agreed on so far.
+  struct Shared {
+    std::size_t body;  // a place in the task's bodies
+    VelocityChange agreed;
+  };
+
+  TaskSolver solver_;
+  bool is_empty_ = true;
+  std::vector<Shared> shared_;
+};
+
+}  // namespace tessera::bullet

@@ -1,0 +1,125 @@
+#include "lpss/bullet/joint_scene.h"
+
+#include <cmath>
+
+namespace tessera::bullet {
+namespace {
+
+Eigen::Vector3d centre_of(int sector) { return {sector * kSectorSize, 0, 0}; }
+
+BodyState moved(BodyState state, double x) {
+  state.position[0] += x;
+  return state;
+}
+
+Pose pose_of(const BodyState& state) {
+  return {Eigen::Map<const Eigen::Vector3d>(state.position.data()), quaternion_of(state)};
+}
+
+}  // namespace
+
+JointScene::JointScene(Engine& engine, int sectors) : solver_(engine.make_solver()) {
+  for (int s = 0; s < sectors; ++s) worlds_.push_back(engine.make_world());
+}
+
+void JointScene::add(const BodyRecord& record, int sector, const Eigen::Vector3d& gravity) {
+  BodyRecord local = record;
+  local.state = moved(record.state, -centre_of(sector).x());
+  const Motion motion = record.properties.motion;
+  SectorWorld& world = *worlds_[static_cast<std::size_t>(sector)];
+  const BodySlot slot = world.add(local, motion == Motion::kStatic ? Role::kStatic : Role::kHome);
+  world.set_gravity(slot, gravity);
+  homes_[record.id.value] = {sector, slot, motion};
+}
+
+std::size_t JointScene::tie(JointType type, std::uint64_t parent, std::uint64_t child, const Pose& frame) {
+  Tied tied;
+  tied.properties.type = type;
+  tied.properties.parent = {parent};
+  tied.properties.child = {child};
+  tied.properties.in_parent = parent == 0 ? frame : side({parent}).pose.inverse() * frame;
+  tied.properties.in_child = side({child}).pose.inverse() * frame;
+  tied.fixed_parent = frame;
+  joints_.push_back(tied);
+  return joints_.size() - 1;
+}
+
+JointState JointScene::joint_state(std::size_t n) const {
+  const JointProperties& joint = joints_[n].properties;
+  return tessera::joint_state(joint, side(joint.parent), side(joint.child));
+}
+
+WorldBody JointScene::place(BodyId id) const {
+  const Home& home = homes_.at(id.value);
+  return {worlds_[static_cast<std::size_t>(home.sector)].get(), home.slot};
+}
+
+JointSide JointScene::side(BodyId id) const {
+  if (id.value == 0) return {};
+  const BodyState at = state(id.value);
+  return {pose_of(at), Eigen::Map<const Eigen::Vector3d>(at.linear_velocity.data()),
+          Eigen::Map<const Eigen::Vector3d>(at.angular_velocity.data())};
+}
+
+TaskJoint JointScene::task_joint(const Tied& tied) const {
+  TaskJoint joint;
+  joint.properties = &tied.properties;
+  joint.drives = &tied.drives;
+  joint.child = place(tied.properties.child);
+  const Eigen::Vector3d origin = centre_of(homes_.at(tied.properties.child.value).sector);
+  if (tied.properties.parent.value == 0) {
+    joint.fixed_parent = tied.fixed_parent;
+    joint.fixed_parent.position -= origin;
+  } else {
+    joint.parent = place(tied.properties.parent);
+    joint.parent_origin = centre_of(homes_.at(tied.properties.parent.value).sector) - origin;
+  }
+  return joint;
+}
+
+void JointScene::step(IslandSolver& solver) {
+  for (const auto& world : worlds_) world->detect(kTick);
+  SolveTask task;
+  for (const auto& [id, home] : homes_) {
+    if (home.motion == Motion::kDynamic) task.bodies.push_back(place({id}));
+  }
+  for (const auto& world : worlds_) {
+    for (std::size_t k = 0; k < world->contacts().size(); ++k) task.contacts.push_back({world.get(), k});
+  }
+  for (const Tied& tied : joints_) task.joints.push_back(task_joint(tied));
+  solver.solve(task, kTick);
+  for (const auto& world : worlds_) world->integrate(kTick);
+}
+
+void JointScene::run(double seconds) {
+  for (int tick = 0; tick < std::lround(seconds / kTick); ++tick) step();
+}
+
+BodyState JointScene::state(std::uint64_t id) const {
+  const Home& home = homes_.at(id);
+  return moved(worlds_[static_cast<std::size_t>(home.sector)]->state(home.slot), centre_of(home.sector).x());
+}
+
+void JointScene::set_state(std::uint64_t id, const BodyState& state) {
+  const Home& home = homes_.at(id);
+  worlds_[static_cast<std::size_t>(home.sector)]->set_state(home.slot, moved(state, -centre_of(home.sector).x()));
+}
+
+std::uint64_t JointScene::hash() const {
+  std::uint64_t hash = 1;
+  for (const auto& [id, home] : homes_) hash = hash_of(state(id), hash);
+  return hash;
+}
+
+BodyRecord ghost(std::uint64_t id, const Eigen::Vector3d& position) {
+  BodyRecord record = dynamic_body(id, kBoxShape, position);
+  record.properties.category = 0;
+  record.properties.mask = 0;
+  return record;
+}
+
+Pose frame_at(const Eigen::Vector3d& position, const Eigen::Vector3d& axis) {
+  return {position, Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), axis)};
+}
+
+}  // namespace tessera::bullet

@@ -1,0 +1,139 @@
+#include <absl/status/status.h>
+#include <absl/strings/str_cat.h>
+
+#include <string>
+
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+template <typename... Args>
+absl::Status refused(const Args&... args) {
+  return absl::InvalidArgumentError(absl::StrCat(args...));
+}
+
+absl::Status in(const std::string& what, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
+}
+
+// The kinds have the same numbers on both sides.
+static_assert(static_cast<int>(JointType::kFixed) == v1::JOINT_FIXED);
+static_assert(static_cast<int>(JointType::kRevolute) == v1::JOINT_REVOLUTE);
+static_assert(static_cast<int>(JointType::kPrismatic) == v1::JOINT_PRISMATIC);
+static_assert(static_cast<int>(JointType::kBall) == v1::JOINT_BALL);
+static_assert(static_cast<int>(JointType::kUniversal) == v1::JOINT_UNIVERSAL);
+static_assert(static_cast<int>(JointType::kScrew) == v1::JOINT_SCREW);
+static_assert(static_cast<int>(DriveMode::kFree) == v1::JointDrive::FREE);
+static_assert(static_cast<int>(DriveMode::kVelocity) == v1::JointDrive::VELOCITY);
+static_assert(static_cast<int>(DriveMode::kPosition) == v1::JointDrive::POSITION);
+static_assert(static_cast<int>(DriveMode::kEffort) == v1::JointDrive::EFFORT);
+
+v1::JointAxis axis_to_proto(const JointAxis& axis) {
+  v1::JointAxis result;
+  if (axis.lower != -kUnbounded) result.set_lower(axis.lower);
+  if (axis.upper != kUnbounded) result.set_upper(axis.upper);
+  if (axis.velocity_max != kUnbounded) result.set_velocity_max(axis.velocity_max);
+  if (axis.effort_max != kUnbounded) result.set_effort_max(axis.effort_max);
+  result.set_damping(axis.damping);
+  result.set_friction(axis.friction);
+  return result;
+}
+
+JointAxis axis_from_proto(const v1::JointAxis& axis) {
+  JointAxis result;
+  if (axis.has_lower()) result.lower = axis.lower();
+  if (axis.has_upper()) result.upper = axis.upper();
+  if (axis.has_velocity_max()) result.velocity_max = axis.velocity_max();
+  if (axis.has_effort_max()) result.effort_max = axis.effort_max();
+  result.damping = axis.damping();
+  result.friction = axis.friction();
+  return result;
+}
+
+}  // namespace
+
+v1::JointProperties to_proto(const JointProperties& properties) {
+  v1::JointProperties result;
+  result.set_type(static_cast<v1::JointType>(properties.type));
+  result.set_parent(properties.parent.value);
+  result.set_child(properties.child.value);
+  *result.mutable_anchor() = to_proto(properties.anchor);
+  *result.mutable_in_parent() = to_proto(properties.in_parent);
+  *result.mutable_in_child() = to_proto(properties.in_child);
+  for (int n = 0; n < axis_count(properties.type); ++n) {
+    *result.add_axes() = axis_to_proto(properties.axes[n]);
+  }
+  result.set_pitch(properties.pitch);
+  result.set_bodies_collide(properties.bodies_collide);
+  return result;
+}
+
+v1::JointDrive to_proto(const JointDrive& drive) {
+  v1::JointDrive result;
+  result.set_mode(static_cast<v1::JointDrive::Mode>(drive.mode));
+  result.set_target(drive.target);
+  return result;
+}
+
+v1::Joint to_proto(const JointDescription& joint) {
+  v1::Joint result;
+  result.set_name(joint.name);
+  *result.mutable_properties() = to_proto(joint.properties);
+  for (const JointDrive& drive : joint.drives) *result.add_drives() = to_proto(drive);
+  return result;
+}
+
+absl::StatusOr<JointProperties> from_proto(const v1::JointProperties& properties) {
+  if (!v1::JointType_IsValid(properties.type())) {
+    return refused("type = ", static_cast<int>(properties.type()), " must be 0 (fixed) to 5 (screw)");
+  }
+  JointProperties result;
+  result.type = static_cast<JointType>(properties.type());
+  result.parent = BodyId{properties.parent()};
+  result.child = BodyId{properties.child()};
+  result.anchor = from_proto(properties.anchor());
+  result.in_parent = from_proto(properties.in_parent());
+  result.in_child = from_proto(properties.in_child());
+  if (properties.axes_size() > axis_count(result.type)) {
+    return refused("the number of axes, ", properties.axes_size(), ", must be at most ",
+                   axis_count(result.type), " for a joint of this type");
+  }
+  for (int n = 0; n < properties.axes_size(); ++n) result.axes[n] = axis_from_proto(properties.axes(n));
+  result.pitch = properties.pitch();
+  result.bodies_collide = properties.bodies_collide();
+  return result;
+}
+
+absl::StatusOr<JointDrive> from_proto(const v1::JointDrive& drive) {
+  if (!v1::JointDrive::Mode_IsValid(drive.mode())) {
+    return refused("mode = ", static_cast<int>(drive.mode()), " must be 0 (free) to 3 (effort)");
+  }
+  return JointDrive{static_cast<DriveMode>(drive.mode()), drive.target()};
+}
+
+absl::StatusOr<JointDrives> drives_from_proto(
+    const google::protobuf::RepeatedPtrField<v1::JointDrive>& drives) {
+  JointDrives result;
+  if (drives.size() > static_cast<int>(result.size())) {
+    return refused("the number of drives, ", drives.size(), ", must be at most ", result.size());
+  }
+  for (int n = 0; n < drives.size(); ++n) {
+    const absl::StatusOr<JointDrive> drive = from_proto(drives[n]);
+    if (!drive.ok()) return in(absl::StrCat("drive of axis ", n + 1), drive.status());
+    result[n] = *drive;
+  }
+  return result;
+}
+
+absl::StatusOr<JointDescription> from_proto(const v1::Joint& joint) {
+  const std::string title = absl::StrCat("joint '", joint.name(), "'");
+  if (!joint.has_properties()) return refused(title, ": properties must be set");
+  const absl::StatusOr<JointProperties> properties = from_proto(joint.properties());
+  if (!properties.ok()) return in(title, properties.status());
+  const absl::StatusOr<JointDrives> drives = drives_from_proto(joint.drives());
+  if (!drives.ok()) return in(title, drives.status());
+  return JointDescription{joint.name(), *properties, *drives};
+}
+
+}  // namespace tessera
