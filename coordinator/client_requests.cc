@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "coordinator/limits.h"
 #include "coordinator/command_checks.h"
 #include "coordinator/coordinator_impl.h"
 #include "proto/convert.h"
@@ -141,6 +142,35 @@ void Coordinator::Impl::on(Call<v1::RaycastRequest, v1::RaycastReply>& call, Nan
           const WorldPosition origin = from_proto(ray.origin());
           const auto position = canonical(origin.sector, origin.local + way, world->settings.sector_size);
           if (position.ok()) *answer.mutable_position() = to_proto(*position);
+        }
+        reply(absl::OkStatus(), answer);
+      }));
+}
+
+void Coordinator::Impl::on(Call<v1::NearRequest, v1::NearReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> live = live_world();
+  if (!live.ok()) return call.reply(live.status(), {});
+  ActiveWorld* world = *live;
+  if (absl::Status status = world->queries.room(); !status.ok()) return call.reply(status, {});
+  const absl::StatusOr<v1::NearQuery> near = checked(call.request, world->registry);
+  if (!near.ok()) return call.reply(near.status(), {});
+  const std::uint64_t wanted = call.request.limit() == 0 ? kFoundBodiesDefault : call.request.limit();
+  world->sequencer.ask(world->queries.near(
+      *near, [world, limit = std::min(wanted, kFoundBodiesMax), reply = std::move(call.reply)](
+                 const absl::Status& status, const Queries::NearResult& result) {
+        v1::NearReply answer;
+        if (!status.ok()) return reply(status, answer);
+        answer.set_tick(result.tick);
+        std::vector<std::pair<double, BodyId>> nearest;
+        for (const auto& [body, distance] : result.distances) nearest.emplace_back(distance, body);
+        std::sort(nearest.begin(), nearest.end());
+        answer.set_truncated(nearest.size() > limit);
+        if (nearest.size() > limit) nearest.resize(limit);
+        for (const auto& [distance, body] : nearest) {
+          v1::NearReply::Found& found = *answer.add_bodies();
+          found.set_id(body.value);
+          found.set_distance(distance);
+          if (const auto* entry = world->registry.find(body)) found.set_name(entry->name);
         }
         reply(absl::OkStatus(), answer);
       }));

@@ -1,3 +1,4 @@
+#include "coordinator/limits.h"
 #include "coordinator/command_checks.h"
 
 #include <absl/strings/str_cat.h>
@@ -183,6 +184,39 @@ absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const Wo
   ray.set_length(length);
   ray.set_mask(request.mask() == 0 ? 0xffffffff : request.mask());
   return ray;
+}
+
+// A probe is checked as a body that moves would be; a point is a ball of next to no size.
+absl::StatusOr<v1::NearQuery> checked(const v1::NearRequest& request, const WorldRegistry& world) {
+  constexpr double kPointRadius = 1e-3;  // m
+  if (!request.has_pose()) return refused("pose must be set");
+  v1::NearQuery near;
+  if (request.has_probe()) {
+    *near.mutable_probe() = request.probe();
+  } else {
+    near.mutable_probe()->mutable_sphere()->set_radius(kPointRadius);
+  }
+  v1::Shape message;
+  *message.add_parts()->mutable_geometry() = near.probe();
+  absl::StatusOr<Shape> shape = from_proto(message);
+  if (!shape.ok()) return shape.status();
+  BodyDescription probe;
+  probe.name = "probe";
+  probe.properties.motion = Motion::kKinematic;
+  probe.pose = from_proto(request.pose());
+  const double size = world.settings().sector_size;
+  if (absl::Status status = validate(probe, std::span(&*shape, 1), world.settings()); !status.ok()) return status;
+  const absl::StatusOr<WorldPosition> position =
+      canonical(probe.pose.position.sector, probe.pose.position.local, size);
+  if (!position.ok()) return position.status();
+  const double reach = request.reach();
+  if (!std::isfinite(reach) || reach < 0 || reach > kReachMax * size) {
+    return refused("reach = ", reach, " m must be 0 m to ", kReachMax, " sectors, which are ", kReachMax * size, " m");
+  }
+  *near.mutable_pose() = to_proto(WorldPose{*position, probe.pose.orientation.normalized()});
+  near.set_reach(reach);
+  near.set_mask(request.mask() == 0 ? 0xffffffff : request.mask());
+  return near;
 }
 
 absl::StatusOr<Command> checked(const v1::RemoveJointRequest& request, const WorldRegistry& world) {

@@ -26,6 +26,7 @@ absl::StatusOr<Command> checked(const v1::SetJointDrivesRequest& request, const 
 
 // A ray in canonical form, with a direction of unit length and a mask that is not 0.
 absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const WorldRegistry& world);
+absl::StatusOr<v1::NearQuery> checked(const v1::NearRequest& request, const WorldRegistry& world);
 
 // The body that a command is about; none for those about joints.
 std::optional<BodyId> body_of(const Command& command);

@@ -48,7 +48,8 @@ using ClientRequest = std::variant<
     ClientCall<v1::ListJointsRequest, v1::ListJointsReply>, ClientCall<v1::PauseRequest, v1::PauseReply>,
     ClientCall<v1::ResumeRequest, v1::ResumeReply>, ClientCall<v1::StepRequest, v1::StepReply>,
     ClientCall<v1::StatusRequest, v1::StatusReply>, ClientCall<v1::HashRequest, v1::HashReply>,
-    ClientCall<v1::RaycastRequest, v1::RaycastReply>, ClientCall<v1::FindBodiesRequest, v1::FindBodiesReply>,
+    ClientCall<v1::RaycastRequest, v1::RaycastReply>, ClientCall<v1::NearRequest, v1::NearReply>,
+    ClientCall<v1::FindBodiesRequest, v1::FindBodiesReply>,
     ClientCall<v1::ShutdownRequest, v1::ShutdownReply>>;
 
 struct OutgoingMessage {

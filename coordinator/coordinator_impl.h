@@ -79,6 +79,7 @@ class Coordinator::Impl {
   void on(Call<v1::StepRequest, v1::StepReply>& call, Nanoseconds now);
   void on(Call<v1::HashRequest, v1::HashReply>& call, Nanoseconds now);
   void on(Call<v1::RaycastRequest, v1::RaycastReply>& call, Nanoseconds now);
+  void on(Call<v1::NearRequest, v1::NearReply>& call, Nanoseconds now);
   void on(Call<v1::FindBodiesRequest, v1::FindBodiesReply>& call, Nanoseconds now);
   void on(Call<v1::ListJointsRequest, v1::ListJointsReply>& call, Nanoseconds now);
   void on(Call<v1::ShutdownRequest, v1::ShutdownReply>& call, Nanoseconds now);

@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "coordinator/limits.h"
@@ -14,7 +15,7 @@ absl::Status Queries::room() const {
       absl::StrCat(open_.size(), " queries are open already, the most that may"));
 }
 
-v1::Query Queries::open(std::variant<Hash, Ray> question) {
+v1::Query Queries::open(Question question) {
   v1::Query query;
   query.set_id(++last_id_);
   open_.emplace(last_id_, Open{std::move(question), std::vector<bool>(servers_), servers_});
@@ -33,6 +34,12 @@ v1::Query Queries::ray(v1::RayQuery ray, RayReply reply) {
   return query;
 }
 
+v1::Query Queries::near(v1::NearQuery near, NearReply reply) {
+  v1::Query query = open(Near{std::move(reply), {}});
+  *query.mutable_near() = std::move(near);
+  return query;
+}
+
 absl::Status Queries::answer(std::size_t rank, const v1::Answer& answer) {
   const auto found = open_.find(answer.query());
   if (found == open_.end() || found->second.answered[rank]) {
@@ -40,41 +47,56 @@ absl::Status Queries::answer(std::size_t rank, const v1::Answer& answer) {
   }
   Open& open = found->second;
   open.answered[rank] = true;
-  if (auto* hash = std::get_if<Hash>(&open.question)) {
-    hash->sum.add(WorldHash(answer.hash_low(), answer.hash_high()));
-  } else if (answer.hit()) {
-    RayResult& nearest = std::get<Ray>(open.question).nearest;
-    const auto before = [&] {
-      if (!nearest.body || answer.distance() != nearest.distance) return answer.distance() < nearest.distance;
-      return BodyId{answer.body()} < *nearest.body;
-    };
-    if (!nearest.body || before()) {
-      nearest.body = BodyId{answer.body()};
-      nearest.distance = answer.distance();
-      nearest.normal = answer.normal();
-    }
-  }
+  std::visit([&](auto& question) { add(question, answer); }, open.question);
   if (--open.missing > 0) return absl::OkStatus();
-
-  const std::variant<Hash, Ray> question = std::move(open.question);
+  Question question = std::move(open.question);
   open_.erase(found);
-  if (const auto* hash = std::get_if<Hash>(&question)) {
-    hash->reply(absl::OkStatus(), answer.tick(), hash->sum);
-  } else {
-    Ray ray = std::get<Ray>(question);
-    ray.nearest.tick = answer.tick();
-    ray.reply(absl::OkStatus(), ray.nearest);
-  }
+  reply(absl::OkStatus(), answer.tick(), question);
   return absl::OkStatus();
 }
 
+void Queries::add(Hash& hash, const v1::Answer& answer) {
+  hash.sum.add(WorldHash(answer.hash_low(), answer.hash_high()));
+}
+
+void Queries::add(Ray& ray, const v1::Answer& answer) {
+  if (!answer.hit()) return;
+  RayResult& nearest = ray.nearest;
+  const auto before = [&] {
+    if (answer.distance() != nearest.distance) return answer.distance() < nearest.distance;
+    return BodyId{answer.body()} < *nearest.body;
+  };
+  if (nearest.body && !before()) return;
+  nearest.body = BodyId{answer.body()};
+  nearest.distance = answer.distance();
+  nearest.normal = answer.normal();
+}
+
+// A static body may be near in the sectors of several servers.
+void Queries::add(Near& near, const v1::Answer& answer) {
+  for (const v1::NearBody& body : answer.near()) {
+    const auto [place, is_new] = near.result.distances.try_emplace(BodyId{body.body()}, body.distance());
+    if (!is_new) place->second = std::min(place->second, body.distance());
+  }
+}
+
+void Queries::reply(const absl::Status& status, Tick tick, Question& question) {
+  if (const auto* hash = std::get_if<Hash>(&question)) {
+    hash->reply(status, tick, hash->sum);
+  } else if (auto* ray = std::get_if<Ray>(&question)) {
+    ray->nearest.tick = tick;
+    ray->reply(status, ray->nearest);
+  } else {
+    auto& near = std::get<Near>(question);
+    near.result.tick = tick;
+    near.reply(status, near.result);
+  }
+}
+
 void Queries::abandon(const absl::Status& status) {
-  for (const auto& [id, open] : std::exchange(open_, {})) {
-    if (const auto* hash = std::get_if<Hash>(&open.question)) {
-      hash->reply(status, 0, {});
-    } else {
-      std::get<Ray>(open.question).reply(status, {});
-    }
+  for (auto& [id, open] : std::exchange(open_, {})) {
+    Question question = std::move(open.question);
+    reply(status, 0, question);
   }
 }
 

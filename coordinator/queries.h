@@ -23,8 +23,13 @@ class Queries {
     double distance = 0;
     v1::Vector3 normal;
   };
+  struct NearResult {
+    Tick tick = 0;
+    absl::btree_map<BodyId, double> distances;  // m
+  };
   using HashReply = std::function<void(const absl::Status&, Tick, const WorldHash&)>;
   using RayReply = std::function<void(const absl::Status&, const RayResult&)>;
+  using NearReply = std::function<void(const absl::Status&, const NearResult&)>;
 
   explicit Queries(std::size_t servers) : servers_(servers) {}
 
@@ -33,6 +38,7 @@ class Queries {
   absl::Status room() const;
   v1::Query hash(HashReply reply);
   v1::Query ray(v1::RayQuery ray, RayReply reply);
+  v1::Query near(v1::NearQuery near, NearReply reply);
 
   // INTERNAL for an answer to a question that was not asked, or was answered by that server.
   absl::Status answer(std::size_t rank, const v1::Answer& answer);
@@ -49,13 +55,22 @@ class Queries {
     RayReply reply;
     RayResult nearest;
   };
+  struct Near {
+    NearReply reply;
+    NearResult result;
+  };
+  using Question = std::variant<Hash, Ray, Near>;
   struct Open {
-    std::variant<Hash, Ray> question;
+    Question question;
     std::vector<bool> answered;  // by rank
     std::size_t missing = 0;
   };
 
-  v1::Query open(std::variant<Hash, Ray> question);
+  v1::Query open(Question question);
+  static void add(Hash& hash, const v1::Answer& answer);
+  static void add(Ray& ray, const v1::Answer& answer);
+  static void add(Near& near, const v1::Answer& answer);
+  static void reply(const absl::Status& status, Tick tick, Question& question);
 
   std::size_t servers_;
   std::uint64_t last_id_ = 0;

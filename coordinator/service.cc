@@ -144,6 +144,11 @@ grpc::ServerUnaryReactor* TesseraService::Raycast(Context*, const v1::RaycastReq
                                                   v1::RaycastReply* a) {
   return post(q, a);
 }
+
+grpc::ServerUnaryReactor* TesseraService::Near(Context*, const v1::NearRequest* q,
+                                               v1::NearReply* a) {
+  return post(q, a);
+}
 grpc::ServerUnaryReactor* TesseraService::FindBodies(Context*, const v1::FindBodiesRequest* q,
                                                      v1::FindBodiesReply* a) {
   return post(q, a);

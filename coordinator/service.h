@@ -37,6 +37,7 @@ class TesseraService final : public v1::Tessera::CallbackService {
   Reactor* GetStatus(Context*, const v1::StatusRequest*, v1::StatusReply*) override;
   Reactor* GetHash(Context*, const v1::HashRequest*, v1::HashReply*) override;
   Reactor* Raycast(Context*, const v1::RaycastRequest*, v1::RaycastReply*) override;
+  Reactor* Near(Context*, const v1::NearRequest*, v1::NearReply*) override;
   Reactor* FindBodies(Context*, const v1::FindBodiesRequest*, v1::FindBodiesReply*) override;
   Reactor* ListJoints(Context*, const v1::ListJointsRequest*, v1::ListJointsReply*) override;
   Reactor* Shutdown(Context*, const v1::ShutdownRequest*, v1::ShutdownReply*) override;

@@ -47,6 +47,8 @@ void Coordinator::Impl::describe_world(v1::StatusReply& reply, Nanoseconds now) 
   reply.set_islands_across_seams_max(statistics.islands_across_seams_max());
   reply.set_islands_shipped(last.islands_shipped);
   reply.set_islands_shipped_max(statistics.islands_shipped_max());
+  reply.set_islands_cut(last.islands_cut);
+  reply.set_islands_cut_max(statistics.islands_cut_max());
   reply.set_bodies_stopped(statistics.bodies_stopped());
   reply.set_tick_ms_p50(statistics.durations().quantile_ms(0.5));
   reply.set_tick_ms_p99(statistics.durations().quantile_ms(0.99));

@@ -74,6 +74,7 @@ void TickStatistics::add(std::size_t rank, const v1::TickReport& report) {
   sums.contacts += report.contacts();
   sums.islands_across_seams += report.islands_across_seams();
   sums.islands_shipped += report.islands_shipped();
+  sums.islands_cut += report.islands_cut();
   sums.bodies_awake += report.bodies_awake();
   sums.sectors += report.sectors();
   if (static_cast<std::size_t>(std::popcount(sums.heard_from)) < servers_.size()) return;
@@ -86,6 +87,7 @@ void TickStatistics::complete(const TickSums& sums) {
   clones_max_ = std::max(clones_max_, sums.clones);
   islands_max_ = std::max(islands_max_, sums.islands_across_seams);
   islands_shipped_max_ = std::max(islands_shipped_max_, sums.islands_shipped);
+  islands_cut_max_ = std::max(islands_cut_max_, sums.islands_cut);
   if (sums.tick > last_.tick) last_ = sums;
 }
 

@@ -38,6 +38,7 @@ struct TickSums {
   std::uint64_t contacts = 0;
   std::uint64_t islands_across_seams = 0;
   std::uint64_t islands_shipped = 0;
+  std::uint64_t islands_cut = 0;
   std::uint64_t bodies_awake = 0;
   std::uint64_t sectors = 0;
   std::uint64_t heard_from = 0;  // a bit per rank
@@ -54,6 +55,7 @@ class TickStatistics {
   std::uint64_t clones_max() const { return clones_max_; }
   std::uint64_t islands_across_seams_max() const { return islands_max_; }
   std::uint64_t islands_shipped_max() const { return islands_shipped_max_; }
+  std::uint64_t islands_cut_max() const { return islands_cut_max_; }
   std::uint64_t bodies_stopped() const { return bodies_stopped_; }
   const DurationHistogram& durations() const { return durations_; }
 
@@ -75,6 +77,7 @@ class TickStatistics {
   std::uint64_t clones_max_ = 0;
   std::uint64_t islands_max_ = 0;
   std::uint64_t islands_shipped_max_ = 0;
+  std::uint64_t islands_cut_max_ = 0;
   std::uint64_t bodies_stopped_ = 0;
   DurationHistogram durations_;
 };

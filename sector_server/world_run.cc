@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "lpss/grid/invariant.h"
 #include "lpss/world/simulation.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
@@ -227,7 +228,22 @@ void WorldRun::answer(const v1::Query& query) {
       *answer.mutable_normal() = to_proto(hit->normal);
     }
   }
+  if (query.has_near()) {
+    for (const NearBody& near : nearby(query.near())) {
+      v1::NearBody& body = *answer.add_near();
+      body.set_body(near.body.value);
+      body.set_distance(near.distance);
+    }
+  }
   send_(kCoordinatorNode, message);
+}
+
+std::vector<NearBody> WorldRun::nearby(const v1::NearQuery& query) {
+  v1::Shape probe;
+  *probe.add_parts()->mutable_geometry() = query.probe();
+  const absl::StatusOr<Shape> shape = from_proto(probe);
+  invariant(shape.ok(), "the coordinator checks a probe before it asks");
+  return share_->near(shape->parts.front().geometry, from_proto(query.pose()), query.reach(), query.mask());
 }
 
 }  // namespace tessera

@@ -63,6 +63,7 @@ class WorldRun {
   void go_on(std::optional<Round> round, const std::function<Nanoseconds()>& clock);
   void end_tick(Nanoseconds now);
   void answer(const v1::Query& query);
+  std::vector<NearBody> nearby(const v1::NearQuery& query);
   absl::Status add_shapes(const google::protobuf::RepeatedPtrField<v1::Shape>& shapes);
 
   std::uint64_t world_ = 0;

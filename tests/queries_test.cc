@@ -100,6 +100,28 @@ TEST_F(QueriesTest, KinematicBodyGoesWhereItIsTold) {
   EXPECT_NEAR(frame.bodies.at(0).pose.position.local.z(), 1.1, 1e-5);
 }
 
+TEST_F(QueriesTest, NearFindsBodiesOfThreeSectorsOnTwoServers) {
+  NearQuery query;
+  query.pose.position = {{0, 0, 0}, {1, 0, 3}};
+  query.reach = 12;
+  const std::vector<Neighbour> nearest = client().near(query).value();
+  ASSERT_EQ(nearest.size(), 4u);
+  EXPECT_EQ(nearest[0].name, "crate_0");
+  EXPECT_NEAR(nearest[0].distance, 0.5, 0.01);
+  EXPECT_NEAR(nearest[1].distance, 3, 0.01) << nearest[1].name << " is the floor";
+  EXPECT_EQ(nearest[2].name, "crate_10");
+  EXPECT_EQ(nearest[3].name, "crate_-10");
+  query.pose.position.local.x() = 0;
+  query.reach = 0;
+  query.probe = Box{{9, 1, 1}};
+  EXPECT_EQ(client().near(query).value().size(), 1u);
+  query.reach = -1;
+  EXPECT_EQ(client().near(query).status().code(), absl::StatusCode::kInvalidArgument);
+  query.reach = 0;
+  query.probe = Plane{};
+  EXPECT_FALSE(client().near(query).ok());
+}
+
 TEST_F(QueriesTest, WhatCannotBeDoneIsRefusedAndTheWorldUnchanged) {
   const std::string before = client().hash().value().hash;
   const auto code = [](const absl::Status& status) { return status.code(); };

@@ -1,4 +1,4 @@
-// Questions to a running world: status, hash, raycast, find, watch.
+// Questions to a running world: status, hash, raycast, near, find, watch.
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 #include <unistd.h>
@@ -34,10 +34,11 @@ std::string to_text(const ClusterStatus& status) {
   if (!status.failure.empty()) absl::StrAppend(&text, coloured(status.failure, Colour::kRed), "\n");
   absl::StrAppendFormat(&text,
                         "%s bodies (%s awake), %s sectors, %s clones, %s contacts, %s islands across seams "
-                        "(%s across servers)\n",
+                        "(%s across servers, %s cut)\n",
                         grouped(status.bodies), grouped(status.bodies_awake), grouped(status.sectors),
                         grouped(status.clones), grouped(status.contacts),
-                        grouped(status.islands_across_seams), grouped(status.islands_shipped));
+                        grouped(status.islands_across_seams), grouped(status.islands_shipped),
+                        grouped(status.islands_cut));
   absl::StrAppendFormat(&text, "tick p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n\n",
                         status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max,
                         megabytes(status.coordinator_peak_rss_bytes));
@@ -89,6 +90,7 @@ nlohmann::json to_json(const ClusterStatus& status) {
       {"contacts", status.contacts},
       {"islands_across_seams", status.islands_across_seams},
       {"islands_shipped", status.islands_shipped},
+      {"islands_cut", status.islands_cut},
       {"tick_ms", {{"p50", status.tick_ms_p50}, {"p99", status.tick_ms_p99}, {"max", status.tick_ms_max}}},
       {"servers", std::move(servers)}};
 }
@@ -153,6 +155,32 @@ void add_raycast(CLI::App& app, Action& action) {
     data["normal"] = {hit.normal.x(), hit.normal.y(), hit.normal.z()};
     absl::PrintF("%s (body %d) at %.6g m: %s + (%s) m, normal (%s)\n", hit.name, hit.body.value, hit.distance,
                  to_string(hit.position.sector), to_string(hit.position.local), to_string(hit.normal));
+    return absl::OkStatus();
+  });
+}
+
+void add_near(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "near", "Bodies that overlap a shape, or are nearest to it.",
+                                  "tessera near --at 0,0,1 --reach 5 --limit 10");
+  const auto query = std::make_shared<NearQuery>();
+  add_parsed(command, "--at", query->pose.position.local, parse_vector,
+             "X,Y,Z: metres from the centre of the sector")
+      ->required();
+  add_parsed(command, "--sector", query->pose.position.sector, parse_sector, "I,J,K; 0,0,0 if not given");
+  const auto probe = std::make_shared<Shape>();
+  add_parsed(command, "--shape", *probe, parse_shape, "as for spawn; a point if not given");
+  command.add_option("--reach", query->reach, "m, up to 4 sectors; 0: what overlaps")->capture_default_str();
+  command.add_option("--limit", query->limit, "how many at most; 0: 1000");
+  on_cluster(command, action, [query, probe](Client& client, nlohmann::json& data) -> absl::Status {
+    if (!probe->parts.empty()) query->probe = probe->parts.front().geometry;
+    const absl::StatusOr<std::vector<Neighbour>> found = client.near(*query);
+    if (!found.ok()) return found.status();
+    data["bodies"] = nlohmann::json::array();
+    for (const Neighbour& body : *found) {
+      data["bodies"].push_back({{"id", body.body.value}, {"name", body.name}, {"distance", body.distance}});
+      absl::PrintF("%10.6g m  %s (body %d)\n", body.distance, body.name, body.body.value);
+    }
+    if (found->empty()) absl::PrintF("nothing\n");
     return absl::OkStatus();
   });
 }
@@ -311,6 +339,7 @@ void add_query_commands(CLI::App& app, Action& action) {
   add_status(app, action);
   add_hash(app, action);
   add_raycast(app, action);
+  add_near(app, action);
   add_find(app, action);
   add_watch(app, action);
 }

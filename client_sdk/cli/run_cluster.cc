@@ -47,7 +47,7 @@ absl::Status question(Client& client, RunReport& report) {
   report.clones_max = status->clones_max;
   report.islands_across_seams = status->islands_across_seams_max;
   report.islands_shipped = status->islands_shipped_max;
-  report.islands_cut = status->islands_cut;
+  report.islands_cut = status->islands_cut_max;
   report.bodies_stopped = status->bodies_stopped;
   report.tick_ms = {status->tick_ms_p50, status->tick_ms_p99, status->tick_ms_max};
   return absl::OkStatus();

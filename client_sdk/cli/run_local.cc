@@ -66,6 +66,7 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
     report.islands_across_seams =
         std::max<std::uint64_t>(report.islands_across_seams, counts.islands_across_seams);
     report.islands_shipped = std::max<std::uint64_t>(report.islands_shipped, counts.islands_shipped);
+    report.islands_cut = std::max<std::uint64_t>(report.islands_cut, counts.islands_cut);
     report.bodies_stopped += counts.bodies_stopped;
   };
   if (absl::Status status = step_all("in-process", step, report); !status.ok()) return status;

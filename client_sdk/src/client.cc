@@ -142,6 +142,7 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.islands_shipped = reply.islands_shipped();
   status.islands_shipped_max = reply.islands_shipped_max();
   status.islands_cut = reply.islands_cut();
+  status.islands_cut_max = reply.islands_cut_max();
   status.tick_ms_p50 = reply.tick_ms_p50();
   status.tick_ms_p99 = reply.tick_ms_p99();
   status.tick_ms_max = reply.tick_ms_max();
@@ -380,6 +381,20 @@ absl::StatusOr<HashAt> Client::hash(absl::Duration timeout) {
   const auto reply = impl_->call(&Stub::GetHash, v1::HashRequest(), timeout);
   if (!reply.ok()) return reply.status();
   return HashAt{reply->tick(), reply->hash()};
+}
+
+absl::StatusOr<std::vector<Neighbour>> Client::near(const NearQuery& query, absl::Duration timeout) {
+  v1::NearRequest request;
+  *request.mutable_pose() = to_proto(query.pose);
+  if (query.probe) *request.mutable_probe() = to_proto(Shape{{{*query.probe, {}}}}).parts(0).geometry();
+  request.set_reach(query.reach);
+  request.set_mask(query.mask);
+  request.set_limit(query.limit);
+  const auto reply = impl_->call(&Stub::Near, request, timeout);
+  if (!reply.ok()) return reply.status();
+  std::vector<Neighbour> found;
+  for (const auto& body : reply->bodies()) found.push_back({BodyId{body.id()}, body.name(), body.distance()});
+  return found;
 }
 
 absl::StatusOr<std::optional<RayResult>> Client::raycast(const RayQuery& ray, absl::Duration timeout) {

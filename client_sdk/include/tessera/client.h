@@ -78,6 +78,21 @@ struct AddedJoint {
   Tick tick = 0;  // the first that it takes part in
 };
 
+// Which bodies overlap a probe, or are nearest to it.
+struct NearQuery {
+  WorldPose pose;
+  std::optional<Geometry> probe;  // convex; none: a point
+  double reach = 0;               // m from the probe's surface, up to 4 sectors; 0: what overlaps
+  std::uint32_t mask = 0;         // collision categories that count; 0: all
+  std::uint64_t limit = 0;        // how many at most; 0: 1000
+};
+
+struct Neighbour {
+  BodyId body;
+  std::string name;
+  double distance = 0;  // m, between the surfaces; 0 where they overlap
+};
+
 struct RayQuery {
   WorldPosition origin;
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // of any length but zero
@@ -145,7 +160,8 @@ struct ClusterStatus {
   std::uint64_t islands_across_seams_max = 0;
   std::uint64_t islands_shipped = 0;  // of those, over several servers
   std::uint64_t islands_shipped_max = 0;
-  std::uint64_t islands_cut = 0;
+  std::uint64_t islands_cut = 0;  // beyond the cap: coupled pass by pass
+  std::uint64_t islands_cut_max = 0;
   double tick_ms_p50 = 0;  // of the slowest server of each tick, without pacing
   double tick_ms_p99 = 0;
   double tick_ms_max = 0;
@@ -220,6 +236,9 @@ class Client {
 
   absl::StatusOr<ClusterStatus> status(absl::Duration timeout = kCallTimeout);
   absl::StatusOr<HashAt> hash(absl::Duration timeout = kCallTimeout);
+  // The bodies near a probe, in any number of sectors on any number of servers, ascending by distance and id.
+  absl::StatusOr<std::vector<Neighbour>> near(const NearQuery& query, absl::Duration timeout = kCallTimeout);
+
   // The nearest hit, in any number of sectors on any number of servers; nullopt where nothing is hit.
   absl::StatusOr<std::optional<RayResult>> raycast(const RayQuery& ray,
                                                    absl::Duration timeout = kCallTimeout);
