@@ -1,4 +1,5 @@
-// Pairs that do not collide, whatever their shapes do: bodies that joints keep apart, and links of one assembly.
+// Pairs that do not collide, whatever their shapes do: bodies that joints keep apart, and links of one
+// assembly.
 
 #include <gtest/gtest.h>
 

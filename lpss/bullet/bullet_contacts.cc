@@ -125,8 +125,8 @@ bool BulletWorld::is_wanted(const Body& a, const Body& b) const {
   return is_wanted_pair(a, b, settings_.clone_contacts) && !engine_.are_apart(a.id, b.id);
 }
 
-// The broadphase's entry of two bodies that may collide. The broadphase may not have noted the pair, where the bodies have
-// come closer by their prediction only: it is noted now, and the next detection decides.
+// The broadphase's entry of two bodies that may collide. It may not have noted the pair, where the bodies have come
+// closer by their prediction only: the pair is noted now, and the next detection decides.
 btBroadphasePair* BulletWorld::pair_for(Body& a, Body& b) {
   btOverlappingPairCache& cache = *broadphase_.getOverlappingPairCache();
   btBroadphaseProxy* proxy_a = a.rigid.getBroadphaseHandle();

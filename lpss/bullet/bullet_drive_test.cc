@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 
 constexpr std::uint64_t kBase = 5;
 constexpr std::uint64_t kLink = 10;
-constexpr double kInertia = 1.0 / 6;  // of a link, kg m^2
-constexpr double kLever = 0.5;        // m, from the axis of an arm to its centre
+constexpr double kInertia = 1.0 / 6;     // of a link, kg m^2
+constexpr double kLever = 0.5;           // m, from the axis of an arm to its centre
 constexpr double kLoad = 9.81 * kLever;  // N m, of an arm that is held out
 const Vector3d kNoGravity = Vector3d::Zero();
 
@@ -287,7 +287,8 @@ TEST(DampingTest, OfAnyStrengthIsStable) {
     scene.run(5);
     EXPECT_LT(std::abs(scene.joint_state(arm).velocity[0]), 10) << damping;
     if (damping > 1) {
-      EXPECT_NEAR(scene.joint_state(arm).velocity[0], -kLoad / damping, 0.1 * kLoad / damping + 1e-5) << damping;
+      EXPECT_NEAR(scene.joint_state(arm).velocity[0], -kLoad / damping, 0.1 * kLoad / damping + 1e-5)
+          << damping;
     }
   }
 }

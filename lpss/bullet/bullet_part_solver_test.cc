@@ -24,11 +24,12 @@ BodyRecord tower_box(std::size_t box) {
   return dynamic_body(id_of(box), kBoxShape, {offset_of(box), 0, static_cast<double>(box) + 0.5});
 }
 
-// Whether a tower stands on the floor, or hangs up into the sky from ball joints, its boxes passing each other.
+// Whether a tower stands on the floor, or hangs up into the sky from ball joints, its boxes passing each
+// other.
 enum class Kind { kStanding, kHanging };
 
-// A tower, cut into parts with a world and a solver each. A part has a copy of the lowest box of the next one, and
-// all that happens between the two.
+// A tower, cut into parts with a world and a solver each. A part has a copy of the lowest box of the next
+// one, and all that happens between the two.
 class Tower {
  public:
   Tower(Engine& engine, int parts, double relaxation, Kind kind = Kind::kStanding)
@@ -37,7 +38,8 @@ class Tower {
       worlds_.push_back(engine.make_world());
       solvers_.push_back(engine.make_part_solver());
     }
-    worlds_[0]->add(static_body(kFloor, kFloorShape, {0, 0, kind == Kind::kStanding ? -1.0 : -9.0}), Role::kStatic);
+    worlds_[0]->add(static_body(kFloor, kFloorShape, {0, 0, kind == Kind::kStanding ? -1.0 : -9.0}),
+                    Role::kStatic);
     for (std::size_t i = 0; i < kBoxes; ++i) {
       BodyRecord box = tower_box(i);
       if (kind == Kind::kHanging) box.properties.assembly = 1;
@@ -211,7 +213,8 @@ TEST(PartSolverTest, OnePartIsSolvedLikeAnIsland) {
     part.step();
     island.step();
     for (std::size_t i = 0; i < kBoxes; ++i) {
-      ASSERT_EQ(hash_of(part.state(i), 1), hash_of(island.state(id_of(i)), 1)) << "box " << i << " tick " << tick;
+      ASSERT_EQ(hash_of(part.state(i), 1), hash_of(island.state(id_of(i)), 1))
+          << "box " << i << " tick " << tick;
     }
   }
 }
@@ -237,6 +240,7 @@ TEST(PartSolverTest, PartsMayMeetTheSameKinematicBody) {
   for (int tick = 0; tick < 60; ++tick) {
     whole.step();
     world->detect(kTick);
+    ASSERT_EQ(world->contacts().size(), 2u);
     for (std::size_t i = 0; i < 2; ++i) {
       solvers[i]->begin({{{world.get(), slots[i]}}, {}, {{world.get(), i}}, {}}, {}, kTick);
     }

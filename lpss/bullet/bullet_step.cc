@@ -35,7 +35,7 @@ void BulletWorld::predict(double dt) {
   }
 }
 
-// The broadphase goes on noting pairs that joints keep apart, so that these meet again when the joints are gone.
+// The broadphase goes on noting pairs that joints keep apart: they meet again when the joints are gone.
 void BulletWorld::detect_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
                               const btDispatcherInfo& info) {
   const btBroadphaseProxy& a = *pair.m_pProxy0;

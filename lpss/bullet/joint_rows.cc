@@ -12,8 +12,9 @@ using Eigen::Vector3d;
 // The share of an error that one step takes back.
 constexpr double kErrorReduction = 0.3;
 
-// The share of the turning within a step that rows foresee. Without, a swinging link is 7 mm off its hinge and loses
-// its energy within a minute; with all of it, rounding and lag would add energy, and a spinning one run away.
+// The share of the turning within a step that rows foresee. Without, a swinging link is 7 mm off its hinge
+// and loses its energy within a minute; with all of it, rounding and lag would add energy, and a spinning one
+// run away.
 constexpr double kForesight = 0.8;
 
 // The share of the way to its target that a position drive wants to go in one step.
@@ -35,8 +36,8 @@ Vector3d turning(const Vector3d& angular_velocity, double dt) {
 
 bool is_limited(const JointAxis& axis) { return axis.lower > -kUnbounded || axis.upper < kUnbounded; }
 
-// A coordinate as rows see it: an angle has no limits beyond half a turn, and is the one of its values that is
-// nearest to the middle of what its limits leave.
+// A coordinate as rows see it: an angle has no limits beyond half a turn, and is the one of its values that
+// is nearest to the middle of what its limits leave.
 struct Coordinate {
   JointAxis axis;
   double position;
@@ -52,8 +53,9 @@ Coordinate angle_of(JointAxis axis, double angle) {
   return {axis, is_limited(axis) ? middle + std::remainder(angle - middle, 2 * kPi) : angle};
 }
 
-// Makes the rows of one joint. What is held is held at the *end* of the step: poses turn while they move, so the
-// rows foresee, to second order in dt, how an error would grow by that at the present velocities ("curve").
+// Makes the rows of one joint. What is held is held at the *end* of the step: poses turn while they move, so
+// the rows foresee, to second order in dt, how an error would grow by that at the present velocities
+// ("curve").
 class RowMaker {
  public:
   RowMaker(const PosedJoint& posed, double dt, std::vector<JointRow>& rows)
@@ -221,8 +223,8 @@ void RowMaker::limit(const JointRow& motion, const Coordinate& at) {
 
 }  // namespace
 
-void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed, double dt,
-                       std::vector<JointRow>& rows) {
+void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
+                       double dt, std::vector<JointRow>& rows) {
   RowMaker make(posed, dt, rows);
   const Eigen::Matrix3d axes = posed.parent_frame.orientation.toRotationMatrix();
   const Vector3d x = axes.col(0);

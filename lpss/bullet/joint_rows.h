@@ -13,8 +13,8 @@ namespace tessera::bullet {
 //
 //   linear . (v_c - v_p) + angular_child . w_c - angular_parent . w_p + compliance * impulse = velocity
 //
-// as far as the impulse stays within its bounds. World axes; units of a way, or of an angle (then also where the
-// words say linear).
+// as far as the impulse stays within its bounds. World axes; units of a way, or of an angle (then also where
+// the words say linear).
 struct JointRow {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_child = Eigen::Vector3d::Zero();
@@ -34,9 +34,9 @@ struct PosedJoint {
   Pose child_frame;
 };
 
-// Appends the rows of one step of `dt` seconds: first what is not free, whose errors are seen and taken back in the
-// next step, then damping, friction and drives, whose errors would add up, then limits.
-void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed, double dt,
-                       std::vector<JointRow>& rows);
+// Appends the rows of one step of `dt` seconds: first what is not free, whose errors are seen and taken back
+// in the next step, then damping, friction and drives, whose errors would add up, then limits.
+void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
+                       double dt, std::vector<JointRow>& rows);
 
 }  // namespace tessera::bullet

@@ -102,7 +102,8 @@ BodyState JointScene::state(std::uint64_t id) const {
 
 void JointScene::set_state(std::uint64_t id, const BodyState& state) {
   const Home& home = homes_.at(id);
-  worlds_[static_cast<std::size_t>(home.sector)]->set_state(home.slot, moved(state, -centre_of(home.sector).x()));
+  worlds_[static_cast<std::size_t>(home.sector)]->set_state(home.slot,
+                                                            moved(state, -centre_of(home.sector).x()));
 }
 
 std::uint64_t JointScene::hash() const {

@@ -1,5 +1,5 @@
-// Bodies, joints and contacts over several sectors that lie side by side along x, with the little of a tick around
-// them that tests need. Positions are given and told relative to the centre of the first sector.
+// Bodies, joints and contacts over several sectors that lie side by side along x, with the little of a tick
+// around them that tests need. Positions are given and told relative to the centre of the first sector.
 #pragma once
 
 #include <cstddef>

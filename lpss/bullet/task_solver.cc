@@ -84,9 +84,9 @@ class Response {
   Eigen::Matrix3d parent_;
 };
 
-// Replaces the rows of a joint by combinations that do not disturb what its other rows hold (Gram-Schmidt in the
-// metric of the inverse masses), so that one pass solves a joint exactly: row by row, ten passes leave a fifth of
-// the error of a cantilever, which then sags. Impulses of drives and limits mean what they meant.
+// Replaces the rows of a joint by combinations that do not disturb what its other rows hold (Gram-Schmidt in
+// the metric of the inverse masses), so that one pass solves a joint exactly: row by row, ten passes leave a
+// fifth of the error of a cantilever, which then sags. Impulses of drives and limits mean what they meant.
 void decouple(std::span<JointRow> rows, const btSolverBody& child, const btSolverBody& parent) {
   constexpr double kDependent = 1e-9;  // of its mobility is left of a row that the others imply
   const Response response(child, parent);
@@ -165,8 +165,8 @@ void TaskSolver::convertBodies(btCollisionObject** bodies, int count, const btCo
   for (const Link& link : links_) link.clone->setCompanionId(link.original->getCompanionId());
 }
 
-// A parent that nothing can push is the world to Bullet: its motion goes into the rows, and nothing is noted in a
-// body that other tasks may use at the same time.
+// A parent that nothing can push is the world to Bullet: its motion goes into the rows, and nothing is noted
+// in a body that other tasks may use at the same time.
 void TaskSolver::add_joint(const TaskJoint& joint, double dt) {
   const PosedJoint at = posed(joint);
   const std::size_t first = rows_.size();
@@ -188,16 +188,17 @@ void TaskSolver::convertJoints(btTypedConstraint**, int, const btContactSolverIn
   for (const Joint& joint : joints_) {
     const int child = getOrInitSolverBody(*joint.child, info.m_timeStep);
     const int parent = getOrInitSolverBody(*joint.parent, info.m_timeStep);
-    decouple(std::span(rows_).subspan(static_cast<std::size_t>(row), joint.row_count), m_tmpSolverBodyPool[child],
-             m_tmpSolverBodyPool[parent]);
+    decouple(std::span(rows_).subspan(static_cast<std::size_t>(row), joint.row_count),
+             m_tmpSolverBodyPool[child], m_tmpSolverBodyPool[parent]);
     for (std::size_t i = 0; i < joint.row_count; ++i, ++row) {
-      convert_row(rows_[static_cast<std::size_t>(row)], child, parent, m_tmpSolverNonContactConstraintPool[row]);
+      convert_row(rows_[static_cast<std::size_t>(row)], child, parent,
+                  m_tmpSolverNonContactConstraintPool[row]);
     }
   }
 }
 
-// Not by Bullet's own convertJoint(): it has no rows for bodies heavier than 1e7 kg (m^2), and diverges with any
-// compliance above the mobility of the row, since it leaves it out of the row's diagonal.
+// Not by Bullet's own convertJoint(): it has no rows for bodies heavier than 1e7 kg (m^2), and diverges with
+// any compliance above the mobility of the row, since it leaves it out of the row's diagonal.
 void TaskSolver::convert_row(const JointRow& row, int child, int parent, btSolverConstraint& converted) {
   const btSolverBody& child_body = m_tmpSolverBodyPool[child];
   const btSolverBody& parent_body = m_tmpSolverBodyPool[parent];
@@ -218,13 +219,15 @@ void TaskSolver::convert_row(const JointRow& row, int child, int parent, btSolve
   const double impulse_per_velocity = resistance > 0 ? 1 / resistance : 0;
   converted.m_jacDiagABInv = btScalar(impulse_per_velocity);
   converted.m_cfm = btScalar(row.compliance * impulse_per_velocity);
-  converted.m_rhs = btScalar((row.velocity - velocity_of(row, child_body, parent_body)) * impulse_per_velocity);
+  converted.m_rhs =
+      btScalar((row.velocity - velocity_of(row, child_body, parent_body)) * impulse_per_velocity);
   converted.m_lowerLimit = btScalar(row.impulse_min);
   converted.m_upperLimit = btScalar(row.impulse_max);
   converted.m_overrideNumSolverIterations = info_.m_numIterations;
 }
 
-// Once rows are made, nothing is left to do with bodies that cannot be pushed; other parts may meet them, too.
+// Once rows are made, nothing is left to do with bodies that cannot be pushed; other parts may meet them,
+// too.
 void TaskSolver::release_kinematic_bodies() {
   for (int i = static_cast<int>(bodies_.size()); i < m_tmpSolverBodyPool.size(); ++i) {
     btRigidBody*& original = m_tmpSolverBodyPool[i].m_originalBody;

@@ -1,4 +1,5 @@
-// Bullet's sequential impulses over one task: bodies, clones and contacts of any number of worlds, and joints.
+// Bullet's sequential impulses over one task: bodies, clones and contacts of any number of worlds, and
+// joints.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
@@ -11,7 +12,8 @@
 
 namespace tessera::bullet {
 
-// One task at a time: set_up(), then passes() times pass(), then finish(). Nothing of a task stays for the next.
+// One task at a time: set_up(), then passes() times pass(), then finish(). Nothing of a task stays for the
+// next.
 class TaskSolver final : public btSequentialImpulseConstraintSolver {
  public:
   explicit TaskSolver(const EngineSettings& settings);

@@ -64,8 +64,9 @@ JointState joint_state(const JointProperties& joint, const JointSide& parent, co
   const Quaterniond turn = a.orientation.conjugate() * b.orientation;
   const Vector3d spin = child.angular_velocity - parent.angular_velocity;
   // The velocity of the child's frame as seen from the parent's.
-  const Vector3d flow = child.linear_velocity + child.angular_velocity.cross(b.position - child.pose.position) -
-                        parent.linear_velocity - parent.angular_velocity.cross(b.position - parent.pose.position);
+  const Vector3d flow =
+      child.linear_velocity + child.angular_velocity.cross(b.position - child.pose.position) -
+      parent.linear_velocity - parent.angular_velocity.cross(b.position - parent.pose.position);
 
   JointState state;
   state.position = joint_position(joint.type, a, b);

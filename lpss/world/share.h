@@ -162,6 +162,7 @@ class Share {
   void wake_jointed(const JointRecord& joint);
   void note_joint(BodyId body);
   bool is_everywhere(const HomeBody& body) const;
+  bool supports_clones(const Sector& sector) const;
   bool is_jointed_here(BodyId id, const Sector& sector) const;
   bool is_pushed_by(const JointRecord& joint) const;
   bool is_dynamic(BodyId body, const JointRecord& joint) const;

@@ -354,6 +354,11 @@ void Share::take_manifolds(std::vector<Exchange>& inbox) {
   }
 }
 
+// Policy clone, depth k > 1: the clones that a sector was told of are there for other clones, too.
+bool Share::supports_clones(const Sector& sector) const {
+  return options_.settings.seams == SeamPolicy::kClone && options_.settings.clone_depth > 1 && !sector.homes.empty();
+}
+
 // Policy clone: whether a joint ties a body to one that lives in the sector, so that the sector needs its clone.
 bool Share::is_jointed_here(BodyId id, const Sector& sector) const {
   if (options_.settings.seams != SeamPolicy::kClone) return false;
@@ -374,7 +379,7 @@ void Share::refresh_clones(Sector& sector) {
     const Ghost& ghost = *clone.ghost;
     const BodyRecord record = seen_in(sector, ghost);
     const bool imminent =
-        is_jointed_here(id, sector) ||
+        supports_clones(sector) || is_jointed_here(id, sector) ||
         world.reaches_home_body(swept_ball(record.state, ghost.radius + kContactMargin, dt()));
     if (!imminent) {
       if (clone.slot != Clone::kNotPlaced) take_out(sector, clone);

@@ -41,10 +41,12 @@ std::vector<Shipment> Share::join(const std::vector<const Seams*>& inbox) {
       }
     }
   }
+  std::sort(stepped_.begin(), stepped_.end(), [](const Sector* a, const Sector* b) { return a->index < b->index; });
   return outbox;
 }
 
-// Lets a component that is part of an awake island wake up, or fall asleep with it.
+// Lets a component that is part of an awake island wake up, or fall asleep with it. What wakes moves in this tick,
+// as it does where nobody lives beyond a border.
 void Share::settle(Sector& sector, const Component& component, bool all_drowsy) {
   SectorWorld& world = *sector.world;
   for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
@@ -55,6 +57,10 @@ void Share::settle(Sector& sector, const Component& component, bool all_drowsy) 
       body.news = true;
     } else if (!all_drowsy && activity == Activity::kAsleep) {
       world.wake(body.slot);
+      if (sector.awake) continue;
+      sector.awake = true;
+      stepped_.push_back(&sector);
+      activate(sector);
     }
   }
 }
