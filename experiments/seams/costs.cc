@@ -1,0 +1,176 @@
+#include "experiments/seams/costs.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <utility>
+
+#include "experiments/plain_world.h"
+#include "experiments/seams/piles.h"
+#include "lpss/world/example_worlds.h"
+#include "lpss/world/simulation.h"
+#include "worlds/loader/world_file.h"
+
+namespace tessera::seams {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// One of several worlds that are stepped in turns.
+struct Contestant {
+  std::string policy;
+  std::function<void()> step;
+  std::function<WorldHash()> hash;
+  std::vector<double> tick_ms;
+};
+
+absl::StatusOr<Contestant> sectored(const std::string& policy, WorldDescription world, SeamPolicy seams) {
+  world.settings.seams = seams;
+  absl::StatusOr<std::unique_ptr<Simulation>> created = Simulation::create(world);
+  if (!created.ok()) return created.status();
+  const std::shared_ptr<Simulation> simulation = *std::move(created);
+  return Contestant{policy, [simulation] { simulation->step(); }, [simulation] { return simulation->hash(); }, {}};
+}
+
+absl::StatusOr<Contestant> plain(const WorldDescription& world) {
+  absl::StatusOr<std::unique_ptr<PlainWorld>> created = PlainWorld::create(world);
+  if (!created.ok()) return created.status();
+  const std::shared_ptr<PlainWorld> one = *std::move(created);
+  const auto hash = [one, anchor = world.anchor] {
+    WorldHash sum;
+    one->for_each_body([&](const BodyRecord& record) { sum.add(record, anchor); });
+    return sum;
+  };
+  return Contestant{"plain", [one] { one->step(); }, hash, {}};
+}
+
+void step_timed(Contestant& contestant) {
+  const Clock::time_point start = Clock::now();
+  contestant.step();
+  contestant.tick_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Over the corner of eight sectors. It never sleeps, so that every tick is work.
+absl::StatusOr<WorldDescription> awake_pile(const CostOptions& options, double sector_size) {
+  Scene scene = pile_scenes().front();
+  scene.sector_size = sector_size;
+  scene.build = [&](const WorldSettings& settings) { return bin_world(settings, options.pile); };
+  absl::StatusOr<Stage> stage = seams::stage(scene, Placement::kCorner, Policy::kIsland, options.precision);
+  if (!stage.ok()) return stage.status();
+  stage->world.settings.sleep_after = 0;
+  return std::move(stage->world);
+}
+
+class Measurement {
+ public:
+  Measurement(const CostOptions& options, const RunRemotely& run_remotely, const Progress& progress)
+      : options_(options), run_remotely_(run_remotely), progress_(progress) {}
+
+  absl::StatusOr<Costs> measure() {
+    const bool with_file = !options_.worlds.empty();
+    total_ = options_.ticks * (with_file ? 3 : 2) + 7;
+    absl::Status status = race_pile(16);
+    if (status.ok()) status = race_pile(8);
+    if (status.ok() && with_file) status = race_file(absl::StrCat(options_.worlds, "/gazebo/3k_shapes.sdf"));
+    if (status.ok()) status = measure_seams();
+    if (!status.ok()) return status;
+    return std::move(costs_);
+  }
+
+ private:
+  absl::Status advance() {
+    return progress_(++done_, total_) ? absl::OkStatus() : absl::CancelledError("interrupted");
+  }
+
+  absl::Status race_pile(double sector_size) {
+    const absl::StatusOr<WorldDescription> world = awake_pile(options_, sector_size);
+    if (!world.ok()) return world.status();
+    return race(absl::StrCat("pile in sectors of ", sector_size, " m"), *world);
+  }
+
+  absl::Status race_file(const std::string& file) {
+    const absl::StatusOr<LoadedWorld> loaded = load_world_file(file);
+    if (!loaded.ok()) return loaded.status();
+    WorldDescription world = loaded->world;
+    world.settings.precision = options_.precision;
+    return race("3k_shapes.sdf", world);
+  }
+
+  absl::Status race(const std::string& name, const WorldDescription& world) {
+    std::vector<absl::StatusOr<Contestant>> contestants;
+    contestants.push_back(sectored("island", world, SeamPolicy::kIsland));
+    contestants.push_back(sectored("clone-1", world, SeamPolicy::kClone));
+    // A plain world is of single precision.
+    if (options_.precision == Precision::kFloat32) contestants.push_back(plain(world));
+    for (const auto& contestant : contestants) {
+      if (!contestant.ok()) return contestant.status();
+    }
+    for (Tick tick = 0; tick < options_.ticks; ++tick) {
+      for (auto& contestant : contestants) step_timed(*contestant);
+      if (absl::Status status = advance(); !status.ok()) return status;
+    }
+    for (auto& contestant : contestants) {
+      costs_.times.push_back({name, contestant->policy, options_.ticks, median(std::move(contestant->tick_ms)),
+                              contestant->hash().to_string()});
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status measure_seams() {
+    WorldSettings settings;
+    settings.precision = options_.precision;
+    settings.sleep_after = 0;
+    settings.sector_size = 4;
+    absl::Status status = measure_seam("tower of 10", tower_world(settings, 10, {0, 0, -3}), 0);
+    settings.solver_iterations = 30;
+    if (status.ok()) status = measure_seam("chain of 20", chain_world(settings, 20, {-5, 0.013, 4}), 0);
+    const absl::StatusOr<WorldDescription> pile = awake_pile(options_, 16);
+    if (!pile.ok()) return pile.status();
+    for (const std::uint32_t cap : {100u, 400u, 1600u, 0u}) {
+      if (status.ok()) status = measure_seam("pile", *pile, cap);
+    }
+    return status;
+  }
+
+  absl::Status measure_seam(const std::string& name, WorldDescription world, std::uint32_t cap) {
+    world.settings.island_cap = cap == 0 ? 1u << 31 : cap;
+    const Tick unmeasured = options_.ticks / 2;
+    const absl::StatusOr<RemoteRun> run = run_remotely_(world, options_.ticks, unmeasured);
+    if (!run.ok()) return run.status();
+    SeamCost cost;
+    cost.world = name;
+    cost.cap = cap;
+    cost.ticks = options_.ticks - unmeasured;
+    cost.tick_ms = run->tick_ms;
+    cost.bytes_per_tick = static_cast<double>(run->exchange_bytes) / static_cast<double>(cost.ticks);
+    cost.contacts = run->contacts;
+    cost.bytes_per_tick_and_contact = run->contacts > 0 ? cost.bytes_per_tick / run->contacts : 0;
+    cost.hash = run->world_hash;
+    costs_.seams.push_back(std::move(cost));
+    return advance();
+  }
+
+  const CostOptions& options_;
+  const RunRemotely& run_remotely_;
+  const Progress& progress_;
+  Costs costs_;
+  std::uint64_t done_ = 0;
+  std::uint64_t total_ = 0;
+};
+
+}  // namespace
+
+absl::StatusOr<Costs> measure_costs(const CostOptions& options, const RunRemotely& run_remotely,
+                                    const Progress& progress) {
+  return Measurement(options, run_remotely, progress).measure();
+}
+
+}  // namespace tessera::seams

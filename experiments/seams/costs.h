@@ -1,0 +1,51 @@
+// What the policies cost: time per tick, bytes between servers, and where the cap of islands pays.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "experiments/seams/battery.h"
+
+namespace tessera::seams {
+
+// Paired: the worlds are stepped in turns, tick by tick, in the same process on one thread.
+struct TimeCost {
+  std::string world;
+  std::string policy;  // "plain": one Bullet world without sectors
+  Tick ticks = 0;
+  double tick_ms = 0;  // median
+  std::string hash;    // of what was computed; "plain" has no sectors, and so a hash of its own
+};
+
+// On two servers.
+struct SeamCost {
+  std::string world;
+  std::uint32_t cap = 0;  // bodies; 0: none
+  Tick ticks = 0;
+  double tick_ms = 0;  // median, of the slower server
+  double bytes_per_tick = 0;
+  double bytes_per_tick_and_contact = 0;
+  double contacts = 0;
+  std::string hash;
+};
+
+struct Costs {
+  std::vector<TimeCost> times;
+  std::vector<SeamCost> seams;
+};
+
+struct CostOptions {
+  Precision precision = Precision::kFloat32;
+  std::string worlds;  // folder of $TESSERA_WORLDS; empty: without 3k_shapes.sdf
+  int pile = 2000;     // bodies
+  Tick ticks = 300;
+};
+
+// Errors: CANCELLED; those of runs.
+absl::StatusOr<Costs> measure_costs(const CostOptions& options, const RunRemotely& run_remotely,
+                                    const Progress& progress);
+
+}  // namespace tessera::seams

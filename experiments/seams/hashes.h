@@ -1,0 +1,40 @@
+// The same bits however the work is spread: the second promise of the design, scene by scene.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+
+#include "experiments/seams/scene.h"
+#include "experiments/seams/stage.h"
+
+namespace tessera::seams {
+
+struct HashOptions {
+  int seeds = 100;     // of simulated networks
+  int shuffles = 5;    // of random authority
+  Tick ticks = 120;
+  Tick ticks_heavy = 20;
+};
+
+// How many runs of the scene at the corner of eight sectors ended in the bits of one process.
+struct Equality {
+  std::string scene;
+  Policy policy = Policy::kIsland;
+  Tick ticks = 0;
+  std::string world_hash;  // of one process
+  int seeds = 0;           // whole clusters of 3 servers on a simulated network
+  int seeds_equal = 0;
+  int shuffles = 0;  // 4 shares whose sectors and islands change hands every few ticks
+  int shuffles_equal = 0;
+  bool ten_shares_equal = false;
+
+  bool holds() const { return seeds_equal == seeds && shuffles_equal == shuffles && ten_shares_equal; }
+};
+
+// Errors: those of runs.
+absl::StatusOr<Equality> compare_hashes(const Scene& scene, Policy policy, Precision precision,
+                                        const HashOptions& options);
+
+}  // namespace tessera::seams

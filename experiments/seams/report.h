@@ -1,0 +1,22 @@
+// The results as data.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "experiments/seams/battery.h"
+#include "experiments/seams/costs.h"
+
+namespace tessera::seams {
+
+// {"engine", "rows", "noise", "costs", "equal_hashes"}. What was not measured is null.
+nlohmann::json to_json(const Results& results, const Costs& costs, Precision precision);
+
+// The rows, a line each under a line of names, with the noise of their scene; for gnuplot.
+std::string to_csv(const Results& results, Precision precision);
+std::string to_csv(const Costs& costs);
+
+// The rows of policies `island` and `cut` that miss what the issue asks for, each with its reasons.
+std::vector<std::string> misses(const Results& results, Precision precision);
+
+}  // namespace tessera::seams

@@ -1,0 +1,62 @@
+// The scenes of the seam experiment: small worlds around an origin of their own, and what each must do.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "experiments/seams/course.h"
+#include "lpss/world/world_description.h"
+
+namespace tessera::seams {
+
+// What the scene says of mechanical energy.
+enum class EnergyRule : std::uint8_t {
+  kOpen,     // motors, or dampers: nothing
+  kKept,     // stays as it was at the start
+  kNoGain,   // falls, or stays
+};
+
+struct Scene {
+  std::string name;
+  int number = 0;  // of the issue's list
+  std::string about;
+  double sector_size = 128;            // L, m, where there are to be seams
+  double reference_size = 128;         // L, m, so large that the whole scene is in one sector
+  double extent = 8;                   // m from the origin: what moves stays within this in the first second
+  Eigen::Vector3d seam{1, 0, 0};       // 1 along the axes whose borders pass through the origin at a single seam
+  Tick ticks = 600;
+  int solver_iterations = 10;
+  double lowest = 0;                   // m: height of no potential energy, from the origin
+  std::uint32_t cap = 2;               // bodies: a third of the largest island
+  bool free = false;                   // nothing pushes from outside, so that momentum is kept
+  EnergyRule energy = EnergyRule::kOpen;
+  bool heavy = false;                  // costs much: fewer repetitions of it are enough
+
+  // The scene with its origin at the centre of the anchor's sector. Errors: those of world files.
+  std::function<absl::StatusOr<WorldDescription>(const WorldSettings&)> build;
+
+  // Whether a run did what the scene must do; `reference` is the run without a seam.
+  std::function<bool(const Course& run, const Course& reference)> stands;
+};
+
+// All scenes, in the order of the issue. Vehicles are files of other projects in the folder `worlds`
+// ($TESSERA_WORLDS); without it (empty) they are left out.
+std::vector<Scene> all_scenes(const std::string& worlds);
+
+// By groups, each in a file of its own.
+std::vector<Scene> collision_scenes();
+std::vector<Scene> stack_scenes();
+std::vector<Scene> toppling_scenes();
+std::vector<Scene> joint_scenes();
+std::vector<Scene> vehicle_scenes(const std::string& worlds);
+std::vector<Scene> rolling_scenes();
+std::vector<Scene> crossing_scenes();
+std::vector<Scene> pile_scenes();
+
+}  // namespace tessera::seams
