@@ -43,6 +43,8 @@ void BulletPartSolver::agree(std::size_t n, const VelocityChange& change) {
   add(change.turn, shared.agreed.turn, body.m_turnVelocity);
 }
 
+void BulletPartSolver::split(std::size_t n, double times) { solver_.split(shared_[n].body, times); }
+
 void BulletPartSolver::end() {
   if (!is_empty_) solver_.finish();
 }

@@ -17,6 +17,7 @@ class BulletPartSolver final : public PartSolver {
   void pass(int n) override;
   VelocityChange change(std::size_t n) const override;
   void agree(std::size_t n, const VelocityChange& change) override;
+  void split(std::size_t n, double times) override;
   void end() override;
 
  private:

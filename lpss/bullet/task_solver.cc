@@ -106,6 +106,23 @@ void decouple(std::span<JointRow> rows, const btSolverBody& child, const btSolve
   }
 }
 
+// Makes one side of a row that many times easier to move.
+void lighten(btSolverConstraint& row, int id, const btSolverBody& body, double times) {
+  const bool is_a = row.m_solverBodyIdA == id;
+  if (!is_a && row.m_solverBodyIdB != id) return;
+  const btVector3& linear = is_a ? row.m_contactNormal1 : row.m_contactNormal2;
+  const btVector3& angular = is_a ? row.m_relpos1CrossNormal : row.m_relpos2CrossNormal;
+  btVector3& response = is_a ? row.m_angularComponentA : row.m_angularComponentB;
+  const double added = (times - 1) * mobility(body, linear, angular, response);
+  response *= btScalar(times);
+  if (!(row.m_jacDiagABInv > 0)) return;
+  const btScalar share(1 / (1 + added * row.m_jacDiagABInv));
+  row.m_jacDiagABInv *= share;
+  row.m_rhs *= share;
+  row.m_rhsPenetration *= share;
+  row.m_cfm *= share;
+}
+
 }  // namespace
 
 TaskSolver::TaskSolver(const EngineSettings& settings) {
@@ -137,6 +154,17 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
   solveGroupCacheFriendlySetup(bodies_.data(), static_cast<int>(bodies_.size()), manifolds_.data(),
                                static_cast<int>(manifolds_.size()), nullptr, 0, info_, nullptr);
   release_kinematic_bodies();
+}
+
+void TaskSolver::split(std::size_t body, double times) {
+  const int id = bodies_[body]->getCompanionId();
+  btSolverBody& split = m_tmpSolverBodyPool[id];
+  for (btConstraintArray* rows :
+       {&m_tmpSolverNonContactConstraintPool, &m_tmpSolverContactConstraintPool,
+        &m_tmpSolverContactFrictionConstraintPool, &m_tmpSolverContactRollingFrictionConstraintPool}) {
+    for (int i = 0; i < rows->size(); ++i) lighten((*rows)[i], id, split, times);
+  }
+  split.m_invMass *= btScalar(times);
 }
 
 void TaskSolver::pass(int n) {

@@ -23,6 +23,9 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   // Makes the rows and applies what they start warm from. The task must hold at least one body.
   void set_up(const SolveTask& task, double dt);
 
+  // Makes a body `times` lighter for the passes, after set_up().
+  void split(std::size_t body, double times);
+
   // One pass of the position correction and one of the velocities; n counts from 0. The two touch different
   // variables, so this is as good as all of the one before all of the other.
   void pass(int n);

@@ -251,12 +251,15 @@ inline VelocityChange scaled(const VelocityChange& change, double factor) {
 }
 
 // Solves one part of an island beside the others, for islands too large to be solved whole. Every part has its
-// own rows, and its own copies of the bodies that it shares with others; after each pass the copies agree (the
-// coupling of Preclik and Ruede, Ultrascale simulations of non-smooth granular dynamics, 2015):
+// own rows, and its own copies of the bodies that it shares with others; after each pass the copies agree (as in
+// Preclik and Ruede, Ultrascale simulations of non-smooth granular dynamics, 2015; with the split masses of Tonge,
+// Benevolenski and Voroshilov, Mass splitting for jitter-free parallel rigid body simulation, 2012):
 //
-//   begin(task); agree; for each pass: pass(n), agree; end()
+//   begin(task); agree() on the sum of all copies' change(); split(n, times); then for each pass: pass(n), and
+//   agree() on that sum divided by `times`; end()
 //
-// where to agree is to sum up change() over all parts that have a copy of the body, and to give the sum to each.
+// A lighter copy is moved by its own rows `times` more than the body would be, so what is agreed on is what all rows
+// together do to the body: no impulse is lost, and parts that push the same body do not overshoot.
 class PartSolver {
  public:
   virtual ~PartSolver() = default;
@@ -273,6 +276,9 @@ class PartSolver {
   // What happened to a shared body since it was last agreed on; `n` is a place in `shared`.
   virtual VelocityChange change(std::size_t n) const = 0;
   virtual void agree(std::size_t n, const VelocityChange& change) = 0;
+
+  // Makes a part's copy of a shared body `times` (>= 1) lighter; between begin() and the first pass.
+  virtual void split(std::size_t n, double times) = 0;
 
   // Writes velocities and impulses back.
   virtual void end() = 0;

@@ -10,10 +10,6 @@
 
 namespace tessera {
 
-// How much of the summed changes of a pass is agreed on. With 1, a tower whose boxes are all parts of their own
-// falls; see docs/seams.md.
-inline constexpr double kCouplingRelaxation = 0.8;
-
 struct CoupledPart {
   struct Shared {
     BodyId id;

@@ -252,7 +252,7 @@ class Share {
   void couple(const SeamIsland& island, std::vector<Shipment>& outbox);
   void begin_parts(const std::vector<Shipment>& inbox);
   std::vector<Coupling> changes_of_parts() const;
-  void agree(const std::vector<Coupling>& inbox, double relaxation);
+  void agree(const std::vector<Coupling>& inbox);
 
   // share_finish.cc
   void finish(std::vector<Solution> inbox);

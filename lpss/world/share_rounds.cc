@@ -142,7 +142,7 @@ Round Share::coupling_round() {
 }
 
 Round Share::after_coupling(std::vector<Coupling> inbox) {
-  agree(inbox, pass_ == 0 ? 1.0 : kCouplingRelaxation);
+  agree(inbox);
   const auto passes = static_cast<std::uint32_t>(coupled_.front().solver->passes());
   run_parallel(coupled_.size(), [&](std::size_t n) {
     PartSolver& solver = *coupled_[n].solver;
