@@ -134,7 +134,7 @@ class Share {
   double size() const { return options_.settings.sector_size; }
 
   // share_rounds.cc
-  enum class Phase { kIdle, kTransfer, kExchange, kSeams, kShipment, kCoupling, kSolution };
+  enum class Phase { kIdle, kTransfer, kExchange, kSeams, kShipment, kSolution, kCoupling };
   Round round(Phase phase, std::uint32_t pass = 0);
   std::optional<Round> exchange();
   Round seams_round(std::vector<Exchange> inbox);
@@ -162,8 +162,6 @@ class Share {
   void wake_jointed(const JointRecord& joint);
   void note_joint(BodyId body);
   bool is_everywhere(const HomeBody& body) const;
-  bool supports_clones(const Sector& sector) const;
-  bool is_jointed_here(BodyId id, const Sector& sector) const;
   bool is_pushed_by(const JointRecord& joint) const;
   bool is_dynamic(BodyId body, const JointRecord& joint) const;
   void link_joints(const Sector& sector, const Component& component, std::vector<BodyId>& links) const;
@@ -208,11 +206,15 @@ class Share {
   void deepen_clones(Sector& sector);
   void update_ghosts(HomeBody& body, std::vector<Exchange>& outbox);
   void take_ghosts(std::vector<Exchange>& inbox);
+  Ghost& introduce(const BodyIntroduction& news);
+  static void revise(Ghost& ghost, const GhostUpdate& update);
   void place_ghost(Ghost& ghost);
   void forget_ghost(BodyId id);
   void take_handovers(std::vector<Exchange>& inbox);
   void take_manifolds(std::vector<Exchange>& inbox);
   void refresh_clones(Sector& sector);
+  bool supports_clones(const Sector& sector) const;
+  bool is_jointed_here(BodyId id, const Sector& sector) const;
   BodyRecord seen_in(const Sector& sector, const Ghost& ghost) const;
   void place_clone(Sector& sector, Clone& clone);
   void pull_clone(Sector& sector, const Clone& clone);

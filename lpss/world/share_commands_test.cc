@@ -6,24 +6,12 @@
 #include <set>
 
 #include "lpss/world/example_worlds.h"
-#include "lpss/world/share_cluster.h"
+#include "lpss/world/share_test_runs.h"
 
 namespace tessera {
 namespace {
 
 using Ids = std::pair<std::uint64_t, std::uint64_t>;
-
-WorldSettings sectors_of(double size) {
-  WorldSettings settings;
-  settings.sector_size = size;
-  return settings;
-}
-
-std::unique_ptr<ShareCluster> cluster_of(const WorldDescription& world, std::uint32_t shares) {
-  auto cluster = ShareCluster::create(world, shares);
-  EXPECT_TRUE(cluster.ok()) << cluster.status();
-  return std::move(*cluster);
-}
 
 // Where a body is, m from the anchor's centre.
 Eigen::Vector3d place(const ShareCluster& cluster, BodyId id, double size) {

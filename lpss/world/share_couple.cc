@@ -62,8 +62,6 @@ void Share::couple(const SeamIsland& island, std::vector<Shipment>& outbox) {
         outbox[rank].shared.push_back({record_of(body), sector.world->total_wrench(body.slot)});
       }
     }
-    std::sort(part.shared.begin(), part.shared.end(),
-              [](const auto& a, const auto& b) { return a.id < b.id; });
     coupled_.push_back(std::move(part));
     takes_part = true;
   }

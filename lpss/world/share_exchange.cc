@@ -253,25 +253,34 @@ void Share::update_ghosts(HomeBody& body, std::vector<Exchange>& outbox) {
 void Share::take_ghosts(std::vector<Exchange>& inbox) {
   moving_ghosts_.clear();
   for (const BodyId id : collected(inbox, &Exchange::gone, [](BodyId id) { return id; })) forget_ghost(id);
-  for (BodyIntroduction& news :
+  for (const BodyIntroduction& news :
        collected(inbox, &Exchange::introductions, [](const BodyIntroduction& i) { return i.id; })) {
-    std::unique_ptr<Ghost>& ghost = ghosts_[news.id];
-    if (!ghost) ghost = std::make_unique<Ghost>();
-    ghost->id = news.id;
-    ghost->properties = news.properties;
-    ghost->radius = radius_of(news.properties);
+    introduce(news);
   }
   for (GhostUpdate& update : collected(inbox, &Exchange::ghosts, [](const GhostUpdate& u) { return u.id; })) {
     const auto found = ghosts_.find(update.id);
     invariant(found != ghosts_.end(), "a ghost is introduced before it is updated");
     Ghost& ghost = *found->second;
-    ghost.home = update.home;
-    ghost.next_home = update.next_home;
-    ghost.targets = update.targets;
-    ghost.state = update.state;
+    revise(ghost, update);
     if (ghost.next_home != ghost.home) moving_ghosts_.push_back(ghost.id);
     place_ghost(ghost);
   }
+}
+
+Ghost& Share::introduce(const BodyIntroduction& news) {
+  std::unique_ptr<Ghost>& ghost = ghosts_[news.id];
+  if (!ghost) ghost = std::make_unique<Ghost>();
+  ghost->id = news.id;
+  ghost->properties = news.properties;
+  ghost->radius = radius_of(news.properties);
+  return *ghost;
+}
+
+void Share::revise(Ghost& ghost, const GhostUpdate& update) {
+  ghost.home = update.home;
+  ghost.next_home = update.next_home;
+  ghost.targets = update.targets;
+  ghost.state = update.state;
 }
 
 // Puts the ghost on the lists of the sectors that need it, and off those that no longer do.

@@ -5,41 +5,10 @@
 #include <cmath>
 
 #include "lpss/world/example_worlds.h"
-#include "lpss/world/share_cluster.h"
+#include "lpss/world/share_test_runs.h"
 
 namespace tessera {
 namespace {
-
-using ::testing::Gt;
-using ::testing::Lt;
-
-WorldSettings sectors_of(double size) {
-  WorldSettings settings;
-  settings.sector_size = size;
-  return settings;
-}
-
-std::unique_ptr<ShareCluster> cluster_of(const WorldDescription& world, std::uint32_t shares) {
-  auto cluster = ShareCluster::create(world, shares);
-  EXPECT_TRUE(cluster.ok()) << cluster.status();
-  return std::move(*cluster);
-}
-
-std::vector<WorldHash> run(const WorldDescription& world, std::uint32_t shares, int ticks) {
-  auto cluster = cluster_of(world, shares);
-  std::vector<WorldHash> hashes;
-  for (int t = 0; t < ticks; ++t) {
-    cluster->step();
-    hashes.push_back(cluster->hash());
-  }
-  return hashes;
-}
-
-int first_difference(const std::vector<WorldHash>& a, const std::vector<WorldHash>& b) {
-  std::size_t tick = 0;
-  while (tick < a.size() && a[tick] == b[tick]) ++tick;
-  return static_cast<int>(tick);
-}
 
 // Where a body is, in metres from the centre of the anchor's sector.
 Eigen::Vector3d place(const ShareCluster& cluster, const WorldDescription& world, std::uint64_t id) {
@@ -77,9 +46,9 @@ TEST(Joints, AChainOverManySectorsSwingsAsInOne) {
 
 TEST(Joints, AChainIsTheSameOnAnyNumberOfShares) {
   const WorldDescription world = chain_world(sectors_of(2), 20, {0.3, 0.2, 0.4});
-  const std::vector<WorldHash> one = run(world, 1, 300);
-  EXPECT_EQ(first_difference(one, run(world, 2, 300)), 300);
-  EXPECT_EQ(first_difference(one, run(world, 4, 300)), 300);
+  const std::vector<WorldHash> one = run(world, 1, 1, 300);
+  EXPECT_EQ(first_difference(one, run(world, 2, 1, 300)), 300u);
+  EXPECT_EQ(first_difference(one, run(world, 4, 1, 300)), 300u);
 }
 
 TEST(Joints, ALongChainComesToRestAndSleepsAsOne) {
@@ -123,7 +92,7 @@ TEST(Joints, CommandsAddDriveAndRemoveThemOnEveryShare) {
     EXPECT_EQ(cluster->share(0).joints().size(), 3u);
     runs.push_back(std::move(hashes));
   }
-  EXPECT_EQ(first_difference(runs[0], runs[1]), 120);
+  EXPECT_EQ(first_difference(runs[0], runs[1]), 120u);
 }
 
 TEST(Joints, AKinematicParentLeadsFromAnySector) {
@@ -137,7 +106,7 @@ TEST(Joints, AKinematicParentLeadsFromAnySector) {
   for (int t = 0; t < 600; ++t) cluster->step();
   EXPECT_NEAR(place(*cluster, world, 1).x(), 1.5 + 5, 1e-3);
   EXPECT_NEAR(place(*cluster, world, 2).x(), 2.5 + 5, 1e-2);  // it follows a tick behind
-  EXPECT_EQ(first_difference(run(world, 1, 300), run(world, 3, 300)), 300);
+  EXPECT_EQ(first_difference(run(world, 1, 1, 300), run(world, 3, 1, 300)), 300u);
 }
 
 TEST(Coupled, ATowerBeyondTheCapStands) {
@@ -156,9 +125,9 @@ TEST(Coupled, BitsDoNotDependOnTheShares) {
   for (const WorldDescription& world :
        {with_cap(tower_world(sectors_of(4), 10, {0, 0, -1}), 3), with_cap(pile_world(sectors_of(8), 100), 20),
         with_cap(chain_world(sectors_of(2), 12, {0.3, 0.2, 0.4}), 4)}) {
-    const std::vector<WorldHash> one = run(world, 1, 240);
-    EXPECT_EQ(first_difference(one, run(world, 2, 240)), 240);
-    EXPECT_EQ(first_difference(one, run(world, 4, 240)), 240);
+    const std::vector<WorldHash> one = run(world, 1, 1, 240);
+    EXPECT_EQ(first_difference(one, run(world, 2, 1, 240)), 240u);
+    EXPECT_EQ(first_difference(one, run(world, 4, 1, 240)), 240u);
   }
 }
 
@@ -166,9 +135,9 @@ TEST(Shuffle, SectorsThatChangeServersAtRandomChangeNoBit) {
   for (const WorldDescription& world :
        {tower_world(sectors_of(4), 10, {0, 0, -1}), chain_world(sectors_of(2), 12, {0.3, 0.2, 0.4}),
         pile_world(sectors_of(8), 80), with_cap(pile_world(sectors_of(8), 80), 20)}) {
-    const std::vector<WorldHash> still = run(world, 1, 240);
+    const std::vector<WorldHash> still = run(world, 1, 1, 240);
     for (const std::uint64_t seed : {1u, 2u, 3u}) {
-      EXPECT_EQ(first_difference(still, run(with_shuffle(world, seed), 3, 240)), 240) << "seed " << seed;
+      EXPECT_EQ(first_difference(still, run(with_shuffle(world, seed), 3, 1, 240)), 240u) << "seed " << seed;
     }
   }
 }

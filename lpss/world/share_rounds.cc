@@ -32,9 +32,7 @@ void address(Round& round, std::vector<Message> outbox) {
 Round Share::round(Phase phase, std::uint32_t pass) {
   phase_ = phase;
   Round result;
-  result.number = phase == Phase::kSolution   ? static_cast<std::uint32_t>(Phase::kCoupling)
-                  : phase == Phase::kCoupling ? static_cast<std::uint32_t>(Phase::kSolution) + pass
-                                              : static_cast<std::uint32_t>(phase);
+  result.number = static_cast<std::uint32_t>(phase) + pass;
   result.to.resize(options_.map.servers());
   result.from.assign(options_.map.servers(), false);
   return result;

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "lpss/world/example_worlds.h"
-#include "lpss/world/share_cluster.h"
+#include "lpss/world/share_test_runs.h"
 
 namespace tessera {
 namespace {
@@ -14,33 +14,9 @@ namespace {
 using ::testing::Gt;
 using ::testing::Lt;
 
-WorldSettings small_sectors(double size, SeamPolicy seams = SeamPolicy::kIsland) {
-  WorldSettings settings;
-  settings.sector_size = size;
-  settings.seams = seams;
-  return settings;
-}
-
-std::vector<WorldHash> run(const WorldDescription& world, std::uint32_t shares, int threads, int ticks) {
-  auto cluster = ShareCluster::create(world, shares, threads);
-  EXPECT_TRUE(cluster.ok()) << cluster.status();
-  std::vector<WorldHash> hashes;
-  for (int t = 0; t < ticks; ++t) {
-    (*cluster)->step();
-    hashes.push_back((*cluster)->hash());
-  }
-  return hashes;
-}
-
-std::size_t first_difference(const std::vector<WorldHash>& a, const std::vector<WorldHash>& b) {
-  std::size_t tick = 0;
-  while (tick < a.size() && a[tick] == b[tick]) ++tick;
-  return tick;
-}
-
 TEST(Island, ATowerStandsAcrossASeam) {
   // L = 8: the tower from -1 to 9 m has its seams at z = 4.
-  auto cluster = ShareCluster::create(tower_world(small_sectors(8), 10, {0, 0, -1}), 1);
+  auto cluster = ShareCluster::create(tower_world(sectors_of(8), 10, {0, 0, -1}), 1);
   ASSERT_TRUE(cluster.ok()) << cluster.status();
   std::uint32_t across = 0;
   for (int t = 0; t < 600; ++t) {
@@ -60,7 +36,7 @@ TEST(Island, ATowerStandsAcrossASeam) {
 }
 
 TEST(Clone, ThePapersClonesLetATowerFallThroughItsSeam) {
-  auto cluster = ShareCluster::create(tower_world(small_sectors(8, SeamPolicy::kClone), 10, {0, 0, -1}), 1);
+  auto cluster = ShareCluster::create(tower_world(sectors_of(8, SeamPolicy::kClone), 10, {0, 0, -1}), 1);
   ASSERT_TRUE(cluster.ok()) << cluster.status();
   for (int t = 0; t < 600; ++t) (*cluster)->step();
   const BodyRecord top = *(*cluster)->body(BodyId{11});
@@ -68,7 +44,7 @@ TEST(Clone, ThePapersClonesLetATowerFallThroughItsSeam) {
 }
 
 TEST(PlacementInvariance, ATowerOverTwoAndFourShares) {
-  const WorldDescription world = tower_world(small_sectors(4), 10, {0, 0, -1});
+  const WorldDescription world = tower_world(sectors_of(4), 10, {0, 0, -1});
   const std::vector<WorldHash> one = run(world, 1, 1, 300);
   EXPECT_EQ(first_difference(one, run(world, 2, 1, 300)), 300u);
   EXPECT_EQ(first_difference(one, run(world, 4, 1, 300)), 300u);
@@ -76,7 +52,7 @@ TEST(PlacementInvariance, ATowerOverTwoAndFourShares) {
 
 TEST(PlacementInvariance, APileOverUpToEightSharesAndTwoThreads) {
   for (const SeamPolicy policy : {SeamPolicy::kIsland, SeamPolicy::kClone}) {
-    const WorldDescription world = pile_world(small_sectors(16, policy), 200);
+    const WorldDescription world = pile_world(sectors_of(16, policy), 200);
     const std::vector<WorldHash> one = run(world, 1, 1, 240);
     EXPECT_EQ(first_difference(one, run(world, 1, 2, 240)), 240u);
     EXPECT_EQ(first_difference(one, run(world, 2, 1, 240)), 240u);
@@ -86,7 +62,7 @@ TEST(PlacementInvariance, APileOverUpToEightSharesAndTwoThreads) {
 }
 
 TEST(TranslationInvariance, APileMovedByWholeSectors) {
-  WorldDescription world = pile_world(small_sectors(16), 150);
+  WorldDescription world = pile_world(sectors_of(16), 150);
   const std::vector<WorldHash> here = run(world, 1, 1, 200);
   constexpr std::int64_t kFar = std::int64_t{1} << 62;
   for (const SectorOffset offset : {SectorOffset{kFar, -kFar, kFar}, SectorOffset{-kFar, 7, 1 << 20}}) {

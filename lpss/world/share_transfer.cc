@@ -115,23 +115,15 @@ void Share::unpack_clones(const MovedSector& moved) {
   if (moved.clones.empty()) return;
   Sector& sector = sector_at(moved.sector);
   for (const MovedClone& clone : moved.clones) {
-    const GhostUpdate& update = clone.update;
-    std::unique_ptr<Ghost>& ghost = ghosts_[update.id];
-    if (!ghost) ghost = std::make_unique<Ghost>();
-    ghost->id = update.id;
-    ghost->properties = clone.introduction.properties;
-    ghost->radius = radius_of(ghost->properties);
-    ghost->home = update.home;
-    ghost->next_home = update.next_home;
-    ghost->targets = update.targets;
-    ghost->state = update.state;
-    add_sorted(ghost->places, moved.sector);
-    if (ghost->next_home != ghost->home &&
-        std::find(moving_ghosts_.begin(), moving_ghosts_.end(), ghost->id) == moving_ghosts_.end()) {
-      moving_ghosts_.push_back(ghost->id);
+    Ghost& ghost = introduce(clone.introduction);
+    revise(ghost, clone.update);
+    add_sorted(ghost.places, moved.sector);
+    if (ghost.next_home != ghost.home &&
+        std::find(moving_ghosts_.begin(), moving_ghosts_.end(), ghost.id) == moving_ghosts_.end()) {
+      moving_ghosts_.push_back(ghost.id);
     }
-    Clone& entry = sector.clones[update.id];
-    entry.ghost = ghost.get();
+    Clone& entry = sector.clones[ghost.id];
+    entry.ghost = &ghost;
     if (clone.placed) place_clone(sector, entry);
     entry.fresh = clone.fresh;
   }
