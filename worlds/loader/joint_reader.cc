@@ -127,10 +127,10 @@ Quaterniond frame_along(const Vector3d& x) {
 }
 
 // The numbers that prepare_joint() kept in an element.
-std::vector<double> kept_numbers(const sdf::Joint& joint, const char* name) {
+std::vector<double> kept_numbers(const sdf::Joint& joint, absl::string_view name) {
   std::vector<double> result;
-  if (joint.Element() == nullptr || !joint.Element()->HasElement(name)) return result;
-  const std::string text = joint.Element()->GetElement(name)->Get<std::string>();
+  if (joint.Element() == nullptr || !joint.Element()->HasElement(std::string(name))) return result;
+  const std::string text = joint.Element()->GetElement(std::string(name))->Get<std::string>();
   for (const absl::string_view word : absl::StrSplit(text, ' ', absl::SkipEmpty())) {
     double number = 0;
     if (absl::SimpleAtod(word, &number)) result.push_back(number);
@@ -187,11 +187,11 @@ absl::Status prepare_joint(xml::Element& joint) {
     for (const JointDrive& drive : *drives) {
       absl::StrAppendFormat(&text, "%d %.17g ", static_cast<int>(drive.mode), drive.target);
     }
-    joint.InsertNewChildElement(kKeptDrives)->SetText(text.c_str());
+    joint.InsertNewChildElement(kKeptDrives.data())->SetText(text.c_str());
   }
   if (xml::Element* pitch = joint.FirstChildElement("screw_thread_pitch")) {
     if (absl::Status status = xml::number_of(*pitch).status(); !status.ok()) return status;
-    pitch->SetName(kKeptThreadPitch);
+    pitch->SetName(kKeptThreadPitch.data());
   }
   return absl::OkStatus();
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/statusor.h>
+#include <absl/strings/string_view.h>
 
 #include <optional>
 #include <sdf/Joint.hh>
@@ -14,8 +15,8 @@
 namespace tessera {
 
 // What libsdformat has no word for, in a <joint> that has been made ready for it.
-inline constexpr char kKeptDrives[] = "tessera:drives";
-inline constexpr char kKeptThreadPitch[] = "tessera:screw_thread_pitch";
+inline constexpr absl::string_view kKeptDrives = "tessera:drives";
+inline constexpr absl::string_view kKeptThreadPitch = "tessera:screw_thread_pitch";
 
 // Makes a <joint> of a file ready: <tessera:drive> and SDF 1.10's <screw_thread_pitch> survive in it.
 // INVALID_ARGUMENT, naming the place, for what they must not say.
