@@ -5,6 +5,12 @@ if(TESSERA_WERROR)
   list(APPEND tessera_warnings -Werror)
 endif()
 
+# Programs that a sanitizer watches take several times as long.
+set(tessera_slowness 1)
+if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+  set(tessera_slowness 5)
+endif()
+
 # The same bits on every machine of one architecture: no contraction to fused multiply-add.
 add_compile_options(-ffp-contract=off)
 
@@ -27,6 +33,7 @@ function(tessera_test name)
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
+  math(EXPR arg_TIMEOUT "${arg_TIMEOUT} * ${tessera_slowness}")
   add_executable(${name} ${arg_SOURCES})
   target_compile_options(${name} PRIVATE ${tessera_warnings})
   target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gmock_main)

@@ -2,8 +2,6 @@
 
 #include <absl/container/flat_hash_map.h>
 #include <absl/strings/str_cat.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 
@@ -69,21 +67,6 @@ double largest_radius(const WorldDescription& world) {
                                                 Eigen::Vector3d(body.properties.centre.data())));
   }
   return largest;
-}
-
-ParallelFor parallel_on(int threads) {
-  if (threads <= 1) return {};
-  auto arena = std::make_shared<tbb::task_arena>(threads);
-  return [arena](std::size_t count, const std::function<void(std::size_t)>& body) {
-    arena->execute([&] {
-      tbb::parallel_for(
-          tbb::blocked_range<std::size_t>(0, count, 1),
-          [&](const tbb::blocked_range<std::size_t>& range) {
-            for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
-          },
-          tbb::simple_partitioner());
-    });
-  };
 }
 
 absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescription& world, int threads) {
