@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace tessera::bullet {
@@ -162,7 +163,8 @@ class RowMaker {
 // Damping and friction.
 void RowMaker::resist(JointRow row, const JointAxis& axis) {
   row.velocity = 0;
-  if (axis.damping > 0) {
+  // Less has no inverse, and no effect.
+  if (axis.damping * dt_ >= std::numeric_limits<double>::min()) {
     row.compliance = 1 / (axis.damping * dt_);
     rows_.push_back(row);
     row.compliance = 0;

@@ -14,11 +14,16 @@ inline constexpr int kCloneDepthMax = 8;
 inline constexpr std::uint32_t kIslandCapMin = 2;        // bodies
 inline constexpr std::uint32_t kIslandCapMax = 1u << 31;
 inline constexpr int kSolverIterationsMax = 1000;
+inline constexpr int kSubstepsMax = 64;
+inline constexpr double kSplitFromMax = 1e6;             // m
 
 inline constexpr double kMassMin = 1e-6;    // kg
 inline constexpr double kMassMax = 1e6;     // kg; engines take heavier ones for immovable
 inline constexpr double kExtentMin = 1e-4;  // m
 inline constexpr double kStaticExtentMax = 1e8;         // m, of bounded static shapes
+inline constexpr double kInertiaMin = 1e-18;            // kg m^2: smallest solid; less has no inverse in float
+inline constexpr double kInertiaMax = 1e18;             // kg m^2
+inline constexpr double kAccelerationMax = 1e6;         // m/s^2, of gravity
 inline constexpr double kSpeedMax = 1e6;                // m/s
 inline constexpr double kAngularSpeedMax = 1e5;         // rad/s
 inline constexpr double kImpulseMax = 1e12;             // N s

@@ -92,14 +92,22 @@ std::vector<BodyId> StaticIndex::overlapping(const SectorIndex& sector, const Ei
     if (box.squaredExteriorDistance(centre) <= entry.radius * entry.radius) found.push_back(id);
   };
   const auto cell_of = [&](double x) { return static_cast<std::int64_t>(std::floor(x / sector_size_ + 0.5)); };
-  for (std::int64_t i = cell_of(box.min().x()); i <= cell_of(box.max().x()); ++i) {
-    for (std::int64_t j = cell_of(box.min().y()); j <= cell_of(box.max().y()); ++j) {
-      for (std::int64_t k = cell_of(box.min().z()); k <= cell_of(box.max().z()); ++k) {
-        const absl::StatusOr<SectorIndex> cell = translated(sector, {i, j, k});
-        if (!cell.ok()) continue;
-        const auto listed = by_sector_.find(*cell);
-        if (listed == by_sector_.end()) continue;
-        for (const BodyId id : listed->second) consider(id);
+  const Eigen::Array3d cells = (box.max() - box.min()).array() / sector_size_ + 2;
+  if (cells.prod() > static_cast<double>(by_sector_.size())) {
+    // What is very fast reaches across more sectors than there are with anything in them.
+    for (const auto& [cell, ids] : by_sector_) {
+      for (const BodyId id : ids) consider(id);
+    }
+  } else {
+    for (std::int64_t i = cell_of(box.min().x()); i <= cell_of(box.max().x()); ++i) {
+      for (std::int64_t j = cell_of(box.min().y()); j <= cell_of(box.max().y()); ++j) {
+        for (std::int64_t k = cell_of(box.min().z()); k <= cell_of(box.max().z()); ++k) {
+          const absl::StatusOr<SectorIndex> cell = translated(sector, {i, j, k});
+          if (!cell.ok()) continue;
+          const auto listed = by_sector_.find(*cell);
+          if (listed == by_sector_.end()) continue;
+          for (const BodyId id : listed->second) consider(id);
+        }
       }
     }
   }

@@ -181,6 +181,9 @@ absl::Status inertia_check(const std::array<double, 3>& inertia) {
       return refused("principal moment of inertia ", axis, " = ", moment,
                      " kg m^2 must be finite and above 0");
     }
+    absl::Status status = bounded(absl::StrCat("principal moment of inertia ", axis), moment, kInertiaMin,
+                                  kInertiaMax, "kg m^2");
+    if (!status.ok()) return status;
     const double others = inertia[(axis + 1) % 3] + inertia[(axis + 2) % 3];
     if (moment > others * (1 + kTriangleTolerance)) {
       return refused("principal moment of inertia ", axis, " = ", moment,
@@ -234,10 +237,11 @@ absl::Status motion_check(const BodyDescription& body, double sector_size) {
 
 absl::Status gravity_check(const Gravity& gravity, double sector_size) {
   if (const auto* uniform = std::get_if<UniformGravity>(&gravity)) {
-    return finite("gravity", uniform->acceleration);
+    if (absl::Status status = finite("gravity", uniform->acceleration); !status.ok()) return status;
+    return bounded("gravity", uniform->acceleration.norm(), 0, kAccelerationMax, "m/s^2");
   }
   const CentralGravity& planet = std::get<CentralGravity>(gravity);
-  if (absl::Status status = bounded("central gravity: surface", planet.surface, 0, kNoBound, "m/s^2");
+  if (absl::Status status = bounded("central gravity: surface", planet.surface, 0, kAccelerationMax, "m/s^2");
       !status.ok()) {
     return status;
   }
@@ -257,7 +261,7 @@ absl::Status sector_size_check(const WorldSettings& settings) {
   if (settings.sector_size <= limit) return absl::OkStatus();
   const bool single = settings.precision == Precision::kFloat32;
   return refused("sector size L = ", settings.sector_size, " m must be at most 2 r / (3 sqrt(3)) = ", limit,
-                 " m in precision ", single ? "f32" : "f64", ", where neighbouring numbers are at most ",
+                 " m in precision ", name_of(settings.precision), ", where neighbouring numbers are at most ",
                  kResolutionWanted, " m apart up to r = ", limit * 1.5 * std::sqrt(3.0), " m",
                  single ? "; use a smaller L or precision f64" : "");
 }
@@ -331,6 +335,12 @@ absl::Status validate(const WorldSettings& settings) {
   status = bounded("island_cap", settings.island_cap, kIslandCapMin, kIslandCapMax);
   if (!status.ok()) return in(what, status);
   status = bounded("solver_iterations", settings.solver_iterations, 1, kSolverIterationsMax);
+  if (!status.ok()) return in(what, status);
+  status = bounded("substeps", settings.substeps, 1, kSubstepsMax);
+  if (!status.ok()) return in(what, status);
+  status = bounded("warm_starting", settings.warm_starting, 0.0, 1.0, "");
+  if (!status.ok()) return in(what, status);
+  status = bounded("split_from", settings.split_from, 0.0, kSplitFromMax, "m");
   if (!status.ok()) return in(what, status);
   if (status = sleep_check(settings); !status.ok()) return in(what, status);
   return in(what, gravity_check(settings.gravity, settings.sector_size));

@@ -96,6 +96,10 @@ std::vector<Row> setting_rows() {
       {"TimeStepLarge", set([](auto& s) { s.time_step = 0.2; }), {"time step = 0.2 s", "at most 0.1 s"}},
       {"CloneDepthNegative", set([](auto& s) { s.clone_depth = -1; }), {"clone_depth = -1", "at least 0"}},
       {"CloneDepthLarge", set([](auto& s) { s.clone_depth = 9; }), {"clone_depth = 9", "at most 8"}},
+      {"SubstepsZero", set([](auto& s) { s.substeps = 0; }), {"substeps = 0", "at least 1"}},
+      {"SubstepsTooMany", set([](auto& s) { s.substeps = 65; }), {"substeps = 65", "at most 64"}},
+      {"WarmStartingAboveOne", set([](auto& s) { s.warm_starting = 1.5; }), {"warm_starting = 1.5", "at most 1"}},
+      {"SplitFromNegative", set([](auto& s) { s.split_from = -1; }), {"split_from = -1", "at least 0"}},
       {"IslandCapOne", set([](auto& s) { s.island_cap = 1; }), {"island_cap = 1", "at least 2"}},
       {"IslandCapLarge",
        set([](auto& s) { s.island_cap = 3'000'000'000; }),
@@ -116,6 +120,16 @@ std::vector<Row> setting_rows() {
          s.gravity = UniformGravity{{0, kNan, 0}};
        }),
        {"gravity y", "finite"}},
+      {"GravityHuge",
+       set([](auto& s) {
+         s.gravity = UniformGravity{{0, 0, -1e7}};
+       }),
+       {"gravity = 1e+07 m/s^2", "at most 1e+06"}},
+      {"PlanetPullsHuge",
+       set([](auto& s) {
+         s.gravity = CentralGravity{{}, 1e7, 1};
+       }),
+       {"central gravity: surface = 1e+07", "at most 1e+06"}},
       {"PlanetRadiusZero",
        set([](auto& s) {
          s.gravity = CentralGravity{{}, 9.8, 0};
@@ -166,6 +180,16 @@ std::vector<Row> body_rows() {
          b.properties.inertia = {1, 0, 1};
        }),
        {"good::box", "inertia 1 = 0", "above 0"}},
+      {"InertiaTiny",
+       box([](auto& b) {
+         b.properties.inertia = {1e-40, 1e-40, 1e-40};
+       }),
+       {"good::box", "inertia 0 = 1e-40 kg m^2", "at least 1e-18"}},
+      {"InertiaHuge",
+       box([](auto& b) {
+         b.properties.inertia = {1e30, 1e30, 1e30};
+       }),
+       {"good::box", "inertia 0 = 1e+30 kg m^2", "at most 1e+18"}},
       {"InertiaNan",
        box([](auto& b) {
          b.properties.inertia = {1, 1, kNan};
