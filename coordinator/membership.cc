@@ -88,8 +88,6 @@ std::optional<Membership::Nanoseconds> Membership::next_deadline() const {
   return earliest;
 }
 
-const char* name_of(Precision precision) { return precision == Precision::kFloat32 ? "f32" : "f64"; }
-
 std::string title_of(const Server& server) {
   std::string title = absl::StrCat("server ", absl::Hex(server.node.value));
   if (!server.stream_address.empty()) absl::StrAppend(&title, " (", server.stream_address, ")");

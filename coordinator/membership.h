@@ -69,9 +69,6 @@ class Membership {
   std::vector<Server> servers_;
 };
 
-// "f32" or "f64".
-const char* name_of(Precision precision);
-
 // How messages call a server: its address in the cluster and that of its streams.
 std::string title_of(const Server& server);
 

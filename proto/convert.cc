@@ -283,6 +283,9 @@ v1::WorldSettings to_proto(const WorldSettings& settings) {
   result.set_sleep_after(settings.sleep_after);
   result.set_island_cap(settings.island_cap);
   result.set_shuffle(settings.shuffle);
+  result.set_substeps(static_cast<std::uint32_t>(settings.substeps));
+  result.set_warm_starting(settings.warm_starting);
+  result.set_split_from(settings.split_from);
   return result;
 }
 
@@ -385,6 +388,8 @@ absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings) {
   if (!clone_depth.ok()) return clone_depth.status();
   const absl::StatusOr<int> iterations = count("solver_iterations", settings.solver_iterations());
   if (!iterations.ok()) return iterations.status();
+  const absl::StatusOr<int> substeps = count("substeps", settings.substeps());
+  if (!substeps.ok()) return substeps.status();
   const absl::StatusOr<Gravity> pull = gravity(settings);
   if (!pull.ok()) return pull.status();
   WorldSettings result;
@@ -402,6 +407,9 @@ absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings) {
   result.sleep_after = settings.sleep_after();
   result.island_cap = settings.island_cap();
   result.shuffle = settings.shuffle();
+  result.substeps = *substeps;
+  result.warm_starting = settings.warm_starting();
+  result.split_from = settings.split_from();
   return result;
 }
 

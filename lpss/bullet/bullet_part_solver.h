@@ -11,7 +11,7 @@ namespace tessera::bullet {
 class BulletPartSolver final : public PartSolver {
  public:
   explicit BulletPartSolver(const EngineSettings& settings)
-      : PartSolver(settings.solver_iterations), solver_(settings) {}
+      : PartSolver(settings.solver_iterations), solver_(without_small_steps(settings)) {}
 
   void begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) override;
   void pass(int n) override;
@@ -21,6 +21,12 @@ class BulletPartSolver final : public PartSolver {
   void end() override;
 
  private:
+  // Parts agree after every pass of the whole tick.
+  static EngineSettings without_small_steps(EngineSettings settings) {
+    settings.substeps = 1;
+    return settings;
+  }
+
   // A body that other parts have, too, and what all have agreed on so far.
   struct Shared {
     std::size_t body;  // a place in the task's bodies

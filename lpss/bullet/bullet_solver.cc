@@ -5,7 +5,7 @@ namespace tessera::bullet {
 void BulletSolver::solve(const SolveTask& task, double dt) {
   if (task.bodies.empty()) return;
   solver_.set_up(task, dt);
-  for (int n = 0; n < solver_.passes(); ++n) solver_.pass(n);
+  solver_.solve();
   solver_.finish();
 }
 

@@ -106,6 +106,12 @@ void decouple(std::span<JointRow> rows, const btSolverBody& child, const btSolve
   }
 }
 
+template <typename T>
+std::span<T> span_of(btAlignedObjectArray<T>& array) {
+  if (array.size() == 0) return {};
+  return {&array[0], static_cast<std::size_t>(array.size())};
+}
+
 // Makes one side of a row that many times easier to move.
 void lighten(btSolverConstraint& row, int id, const btSolverBody& body, double times) {
   const bool is_a = row.m_solverBodyIdA == id;
@@ -126,6 +132,9 @@ void lighten(btSolverConstraint& row, int id, const btSolverBody& body, double t
 }  // namespace
 
 TaskSolver::TaskSolver(const EngineSettings& settings) {
+  if (settings.substeps > 1) small_steps_.emplace(settings.substeps, settings.solver_iterations);
+  info_.m_warmstartingFactor = btScalar(settings.warm_starting);
+  info_.m_splitImpulsePenetrationThreshold = btScalar(-settings.split_from);
   info_.m_numIterations = settings.solver_iterations;
   info_.m_solverMode = SOLVER_USE_WARMSTARTING;
   if (settings.friction_in_two_directions) info_.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
@@ -165,6 +174,21 @@ void TaskSolver::split(std::size_t body, double times) {
     for (int i = 0; i < rows->size(); ++i) lighten((*rows)[i], id, split, times);
   }
   split.m_invMass *= btScalar(times);
+}
+
+void TaskSolver::solve() {
+  if (!small_steps_) {
+    for (int n = 0; n < passes(); ++n) pass(n);
+    return;
+  }
+  RowPools pools;
+  pools.bodies = span_of(m_tmpSolverBodyPool);
+  pools.joints = span_of(m_tmpSolverNonContactConstraintPool);
+  pools.targets = rows_;
+  pools.contacts = span_of(m_tmpSolverContactConstraintPool);
+  pools.frictions = span_of(m_tmpSolverContactFrictionConstraintPool);
+  pools.friction_directions = info_.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS ? 2 : 1;
+  small_steps_->solve(pools, info_);
 }
 
 void TaskSolver::pass(int n) {
@@ -243,10 +267,12 @@ void TaskSolver::convert_row(const JointRow& row, int child, int parent, btSolve
                                  converted.m_angularComponentA) +
                         mobility(parent_body, converted.m_contactNormal2, converted.m_relpos2CrossNormal,
                                  converted.m_angularComponentB);
-  const double resistance = mobile + row.compliance;
+  // An impulse is spread over the small steps, and gives way as a whole.
+  const double compliance = row.compliance * (small_steps_ ? small_steps_->count() : 1);
+  const double resistance = mobile + compliance;
   const double impulse_per_velocity = resistance > 0 ? 1 / resistance : 0;
   converted.m_jacDiagABInv = btScalar(impulse_per_velocity);
-  converted.m_cfm = btScalar(row.compliance * impulse_per_velocity);
+  converted.m_cfm = btScalar(compliance * impulse_per_velocity);
   converted.m_rhs =
       btScalar((row.velocity - velocity_of(row, child_body, parent_body)) * impulse_per_velocity);
   converted.m_lowerLimit = btScalar(row.impulse_min);

@@ -5,15 +5,17 @@
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "lpss/bullet/joint_rows.h"
+#include "lpss/bullet/small_steps.h"
 #include "lpss/engine/engine.h"
 
 namespace tessera::bullet {
 
-// One task at a time: set_up(), then passes() times pass(), then finish(). Nothing of a task stays for the
-// next.
+// One task at a time: set_up(), then solve(), or passes() times pass(), then finish(). Nothing of a task stays for
+// the next.
 class TaskSolver final : public btSequentialImpulseConstraintSolver {
  public:
   explicit TaskSolver(const EngineSettings& settings);
@@ -25,6 +27,9 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
 
   // Makes a body `times` lighter for the passes, after set_up().
   void split(std::size_t body, double times);
+
+  // All passes, or all small steps where the settings ask for some.
+  void solve();
 
   // One pass of the position correction and one of the velocities; n counts from 0. The two touch different
   // variables, so this is as good as all of the one before all of the other.
@@ -56,6 +61,7 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   void convert_row(const JointRow& row, int child, int parent, btSolverConstraint& converted);
   void release_kinematic_bodies();
 
+  std::optional<SmallSteps> small_steps_;
   btContactSolverInfo info_;
   btContactSolverInfo one_pass_;
   std::vector<btCollisionObject*> bodies_;

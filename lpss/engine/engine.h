@@ -50,7 +50,10 @@ struct EngineSettings {
   Precision precision = Precision::kFloat32;
   CloneContacts clone_contacts = CloneContacts::kNone;
   bool clones_are_solved = false;  // policy clone: clones take part in the solution of their sector as bodies
-  int solver_iterations = 10;
+  int solver_iterations = 12;
+  int substeps = 4;
+  double warm_starting = 0.85;
+  double split_from = 0.04;
   bool friction_in_two_directions = true;
   bool continuous_collision = true;
   double sleep_linear_speed = 0.05;

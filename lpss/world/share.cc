@@ -13,6 +13,9 @@ EngineSettings engine_settings(const WorldSettings& settings) {
   result.clone_contacts = clone ? CloneContacts::kAll : CloneContacts::kNone;
   result.clones_are_solved = clone;
   result.solver_iterations = settings.solver_iterations;
+  result.substeps = settings.substeps;
+  result.warm_starting = settings.warm_starting;
+  result.split_from = settings.split_from;
   result.friction_in_two_directions = settings.friction_in_two_directions;
   result.continuous_collision = settings.continuous_collision;
   result.sleep_linear_speed = settings.sleep_linear_speed;

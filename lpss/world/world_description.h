@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -23,6 +24,12 @@ enum class SeamPolicy : std::uint8_t {
   kIsland,  // contacts are found in sectors, islands are solved whole, over any number of them
   kClone,   // the paper's Cloning Manager: every sector solves its own bodies and its clones
 };
+
+// As files and people write them: "f32" and "f64", "island" and "clone". Nothing for another name.
+const char* name_of(Precision precision);
+const char* name_of(SeamPolicy seams);
+std::optional<Precision> precision_named(const std::string& name);
+std::optional<SeamPolicy> seams_named(const std::string& name);
 
 // The same acceleration everywhere, in m/s^2.
 struct UniformGravity {
@@ -51,7 +58,12 @@ struct WorldSettings {
                                     // pass by pass instead of being solved whole
   std::uint64_t shuffle = 0;     // not 0: a seed; sectors change servers, and islands their solvers, at random
   Gravity gravity;
-  int solver_iterations = 10;    // passes over the contact rows of an island, 1 to 1000
+  int solver_iterations = 12;    // passes over the rows of an island, 1 to 1000
+  int substeps = 4;              // small steps of a tick that these passes are divided among, two each at least, 1 to
+                                 // 64; 1 is Bullet's own solver. Contacts are found once a tick
+  double warm_starting = 0.85;   // of Bullet's own solver: share of the last impulses to start from, 0 to 1
+  double split_from = 0.04;      // of Bullet's own solver, m: deeper overlaps are pushed apart without a lasting
+                                 // velocity, 0 or more
   bool friction_in_two_directions = true;  // costs about 1.3 times the solver's time; a stack drifts far less
   bool continuous_collision = true;        // sweep bodies that move farther in a tick than they are thick
   double sleep_linear_speed = 0.05;   // m/s; a body slower than both speeds ...

@@ -106,11 +106,14 @@ absl::Status read_setting(const Element& element, WorldSettings& s) {
     if (absl::SimpleAtoi(xml::text_of(element), &s.shuffle)) return absl::OkStatus();
     return xml::invalid(element, "'", xml::text_of(element), "' must be an integer of 0 to 2^64 - 1");
   }
-  const std::array<Knob, 10> knobs = {{{"sector_size", &s.sector_size},
+  const std::array<Knob, 13> knobs = {{{"sector_size", &s.sector_size},
                                        {"time_step", &s.time_step},
                                        {"clone_depth", &s.clone_depth},
                                        {"island_cap", &s.island_cap},
                                        {"solver_iterations", &s.solver_iterations},
+                                       {"substeps", &s.substeps},
+                                       {"warm_starting", &s.warm_starting},
+                                       {"split_from", &s.split_from},
                                        {"friction_in_two_directions", &s.friction_in_two_directions},
                                        {"continuous_collision", &s.continuous_collision},
                                        {"sleep_linear_speed", &s.sleep_linear_speed},

@@ -1,0 +1,241 @@
+#include "lpss/bullet/small_steps.h"
+
+#include <BulletCollision/NarrowPhaseCollision/btManifoldPoint.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tessera::bullet {
+namespace {
+
+// A contact is a spring that its load compresses: at 30 Hz, as in Box2D, a tower of ten boxes is 27 mm lower,
+// and one of twenty buckles; at 60 Hz 7 mm, and both stand. Stiffer ones need more passes than most can pay
+// for.
+constexpr btScalar kFrequencyTick = 1;     // of the rate of ticks, at most
+constexpr btScalar kFrequencyStep = 0.25;  // of the rate of steps, at most
+constexpr btScalar kContactDamping = 10;   // of critical damping
+constexpr btScalar kPushSpeedMax = 3;      // m/s, by which overlaps are taken back
+
+const btManifoldPoint& point_of(const btSolverConstraint& contact) {
+  return *static_cast<const btManifoldPoint*>(contact.m_originalContactPoint);
+}
+
+// The direction of a row, also where its first body cannot move.
+btVector3 direction_of(const btSolverConstraint& row) {
+  return row.m_contactNormal1.isZero() ? -row.m_contactNormal2 : row.m_contactNormal1;
+}
+
+}  // namespace
+
+SmallSteps::SmallSteps(int steps, int passes)
+    : steps_(steps), all_passes_(passes), passes_(std::max(2, (passes + steps - 1) / steps)) {}
+
+void SmallSteps::solve(const RowPools& pools, const btContactSolverInfo& info) {
+  begin(pools, info);
+  for (int step = 0; step < steps_; ++step) {
+    start_step(pools);
+    // Joints start cold.
+    for (int n = 0; step == 0 && n < all_passes_; ++n) pass_joints(pools);
+    for (int n = 0; n + 1 < passes_; ++n) pass(pools, /*corrects=*/true);
+    close_gaps(pools);
+    add_way(step_);
+    pass(pools, /*corrects=*/false);
+    add_way(-step_);
+    add_up(pools);
+  }
+  rebound(pools);
+  end(pools, info);
+}
+
+void SmallSteps::begin(const RowPools& pools, const btContactSolverInfo& info) {
+  step_ = info.m_timeStep / static_cast<btScalar>(steps_);
+  const btScalar frequency = std::min(kFrequencyTick / info.m_timeStep, kFrequencyStep / step_);
+  const btScalar omega = 2 * std::numbers::pi_v<btScalar> * frequency;
+  const btScalar a = 2 * kContactDamping + step_ * omega;
+  const btScalar b = step_ * omega * a;
+  push_rate_ = omega / a;
+  impulse_share_ = 1 / (1 + b);
+  mass_share_ = b * impulse_share_;
+
+  const btVector3 none(0, 0, 0);
+  motions_.clear();
+  for (const btSolverBody& body : pools.bodies) {
+    motions_.push_back({body.m_linearVelocity, body.m_angularVelocity, none, none, body.m_invMass.x()});
+  }
+  for (const auto& rows : {pools.joints, pools.contacts}) {
+    for (const btSolverConstraint& row : rows) {
+      motions_[static_cast<std::size_t>(row.m_solverBodyIdA)].is_pushed = true;
+      motions_[static_cast<std::size_t>(row.m_solverBodyIdB)].is_pushed = true;
+    }
+  }
+  contacts_.clear();
+  for (const btSolverConstraint& row : pools.contacts) {
+    const btManifoldPoint& point = point_of(row);
+    const btScalar gap = point.getDistance();
+    const btScalar approach = -velocity_of(row);
+    const bool bounces = approach > info.m_restitutionVelocityThreshold;
+    contacts_.push_back({gap, std::min(-gap / info.m_timeStep, btScalar(0)),
+                         bounces ? point.m_combinedRestitution * approach : 0});
+  }
+  friction_totals_.assign(pools.frictions.size(), 0);
+  recall_impulses(pools);
+}
+
+// Those of the last tick, as far as a step needs them. Rows of friction follow the sliding velocity; what is
+// kept of them lies along directions that depend on the normal alone.
+void SmallSteps::recall_impulses(const RowPools& pools) {
+  const btScalar share = 1 / static_cast<btScalar>(steps_);
+  for (btSolverConstraint& row : pools.joints) row.m_appliedImpulse = 0;
+  for (btSolverConstraint& row : pools.contacts) {
+    const btManifoldPoint& point = point_of(row);
+    row.m_appliedImpulse = point.m_appliedImpulse * share;
+    btVector3 p, q;
+    btPlaneSpace1(point.m_normalWorldOnB, p, q);
+    const btVector3 kept = (p * point.m_appliedImpulseLateral1 + q * point.m_appliedImpulseLateral2) * share;
+    for (int k = 0; k < pools.friction_directions; ++k) {
+      btSolverConstraint& friction = pools.frictions[static_cast<std::size_t>(row.m_frictionIndex + k)];
+      const btScalar most = friction.m_friction * row.m_appliedImpulse;
+      friction.m_appliedImpulse = std::clamp(kept.dot(direction_of(friction)), -most, most);
+    }
+  }
+}
+
+btScalar SmallSteps::velocity_of(const btSolverConstraint& row) const {
+  const Motion& a = motions_[static_cast<std::size_t>(row.m_solverBodyIdA)];
+  const Motion& b = motions_[static_cast<std::size_t>(row.m_solverBodyIdB)];
+  return row.m_contactNormal1.dot(a.linear) + row.m_relpos1CrossNormal.dot(a.angular) +
+         row.m_contactNormal2.dot(b.linear) + row.m_relpos2CrossNormal.dot(b.angular);
+}
+
+void SmallSteps::push(const btSolverConstraint& row, btScalar impulse) {
+  Motion& a = motions_[static_cast<std::size_t>(row.m_solverBodyIdA)];
+  Motion& b = motions_[static_cast<std::size_t>(row.m_solverBodyIdB)];
+  a.linear += row.m_contactNormal1 * (a.inverse_mass * impulse);
+  a.angular += row.m_angularComponentA * impulse;
+  b.linear += row.m_contactNormal2 * (b.inverse_mass * impulse);
+  b.angular += row.m_angularComponentB * impulse;
+}
+
+void SmallSteps::set_impulse(btSolverConstraint& row, btScalar impulse) {
+  push(row, impulse - row.m_appliedImpulse);
+  row.m_appliedImpulse = impulse;
+}
+
+// Forces of one step, and the impulses of the step before.
+void SmallSteps::start_step(const RowPools& pools) {
+  const btScalar share = 1 / static_cast<btScalar>(steps_);
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    motions_[i].linear += pools.bodies[i].m_externalForceImpulse * share;
+    motions_[i].angular += pools.bodies[i].m_externalTorqueImpulse * share;
+  }
+  for (const auto& rows : {pools.joints, pools.contacts, pools.frictions}) {
+    for (const btSolverConstraint& row : rows) push(row, row.m_appliedImpulse);
+  }
+}
+
+void SmallSteps::pass_joints(const RowPools& pools) {
+  const btScalar share = 1 / static_cast<btScalar>(steps_);
+  for (std::size_t i = 0; i < pools.joints.size(); ++i) {
+    btSolverConstraint& row = pools.joints[i];
+    const btScalar missing = btScalar(pools.targets[i].velocity) - velocity_of(row);
+    const btScalar impulse = row.m_appliedImpulse * (1 - row.m_cfm) + missing * row.m_jacDiagABInv;
+    set_impulse(row, std::clamp(impulse, row.m_lowerLimit * share, row.m_upperLimit * share));
+  }
+}
+
+void SmallSteps::pass(const RowPools& pools, bool corrects) {
+  pass_joints(pools);
+  for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
+    solve_contact(pools.contacts[i], contacts_[i], corrects);
+  }
+  for (const btSolverConstraint& contact : pools.contacts) {
+    for (int k = 0; k < pools.friction_directions; ++k) {
+      btSolverConstraint& row = pools.frictions[static_cast<std::size_t>(contact.m_frictionIndex + k)];
+      const btScalar most = row.m_friction * contact.m_appliedImpulse;
+      const btScalar impulse = row.m_appliedImpulse - velocity_of(row) * row.m_jacDiagABInv;
+      set_impulse(row, std::clamp(impulse, -most, most));
+    }
+  }
+}
+
+// A gap may close by the end of the tick; an overlap is pushed open like a spring that is damped far beyond
+// critical.
+void SmallSteps::solve_contact(btSolverConstraint& row, const Contact& contact, bool corrects) {
+  btScalar velocity = contact.approach_max;
+  btScalar mass_share = 1;
+  btScalar impulse_share = 0;
+  if (corrects && contact.gap < 0) {
+    velocity = std::min(-contact.gap * push_rate_, kPushSpeedMax);
+    mass_share = mass_share_;
+    impulse_share = impulse_share_;
+  }
+  const btScalar missing = velocity - velocity_of(row);
+  const btScalar impulse =
+      row.m_appliedImpulse * (1 - impulse_share) + missing * row.m_jacDiagABInv * mass_share;
+  set_impulse(row, std::max(impulse, btScalar(0)));
+}
+
+void SmallSteps::close_gaps(const RowPools& pools) {
+  for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
+    contacts_[i].gap += velocity_of(pools.contacts[i]) * step_;
+  }
+}
+
+void SmallSteps::add_way(btScalar time) {
+  for (Motion& motion : motions_) {
+    motion.way += motion.linear * time;
+    motion.turn += motion.angular * time;
+  }
+}
+
+void SmallSteps::add_up(const RowPools& pools) {
+  for (std::size_t i = 0; i < pools.contacts.size(); ++i)
+    contacts_[i].total += pools.contacts[i].m_appliedImpulse;
+  for (std::size_t i = 0; i < pools.frictions.size(); ++i) {
+    friction_totals_[i] += pools.frictions[i].m_appliedImpulse;
+  }
+}
+
+void SmallSteps::rebound(const RowPools& pools) {
+  for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
+    Contact& contact = contacts_[i];
+    if (!(contact.rebound > 0) || !(contact.total > 0)) continue;
+    btSolverConstraint& row = pools.contacts[i];
+    const btScalar before = row.m_appliedImpulse;
+    const btScalar missing = contact.rebound - velocity_of(row);
+    set_impulse(row, std::max(before + missing * row.m_jacDiagABInv, btScalar(0)));
+    contact.total += row.m_appliedImpulse - before;
+  }
+}
+
+void SmallSteps::end(const RowPools& pools, const btContactSolverInfo& info) {
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    const Motion& motion = motions_[i];
+    btSolverBody& body = pools.bodies[i];
+    body.m_deltaLinearVelocity.setZero();
+    body.m_deltaAngularVelocity.setZero();
+    // What nothing touches flies as Bullet has it fly, to the last bit.
+    if (!motion.is_pushed) continue;
+    body.m_deltaLinearVelocity = motion.linear - body.m_linearVelocity - body.m_externalForceImpulse;
+    body.m_deltaAngularVelocity = motion.angular - body.m_angularVelocity - body.m_externalTorqueImpulse;
+    body.m_pushVelocity = motion.way / info.m_timeStep;
+    body.m_turnVelocity = motion.turn / (info.m_timeStep * info.m_splitImpulseTurnErp);
+  }
+  for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
+    btSolverConstraint& row = pools.contacts[i];
+    row.m_appliedImpulse = contacts_[i].total;
+    btVector3 sum(0, 0, 0);
+    for (int k = 0; k < pools.friction_directions; ++k) {
+      const auto place = static_cast<std::size_t>(row.m_frictionIndex + k);
+      sum += direction_of(pools.frictions[place]) * friction_totals_[place];
+    }
+    btVector3 kept[2];
+    btPlaneSpace1(point_of(row).m_normalWorldOnB, kept[0], kept[1]);
+    for (int k = 0; k < pools.friction_directions; ++k) {
+      pools.frictions[static_cast<std::size_t>(row.m_frictionIndex + k)].m_appliedImpulse = sum.dot(kept[k]);
+    }
+  }
+}
+
+}  // namespace tessera::bullet

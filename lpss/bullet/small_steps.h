@@ -1,0 +1,85 @@
+// Solves rows that Bullet has set up for a tick in several small steps of it. Contacts are found once a tick,
+// forces act step by step, and impulses carry over from step to step (Macklin et al., Small Steps in Physics
+// Simulation, 2019; soft contacts and relaxation as in Catto, Solver2D, 2024).
+#pragma once
+
+#include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
+#include <BulletDynamics/ConstraintSolver/btSolverBody.h>
+#include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
+
+#include <span>
+#include <vector>
+
+#include "lpss/bullet/joint_rows.h"
+
+namespace tessera::bullet {
+
+// Where Bullet keeps what it has set up. `targets` says what velocity each row of `joints` asks for.
+struct RowPools {
+  std::span<btSolverBody> bodies;
+  std::span<btSolverConstraint> joints;
+  std::span<const JointRow> targets;
+  std::span<btSolverConstraint> contacts;
+  std::span<btSolverConstraint> frictions;
+  int friction_directions = 1;
+};
+
+class SmallSteps {
+ public:
+  // `passes` (>= 1) over all rows are divided among `steps` (>= 2), two each at least.
+  SmallSteps(int steps, int passes);
+
+  int count() const { return steps_; }
+
+  // Leaves velocities and impulses where Bullet's own solver would, and what took back overlaps in the push
+  // velocities. A body then moves by the velocity that it ends with, as without small steps: so orbits and
+  // pendulums keep their energy. What no row touches is left as it was. `info` is what the rows were set up
+  // with.
+  void solve(const RowPools& pools, const btContactSolverInfo& info);
+
+ private:
+  // A body's velocities as they are in this step, and the way so far that only takes back overlaps.
+  struct Motion {
+    btVector3 linear;
+    btVector3 angular;
+    btVector3 way;
+    btVector3 turn;
+    btScalar inverse_mass;
+    bool is_pushed = false;  // by any row
+  };
+  struct Contact {
+    btScalar gap;           // m, as it is in this step
+    btScalar approach_max;  // m/s, at most 0: what closes the gap by the end of the tick
+    btScalar rebound;       // m/s, asked for where the two have touched
+    btScalar total = 0;     // N s, of all steps
+  };
+
+  void begin(const RowPools& pools, const btContactSolverInfo& info);
+  void recall_impulses(const RowPools& pools);
+  btScalar velocity_of(const btSolverConstraint& row) const;
+  void push(const btSolverConstraint& row, btScalar impulse);
+  void set_impulse(btSolverConstraint& row, btScalar impulse);
+  void start_step(const RowPools& pools);
+  void pass_joints(const RowPools& pools);
+  void pass(const RowPools& pools, bool corrects);
+  void solve_contact(btSolverConstraint& row, const Contact& contact, bool corrects);
+  void close_gaps(const RowPools& pools);
+  void add_way(btScalar time);
+  void add_up(const RowPools& pools);
+  void rebound(const RowPools& pools);
+  void end(const RowPools& pools, const btContactSolverInfo& info);
+
+  int steps_;
+  int all_passes_;
+  int passes_;         // per step, the last of which does not correct positions
+  btScalar step_ = 0;  // s
+  // Of soft contacts.
+  btScalar push_rate_ = 0;  // 1/s: velocity by overlap
+  btScalar mass_share_ = 1;
+  btScalar impulse_share_ = 0;
+  std::vector<Motion> motions_;
+  std::vector<Contact> contacts_;
+  std::vector<btScalar> friction_totals_;
+};
+
+}  // namespace tessera::bullet
