@@ -8,11 +8,12 @@
 
 namespace tessera {
 
-absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescription& world) {
+absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescription& world, Precision precision) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
   EngineSettings settings = engine_settings(world.settings);
-  settings.precision = Precision::kFloat32;
+  settings.precision = precision;
+  settings.substeps = 1;
   absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(settings);
   if (!engine.ok()) return engine.status();
 

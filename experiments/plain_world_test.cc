@@ -30,7 +30,7 @@ WorldDescription tower_at(double metres) {
 }
 
 TowerReport run_plain(const WorldDescription& world, int ticks) {
-  const std::unique_ptr<PlainWorld> plain = PlainWorld::create(world).value();
+  const std::unique_ptr<PlainWorld> plain = PlainWorld::create(world, Precision::kFloat32).value();
   for (int tick = 0; tick < ticks; ++tick) plain->step();
   Towers towers(world, records_of(world).value());
   plain->for_each_body([&](const BodyRecord& record) { towers.set_end(record); });
@@ -47,7 +47,7 @@ TEST(PlainWorldTest, TowerStandsNearTheOriginAndNotFarAway) {
 }
 
 TEST(PlainWorldTest, BodiesFallAsleepTogether) {
-  const std::unique_ptr<PlainWorld> plain = PlainWorld::create(tower_at(0)).value();
+  const std::unique_ptr<PlainWorld> plain = PlainWorld::create(tower_at(0), Precision::kFloat32).value();
   for (int tick = 0; tick < 600; ++tick) plain->step();
   plain->for_each_body([](const BodyRecord& record) { EXPECT_EQ(record.state.activity, Activity::kAsleep); });
 }

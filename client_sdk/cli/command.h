@@ -21,8 +21,10 @@ void add_cluster_commands(CLI::App& app, Action& action);
 void add_body_commands(CLI::App& app, Action& action);
 void add_joint_commands(CLI::App& app, Action& action);
 void add_query_commands(CLI::App& app, Action& action);
+void add_tune_command(CLI::App& app, Action& action);
 void add_simulate_command(CLI::App& app, Action& action);
 void add_experiment_command(CLI::App& app, Action& action);
+void add_seams_experiment(CLI::App& experiment, Action& action);
 
 // An option whose text `parse` (StatusOr<T> of a string) turns into `value`, T or optional<T>; text that it
 // refuses is a usage error with its message.

@@ -1,268 +1,99 @@
 // `tessera experiment`: what Tessera claims, measured.
 #include <absl/strings/str_format.h>
-#include <absl/strings/str_join.h>
 
-#include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
+#include <optional>
 
 #include "client_sdk/cli/command.h"
-#include "client_sdk/cli/interrupt.h"
-#include "client_sdk/cli/local_cluster.h"
+#include "client_sdk/cli/experiment_output.h"
 #include "client_sdk/cli/run_report.h"
-#include "client_sdk/cli/terminal.h"
 #include "client_sdk/cli/world_options.h"
-#include "experiments/seams/report.h"
-#include "tessera/client.h"
+#include "experiments/catalogue.h"
+#include "experiments/common/own_process.h"
 
 namespace tessera::cli {
 namespace {
 
-struct SeamOptions {
-  std::vector<std::string> scenes;
-  std::vector<std::string> policies;
-  std::vector<std::string> placements;
-  Precision precision = Precision::kFloat32;
+struct CommandOptions {
+  std::optional<Precision> precision;
   bool quick = false;
-  int seeds = -1;  // of simulated networks; negative: as many as the battery wants
-  bool no_costs = false;
   std::filesystem::path json;
   std::filesystem::path csv;
 };
 
-// Two servers, started when the first world comes, that take world after world.
-class TwoServers {
- public:
-  explicit TwoServers(Precision precision) : precision_(precision) {}
-
-  absl::StatusOr<seams::RemoteRun> run(const WorldDescription& world, Tick ticks, Tick unmeasured) {
-    if (absl::Status started = start(); !started.ok()) return started;
-    seams::RemoteRun run;
-    const absl::Status status = cluster_->attend([&] { return step(world, ticks, unmeasured, run); });
-    if (!status.ok()) return status;
-    return run;
-  }
-
- private:
-  absl::Status start() {
-    if (cluster_) return absl::OkStatus();
-    LocalClusterOptions options;
-    options.servers = 2;
-    options.precision = precision_;
-    options.interrupt_descriptor = interrupt_descriptor();
-    absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(options);
-    if (!cluster.ok()) return cluster.status();
-    absl::StatusOr<std::unique_ptr<Client>> client = Client::connect((*cluster)->address());
-    if (!client.ok()) return client.status();
-    cluster_ = *std::move(cluster);
-    client_ = *std::move(client);
-    return absl::OkStatus();
-  }
-
-  absl::Status step(const WorldDescription& world, Tick ticks, Tick unmeasured, seams::RemoteRun& run) {
-    absl::Status status = client_->load(world, /*replace=*/true).status();
-    if (status.ok() && unmeasured > 0) status = client_->step(unmeasured).status();
-    if (status.ok()) status = measure(ticks - unmeasured, run);
-    if (!status.ok()) return status;
-    const absl::StatusOr<HashAt> hash = client_->hash();
-    if (!hash.ok()) return hash.status();
-    run.world_hash = hash->hash;
-    return absl::OkStatus();
-  }
-
-  absl::Status measure(Tick ticks, seams::RemoteRun& run) {
-    constexpr Tick kBetween = 10;  // ticks between two looks at the contacts, at least
-    const Tick stride = std::max(kBetween, ticks / 15);
-    absl::StatusOr<ClusterStatus> status = client_->status();
-    if (!status.ok()) return status.status();
-    const std::uint64_t bytes_before = bytes(*status);
-    std::uint64_t contacts = 0;
-    std::uint64_t looks = 0;
-    for (Tick done = 0; done < ticks; done += stride) {
-      if (auto stepped = client_->step(std::min(stride, ticks - done)); !stepped.ok()) return stepped.status();
-      status = client_->status();
-      if (!status.ok()) return status.status();
-      contacts += status->contacts;
-      ++looks;
-    }
-    run.tick_ms = status->tick_ms_p50;
-    run.exchange_bytes = bytes(*status) - bytes_before;
-    run.contacts = static_cast<double>(contacts) / static_cast<double>(std::max<std::uint64_t>(looks, 1));
-    run.islands_shipped = status->islands_shipped_max;
-    return absl::OkStatus();
-  }
-
-  static std::uint64_t bytes(const ClusterStatus& status) {
-    std::uint64_t sum = 0;
-    for (const ServerStatus& server : status.servers) sum += server.exchange_bytes;
-    return sum;
-  }
-
-  Precision precision_;
-  std::unique_ptr<LocalCluster> cluster_;
-  std::unique_ptr<Client> client_;
-};
-
-// The values of `all` that `wanted` names, all of them where it is empty.
-template <typename T, std::size_t n, typename Parse>
-absl::StatusOr<std::vector<T>> chosen(const T (&all)[n], const std::vector<std::string>& wanted, Parse parse) {
-  if (wanted.empty()) return std::vector<T>(std::begin(all), std::end(all));
-  std::vector<T> values;
-  for (const std::string& name : wanted) {
-    const std::optional<T> value = parse(name);
-    if (!value) return absl::InvalidArgumentError(absl::StrCat("there is no \"", name, "\""));
-    values.push_back(*value);
-  }
-  return values;
+std::vector<Precision> precisions(const CommandOptions& options) {
+  if (options.precision) return {*options.precision};
+  return {Precision::kFloat32, Precision::kFloat64};
 }
 
-absl::StatusOr<std::vector<seams::Scene>> chosen_scenes(const SeamOptions& options, const std::string& worlds) {
-  std::vector<seams::Scene> scenes = seams::all_scenes(worlds);
-  for (const std::string& name : options.scenes) {
-    if (std::none_of(scenes.begin(), scenes.end(), [&](const auto& scene) { return scene.name == name; })) {
-      return absl::InvalidArgumentError(absl::StrCat("there is no scene \"", name, "\""));
-    }
+void print(const Report& report) {
+  constexpr int kDigits = 4;
+  constexpr std::size_t kRowsMax = 400;  // what a person might read
+  for (const Table& rows : report.tables) {
+    const bool printed = rows.rows.size() <= kRowsMax;
+    absl::PrintF("%s\n%s\n", coloured(rows.name, Colour::kBold),
+                 printed ? table(to_cells(rows.rows, kDigits))
+                         : absl::StrFormat("%d rows, for --json and --csv\n", rows.rows.size()));
   }
-  std::erase_if(scenes, [&](const seams::Scene& scene) {
-    if (options.scenes.empty()) return options.quick && scene.heavy;
-    return std::find(options.scenes.begin(), options.scenes.end(), scene.name) == options.scenes.end();
-  });
-  return scenes;
+  for (const std::string& miss : report.misses)
+    absl::PrintF("%s %s\n", coloured("misses:", Colour::kRed), miss);
 }
 
-absl::StatusOr<seams::BatteryOptions> battery_of(const SeamOptions& options, const std::string& worlds) {
-  seams::BatteryOptions battery;
-  battery.precision = options.precision;
-  absl::StatusOr<std::vector<seams::Scene>> scenes = chosen_scenes(options, worlds);
-  if (!scenes.ok()) return scenes.status();
-  battery.scenes = *std::move(scenes);
-  auto placements = chosen(seams::kPlacements, options.placements, seams::placement_named);
-  if (!placements.ok()) return placements.status();
-  battery.placements = *std::move(placements);
-  auto policies = chosen(seams::kPolicies, options.policies, seams::policy_named);
-  if (!policies.ok()) return policies.status();
-  battery.policies = *std::move(policies);
-  if (options.quick) {
-    battery.references_elsewhere = 3;
-    battery.hashes = {.seeds = 3, .shuffles = 2, .ticks = 60, .ticks_heavy = 10};
-  }
-  if (options.seeds >= 0) battery.hashes.seeds = options.seeds;
-  return battery;
-}
-
-std::string short_number(double value) { return std::isfinite(value) ? absl::StrFormat("%.2g", value) : "-"; }
-
-// One line a row; what does not stand is red.
-std::string to_text(const seams::Results& results) {
-  std::vector<std::vector<std::string>> lines = {{"scene", "placement", "policy", "stands", "error, m", "momentum",
-                                                  "energy", "overlap, m", "joint gap, m", "twice", "bits"}};
-  for (const seams::Row& row : results.rows) {
-    const seams::Course& course = row.course;
-    lines.push_back({row.scene, name_of(row.placement), name_of(row.policy),
-                     row.stands ? "yes" : coloured("no", Colour::kRed), short_number(row.max_error_m),
-                     short_number(course.momentum_drift), short_number(course.energy_drift),
-                     short_number(course.penetration_max), short_number(course.joint_gap_max),
-                     absl::StrCat(course.duplicate_events),
-                     !row.same_bits ? "" : *row.same_bits ? "same" : coloured("OTHER", Colour::kRed)});
-  }
-  return table(lines, {false, false, false, false, true, true, true, true, true, true, false});
-}
-
-absl::Status write_text(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file);
-  out << text << std::flush;
-  return out ? absl::OkStatus() : absl::UnavailableError(absl::StrCat("cannot write ", file.string()));
-}
-
-absl::Status write_files(const SeamOptions& options, const seams::Results& results, const seams::Costs& costs) {
+absl::Status write_files(const CommandOptions& options, const Report& report) {
   if (!options.json.empty()) {
-    if (absl::Status status = write_json(options.json, seams::to_json(results, costs, options.precision)); !status.ok())
-      return status;
+    if (absl::Status status = write_text(options.json, to_json(report).dump(2)); !status.ok()) return status;
   }
   if (options.csv.empty()) return absl::OkStatus();
-  if (absl::Status status = write_text(options.csv, seams::to_csv(results, options.precision)); !status.ok())
-    return status;
-  if (options.no_costs) return absl::OkStatus();
-  std::filesystem::path costs_file = options.csv;
-  costs_file.replace_filename(options.csv.stem().string() + "_costs.csv");
-  return write_text(costs_file, seams::to_csv(costs));
+  for (const Table& rows : report.tables) {
+    const std::filesystem::path file = rows.name == "rows" ? options.csv : beside(options.csv, rows.name);
+    if (absl::Status status = write_text(file, to_csv(rows.rows)); !status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
-void print(const seams::Results& results, const seams::Costs& costs, Precision precision) {
-  absl::PrintF("%s\n", to_text(results));
-  for (const seams::Noise& noise : results.noise) {
-    absl::PrintF("noise floor of %-24s %.2g m\n", noise.scene, noise.error_m);
-  }
-  for (const seams::Equality& equality : results.equalities) {
-    absl::PrintF("%-26s %-7s the same bits: %d of %d seeds, %d of %d shuffles, ten shares: %s\n", equality.scene,
-                 name_of(equality.policy), equality.seeds_equal, equality.seeds, equality.shuffles_equal,
-                 equality.shuffles, equality.ten_shares_equal ? "yes" : "no");
-  }
-  absl::PrintF("%s", seams::to_csv(costs));
-  const std::vector<std::string> missed = seams::misses(results, precision);
-  for (const std::string& miss : missed) absl::PrintF("%s %s\n", coloured("misses:", Colour::kRed), miss);
-}
-
-absl::Status measure_seams(const SeamOptions& options) {
+absl::Status measure(const Experiment& experiment, const CommandOptions& command) {
   catch_interrupts();
   const char* folder = std::getenv("TESSERA_WORLDS");
-  const std::string worlds = folder == nullptr ? "" : folder;
-  const absl::StatusOr<seams::BatteryOptions> battery = battery_of(options, worlds);
-  if (!battery.ok()) return battery.status();
-  TwoServers servers(options.precision);
-  const seams::RunRemotely run_remotely = [&](const WorldDescription& world, Tick ticks, Tick unmeasured) {
-    return servers.run(world, ticks, unmeasured);
-  };
-  const auto with_bar = [](const std::string& what, auto measure) {
-    std::unique_ptr<ProgressBar> bar;
-    return measure([&bar, what](std::uint64_t done, std::uint64_t total) {
-      if (!bar) bar = std::make_unique<ProgressBar>(what, total);
-      bar->update(done);
-      return !interrupted();
+  Report report;
+  for (const Precision precision : precisions(command)) {
+    ExperimentOptions options;
+    options.precision = precision;
+    options.quick = command.quick;
+    options.worlds = folder == nullptr ? "" : folder;
+    absl::StatusOr<Report> part = in_own_process([&] {
+      return with_bar(experiment.name,
+                      [&](const Progress& progress) { return experiment.measure(options, progress); });
     });
-  };
-  const absl::StatusOr<seams::Results> results = with_bar(
-      "seams", [&](const seams::Progress& progress) { return run_battery(*battery, run_remotely, progress); });
-  if (!results.ok()) return results.status();
-  absl::StatusOr<seams::Costs> costs = seams::Costs{};
-  if (!options.no_costs) {
-    seams::CostOptions cost_options{.precision = options.precision, .worlds = worlds};
-    if (options.quick) {
-      cost_options.pile = 400;
-      cost_options.ticks = 60;
-    }
-    costs = with_bar("costs", [&](const seams::Progress& progress) {
-      return measure_costs(cost_options, run_remotely, progress);
-    });
+    if (!part.ok()) return part.status();
+    report.append(*std::move(part));
   }
-  if (!costs.ok()) return costs.status();
-  print(*results, *costs, options.precision);
-  if (worlds.empty()) absl::PrintF("without $TESSERA_WORLDS: no diff_drive, no r2d2, no 3k_shapes\n");
-  return write_files(options, *results, *costs);
+  print(report);
+  return write_files(command, report);
+}
+
+void add_experiment(CLI::App& app, const Experiment& experiment, Action& action) {
+  CLI::App& command = add_command(
+      app, experiment.name, experiment.about,
+      absl::StrFormat("tessera experiment %s --quick --json %s.json", experiment.name, experiment.name));
+  const auto options = std::make_shared<CommandOptions>();
+  add_parsed(command, "--engine", options->precision, parse_precision, "f32 or f64; both if not given");
+  command.add_flag("--quick", options->quick, "fewer or shorter runs");
+  command.add_option("--json", options->json, "write all tables to this file");
+  command.add_option("--csv", options->csv,
+                     "write the rows to this file, other tables to FILE_table beside it");
+  command.callback([&experiment, options, &action] {
+    action = [&experiment, options] { return measure(experiment, *options); };
+  });
 }
 
 }  // namespace
 
 void add_experiment_command(CLI::App& app, Action& action) {
-  CLI::App& experiment = *app.add_subcommand("experiment", "Measure what Tessera claims.");
-  experiment.require_subcommand(1);
-  CLI::App& command = add_command(
-      experiment, "seams",
-      "Run scenes with and without borders of sectors through them, on one server and on two, and compare.",
-      "tessera experiment seams --quick --scene tower_level --policy island --json seams.json");
-  const auto options = std::make_shared<SeamOptions>();
-  command.add_option("--scene", options->scenes, "only this scene; may be given several times");
-  command.add_option("--policy", options->policies, "only none, clone-1, clone-2, clone-4, island or cut; likewise");
-  command.add_option("--placement", options->placements, "only reference, local, remote or corner; likewise");
-  add_parsed(command, "--engine", options->precision, parse_precision, "f32 or f64; f32 if not given");
-  command.add_flag("--quick", options->quick, "fewer seeds, no large pile, short costs");
-  command.add_option("--seeds", options->seeds, "simulated networks per scene; 100, with --quick 3, if not given")
-      ->check(CLI::Range(0, 1'000'000));
-  command.add_flag("--no-costs", options->no_costs, "leave out the times and bytes");
-  command.add_option("--json", options->json, "write all results to this file");
-  command.add_option("--csv", options->csv, "write the rows to this file, and the costs to one beside it");
-  command.callback([options, &action] { action = [options] { return measure_seams(*options); }; });
+  CLI::App& command = *app.add_subcommand("experiment", "Measure what Tessera claims.");
+  command.require_subcommand(1);
+  add_seams_experiment(command, action);
+  for (const Experiment& experiment : all_experiments()) add_experiment(command, experiment, action);
 }
 
 }  // namespace tessera::cli

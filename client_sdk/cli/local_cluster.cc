@@ -83,7 +83,7 @@ absl::StatusOr<ChildProcess> LocalCluster::start_daemon(const std::string& name,
 
 absl::Status LocalCluster::start_server() {
   absl::StatusOr<ChildProcess> server =
-      start_daemon("sector-server", {"--engine", options_.precision == Precision::kFloat32 ? "f32" : "f64",
+      start_daemon("sector-server", {"--engine", name_of(options_.precision),
                                      "--threads", absl::StrCat(options_.threads), "--listen", "127.0.0.1:0"});
   if (!server.ok()) return server.status();
   daemons_.push_back(*std::move(server));

@@ -15,22 +15,21 @@
 namespace tessera::cli {
 namespace {
 
-// The command line that asks for the same world and time. Doubles are written so that they are read back
-// alike.
-std::vector<std::string> arguments_of(const RunOptions& options) {
-  const WorldOverrides& overrides = options.overrides;
-  const auto exact = [](double value) { return absl::StrFormat("%.17g", value); };
-  std::vector<std::string> arguments = {"run", options.world.string(), "--seconds", exact(options.seconds)};
-  const auto add = [&](const std::string& name, const std::string& value) {
-    arguments.push_back(absl::StrCat(name, "=", value));
-  };
-  if (overrides.precision) add("--engine", *overrides.precision == Precision::kFloat32 ? "f32" : "f64");
-  if (overrides.sector_size) add("--sector-size", exact(*overrides.sector_size));
-  if (overrides.time_step) add("--dt", exact(*overrides.time_step));
-  if (overrides.seams) add("--seams", *overrides.seams == SeamPolicy::kIsland ? "island" : "clone");
-  if (overrides.clone_depth) add("--clone-depth", absl::StrCat(*overrides.clone_depth));
-  add("--shift", absl::StrCat(overrides.shift.i, ",", overrides.shift.j, ",", overrides.shift.k));
-  return arguments;
+// The command line that asks for the same world and time, with the settings in a file of `folder`. Doubles
+// are written so that they are read back alike.
+absl::StatusOr<std::vector<std::string>> arguments_of(const RunOptions& options,
+                                                      const std::filesystem::path& folder) {
+  const std::filesystem::path settings = folder / "settings.json";
+  if (absl::Status status = write_json(settings, to_json(options.overrides.knobs)); !status.ok())
+    return status;
+  const SectorOffset& shift = options.overrides.shift;
+  return std::vector<std::string>{"run",
+                                  options.world.string(),
+                                  "--seconds",
+                                  absl::StrFormat("%.17g", options.seconds),
+                                  "--settings",
+                                  settings.string(),
+                                  absl::StrCat("--shift=", shift.i, ",", shift.j, ",", shift.k)};
 }
 
 absl::StatusOr<ChildProcess> start(std::vector<std::string> arguments, const std::string& mode,
@@ -72,12 +71,13 @@ absl::StatusOr<Proof> prove(const RunOptions& options, const RunReport& run) {
     std::error_code ignored;
     std::filesystem::remove_all(*folder, ignored);
   };
-  const std::vector<std::string> arguments = arguments_of(options);
-  absl::StatusOr<ChildProcess> plain = start(arguments, "plain", *folder);
+  const absl::StatusOr<std::vector<std::string>> arguments = arguments_of(options, *folder);
+  if (!arguments.ok()) return arguments.status();
+  absl::StatusOr<ChildProcess> plain = start(*arguments, "plain", *folder);
   if (!plain.ok()) return plain.status();
   absl::StatusOr<RunReport> in_process = run;
   if (!options.in_process) {
-    absl::StatusOr<ChildProcess> child = start(arguments, "in-process", *folder);
+    absl::StatusOr<ChildProcess> child = start(*arguments, "in-process", *folder);
     if (!child.ok()) return child.status();
     in_process = finish(*child, *folder / "in-process.json");
     if (!in_process.ok()) return in_process.status();

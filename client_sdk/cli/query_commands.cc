@@ -48,7 +48,7 @@ std::string to_text(const ClusterStatus& status) {
   for (const ServerStatus& server : status.servers) {
     const char* note = server.suspect ? " silent" : server.takes_part ? "" : " idle";
     rows.push_back({absl::StrFormat("%x%s", server.node, note), server.stream_address,
-                    server.precision == Precision::kFloat32 ? "f32" : "f64", absl::StrCat(server.threads),
+                    name_of(server.precision), absl::StrCat(server.threads),
                     grouped(server.tick), grouped(server.bodies), grouped(server.sectors),
                     grouped(server.sectors_awake), grouped(server.clones),
                     absl::StrFormat("%.2f", server.tick_ms_p50), absl::StrFormat("%.2f", server.tick_ms_p99),
@@ -64,7 +64,7 @@ nlohmann::json to_json(const ClusterStatus& status) {
   for (const ServerStatus& server : status.servers) {
     servers.push_back({{"node", server.node},
                        {"stream_address", server.stream_address},
-                       {"engine", server.precision == Precision::kFloat32 ? "f32" : "f64"},
+                       {"engine", name_of(server.precision)},
                        {"threads", server.threads},
                        {"takes_part", server.takes_part},
                        {"suspect", server.suspect},

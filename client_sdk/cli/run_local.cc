@@ -82,7 +82,7 @@ absl::StatusOr<RunReport> run_plain(const RunOptions& options) {
   const WorldDescription& world = run->loaded.world;
   report.threads = 1;
   report.engine = "f32";
-  const absl::StatusOr<std::unique_ptr<PlainWorld>> plain = PlainWorld::create(world);
+  const absl::StatusOr<std::unique_ptr<PlainWorld>> plain = PlainWorld::create(world, Precision::kFloat32);
   if (!plain.ok()) return plain.status();
   absl::StatusOr<Towers> towers = towers_of(world);
   if (!towers.ok()) return towers.status();

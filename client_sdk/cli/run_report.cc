@@ -58,8 +58,8 @@ void RunReport::describe(const LoadedWorld& loaded, const RunOptions& options, s
   bodies = loaded.world.bodies.size();
   servers = options.in_process || options.plain ? 0 : options.servers;
   threads = threads_of(options, std::max(1, servers));
-  engine = settings.precision == Precision::kFloat32 ? "f32" : "f64";
-  seams = settings.seams == SeamPolicy::kIsland ? "island" : "clone";
+  engine = name_of(settings.precision);
+  seams = name_of(settings.seams);
   sector_size = settings.sector_size;
   dt = settings.time_step;
   notices = loaded.notices;

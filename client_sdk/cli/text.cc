@@ -6,10 +6,12 @@
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_split.h>
 #include <absl/strings/strip.h>
+#include <absl/time/time.h>
 
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace tessera::cli {
@@ -129,6 +131,30 @@ absl::StatusOr<Shape> parse_shape(absl::string_view text) {
                      "ellipsoid:0.5,0.4,0.3 plane:0,0,1"));
   }
   return Shape{{ShapePart{std::move(geometry), Pose{}}}};
+}
+
+absl::StatusOr<double> parse_length(absl::string_view text) {
+  constexpr std::pair<absl::string_view, double> kUnits[] = {
+      {"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}};
+  absl::string_view number = text;
+  double unit = 1;
+  for (const auto& [suffix, metres] : kUnits) {
+    if (!absl::ConsumeSuffix(&number, suffix)) continue;
+    unit = metres;
+    break;
+  }
+  double value = 0;
+  if (absl::SimpleAtod(number, &value) && std::isfinite(value) && value > 0) return value * unit;
+  return absl::InvalidArgumentError(absl::StrCat("\"", text, "\" is no length above 0, such as 1mm or 0.5m"));
+}
+
+absl::StatusOr<double> parse_seconds(absl::string_view text) {
+  double value = 0;
+  absl::Duration duration;
+  if (!absl::SimpleAtod(text, &value) && absl::ParseDuration(text, &duration))
+    value = absl::ToDoubleSeconds(duration);
+  if (std::isfinite(value) && value > 0) return value;
+  return absl::InvalidArgumentError(absl::StrCat("\"", text, "\" is no time above 0, such as 2s or 500ms"));
 }
 
 std::string grouped(std::uint64_t number) {

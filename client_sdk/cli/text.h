@@ -33,6 +33,13 @@ absl::StatusOr<Eigen::Vector3d> parse_vector(absl::string_view text);
 // business.
 absl::StatusOr<Shape> parse_shape(absl::string_view text);
 
+// A length in m: "0.5", "0.5m", "2cm", "1mm", "20um". INVALID_ARGUMENT for other text, and unless it is
+// positive.
+absl::StatusOr<double> parse_length(absl::string_view text);
+
+// A time in s: "2", "2s", "500ms", "1m". Errors as parse_length().
+absl::StatusOr<double> parse_seconds(absl::string_view text);
+
 // "1,234,567".
 std::string grouped(std::uint64_t number);
 

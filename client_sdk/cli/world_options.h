@@ -13,7 +13,10 @@ namespace tessera::cli {
 absl::StatusOr<Precision> parse_precision(const std::string& text);
 absl::StatusOr<SeamPolicy> parse_seams(const std::string& text);
 
-// Adds --engine, --sector-size, --seams, --clone-depth, --island-cap, --shuffle, --dt and --shift.
+// NOT_FOUND, INVALID_ARGUMENT, naming the file.
+absl::StatusOr<Knobs> read_knobs(const std::string& file);
+
+// Adds --settings, an option for what it may hold and people change often, and --shift.
 // `overrides` must outlive the parsing.
 void add_override_options(CLI::App& command, WorldOverrides& overrides);
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/common/report.h"
 #include "experiments/seams/course.h"
 #include "experiments/seams/hashes.h"
 #include "experiments/seams/scene.h"
@@ -61,9 +62,6 @@ struct Results {
   std::vector<Noise> noise;
   std::vector<Equality> equalities;
 };
-
-// `progress` hears how much of the work is done, and may end it: false.
-using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 
 // Errors: CANCELLED; those of runs; NOT_FOUND, INVALID_ARGUMENT of world files.
 absl::StatusOr<Results> run_battery(const BatteryOptions& options, const RunRemotely& run_remotely,

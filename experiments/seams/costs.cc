@@ -35,7 +35,7 @@ absl::StatusOr<Contestant> sectored(const std::string& policy, WorldDescription 
 }
 
 absl::StatusOr<Contestant> plain(const WorldDescription& world) {
-  absl::StatusOr<std::unique_ptr<PlainWorld>> created = PlainWorld::create(world);
+  absl::StatusOr<std::unique_ptr<PlainWorld>> created = PlainWorld::create(world, world.settings.precision);
   if (!created.ok()) return created.status();
   const std::shared_ptr<PlainWorld> one = *std::move(created);
   const auto hash = [one, anchor = world.anchor] {
@@ -108,8 +108,7 @@ class Measurement {
     std::vector<absl::StatusOr<Contestant>> contestants;
     contestants.push_back(sectored("island", world, SeamPolicy::kIsland));
     contestants.push_back(sectored("clone-1", world, SeamPolicy::kClone));
-    // A plain world is of single precision.
-    if (options_.precision == Precision::kFloat32) contestants.push_back(plain(world));
+    contestants.push_back(plain(world));
     for (const auto& contestant : contestants) {
       if (!contestant.ok()) return contestant.status();
     }

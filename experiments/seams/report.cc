@@ -10,8 +10,6 @@
 namespace tessera::seams {
 namespace {
 
-const char* engine_name(Precision precision) { return precision == Precision::kFloat32 ? "f32" : "f64"; }
-
 // JSON has no word for infinity.
 nlohmann::json number(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
 
@@ -128,7 +126,7 @@ std::string cell(double value) { return std::isfinite(value) ? absl::StrFormat("
 }  // namespace
 
 nlohmann::json to_json(const Results& results, const Costs& costs, Precision precision) {
-  const char* engine = engine_name(precision);
+  const char* engine = name_of(precision);
   nlohmann::json rows = nlohmann::json::array();
   for (const Row& row : results.rows) rows.push_back(to_json(row, engine));
   nlohmann::json noise = nlohmann::json::array();
@@ -150,7 +148,7 @@ std::string to_csv(const Results& results, Precision precision) {
     const Course& course = row.course;
     absl::StrAppend(&text,
                     absl::StrJoin({row.scene, std::string(name_of(row.placement)), std::string(name_of(row.policy)),
-                                   std::string(engine_name(precision)), absl::StrCat(row.stands ? 1 : 0),
+                                   std::string(name_of(precision)), absl::StrCat(row.stands ? 1 : 0),
                                    cell(row.max_error_m), cell(noise_of(results, row.scene)), cell(row.end_error_m),
                                    cell(row.top_error_m), cell(course.momentum_drift), cell(course.energy_drift),
                                    cell(course.penetration_max), cell(course.joint_gap_max), cell(course.jolt_max),

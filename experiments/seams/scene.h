@@ -31,7 +31,7 @@ struct Scene {
   double extent = 8;                   // m from the origin: what moves stays within this in the first second
   Eigen::Vector3d seam{1, 0, 0};       // 1 along the axes whose borders pass through the origin at a single seam
   Tick ticks = 600;
-  int solver_iterations = 10;
+  int solver_iterations = WorldSettings().solver_iterations;
   double lowest = 0;                   // m: height of no potential energy, from the origin
   std::uint32_t cap = 2;               // bodies: a third of the largest island
   bool free = false;                   // nothing pushes from outside, so that momentum is kept

@@ -1,0 +1,33 @@
+// What all experiments do with what they measured, and while they measure.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "client_sdk/cli/interrupt.h"
+#include "client_sdk/cli/terminal.h"
+#include "experiments/common/report.h"
+
+namespace tessera::cli {
+
+// `measure(progress)` with a bar named `what`, until it ends or Ctrl-C is pressed.
+template <typename Measure>
+auto with_bar(const std::string& what, const Measure& measure) {
+  std::unique_ptr<ProgressBar> bar;
+  return measure([&](std::uint64_t done, std::uint64_t total) {
+    if (!bar) bar = std::make_unique<ProgressBar>(what, total);
+    bar->update(done);
+    return !interrupted();
+  });
+}
+
+// UNAVAILABLE, naming the file, where it cannot be written.
+absl::Status write_text(const std::filesystem::path& file, const std::string& text);
+
+// FILE itself for the main table, FILE_name.csv beside it for others.
+std::filesystem::path beside(const std::filesystem::path& file, const std::string& name);
+
+}  // namespace tessera::cli

@@ -1,0 +1,29 @@
+// The experiments that `tessera experiment` offers, besides that of the seams, which needs servers.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "experiments/common/report.h"
+#include "lpss/world/world_description.h"
+
+namespace tessera {
+
+struct ExperimentOptions {
+  Precision precision = Precision::kFloat32;
+  bool quick = false;
+  std::string worlds;  // folder of worlds of other projects; empty: there are none
+};
+
+struct Experiment {
+  std::string name;
+  std::string about;  // one sentence
+
+  // In a process that has loaded no engine, or that of `options.precision`. Errors: CANCELLED, those of the worlds.
+  std::function<absl::StatusOr<Report>(const ExperimentOptions& options, const Progress& progress)> measure;
+};
+
+const std::vector<Experiment>& all_experiments();
+
+}  // namespace tessera

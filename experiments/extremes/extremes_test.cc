@@ -1,0 +1,120 @@
+// Rows of the experiment say what happened, whatever that is.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <set>
+
+#include "experiments/extremes/figures.h"
+#include "experiments/extremes/row.h"
+#include "lpss/world/example_worlds.h"
+
+namespace tessera::extremes {
+namespace {
+
+constexpr ExperimentOptions kQuick{Precision::kFloat32, true, ""};
+
+Scene scene_of(const std::string& group, const std::string& name) {
+  const std::vector<Scene> scenes = all_scenes();
+  const auto found = std::find_if(scenes.begin(), scenes.end(), [&](const Scene& scene) {
+    return scene.group == group && scene.name == name;
+  });
+  EXPECT_NE(found, scenes.end()) << group << " " << name;
+  return found == scenes.end() ? Scene() : *found;
+}
+
+// A ball that falls for some ticks.
+Scene falling(const Figure& figure) {
+  Scene scene;
+  scene.group = "test";
+  scene.name = "fall";
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(settings);
+    builder.add("ball", builder.shape(Sphere{0.5}), 1, Eigen::Vector3d::Zero());
+    return builder.world();
+  };
+  scene.ticks = 20;
+  scene.quick_ticks = 10;
+  scene.figure = figure;
+  scene.unit = "m";
+  scene.bound = 1;
+  scene.holds = "It fell a little.";
+  scene.fails = "It fell far.";
+  return scene;
+}
+
+Row row_of(const Report& report) {
+  EXPECT_EQ(report.tables.size(), 1u);
+  EXPECT_EQ(report.tables.at(0).rows.size(), 1u);
+  return report.tables.at(0).rows.at(0);
+}
+
+TEST(ExtremesExperiment, ARowSaysWhatHappenedAndHowFarItIsFromItsBound) {
+  const Report report = measure(falling(farthest), kQuick);
+  EXPECT_TRUE(report.misses.empty());
+  const Row row = row_of(report);
+  EXPECT_EQ(row["group"], "test");
+  EXPECT_EQ(row["scene"], "fall");
+  EXPECT_EQ(row["engine"], "f32");
+  EXPECT_EQ(row["what"], "It fell a little.");
+  EXPECT_GT(row["figure"], 0.1);
+  EXPECT_EQ(row["unit"], "m");
+  EXPECT_EQ(row["bound"], 1.0);
+  EXPECT_EQ(row["within"], true);
+  EXPECT_EQ(row["ticks"], 10);
+  EXPECT_GT(row["wall_s"], 0.0);
+}
+
+TEST(ExtremesExperiment, WhatIsBeyondItsBoundIsAMiss) {
+  Scene scene = falling(farthest);
+  scene.bound = 0.01;
+  const Report report = measure(scene, kQuick);
+  EXPECT_EQ(row_of(report)["within"], false);
+  EXPECT_EQ(row_of(report)["what"], "It fell far.");
+  EXPECT_EQ(report.misses.size(), 1u);
+}
+
+TEST(ExtremesExperiment, ALostNumberIsAMiss) {
+  const auto lost = [](const Moment&, const Moment& now) {
+    return now.tick < 3 ? 0 : std::numeric_limits<double>::quiet_NaN();
+  };
+  const Report report = measure(falling(lost), kQuick);
+  EXPECT_TRUE(row_of(report)["figure"].is_null());
+  EXPECT_EQ(row_of(report)["ticks"], 3);
+  EXPECT_EQ(report.misses.size(), 1u);
+}
+
+TEST(ExtremesExperiment, ACrashIsAMiss) {
+  const auto crash = [](const Moment&, const Moment&) -> double { std::abort(); };
+  const Report report = measure_apart(falling(crash), kQuick);
+  EXPECT_TRUE(row_of(report)["figure"].is_null());
+  EXPECT_EQ(row_of(report)["within"], false);
+  EXPECT_EQ(report.misses.size(), 1u);
+}
+
+TEST(ExtremesExperiment, ARefusalIsAnAnswerWhereTheWorldMayBeRefused) {
+  Scene scene = scene_of("input", "mass_no_number");
+  const Report refused = measure(scene, kQuick);
+  EXPECT_EQ(row_of(refused)["within"], true);
+  EXPECT_EQ(row_of(refused)["ticks"], 0);
+  scene.may_be_refused = false;
+  EXPECT_EQ(row_of(measure(scene, kQuick))["within"], false);
+}
+
+TEST(ExtremesExperiment, ScenesHaveNamesOfTheirOwnAndEnd) {
+  std::set<std::pair<std::string, std::string>> names;
+  for (const Scene& scene : all_scenes()) {
+    EXPECT_TRUE(names.insert({scene.group, scene.name}).second) << scene.group << " " << scene.name;
+    EXPECT_GT(scene.ticks, 0u) << scene.name;
+    EXPECT_GT(scene.quick_ticks, 0u) << scene.name;
+    EXPECT_FALSE(scene.unit.empty() || scene.holds.empty() || scene.fails.empty()) << scene.name;
+  }
+}
+
+TEST(ExtremesExperiment, FarAwayIsAsAtTheOrigin) {
+  EXPECT_EQ(row_of(measure(scene_of("distance", "collision_at_2^62_sectors"), kQuick))["within"], true);
+}
+
+}  // namespace
+}  // namespace tessera::extremes

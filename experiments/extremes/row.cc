@@ -1,0 +1,152 @@
+#include "experiments/extremes/row.h"
+
+#include <absl/status/status.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <malloc.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <limits>
+
+#include "experiments/common/own_process.h"
+#include "experiments/common/stopwatch.h"
+#include "experiments/paper/small_scenes.h"
+#include "lpss/world/simulation.h"
+
+namespace tessera::extremes {
+namespace {
+
+// s of a processor, whatever else this machine does; some times what the slowest scenes need.
+constexpr rlim_t kSecondsMax = 60;
+constexpr rlim_t kQuickSecondsMax = 8;
+
+constexpr double kLost = std::numeric_limits<double>::quiet_NaN();
+
+struct Outcome {
+  std::string what;
+  double figure = kLost;
+  Tick ticks = 0;
+};
+
+std::size_t heap_bytes() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+Moment moment_of(const Simulation& simulation, const WorldDescription& world, std::uint64_t stopped) {
+  Moment moment;
+  moment.settings = world.settings;
+  moment.tick = simulation.tick();
+  moment.time = static_cast<double>(moment.tick) * world.settings.time_step;
+  simulation.share().for_each_body([&](const BodyRecord& record) { moment.bodies.push_back(record); });
+  moment.positions =
+      positions_from({world.anchor, Eigen::Vector3d::Zero()}, moment.bodies, world.settings.sector_size);
+  moment.stopped = stopped;
+  moment.heap_bytes = heap_bytes();
+  return moment;
+}
+
+// A scene on its way.
+class Run {
+ public:
+  Run(const Scene& scene, const WorldDescription& world, Simulation& simulation)
+      : scene_(scene), world_(world), simulation_(simulation) {}
+
+  Outcome outcome(Tick ticks) {
+    while (simulation_.tick() < scene_.warm_up) step();
+    const Moment start = moment_of(simulation_, world_, stopped_);
+    const Tick end = scene_.warm_up + ticks;
+    double largest = std::numeric_limits<double>::lowest();
+    while (simulation_.tick() < end && std::isfinite(largest)) {
+      step();
+      const bool is_sample = scene_.sample_every > 0 && simulation_.tick() % scene_.sample_every == 0;
+      if (!is_sample && simulation_.tick() < end) continue;
+      const double figure = scene_.figure(start, moment_of(simulation_, world_, stopped_));
+      largest = std::isfinite(figure) ? std::max(largest, figure) : kLost;
+    }
+    return {account(largest), largest, simulation_.tick()};
+  }
+
+ private:
+  void step() {
+    simulation_.step(simulation_.tick() == 0 ? std::span(scene_.commands) : std::span<const Command>());
+    stopped_ += simulation_.counts().bodies_stopped;
+  }
+
+  std::string account(double figure) const {
+    if (!std::isfinite(figure))
+      return absl::StrCat("What is measured is no number at tick ", simulation_.tick(), ".");
+    std::string account = figure <= scene_.bound ? scene_.holds : scene_.fails;
+    if (stopped_ > 0) absl::StrAppend(&account, " (Bodies out of range were stopped: ", stopped_, " times.)");
+    return account;
+  }
+
+  const Scene& scene_;
+  const WorldDescription& world_;
+  Simulation& simulation_;
+  std::uint64_t stopped_ = 0;
+};
+
+Outcome outcome_of(const Scene& scene, const ExperimentOptions& options) {
+  WorldSettings settings;
+  settings.precision = options.precision;
+  const WorldDescription world = scene.world(settings);
+  const absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world);
+  if (simulation.ok()) {
+    return Run(scene, world, **simulation).outcome(options.quick ? scene.quick_ticks : scene.ticks);
+  }
+  const bool refused =
+      absl::IsInvalidArgument(simulation.status()) || absl::IsOutOfRange(simulation.status());
+  return {absl::StrCat(refused ? "Refused: " : "Failed: ", simulation.status().message()),
+          refused && scene.may_be_refused ? 0 : kLost, 0};
+}
+
+Report report_of(const Scene& scene, const ExperimentOptions& options, const Outcome& outcome,
+                 double wall_s) {
+  const char* engine = name_of(options.precision);
+  const bool within = outcome.figure <= scene.bound;
+  Report report;
+  Row row = {{"group", scene.group}, {"scene", scene.name}, {"engine", engine}, {"what", outcome.what}};
+  row["figure"] = std::isfinite(outcome.figure) ? Row(outcome.figure) : Row();
+  row["unit"] = scene.unit;
+  row["bound"] = scene.bound;
+  row["within"] = within;
+  row["ticks"] = outcome.ticks;
+  row["wall_s"] = wall_s;
+  report.table("rows").push_back(std::move(row));
+  if (!within) {
+    report.misses.push_back(absl::StrFormat("%s, %s %s: %g %s, bound %g: %s", engine, scene.group, scene.name,
+                                            outcome.figure, scene.unit, scene.bound, outcome.what));
+  }
+  return report;
+}
+
+}  // namespace
+
+Report measure(const Scene& scene, const ExperimentOptions& options) {
+  const Stopwatch watch;
+  const Outcome outcome = outcome_of(scene, options);
+  return report_of(scene, options, outcome, watch.microseconds() * 1e-6);
+}
+
+Report measure_apart(const Scene& scene, const ExperimentOptions& options) {
+  const Stopwatch watch;
+  absl::StatusOr<Report> report = in_own_process([&]() -> absl::StatusOr<Report> {
+    // Whoever started this process waits for its end, and hears of an interrupt itself.
+    std::signal(SIGINT, SIG_DFL);
+    std::signal(SIGTERM, SIG_DFL);
+    const rlim_t seconds = options.quick ? kQuickSecondsMax : kSecondsMax;
+    const rlimit limit{seconds, seconds};
+    setrlimit(RLIMIT_CPU, &limit);
+    return measure(scene, options);
+  });
+  if (report.ok()) return *std::move(report);
+  const Outcome outcome{absl::StrCat("Crashed, or did not end in time: ", report.status().message(), "."),
+                        kLost, 0};
+  return report_of(scene, options, outcome, watch.microseconds() * 1e-6);
+}
+
+}  // namespace tessera::extremes

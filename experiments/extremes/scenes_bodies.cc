@@ -1,0 +1,198 @@
+// What bodies are: ratios of masses and sizes.
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "experiments/extremes/figures.h"
+#include "lpss/world/example_worlds.h"
+#include "lpss/world/limits.h"
+
+namespace tessera::extremes {
+namespace {
+
+// --- masses ---
+
+constexpr double kTolerance = 0.05;  // of the size of what stands or hangs
+
+// Boxes of 1 m, from the lowest one on; `masses` in kg.
+WorldDescription stack(const WorldSettings& settings, const std::vector<double>& masses) {
+  WorldBuilder builder(settings);
+  builder.add_floor(20, 0);
+  const ShapeId box = builder.shape(Box{{1, 1, 1}});
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    builder.add(absl::StrCat("box", i), box, masses[i], {0, 0, static_cast<double>(i) + 0.5});
+  }
+  return builder.world();
+}
+
+Scene stack_scene(const std::string& name, const std::vector<double>& masses) {
+  Scene scene;
+  scene.group = "mass_ratio";
+  scene.name = name;
+  scene.world = [masses](const WorldSettings& settings) { return stack(settings, masses); };
+  scene.ticks = 1200;
+  scene.quick_ticks = 300;
+  scene.figure = farthest;
+  scene.unit = "m moved";
+  scene.bound = kTolerance;
+  scene.holds = "The stack stands.";
+  scene.fails = "The stack sinks in, leans or falls.";
+  return scene;
+}
+
+constexpr int kLinks = 10;
+constexpr double kLink = 0.5;  // m
+constexpr double kChain = kLinks * kLink;
+
+// Links of 1 kg with a load of `mass` kg at the end, along `way` from the world's origin.
+WorldDescription loaded_chain(const WorldSettings& settings, double mass, const Eigen::Vector3d& way) {
+  WorldBuilder builder(settings);
+  const ShapeId link = builder.shape(Capsule{0.05, kLink - 0.1});
+  const Eigen::Quaterniond along = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), way);
+  std::string last;
+  for (int i = 0; i < kLinks; ++i) {
+    const std::string name = absl::StrCat("link", i);
+    builder.add(name, link, 1, (i + 0.5) * kLink * way).pose.orientation = along;
+    builder.tie(absl::StrCat("joint", i), JointType::kBall, last, name, i * kLink * way);
+    last = name;
+  }
+  builder.add("load", builder.shape(Sphere{0.2}), mass, kChain * way);
+  builder.tie("joint of the load", JointType::kBall, last, "load", kChain * way);
+  return builder.world();
+}
+
+Scene chain_scene(const std::string& name, double mass, const Eigen::Vector3d& way) {
+  Scene scene;
+  scene.group = "mass_ratio";
+  scene.name = name;
+  scene.world = [mass, way](const WorldSettings& settings) { return loaded_chain(settings, mass, way); };
+  scene.ticks = 1200;
+  scene.quick_ticks = 300;
+  // The load is on a ball around the chain's upper end.
+  scene.figure = [](const Moment&, const Moment& now) {
+    return std::max(0.0, now.positions.back().norm() - kChain) / kChain;
+  };
+  scene.unit = "of its length longer";
+  scene.bound = 0.01;
+  scene.holds = "The chain keeps its length.";
+  scene.fails = "The chain stretches.";
+  return scene;
+}
+
+void add_mass_ratios(std::vector<Scene>& scenes) {
+  for (int power = 0; power <= 6; ++power) {
+    const double ratio = std::pow(10, power);
+    const std::string name = absl::StrCat("_1:10^", power);
+    scenes.push_back(stack_scene("heavy_on_light" + name, {1, ratio}));
+    scenes.push_back(stack_scene("light_on_heavy" + name, {ratio, 1}));
+    scenes.push_back(stack_scene("heavy_on_four" + name, {1, 1, 1, 1, ratio}));
+    scenes.push_back(chain_scene("chain_hangs" + name, ratio, -Eigen::Vector3d::UnitZ()));
+    scenes.push_back(chain_scene("chain_swings" + name, ratio, Eigen::Vector3d::UnitX()));
+  }
+}
+
+// --- sizes ---
+
+constexpr std::array<double, 6> kSizes = {100, 10, 1, 0.1, 0.01, 0.001};  // m
+
+WorldSettings with_wide_sectors(const WorldSettings& given) {
+  WorldSettings settings = given;
+  settings.sector_size = 512;
+  return settings;
+}
+
+// kg; of water where that is allowed.
+double mass_of(double size) { return std::clamp(1000 * size * size * size, kMassMin, kMassMax); }
+
+// Cubes of all sizes, side by side or each on the next larger one.
+WorldDescription cubes(const WorldSettings& given, bool stacked) {
+  WorldBuilder builder(with_wide_sectors(given));
+  builder.add("ground", builder.shape(Plane{}), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
+  double x = 0, below = 0;
+  for (const double size : kSizes) {
+    const ShapeId cube = builder.shape(Box{Eigen::Vector3d::Constant(size)});
+    builder.add(absl::StrCat("cube", size), cube, mass_of(size), {x, 0, below + size / 2});
+    if (stacked) below += size;
+    if (!stacked) x += size;
+  }
+  return builder.world();
+}
+
+void add_cubes(std::vector<Scene>& scenes, bool stacked) {
+  for (std::size_t i = stacked ? 1 : 0; i < kSizes.size(); ++i) {
+    Scene scene;
+    scene.group = "size";
+    scene.name = absl::StrCat("cube_of_", kSizes[i], stacked ? "_m_on_larger_ones" : "_m_beside_others");
+    scene.world = [stacked](const WorldSettings& settings) { return cubes(settings, stacked); };
+    scene.ticks = 1200;
+    scene.quick_ticks = 300;
+    scene.figure = [i](const Moment& start, const Moment& now) {
+      return (now.positions[i] - start.positions[i]).norm() / kSizes[i];
+    };
+    scene.unit = "of its size moved";
+    scene.bound = kTolerance;
+    scene.holds = "It rests where it was put.";
+    scene.fails = "It does not stay where it was put.";
+    scenes.push_back(scene);
+  }
+}
+
+constexpr double kThickness = 0.1;  // m, of the beam and the cubes under it
+
+Scene beam() {
+  Scene scene;
+  scene.group = "size";
+  scene.name = "beam_of_100_m_on_cubes_of_0.1_m";
+  scene.world = [](const WorldSettings& given) {
+    WorldBuilder builder(with_wide_sectors(given));
+    builder.add("ground", builder.shape(Plane{}), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
+    const ShapeId cube = builder.shape(Box{Eigen::Vector3d::Constant(kThickness)});
+    for (const int side : {-1, 1}) {
+      builder.add(absl::StrCat("cube", side), cube, 8, {side * 49.9, 0, kThickness / 2});
+    }
+    builder.add("beam", builder.shape(Box{{100, kThickness, kThickness}}), 8000, {0, 0, 1.5 * kThickness});
+    return builder.world();
+  };
+  scene.ticks = 1200;
+  scene.quick_ticks = 300;
+  scene.figure = [](const Moment& start, const Moment& now) { return farthest(start, now) / kThickness; };
+  scene.unit = "of its thickness moved";
+  scene.bound = kTolerance;
+  scene.holds = "The beam rests on its cubes.";
+  scene.fails = "The beam sinks in or falls off.";
+  return scene;
+}
+
+Scene larger_than_a_sector() {
+  Scene scene;
+  scene.group = "size";
+  scene.name = "cube_larger_than_a_sector";
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(settings);
+    builder.add("cube", builder.shape(Box{Eigen::Vector3d::Constant(settings.sector_size)}), 1e6, {0, 0, 0});
+    return builder.world();
+  };
+  scene.ticks = scene.quick_ticks = 1;
+  scene.figure = [](const Moment&, const Moment&) { return 1.0; };
+  scene.unit = "accepted";
+  scene.holds = "It is refused.";
+  scene.fails = "It runs, though contacts beyond the neighbours would be missed.";
+  scene.may_be_refused = true;
+  return scene;
+}
+
+}  // namespace
+
+std::vector<Scene> body_scenes() {
+  std::vector<Scene> scenes;
+  add_mass_ratios(scenes);
+  add_cubes(scenes, false);
+  add_cubes(scenes, true);
+  scenes.push_back(beam());
+  scenes.push_back(larger_than_a_sector());
+  return scenes;
+}
+
+}  // namespace tessera::extremes

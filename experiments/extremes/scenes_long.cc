@@ -1,0 +1,91 @@
+// What comes of a great many ticks in one run.
+#include <absl/strings/str_cat.h>
+
+#include <cmath>
+
+#include "experiments/extremes/figures.h"
+#include "lpss/world/example_worlds.h"
+
+namespace tessera::extremes {
+namespace {
+
+constexpr Tick kTicks = 1'000'000;
+constexpr Tick kQuickTicks = 20'000;
+constexpr Tick kSettled = 600;  // ticks
+
+Scene long_scene(const std::string& name, std::function<WorldDescription(const WorldSettings&)> world) {
+  Scene scene;
+  scene.group = "long_run";
+  scene.name = name;
+  scene.world = [world = std::move(world)](const WorldSettings& given) {
+    WorldSettings settings = given;
+    settings.sleep_after = 0;
+    return world(settings);
+  };
+  scene.warm_up = kSettled;
+  scene.ticks = kTicks;
+  scene.quick_ticks = kQuickTicks;
+  scene.sample_every = 1000;
+  return scene;
+}
+
+// From where it has settled: nothing pushes it, so that it has no reason to move.
+Scene rest_scene(const std::string& name, int boxes) {
+  Scene scene = long_scene(name, [boxes](const WorldSettings& settings) {
+    return tower_world(settings, boxes, Eigen::Vector3d::Zero());
+  });
+  scene.figure = farthest;
+  scene.unit = "m crept";
+  scene.bound = 0.01;
+  scene.holds = "It stays where it is.";
+  scene.fails = "It creeps, though nothing pushes it.";
+  return scene;
+}
+
+constexpr double kSwing = 0.25;  // m, of the pendulum's centre at the start above where it is lowest
+
+Scene pendulum_scene() {
+  Scene scene = long_scene("pendulum_keeps_its_energy", [](const WorldSettings& settings) {
+    return chain_world(settings, 1, {0, 0, kSwing});
+  });
+  scene.warm_up = 0;
+  scene.figure = energy_change(kStandardGravity);
+  scene.unit = "of its energy changed";
+  scene.bound = 0.05;
+  scene.holds = "It swings on.";
+  scene.fails = "It swings with another energy than it had.";
+  return scene;
+}
+
+// A ball between two walls on either side of a border: homes, clones and contacts come and go.
+Scene memory_scene() {
+  Scene scene = long_scene("ball_over_a_seam_keeps_its_memory", [](const WorldSettings& given) {
+    WorldSettings settings = given;
+    settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
+    WorldBuilder builder(settings);
+    const double border = settings.sector_size / 2;
+    builder.add_floor(5, border - 2);
+    builder.add_floor(5, border + 4);
+    builder.add("ball", builder.shape(Sphere{0.5}), 1, {0, 0, border}).linear_velocity.z() = 7;
+    for (BodyDescription& body : builder.world().bodies) body.properties.restitution = 1;
+    return builder.world();
+  });
+  scene.warm_up = kQuickTicks / 4;
+  scene.figure = [](const Moment& start, const Moment& now) {
+    return (static_cast<double>(now.heap_bytes) - static_cast<double>(start.heap_bytes)) / 1000;
+  };
+  scene.unit = "kB more";
+  scene.bound = 64;  // what allocators and the sizes of hash tables may come to, but not a byte a tick
+  scene.holds = "It needs no more memory as time goes on.";
+  scene.fails = "It needs more and more memory.";
+  return scene;
+}
+
+}  // namespace
+
+std::vector<Scene> long_scenes() {
+  return {rest_scene("box_at_rest", 1), rest_scene("tower_of_5_at_rest", 5), pendulum_scene(),
+          memory_scene()};
+}
+
+}  // namespace tessera::extremes

@@ -1,0 +1,244 @@
+#include "experiments/paper/distance.h"
+
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "experiments/paper/small_scenes.h"
+#include "experiments/plain_world.h"
+#include "lpss/world/simulation.h"
+
+namespace tessera {
+namespace {
+
+constexpr double kOneWorldSectorSize = 128;  // m, of what describes the world, which then ignores it
+constexpr int kNearest = 7;                  // 2^7 m
+constexpr int kFarthest = 62;                // 2^62 m in one world; in sectors, 2^62 of them
+constexpr int kStepsInside = 64;             // per sector
+constexpr double kSceneExtent = 2.57;        // m: what the balls reach from the scene's origin
+constexpr int kSectorsInside = 3;
+constexpr Tick kTicks = 60;
+
+// m. Single precision has a limit of 788 m.
+std::vector<double> sector_sizes(Precision precision) {
+  return {128, precision == Precision::kFloat32 ? 512.0 : 1024.0};
+}
+
+struct End {
+  std::vector<Eigen::Vector3d> positions;  // m, from the scene's origin
+  std::string hash;
+};
+
+// Runs that differ in where the scene is, against the one at the origin.
+class DistanceMeasurement {
+ public:
+  DistanceMeasurement(const ExperimentOptions& options, const Progress& progress)
+      : options_(options),
+        sector_sizes_(sector_sizes(options.precision)),
+        progress_(progress, sector_sizes_.size() + 3),
+        engine_(name_of(options.precision)) {}
+
+  absl::StatusOr<Report> measure() {
+    absl::Status status = absl::OkStatus();
+    for (const double size : sector_sizes_) {
+      if (status.ok()) status = measure_sectors(size);
+    }
+    if (status.ok()) status = measure_one_world();
+    if (status.ok()) status = measure_shifted_origin(1);
+    if (status.ok()) status = measure_shifted_origin(2);
+    if (!status.ok()) return status;
+    judge_inside();
+    return std::move(report_);
+  }
+
+ private:
+  WorldDescription scene(double sector_size) const {
+    WorldSettings settings;
+    settings.precision = options_.precision;
+    settings.sector_size = sector_size;
+    return collision_scene(settings);
+  }
+
+  static absl::StatusOr<End> run_in_sectors(const WorldDescription& world, const WorldPosition& origin) {
+    const auto simulation = Simulation::create(world);
+    if (!simulation.ok()) return simulation.status();
+    for (Tick tick = 0; tick < kTicks; ++tick) (*simulation)->step();
+    std::vector<BodyRecord> records;
+    (*simulation)->share().for_each_body([&](const BodyRecord& record) { records.push_back(record); });
+    return End{positions_from(origin, records, world.settings.sector_size),
+               (*simulation)->hash().to_string()};
+  }
+
+  static absl::StatusOr<End> run_in_one_world(const WorldDescription& world, const WorldPosition& origin) {
+    const auto plain = PlainWorld::create(world, world.settings.precision);
+    if (!plain.ok()) return plain.status();
+    for (Tick tick = 0; tick < kTicks; ++tick) (*plain)->step();
+    std::vector<BodyRecord> records;
+    (*plain)->for_each_body([&](const BodyRecord& record) { records.push_back(record); });
+    return End{positions_from(origin, records, world.settings.sector_size), ""};
+  }
+
+  // Moved by whole sectors with its anchor, so that nothing of it is rounded.
+  absl::StatusOr<End> run_at_sector(double sector_size, const SectorOffset& offset) const {
+    WorldDescription world = scene(sector_size);
+    if (absl::Status status = move_by(world, offset); !status.ok()) return status;
+    return run_in_sectors(world, {world.anchor, Eigen::Vector3d::Zero()});
+  }
+
+  absl::StatusOr<End> run_at(double sector_size, double distance) const {
+    WorldDescription world = scene(sector_size);
+    const Eigen::Vector3d way(distance, 0, 0);
+    if (absl::Status status = move_bodies(world, way); !status.ok()) return status;
+    const absl::StatusOr<WorldPosition> origin = canonical({}, way, sector_size);
+    if (!origin.ok()) return origin.status();
+    return run_in_sectors(world, *origin);
+  }
+
+  // One world with its origin at `distance` m from the scene's.
+  absl::StatusOr<End> run_plain_at(double distance, bool with_scene_at_origin = false) const {
+    WorldDescription world = scene(kOneWorldSectorSize);
+    const std::size_t bodies = world.bodies.size();
+    const Eigen::Vector3d way(distance, 0, 0);
+    if (absl::Status status = move_bodies(world, way); !status.ok()) return status;
+    if (with_scene_at_origin) {
+      for (BodyDescription body : scene(kOneWorldSectorSize).bodies) {
+        body.name += " of another observer";
+        world.bodies.push_back(std::move(body));
+      }
+    }
+    const absl::StatusOr<WorldPosition> origin = canonical({}, way, kOneWorldSectorSize);
+    if (!origin.ok()) return origin.status();
+    absl::StatusOr<End> end = run_in_one_world(world, *origin);
+    if (end.ok()) end->positions.resize(bodies);
+    return end;
+  }
+
+  absl::Status measure_sectors(double size) {
+    const absl::StatusOr<End> reference = run_at_sector(size, {});
+    if (!reference.ok()) return reference.status();
+    add("lpss", size, 1, std::nullopt, true, *reference, *reference);
+    const int log2_size = std::ilogb(size);
+    for (int log2 = kNearest; log2 <= kFarthest + log2_size; ++log2) {
+      const bool whole = log2 >= log2_size;
+      const absl::StatusOr<End> end = whole
+                                          ? run_at_sector(size, {std::int64_t{1} << (log2 - log2_size), 0, 0})
+                                          : run_at(size, std::ldexp(1, log2));
+      if (!end.ok()) return end.status();
+      add("lpss", size, 1, log2, whole, *end, *reference);
+    }
+    for (int step = 0; step <= kStepsInside * kSectorsInside; ++step) {
+      const double distance = step * size / kStepsInside;
+      const absl::StatusOr<End> end = run_at(size, distance);
+      if (!end.ok()) return end.status();
+      add_inside("lpss", size, distance, largest_distance(end->positions, reference->positions));
+    }
+    return progress_.advance();
+  }
+
+  absl::Status measure_one_world() {
+    const absl::StatusOr<End> reference = run_plain_at(0);
+    if (!reference.ok()) return reference.status();
+    add("one-world", std::nullopt, 1, std::nullopt, true, *reference, *reference);
+    for (int log2 = kNearest; log2 <= kFarthest; ++log2) {
+      const absl::StatusOr<End> end = run_plain_at(std::ldexp(1, log2));
+      if (!end.ok()) return end.status();
+      add("one-world", std::nullopt, 1, log2, false, *end, *reference);
+    }
+    for (const double size : sector_sizes_) {
+      for (int step = 0; step <= kStepsInside * kSectorsInside; ++step) {
+        const double distance = step * size / kStepsInside;
+        const absl::StatusOr<End> end = run_plain_at(distance);
+        if (!end.ok()) return end.status();
+        add_inside("one-world", size, distance, largest_distance(end->positions, reference->positions));
+      }
+    }
+    return progress_.advance();
+  }
+
+  // One world whose origin went along with the scene's observer.
+  absl::StatusOr<End> run_plain_with_observer(double distance) const {
+    WorldDescription world = scene(kOneWorldSectorSize);
+    const absl::StatusOr<SectorOffset> offset = sectors_from({distance, 0, 0}, kOneWorldSectorSize);
+    if (!offset.ok()) return offset.status();
+    if (absl::Status status = move_by(world, *offset); !status.ok()) return status;
+    return run_in_one_world(world, {world.anchor, Eigen::Vector3d::Zero()});
+  }
+
+  absl::Status measure_shifted_origin(int observers) {
+    const absl::StatusOr<End> reference = run_plain_at(0);
+    if (!reference.ok()) return reference.status();
+    for (int log2 = kNearest; log2 <= kFarthest; ++log2) {
+      const double distance = std::ldexp(1, log2);
+      const absl::StatusOr<End> end =
+          observers == 1 ? run_plain_with_observer(distance) : run_plain_at(distance, true);
+      if (!end.ok()) return end.status();
+      add("origin-shift", std::nullopt, observers, log2, false, *end, *reference);
+    }
+    return progress_.advance();
+  }
+
+  void add(const char* system, std::optional<double> sector_size, int observers, std::optional<int> log2,
+           bool whole, const End& end, const End& reference) {
+    const double error = largest_distance(end.positions, reference.positions);
+    const bool same_bits = error == 0 && end.hash == reference.hash;
+    Row row = {{"system", system}, {"engine", engine_}};
+    row["sector_size"] = sector_size ? Row(*sector_size) : Row();
+    row["observers"] = observers;
+    row["distance_log2"] = log2 ? Row(*log2) : Row();
+    row["distance_m"] = log2 ? std::ldexp(1, *log2) : 0.0;
+    row["whole_sectors"] = whole;
+    row["error_m"] = std::isfinite(error) ? Row(error) : Row();
+    row["same_bits"] = same_bits;
+    report_.table("rows").push_back(std::move(row));
+    if (sector_size && whole && !same_bits) {
+      report_.misses.push_back(absl::StrFormat("%s, sectors of %g m: other bits at 2^%d m, error %g m",
+                                               engine_, *sector_size, log2.value_or(0), error));
+    }
+  }
+
+  void add_inside(const char* system, double sector_size, double distance, double error) {
+    report_.table("inside").push_back({{"system", system},
+                                       {"engine", engine_},
+                                       {"sector_size", sector_size},
+                                       {"distance_m", distance},
+                                       {"error_m", error}});
+  }
+
+  double worst_inside(const std::string& system, double sector_size, double farthest) {
+    double worst = 0;
+    for (const Row& row : report_.table("inside")) {
+      if (row["system"] == system && row["sector_size"] == sector_size && row["distance_m"] <= farthest) {
+        worst = std::max(worst, row["error_m"].get<double>());
+      }
+    }
+    return worst;
+  }
+
+  void judge_inside() {
+    for (const double size : sector_sizes_) {
+      const double ours = worst_inside("lpss", size, kSectorsInside * size);
+      // The balls of a scene in the very corner of a sector are a little beyond it.
+      const double bound = worst_inside("one-world", size, size / 2 + kSceneExtent);
+      if (ours <= bound) continue;
+      report_.misses.push_back(
+          absl::StrFormat("%s, sectors of %g m: error %g m inside, one world has %g m up to %g m", engine_,
+                          size, ours, bound, size / 2));
+    }
+  }
+
+  const ExperimentOptions& options_;
+  std::vector<double> sector_sizes_;
+  ProgressCount progress_;
+  const char* engine_;
+  Report report_;
+};
+
+}  // namespace
+
+absl::StatusOr<Report> measure_distance(const ExperimentOptions& options, const Progress& progress) {
+  return DistanceMeasurement(options, progress).measure();
+}
+
+}  // namespace tessera

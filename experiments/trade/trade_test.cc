@@ -1,0 +1,92 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "experiments/common/own_process.h"
+#include "experiments/paper/small_scenes.h"
+#include "experiments/trade/tune.h"
+#include "lpss/world/example_worlds.h"
+
+namespace tessera {
+namespace {
+
+const Progress kSilent = [](std::uint64_t, std::uint64_t) { return true; };
+
+TEST(TuneTest, ChoosesTheCheapestThatMeetsAndAFinerRunAgrees) {
+  const WorldDescription world = collision_scene(WorldSettings());
+  const TuneOptions options{.max_error = 0.02, .horizon = 1};
+  absl::StatusOr<Report> report = tune(world, options, kSilent);
+  ASSERT_TRUE(report.ok()) << report.status();
+  const std::vector<Row>& chosen = report->table("chosen");
+  ASSERT_EQ(chosen.size(), 1u);
+  const absl::StatusOr<Knobs> knobs = knobs_from_json(chosen.front());
+  ASSERT_TRUE(knobs.ok()) << knobs.status();
+  for (const Row& row : report->table("rows")) {
+    if (row["meets"].get<bool>()) break;
+    EXPECT_FALSE(row["error_m"].is_number() && row["error_m"].get<double>() <= options.max_error);
+  }
+  absl::StatusOr<Report> checked = in_own_process([&]() -> absl::StatusOr<Report> {
+    Knobs finest = reference_knobs(world.settings, /*coarser=*/false);
+    *finest.time_step /= 2;
+    Report result;
+    result.table("finest") = to_rows(run_trial(with_knobs(world, finest).value(), 1)->samples);
+    return result;
+  });
+  ASSERT_TRUE(checked.ok()) << checked.status();
+  absl::StatusOr<Report> ran = in_own_process([&]() -> absl::StatusOr<Report> {
+    Report result;
+    result.table("chosen") = to_rows(run_trial(with_knobs(world, *knobs).value(), 1)->samples);
+    return result;
+  });
+  ASSERT_TRUE(ran.ok()) << ran.status();
+  const double error =
+      error_between(samples_from(checked->table("finest")), samples_from(ran->table("chosen")));
+  EXPECT_LE(error, 1.5 * options.max_error);
+}
+
+TEST(TuneTest, SaysSoWhereNothingMeets) {
+  const WorldDescription world = tower_world(WorldSettings(), 3, Eigen::Vector3d::Zero());
+  absl::StatusOr<Report> report = tune(world, {.max_error = 1e-15, .horizon = 0.2}, kSilent);
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_TRUE(report->table("chosen").empty());
+  EXPECT_THAT(report->misses, ::testing::ElementsAre(::testing::HasSubstr("nothing that was tried")));
+}
+
+TEST(TuneTest, EndsWhenAsked) {
+  const WorldDescription world = tower_world(WorldSettings(), 2, Eigen::Vector3d::Zero());
+  const Progress stop = [](std::uint64_t, std::uint64_t) { return false; };
+  EXPECT_EQ(tune(world, {.horizon = 0.1}, stop).status().code(), absl::StatusCode::kCancelled);
+}
+
+TEST(FrontTest, OnItMoreCostMeansLessError) {
+  std::vector<Row> rows;
+  for (const auto& [cost, error] : {std::pair{1.0, 5.0}, {2.0, 6.0}, {3.0, 1.0}, {4.0, 1.0}, {5.0, 0.5}}) {
+    rows.push_back({{"cost_us", cost}, {"error_m", error}});
+  }
+  rows.push_back({{"cost_us", 0.5}, {"error_m", nullptr}});
+  mark_front(rows, {});
+  std::vector<bool> front;
+  for (const Row& row : rows) front.push_back(row["front"]);
+  EXPECT_THAT(front, ::testing::ElementsAre(true, false, true, false, true, false));
+}
+
+TEST(OwnProcessTest, CarriesReportsAndErrorsAndOutlivesACrash) {
+  absl::StatusOr<Report> report = in_own_process([]() -> absl::StatusOr<Report> {
+    Report result;
+    result.table("rows").push_back({{"figure", 0.1}, {"name", "a, b"}, {"none", nullptr}});
+    result.misses = {"one"};
+    return result;
+  });
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_EQ(report->table("rows").front()["figure"], 0.1);
+  EXPECT_EQ(report->misses.size(), 1u);
+  const auto refused =
+      in_own_process([]() -> absl::StatusOr<Report> { return absl::NotFoundError("no such world"); });
+  EXPECT_EQ(refused.status(), absl::NotFoundError("no such world"));
+  const auto crashed = in_own_process([]() -> absl::StatusOr<Report> { std::_Exit(3); });
+  EXPECT_EQ(crashed.status().code(), absl::StatusCode::kInternal);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,175 @@
+#include "experiments/trade/trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <functional>
+#include <limits>
+#include <memory>
+
+#include "experiments/paper/small_scenes.h"
+#include "experiments/plain_world.h"
+#include "lpss/world/simulation.h"
+#include "lpss/world/validate.h"
+
+namespace tessera {
+namespace {
+
+// Of this process, all threads: what else the machine does is not in it.
+double processor_us() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) * 1e-3;
+}
+
+// What is stepped: sectors, or one world.
+struct Stepped {
+  std::function<void()> step;
+  std::function<void(const std::function<void(const BodyRecord&)>&)> for_each_body;
+  std::function<void(bool)> report_contacts;
+  std::function<double()> deepest;  // of the contacts of the last tick, m
+  std::function<std::string()> hash;
+};
+
+absl::StatusOr<Stepped> in_sectors(const WorldDescription& world) {
+  absl::StatusOr<std::unique_ptr<Simulation>> created = Simulation::create(world);
+  if (!created.ok()) return created.status();
+  const std::shared_ptr<Simulation> simulation = *std::move(created);
+  return Stepped{[simulation] { simulation->step(); },
+                 [simulation](const auto& visit) { simulation->share().for_each_body(visit); },
+                 [simulation](bool on) { simulation->share().report_contacts(on); },
+                 [simulation] {
+                   double depth = 0;
+                   for (const ContactEvent& event : simulation->share().contact_events()) {
+                     depth = std::max(depth, event.depth);
+                   }
+                   return depth;
+                 },
+                 [simulation] { return simulation->hash().to_string(); }};
+}
+
+absl::StatusOr<Stepped> in_one_world(const WorldDescription& world) {
+  absl::StatusOr<std::unique_ptr<PlainWorld>> created = PlainWorld::create(world, world.settings.precision);
+  if (!created.ok()) return created.status();
+  const std::shared_ptr<PlainWorld> plain = *std::move(created);
+  return Stepped{[plain] { plain->step(); }, [plain](const auto& visit) { plain->for_each_body(visit); },
+                 [](bool) {}, [] { return 0.0; },
+                 [plain, anchor = world.anchor] {
+                   WorldHash sum;
+                   plain->for_each_body([&](const BodyRecord& record) { sum.add(record, anchor); });
+                   return sum.to_string();
+                 }};
+}
+
+Positions positions_of(const Stepped& stepped, const WorldDescription& world, double& fastest) {
+  std::vector<BodyRecord> records;
+  fastest = 0;
+  stepped.for_each_body([&](const BodyRecord& record) {
+    if (record.properties.motion != Motion::kDynamic) return;
+    records.push_back(record);
+    fastest =
+        std::max(fastest, Eigen::Map<const Eigen::Vector3d>(record.state.linear_velocity.data()).norm());
+  });
+  return positions_from({world.anchor, Eigen::Vector3d::Zero()}, records, world.settings.sector_size);
+}
+
+}  // namespace
+
+absl::StatusOr<Trial> run_trial(const WorldDescription& world, double horizon, bool is_plain) {
+  const absl::StatusOr<Stepped> stepped = is_plain ? in_one_world(world) : in_sectors(world);
+  if (!stepped.ok()) return stepped.status();
+  Trial trial;
+  double spent_us = 0;
+  Tick done = 0;
+  for (int sample = 1; sample <= kTrialSamples; ++sample) {
+    const auto until =
+        static_cast<Tick>(std::lround(horizon * sample / kTrialSamples / world.settings.time_step));
+    const double start_us = processor_us();
+    for (; done + 1 < until; ++done) stepped->step();
+    spent_us += processor_us() - start_us;
+    stepped->report_contacts(true);
+    if (done < until) stepped->step();
+    done = until;
+    trial.overlap_m = std::max(trial.overlap_m, stepped->deepest());
+    stepped->report_contacts(false);
+    trial.samples.push_back(positions_of(*stepped, world, trial.speed_m_s));
+  }
+  const auto bodies = static_cast<double>(std::max<std::size_t>(trial.samples.back().size(), 1));
+  trial.cost_us = spent_us / bodies / horizon;
+  trial.hash = stepped->hash();
+  return trial;
+}
+
+double error_between(const std::vector<Positions>& a, const std::vector<Positions>& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+    largest = std::max(largest, largest_distance(a[i], b[i]));
+  }
+  return largest;
+}
+
+std::vector<Row> to_rows(const std::vector<Positions>& samples) {
+  std::vector<Row> rows;
+  for (const Positions& positions : samples) {
+    std::vector<double> numbers;
+    for (const Eigen::Vector3d& position : positions)
+      numbers.insert(numbers.end(), position.begin(), position.end());
+    rows.push_back({{"positions", numbers}});
+  }
+  return rows;
+}
+
+std::vector<Positions> samples_from(const std::vector<Row>& rows) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Positions> samples;
+  for (const Row& row : rows) {
+    Positions positions;
+    const Row& numbers = row.at("positions");
+    for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
+      const auto number = [&](std::size_t n) {
+        return numbers[n].is_number() ? numbers[n].get<double>() : kNone;
+      };
+      positions.emplace_back(number(i), number(i + 1), number(i + 2));
+    }
+    samples.push_back(std::move(positions));
+  }
+  return samples;
+}
+
+absl::StatusOr<WorldDescription> with_knobs(const WorldDescription& world, const Knobs& knobs) {
+  WorldDescription turned = world;
+  if (absl::Status status = apply(knobs, turned); !status.ok()) return status;
+  if (absl::Status status = validate(turned); !status.ok()) return status;
+  return turned;
+}
+
+Knobs reference_knobs(const WorldSettings& settings, bool coarser) {
+  constexpr double kFinestStep = 1e-4;  // s
+  Knobs knobs;
+  knobs.precision = Precision::kFloat64;
+  knobs.time_step = std::max(settings.time_step / (coarser ? 4 : 8), kFinestStep);
+  knobs.substeps = 4;
+  knobs.solver_iterations = 60;
+  knobs.sleep_after = 0;
+  return knobs;
+}
+
+void mark_front(std::vector<Row>& rows, const std::vector<std::string>& group) {
+  const auto is_better = [&](const Row& a, const Row& b) {
+    if (a["error_m"].is_null() || b["error_m"].is_null()) return !a["error_m"].is_null();
+    const double error_a = a["error_m"], error_b = b["error_m"];
+    const double cost_a = a["cost_us"], cost_b = b["cost_us"];
+    return error_a <= error_b && cost_a <= cost_b && (error_a < error_b || cost_a < cost_b);
+  };
+  const auto are_rivals = [&](const Row& a, const Row& b) {
+    return std::all_of(group.begin(), group.end(),
+                       [&](const std::string& name) { return a[name] == b[name]; });
+  };
+  for (Row& row : rows) {
+    row["front"] = std::none_of(rows.begin(), rows.end(), [&](const Row& other) {
+      return are_rivals(row, other) && is_better(other, row);
+    });
+  }
+}
+
+}  // namespace tessera
