@@ -6,7 +6,7 @@
 if (!exists("folder")) folder = "docs/pictures"
 set datafile separator ","
 set grid
-set key outside right top
+set key outside bottom center horizontal
 
 # Fig. 5: error against distance. No error at all is drawn at the bottom.
 distance = folder . "/distance.csv"

@@ -73,13 +73,11 @@ Positions positions_of(const Stepped& stepped, const WorldDescription& world, do
   return positions_from({world.anchor, Eigen::Vector3d::Zero()}, records, world.settings.sector_size);
 }
 
-}  // namespace
-
-absl::StatusOr<Trial> run_trial(const WorldDescription& world, double horizon, bool is_plain) {
+// `spent_us` is what its ticks took, but for those of the samples.
+absl::StatusOr<Trial> run_once(const WorldDescription& world, double horizon, bool is_plain, double& spent_us) {
   const absl::StatusOr<Stepped> stepped = is_plain ? in_one_world(world) : in_sectors(world);
   if (!stepped.ok()) return stepped.status();
   Trial trial;
-  double spent_us = 0;
   Tick done = 0;
   for (int sample = 1; sample <= kTrialSamples; ++sample) {
     const auto until =
@@ -94,9 +92,27 @@ absl::StatusOr<Trial> run_trial(const WorldDescription& world, double horizon, b
     stepped->report_contacts(false);
     trial.samples.push_back(positions_of(*stepped, world, trial.speed_m_s));
   }
-  const auto bodies = static_cast<double>(std::max<std::size_t>(trial.samples.back().size(), 1));
-  trial.cost_us = spent_us / bodies / horizon;
   trial.hash = stepped->hash();
+  return trial;
+}
+
+}  // namespace
+
+absl::StatusOr<Trial> run_trial(const WorldDescription& world, double horizon, bool is_plain) {
+  constexpr double kEnoughUs = 30e3;  // what is shorter is measured again, and the least counts
+  constexpr int kRunsMax = 5;
+  double least_us = 0;
+  double total_us = 0;
+  absl::StatusOr<Trial> trial;
+  for (int n = 0; n < kRunsMax && (n == 0 || total_us < kEnoughUs); ++n) {
+    double spent_us = 0;
+    trial = run_once(world, horizon, is_plain, spent_us);
+    if (!trial.ok()) return trial;
+    least_us = n == 0 ? spent_us : std::min(least_us, spent_us);
+    total_us += spent_us;
+  }
+  const auto bodies = static_cast<double>(std::max<std::size_t>(trial->samples.back().size(), 1));
+  trial->cost_us = least_us / bodies / horizon;
   return trial;
 }
 

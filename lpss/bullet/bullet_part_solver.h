@@ -10,6 +10,7 @@ namespace tessera::bullet {
 
 class BulletPartSolver final : public PartSolver {
  public:
+  // Parts agree after every pass of the whole tick: they take no small steps.
   explicit BulletPartSolver(const EngineSettings& settings)
       : PartSolver(settings.solver_iterations), solver_(without_small_steps(settings)) {}
 
@@ -21,12 +22,6 @@ class BulletPartSolver final : public PartSolver {
   void end() override;
 
  private:
-  // Parts agree after every pass of the whole tick.
-  static EngineSettings without_small_steps(EngineSettings settings) {
-    settings.substeps = 1;
-    return settings;
-  }
-
   // A body that other parts have, too, and what all have agreed on so far.
   struct Shared {
     std::size_t body;  // a place in the task's bodies

@@ -29,14 +29,12 @@ btVector3 direction_of(const btSolverConstraint& row) {
 }  // namespace
 
 SmallSteps::SmallSteps(int steps, int passes)
-    : steps_(steps), all_passes_(passes), passes_(std::max(2, (passes + steps - 1) / steps)) {}
+    : steps_(steps), passes_(std::max(2, (passes + steps - 1) / steps)) {}
 
 void SmallSteps::solve(const RowPools& pools, const btContactSolverInfo& info) {
   begin(pools, info);
   for (int step = 0; step < steps_; ++step) {
     start_step(pools);
-    // Joints start cold.
-    for (int n = 0; step == 0 && n < all_passes_; ++n) pass_joints(pools);
     for (int n = 0; n + 1 < passes_; ++n) pass(pools, /*corrects=*/true);
     close_gaps(pools);
     add_way(step_);
@@ -63,11 +61,9 @@ void SmallSteps::begin(const RowPools& pools, const btContactSolverInfo& info) {
   for (const btSolverBody& body : pools.bodies) {
     motions_.push_back({body.m_linearVelocity, body.m_angularVelocity, none, none, body.m_invMass.x()});
   }
-  for (const auto& rows : {pools.joints, pools.contacts}) {
-    for (const btSolverConstraint& row : rows) {
-      motions_[static_cast<std::size_t>(row.m_solverBodyIdA)].is_pushed = true;
-      motions_[static_cast<std::size_t>(row.m_solverBodyIdB)].is_pushed = true;
-    }
+  for (const btSolverConstraint& row : pools.contacts) {
+    motions_[static_cast<std::size_t>(row.m_solverBodyIdA)].is_pushed = true;
+    motions_[static_cast<std::size_t>(row.m_solverBodyIdB)].is_pushed = true;
   }
   contacts_.clear();
   for (const btSolverConstraint& row : pools.contacts) {
@@ -86,7 +82,6 @@ void SmallSteps::begin(const RowPools& pools, const btContactSolverInfo& info) {
 // kept of them lies along directions that depend on the normal alone.
 void SmallSteps::recall_impulses(const RowPools& pools) {
   const btScalar share = 1 / static_cast<btScalar>(steps_);
-  for (btSolverConstraint& row : pools.joints) row.m_appliedImpulse = 0;
   for (btSolverConstraint& row : pools.contacts) {
     const btManifoldPoint& point = point_of(row);
     row.m_appliedImpulse = point.m_appliedImpulse * share;
@@ -129,23 +124,12 @@ void SmallSteps::start_step(const RowPools& pools) {
     motions_[i].linear += pools.bodies[i].m_externalForceImpulse * share;
     motions_[i].angular += pools.bodies[i].m_externalTorqueImpulse * share;
   }
-  for (const auto& rows : {pools.joints, pools.contacts, pools.frictions}) {
+  for (const auto& rows : {pools.contacts, pools.frictions}) {
     for (const btSolverConstraint& row : rows) push(row, row.m_appliedImpulse);
   }
 }
 
-void SmallSteps::pass_joints(const RowPools& pools) {
-  const btScalar share = 1 / static_cast<btScalar>(steps_);
-  for (std::size_t i = 0; i < pools.joints.size(); ++i) {
-    btSolverConstraint& row = pools.joints[i];
-    const btScalar missing = btScalar(pools.targets[i].velocity) - velocity_of(row);
-    const btScalar impulse = row.m_appliedImpulse * (1 - row.m_cfm) + missing * row.m_jacDiagABInv;
-    set_impulse(row, std::clamp(impulse, row.m_lowerLimit * share, row.m_upperLimit * share));
-  }
-}
-
 void SmallSteps::pass(const RowPools& pools, bool corrects) {
-  pass_joints(pools);
   for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
     solve_contact(pools.contacts[i], contacts_[i], corrects);
   }

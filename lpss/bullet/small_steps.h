@@ -1,6 +1,6 @@
-// Solves rows that Bullet has set up for a tick in several small steps of it. Contacts are found once a tick,
-// forces act step by step, and impulses carry over from step to step (Macklin et al., Small Steps in Physics
-// Simulation, 2019; soft contacts and relaxation as in Catto, Solver2D, 2024).
+// Solves contact rows that Bullet has set up for a tick in several small steps of it. Contacts are found once
+// a tick, forces act step by step, and impulses carry over from step to step (Macklin et al., Small Steps in
+// Physics Simulation, 2019; soft contacts and relaxation as in Catto, Solver2D, 2024).
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
@@ -10,15 +10,11 @@
 #include <span>
 #include <vector>
 
-#include "lpss/bullet/joint_rows.h"
-
 namespace tessera::bullet {
 
-// Where Bullet keeps what it has set up. `targets` says what velocity each row of `joints` asks for.
+// Where Bullet keeps what it has set up.
 struct RowPools {
   std::span<btSolverBody> bodies;
-  std::span<btSolverConstraint> joints;
-  std::span<const JointRow> targets;
   std::span<btSolverConstraint> contacts;
   std::span<btSolverConstraint> frictions;
   int friction_directions = 1;
@@ -29,12 +25,9 @@ class SmallSteps {
   // `passes` (>= 1) over all rows are divided among `steps` (>= 2), two each at least.
   SmallSteps(int steps, int passes);
 
-  int count() const { return steps_; }
-
   // Leaves velocities and impulses where Bullet's own solver would, and what took back overlaps in the push
-  // velocities. A body then moves by the velocity that it ends with, as without small steps: so orbits and
-  // pendulums keep their energy. What no row touches is left as it was. `info` is what the rows were set up
-  // with.
+  // velocities. A body then moves by the velocity that it ends with, as without small steps, which keeps the
+  // energy of falls and orbits. What no row touches is left as it was. `info` is what the rows were set up with.
   void solve(const RowPools& pools, const btContactSolverInfo& info);
 
  private:
@@ -60,7 +53,6 @@ class SmallSteps {
   void push(const btSolverConstraint& row, btScalar impulse);
   void set_impulse(btSolverConstraint& row, btScalar impulse);
   void start_step(const RowPools& pools);
-  void pass_joints(const RowPools& pools);
   void pass(const RowPools& pools, bool corrects);
   void solve_contact(btSolverConstraint& row, const Contact& contact, bool corrects);
   void close_gaps(const RowPools& pools);
@@ -70,7 +62,6 @@ class SmallSteps {
   void end(const RowPools& pools, const btContactSolverInfo& info);
 
   int steps_;
-  int all_passes_;
   int passes_;         // per step, the last of which does not correct positions
   btScalar step_ = 0;  // s
   // Of soft contacts.

@@ -131,6 +131,11 @@ void lighten(btSolverConstraint& row, int id, const btSolverBody& body, double t
 
 }  // namespace
 
+EngineSettings without_small_steps(EngineSettings settings) {
+  settings.substeps = 1;
+  return settings;
+}
+
 TaskSolver::TaskSolver(const EngineSettings& settings) {
   if (settings.substeps > 1) small_steps_.emplace(settings.substeps, settings.solver_iterations);
   info_.m_warmstartingFactor = btScalar(settings.warm_starting);
@@ -183,8 +188,6 @@ void TaskSolver::solve() {
   }
   RowPools pools;
   pools.bodies = span_of(m_tmpSolverBodyPool);
-  pools.joints = span_of(m_tmpSolverNonContactConstraintPool);
-  pools.targets = rows_;
   pools.contacts = span_of(m_tmpSolverContactConstraintPool);
   pools.frictions = span_of(m_tmpSolverContactFrictionConstraintPool);
   pools.friction_directions = info_.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS ? 2 : 1;
@@ -267,12 +270,10 @@ void TaskSolver::convert_row(const JointRow& row, int child, int parent, btSolve
                                  converted.m_angularComponentA) +
                         mobility(parent_body, converted.m_contactNormal2, converted.m_relpos2CrossNormal,
                                  converted.m_angularComponentB);
-  // An impulse is spread over the small steps, and gives way as a whole.
-  const double compliance = row.compliance * (small_steps_ ? small_steps_->count() : 1);
-  const double resistance = mobile + compliance;
+  const double resistance = mobile + row.compliance;
   const double impulse_per_velocity = resistance > 0 ? 1 / resistance : 0;
   converted.m_jacDiagABInv = btScalar(impulse_per_velocity);
-  converted.m_cfm = btScalar(compliance * impulse_per_velocity);
+  converted.m_cfm = btScalar(row.compliance * impulse_per_velocity);
   converted.m_rhs =
       btScalar((row.velocity - velocity_of(row, child_body, parent_body)) * impulse_per_velocity);
   converted.m_lowerLimit = btScalar(row.impulse_min);

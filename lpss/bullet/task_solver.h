@@ -14,6 +14,9 @@
 
 namespace tessera::bullet {
 
+// The same settings for a solver that passes over the whole tick.
+EngineSettings without_small_steps(EngineSettings settings);
+
 // One task at a time: set_up(), then solve(), or passes() times pass(), then finish(). Nothing of a task stays for
 // the next.
 class TaskSolver final : public btSequentialImpulseConstraintSolver {
@@ -28,7 +31,7 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   // Makes a body `times` lighter for the passes, after set_up().
   void split(std::size_t body, double times);
 
-  // All passes, or all small steps where the settings ask for some.
+  // All passes, or all small steps where the settings ask for some: then the task must have no joints.
   void solve();
 
   // One pass of the position correction and one of the velocities; n counts from 0. The two touch different
