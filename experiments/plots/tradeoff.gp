@@ -12,8 +12,8 @@ set grid
 set logscale xy
 set format x "%g"
 set format y "%.0e"
-set key outside bottom center horizontal
-set multiplot layout 2,3 title "Error against cost, single precision: Bullet's own solver, small steps, and the front of all"
+set key at screen 0.5,0.015 center horizontal
+set multiplot layout 2,3 margins 0.07,0.98,0.1,0.9 spacing 0.07,0.14 title "Error against cost, single precision: Bullet's own solver, small steps, and the front of all"
 pick(scene, more) = sprintf("< awk -F, '$1==\"%s\" && $2==\"f32\" && $8>0 && %s' %s", scene, more, rows)
 front(scene) = sprintf("< awk -F, '$1==\"%s\" && $2==\"f32\" && $8>0 && $14==1' %s | sort -t, -g -k11", scene, rows)
 do for [scene in "collision stack pile chain rolling orbit"] {
