@@ -17,6 +17,14 @@ constexpr btScalar kFrequencyStep = 0.25;  // of the rate of steps, at most
 constexpr btScalar kContactDamping = 10;   // of critical damping
 constexpr btScalar kPushSpeedMax = 3;      // m/s, by which overlaps are taken back
 
+// The velocity that a row sees before the tick, without its forces.
+btScalar velocity_at_start(const btSolverConstraint& row, std::span<const btSolverBody> bodies) {
+  const btSolverBody& a = bodies[static_cast<std::size_t>(row.m_solverBodyIdA)];
+  const btSolverBody& b = bodies[static_cast<std::size_t>(row.m_solverBodyIdB)];
+  return row.m_contactNormal1.dot(a.m_linearVelocity) + row.m_relpos1CrossNormal.dot(a.m_angularVelocity) +
+         row.m_contactNormal2.dot(b.m_linearVelocity) + row.m_relpos2CrossNormal.dot(b.m_angularVelocity);
+}
+
 const btManifoldPoint& point_of(const btSolverConstraint& contact) {
   return *static_cast<const btManifoldPoint*>(contact.m_originalContactPoint);
 }
@@ -59,7 +67,7 @@ void SmallSteps::begin(const RowPools& pools, const btContactSolverInfo& info) {
   const btVector3 none(0, 0, 0);
   motions_.clear();
   for (const btSolverBody& body : pools.bodies) {
-    motions_.push_back({body.m_linearVelocity, body.m_angularVelocity, none, none, body.m_invMass.x()});
+    motions_.push_back({none, none, none, none, body.m_invMass.x()});
   }
   for (const btSolverConstraint& row : pools.contacts) {
     motions_[static_cast<std::size_t>(row.m_solverBodyIdA)].is_pushed = true;
@@ -69,12 +77,14 @@ void SmallSteps::begin(const RowPools& pools, const btContactSolverInfo& info) {
   for (const btSolverConstraint& row : pools.contacts) {
     const btManifoldPoint& point = point_of(row);
     const btScalar gap = point.getDistance();
-    const btScalar approach = -velocity_of(row);
-    const bool bounces = approach > info.m_restitutionVelocityThreshold;
-    contacts_.push_back({gap, std::min(-gap / info.m_timeStep, btScalar(0)),
-                         bounces ? point.m_combinedRestitution * approach : 0});
+    const btScalar start = velocity_at_start(row, pools.bodies);
+    const bool bounces = -start > info.m_restitutionVelocityThreshold;
+    contacts_.push_back({start, gap, std::min(-gap / info.m_timeStep, btScalar(0)),
+                         bounces ? point.m_combinedRestitution * -start : 0});
   }
-  friction_totals_.assign(pools.frictions.size(), 0);
+  frictions_.clear();
+  for (const btSolverConstraint& row : pools.frictions)
+    frictions_.push_back({velocity_at_start(row, pools.bodies)});
   recall_impulses(pools);
 }
 
@@ -96,7 +106,7 @@ void SmallSteps::recall_impulses(const RowPools& pools) {
   }
 }
 
-btScalar SmallSteps::velocity_of(const btSolverConstraint& row) const {
+btScalar SmallSteps::velocity_change(const btSolverConstraint& row) const {
   const Motion& a = motions_[static_cast<std::size_t>(row.m_solverBodyIdA)];
   const Motion& b = motions_[static_cast<std::size_t>(row.m_solverBodyIdB)];
   return row.m_contactNormal1.dot(a.linear) + row.m_relpos1CrossNormal.dot(a.angular) +
@@ -135,9 +145,11 @@ void SmallSteps::pass(const RowPools& pools, bool corrects) {
   }
   for (const btSolverConstraint& contact : pools.contacts) {
     for (int k = 0; k < pools.friction_directions; ++k) {
-      btSolverConstraint& row = pools.frictions[static_cast<std::size_t>(contact.m_frictionIndex + k)];
+      const auto place = static_cast<std::size_t>(contact.m_frictionIndex + k);
+      btSolverConstraint& row = pools.frictions[place];
       const btScalar most = row.m_friction * contact.m_appliedImpulse;
-      const btScalar impulse = row.m_appliedImpulse - velocity_of(row) * row.m_jacDiagABInv;
+      const btScalar velocity = frictions_[place].start + velocity_change(row);
+      const btScalar impulse = row.m_appliedImpulse - velocity * row.m_jacDiagABInv;
       set_impulse(row, std::clamp(impulse, -most, most));
     }
   }
@@ -154,7 +166,7 @@ void SmallSteps::solve_contact(btSolverConstraint& row, const Contact& contact, 
     mass_share = mass_share_;
     impulse_share = impulse_share_;
   }
-  const btScalar missing = velocity - velocity_of(row);
+  const btScalar missing = velocity - (contact.start + velocity_change(row));
   const btScalar impulse =
       row.m_appliedImpulse * (1 - impulse_share) + missing * row.m_jacDiagABInv * mass_share;
   set_impulse(row, std::max(impulse, btScalar(0)));
@@ -162,7 +174,7 @@ void SmallSteps::solve_contact(btSolverConstraint& row, const Contact& contact, 
 
 void SmallSteps::close_gaps(const RowPools& pools) {
   for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
-    contacts_[i].gap += velocity_of(pools.contacts[i]) * step_;
+    contacts_[i].gap += (contacts_[i].start + velocity_change(pools.contacts[i])) * step_;
   }
 }
 
@@ -177,7 +189,7 @@ void SmallSteps::add_up(const RowPools& pools) {
   for (std::size_t i = 0; i < pools.contacts.size(); ++i)
     contacts_[i].total += pools.contacts[i].m_appliedImpulse;
   for (std::size_t i = 0; i < pools.frictions.size(); ++i) {
-    friction_totals_[i] += pools.frictions[i].m_appliedImpulse;
+    frictions_[i].total += pools.frictions[i].m_appliedImpulse;
   }
 }
 
@@ -187,7 +199,7 @@ void SmallSteps::rebound(const RowPools& pools) {
     if (!(contact.rebound > 0) || !(contact.total > 0)) continue;
     btSolverConstraint& row = pools.contacts[i];
     const btScalar before = row.m_appliedImpulse;
-    const btScalar missing = contact.rebound - velocity_of(row);
+    const btScalar missing = contact.rebound - (contact.start + velocity_change(row));
     set_impulse(row, std::max(before + missing * row.m_jacDiagABInv, btScalar(0)));
     contact.total += row.m_appliedImpulse - before;
   }
@@ -201,8 +213,8 @@ void SmallSteps::end(const RowPools& pools, const btContactSolverInfo& info) {
     body.m_deltaAngularVelocity.setZero();
     // What nothing touches flies as Bullet has it fly, to the last bit.
     if (!motion.is_pushed) continue;
-    body.m_deltaLinearVelocity = motion.linear - body.m_linearVelocity - body.m_externalForceImpulse;
-    body.m_deltaAngularVelocity = motion.angular - body.m_angularVelocity - body.m_externalTorqueImpulse;
+    body.m_deltaLinearVelocity = motion.linear - body.m_externalForceImpulse;
+    body.m_deltaAngularVelocity = motion.angular - body.m_externalTorqueImpulse;
     body.m_pushVelocity = motion.way / info.m_timeStep;
     body.m_turnVelocity = motion.turn / (info.m_timeStep * info.m_splitImpulseTurnErp);
   }
@@ -212,7 +224,7 @@ void SmallSteps::end(const RowPools& pools, const btContactSolverInfo& info) {
     btVector3 sum(0, 0, 0);
     for (int k = 0; k < pools.friction_directions; ++k) {
       const auto place = static_cast<std::size_t>(row.m_frictionIndex + k);
-      sum += direction_of(pools.frictions[place]) * friction_totals_[place];
+      sum += direction_of(pools.frictions[place]) * frictions_[place].total;
     }
     btVector3 kept[2];
     btPlaneSpace1(point_of(row).m_normalWorldOnB, kept[0], kept[1]);

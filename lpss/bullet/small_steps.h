@@ -27,11 +27,13 @@ class SmallSteps {
 
   // Leaves velocities and impulses where Bullet's own solver would, and what took back overlaps in the push
   // velocities. A body then moves by the velocity that it ends with, as without small steps, which keeps the
-  // energy of falls and orbits. What no row touches is left as it was. `info` is what the rows were set up with.
+  // energy of falls and orbits. What no row touches is left as it was. `info` is what the rows were set up
+  // with.
   void solve(const RowPools& pools, const btContactSolverInfo& info);
 
  private:
-  // A body's velocities as they are in this step, and the way so far that only takes back overlaps.
+  // By how much a body's velocities have changed since the tick began, which loses less in rounding than the
+  // velocities themselves would, and the way so far that only takes back overlaps.
   struct Motion {
     btVector3 linear;
     btVector3 angular;
@@ -41,15 +43,21 @@ class SmallSteps {
     bool is_pushed = false;  // by any row
   };
   struct Contact {
+    btScalar start;         // m/s, before the tick
     btScalar gap;           // m, as it is in this step
     btScalar approach_max;  // m/s, at most 0: what closes the gap by the end of the tick
     btScalar rebound;       // m/s, asked for where the two have touched
     btScalar total = 0;     // N s, of all steps
   };
 
+  struct Friction {
+    btScalar start;
+    btScalar total = 0;
+  };
+
   void begin(const RowPools& pools, const btContactSolverInfo& info);
   void recall_impulses(const RowPools& pools);
-  btScalar velocity_of(const btSolverConstraint& row) const;
+  btScalar velocity_change(const btSolverConstraint& row) const;
   void push(const btSolverConstraint& row, btScalar impulse);
   void set_impulse(btSolverConstraint& row, btScalar impulse);
   void start_step(const RowPools& pools);
@@ -70,7 +78,7 @@ class SmallSteps {
   btScalar impulse_share_ = 0;
   std::vector<Motion> motions_;
   std::vector<Contact> contacts_;
-  std::vector<btScalar> friction_totals_;
+  std::vector<Friction> frictions_;
 };
 
 }  // namespace tessera::bullet

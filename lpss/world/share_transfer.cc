@@ -103,6 +103,7 @@ void Share::unpack_bodies(const MovedSector& moved) {
   for (const MovedBody& body : moved.bodies) {
     HomeBody& home = add_home(body.record);
     home.targets = body.targets;
+    home.near = body.targets;  // one that sleeps is not looked at again
     home.everywhere = body.everywhere;
     home.next_home = body.next_home;
     home.goal = body.goal;
