@@ -46,10 +46,15 @@ using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 // Counts work towards a total that is known beforehand.
 class ProgressCount {
  public:
+  // `progress` must outlive this. More work may become known before the first piece is done.
   ProgressCount(const Progress& progress, std::uint64_t total) : progress_(progress), total_(total) {}
+  void expect(std::uint64_t more) { total_ += more; }
 
   // One more piece is done. CANCELLED where the work is to end.
   absl::Status advance();
+
+  // Pieces that were done in another process.
+  void skip(std::uint64_t pieces) { done_ += pieces; }
 
  private:
   const Progress& progress_;

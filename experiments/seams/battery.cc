@@ -12,11 +12,11 @@ namespace {
 class Battery {
  public:
   Battery(const BatteryOptions& options, const RunRemotely& run_remotely, const Progress& progress)
-      : options_(options), run_remotely_(run_remotely), progress_(progress) {}
+      : options_(options), run_remotely_(run_remotely), progress_(progress, 0) {}
 
   absl::StatusOr<Results> run() {
     const std::size_t runs = options_.placements.size() * options_.policies.size();
-    total_ = options_.scenes.size() * (runs + 2 + equal_policies().size());
+    progress_.expect(options_.scenes.size() * (runs + 2 + equal_policies().size()));
     for (const Scene& scene : options_.scenes) {
       if (absl::Status status = run_scene(scene); !status.ok()) return status;
     }
@@ -24,10 +24,6 @@ class Battery {
   }
 
  private:
-  absl::Status advance() {
-    return progress_(++done_, total_) ? absl::OkStatus() : absl::CancelledError("interrupted");
-  }
-
   // The policies of which the same bits are promised.
   std::vector<Policy> equal_policies() const {
     std::vector<Policy> policies;
@@ -42,11 +38,11 @@ class Battery {
     if (!middle.ok()) return middle.status();
     const absl::StatusOr<Course> reference = seams::run(scene, *middle, scene.ticks);
     if (!reference.ok()) return reference.status();
-    if (absl::Status status = advance(); !status.ok()) return status;
+    if (absl::Status status = progress_.advance(); !status.ok()) return status;
     const absl::StatusOr<double> error = noise(scene, *reference, options_.precision, options_.references_elsewhere);
     if (!error.ok()) return error.status();
     results_.noise.push_back({scene.name, *error});
-    if (absl::Status status = advance(); !status.ok()) return status;
+    if (absl::Status status = progress_.advance(); !status.ok()) return status;
     for (const Policy policy : options_.policies) {
       if (absl::Status status = run_policy(scene, policy, *reference); !status.ok()) return status;
     }
@@ -54,7 +50,7 @@ class Battery {
       absl::StatusOr<Equality> equality = compare_hashes(scene, policy, options_.precision, options_.hashes);
       if (!equality.ok()) return equality.status();
       results_.equalities.push_back(*std::move(equality));
-      if (absl::Status status = advance(); !status.ok()) return status;
+      if (absl::Status status = progress_.advance(); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
@@ -81,7 +77,7 @@ class Battery {
         row.same_bits = run->world_hash == row.course.world_hash;
       }
       results_.rows.push_back(std::move(row));
-      if (absl::Status status = advance(); !status.ok()) return status;
+      if (absl::Status status = progress_.advance(); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
@@ -104,10 +100,8 @@ class Battery {
 
   const BatteryOptions& options_;
   const RunRemotely& run_remotely_;
-  const Progress& progress_;
+  ProgressCount progress_;
   Results results_;
-  std::uint64_t done_ = 0;
-  std::uint64_t total_ = 0;
 };
 
 }  // namespace

@@ -2,11 +2,10 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <algorithm>
-#include <chrono>
 #include <functional>
 #include <utility>
 
+#include "experiments/common/stopwatch.h"
 #include "experiments/plain_world.h"
 #include "experiments/seams/piles.h"
 #include "lpss/world/example_worlds.h"
@@ -15,8 +14,6 @@
 
 namespace tessera::seams {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // One of several worlds that are stepped in turns.
 struct Contestant {
@@ -47,15 +44,9 @@ absl::StatusOr<Contestant> plain(const WorldDescription& world) {
 }
 
 void step_timed(Contestant& contestant) {
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   contestant.step();
-  contestant.tick_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  contestant.tick_ms.push_back(watch.microseconds() / 1000);
 }
 
 // Over the corner of eight sectors. It never sleeps, so that every tick is work.
@@ -72,11 +63,11 @@ absl::StatusOr<WorldDescription> awake_pile(const CostOptions& options, double s
 class Measurement {
  public:
   Measurement(const CostOptions& options, const RunRemotely& run_remotely, const Progress& progress)
-      : options_(options), run_remotely_(run_remotely), progress_(progress) {}
+      : options_(options), run_remotely_(run_remotely), progress_(progress, 0) {}
 
   absl::StatusOr<Costs> measure() {
     const bool with_file = !options_.worlds.empty();
-    total_ = options_.ticks * (with_file ? 3 : 2) + 7;
+    progress_.expect(options_.ticks * (with_file ? 3 : 2) + 7);
     absl::Status status = race_pile(16);
     if (status.ok()) status = race_pile(8);
     if (status.ok() && with_file) status = race_file(absl::StrCat(options_.worlds, "/gazebo/3k_shapes.sdf"));
@@ -86,10 +77,6 @@ class Measurement {
   }
 
  private:
-  absl::Status advance() {
-    return progress_(++done_, total_) ? absl::OkStatus() : absl::CancelledError("interrupted");
-  }
-
   absl::Status race_pile(double sector_size) {
     const absl::StatusOr<WorldDescription> world = awake_pile(options_, sector_size);
     if (!world.ok()) return world.status();
@@ -114,7 +101,7 @@ class Measurement {
     }
     for (Tick tick = 0; tick < options_.ticks; ++tick) {
       for (auto& contestant : contestants) step_timed(*contestant);
-      if (absl::Status status = advance(); !status.ok()) return status;
+      if (absl::Status status = progress_.advance(); !status.ok()) return status;
     }
     for (auto& contestant : contestants) {
       costs_.times.push_back({name, contestant->policy, options_.ticks, median(std::move(contestant->tick_ms)),
@@ -154,15 +141,13 @@ class Measurement {
     cost.bytes_per_tick_and_contact = run->contacts > 0 ? cost.bytes_per_tick / run->contacts : 0;
     cost.hash = run->world_hash;
     costs_.seams.push_back(std::move(cost));
-    return advance();
+    return progress_.advance();
   }
 
   const CostOptions& options_;
   const RunRemotely& run_remotely_;
-  const Progress& progress_;
+  ProgressCount progress_;
   Costs costs_;
-  std::uint64_t done_ = 0;
-  std::uint64_t total_ = 0;
 };
 
 }  // namespace

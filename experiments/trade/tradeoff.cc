@@ -128,16 +128,16 @@ void add_grid(std::vector<Setting>& list, bool quick) {
 class Tradeoff {
  public:
   Tradeoff(const ExperimentOptions& options, const Progress& progress)
-      : options_(options), progress_(progress), subjects_(subjects(options)), settings_(single_knobs()) {
+      : options_(options), progress_(progress, 0), subjects_(subjects(options)), settings_(single_knobs()) {
     add_grid(settings_, options.quick);
-    total_ = subjects_.size() * (settings_.size() + 2);
+    progress_.expect(subjects_.size() * (settings_.size() + 2));
   }
 
   absl::StatusOr<Report> measure() {
     // Before this process has loaded the precision that is asked for.
     absl::StatusOr<Report> references = in_own_process([this] { return measure_references(); });
     if (!references.ok()) return references.status();
-    done_ = 2 * subjects_.size();
+    progress_.skip(2 * subjects_.size());
     report_.table("rows");
     report_.table("prices");
     report_.table("trust") = references->table("trust");
@@ -151,10 +151,6 @@ class Tradeoff {
   }
 
  private:
-  absl::Status advance() {
-    return progress_(++done_, total_) ? absl::OkStatus() : absl::CancelledError("interrupted");
-  }
-
   absl::StatusOr<WorldDescription> world_of(const Subject& subject, const Knobs& knobs) const {
     WorldSettings settings;
     settings.precision = options_.precision;
@@ -168,7 +164,7 @@ class Tradeoff {
     if (!world.ok()) return world.status();
     absl::StatusOr<Trial> trial = run_trial(*world, subject.horizon);
     if (!trial.ok()) return trial.status();
-    if (absl::Status status = advance(); !status.ok()) return status;
+    if (absl::Status status = progress_.advance(); !status.ok()) return status;
     return trial;
   }
 
@@ -247,11 +243,9 @@ class Tradeoff {
   }
 
   const ExperimentOptions& options_;
-  const Progress& progress_;
+  ProgressCount progress_;
   std::vector<Subject> subjects_;
   std::vector<Setting> settings_;
-  std::uint64_t done_ = 0;
-  std::uint64_t total_ = 0;
   Report report_;
 };
 

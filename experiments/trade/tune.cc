@@ -48,7 +48,7 @@ Knobs own_knobs(const WorldSettings& settings) {
 class Search {
  public:
   Search(const WorldDescription& world, const TuneOptions& options, const Progress& progress)
-      : world_(world), options_(options), progress_(progress) {
+      : world_(world), options_(options), progress_(progress, 0) {
     for (const Precision precision : {Precision::kFloat32, Precision::kFloat64}) {
       std::vector<Knobs>& list = candidates_[static_cast<std::size_t>(precision)];
       if (precision == world.settings.precision) list.push_back(own_knobs(world.settings));
@@ -56,16 +56,16 @@ class Search {
         // Sectors may be too large for single precision, or steps out of bounds.
         if (with_knobs(world, knobs).ok()) list.push_back(knobs);
       }
-      total_ += list.size();
+      progress_.expect(list.size());
     }
-    total_ += 2;  // references
+    progress_.expect(2);  // references
   }
 
   absl::StatusOr<Report> run() {
     absl::StatusOr<Report> references = in_own_process([this] { return measure_references(); });
     if (!references.ok()) return references.status();
     reference_ = samples_from(references->table("reference"));
-    done_ = 2;
+    progress_.skip(2);
     Report report;
     report.table("rows");
     report.table("chosen");
@@ -76,23 +76,19 @@ class Search {
       absl::StatusOr<Report> part = in_own_process([&] { return measure(list); });
       if (!part.ok()) return part.status();
       report.append(*std::move(part));
-      done_ += list.size();
+      progress_.skip(list.size());
     }
     judge(report);
     return report;
   }
 
  private:
-  absl::Status advance() {
-    return progress_(++done_, total_) ? absl::OkStatus() : absl::CancelledError("interrupted");
-  }
-
   absl::StatusOr<Trial> run_with(const Knobs& knobs) {
     const absl::StatusOr<WorldDescription> turned = with_knobs(world_, knobs);
     if (!turned.ok()) return turned.status();
     absl::StatusOr<Trial> trial = run_trial(*turned, options_.horizon);
     if (!trial.ok()) return trial.status();
-    if (absl::Status status = advance(); !status.ok()) return status;
+    if (absl::Status status = progress_.advance(); !status.ok()) return status;
     return trial;
   }
 
@@ -161,11 +157,9 @@ class Search {
 
   const WorldDescription& world_;
   const TuneOptions& options_;
-  const Progress& progress_;
+  ProgressCount progress_;
   std::vector<Knobs> candidates_[2];  // by precision
   std::vector<Positions> reference_;
-  std::uint64_t done_ = 0;
-  std::uint64_t total_ = 0;
 };
 
 }  // namespace
