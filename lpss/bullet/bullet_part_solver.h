@@ -10,10 +10,9 @@ namespace tessera::bullet {
 
 class BulletPartSolver final : public PartSolver {
  public:
-  // Parts agree after every pass of the whole tick: they take no small steps.
-  explicit BulletPartSolver(const EngineSettings& settings)
-      : PartSolver(settings.solver_iterations), solver_(without_small_steps(settings)) {}
+  explicit BulletPartSolver(const EngineSettings& settings) : solver_(settings) {}
 
+  int passes() const override { return solver_.passes(); }
   void begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) override;
   void pass(int n) override;
   VelocityChange change(std::size_t n) const override;

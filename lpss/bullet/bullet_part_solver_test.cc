@@ -14,16 +14,9 @@
 namespace tessera::bullet {
 namespace {
 
-// Parts agree after passes over the whole tick: what they are held against must not take small steps.
-EngineSettings part_settings() {
-  EngineSettings settings = test_settings();
-  settings.substeps = 1;
-  return settings;
-}
-
 constexpr std::size_t kBoxes = 10;
 constexpr std::uint64_t kFloor = 1;
-constexpr double kSplit = 1.2;  // how much lighter the two copies of a body are
+constexpr double kSplit = 1.4;  // how much lighter the two copies of a body are
 
 std::uint64_t id_of(std::size_t box) { return box + 10; }
 double offset_of(std::size_t box) { return 0.02 * (static_cast<double>((box * 7) % 5) - 2); }
@@ -169,21 +162,21 @@ class Tower {
 class CutTowerTest : public testing::TestWithParam<int> {};
 
 TEST_P(CutTowerTest, StandsLikeTheWholeOne) {
-  const auto engine = test_engine(part_settings());
+  const auto engine = test_engine(test_settings());
   Tower whole(*engine, 1);
   Tower cut(*engine, GetParam());
   for (int tick = 0; tick < 600; ++tick) {
     whole.step();
     cut.step();
   }
-  EXPECT_NEAR(cut.top(), whole.top(), 0.02);
-  EXPECT_LT(cut.drift(), 0.06);
+  EXPECT_NEAR(cut.top(), whole.top(), 0.005);
+  EXPECT_LT(cut.drift(), 0.03);
 }
 
 INSTANTIATE_TEST_SUITE_P(Parts, CutTowerTest, testing::Values(2, 5, 10), testing::PrintToStringParamName());
 
 TEST_P(CutTowerTest, SwingsLikeTheWholeOne) {
-  const auto engine = test_engine(part_settings());
+  const auto engine = test_engine(test_settings());
   Tower whole(*engine, 1, Kind::kHanging);
   Tower cut(*engine, GetParam(), Kind::kHanging);
   double swing = 0;
@@ -199,12 +192,12 @@ TEST_P(CutTowerTest, SwingsLikeTheWholeOne) {
   }
   EXPECT_GT(swing, 0.2);
   EXPECT_LT(apart, 0.1 * swing);
-  // Joints start from nothing in every step, and give way a little more the more often they are cut.
-  EXPECT_NEAR(cut.top(), whole.top(), 0.2);
+  // Joints give way a little more the more often the island is cut.
+  EXPECT_NEAR(cut.top(), whole.top(), 0.1);
 }
 
 TEST(PartSolverTest, OnePartIsSolvedLikeAnIsland) {
-  const auto engine = test_engine(part_settings());
+  const auto engine = test_engine(test_settings());
   Tower part(*engine, 1);
   TestWorld island(*engine);
   island.add(static_body(kFloor, kFloorShape, {0, 0, -1}));
@@ -220,7 +213,7 @@ TEST(PartSolverTest, OnePartIsSolvedLikeAnIsland) {
 }
 
 TEST(PartSolverTest, PartsMayMeetTheSameKinematicBody) {
-  const auto engine = test_engine(part_settings());
+  const auto engine = test_engine(test_settings());
   BodyRecord ground = static_body(kFloor, kFloorShape, {0, 0, -1});
   ground.properties.motion = Motion::kKinematic;
   ground.state.activity = Activity::kAwake;
@@ -257,9 +250,9 @@ TEST(PartSolverTest, PartsMayMeetTheSameKinematicBody) {
 }
 
 TEST(PartSolverTest, APartMayBeEmpty) {
-  const auto engine = test_engine(part_settings());
+  const auto engine = test_engine(test_settings());
   const auto solver = engine->make_part_solver();
-  EXPECT_EQ(solver->passes(), part_settings().solver_iterations);
+  EXPECT_GE(solver->passes(), test_settings().solver_iterations);
   solver->begin({}, {}, kTick);
   solver->pass(0);
   solver->end();

@@ -6,20 +6,14 @@
 
 namespace tessera::bullet {
 
-// Islands without joints in small steps, where the settings ask for them. Those with joints in passes over
-// the whole tick: their rows keep no impulses, and what takes back the errors of the last tick must not act
-// again in each step.
 class BulletSolver final : public IslandSolver {
  public:
-  explicit BulletSolver(const EngineSettings& settings)
-      : takes_small_steps_(settings.substeps > 1), whole_(without_small_steps(settings)), small_(settings) {}
+  explicit BulletSolver(const EngineSettings& settings) : solver_(settings) {}
 
   void solve(const SolveTask& task, double dt) override;
 
  private:
-  bool takes_small_steps_;
-  TaskSolver whole_;
-  TaskSolver small_;
+  TaskSolver solver_;
 };
 
 }  // namespace tessera::bullet

@@ -39,22 +39,11 @@ btVector3 direction_of(const btSolverConstraint& row) {
 SmallSteps::SmallSteps(int steps, int passes)
     : steps_(steps), passes_(std::max(2, (passes + steps - 1) / steps)) {}
 
-void SmallSteps::solve(const RowPools& pools, const btContactSolverInfo& info) {
-  begin(pools, info);
-  for (int step = 0; step < steps_; ++step) {
-    start_step(pools);
-    for (int n = 0; n + 1 < passes_; ++n) pass(pools, /*corrects=*/true);
-    close_gaps(pools);
-    add_way(step_);
-    pass(pools, /*corrects=*/false);
-    add_way(-step_);
-    add_up(pools);
-  }
-  rebound(pools);
-  end(pools, info);
-}
-
-void SmallSteps::begin(const RowPools& pools, const btContactSolverInfo& info) {
+void SmallSteps::begin(const RowPools& pools, JointSolver& joints, const btContactSolverInfo& info) {
+  pools_ = pools;
+  joints_ = &joints;
+  info_ = info;
+  forced_ = 0;
   step_ = info.m_timeStep / static_cast<btScalar>(steps_);
   const btScalar frequency = std::min(kFrequencyTick / info.m_timeStep, kFrequencyStep / step_);
   const btScalar omega = 2 * std::numbers::pi_v<btScalar> * frequency;
@@ -85,21 +74,55 @@ void SmallSteps::begin(const RowPools& pools, const btContactSolverInfo& info) {
   frictions_.clear();
   for (const btSolverConstraint& row : pools.frictions)
     frictions_.push_back({velocity_at_start(row, pools.bodies)});
-  recall_impulses(pools);
+  recall_impulses();
+  begin_joints();
+}
+
+void SmallSteps::round(int n) {
+  if (n + 1 == rounds()) {
+    end_step();
+    rebound();
+    return joints_->pass();
+  }
+  const int number = n % rounds_per_step();
+  if (number == 0) {
+    if (n > 0) end_step();
+    return start_step();
+  }
+  const bool corrects = number < passes_;
+  if (!corrects) {
+    close_gaps();
+    add_way(step_);
+  }
+  pass(corrects);
+}
+
+void SmallSteps::begin_joints() {
+  if (joints_->is_empty()) return;
+  std::vector<JointedBody> bodies(pools_.bodies.size());
+  for (const int body : joints_->bodies()) {
+    const auto place = static_cast<std::size_t>(body);
+    Motion& motion = motions_[place];
+    motion.is_pushed = true;
+    bodies[place] = jointed(pools_.bodies[place]);
+    bodies[place].linear_change = &motion.linear;
+    bodies[place].angular_change = &motion.angular;
+  }
+  joints_->set_up(bodies, steps_);
 }
 
 // Those of the last tick, as far as a step needs them. Rows of friction follow the sliding velocity; what is
 // kept of them lies along directions that depend on the normal alone.
-void SmallSteps::recall_impulses(const RowPools& pools) {
+void SmallSteps::recall_impulses() {
   const btScalar share = 1 / static_cast<btScalar>(steps_);
-  for (btSolverConstraint& row : pools.contacts) {
+  for (btSolverConstraint& row : pools_.contacts) {
     const btManifoldPoint& point = point_of(row);
     row.m_appliedImpulse = point.m_appliedImpulse * share;
     btVector3 p, q;
     btPlaneSpace1(point.m_normalWorldOnB, p, q);
     const btVector3 kept = (p * point.m_appliedImpulseLateral1 + q * point.m_appliedImpulseLateral2) * share;
-    for (int k = 0; k < pools.friction_directions; ++k) {
-      btSolverConstraint& friction = pools.frictions[static_cast<std::size_t>(row.m_frictionIndex + k)];
+    for (int k = 0; k < pools_.friction_directions; ++k) {
+      btSolverConstraint& friction = pools_.frictions[static_cast<std::size_t>(row.m_frictionIndex + k)];
       const btScalar most = friction.m_friction * row.m_appliedImpulse;
       friction.m_appliedImpulse = std::clamp(kept.dot(direction_of(friction)), -most, most);
     }
@@ -127,32 +150,42 @@ void SmallSteps::set_impulse(btSolverConstraint& row, btScalar impulse) {
   row.m_appliedImpulse = impulse;
 }
 
-// Forces of one step, and the impulses of the step before.
-void SmallSteps::start_step(const RowPools& pools) {
-  const btScalar share = 1 / static_cast<btScalar>(steps_);
-  for (std::size_t i = 0; i < motions_.size(); ++i) {
-    motions_[i].linear += pools.bodies[i].m_externalForceImpulse * share;
-    motions_[i].angular += pools.bodies[i].m_externalTorqueImpulse * share;
-  }
-  for (const auto& rows : {pools.contacts, pools.frictions}) {
-    for (const btSolverConstraint& row : rows) push(row, row.m_appliedImpulse);
-  }
+void SmallSteps::set_change(std::size_t body, const btVector3& linear, const btVector3& angular) {
+  Motion& motion = motions_[body];
+  motion.linear = linear + linear_force(body);
+  motion.angular = angular + angular_force(body);
+  motion.is_pushed = true;
 }
 
-void SmallSteps::pass(const RowPools& pools, bool corrects) {
-  for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
-    solve_contact(pools.contacts[i], contacts_[i], corrects);
+// Forces of one step, and the impulses of the step before.
+void SmallSteps::start_step() {
+  const btScalar share = 1 / static_cast<btScalar>(steps_);
+  forced_ += share;
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    motions_[i].linear += pools_.bodies[i].m_externalForceImpulse * share;
+    motions_[i].angular += pools_.bodies[i].m_externalTorqueImpulse * share;
   }
-  for (const btSolverConstraint& contact : pools.contacts) {
-    for (int k = 0; k < pools.friction_directions; ++k) {
+  for (const auto& rows : {pools_.contacts, pools_.frictions}) {
+    for (const btSolverConstraint& row : rows) push(row, row.m_appliedImpulse);
+  }
+  joints_->start_step();
+}
+
+void SmallSteps::pass(bool corrects) {
+  for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
+    solve_contact(pools_.contacts[i], contacts_[i], corrects);
+  }
+  for (const btSolverConstraint& contact : pools_.contacts) {
+    for (int k = 0; k < pools_.friction_directions; ++k) {
       const auto place = static_cast<std::size_t>(contact.m_frictionIndex + k);
-      btSolverConstraint& row = pools.frictions[place];
+      btSolverConstraint& row = pools_.frictions[place];
       const btScalar most = row.m_friction * contact.m_appliedImpulse;
       const btScalar velocity = frictions_[place].start + velocity_change(row);
       const btScalar impulse = row.m_appliedImpulse - velocity * row.m_jacDiagABInv;
       set_impulse(row, std::clamp(impulse, -most, most));
     }
   }
+  joints_->pass();
 }
 
 // A gap may close by the end of the tick; an overlap is pushed open like a spring that is damped far beyond
@@ -172,9 +205,9 @@ void SmallSteps::solve_contact(btSolverConstraint& row, const Contact& contact, 
   set_impulse(row, std::max(impulse, btScalar(0)));
 }
 
-void SmallSteps::close_gaps(const RowPools& pools) {
-  for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
-    contacts_[i].gap += (contacts_[i].start + velocity_change(pools.contacts[i])) * step_;
+void SmallSteps::close_gaps() {
+  for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
+    contacts_[i].gap += (contacts_[i].start + velocity_change(pools_.contacts[i])) * step_;
   }
 }
 
@@ -185,19 +218,21 @@ void SmallSteps::add_way(btScalar time) {
   }
 }
 
-void SmallSteps::add_up(const RowPools& pools) {
-  for (std::size_t i = 0; i < pools.contacts.size(); ++i)
-    contacts_[i].total += pools.contacts[i].m_appliedImpulse;
-  for (std::size_t i = 0; i < pools.frictions.size(); ++i) {
-    frictions_[i].total += pools.frictions[i].m_appliedImpulse;
+// The way of the last correcting pass without that of the velocities that stay is what took back overlaps.
+void SmallSteps::end_step() {
+  add_way(-step_);
+  for (std::size_t i = 0; i < pools_.contacts.size(); ++i)
+    contacts_[i].total += pools_.contacts[i].m_appliedImpulse;
+  for (std::size_t i = 0; i < pools_.frictions.size(); ++i) {
+    frictions_[i].total += pools_.frictions[i].m_appliedImpulse;
   }
 }
 
-void SmallSteps::rebound(const RowPools& pools) {
-  for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
+void SmallSteps::rebound() {
+  for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
     Contact& contact = contacts_[i];
     if (!(contact.rebound > 0) || !(contact.total > 0)) continue;
-    btSolverConstraint& row = pools.contacts[i];
+    btSolverConstraint& row = pools_.contacts[i];
     const btScalar before = row.m_appliedImpulse;
     const btScalar missing = contact.rebound - (contact.start + velocity_change(row));
     set_impulse(row, std::max(before + missing * row.m_jacDiagABInv, btScalar(0)));
@@ -205,31 +240,31 @@ void SmallSteps::rebound(const RowPools& pools) {
   }
 }
 
-void SmallSteps::end(const RowPools& pools, const btContactSolverInfo& info) {
+void SmallSteps::end() {
   for (std::size_t i = 0; i < motions_.size(); ++i) {
     const Motion& motion = motions_[i];
-    btSolverBody& body = pools.bodies[i];
+    btSolverBody& body = pools_.bodies[i];
     body.m_deltaLinearVelocity.setZero();
     body.m_deltaAngularVelocity.setZero();
     // What nothing touches flies as Bullet has it fly, to the last bit.
     if (!motion.is_pushed) continue;
     body.m_deltaLinearVelocity = motion.linear - body.m_externalForceImpulse;
     body.m_deltaAngularVelocity = motion.angular - body.m_externalTorqueImpulse;
-    body.m_pushVelocity = motion.way / info.m_timeStep;
-    body.m_turnVelocity = motion.turn / (info.m_timeStep * info.m_splitImpulseTurnErp);
+    body.m_pushVelocity = motion.way / info_.m_timeStep;
+    body.m_turnVelocity = motion.turn / (info_.m_timeStep * info_.m_splitImpulseTurnErp);
   }
-  for (std::size_t i = 0; i < pools.contacts.size(); ++i) {
-    btSolverConstraint& row = pools.contacts[i];
+  for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
+    btSolverConstraint& row = pools_.contacts[i];
     row.m_appliedImpulse = contacts_[i].total;
     btVector3 sum(0, 0, 0);
-    for (int k = 0; k < pools.friction_directions; ++k) {
+    for (int k = 0; k < pools_.friction_directions; ++k) {
       const auto place = static_cast<std::size_t>(row.m_frictionIndex + k);
-      sum += direction_of(pools.frictions[place]) * frictions_[place].total;
+      sum += direction_of(pools_.frictions[place]) * frictions_[place].total;
     }
     btVector3 kept[2];
     btPlaneSpace1(point_of(row).m_normalWorldOnB, kept[0], kept[1]);
-    for (int k = 0; k < pools.friction_directions; ++k) {
-      pools.frictions[static_cast<std::size_t>(row.m_frictionIndex + k)].m_appliedImpulse = sum.dot(kept[k]);
+    for (int k = 0; k < pools_.friction_directions; ++k) {
+      pools_.frictions[static_cast<std::size_t>(row.m_frictionIndex + k)].m_appliedImpulse = sum.dot(kept[k]);
     }
   }
 }

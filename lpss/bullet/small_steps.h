@@ -10,6 +10,8 @@
 #include <span>
 #include <vector>
 
+#include "lpss/bullet/joint_solver.h"
+
 namespace tessera::bullet {
 
 // Where Bullet keeps what it has set up.
@@ -20,16 +22,28 @@ struct RowPools {
   int friction_directions = 1;
 };
 
+// begin(), then for each n below rounds() round(n), then end(). In between, the solvers of parts of an island may
+// agree on bodies that they share.
 class SmallSteps {
  public:
   // `passes` (>= 1) over all rows are divided among `steps` (>= 2), two each at least.
   SmallSteps(int steps, int passes);
 
+  int rounds() const { return steps_ * rounds_per_step() + 1; }
+
+  // `info` is what the rows were set up with; `joints` have their rows.
+  void begin(const RowPools& pools, JointSolver& joints, const btContactSolverInfo& info);
+  void round(int n);
+
   // Leaves velocities and impulses where Bullet's own solver would, and what took back overlaps in the push
   // velocities. A body then moves by the velocity that it ends with, as without small steps, which keeps the
-  // energy of falls and orbits. What no row touches is left as it was. `info` is what the rows were set up
-  // with.
-  void solve(const RowPools& pools, const btContactSolverInfo& info);
+  // energy of falls and orbits. What no row touches is left as it was.
+  void end();
+
+  // What rows have changed of a body's velocities so far, by its place in the pool.
+  btVector3 linear_change(std::size_t body) const { return motions_[body].linear - linear_force(body); }
+  btVector3 angular_change(std::size_t body) const { return motions_[body].angular - angular_force(body); }
+  void set_change(std::size_t body, const btVector3& linear, const btVector3& angular);
 
  private:
   // By how much a body's velocities have changed since the tick began, which loses less in rounding than the
@@ -40,7 +54,7 @@ class SmallSteps {
     btVector3 way;
     btVector3 turn;
     btScalar inverse_mass;
-    bool is_pushed = false;  // by any row
+    bool is_pushed = false;  // by any row, here or in another part
   };
   struct Contact {
     btScalar start;         // m/s, before the tick
@@ -55,23 +69,32 @@ class SmallSteps {
     btScalar total = 0;
   };
 
-  void begin(const RowPools& pools, const btContactSolverInfo& info);
-  void recall_impulses(const RowPools& pools);
+  // Of a step: the impulses of the step before, then passes, the last of which does not correct positions.
+  int rounds_per_step() const { return passes_ + 1; }
+
+  btVector3 linear_force(std::size_t body) const { return pools_.bodies[body].m_externalForceImpulse * forced_; }
+  btVector3 angular_force(std::size_t body) const { return pools_.bodies[body].m_externalTorqueImpulse * forced_; }
+
+  void begin_joints();
+  void recall_impulses();
   btScalar velocity_change(const btSolverConstraint& row) const;
   void push(const btSolverConstraint& row, btScalar impulse);
   void set_impulse(btSolverConstraint& row, btScalar impulse);
-  void start_step(const RowPools& pools);
-  void pass(const RowPools& pools, bool corrects);
+  void start_step();
+  void pass(bool corrects);
   void solve_contact(btSolverConstraint& row, const Contact& contact, bool corrects);
-  void close_gaps(const RowPools& pools);
+  void close_gaps();
   void add_way(btScalar time);
-  void add_up(const RowPools& pools);
-  void rebound(const RowPools& pools);
-  void end(const RowPools& pools, const btContactSolverInfo& info);
+  void end_step();
+  void rebound();
 
   int steps_;
-  int passes_;         // per step, the last of which does not correct positions
-  btScalar step_ = 0;  // s
+  int passes_;  // per step
+  RowPools pools_;
+  JointSolver* joints_ = nullptr;
+  btContactSolverInfo info_;
+  btScalar step_ = 0;    // s
+  btScalar forced_ = 0;  // the share of the tick's forces that has acted
   // Of soft contacts.
   btScalar push_rate_ = 0;  // 1/s: velocity by overlap
   btScalar mass_share_ = 1;

@@ -272,9 +272,9 @@ class PartSolver {
   // Sets up the rows and applies what they start warm from.
   virtual void begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) = 0;
 
-  // One pass over all rows, of the velocities and of the position correction; n counts from 0.
+  // One pass over all rows; n counts from 0 to passes(), which is the same for all solvers of an engine.
   virtual void pass(int n) = 0;
-  int passes() const { return passes_; }
+  virtual int passes() const = 0;
 
   // What happened to a shared body since it was last agreed on; `n` is a place in `shared`.
   virtual VelocityChange change(std::size_t n) const = 0;
@@ -285,12 +285,6 @@ class PartSolver {
 
   // Writes velocities and impulses back.
   virtual void end() = 0;
-
- protected:
-  explicit PartSolver(int passes) : passes_(passes) {}
-
- private:
-  int passes_;
 };
 
 // One precision of one physics engine, with the shapes of one world. Worlds and solvers must not outlive it.

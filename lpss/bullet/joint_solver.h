@@ -1,0 +1,68 @@
+// Solves the rows of the joints of one task, in double precision whatever the engine computes with.
+//
+// What joints hold, they hold exactly: the bodies that joints tie together are an assembly, whose rows are solved
+// at once by a sparse factorisation (Baraff, Linear-time dynamics using Lagrange multipliers, 1996; here with
+// closed loops, too). Limits, drives and friction act one after the other on the motions that are left free, with
+// the inertia of all that they move.
+#pragma once
+
+#include <BulletDynamics/ConstraintSolver/btSolverBody.h>
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "lpss/bullet/joint_rows.h"
+
+namespace tessera::bullet {
+
+// What the solver around keeps of a body.
+struct JointedBody {
+  double inverse_mass = 0;  // 1/kg; 0 for what cannot be pushed, whose motion is in the rows
+  Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  // world axes
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();           // m/s, when the passes begin
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();          // rad/s
+  btVector3* linear_change = nullptr;  // since then; stays where it is until the last pass
+  btVector3* angular_change = nullptr;
+};
+
+// As Bullet has set it up, without the forces of the tick; changes go where Bullet's own solver puts them.
+JointedBody jointed(btSolverBody& body);
+
+// One task at a time: clear(), add(), set_up(), then passes.
+class JointSolver {
+ public:
+  JointSolver();
+  ~JointSolver();
+
+  void clear();
+  bool is_empty() const { return joints_.empty(); }
+
+  // The rows of one joint. Bodies by their places in set_up(); a parent only where it can be pushed.
+  void add(int child, std::optional<int> parent, std::span<const JointRow> rows);
+
+  // The bodies that were added, some more than once.
+  std::vector<int> bodies() const;
+
+  // In so many steps, which share the bounds of impulses.
+  void set_up(std::span<const JointedBody> bodies, int steps);
+
+  // Limits, drives and friction act as they did at the end of the step before.
+  void start_step();
+  void pass();
+
+ private:
+  struct Joint {
+    int child;
+    std::optional<int> parent;
+    std::vector<JointRow> rows;
+  };
+  class Assembly;
+
+  std::vector<Joint> joints_;
+  std::vector<std::unique_ptr<Assembly>> assemblies_;
+};
+
+}  // namespace tessera::bullet
