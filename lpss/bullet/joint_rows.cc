@@ -10,14 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The share of an error that one step takes back.
-constexpr double kErrorReduction = 0.3;
-
-// The share of the turning within a step that rows foresee. Without, a swinging link is 7 mm off its hinge
-// and loses its energy within a minute; with all of it, rounding and lag would add energy, and a spinning one
-// run away.
-constexpr double kForesight = 0.8;
-
 // The share of the way to its target that a position drive wants to go in one step.
 constexpr double kServoGain = 0.2;
 
@@ -29,11 +21,6 @@ constexpr double kReturnSpeed = 0.2;
 
 // Bullet turns a body by no more than this in one step, rad.
 constexpr double kTurnMax = std::numbers::pi / 4;
-
-Vector3d turning(const Vector3d& angular_velocity, double dt) {
-  const double turn = angular_velocity.norm() * dt;
-  return turn > kTurnMax ? Vector3d(angular_velocity * (kTurnMax / turn)) : angular_velocity;
-}
 
 bool is_limited(const JointAxis& axis) { return axis.lower > -kUnbounded || axis.upper < kUnbounded; }
 
@@ -54,27 +41,18 @@ Coordinate angle_of(JointAxis axis, double angle) {
   return {axis, is_limited(axis) ? middle + std::remainder(angle - middle, 2 * kPi) : angle};
 }
 
-// Makes the rows of one joint. What is held is held at the *end* of the step: poses turn while they move, so
-// the rows foresee, to second order in dt, how an error would grow by that at the present velocities
-// ("curve").
+// Makes the rows of one joint.
 class RowMaker {
  public:
   RowMaker(const PosedJoint& posed, double dt, std::vector<JointRow>& rows)
       : posed_(posed),
         dt_(dt),
         rows_(rows),
-        child_lever_(posed.child_frame.position - posed.child.pose.position),
-        parent_lever_(posed.child_frame.position - posed.parent.pose.position),
-        apart_(posed.child_frame.position - posed.parent_frame.position) {
-    const Vector3d child_turn = turning(posed.child.angular_velocity, dt);
-    const Vector3d parent_turn = turning(posed.parent.angular_velocity, dt);
-    const Vector3d flow = posed.child.linear_velocity + child_turn.cross(child_lever_) -
-                          posed.parent.linear_velocity - parent_turn.cross(parent_lever_);
-    spin_ = child_turn - parent_turn;
-    point_curve_ = child_turn.cross(child_turn.cross(child_lever_)) -
-                   parent_turn.cross(parent_turn.cross(parent_lever_)) - 2 * parent_turn.cross(flow);
-    turn_curve_ = child_turn.cross(parent_turn);
-  }
+        parent_frame_(posed.parent_frame()),
+        child_frame_(posed.child_frame()),
+        child_lever_(child_frame_.position - posed.child.pose.position),
+        parent_lever_(child_frame_.position - posed.parent.pose.position),
+        apart_(child_frame_.position - parent_frame_.position) {}
 
   // The joint's point on the child moves along `d`, as seen from the parent.
   JointRow along(const Vector3d& d) const {
@@ -93,24 +71,23 @@ class RowMaker {
     return row;
   }
 
-  void hold_point(const Vector3d& d) { hold(along(d), d.dot(apart_), d.dot(point_curve_)); }
-  void hold_angle(const Vector3d& n, double error) { hold(about(n), error, n.dot(turn_curve_)); }
+  void hold_point(const Vector3d& d) { hold(along(d), d.dot(apart_)); }
+  void hold_angle(const Vector3d& n, double error) { hold(about(n), error); }
 
-  void hold_all_points(const Eigen::Matrix3d& axes) {
-    for (int i = 0; i < 3; ++i) hold_point(axes.col(i));
+  void hold_all_points() {
+    for (int i = 0; i < 3; ++i) hold_point(Vector3d::Unit(i));
   }
 
   // No turn at all.
   void hold_all_angles(const Eigen::Matrix3d& axes) {
-    const Eigen::Quaterniond turn =
-        posed_.parent_frame.orientation.conjugate() * posed_.child_frame.orientation;
+    const Eigen::Quaterniond turn = parent_frame_.orientation.conjugate() * child_frame_.orientation;
     const double sign = turn.w() < 0 ? -1 : 1;
     for (int i = 0; i < 3; ++i) hold_angle(axes.col(i), 2 * sign * turn.vec()[i]);
   }
 
   // No turn but about the parent's x.
   void hold_axis(const Eigen::Matrix3d& axes) {
-    const Vector3d tilt = axes.col(0).cross(posed_.child_frame.orientation * Vector3d::UnitX());
+    const Vector3d tilt = axes.col(0).cross(child_frame_.orientation * Vector3d::UnitX());
     hold_angle(axes.col(1), axes.col(1).dot(tilt));
     hold_angle(axes.col(2), axes.col(2).dot(tilt));
   }
@@ -118,7 +95,7 @@ class RowMaker {
   // The child's y stays at right angles to the parent's x.
   void hold_right_angle(const Vector3d& x, const Vector3d& child_y) {
     const Vector3d n = x.cross(child_y).normalized();
-    hold(about(n), -x.dot(child_y), n.dot(turn_curve_) - x.dot(spin_) * child_y.dot(spin_));
+    hold(about(n), -x.dot(child_y));
   }
 
   // So far along x as it is turned about x. How many whole turns there were is seen by the way.
@@ -128,16 +105,17 @@ class RowMaker {
     row.angular_parent -= pitch * x;
     double error = x.dot(apart_) - pitch * angle;
     if (pitch != 0) error = std::remainder(error, 2 * std::numbers::pi * pitch);
-    hold(row, error, x.dot(point_curve_) - pitch * x.dot(turn_curve_));
+    hold(row, error);
   }
 
   void drive(const JointRow& motion, const Coordinate& at, const JointDrive& drive, bool is_angle);
   void limit(const JointRow& motion, const Coordinate& at);
 
  private:
-  void hold(JointRow row, double error, double curve) {
+  void hold(JointRow row, double error) {
     row.is_held = true;
-    row.velocity = -kErrorReduction * error / dt_ - kForesight * curve * dt_ / 2;
+    row.error = error;
+    row.velocity = (kErrorLeft - 1) * error / dt_;
     rows_.push_back(row);
   }
 
@@ -152,12 +130,11 @@ class RowMaker {
   const PosedJoint& posed_;
   const double dt_;
   std::vector<JointRow>& rows_;
+  const Pose parent_frame_;  // of the joint
+  const Pose child_frame_;
   const Vector3d child_lever_;   // m, from the child's centre of mass to the joint's point on the child
   const Vector3d parent_lever_;  // m, from the parent's centre of mass to the same point
   const Vector3d apart_;         // m, from the parent's frame to the child's
-  Vector3d spin_;                // rad/s, of the child as seen from the parent
-  Vector3d point_curve_;         // m/s^2
-  Vector3d turn_curve_;          // rad/s^2
 };
 
 // Damping and friction.
@@ -207,7 +184,7 @@ void RowMaker::limit(const JointRow& motion, const Coordinate& at) {
   const double below = at.axis.upper - at.position;
   const double reach = (std::abs(rate(motion)) + kSpeedGained) * dt_;
   const auto wanted = [this](double gap) {
-    return gap > 0 ? gap / dt_ : std::max(kErrorReduction * gap / dt_, -kReturnSpeed);
+    return gap > 0 ? gap / dt_ : std::max((1 - kErrorLeft) * gap / dt_, -kReturnSpeed);
   };
   if (above < reach) {
     JointRow row = motion;
@@ -225,53 +202,80 @@ void RowMaker::limit(const JointRow& motion, const Coordinate& at) {
 
 }  // namespace
 
-void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
-                       double dt, std::vector<JointRow>& rows) {
+JointSide moved(const JointSide& side, double dt) {
+  JointSide end = side;
+  end.pose.position += side.linear_velocity * dt;
+  const double turn = std::min(side.angular_velocity.norm() * dt, kTurnMax);
+  const Eigen::Quaterniond rotation(Eigen::AngleAxisd(turn, side.angular_velocity.stableNormalized()));
+  end.pose.orientation = (rotation * side.pose.orientation).normalized();
+  return end;
+}
+
+void append_held_rows(const JointProperties& joint, const PosedJoint& posed, double dt,
+                      std::vector<JointRow>& rows) {
   RowMaker make(posed, dt, rows);
-  const Eigen::Matrix3d axes = posed.parent_frame.orientation.toRotationMatrix();
+  const Eigen::Matrix3d axes = posed.parent_frame().orientation.toRotationMatrix();
   const Vector3d x = axes.col(0);
-  const std::array<double, 2> position = joint_position(joint.type, posed.parent_frame, posed.child_frame);
   switch (joint.type) {
     case JointType::kFixed:
-      make.hold_all_points(axes);
+      make.hold_all_points();
       make.hold_all_angles(axes);
       break;
     case JointType::kBall:
-      make.hold_all_points(axes);
+      make.hold_all_points();
       break;
-    case JointType::kRevolute: {
-      const Coordinate angle = angle_of(joint.axes[0], position[0]);
-      make.hold_all_points(axes);
+    case JointType::kRevolute:
+      make.hold_all_points();
       make.hold_axis(axes);
+      break;
+    case JointType::kPrismatic:
+      make.hold_point(axes.col(1));
+      make.hold_point(axes.col(2));
+      make.hold_all_angles(axes);
+      break;
+    case JointType::kScrew:
+      make.hold_point(axes.col(1));
+      make.hold_point(axes.col(2));
+      make.hold_axis(axes);
+      make.hold_thread(x, joint_position(joint.type, posed.parent_frame(), posed.child_frame())[0],
+                       joint.pitch);
+      break;
+    case JointType::kUniversal:
+      make.hold_all_points();
+      make.hold_right_angle(x, posed.child_frame().orientation * Vector3d::UnitY());
+      break;
+  }
+}
+
+void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
+                       double dt, std::vector<JointRow>& rows) {
+  append_held_rows(joint, posed, dt, rows);
+  RowMaker make(posed, dt, rows);
+  const Pose parent_frame = posed.parent_frame();
+  const Pose child_frame = posed.child_frame();
+  const Vector3d x = parent_frame.orientation * Vector3d::UnitX();
+  const std::array<double, 2> position = joint_position(joint.type, parent_frame, child_frame);
+  switch (joint.type) {
+    case JointType::kFixed:
+    case JointType::kBall:
+      break;
+    case JointType::kRevolute:
+    case JointType::kScrew: {
+      const Coordinate angle = angle_of(joint.axes[0], position[0]);
       make.drive(make.about(x), angle, drives[0], /*is_angle=*/true);
       make.limit(make.about(x), angle);
       break;
     }
     case JointType::kPrismatic: {
       const Coordinate way = way_of(joint.axes[0], position[0]);
-      make.hold_point(axes.col(1));
-      make.hold_point(axes.col(2));
-      make.hold_all_angles(axes);
       make.drive(make.along(x), way, drives[0], /*is_angle=*/false);
       make.limit(make.along(x), way);
       break;
     }
-    case JointType::kScrew: {
-      const Coordinate angle = angle_of(joint.axes[0], position[0]);
-      make.hold_point(axes.col(1));
-      make.hold_point(axes.col(2));
-      make.hold_axis(axes);
-      make.hold_thread(x, position[0], joint.pitch);
-      make.drive(make.about(x), angle, drives[0], /*is_angle=*/true);
-      make.limit(make.about(x), angle);
-      break;
-    }
     case JointType::kUniversal: {
-      const Vector3d child_y = posed.child_frame.orientation * Vector3d::UnitY();
+      const Vector3d child_y = child_frame.orientation * Vector3d::UnitY();
       const Coordinate first = angle_of(joint.axes[0], position[0]);
       const Coordinate second = angle_of(joint.axes[1], position[1]);
-      make.hold_all_points(axes);
-      make.hold_right_angle(x, child_y);
       make.drive(make.about(x), first, drives[0], /*is_angle=*/true);
       make.drive(make.about(child_y), second, drives[1], /*is_angle=*/true);
       make.limit(make.about(x), first);

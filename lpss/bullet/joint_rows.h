@@ -24,19 +24,33 @@ struct JointRow {
   double impulse_min = -kUnbounded;  // N s or N m s
   double impulse_max = kUnbounded;
   bool is_held = false;  // of what is not free: whatever it takes
+  double error = 0;      // of what is held: m or rad, to be taken back
 };
 
-// A joint at the start of a step, relative to one origin near both of its bodies.
+// A joint at one time, relative to one origin near both of its bodies.
 struct PosedJoint {
   JointSide parent;
   JointSide child;
-  Pose parent_frame;  // of the joint
-  Pose child_frame;
+  Pose in_parent;  // the joint frames in those of the bodies
+  Pose in_child;
+
+  Pose parent_frame() const { return parent.pose * in_parent; }
+  Pose child_frame() const { return child.pose * in_child; }
 };
+
+// Where a body is after `dt` seconds at its velocities, as the engine moves it.
+JointSide moved(const JointSide& side, double dt);
 
 // Appends the rows of one step of `dt` seconds: first what is not free, whose errors are seen and taken back
 // in the next step, then damping, friction and drives, whose errors would add up, then limits.
 void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
                        double dt, std::vector<JointRow>& rows);
+
+// The first of them.
+void append_held_rows(const JointProperties& joint, const PosedJoint& posed, double dt,
+                      std::vector<JointRow>& rows);
+
+// The share of an error that is left after a step.
+inline constexpr double kErrorLeft = 0.7;
 
 }  // namespace tessera::bullet

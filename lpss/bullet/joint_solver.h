@@ -1,9 +1,11 @@
 // Solves the rows of the joints of one task, in double precision whatever the engine computes with.
 //
-// What joints hold, they hold exactly: the bodies that joints tie together are an assembly, whose rows are solved
-// at once by a sparse factorisation (Baraff, Linear-time dynamics using Lagrange multipliers, 1996; here with
-// closed loops, too). Limits, drives and friction act one after the other on the motions that are left free, with
-// the inertia of all that they move.
+// What joints hold, they hold exactly: the bodies that joints tie together are an assembly, whose rows are
+// solved at once by a sparse factorisation (Baraff, Linear-time dynamics using Lagrange multipliers, 1996;
+// here with closed loops, too), so that they hold where the bodies are at the end of the tick (Ryckaert,
+// Ciccotti and Berendsen, Numerical integration of the cartesian equations of motion of a system with
+// constraints, 1977). Limits, drives and friction act one after the other on the motions that are left free,
+// with the inertia of all that they move.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSolverBody.h>
@@ -12,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "lpss/bullet/joint_rows.h"
@@ -34,31 +37,34 @@ JointedBody jointed(btSolverBody& body);
 // One task at a time: clear(), add(), set_up(), then passes.
 class JointSolver {
  public:
+  // Bodies by their places in set_up(); a parent only where it can be pushed.
+  struct Joint {
+    int child;
+    std::optional<int> parent;
+    const JointProperties* properties;
+    PosedJoint posed;
+    std::vector<JointRow> rows;
+  };
+
   JointSolver();
   ~JointSolver();
 
   void clear();
   bool is_empty() const { return joints_.empty(); }
 
-  // The rows of one joint. Bodies by their places in set_up(); a parent only where it can be pushed.
-  void add(int child, std::optional<int> parent, std::span<const JointRow> rows);
+  void add(Joint joint) { joints_.push_back(std::move(joint)); }
 
   // The bodies that were added, some more than once.
   std::vector<int> bodies() const;
 
-  // In so many steps, which share the bounds of impulses.
-  void set_up(std::span<const JointedBody> bodies, int steps);
+  // For a tick of `dt` seconds in so many steps, which share the bounds of impulses.
+  void set_up(std::span<const JointedBody> bodies, double dt, int steps);
 
   // Limits, drives and friction act as they did at the end of the step before.
   void start_step();
   void pass();
 
  private:
-  struct Joint {
-    int child;
-    std::optional<int> parent;
-    std::vector<JointRow> rows;
-  };
   class Assembly;
 
   std::vector<Joint> joints_;

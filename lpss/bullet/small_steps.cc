@@ -108,7 +108,7 @@ void SmallSteps::begin_joints() {
     bodies[place].linear_change = &motion.linear;
     bodies[place].angular_change = &motion.angular;
   }
-  joints_->set_up(bodies, steps_);
+  joints_->set_up(bodies, info_.m_timeStep, steps_);
 }
 
 // Those of the last tick, as far as a step needs them. Rows of friction follow the sliding velocity; what is

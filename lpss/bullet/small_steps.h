@@ -22,8 +22,8 @@ struct RowPools {
   int friction_directions = 1;
 };
 
-// begin(), then for each n below rounds() round(n), then end(). In between, the solvers of parts of an island may
-// agree on bodies that they share.
+// begin(), then for each n below rounds() round(n), then end(). In between, the solvers of parts of an island
+// may agree on bodies that they share.
 class SmallSteps {
  public:
   // `passes` (>= 1) over all rows are divided among `steps` (>= 2), two each at least.
@@ -72,8 +72,12 @@ class SmallSteps {
   // Of a step: the impulses of the step before, then passes, the last of which does not correct positions.
   int rounds_per_step() const { return passes_ + 1; }
 
-  btVector3 linear_force(std::size_t body) const { return pools_.bodies[body].m_externalForceImpulse * forced_; }
-  btVector3 angular_force(std::size_t body) const { return pools_.bodies[body].m_externalTorqueImpulse * forced_; }
+  btVector3 linear_force(std::size_t body) const {
+    return pools_.bodies[body].m_externalForceImpulse * forced_;
+  }
+  btVector3 angular_force(std::size_t body) const {
+    return pools_.bodies[body].m_externalTorqueImpulse * forced_;
+  }
 
   void begin_joints();
   void recall_impulses();

@@ -25,14 +25,13 @@ JointSide side_of(const btRigidBody& rigid) {
 PosedJoint posed(const TaskJoint& joint) {
   PosedJoint posed;
   posed.child = side_of(rigid_of(joint.child));
-  posed.child_frame = posed.child.pose * joint.properties->in_child;
+  posed.in_child = joint.properties->in_child;
   if (joint.parent.world) {
     posed.parent = side_of(rigid_of(joint.parent));
     posed.parent.pose.position += joint.parent_origin;
-    posed.parent_frame = posed.parent.pose * joint.properties->in_parent;
+    posed.in_parent = joint.properties->in_parent;
   } else {
     posed.parent = {joint.fixed_parent, joint.fixed_velocity, joint.fixed_spin};
-    posed.parent_frame = joint.fixed_parent;
   }
   return posed;
 }
@@ -105,8 +104,9 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
 void TaskSolver::split(std::size_t body, double times) {
   const int id = bodies_[body]->getCompanionId();
   btSolverBody& split = m_tmpSolverBodyPool[id];
-  for (btConstraintArray* rows : {&m_tmpSolverContactConstraintPool, &m_tmpSolverContactFrictionConstraintPool,
-                                  &m_tmpSolverContactRollingFrictionConstraintPool}) {
+  for (btConstraintArray* rows :
+       {&m_tmpSolverContactConstraintPool, &m_tmpSolverContactFrictionConstraintPool,
+        &m_tmpSolverContactRollingFrictionConstraintPool}) {
     for (int i = 0; i < rows->size(); ++i) lighten((*rows)[i], id, split, times);
   }
   split.m_invMass *= btScalar(times);
@@ -176,11 +176,14 @@ void TaskSolver::add_joint(const TaskJoint& joint, double dt) {
   append_joint_rows(*joint.properties, *joint.drives, at, dt, rows_);
   const int child = rigid_of(joint.child).getCompanionId();
   const btRigidBody* parent = joint.parent.world ? &rigid_of(joint.parent) : nullptr;
-  if (parent && !parent->isStaticOrKinematicObject()) return joints_.add(child, parent->getCompanionId(), rows_);
-  for (JointRow& row : rows_) {
-    row.velocity += row.linear.dot(at.parent.linear_velocity) + row.angular_parent.dot(at.parent.angular_velocity);
+  if (parent && !parent->isStaticOrKinematicObject()) {
+    return joints_.add({child, parent->getCompanionId(), joint.properties, at, rows_});
   }
-  joints_.add(child, std::nullopt, rows_);
+  for (JointRow& row : rows_) {
+    row.velocity +=
+        row.linear.dot(at.parent.linear_velocity) + row.angular_parent.dot(at.parent.angular_velocity);
+  }
+  joints_.add({child, std::nullopt, joint.properties, at, rows_});
 }
 
 void TaskSolver::begin_joints() {
@@ -192,7 +195,7 @@ void TaskSolver::begin_joints() {
     into.linear += to_eigen(body.m_externalForceImpulse);
     into.angular += to_eigen(body.m_externalTorqueImpulse);
   }
-  joints_.set_up(bodies, 1);
+  joints_.set_up(bodies, info_.m_timeStep, 1);
 }
 
 // Once rows are made, nothing is left to do with bodies that cannot be pushed; other parts may meet them,

@@ -30,15 +30,15 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   // Makes a body `times` lighter for the passes, after set_up().
   void split(std::size_t body, double times);
 
-  // n counts from 0. Without small steps: one pass of the position correction and one of the velocities; the two
-  // touch different variables, so this is as good as all of the one before all of the other.
+  // n counts from 0. Without small steps: one pass of the position correction and one of the velocities; the
+  // two touch different variables, so this is as good as all of the one before all of the other.
   void pass(int n);
 
   // Writes velocities, corrected poses and impulses back.
   void finish();
 
-  // What rows have changed of a body so far, from set_up() to finish(); `body` is a place in the task's bodies.
-  // Without small steps they have started warm when set_up() ends.
+  // What rows have changed of a body so far, from set_up() to finish(); `body` is a place in the task's
+  // bodies. Without small steps they have started warm when set_up() ends.
   VelocityChange change(std::size_t body) const;
   void set_change(std::size_t body, const VelocityChange& change);
 
