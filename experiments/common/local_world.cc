@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "experiments/common/stopwatch.h"
 #include "experiments/plain_world.h"
 #include "lpss/world/simulation.h"
 
@@ -66,12 +65,6 @@ absl::StatusOr<std::unique_ptr<LocalWorld>> in_one_world(const WorldDescription&
   absl::StatusOr<std::unique_ptr<PlainWorld>> plain = PlainWorld::create(world, world.settings.precision);
   if (!plain.ok()) return plain.status();
   return std::make_unique<OneWorld>(*std::move(plain));
-}
-
-void Contestant::step() {
-  const Stopwatch watch;
-  world->step();
-  step_us.push_back(watch.microseconds());
 }
 
 }  // namespace tessera

@@ -4,7 +4,6 @@
 #include <absl/status/statusor.h>
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "lpss/engine/body.h"
@@ -38,15 +37,5 @@ class LocalWorld {
 // Errors: those of Simulation::create() or PlainWorld::create().
 absl::StatusOr<std::unique_ptr<LocalWorld>> in_sectors(const WorldDescription& world);
 absl::StatusOr<std::unique_ptr<LocalWorld>> in_one_world(const WorldDescription& world);
-
-// One of several worlds that are stepped in turns, so that whatever else the machine does meets all of them.
-struct Contestant {
-  std::string name;
-  std::unique_ptr<LocalWorld> world;
-  std::vector<double> step_us;
-
-  // Steps, and takes the time.
-  void step();
-};
 
 }  // namespace tessera

@@ -14,15 +14,28 @@
 namespace tessera::seams {
 namespace {
 
-absl::Status enter(std::vector<Contestant>& contestants, const std::string& name,
+// One of several worlds that are stepped in turns.
+struct Contestant {
+  std::string policy;
+  std::unique_ptr<LocalWorld> world;
+  std::vector<double> tick_ms;
+
+  void step() {
+    const Stopwatch watch;
+    world->step();
+    tick_ms.push_back(watch.microseconds() / 1000);
+  }
+};
+
+absl::Status enter(std::vector<Contestant>& contestants, const std::string& policy,
                    absl::StatusOr<std::unique_ptr<LocalWorld>> world) {
   if (!world.ok()) return world.status();
-  contestants.push_back({name, *std::move(world), {}});
+  contestants.push_back({policy, *std::move(world), {}});
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::unique_ptr<LocalWorld>> under(SeamPolicy policy, WorldDescription world) {
-  world.settings.seams = policy;
+absl::StatusOr<std::unique_ptr<LocalWorld>> under(SeamPolicy seams, WorldDescription world) {
+  world.settings.seams = seams;
   return in_sectors(world);
 }
 
@@ -79,8 +92,7 @@ class Measurement {
       if (absl::Status status = progress_.advance(); !status.ok()) return status;
     }
     for (Contestant& contestant : contestants) {
-      costs_.times.push_back({name, contestant.name, options_.ticks,
-                              median(std::move(contestant.step_us)) / 1000,
+      costs_.times.push_back({name, contestant.policy, options_.ticks, median(std::move(contestant.tick_ms)),
                               contestant.world->hash().to_string()});
     }
     return absl::OkStatus();

@@ -2,23 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <memory>
 
 #include "experiments/common/local_world.h"
+#include "experiments/common/stopwatch.h"
 #include "experiments/paper/small_scenes.h"
 #include "lpss/world/validate.h"
 
 namespace tessera {
 namespace {
-
-// Of this process, all threads: what else the machine does is not in it.
-double processor_us() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) * 1e-3;
-}
 
 Positions positions_of(const LocalWorld& local, const WorldDescription& world, double& fastest) {
   std::vector<BodyRecord> records = local.bodies();
@@ -43,9 +36,9 @@ absl::StatusOr<Trial> run_once(const WorldDescription& world, double horizon, bo
   for (int sample = 1; sample <= kTrialSamples; ++sample) {
     const auto until =
         static_cast<Tick>(std::lround(horizon * sample / kTrialSamples / world.settings.time_step));
-    const double start_us = processor_us();
+    const std::chrono::nanoseconds start = processor_time();
     if (done + 1 < until) local.run(until - 1 - done);
-    spent_us += processor_us() - start_us;
+    spent_us += microseconds(processor_time() - start);
     if (done < until) trial.overlap_m = std::max(trial.overlap_m, local.step_for_overlap());
     done = until;
     trial.samples.push_back(positions_of(local, world, trial.speed_m_s));
