@@ -101,4 +101,10 @@ void PlainWorld::for_each_body(const std::function<void(const BodyRecord&)>& vis
   }
 }
 
+WorldHash PlainWorld::hash() const {
+  WorldHash sum;
+  for_each_body([&](const BodyRecord& record) { sum.add(record, anchor_); });
+  return sum;
+}
+
 }  // namespace tessera

@@ -11,6 +11,7 @@
 
 #include "lpss/engine/engine.h"
 #include "lpss/world/world_description.h"
+#include "lpss/world/world_hash.h"
 
 namespace tessera {
 
@@ -27,6 +28,9 @@ class PlainWorld {
   // Calls `visit` for each body that can move, in ascending order of ids. Homes are the anchor, positions
   // relative to its centre: of any size, or no numbers at all.
   void for_each_body(const std::function<void(const BodyRecord&)>& visit) const;
+
+  // Of those bodies. As they are all at home with the anchor, not to be compared with that of sectors.
+  WorldHash hash() const;
 
  private:
   struct Body {

@@ -8,6 +8,7 @@ namespace tessera {
 namespace {
 
 using namespace tessera::testing;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // A report that `tessera run` writes, in a folder that goes away.
@@ -109,6 +110,42 @@ TEST(CommandLineTest, MessagesNameWhatAndTheBound) {
   EXPECT_THAT(run_tessera({"run", "no_such_world.sdf"}).output, HasSubstr("no_such_world.sdf"));
   EXPECT_THAT(run_tessera({"run", world, "--dt", "7"}).output, HasSubstr("0.1"));
   EXPECT_THAT(run_tessera({"hash", "--connect", "127.0.0.1:1"}).output, HasSubstr("127.0.0.1:1"));
+}
+
+TEST(CommandLineTest, UnknownNamesAreToldWithThoseThatThereAre) {
+  const Outcome experiment = run_tessera({"experiment", "nope"});
+  EXPECT_EQ(experiment.code, 2);
+  EXPECT_THAT(experiment.output, AllOf(HasSubstr("nope"), HasSubstr("distance"), HasSubstr("overhead"),
+                                       HasSubstr("seams"), HasSubstr("tradeoff")));
+  EXPECT_THAT(run_tessera({"experiment"}).output, HasSubstr("distance, extremes"));
+  EXPECT_THAT(run_tessera({"nonsense"}).output, HasSubstr("experiment, find"));
+  const Outcome scene = run_tessera({"experiment", "seams", "--scene", "nope"});
+  EXPECT_EQ(scene.code, 1);
+  EXPECT_THAT(scene.output, AllOf(HasSubstr("nope"), HasSubstr("tower_level"), HasSubstr("dominoes")));
+  EXPECT_THAT(run_tessera({"experiment", "seams", "--policy", "nope"}).output, HasSubstr("clone-1, clone-2"));
+}
+
+TEST(CommandLineTest, FilesThatCannotBeWrittenAreRefusedBeforeAnythingRuns) {
+  const std::string world = world_file("falling.sdf").string();
+  const std::string file = "/no/such/folder/report.json";
+  const std::vector<std::string> commands[] = {{"run", world, "--in-process", "--json", file},
+                                               {"simulate", "--json", file},
+                                               {"status", "--connect", "127.0.0.1:1", "--json", file},
+                                               {"tune", world, "--json", file},
+                                               {"tune", world, "--write", file},
+                                               {"experiment", "extremes", "--json", file},
+                                               {"experiment", "extremes", "--csv", file},
+                                               {"experiment", "seams", "--json", file},
+                                               {"experiment", "seams", "--csv", file}};
+  for (const std::vector<std::string>& command : commands) {
+    const Outcome outcome = run_tessera(command);
+    EXPECT_EQ(outcome.code, 2) << command.front();
+    EXPECT_THAT(outcome.output, AllOf(HasSubstr(file), HasSubstr("No such file or directory")))
+        << command.front();
+  }
+  EXPECT_THAT(run_tessera({"run", world, "--json", "/proc"}).output, HasSubstr("Is a directory"));
+  EXPECT_THAT(run_tessera({"run", world, "--json", world + "/report.json"}).output,
+              HasSubstr("Not a directory"));
 }
 
 TEST(CommandLineTest, UnknownArgumentsAreNamedAlsoWhereOthersAreMissing) {

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "client_sdk/cli/command.h"
+#include "client_sdk/cli/output_file.h"
 #include "client_sdk/cli/run_report.h"
 #include "tessera/client.h"
 
@@ -31,7 +32,8 @@ inline void on_cluster(CLI::App& command, Action& action,
   command.add_option("--connect", where->address, "host:port of the coordinator")
       ->envname("TESSERA_ADDRESS")
       ->capture_default_str();
-  command.add_option("--json", where->json, "write what is printed to this file as data, too");
+  add_parsed(command, "--json", where->json, parse_output_file,
+             "write what is printed to this file as data, too");
   command.callback([where, work = std::move(work), &action] {
     action = [where, work]() -> absl::Status {
       const absl::StatusOr<std::unique_ptr<Client>> client = Client::connect(where->address, kConnectTimeout);

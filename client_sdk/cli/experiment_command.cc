@@ -79,9 +79,9 @@ void add_experiment(CLI::App& app, const Experiment& experiment, Action& action)
   const auto options = std::make_shared<CommandOptions>();
   add_parsed(command, "--engine", options->precision, parse_precision, "f32 or f64; both if not given");
   command.add_flag("--quick", options->quick, "fewer or shorter runs");
-  command.add_option("--json", options->json, "write all tables to this file");
-  command.add_option("--csv", options->csv,
-                     "write the rows to this file, other tables to FILE_table beside it");
+  add_parsed(command, "--json", options->json, parse_output_file, "write all tables to this file");
+  add_parsed(command, "--csv", options->csv, parse_output_file,
+             "write the rows to this file, other tables to FILE_table beside it");
   command.callback([&experiment, options, &action] {
     action = [&experiment, options] { return measure(experiment, *options); };
   });

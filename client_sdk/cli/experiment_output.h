@@ -1,13 +1,12 @@
 // What all experiments do with what they measured, and while they measure.
 #pragma once
 
-#include <absl/status/status.h>
-
 #include <filesystem>
 #include <memory>
 #include <string>
 
 #include "client_sdk/cli/interrupt.h"
+#include "client_sdk/cli/output_file.h"
 #include "client_sdk/cli/terminal.h"
 #include "experiments/common/report.h"
 
@@ -23,9 +22,6 @@ auto with_bar(const std::string& what, const Measure& measure) {
     return !interrupted();
   });
 }
-
-// UNAVAILABLE, naming the file, where it cannot be written.
-absl::Status write_text(const std::filesystem::path& file, const std::string& text);
 
 // FILE itself for the main table, FILE_name.csv beside it for others.
 std::filesystem::path beside(const std::filesystem::path& file, const std::string& name);

@@ -1,8 +1,14 @@
 // tessera: run worlds, start clusters, and drive and watch them.
 #include <absl/status/status.h>
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
 #include <malloc.h>
 #include <unistd.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
 
 #include "client_sdk/cli/command.h"
 #include "client_sdk/cli/terminal.h"
@@ -10,13 +16,34 @@
 namespace tessera::cli {
 namespace {
 
+// The last command that was named.
+const CLI::App& named_last(const CLI::App& app) {
+  const std::vector<CLI::App*> named = app.get_subcommands();
+  return named.empty() ? app : named_last(*named.back());
+}
+
+// "remove, run, spawn"; nothing where the command has no others.
+std::string commands_of(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::App* one : command.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(one->get_name());
+  }
+  std::sort(names.begin(), names.end());
+  return absl::StrJoin(names, ", ");
+}
+
 // An argument that nobody knows is told before one that is missing: it may be the missing one, misspelt.
+// Where that is a command, those that there are are told, too.
 void parse(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);
-  } catch (const CLI::RequiredError&) {
-    if (app.remaining_size(/*recurse=*/true) > 0) throw CLI::ExtrasError(app.remaining(/*recurse=*/true));
-    throw;
+  } catch (const CLI::RequiredError& missing) {
+    const std::vector<std::string> unknown = app.remaining(/*recurse=*/true);
+    std::string message = unknown.empty() ? missing.what() : CLI::ExtrasError(unknown).what();
+    if (const std::string commands = commands_of(named_last(app)); !commands.empty()) {
+      absl::StrAppend(&message, "\nThere are: ", commands);
+    }
+    throw CLI::ParseError(message, missing.get_exit_code());
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "client_sdk/cli/command.h"
 #include "client_sdk/cli/interrupt.h"
+#include "client_sdk/cli/output_file.h"
 #include "client_sdk/cli/prove.h"
 #include "client_sdk/cli/run_cluster.h"
 #include "client_sdk/cli/run_local.h"
@@ -67,7 +68,7 @@ void add_run_command(CLI::App& app, Action& action) {
       .add_flag("--prove", options->prove,
                 "afterwards compare with the same run in one process, bit by bit, and with plain Bullet")
       ->excludes(plain);
-  command.add_option("--json", options->json, "write the report to this file, too");
+  add_parsed(command, "--json", options->json, parse_output_file, "write the report to this file, too");
   command.callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

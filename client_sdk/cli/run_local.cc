@@ -91,12 +91,8 @@ absl::StatusOr<RunReport> run_plain(const RunOptions& options) {
   const auto step = [&] { (*plain)->step(); };
   if (absl::Status status = step_all("plain Bullet", step, report); !status.ok()) return status;
 
-  WorldHash hash;
-  (*plain)->for_each_body([&](const BodyRecord& record) {
-    towers->set_end(record);
-    hash.add(record, world.anchor);
-  });
-  return finished(std::move(report), hash, *towers);
+  (*plain)->for_each_body([&](const BodyRecord& record) { towers->set_end(record); });
+  return finished(std::move(report), (*plain)->hash(), *towers);
 }
 
 }  // namespace tessera::cli

@@ -11,6 +11,7 @@
 #include <limits>
 #include <thread>
 
+#include "client_sdk/cli/output_file.h"
 #include "client_sdk/cli/terminal.h"
 #include "client_sdk/cli/text.h"
 #include "proto/peak_memory.h"
@@ -161,13 +162,7 @@ std::string to_text(const RunReport& report) {
 }
 
 absl::Status write_json(const std::filesystem::path& file, const nlohmann::json& json) {
-  std::ofstream out(file);
-  out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
-  out.close();
-  if (!out) {
-    return absl::UnavailableError(absl::StrCat("cannot write ", file.string(), ": ", std::strerror(errno)));
-  }
-  return absl::OkStatus();
+  return write_text(file, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 absl::StatusOr<nlohmann::json> read_json(const std::filesystem::path& file) {

@@ -87,7 +87,7 @@ nlohmann::json to_json(const TowerReport& towers);
 // Several lines for standard output.
 std::string to_text(const RunReport& report);
 
-// UNAVAILABLE, naming the file, where it cannot be written.
+// Errors as write_text().
 absl::Status write_json(const std::filesystem::path& file, const nlohmann::json& json);
 absl::StatusOr<nlohmann::json> read_json(const std::filesystem::path& file);
 

@@ -104,15 +104,22 @@ class TwoServers {
   std::unique_ptr<Client> client_;
 };
 
+template <typename All, typename NameOf>
+absl::Status no_such(const char* what, const std::string& name, const All& all, NameOf name_of) {
+  const auto append_name = [&](std::string* text, const auto& one) { text->append(name_of(one)); };
+  return absl::InvalidArgumentError(absl::StrCat("there is no ", what, " \"", name, "\"; there are ",
+                                                 absl::StrJoin(all, ", ", append_name)));
+}
+
 // The values of `all` that `wanted` names, all of them where it is empty.
 template <typename T, std::size_t n, typename Parse>
-absl::StatusOr<std::vector<T>> chosen(const T (&all)[n], const std::vector<std::string>& wanted,
-                                      Parse parse) {
+absl::StatusOr<std::vector<T>> chosen(const char* what, const T (&all)[n],
+                                      const std::vector<std::string>& wanted, Parse parse) {
   if (wanted.empty()) return std::vector<T>(std::begin(all), std::end(all));
   std::vector<T> values;
   for (const std::string& name : wanted) {
     const std::optional<T> value = parse(name);
-    if (!value) return absl::InvalidArgumentError(absl::StrCat("there is no \"", name, "\""));
+    if (!value) return no_such(what, name, all, [](T known) { return seams::name_of(known); });
     values.push_back(*value);
   }
   return values;
@@ -123,7 +130,7 @@ absl::StatusOr<std::vector<seams::Scene>> chosen_scenes(const SeamOptions& optio
   std::vector<seams::Scene> scenes = seams::all_scenes(worlds);
   for (const std::string& name : options.scenes) {
     if (std::none_of(scenes.begin(), scenes.end(), [&](const auto& scene) { return scene.name == name; })) {
-      return absl::InvalidArgumentError(absl::StrCat("there is no scene \"", name, "\""));
+      return no_such("scene", name, scenes, [](const seams::Scene& scene) { return scene.name; });
     }
   }
   std::erase_if(scenes, [&](const seams::Scene& scene) {
@@ -139,10 +146,10 @@ absl::StatusOr<seams::BatteryOptions> battery_of(const SeamOptions& options, con
   absl::StatusOr<std::vector<seams::Scene>> scenes = chosen_scenes(options, worlds);
   if (!scenes.ok()) return scenes.status();
   battery.scenes = *std::move(scenes);
-  auto placements = chosen(seams::kPlacements, options.placements, seams::placement_named);
+  auto placements = chosen("placement", seams::kPlacements, options.placements, seams::placement_named);
   if (!placements.ok()) return placements.status();
   battery.placements = *std::move(placements);
-  auto policies = chosen(seams::kPolicies, options.policies, seams::policy_named);
+  auto policies = chosen("policy", seams::kPolicies, options.policies, seams::policy_named);
   if (!policies.ok()) return policies.status();
   battery.policies = *std::move(policies);
   if (options.quick) {
@@ -252,8 +259,9 @@ void add_seams_experiment(CLI::App& experiment, Action& action) {
                   "simulated networks per scene; 100, with --quick 3, if not given")
       ->check(CLI::Range(0, 1'000'000));
   command.add_flag("--no-costs", options->no_costs, "leave out the times and bytes");
-  command.add_option("--json", options->json, "write all results to this file");
-  command.add_option("--csv", options->csv, "write the rows to this file, and the costs to one beside it");
+  add_parsed(command, "--json", options->json, parse_output_file, "write all results to this file");
+  add_parsed(command, "--csv", options->csv, parse_output_file,
+             "write the rows to this file, and the costs to one beside it");
   command.callback([options, &action] { action = [options] { return measure_seams(*options); }; });
 }
 

@@ -5,6 +5,7 @@
 
 #include "client_sdk/cli/command.h"
 #include "client_sdk/cli/interrupt.h"
+#include "client_sdk/cli/output_file.h"
 #include "client_sdk/cli/run_report.h"
 #include "client_sdk/cli/world_options.h"
 #include "experiments/simulated_cluster.h"
@@ -101,7 +102,7 @@ void add_simulate_command(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
   add_override_options(command, options->overrides);
-  command.add_option("--json", options->json, "write the hashes to this file, too");
+  add_parsed(command, "--json", options->json, parse_output_file, "write the hashes to this file, too");
   command.callback([options, &action] { action = [options] { return simulate(*options); }; });
 }
 

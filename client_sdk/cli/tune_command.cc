@@ -54,8 +54,9 @@ void add_tune_command(CLI::App& app, Action& action) {
   command.add_option("--max-cost", options->tune.max_cost,
                      "us of processor time by body and simulated second, at most; any if not given");
   add_override_options(command, options->overrides);
-  command.add_option("--write", options->write, "write what was chosen to this file, for --settings");
-  command.add_option("--json", options->json, "write all that was tried to this file");
+  add_parsed(command, "--write", options->write, parse_output_file,
+             "write what was chosen to this file, for --settings");
+  add_parsed(command, "--json", options->json, parse_output_file, "write all that was tried to this file");
   command.callback([options, &action] { action = [options] { return tune_world(*options); }; });
 }
 

@@ -1,9 +1,10 @@
-// Times of single ticks.
+// Times of single ticks and runs.
 #pragma once
 
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <ctime>
 #include <vector>
 
 namespace tessera {
@@ -17,6 +18,17 @@ class Stopwatch {
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
+
+// Of this process, all its threads: what else the machine does is not in it.
+inline std::chrono::nanoseconds processor_time() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+inline double microseconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double, std::micro>(time).count();
+}
 
 // Of at least one value, in any order; the upper one of two in the middle.
 inline double median(std::vector<double> values) {

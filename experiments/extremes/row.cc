@@ -3,7 +3,6 @@
 #include <absl/status/status.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
-#include <malloc.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <csignal>
 #include <limits>
 
+#include "experiments/common/heap.h"
 #include "experiments/common/own_process.h"
 #include "experiments/common/stopwatch.h"
 #include "experiments/paper/small_scenes.h"
@@ -30,11 +30,6 @@ struct Outcome {
   double figure = kLost;
   Tick ticks = 0;
 };
-
-std::size_t heap_bytes() {
-  const struct mallinfo2 info = mallinfo2();
-  return info.uordblks + info.hblkhd;
-}
 
 Moment moment_of(const Simulation& simulation, const WorldDescription& world, std::uint64_t stopped) {
   Moment moment;

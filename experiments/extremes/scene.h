@@ -36,10 +36,12 @@ struct Moment {
 // What a scene has come to `now`; not finite where a number was lost.
 using Figure = std::function<double(const Moment& start, const Moment& now)>;
 
+using Build = std::function<WorldDescription(const WorldSettings& settings)>;
+
 struct Scene {
   std::string group;
-  std::string name;                                                      // unique in its group
-  std::function<WorldDescription(const WorldSettings& settings)> world;  // `settings` say the precision
+  std::string name;  // unique in its group
+  Build world;       // its settings say the precision
   Tick warm_up = 0;  // ticks before the start that the figure compares with
   Tick ticks = 0;    // from there on
   Tick quick_ticks = 0;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "experiments/extremes/figures.h"
+#include "experiments/extremes/scene_parts.h"
 #include "lpss/world/example_worlds.h"
 #include "lpss/world/limits.h"
 
@@ -43,21 +44,12 @@ Scene stack_scene(const std::string& name, const std::vector<double>& masses) {
 }
 
 constexpr int kLinks = 10;
-constexpr double kLink = 0.5;  // m
-constexpr double kChain = kLinks * kLink;
+constexpr double kChain = kLinks * kChainLink;  // m
 
 // Links of 1 kg with a load of `mass` kg at the end, along `way` from the world's origin.
 WorldDescription loaded_chain(const WorldSettings& settings, double mass, const Eigen::Vector3d& way) {
   WorldBuilder builder(settings);
-  const ShapeId link = builder.shape(Capsule{0.05, kLink - 0.1});
-  const Eigen::Quaterniond along = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), way);
-  std::string last;
-  for (int i = 0; i < kLinks; ++i) {
-    const std::string name = absl::StrCat("link", i);
-    builder.add(name, link, 1, (i + 0.5) * kLink * way).pose.orientation = along;
-    builder.tie(absl::StrCat("joint", i), JointType::kBall, last, name, i * kLink * way);
-    last = name;
-  }
+  const std::string last = builder.add_chain(kLinks, Eigen::Vector3d::Zero(), way);
   builder.add("load", builder.shape(Sphere{0.2}), mass, kChain * way);
   builder.tie("joint of the load", JointType::kBall, last, "load", kChain * way);
   return builder.world();
@@ -70,14 +62,7 @@ Scene chain_scene(const std::string& name, double mass, const Eigen::Vector3d& w
   scene.world = [mass, way](const WorldSettings& settings) { return loaded_chain(settings, mass, way); };
   scene.ticks = 1200;
   scene.quick_ticks = 300;
-  // The load is on a ball around the chain's upper end.
-  scene.figure = [](const Moment&, const Moment& now) {
-    return std::max(0.0, now.positions.back().norm() - kChain) / kChain;
-  };
-  scene.unit = "of its length longer";
-  scene.bound = 0.01;
-  scene.holds = "The chain keeps its length.";
-  scene.fails = "The chain stretches.";
+  measure_stretch(scene, kChain);
   return scene;
 }
 
@@ -166,21 +151,13 @@ Scene beam() {
 }
 
 Scene larger_than_a_sector() {
-  Scene scene;
-  scene.group = "size";
-  scene.name = "cube_larger_than_a_sector";
-  scene.world = [](const WorldSettings& settings) {
+  const auto world = [](const WorldSettings& settings) {
     WorldBuilder builder(settings);
     builder.add("cube", builder.shape(Box{Eigen::Vector3d::Constant(settings.sector_size)}), 1e6, {0, 0, 0});
     return builder.world();
   };
-  scene.ticks = scene.quick_ticks = 1;
-  scene.figure = [](const Moment&, const Moment&) { return 1.0; };
-  scene.unit = "accepted";
-  scene.holds = "It is refused.";
-  scene.fails = "It runs, though contacts beyond the neighbours would be missed.";
-  scene.may_be_refused = true;
-  return scene;
+  return refused_scene("size", "cube_larger_than_a_sector", world,
+                       "It runs, though contacts beyond the neighbours would be missed.");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "experiments/extremes/figures.h"
+#include "experiments/extremes/scene_parts.h"
 #include "lpss/world/example_worlds.h"
 
 namespace tessera::extremes {
@@ -13,15 +14,11 @@ constexpr Tick kTicks = 1'000'000;
 constexpr Tick kQuickTicks = 20'000;
 constexpr Tick kSettled = 600;  // ticks
 
-Scene long_scene(const std::string& name, std::function<WorldDescription(const WorldSettings&)> world) {
+Scene long_scene(const std::string& name, Build world) {
   Scene scene;
   scene.group = "long_run";
   scene.name = name;
-  scene.world = [world = std::move(world)](const WorldSettings& given) {
-    WorldSettings settings = given;
-    settings.sleep_after = 0;
-    return world(settings);
-  };
+  scene.world = [world = std::move(world)](const WorldSettings& given) { return world(sleepless(given)); };
   scene.warm_up = kSettled;
   scene.ticks = kTicks;
   scene.quick_ticks = kQuickTicks;
@@ -60,10 +57,8 @@ Scene pendulum_scene() {
 // A ball between two walls on either side of a border: homes, clones and contacts come and go.
 Scene memory_scene() {
   Scene scene = long_scene("ball_over_a_seam_keeps_its_memory", [](const WorldSettings& given) {
-    WorldSettings settings = given;
-    settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
-    WorldBuilder builder(settings);
-    const double border = settings.sector_size / 2;
+    WorldBuilder builder(weightless(given));
+    const double border = given.sector_size / 2;
     builder.add_floor(5, border - 2);
     builder.add_floor(5, border + 4);
     builder.add("ball", builder.shape(Sphere{0.5}), 1, {0, 0, border}).linear_velocity.z() = 7;

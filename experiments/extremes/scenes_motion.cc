@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "experiments/extremes/figures.h"
+#include "experiments/extremes/scene_parts.h"
 #include "lpss/engine/body.h"
 #include "lpss/grid/invariant.h"
 #include "lpss/world/example_worlds.h"
@@ -12,13 +13,6 @@
 
 namespace tessera::extremes {
 namespace {
-
-WorldSettings weightless(const WorldSettings& given) {
-  WorldSettings settings = given;
-  settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
-  settings.sleep_after = 0;
-  return settings;
-}
 
 std::string in_words(double speed) {
   return speed < 1000 ? absl::StrCat(speed, "_m/s") : absl::StrCat(speed / 1000, "_km/s");
@@ -318,8 +312,7 @@ void add_spins(std::vector<Scene>& scenes) {
 constexpr double kBounces = 1e5;
 constexpr double kQuickBounces = 5e3;
 
-Scene bounce_scene(const std::string& name, std::function<WorldDescription(const WorldSettings&)> world,
-                   double ticks_per_bounce, double gravity) {
+Scene bounce_scene(const std::string& name, Build world, double ticks_per_bounce, double gravity) {
   Scene scene;
   scene.group = "bounce";
   scene.name = name;
@@ -358,9 +351,7 @@ void add_bounces(std::vector<Scene>& scenes) {
   scenes.push_back(bounce_scene(
       "under_gravity",
       [](const WorldSettings& given) {
-        WorldSettings settings = given;
-        settings.sleep_after = 0;
-        WorldBuilder builder(settings);
+        WorldBuilder builder(sleepless(given));
         add_bouncing_ball(builder, Eigen::Vector3d::Zero());
         return elastic(builder.world());
       },

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "experiments/extremes/figures.h"
+#include "experiments/extremes/scene_parts.h"
 #include "lpss/world/example_worlds.h"
 
 namespace tessera::extremes {
@@ -20,11 +21,9 @@ Scene tower_scene(const std::string& group, const std::string& name, const World
   Scene scene;
   scene.group = group;
   scene.name = name;
-  scene.world = [changed, boxes](const WorldSettings& given) {
-    WorldSettings settings = changed;
-    settings.precision = given.precision;
+  scene.world = with_settings(changed, [boxes](const WorldSettings& settings) {
     return tower_world(settings, boxes, Eigen::Vector3d::Zero());
-  };
+  });
   scene.ticks = scene.quick_ticks = static_cast<Tick>(std::lround(10 / changed.time_step));
   scene.sample_every = 10;
   scene.figure = farthest;
@@ -42,13 +41,11 @@ Scene fall_scene(const std::string& name, const WorldSettings& changed) {
   Scene scene;
   scene.group = "time_step";
   scene.name = absl::StrCat("fall_", name);
-  scene.world = [changed](const WorldSettings& given) {
-    WorldSettings settings = changed;
-    settings.precision = given.precision;
+  scene.world = with_settings(changed, [](const WorldSettings& settings) {
     WorldBuilder builder(settings);
     builder.add("ball", builder.shape(Sphere{0.5}), 1, Eigen::Vector3d::Zero());
     return builder.world();
-  };
+  });
   scene.ticks = scene.quick_ticks = static_cast<Tick>(std::lround(1 / changed.time_step));
   scene.figure = [](const Moment&, const Moment& now) {
     return std::abs(now.positions[0].z() + 0.5 * kStandardGravity * now.time * now.time);
@@ -62,23 +59,15 @@ Scene fall_scene(const std::string& name, const WorldSettings& changed) {
 
 Scene swing_scene(const std::string& name, const WorldSettings& changed) {
   constexpr int kLinks = 5;
-  constexpr double kLength = 0.5 * kLinks - 0.25;  // m, to the centre of the last link
+  constexpr double kLength = kChainLink * kLinks - kChainLink / 2;  // m, to the centre of the last link
   Scene scene;
   scene.group = "time_step";
   scene.name = absl::StrCat("chain_", name);
-  scene.world = [changed](const WorldSettings& given) {
-    WorldSettings settings = changed;
-    settings.precision = given.precision;
+  scene.world = with_settings(changed, [](const WorldSettings& settings) {
     return chain_world(settings, kLinks, Eigen::Vector3d::Zero());
-  };
+  });
   scene.ticks = scene.quick_ticks = static_cast<Tick>(std::lround(5 / changed.time_step));
-  scene.figure = [](const Moment&, const Moment& now) {
-    return std::max(0.0, now.positions.back().norm() - kLength) / kLength;
-  };
-  scene.unit = "of its length longer";
-  scene.bound = 0.01;
-  scene.holds = "The chain keeps its length.";
-  scene.fails = "The chain stretches.";
+  measure_stretch(scene, kLength);
   return scene;
 }
 

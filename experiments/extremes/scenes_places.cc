@@ -6,16 +6,15 @@
 #include <limits>
 #include <memory>
 
+#include "experiments/common/local_world.h"
 #include "experiments/extremes/figures.h"
+#include "experiments/extremes/scene_parts.h"
 #include "experiments/paper/small_scenes.h"
 #include "lpss/grid/invariant.h"
 #include "lpss/world/example_worlds.h"
-#include "lpss/world/simulation.h"
 
 namespace tessera::extremes {
 namespace {
-
-using Build = std::function<WorldDescription(const WorldSettings&)>;
 
 constexpr std::int64_t kFar = std::int64_t{1} << 62;  // sectors
 constexpr std::int64_t kFirst = std::numeric_limits<std::int64_t>::min();
@@ -41,11 +40,10 @@ WorldDescription chain(const WorldSettings& settings) {
 Figure difference_from_origin(const Build& build) {
   return [build](const Moment& start, const Moment& now) {
     const WorldDescription world = build(now.settings);
-    const auto simulation = Simulation::create(world);
-    if (!simulation.ok()) return std::numeric_limits<double>::infinity();
-    for (Tick tick = start.tick; tick < now.tick; ++tick) (*simulation)->step();
-    std::vector<BodyRecord> records;
-    (*simulation)->share().for_each_body([&](const BodyRecord& record) { records.push_back(record); });
+    const absl::StatusOr<std::unique_ptr<LocalWorld>> local = in_sectors(world);
+    if (!local.ok()) return std::numeric_limits<double>::infinity();
+    (*local)->run(now.tick - start.tick);
+    const std::vector<BodyRecord> records = (*local)->bodies();
     double difference =
         largest_distance(now.positions, positions_from({}, records, now.settings.sector_size));
     for (std::size_t i = 0; i < records.size(); ++i) {
@@ -140,21 +138,12 @@ Scene tower_in_last_sector(const std::string& name, std::int64_t sector) {
 }
 
 Scene spawn_outside() {
-  Scene scene;
-  scene.group = "last_sector";
-  scene.name = "start_outside";
-  scene.world = [](const WorldSettings& settings) {
+  const auto outside = [](const WorldSettings& settings) {
     WorldDescription world = leaving(0, 0, 1)(settings);
     world.bodies[0].pose.position.local.z() = 2 * settings.sector_size;
     return world;
   };
-  scene.ticks = scene.quick_ticks = 1;
-  scene.figure = [](const Moment&, const Moment&) { return 1.0; };
-  scene.unit = "accepted";
-  scene.holds = "It is refused.";
-  scene.fails = "It runs, though there is no such place.";
-  scene.may_be_refused = true;
-  return scene;
+  return refused_scene("last_sector", "start_outside", outside, "It runs, though there is no such place.");
 }
 
 // --- rest on a planet ---
@@ -166,8 +155,7 @@ const Eigen::Vector3d kUp = Eigen::Vector3d(-1, -2, -2) / 3;  // a direction alo
 // planet's size.
 Build on_planet(double radius, bool plate, bool sleeps) {
   return [=](const WorldSettings& given) {
-    WorldSettings settings = given;
-    if (!sleeps) settings.sleep_after = 0;
+    WorldSettings settings = sleeps ? given : sleepless(given);
     const absl::StatusOr<WorldPosition> centre = canonical({}, -radius * kUp, settings.sector_size);
     invariant(centre.ok(), "planets are within the range");
     settings.gravity = CentralGravity{*centre, kStandardGravity, radius};

@@ -1,10 +1,10 @@
 #include "experiments/paper/instances.h"
 
 #include <absl/strings/str_cat.h>
-#include <malloc.h>
 
 #include <memory>
 
+#include "experiments/common/heap.h"
 #include "experiments/common/stopwatch.h"
 #include "lpss/world/example_worlds.h"
 #include "lpss/world/simulation.h"
@@ -30,11 +30,6 @@ WorldDescription balls_in_sectors(const WorldSettings& settings, int sectors) {
     builder.add(absl::StrCat("ball", i), ball, 1, place).linear_velocity.x() = 0.3;
   }
   return builder.world();
-}
-
-std::size_t heap_bytes() {
-  const struct mallinfo2 info = mallinfo2();
-  return info.uordblks + info.hblkhd;
 }
 
 struct Contestant {

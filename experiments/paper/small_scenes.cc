@@ -22,18 +22,27 @@ WorldDescription collision_scene(const WorldSettings& settings) {
   return builder.world();
 }
 
-absl::Status move_bodies(WorldDescription& world, const Eigen::Vector3d& way) {
-  const double size = world.settings.sector_size;
-  const absl::StatusOr<WorldPosition> whole = canonical({}, way, size);
-  if (!whole.ok()) return whole.status();
-  const SectorOffset sectors{whole->sector.i, whole->sector.j, whole->sector.k};
+absl::Status move_to(WorldDescription& world, const WorldPosition& place) {
+  const auto move = [&, size = world.settings.sector_size](SectorIndex& sector,
+                                                           Eigen::Vector3d& local) -> absl::Status {
+    const absl::StatusOr<SectorIndex> there =
+        translated(sector, {place.sector.i, place.sector.j, place.sector.k});
+    if (!there.ok()) return there.status();
+    const absl::StatusOr<WorldPosition> moved = canonical(*there, local + place.local, size);
+    if (!moved.ok()) return moved.status();
+    sector = moved->sector;
+    local = moved->local;
+    return absl::OkStatus();
+  };
   for (BodyDescription& body : world.bodies) {
     WorldPosition& position = body.pose.position;
-    const absl::StatusOr<SectorIndex> sector = translated(position.sector, sectors);
-    if (!sector.ok()) return sector.status();
-    const absl::StatusOr<WorldPosition> moved = canonical(*sector, position.local + whole->local, size);
-    if (!moved.ok()) return moved.status();
-    position = *moved;
+    if (absl::Status status = move(position.sector, position.local); !status.ok()) return status;
+  }
+  for (JointDescription& joint : world.joints) {
+    JointProperties& properties = joint.properties;
+    if (properties.parent != BodyId{}) continue;
+    if (absl::Status status = move(properties.anchor, properties.in_parent.position); !status.ok())
+      return status;
   }
   return absl::OkStatus();
 }

@@ -14,8 +14,9 @@ namespace tessera {
 // measured).
 WorldDescription collision_scene(const WorldSettings& settings);
 
-// Moves bodies by `way` (m, of any size), and leaves the anchor where it is. Errors as canonical().
-absl::Status move_bodies(WorldDescription& world, const Eigen::Vector3d& way);
+// Moves all bodies, and all joints to the world, such that what is at the centre of sector (0, 0, 0) comes to
+// `place`, whose local part may be beyond its sector. The anchor stays. Errors as canonical().
+absl::Status move_to(WorldDescription& world, const WorldPosition& place);
 
 // Of all bodies of `records`, in their order: metres from `origin`.
 std::vector<Eigen::Vector3d> positions_from(const WorldPosition& origin,

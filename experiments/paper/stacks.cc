@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
+#include "experiments/common/local_world.h"
 #include "experiments/paper/small_scenes.h"
-#include "experiments/plain_world.h"
 #include "lpss/world/example_worlds.h"
 #include "lpss/world/simulation.h"
 
@@ -28,20 +29,15 @@ constexpr int kSectorLog2 = 7;  // of 128 m
 constexpr Place kPlaces[] = {
     {"origin", 0, true}, {"2^24 m", 24}, {"2^40 m", 40}, {"2^53 m", 53}, {"2^62 sectors", 62 + kSectorLog2}};
 
-struct End {
-  std::vector<BodyRecord> records;
-  std::string hash;
-};
-
 class StackMeasurement {
  public:
   StackMeasurement(const ExperimentOptions& options, const Progress& progress)
       : options_(options), progress_(progress, 2 * std::size(kPlaces)), engine_(name_of(options.precision)) {}
 
   absl::StatusOr<Report> measure() {
-    for (const bool in_sectors : {false, true}) {
+    for (const bool sectored : {false, true}) {
       for (const Place& place : kPlaces) {
-        if (absl::Status status = measure(in_sectors, place); !status.ok()) return status;
+        if (absl::Status status = measure(sectored, place); !status.ok()) return status;
         if (absl::Status status = progress_.advance(); !status.ok()) return status;
       }
     }
@@ -49,7 +45,7 @@ class StackMeasurement {
   }
 
  private:
-  absl::Status measure(bool in_sectors, const Place& place) {
+  absl::Status measure(bool sectored, const Place& place) {
     WorldSettings settings;
     settings.precision = options_.precision;
     settings.sector_size = std::ldexp(1, kSectorLog2);
@@ -58,61 +54,46 @@ class StackMeasurement {
     if (absl::Status status = move_by(world, {sectors, sectors, sectors}); !status.ok()) return status;
     const SectorIndex foot = world.anchor;
     // Sectors do not care where the anchor is; one world measures everything from it.
-    if (!in_sectors) world.anchor = {};
-    const absl::StatusOr<End> end = in_sectors ? run_in_sectors(world) : run_in_one_world(world);
-    if (!end.ok()) return end.status();
+    if (!sectored) world.anchor = {};
+    const absl::StatusOr<std::unique_ptr<LocalWorld>> local =
+        sectored ? in_sectors(world) : in_one_world(world);
+    if (!local.ok()) return local.status();
+    (*local)->run(kTicks);
     const absl::StatusOr<std::vector<BodyRecord>> start = records_of(world);
     if (!start.ok()) return start.status();
-    add(in_sectors, place, foot, *start, *end);
+    add(sectored, place, foot, *start, **local);
     return absl::OkStatus();
   }
 
-  static absl::StatusOr<End> run_in_sectors(const WorldDescription& world) {
-    const auto simulation = Simulation::create(world);
-    if (!simulation.ok()) return simulation.status();
-    for (Tick tick = 0; tick < kTicks; ++tick) (*simulation)->step();
-    End end;
-    (*simulation)->share().for_each_body([&](const BodyRecord& record) { end.records.push_back(record); });
-    end.hash = (*simulation)->hash().to_string();
-    return end;
-  }
-
-  static absl::StatusOr<End> run_in_one_world(const WorldDescription& world) {
-    const auto plain = PlainWorld::create(world, world.settings.precision);
-    if (!plain.ok()) return plain.status();
-    for (Tick tick = 0; tick < kTicks; ++tick) (*plain)->step();
-    End end;
-    (*plain)->for_each_body([&](const BodyRecord& record) { end.records.push_back(record); });
-    return end;
-  }
-
-  void add(bool in_sectors, const Place& place, const SectorIndex& foot,
-           const std::vector<BodyRecord>& all_at_start, const End& end) {
+  void add(bool sectored, const Place& place, const SectorIndex& foot,
+           const std::vector<BodyRecord>& all_at_start, const LocalWorld& world) {
     const double size = std::ldexp(1, kSectorLog2);
     std::vector<BodyRecord> start;
     for (const BodyRecord& record : all_at_start) {
       if (record.properties.motion == Motion::kDynamic) start.push_back(record);
     }
+    const std::vector<BodyRecord> end = world.bodies();
+    const WorldHash hash = world.hash();
     const WorldPosition origin{foot, Eigen::Vector3d::Zero()};
-    const std::vector<Eigen::Vector3d> positions = positions_from(origin, end.records, size);
+    const std::vector<Eigen::Vector3d> positions = positions_from(origin, end, size);
     const double moved = largest_distance(positions, positions_from(origin, start, size));
     double top = -std::numeric_limits<double>::infinity();
     for (const Eigen::Vector3d& position : positions) top = std::max(top, position.z());
-    if (in_sectors && place.at_origin) reference_hash_ = end.hash;
-    const char* system = in_sectors ? "lpss" : "one-world";
+    if (sectored && place.at_origin) reference_hash_ = hash;
+    const char* system = sectored ? "lpss" : "one-world";
     const bool stands = std::isfinite(moved) && moved < kStandingMax;
     Row row = {{"system", system}, {"engine", engine_}, {"place", place.name}};
     row["distance_m"] = place.at_origin ? 0 : std::ldexp(1, place.log2);
     row["top_m"] = std::isfinite(moved) ? Row(top) : Row();
     row["moved_max_m"] = std::isfinite(moved) ? Row(moved) : Row();
     row["stands"] = stands;
-    row["same_bits"] = in_sectors && end.hash == reference_hash_;
+    row["same_bits"] = sectored && hash == reference_hash_;
     report_.table("rows").push_back(std::move(row));
-    if (in_sectors && end.hash != reference_hash_) {
+    if (sectored && hash != reference_hash_) {
       report_.misses.push_back(absl::StrCat(engine_, ": other bits at ", place.name));
     }
-    for (std::size_t box = 0; box < end.records.size(); ++box) {
-      add_edges(system, place, box, positions[box], end.records[box].state);
+    for (std::size_t box = 0; box < end.size(); ++box) {
+      add_edges(system, place, box, positions[box], end[box].state);
     }
   }
 
@@ -144,7 +125,7 @@ class StackMeasurement {
   const ExperimentOptions& options_;
   ProgressCount progress_;
   const char* engine_;
-  std::string reference_hash_;
+  WorldHash reference_hash_;
   Report report_;
 };
 

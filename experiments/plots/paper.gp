@@ -2,7 +2,8 @@
 #
 #   gnuplot -e "folder='docs/pictures'" experiments/plots/paper.gp
 #
-# reads distance.csv, instances.csv and stacks_edges.csv of `tessera experiment ... --csv` in the same folder.
+# reads distance.csv, instances.csv, overhead.csv, overhead_ticks.csv and stacks_edges.csv of
+# `tessera experiment ... --csv` in the same folder.
 if (!exists("folder")) folder = "docs/pictures"
 set datafile separator ","
 set grid
@@ -49,6 +50,37 @@ set format y "%g"
 set yrange [0:*]
 plot sprintf("< awk -F, '$1==\"f32\"' %s", instances) using 2:6 with linespoints pt 7 lc "blue" title "f32", \
      sprintf("< awk -F, '$1==\"f64\"' %s", instances) using 2:6 with linespoints pt 5 lc "dark-green" title "f64"
+
+# Fig. 7: where the time of a tick goes, and what the whole is beside plain Bullet.
+overhead = folder . "/overhead.csv"
+ticks = folder . "/overhead_ticks.csv"
+array phases[8] = ["sectorization", "seam search", "exchange", "cloning", "detection", "islands", "solving", "integration"]
+part(phase) = sprintf("< awk -F, '$1==\"f32\" && $2==\"island\" && $3==4 && $5==\"%s\"' %s", phase, overhead)
+whole(engine, seams, substeps) = sprintf("< awk -F, '$1==\"%s\" && $2==\"%s\" && $3==%d' %s", engine, seams, substeps, ticks)
+set terminal svg size 1100,500 font "sans,12" noenhanced background "white"
+set output folder . "/overhead.svg"
+set multiplot layout 1,2
+set title "Phases of a tick, f32, default settings"
+set xlabel "bodies"
+set ylabel "share of the tick, %"
+unset logscale x
+set xtics rotate by -45
+set yrange [0:105]
+set style fill solid 0.85
+set boxwidth 0.8
+set style histogram rowstacked
+plot for [n = 1:8] part(phases[n]) using (100*$7):xtic(4) with histograms title phases[n]
+set title "Time of a tick by that of plain Bullet"
+set ylabel "ratio"
+set logscale x 2
+set yrange [0:*]
+plot whole("f32", "island", 1) using 4:12 with linespoints pt 7 lc "blue" title "Bullet's own solver, f32", \
+     whole("f32", "clone", 1) using 4:12 with linespoints pt 6 lc "red" title "the same, the paper's clones", \
+     whole("f32", "island", 4) using 4:12 with linespoints pt 5 lc "black" title "4 small steps (default), f32", \
+     whole("f64", "island", 4) using 4:12 with linespoints pt 4 lc "dark-green" title "4 small steps, f64", \
+     1 with lines dt 2 lc "gray" title "plain Bullet"
+unset multiplot
+set xtics norotate
 
 # Fig. 8: towers after 10 s.
 edges = folder . "/stacks_edges.csv"

@@ -2,14 +2,13 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <functional>
+#include <memory>
 #include <utility>
 
+#include "experiments/common/local_world.h"
 #include "experiments/common/stopwatch.h"
-#include "experiments/plain_world.h"
 #include "experiments/seams/piles.h"
 #include "lpss/world/example_worlds.h"
-#include "lpss/world/simulation.h"
 #include "worlds/loader/world_file.h"
 
 namespace tessera::seams {
@@ -18,35 +17,26 @@ namespace {
 // One of several worlds that are stepped in turns.
 struct Contestant {
   std::string policy;
-  std::function<void()> step;
-  std::function<WorldHash()> hash;
+  std::unique_ptr<LocalWorld> world;
   std::vector<double> tick_ms;
+
+  void step() {
+    const Stopwatch watch;
+    world->step();
+    tick_ms.push_back(watch.microseconds() / 1000);
+  }
 };
 
-absl::StatusOr<Contestant> sectored(const std::string& policy, WorldDescription world, SeamPolicy seams) {
+absl::Status enter(std::vector<Contestant>& contestants, const std::string& policy,
+                   absl::StatusOr<std::unique_ptr<LocalWorld>> world) {
+  if (!world.ok()) return world.status();
+  contestants.push_back({policy, *std::move(world), {}});
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<LocalWorld>> under(SeamPolicy seams, WorldDescription world) {
   world.settings.seams = seams;
-  absl::StatusOr<std::unique_ptr<Simulation>> created = Simulation::create(world);
-  if (!created.ok()) return created.status();
-  const std::shared_ptr<Simulation> simulation = *std::move(created);
-  return Contestant{policy, [simulation] { simulation->step(); }, [simulation] { return simulation->hash(); }, {}};
-}
-
-absl::StatusOr<Contestant> plain(const WorldDescription& world) {
-  absl::StatusOr<std::unique_ptr<PlainWorld>> created = PlainWorld::create(world, world.settings.precision);
-  if (!created.ok()) return created.status();
-  const std::shared_ptr<PlainWorld> one = *std::move(created);
-  const auto hash = [one, anchor = world.anchor] {
-    WorldHash sum;
-    one->for_each_body([&](const BodyRecord& record) { sum.add(record, anchor); });
-    return sum;
-  };
-  return Contestant{"plain", [one] { one->step(); }, hash, {}};
-}
-
-void step_timed(Contestant& contestant) {
-  const Stopwatch watch;
-  contestant.step();
-  contestant.tick_ms.push_back(watch.microseconds() / 1000);
+  return in_sectors(world);
 }
 
 // Over the corner of eight sectors. It never sleeps, so that every tick is work.
@@ -92,20 +82,18 @@ class Measurement {
   }
 
   absl::Status race(const std::string& name, const WorldDescription& world) {
-    std::vector<absl::StatusOr<Contestant>> contestants;
-    contestants.push_back(sectored("island", world, SeamPolicy::kIsland));
-    contestants.push_back(sectored("clone-1", world, SeamPolicy::kClone));
-    contestants.push_back(plain(world));
-    for (const auto& contestant : contestants) {
-      if (!contestant.ok()) return contestant.status();
-    }
+    std::vector<Contestant> contestants;
+    absl::Status entered = enter(contestants, "island", under(SeamPolicy::kIsland, world));
+    if (entered.ok()) entered = enter(contestants, "clone-1", under(SeamPolicy::kClone, world));
+    if (entered.ok()) entered = enter(contestants, "plain", in_one_world(world));
+    if (!entered.ok()) return entered;
     for (Tick tick = 0; tick < options_.ticks; ++tick) {
-      for (auto& contestant : contestants) step_timed(*contestant);
+      for (Contestant& contestant : contestants) contestant.step();
       if (absl::Status status = progress_.advance(); !status.ok()) return status;
     }
-    for (auto& contestant : contestants) {
-      costs_.times.push_back({name, contestant->policy, options_.ticks, median(std::move(contestant->tick_ms)),
-                              contestant->hash().to_string()});
+    for (Contestant& contestant : contestants) {
+      costs_.times.push_back({name, contestant.policy, options_.ticks, median(std::move(contestant.tick_ms)),
+                              contestant.world->hash().to_string()});
     }
     return absl::OkStatus();
   }

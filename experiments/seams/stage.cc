@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "experiments/paper/small_scenes.h"
+
 namespace tessera::seams {
 namespace {
 
@@ -29,31 +31,10 @@ WorldSettings settings_for(const Scene& scene, Policy policy, Precision precisio
   return settings;
 }
 
-// Moves all bodies and all joints to the world by `way` (m).
-absl::Status shift(WorldDescription& world, const Eigen::Vector3d& way) {
-  const double size = world.settings.sector_size;
-  for (BodyDescription& body : world.bodies) {
-    const absl::StatusOr<WorldPosition> moved =
-        canonical(body.pose.position.sector, body.pose.position.local + way, size);
-    if (!moved.ok()) return moved.status();
-    body.pose.position = *moved;
-  }
-  for (JointDescription& joint : world.joints) {
-    JointProperties& properties = joint.properties;
-    if (properties.parent != BodyId{}) continue;
-    const absl::StatusOr<WorldPosition> moved =
-        canonical(properties.anchor, properties.in_parent.position + way, size);
-    if (!moved.ok()) return moved.status();
-    properties.anchor = moved->sector;
-    properties.in_parent.position = moved->local;
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<Stage> staged(const Scene& scene, const WorldSettings& settings, const Eigen::Vector3d& origin) {
   absl::StatusOr<WorldDescription> world = scene.build(settings);
   if (!world.ok()) return world.status();
-  if (absl::Status shifted = shift(*world, origin); !shifted.ok()) return shifted;
+  if (absl::Status moved = move_to(*world, {{}, origin}); !moved.ok()) return moved;
   return Stage{*std::move(world), origin};
 }
 

@@ -2,97 +2,48 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
-#include <functional>
 #include <limits>
 #include <memory>
 
+#include "experiments/common/local_world.h"
+#include "experiments/common/stopwatch.h"
 #include "experiments/paper/small_scenes.h"
-#include "experiments/plain_world.h"
-#include "lpss/world/simulation.h"
 #include "lpss/world/validate.h"
 
 namespace tessera {
 namespace {
 
-// Of this process, all threads: what else the machine does is not in it.
-double processor_us() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) * 1e-3;
-}
-
-// What is stepped: sectors, or one world.
-struct Stepped {
-  std::function<void()> step;
-  std::function<void(const std::function<void(const BodyRecord&)>&)> for_each_body;
-  std::function<void(bool)> report_contacts;
-  std::function<double()> deepest;  // of the contacts of the last tick, m
-  std::function<std::string()> hash;
-};
-
-absl::StatusOr<Stepped> in_sectors(const WorldDescription& world) {
-  absl::StatusOr<std::unique_ptr<Simulation>> created = Simulation::create(world);
-  if (!created.ok()) return created.status();
-  const std::shared_ptr<Simulation> simulation = *std::move(created);
-  return Stepped{[simulation] { simulation->step(); },
-                 [simulation](const auto& visit) { simulation->share().for_each_body(visit); },
-                 [simulation](bool on) { simulation->share().report_contacts(on); },
-                 [simulation] {
-                   double depth = 0;
-                   for (const ContactEvent& event : simulation->share().contact_events()) {
-                     depth = std::max(depth, event.depth);
-                   }
-                   return depth;
-                 },
-                 [simulation] { return simulation->hash().to_string(); }};
-}
-
-absl::StatusOr<Stepped> in_one_world(const WorldDescription& world) {
-  absl::StatusOr<std::unique_ptr<PlainWorld>> created = PlainWorld::create(world, world.settings.precision);
-  if (!created.ok()) return created.status();
-  const std::shared_ptr<PlainWorld> plain = *std::move(created);
-  return Stepped{[plain] { plain->step(); }, [plain](const auto& visit) { plain->for_each_body(visit); },
-                 [](bool) {}, [] { return 0.0; },
-                 [plain, anchor = world.anchor] {
-                   WorldHash sum;
-                   plain->for_each_body([&](const BodyRecord& record) { sum.add(record, anchor); });
-                   return sum.to_string();
-                 }};
-}
-
-Positions positions_of(const Stepped& stepped, const WorldDescription& world, double& fastest) {
-  std::vector<BodyRecord> records;
+Positions positions_of(const LocalWorld& local, const WorldDescription& world, double& fastest) {
+  std::vector<BodyRecord> records = local.bodies();
+  std::erase_if(records,
+                [](const BodyRecord& record) { return record.properties.motion != Motion::kDynamic; });
   fastest = 0;
-  stepped.for_each_body([&](const BodyRecord& record) {
-    if (record.properties.motion != Motion::kDynamic) return;
-    records.push_back(record);
+  for (const BodyRecord& record : records) {
     fastest =
         std::max(fastest, Eigen::Map<const Eigen::Vector3d>(record.state.linear_velocity.data()).norm());
-  });
+  }
   return positions_from({world.anchor, Eigen::Vector3d::Zero()}, records, world.settings.sector_size);
 }
 
 // `spent_us` is what its ticks took, but for those of the samples.
 absl::StatusOr<Trial> run_once(const WorldDescription& world, double horizon, bool is_plain, double& spent_us) {
-  const absl::StatusOr<Stepped> stepped = is_plain ? in_one_world(world) : in_sectors(world);
-  if (!stepped.ok()) return stepped.status();
+  const absl::StatusOr<std::unique_ptr<LocalWorld>> created =
+      is_plain ? in_one_world(world) : in_sectors(world);
+  if (!created.ok()) return created.status();
+  LocalWorld& local = **created;
   Trial trial;
   Tick done = 0;
   for (int sample = 1; sample <= kTrialSamples; ++sample) {
     const auto until =
         static_cast<Tick>(std::lround(horizon * sample / kTrialSamples / world.settings.time_step));
-    const double start_us = processor_us();
-    for (; done + 1 < until; ++done) stepped->step();
-    spent_us += processor_us() - start_us;
-    stepped->report_contacts(true);
-    if (done < until) stepped->step();
+    const std::chrono::nanoseconds start = processor_time();
+    if (done + 1 < until) local.run(until - 1 - done);
+    spent_us += microseconds(processor_time() - start);
+    if (done < until) trial.overlap_m = std::max(trial.overlap_m, local.step_for_overlap());
     done = until;
-    trial.overlap_m = std::max(trial.overlap_m, stepped->deepest());
-    stepped->report_contacts(false);
-    trial.samples.push_back(positions_of(*stepped, world, trial.speed_m_s));
+    trial.samples.push_back(positions_of(local, world, trial.speed_m_s));
   }
-  trial.hash = stepped->hash();
+  trial.hash = local.hash().to_string();
   return trial;
 }
 

@@ -98,6 +98,19 @@ void WorldBuilder::add_floor(double half_size, double height) {
   add(absl::StrCat("floor", world_.bodies.size()), floor, 1, {0, 0, height - 1}, Motion::kStatic);
 }
 
+std::string WorldBuilder::add_chain(int links, const Eigen::Vector3d& base, const Eigen::Vector3d& way) {
+  const ShapeId link = shape(Capsule{0.05, kChainLink - 0.1});
+  const Eigen::Quaterniond along = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), way);
+  std::string last;
+  for (int i = 0; i < links; ++i) {
+    const std::string name = absl::StrCat("link", i);
+    add(name, link, 1, base + (i + 0.5) * kChainLink * way).pose.orientation = along;
+    tie(absl::StrCat("joint", i), JointType::kBall, last, name, base + i * kChainLink * way);
+    last = name;
+  }
+  return last;
+}
+
 WorldDescription tower_world(const WorldSettings& settings, int count, const Eigen::Vector3d& base) {
   WorldBuilder builder(settings);
   builder.add("floor", builder.shape(Box{{100, 100, 2}}), 1, base - Eigen::Vector3d(0, 0, 1), Motion::kStatic);
@@ -109,16 +122,8 @@ WorldDescription tower_world(const WorldSettings& settings, int count, const Eig
 }
 
 WorldDescription chain_world(const WorldSettings& settings, int links, const Eigen::Vector3d& base) {
-  constexpr double kLink = 0.5;
   WorldBuilder builder(settings);
-  const ShapeId link = builder.shape(Capsule{0.05, kLink - 0.1});
-  const Eigen::Quaterniond along_x = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
-  for (int i = 0; i < links; ++i) {
-    builder.add(absl::StrCat("link", i), link, 1, base + Eigen::Vector3d((i + 0.5) * kLink, 0, 0)).pose.orientation =
-        along_x;
-    builder.tie(absl::StrCat("joint", i), JointType::kBall, i == 0 ? "" : absl::StrCat("link", i - 1),
-                absl::StrCat("link", i), base + Eigen::Vector3d(i * kLink, 0, 0));
-  }
+  builder.add_chain(links, base, Eigen::Vector3d::UnitX());
   return builder.world();
 }
 

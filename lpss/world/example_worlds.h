@@ -8,6 +8,8 @@
 
 namespace tessera {
 
+inline constexpr double kChainLink = 0.5;  // m, from joint to joint
+
 // Builds a world body by body; equal shapes are added once by the caller. Positions are relative to the anchor's
 // centre and may be of any size.
 class WorldBuilder {
@@ -26,6 +28,10 @@ class WorldBuilder {
   JointDescription& tie(const std::string& name, JointType type, const std::string& parent, const std::string& child,
                         const Eigen::Vector3d& position, const Eigen::Vector3d& axis = Eigen::Vector3d::UnitX());
 
+  // A chain of `links` capsules of kChainLink, "link0" and so on, from `base` along `way` (unit length), tied
+  // to each other by balls, "joint0" and so on, and the first to the world. The name of the last link.
+  std::string add_chain(int links, const Eigen::Vector3d& base, const Eigen::Vector3d& way);
+
   // A floor of 2 m thickness whose top is at `height`.
   void add_floor(double half_size, double height);
 
@@ -42,7 +48,7 @@ class WorldBuilder {
 // measurements of the design.
 WorldDescription tower_world(const WorldSettings& settings, int count, const Eigen::Vector3d& base);
 
-// A chain of `links` capsules of 0.5 m that hangs level from the world at `base` and falls into a swing.
+// A chain of `links` capsules that hangs level from the world at `base` and falls into a swing.
 WorldDescription chain_world(const WorldSettings& settings, int links, const Eigen::Vector3d& base);
 
 // `count` boxes, balls, cylinders and capsules poured onto a floor around the corner where eight sectors meet.

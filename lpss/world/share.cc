@@ -40,6 +40,7 @@ TickCounts& TickCounts::operator+=(const TickCounts& other) {
 Share::Share(Options options, Engine& engine)
     : options_(std::move(options)),
       engine_(engine),
+      phase_clock_(options_.time),
       margins_(seam_margins(options_.settings, 0)),
       statics_(options_.settings.sector_size),
       solvers_(engine) {}

@@ -23,6 +23,7 @@
 #include "lpss/world/island_assembly.h"
 #include "lpss/world/joint_index.h"
 #include "lpss/world/messages.h"
+#include "lpss/world/phase_clock.h"
 #include "lpss/world/seam_graph.h"
 #include "lpss/world/sector.h"
 #include "lpss/world/static_index.h"
@@ -64,6 +65,7 @@ class Share {
     SectorMap map;
     Rank self = 0;
     ParallelFor parallel;  // empty: one after the other
+    TimeSource time{};     // empty: phases are not timed
   };
 
   // `engine` must have been made for the settings (see engine_settings()) and outlive the share.
@@ -96,6 +98,9 @@ class Share {
   // --- between ticks ---
 
   const TickCounts& counts() const { return counts_; }
+
+  // Of the last tick, without the time between the calls; zero without a time source.
+  const PhaseTimes& phase_times() const { return phase_clock_.times(); }
 
   // Of the bodies that this share hosts; sums over all shares are the world's.
   WorldHash hash() const;
@@ -271,6 +276,7 @@ class Share {
   Engine& engine_;
   Tick tick_ = 0;
   Phase phase_ = Phase::kIdle;
+  PhaseClock phase_clock_;
   bool at_rest_ = false;             // nothing in the whole world moves
   std::vector<Command> commands_;    // of this tick
   SeamMargins margins_;

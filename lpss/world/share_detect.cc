@@ -84,17 +84,22 @@ std::vector<std::uint32_t> group_begins(const std::vector<std::uint32_t>& group_
 }  // namespace
 
 Seams Share::detect(std::vector<Exchange> inbox) {
+  phase_clock_.enter(TickPhase::kExchange);
   take_ghosts(inbox);
+  phase_clock_.enter(TickPhase::kSectorization);
   take_handovers(inbox);
   for (Sector* sector : std::vector<Sector*>(active_)) drop_if_empty(*sector);
   std::sort(active_.begin(), active_.end(), [](const Sector* a, const Sector* b) { return a->index < b->index; });
+  phase_clock_.enter(TickPhase::kCloning);
   run_parallel(active_.size(), [&](std::size_t i) {
     if (!active_[i]->world) return;
     reach_statics(*active_[i]);
     refresh_clones(*active_[i]);
   });
+  phase_clock_.enter(TickPhase::kSectorization);
   take_manifolds(inbox);
 
+  phase_clock_.enter(TickPhase::kDetection);
   stepped_.clear();
   std::vector<Sector*> looked_at;
   for (Sector* sector : active_) {
@@ -105,15 +110,13 @@ Seams Share::detect(std::vector<Exchange> inbox) {
     if (sector->awake) stepped_.push_back(sector);
     if (sector->awake || sector->regroup) looked_at.push_back(sector);
   }
-  run_parallel(looked_at.size(), [&](std::size_t i) {
-    Sector& sector = *looked_at[i];
-    if (sector.awake) {
-      pull(sector);
-      sector.world->detect(dt());
-    }
-    find_components(sector);
+  run_parallel(stepped_.size(), [&](std::size_t i) {
+    pull(*stepped_[i]);
+    stepped_[i]->world->detect(dt());
   });
 
+  phase_clock_.enter(TickPhase::kIslands);
+  run_parallel(looked_at.size(), [&](std::size_t i) { find_components(*looked_at[i]); });
   Seams seams;
   for (const SectorIndex& index : vacated_) seams.sectors.push_back({index, {}});
   vacated_.clear();

@@ -57,6 +57,7 @@ std::vector<T> collected(std::vector<Exchange>& inbox, std::vector<T> Exchange::
 
 // Applies the commands, moves bodies to their new homes, and says what others must know of bodies near seams.
 std::vector<Exchange> Share::tell_of_seams() {
+  phase_clock_.enter(TickPhase::kSectorization);
   margins_changed_ = false;
   std::vector<Exchange> outbox(options_.map.servers());
   for (const Command& command : commands_) apply(command);
@@ -70,23 +71,31 @@ std::vector<Exchange> Share::tell_of_seams() {
     }
   }
   leaving_.clear();
-  const SeamPolicy policy = options_.settings.seams;
+  const auto may_have_moved = [](const HomeBody& body) {
+    return body.news || body.sector->world->activity(body.slot) != Activity::kAsleep;
+  };
   for (Sector* sector : active_) {
     for (HomeBody* body : sector->homes) {
-      const bool awake = sector->world->activity(body->slot) != Activity::kAsleep;
-      if (!awake && !body->news) continue;
-      announce(*body);
+      if (may_have_moved(*body)) announce(*body);
+    }
+  }
+
+  phase_clock_.enter(TickPhase::kSeamSearch);
+  for (Sector* sector : active_) {
+    for (HomeBody* body : sector->homes) {
+      if (!may_have_moved(*body)) continue;
       body->swept = sector->world->swept_box(body->slot, dt());
       body->near = sectors_to_tell(body->swept, body->properties.motion);
     }
   }
-  if (policy == SeamPolicy::kClone && options_.settings.clone_depth > 1) {
+  if (options_.settings.seams == SeamPolicy::kClone && options_.settings.clone_depth > 1) {
     for (Sector* sector : active_) deepen_clones(*sector);
   }
+
+  phase_clock_.enter(TickPhase::kExchange);
   for (Sector* sector : active_) {
     for (HomeBody* body : sector->homes) {
-      const bool awake = sector->world->activity(body->slot) != Activity::kAsleep;
-      if (awake || body->news || !(body->near == body->targets)) update_ghosts(*body, outbox);
+      if (may_have_moved(*body) || !(body->near == body->targets)) update_ghosts(*body, outbox);
     }
   }
   const bool quiet = active_.empty() && vacated_.empty() && commands_.empty();

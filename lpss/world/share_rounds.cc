@@ -1,4 +1,6 @@
 // The tick as a state machine: what is said in which round, and who has to be heard.
+#include <absl/cleanup/cleanup.h>
+
 #include <type_traits>
 
 #include "lpss/grid/invariant.h"
@@ -42,6 +44,8 @@ std::optional<Round> Share::begin_tick(std::span<const Command> commands) {
   invariant(phase_ == Phase::kIdle, "a tick begins after the last one has ended");
   ++tick_;
   counts_ = {};
+  phase_clock_.reset();
+  const absl::Cleanup leave = [this] { phase_clock_.leave(); };
   if (at_rest_ && commands.empty()) {
     rest();
     return std::nullopt;
@@ -49,6 +53,7 @@ std::optional<Round> Share::begin_tick(std::span<const Command> commands) {
   at_rest_ = false;
   commands_.assign(commands.begin(), commands.end());
   if (!shuffles()) return exchange();
+  phase_clock_.enter(TickPhase::kExchange);
   Round result = round(Phase::kTransfer);
   address(result, give_sectors_away());
   result.from.flip();
@@ -56,13 +61,16 @@ std::optional<Round> Share::begin_tick(std::span<const Command> commands) {
 }
 
 std::optional<Round> Share::advance(std::vector<std::optional<RoundMessage>> inbox) {
+  const absl::Cleanup leave = [this] { phase_clock_.leave(); };
   switch (phase_) {
     case Phase::kIdle:
       break;
     case Phase::kTransfer:
+      phase_clock_.enter(TickPhase::kExchange);
       take_sectors(messages<Transfer>(inbox));
       return exchange();
     case Phase::kExchange: {
+      phase_clock_.enter(TickPhase::kExchange);
       std::vector<Exchange> received = messages<Exchange>(inbox);
       at_rest_ = std::all_of(received.begin(), received.end(), [](const Exchange& e) { return e.quiet; });
       if (!at_rest_) return seams_round(std::move(received));
@@ -70,16 +78,20 @@ std::optional<Round> Share::advance(std::vector<std::optional<RoundMessage>> inb
       return std::nullopt;
     }
     case Phase::kSeams: {
+      phase_clock_.enter(TickPhase::kIslands);
       const auto received = messages<std::shared_ptr<const Seams>>(inbox);
       std::vector<const Seams*> seams;
       for (const auto& message : received) seams.push_back(message.get());
       return shipment_round(seams);
     }
     case Phase::kShipment:
+      phase_clock_.enter(TickPhase::kSolving);
       return after_shipments(messages<Shipment>(inbox));
     case Phase::kCoupling:
+      phase_clock_.enter(TickPhase::kSolving);
       return after_coupling(messages<Coupling>(inbox));
     case Phase::kSolution:
+      phase_clock_.enter(TickPhase::kIntegration);
       finish(messages<Solution>(inbox));
       phase_ = Phase::kIdle;
       return std::nullopt;

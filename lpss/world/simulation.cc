@@ -69,7 +69,8 @@ double largest_radius(const WorldDescription& world) {
   return largest;
 }
 
-absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescription& world, int threads) {
+absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescription& world, int threads,
+                                                               TimeSource time) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
   const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
@@ -84,6 +85,7 @@ absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescri
   options.anchor = world.anchor;
   options.map = SectorMap(world.anchor, {}, 1);
   options.parallel = parallel_on(threads);
+  options.time = std::move(time);
   simulation->share_ = std::make_unique<Share>(std::move(options), *simulation->engine_);
   for (std::size_t i = 0; i < world.shapes.size(); ++i) {
     simulation->share_->add_shape(static_cast<ShapeId>(i), world.shapes[i]);

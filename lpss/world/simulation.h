@@ -48,8 +48,10 @@ ParallelFor parallel_on(int threads);
 // Runs a world on one share. Not for several threads at a time.
 class Simulation {
  public:
-  // Validates and loads the world. Errors as validate(), and those of load_engine().
-  static absl::StatusOr<std::unique_ptr<Simulation>> create(const WorldDescription& world, int threads = 1);
+  // Validates and loads the world. `time` is asked where phases are to be timed (Share::phase_times()). Errors as
+  // validate(), and those of load_engine().
+  static absl::StatusOr<std::unique_ptr<Simulation>> create(const WorldDescription& world, int threads = 1,
+                                                            TimeSource time = {});
 
   // One tick; the commands take effect at its beginning.
   void step(std::span<const Command> commands = {});

@@ -1,0 +1,51 @@
+#include "experiments/extremes/scene_parts.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tessera::extremes {
+
+WorldSettings sleepless(WorldSettings settings) {
+  settings.sleep_after = 0;
+  return settings;
+}
+
+WorldSettings weightless(WorldSettings settings) {
+  settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
+  return sleepless(std::move(settings));
+}
+
+Build with_settings(const WorldSettings& own, Build world) {
+  return [own, world = std::move(world)](const WorldSettings& given) {
+    WorldSettings settings = own;
+    settings.precision = given.precision;
+    return world(settings);
+  };
+}
+
+Scene refused_scene(const std::string& group, const std::string& name, Build world,
+                    const std::string& fails) {
+  Scene scene;
+  scene.group = group;
+  scene.name = name;
+  scene.world = std::move(world);
+  scene.ticks = scene.quick_ticks = 1;
+  scene.figure = [](const Moment&, const Moment&) { return 1.0; };
+  scene.unit = "accepted";
+  scene.holds = "It is refused.";
+  scene.fails = fails;
+  scene.may_be_refused = true;
+  return scene;
+}
+
+void measure_stretch(Scene& scene, double length) {
+  scene.figure = [length](const Moment&, const Moment& now) {
+    return std::max(0.0, now.positions.back().norm() - length) / length;
+  };
+  scene.unit = "of its length longer";
+  scene.bound = 0.01;
+  scene.holds = "The chain keeps its length.";
+  scene.fails = "The chain stretches.";
+}
+
+}  // namespace tessera::extremes

@@ -1,0 +1,65 @@
+// What is measured is there for every phase, and of bodies that rest on seams.
+#include "experiments/paper/overhead.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <map>
+#include <set>
+#include <string>
+
+namespace tessera {
+namespace {
+
+const Progress kSilent = [](std::uint64_t, std::uint64_t) { return true; };
+constexpr std::array kBodies = {128, 256};
+
+std::string run_of(const Row& row) {
+  return row["seams"].dump() + row["substeps"].dump() + row["bodies"].dump();
+}
+
+TEST(OverheadExperiment, EveryPhaseHasItsShareOfTheTick) {
+  absl::StatusOr<Report> report = measure_overhead_of(Precision::kFloat32, kBodies, 3, kSilent);
+  ASSERT_TRUE(report.ok()) << report.status();
+  std::map<std::string, double> ticks_us;
+  for (const Row& row : report->table("ticks")) ticks_us[run_of(row)] = row["tick_us"];
+  EXPECT_EQ(ticks_us.size(), 6u);
+  std::map<std::string, std::set<std::string>> phases;
+  for (const Row& row : report->table("rows")) {
+    EXPECT_DOUBLE_EQ(row["share"].get<double>() * ticks_us.at(run_of(row)), row["us"].get<double>()) << row;
+    phases[run_of(row)].insert(row["phase"]);
+  }
+  EXPECT_EQ(phases.size(), 6u);
+  for (const auto& [run, names] : phases) {
+    EXPECT_EQ(names, (std::set<std::string>{"sectorization", "seam search", "exchange", "cloning",
+                                            "detection", "islands", "solving", "integration", "hashing"}))
+        << run;
+  }
+}
+
+TEST(OverheadExperiment, TowersStandOnSeams) {
+  absl::StatusOr<Report> report = measure_overhead_of(Precision::kFloat32, kBodies, 2, kSilent);
+  ASSERT_TRUE(report.ok()) << report.status();
+  std::set<std::string> hashes;
+  for (const Row& row : report->table("ticks")) {
+    EXPECT_EQ(row["sectors"], 4) << row;
+    EXPECT_GT(row["clones"], 0) << row;
+    EXPECT_GE(row["contacts"], row["bodies"]) << row;
+    EXPECT_GE(row["islands_across_seams"], row["seams"] == "island" ? 4 : 0) << row;
+    EXPECT_GT(row["ratio"], 0.0) << row;
+    hashes.insert(row["hash"]);
+  }
+  EXPECT_EQ(hashes.size(), 6u) << "settings and numbers of bodies have bits of their own";
+  absl::StatusOr<Report> again = measure_overhead_of(Precision::kFloat32, kBodies, 2, kSilent);
+  ASSERT_TRUE(again.ok()) << again.status();
+  for (const Row& row : again->table("ticks")) EXPECT_TRUE(hashes.contains(row["hash"])) << row;
+}
+
+TEST(OverheadExperiment, EndsWhenAsked) {
+  const Progress stop = [](std::uint64_t, std::uint64_t) { return false; };
+  EXPECT_EQ(measure_overhead_of(Precision::kFloat32, kBodies, 1, stop).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace tessera
