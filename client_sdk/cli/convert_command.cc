@@ -5,8 +5,8 @@
 
 #include "client_sdk/cli/command.h"
 #include "client_sdk/cli/text.h"
-#include "client_sdk/cli/world_message.h"
 #include "client_sdk/cli/world_options.h"
+#include "tessera/world_message.h"
 
 namespace tessera::cli {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <utility>
 
-#include "client_sdk/cli/world_message.h"
 #include "lpss/world/validate.h"
+#include "tessera/world_message.h"
 
 namespace tessera::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "client_sdk/cli/world_message.h"
+#include "tessera/world_message.h"
 
 #include <absl/strings/str_cat.h>
 
@@ -6,7 +6,7 @@
 
 #include "proto/convert.h"
 
-namespace tessera::cli {
+namespace tessera {
 
 absl::Status write_world_message(const std::filesystem::path& file, const WorldDescription& world) {
   std::ofstream out(file, std::ios::binary);
@@ -27,4 +27,4 @@ absl::StatusOr<WorldDescription> read_world_message(const std::filesystem::path&
   return absl::Status(world.status().code(), absl::StrCat(file.string(), ": ", world.status().message()));
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera

@@ -1,4 +1,5 @@
-// Worlds as message files: a tessera.v1.World, for programs that load worlds without reading SDF.
+// Worlds as message files: a tessera.v1.World, as `tessera convert` writes it, for programs that load worlds
+// without reading SDF.
 #pragma once
 
 #include <absl/status/status.h>
@@ -8,7 +9,7 @@
 
 #include "lpss/world/world_description.h"
 
-namespace tessera::cli {
+namespace tessera {
 
 inline constexpr const char* kWorldMessageExtension = ".pb";
 
@@ -19,4 +20,4 @@ absl::Status write_world_message(const std::filesystem::path& file, const WorldD
 // validate()'s business.
 absl::StatusOr<WorldDescription> read_world_message(const std::filesystem::path& file);
 
-}  // namespace tessera::cli
+}  // namespace tessera
