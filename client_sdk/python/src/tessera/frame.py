@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tessera._proto import tessera_pb2, world_pb2
+from tessera._proto import tessera_pb2
 from tessera.position import (
     ORIGIN,
     Floats,
@@ -109,17 +109,28 @@ class ContactFrame:
 
 def body_frame(tick: int, parts: Iterable[tessera_pb2.BodyBatch], sector_size: float) -> BodyFrame:
     """One frame out of what each server says of a tick."""
-    states = sorted((state for part in parts for state in part.bodies), key=attrgetter("id"))
-    poses = [state.pose for state in states]
+    ids, sectors, motions, asleep = [], [], [], []
+    for part in parts:
+        for state in part.bodies:
+            pose = state.pose
+            position = pose.position
+            s, p, q = position.sector, position.local, pose.orientation
+            v, w = state.linear_velocity, state.angular_velocity
+            ids.append(state.id)
+            sectors.append((s.i, s.j, s.k))
+            motions.append((p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z, w.x, w.y, w.z))
+            asleep.append(state.asleep)
+    order = np.argsort(np.array(ids, dtype=np.uint64))
+    motion = np.array(motions, dtype=np.float64).reshape(-1, 13)[order]
     return BodyFrame(
         tick=tick,
-        ids=np.array([state.id for state in states], dtype=np.uint64),
-        sectors=_sectors([pose.position.sector for pose in poses]),
-        local=_vectors([pose.position.local for pose in poses]),
-        orientations=_quaternions([pose.orientation for pose in poses]),
-        linear_velocities=_vectors([state.linear_velocity for state in states]),
-        angular_velocities=_vectors([state.angular_velocity for state in states]),
-        asleep=np.array([state.asleep for state in states], dtype=np.bool_),
+        ids=np.array(ids, dtype=np.uint64)[order],
+        sectors=np.array(sectors, dtype=np.int64).reshape(-1, 3)[order],
+        local=motion[:, 0:3],
+        orientations=motion[:, 3:7],
+        linear_velocities=motion[:, 7:10],
+        angular_velocities=motion[:, 10:13],
+        asleep=np.array(asleep, dtype=np.bool_)[order],
         sector_size=sector_size,
     )
 
@@ -145,18 +156,6 @@ def trajectory(frames: Sequence[BodyFrame], time_step: float) -> Trajectory:
         asleep=np.stack([frame.asleep for frame in frames]),
         sector_size=frames[0].sector_size,
     )
-
-
-def _vectors(vectors: Sequence[world_pb2.Vector3]) -> Floats:
-    return np.array([(v.x, v.y, v.z) for v in vectors], dtype=np.float64).reshape(-1, 3)
-
-
-def _sectors(sectors: Sequence[world_pb2.SectorIndex]) -> Integers:
-    return np.array([(s.i, s.j, s.k) for s in sectors], dtype=np.int64).reshape(-1, 3)
-
-
-def _quaternions(quaternions: Sequence[world_pb2.Quaternion]) -> Floats:
-    return np.array([(q.x, q.y, q.z, q.w) for q in quaternions], dtype=np.float64).reshape(-1, 4)
 
 
 def _contact(contact: tessera_pb2.Contact) -> Contact:
