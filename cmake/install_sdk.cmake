@@ -2,15 +2,17 @@
 include(CMakePackageConfigHelpers)
 
 target_include_directories(tessera_client PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+target_include_directories(tessera_c PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_compile_features(tessera_client PUBLIC cxx_std_20)
 
-# The client and what it is linked with, under their names in the namespace tessera::.
-set(sdk client description engine grid proto proto_grpc proto_messages proto_services)
+# The client and what it is linked with, and the library for C, under their names in the namespace tessera::.
+set(sdk c client description engine grid proto proto_grpc proto_messages proto_services)
 foreach(name ${sdk})
   set_target_properties(tessera_${name} PROPERTIES EXPORT_NAME ${name})
   list(APPEND sdk_targets tessera_${name})
 endforeach()
 install(TARGETS ${sdk_targets} EXPORT tesseraTargets
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT sdk
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/tessera COMPONENT sdk)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/client_sdk/include/tessera

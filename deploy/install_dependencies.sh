@@ -14,6 +14,8 @@ packages=(
   libabsl-dev libcli11-dev libeigen3-dev libspdlog-dev libtbb-dev libxxhash-dev nlohmann-json3-dev
   # to test
   libgmock-dev libgtest-dev
+  # the Python client
+  mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
 )
 
 missing=()

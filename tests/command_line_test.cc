@@ -90,6 +90,16 @@ TEST_F(RunTest, ShiftAndPrecisionDoWhatTheySay) {
   EXPECT_EQ(hash({"--engine", "f64", "--shift=-2^62,1048576,0"}), in_doubles);
 }
 
+TEST_F(RunTest, ConvertedWorldIsTheSameWorld) {
+  const std::string world = world_file("machines.sdf").string();
+  const std::string message = (folder_ / "machines.pb").string();
+  const Outcome converted = run_tessera({"convert", world, message, "--shift", "0,0,2^50"});
+  ASSERT_EQ(converted.code, 0) << converted.output;
+  const nlohmann::json from_file = run({world, "--in-process", "--seconds", "0.5"});
+  const nlohmann::json from_message = run({message, "--in-process", "--seconds", "0.5"});
+  EXPECT_EQ(from_file["world_hash"], from_message["world_hash"]);
+}
+
 TEST(CommandLineTest, ExitCodesTellUsageFromFailure) {
   const std::string world = world_file("falling.sdf").string();
   EXPECT_EQ(run_tessera({}).code, 2);

@@ -14,8 +14,9 @@
 namespace tessera::cli {
 namespace {
 
-absl::Status up(LocalClusterOptions options) {
+absl::Status up(LocalClusterOptions options, bool end_with_input) {
   catch_interrupts();
+  if (end_with_input) interrupt_at_end_of_input();
   options.interrupt_descriptor = interrupt_descriptor();
   const absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(options);
   if (!cluster.ok()) return cluster.status();
@@ -31,6 +32,7 @@ void add_up(CLI::App& app, Action& action) {
   CLI::App& command = add_command(app, "up", "A cluster on this machine, in the foreground until Ctrl-C.",
                                   "tessera up --servers 4 --engine f64 --listen 127.0.0.1:7300");
   const auto options = std::make_shared<LocalClusterOptions>();
+  const auto end_with_input = std::make_shared<bool>(false);
   options->listen = kAddressDefault;
   options->threads = 0;
   command.add_option("--servers", options->servers, "sector servers, each a process")
@@ -42,10 +44,12 @@ void add_up(CLI::App& app, Action& action) {
   add_parsed(command, "--engine", options->precision, parse_precision, "f32 or f64 (f32)");
   command.add_option("--listen", options->listen, "where clients find the coordinator")
       ->capture_default_str();
-  command.callback([options, &action] {
+  command.add_flag("--end-with-input", *end_with_input,
+                   "end when the standard input does: with the program that holds the pipe");
+  command.callback([options, end_with_input, &action] {
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     if (options->threads == 0) options->threads = std::max(1, cores / options->servers);
-    action = [options] { return up(*options); };
+    action = [options, end_with_input] { return up(*options, *end_with_input); };
   });
 }
 

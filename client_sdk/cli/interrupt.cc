@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
+#include <thread>
 
 namespace tessera::cli {
 namespace {
@@ -35,6 +36,15 @@ void catch_interrupts() {
   action.sa_flags = SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+}
+
+void interrupt_at_end_of_input() {
+  std::thread([] {
+    char ignored[256];
+    while (read(STDIN_FILENO, ignored, sizeof ignored) > 0) {
+    }
+    handle(SIGTERM);
+  }).detach();
 }
 
 bool interrupted() { return interrupts > 0; }

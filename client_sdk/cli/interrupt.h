@@ -6,6 +6,10 @@ namespace tessera::cli {
 // From now on SIGINT and SIGTERM set a flag instead of ending the process; a third one ends it after all.
 void catch_interrupts();
 
+// The end of the standard input counts as one, too: it comes with the end of the program that holds the other
+// end of the pipe. After catch_interrupts().
+void interrupt_at_end_of_input();
+
 // Whether one has come.
 bool interrupted();
 

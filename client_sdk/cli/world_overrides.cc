@@ -5,11 +5,22 @@
 #include <utility>
 
 #include "lpss/world/validate.h"
+#include "tessera/world_message.h"
 
 namespace tessera::cli {
+namespace {
+
+absl::StatusOr<LoadedWorld> read_world(const std::filesystem::path& file) {
+  if (file.extension() != kWorldMessageExtension) return load_world_file(file);
+  absl::StatusOr<WorldDescription> world = read_world_message(file);
+  if (!world.ok()) return world.status();
+  return LoadedWorld{*std::move(world), {}};
+}
+
+}  // namespace
 
 absl::StatusOr<LoadedWorld> load_world(const std::filesystem::path& file, const WorldOverrides& overrides) {
-  absl::StatusOr<LoadedWorld> loaded = load_world_file(file);
+  absl::StatusOr<LoadedWorld> loaded = read_world(file);
   if (!loaded.ok()) return loaded.status();
   WorldDescription& world = loaded->world;
   if (absl::Status status = apply(overrides.knobs, world); !status.ok()) return status;

@@ -1,0 +1,172 @@
+/* The core calls of the client SDK for C, so that engines and other languages can bind them.
+ *
+ *   tessera_client *client;
+ *   if (tessera_connect("127.0.0.1:7300", 10, &client) != TESSERA_OK) puts(tessera_error_message());
+ *
+ * Units: m, kg, s, rad, N. Positions are a sector, three 64-bit integers, and a displacement from its centre,
+ * exact at any distance. Vectors are along the world's axes, rotations are quaternions x y z w.
+ *
+ * Every call that can fail returns a code; what it gives is written only where that is TESSERA_OK. Pointers
+ * must not be null where nothing else is said. What the caller passes is copied; what the library makes is
+ * given back by the call that its comment names. A client may be used by any thread, a stream by one at a
+ * time. Calls block until the cluster has answered, for at most 10 s (a load: 120 s) unless they take a time
+ * or say otherwise.
+ */
+#ifndef TESSERA_C_H
+#define TESSERA_C_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TESSERA_API __attribute__((visibility("default")))
+
+/* The codes of gRPC. */
+typedef enum tessera_code {
+  TESSERA_OK = 0,
+  TESSERA_CANCELLED = 1,
+  TESSERA_UNKNOWN = 2,
+  TESSERA_INVALID_ARGUMENT = 3,  /* the message names the field and the bound */
+  TESSERA_DEADLINE_EXCEEDED = 4, /* no answer in time */
+  TESSERA_NOT_FOUND = 5,         /* no such body or file */
+  TESSERA_ALREADY_EXISTS = 6,    /* a name is in use, or a world is loaded */
+  TESSERA_PERMISSION_DENIED = 7,
+  TESSERA_RESOURCE_EXHAUSTED = 8,  /* a limit is reached: a stream is read too slowly */
+  TESSERA_FAILED_PRECONDITION = 9, /* something is missing: a world, or servers */
+  TESSERA_ABORTED = 10,            /* the world was unloaded or replaced */
+  TESSERA_OUT_OF_RANGE = 11,       /* a position outside the 64-bit range of sectors */
+  TESSERA_UNIMPLEMENTED = 12,
+  TESSERA_INTERNAL = 13,
+  TESSERA_UNAVAILABLE = 14, /* a process of the cluster is gone */
+  TESSERA_DATA_LOSS = 15,
+  TESSERA_UNAUTHENTICATED = 16
+} tessera_code;
+
+/* Why the last call of this thread failed, in UTF-8; empty where it did not. It belongs to the library and is
+ * valid until the next call on the same thread. */
+TESSERA_API const char* tessera_error_message(void);
+
+/* A point: `local` metres from the centre of `sector`. */
+typedef struct tessera_position {
+  int64_t sector[3];
+  double local[3];
+} tessera_position;
+
+/* The displacement of `point` from the centre of `sector` in m: sector indices are subtracted as integers
+ * before anything is rounded, so that what is near keeps all its digits. */
+TESSERA_API void tessera_relative_to(const tessera_position* point, const int64_t sector[3],
+                                     double sector_size, double metres[3]);
+
+typedef struct tessera_client tessera_client;
+typedef struct tessera_stream tessera_stream;
+
+/* Connects to the coordinator at host:port. UNAVAILABLE where none answers within `timeout` s. The client is
+ * given back by tessera_disconnect(). */
+TESSERA_API tessera_code tessera_connect(const char* address, double timeout, tessera_client** client);
+
+/* Streams of the client go on. Null does nothing. */
+TESSERA_API void tessera_disconnect(tessera_client* client);
+
+/* Loads a world, as `tessera convert` has written it to a file; it starts paused at tick 0. NOT_FOUND and
+ * INVALID_ARGUMENT of the file, ALREADY_EXISTS where a world is loaded and `replace` is not set. */
+TESSERA_API tessera_code tessera_load(tessera_client* client, const char* file, bool replace);
+
+/* Puts a dynamic body of even density into the world; `name` is unique in it. */
+TESSERA_API tessera_code tessera_spawn_box(tessera_client* client, const char* name, const double size[3],
+                                           double mass, const tessera_position* position, uint64_t* id);
+TESSERA_API tessera_code tessera_spawn_sphere(tessera_client* client, const char* name, double radius,
+                                              double mass, const tessera_position* position, uint64_t* id);
+
+/* The id of the body of that name. NOT_FOUND. */
+TESSERA_API tessera_code tessera_find(tessera_client* client, const char* name, uint64_t* id);
+
+/* Pushes a body: `impulse` in N s, `lever` in m from the centre of mass; null: at that centre. NOT_FOUND. */
+TESSERA_API tessera_code tessera_apply_impulse(tessera_client* client, uint64_t id, const double impulse[3],
+                                               const double lever[3]);
+
+/* Does that many ticks, however long they take. `tick`, the last of them, may be null, here and below.
+ * FAILED_PRECONDITION unless the world is paused. */
+TESSERA_API tessera_code tessera_step(tessera_client* client, uint64_t ticks, uint64_t* tick);
+
+/* Returns when the world stands still. */
+TESSERA_API tessera_code tessera_pause(tessera_client* client, uint64_t* tick);
+
+/* Lets the world run, `real_time_factor` simulated seconds per second; 0: as fast as possible. */
+TESSERA_API tessera_code tessera_resume(tessera_client* client, double real_time_factor, uint64_t* tick);
+
+typedef enum tessera_state {
+  TESSERA_EMPTY = 0, /* no world */
+  TESSERA_LOADING = 1,
+  TESSERA_PAUSED = 2,
+  TESSERA_RUNNING = 3,
+  TESSERA_FAILED = 4
+} tessera_state;
+
+typedef struct tessera_status {
+  tessera_state state;
+  uint64_t tick; /* completed by every server */
+  double time;   /* s, simulated */
+  double real_time_factor;
+  uint64_t servers;
+  uint64_t bodies;
+  uint64_t bodies_awake;
+  uint64_t sectors;
+  uint64_t contacts;
+  double tick_ms_p50; /* of the slowest server of each tick */
+  double tick_ms_p99;
+  double time_step;   /* s; 0 without a world */
+  double sector_size; /* m; likewise */
+} tessera_status;
+
+TESSERA_API tessera_code tessera_get_status(tessera_client* client, tessera_status* status);
+
+/* The hash of the world's state as 32 hexadecimal digits and a null: equal bits have equal hashes, on any
+ * number of servers. */
+TESSERA_API tessera_code tessera_hash(tessera_client* client, char hash[33], uint64_t* tick);
+
+typedef struct tessera_hit {
+  uint64_t body; /* 0: nothing is hit, and nothing else here is set */
+  double distance;
+  tessera_position position;
+  double normal[3];
+} tessera_hit;
+
+/* What a ray hits first within `length` m; `direction` may be of any length but zero. */
+TESSERA_API tessera_code tessera_raycast(tessera_client* client, const tessera_position* origin,
+                                         const double direction[3], double length, tessera_hit* hit);
+
+typedef struct tessera_body {
+  uint64_t id;
+  tessera_position position; /* of the body frame */
+  double orientation[4];
+  double linear_velocity[3];  /* of the centre of mass, m/s */
+  double angular_velocity[3]; /* rad/s */
+  bool asleep;
+} tessera_body;
+
+/* Subscribes to the states of bodies, merged over all servers; with no ids to those of all that are not
+ * static. The stream is given back by tessera_unwatch(). FAILED_PRECONDITION where there is nothing to watch.
+ */
+TESSERA_API tessera_code tessera_watch(tessera_client* client, const uint64_t* ids, size_t count,
+                                       tessera_stream** stream);
+
+/* Waits for at most `timeout` s (0 polls, a negative one waits without end) for the next tick, and writes the
+ * first `capacity` of its bodies, ascending by id, to `bodies`, and to `count` how many there are.
+ *
+ * DEADLINE_EXCEEDED where no tick is complete in time: call again. Any other code ends the stream for good:
+ * UNAVAILABLE where a server was lost, ABORTED where the world was unloaded or replaced. */
+TESSERA_API tessera_code tessera_next(tessera_stream* stream, double timeout, uint64_t* tick,
+                                      tessera_body* bodies, size_t capacity, size_t* count);
+
+/* Null does nothing. */
+TESSERA_API void tessera_unwatch(tessera_stream* stream);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

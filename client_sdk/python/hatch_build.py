@@ -1,0 +1,75 @@
+"""Generates messages and gRPC stubs from the protocol files while the package is built.
+
+The files lie in `proto/` of the repository, or of the source distribution. `grpcio-tools` generates where
+it is installed; else `protoc` and `grpc_python_plugin` do, which the packages that Tessera itself is built
+with bring.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+PACKAGE = "tessera/_proto"
+NAMES = ("world.proto", "tessera.proto")
+
+
+def compiler() -> list[str]:
+    """The command line that generates, up to its options."""
+    if find_spec("grpc_tools"):
+        return [sys.executable, "-m", "grpc_tools.protoc"]
+    protoc, plugin = shutil.which("protoc"), shutil.which("grpc_python_plugin")
+    if protoc and plugin:
+        return [protoc, f"--plugin=protoc-gen-grpc_python={plugin}"]
+    raise RuntimeError(
+        "neither grpcio-tools nor protoc with grpc_python_plugin is there to generate messages"
+    )
+
+
+def generate(sources: Path, output: Path) -> None:
+    """Writes what `sources` say, as modules of PACKAGE, to `output`.
+
+    The files take PACKAGE into their names, so that the modules import each other from there, and so that no
+    other package's `world.proto` gets into their way.
+    """
+    folder = output / PACKAGE
+    folder.mkdir(parents=True)
+    for name in NAMES:
+        text = (sources / name).read_text()
+        (folder / name).write_text(text.replace('import "', f'import "{PACKAGE}/'))
+    subprocess.run(
+        [
+            *compiler(),
+            f"--proto_path={output}",
+            f"--python_out={output}",
+            f"--pyi_out={output}",
+            f"--grpc_python_out={output}",
+            *(f"{PACKAGE}/{name}" for name in NAMES),
+        ],
+        check=True,
+    )
+
+
+class GenerateMessages(BuildHookInterface):
+    """Adds the generated modules to a wheel."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        if self.target_name != "wheel":
+            return
+        root = Path(self.root)
+        packed = root / "proto"
+        self.output = Path(tempfile.mkdtemp(prefix="tessera-proto-"))
+        generate(packed if packed.is_dir() else root.parents[1] / "proto", self.output)
+        for file in sorted((self.output / PACKAGE).glob("*.py*")):
+            build_data["force_include"][str(file)] = f"{PACKAGE}/{file.name}"
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        if self.target_name == "wheel":
+            shutil.rmtree(self.output)

@@ -1,0 +1,1 @@
+"""The messages of proto/*.proto; generated when the package is built."""

@@ -1,0 +1,91 @@
+"""Bodies: to put into a world before it is loaded, and to spawn into one that runs."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from tessera._proto import world_pb2
+from tessera._proto.world_pb2 import Shape
+from tessera.position import (
+    IDENTITY,
+    PositionLike,
+    Vector,
+    VectorLike,
+    WorldPosition,
+    quaternion_message,
+    vector_message,
+    world_pose_message,
+)
+from tessera.shape import moments_of
+
+
+class Motion(enum.IntEnum):
+    """What moves a body."""
+
+    DYNAMIC = world_pb2.MOTION_DYNAMIC  # forces, contacts and joints
+    STATIC = world_pb2.MOTION_STATIC  # nothing, ever
+    KINEMATIC = world_pb2.MOTION_KINEMATIC  # only its targets; others cannot push it
+
+
+@dataclass
+class Body:
+    """One rigid body as it begins. Units: m, kg, s, rad; velocities are along the world's axes.
+
+    `inertia` not given: that of a solid of even density, see `moments_of()`; it then has its centre of mass
+    in the origin of the body frame. Bounds are checked by the cluster, which names the field.
+    """
+
+    name: str  # unique in the world
+    shape: Shape
+    mass: float = 1.0  # kg; of dynamic bodies, > 0
+    position: PositionLike = WorldPosition()  # of the body frame
+    orientation: VectorLike = IDENTITY  # of the body frame, x y z w
+    motion: Motion = Motion.DYNAMIC
+    linear_velocity: VectorLike = (0.0, 0.0, 0.0)  # of the centre of mass, m/s
+    angular_velocity: VectorLike = (0.0, 0.0, 0.0)  # rad/s
+    inertia: VectorLike | None = None  # principal moments about the centre of mass, kg m^2
+    centre: VectorLike = (0.0, 0.0, 0.0)  # of mass, in the body frame
+    principal_axes: VectorLike = IDENTITY  # rotation to the body frame, x y z w
+    friction: float = 0.5  # Coulomb coefficient; the two of a contact are multiplied
+    restitution: float = 0.0  # 0 to 1; the two of a contact are multiplied
+    linear_damping: float = 0.0  # share of the velocity lost per second, 0 to 1
+    angular_damping: float = 0.0  # likewise
+    category: int = 1  # collision bits: two bodies collide if each one's category ...
+    mask: int = 0xFFFFFFFF  # ... meets the other one's mask
+    gravity: bool = True
+    assembly: int = 0  # bodies of the same, not 0, do not collide
+
+    def message(self, shape_place: int = 0) -> world_pb2.Body:
+        """The body on the wire; `shape_place` is that of its shape in the table of a world."""
+        return world_pb2.Body(
+            name=self.name,
+            properties=world_pb2.BodyProperties(
+                motion=self.motion.value,
+                shape=shape_place,
+                mass=self.mass,
+                inertia=vector_message(self._moments(), "inertia"),
+                centre=vector_message(self.centre, "centre"),
+                principal_axes=quaternion_message(self.principal_axes, "principal_axes"),
+                friction=self.friction,
+                restitution=self.restitution,
+                linear_damping=self.linear_damping,
+                angular_damping=self.angular_damping,
+                category=self.category,
+                mask=self.mask,
+                no_gravity=not self.gravity,
+                assembly=self.assembly,
+            ),
+            pose=world_pose_message(self.position, self.orientation),
+            linear_velocity=vector_message(self.linear_velocity, "linear_velocity"),
+            angular_velocity=vector_message(self.angular_velocity, "angular_velocity"),
+        )
+
+    def _moments(self) -> VectorLike:
+        if self.inertia is not None:
+            return self.inertia
+        moments: Vector = (1.0, 1.0, 1.0)  # of bodies that no force moves, nobody looks at it
+        if self.motion is Motion.DYNAMIC:
+            moments = moments_of(self.shape, self.mass)
+        return moments if all(map(math.isfinite, moments)) else (1.0, 1.0, 1.0)

@@ -1,0 +1,460 @@
+"""The client of a cluster: load a world, change it, drive it, watch it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from itertools import dropwhile
+from types import TracebackType
+from typing import Any, TypeAlias
+
+import grpc
+
+from tessera._proto import tessera_pb2, tessera_pb2_grpc, world_pb2
+from tessera.body import Body
+from tessera.errors import FailedPrecondition, NotFound, Unavailable, from_grpc
+from tessera.frame import BodyFrame, ContactFrame, Trajectory, body_frame, contact_frame, trajectory
+from tessera.joint import Drive, Joint, joint_ref
+from tessera.position import (
+    IDENTITY,
+    PositionLike,
+    Vector,
+    VectorLike,
+    position_message,
+    to_position,
+    to_vector,
+    vector_message,
+    world_pose_message,
+)
+from tessera.results import (
+    Added,
+    FoundBody,
+    FoundJoint,
+    HashAt,
+    LoadSummary,
+    Neighbour,
+    RayHit,
+    Region,
+)
+from tessera.stream import FRAMES_QUEUED_MAX, Stream
+from tessera.world import World
+
+ADDRESS_VARIABLE = "TESSERA_ADDRESS"
+ADDRESS_DEFAULT = "127.0.0.1:7300"
+CALL_TIMEOUT_S = 10.0
+LOAD_TIMEOUT_S = 120.0
+BODIES_ASKED = 100_000  # of a coordinator in one go
+
+BodyName: TypeAlias = int | str
+"""A body by its id or by its name."""
+
+Status: TypeAlias = tessera_pb2.StatusReply
+"""What a cluster does; its fields are described in proto/tessera.proto."""
+
+BodyStream: TypeAlias = Stream[tessera_pb2.BodyBatch, BodyFrame]
+ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
+
+_ZERO: Vector = (0.0, 0.0, 0.0)
+
+
+class Client:
+    """A connection to the coordinator of a cluster.
+
+        with tessera.Client("127.0.0.1:7300") as client:
+            client.load("worlds/tower.sdf")
+            client.step(60)
+
+    Units: m, kg, s, rad, N. Bodies are named by their names or ids. Calls block until the cluster has
+    answered, or `timeout` seconds have passed; None waits without end. Errors are those of `tessera.errors`
+    and carry the message of the cluster; beside what a method lists, each can raise DeadlineExceeded, and
+    Unavailable when a process is gone. Calls may come from any thread.
+    """
+
+    def __init__(self, address: str | None = None, *, timeout: float = CALL_TIMEOUT_S) -> None:
+        """Connects to host:port; not given: to what TESSERA_ADDRESS says, or else to port 7300 of this
+        machine.
+
+        Unavailable where no coordinator answers within `timeout` s.
+        """
+        self.address = address or os.environ.get(ADDRESS_VARIABLE, ADDRESS_DEFAULT)
+        self._channel = grpc.insecure_channel(
+            self.address, [("grpc.max_receive_message_length", -1), ("grpc.max_send_message_length", -1)]
+        )
+        self._stub = tessera_pb2_grpc.TesseraStub(self._channel)
+        try:
+            grpc.channel_ready_future(self._channel).result(timeout)
+        except grpc.FutureTimeoutError:
+            self._channel.close()
+            raise Unavailable(f"no coordinator answers at {self.address} within {timeout:g} s") from None
+
+    def close(self) -> None:
+        """Ends the connection; the cluster and its world stay."""
+        self._channel.close()
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    # --- worlds ---
+
+    def load(
+        self,
+        world: World | str | os.PathLike[str],
+        *,
+        replace: bool = False,
+        timeout: float | None = LOAD_TIMEOUT_S,
+    ) -> LoadSummary:
+        """Loads a world, or the file of one (see `World.read()`), and waits until every server has it.
+
+        It starts paused at tick 0. AlreadyExists where a world is loaded and `replace` is not set,
+        InvalidArgument for what cannot be simulated, FailedPrecondition where servers are missing.
+        """
+        loaded = world if isinstance(world, World) else World.read(world)
+        reply = self._call("Load", tessera_pb2.LoadRequest(world=loaded.message, replace=replace), timeout)
+        return LoadSummary(reply.bodies, reply.sectors, reply.servers)
+
+    def unload(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
+        """Forgets the world; servers stay."""
+        self._call("Unload", tessera_pb2.UnloadRequest(), timeout)
+
+    # --- bodies: each returns the tick that it takes effect at; NotFound where there is no such body ---
+
+    def spawn(self, body: Body, timeout: float | None = CALL_TIMEOUT_S) -> Added:
+        """Puts a new body into the world. AlreadyExists for a name in use, InvalidArgument, OutOfRange."""
+        request = tessera_pb2.SpawnRequest(body=body.message(), shape=body.shape)
+        reply = self._call("Spawn", request, timeout)
+        return Added(reply.id, reply.tick)
+
+    def remove(self, body: BodyName, timeout: float | None = CALL_TIMEOUT_S) -> int:
+        """Takes a body out of the world."""
+        return self._command("Remove", tessera_pb2.RemoveRequest(body=_body_ref(body)), timeout)
+
+    def set_velocity(
+        self,
+        body: BodyName,
+        linear: VectorLike,
+        angular: VectorLike = _ZERO,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> int:
+        """Sets the velocity of the centre of mass (m/s) and the angular velocity (rad/s), along the world's
+        axes.
+        """
+        return self._command(
+            "SetVelocity",
+            tessera_pb2.SetVelocityRequest(
+                body=_body_ref(body),
+                linear=vector_message(linear, "linear"),
+                angular=vector_message(angular, "angular"),
+            ),
+            timeout,
+        )
+
+    def apply_impulse(
+        self,
+        body: BodyName,
+        impulse: VectorLike,
+        lever: VectorLike = _ZERO,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> int:
+        """Pushes: `impulse` in N s and `lever` in m from the centre of mass, along the world's axes."""
+        return self._command(
+            "ApplyImpulse",
+            tessera_pb2.ApplyImpulseRequest(
+                body=_body_ref(body),
+                impulse=vector_message(impulse, "impulse"),
+                lever=vector_message(lever, "lever"),
+            ),
+            timeout,
+        )
+
+    def apply_force(
+        self,
+        body: BodyName,
+        force: VectorLike,
+        torque: VectorLike = _ZERO,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> int:
+        """Pulls for one tick: `force` in N and `torque` in N m, along the world's axes."""
+        return self._command(
+            "ApplyForce",
+            tessera_pb2.ApplyForceRequest(
+                body=_body_ref(body),
+                force=vector_message(force, "force"),
+                torque=vector_message(torque, "torque"),
+            ),
+            timeout,
+        )
+
+    def teleport(
+        self,
+        body: BodyName,
+        position: PositionLike,
+        orientation: VectorLike = IDENTITY,
+        linear_velocity: VectorLike = _ZERO,
+        angular_velocity: VectorLike = _ZERO,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> int:
+        """Puts the body frame elsewhere at once, with these velocities. OutOfRange beyond 64-bit sectors."""
+        return self._command(
+            "Teleport",
+            tessera_pb2.TeleportRequest(
+                body=_body_ref(body),
+                pose=world_pose_message(position, orientation),
+                linear_velocity=vector_message(linear_velocity, "linear_velocity"),
+                angular_velocity=vector_message(angular_velocity, "angular_velocity"),
+            ),
+            timeout,
+        )
+
+    def set_kinematic_target(
+        self,
+        body: BodyName,
+        position: PositionLike,
+        orientation: VectorLike = IDENTITY,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> int:
+        """Has a kinematic body move so that it is there at the end of the tick."""
+        return self._command(
+            "SetKinematicTarget",
+            tessera_pb2.KinematicTargetRequest(
+                body=_body_ref(body), pose=world_pose_message(position, orientation)
+            ),
+            timeout,
+        )
+
+    # --- joints: likewise ---
+
+    def add_joint(self, joint: Joint, timeout: float | None = CALL_TIMEOUT_S) -> Added:
+        """Ties two bodies of the world together. AlreadyExists for a name in use, NotFound,
+        InvalidArgument.
+        """
+        request = tessera_pb2.AddJointRequest(joint=joint.message(), child=_body_ref(joint.child))
+        if joint.parent is not None:
+            request.parent.CopyFrom(_body_ref(joint.parent))
+        reply = self._call("AddJoint", request, timeout)
+        return Added(reply.id, reply.tick)
+
+    def remove_joint(self, joint: int | str, timeout: float | None = CALL_TIMEOUT_S) -> int:
+        """Lets the two bodies of a joint go."""
+        return self._command("RemoveJoint", tessera_pb2.RemoveJointRequest(joint=joint_ref(joint)), timeout)
+
+    def set_drive(
+        self, joint: int | str, drive: Drive, axis: int = 1, timeout: float | None = CALL_TIMEOUT_S
+    ) -> int:
+        """Drives axis 1, or 2 of a universal joint; the other one keeps its drive."""
+        given = tessera_pb2.AxisDrive(axis=axis, drive=drive.message())
+        request = tessera_pb2.SetJointDrivesRequest(joint=joint_ref(joint), drives=[given])
+        return self._command("SetJointDrives", request, timeout)
+
+    # --- time ---
+
+    def pause(self, timeout: float | None = CALL_TIMEOUT_S) -> int:
+        """Returns when the world stands still, with its tick."""
+        return self._command("Pause", tessera_pb2.PauseRequest(), timeout)
+
+    def resume(self, real_time_factor: float = 1.0, timeout: float | None = CALL_TIMEOUT_S) -> int:
+        """Lets the world run, so many simulated seconds per second; 0: as fast as possible."""
+        return self._command("Resume", tessera_pb2.ResumeRequest(real_time_factor=real_time_factor), timeout)
+
+    def step(self, ticks: int = 1, timeout: float | None = None) -> int:
+        """Does that many ticks and returns the last one. FailedPrecondition unless the world is paused."""
+        return self._command("Step", tessera_pb2.StepRequest(ticks=ticks), timeout)
+
+    def trajectory(
+        self, bodies: BodyName | Sequence[BodyName], ticks: int, *, every_ticks: int = 1
+    ) -> Trajectory:
+        """Steps a paused world and returns where bodies went.
+
+        It begins with the state they are in, or with the first tick of those that were just spawned, and has
+        every `every_ticks`-th of the `ticks` that follow, as far as the tick is a multiple of it. NotFound
+        for a body that is not there, or no longer; errors as `step()`.
+        """
+        names = [bodies] if isinstance(bodies, (int, str)) else bodies
+        ids = {name if isinstance(name, int) else self.find(name).id for name in names}
+        frames: list[BodyFrame] = []
+        with self.watch_bodies(ids=ids, every_ticks=every_ticks) as stream:
+            frames.append(stream.next(CALL_TIMEOUT_S))
+            for done in range(0, ticks, FRAMES_QUEUED_MAX):
+                last = self.step(min(FRAMES_QUEUED_MAX, ticks - done))
+                while frames[-1].tick < last - last % every_ticks:
+                    frames.append(stream.next(CALL_TIMEOUT_S))
+        begun = list(dropwhile(lambda frame: len(frame) < len(ids), frames))
+        if not begun or any(len(frame) < len(ids) for frame in begun):
+            raise NotFound(f"bodies: not all of {names} were there to the end")
+        return trajectory(begun, self.status().settings.time_step)
+
+    # --- questions ---
+
+    def status(self, timeout: float | None = CALL_TIMEOUT_S) -> Status:
+        """What the cluster does: `state` ("empty", "loading", "paused", "running", "failed"), `world`,
+        `tick`, `time`, `bodies`, `settings`, `servers` and more: the fields of StatusReply in
+        proto/tessera.proto.
+        """
+        status: Status = self._call("GetStatus", tessera_pb2.StatusRequest(), timeout)
+        return status
+
+    def hash(self, timeout: float | None = CALL_TIMEOUT_S) -> HashAt:
+        """The hash of the world's state."""
+        reply = self._call("GetHash", tessera_pb2.HashRequest(), timeout)
+        return HashAt(reply.tick, reply.hash)
+
+    def raycast(
+        self,
+        origin: PositionLike,
+        direction: VectorLike,
+        length: float = 100.0,
+        *,
+        mask: int = 0,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> RayHit | None:
+        """The nearest hit within `length` m, in any sectors on any servers; None where nothing is hit.
+
+        `direction` may be of any length but zero; `mask` says which collision categories count, 0: all.
+        """
+        reply = self._call(
+            "Raycast",
+            tessera_pb2.RaycastRequest(
+                origin=position_message(origin),
+                direction=vector_message(direction, "direction"),
+                length=length,
+                mask=mask,
+            ),
+            timeout,
+        )
+        if not reply.hit:
+            return None
+        return RayHit(
+            reply.body, reply.name, reply.distance, to_position(reply.position), to_vector(reply.normal)
+        )
+
+    def near(
+        self,
+        position: PositionLike,
+        reach: float = 0.0,
+        *,
+        probe: world_pb2.Shape | None = None,
+        orientation: VectorLike = IDENTITY,
+        mask: int = 0,
+        limit: int = 0,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> list[Neighbour]:
+        """The bodies within `reach` m of a convex probe of one part (not given: a point), by distance and id.
+
+        With reach 0 those that it overlaps. `reach` is at most 4 sectors; `limit` 0: at most 1000 bodies.
+        """
+        request = tessera_pb2.NearRequest(
+            pose=world_pose_message(position, orientation), reach=reach, mask=mask, limit=limit
+        )
+        if probe is not None:
+            (part,) = probe.parts
+            request.probe.CopyFrom(part.geometry)
+        reply = self._call("Near", request, timeout)
+        return [Neighbour(body.id, body.name, body.distance) for body in reply.bodies]
+
+    def find(self, name: str, timeout: float | None = CALL_TIMEOUT_S) -> FoundBody:
+        """The body of that name. NotFound."""
+        for body in self.find_bodies(name, BODIES_ASKED, timeout):
+            if body.name == name:
+                return body
+        raise NotFound(f'no body is called "{name}"')
+
+    def find_bodies(
+        self, prefix: str = "", limit: int = 0, timeout: float | None = CALL_TIMEOUT_S
+    ) -> list[FoundBody]:
+        """Bodies whose names begin with `prefix`, ascending by id, at most `limit`; 0: 1000."""
+        request = tessera_pb2.FindBodiesRequest(name_prefix=prefix, limit=limit)
+        reply = self._call("FindBodies", request, timeout)
+        return [FoundBody(body.id, body.name, body.properties) for body in reply.bodies]
+
+    def find_joints(
+        self, prefix: str = "", limit: int = 0, timeout: float | None = CALL_TIMEOUT_S
+    ) -> list[FoundJoint]:
+        """Joints whose names begin with `prefix`, ascending by id, at most `limit`; 0: 1000."""
+        reply = self._call(
+            "ListJoints", tessera_pb2.ListJointsRequest(name_prefix=prefix, limit=limit), timeout
+        )
+        return [FoundJoint(j.id, j.joint.name, j.parent, j.child, j.joint) for j in reply.joints]
+
+    # --- streams: one frame a tick, merged over all servers; FailedPrecondition where no server is there ---
+
+    def watch_bodies(
+        self,
+        *,
+        ids: Iterable[int] = (),
+        region: Region | None = None,
+        every_ticks: int = 1,
+        only_awake: bool = False,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> BodyStream:
+        """The states of bodies, from the next tick on, and at once where the world stands still.
+
+        `ids` not given: of all that are not static; `region` not given: everywhere; only ticks that are
+        multiples of `every_ticks`.
+        """
+        status = self._watchable(timeout)
+        request = tessera_pb2.WatchBodiesRequest(ids=ids, every_ticks=every_ticks, only_awake=only_awake)
+        if region is not None:
+            request.region.centre.CopyFrom(position_message(region.centre))
+            request.region.half_size.CopyFrom(vector_message(region.half_size, "half_size"))
+        sector_size = status.settings.sector_size
+        return Stream(
+            _addresses(status),
+            lambda channel: tessera_pb2_grpc.StreamsStub(channel).WatchBodies(request),
+            lambda tick, parts: body_frame(tick, parts, sector_size),
+            first_is_whole=True,
+            timeout=timeout,
+        )
+
+    def watch_contacts(
+        self, *, ids: Iterable[int] = (), persisting: bool = False, timeout: float | None = CALL_TIMEOUT_S
+    ) -> ContactStream:
+        """Contacts that begin or end, each once; with `persisting` also those that go on.
+
+        `ids` not given: all; else those with any of these bodies. The first frame is empty: it only says
+        from which tick on nothing is missed.
+        """
+        status = self._watchable(timeout)
+        request = tessera_pb2.WatchContactsRequest(ids=ids, persisting=persisting)
+        return Stream(
+            _addresses(status),
+            lambda channel: tessera_pb2_grpc.StreamsStub(channel).WatchContacts(request),
+            contact_frame,
+            first_is_whole=False,
+            timeout=timeout,
+        )
+
+    def shutdown(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
+        """Ends the coordinator and its servers."""
+        self._call("Shutdown", tessera_pb2.ShutdownRequest(), timeout)
+
+    def _call(self, method: str, request: Any, timeout: float | None) -> Any:
+        try:
+            return getattr(self._stub, method)(request, timeout=timeout)
+        except grpc.RpcError as error:
+            raise from_grpc(error, f"coordinator at {self.address}") from None
+
+    def _command(self, method: str, request: Any, timeout: float | None) -> int:
+        tick: int = self._call(method, request, timeout).tick
+        return tick
+
+    def _watchable(self, timeout: float | None) -> Status:
+        status = self.status(timeout)
+        if status.state == "empty":
+            raise FailedPrecondition("no world is loaded: there is nothing to watch")
+        if not _addresses(status):
+            raise FailedPrecondition(
+                f"the world is {status.state}: no server takes part in it that could be watched"
+            )
+        return status
+
+
+def _addresses(status: Status) -> list[str]:
+    return [server.stream_address for server in status.servers if server.takes_part]
+
+
+def _body_ref(body: BodyName) -> tessera_pb2.BodyRef:
+    return tessera_pb2.BodyRef(id=body) if isinstance(body, int) else tessera_pb2.BodyRef(name=body)

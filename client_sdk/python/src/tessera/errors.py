@@ -1,0 +1,73 @@
+"""What can go wrong, as exceptions that carry the message of the cluster.
+
+Each belongs to a status code of gRPC, and to the built-in exception that comes nearest to it.
+"""
+
+from __future__ import annotations
+
+import grpc
+
+
+class TesseraError(Exception):
+    """The root of all errors of this package."""
+
+
+class InvalidArgument(TesseraError, ValueError):
+    """A value is out of bounds; the message names the field and the bound."""
+
+
+class OutOfRange(TesseraError, ValueError):
+    """A position is outside the 64-bit range of sectors."""
+
+
+class NotFound(TesseraError, LookupError):
+    """No body, joint, file or program has that name."""
+
+
+class AlreadyExists(TesseraError):
+    """The name is in use, or a world is loaded already."""
+
+
+class FailedPrecondition(TesseraError):
+    """Something is missing: a world, or servers for it."""
+
+
+class ResourceExhausted(TesseraError):
+    """A limit is reached: too much is waiting, or a stream is read too slowly."""
+
+
+class Aborted(TesseraError):
+    """The world was unloaded or replaced."""
+
+
+class Cancelled(TesseraError):
+    """The stream or call was cancelled."""
+
+
+class DeadlineExceeded(TesseraError, TimeoutError):
+    """No answer came in time."""
+
+
+class Unavailable(TesseraError, ConnectionError):
+    """A process of the cluster cannot be reached, or is gone."""
+
+
+_BY_CODE: dict[grpc.StatusCode, type[TesseraError]] = {
+    grpc.StatusCode.INVALID_ARGUMENT: InvalidArgument,
+    grpc.StatusCode.OUT_OF_RANGE: OutOfRange,
+    grpc.StatusCode.NOT_FOUND: NotFound,
+    grpc.StatusCode.ALREADY_EXISTS: AlreadyExists,
+    grpc.StatusCode.FAILED_PRECONDITION: FailedPrecondition,
+    grpc.StatusCode.RESOURCE_EXHAUSTED: ResourceExhausted,
+    grpc.StatusCode.ABORTED: Aborted,
+    grpc.StatusCode.CANCELLED: Cancelled,
+    grpc.StatusCode.DEADLINE_EXCEEDED: DeadlineExceeded,
+    grpc.StatusCode.UNAVAILABLE: Unavailable,
+}
+
+
+def from_grpc(error: grpc.RpcError, where: str = "") -> TesseraError:
+    """The exception for a failed call; `where` says who failed, if it did not speak itself."""
+    kind = _BY_CODE.get(error.code(), TesseraError)
+    spoken = kind not in (Unavailable, DeadlineExceeded)
+    return kind(error.details() if spoken or not where else f"{where}: {error.details()}")

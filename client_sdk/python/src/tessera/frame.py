@@ -1,0 +1,169 @@
+"""Many bodies at once, as arrays: one tick (`BodyFrame`), or a stretch of time (`Trajectory`)."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tessera._proto import tessera_pb2
+from tessera.position import (
+    ORIGIN,
+    Floats,
+    Integers,
+    SectorLike,
+    Vector,
+    WorldPosition,
+    relative_to,
+    to_position,
+    to_vector,
+)
+
+Ids: TypeAlias = NDArray[np.uint64]
+
+
+@dataclass(frozen=True, eq=False)
+class BodyFrame:
+    """The bodies of one tick, ascending by id; row n of every array is of body `ids[n]`."""
+
+    tick: int
+    ids: Ids  # [n]
+    sectors: Integers  # [n, 3]
+    local: Floats  # [n, 3], m from the centre of the sector, of the body frame
+    orientations: Floats  # [n, 4], body frame to world axes, x y z w
+    linear_velocities: Floats  # [n, 3], of the centre of mass, m/s, world axes
+    angular_velocities: Floats  # [n, 3], rad/s, world axes
+    asleep: NDArray[np.bool_]  # [n]
+    sector_size: float  # m, of the world
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def row(self, body: int) -> int:
+        """The row of the body with this id. KeyError where it is not in the frame."""
+        row = int(np.searchsorted(self.ids, np.uint64(body)))
+        if row == len(self.ids) or self.ids[row] != body:
+            raise KeyError(body)
+        return row
+
+    def relative_to(self, sector: SectorLike = ORIGIN) -> Floats:
+        """Positions [n, 3] in metres from the centre of `sector`; see `tessera.relative_to()`."""
+        return relative_to(self.sectors, self.local, sector, self.sector_size)
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """The same bodies over several ticks; entry [t, n] of every array is of body `ids[n]` at `ticks[t]`."""
+
+    ids: Ids  # [n]
+    ticks: NDArray[np.uint64]  # [t]
+    time: Floats  # [t], s of simulation
+    sectors: Integers  # [t, n, 3]
+    local: Floats  # [t, n, 3], m from the centre of the sector, of the body frame
+    orientations: Floats  # [t, n, 4], x y z w
+    linear_velocities: Floats  # [t, n, 3], of the centre of mass, m/s
+    angular_velocities: Floats  # [t, n, 3], rad/s
+    asleep: NDArray[np.bool_]  # [t, n]
+    sector_size: float  # m
+
+    def relative_to(self, sector: SectorLike | None = None) -> Floats:
+        """Positions [t, n, 3] in metres from the centre of `sector`; not given: of where the first body
+        began.
+        """
+        origin = self.sectors[0, 0] if sector is None else sector
+        return relative_to(self.sectors, self.local, origin, self.sector_size)
+
+
+class Phase(enum.IntEnum):
+    """What a contact did in a tick."""
+
+    BEGIN = tessera_pb2.Contact.BEGIN
+    PERSIST = tessera_pb2.Contact.PERSIST
+    END = tessera_pb2.Contact.END
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two bodies, `a` < `b`, that touch."""
+
+    phase: Phase
+    a: int
+    b: int
+    position: WorldPosition  # on b; not set for END
+    normal: Vector  # on b, pointing to a
+    impulse: float  # N s
+
+
+@dataclass(frozen=True)
+class ContactFrame:
+    """The contacts of one tick, ascending by (a, b)."""
+
+    tick: int
+    contacts: Sequence[Contact]
+
+
+def body_frame(tick: int, parts: Iterable[tessera_pb2.BodyBatch], sector_size: float) -> BodyFrame:
+    """One frame out of what each server says of a tick."""
+    ids, sectors, motions, asleep = [], [], [], []
+    for part in parts:
+        for state in part.bodies:
+            pose = state.pose
+            position = pose.position
+            s, p, q = position.sector, position.local, pose.orientation
+            v, w = state.linear_velocity, state.angular_velocity
+            ids.append(state.id)
+            sectors.append((s.i, s.j, s.k))
+            motions.append((p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z, w.x, w.y, w.z))
+            asleep.append(state.asleep)
+    order = np.argsort(np.array(ids, dtype=np.uint64))
+    motion = np.array(motions, dtype=np.float64).reshape(-1, 13)[order]
+    return BodyFrame(
+        tick=tick,
+        ids=np.array(ids, dtype=np.uint64)[order],
+        sectors=np.array(sectors, dtype=np.int64).reshape(-1, 3)[order],
+        local=motion[:, 0:3],
+        orientations=motion[:, 3:7],
+        linear_velocities=motion[:, 7:10],
+        angular_velocities=motion[:, 10:13],
+        asleep=np.array(asleep, dtype=np.bool_)[order],
+        sector_size=sector_size,
+    )
+
+
+def contact_frame(tick: int, parts: Iterable[tessera_pb2.ContactBatch]) -> ContactFrame:
+    """Likewise for contacts."""
+    contacts = [_contact(contact) for part in parts for contact in part.contacts]
+    return ContactFrame(tick, sorted(contacts, key=attrgetter("a", "b")))
+
+
+def trajectory(frames: Sequence[BodyFrame], time_step: float) -> Trajectory:
+    """Frames of the same bodies, at least one, along an axis of time."""
+    ticks = np.array([frame.tick for frame in frames], dtype=np.uint64)
+    return Trajectory(
+        ids=frames[0].ids,
+        ticks=ticks,
+        time=ticks * time_step,
+        sectors=np.stack([frame.sectors for frame in frames]),
+        local=np.stack([frame.local for frame in frames]),
+        orientations=np.stack([frame.orientations for frame in frames]),
+        linear_velocities=np.stack([frame.linear_velocities for frame in frames]),
+        angular_velocities=np.stack([frame.angular_velocities for frame in frames]),
+        asleep=np.stack([frame.asleep for frame in frames]),
+        sector_size=frames[0].sector_size,
+    )
+
+
+def _contact(contact: tessera_pb2.Contact) -> Contact:
+    return Contact(
+        Phase(contact.phase),
+        contact.a,
+        contact.b,
+        to_position(contact.position),
+        to_vector(contact.normal),
+        contact.impulse,
+    )

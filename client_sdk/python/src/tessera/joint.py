@@ -1,0 +1,104 @@
+"""Joints: what ties two bodies together, and what drives them.
+
+A joint has a frame on each of its two bodies; where it is at rest, the two coincide. Its first axis is x of
+that frame, the second one, of a universal joint, is y.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from tessera._proto import tessera_pb2, world_pb2
+from tessera.position import IDENTITY, ORIGIN, SectorLike, VectorLike, pose_message, sector_message
+
+
+class JointType(enum.IntEnum):
+    """What a joint leaves free."""
+
+    FIXED = world_pb2.JOINT_FIXED  # nothing
+    REVOLUTE = world_pb2.JOINT_REVOLUTE  # the angle about the axis
+    PRISMATIC = world_pb2.JOINT_PRISMATIC  # the way along the axis
+    BALL = world_pb2.JOINT_BALL  # all angles
+    UNIVERSAL = world_pb2.JOINT_UNIVERSAL  # the angles about two axes
+    SCREW = world_pb2.JOINT_SCREW  # the angle about the axis, and with it the way along it
+
+
+class DriveMode(enum.IntEnum):
+    """What drives an axis."""
+
+    FREE = world_pb2.JointDrive.FREE
+    VELOCITY = world_pb2.JointDrive.VELOCITY  # holds a velocity, with at most `effort_max`
+    POSITION = world_pb2.JointDrive.POSITION  # goes to a position, with at most `velocity_max`, and holds it
+    EFFORT = world_pb2.JointDrive.EFFORT  # applies an effort
+
+
+@dataclass
+class Drive:
+    """`target` in rad/s or m/s, rad or m, N m or N, by `mode` and by what the axis leaves free."""
+
+    mode: DriveMode = DriveMode.FREE
+    target: float = 0.0
+
+    def message(self) -> world_pb2.JointDrive:
+        return world_pb2.JointDrive(mode=self.mode.value, target=self.target)
+
+
+@dataclass
+class Axis:
+    """One degree of freedom. Units: rad, N m and rad/s of an angle; m, N and m/s of a way."""
+
+    lower: float = -math.inf  # of an angle within [-pi, pi] where it is bounded
+    upper: float = math.inf
+    velocity_max: float = math.inf  # of a position drive
+    effort_max: float = math.inf  # of every drive
+    damping: float = 0.0  # effort per velocity
+    friction: float = 0.0  # effort that resists any motion
+
+    def message(self) -> world_pb2.JointAxis:
+        result = world_pb2.JointAxis(damping=self.damping, friction=self.friction)
+        for name in ("lower", "upper", "velocity_max", "effort_max"):
+            if math.isfinite(getattr(self, name)):
+                setattr(result, name, getattr(self, name))
+        return result
+
+
+@dataclass
+class Joint:
+    """A joint between two bodies, its frames in their body frames."""
+
+    type: JointType
+    child: str | int  # a dynamic body, by its name or its id
+    parent: str | int | None = None  # none: the world
+    name: str = ""  # without one it gets one
+    in_parent: VectorLike = (0.0, 0.0, 0.0)  # the joint frame's origin in the parent, m
+    in_parent_turned: VectorLike = IDENTITY  # its rotation there, x y z w
+    in_child: VectorLike = (0.0, 0.0, 0.0)
+    in_child_turned: VectorLike = IDENTITY
+    sector: SectorLike = ORIGIN  # where the parent is the world: `in_parent` counts from its centre
+    axes: Sequence[Axis] = field(default_factory=list)  # missing ones are free
+    drives: Sequence[Drive] = field(default_factory=list)  # likewise
+    pitch: float = 0.0  # of a screw, m/rad
+    bodies_collide: bool = False  # parent and child with each other
+
+    def message(self) -> world_pb2.Joint:
+        """The joint on the wire, without its bodies."""
+        return world_pb2.Joint(
+            name=self.name,
+            properties=world_pb2.JointProperties(
+                type=self.type.value,
+                anchor=sector_message(self.sector),
+                in_parent=pose_message(self.in_parent, self.in_parent_turned),
+                in_child=pose_message(self.in_child, self.in_child_turned),
+                axes=[axis.message() for axis in self.axes],
+                pitch=self.pitch,
+                bodies_collide=self.bodies_collide,
+            ),
+            drives=[drive.message() for drive in self.drives],
+        )
+
+
+def joint_ref(joint: str | int) -> tessera_pb2.JointRef:
+    return tessera_pb2.JointRef(id=joint) if isinstance(joint, int) else tessera_pb2.JointRef(name=joint)

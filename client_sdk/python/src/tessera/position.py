@@ -1,0 +1,120 @@
+"""Positions of any size without any loss: a sector and a small displacement.
+
+The sector (i, j, k), three 64-bit integers, has its centre at (i, j, k) * L metres from the world's origin;
+L is the sector size of the world. A displacement counts in metres from there, along the world's axes. No
+position is ever one floating-point number: differences are taken with `relative_to()`, integers first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tessera._proto import world_pb2
+
+Floats: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.int64]
+Sector: TypeAlias = tuple[int, int, int]
+Vector: TypeAlias = tuple[float, float, float]
+VectorLike: TypeAlias = Sequence[float] | Floats
+SectorLike: TypeAlias = Sequence[int] | Integers
+
+ORIGIN: Sector = (0, 0, 0)
+IDENTITY = (0.0, 0.0, 0.0, 1.0)  # a rotation, x y z w
+
+
+@dataclass(frozen=True)
+class WorldPosition:
+    """A point: `local` metres from the centre of `sector`, along the world's axes.
+
+    `local` may be of any finite size; the cluster carries it over to the sector that it lies in.
+    """
+
+    local: Vector = (0.0, 0.0, 0.0)
+    sector: Sector = ORIGIN
+
+
+PositionLike: TypeAlias = WorldPosition | VectorLike
+"""A point; three numbers alone are metres from the centre of sector (0, 0, 0)."""
+
+
+def relative_to(sectors: ArrayLike, local: ArrayLike, sector: SectorLike, sector_size: float) -> Floats:
+    """The displacement of points from the centre of `sector`, in metres.
+
+    `sectors` is [..., 3] of 64-bit integers and `local` [..., 3] in metres. Sector indices are subtracted
+    as integers before anything is rounded: what is near `sector` keeps all its digits, wherever in the
+    world it is.
+    """
+    whole = _difference(np.asarray(sectors, dtype=np.int64), np.asarray(sector, dtype=np.int64))
+    metres = whole * np.longdouble(sector_size) + np.asarray(local, dtype=np.float64)
+    return metres.astype(np.float64)
+
+
+def _difference(a: Integers, b: Integers) -> NDArray[Any]:
+    """a - b, also where that needs 65 bits."""
+    up, down = (x.astype(np.uint64).astype(np.longdouble) for x in (a - b, b - a))
+    return np.where(a >= b, up, -down)
+
+
+def to_vector(message: world_pb2.Vector3) -> Vector:
+    return (message.x, message.y, message.z)
+
+
+def vector_message(vector: VectorLike, name: str) -> world_pb2.Vector3:
+    x, y, z = numbers(vector, 3, name)
+    return world_pb2.Vector3(x=x, y=y, z=z)
+
+
+def quaternion_message(quaternion: VectorLike, name: str) -> world_pb2.Quaternion:
+    x, y, z, w = numbers(quaternion, 4, name)
+    return world_pb2.Quaternion(x=x, y=y, z=z, w=w)
+
+
+def sector_message(sector: SectorLike) -> world_pb2.SectorIndex:
+    i, j, k = (int(index) for index in sector)
+    return world_pb2.SectorIndex(i=i, j=j, k=k)
+
+
+def to_sector(message: world_pb2.SectorIndex) -> Sector:
+    return (message.i, message.j, message.k)
+
+
+def to_position(message: world_pb2.WorldPosition) -> WorldPosition:
+    return WorldPosition(to_vector(message.local), to_sector(message.sector))
+
+
+def position_message(position: PositionLike) -> world_pb2.WorldPosition:
+    point = position if isinstance(position, WorldPosition) else WorldPosition(_triple(position))
+    return world_pb2.WorldPosition(
+        sector=sector_message(point.sector), local=vector_message(point.local, "position")
+    )
+
+
+def world_pose_message(position: PositionLike, orientation: VectorLike) -> world_pb2.WorldPose:
+    return world_pb2.WorldPose(
+        position=position_message(position), orientation=quaternion_message(orientation, "orientation")
+    )
+
+
+def pose_message(position: VectorLike, orientation: VectorLike) -> world_pb2.Pose:
+    return world_pb2.Pose(
+        position=vector_message(position, "position"),
+        orientation=quaternion_message(orientation, "orientation"),
+    )
+
+
+def numbers(values: VectorLike, count: int, name: str) -> list[float]:
+    """`values` as that many floats. ValueError, naming the field, where they are not."""
+    result = [float(value) for value in values]
+    if len(result) != count:
+        raise ValueError(f"{name}: {count} numbers are expected, not {len(result)}")
+    return result
+
+
+def _triple(values: VectorLike) -> Vector:
+    x, y, z = numbers(values, 3, "position")
+    return (x, y, z)

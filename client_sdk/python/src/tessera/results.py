@@ -1,0 +1,86 @@
+"""What a cluster answers, and what it is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tessera._proto import world_pb2
+from tessera.body import Motion
+from tessera.position import PositionLike, Vector, VectorLike, WorldPosition
+
+
+@dataclass(frozen=True)
+class LoadSummary:
+    """What a cluster has loaded."""
+
+    bodies: int
+    sectors: int  # with a body that can move
+    servers: int
+
+
+@dataclass(frozen=True)
+class Added:
+    """A new body or joint."""
+
+    id: int
+    tick: int  # the first that it takes part in
+
+
+@dataclass(frozen=True)
+class HashAt:
+    """The hash of a world's state: equal bits have equal hashes, on any number of servers."""
+
+    tick: int
+    hash: str  # 32 hexadecimal digits
+
+
+@dataclass(frozen=True)
+class FoundBody:
+    """A body of the world."""
+
+    id: int
+    name: str
+    properties: world_pb2.BodyProperties  # proto/world.proto has its fields
+
+    @property
+    def motion(self) -> Motion:
+        return Motion(self.properties.motion)
+
+
+@dataclass(frozen=True)
+class FoundJoint:
+    """A joint of the world."""
+
+    id: int
+    name: str
+    parent: str  # name of the body; empty: the world
+    child: str
+    joint: world_pb2.Joint  # with its drives as they were set last; proto/world.proto has its fields
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """A body near a probe."""
+
+    id: int
+    name: str
+    distance: float  # m, between the surfaces; 0 where they overlap
+
+
+@dataclass(frozen=True)
+class RayHit:
+    """What a ray hits first."""
+
+    id: int
+    name: str
+    distance: float  # m
+    position: WorldPosition
+    normal: Vector
+
+
+@dataclass(frozen=True)
+class Region:
+    """A box along the world's axes."""
+
+    centre: PositionLike
+    half_size: VectorLike  # m

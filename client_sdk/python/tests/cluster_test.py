@@ -1,0 +1,67 @@
+"""Clusters that notebooks start, and what notebooks do with them."""
+
+from __future__ import annotations
+
+import gc
+import runpy
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import WORLDS
+
+import tessera
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def gone(address: str) -> bool:
+    with pytest.raises(tessera.Unavailable):
+        tessera.Client(address, timeout=0.2)
+    return True
+
+
+def test_cluster_ends_with_its_block_or_when_nobody_has_it() -> None:
+    with tessera.Cluster(servers=1) as cluster, cluster.connect() as client:
+        assert client.status().state == "empty"
+    assert gone(cluster.address)
+    cluster.stop()
+    left = tessera.Cluster(servers=1)
+    address = left.address
+    del left
+    gc.collect()
+    assert gone(address)
+
+
+def test_cluster_that_does_not_start_says_why() -> None:
+    with pytest.raises(tessera.Unavailable, match="--servers"):
+        tessera.Cluster(servers=1000)
+
+
+def test_world_of_double_precision() -> None:
+    with tessera.Cluster(
+        servers=1, precision=tessera.Precision.FLOAT64
+    ) as cluster, cluster.connect() as client:
+        client.load(tessera.World.read(WORLDS / "falling.sdf", ["--engine", "f64"]))
+        assert client.step(10) == 10
+
+
+def test_example_plots_a_tower_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs the example with what it plots instead of a window."""
+    curves: list[tuple[Any, ...]] = []
+    pyplot = ModuleType("matplotlib.pyplot")
+    vars(pyplot).update(
+        plot=lambda *data, **_: curves.append(data), xlabel=print, ylabel=print, legend=print, show=print
+    )
+    monkeypatch.setitem(sys.modules, "matplotlib", ModuleType("matplotlib"))
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", pyplot)
+    monkeypatch.chdir(WORLDS.parent)
+    runpy.run_path(str(EXAMPLES / "push_a_tower.py"))
+    ((time, heights),) = curves
+    assert heights.shape == (len(time), 10)
+    assert np.diff(time) == pytest.approx(1 / 60)
+    assert heights[0] == pytest.approx(np.arange(10) + 0.5, abs=0.01)
+    assert heights[-1, -1] < 2

@@ -1,0 +1,98 @@
+"""Worlds that are built here, and files of worlds."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+from conftest import WORLDS, flat_world
+
+import tessera
+from tessera import command
+
+EMPTY = """<sdf version="1.9"><world name="empty"><gravity>0 0 -9.81</gravity></world></sdf>"""
+
+
+def test_settings_begin_as_those_of_files_do(tmp_path: Path) -> None:
+    file = tmp_path / "empty.sdf"
+    file.write_text(EMPTY)
+    assert tessera.World.read(file).message.settings == tessera.Settings().message()
+
+
+def test_file_is_the_world_that_the_command_line_loads(
+    client: tessera.Client, cluster: tessera.Cluster
+) -> None:
+    client.load(WORLDS / "tower.sdf", replace=True)
+    client.step(30)
+    ours = client.hash()
+    subprocess.run(
+        [command.find(), "load", str(WORLDS / "tower.sdf"), "--replace", "--connect", cluster.address],
+        check=True,
+        capture_output=True,
+    )
+    client.step(30)
+    assert client.hash() == ours
+
+
+def test_world_is_written_read_and_moved(client: tessera.Client, tmp_path: Path) -> None:
+    world = flat_world()
+    for n in range(3):
+        world.add(tessera.Body(f"crate_{n}", tessera.box(1, 1, 1), 10, (0, 0, 0.5 + n)))
+    assert len(world.message.shapes) == 2
+    world.add_joint(
+        tessera.Joint(
+            tessera.JointType.FIXED,
+            "crate_1",
+            parent="crate_0",
+            name="glue",
+            in_parent=(0, 0, 0.5),
+            in_child=(0, 0, -0.5),
+        )
+    )
+    file = tmp_path / "crates.pb"
+    world.write(file)
+    assert tessera.World.read(file).message.bodies == world.message.bodies
+
+    client.load(world, replace=True)
+    assert [joint.parent for joint in client.find_joints("glue")] == ["crate_0"]
+    here = client.trajectory("crate_2", 30)
+    client.load(tessera.World.read(file, ["--shift", "2^62,0,-2^62"]), replace=True)
+    there = client.trajectory("crate_2", 30)
+    assert (here.relative_to() == there.relative_to()).all()
+    assert there.sectors[0, 0].tolist() == [2**62, 0, -(2**62)]
+
+
+def test_what_cannot_be_read_says_why(tmp_path: Path) -> None:
+    with pytest.raises(tessera.InvalidArgument, match="nowhere.sdf"):
+        tessera.World.read(tmp_path / "nowhere.sdf")
+    bad = tmp_path / "bad.pb"
+    bad.write_bytes(b"\xff\xff")
+    with pytest.raises(tessera.InvalidArgument, match="bad.pb is no world"):
+        tessera.World.read(bad)
+    with pytest.raises(tessera.NotFound, match='no body "nobody"'):
+        flat_world().add_joint(tessera.Joint(tessera.JointType.BALL, "nobody"))
+
+
+def test_program_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(command.VARIABLE, "/nowhere/tessera")
+    with pytest.raises(tessera.NotFound, match="TESSERA_COMMAND = /nowhere/tessera"):
+        tessera.Cluster()
+
+
+def test_shapes_of_all_kinds_are_taken(client: tessera.Client) -> None:
+    client.load(flat_world(), replace=True)
+    hull = tessera.convex_hull([(0, 0, 1), (1, 0, -1), (-1, 1, -1), (-1, -1, -1)])
+    dumbbell = tessera.compound([(tessera.sphere(0.5), (-1, 0, 0)), (tessera.sphere(0.5), (1, 0, 0))])
+    assert tessera.bounding_radius(dumbbell) == 1.5
+    for name, shape in {"hull": hull, "dumbbell": dumbbell}.items():
+        client.spawn(tessera.Body(name, shape, 5, (0, 0, 3 if name == "hull" else 6)))
+    slope = tessera.triangle_mesh([(0, 0, 0), (5, 0, 1), (0, 5, 0)], [(0, 1, 2)])
+    hills = tessera.height_field([[0.0, 1.0, 0.0], [0.0, 0.5, 0.0]], 2, 3)
+    for n, shape in enumerate((slope, hills)):
+        client.spawn(
+            tessera.Body(f"terrain {n}", shape, position=(20, 20 * n, 0), motion=tessera.Motion.STATIC)
+        )
+    client.step(10)
+    hit = client.raycast((20, 20, 5), (0, 0, -1))
+    assert hit is not None and hit.name == "terrain 1"

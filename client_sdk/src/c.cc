@@ -1,0 +1,203 @@
+#include "tessera/c.h"
+
+#include <absl/strings/string_view.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "tessera/client.h"
+#include "tessera/world_message.h"
+
+struct tessera_client {
+  std::unique_ptr<tessera::Client> client;
+};
+
+struct tessera_stream {
+  std::unique_ptr<tessera::BodyStream> stream;
+};
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr absl::string_view kStates[] = {"empty", "loading", "paused", "running", "failed"};
+
+thread_local std::string error_message;
+
+tessera_code code_of(const absl::Status& status) {
+  error_message = std::string(status.message());
+  return static_cast<tessera_code>(status.code());
+}
+
+// The code, and what the call gave where that is OK.
+template <typename T, typename Give>
+tessera_code give(absl::StatusOr<T> result, Give use) {
+  if (result.ok()) use(*std::move(result));
+  return code_of(result.status());
+}
+
+tessera_code give_tick(const absl::StatusOr<tessera::Tick>& result, uint64_t* tick) {
+  return give(result, [&](tessera::Tick value) {
+    if (tick != nullptr) *tick = value;
+  });
+}
+
+absl::Duration duration_of(double seconds) {
+  return seconds < 0 ? absl::InfiniteDuration() : absl::Seconds(seconds);
+}
+
+tessera::SectorIndex sector_of(const int64_t sector[3]) { return {sector[0], sector[1], sector[2]}; }
+
+tessera::WorldPosition position_of(const tessera_position& position) {
+  return {sector_of(position.sector), Vector3d(position.local)};
+}
+
+void write(const Eigen::Vector3d& vector, double* to) { std::copy_n(vector.data(), 3, to); }
+
+tessera_position position_for_c(const tessera::WorldPosition& position) {
+  tessera_position result{{position.sector.i, position.sector.j, position.sector.k}, {}};
+  write(position.local, result.local);
+  return result;
+}
+
+tessera_body body_for_c(const tessera::BodySample& body) {
+  tessera_body result{};
+  result.id = body.id.value;
+  result.position = position_for_c(body.pose.position);
+  std::copy_n(body.pose.orientation.coeffs().data(), 4, result.orientation);
+  write(body.linear_velocity, result.linear_velocity);
+  write(body.angular_velocity, result.angular_velocity);
+  result.asleep = body.asleep;
+  return result;
+}
+
+tessera_status status_for_c(const tessera::ClusterStatus& status) {
+  const auto state = std::find(std::begin(kStates), std::end(kStates), status.state);
+  return {
+      .state = static_cast<tessera_state>(state - std::begin(kStates)),
+      .tick = status.tick,
+      .time = status.time,
+      .real_time_factor = status.real_time_factor,
+      .servers = status.servers.size(),
+      .bodies = status.bodies,
+      .bodies_awake = status.bodies_awake,
+      .sectors = status.sectors,
+      .contacts = status.contacts,
+      .tick_ms_p50 = status.tick_ms_p50,
+      .tick_ms_p99 = status.tick_ms_p99,
+      .time_step = status.settings ? status.settings->time_step : 0,
+      .sector_size = status.settings ? status.settings->sector_size : 0,
+  };
+}
+
+tessera_code spawn(tessera_client* client, const char* name, tessera::Shape shape, double mass,
+                   const tessera_position* position, uint64_t* id) {
+  const tessera::NewBody body = tessera::solid(name, std::move(shape), mass, position_of(*position));
+  return give(client->client->spawn(body), [&](const tessera::Spawned& spawned) { *id = spawned.id.value; });
+}
+
+}  // namespace
+
+const char* tessera_error_message(void) { return error_message.c_str(); }
+
+void tessera_relative_to(const tessera_position* point, const int64_t sector[3], double sector_size,
+                         double metres[3]) {
+  write(relative_to(position_of(*point), sector_of(sector), sector_size), metres);
+}
+
+tessera_code tessera_connect(const char* address, double timeout, tessera_client** client) {
+  return give(tessera::Client::connect(address, duration_of(timeout)),
+              [&](std::unique_ptr<tessera::Client> made) { *client = new tessera_client{std::move(made)}; });
+}
+
+void tessera_disconnect(tessera_client* client) { delete client; }
+
+tessera_code tessera_load(tessera_client* client, const char* file, bool replace) {
+  const absl::StatusOr<tessera::WorldDescription> world = tessera::read_world_message(file);
+  if (!world.ok()) return code_of(world.status());
+  return code_of(client->client->load(*world, replace).status());
+}
+
+tessera_code tessera_spawn_box(tessera_client* client, const char* name, const double size[3], double mass,
+                               const tessera_position* position, uint64_t* id) {
+  return spawn(client, name, tessera::box(size[0], size[1], size[2]), mass, position, id);
+}
+
+tessera_code tessera_spawn_sphere(tessera_client* client, const char* name, double radius, double mass,
+                                  const tessera_position* position, uint64_t* id) {
+  return spawn(client, name, tessera::sphere(radius), mass, position, id);
+}
+
+tessera_code tessera_find(tessera_client* client, const char* name, uint64_t* id) {
+  return give(client->client->find(name), [&](const tessera::FoundBody& body) { *id = body.id.value; });
+}
+
+tessera_code tessera_apply_impulse(tessera_client* client, uint64_t id, const double impulse[3],
+                                   const double lever[3]) {
+  const Vector3d arm = lever == nullptr ? Vector3d(Vector3d::Zero()) : Vector3d(lever);
+  return code_of(client->client->apply_impulse(tessera::BodyId{id}, Vector3d(impulse), arm).status());
+}
+
+tessera_code tessera_step(tessera_client* client, uint64_t ticks, uint64_t* tick) {
+  return give_tick(client->client->step(ticks), tick);
+}
+
+tessera_code tessera_pause(tessera_client* client, uint64_t* tick) {
+  return give_tick(client->client->pause(), tick);
+}
+
+tessera_code tessera_resume(tessera_client* client, double real_time_factor, uint64_t* tick) {
+  return give_tick(client->client->resume(real_time_factor), tick);
+}
+
+tessera_code tessera_get_status(tessera_client* client, tessera_status* status) {
+  return give(client->client->status(),
+              [&](const tessera::ClusterStatus& found) { *status = status_for_c(found); });
+}
+
+tessera_code tessera_hash(tessera_client* client, char hash[33], uint64_t* tick) {
+  return give(client->client->hash(), [&](const tessera::HashAt& found) {
+    const std::size_t length = found.hash.copy(hash, 32);
+    hash[length] = '\0';
+    if (tick != nullptr) *tick = found.tick;
+  });
+}
+
+tessera_code tessera_raycast(tessera_client* client, const tessera_position* origin,
+                             const double direction[3], double length, tessera_hit* hit) {
+  const tessera::RayQuery ray{position_of(*origin), Vector3d(direction), length, 0};
+  return give(client->client->raycast(ray), [&](const std::optional<tessera::RayResult>& found) {
+    *hit = {};
+    if (!found) return;
+    hit->body = found->body.value;
+    hit->distance = found->distance;
+    hit->position = position_for_c(found->position);
+    write(found->normal, hit->normal);
+  });
+}
+
+tessera_code tessera_watch(tessera_client* client, const uint64_t* ids, size_t count,
+                           tessera_stream** stream) {
+  tessera::BodyFilter filter;
+  for (size_t n = 0; n < count; ++n) filter.ids.push_back(tessera::BodyId{ids[n]});
+  return give(client->client->watch_bodies(filter), [&](std::unique_ptr<tessera::BodyStream> made) {
+    *stream = new tessera_stream{std::move(made)};
+  });
+}
+
+tessera_code tessera_next(tessera_stream* stream, double timeout, uint64_t* tick, tessera_body* bodies,
+                          size_t capacity, size_t* count) {
+  return give(stream->stream->next(duration_of(timeout)), [&](const tessera::BodyFrame& frame) {
+    if (tick != nullptr) *tick = frame.tick;
+    *count = frame.bodies.size();
+    std::transform(frame.bodies.begin(), frame.bodies.begin() + std::min(capacity, *count), bodies,
+                   body_for_c);
+  });
+}
+
+void tessera_unwatch(tessera_stream* stream) { delete stream; }

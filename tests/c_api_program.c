@@ -1,0 +1,119 @@
+/* What tessera/c.h promises, from C: c_api_program ADDRESS WORLD.pb, on a cluster without a world. WORLD has
+ * a plane and ten crates. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tessera/c.h"
+
+#define CHECK(condition)                                                                               \
+  do {                                                                                                 \
+    if (!(condition)) {                                                                                \
+      fprintf(stderr, "line %d: %s; last error: %s\n", __LINE__, #condition, tessera_error_message()); \
+      exit(1);                                                                                         \
+    }                                                                                                  \
+  } while (0)
+
+enum { kPatience = 60, kTicks = 60, kCrates = 10 };
+
+static void check_positions(void) {
+  const int64_t far = INT64_C(1) << 62;
+  const tessera_position point = {{far, -far, 3}, {0.1, -0.2, 63.5}};
+  const int64_t sector[3] = {far, 1 - far, 3};
+  double metres[3];
+  tessera_relative_to(&point, sector, 128, metres);
+  CHECK(metres[0] == 0.1 && metres[1] == -128.2 && metres[2] == 63.5);
+}
+
+static void check_errors(tessera_client* client, const char* world) {
+  tessera_client* nobody = NULL;
+  CHECK(tessera_connect("127.0.0.1:1", 0.1, &nobody) == TESSERA_UNAVAILABLE);
+  CHECK(strstr(tessera_error_message(), "127.0.0.1:1") != NULL && nobody == NULL);
+  tessera_stream* stream = NULL;
+  CHECK(tessera_watch(client, NULL, 0, &stream) == TESSERA_FAILED_PRECONDITION);
+  CHECK(tessera_load(client, "nowhere.pb", false) == TESSERA_NOT_FOUND);
+  CHECK(strstr(tessera_error_message(), "nowhere.pb") != NULL);
+  CHECK(tessera_load(client, world, false) == TESSERA_OK);
+  CHECK(tessera_load(client, world, false) == TESSERA_ALREADY_EXISTS);
+  CHECK(tessera_load(client, world, true) == TESSERA_OK);
+  const double impulse[3] = {1, 0, 0};
+  CHECK(tessera_apply_impulse(client, 123456, impulse, NULL) == TESSERA_NOT_FOUND);
+  const tessera_position at = {{0, 0, 0}, {0, 0, 50}};
+  uint64_t id;
+  CHECK(tessera_spawn_sphere(client, "light", 0.5, -1, &at, &id) == TESSERA_INVALID_ARGUMENT);
+  CHECK(strstr(tessera_error_message(), "mass") != NULL);
+}
+
+/* A ball that flies up in a sector far away, watched. */
+static void check_flight(tessera_client* client) {
+  const int64_t far[3] = {INT64_C(1) << 62, 0, 0};
+  const tessera_position at = {{far[0], far[1], far[2]}, {0, 0, 50}};
+  const double up[3] = {0, 0, 40};
+  uint64_t ball;
+  uint64_t found;
+  CHECK(tessera_spawn_sphere(client, "ball", 0.5, 2, &at, &ball) == TESSERA_OK);
+  CHECK(tessera_find(client, "ball", &found) == TESSERA_OK && found == ball);
+  CHECK(tessera_apply_impulse(client, ball, up, NULL) == TESSERA_OK);
+
+  tessera_stream* stream;
+  CHECK(tessera_watch(client, &ball, 1, &stream) == TESSERA_OK);
+  uint64_t tick;
+  CHECK(tessera_step(client, kTicks, &tick) == TESSERA_OK && tick == kTicks);
+  tessera_body body;
+  size_t count;
+  for (uint64_t n = 0; n <= kTicks; ++n) {
+    CHECK(tessera_next(stream, kPatience, &tick, &body, 1, &count) == TESSERA_OK);
+    CHECK(tick == n && count == (n == 0 ? 0 : 1));
+  }
+  double metres[3];
+  tessera_relative_to(&body.position, far, 128, metres);
+  CHECK(body.id == ball && fabs(metres[2] - (50 + 20 - 9.81 / 2)) < 0.2);
+  CHECK(tessera_next(stream, 0, &tick, &body, 1, &count) == TESSERA_DEADLINE_EXCEEDED);
+  tessera_unwatch(stream);
+  tessera_unwatch(NULL);
+}
+
+/* More bodies than there is room for. */
+static void check_frame(tessera_client* client) {
+  tessera_stream* stream;
+  CHECK(tessera_watch(client, NULL, 0, &stream) == TESSERA_OK);
+  tessera_body bodies[2];
+  size_t count;
+  CHECK(tessera_next(stream, kPatience, NULL, bodies, 2, &count) == TESSERA_OK);
+  CHECK(count == kCrates + 1 && bodies[0].id < bodies[1].id);
+  tessera_unwatch(stream);
+}
+
+static void check_questions(tessera_client* client) {
+  tessera_status status;
+  CHECK(tessera_get_status(client, &status) == TESSERA_OK);
+  CHECK(status.state == TESSERA_PAUSED && status.tick == kTicks && status.bodies == kCrates + 2);
+  CHECK(status.servers == 2 && status.time_step == 1.0 / 60 && status.sector_size == 128);
+  const tessera_position above = {{0, 0, 0}, {0, 0, 30}};
+  const double down[3] = {0, 0, -2};
+  const double aside[3] = {1, 0, 0};
+  tessera_hit hit;
+  CHECK(tessera_raycast(client, &above, down, 100, &hit) == TESSERA_OK);
+  CHECK(hit.body != 0 && fabs(hit.distance - 20) < 0.1 && hit.normal[2] > 0.99);
+  CHECK(tessera_raycast(client, &above, aside, 100, &hit) == TESSERA_OK && hit.body == 0);
+  char hash[33];
+  uint64_t tick;
+  CHECK(tessera_hash(client, hash, &tick) == TESSERA_OK && strlen(hash) == 32 && tick == kTicks);
+  CHECK(tessera_resume(client, 0, NULL) == TESSERA_OK);
+  CHECK(tessera_pause(client, &tick) == TESSERA_OK && tick >= kTicks);
+}
+
+int main(int argc, char** argv) {
+  CHECK(argc == 3);
+  tessera_client* client;
+  CHECK(tessera_connect(argv[1], kPatience, &client) == TESSERA_OK);
+  check_positions();
+  check_errors(client, argv[2]);
+  check_flight(client);
+  check_frame(client);
+  check_questions(client);
+  tessera_disconnect(client);
+  tessera_disconnect(NULL);
+  return 0;
+}

@@ -1,0 +1,32 @@
+// tessera/c.h, used by programs in C.
+#include "tessera/world_message.h"
+#include "tests/cluster_fixture.h"
+
+namespace tessera {
+namespace {
+
+using namespace tessera::testing;
+using ::testing::HasSubstr;
+
+TEST(CApiTest, KeepsItsPromises) {
+  const std::filesystem::path folder = cli::make_temporary_folder().value();
+  const std::filesystem::path world = folder / "tower.pb";
+  ASSERT_THAT(write_world_message(world, read_world("tower.sdf")), IsOk());
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  Program program("c_api_program", {cluster.processes->address(), world.string()});
+  EXPECT_EQ(program.wait(), 0) << program.output();
+  std::filesystem::remove_all(folder);
+}
+
+TEST(CApiTest, ExampleRunsAgainstACluster) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  ASSERT_THAT(cluster.client->load(read_world("falling.sdf")).status(), IsOk());
+  Program hello("tessera-hello-c", {cluster.processes->address()});
+  EXPECT_EQ(hello.wait(), 0) << hello.output();
+  EXPECT_THAT(hello.output(), HasSubstr("60: "));
+}
+
+}  // namespace
+}  // namespace tessera
