@@ -12,9 +12,13 @@ packages=(
   libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libgeographiclib-dev
   # what the code stands on
   libabsl-dev libcli11-dev libeigen3-dev libspdlog-dev libtbb-dev libxxhash-dev nlohmann-json3-dev
+  # the page
+  libcivetweb-dev
   # to test
-  libgmock-dev libgtest-dev
+  chromium libgmock-dev libgtest-dev
 )
+# A Node.js of another origin brings npm along, and the distribution's would not go with it.
+command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)
 
 missing=()
 for package in "${packages[@]}"; do

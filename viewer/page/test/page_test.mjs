@@ -1,0 +1,152 @@
+// The page in a browser against a real cluster.
+import assert from 'node:assert/strict';
+import {join} from 'node:path';
+import {after, before, test} from 'node:test';
+
+import {openBrowser, openPage, start, tessera, upCluster} from './browser.mjs';
+
+const world = join(process.env.TESSERA_WORLDS_FOLDER, 'seam.sdf');
+
+let cluster;
+let browser;
+let page;
+
+before(async () => {
+  cluster = await upCluster(world, '--servers', '2');
+  browser = await openBrowser();
+  page = await openPage(browser, cluster.url);
+  await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
+});
+
+after(async () => {
+  await browser?.close();
+  await cluster?.stop();
+});
+
+const speedOf = (name) => page.evaluate((wanted) => {
+  const {bodies, state} = window.tessera;
+  const body = state.selected === null ? null : bodies.look(state.selected);
+  return body?.info.name === wanted ? body.speed : null;
+}, name);
+
+// Moves the camera there and waits until frames have come that show it.
+async function jumpTo(name) {
+  await page.evaluate((body) => window.tessera.jump(body), name);
+  await page.waitForFunction((body) => {
+    const {bodies, camera, state} = window.tessera;
+    const shown = state.selected !== null && bodies.look(state.selected);
+    return shown && shown.info.name === body &&
+        bodies.view.sector.every((s, n) => s === state.looked.focus.sector[n]) && camera.focus;
+  }, {}, name);
+}
+
+test('shows every body of the world that can move', async () => {
+  const expected = cluster.bodies - 1;  // the ground does not move
+  await page.waitForFunction((count) => window.tessera.bodies.countMoving === count, {}, expected);
+  assert.match(
+      await page.$eval('#tiles', (tiles) => tiles.textContent), new RegExp(`^${cluster.bodies}bodies`));
+});
+
+test('draws a picture', async () => {
+  await page.waitForFunction(() => window.tessera.state.framesDrawn > 2);
+  const colours = await page.evaluate(() => {
+    const {picture, camera, bodies, state} = window.tessera;
+    picture.draw(camera, bodies.view, state.looked.half, 0);
+    const canvas = document.createElement('canvas');
+    canvas.width = 160;
+    canvas.height = 100;
+    const context = canvas.getContext('2d');
+    context.drawImage(document.getElementById('world'), 0, 0, 160, 100);
+    return new Set(new Uint32Array(context.getImageData(0, 0, 160, 100).data.buffer)).size;
+  });
+  assert.ok(colours > 200, `${colours} colours`);
+});
+
+test('runs and pauses by its button', async () => {
+  const tick = () => page.evaluate(() => window.tessera.bodies.tick);
+  const start = await tick();
+  await page.click('#play');
+  await page.waitForFunction((from) => window.tessera.bodies.tick > from + 10, {}, start);
+  await page.click('#play');
+  await page.waitForFunction(() => document.getElementById('state').textContent === 'paused');
+});
+
+test('a click selects a box, and another one pushes it', async () => {
+  await jumpTo('crate_face::link');
+  assert.ok(await speedOf('crate_face::link') < 0.2);
+  await page.keyboard.press('Escape');
+  const {width, height} = page.viewport();
+  await page.mouse.click(width / 2, height / 2);
+  await page.waitForFunction(() => document.getElementById('bodyName').textContent === 'crate_face::link');
+  await page.click('[data-tool=push]');
+  await page.mouse.click(width / 2, height / 2);
+  await page.click('#step');
+  await page.waitForFunction(() => window.tessera.bodies.look(window.tessera.state.selected)?.speed > 0.5);
+  await page.click('[data-tool=select]');
+});
+
+test('a click puts a body into the world', async () => {
+  const before = await page.evaluate(() => window.tessera.bodies.countMoving);
+  await page.click('[data-tool=spawn]');
+  const {width, height} = page.viewport();
+  await page.mouse.click(width / 2, height / 2);
+  await page.click('#step');
+  await page.waitForFunction((count) => window.tessera.bodies.countMoving === count + 1, {}, before);
+  await page.click('[data-tool=select]');
+});
+
+test('shows contacts and the borders of sectors', async () => {
+  await page.click('#gridOn');
+  await page.click('#contactsOn');
+  await page.waitForFunction(() => window.tessera.picture.grid.object.visible);
+  await page.click('#steps');
+  await page.waitForFunction(() => window.tessera.picture.contacts.count > 0);
+});
+
+test('sectors 2^62 away are reached by typing them', async () => {
+  await page.$eval('#jumpText', (input) => input.value = '2^62, -2^62, 0');
+  await page.$eval('#jump', (form) => form.requestSubmit());
+  await page.waitForFunction(() => window.tessera.bodies.view.sector[0] === 1n << 62n);
+  assert.match(await page.$eval('#where', (where) => where.textContent), /sector 2⁶², −2⁶², 0/);
+});
+
+test('comes back by itself after the connection was lost', async () => {
+  // A page of its own, of a viewer of its own that can be ended and started again at the same address.
+  const viewer = await start(
+      'tessera-viewer', ['--connect', cluster.address, '--listen', '127.0.0.1:0'], /on (http\S+)/);
+  const [url] = viewer.found;
+  const other = await openPage(browser, url);
+  await other.waitForFunction(() => window.tessera.bodies.countMoving > 0);
+  await viewer.stop();
+  await other.waitForFunction(() => document.getElementById('state').textContent === 'no connection');
+  const again = await start(
+      'tessera-viewer', ['--connect', cluster.address, '--listen', new URL(url).host, '--read-only'],
+      /on (http\S+)/);
+  await other.waitForFunction(() => document.getElementById('state').textContent === 'paused');
+  const tick = await other.evaluate(() => window.tessera.bodies.tick);
+  await tessera(cluster.address, 'step', '7');
+  await other.waitForFunction((from) => window.tessera.bodies.tick === from + 7, {}, tick);
+  assert.equal(
+      await other.$eval('#play', (button) => button.disabled), true, 'read-only pages have no controls');
+  const refused =
+      await other.evaluate(() => window.tessera.connection.ask('pause').catch((error) => error.message));
+  assert.match(refused, /for reading only/);
+  await other.close();
+  await again.stop();
+});
+
+test('another world takes the place of the first', async () => {
+  await tessera(cluster.address, 'load', join(process.env.TESSERA_WORLDS_FOLDER, 'tower.sdf'), '--replace');
+  await page.waitForFunction(() => document.getElementById('worldName').textContent === 'tower');
+  await page.waitForFunction(() => window.tessera.bodies.countMoving === 10);
+});
+
+test('tells when the cluster has gone', async () => {
+  await cluster.stop('SIGKILL');
+  await page.waitForFunction(() => document.getElementById('state').className.includes('lost'));
+});
+
+test('makes no errors', () => {
+  const errors = page.errors.filter((text) => !/WebSocket|ERR_CONNECTION/.test(text));
+  assert.deepEqual(errors, []);
+});
