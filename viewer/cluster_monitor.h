@@ -22,7 +22,8 @@ struct ClusterReport {
   std::uint64_t world = 0;           // another number whenever there is another world, or the same anew
   std::vector<std::uint64_t> nodes;  // of all servers ever seen, in the order of their coming
 
-  bool is_live() const { return answer.ok() && cluster.settings.has_value() && cluster.state != "failed"; }
+  // Whether there is a world, as far as is known.
+  bool is_live() const { return cluster.state == "paused" || cluster.state == "running"; }
 };
 
 class ClusterMonitor {

@@ -55,7 +55,6 @@ PageSession::PageSession(Client& client, const PageOptions& options, PageSocket 
       bodies_([this] { changed_.notify_all(); }),
       contacts_([this] { changed_.notify_all(); }) {
   tell({{"type", "hello"}, {"read_only", options_.read_only}});
-  tell(status_message(*report_));
   writer_ = std::thread([this] { write(); });
   asker_ = std::thread([this] { answer_requests(); });
 }
@@ -79,11 +78,12 @@ void PageSession::report(std::shared_ptr<const ClusterReport> report) {
   const std::lock_guard lock(mutex_);
   const bool is_other_world = report->world != report_->world;
   report_ = std::move(report);
-  tell(status_message(*report_));
+  has_news_ = true;
   if (is_other_world ||
       is_far_from(ticks_between_frames(*report_, options_.frames_per_second), every_ticks_)) {
     watch();
   }
+  changed_.notify_all();
 }
 
 bool PageSession::hear(const std::string& text) {
@@ -157,6 +157,12 @@ void PageSession::write() {
       texts_.pop_front();
       lock.unlock();
       socket_.send_text(text);
+      lock.lock();
+    } else if (has_news_) {
+      has_news_ = false;
+      const std::shared_ptr<const ClusterReport> report = report_;
+      lock.unlock();
+      socket_.send_text(dump(status_message(*report)));
       lock.lock();
     } else if (is_due(Clock::now())) {
       next_frame_ = Clock::now() + period;

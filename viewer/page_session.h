@@ -81,6 +81,7 @@ class PageSession {
   std::condition_variable changed_;
   bool closing_ = false;
   std::shared_ptr<const ClusterReport> report_;
+  bool has_news_ = true;  // a report that the page has not had
   std::optional<Interest> interest_;
   bool wants_contacts_ = false;
   std::uint32_t every_ticks_ = 0;  // of the streams that are open

@@ -111,15 +111,12 @@ class LiveHandler final : public CivetWebSocketHandler {
   }
 
   void handleClose(CivetServer*, const mg_connection* connection) override {
-    std::shared_ptr<PageSession> ending;  // its threads may wait for the lock
-    const std::lock_guard closing(closing_mutex_);
-    {
-      const std::lock_guard lock(mutex_);
-      const auto found = sessions_.find(connection);
-      if (found == sessions_.end()) return;
-      ending = std::move(found->second);
-      sessions_.erase(found);
-    }
+    std::shared_ptr<PageSession> ending;  // ends, which takes a moment, without the lock
+    const std::lock_guard lock(mutex_);
+    const auto found = sessions_.find(connection);
+    if (found == sessions_.end()) return;
+    ending = std::move(found->second);
+    sessions_.erase(found);
   }
 
  private:
@@ -132,7 +129,6 @@ class LiveHandler final : public CivetWebSocketHandler {
   Client& client_;
   const PageOptions options_;
   std::mutex mutex_;
-  std::mutex closing_mutex_;
   std::shared_ptr<const ClusterReport> report_ = std::make_shared<ClusterReport>();
   std::map<const mg_connection*, std::shared_ptr<PageSession>> sessions_;
 };

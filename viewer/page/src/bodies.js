@@ -19,7 +19,8 @@ const kFields = {
 class Batch {
   constructor({make, isBox}) {
     this.count = 0;
-    this.owners = [];  // id of the body in each slot
+    this.owners = [];        // id of the body in each slot
+    this.dirty = new Set();  // names of fields
     this.geometry = new InstancedBufferGeometry();
     const shape = make();
     for (const [name, attribute] of Object.entries(shape.attributes))
@@ -68,11 +69,17 @@ class Batch {
     return slot === last ? undefined : id;
   }
 
-  touch(name) {
-    const attribute = this.geometry.attributes[name];
-    attribute.clearUpdateRanges();
-    attribute.addUpdateRange(0, this.count * kFields[name]);
-    attribute.needsUpdate = true;
+  touch(name) { this.dirty.add(name); }
+
+  // Hands what has changed to the graphics card.
+  flush() {
+    for (const name of this.dirty) {
+      const attribute = this.geometry.attributes[name];
+      attribute.clearUpdateRanges();
+      attribute.addUpdateRange(0, this.count * kFields[name]);
+      attribute.needsUpdate = true;
+    }
+    this.dirty.clear();
   }
 
   // The poses so far become those that motion starts from.
@@ -167,7 +174,10 @@ export class Bodies {
   }
 
   // Between the last two frames, as far as time has gone.
-  blend(now) { uniforms.uBlend.value = Math.min((now - this.#arrived) / this.frameMs, 1); }
+  blend(now) {
+    uniforms.uBlend.value = Math.min((now - this.#arrived) / this.frameMs, 1);
+    for (const batch of this.#batches.values()) batch.flush();
+  }
 
   #move(frame, n) {
     const id = frame.ids[n];
@@ -175,9 +185,12 @@ export class Bodies {
     const body = isNew ? this.#add(id) : this.#shown.get(id);
     if (!body) return;
     const {batch, slot} = body;
+    const isAsleep = frame.asleep[n] === 1;
+    const isRepainted = isNew || this.#mode === 'speed' || this.#mode === 'sector' ||
+        body.server !== frame.servers[n] || body.isAsleep !== isAsleep;
     body.speed = frame.speeds[n];
     body.server = frame.servers[n];
-    body.isAsleep = frame.asleep[n] === 1;
+    body.isAsleep = isAsleep;
     for (let axis = 0; axis < 3; ++axis) batch.position1[3 * slot + axis] = frame.positions[3 * n + axis];
     for (let axis = 0; axis < 4; ++axis) batch.rotation1[4 * slot + axis] = frame.orientations[4 * n + axis];
     if (isNew) {
@@ -185,7 +198,7 @@ export class Bodies {
       batch.rotation0.set(batch.rotation1.subarray(4 * slot, 4 * slot + 4), 4 * slot);
     }
     this.#moved.add(batch);
-    this.#paint(id, body);
+    if (isRepainted) this.#paint(id, body);
   }
 
   #add(id) {

@@ -41,9 +41,9 @@ const kFragmentHead = `
   float ground() {
     vec3 facing = abs(vFacing);
     vec2 at = facing.z >= max(facing.x, facing.y) ? vPlace.xy : facing.x > facing.y ? vPlace.yz : vPlace.xz;
-    float fine = lines(at, uSectorSize / 128.0) * 0.10;
-    float middle = lines(at, uSectorSize / 16.0) * 0.20;
-    float border = lines(at - uSectorSize / 2.0, uSectorSize) * 0.55;
+    float fine = lines(at, uSectorSize / 128.0) * 0.06;
+    float middle = lines(at, uSectorSize / 16.0) * 0.14;
+    float border = lines(at - uSectorSize / 2.0, uSectorSize) * 0.5;
     return max(max(fine, middle), border);
   }
 `;
@@ -53,9 +53,10 @@ const kEdges = `
   float low = min(toEdge.x, min(toEdge.y, toEdge.z));
   float high = max(toEdge.x, max(toEdge.y, toEdge.z));
   float nearest = toEdge.x + toEdge.y + toEdge.z - low - high;
-  float edge = 1.0 - smoothstep(0.4, 1.6, nearest / max(fwidth(nearest), 1e-6));
-  float isNear = 1.0 - smoothstep(0.02, 0.12, fwidth(nearest) / max(high, 1e-6));
-  diffuseColor.rgb *= 1.0 - 0.5 * edge * isNear;
+  float pixel = max(fwidth(nearest), 1e-6);
+  float edge = 1.0 - smoothstep(0.6, 2.0, nearest / pixel);
+  float isNear = 1.0 - smoothstep(0.04, 0.2, pixel / min(vSize.x, min(vSize.y, vSize.z)));
+  diffuseColor.rgb *= 1.0 - 0.45 * edge * isNear;
 `;
 
 function adapt(material, isBox) {
@@ -75,7 +76,7 @@ function adapt(material, isBox) {
             .replace('#include <color_fragment>', `
         diffuseColor.rgb = vTint * vTint;
         ${isBox ? kEdges : ''}
-        vec3 dark = diffuseColor.rgb * 0.55;
+        vec3 dark = diffuseColor.rgb * 0.42;
         if (vGround > 0.5) diffuseColor.rgb = mix(dark, vec3(0.32, 0.42, 0.52), ground());`);
   };
   material.customProgramCacheKey = () => `body ${isBox}`;

@@ -80,7 +80,7 @@ export class Dashboard {
         plot('bodies awake, contacts', '', {name: 'awake', colour: kTeal}, {name: 'contacts', colour: kBlue});
     this.clones = plot('clones', '', {name: 'clones', colour: kAmber});
     this.islands = plot(
-        'islands across seams, shipped, cut', '', {name: 'across seams', colour: kBlue},
+        'islands at seams, shipped, cut', '', {name: 'across seams', colour: kBlue},
         {name: 'across servers', colour: kAmber}, {name: 'cut', colour: kRose});
     this.exchange = plot('exchange between servers', 'kB/s', {name: 'sent', colour: kBlue});
     this.page = plot(

@@ -301,7 +301,10 @@ for (const button of $('tools').children) button.onclick = () => useTool(button.
 for (const button of $('modes').children) button.onclick = () => colourBy(button.dataset.mode);
 $('contactsOn').onchange = sendContacts;
 $('gridOn').onchange = () => showGrid();
-$('shadowsOn').onchange = () => picture.shadows = $('shadowsOn').checked;
+$('shadowsOn').onchange = () => {
+  picture.shadows = $('shadowsOn').checked;
+  picture.mayDropShadows = false;
+};
 picture.onTooSlow = () => $('shadowsOn').checked = false;
 $('deselect').onclick = () => select(null);
 $('follow').onclick = () => setFollowing(!state.following);

@@ -18,7 +18,7 @@ export class Picture {
     this.scene = new Scene();
     this.scene.background = new Color(kSky);
     this.scene.fog = new Fog(kSky, 100, 1000);
-    this.sky = new HemisphereLight('#dbe7f5', '#2a2f38', 1.5);
+    this.sky = new HemisphereLight('#dfe9f5', '#4a515c', 1.9);
     this.sun = new DirectionalLight('#fff4e2', 2.6);
     this.sun.shadow.mapSize.set(2048, 2048);
     this.sun.shadow.bias = -0.0004;
@@ -31,6 +31,7 @@ export class Picture {
         bodies.group, this.sky, this.sun, this.sun.target, this.grid.object, this.contacts.object,
         this.ray.object, this.planet.object);
     this.shadows = true;
+    this.mayDropShadows = true;  // where drawing them takes too long
     this.onTooSlow = () => {};
     this.#slowFrames = 0;
   }
@@ -84,7 +85,7 @@ export class Picture {
 
   #watchSpeed(frameMs) {
     this.#slowFrames = frameMs > kSlowMs ? this.#slowFrames + 1 : Math.max(0, this.#slowFrames - 2);
-    if (this.shadows && this.#slowFrames > kSlowFramesMax) {
+    if (this.shadows && this.mayDropShadows && this.#slowFrames > kSlowFramesMax) {
       this.shadows = false;
       this.onTooSlow();
     }

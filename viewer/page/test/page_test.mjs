@@ -72,12 +72,12 @@ test('runs and pauses by its button', async () => {
 });
 
 test('a click selects a box, and another one pushes it', async () => {
-  await jumpTo('crate_face::link');
-  assert.ok(await speedOf('crate_face::link') < 0.2);
+  await jumpTo('crate_face::crate');
+  assert.ok(await speedOf('crate_face::crate') < 0.2);
   await page.keyboard.press('Escape');
   const {width, height} = page.viewport();
   await page.mouse.click(width / 2, height / 2);
-  await page.waitForFunction(() => document.getElementById('bodyName').textContent === 'crate_face::link');
+  await page.waitForFunction(() => document.getElementById('bodyName').textContent === 'crate_face::crate');
   await page.click('[data-tool=push]');
   await page.mouse.click(width / 2, height / 2);
   await page.click('#step');
