@@ -84,7 +84,7 @@ void add_up(CLI::App& app, Action& action) {
           .add_option("--page", cluster.page,
                       "where browsers find the page; by default, if that is in use, any free port")
           ->capture_default_str();
-  CLI::Option* no_page = command.add_flag("--no-page", "without a page")->excludes(page);
+  CLI::Option* no_page = command.add_flag("--no-page")->description("without a page")->excludes(page);
   add_override_options(command, options->overrides);
   command.callback([options, page, no_page, &action] {
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
