@@ -303,7 +303,7 @@ $('contactsOn').onchange = sendContacts;
 $('gridOn').onchange = () => showGrid();
 $('shadowsOn').onchange = () => {
   picture.shadows = $('shadowsOn').checked;
-  picture.mayDropShadows = false;
+  picture.mayCoarsen = false;
 };
 picture.onTooSlow = () => $('shadowsOn').checked = false;
 $('deselect').onclick = () => select(null);

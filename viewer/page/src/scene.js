@@ -7,8 +7,9 @@ import {
 import {Contacts, Planet, Ray, SectorGrid} from './marks.js';
 
 const kSky = '#0e1217';
-const kSlowMs = 45;  // a frame; slower for a while, shadows go
-const kSlowFramesMax = 60;
+const kSlowFrameMs = 45;
+const kSlowForMs = 2500;    // of slow frames: then shadows go, and after them some sharpness
+const kCoarseRatio = 0.6;
 
 export class Picture {
   constructor(canvas, bodies) {
@@ -31,24 +32,24 @@ export class Picture {
         bodies.group, this.sky, this.sun, this.sun.target, this.grid.object, this.contacts.object,
         this.ray.object, this.planet.object);
     this.shadows = true;
-    this.mayDropShadows = true;  // where drawing them takes too long
+    this.mayCoarsen = true;  // where drawing takes too long
     this.onTooSlow = () => {};
-    this.#slowFrames = 0;
+    this.ratioMax = 2;
+    this.#slowMs = 0;
   }
-  #slowFrames;
+  #slowMs;
 
   set shadows(on) {
     this.renderer.shadowMap.enabled = on;
     this.sun.castShadow = on;
-    this.#slowFrames = 0;
+    this.#slowMs = 0;
   }
   get shadows() { return this.sun.castShadow; }
 
   // The whole way of a frame; `frameMs` is what the last one took.
   draw(camera, view, half, frameMs) {
     const {clientWidth: width, clientHeight: height} = this.canvas;
-    const ratio = this.shadows ? Math.min(devicePixelRatio, 2) : 1;
-    this.renderer.setPixelRatio(ratio);
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, this.ratioMax));
     const size = this.renderer.getSize(new Vector2());
     if (size.x !== width || size.y !== height) this.renderer.setSize(width, height, false);
     const isFar = view.planet && camera.distance > 2000;
@@ -84,10 +85,14 @@ export class Picture {
   }
 
   #watchSpeed(frameMs) {
-    this.#slowFrames = frameMs > kSlowMs ? this.#slowFrames + 1 : Math.max(0, this.#slowFrames - 2);
-    if (this.shadows && this.mayDropShadows && this.#slowFrames > kSlowFramesMax) {
+    this.#slowMs = frameMs > kSlowFrameMs ? this.#slowMs + frameMs : Math.max(0, this.#slowMs - frameMs);
+    if (this.#slowMs < kSlowForMs || !this.mayCoarsen) return;
+    this.#slowMs = 0;
+    if (this.shadows) {
       this.shadows = false;
       this.onTooSlow();
+    } else {
+      this.ratioMax = kCoarseRatio;
     }
   }
 

@@ -5,7 +5,7 @@ import {createRequire} from 'node:module';
 import {join} from 'node:path';
 import {createInterface} from 'node:readline';
 
-const kPatienceMs = 60_000;
+const kPatienceMs = 120_000;  // for machines that are busy otherwise
 const [packages, programs] = [process.env.TESSERA_PAGE_PACKAGES, process.env.TESSERA_PROGRAMS];
 const puppeteer = createRequire(join(packages, 'index.js'))('puppeteer-core');
 
@@ -35,9 +35,9 @@ export async function start(name, args, ...patterns) {
 export async function upCluster(...args) {
   const up = await start(
       'tessera', ['up', '--listen', '127.0.0.1:0', '--page', '127.0.0.1:0', ...args], / on (\S+) with /,
-      /browser: (\S+)/, /(\d+) bodies in/);
+      /browser: (\S+)/, /([\d,]+) bodies in/);
   const [address, url, bodies] = up.found;
-  return {...up, address, url, bodies: Number(bodies)};
+  return {...up, address, url, bodies: Number(bodies.replaceAll(',', ''))};
 }
 
 export async function tessera(address, ...args) {
@@ -56,6 +56,7 @@ export function openBrowser(width = 1280, height = 800) {
       '--hide-scrollbars', `--window-size=${width},${height}`
     ],
     defaultViewport: {width, height},
+    timeout: kPatienceMs,
     protocolTimeout: kPatienceMs,
   });
 }

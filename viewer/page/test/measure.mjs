@@ -1,5 +1,5 @@
-// What the page costs: 10,000 bodies that move, all in view. Frames per second and bytes per second of a page, and the
-// time of ticks without a page, with one that draws nothing, and with one in a browser.
+// What the page costs: 10,000 bodies that move, all in view. Frames per second and bytes per second of a
+// page, and the time of ticks without a page, with one that draws nothing, and with one in a browser.
 //
 //   TESSERA_PAGE_PACKAGES=build/release/viewer/node_modules TESSERA_PROGRAMS=build/release/bin \
 //     TESSERA_WORLDS_FOLDER=worlds node viewer/page/test/measure.mjs
@@ -10,9 +10,9 @@ import {join, resolve} from 'node:path';
 
 import {openBrowser, openPage, tessera, upCluster} from './browser.mjs';
 
-const kEdge = 100;      // balls along each side
-const kSpacing = 1.5;   // m
-const kSpeed = 0.4;     // m/s, all the same way: they roll and never meet
+const kEdge = 100;     // balls along each side
+const kSpacing = 1.5;  // m
+const kSpeed = 0.4;    // m/s, all the same way: they roll and never meet
 const kSeconds = 10;
 const kTicks = 600;
 
@@ -23,8 +23,9 @@ function rollingBalls() {
   const balls = [];
   for (let n = 0; n < kEdge * kEdge; ++n) {
     const [x, y] = [n % kEdge, Math.floor(n / kEdge)].map((place) => (place - (kEdge - 1) / 2) * kSpacing);
-    balls.push(`<include><uri>${models}/ball.sdf</uri><name>ball_${n}</name><pose>${x} ${y} 0 0 0 0</pose>` +
-               `<tessera:velocity linear="${kSpeed} 0 0" angular="0 ${2 * kSpeed} 0"/></include>`);
+    balls.push(
+        `<include><uri>${models}/ball.sdf</uri><name>ball_${n}</name><pose>${x} ${y} 0 0 0 0</pose>` +
+        `<tessera:velocity linear="${kSpeed} 0 0" angular="0 ${2 * kSpeed} 0"/></include>`);
   }
   return `<?xml version="1.0"?>
     <sdf version="1.9" xmlns:tessera="https://tessera.dev/sdf"><world name="rolling_balls">
@@ -52,8 +53,8 @@ async function measure(name, file, watch) {
     await tessera(cluster.address, 'step', String(kTicks));
     const fast = (performance.now() - start) / kTicks;
     await watcher.close();
-    console.log(`${name}: ${tick} ticks, p50 ${p50.toFixed(2)} ms, p99 ${p99.toFixed(2)} ms; as fast as possible ${
-        fast.toFixed(2)} ms a tick${seen}`);
+    console.log(`${name}: ${tick} ticks, p50 ${p50.toFixed(2)} ms, p99 ${
+        p99.toFixed(2)} ms; as fast as possible ${fast.toFixed(2)} ms a tick${seen}`);
   } finally {
     await cluster.stop('SIGINT');
   }
@@ -75,8 +76,11 @@ async function reader(url) {
   await new Promise((opened) => socket.on('open', opened));
   socket.send(JSON.stringify({type: 'look', sector: ['0', '0', '0'], local: [0, 0, 0], half: 400}));
   return {
-    begin: async () => { frames = bytes = 0; },
-    end: async () => `; ${(frames / kSeconds).toFixed(1)} frames/s, ${(bytes / kSeconds / 1e6).toFixed(2)} MB/s`,
+    begin: async () => {
+      frames = bytes = 0;
+    },
+    end: async () =>
+        `; ${(frames / kSeconds).toFixed(1)} frames/s, ${(bytes / kSeconds / 1e6).toFixed(2)} MB/s`,
     close: async () => socket.close(),
   };
 }
@@ -86,13 +90,15 @@ async function browserPage(url) {
   const page = await openPage(browser, url);
   await page.waitForFunction((count) => window.tessera.bodies.countMoving === count, {}, kEdge * kEdge);
   const count = () => page.evaluate(() => ({
-    drawn: window.tessera.state.framesDrawn,
-    bytes: window.tessera.connection.bytes,
-    at: performance.now(),
-  }));
+                                      drawn: window.tessera.state.framesDrawn,
+                                      bytes: window.tessera.connection.bytes,
+                                      at: performance.now(),
+                                    }));
   let from;
   return {
-    begin: async () => { from = await count(); },
+    begin: async () => {
+      from = await count();
+    },
     end: async () => {
       const to = await count();
       const seconds = (to.at - from.at) / 1000;

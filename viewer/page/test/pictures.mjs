@@ -35,7 +35,9 @@ async function withPage(args, work) {
   try {
     await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
     // Without a graphics card the picture is slow to draw; it keeps its shadows all the same.
-    await page.evaluate(() => { window.tessera.picture.mayDropShadows = false; });
+    await page.evaluate(() => {
+      window.tessera.picture.mayCoarsen = false;
+    });
     await work(page, cluster);
   } finally {
     await page.close();
