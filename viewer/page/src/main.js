@@ -18,6 +18,7 @@ const kHalfMin = 120;    // m: what is asked for around the focus, at least
 const kHalfMax = 20000;  // and at most
 const kLookEveryMs = 250;
 const kPlacesEveryMs = 30000;
+const kDrawForMs = 300;  // after a change: bodies are on their way from frame to frame
 
 const $ = (id) => document.getElementById(id);
 
@@ -211,6 +212,7 @@ connection.addEventListener('bodies', ({detail}) => bodies.introduce(detail));
 
 connection.addEventListener('frame', ({detail}) => {
   const frame = decode(detail);
+  redraw();
   requestAnimationFrame(() => connection.send({type: 'seen'}));
   if (frame.kind === 'contacts') return picture.contacts.show(frame);
   if (frame.isKey) camera.up.set(...state.pendingView.up);
@@ -389,7 +391,12 @@ function showFooter() {
       number(state.framesPerSecond)} fps · ${number(state.bytesPerSecond / 1000)} kB/s`;
 }
 
+// A picture in which nothing changes is not drawn again.
+let drawUntil = 0;
+function redraw() { drawUntil = performance.now() + kDrawForMs; }
+
 let last = performance.now();
+let lastPose = '';
 function draw(now) {
   requestAnimationFrame(draw);
   const seconds = Math.min((now - last) / 1000, 0.25);
@@ -397,6 +404,10 @@ function draw(now) {
   last = now;
   camera.advance(seconds);
   if (!camera.focus || !bodies.view) return;
+  const pose = `${camera.focus.sector} ${camera.focus.local} ${camera.yaw} ${camera.pitch} ${camera.distance}`;
+  if (pose !== lastPose) redraw();
+  lastPose = pose;
+  if (performance.now() > drawUntil && !picture.ray.object.visible) return;
   bodies.blend(performance.now());
   picture.draw(camera, bodies.view, state.looked?.half ?? kHalfMin, frameMs);
   labels.show(labelsNow());
@@ -411,6 +422,7 @@ setInterval(() => {
   state.bytesPerSecond = (connection.bytes - measured.bytes) / seconds;
   measured = {at: now, frames: state.framesDrawn, bytes: connection.bytes};
 }, 1000);
+for (const change of ['click', 'change', 'keydown', 'resize']) addEventListener(change, redraw);
 setInterval(() => lookWhereNeeded(), kLookEveryMs);
 setInterval(() => {
   showGrid();

@@ -49,13 +49,14 @@ export class Picture {
   // The whole way of a frame; `frameMs` is what the last one took.
   draw(camera, view, half, frameMs) {
     const {clientWidth: width, clientHeight: height} = this.canvas;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, this.ratioMax));
+    const ratio = Math.min(devicePixelRatio, this.ratioMax);
+    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);  // makes a new canvas
     const size = this.renderer.getSize(new Vector2());
     if (size.x !== width || size.y !== height) this.renderer.setSize(width, height, false);
     const isFar = view.planet && camera.distance > 2000;
     const reach =
         Math.max(4 * half, 6 * camera.distance, isFar ? 4 * (view.planet.radius + camera.distance) : 0);
-    const target = camera.place(view.sector, width / height, reach);
+    const target = this.aim(camera, view, reach);
     this.scene.fog.near = isFar ? reach : Math.max(half * 0.5, camera.distance * 1.5);
     this.scene.fog.far = isFar ? 2 * reach : Math.max(half * 2.2, camera.distance * 6);
     this.#light(camera, target);
@@ -63,6 +64,11 @@ export class Picture {
     this.ray.advance(performance.now());
     this.renderer.render(this.scene, camera.three);
     this.#watchSpeed(frameMs);
+  }
+
+  // Where the camera looks, in metres from the centre of the view's sector.
+  aim(camera, view, reach = camera.three.far) {
+    return camera.place(view.sector, this.canvas.clientWidth / this.canvas.clientHeight, reach);
   }
 
   #light(camera, target) {
@@ -97,7 +103,8 @@ export class Picture {
   }
 
   // From the eye through a point of the window, in metres from the centre of the view's sector.
-  rayThrough(camera, {clientX, clientY}) {
+  rayThrough(camera, view, {clientX, clientY}) {
+    this.aim(camera, view);
     const box = this.canvas.getBoundingClientRect();
     const point =
         new Vector2((clientX - box.left) / box.width * 2 - 1, 1 - (clientY - box.top) / box.height * 2);

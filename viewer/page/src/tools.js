@@ -51,7 +51,7 @@ export class Tools {
   // What lies under the pointer, with the ray; null where nothing does.
   async #pick(event) {
     const {view} = this.bodies;
-    const {origin, direction} = this.picture.rayThrough(this.camera, event);
+    const {origin, direction} = this.picture.rayThrough(this.camera, view, event);
     const length = Math.max(kRayLengthMin, 6 * this.camera.distance);
     const from = moved({sector: view.sector, local: [0, 0, 0]}, origin, view.sector_size);
     const hit = await this.connection.ask('pick', {...toJson(from), direction, length});

@@ -16,11 +16,12 @@ async function settle(page) {
   await page.evaluate(() => {
     const {state} = window.tessera;
     state.drawnBefore = state.framesDrawn;
+    dispatchEvent(new Event('resize'));
   });
   await page.waitForFunction(() => {
     const {bodies, state} = window.tessera;
     return state.looked && bodies.view.sector.every((index, n) => index === state.looked.focus.sector[n]) &&
-        state.framesDrawn > state.drawnBefore + 4;
+        state.framesDrawn > state.drawnBefore;
   });
 }
 
