@@ -6,7 +6,7 @@
 namespace tessera::viewer {
 namespace {
 
-constexpr absl::Duration kAnswerTimeout = absl::Seconds(2);
+constexpr absl::Duration kAnswerTimeout = absl::Seconds(5);
 
 ClusterReport next_report(const ClusterReport& last, absl::StatusOr<ClusterStatus> status) {
   ClusterReport report = last;

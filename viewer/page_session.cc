@@ -18,7 +18,7 @@ using nlohmann::json;
 constexpr int kFramesUnderWayMax = 2;
 constexpr std::size_t kRequestsMax = 64;
 constexpr double kHalfMax = 1e9;  // m
-constexpr absl::Duration kSubscribeTimeout = absl::Seconds(2);
+constexpr absl::Duration kSubscribeTimeout = absl::Seconds(10);
 constexpr std::uint32_t kEveryTicksMax = 1'000'000;
 
 // So that about `frames_per_second` frames come in a second; every tick of a world that stands still, which

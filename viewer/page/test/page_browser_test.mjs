@@ -29,6 +29,9 @@ const selected = () => page.evaluate(() => {
   return state.selected === null ? null : bodies.look(state.selected)?.info.name ?? null;
 });
 
+const isInState = (name) =>
+    page.waitForFunction((text) => document.getElementById('state').textContent === text, {}, name);
+
 // Moves the camera to a body and waits until it has drawn what is there.
 async function jumpTo(name) {
   const drawn = await page.evaluate(async (body) => {
@@ -68,13 +71,17 @@ test('draws a picture', async () => {
   assert.ok(colours > 200, `${colours} colours`);
 });
 
+async function playUntil(condition, ...args) {
+  await page.click('#play');
+  await isInState('running');
+  await page.waitForFunction(condition, {}, ...args);
+  await page.click('#play');
+  await isInState('paused');
+}
+
 test('runs and pauses by its button', async () => {
-  const tick = () => page.evaluate(() => window.tessera.bodies.tick);
-  const start = await tick();
-  await page.click('#play');
-  await page.waitForFunction((from) => window.tessera.bodies.tick > from + 10, {}, start);
-  await page.click('#play');
-  await page.waitForFunction(() => document.getElementById('state').textContent === 'paused');
+  const tick = await page.evaluate(() => window.tessera.bodies.tick);
+  await playUntil((from) => window.tessera.bodies.tick > from + 10, tick);
 });
 
 test('a click selects a box, and another one pushes it', async () => {
@@ -106,10 +113,7 @@ test('shows contacts and the borders of sectors', async () => {
   await page.click('#gridOn');
   await page.click('#contactsOn');
   await page.waitForFunction(() => window.tessera.picture.grid.object.visible);
-  await page.click('#play');
-  await page.waitForFunction(() => window.tessera.picture.contacts.count > 0);
-  await page.click('#play');
-  await page.waitForFunction(() => document.getElementById('state').textContent === 'paused');
+  await playUntil(() => window.tessera.picture.contacts.count > 0);
 });
 
 test('sectors 2^62 away are reached by typing them', async () => {
