@@ -53,6 +53,7 @@ export function openBrowser(width = 1280, height = 800) {
     headless: true,
     args: [
       '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
+      '--disable-gpu-rasterization',
       '--hide-scrollbars', `--window-size=${width},${height}`
     ],
     defaultViewport: {width, height},

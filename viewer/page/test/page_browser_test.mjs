@@ -15,7 +15,8 @@ before(async () => {
   cluster = await upCluster(world, '--servers', '2');
   browser = await openBrowser(900, 600);
   page = await openPage(browser, cluster.url);
-  await page.evaluate(() => { window.tessera.picture.shadows = false; });  // drawn by a processor
+  // Drawn by a processor: coarse, so that the tests take seconds.
+  await page.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
   await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
 });
 
