@@ -70,6 +70,7 @@ export async function openPage(browser, url) {
   page.on('console', (message) => {
     if (message.type() === 'error') page.errors.push(message.text());
   });
+  await page.bringToFront();  // pages behind others draw nothing
   await page.goto(url);
   return page;
 }

@@ -11,12 +11,17 @@ let cluster;
 let browser;
 let page;
 
+// Drawn by a processor: coarse, so that the tests take seconds.
+async function openCoarsePage(url) {
+  const opened = await openPage(browser, url);
+  await opened.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
+  return opened;
+}
+
 before(async () => {
   cluster = await upCluster(world, '--servers', '2');
   browser = await openBrowser(900, 600);
-  page = await openPage(browser, cluster.url);
-  // Drawn by a processor: coarse, so that the tests take seconds.
-  await page.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
+  page = await openCoarsePage(cluster.url);
   await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
 });
 
@@ -129,7 +134,7 @@ test('comes back by itself after the connection was lost', async () => {
   const viewer = await start(
       'tessera-viewer', ['--connect', cluster.address, '--listen', '127.0.0.1:0'], /on (http\S+)/);
   const [url] = viewer.found;
-  const other = await openPage(browser, url);
+  const other = await openCoarsePage(url);
   await other.waitForFunction(() => window.tessera.bodies.countMoving > 0);
   await viewer.stop();
   await other.waitForFunction(() => document.getElementById('state').textContent === 'no connection');
@@ -146,6 +151,7 @@ test('comes back by itself after the connection was lost', async () => {
       await other.evaluate(() => window.tessera.connection.ask('pause').catch((error) => error.message));
   assert.match(refused, /for reading only/);
   await other.close();
+  await page.bringToFront();
   await again.stop();
 });
 
