@@ -186,6 +186,27 @@ TEST(FindBodies, ByPrefixAscendingAndCut) {
   EXPECT_FALSE(found->answer.truncated());
 }
 
+TEST(FindBodies, ByIdAndMotionAndWithShapes) {
+  const auto cluster = loaded_cluster();
+  v1::FindBodiesRequest find;
+  for (const std::uint64_t id : {4, 99, 2, 4}) find.add_ids(id);
+  auto found = cluster->ask<v1::FindBodiesReply>(find);
+  ASSERT_EQ(found->answer.bodies_size(), 2);
+  EXPECT_EQ(found->answer.bodies(0).id(), 2u);
+  EXPECT_EQ(found->answer.bodies(1).id(), 4u);
+  EXPECT_TRUE(found->answer.shapes().empty());
+
+  find.Clear();
+  find.set_only_static(true);
+  find.set_with_shapes(true);
+  find.set_limit(1);
+  found = cluster->ask<v1::FindBodiesReply>(find);
+  ASSERT_EQ(found->answer.bodies_size(), 1);
+  EXPECT_EQ(found->answer.bodies(0).name(), "floor");
+  ASSERT_EQ(found->answer.shapes().size(), 1u);
+  EXPECT_EQ(found->answer.shapes().begin()->first, found->answer.bodies(0).properties().shape());
+}
+
 // Everything that is refused, with the words that must be in the message; nothing of it changes the world.
 TEST(Commands, AreRefusedWithTheFieldAndTheBound) {
   const auto cluster = loaded_cluster();

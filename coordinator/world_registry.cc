@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "coordinator/limits.h"
@@ -192,15 +193,24 @@ v1::ListJointsReply WorldRegistry::list_joints(const v1::ListJointsRequest& requ
 v1::FindBodiesReply WorldRegistry::find_bodies(const v1::FindBodiesRequest& request) const {
   const std::uint64_t wanted = request.limit() == 0 ? kFoundBodiesDefault : request.limit();
   const std::size_t limit = std::min(wanted, kFoundBodiesMax);
+  const std::string_view prefix = request.name_prefix();
   std::vector<BodyId> ids;
-  if (request.name_prefix().empty()) {
+  const auto consider = [&](BodyId id, const Entry& entry) {
+    if (request.only_static() && entry.properties.motion != Motion::kStatic) return;
+    if (entry.name.starts_with(prefix)) ids.push_back(id);
+  };
+  if (!request.ids().empty()) {
+    for (const std::uint64_t id : std::set<std::uint64_t>(request.ids().begin(), request.ids().end())) {
+      if (const Entry* entry = find(BodyId{id})) consider(BodyId{id}, *entry);
+    }
+  } else if (prefix.empty()) {
     for (auto body = bodies_.begin(); body != bodies_.end() && ids.size() <= limit; ++body) {
-      ids.push_back(body->first);
+      consider(body->first, body->second);
     }
   } else {
-    for (auto name = names_.lower_bound(request.name_prefix());
-         name != names_.end() && name->first.starts_with(request.name_prefix()); ++name) {
-      ids.push_back(name->second);
+    for (auto name = names_.lower_bound(prefix); name != names_.end() && name->first.starts_with(prefix);
+         ++name) {
+      consider(name->second, bodies_.at(name->second));
     }
     std::sort(ids.begin(), ids.end());
   }
@@ -213,6 +223,10 @@ v1::FindBodiesReply WorldRegistry::find_bodies(const v1::FindBodiesRequest& requ
     found.set_id(id.value);
     found.set_name(entry.name);
     *found.mutable_properties() = to_proto(entry.properties);
+    const ShapeId shape = entry.properties.shape;
+    if (request.with_shapes() && !reply.shapes().contains(shape)) {
+      (*reply.mutable_shapes())[shape] = to_proto(shapes()[shape]);
+    }
   }
   return reply;
 }

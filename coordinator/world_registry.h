@@ -63,7 +63,8 @@ class WorldRegistry {
   // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty lists all.
   v1::ListJointsReply list_joints(const v1::ListJointsRequest& request) const;
 
-  // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty finds all.
+  // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty finds all. Ids that no
+  // body has are passed over.
   v1::FindBodiesReply find_bodies(const v1::FindBodiesRequest& request) const;
 
  private:

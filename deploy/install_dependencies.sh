@@ -12,11 +12,15 @@ packages=(
   libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libgeographiclib-dev
   # what the code stands on
   libabsl-dev libcli11-dev libeigen3-dev libspdlog-dev libtbb-dev libxxhash-dev nlohmann-json3-dev
+  # the page
+  libcivetweb-dev
   # to test
-  libgmock-dev libgtest-dev
+  chromium libgmock-dev libgtest-dev
   # the Python client
   mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
 )
+# A Node.js of another origin brings npm along, and the distribution's would not go with it.
+command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)
 
 missing=()
 for package in "${packages[@]}"; do

@@ -1,6 +1,7 @@
 #include "sector_server/streams.h"
 
 #include <absl/container/flat_hash_set.h>
+#include <google/protobuf/arena.h>
 
 #include <algorithm>
 #include <chrono>
@@ -48,23 +49,17 @@ v1::Contact::Phase phase_of(ContactPhase phase) {
   return v1::Contact::BEGIN;
 }
 
-}  // namespace
-
-v1::BodyBatch Streams::bodies_for(const v1::WatchBodiesRequest& request, Tick tick,
-                                  const Share& share) const {
-  v1::BodyBatch batch;
-  batch.set_tick(tick);
-  batch.set_node(node_.value);
-  const double size = share.options().settings.sector_size;
+BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Share& share) {
+  BodySnapshot snapshot{tick, share.options().settings.sector_size, {}};
   const auto consider = [&](const BodyRecord& record) {
     if (request.only_awake() && record.state.activity == Activity::kAsleep) return;
     const WorldPosition position{record.home, Eigen::Vector3d(record.state.position.data())};
-    if (request.has_region() && !within(request.region(), position, size)) return;
-    describe(record, size, *batch.add_bodies());
+    if (request.has_region() && !within(request.region(), position, snapshot.sector_size)) return;
+    snapshot.bodies.push_back(record);
   };
   if (request.ids().empty()) {
     share.for_each_body(consider);
-    return batch;
+    return snapshot;
   }
   std::vector<std::uint64_t> ids(request.ids().begin(), request.ids().end());
   std::sort(ids.begin(), ids.end());
@@ -77,8 +72,10 @@ v1::BodyBatch Streams::bodies_for(const v1::WatchBodiesRequest& request, Tick ti
       consider(*fixed);
     }
   }
-  return batch;
+  return snapshot;
 }
+
+}  // namespace
 
 v1::ContactBatch Streams::contacts_for(const v1::WatchContactsRequest& request, Tick tick,
                                        const Share& share) const {
@@ -124,9 +121,9 @@ void Streams::publish(Tick tick, Share& share, bool new_only) {
   share.report_contacts(!contacts_.empty());
 }
 
-template <typename S, typename Request, typename Batch>
+template <typename S, typename Request, typename Send>
 grpc::Status Streams::serve(std::list<std::shared_ptr<S>>& list, grpc::ServerContext* context,
-                            const Request& request, grpc::ServerWriter<Batch>* writer) {
+                            const Request& request, const Send& send) {
   auto subscription = std::make_shared<S>(request);
   {
     const std::lock_guard lock(mutex_);
@@ -135,8 +132,8 @@ grpc::Status Streams::serve(std::list<std::shared_ptr<S>>& list, grpc::ServerCon
   }
   wake_();
   while (subscription->alive() && !context->IsCancelled()) {
-    const std::optional<Batch> batch = subscription->next(kPatience);
-    if (batch && !writer->Write(*batch)) break;
+    const auto batch = subscription->next(kPatience);
+    if (batch && !send(*batch)) break;
   }
   bool closing = false;
   {
@@ -153,12 +150,21 @@ grpc::Status Streams::serve(std::list<std::shared_ptr<S>>& list, grpc::ServerCon
 
 grpc::Status Streams::WatchBodies(grpc::ServerContext* context, const v1::WatchBodiesRequest* request,
                                   grpc::ServerWriter<v1::BodyBatch>* writer) {
-  return serve(bodies_, context, *request, writer);
+  return serve(bodies_, context, *request, [&](const BodySnapshot& snapshot) {
+    google::protobuf::Arena arena;  // thousands of small messages: made and forgotten in one go
+    auto& batch = *google::protobuf::Arena::CreateMessage<v1::BodyBatch>(&arena);
+    batch.set_tick(snapshot.tick);
+    batch.set_node(node_.value);
+    for (const BodyRecord& record : snapshot.bodies)
+      describe(record, snapshot.sector_size, *batch.add_bodies());
+    return writer->Write(batch);
+  });
 }
 
 grpc::Status Streams::WatchContacts(grpc::ServerContext* context, const v1::WatchContactsRequest* request,
                                     grpc::ServerWriter<v1::ContactBatch>* writer) {
-  return serve(contacts_, context, *request, writer);
+  return serve(contacts_, context, *request,
+               [&](const v1::ContactBatch& batch) { return writer->Write(batch); });
 }
 
 void Streams::shut_down() {

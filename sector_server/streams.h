@@ -7,12 +7,21 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <vector>
 
 #include "lpss/world/share.h"
 #include "tessera.grpc.pb.h"
 #include "transport/link.h"
 
 namespace tessera {
+
+// The bodies that a client watches, at the end of a tick. What it takes to send them is left to the thread
+// that does: ticks do not wait for it.
+struct BodySnapshot {
+  Tick tick = 0;
+  double sector_size = 0;
+  std::vector<BodyRecord> bodies;  // ascending by id
+};
 
 // A queue of batches for one client. The tick fills it, a gRPC thread empties it.
 template <typename Request, typename Batch>
@@ -86,15 +95,15 @@ class Streams final : public v1::Streams::Service {
                              grpc::ServerWriter<v1::ContactBatch>* writer) override;
 
  private:
-  using Bodies = Subscription<v1::WatchBodiesRequest, v1::BodyBatch>;
+  using Bodies = Subscription<v1::WatchBodiesRequest, BodySnapshot>;
   using Contacts = Subscription<v1::WatchContactsRequest, v1::ContactBatch>;
 
-  v1::BodyBatch bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Share& share) const;
   v1::ContactBatch contacts_for(const v1::WatchContactsRequest& request, Tick tick, const Share& share) const;
 
-  template <typename S, typename Request, typename Batch>
+  // `send` writes one batch of the subscription, and says whether the client still takes them.
+  template <typename S, typename Request, typename Send>
   grpc::Status serve(std::list<std::shared_ptr<S>>& list, grpc::ServerContext* context,
-                     const Request& request, grpc::ServerWriter<Batch>* writer);
+                     const Request& request, const Send& send);
 
   const NodeId node_;
   const std::function<void()> wake_;

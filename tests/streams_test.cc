@@ -52,12 +52,14 @@ TEST(BodyStreamTest, BodyCrossesFromServerToServerWithoutGapOrJump) {
 
   WorldPosition last;
   std::set<std::int64_t> sectors;
+  std::set<std::uint64_t> servers;
   for (Tick tick = 1; tick <= 1 + kTicks; ++tick) {
     const absl::StatusOr<BodyFrame> frame = stream->next(kPatience);
     ASSERT_THAT(frame.status(), IsOk());
     ASSERT_EQ(frame->tick, tick);
     ASSERT_EQ(frame->bodies.size(), 1u);
     ASSERT_EQ(frame->bodies[0].id, ball);
+    servers.insert(frame->bodies[0].server);
     const WorldPosition& position = frame->bodies[0].pose.position;
     if (tick > 1) {
       const double way = (relative_to(position, last.sector, kSectorSize) - last.local).norm();
@@ -68,6 +70,7 @@ TEST(BodyStreamTest, BodyCrossesFromServerToServerWithoutGapOrJump) {
     sectors.insert(position.sector.i);
   }
   EXPECT_GE(sectors.size(), 4u);
+  EXPECT_EQ(servers.size(), 2u);
   EXPECT_THAT(stepped.get(), IsOk());
   EXPECT_EQ(stream->skipped(), 0u);
   const auto after = bodies_by_server(client);

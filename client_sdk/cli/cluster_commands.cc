@@ -2,6 +2,7 @@
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
+#include <optional>
 #include <thread>
 
 #include "client_sdk/cli/connection.h"
@@ -14,42 +15,88 @@
 namespace tessera::cli {
 namespace {
 
-absl::Status up(LocalClusterOptions options, bool end_with_input) {
+constexpr const char* kPageDefault = "127.0.0.1:7380";
+
+struct UpOptions {
+  LocalClusterOptions cluster;
+  std::filesystem::path world;  // empty: none yet
+  WorldOverrides overrides;
+  bool end_with_input = false;
+};
+
+absl::Status load_into(const LocalCluster& cluster, const WorldDescription& world) {
+  const absl::StatusOr<std::unique_ptr<Client>> client = Client::connect(cluster.address());
+  if (!client.ok()) return client.status();
+  const absl::StatusOr<LoadSummary> summary = (*client)->load(world);
+  if (!summary.ok()) return summary.status();
+  absl::PrintF("%s: %s bodies in %s sectors, paused; the page or tessera resume lets it run\n", world.name,
+               grouped(summary->bodies), grouped(summary->sectors));
+  return absl::OkStatus();
+}
+
+absl::Status up(UpOptions options) {
   catch_interrupts();
-  if (end_with_input) interrupt_at_end_of_input();
-  options.interrupt_descriptor = interrupt_descriptor();
-  const absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(options);
+  if (options.end_with_input) interrupt_at_end_of_input();
+  std::optional<LoadedWorld> world;
+  if (!options.world.empty()) {
+    absl::StatusOr<LoadedWorld> loaded = load_world(options.world, options.overrides);
+    if (!loaded.ok()) return loaded.status();
+    world = *std::move(loaded);
+  }
+  LocalClusterOptions& wanted = options.cluster;
+  wanted.interrupt_descriptor = interrupt_descriptor();
+  wanted.precision =
+      world ? world->world.settings.precision : options.overrides.knobs.precision.value_or(wanted.precision);
+  const absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(wanted);
   if (!cluster.ok()) return cluster.status();
   absl::PrintF("%s on %s with %d sector server%s; Ctrl-C ends it\n",
-               coloured("a cluster is up", Colour::kGreen), (*cluster)->address(), options.servers,
-               options.servers == 1 ? "" : "s");
-  absl::PrintF("try: tessera load worlds/seam.sdf --connect %s\n", (*cluster)->address());
+               coloured("a cluster is up", Colour::kGreen), (*cluster)->address(), wanted.servers,
+               wanted.servers == 1 ? "" : "s");
+  if (!(*cluster)->page_url().empty()) {
+    absl::PrintF("%s: %s\n", coloured("see it in a browser", Colour::kGreen), (*cluster)->page_url());
+  }
+  if (!world) absl::PrintF("try: tessera load worlds/seam.sdf --connect %s\n", (*cluster)->address());
   std::fflush(stdout);
+  if (world) {
+    const auto load = [&] { return load_into(**cluster, world->world); };
+    if (absl::Status status = (*cluster)->attend(load); !status.ok()) return status;
+    std::fflush(stdout);
+  }
   return (*cluster)->wait_for_interrupt();
 }
 
 void add_up(CLI::App& app, Action& action) {
   CLI::App& command = add_command(app, "up", "A cluster on this machine, in the foreground until Ctrl-C.",
-                                  "tessera up --servers 4 --engine f64 --listen 127.0.0.1:7300");
-  const auto options = std::make_shared<LocalClusterOptions>();
-  const auto end_with_input = std::make_shared<bool>(false);
-  options->listen = kAddressDefault;
-  options->threads = 0;
-  command.add_option("--servers", options->servers, "sector servers, each a process")
+                                  "tessera up worlds/earth.sdf --servers 2 --listen 127.0.0.1:7300");
+  const auto options = std::make_shared<UpOptions>();
+  LocalClusterOptions& cluster = options->cluster;
+  cluster.listen = kAddressDefault;
+  cluster.page = kPageDefault;
+  cluster.threads = 0;
+  command.add_option("world", options->world, "SDF or URDF file to load");
+  command.add_option("--servers", cluster.servers, "sector servers, each a process")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   command
-      .add_option("--threads", options->threads, "threads of each server; by default the cores, shared out")
+      .add_option("--threads", cluster.threads, "threads of each server; by default the cores, shared out")
       ->check(CLI::Range(1, 256));
-  add_parsed(command, "--engine", options->precision, parse_precision, "f32 or f64 (f32)");
-  command.add_option("--listen", options->listen, "where clients find the coordinator")
-      ->capture_default_str();
-  command.add_flag("--end-with-input", *end_with_input,
+  command.add_option("--listen", cluster.listen, "where clients find the coordinator")->capture_default_str();
+  CLI::Option* page =
+      command
+          .add_option("--page", cluster.page,
+                      "where browsers find the page; by default, if that is in use, any free port")
+          ->capture_default_str();
+  CLI::Option* no_page = command.add_flag("--no-page")->description("without a page")->excludes(page);
+  command.add_flag("--end-with-input", options->end_with_input,
                    "end when the standard input does: with the program that holds the pipe");
-  command.callback([options, end_with_input, &action] {
+  add_override_options(command, options->overrides);
+  command.callback([options, page, no_page, &action] {
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    if (options->threads == 0) options->threads = std::max(1, cores / options->servers);
-    action = [options, end_with_input] { return up(*options, *end_with_input); };
+    LocalClusterOptions& wanted = options->cluster;
+    if (wanted.threads == 0) wanted.threads = std::max(1, cores / wanted.servers);
+    if (no_page->count() > 0) wanted.page.clear();
+    wanted.page_on_any_port = page->count() == 0;
+    action = [options] { return up(*options); };
   });
 }
 

@@ -24,6 +24,7 @@ namespace {
 constexpr absl::Duration kLookEvery = absl::Milliseconds(200);
 constexpr absl::Duration kForever = absl::InfiniteDuration();
 constexpr const char* kReadyFile = "coordinator.ready";
+constexpr const char* kPageReadyFile = "page.ready";
 
 // Domains up to 100 use ports that Linux hands out to nobody else. Clusters of different names may share one.
 constexpr pid_t kDomains = 99;
@@ -70,7 +71,26 @@ absl::Status LocalCluster::launch() {
   for (int i = 0; i < servers; ++i) {
     if (absl::Status status = start_server(); !status.ok()) return status;
   }
-  return await_coordinator(inotify);
+  absl::StatusOr<std::string> address = await_ready(kReadyFile, daemons_.front(), inotify);
+  if (!address.ok()) return address.status();
+  address_ = *std::move(address);
+  return options_.page.empty() ? absl::OkStatus() : start_page(inotify);
+}
+
+absl::Status LocalCluster::start_page(int inotify) {
+  std::vector<std::string> arguments = {"--connect",         address_,
+                                        "--listen",          options_.page,
+                                        "--ready-file",      (folder_ / kPageReadyFile).string(),
+                                        "--exit-with-parent"};
+  if (options_.page_on_any_port) arguments.push_back("--any-port");
+  absl::StatusOr<ChildProcess> page =
+      ChildProcess::start(options_.daemons / "tessera-viewer", arguments, folder_ / "viewer.log");
+  if (!page.ok()) return page.status();
+  page_ = *std::move(page);
+  absl::StatusOr<std::string> url = await_ready(kPageReadyFile, *page_, inotify);
+  if (!url.ok()) return url.status();
+  page_url_ = *std::move(url);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<ChildProcess> LocalCluster::start_daemon(const std::string& name,
@@ -83,29 +103,36 @@ absl::StatusOr<ChildProcess> LocalCluster::start_daemon(const std::string& name,
 
 absl::Status LocalCluster::start_server() {
   absl::StatusOr<ChildProcess> server =
-      start_daemon("sector-server", {"--engine", name_of(options_.precision),
-                                     "--threads", absl::StrCat(options_.threads), "--listen", "127.0.0.1:0"});
+      start_daemon("sector-server", {"--engine", name_of(options_.precision), "--threads",
+                                     absl::StrCat(options_.threads), "--listen", "127.0.0.1:0"});
   if (!server.ok()) return server.status();
   daemons_.push_back(*std::move(server));
   return absl::OkStatus();
 }
 
-absl::Status LocalCluster::await_coordinator(int inotify) {
+// Waits for the first line of `file`, which `process` writes once it serves.
+absl::StatusOr<std::string> LocalCluster::await_ready(const std::string& file, ChildProcess& process,
+                                                      int inotify) {
   const absl::Time deadline = absl::Now() + options_.start_timeout;
-  std::vector<int> descriptors = {options_.interrupt_descriptor, inotify};
+  std::vector<int> descriptors = {options_.interrupt_descriptor, inotify, process.descriptor()};
   for (const ChildProcess& daemon : daemons_) descriptors.push_back(daemon.descriptor());
   for (;;) {
-    std::ifstream ready(folder_ / kReadyFile);
-    if (std::getline(ready, address_) && !address_.empty()) return absl::OkStatus();
+    std::ifstream ready(folder_ / file);
+    std::string line;
+    if (std::getline(ready, line) && !line.empty()) return line;
     const std::optional<std::size_t> event = wait_readable(descriptors, deadline - absl::Now());
     if (!event) {
       keep_logs_ = true;
-      return absl::DeadlineExceededError(absl::StrCat("the coordinator is not ready within ",
+      return absl::DeadlineExceededError(absl::StrCat("the cluster is not ready within ",
                                                       absl::FormatDuration(options_.start_timeout), "; ",
-                                                      daemons_.front().epitaph()));
+                                                      process.epitaph()));
     }
     if (*event == 0) return interrupted_status();
-    if (*event > 1) return failure();
+    if (process.ended()) {
+      keep_logs_ = true;
+      return absl::UnavailableError(process.epitaph());
+    }
+    if (*event > 2) return failure();
     char events[4096];
     while (read(inotify, events, sizeof events) > 0) {
     }
@@ -184,6 +211,7 @@ absl::Status LocalCluster::wait_for_interrupt() {
 }
 
 void LocalCluster::stop(absl::Duration patience) {
+  page_.reset();
   for (ChildProcess& daemon : daemons_) daemon.signal(SIGTERM);
   const absl::Time deadline = absl::Now() + patience;
   for (ChildProcess& daemon : daemons_) {

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,15 +28,17 @@ struct LocalClusterOptions {
   absl::Duration start_timeout = absl::Seconds(20);
   absl::Duration join_timeout = absl::Seconds(20);  // how long a load waits for servers
   int interrupt_descriptor = -1;                    // readable when the user wants to end
+  std::string page;                                 // host:port of tessera-viewer; empty: without
+  bool page_on_any_port = false;                    // where that port is in use
 };
 
 // The processes have a cluster name and folder of their own, and end when the thread that started them does.
 // One thread at a time.
 class LocalCluster {
  public:
-  // Returns when the coordinator answers to clients; servers may still be joining: a load waits for them.
-  // UNAVAILABLE with the last lines of its log where a daemon ends early, NOT_FOUND where there is none to
-  // start, DEADLINE_EXCEEDED, CANCELLED.
+  // Returns when the coordinator answers to clients, and the page to browsers; servers may still be joining:
+  // a load waits for them. UNAVAILABLE with the last lines of its log where a daemon ends early, NOT_FOUND
+  // where there is none to start, DEADLINE_EXCEEDED, CANCELLED.
   static absl::StatusOr<std::unique_ptr<LocalCluster>> start(const LocalClusterOptions& options);
 
   // Stops what still runs.
@@ -43,6 +46,8 @@ class LocalCluster {
 
   // host:port of the coordinator.
   const std::string& address() const { return address_; }
+  // Of the page; empty where there is none.
+  const std::string& page_url() const { return page_url_; }
   pid_t coordinator() const { return daemons_.front().pid(); }
   // Of the server that was started as number `place`, from 0 on.
   pid_t server(std::size_t place) const { return daemons_.at(place + 1).pid(); }
@@ -75,7 +80,8 @@ class LocalCluster {
  private:
   explicit LocalCluster(const LocalClusterOptions& options);
   absl::Status launch();
-  absl::Status await_coordinator(int inotify);
+  absl::Status start_page(int inotify);
+  absl::StatusOr<std::string> await_ready(const std::string& file, ChildProcess& process, int inotify);
   absl::StatusOr<ChildProcess> start_daemon(const std::string& name, std::vector<std::string> arguments);
 
   LocalClusterOptions options_;
@@ -83,7 +89,9 @@ class LocalCluster {
   std::string cluster_;
   std::string domain_;
   std::string address_;
+  std::string page_url_;
   std::vector<ChildProcess> daemons_;  // the coordinator first
+  std::optional<ChildProcess> page_;   // no part of the cluster: it may end and the cluster goes on
   bool keep_logs_ = false;
 };
 

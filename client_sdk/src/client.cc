@@ -72,7 +72,7 @@ struct BodyTraits {
     for (const v1::BodyState& state : batch.bodies()) {
       const WorldPose pose{from_proto(state.pose().position()), orientation_of(state.pose())};
       frame.bodies.push_back({BodyId{state.id()}, pose, from_proto(state.linear_velocity()),
-                              from_proto(state.angular_velocity()), state.asleep()});
+                              from_proto(state.angular_velocity()), state.asleep(), batch.node()});
     }
     return frame;
   }
@@ -422,9 +422,19 @@ absl::StatusOr<FoundBody> Client::find(const std::string& name, absl::Duration t
 
 absl::StatusOr<FoundBodies> Client::find_bodies(const std::string& prefix, std::uint64_t limit,
                                                 absl::Duration timeout) {
+  BodyQuery query;
+  query.prefix = prefix;
+  query.limit = limit;
+  return find_bodies(query, timeout);
+}
+
+absl::StatusOr<FoundBodies> Client::find_bodies(const BodyQuery& query, absl::Duration timeout) {
   v1::FindBodiesRequest request;
-  request.set_name_prefix(prefix);
-  request.set_limit(limit);
+  request.set_name_prefix(query.prefix);
+  for (const BodyId& id : query.ids) request.add_ids(id.value);
+  request.set_only_static(query.only_static);
+  request.set_with_shapes(query.with_shapes);
+  request.set_limit(query.limit);
   const auto reply = impl_->call(&Stub::FindBodies, request, timeout);
   if (!reply.ok()) return reply.status();
   FoundBodies result;
@@ -433,6 +443,11 @@ absl::StatusOr<FoundBodies> Client::find_bodies(const std::string& prefix, std::
     absl::StatusOr<BodyProperties> properties = from_proto(found.properties());
     if (!properties.ok()) return properties.status();
     result.bodies.push_back({BodyId{found.id()}, found.name(), *std::move(properties)});
+  }
+  for (const auto& [id, described] : reply->shapes()) {
+    absl::StatusOr<Shape> shape = from_proto(described);
+    if (!shape.ok()) return shape.status();
+    result.shapes.emplace(id, *std::move(shape));
   }
   return result;
 }

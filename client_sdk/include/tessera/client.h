@@ -20,6 +20,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -119,9 +120,19 @@ struct FoundBody {
   BodyProperties properties;
 };
 
+// Which bodies to find: those that meet all that is set.
+struct BodyQuery {
+  std::string prefix;       // of the name
+  std::vector<BodyId> ids;  // empty: all; those that no body has are passed over
+  bool only_static = false;
+  bool with_shapes = false;
+  std::uint64_t limit = 0;  // how many at most; 0: 1000
+};
+
 struct FoundBodies {
-  std::vector<FoundBody> bodies;  // ascending by id
-  bool truncated = false;         // there are more
+  std::vector<FoundBody> bodies;    // ascending by id
+  bool truncated = false;           // there are more
+  std::map<ShapeId, Shape> shapes;  // where they were asked for: by BodyProperties::shape
 };
 
 struct ServerStatus {
@@ -247,6 +258,7 @@ class Client {
   // Bodies whose names begin with `prefix`, at most `limit`; 0: 1000.
   absl::StatusOr<FoundBodies> find_bodies(const std::string& prefix, std::uint64_t limit = 0,
                                           absl::Duration timeout = kCallTimeout);
+  absl::StatusOr<FoundBodies> find_bodies(const BodyQuery& query, absl::Duration timeout = kCallTimeout);
 
   // Joints whose names begin with `prefix`, at most `limit`; 0: 1000.
   absl::StatusOr<FoundJoints> find_joints(const std::string& prefix, std::uint64_t limit = 0,

@@ -39,6 +39,7 @@ struct BodySample {
   Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();   // of the centre of mass, m/s
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s
   bool asleep = false;
+  std::uint64_t server = 0;  // the node that hosts it
 };
 
 struct BodyFrame {

@@ -1,0 +1,43 @@
+// A cluster with a page, from the command line.
+#include <absl/strings/str_cat.h>
+#include <signal.h>
+
+#include "tests/cluster_fixture.h"
+
+namespace tessera {
+namespace {
+
+using namespace tessera::testing;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(PageTest, UpWithAWorldNamesItsPageAndEndsWithIt) {
+  Program up("tessera", {"up", world_file("tower.sdf").string(), "--shift", "2^62,0,0", "--listen",
+                         "127.0.0.1:0", "--page", "127.0.0.1:0"});
+  ASSERT_TRUE(up.await_output("11 bodies in 1 sectors, paused")) << up.output();
+  EXPECT_THAT(up.output(), HasSubstr("see it in a browser: http://127.0.0.1:"));
+  const std::vector<pid_t> children = children_of(up.process().pid());
+  EXPECT_EQ(children.size(), 4u);  // coordinator, two servers, page
+  up.process().signal(SIGINT);
+  EXPECT_EQ(up.wait(), 0) << up.output();
+  for (const pid_t child : children) EXPECT_FALSE(runs(child));
+}
+
+TEST(PageTest, PortInUseIsAnErrorOnlyWhereItWasAskedFor) {
+  Program first("tessera", {"up", "--listen", "127.0.0.1:0", "--page", "127.0.0.1:0"});
+  ASSERT_TRUE(first.await_output("try: tessera load")) << first.output();
+  const std::string output = first.output();
+  const std::size_t at = output.find("http://") + 7;
+  const std::string address = output.substr(at, output.find('/', at) - at);
+
+  Program second("tessera", {"up", "--listen", "127.0.0.1:0", "--page", address});
+  EXPECT_EQ(second.wait(), 1);
+  EXPECT_THAT(second.output(), HasSubstr(absl::StrCat("cannot listen on ", address)));
+
+  Program third("tessera", {"up", "--listen", "127.0.0.1:0", "--no-page"});
+  ASSERT_TRUE(third.await_output("try: tessera load")) << third.output();
+  EXPECT_THAT(third.output(), Not(HasSubstr("http://")));
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,50 @@
+// What is known of the bodies of one world: names, properties and shapes, and where the static ones are.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+#include <absl/status/status.h>
+
+#include <limits>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "tessera/client.h"
+
+namespace tessera::viewer {
+
+// A body that never moves and is therefore in no stream.
+struct StaticBody {
+  BodySample sample;
+  double radius =
+      std::numeric_limits<double>::infinity();  // m, of a sphere around the body frame that holds it
+};
+
+class BodyCatalogue {
+ public:
+  explicit BodyCatalogue(Client& client) : client_(client) {}
+
+  // Of another world all is different.
+  void clear();
+
+  // Asks the cluster for those of `ids` that are not known yet. Those that no longer exist stay unknown.
+  absl::Status learn(std::span<const BodyId> ids);
+
+  // Asks the cluster for all static bodies.
+  absl::Status learn_statics();
+
+  // Null where it is not known.
+  const FoundBody* find(BodyId id) const;
+  const Shape& shape(ShapeId id) const { return shapes_.at(id); }
+  const std::vector<StaticBody>& statics() const { return statics_; }  // ascending by id
+
+ private:
+  void add(FoundBodies found);
+
+  Client& client_;
+  absl::flat_hash_map<BodyId, FoundBody> bodies_;
+  std::map<ShapeId, Shape> shapes_;
+  std::vector<StaticBody> statics_;
+};
+
+}  // namespace tessera::viewer

@@ -1,0 +1,66 @@
+#include "viewer/frame_encoder.h"
+
+#include <bit>
+#include <utility>
+
+namespace tessera::viewer {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "frames are written as they lie in memory");
+
+template <typename T>
+void put(std::string& bytes, const T& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+// One array: the same member of every element.
+template <typename T, typename Member>
+void put_all(std::string& bytes, std::span<const T> elements, Member T::*member) {
+  for (const T& element : elements) put(bytes, element.*member);
+}
+
+}  // namespace
+
+std::string FrameEncoder::encode(std::uint64_t tick, std::vector<SeenBody> bodies) {
+  const bool is_key = !std::exchange(started_, true);
+  if (is_key) shown_.clear();
+  std::vector<SeenBody> changed;
+  std::vector<std::uint32_t> gone;
+  auto before = shown_.cbegin();
+  for (const SeenBody& body : bodies) {
+    for (; before != shown_.cend() && before->id < body.id; ++before) gone.push_back(before->id);
+    const bool is_known = before != shown_.cend() && before->id == body.id;
+    if (!is_known || *before != body) changed.push_back(body);
+    if (is_known) ++before;
+  }
+  for (; before != shown_.cend(); ++before) gone.push_back(before->id);
+  shown_ = std::move(bodies);
+  if (!is_key && changed.empty() && gone.empty()) return {};
+
+  std::string bytes;
+  bytes.reserve(sizeof(FrameHeader) + changed.size() * sizeof(SeenBody) +
+                gone.size() * sizeof(std::uint32_t));
+  put(bytes,
+      FrameHeader{FrameKind::kBodies, is_key ? kKeyFrame : 0, static_cast<std::uint32_t>(changed.size()),
+                  static_cast<std::uint32_t>(gone.size()), tick});
+  const std::span<const SeenBody> all(changed);
+  put_all(bytes, all, &SeenBody::id);
+  for (const std::uint32_t id : gone) put(bytes, id);
+  put_all(bytes, all, &SeenBody::position);
+  put_all(bytes, all, &SeenBody::orientation);
+  put_all(bytes, all, &SeenBody::speed);
+  put_all(bytes, all, &SeenBody::server);
+  put_all(bytes, all, &SeenBody::asleep);
+  return bytes;
+}
+
+std::string encode(std::uint64_t tick, std::span<const SeenContact> contacts) {
+  std::string bytes;
+  put(bytes, FrameHeader{FrameKind::kContacts, 0, static_cast<std::uint32_t>(contacts.size()), 0, tick});
+  put_all(bytes, contacts, &SeenContact::position);
+  put_all(bytes, contacts, &SeenContact::normal);
+  put_all(bytes, contacts, &SeenContact::impulse);
+  return bytes;
+}
+
+}  // namespace tessera::viewer

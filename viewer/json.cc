@@ -1,0 +1,172 @@
+#include "viewer/json.h"
+
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+
+#include <array>
+
+namespace tessera::viewer {
+namespace {
+
+using nlohmann::json;
+
+json quaternion(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+
+json coordinates(const std::vector<Eigen::Vector3d>& points) {
+  json flat = json::array();
+  for (const Eigen::Vector3d& point : points) {
+    for (const double coordinate : point) flat.push_back(coordinate);
+  }
+  return flat;
+}
+
+json kind_of(const Box& box) { return {{"kind", "box"}, {"size", to_json(box.size)}}; }
+json kind_of(const Sphere& sphere) { return {{"kind", "sphere"}, {"radius", sphere.radius}}; }
+json kind_of(const Capsule& capsule) {
+  return {{"kind", "capsule"}, {"radius", capsule.radius}, {"length", capsule.length}};
+}
+json kind_of(const Cylinder& cylinder) {
+  return {{"kind", "cylinder"}, {"radius", cylinder.radius}, {"length", cylinder.length}};
+}
+json kind_of(const Ellipsoid& ellipsoid) {
+  return {{"kind", "ellipsoid"}, {"radii", to_json(ellipsoid.radii)}};
+}
+json kind_of(const Plane& plane) { return {{"kind", "plane"}, {"normal", to_json(plane.normal)}}; }
+json kind_of(const ConvexHull& hull) { return {{"kind", "hull"}, {"points", coordinates(hull.points)}}; }
+json kind_of(const TriangleMesh& mesh) {
+  return {{"kind", "mesh"}, {"vertices", coordinates(mesh.vertices)}, {"indices", mesh.indices}};
+}
+json kind_of(const HeightField& field) {
+  return {{"kind", "heights"},
+          {"columns", field.columns},
+          {"rows", field.rows},
+          {"spacing", {field.spacing.x(), field.spacing.y()}},
+          {"heights", field.heights}};
+}
+
+const char* name_of(Motion motion) {
+  switch (motion) {
+    case Motion::kStatic:
+      return "static";
+    case Motion::kDynamic:
+      return "dynamic";
+    case Motion::kKinematic:
+      return "kinematic";
+  }
+  return "";
+}
+
+json described(const ServerStatus& server) {
+  return {{"node", absl::StrCat(absl::Hex(server.node))},
+          {"address", server.stream_address},
+          {"precision", tessera::name_of(server.precision)},
+          {"threads", server.threads},
+          {"tick", server.tick},
+          {"bodies", server.bodies},
+          {"sectors", server.sectors},
+          {"sectors_awake", server.sectors_awake},
+          {"clones", server.clones},
+          {"memory", server.peak_rss_bytes},
+          {"tick_ms", {server.tick_ms_p50, server.tick_ms_p99, server.tick_ms_max}},
+          {"exchange_bytes", server.exchange_bytes},
+          {"takes_part", server.takes_part},
+          {"suspect", server.suspect}};
+}
+
+json described(const WorldSettings& settings) {
+  return {{"precision", tessera::name_of(settings.precision)},
+          {"sector_size", settings.sector_size},
+          {"time_step", settings.time_step},
+          {"seams", tessera::name_of(settings.seams)}};
+}
+
+}  // namespace
+
+json to_json(const SectorIndex& sector) {
+  return {absl::StrCat(sector.i), absl::StrCat(sector.j), absl::StrCat(sector.k)};
+}
+
+json to_json(const Eigen::Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
+
+json to_json(const WorldPosition& position) {
+  return {{"sector", to_json(position.sector)}, {"local", to_json(position.local)}};
+}
+
+json to_json(const Shape& shape) {
+  json parts = json::array();
+  for (const ShapePart& part : shape.parts) {
+    json entry = std::visit([](const auto& geometry) { return kind_of(geometry); }, part.geometry);
+    entry["position"] = to_json(part.pose.position);
+    entry["orientation"] = quaternion(part.pose.orientation);
+    parts.push_back(std::move(entry));
+  }
+  return parts;
+}
+
+json to_json(const FoundBody& body) {
+  const BodyProperties& properties = body.properties;
+  return {{"id", body.id.value},
+          {"name", body.name},
+          {"shape", properties.shape},
+          {"motion", name_of(properties.motion)},
+          {"mass", properties.mass},
+          {"centre", properties.centre},
+          {"friction", properties.friction},
+          {"restitution", properties.restitution}};
+}
+
+json to_json(const ClusterStatus& status) {
+  json servers = json::array();
+  for (const ServerStatus& server : status.servers) servers.push_back(described(server));
+  json all = {{"state", status.state},
+              {"world", status.world},
+              {"tick", status.tick},
+              {"time", status.time},
+              {"real_time_factor", status.real_time_factor},
+              {"bodies", status.bodies},
+              {"bodies_awake", status.bodies_awake},
+              {"bodies_stopped", status.bodies_stopped},
+              {"sectors", status.sectors},
+              {"clones", status.clones},
+              {"contacts", status.contacts},
+              {"islands_across_seams", status.islands_across_seams},
+              {"islands_shipped", status.islands_shipped},
+              {"islands_cut", status.islands_cut},
+              {"tick_ms", {status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max}},
+              {"failure", status.failure},
+              {"servers", std::move(servers)}};
+  if (status.settings) all["settings"] = described(*status.settings);
+  return all;
+}
+
+absl::StatusOr<Eigen::Vector3d> vector_from(const json& given) {
+  if (!given.is_array() || given.size() != 3) return absl::InvalidArgumentError("three numbers are wanted");
+  Eigen::Vector3d vector;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!given[axis].is_number()) return absl::InvalidArgumentError("three numbers are wanted");
+    vector[static_cast<Eigen::Index>(axis)] = given[axis].get<double>();
+  }
+  return vector;
+}
+
+absl::StatusOr<WorldPosition> position_from(const json& given) {
+  const absl::Status no_sector =
+      absl::InvalidArgumentError("sector: three 64-bit integers as strings are wanted");
+  const auto sector = given.find("sector");
+  const auto local = given.find("local");
+  if (sector == given.end() || !sector->is_array() || sector->size() != 3) return no_sector;
+  std::array<std::int64_t, 3> index{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const json& component = (*sector)[axis];
+    if (!component.is_string() || !absl::SimpleAtoi(component.get_ref<const std::string&>(), &index[axis])) {
+      return no_sector;
+    }
+  }
+  const absl::StatusOr<Eigen::Vector3d> displacement = vector_from(local == given.end() ? json() : *local);
+  if (!displacement.ok()) return displacement.status();
+  return WorldPosition{{index[0], index[1], index[2]}, *displacement};
+}
+
+std::string dump(const json& given) { return given.dump(-1, ' ', false, json::error_handler_t::replace); }
+
+}  // namespace tessera::viewer

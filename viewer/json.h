@@ -1,0 +1,30 @@
+// Between the types of the SDK and the JSON that the page speaks. 64-bit numbers (sector indices, ids of
+// nodes) are strings there: a number of JavaScript holds 53 bits.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+
+#include "lpss/engine/shape.h"
+#include "lpss/grid/world_position.h"
+#include "tessera/client.h"
+
+namespace tessera::viewer {
+
+nlohmann::json to_json(const SectorIndex& sector);
+nlohmann::json to_json(const Eigen::Vector3d& vector);
+nlohmann::json to_json(const WorldPosition& position);  // {"sector": ["i", "j", "k"], "local": [x, y, z]}
+nlohmann::json to_json(const Shape& shape);
+nlohmann::json to_json(const FoundBody& body);
+nlohmann::json to_json(const ClusterStatus& status);
+
+// INVALID_ARGUMENT where something is missing or of another type.
+absl::StatusOr<WorldPosition> position_from(const nlohmann::json& json);
+absl::StatusOr<Eigen::Vector3d> vector_from(const nlohmann::json& json);
+
+// Text of any bytes, in one line.
+std::string dump(const nlohmann::json& json);
+
+}  // namespace tessera::viewer

@@ -1,0 +1,72 @@
+// The WebSocket to tessera-viewer: opened again whenever it is lost; questions get their answers as promises.
+
+const kRetryAfterMs = [250, 500, 1000, 2000];
+const kAnswerTimeoutMs = 15000;
+
+export class Connection extends EventTarget {
+  #socket = null;
+  #failures = 0;
+  #asked = 0;
+  #open = new Map();  // questions without an answer yet
+
+  constructor(url) {
+    super();
+    this.url = url;
+    this.bytes = 0;
+    this.#connect();
+  }
+
+  get isOpen() { return this.#socket?.readyState === WebSocket.OPEN; }
+
+  send(message) {
+    if (this.isOpen) this.#socket.send(JSON.stringify(message));
+  }
+
+  // What the cluster answers; an Error with its words where it refuses.
+  ask(what, details = {}) {
+    const id = ++this.#asked;
+    return new Promise((resolve, reject) => {
+      if (!this.isOpen) return reject(new Error('the page has no connection'));
+      const timer = setTimeout(() => this.#answered({id, error: 'no answer came in time'}), kAnswerTimeoutMs);
+      this.#open.set(id, {resolve, reject, timer});
+      this.send({type: 'ask', id, do: what, ...details});
+    });
+  }
+
+  #answered({id, error, ...result}) {
+    const question = this.#open.get(id);
+    if (!question) return;
+    this.#open.delete(id);
+    clearTimeout(question.timer);
+    if (error === undefined)
+      question.resolve(result);
+    else
+      question.reject(new Error(error));
+  }
+
+  #connect() {
+    const socket = new WebSocket(this.url);
+    socket.binaryType = 'arraybuffer';
+    socket.onopen = () => {
+      this.#failures = 0;
+      this.#emit('open');
+    };
+    socket.onmessage = ({data}) => {
+      this.bytes += typeof data === 'string' ? data.length : data.byteLength;
+      if (typeof data !== 'string') return this.#emit('frame', data);
+      const message = JSON.parse(data);
+      if (message.type === 'answer')
+        this.#answered(message);
+      else
+        this.#emit(message.type, message);
+    };
+    socket.onclose = () => {
+      for (const id of [...this.#open.keys()]) this.#answered({id, error: 'the connection was lost'});
+      this.#emit('lost');
+      setTimeout(() => this.#connect(), kRetryAfterMs[Math.min(this.#failures++, kRetryAfterMs.length - 1)]);
+    };
+    this.#socket = socket;
+  }
+
+  #emit(type, detail) { this.dispatchEvent(new CustomEvent(type, {detail})); }
+}

@@ -1,0 +1,130 @@
+// The right side: how the cluster does, now and in the last minutes.
+import {serverColour} from './colours.js';
+import {number, Plot} from './plot.js';
+
+const kTeal = '#63d2b8';
+const kBlue = '#6ea8fe';
+const kAmber = '#e3c567';
+const kRose = '#e58080';
+
+function element(tag, text, className) {
+  const made = document.createElement(tag);
+  if (text !== undefined) made.textContent = text;
+  if (className) made.className = className;
+  return made;
+}
+
+export function fill(list, facts) {
+  list.replaceChildren(...facts.flatMap(([name, value]) => [element('dt', name), element('dd', value)]));
+}
+
+const megabytes = (bytes) => `${number(bytes / 1e6)} MB`;
+const times = (list) => list.map((ms) => ms.toFixed(2)).join(' / ');
+
+// One row for each server; a click shows the rest.
+class ServerRow {
+  constructor(parent, place) {
+    this.element = element('div');
+    const head = element('button');
+    const swatch = element('i');
+    swatch.style.background = serverColour(place);
+    this.name = element('span');
+    this.load = element('small');
+    head.append(swatch, this.name, this.load);
+    this.more = element('div', undefined, 'more');
+    this.more.hidden = true;
+    this.facts = element('dl');
+    this.more.append(this.facts);
+    this.plot = new Plot(
+        this.more, 'bodies, clones', '', [{name: 'bodies', colour: kBlue}, {name: 'clones', colour: kAmber}]);
+    head.onclick = () => {
+      this.more.hidden = !this.more.hidden;
+      this.plot.draw();
+    };
+    this.element.append(head, this.more);
+    parent.append(this.element);
+  }
+
+  show(server, place) {
+    this.element.className = server ? '' : 'gone';
+    if (!server) {
+      this.load.textContent = 'has left';
+      return;
+    }
+    const note = server.suspect ? ' (silent)' : server.takes_part ? '' : ' (idle)';
+    this.name.textContent = `server ${place + 1}${note}`;
+    this.load.textContent = `${number(server.bodies)} bodies`;
+    fill(this.facts, [
+      ['node', server.node],
+      ['streams', server.address],
+      ['sectors', `${number(server.sectors)}, ${number(server.sectors_awake)} awake`],
+      ['tick p50 / p99 / max', `${times(server.tick_ms)} ms`],
+      ['sent to servers', megabytes(server.exchange_bytes)],
+      ['memory', megabytes(server.memory)],
+      ['engine', `${server.precision}, ${server.threads} thread${server.threads === 1 ? '' : 's'}`],
+    ]);
+    this.plot.add(server.bodies, server.clones);
+  }
+}
+
+export class Dashboard {
+  constructor({tiles, plots, servers}) {
+    this.tiles = tiles;
+    this.servers = servers;
+    const plot = (title, unit, ...lines) => new Plot(plots, title, unit, lines);
+    this.pace = plot('real-time factor', '×', {name: 'now', colour: kTeal});
+    this.tick = plot(
+        'tick of the slowest server', 'ms', {name: 'p50 since the load', colour: kTeal},
+        {name: 'p99 since the load', colour: kAmber});
+    this.awake =
+        plot('bodies awake, contacts', '', {name: 'awake', colour: kTeal}, {name: 'contacts', colour: kBlue});
+    this.clones = plot('clones', '', {name: 'clones', colour: kAmber});
+    this.islands = plot(
+        'islands at seams, shipped, cut', '', {name: 'across seams', colour: kBlue},
+        {name: 'across servers', colour: kAmber}, {name: 'cut', colour: kRose});
+    this.exchange = plot('exchange between servers', 'kB/s', {name: 'sent', colour: kBlue});
+    this.page = plot(
+        'this page', 'fps, kB/s', {name: 'frames per second', colour: kTeal},
+        {name: 'kB per second', colour: kBlue});
+    this.rows = new Map();
+    this.last = null;
+  }
+
+  clear() {
+    for (const plot of [this.pace, this.tick, this.awake, this.clones, this.islands, this.exchange])
+      plot.clear();
+    this.last = null;
+  }
+
+  show({status, nodes, answers}, page) {
+    const now = performance.now();
+    const shown = [
+      ['bodies', status.bodies],
+      ['awake', status.bodies_awake],
+      ['contacts', status.contacts],
+      ['sectors', status.sectors],
+      ['clones', status.clones],
+      ['stopped', status.bodies_stopped],
+    ];
+    this.tiles.replaceChildren(...shown.map(([name, value]) => {
+      const tile = element('div');
+      tile.append(element('b', number(value)), element('small', name));
+      return tile;
+    }));
+    this.page.add(page.framesPerSecond, page.bytesPerSecond / 1000);
+    nodes.forEach((node, place) => {
+      if (!this.rows.has(node)) this.rows.set(node, new ServerRow(this.servers, place));
+      this.rows.get(node).show(status.servers.find((server) => server.node === node), place);
+    });
+    if (!answers) return;
+    const sent = status.servers.reduce((sum, server) => sum + server.exchange_bytes, 0);
+    const before = this.last;
+    this.last = {sent, now};
+    this.pace.add(status.state === 'running' ? status.real_time_factor : 0);
+    this.tick.add(status.tick_ms[0], status.tick_ms[1]);
+    this.awake.add(status.bodies_awake, status.contacts);
+    this.clones.add(status.clones);
+    this.islands.add(status.islands_across_seams, status.islands_shipped, status.islands_cut);
+    this.exchange.add(before ? Math.max(0, sent - before.sent) / (now - before.now) : 0);
+  }
+}

@@ -1,0 +1,448 @@
+// The page: a window on the world of a cluster, as tessera-viewer tells of it.
+import {Vector3} from 'three';
+
+import {Bodies} from './bodies.js';
+import {Camera} from './camera.js';
+import {kLegends, serverColour} from './colours.js';
+import {Connection} from './connection.js';
+import {Dashboard, fill} from './dashboard.js';
+import {decode} from './frame.js';
+import {describe} from './geometry.js';
+import {Labels} from './labels.js';
+import {number, Plot} from './plot.js';
+import {between, fromJson, moved, parseSector, sectorText, toJson} from './position.js';
+import {Picture} from './scene.js';
+import {Tools} from './tools.js';
+
+const kHalfMin = 120;    // m: what is asked for around the focus, at least
+const kHalfMax = 20000;  // and at most
+const kLookEveryMs = 250;
+const kPlacesEveryMs = 30000;
+const kDrawForMs = 300;  // after a change: bodies are on their way from frame to frame
+
+const $ = (id) => document.getElementById(id);
+
+const bodies = new Bodies();
+const camera = new Camera($('world'));
+const picture = new Picture($('world'), bodies);
+const labels = new Labels($('labels'));
+const dashboard = new Dashboard({tiles: $('tiles'), plots: $('plots'), servers: $('servers')});
+const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live`);
+
+const state = {
+  status: null,  // the last "status" message
+  pendingView: null,
+  looked: null,  // {focus, half} of the last "look"
+  places: [],
+  wantsPlace: true,  // go to the first place as soon as one is known
+  selected: null,
+  following: false,
+  framesDrawn: 0,
+  framesPerSecond: 0,
+  bytesPerSecond: 0,
+  readOnly: false,
+};
+
+let noticeTimer = 0;
+function notify(text, isBad = false) {
+  $('notice').textContent = text;
+  $('notice').className = isBad ? 'on bad' : 'on';
+  clearTimeout(noticeTimer);
+  noticeTimer = setTimeout(() => $('notice').className = '', 4000);
+}
+
+const command = (what, details) =>
+    connection.ask(what, details).catch((error) => notify(error.message, true));
+
+// --- what the camera sees ---
+
+function wantedHalf() { return Math.min(Math.max(3 * camera.distance, kHalfMin), kHalfMax); }
+
+// Asks for another region when the focus nears the border of the last one, or comes nearer or goes away.
+function lookWhereNeeded(force = false) {
+  if (!camera.focus) return;
+  const half = wantedHalf();
+  const last = state.looked;
+  const isEnough = last && half <= last.half && half > last.half / 3 &&
+      Math.max(...between(last.focus, camera.focus, camera.sectorSize).map(Math.abs)) <
+          last.half - 0.7 * half;
+  if (isEnough && !force) return;
+  state.looked = {focus: camera.focus, half: 1.5 * half};
+  connection.send({type: 'look', ...toJson(camera.focus), half: 1.5 * half});
+}
+
+function goTo(focus, distance) {
+  setFollowing(false);
+  camera.jump(focus, distance);
+  lookWhereNeeded(true);
+}
+
+const distanceFor = (half) => Math.min(Math.max(2.4 * half, 14), 260);
+
+async function refreshPlaces() {
+  if (!connection.isOpen || !['paused', 'running'].includes(state.status?.status.state)) return;
+  try {
+    const {places} = await connection.ask('places');
+    state.places = places.map((place) => ({...place, ...fromJson(place)}));
+  } catch {
+    return;  // asked again soon
+  }
+  if (state.wantsPlace && state.places.length > 0) {
+    state.wantsPlace = false;
+    goTo(state.places[0], distanceFor(state.places[0].half));
+  }
+  showPlaces();
+}
+
+function showPlaces() {
+  const shown = state.places.slice(0, 50);
+  const text =
+      JSON.stringify(shown.map(({sector, bodies: count, name}) => [sector.map(String), count, name]));
+  if ($('places').dataset.shown === text) return;
+  $('places').dataset.shown = text;
+  $('places').replaceChildren(...shown.map((place) => {
+    const button = document.createElement('button');
+    const name = document.createElement('span');
+    name.textContent = place.name.split('::')[0];
+    const count = document.createElement('small');
+    count.textContent = `${number(place.bodies)} bod${place.bodies === 1 ? 'y' : 'ies'}`;
+    const sector = document.createElement('small');
+    sector.textContent = sectorText(place.sector);
+    button.append(name, count, sector);
+    button.onclick = () => goTo(place, distanceFor(place.half));
+    return button;
+  }));
+}
+
+async function jump(text) {
+  const sector = parseSector(text);
+  if (sector) return goTo({sector, local: [0, 0, 0]});
+  const id = /^#?\d+$/.test(text.trim()) ? Number(text.trim().replace('#', '')) : text.trim();
+  const found = await connection.ask('find', {body: id});
+  goTo(fromJson(found), 14);
+  select(found.body);
+}
+
+// --- the selected body ---
+
+let bodyPlot = null;
+function select(id) {
+  state.selected = id;
+  bodies.selected = id;
+  setFollowing(state.following && id !== null);
+  $('details').hidden = id === null;
+  $('bodyPlot').replaceChildren();
+  bodyPlot =
+      id === null ? null : new Plot($('bodyPlot'), 'speed', 'm/s', [{name: 'speed', colour: '#63d2b8'}]);
+  showDetails();
+}
+
+function setFollowing(on) {
+  state.following = on;
+  $('follow').classList.toggle('on', on);
+  if (!on) camera.stopGliding();
+}
+
+function showDetails() {
+  if (state.selected === null) return;
+  const body = bodies.look(state.selected);
+  if (!body) return;
+  const {info, speed, server, isAsleep, position, parts} = body;
+  const place = moved({sector: position.sector, local: [0, 0, 0]}, position.local, bodies.view.sector_size);
+  $('bodyName').textContent = info.name;
+  $('bodyName').title = info.name;
+  const rounded = (x) => Number(x.toPrecision(4));
+  fill($('bodyFacts'), [
+    ['id', String(info.id)],
+    ['shape', describe(parts)],
+    ['mass', info.motion === 'dynamic' ? `${rounded(info.mass)} kg` : info.motion],
+    ['friction', String(rounded(info.friction))],
+    ['sector', sectorText(place.sector)],
+    ['in it', `${place.local.map((x) => x.toFixed(3)).join(', ')} m`],
+    ['speed', `${speed.toFixed(3)} m/s`],
+    ['state', isAsleep ? 'asleep' : 'awake'],
+    ['server', String(server + 1)],
+  ]);
+  bodyPlot?.add(speed);
+}
+
+function followSelected() {
+  if (!state.following) return;
+  const body = bodies.look(state.selected);
+  if (body) camera.glideTo(moved(body.position, [0, 0, 0], bodies.view.sector_size));
+}
+
+// --- what the server says ---
+
+connection.addEventListener('open', () => {
+  state.looked = null;
+  sendContacts();
+  lookWhereNeeded(true);
+  refreshPlaces();
+});
+
+connection.addEventListener('lost', () => {
+  showState('lost', 'no connection');
+});
+
+connection.addEventListener('hello', ({detail}) => {
+  state.readOnly = detail.read_only;
+  enableControls();
+});
+
+connection.addEventListener('world', ({detail}) => {
+  const isOther = state.world !== undefined && state.world !== detail.world;
+  state.world = detail.world;
+  bodies.clear();
+  select(null);
+  dashboard.clear();
+  state.wantsPlace ||= isOther;
+  refreshPlaces();
+});
+
+connection.addEventListener('view', ({detail}) => {
+  const sector = detail.sector.map(BigInt);
+  // Small whole numbers that tell neighbouring sectors apart wherever the view is.
+  const low = sector.map((index) => Number(BigInt.asIntN(16, index)));
+  state.pendingView = {...detail, sector, low};
+  camera.sectorSize = detail.sector_size;
+});
+
+connection.addEventListener('bodies', ({detail}) => bodies.introduce(detail));
+
+connection.addEventListener('frame', ({detail}) => {
+  const frame = decode(detail);
+  redraw();
+  requestAnimationFrame(() => connection.send({type: 'seen'}));
+  if (frame.kind === 'contacts') return picture.contacts.show(frame);
+  if (frame.isKey) camera.up.set(...state.pendingView.up);
+  bodies.apply(frame, state.pendingView);
+  followSelected();
+});
+
+connection.addEventListener('status', ({detail}) => {
+  const before = state.status?.status;
+  state.status = detail;
+  const {status, answers} = detail;
+  showState(answers ? status.state : 'lost', answers ? status.state : 'cluster does not answer');
+  if (status.failure && status.failure !== before?.failure) notify(status.failure, true);
+  $('worldName').textContent = status.world;
+  $('clock').textContent = status.settings ? `${status.time.toFixed(1)} s` : '';
+  document.title = status.world ? `${status.world} · Tessera` : 'Tessera';
+  enableControls();
+  showLegend();
+  dashboard.show(detail, state);
+  showDetails();
+  if (state.wantsPlace || state.places.length === 0) refreshPlaces();
+});
+
+// --- controls ---
+
+const kPlay = 'M4 2.5v11l9-5.5z';
+const kPause = 'M3.5 2.5h3v11h-3zM9.5 2.5h3v11h-3z';
+
+function showState(name, text) {
+  $('state').className = `pill ${name}`;
+  $('state').textContent = text;
+  $('play').querySelector('path').setAttribute('d', name === 'running' ? kPause : kPlay);
+}
+
+const isLive = () => ['paused', 'running'].includes(state.status?.status.state) && state.status.answers;
+
+function enableControls() {
+  const mayChange = isLive() && !state.readOnly;
+  for (const id of ['play', 'step', 'steps', 'pushUp', 'remove']) $(id).disabled = !mayChange;
+  for (const button of $('tools').children) {
+    button.disabled = ['push', 'spawn'].includes(button.dataset.tool) && !mayChange;
+  }
+}
+
+function togglePlay() { return command(state.status?.status.state === 'running' ? 'pause' : 'resume'); }
+
+const tools = new Tools({connection, picture, camera, bodies, options: $('toolOptions'), notify, select});
+camera.onClick = (event) => tools.click(event);
+camera.onMove = () => setFollowing(false);
+
+function useTool(name) {
+  tools.use(name);
+  $('world').classList.toggle('tool', name !== 'select');
+  for (const button of $('tools').children) button.classList.toggle('on', button.dataset.tool === name);
+}
+
+function colourBy(mode) {
+  bodies.mode = mode;
+  for (const button of $('modes').children) button.classList.toggle('on', button.dataset.mode === mode);
+  showLegend();
+}
+
+function showLegend() {
+  const servers =
+      (state.status?.nodes ?? []).map((_, place) => [`server ${place + 1}`, [serverColour(place)]]);
+  const rows = kLegends[bodies.mode] ?? servers;
+  const text = JSON.stringify(rows);
+  if ($('legend').dataset.shown === text) return;
+  $('legend').dataset.shown = text;
+  $('legend').replaceChildren(...rows.map(([name, colours]) => {
+    const entry = document.createElement('span');
+    for (const colour of colours) entry.appendChild(document.createElement('i')).style.background = colour;
+    entry.append(name);
+    return entry;
+  }));
+}
+
+function sendContacts() {
+  const on = $('contactsOn').checked;
+  picture.contacts.object.visible = on;
+  connection.send({type: 'contacts', on});
+}
+
+$('play').onclick = togglePlay;
+$('step').onclick = () => command('step', {ticks: 1});
+$('steps').onclick = () => command('step', {ticks: 60});
+for (const button of $('tools').children) button.onclick = () => useTool(button.dataset.tool);
+for (const button of $('modes').children) button.onclick = () => colourBy(button.dataset.mode);
+$('contactsOn').onchange = sendContacts;
+$('gridOn').onchange = () => showGrid();
+$('shadowsOn').onchange = () => {
+  picture.shadows = $('shadowsOn').checked;
+  picture.mayCoarsen = false;
+};
+picture.onTooSlow = () => $('shadowsOn').checked = false;
+$('deselect').onclick = () => select(null);
+$('follow').onclick = () => setFollowing(!state.following);
+$('pushUp').onclick = () => tools.pushUp(state.selected).catch((error) => notify(error.message, true));
+$('remove').onclick = () => command('remove', {body: state.selected}).then(() => select(null));
+$('jump').onsubmit = (event) => {
+  event.preventDefault();
+  jump($('jumpText').value).catch((error) => notify(error.message, true));
+};
+
+const kToolKeys = {
+  1: 'select',
+  2: 'push',
+  3: 'spawn',
+  4: 'ray'
+};
+addEventListener('keydown', (event) => {
+  if (event.target instanceof HTMLInputElement || event.ctrlKey || event.metaKey || event.altKey) return;
+  const {key} = event;
+  if (key === ' ')
+    togglePlay();
+  else if (key === '.')
+    command('step', {ticks: 1});
+  else if (key === 'f' && state.selected !== null)
+    setFollowing(!state.following);
+  else if (key === 'g')
+    $('gridOn').click();
+  else if (key === 'c')
+    $('contactsOn').click();
+  else if (key === 'Escape')
+    select(null);
+  else if (kToolKeys[key])
+    useTool(kToolKeys[key]);
+  else
+    return;
+  event.preventDefault();
+});
+
+// --- the loop ---
+
+function showGrid() {
+  const {view} = bodies;
+  const on = $('gridOn').checked && view !== null;
+  picture.grid.object.visible = on;
+  if (!on || !camera.focus) return;
+  const focusOffset = camera.focus.sector.map((index, axis) => Number(index - view.sector[axis]));
+  picture.grid.show(bodies.occupiedSectors(), focusOffset, view.sector_size);
+}
+
+function labelsNow() {
+  const shown = [];
+  const body = state.selected === null ? null : bodies.look(state.selected);
+  if (body) {
+    const at = picture.toWindow(camera, body.position.local);
+    if (at) shown.push({text: body.info.name, at});
+  }
+  const {view} = bodies;
+  const eye = camera.three.position;
+  for (const place of state.places.slice(0, 50)) {
+    const local = between({sector: view.sector, local: [0, 0, 0]}, place, view.sector_size);
+    const distance = new Vector3(...local).distanceTo(eye);
+    if (distance < 400 + 6 * place.half || distance > 1e9) continue;
+    if (view.planet && hidesBehind(view.planet, eye, local)) continue;
+    const at = picture.toWindow(camera, local);
+    if (at) shown.push({text: place.name.split('::')[0], at, className: 'place'});
+  }
+  return shown;
+}
+
+function hidesBehind({centre}, eye, local) {
+  const up = new Vector3(...local).sub(new Vector3(...centre));
+  return up.dot(eye.clone().sub(new Vector3(...local))) < 0;
+}
+
+function showFooter() {
+  const {focus} = camera;
+  $('where').textContent = focus ? `sector ${sectorText(focus.sector)}` : '';
+  $('view').textContent = focus ?
+      `${focus.local.map((x) => x.toFixed(1)).join(', ')} m in it · ${number(camera.distance)} m away` :
+      '';
+  $('pace').textContent = `${number(bodies.countMoving)} bodies in view · tick ${bodies.tick} · ${
+      number(state.framesPerSecond)} fps · ${number(state.bytesPerSecond / 1000)} kB/s`;
+}
+
+// A picture in which nothing changes is not drawn again.
+let drawUntil = 0;
+function redraw() { drawUntil = performance.now() + kDrawForMs; }
+
+let last = performance.now();
+let lastPose = '';
+function draw(now) {
+  requestAnimationFrame(draw);
+  const seconds = Math.min((now - last) / 1000, 0.25);
+  const frameMs = now - last;
+  last = now;
+  camera.advance(seconds);
+  if (!camera.focus || !bodies.view) return;
+  const pose = `${camera.focus.sector} ${camera.focus.local} ${camera.yaw} ${camera.pitch} ${camera.distance}`;
+  if (pose !== lastPose) redraw();
+  lastPose = pose;
+  if (performance.now() > drawUntil && !picture.ray.object.visible) return;
+  bodies.blend(performance.now());
+  picture.draw(camera, bodies.view, state.looked?.half ?? kHalfMin, frameMs);
+  labels.show(labelsNow());
+  state.framesDrawn += 1;
+}
+
+let measured = {at: performance.now(), frames: 0, bytes: 0};
+setInterval(() => {
+  const now = performance.now();
+  const seconds = (now - measured.at) / 1000;
+  state.framesPerSecond = (state.framesDrawn - measured.frames) / seconds;
+  state.bytesPerSecond = (connection.bytes - measured.bytes) / seconds;
+  measured = {at: now, frames: state.framesDrawn, bytes: connection.bytes};
+}, 1000);
+for (const change of ['click', 'change', 'keydown', 'resize']) addEventListener(change, redraw);
+setInterval(() => lookWhereNeeded(), kLookEveryMs);
+setInterval(() => {
+  showGrid();
+  showFooter();
+}, 250);
+setInterval(refreshPlaces, kPlacesEveryMs);
+
+useTool('select');
+colourBy('server');
+enableControls();
+requestAnimationFrame(draw);
+
+// For those who drive the page by a program: tests, screenshots, measurements.
+window.tessera = {
+  state,
+  bodies,
+  camera,
+  picture,
+  connection,
+  goTo,
+  select,
+  jump
+};

@@ -1,0 +1,123 @@
+// The picture: light, shadows, fog, and what stands in it.
+import {
+  Color, DirectionalLight, Fog, HemisphereLight, PCFSoftShadowMap, Raycaster, Scene, Vector2, Vector3,
+  WebGLRenderer,
+} from 'three';
+
+import {Contacts, Planet, Ray, SectorGrid} from './marks.js';
+
+const kSky = '#0e1217';
+const kSlowFrameMs = 45;
+const kSlowForMs = 2500;    // of slow frames: then shadows go, and after them some sharpness
+const kCoarseRatio = 0.6;
+
+export class Picture {
+  constructor(canvas, bodies) {
+    this.canvas = canvas;
+    this.renderer = new WebGLRenderer({canvas, antialias: true, powerPreference: 'high-performance'});
+    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.scene = new Scene();
+    this.scene.background = new Color(kSky);
+    this.scene.fog = new Fog(kSky, 100, 1000);
+    this.sky = new HemisphereLight('#dfe9f5', '#4a515c', 1.9);
+    this.sun = new DirectionalLight('#fff4e2', 2.6);
+    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.bias = -0.0004;
+    this.sun.shadow.normalBias = 0.02;
+    this.grid = new SectorGrid();
+    this.contacts = new Contacts();
+    this.ray = new Ray();
+    this.planet = new Planet();
+    this.scene.add(
+        bodies.group, this.sky, this.sun, this.sun.target, this.grid.object, this.contacts.object,
+        this.ray.object, this.planet.object);
+    this.shadows = true;
+    this.mayCoarsen = true;  // where drawing takes too long
+    this.onTooSlow = () => {};
+    this.ratioMax = 2;
+    this.#slowMs = 0;
+  }
+  #slowMs;
+
+  set shadows(on) {
+    this.renderer.shadowMap.enabled = on;
+    this.sun.castShadow = on;
+    this.#slowMs = 0;
+  }
+  get shadows() { return this.sun.castShadow; }
+
+  // The whole way of a frame; `frameMs` is what the last one took.
+  draw(camera, view, half, frameMs) {
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    const ratio = Math.min(devicePixelRatio, this.ratioMax);
+    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);  // makes a new canvas
+    const size = this.renderer.getSize(new Vector2());
+    if (size.x !== width || size.y !== height) this.renderer.setSize(width, height, false);
+    const isFar = view.planet && camera.distance > 2000;
+    const reach =
+        Math.max(4 * half, 6 * camera.distance, isFar ? 4 * (view.planet.radius + camera.distance) : 0);
+    const target = this.aim(camera, view, reach);
+    this.scene.fog.near = isFar ? reach : Math.max(half * 0.5, camera.distance * 1.5);
+    this.scene.fog.far = isFar ? 2 * reach : Math.max(half * 2.2, camera.distance * 6);
+    this.#light(camera, target);
+    this.planet.show(view.planet, camera.three.position.toArray());
+    this.ray.advance(performance.now());
+    this.renderer.render(this.scene, camera.three);
+    this.#watchSpeed(frameMs);
+  }
+
+  // Where the camera looks, in metres from the centre of the view's sector.
+  aim(camera, view, reach = camera.three.far) {
+    return camera.place(view.sector, this.canvas.clientWidth / this.canvas.clientHeight, reach);
+  }
+
+  #light(camera, target) {
+    const {right, forward} = camera.directions();
+    const fixed = new Vector3(0.45, 0.3, 0.84);
+    const up = camera.up;
+    // Fixed to the world where that shines from above; on the far side of a planet, to the camera.
+    const direction =
+        fixed.dot(up) > 0.3 ? fixed : up.clone().addScaledVector(right, 0.5).addScaledVector(forward, -0.3);
+    const width = Math.min(Math.max(camera.distance * 1.3, 6), 400);
+    this.sun.target.position.copy(target);
+    this.sun.position.copy(target).addScaledVector(direction.normalize(), 3 * width);
+    this.sky.position.copy(up);
+    const shadow = this.sun.shadow.camera;
+    shadow.left = shadow.bottom = -width;
+    shadow.right = shadow.top = width;
+    shadow.near = width * 0.5;
+    shadow.far = width * 6;
+    shadow.updateProjectionMatrix();
+  }
+
+  #watchSpeed(frameMs) {
+    this.#slowMs = frameMs > kSlowFrameMs ? this.#slowMs + frameMs : Math.max(0, this.#slowMs - frameMs);
+    if (this.#slowMs < kSlowForMs || !this.mayCoarsen) return;
+    this.#slowMs = 0;
+    if (this.shadows) {
+      this.shadows = false;
+      this.onTooSlow();
+    } else {
+      this.ratioMax = kCoarseRatio;
+    }
+  }
+
+  // From the eye through a point of the window, in metres from the centre of the view's sector.
+  rayThrough(camera, view, {clientX, clientY}) {
+    this.aim(camera, view);
+    const box = this.canvas.getBoundingClientRect();
+    const point =
+        new Vector2((clientX - box.left) / box.width * 2 - 1, 1 - (clientY - box.top) / box.height * 2);
+    const caster = new Raycaster();
+    caster.setFromCamera(point, camera.three);
+    return {origin: caster.ray.origin.toArray(), direction: caster.ray.direction.toArray()};
+  }
+
+  // Where a point of the world is in the window, in pixels; null behind the camera.
+  toWindow(camera, local) {
+    const point = new Vector3(...local).project(camera.three);
+    if (point.z > 1 || Math.abs(point.x) > 1.1 || Math.abs(point.y) > 1.1) return null;
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    return [(point.x + 1) / 2 * width, (1 - point.y) / 2 * height];
+  }
+}

@@ -1,0 +1,115 @@
+// What a click into the world does: select, push, spawn, cast a ray. All by the cluster's own ray cast, so
+// that what is hit is what physics knows.
+import {Quaternion, Vector3} from 'three';
+
+import {between, moved, toJson} from './position.js';
+
+const kRayLengthMin = 200;  // m
+const kDensity = 500;       // kg/m^3
+
+const kSpawned = {
+  box: {shape: (size) => ({kind: 'box', size: [size, size, size]}), volume: (size) => size ** 3},
+  ball: {shape: (size) => ({kind: 'sphere', radius: size / 2}), volume: (size) => Math.PI / 6 * size ** 3},
+  barrel: {
+    shape: (size) => ({kind: 'cylinder', radius: size * 0.35, length: size}),
+    volume: (size) => Math.PI * (size * 0.35) ** 2 * size,
+  },
+};
+
+export class Tools {
+  constructor({connection, picture, camera, bodies, options, notify, select}) {
+    Object.assign(this, {connection, picture, camera, bodies, options, notify, select});
+    this.tool = 'select';
+    this.speed = 3;  // m/s that a push gives
+    this.size = 1;   // m of what is spawned
+    this.kind = 'box';
+  }
+
+  use(tool) {
+    this.tool = tool;
+    this.options.replaceChildren();
+    if (tool === 'push') this.#numberOption('m/s', this.speed, 0.5, (value) => this.speed = value);
+    if (tool === 'spawn') {
+      const kinds = document.createElement('select');
+      for (const kind of Object.keys(kSpawned))
+        kinds.append(new Option(kind, kind, false, kind === this.kind));
+      kinds.onchange = () => this.kind = kinds.value;
+      this.options.append(kinds);
+      this.#numberOption('m', this.size, 0.1, (value) => this.size = value);
+    }
+  }
+
+  #numberOption(unit, value, step, change) {
+    const label = document.createElement('label');
+    const input = document.createElement('input');
+    Object.assign(input, {type: 'number', value, step, min: step});
+    input.onchange = () => change(Number(input.value) || step);
+    label.append(input, unit);
+    this.options.append(label);
+  }
+
+  // What lies under the pointer, with the ray; null where nothing does.
+  async #pick(event) {
+    const {view} = this.bodies;
+    const {origin, direction} = this.picture.rayThrough(this.camera, view, event);
+    const length = Math.max(kRayLengthMin, 6 * this.camera.distance);
+    const from = moved({sector: view.sector, local: [0, 0, 0]}, origin, view.sector_size);
+    const hit = await this.connection.ask('pick', {...toJson(from), direction, length});
+    return {from, direction, length, hit: hit.hit ? {...hit, sector: hit.sector.map(BigInt)} : null};
+  }
+
+  async click(event) {
+    if (!this.bodies.view) return;
+    try {
+      const ray = await this.#pick(event);
+      await this[`_${this.tool}`](ray);
+    } catch (error) {
+      this.notify(error.message, true);
+    }
+  }
+
+  _select({hit}) {
+    this.select(hit && this.bodies.look(hit.body)?.info.motion !== 'static' ? hit.body : null);
+  }
+
+  async _push({hit, direction}) {
+    const body = hit && this.bodies.look(hit.body);
+    if (body?.info.motion !== 'dynamic') return this.notify('only bodies that can move can be pushed');
+    const centre = new Vector3(...body.info.centre).applyQuaternion(new Quaternion(...body.orientation));
+    const arm = between(body.position, hit, this.bodies.view.sector_size);
+    await this.connection.ask('push', {
+      body: hit.body,
+      impulse: direction.map((x) => x * this.speed * body.info.mass),
+      lever: new Vector3(...arm).sub(centre).toArray(),
+    });
+    this.select(hit.body);
+  }
+
+  async pushUp(id) {
+    const body = this.bodies.look(id);
+    if (body?.info.motion !== 'dynamic') return;
+    const impulse = this.camera.up.clone().multiplyScalar(2 * this.speed * body.info.mass).toArray();
+    await this.connection.ask('push', {body: id, impulse, lever: [0, 0, 0]});
+  }
+
+  async _spawn({hit}) {
+    if (!hit) return this.notify('click on something: it is put there');
+    const {shape, volume} = kSpawned[this.kind];
+    const above = hit.normal.map((x) => x * (this.size * 0.55 + 0.01));
+    const place = moved(hit, above, this.bodies.view.sector_size);
+    const {body} = await this.connection.ask(
+        'spawn', {...toJson(place), shape: shape(this.size), mass: kDensity * volume(this.size)});
+    this.select(body);
+  }
+
+  _ray({from, direction, length, hit}) {
+    const {view} = this.bodies;
+    const start = between({sector: view.sector, local: [0, 0, 0]}, from, view.sector_size);
+    const reach = hit ? hit.distance : length;
+    // From a little beside the eye, so that the ray is seen from the side.
+    const beside = this.camera.directions().right.multiplyScalar(0.02 * this.camera.distance).toArray();
+    this.picture.ray.show(start.map((x, n) => x + beside[n]), start.map((x, n) => x + direction[n] * reach));
+    this.notify(
+        hit ? `${hit.name} after ${hit.distance.toFixed(3)} m` : `nothing within ${length.toFixed(0)} m`);
+  }
+}

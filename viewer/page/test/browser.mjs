@@ -1,0 +1,76 @@
+// A cluster with its page and a browser without a window, for tests, pictures and measurements.
+import {spawn} from 'node:child_process';
+import {once} from 'node:events';
+import {createRequire} from 'node:module';
+import {join} from 'node:path';
+import {createInterface} from 'node:readline';
+
+const kPatienceMs = 120_000;  // for machines that are busy otherwise
+const [packages, programs] = [process.env.TESSERA_PAGE_PACKAGES, process.env.TESSERA_PROGRAMS];
+const puppeteer = createRequire(join(packages, 'index.js'))('puppeteer-core');
+
+// Runs a program beside the others; awaits the lines of its output that match, and gives their first groups.
+export async function start(name, args, ...patterns) {
+  const child = spawn(join(programs, name), args, {stdio: ['ignore', 'pipe', 'inherit']});
+  const found = [];
+  const deadline = setTimeout(() => child.kill(), kPatienceMs);
+  for await (const line of createInterface({input: child.stdout})) {
+    const match = patterns[found.length].exec(line);
+    if (match) found.push(match[1]);
+    if (found.length === patterns.length) break;
+  }
+  clearTimeout(deadline);
+  if (found.length < patterns.length)
+    throw new Error(`${name} ended without a word of ${patterns[found.length]}`);
+  child.stdout.resume();
+  const stop = async (signal = 'SIGTERM') => {
+    if (child.exitCode !== null || child.signalCode !== null) return;
+    const ended = once(child, 'exit');
+    child.kill(signal);
+    await ended;
+  };
+  return {found, stop};
+}
+
+export async function upCluster(...args) {
+  const up = await start(
+      'tessera', ['up', '--listen', '127.0.0.1:0', '--page', '127.0.0.1:0', ...args], / on (\S+) with /,
+      /browser: (\S+)/, /([\d,]+) bodies in/);
+  const [address, url, bodies] = up.found;
+  return {...up, address, url, bodies: Number(bodies.replaceAll(',', ''))};
+}
+
+export async function tessera(address, ...args) {
+  const child = spawn(
+      join(programs, 'tessera'), [...args, '--connect', address], {stdio: ['ignore', 'ignore', 'inherit']});
+  const [code] = await once(child, 'exit');
+  if (code !== 0) throw new Error(`tessera ${args.join(' ')} ended with exit code ${code}`);
+}
+
+export function openBrowser(width = 1280, height = 800) {
+  return puppeteer.launch({
+    executablePath: process.env.TESSERA_CHROMIUM ?? '/usr/bin/chromium',
+    headless: true,
+    args: [
+      '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
+      '--disable-gpu-rasterization',
+      '--hide-scrollbars', `--window-size=${width},${height}`
+    ],
+    defaultViewport: {width, height},
+    timeout: kPatienceMs,
+    protocolTimeout: kPatienceMs,
+  });
+}
+
+export async function openPage(browser, url) {
+  const page = await browser.newPage();
+  page.setDefaultTimeout(kPatienceMs);
+  page.errors = [];
+  page.on('pageerror', (error) => page.errors.push(String(error)));
+  page.on('console', (message) => {
+    if (message.type() === 'error') page.errors.push(message.text());
+  });
+  await page.bringToFront();  // pages behind others draw nothing
+  await page.goto(url);
+  return page;
+}

@@ -1,0 +1,182 @@
+#include "viewer/page_requests.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "viewer/json.h"
+#include "viewer/places.h"
+
+namespace tessera::viewer {
+namespace {
+
+using nlohmann::json;
+
+constexpr absl::Duration kTimeout = absl::Seconds(5);
+constexpr std::uint64_t kStepTicksMax = 10'000;
+constexpr std::size_t kPlacesMax = 200;
+
+absl::StatusOr<json> tick_of(const absl::StatusOr<Tick>& tick) {
+  if (!tick.ok()) return tick.status();
+  return json{{"tick", *tick}};
+}
+
+BodyName body_of(const json& request) {
+  const json& body = request.at("body");
+  if (body.is_string()) return body.get<std::string>();
+  return BodyId{body.get<std::uint64_t>()};
+}
+
+absl::StatusOr<json> resume(Client& client, const json& request) {
+  return tick_of(client.resume(request.value("real_time_factor", 1.0), kTimeout));
+}
+
+absl::StatusOr<json> step(Client& client, const json& request) {
+  const auto ticks = request.value("ticks", std::uint64_t{1});
+  if (ticks == 0 || ticks > kStepTicksMax) {
+    return absl::InvalidArgumentError(absl::StrCat("ticks: ", ticks, " is not 1 to ", kStepTicksMax));
+  }
+  return tick_of(client.step(ticks));
+}
+
+absl::StatusOr<Shape> shape_from(const json& request) {
+  const std::string kind = request.at("kind").get<std::string>();
+  if (kind == "sphere") return sphere(request.at("radius").get<double>());
+  if (kind == "capsule")
+    return capsule(request.at("radius").get<double>(), request.at("length").get<double>());
+  if (kind == "cylinder")
+    return cylinder(request.at("radius").get<double>(), request.at("length").get<double>());
+  if (kind != "box") return absl::InvalidArgumentError(absl::StrCat("kind: there is no shape '", kind, "'"));
+  const absl::StatusOr<Eigen::Vector3d> size = vector_from(request.at("size"));
+  if (!size.ok()) return size.status();
+  return box(size->x(), size->y(), size->z());
+}
+
+absl::StatusOr<json> spawn(Client& client, double sector_size, const json& request) {
+  const absl::StatusOr<WorldPosition> given = position_from(request);
+  if (!given.ok()) return given.status();
+  const absl::StatusOr<WorldPosition> position = canonical(given->sector, given->local, sector_size);
+  if (!position.ok()) return position.status();
+  const absl::StatusOr<Shape> shape = shape_from(request.at("shape"));
+  if (!shape.ok()) return shape.status();
+  const absl::StatusOr<Spawned> spawned = client.spawn(
+      solid(request.value("name", ""), *shape, request.at("mass").get<double>(), *position), kTimeout);
+  if (!spawned.ok()) return spawned.status();
+  return json{{"body", spawned->id.value}, {"tick", spawned->tick}};
+}
+
+absl::StatusOr<json> push(Client& client, const json& request) {
+  const absl::StatusOr<Eigen::Vector3d> impulse = vector_from(request.at("impulse"));
+  if (!impulse.ok()) return impulse.status();
+  const absl::StatusOr<Eigen::Vector3d> lever = vector_from(request.at("lever"));
+  if (!lever.ok()) return lever.status();
+  return tick_of(client.apply_impulse(body_of(request), *impulse, *lever, kTimeout));
+}
+
+absl::StatusOr<json> pick(Client& client, const json& request) {
+  const absl::StatusOr<WorldPosition> origin = position_from(request);
+  if (!origin.ok()) return origin.status();
+  const absl::StatusOr<Eigen::Vector3d> direction = vector_from(request.at("direction"));
+  if (!direction.ok()) return direction.status();
+  const RayQuery ray{*origin, *direction, request.at("length").get<double>(), 0};
+  const absl::StatusOr<std::optional<RayResult>> hit = client.raycast(ray, kTimeout);
+  if (!hit.ok()) return hit.status();
+  if (!*hit) return json{{"hit", false}};
+  json found = to_json((*hit)->position);
+  found.update({{"hit", true},
+                {"body", (*hit)->body.value},
+                {"name", (*hit)->name},
+                {"distance", (*hit)->distance},
+                {"normal", to_json((*hit)->normal)}});
+  return found;
+}
+
+// One frame of what `filter` lets through.
+absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const BodyFilter& filter) {
+  const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter, kTimeout);
+  if (!stream.ok()) return stream.status();
+  absl::StatusOr<BodyFrame> frame = (*stream)->next(kTimeout);
+  if (!frame.ok()) return frame.status();
+  return std::move(frame->bodies);
+}
+
+absl::StatusOr<FoundBody> named_or_numbered(Client& client, const BodyName& name) {
+  if (const auto* text = std::get_if<std::string>(&name)) return client.find(*text, kTimeout);
+  BodyQuery query;
+  query.ids = {std::get<BodyId>(name)};
+  absl::StatusOr<FoundBodies> found = client.find_bodies(query, kTimeout);
+  if (!found.ok()) return found.status();
+  if (found->bodies.empty())
+    return absl::NotFoundError(absl::StrCat("no body has the id ", query.ids[0].value));
+  return std::move(found->bodies.front());
+}
+
+absl::StatusOr<json> find(Client& client, const json& request) {
+  const absl::StatusOr<FoundBody> body = named_or_numbered(client, body_of(request));
+  if (!body.ok()) return body.status();
+  const absl::StatusOr<std::vector<BodySample>> samples = look_once(client, {.ids = {body->id}});
+  if (!samples.ok()) return samples.status();
+  if (samples->empty()) return absl::NotFoundError(absl::StrCat("nobody tells where ", body->name, " is"));
+  json found = to_json(samples->front().pose.position);
+  found.update({{"body", body->id.value}, {"name", body->name}});
+  return found;
+}
+
+absl::StatusOr<json> places(Client& client, double sector_size) {
+  const absl::StatusOr<std::vector<BodySample>> bodies = look_once(client, {});
+  if (!bodies.ok()) return bodies.status();
+  std::vector<Place> found = places_of(*bodies, sector_size);
+  const bool truncated = found.size() > kPlacesMax;
+  if (truncated) found.resize(kPlacesMax);
+  BodyQuery query;
+  for (const Place& place : found) query.ids.push_back(place.first);
+  query.limit = kPlacesMax;
+  absl::StatusOr<FoundBodies> first;
+  if (!query.ids.empty()) first = client.find_bodies(query, kTimeout);
+  if (!query.ids.empty() && !first.ok()) return first.status();
+  json described = json::array();
+  for (const Place& place : found) {
+    json entry = to_json(place.centre);
+    const auto named = std::find_if(first->bodies.begin(), first->bodies.end(),
+                                    [&](const FoundBody& body) { return body.id == place.first; });
+    entry.update({{"half", place.half},
+                  {"bodies", place.bodies},
+                  {"sectors", place.sectors},
+                  {"name", named == first->bodies.end() ? "" : named->name}});
+    described.push_back(std::move(entry));
+  }
+  return json{{"places", std::move(described)}, {"truncated", truncated}};
+}
+
+absl::StatusOr<json> carry_out(Client& client, const ClusterReport& report, bool read_only,
+                               const json& request) {
+  const std::string what = request.at("do").get<std::string>();
+  const double sector_size = report.cluster.settings ? report.cluster.settings->sector_size : 0;
+  if (what == "pick") return pick(client, request);
+  if (what == "find") return find(client, request);
+  if (what == "places") return places(client, sector_size);
+  if (read_only) return absl::PermissionDeniedError(absl::StrCat(what, ": this page is for reading only"));
+  if (what == "pause") return tick_of(client.pause(kTimeout));
+  if (what == "resume") return resume(client, request);
+  if (what == "step") return step(client, request);
+  if (what == "spawn") return spawn(client, sector_size, request);
+  if (what == "push") return push(client, request);
+  if (what == "remove") return tick_of(client.remove(body_of(request), kTimeout));
+  return absl::InvalidArgumentError(absl::StrCat("do: '", what, "' is not known"));
+}
+
+}  // namespace
+
+json answer(Client& client, const ClusterReport& report, bool read_only, const json& request) {
+  try {
+    absl::StatusOr<json> done = carry_out(client, report, read_only, request);
+    if (done.ok()) return *std::move(done);
+    return {{"error", std::string(done.status().message())}};
+  } catch (const json::exception& error) {
+    return {{"error", absl::StrCat("the request cannot be read: ", error.what())}};
+  }
+}
+
+}  // namespace tessera::viewer

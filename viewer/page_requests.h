@@ -1,0 +1,17 @@
+// What a page asks of the cluster, one request at a time: {"do": "pause" | "resume" | "step" | "spawn" |
+// "push" | "remove" | "pick" | "find" | "places", ...}.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "tessera/client.h"
+#include "viewer/cluster_monitor.h"
+
+namespace tessera::viewer {
+
+// The answer: what was asked for, or {"error": why}. With `read_only`, what would change the world is
+// refused.
+nlohmann::json answer(Client& client, const ClusterReport& report, bool read_only,
+                      const nlohmann::json& request);
+
+}  // namespace tessera::viewer

@@ -1,0 +1,274 @@
+#include "viewer/page_session.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "viewer/json.h"
+#include "viewer/page_requests.h"
+
+namespace tessera::viewer {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kFramesUnderWayMax = 2;
+constexpr std::size_t kRequestsMax = 64;
+constexpr double kHalfMax = 1e9;  // m
+constexpr absl::Duration kSubscribeTimeout = absl::Seconds(10);
+constexpr std::uint32_t kEveryTicksMax = 1'000'000;
+
+// So that about `frames_per_second` frames come in a second; every tick of a world that stands still, which
+// is stepped by hand.
+std::uint32_t ticks_between_frames(const ClusterReport& report, double frames_per_second) {
+  if (!report.is_live() || report.cluster.state != "running") return 1;
+  const double ticks_per_second =
+      std::max(report.cluster.real_time_factor, 1.0) / report.cluster.settings->time_step;
+  const double every = std::round(ticks_per_second / frames_per_second);
+  return static_cast<std::uint32_t>(std::clamp(every, 1.0, static_cast<double>(kEveryTicksMax)));
+}
+
+// A factor of two is not worth a new subscription.
+bool is_far_from(std::uint32_t a, std::uint32_t b) { return a > 2 * b || b > 2 * a || (a == 1) != (b == 1); }
+
+json status_message(const ClusterReport& report) {
+  json message = {{"type", "status"}, {"answers", report.answer.ok()}, {"status", to_json(report.cluster)}};
+  if (!report.answer.ok()) message["why"] = std::string(report.answer.message());
+  json nodes = json::array();
+  for (const std::uint64_t node : report.nodes) nodes.push_back(absl::StrCat(absl::Hex(node)));
+  message["nodes"] = std::move(nodes);
+  return message;
+}
+
+}  // namespace
+
+PageSession::PageSession(Client& client, const PageOptions& options, PageSocket socket,
+                         std::shared_ptr<const ClusterReport> report)
+    : client_(client),
+      options_(options),
+      socket_(std::move(socket)),
+      report_(std::move(report)),
+      catalogue_(client),
+      bodies_([this] { changed_.notify_all(); }),
+      contacts_([this] { changed_.notify_all(); }) {
+  tell({{"type", "hello"}, {"read_only", options_.read_only}});
+  writer_ = std::thread([this] { write(); });
+  asker_ = std::thread([this] { answer_requests(); });
+}
+
+PageSession::~PageSession() {
+  {
+    const std::lock_guard lock(mutex_);
+    closing_ = true;
+  }
+  changed_.notify_all();
+  writer_.join();
+  asker_.join();
+}
+
+void PageSession::tell(const json& message) {
+  texts_.push_back(dump(message));
+  changed_.notify_all();
+}
+
+void PageSession::report(std::shared_ptr<const ClusterReport> report) {
+  const std::lock_guard lock(mutex_);
+  const bool is_other_world = report->world != report_->world;
+  report_ = std::move(report);
+  has_news_ = true;
+  if (is_other_world ||
+      is_far_from(ticks_between_frames(*report_, options_.frames_per_second), every_ticks_)) {
+    watch();
+  }
+  changed_.notify_all();
+}
+
+bool PageSession::hear(const std::string& text) {
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object() || !message.contains("type")) return false;
+  const json& type = message["type"];
+  const std::lock_guard lock(mutex_);
+  if (type == "look") return look(message);
+  if (type == "ask") return ask(message);
+  if (type == "seen") {
+    frames_under_way_ = std::max(0, frames_under_way_ - 1);
+    changed_.notify_all();
+    return true;
+  }
+  if (type != "contacts" || !message.contains("on")) return false;
+  wants_contacts_ = message["on"] == true;
+  watch();
+  return true;
+}
+
+bool PageSession::look(const json& message) {
+  const absl::StatusOr<WorldPosition> centre = position_from(message);
+  const auto half = message.find("half");
+  if (!centre.ok() || half == message.end() || !half->is_number()) return false;
+  interest_ = Interest{*centre, std::clamp(half->get<double>(), 1.0, kHalfMax)};
+  watch();
+  return true;
+}
+
+bool PageSession::ask(const json& message) {
+  if (!message.contains("id")) return false;
+  if (requests_.size() >= kRequestsMax) {
+    tell({{"type", "answer"}, {"id", message["id"]}, {"error", "too many requests at once"}});
+  } else {
+    requests_.push_back(message);
+    changed_.notify_all();
+  }
+  return true;
+}
+
+void PageSession::watch() {
+  every_ticks_ = ticks_between_frames(*report_, options_.frames_per_second);
+  if (!interest_ || !report_->is_live()) {
+    bodies_.watch({});
+    contacts_.watch({});
+    return;
+  }
+  BodyFilter filter;
+  filter.region = WatchedRegion{interest_->centre, Eigen::Vector3d::Constant(interest_->half)};
+  filter.every_ticks = every_ticks_;
+  bodies_.watch([this, filter] { return client_.watch_bodies(filter, kSubscribeTimeout); });
+  if (wants_contacts_) {
+    contacts_.watch([this] { return client_.watch_contacts({.persisting = true}, kSubscribeTimeout); });
+  } else {
+    contacts_.watch({});
+  }
+}
+
+bool PageSession::is_due(Clock::time_point now) const {
+  return interest_ && frames_under_way_ < kFramesUnderWayMax && now >= next_frame_ &&
+         (bodies_.has_frame() || contacts_.has_frame());
+}
+
+void PageSession::write() {
+  const auto period = std::chrono::duration_cast<Clock::duration>(
+      std::chrono::duration<double>(0.8 / options_.frames_per_second));  // frames come unevenly
+  std::unique_lock lock(mutex_);
+  while (!closing_) {
+    if (!texts_.empty()) {
+      const std::string text = std::move(texts_.front());
+      texts_.pop_front();
+      lock.unlock();
+      socket_.send_text(text);
+      lock.lock();
+    } else if (has_news_) {
+      has_news_ = false;
+      const std::shared_ptr<const ClusterReport> report = report_;
+      lock.unlock();
+      socket_.send_text(dump(status_message(*report)));
+      lock.lock();
+    } else if (is_due(Clock::now())) {
+      next_frame_ = Clock::now() + period;
+      const std::shared_ptr<const ClusterReport> report = report_;
+      const Interest interest = *interest_;
+      lock.unlock();
+      show(report, interest);
+      lock.lock();
+    } else {
+      // A frame may have come while nobody listened: look again after a period at the latest.
+      changed_.wait_for(lock, period);
+    }
+  }
+}
+
+void PageSession::show(const std::shared_ptr<const ClusterReport>& report, const Interest& interest) {
+  if (!report->is_live()) return;
+  start_over_where_needed(*report, interest);
+  const auto send = [&](const std::string& frame) {
+    if (frame.empty()) return;
+    {
+      const std::lock_guard lock(mutex_);
+      ++frames_under_way_;
+    }
+    socket_.send_binary(frame);
+  };
+  if (const std::optional<BodyFrame> frame = bodies_.take()) {
+    std::vector<SeenBody> bodies = seen(*report, *frame);
+    introduce(bodies);
+    send(encoder_.encode(frame->tick, std::move(bodies)));
+  }
+  if (const std::optional<ContactFrame> frame = contacts_.take())
+    send(encode(frame->tick, view_->see(*frame)));
+}
+
+void PageSession::start_over_where_needed(const ClusterReport& report, const Interest& interest) {
+  if (report.world != told_world_) {
+    told_world_ = report.world;
+    counted_bodies_ = 0;
+    catalogue_.clear();
+    told_bodies_.clear();
+    told_shapes_.clear();
+    view_.reset();
+    socket_.send_text(dump({{"type", "world"}, {"world", report.cluster.world}}));
+  }
+  const bool has_new_statics = counted_bodies_ != report.cluster.bodies && catalogue_.learn_statics().ok();
+  if (has_new_statics) counted_bodies_ = report.cluster.bodies;
+  const PageView view(interest, *report.cluster.settings);
+  if (!view_ || view_->sector() != view.sector()) {
+    encoder_.start_over();
+    socket_.send_text(dump(view.describe()));
+  }
+  if (has_new_statics || !view_ || view_->interest() != interest) statics_ = view.see_statics(catalogue_);
+  view_ = view;
+}
+
+std::vector<SeenBody> PageSession::seen(const ClusterReport& report, const BodyFrame& frame) {
+  std::vector<SeenBody> moving;
+  moving.reserve(frame.bodies.size());
+  for (const BodySample& body : frame.bodies) {
+    const auto node = std::find(report.nodes.begin(), report.nodes.end(), body.server);
+    moving.push_back(view_->see(body, static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(
+                                          std::distance(report.nodes.begin(), node), 255))));
+  }
+  std::vector<SeenBody> all;
+  all.reserve(moving.size() + statics_.size());
+  std::merge(moving.begin(), moving.end(), statics_.begin(), statics_.end(), std::back_inserter(all),
+             [](const SeenBody& a, const SeenBody& b) { return a.id < b.id; });
+  return all;
+}
+
+void PageSession::introduce(const std::vector<SeenBody>& bodies) {
+  std::vector<BodyId> strangers;
+  for (const SeenBody& body : bodies) {
+    if (!told_bodies_.contains(BodyId{body.id})) strangers.push_back(BodyId{body.id});
+  }
+  if (strangers.empty() || !catalogue_.learn(strangers).ok()) return;
+  json described = json::array();
+  json shapes = json::object();
+  for (const BodyId id : strangers) {
+    const FoundBody* body = catalogue_.find(id);
+    if (body == nullptr) continue;
+    told_bodies_.insert(id);
+    described.push_back(to_json(*body));
+    const ShapeId shape = body->properties.shape;
+    if (told_shapes_.insert(shape).second) shapes[absl::StrCat(shape)] = to_json(catalogue_.shape(shape));
+  }
+  socket_.send_text(
+      dump({{"type", "bodies"}, {"bodies", std::move(described)}, {"shapes", std::move(shapes)}}));
+}
+
+void PageSession::answer_requests() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [&] { return closing_ || !requests_.empty(); });
+    if (closing_) return;
+    const json request = std::move(requests_.front());
+    requests_.pop_front();
+    const std::shared_ptr<const ClusterReport> report = report_;
+    lock.unlock();
+    json message = answer(client_, *report, options_.read_only, request);
+    lock.lock();
+    message["type"] = "answer";
+    message["id"] = request["id"];
+    tell(message);
+  }
+}
+
+}  // namespace tessera::viewer

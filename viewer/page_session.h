@@ -1,0 +1,109 @@
+// One page that is open: what it wants to see, and what it has been told.
+//
+// The page says as JSON {"type": "look", position, "half"} where its camera is, {"type": "contacts", "on"}
+// whether it marks contacts, {"type": "seen"} for every binary frame that it has drawn, and {"type": "ask",
+// "id", "do", ...} (page_requests.h). It hears "hello", "status", "world" (another one: all before is void),
+// "view" (the sector that points count from), "bodies" and "shapes" (of what comes into view for the first
+// time), "answer", and binary frames (frame_encoder.h). Two frames at most are under way: a page that draws
+// slowly gets fewer.
+#pragma once
+
+#include <absl/container/flat_hash_set.h>
+#include <absl/time/time.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tessera/client.h"
+#include "viewer/body_catalogue.h"
+#include "viewer/cluster_monitor.h"
+#include "viewer/frame_encoder.h"
+#include "viewer/latest_frame.h"
+#include "viewer/page_view.h"
+
+namespace tessera::viewer {
+
+struct PageOptions {
+  bool read_only = false;
+  double frames_per_second = 30;  // at most
+};
+
+// To the page; both block while the network does.
+struct PageSocket {
+  std::function<void(const std::string&)> send_text;
+  std::function<void(const std::string&)> send_binary;
+};
+
+// hear() and report() from any thread.
+class PageSession {
+ public:
+  PageSession(Client& client, const PageOptions& options, PageSocket socket,
+              std::shared_ptr<const ClusterReport> report);
+  ~PageSession();
+
+  // A text message of the page. False where it is none that a page would send.
+  bool hear(const std::string& text);
+
+  void report(std::shared_ptr<const ClusterReport> report);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  bool look(const nlohmann::json& message);
+  bool ask(const nlohmann::json& message);
+  void tell(const nlohmann::json& message);  // with the lock held
+  void watch();                              // likewise
+  bool is_due(Clock::time_point now) const;  // likewise
+
+  void write();
+  void answer_requests();
+
+  // On the writing thread, which owns what they work on.
+  void show(const std::shared_ptr<const ClusterReport>& report, const Interest& interest);
+  void start_over_where_needed(const ClusterReport& report, const Interest& interest);
+  void introduce(const std::vector<SeenBody>& bodies);
+  std::vector<SeenBody> seen(const ClusterReport& report, const BodyFrame& frame);
+
+  Client& client_;
+  const PageOptions options_;
+  const PageSocket socket_;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool closing_ = false;
+  std::shared_ptr<const ClusterReport> report_;
+  bool has_news_ = true;  // a report that the page has not had
+  std::optional<Interest> interest_;
+  bool wants_contacts_ = false;
+  std::uint32_t every_ticks_ = 0;  // of the streams that are open
+  std::deque<std::string> texts_;
+  std::deque<nlohmann::json> requests_;
+  int frames_under_way_ = 0;
+  Clock::time_point next_frame_{};
+
+  // Of the writing thread.
+  BodyCatalogue catalogue_;
+  FrameEncoder encoder_;
+  std::optional<PageView> view_;
+  std::vector<SeenBody> statics_;
+  absl::flat_hash_set<BodyId> told_bodies_;
+  absl::flat_hash_set<ShapeId> told_shapes_;
+  std::uint64_t told_world_ = 0;
+  std::uint64_t counted_bodies_ = 0;  // of the world, when its static bodies were asked for
+
+  LatestFrame<BodyFrame> bodies_;
+  LatestFrame<ContactFrame> contacts_;
+  std::thread writer_;
+  std::thread asker_;
+};
+
+}  // namespace tessera::viewer

@@ -1,0 +1,92 @@
+#include "viewer/page_view.h"
+
+#include <array>
+#include <variant>
+
+#include "viewer/json.h"
+
+namespace tessera::viewer {
+namespace {
+
+constexpr std::uint8_t kNoServer = 255;
+
+std::array<float, 3> floats(const Eigen::Vector3d& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+
+std::array<float, 4> floats(const Eigen::Quaterniond& q) {
+  return {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
+          static_cast<float>(q.w())};
+}
+
+const Plane* plane_of(const Shape& shape) {
+  return shape.parts.size() == 1 ? std::get_if<Plane>(&shape.parts.front().geometry) : nullptr;
+}
+
+// Moves a body along its plane until the plane's own origin is the point of it that is next to zero.
+Eigen::Vector3d slid_to_zero(const Eigen::Vector3d& body, const Eigen::Quaterniond& orientation,
+                             const ShapePart& part, const Plane& plane) {
+  const Eigen::Vector3d normal = orientation * (part.pose.orientation * plane.normal);
+  const Eigen::Vector3d origin = orientation * part.pose.position;
+  return normal.dot(body + origin) * normal - origin;
+}
+
+}  // namespace
+
+Eigen::Vector3d PageView::offset(const WorldPosition& point) const {
+  return relative_to(point, sector(), settings_.sector_size);
+}
+
+nlohmann::json PageView::describe() const {
+  nlohmann::json view = {
+      {"type", "view"}, {"sector", to_json(sector())}, {"sector_size", settings_.sector_size}};
+  if (const auto* uniform = std::get_if<UniformGravity>(&settings_.gravity)) {
+    const Eigen::Vector3d up = -uniform->acceleration.stableNormalized();
+    view["up"] = to_json(up.isZero() ? Eigen::Vector3d::UnitZ().eval() : up);
+  } else {
+    const auto& central = std::get<CentralGravity>(settings_.gravity);
+    const Eigen::Vector3d centre = offset(central.centre);
+    const Eigen::Vector3d up = (interest_.centre.local - centre).stableNormalized();
+    view["up"] = to_json(up.isZero() ? Eigen::Vector3d::UnitZ().eval() : up);
+    view["planet"] = {{"centre", to_json(centre)}, {"radius", central.radius}};
+  }
+  return view;
+}
+
+SeenBody PageView::see(const BodySample& body, std::uint8_t server) const {
+  return {static_cast<std::uint32_t>(body.id.value),
+          floats(offset(body.pose.position)),
+          floats(body.pose.orientation),
+          static_cast<float>(body.linear_velocity.norm()),
+          server,
+          body.asleep};
+}
+
+std::vector<SeenBody> PageView::see_statics(const BodyCatalogue& catalogue) const {
+  std::vector<SeenBody> seen;
+  for (const StaticBody& body : catalogue.statics()) {
+    const BodySample& sample = body.sample;
+    const Shape& shape = catalogue.shape(catalogue.find(sample.id)->properties.shape);
+    const Eigen::Vector3d away = offset(sample.pose.position);
+    if (const Plane* plane = plane_of(shape)) {
+      SeenBody& added = seen.emplace_back(see(sample, kNoServer));
+      added.position = floats(slid_to_zero(away, sample.pose.orientation, shape.parts.front(), *plane));
+    } else if (((away - interest_.centre.local).cwiseAbs().array() <= interest_.half + body.radius).all()) {
+      seen.push_back(see(sample, kNoServer));
+    }
+  }
+  return seen;
+}
+
+std::vector<SeenContact> PageView::see(const ContactFrame& frame) const {
+  std::vector<SeenContact> seen;
+  for (const Touch& touch : frame.contacts) {
+    if (touch.phase == TouchPhase::kEnd) continue;
+    const Eigen::Vector3d point = offset(touch.position);
+    if (((point - interest_.centre.local).cwiseAbs().array() > interest_.half).any()) continue;
+    seen.push_back({floats(point), floats(touch.normal), static_cast<float>(touch.impulse)});
+  }
+  return seen;
+}
+
+}  // namespace tessera::viewer

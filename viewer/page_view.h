@@ -1,0 +1,51 @@
+// What one page looks at, and how the world is drawn for it: relative to the centre of a sector near the
+// camera, so that numbers are small and the picture is crisp at any distance from the world's origin.
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "lpss/world/world_description.h"
+#include "tessera/stream.h"
+#include "viewer/body_catalogue.h"
+#include "viewer/frame_encoder.h"
+
+namespace tessera::viewer {
+
+// What the camera can see: a cube of edge 2 `half` around `centre`.
+struct Interest {
+  WorldPosition centre;
+  double half = 100;  // m
+
+  friend bool operator==(const Interest&, const Interest&) = default;
+};
+
+class PageView {
+ public:
+  PageView(const Interest& interest, const WorldSettings& settings)
+      : interest_(interest), settings_(settings) {}
+
+  const SectorIndex& sector() const { return interest_.centre.sector; }
+  const Interest& interest() const { return interest_; }
+
+  // The sector that points count from, which way is up there, and the planet where there is one.
+  nlohmann::json describe() const;
+
+  SeenBody see(const BodySample& body, std::uint8_t server) const;
+
+  // Static bodies that reach into the view, ascending by id. Of a plane, which has no end, it is the place of
+  // the point next to the sector's centre.
+  std::vector<SeenBody> see_statics(const BodyCatalogue& catalogue) const;
+
+  // Those within the view.
+  std::vector<SeenContact> see(const ContactFrame& frame) const;
+
+ private:
+  Eigen::Vector3d offset(const WorldPosition& point) const;
+
+  Interest interest_;
+  WorldSettings settings_;
+};
+
+}  // namespace tessera::viewer

@@ -1,0 +1,72 @@
+#include "viewer/page_view.h"
+
+#include <gmock/gmock.h>
+
+#include "viewer/json.h"
+
+namespace tessera::viewer {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::FloatNear;
+
+constexpr std::int64_t kFar = std::int64_t{1} << 62;
+
+WorldSettings settings(double sector_size) {
+  WorldSettings settings;
+  settings.sector_size = sector_size;
+  return settings;
+}
+
+TEST(PageViewTest, BodiesAreSeenFromTheSectorOfTheCameraAtAnyDistance) {
+  BodySample body;
+  body.id = BodyId{7};
+  body.linear_velocity = {3, 0, 4};
+  for (const std::int64_t far : {std::int64_t{0}, kFar, -kFar}) {
+    body.pose.position = {{far + 1, 0, far}, {-63.999, 2, 0.125}};
+    const PageView view({{{far, 0, far}, {10, 10, 0}}, 100}, settings(128));
+    const SeenBody seen = view.see(body, 2);
+    EXPECT_THAT(seen.position, ElementsAre(FloatNear(64.001F, 1e-5F), 2, 0.125F));
+    EXPECT_EQ(seen.speed, 5);
+    EXPECT_EQ(seen.server, 2);
+  }
+}
+
+TEST(PageViewTest, ContactsOutsideOfTheViewAreLeftOut) {
+  const PageView view({{{kFar, 0, 0}, {0, 0, 0}}, 20}, settings(128));
+  ContactFrame frame;
+  frame.contacts.resize(3);
+  frame.contacts[0].position = {{kFar, 0, 0}, {1, 2, 3}};
+  frame.contacts[1].position = {{0, 0, 0}, {1, 2, 3}};
+  frame.contacts[2] = frame.contacts[0];
+  frame.contacts[2].phase = TouchPhase::kEnd;
+  EXPECT_EQ(view.see(frame).size(), 1u);
+}
+
+TEST(PageViewTest, UpIsAwayFromThePlanet) {
+  WorldSettings earth = settings(100);
+  earth.gravity = CentralGravity{{{0, 0, 0}, {0, 0, 0}}, 9.8, 6e6};
+  const json view = PageView({{{0, -60'000, 0}, {0, 0, 0}}, 20}, earth).describe();
+  EXPECT_EQ(view["up"], json({0.0, -1.0, 0.0}));
+  EXPECT_EQ(view["planet"]["centre"], json({0.0, 6e6, 0.0}));
+  EXPECT_EQ(view["sector"], json({"0", "-60000", "0"}));
+}
+
+TEST(JsonTest, SectorIndicesKeepAllTheirBits) {
+  const WorldPosition position{{kFar + 1, -kFar - 3, INT64_MAX}, {0.1, -2.5, 1e-9}};
+  EXPECT_EQ(position_from(json::parse(dump(to_json(position)))).value(), position);
+}
+
+TEST(JsonTest, PositionsThatAreNoneAreRefused) {
+  for (const char* text :
+       {R"({})", R"({"sector": [1, 2, 3], "local": [0, 0, 0]})",
+        R"({"sector": ["1", "2", "9223372036854775808"], "local": [0, 0, 0]})",
+        R"({"sector": ["1", "2", "3"], "local": [0, 0]})", R"({"sector": ["1", "2", "3"]})",
+        R"({"sector": ["1", "2", "3"], "local": [0, 0, "0"]})"}) {
+    EXPECT_FALSE(position_from(json::parse(text)).ok()) << text;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::viewer

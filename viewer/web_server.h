@@ -1,0 +1,31 @@
+// The page over HTTP, its data over WebSockets: "/" the page, "/status" the state of the cluster as JSON,
+// "/live" one WebSocket for every page that is open.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <string>
+
+#include "tessera/client.h"
+#include "viewer/page_session.h"
+
+namespace tessera::viewer {
+
+class WebServer {
+ public:
+  // Listens on `address`, host:port; port 0: any free one. UNAVAILABLE where that is not to be had.
+  static absl::StatusOr<std::unique_ptr<WebServer>> open(const std::string& address, Client& client,
+                                                         const PageOptions& options);
+  ~WebServer();
+
+  // "http://127.0.0.1:7380/"
+  const std::string& url() const;
+
+ private:
+  class Impl;
+  explicit WebServer(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::viewer
