@@ -15,10 +15,12 @@ void run(TaskSolver& solver, const SolveTask& task, double dt) {
 }  // namespace
 
 void BulletSolver::solve(const SolveTask& task, double dt) {
-  if (!takes_small_steps_ || task.joints.empty()) return run(small_, task, dt);
-  const TaskParts parts = parts_of(task);
-  run(whole_, parts.jointed, dt);
-  run(small_, parts.loose, dt);
+  if (settings_.substeps == 1) return run(whole_, task, dt);
+  if (!settings_.adapt && task.joints.empty()) return run(small_, task, dt);
+  for (const TaskPart& part : parts_of(task, settings_)) {
+    if (!part.has_joints) small_.take_small_steps(part.steps);
+    run(part.has_joints ? whole_ : small_, part.task, dt);
+  }
 }
 
 }  // namespace tessera::bullet

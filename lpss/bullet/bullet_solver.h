@@ -6,18 +6,18 @@
 
 namespace tessera::bullet {
 
-// Islands without joints in small steps, where the settings ask for them. Those with joints in passes over
-// the whole tick: their rows keep no impulses, and what takes back the errors of the last tick must not act
-// again in each step.
+// Islands without joints in small steps, where the settings ask for them, as many as each needs. Those with
+// joints in passes over the whole tick: their rows keep no impulses, and what takes back the errors of the
+// last tick must not act again in each step.
 class BulletSolver final : public IslandSolver {
  public:
   explicit BulletSolver(const EngineSettings& settings)
-      : takes_small_steps_(settings.substeps > 1), whole_(without_small_steps(settings)), small_(settings) {}
+      : settings_(settings), whole_(without_small_steps(settings)), small_(settings) {}
 
   void solve(const SolveTask& task, double dt) override;
 
  private:
-  bool takes_small_steps_;
+  EngineSettings settings_;
   TaskSolver whole_;
   TaskSolver small_;
 };

@@ -37,7 +37,7 @@ btVector3 direction_of(const btSolverConstraint& row) {
 }  // namespace
 
 SmallSteps::SmallSteps(int steps, int passes)
-    : steps_(steps), passes_(std::max(2, (passes + steps - 1) / steps)) {}
+    : usual_steps_(steps), steps_(steps), passes_(std::max(2, (passes + steps - 1) / steps)) {}
 
 void SmallSteps::solve(const RowPools& pools, const btContactSolverInfo& info) {
   begin(pools, info);
@@ -56,7 +56,8 @@ void SmallSteps::solve(const RowPools& pools, const btContactSolverInfo& info) {
 
 void SmallSteps::begin(const RowPools& pools, const btContactSolverInfo& info) {
   step_ = info.m_timeStep / static_cast<btScalar>(steps_);
-  const btScalar frequency = std::min(kFrequencyTick / info.m_timeStep, kFrequencyStep / step_);
+  const btScalar stiffer = std::max(btScalar(1), btScalar(steps_) / btScalar(usual_steps_));
+  const btScalar frequency = std::min(stiffer * kFrequencyTick / info.m_timeStep, kFrequencyStep / step_);
   const btScalar omega = 2 * std::numbers::pi_v<btScalar> * frequency;
   const btScalar a = 2 * kContactDamping + step_ * omega;
   const btScalar b = step_ * omega * a;

@@ -25,6 +25,10 @@ class SmallSteps {
   // `passes` (>= 1) over all rows are divided among `steps` (>= 2), two each at least.
   SmallSteps(int steps, int passes);
 
+  // With other steps (>= 2), as many passes each. Where they are more, contacts are stiffer by that factor,
+  // squared.
+  void set_steps(int steps) { steps_ = steps; }
+
   // Leaves velocities and impulses where Bullet's own solver would, and what took back overlaps in the push
   // velocities. A body then moves by the velocity that it ends with, as without small steps, which keeps the
   // energy of falls and orbits. What no row touches is left as it was. `info` is what the rows were set up
@@ -69,6 +73,7 @@ class SmallSteps {
   void rebound(const RowPools& pools);
   void end(const RowPools& pools, const btContactSolverInfo& info);
 
+  int usual_steps_;
   int steps_;
   int passes_;         // per step, the last of which does not correct positions
   btScalar step_ = 0;  // s

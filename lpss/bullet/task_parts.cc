@@ -1,34 +1,73 @@
 #include "lpss/bullet/task_parts.h"
 
-#include <absl/container/flat_hash_map.h>
-
-#include <array>
+#include <algorithm>
 #include <optional>
 #include <utility>
 
+#include "lpss/bullet/bullet_world.h"
+#include "lpss/bullet/island_needs.h"
 #include "lpss/seam/island_graph.h"
 
 namespace tessera::bullet {
 namespace {
 
-class Parting {
+btRigidBody& rigid_of(const WorldBody& body) {
+  return static_cast<BulletWorld*>(body.world)->body(body.slot).rigid;
+}
+
+// While it lives, the bodies of a task and their clones know their places in it.
+class Places {
  public:
-  explicit Parting(const SolveTask& task) : task_(task), islands_(task.bodies.size()) {
-    for (std::size_t i = 0; i < task.bodies.size(); ++i) places_[key(task.bodies[i])] = i;
-    for (const SolveTask::CloneOf& clone : task.clones) places_[key(clone.clone)] = clone.original;
+  explicit Places(const SolveTask& task) : task_(task) {
+    for (std::size_t i = 0; i < task.bodies.size(); ++i) {
+      rigid_of(task.bodies[i]).setCompanionId(static_cast<int>(i));
+    }
+    for (const SolveTask::CloneOf& clone : task.clones) {
+      rigid_of(clone.clone).setCompanionId(static_cast<int>(clone.original));
+    }
+  }
+  ~Places() {
+    for (const WorldBody& body : task_.bodies) rigid_of(body).setCompanionId(-1);
+    for (const SolveTask::CloneOf& clone : task_.clones) rigid_of(clone.clone).setCompanionId(-1);
+  }
+  Places(const Places&) = delete;
+  Places& operator=(const Places&) = delete;
+
+  // kGround for what does not move, or is not the task's.
+  static std::size_t of(const WorldBody& body) {
+    if (body.world == nullptr) return Touch::kGround;
+    const btRigidBody& rigid = rigid_of(body);
+    if (rigid.isStaticOrKinematicObject() || rigid.getCompanionId() < 0) return Touch::kGround;
+    return static_cast<std::size_t>(rigid.getCompanionId());
   }
 
-  TaskParts parts() {
+  static Touch of(const WorldPair& contact) {
+    const ContactPair& pair = contact.world->contacts()[contact.pair];
+    return {of(WorldBody{contact.world, pair.slot_a}), of(WorldBody{contact.world, pair.slot_b})};
+  }
+
+ private:
+  const SolveTask& task_;
+};
+
+class Parting {
+ public:
+  Parting(const SolveTask& task, const EngineSettings& settings)
+      : task_(task), settings_(settings), places_(task), islands_(task.bodies.size()) {}
+
+  std::vector<TaskPart> parts() {
     connect();
-    std::vector<char> has_joint(task_.bodies.size(), 0);
-    for (const TaskJoint& joint : task_.joints) {
-      if (const auto child = place_of(joint.child)) has_joint[islands_.find(*child)] = 1;
-    }
-    TaskParts parts;
-    std::vector<std::size_t> moved(task_.bodies.size());
+    const std::vector<Way> ways = ways_of_islands();
+    std::vector<TaskPart> parts;
     const auto part_of = [&](std::size_t body) -> SolveTask& {
-      return has_joint[islands_.find(body)] ? parts.jointed : parts.loose;
+      const Way& way = ways[islands_.find(body)];
+      const auto known = std::find_if(parts.begin(), parts.end(), [&](const TaskPart& part) {
+        return part.has_joints == way.has_joints && part.steps == way.steps;
+      });
+      return known != parts.end() ? known->task
+                                  : parts.emplace_back(TaskPart{way.has_joints, way.steps, {}}).task;
     };
+    std::vector<std::size_t> moved(task_.bodies.size());
     for (std::size_t i = 0; i < task_.bodies.size(); ++i) {
       SolveTask& part = part_of(i);
       moved[i] = part.bodies.size();
@@ -37,49 +76,72 @@ class Parting {
     for (const SolveTask::CloneOf& clone : task_.clones) {
       part_of(clone.original).clones.push_back({clone.clone, moved[clone.original]});
     }
-    for (const WorldPair& contact : task_.contacts) {
-      const auto [a, b] = bodies_of(contact);
-      if (a || b) part_of(a ? *a : *b).contacts.push_back(contact);
+    for (std::size_t i = 0; i < task_.contacts.size(); ++i) {
+      const std::size_t body = std::min(touches_[i].a, touches_[i].b);
+      if (body != Touch::kGround) part_of(body).contacts.push_back(task_.contacts[i]);
     }
-    parts.jointed.joints = task_.joints;
+    for (const TaskJoint& joint : task_.joints) {
+      if (const std::size_t child = Places::of(joint.child); child != Touch::kGround) {
+        part_of(child).joints.push_back(joint);
+      }
+    }
     return parts;
   }
 
  private:
-  using Key = std::pair<const SectorWorld*, BodySlot>;
-
-  static Key key(const WorldBody& body) { return {body.world, body.slot}; }
-
-  std::optional<std::size_t> place_of(const WorldBody& body) const {
-    const auto found = places_.find(key(body));
-    if (found == places_.end()) return std::nullopt;
-    return found->second;
-  }
-
-  std::array<std::optional<std::size_t>, 2> bodies_of(const WorldPair& contact) const {
-    const ContactPair& pair = contact.world->contacts()[contact.pair];
-    return {place_of({contact.world, pair.slot_a}), place_of({contact.world, pair.slot_b})};
-  }
+  struct Way {
+    bool has_joints = false;
+    int steps = 1;
+  };
 
   void connect() {
+    const auto unite = [&](std::size_t a, std::size_t b) {
+      if (a != Touch::kGround && b != Touch::kGround) islands_.unite(a, b);
+    };
+    touches_.reserve(task_.contacts.size());
     for (const WorldPair& contact : task_.contacts) {
-      const auto [a, b] = bodies_of(contact);
-      if (a && b) islands_.unite(*a, *b);
+      touches_.push_back(Places::of(contact));
+      unite(touches_.back().a, touches_.back().b);
     }
+    for (const TaskJoint& joint : task_.joints) unite(Places::of(joint.child), Places::of(joint.parent));
+  }
+
+  // By the first body of each island.
+  std::vector<Way> ways_of_islands() {
+    std::vector<Way> ways(task_.bodies.size(), {false, settings_.substeps});
     for (const TaskJoint& joint : task_.joints) {
-      const auto child = place_of(joint.child);
-      const auto parent = place_of(joint.parent);
-      if (child && parent) islands_.unite(*child, *parent);
+      if (const std::size_t child = Places::of(joint.child); child != Touch::kGround) {
+        ways[islands_.find(child)] = {true, 1};
+      }
     }
+    if (!settings_.adapt || settings_.substeps == 1) return ways;
+    std::vector<double> masses;
+    masses.reserve(task_.bodies.size());
+    for (const WorldBody& body : task_.bodies) masses.push_back(1 / double(rigid_of(body).getInvMass()));
+    const std::vector<double> carried = burdens(masses, touches_);
+    std::vector<double> largest(task_.bodies.size(), 0);
+    for (std::size_t i = 0; i < carried.size(); ++i) {
+      double& most = largest[islands_.find(i)];
+      most = std::max(most, carried[i]);
+    }
+    for (std::size_t i = 0; i < ways.size(); ++i) {
+      if (islands_.find(i) == i && !ways[i].has_joints)
+        ways[i].steps = steps_for(largest[i], settings_.substeps);
+    }
+    return ways;
   }
 
   const SolveTask& task_;
+  const EngineSettings& settings_;
+  const Places places_;
   DisjointSets islands_;
-  absl::flat_hash_map<Key, std::size_t> places_;
+  std::vector<Touch> touches_;  // of the task's contacts
 };
 
 }  // namespace
 
-TaskParts parts_of(const SolveTask& task) { return Parting(task).parts(); }
+std::vector<TaskPart> parts_of(const SolveTask& task, const EngineSettings& settings) {
+  return Parting(task, settings).parts();
+}
 
 }  // namespace tessera::bullet

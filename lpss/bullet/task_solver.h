@@ -17,13 +17,16 @@ namespace tessera::bullet {
 // The same settings for a solver that passes over the whole tick.
 EngineSettings without_small_steps(EngineSettings settings);
 
-// One task at a time: set_up(), then solve(), or passes() times pass(), then finish(). Nothing of a task stays for
-// the next.
+// One task at a time: set_up(), then solve(), or passes() times pass(), then finish(). Nothing of a task
+// stays for the next.
 class TaskSolver final : public btSequentialImpulseConstraintSolver {
  public:
   explicit TaskSolver(const EngineSettings& settings);
 
   int passes() const { return info_.m_numIterations; }
+
+  // How many small steps (>= 2) follow, where the settings ask for some.
+  void take_small_steps(int steps) { small_steps_->set_steps(steps); }
 
   // Makes the rows and applies what they start warm from. The task must hold at least one body.
   void set_up(const SolveTask& task, double dt);
