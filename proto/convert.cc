@@ -286,6 +286,7 @@ v1::WorldSettings to_proto(const WorldSettings& settings) {
   result.set_substeps(static_cast<std::uint32_t>(settings.substeps));
   result.set_warm_starting(settings.warm_starting);
   result.set_split_from(settings.split_from);
+  result.set_adapt(settings.adapt);
   return result;
 }
 
@@ -410,6 +411,7 @@ absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings) {
   result.substeps = *substeps;
   result.warm_starting = settings.warm_starting();
   result.split_from = settings.split_from();
+  result.adapt = settings.adapt();
   return result;
 }
 

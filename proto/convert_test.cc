@@ -93,6 +93,7 @@ WorldDescription some_world() {
   world.settings.continuous_collision = false;
   world.settings.sleep_after = 0;
   world.settings.island_cap = 100;
+  world.settings.adapt = false;
   world.settings.shuffle = 0xfedcba9876543210;
   world.anchor = {1, std::int64_t{1} << 62, -5};
   world.shapes = {every_geometry(), Shape{{{Sphere{1}, {}}}}};

@@ -18,7 +18,8 @@ void visit_knobs(AnyKnobs& k, const Visit& visit) {
          visit("time_step", k.time_step) && visit("seams", k.seams) && visit("clone_depth", k.clone_depth) &&
          visit("island_cap", k.island_cap) && visit("shuffle", k.shuffle) &&
          visit("solver_iterations", k.solver_iterations) && visit("substeps", k.substeps) &&
-         visit("warm_starting", k.warm_starting) && visit("split_from", k.split_from) &&
+         visit("adapt", k.adapt) && visit("warm_starting", k.warm_starting) &&
+         visit("split_from", k.split_from) &&
          visit("friction_in_two_directions", k.friction_in_two_directions) &&
          visit("continuous_collision", k.continuous_collision) &&
          visit("sleep_linear_speed", k.sleep_linear_speed) &&
@@ -102,6 +103,7 @@ absl::Status apply(const Knobs& knobs, WorldDescription& world) {
   set(knobs.shuffle, s.shuffle);
   set(knobs.solver_iterations, s.solver_iterations);
   set(knobs.substeps, s.substeps);
+  set(knobs.adapt, s.adapt);
   set(knobs.warm_starting, s.warm_starting);
   set(knobs.split_from, s.split_from);
   set(knobs.friction_in_two_directions, s.friction_in_two_directions);

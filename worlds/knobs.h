@@ -23,6 +23,7 @@ struct Knobs {
   std::optional<std::uint64_t> shuffle;
   std::optional<int> solver_iterations;
   std::optional<int> substeps;
+  std::optional<bool> adapt;
   std::optional<double> warm_starting;
   std::optional<double> split_from;
   std::optional<bool> friction_in_two_directions;

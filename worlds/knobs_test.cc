@@ -69,8 +69,9 @@ TEST(KnobsTest, JsonAndBackIsTheSame) {
   knobs.shuffle = ~std::uint64_t{0};
   knobs.friction_in_two_directions = false;
   knobs.substeps = 4;
+  knobs.adapt = false;
   const nlohmann::ordered_json json = to_json(knobs);
-  EXPECT_EQ(json.size(), 6u);
+  EXPECT_EQ(json.size(), 7u);
   const absl::StatusOr<Knobs> back = knobs_from_json(nlohmann::ordered_json::parse(json.dump()));
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(back->precision, Precision::kFloat64);

@@ -86,6 +86,7 @@ std::vector<Setting> single_knobs() {
   std::vector<Setting> list = {{"default", "", {}}};
   turn(list, "time_step", {1.0 / 30, 1.0 / 120, 1.0 / 240}, [](Knobs& k, double v) { k.time_step = v; });
   turn(list, "substeps", {1, 2, 8}, [](Knobs& k, double v) { k.substeps = static_cast<int>(v); });
+  turn(list, "adapt", {0}, [](Knobs& k, double v) { k.adapt = v != 0; });
   turn(list, "solver_iterations", {4, 8, 24, 48},
        [](Knobs& k, double v) { k.solver_iterations = static_cast<int>(v); });
   turn(list, "friction_in_two_directions", {0},

@@ -1,5 +1,7 @@
 #include "lpss/bullet/bullet_body.h"
 
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+
 #include <utility>
 
 #include "lpss/bullet/conversions.h"
@@ -35,7 +37,7 @@ int bullet_activation(Activity activity) {
 
 }  // namespace
 
-Body::Body(const BodyRecord& record, Role r, CollisionShapeRef s)
+Body::Body(const BodyRecord& record, Role r, CollisionShapeRef s, const EngineSettings& settings)
     : id(record.id),
       role(r),
       motion(record.properties.motion),
@@ -44,6 +46,7 @@ Body::Body(const BodyRecord& record, Role r, CollisionShapeRef s)
       assembly(record.properties.assembly),
       feels_gravity(record.properties.gravity),
       is_damped(record.properties.linear_damping > 0 || record.properties.angular_damping > 0),
+      flies_fine(settings.fine_flight && is_dynamic() && !is_damped),
       shape(std::move(s)),
       rigid(construction_of(record.properties, *shape)) {
   rigid.setUserPointer(this);
@@ -62,9 +65,10 @@ Body::Body(const BodyRecord& record, Role r, CollisionShapeRef s)
 BodyState Body::state() const {
   if (motion == Motion::kStatic) return static_state;
   BodyState state;
-  state.position = to_array(rigid.getWorldTransform().getOrigin());
+  const FineFlight at = fine.value_or(rounded());
+  Eigen::Map<Eigen::Vector3d>(state.position.data()) = at.position;
   state.rotation = to_array(rigid.getWorldTransform().getBasis());
-  state.linear_velocity = to_array(rigid.getLinearVelocity());
+  Eigen::Map<Eigen::Vector3d>(state.linear_velocity.data()) = at.velocity;
   state.angular_velocity = to_array(rigid.getAngularVelocity());
   state.still_for = rigid.getDeactivationTime();
   state.activity = activity();
@@ -85,9 +89,17 @@ void Body::set_state(const BodyState& state) {
     rigid.forceActivationState(ISLAND_SLEEPING);
     return;
   }
+  fine.reset();
+  if (flies_fine) {
+    fine = {Eigen::Vector3d(state.position.data()), Eigen::Vector3d(state.linear_velocity.data())};
+  }
   rigid.setLinearVelocity(to_bullet(state.linear_velocity));
   rigid.setAngularVelocity(to_bullet(state.angular_velocity));
   rigid.forceActivationState(bullet_activation(state.activity));
+}
+
+FineFlight Body::rounded() const {
+  return {to_eigen(rigid.getWorldTransform().getOrigin()), to_eigen(rigid.getLinearVelocity())};
 }
 
 Activity Body::activity() const {
@@ -100,6 +112,17 @@ Activity Body::activity() const {
       return Activity::kAsleep;
   }
 }
+
+Box box_at(const Body& body, const btTransform& pose) {
+  const btVector3 reach(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold);
+  Box box;
+  body.shape->root()->getAabb(pose, box.low, box.high);
+  box.low -= reach;
+  box.high += reach;
+  return box;
+}
+
+bool is_sensible(const Box& box) { return (box.high - box.low).length2() < btScalar(1e12); }
 
 bool is_wanted_pair(const Body& a, const Body& b, CloneContacts clone_contacts) {
   if (!a.is_dynamic() && !b.is_dynamic()) return false;

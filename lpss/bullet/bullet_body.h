@@ -3,13 +3,28 @@
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
+#include <optional>
+
 #include "lpss/bullet/bullet_engine.h"
 #include "lpss/engine/engine.h"
 
 namespace tessera::bullet {
 
+// In the sector's frame, with the distance at which contacts are found.
+struct Box {
+  btVector3 low{0, 0, 0};
+  btVector3 high{0, 0, 0};
+};
+
+// How a body flies that nothing touches, finer than the engine's numbers (EngineSettings::fine_flight); what
+// the engine has is this, rounded.
+struct FineFlight {
+  Eigen::Vector3d position;
+  Eigen::Vector3d velocity;
+};
+
 struct Body {
-  Body(const BodyRecord& record, Role role, CollisionShapeRef shape);
+  Body(const BodyRecord& record, Role role, CollisionShapeRef shape, const EngineSettings& settings);
 
   static Body& of(const btCollisionObject* object) { return *static_cast<Body*>(object->getUserPointer()); }
 
@@ -20,6 +35,7 @@ struct Body {
   BodyState state() const;
   void set_state(const BodyState& state);
   Activity activity() const;
+  FineFlight rounded() const;
 
   const BodyId id;
   const Role role;
@@ -29,14 +45,22 @@ struct Body {
   const std::uint64_t assembly;
   const bool feels_gravity;
   const bool is_damped;
+  const bool flies_fine;
   const CollisionShapeRef shape;
   BodySlot slot = -1;
   BodyState static_state;     // of static bodies, whose Bullet pose includes the offset of their shape
   btScalar swept_beyond = 0;  // m a step; 0: never swept
   btScalar swept_radius = 0;
-  btTransform next;  // where integrate() moves the body
+  std::optional<FineFlight> fine;  // nothing where the engine's numbers are all there is
+  bool coasts = false;             // until integrate()
+  btTransform next;                // where integrate() moves the body
   btRigidBody rigid;
 };
+
+Box box_at(const Body& body, const btTransform& pose);
+
+// Whether the box is finite and of a size that bodies have.
+bool is_sensible(const Box& box);
 
 // Whether contacts of the pair are looked for, as far as properties and roles decide it.
 bool is_wanted_pair(const Body& a, const Body& b, CloneContacts clone_contacts);

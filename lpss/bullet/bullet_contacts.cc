@@ -32,9 +32,9 @@ Entry entry_of(btPersistentManifold* manifold) {
 }
 
 bool boxes_overlap(const Body& a, const Body& b) {
-  const btBroadphaseProxy& p = *a.rigid.getBroadphaseHandle();
-  const btBroadphaseProxy& q = *b.rigid.getBroadphaseHandle();
-  return TestAabbAgainstAabb2(p.m_aabbMin, p.m_aabbMax, q.m_aabbMin, q.m_aabbMax);
+  const Box p = CollisionSpace::box_of(a);
+  const Box q = CollisionSpace::box_of(b);
+  return TestAabbAgainstAabb2(p.low, p.high, q.low, q.high);
 }
 
 bool is_touching(const btPersistentManifold& manifold) {
@@ -58,8 +58,9 @@ std::span<const ContactPair> BulletWorld::contacts() {
 
 void BulletWorld::gather() {
   std::vector<Entry> entries;
-  for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
-    btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
+  const int count = space_ ? space_->dispatcher().getNumManifolds() : 0;
+  for (int i = 0; i < count; ++i) {
+    btPersistentManifold* manifold = space_->dispatcher().getManifoldByIndexInternal(i);
     if (manifold->getNumContacts() == 0) continue;
     const Entry entry = entry_of(manifold);
     // What both had slept apart from would be forgotten at the next detection, wherever that is.
@@ -125,17 +126,6 @@ bool BulletWorld::is_wanted(const Body& a, const Body& b) const {
   return is_wanted_pair(a, b, settings_.clone_contacts) && !engine_.are_apart(a.id, b.id);
 }
 
-// The broadphase's entry of two bodies that may collide. It may not have noted the pair, where the bodies have come
-// closer by their prediction only: the pair is noted now, and the next detection decides.
-btBroadphasePair* BulletWorld::pair_for(Body& a, Body& b) {
-  btOverlappingPairCache& cache = *broadphase_.getOverlappingPairCache();
-  btBroadphaseProxy* proxy_a = a.rigid.getBroadphaseHandle();
-  btBroadphaseProxy* proxy_b = b.rigid.getBroadphaseHandle();
-  btBroadphasePair* pair = cache.findPair(proxy_a, proxy_b);
-  if (!pair) pair = cache.addOverlappingPair(proxy_a, proxy_b);
-  return pair;
-}
-
 void BulletWorld::import_manifold(const ManifoldState& state) {
   const auto slot_a = slots_.find(state.a.value);
   const auto slot_b = slots_.find(state.b.value);
@@ -146,21 +136,23 @@ void BulletWorld::import_manifold(const ManifoldState& state) {
   Body& a = body(slot_a->second);
   Body& b = body(slot_b->second);
   if (!is_wanted(a, b)) return;
-  btBroadphasePair* pair = pair_for(a, b);
+  CollisionSpace::Dispatcher& dispatcher = space_->dispatcher();
+  const btDispatcherInfo& info = space_->world().getDispatchInfo();
+  btBroadphasePair& pair = space_->pair_of(a, b);
 
   const btCollisionObjectWrapper first(nullptr, a.rigid.getCollisionShape(), &a.rigid,
                                        a.rigid.getWorldTransform(), -1, -1);
   const btCollisionObjectWrapper second(nullptr, b.rigid.getCollisionShape(), &b.rigid,
                                         b.rigid.getWorldTransform(), -1, -1);
-  dispatcher_.is_importing = true;
-  if (!pair->m_algorithm) {
+  dispatcher.is_importing = true;
+  if (!pair.m_algorithm) {
     // Only a detection makes all manifolds; what it finds is then replaced.
-    pair->m_algorithm = dispatcher_.findAlgorithm(&first, &second, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    pair.m_algorithm = dispatcher.findAlgorithm(&first, &second, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     btManifoldResult result(&first, &second);
-    pair->m_algorithm->processCollision(&first, &second, world_.getDispatchInfo(), &result);
+    pair.m_algorithm->processCollision(&first, &second, info, &result);
   }
   btManifoldArray manifolds;
-  pair->m_algorithm->getAllContactManifolds(manifolds);
+  pair.m_algorithm->getAllContactManifolds(manifolds);
   for (int i = 0; i < manifolds.size(); ++i) manifolds[i]->clearManifold();
   const bool is_compound =
       a.rigid.getCollisionShape()->isCompound() || b.rigid.getCollisionShape()->isCompound();
@@ -168,8 +160,8 @@ void BulletWorld::import_manifold(const ManifoldState& state) {
     if (record.is_predictive) continue;  // made anew by every detection
     btPersistentManifold* manifold = nullptr;
     if (is_compound) {
-      manifold = static_cast<CompoundAlgorithm*>(pair->m_algorithm)
-                     ->manifold_of(record.children, &first, &second, world_.getDispatchInfo());
+      manifold = static_cast<CompoundAlgorithm*>(pair.m_algorithm)
+                     ->manifold_of(record.children, &first, &second, info);
     } else if (manifolds.size() > 0) {
       manifold = manifolds[0];
     }
@@ -177,7 +169,7 @@ void BulletWorld::import_manifold(const ManifoldState& state) {
     manifold->clearManifold();
     put_points(*manifold, record.points);
   }
-  dispatcher_.is_importing = false;
+  dispatcher.is_importing = false;
   is_gathered_ = false;
 }
 
@@ -206,7 +198,7 @@ void BulletWorld::adopt_manifold(const ManifoldState& state) {
   for (const ManifoldRecord& record : records) {
     const Body* first = record.is_swapped ? b : a;
     const Body* second = record.is_swapped ? a : b;
-    btPersistentManifold* manifold = dispatcher_.getNewManifold(&first->rigid, &second->rigid);
+    btPersistentManifold* manifold = space_->dispatcher().getNewManifold(&first->rigid, &second->rigid);
     set_child_pair(*manifold, record.children);
     put_points(*manifold, record.points);
     adopted_.push_back(manifold);
@@ -215,14 +207,14 @@ void BulletWorld::adopt_manifold(const ManifoldState& state) {
 }
 
 void BulletWorld::release(std::vector<btPersistentManifold*>& manifolds) {
-  for (btPersistentManifold* manifold : manifolds) dispatcher_.releaseManifold(manifold);
+  for (btPersistentManifold* manifold : manifolds) space_->dispatcher().releaseManifold(manifold);
   manifolds.clear();
 }
 
 void BulletWorld::release_of(const Body& gone, std::vector<btPersistentManifold*>& manifolds) {
   std::erase_if(manifolds, [&](btPersistentManifold* manifold) {
     if (manifold->getBody0() != &gone.rigid && manifold->getBody1() != &gone.rigid) return false;
-    dispatcher_.releaseManifold(manifold);
+    space_->dispatcher().releaseManifold(manifold);
     return true;
   });
 }

@@ -12,10 +12,6 @@
 namespace tessera::bullet {
 namespace {
 
-btVector3 contact_reach() {
-  return {gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold};
-}
-
 // The bodies whose boxes may overlap a box or lie on a ray, and that `is_wanted`, by id.
 template <typename Base, typename IsWanted>
 struct Collector final : Base {
@@ -75,14 +71,22 @@ struct NearestRayHit final : btCollisionWorld::RayResultCallback {
 
 }  // namespace
 
+Box BulletWorld::box_of(const Body& boxed) const {
+  return space_ ? CollisionSpace::box_of(boxed) : lone_box_;
+}
+
+void BulletWorld::set_box(const Body& boxed, const Box& box) const {
+  if (space_) {
+    space_->set_box(boxed, box);
+  } else {
+    lone_box_ = box;
+  }
+}
+
 void BulletWorld::set_box_to_pose(const Body& boxed) const {
-  btVector3 low;
-  btVector3 high;
-  boxed.shape->root()->getAabb(boxed.rigid.getWorldTransform(), low, high);
+  const Box box = box_at(boxed, boxed.rigid.getWorldTransform());
   // As in Bullet's own update: what has no sensible box keeps its last one.
-  if (boxed.motion != Motion::kStatic && !((high - low).length2() < btScalar(1e12))) return;
-  auto* proxy = const_cast<btBroadphaseProxy*>(boxed.rigid.getBroadphaseHandle());
-  broadphase_.setAabb(proxy, low - contact_reach(), high + contact_reach(), &dispatcher_);
+  if (boxed.motion == Motion::kStatic || is_sensible(box)) set_box(boxed, box);
 }
 
 void BulletWorld::set_boxes_to_poses() const {
@@ -93,6 +97,7 @@ void BulletWorld::set_boxes_to_poses() const {
 }
 
 std::optional<BulletWorld::SweepHit> BulletWorld::sweep(Body& swept, const btTransform& to) const {
+  if (!space_) return std::nullopt;
   const btTransform& from = swept.rigid.getWorldTransform();
   const btVector3 radius(swept.swept_radius, swept.swept_radius, swept.swept_radius);
   btVector3 low = from.getOrigin();
@@ -103,7 +108,7 @@ std::optional<BulletWorld::SweepHit> BulletWorld::sweep(Body& swept, const btTra
     return &other != &swept && is_wanted(swept, other);
   };
   Collector<btBroadphaseAabbCallback, decltype(may_hit)> candidates(may_hit);
-  broadphase_.aabbTest(low - radius, high + radius, candidates);
+  space_->broadphase().aabbTest(low - radius, high + radius, candidates);
   if (candidates.found.empty()) return std::nullopt;
 
   const btSphereShape ball(swept.swept_radius);
@@ -120,31 +125,33 @@ std::optional<BulletWorld::SweepHit> BulletWorld::sweep(Body& swept, const btTra
 
 Eigen::AlignedBox3d BulletWorld::swept_box(BodySlot slot, double dt) const {
   const Body& b = body(slot);
-  btVector3 low;
-  btVector3 high;
-  b.shape->root()->getAabb(b.rigid.getWorldTransform(), low, high);
+  Box box = box_at(b, b.rigid.getWorldTransform());
   if (b.motion != Motion::kStatic) {
     btTransform end;
     btTransformUtil::integrateTransform(b.rigid.getWorldTransform(), b.rigid.getLinearVelocity(),
                                         b.rigid.getAngularVelocity(), btScalar(dt), end);
-    btVector3 end_low;
-    btVector3 end_high;
-    b.shape->root()->getAabb(end, end_low, end_high);
-    low.setMin(end_low);
-    high.setMax(end_high);
+    const Box at_end = box_at(b, end);
+    box.low.setMin(at_end.low);
+    box.high.setMax(at_end.high);
   }
-  return {to_eigen(low - contact_reach()), to_eigen(high + contact_reach())};
+  return {to_eigen(box.low), to_eigen(box.high)};
 }
 
 bool BulletWorld::reaches_home_body(const Eigen::AlignedBox3d& box) const {
   if (boxes_are_old_) set_boxes_to_poses();
   const btVector3 low = to_bullet(Eigen::Vector3d(box.min()));
   const btVector3 high = to_bullet(Eigen::Vector3d(box.max()));
-  const auto is_wanted = [&](const Body& other, const btBroadphaseProxy& proxy) {
-    return other.lives_here() && TestAabbAgainstAabb2(low, high, proxy.m_aabbMin, proxy.m_aabbMax);
+  const auto is_reached = [&](const Body& other) {
+    const Box its = box_of(other);
+    return other.lives_here() && TestAabbAgainstAabb2(low, high, its.low, its.high);
   };
+  if (!space_) {
+    return std::any_of(bodies_.begin(), bodies_.end(),
+                       [&](const auto& only) { return only && is_reached(*only); });
+  }
+  const auto is_wanted = [&](const Body& other, const btBroadphaseProxy&) { return is_reached(other); };
   Collector<btBroadphaseAabbCallback, decltype(is_wanted)> candidates(is_wanted);
-  broadphase_.aabbTest(low, high, candidates);
+  space_->broadphase().aabbTest(low, high, candidates);
   return !candidates.found.empty();
 }
 
@@ -166,7 +173,7 @@ std::optional<RayHit> BulletWorld::raycast(const Eigen::Vector3d& from, const Ei
     candidates.m_signs[axis] = candidates.m_rayDirectionInverse[axis] < 0;
   }
   candidates.m_lambda_max = length;
-  broadphase_.rayTest(start, end, candidates);
+  space().broadphase().rayTest(start, end, candidates);
   NearestRayHit nearest;
   const btTransform ray_from(btMatrix3x3::getIdentity(), start);
   const btTransform ray_to(btMatrix3x3::getIdentity(), end);
@@ -194,12 +201,13 @@ std::vector<NearBody> BulletWorld::near(const Geometry& geometry, const Pose& po
     return other.role != Role::kClone && (other.category & mask) != 0;
   };
   Collector<btBroadphaseAabbCallback, decltype(is_wanted_here)> candidates(is_wanted_here);
-  broadphase_.aabbTest(low - around, high + around, candidates);
+  space().broadphase().aabbTest(low - around, high + around, candidates);
   std::vector<NearBody> found;
   for (Body* other : candidates.sorted()) {
     SmallestDistance smallest{btScalar(reach)};
-    world_.contactPairTest(&probe, &other->rigid, smallest);
-    if (smallest.distance <= btScalar(reach)) found.push_back({other->id, std::max<double>(0, smallest.distance)});
+    space().world().contactPairTest(&probe, &other->rigid, smallest);
+    if (smallest.distance <= btScalar(reach))
+      found.push_back({other->id, std::max<double>(0, smallest.distance)});
   }
   return found;
 }

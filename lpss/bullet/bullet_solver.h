@@ -6,13 +6,17 @@
 
 namespace tessera::bullet {
 
+// In small steps, where the settings ask for them, as many as each island needs.
 class BulletSolver final : public IslandSolver {
  public:
-  explicit BulletSolver(const EngineSettings& settings) : solver_(settings) {}
+  explicit BulletSolver(const EngineSettings& settings) : settings_(settings), solver_(settings) {}
 
   void solve(const SolveTask& task, double dt) override;
 
  private:
+  void run(const SolveTask& task, double dt);
+
+  EngineSettings settings_;
   TaskSolver solver_;
 };
 

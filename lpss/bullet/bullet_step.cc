@@ -1,7 +1,4 @@
 // The two halves of a step.
-
-#include <LinearMath/btAabbUtil2.h>
-
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 
@@ -9,16 +6,13 @@ namespace tessera::bullet {
 
 void BulletWorld::detect(double dt) {
   release(predictive_);
+  leave_space();
   predict(dt);
-  world_.updateAabbs();
-  boxes_are_old_ = false;
-  btDispatcherInfo& info = world_.getDispatchInfo();
-  info.m_timeStep = btScalar(dt);
-  info.m_stepCount = 0;
-  if (settings_.continuous_collision) make_predictive_contacts();
-  world_.computeOverlappingPairs();
-  dispatcher_.dispatchAllCollisionPairs(broadphase_.getOverlappingPairCache(), info, &dispatcher_);
+  set_boxes_to_predictions();
   is_gathered_ = false;
+  if (!space_) return;
+  if (settings_.continuous_collision) make_predictive_contacts();
+  space_->detect(dt);
 }
 
 // Forces and damping, and where bodies would be after the step if nothing stopped them. Clones are damped,
@@ -35,21 +29,24 @@ void BulletWorld::predict(double dt) {
   }
 }
 
-// The broadphase goes on noting pairs that joints keep apart: they meet again when the joints are gone.
-void BulletWorld::detect_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
-                              const btDispatcherInfo& info) {
-  const btBroadphaseProxy& a = *pair.m_pProxy0;
-  const btBroadphaseProxy& b = *pair.m_pProxy1;
-  const BodyId id_a = Body::of(static_cast<const btCollisionObject*>(a.m_clientObject)).id;
-  const BodyId id_b = Body::of(static_cast<const btCollisionObject*>(b.m_clientObject)).id;
-  if (TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax) &&
-      !static_cast<const Dispatcher&>(dispatcher).engine.are_apart(id_a, id_b)) {
-    btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
-  } else if (pair.m_algorithm) {
-    pair.m_algorithm->~btCollisionAlgorithm();
-    dispatcher.freeCollisionAlgorithm(pair.m_algorithm);
-    pair.m_algorithm = nullptr;
+// As Bullet's updateAabbs(): a body whose box is not finite, or beyond all sense, is taken out.
+void BulletWorld::set_boxes_to_predictions() {
+  for (const std::unique_ptr<Body>& slot : bodies_) {
+    if (!slot || !slot->is_awake()) continue;
+    btRigidBody& rigid = slot->rigid;
+    Box box = box_at(*slot, rigid.getWorldTransform());
+    if (settings_.continuous_collision && slot->is_dynamic()) {
+      const Box predicted = box_at(*slot, rigid.getInterpolationWorldTransform());
+      box.low.setMin(predicted.low);
+      box.high.setMax(predicted.high);
+    }
+    if (is_sensible(box)) {
+      set_box(*slot, box);
+    } else {
+      rigid.setActivationState(DISABLE_SIMULATION);
+    }
   }
+  boxes_are_old_ = false;
 }
 
 void BulletWorld::make_predictive_contacts() {
@@ -68,7 +65,7 @@ void BulletWorld::make_predictive_contact(Body& swept, const SweepHit& hit, cons
   const btVector3 to_hit = motion * hit.fraction;
   const btVector3 start = swept.rigid.getWorldTransform().getOrigin();
   const btVector3 on_other = start + to_hit;
-  btPersistentManifold* manifold = dispatcher_.getNewManifold(&swept.rigid, &hit.other->rigid);
+  btPersistentManifold* manifold = space_->dispatcher().getNewManifold(&swept.rigid, &hit.other->rigid);
   mark_predictive(*manifold, swept.id < hit.other->id);
   btManifoldPoint point(btVector3(0, 0, 0), hit.other->rigid.getWorldTransform().invXform(on_other),
                         hit.normal, to_hit.dot(-hit.normal));
@@ -79,6 +76,27 @@ void BulletWorld::make_predictive_contact(Body& swept, const SweepHit& hit, cons
   predictive_.push_back(manifold);
 }
 
+// To the last bit what Bullet's solver makes of a body without rows: it adds the changes that rows have made,
+// none here, before those of forces.
+void BulletWorld::coast(BodySlot slot, double dt) {
+  Body& flier = body(slot);
+  btRigidBody& rigid = flier.rigid;
+  const auto step = btScalar(dt);
+  const btVector3 rows(0, 0, 0);
+  btVector3 turned = rigid.getTotalTorque() * rigid.getInvInertiaTensorWorld() * step;
+  turned += rigid.computeGyroscopicImpulseImplicit_Body(step);
+  rigid.setAngularVelocity(rigid.getAngularVelocity() + rows + turned);
+  if (!flier.flies_fine) {
+    const btVector3 pushed = rigid.getTotalForce() * rigid.getInvMass() * step;
+    rigid.setLinearVelocity(rigid.getLinearVelocity() + rows + pushed);
+    return;
+  }
+  if (!flier.fine) flier.fine = flier.rounded();
+  flier.fine->velocity += to_eigen(rigid.getTotalForce()) * double(rigid.getInvMass()) * dt;
+  rigid.setLinearVelocity(to_bullet(flier.fine->velocity));
+  flier.coasts = true;
+}
+
 void BulletWorld::integrate(double dt) {
   const auto step = btScalar(dt);
   std::vector<Body*> fast;
@@ -86,18 +104,26 @@ void BulletWorld::integrate(double dt) {
     if (!slot || !slot->is_dynamic() || slot->role != Role::kHome || !slot->is_awake()) continue;
     btRigidBody& rigid = slot->rigid;
     rigid.predictIntegratedTransform(step, slot->next);
+    if (!slot->coasts) {
+      slot->fine.reset();
+    } else {
+      slot->fine->position += slot->fine->velocity * dt;
+      slot->next.setOrigin(to_bullet(slot->fine->position));
+      slot->coasts = false;
+    }
     const btVector3 motion = slot->next.getOrigin() - rigid.getWorldTransform().getOrigin();
     if (settings_.continuous_collision && slot->swept_beyond > 0 &&
         motion.length2() > slot->swept_beyond * slot->swept_beyond) {
       fast.push_back(slot.get());
     }
   }
-  if (!fast.empty()) {
+  if (space_ && !fast.empty()) {
     // From here on, boxes contain all poses that the solver has corrected.
     set_boxes_to_poses();
     for (Body* swept : fast) {
       if (const std::optional<SweepHit> hit = sweep(*swept, swept->next)) {
         swept->rigid.predictIntegratedTransform(step * hit->fraction, swept->next);
+        swept->fine.reset();
       }
     }
   }

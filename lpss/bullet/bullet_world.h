@@ -20,13 +20,6 @@
 // it is reported as asleep, is not moved any more and must be looked for by its state.
 #pragma once
 
-#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
-#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
-#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
-#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
-#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
-#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
-
 #include <memory>
 #include <optional>
 #include <span>
@@ -36,7 +29,7 @@
 
 #include "lpss/bullet/bullet_body.h"
 #include "lpss/bullet/bullet_engine.h"
-#include "lpss/bullet/compound_algorithm.h"
+#include "lpss/bullet/collision_space.h"
 #include "lpss/engine/engine.h"
 
 namespace tessera::bullet {
@@ -67,6 +60,7 @@ class BulletWorld final : public SectorWorld {
 
   // The step: bullet_step.cc.
   void detect(double dt) override;
+  void coast(BodySlot slot, double dt) override;
   void integrate(double dt) override;
 
   // Contacts: bullet_contacts.cc.
@@ -91,24 +85,6 @@ class BulletWorld final : public SectorWorld {
   std::span<btPersistentManifold* const> manifolds_of(std::size_t pair) const;
 
  private:
-  // Decides which pairs the broadphase notes.
-  struct PairFilter final : btOverlapFilterCallback {
-    explicit PairFilter(CloneContacts contacts) : clone_contacts(contacts) {}
-    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
-    const CloneContacts clone_contacts;
-  };
-
-  // Bullet makes no manifolds for two sleeping bodies, but those that come from elsewhere need one.
-  struct Dispatcher final : btCollisionDispatcher {
-    Dispatcher(btCollisionConfiguration* configuration, const BulletEngine& e)
-        : btCollisionDispatcher(configuration), engine(e) {}
-    bool needsCollision(const btCollisionObject* a, const btCollisionObject* b) override {
-      return is_importing || a->isActive() || b->isActive();
-    }
-    const BulletEngine& engine;
-    bool is_importing = false;
-  };
-
   struct SweepHit {
     Body* other = nullptr;
     btScalar fraction = 1;
@@ -120,11 +96,9 @@ class BulletWorld final : public SectorWorld {
     std::size_t count = 0;
   };
 
-  static void detect_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
-                          const btDispatcherInfo& info);
-
   BodySlot add(std::unique_ptr<Body> body);
   void predict(double dt);
+  void set_boxes_to_predictions();
   void make_predictive_contacts();
   void make_predictive_contact(Body& body, const SweepHit& hit, const btVector3& motion);
   void keep_still_clock(Body& body, double dt);
@@ -132,21 +106,18 @@ class BulletWorld final : public SectorWorld {
   void release_of(const Body& body, std::vector<btPersistentManifold*>& manifolds);
   void gather();
   bool is_wanted(const Body& a, const Body& b) const;
-  btBroadphasePair* pair_for(Body& a, Body& b);
+  CollisionSpace& space() const;
+  void leave_space();
+  Box box_of(const Body& body) const;
+  void set_box(const Body& body, const Box& box) const;
   void set_box_to_pose(const Body& body) const;
   void set_boxes_to_poses() const;
   std::optional<SweepHit> sweep(Body& body, const btTransform& to) const;
 
   BulletEngine& engine_;
   const EngineSettings& settings_;
-  btDefaultCollisionConfiguration configuration_;
-  CompoundAlgorithm::CreateFunc compound_algorithms_;
-  btGjkEpaPenetrationDepthSolver penetration_;
-  btConvexConvexAlgorithm::CreateFunc flat_face_algorithms_;
-  mutable Dispatcher dispatcher_;
-  mutable btDbvtBroadphase broadphase_;
-  PairFilter filter_;
-  btCollisionWorld world_;
+  mutable std::unique_ptr<CollisionSpace> space_;  // while there are two bodies, or somebody asks
+  mutable Box lone_box_;                           // of the only body, where there is no space
 
   std::vector<std::unique_ptr<Body>> bodies_;  // by slot; null where free
   std::vector<BodySlot> free_slots_;

@@ -37,7 +37,7 @@ btVector3 direction_of(const btSolverConstraint& row) {
 }  // namespace
 
 SmallSteps::SmallSteps(int steps, int passes)
-    : steps_(steps), passes_(std::max(2, (passes + steps - 1) / steps)) {}
+    : usual_steps_(steps), steps_(steps), passes_(std::max(2, (passes + steps - 1) / steps)) {}
 
 void SmallSteps::begin(const RowPools& pools, JointSolver& joints, const btContactSolverInfo& info) {
   pools_ = pools;
@@ -45,7 +45,8 @@ void SmallSteps::begin(const RowPools& pools, JointSolver& joints, const btConta
   info_ = info;
   forced_ = 0;
   step_ = info.m_timeStep / static_cast<btScalar>(steps_);
-  const btScalar frequency = std::min(kFrequencyTick / info.m_timeStep, kFrequencyStep / step_);
+  const btScalar stiffer = std::max(btScalar(1), btScalar(steps_) / btScalar(usual_steps_));
+  const btScalar frequency = std::min(stiffer * kFrequencyTick / info.m_timeStep, kFrequencyStep / step_);
   const btScalar omega = 2 * std::numbers::pi_v<btScalar> * frequency;
   const btScalar a = 2 * kContactDamping + step_ * omega;
   const btScalar b = step_ * omega * a;

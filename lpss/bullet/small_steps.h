@@ -29,6 +29,10 @@ class SmallSteps {
   // `passes` (>= 1) over all rows are divided among `steps` (>= 2), two each at least.
   SmallSteps(int steps, int passes);
 
+  // With other steps (>= 2), as many passes each. Where they are more, contacts are stiffer by that factor,
+  // squared.
+  void set_steps(int steps) { steps_ = steps; }
+
   int rounds() const { return steps_ * rounds_per_step() + 1; }
 
   // `info` is what the rows were set up with; `joints` have their rows.
@@ -92,6 +96,7 @@ class SmallSteps {
   void end_step();
   void rebound();
 
+  int usual_steps_;
   int steps_;
   int passes_;  // per step
   RowPools pools_;

@@ -11,9 +11,9 @@
 namespace tessera::bullet {
 namespace {
 
-btRigidBody& rigid_of(const WorldBody& body) {
-  return static_cast<BulletWorld*>(body.world)->body(body.slot).rigid;
-}
+Body& body_of(const WorldBody& body) { return static_cast<BulletWorld*>(body.world)->body(body.slot); }
+
+btRigidBody& rigid_of(const WorldBody& body) { return body_of(body).rigid; }
 
 JointSide side_of(const btRigidBody& rigid) {
   const btTransform& pose = rigid.getWorldTransform();
@@ -86,7 +86,10 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
   links_.clear();
   manifolds_.clear();
   joints_.clear();
-  for (const WorldBody& body : task.bodies) bodies_.push_back(&rigid_of(body));
+  for (const WorldBody& body : task.bodies) {
+    body_of(body).fine.reset();
+    bodies_.push_back(&rigid_of(body));
+  }
   for (const SolveTask::CloneOf& clone : task.clones) {
     links_.push_back({&rigid_of(clone.clone), bodies_[clone.original]});
   }

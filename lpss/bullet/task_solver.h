@@ -24,6 +24,9 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   // Of all rows, or the rounds of small steps.
   int passes() const { return small_steps_ ? small_steps_->rounds() : info_.m_numIterations; }
 
+  // How many small steps (>= 2) follow, where the settings ask for some.
+  void take_small_steps(int steps) { small_steps_->set_steps(steps); }
+
   // Makes the rows. The task must hold at least one body.
   void set_up(const SolveTask& task, double dt);
 

@@ -57,7 +57,8 @@ struct BodyProperties {
 enum class Activity : std::uint8_t { kAwake = 1, kAsleep = 2, kDrowsy = 3 };
 
 // Motion of the centre frame relative to the centre of the home sector, in the world's axes. Exactly what the
-// engine computes with: every value of a float engine is held here without rounding.
+// engine computes with: every value of a float engine is held here without rounding. What flies on its own around a
+// planet has more digits than a float.
 struct BodyState {
   std::array<double, 3> position{};                       // m
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // centre frame to world axes, by rows

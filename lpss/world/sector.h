@@ -93,6 +93,7 @@ struct Sector {
   std::vector<std::uint32_t> component_pairs;  // places in world->contacts()
   std::vector<IslandPart> parts;
   std::vector<std::uint32_t> part_components;  // the component of each part
+  std::vector<BodySlot> lone;                  // that nothing touches and no joint holds: to coast
   bool has_kinematics = false;                 // in the engine world
   bool parts_known = false;                    // others have heard of parts of this sector
 

@@ -14,6 +14,10 @@ EngineSettings engine_settings(const WorldSettings& settings) {
   result.clones_are_solved = clone;
   result.solver_iterations = settings.solver_iterations;
   result.substeps = settings.substeps;
+  result.adapt = settings.adapt;
+  // A pull of 0.006 m/s^2 is less than the last digit of 30 km/s in single precision.
+  result.fine_flight =
+      settings.precision == Precision::kFloat32 && std::holds_alternative<CentralGravity>(settings.gravity);
   result.warm_starting = settings.warm_starting;
   result.split_from = settings.split_from;
   result.friction_in_two_directions = settings.friction_in_two_directions;

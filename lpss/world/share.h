@@ -66,6 +66,7 @@ class Share {
     Rank self = 0;
     ParallelFor parallel;  // empty: one after the other
     TimeSource time{};     // empty: phases are not timed
+    bool lone_bodies_coast = true;  // without a solver; what comes out is the same, but for the fine digits of orbits
   };
 
   // `engine` must have been made for the settings (see engine_settings()) and outlive the share.
@@ -236,6 +237,7 @@ class Share {
   bool anything_awake(const Sector& sector) const;
   void pull(Sector& sector);
   void find_components(Sector& sector);
+  void list_lone_bodies(Sector& sector);
   void list_parts(Sector& sector);
 
   // share_solve.cc
@@ -248,6 +250,7 @@ class Share {
   std::vector<Solution> solve(std::vector<Shipment> inbox);
   Rank solver_of(const SeamIsland& island, const std::vector<std::uint64_t>& weight) const;
   void settle(Sector& sector, const Component& component, bool all_drowsy);
+  bool is_lone(const Sector& sector, const Component& component) const;
   void contribute(Sector& sector, const Component& component, TaskBuilder& builder, bool clones_as_bodies);
   void assemble_interior(Sector& sector);
   void assemble(const SeamIsland& island, std::vector<Shipment>& outbox);

@@ -9,7 +9,8 @@
 namespace tessera {
 
 absl::StatusOr<std::unique_ptr<ShareCluster>> ShareCluster::create(const WorldDescription& world,
-                                                                   std::uint32_t shares, int threads) {
+                                                                   std::uint32_t shares, int threads,
+                                                                   bool lone_bodies_coast) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
   const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
@@ -20,7 +21,8 @@ absl::StatusOr<std::unique_ptr<ShareCluster>> ShareCluster::create(const WorldDe
     absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(world.settings));
     if (!engine.ok()) return engine.status();
     cluster->engines_.push_back(std::move(*engine));
-    Share::Options options{world.settings, world.anchor, map, rank, parallel_on(threads)};
+    Share::Options options{world.settings, world.anchor, map, rank, parallel_on(threads),
+                           lone_bodies_coast};
     auto share = std::make_unique<Share>(std::move(options), *cluster->engines_.back());
     for (std::size_t i = 0; i < world.shapes.size(); ++i) {
       share->add_shape(static_cast<ShapeId>(i), world.shapes[i]);

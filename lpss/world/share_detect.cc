@@ -164,6 +164,13 @@ void Share::find_components(Sector& sector) {
   sector.part_components.clear();
   const bool clones_are_solved = options_.settings.seams == SeamPolicy::kClone;
   const std::span<const ContactPair> pairs = sector.world->contacts();
+  const bool any_jointed =
+      std::any_of(sector.homes.begin(), sector.homes.end(), [](const HomeBody* body) { return body->jointed; });
+  if (pairs.empty() && !any_jointed) {
+    list_lone_bodies(sector);
+    if (!clones_are_solved) list_parts(sector);
+    return;
+  }
   const Nodes nodes(sector);
 
   sector.has_kinematics = nodes.has_kinematics();
@@ -253,6 +260,22 @@ void Share::find_components(Sector& sector) {
   distribute(sector.component_clones, &Component::clones_begin, &Component::clones_end, clones);
   distribute(sector.component_pairs, &Component::pairs_begin, &Component::pairs_end, contacts);
   if (!clones_are_solved) list_parts(sector);
+}
+
+// The components of a sector in which nothing touches anything.
+void Share::list_lone_bodies(Sector& sector) {
+  sector.has_kinematics = false;
+  for (HomeBody* body : sector.homes) {
+    if (body->properties.motion != Motion::kDynamic) continue;
+    const Activity activity = sector.world->activity(body->slot);
+    Component component;
+    component.bodies_begin = static_cast<std::uint32_t>(sector.component_bodies.size());
+    component.bodies_end = component.bodies_begin + 1;
+    component.any_awake = activity != Activity::kAsleep;
+    component.all_drowsy = activity != Activity::kAwake;
+    sector.components.push_back(component);
+    sector.component_bodies.push_back(body);
+  }
 }
 
 // What others must know of the components that reach over a border, or may be touched from beyond it.

@@ -43,6 +43,8 @@ void Share::finish(std::vector<Solution> inbox) {
   run_parallel(stepped_.size(), [&](std::size_t i) {
     Sector& sector = *stepped_[i];
     if (report_contacts_) gather_events(sector, events[i]);
+    for (const BodySlot slot : sector.lone) sector.world->coast(slot, dt());
+    sector.lone.clear();
     sector.world->integrate(dt());
     move_kinematics(sector);
     stopped[i] = stop_runaways(sector);

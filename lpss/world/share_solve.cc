@@ -65,6 +65,13 @@ void Share::settle(Sector& sector, const Component& component, bool all_drowsy) 
   }
 }
 
+// Whether the component is one body that nothing touches and no joint holds.
+bool Share::is_lone(const Sector& sector, const Component& component) const {
+  return options_.lone_bodies_coast && component.bodies_end - component.bodies_begin == 1 &&
+         component.pairs_begin == component.pairs_end &&
+         !sector.component_bodies[component.bodies_begin]->jointed;
+}
+
 // Adds a component's bodies and contacts to a task. Its clones are bodies of the task themselves, or stand for
 // their originals.
 void Share::contribute(Sector& sector, const Component& component, TaskBuilder& builder, bool clones_as_bodies) {
@@ -99,6 +106,10 @@ void Share::assemble_interior(Sector& sector) {
     if (component.part != Component::kInterior || !component.any_awake) continue;
     settle(sector, component, component.all_drowsy);
     if (component.all_drowsy) continue;
+    if (is_lone(sector, component)) {
+      sector.lone.push_back(sector.component_bodies[component.bodies_begin]->slot);
+      continue;
+    }
     if (component.pairs_end - component.pairs_begin > kLargeComponent) {
       TaskBuilder large;
       contribute(sector, component, large, clones_are_solved);
@@ -144,6 +155,10 @@ void Share::assemble(const SeamIsland& island, std::vector<Shipment>& outbox) {
     const Component& component = sector.components[sector.part_components[ref.part]];
     settle(sector, component, island.all_drowsy);
     if (island.all_drowsy) continue;
+    if (island.parts.size() == 1 && is_lone(sector, component)) {
+      sector.lone.push_back(sector.component_bodies[component.bodies_begin]->slot);
+      return;
+    }
     if (solver != options_.self) {
       pack(sector, component, parcel);
       continue;

@@ -61,6 +61,8 @@ struct WorldSettings {
   int solver_iterations = 12;    // passes over the rows of an island, 1 to 1000
   int substeps = 4;              // small steps of a tick that these passes are divided among, two each at least, 1 to
                                  // 64; 1 is Bullet's own solver. Contacts are found once a tick
+  bool adapt = true;             // fewer small steps where an island carries little, more where it carries much;
+                                 // `substeps` and `solver_iterations` are what is in between
   double warm_starting = 0.85;   // of Bullet's own solver: share of the last impulses to start from, 0 to 1
   double split_from = 0.04;      // of Bullet's own solver, m: deeper overlaps are pushed apart without a lasting
                                  // velocity, 0 or more

@@ -106,12 +106,13 @@ absl::Status read_setting(const Element& element, WorldSettings& s) {
     if (absl::SimpleAtoi(xml::text_of(element), &s.shuffle)) return absl::OkStatus();
     return xml::invalid(element, "'", xml::text_of(element), "' must be an integer of 0 to 2^64 - 1");
   }
-  const std::array<Knob, 13> knobs = {{{"sector_size", &s.sector_size},
+  const std::array<Knob, 14> knobs = {{{"sector_size", &s.sector_size},
                                        {"time_step", &s.time_step},
                                        {"clone_depth", &s.clone_depth},
                                        {"island_cap", &s.island_cap},
                                        {"solver_iterations", &s.solver_iterations},
                                        {"substeps", &s.substeps},
+                                       {"adapt", &s.adapt},
                                        {"warm_starting", &s.warm_starting},
                                        {"split_from", &s.split_from},
                                        {"friction_in_two_directions", &s.friction_in_two_directions},

@@ -40,7 +40,7 @@ TEST(Settings, AllOfOurs) {
   const WorldSettings s =
       load(world("<tessera:settings><sector_size>1000</sector_size><precision>f64</precision>"
                  "<time_step>0.004</time_step><seams>clone</seams><clone_depth>3</clone_depth>"
-                 "<solver_iterations>25</solver_iterations>"
+                 "<solver_iterations>25</solver_iterations><adapt>false</adapt>"
                  "<friction_in_two_directions>false</friction_in_two_directions>"
                  "<continuous_collision>0</continuous_collision><sleep_linear_speed>0.1</sleep_linear_speed>"
                  "<sleep_angular_speed>0.2</sleep_angular_speed><sleep_after>0</sleep_after></"
@@ -52,6 +52,7 @@ TEST(Settings, AllOfOurs) {
   EXPECT_EQ(s.seams, SeamPolicy::kClone);
   EXPECT_EQ(s.clone_depth, 3);
   EXPECT_EQ(s.solver_iterations, 25);
+  EXPECT_FALSE(s.adapt);
   EXPECT_FALSE(s.friction_in_two_directions);
   EXPECT_FALSE(s.continuous_collision);
   EXPECT_EQ(s.sleep_linear_speed, 0.1);

@@ -1,0 +1,121 @@
+#include "lpss/bullet/collision_space.h"
+
+#include <LinearMath/btAabbUtil2.h>
+
+namespace tessera::bullet {
+namespace {
+
+// Pools that cost a world little; what does not fit comes from the heap.
+constexpr int kPoolSize = 8;
+
+constexpr int kTilts = 3;
+
+btDefaultCollisionConstructionInfo small_pools() {
+  btDefaultCollisionConstructionInfo info;
+  info.m_defaultMaxPersistentManifoldPoolSize = kPoolSize;
+  info.m_defaultMaxCollisionAlgorithmPoolSize = kPoolSize;
+  info.m_customCollisionAlgorithmMaxElementSize = sizeof(CompoundAlgorithm);
+  return info;
+}
+
+}  // namespace
+
+bool CollisionSpace::PairFilter::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
+  return is_wanted_pair(Body::of(static_cast<btCollisionObject*>(a->m_clientObject)),
+                        Body::of(static_cast<btCollisionObject*>(b->m_clientObject)), clone_contacts);
+}
+
+CollisionSpace::CollisionSpace(const BulletEngine& engine)
+    : configuration_(small_pools()),
+      flat_face_algorithms_(&penetration_),
+      dispatcher_(&configuration_, engine),
+      filter_(engine.settings().clone_contacts),
+      world_(&dispatcher_, &broadphase_, &configuration_) {
+  for (int type = 0; type < MAX_BROADPHASE_COLLISION_TYPES; ++type) {
+    dispatcher_.registerCollisionCreateFunc(COMPOUND_SHAPE_PROXYTYPE, type, &compound_algorithms_);
+    dispatcher_.registerCollisionCreateFunc(type, COMPOUND_SHAPE_PROXYTYPE, &compound_algorithms_);
+  }
+  // Bullet finds one point a step for all but two boxes, and a small body falls through its own corner before
+  // there are three; tilting the pair a little finds more at once. Not for round shapes, which would not
+  // roll.
+  flat_face_algorithms_.m_numPerturbationIterations = kTilts;
+  flat_face_algorithms_.m_minimumPointsPerturbationThreshold = kTilts;
+  for (int type : {BOX_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE}) {
+    dispatcher_.registerCollisionCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, type, &flat_face_algorithms_);
+    dispatcher_.registerCollisionCreateFunc(type, CONVEX_HULL_SHAPE_PROXYTYPE, &flat_face_algorithms_);
+  }
+  dispatcher_.registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE,
+                                          &flat_face_algorithms_);
+  dispatcher_.setNearCallback(&CollisionSpace::detect_pair);
+  broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&filter_);
+  world_.getDispatchInfo().m_useContinuous = engine.settings().continuous_collision;
+}
+
+CollisionSpace::~CollisionSpace() {
+  // All pairs first: taking them out body by body would walk all pairs for each.
+  btOverlappingPairCache& cache = *broadphase_.getOverlappingPairCache();
+  while (cache.getNumOverlappingPairs() > 0) {
+    const btBroadphasePair& last = cache.getOverlappingPairArray()[cache.getNumOverlappingPairs() - 1];
+    cache.removeOverlappingPair(last.m_pProxy0, last.m_pProxy1, &dispatcher_);
+  }
+  while (world_.getNumCollisionObjects() > 0) {
+    world_.removeCollisionObject(world_.getCollisionObjectArray()[world_.getNumCollisionObjects() - 1]);
+  }
+}
+
+void CollisionSpace::add(Body& body, const Box& box) {
+  // The next proxy takes the next number, so this names it by its body.
+  broadphase_.m_gid = static_cast<int>(body.id.value) - 1;
+  world_.addCollisionObject(&body.rigid);
+  set_box(body, box);
+}
+
+void CollisionSpace::remove(Body& body) { world_.removeCollisionObject(&body.rigid); }
+
+Box CollisionSpace::box_of(const Body& body) {
+  const btBroadphaseProxy& proxy = *body.rigid.getBroadphaseHandle();
+  return {proxy.m_aabbMin, proxy.m_aabbMax};
+}
+
+void CollisionSpace::set_box(const Body& body, const Box& box) {
+  auto* proxy = const_cast<btBroadphaseProxy*>(body.rigid.getBroadphaseHandle());
+  broadphase_.setAabb(proxy, box.low, box.high, &dispatcher_);
+}
+
+void CollisionSpace::detect(double dt) {
+  btDispatcherInfo& info = world_.getDispatchInfo();
+  info.m_timeStep = btScalar(dt);
+  info.m_stepCount = 0;
+  world_.computeOverlappingPairs();
+  dispatcher_.dispatchAllCollisionPairs(broadphase_.getOverlappingPairCache(), info, &dispatcher_);
+}
+
+// The broadphase goes on noting pairs that joints keep apart: they meet again when the joints are gone.
+void CollisionSpace::detect_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
+                                 const btDispatcherInfo& info) {
+  const btBroadphaseProxy& a = *pair.m_pProxy0;
+  const btBroadphaseProxy& b = *pair.m_pProxy1;
+  const BodyId id_a = Body::of(static_cast<const btCollisionObject*>(a.m_clientObject)).id;
+  const BodyId id_b = Body::of(static_cast<const btCollisionObject*>(b.m_clientObject)).id;
+  if (TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax) &&
+      !static_cast<const Dispatcher&>(dispatcher).engine.are_apart(id_a, id_b)) {
+    btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
+  } else if (pair.m_algorithm) {
+    pair.m_algorithm->~btCollisionAlgorithm();
+    dispatcher.freeCollisionAlgorithm(pair.m_algorithm);
+    pair.m_algorithm = nullptr;
+  }
+}
+
+// The broadphase may not have noted a pair, where the bodies have come closer by their prediction only: the
+// pair is noted now, and the next detection decides.
+btBroadphasePair& CollisionSpace::pair_of(Body& a, Body& b) {
+  btOverlappingPairCache& cache = *broadphase_.getOverlappingPairCache();
+  btBroadphaseProxy* proxy_a = a.rigid.getBroadphaseHandle();
+  btBroadphaseProxy* proxy_b = b.rigid.getBroadphaseHandle();
+  btBroadphasePair* pair = cache.findPair(proxy_a, proxy_b);
+  if (!pair) pair = cache.addOverlappingPair(proxy_a, proxy_b);
+  return *pair;
+}
+
+}  // namespace tessera::bullet

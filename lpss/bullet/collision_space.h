@@ -1,0 +1,74 @@
+// What Bullet needs to find the pairs of one world and their contacts. It weighs ten times what a body does,
+// so a world has one only while it holds two bodies or more: one alone touches nothing.
+#pragma once
+
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+
+#include "lpss/bullet/bullet_body.h"
+#include "lpss/bullet/bullet_engine.h"
+#include "lpss/bullet/compound_algorithm.h"
+
+namespace tessera::bullet {
+
+class CollisionSpace {
+ public:
+  explicit CollisionSpace(const BulletEngine& engine);
+  ~CollisionSpace();
+  CollisionSpace(const CollisionSpace&) = delete;
+  CollisionSpace& operator=(const CollisionSpace&) = delete;
+
+  // `box` is what pairs are looked for by until it is set again. Bodies must outlive the space or be removed.
+  void add(Body& body, const Box& box);
+  void remove(Body& body);
+
+  static Box box_of(const Body& body);
+  void set_box(const Body& body, const Box& box);
+
+  // Revises the contacts of all pairs whose boxes overlap.
+  void detect(double dt);
+
+  // The space's entry of a pair; it is made where there is none.
+  btBroadphasePair& pair_of(Body& a, Body& b);
+
+  btCollisionWorld& world() { return world_; }
+  btDbvtBroadphase& broadphase() { return broadphase_; }
+
+  // Bullet makes no manifolds for two sleeping bodies, but those that come from elsewhere need one.
+  struct Dispatcher final : btCollisionDispatcher {
+    Dispatcher(btCollisionConfiguration* configuration, const BulletEngine& e)
+        : btCollisionDispatcher(configuration), engine(e) {}
+    bool needsCollision(const btCollisionObject* a, const btCollisionObject* b) override {
+      return is_importing || a->isActive() || b->isActive();
+    }
+    const BulletEngine& engine;
+    bool is_importing = false;
+  };
+  Dispatcher& dispatcher() { return dispatcher_; }
+
+ private:
+  // Decides which pairs the broadphase notes.
+  struct PairFilter final : btOverlapFilterCallback {
+    explicit PairFilter(CloneContacts contacts) : clone_contacts(contacts) {}
+    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
+    const CloneContacts clone_contacts;
+  };
+
+  static void detect_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
+                          const btDispatcherInfo& info);
+
+  btDefaultCollisionConfiguration configuration_;
+  CompoundAlgorithm::CreateFunc compound_algorithms_;
+  btGjkEpaPenetrationDepthSolver penetration_;
+  btConvexConvexAlgorithm::CreateFunc flat_face_algorithms_;
+  Dispatcher dispatcher_;
+  btDbvtBroadphase broadphase_;
+  PairFilter filter_;
+  btCollisionWorld world_;
+};
+
+}  // namespace tessera::bullet

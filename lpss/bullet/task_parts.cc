@@ -1,0 +1,134 @@
+#include "lpss/bullet/task_parts.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "lpss/bullet/bullet_world.h"
+#include "lpss/bullet/island_needs.h"
+#include "lpss/seam/island_graph.h"
+
+namespace tessera::bullet {
+namespace {
+
+btRigidBody& rigid_of(const WorldBody& body) {
+  return static_cast<BulletWorld*>(body.world)->body(body.slot).rigid;
+}
+
+// While it lives, the bodies of a task and their clones know their places in it.
+class Places {
+ public:
+  explicit Places(const SolveTask& task) : task_(task) {
+    for (std::size_t i = 0; i < task.bodies.size(); ++i) {
+      rigid_of(task.bodies[i]).setCompanionId(static_cast<int>(i));
+    }
+    for (const SolveTask::CloneOf& clone : task.clones) {
+      rigid_of(clone.clone).setCompanionId(static_cast<int>(clone.original));
+    }
+  }
+  ~Places() {
+    for (const WorldBody& body : task_.bodies) rigid_of(body).setCompanionId(-1);
+    for (const SolveTask::CloneOf& clone : task_.clones) rigid_of(clone.clone).setCompanionId(-1);
+  }
+  Places(const Places&) = delete;
+  Places& operator=(const Places&) = delete;
+
+  // kGround for what does not move, or is not the task's.
+  static std::size_t of(const WorldBody& body) {
+    if (body.world == nullptr) return Touch::kGround;
+    const btRigidBody& rigid = rigid_of(body);
+    if (rigid.isStaticOrKinematicObject() || rigid.getCompanionId() < 0) return Touch::kGround;
+    return static_cast<std::size_t>(rigid.getCompanionId());
+  }
+
+  static Touch of(const WorldPair& contact) {
+    const ContactPair& pair = contact.world->contacts()[contact.pair];
+    return {of(WorldBody{contact.world, pair.slot_a}), of(WorldBody{contact.world, pair.slot_b})};
+  }
+
+ private:
+  const SolveTask& task_;
+};
+
+class Parting {
+ public:
+  Parting(const SolveTask& task, int usual_steps)
+      : task_(task), usual_steps_(usual_steps), places_(task), islands_(task.bodies.size()) {}
+
+  std::vector<TaskPart> parts() {
+    connect();
+    const std::vector<int> steps = steps_of_islands();
+    std::vector<TaskPart> parts;
+    const auto part_of = [&](std::size_t body) -> SolveTask& {
+      const int wanted = steps[islands_.find(body)];
+      const auto known = std::ranges::find(parts, wanted, &TaskPart::steps);
+      return known != parts.end() ? known->task : parts.emplace_back(TaskPart{wanted, {}}).task;
+    };
+    std::vector<std::size_t> moved(task_.bodies.size());
+    for (std::size_t i = 0; i < task_.bodies.size(); ++i) {
+      SolveTask& part = part_of(i);
+      moved[i] = part.bodies.size();
+      part.bodies.push_back(task_.bodies[i]);
+    }
+    for (const SolveTask::CloneOf& clone : task_.clones) {
+      part_of(clone.original).clones.push_back({clone.clone, moved[clone.original]});
+    }
+    for (std::size_t i = 0; i < task_.contacts.size(); ++i) {
+      const std::size_t body = std::min(touches_[i].a, touches_[i].b);
+      if (body != Touch::kGround) part_of(body).contacts.push_back(task_.contacts[i]);
+    }
+    for (const TaskJoint& joint : task_.joints) {
+      if (const std::size_t child = Places::of(joint.child); child != Touch::kGround) {
+        part_of(child).joints.push_back(joint);
+      }
+    }
+    return parts;
+  }
+
+ private:
+  void connect() {
+    const auto unite = [&](std::size_t a, std::size_t b) {
+      if (a != Touch::kGround && b != Touch::kGround) islands_.unite(a, b);
+    };
+    touches_.reserve(task_.contacts.size());
+    for (const WorldPair& contact : task_.contacts) {
+      touches_.push_back(Places::of(contact));
+      unite(touches_.back().a, touches_.back().b);
+    }
+    for (const TaskJoint& joint : task_.joints) unite(Places::of(joint.child), Places::of(joint.parent));
+  }
+
+  // By the first body of each island.
+  std::vector<int> steps_of_islands() {
+    std::vector<double> masses;
+    masses.reserve(task_.bodies.size());
+    for (const WorldBody& body : task_.bodies) masses.push_back(1 / double(rigid_of(body).getInvMass()));
+    const std::vector<double> carried = burdens(masses, touches_);
+    std::vector<int> steps(task_.bodies.size(), 0);
+    for (std::size_t i = 0; i < carried.size(); ++i) {
+      int& most = steps[islands_.find(i)];
+      most = std::max(most, steps_for(carried[i], usual_steps_));
+    }
+    // What hangs on joints is not among what is carried.
+    for (const TaskJoint& joint : task_.joints) {
+      const std::size_t child = Places::of(joint.child);
+      if (child == Touch::kGround) continue;
+      int& most = steps[islands_.find(child)];
+      most = std::max(most, usual_steps_);
+    }
+    return steps;
+  }
+
+  const SolveTask& task_;
+  const int usual_steps_;
+  const Places places_;
+  DisjointSets islands_;
+  std::vector<Touch> touches_;  // of the task's contacts
+};
+
+}  // namespace
+
+std::vector<TaskPart> parts_of(const SolveTask& task, int usual_steps) {
+  return Parting(task, usual_steps).parts();
+}
+
+}  // namespace tessera::bullet

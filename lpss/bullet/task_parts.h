@@ -1,0 +1,21 @@
+// A task cut into parts that take different numbers of small steps, by what the islands need.
+#pragma once
+
+#include <vector>
+
+#include "lpss/engine/engine.h"
+
+namespace tessera::bullet {
+
+// Islands, each whole, with their contacts and joints. What is no dynamic body or clone of the task connects
+// nothing.
+struct TaskPart {
+  int steps = 1;   // small steps of the tick, for each of its islands
+  SolveTask task;  // in the order of the whole task
+};
+
+// At most one part for each number of steps, `usual_steps` (>= 2) being those of the settings. `task` must
+// hold contacts whose worlds are not detecting.
+std::vector<TaskPart> parts_of(const SolveTask& task, int usual_steps);
+
+}  // namespace tessera::bullet
