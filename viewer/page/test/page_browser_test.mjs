@@ -85,6 +85,15 @@ async function playUntil(condition, ...args) {
   await isInState('paused');
 }
 
+// Tick by tick: what a click asked for takes effect in one of the next.
+async function stepUntil(condition, ...args) {
+  const deadline = Date.now() + 60_000;
+  while (!await page.evaluate(condition, ...args)) {
+    assert.ok(Date.now() < deadline, `${condition} does not come true`);
+    await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 1}));
+  }
+}
+
 test('runs and pauses by its button', async () => {
   const tick = await page.evaluate(() => window.tessera.bodies.tick);
   await playUntil((from) => window.tessera.bodies.tick > from + 10, tick);
@@ -101,8 +110,7 @@ test('a click selects a box, and another one pushes it', async () => {
   assert.ok(await speed() < 0.2);
   await page.click('[data-tool=push]');
   await clickInTheMiddle();
-  await page.click('#step');
-  await page.waitForFunction(() => window.tessera.bodies.look(window.tessera.state.selected)?.speed > 0.5);
+  await stepUntil(() => window.tessera.bodies.look(window.tessera.state.selected)?.speed > 0.5);
   await page.click('[data-tool=select]');
 });
 
@@ -110,8 +118,7 @@ test('a click puts a body into the world', async () => {
   const count = await page.evaluate(() => window.tessera.bodies.countMoving);
   await page.click('[data-tool=spawn]');
   await clickInTheMiddle();
-  await page.click('#step');
-  await page.waitForFunction((before) => window.tessera.bodies.countMoving === before + 1, {}, count);
+  await stepUntil((before) => window.tessera.bodies.countMoving === before + 1, count);
   await page.click('[data-tool=select]');
 });
 
