@@ -12,17 +12,17 @@ let browser;
 let page;
 
 // Drawn by a processor: coarse, so that the tests take seconds.
-async function openCoarsePage(url) {
-  const opened = await openPage(browser, url);
-  await opened.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
-  return opened;
+async function goCoarsely(url) {
+  await page.goto(url);
+  await page.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
+  await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
 }
 
 before(async () => {
   cluster = await upCluster(world, '--servers', '2');
   browser = await openBrowser(900, 600);
-  page = await openCoarsePage(cluster.url);
-  await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
+  page = await openPage(browser, cluster.url);
+  await goCoarsely(cluster.url);
 });
 
 after(async () => {
@@ -137,28 +137,26 @@ test('sectors 2^62 away are reached by typing them', async () => {
 });
 
 test('comes back by itself after the connection was lost', async () => {
-  // A page of its own, of a viewer of its own that can be ended and started again at the same address.
+  // Of a viewer of its own, which can be ended and started again at the same address.
   const viewer = await start(
       'tessera-viewer', ['--connect', cluster.address, '--listen', '127.0.0.1:0'], /on (http\S+)/);
   const [url] = viewer.found;
-  const other = await openCoarsePage(url);
-  await other.waitForFunction(() => window.tessera.bodies.countMoving > 0);
+  await goCoarsely(url);
   await viewer.stop();
-  await other.waitForFunction(() => document.getElementById('state').textContent === 'no connection');
+  await page.waitForFunction(() => document.getElementById('state').textContent === 'no connection');
   const again = await start(
       'tessera-viewer', ['--connect', cluster.address, '--listen', new URL(url).host, '--read-only'],
       /on (http\S+)/);
-  await other.waitForFunction(() => document.getElementById('state').textContent === 'paused');
-  const tick = await other.evaluate(() => window.tessera.bodies.tick);
+  await page.waitForFunction(() => document.getElementById('state').textContent === 'paused');
+  const tick = await page.evaluate(() => window.tessera.bodies.tick);
   await tessera(cluster.address, 'step', '7');
-  await other.waitForFunction((from) => window.tessera.bodies.tick === from + 7, {}, tick);
+  await page.waitForFunction((from) => window.tessera.bodies.tick === from + 7, {}, tick);
   assert.equal(
-      await other.$eval('#play', (button) => button.disabled), true, 'read-only pages have no controls');
+      await page.$eval('#play', (button) => button.disabled), true, 'read-only pages have no controls');
   const refused =
-      await other.evaluate(() => window.tessera.connection.ask('pause').catch((error) => error.message));
+      await page.evaluate(() => window.tessera.connection.ask('pause').catch((error) => error.message));
   assert.match(refused, /for reading only/);
-  await other.close();
-  await page.bringToFront();
+  await goCoarsely(cluster.url);
   await again.stop();
 });
 
