@@ -12,17 +12,17 @@ let browser;
 let page;
 
 // Drawn by a processor: coarse, so that the tests take seconds.
-async function openCoarsePage(url) {
-  const opened = await openPage(browser, url);
-  await opened.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
-  return opened;
+async function goCoarsely(url) {
+  await page.goto(url);
+  await page.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
+  await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
 }
 
 before(async () => {
   cluster = await upCluster(world, '--servers', '2');
   browser = await openBrowser(900, 600);
-  page = await openCoarsePage(cluster.url);
-  await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
+  page = await openPage(browser, cluster.url);
+  await goCoarsely(cluster.url);
 });
 
 after(async () => {
@@ -85,6 +85,15 @@ async function playUntil(condition, ...args) {
   await isInState('paused');
 }
 
+// Tick by tick: what a click asked for takes effect in one of the next.
+async function stepUntil(condition, ...args) {
+  const deadline = Date.now() + 60_000;
+  while (!await page.evaluate(condition, ...args)) {
+    assert.ok(Date.now() < deadline, `${condition} does not come true`);
+    await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 1}));
+  }
+}
+
 test('runs and pauses by its button', async () => {
   const tick = await page.evaluate(() => window.tessera.bodies.tick);
   await playUntil((from) => window.tessera.bodies.tick > from + 10, tick);
@@ -101,8 +110,7 @@ test('a click selects a box, and another one pushes it', async () => {
   assert.ok(await speed() < 0.2);
   await page.click('[data-tool=push]');
   await clickInTheMiddle();
-  await page.click('#step');
-  await page.waitForFunction(() => window.tessera.bodies.look(window.tessera.state.selected)?.speed > 0.5);
+  await stepUntil(() => window.tessera.bodies.look(window.tessera.state.selected)?.speed > 0.5);
   await page.click('[data-tool=select]');
 });
 
@@ -110,8 +118,7 @@ test('a click puts a body into the world', async () => {
   const count = await page.evaluate(() => window.tessera.bodies.countMoving);
   await page.click('[data-tool=spawn]');
   await clickInTheMiddle();
-  await page.click('#step');
-  await page.waitForFunction((before) => window.tessera.bodies.countMoving === before + 1, {}, count);
+  await stepUntil((before) => window.tessera.bodies.countMoving === before + 1, count);
   await page.click('[data-tool=select]');
 });
 
@@ -130,28 +137,26 @@ test('sectors 2^62 away are reached by typing them', async () => {
 });
 
 test('comes back by itself after the connection was lost', async () => {
-  // A page of its own, of a viewer of its own that can be ended and started again at the same address.
+  // Of a viewer of its own, which can be ended and started again at the same address.
   const viewer = await start(
       'tessera-viewer', ['--connect', cluster.address, '--listen', '127.0.0.1:0'], /on (http\S+)/);
   const [url] = viewer.found;
-  const other = await openCoarsePage(url);
-  await other.waitForFunction(() => window.tessera.bodies.countMoving > 0);
+  await goCoarsely(url);
   await viewer.stop();
-  await other.waitForFunction(() => document.getElementById('state').textContent === 'no connection');
+  await page.waitForFunction(() => document.getElementById('state').textContent === 'no connection');
   const again = await start(
       'tessera-viewer', ['--connect', cluster.address, '--listen', new URL(url).host, '--read-only'],
       /on (http\S+)/);
-  await other.waitForFunction(() => document.getElementById('state').textContent === 'paused');
-  const tick = await other.evaluate(() => window.tessera.bodies.tick);
+  await page.waitForFunction(() => document.getElementById('state').textContent === 'paused');
+  const tick = await page.evaluate(() => window.tessera.bodies.tick);
   await tessera(cluster.address, 'step', '7');
-  await other.waitForFunction((from) => window.tessera.bodies.tick === from + 7, {}, tick);
+  await page.waitForFunction((from) => window.tessera.bodies.tick === from + 7, {}, tick);
   assert.equal(
-      await other.$eval('#play', (button) => button.disabled), true, 'read-only pages have no controls');
+      await page.$eval('#play', (button) => button.disabled), true, 'read-only pages have no controls');
   const refused =
-      await other.evaluate(() => window.tessera.connection.ask('pause').catch((error) => error.message));
+      await page.evaluate(() => window.tessera.connection.ask('pause').catch((error) => error.message));
   assert.match(refused, /for reading only/);
-  await other.close();
-  await page.bringToFront();
+  await goCoarsely(cluster.url);
   await again.stop();
 });
 

@@ -51,22 +51,6 @@ const view = (page, yaw, pitch, distance) => page.evaluate((values) => {
   [camera.yaw, camera.pitch, camera.distance] = values;
 }, [yaw, pitch, distance]);
 
-await withPage([world('earth.sdf'), '--servers', '2'], async (page, cluster) => {
-  await tessera(cluster.address, 'resume');
-  await page.waitForFunction(() => window.tessera.bodies.tick > 240);
-  await view(page, -2.0, 0.42, 110);
-  await shoot(page, 'dashboard');
-  await tessera(cluster.address, 'pause');
-  await page.evaluate(() => {
-    const {goTo, state, camera} = window.tessera;
-    const [place] = state.places;
-    goTo({sector: [0n, 0n, 0n], local: [0, 0, 0]}, 2.4e7);
-    camera.yaw = Math.atan2(Number(place.sector[1]), Number(place.sector[0])) + 0.6;
-    camera.pitch = 0.7;
-  });
-  await shoot(page, 'whole');
-});
-
 for (const [name, shift] of [['tower', '0,0,0'], ['tower_far', '2^62,-2^62,2^62']]) {
   await withPage([world('tower.sdf'), '--shift', shift], async (page, cluster) => {
     await tessera(cluster.address, 'step', '120');
@@ -82,6 +66,22 @@ await withPage([world('seam.sdf'), '--servers', '2'], async (page, cluster) => {
   await tessera(cluster.address, 'step', '40');
   await view(page, -1.2, 0.3, 22);
   await shoot(page, 'seam');
+});
+
+await withPage([world('earth.sdf'), '--servers', '2'], async (page, cluster) => {
+  await tessera(cluster.address, 'resume');
+  await page.waitForFunction(() => window.tessera.bodies.tick > 120);
+  await view(page, -2.0, 0.42, 110);
+  await shoot(page, 'dashboard');
+  await tessera(cluster.address, 'pause');
+  await page.evaluate(() => {
+    const {goTo, state, camera} = window.tessera;
+    const [place] = state.places;
+    goTo({sector: [0n, 0n, 0n], local: [0, 0, 0]}, 2.4e7);
+    camera.yaw = Math.atan2(Number(place.sector[1]), Number(place.sector[0])) + 0.6;
+    camera.pitch = 0.7;
+  });
+  await shoot(page, 'whole');
 });
 
 await browser.close();
