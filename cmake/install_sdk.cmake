@@ -1,4 +1,4 @@
-# What an application outside of this tree needs of the SDK: headers, libraries and a CMake package.
+# What an application outside of this tree needs of the SDK: headers, libraries, a CMake package, a pkg-config file.
 include(CMakePackageConfigHelpers)
 
 target_include_directories(tessera_client PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
@@ -29,4 +29,7 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/tesseraConfigVersio
   COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tesseraConfig.cmake
   ${CMAKE_CURRENT_BINARY_DIR}/tesseraConfigVersion.cmake DESTINATION ${package} COMPONENT sdk)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/tessera.pc.in ${CMAKE_CURRENT_BINARY_DIR}/tessera.pc @ONLY)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tessera.pc
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT sdk)
 install(EXPORT tesseraTargets NAMESPACE tessera:: DESTINATION ${package} COMPONENT sdk)

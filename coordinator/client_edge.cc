@@ -1,7 +1,6 @@
 #include "coordinator/client_edge.h"
 
 #include <absl/cleanup/cleanup.h>
-#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <netdb.h>
 #include <sys/socket.h>
@@ -14,36 +13,21 @@
 #include <utility>
 
 #include "coordinator/limits.h"
+#include "daemon/address.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::chrono::seconds kFarewell{1};
-constexpr int kPortMax = 65'535;
-
-struct Endpoint {
-  std::string host;
-  std::string port;
-};
-
-std::optional<Endpoint> split(const std::string& address) {
-  const std::size_t colon = address.rfind(':');
-  if (colon == std::string::npos || colon == 0) return std::nullopt;
-  const std::string port = address.substr(colon + 1);
-  int number = 0;
-  if (!absl::SimpleAtoi(port, &number) || number < 0 || number > kPortMax) return std::nullopt;
-  std::string host = address.substr(0, colon);
-  if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  return Endpoint{std::move(host), port};
-}
 
 // gRPC does not say why it cannot have an address, so the system is asked.
-std::string why_not(const Endpoint& endpoint) {
+std::string why_not(const ListenAddress& endpoint) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_PASSIVE;
   addrinfo* found = nullptr;
-  if (const int error = getaddrinfo(endpoint.host.c_str(), endpoint.port.c_str(), &hints, &found);
+  if (const int error =
+          getaddrinfo(endpoint.host.c_str(), absl::StrCat(endpoint.port).c_str(), &hints, &found);
       error != 0) {
     return gai_strerror(error);
   }
@@ -61,10 +45,10 @@ std::string why_not(const Endpoint& endpoint) {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& listen, RequestQueue& queue) {
-  const std::optional<Endpoint> endpoint = split(listen);
+  const std::optional<ListenAddress> endpoint = parse_listen_address(listen);
   if (!endpoint) {
     return absl::InvalidArgumentError(
-        absl::StrCat("'", listen, "' is no address: host:port is, port 0 to ", kPortMax));
+        absl::StrCat("'", listen, "' is no address: host:port is, port 0 to 65535"));
   }
   std::unique_ptr<ClientEdge> edge(new ClientEdge(queue));
   grpc::ServerBuilder builder;
@@ -78,7 +62,7 @@ absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& 
   if (!edge->server_ || port == 0) {
     return absl::UnavailableError(absl::StrCat("cannot listen on ", listen, ": ", why_not(*endpoint)));
   }
-  edge->address_ = absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
+  edge->address_ = with_port(listen, port);
   return edge;
 }
 

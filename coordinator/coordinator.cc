@@ -21,10 +21,11 @@ void Coordinator::Impl::send_to_world(const v1::ClusterMessage& message) {
   for (const NodeId node : world_->nodes) send(node) = message;
 }
 
-void Coordinator::Impl::log(const std::string& line) const {
+void Coordinator::Impl::log(std::string text, Severity severity) const {
   if (!options_.log) return;
-  options_.log(world_ && !world_->loading() ? absl::StrCat("tick ", world_->sequencer.completed(), ": ", line)
-                                            : line);
+  LogLine line{.severity = severity, .text = std::move(text)};
+  if (world_ && !world_->loading()) line.tick = world_->sequencer.completed();
+  options_.log(line);
 }
 
 void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
@@ -87,7 +88,8 @@ void Coordinator::Impl::receive(NodeId from, const v1::ClusterMessage& message, 
       lost(from, absl::StrCat("left: ", message.goodbye().reason()), now);
       break;
     default:
-      log(absl::StrCat(title_of(*server), " sent a message that is not for a coordinator"));
+      log(absl::StrCat(title_of(*server), " sent a message that is not for a coordinator"),
+          Severity::kWarning);
   }
   flush(now);
 }
@@ -99,7 +101,7 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
     return;
   }
   if (absl::Status status = members_.admit(from, hello, now); !status.ok()) {
-    log(absl::StrCat("refused server ", absl::Hex(from.value), ": ", status.message()));
+    log(absl::StrCat("refused server ", absl::Hex(from.value), ": ", status.message()), Severity::kWarning);
     send(from).mutable_refusal()->set_reason(std::string(status.message()));
     return;
   }
@@ -157,7 +159,8 @@ void Coordinator::Impl::on_answer(NodeId from, const v1::Answer& answer) {
   const std::optional<std::size_t> rank = world_->rank_of(from);
   if (!rank) return;
   if (absl::Status status = world_->queries.answer(*rank, answer); !status.ok()) {
-    log(absl::StrCat("an answer of server ", absl::Hex(from.value), " is ignored: ", status.message()));
+    log(absl::StrCat("an answer of server ", absl::Hex(from.value), " is ignored: ", status.message()),
+        Severity::kWarning);
   }
 }
 
@@ -173,7 +176,8 @@ bool Coordinator::Impl::suspect(NodeId node, Nanoseconds now) {
   if (server->suspect_since) return true;
   server->suspect_since = now;
   const double left = std::chrono::duration<double>(server->deadline() - now).count();
-  log(absl::StrCat(title_of(*server), " gives no sign of life: it counts as lost in ", left, " s"));
+  log(absl::StrCat(title_of(*server), " gives no sign of life: it counts as lost in ", left, " s"),
+      Severity::kWarning);
   return true;
 }
 
@@ -181,7 +185,7 @@ void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds no
   const Server* server = members_.find(node);
   if (finished_ || server == nullptr) return;
   const std::string failure = absl::StrCat(title_of(*server), " ", how);
-  log(failure);
+  log(failure, Severity::kWarning);
   members_.remove(node);
   if (world_ && world_->rank_of(node)) {
     fail_world(absl::StrCat(failure, "; the world cannot go on without it"), absl::StatusCode::kUnavailable,
@@ -236,5 +240,6 @@ void Coordinator::advance(Nanoseconds now) { impl_->advance(now); }
 std::optional<Nanoseconds> Coordinator::next_deadline() const { return impl_->next_deadline(); }
 std::vector<OutgoingMessage> Coordinator::take_messages() { return impl_->take_messages(); }
 bool Coordinator::finished() const { return impl_->finished(); }
+const DurationHistogram* Coordinator::tick_durations() const { return impl_->tick_durations(); }
 
 }  // namespace tessera

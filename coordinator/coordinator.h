@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "daemon/log_line.h"
 #include "lpss/grid/sector_map.h"
 #include "lpss/world/messages.h"
 #include "lpss/world/world_description.h"
@@ -63,9 +64,10 @@ struct CoordinatorOptions {
   Nanoseconds server_timeout = std::chrono::seconds(10);
   Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for wanted servers
   std::uint32_t grant_window = 32;                      // ticks granted ahead of the slowest server
-  // Told what an operator should know, a line each, with the tick where there is one. Empty: nobody is.
-  std::function<void(const std::string&)> log;
+  LogSink log;                                          // told what an operator should know; empty: nobody is
 };
+
+class DurationHistogram;
 
 class Coordinator {
  public:
@@ -84,6 +86,10 @@ class Coordinator {
   std::optional<Nanoseconds> next_deadline() const;
   std::vector<OutgoingMessage> take_messages();
   bool finished() const;  // after Shutdown, once the servers were told
+
+  // How long each tick of the loaded world took the slowest server; null without a world. Like all else for
+  // the thread that owns the coordinator, which is also that of a reply.
+  const DurationHistogram* tick_durations() const;
 
  private:
   class Impl;

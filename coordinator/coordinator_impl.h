@@ -28,6 +28,9 @@ class Coordinator::Impl {
   std::optional<Nanoseconds> next_deadline() const;
   std::vector<OutgoingMessage> take_messages() { return std::exchange(outbox_, {}); }
   bool finished() const { return finished_; }
+  const DurationHistogram* tick_durations() const {
+    return world_ ? &world_->statistics.durations() : nullptr;
+  }
 
  private:
   template <typename Request, typename Answer>
@@ -46,7 +49,7 @@ class Coordinator::Impl {
   v1::ClusterMessage& send(NodeId to);
   void send_to_world(const v1::ClusterMessage& message);
   void flush(Nanoseconds now);
-  void log(const std::string& line) const;
+  void log(std::string text, Severity severity = Severity::kInfo) const;
   void on_hello(NodeId from, const v1::Hello& hello, Nanoseconds now);
   void heard(Server& server, Nanoseconds now);
   void lost(NodeId node, const std::string& how, Nanoseconds now);

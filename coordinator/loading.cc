@@ -115,7 +115,7 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
 void Coordinator::Impl::give_up_waiting(const absl::Status& status) {
   if (!waiting_load_) return;
   const WaitingLoad load = *std::exchange(waiting_load_, std::nullopt);
-  log(std::string(status.message()));
+  log(std::string(status.message()), Severity::kWarning);
   load.call.reply(status, {});
 }
 
@@ -150,7 +150,7 @@ void Coordinator::Impl::fail_world(const std::string& failure, absl::StatusCode 
     failed_->set_state("failed");
     failed_->set_failure(failure);
   }
-  log(absl::StrCat("the world '", world_->name, "' has failed: ", failure));
+  log(absl::StrCat("the world '", world_->name, "' has failed: ", failure), Severity::kError);
   close_world(absl::Status(code, failure), {});
 }
 

@@ -6,7 +6,6 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -20,61 +19,16 @@
 
 #include "coordinator/client_edge.h"
 #include "coordinator/coordinator.h"
+#include "coordinator/metrics.h"
+#include "coordinator/options.h"
 #include "coordinator/request_queue.h"
-#include "lpss/world/limits.h"
+#include "daemon/log.h"
+#include "daemon/monitor.h"
+#include "daemon/options.h"
 #include "transport/dds_link.h"
 
 namespace tessera {
 namespace {
-
-struct Arguments {
-  DdsOptions dds{.self = kCoordinatorNode};
-  CoordinatorOptions coordinator;
-  std::string listen = "127.0.0.1:7300";
-  std::string ready_file;
-  std::string log_level = "info";
-  bool exit_with_parent = false;
-};
-
-// The exit code of a process that must end now, or nothing.
-std::optional<int> parse(int argc, char** argv, Arguments& arguments) {
-  CLI::App app("Coordinates the sector servers of a cluster, and serves its clients.", "tessera-coordinator");
-  app.footer("Example: tessera-coordinator --cluster lab --servers 2 --listen 127.0.0.1:7300");
-  app.add_option("--listen", arguments.listen, "Address for clients, host:port; port 0: any free one")
-      ->capture_default_str();
-  app.add_option("--cluster", arguments.dds.cluster, "Name of the cluster")->capture_default_str();
-  app.add_option("--domain", arguments.dds.domain, "DDS domain, 0 to 232")->capture_default_str();
-  app.add_option("--servers", arguments.coordinator.servers_wanted,
-                 "Load worlds on this many sector servers of their precision; 0: on all there are")
-      ->check(CLI::Range(0u, kServersMax))
-      ->capture_default_str();
-  double join_timeout_s = std::chrono::duration<double>(arguments.coordinator.join_timeout).count();
-  app.add_option("--join-timeout", join_timeout_s, "How long a load waits for sector servers, s")
-      ->check(CLI::Range(0.0, 1e6))
-      ->capture_default_str();
-  double server_timeout_s = std::chrono::duration<double>(arguments.coordinator.server_timeout).count();
-  app.add_option("--server-timeout", server_timeout_s,
-                 "Silence after which a sector server counts as lost, s")
-      ->check(CLI::Range(0.1, 1e6))
-      ->capture_default_str();
-  app.add_option("--ready-file", arguments.ready_file, "Write the address for clients here once it serves");
-  app.add_option("--log-level", arguments.log_level, "trace, debug, info, warn, error or off")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
-  app.add_flag("--exit-with-parent", arguments.exit_with_parent,
-               "End when the process that started this one does");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  const auto nanoseconds = [](double s) {
-    return std::chrono::duration_cast<Nanoseconds>(std::chrono::duration<double>(s));
-  };
-  arguments.coordinator.join_timeout = nanoseconds(join_timeout_s);
-  arguments.coordinator.server_timeout = nanoseconds(server_timeout_s);
-  return std::nullopt;
-}
 
 // Turns SIGINT and SIGTERM into a flag and a call. Must be made before any other thread is, so that no other
 // thread takes the signals.
@@ -137,7 +91,8 @@ bool write_ready_file(const std::string& path, const std::string& address) {
 }
 
 // The loop of the one thread that owns link and state machine.
-void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const StopSignals& signals) {
+void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const StopSignals& signals,
+           Pulse& pulse) {
   using Clock = std::chrono::steady_clock;
   using Shutdown = ClientCall<v1::ShutdownRequest, v1::ShutdownReply>;
   const Clock::time_point start = Clock::now();
@@ -148,6 +103,7 @@ void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const S
     }
   };
   while (!coordinator.finished()) {
+    pulse.beat();
     if (signals.wanted()) coordinator.handle(Shutdown{{}, [](const absl::Status&, const auto&) {}}, now());
     for (ClientRequest& request : queue.take()) coordinator.handle(std::move(request), now());
     send();
@@ -172,7 +128,27 @@ void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const S
   for (ClientRequest& request : queue.take()) coordinator.handle(std::move(request), now());
 }
 
-int run(Arguments& arguments) {
+// All of it is asked for on threads of the monitor. Null where no metrics are wanted.
+absl::StatusOr<std::unique_ptr<Monitor>> open_monitor(const CoordinatorArguments& arguments,
+                                                      RequestQueue& queue, const Coordinator& coordinator,
+                                                      const Pulse& pulse) {
+  if (arguments.metrics_address.empty()) return nullptr;
+  Monitored monitored;
+  monitored.alive = [&pulse] { return pulse.alive(); };
+  monitored.ready = [&]() -> absl::Status {
+    const absl::StatusOr<CoordinatorFigures> figures = ask_for_figures(queue, coordinator);
+    return figures.ok() ? ready_for_worlds(figures->status, arguments.coordinator.servers_wanted)
+                        : figures.status();
+  };
+  monitored.metrics = [&]() -> absl::StatusOr<std::vector<prometheus::MetricFamily>> {
+    const absl::StatusOr<CoordinatorFigures> figures = ask_for_figures(queue, coordinator);
+    if (!figures.ok()) return figures.status();
+    return metrics_of(*figures, arguments.dds.cluster);
+  };
+  return Monitor::open(arguments.metrics_address, std::move(monitored));
+}
+
+int run(CoordinatorArguments& arguments) {
   Waker waker;
   const StopSignals signals([&] { waker.wake(); });
   RequestQueue queue([&] { waker.wake(); });
@@ -186,6 +162,14 @@ int run(Arguments& arguments) {
     spdlog::error("cannot join the network of the cluster: {}", text(link.status()));
     return 1;
   }
+  arguments.coordinator.log = write_log;
+  Coordinator coordinator(arguments.coordinator);
+  Pulse pulse;
+  const absl::StatusOr<std::unique_ptr<Monitor>> monitor = open_monitor(arguments, queue, coordinator, pulse);
+  if (!monitor.ok()) {
+    spdlog::error("{}", text(monitor.status()));
+    return 1;
+  }
   const std::string& address = (*edge)->address();
   if (absl::Status status = (*link)->announce_coordinator(address); !status.ok()) {
     spdlog::error("{}", text(status));
@@ -195,14 +179,10 @@ int run(Arguments& arguments) {
     spdlog::error("cannot write {}", arguments.ready_file);
     return 1;
   }
-  std::printf("listening on %s\n", address.c_str());
-  std::fflush(stdout);
   spdlog::info("cluster {}, domain {}, clients on {}", arguments.dds.cluster, arguments.dds.domain, address);
-
-  arguments.coordinator.log = [](const std::string& line) { spdlog::info("{}", line); };
-  Coordinator coordinator(arguments.coordinator);
+  if (*monitor) spdlog::info("metrics on http://{}/metrics", (*monitor)->address());
   waker.attach(link->get());
-  serve(coordinator, **link, queue, signals);
+  serve(coordinator, **link, queue, signals, pulse);
   waker.attach(nullptr);
   (*edge)->close();
   if (!arguments.ready_file.empty()) std::remove(arguments.ready_file.c_str());
@@ -213,15 +193,17 @@ int run(Arguments& arguments) {
 }  // namespace tessera
 
 int main(int argc, char** argv) {
-  tessera::Arguments arguments;
+  tessera::CoordinatorArguments arguments;
   const pid_t parent = getppid();
-  if (const std::optional<int> code = tessera::parse(argc, argv, arguments)) return *code;
+  CLI::App app("Coordinates the sector servers of a cluster, and serves its clients.",
+               tessera::kCoordinatorName);
+  tessera::add_options(app, arguments);
+  if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
   if (arguments.exit_with_parent) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) return 1;  // it ended before we asked
   }
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // its failures are ours to tell
-  spdlog::set_level(spdlog::level::from_str(arguments.log_level));
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ coordinator: %v");
+  tessera::start_log("coordinator", arguments.log);
   return tessera::run(arguments);
 }

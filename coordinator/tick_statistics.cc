@@ -39,6 +39,7 @@ void DurationHistogram::add(std::uint64_t microseconds) {
   if (bucket >= buckets_.size()) buckets_.resize(bucket + 1);
   ++buckets_[bucket];
   ++count_;
+  sum_us_ += microseconds;
   max_us_ = std::max(max_us_, microseconds);
 }
 

@@ -24,9 +24,13 @@ class DurationHistogram {
   double quantile_ms(double share) const;
   double max_ms() const { return static_cast<double>(max_us_) / 1e3; }
 
+  std::uint64_t count() const { return count_; }
+  double sum_s() const { return static_cast<double>(sum_us_) / 1e6; }
+
  private:
   std::vector<std::uint64_t> buckets_;
   std::uint64_t count_ = 0;
+  std::uint64_t sum_us_ = 0;
   std::uint64_t max_us_ = 0;
 };
 

@@ -6,16 +6,17 @@ set -euo pipefail
 packages=(
   # to build
   build-essential ccache cmake mold ninja-build pkg-config
-  cyclonedds-tools protobuf-compiler protobuf-compiler-grpc
+  cyclonedds-tools file protobuf-compiler protobuf-compiler-grpc
   # the physics, the network, the files
   libbullet-dev cyclonedds-dev libgrpc++-dev libprotobuf-dev
   libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libgeographiclib-dev
   # what the code stands on
   libabsl-dev libcli11-dev libeigen3-dev libspdlog-dev libtbb-dev libxxhash-dev nlohmann-json3-dev
+  prometheus-cpp-dev
   # the page
   libcivetweb-dev
   # to test
-  chromium libgmock-dev libgtest-dev
+  chromium libgmock-dev libgtest-dev libyaml-cpp-dev
   # the Python client
   mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
 )

@@ -6,14 +6,18 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <chrono>
 #include <random>
-#include <thread>
 
+#include "daemon/address.h"
+#include "daemon/log.h"
+#include "daemon/monitor.h"
+#include "daemon/options.h"
 #include "lpss/engine/load_engine.h"
 #include "proto/peak_memory.h"
+#include "sector_server/metrics.h"
+#include "sector_server/options.h"
 #include "sector_server/sector_server.h"
 #include "sector_server/streams.h"
 #include "transport/dds_link.h"
@@ -41,57 +45,13 @@ NodeId drawn_node() {
   return NodeId{value <= kCoordinatorNode.value ? value + 2 : value};
 }
 
-struct Arguments {
-  DdsOptions dds;
-  SectorServerOptions server;
-  std::string listen = "127.0.0.1:0";
-  std::string engine = "f32";
-  std::string log_level = "info";
-  bool exit_with_parent = false;
-};
-
-int parse(int argc, char** argv, Arguments& arguments) {
-  CLI::App app("Hosts sectors of a world, and steps them when the coordinator grants ticks.",
-               "tessera-sector-server");
-  app.footer("Example: tessera-sector-server --cluster lab --engine f32 --threads 4");
-  arguments.server.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  app.add_option("--cluster", arguments.dds.cluster, "Name of the cluster")->capture_default_str();
-  app.add_option("--domain", arguments.dds.domain, "DDS domain, 0 to 232")->capture_default_str();
-  app.add_option("--engine", arguments.engine, "Precision that it serves")
-      ->check(CLI::IsMember({"f32", "f64"}))
-      ->capture_default_str();
-  app.add_option("--threads", arguments.server.threads, "Threads that step sectors")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  double coordinator_timeout_s = std::chrono::duration<double>(arguments.server.coordinator_timeout).count();
-  app.add_option("--coordinator-timeout", coordinator_timeout_s,
-                 "Silence after which the coordinator counts as lost, s")
-      ->check(CLI::Range(0.1, 1e6))
-      ->capture_default_str();
-  app.add_option("--listen", arguments.listen, "Address for the streams of clients; port 0: any free one")
-      ->capture_default_str();
-  app.add_option("--log-level", arguments.log_level, "trace, debug, info, warn, error or off")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
-  app.add_flag("--exit-with-parent", arguments.exit_with_parent,
-               "End when the process that started this one does");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error);
-    return code == 0 ? 0 : 2;
-  }
-  arguments.server.coordinator_timeout =
-      std::chrono::duration_cast<Nanoseconds>(std::chrono::duration<double>(coordinator_timeout_s));
-  arguments.server.precision = arguments.engine == "f64" ? Precision::kFloat64 : Precision::kFloat32;
-  return -1;
-}
-
 // One thread owns the link and the state machine; the threads of gRPC only wake it.
-absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams) {
+absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, ServerMetrics& metrics,
+                   Pulse& pulse) {
   const auto start = std::chrono::steady_clock::now() - since_start();
   server.start(link.self(), since_start());
   while (!server.finished() && !stop_wanted) {
+    pulse.beat();
     for (SectorServer::Outgoing& message : server.take_messages())
       link.send(message.to, std::move(message.payload));
     const std::optional<Nanoseconds> deadline = server.next_deadline();
@@ -108,6 +68,7 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams) {
     }
     server.proceed(since_start());
     server.advance(since_start());
+    metrics.set_joined(server.joined());
     if (Share* share = server.share_between_ticks()) streams.publish(server.tick(), *share, true);
   }
   server.leave("it was told to end");
@@ -116,7 +77,18 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams) {
   return server.finished().value_or(absl::OkStatus());
 }
 
-int run(Arguments& arguments) {
+// Null where no metrics are wanted.
+absl::StatusOr<std::unique_ptr<Monitor>> open_monitor(const SectorServerArguments& arguments,
+                                                      const ServerMetrics& metrics, const Pulse& pulse) {
+  if (arguments.metrics_address.empty()) return nullptr;
+  Monitored monitored;
+  monitored.alive = [&pulse] { return pulse.alive(); };
+  monitored.ready = [&metrics] { return metrics.ready(); };
+  monitored.metrics = [&metrics] { return metrics.collect(); };
+  return Monitor::open(arguments.metrics_address, std::move(monitored));
+}
+
+int run(SectorServerArguments& arguments) {
   arguments.dds.self = drawn_node();
   absl::StatusOr<std::unique_ptr<DdsLink>> link = DdsLink::create(arguments.dds);
   if (!link.ok()) {
@@ -134,21 +106,33 @@ int run(Arguments& arguments) {
     spdlog::error("cannot listen on {}: the address is in use or not of this machine", arguments.listen);
     return 1;
   }
-  arguments.server.stream_address =
-      arguments.listen.substr(0, arguments.listen.rfind(':')) + ":" + std::to_string(port);
+  arguments.server.stream_address = with_port(arguments.listen, port);
   arguments.server.peak_rss_bytes = [] { return peak_rss_bytes(getpid()); };
+  arguments.server.log = write_log;
 
-  SectorServer server(arguments.server, load_engine, since_start,
-                      [&](Tick tick, Share& share) { streams.publish(tick, share, false); });
+  ServerMetrics metrics(arguments);
+  Pulse pulse;
+  const absl::StatusOr<std::unique_ptr<Monitor>> monitor = open_monitor(arguments, metrics, pulse);
+  if (!monitor.ok()) {
+    spdlog::error("{}", std::string(monitor.status().message()));
+    return 1;
+  }
+  std::unique_ptr<SectorServer> server;
+  const auto on_tick = [&](Tick tick, Share& share) {
+    metrics.show(server->last_tick(), share.body_count(), server->exchange_bytes());
+    streams.publish(tick, share, false);
+  };
+  server = std::make_unique<SectorServer>(arguments.server, load_engine, since_start, on_tick);
   signalled_link = link->get();
   struct sigaction action {};
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   spdlog::info("node {:x} of cluster {}, engine {}, streams on {}", arguments.dds.self.value,
-               arguments.dds.cluster, arguments.engine, arguments.server.stream_address);
+               arguments.dds.cluster, name_of(arguments.server.precision), arguments.server.stream_address);
+  if (*monitor) spdlog::info("metrics on http://{}/metrics", (*monitor)->address());
 
-  const absl::Status status = serve(**link, server, streams);
+  const absl::Status status = serve(**link, *server, streams, metrics, pulse);
   streams.shut_down();
   edge->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
   signalled_link = nullptr;
@@ -156,7 +140,7 @@ int run(Arguments& arguments) {
     spdlog::error("{}", std::string(status.message()));
     return 1;
   }
-  spdlog::info("ended at tick {}", server.tick());
+  write_log({.tick = server->tick(), .text = "ended"});
   return 0;
 }
 
@@ -164,12 +148,14 @@ int run(Arguments& arguments) {
 }  // namespace tessera
 
 int main(int argc, char** argv) {
-  tessera::Arguments arguments;
-  if (const int code = tessera::parse(argc, argv, arguments); code >= 0) return code;
+  tessera::SectorServerArguments arguments;
+  CLI::App app("Hosts sectors of a world, and steps them when the coordinator grants ticks.",
+               tessera::kSectorServerName);
+  tessera::add_options(app, arguments);
+  if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
   // What a tick frees, the next one wants again: keep it instead of handing it to the kernel and back.
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
   if (arguments.exit_with_parent) prctl(PR_SET_PDEATHSIG, SIGKILL);
-  spdlog::set_level(spdlog::level::from_str(arguments.log_level));
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ sector_server: %v");
+  tessera::start_log("sector-server", arguments.log);
   return tessera::run(arguments);
 }

@@ -37,6 +37,7 @@ class SectorServer::Impl {
     if (from == kCoordinatorNode) coordinator_deadline_.reset();
     switch (message.kind_case()) {
       case Kind::kWelcome:
+        if (!heartbeat_) log("the coordinator has taken this server in");
         heartbeat_ = std::chrono::milliseconds(std::max<std::uint64_t>(message.welcome().heartbeat_ms(), 1));
         next_heartbeat_ = now + *heartbeat_;
         break;
@@ -48,7 +49,10 @@ class SectorServer::Impl {
         load(message.load_world());
         break;
       case Kind::kUnloadWorld:
-        if (run_ && run_->world() == message.unload_world().world()) run_.reset();
+        if (run_ && run_->world() == message.unload_world().world()) {
+          log("the world is unloaded");
+          run_.reset();
+        }
         last_unloaded_ = std::max(last_unloaded_, message.unload_world().world());
         break;
       case Kind::kGrant:
@@ -93,6 +97,7 @@ class SectorServer::Impl {
   void suspect(NodeId node, Nanoseconds now) {
     if (node != kCoordinatorNode || !heartbeat_ || coordinator_deadline_) return;
     coordinator_deadline_ = now + options_.coordinator_timeout;
+    log("the coordinator gives no sign of life", Severity::kWarning);
     say_hello();
   }
 
@@ -109,10 +114,22 @@ class SectorServer::Impl {
 
   Share* share_between_ticks() { return run_ && run_->between_ticks() ? &run_->share() : nullptr; }
   Tick tick() const { return run_ ? run_->tick() : 0; }
+  bool joined() const { return heartbeat_ && !coordinator_deadline_; }
+  const v1::TickReport* last_tick() const {
+    return run_ && run_->tick() > 0 ? &run_->last_report() : nullptr;
+  }
+  std::uint64_t exchange_bytes() const { return run_ ? run_->exchange_bytes() : 0; }
   std::vector<Outgoing> take_messages() { return std::exchange(outgoing_, {}); }
   const std::optional<absl::Status>& finished() const { return finished_; }
 
  private:
+  void log(std::string text, Severity severity = Severity::kInfo) const {
+    if (!options_.log) return;
+    LogLine line{.severity = severity, .text = std::move(text)};
+    if (run_) line.tick = run_->tick();
+    options_.log(line);
+  }
+
   void send(NodeId to, const v1::ClusterMessage& message) {
     outgoing_.push_back({to, message.SerializeAsString()});
   }
@@ -153,9 +170,11 @@ class SectorServer::Impl {
     loaded.set_world(world.world());
     if (run.ok()) {
       run_ = std::move(*run);
+      log(absl::StrCat("a world is loaded: ", run_->share().body_count(), " bodies live here"));
       if (observer_) observer_(0, run_->share());
     } else {
       loaded.set_error(std::string(run.status().message()));
+      log(absl::StrCat("a world cannot be loaded: ", run.status().message()), Severity::kWarning);
     }
     send(kCoordinatorNode, message);
     std::vector<std::pair<NodeId, v1::ClusterMessage>> early = std::exchange(early_, {});
@@ -236,6 +255,9 @@ void SectorServer::leave(const std::string& reason) { impl_->leave(reason); }
 std::optional<Nanoseconds> SectorServer::next_deadline() const { return impl_->next_deadline(); }
 Share* SectorServer::share_between_ticks() { return impl_->share_between_ticks(); }
 Tick SectorServer::tick() const { return impl_->tick(); }
+bool SectorServer::joined() const { return impl_->joined(); }
+const v1::TickReport* SectorServer::last_tick() const { return impl_->last_tick(); }
+std::uint64_t SectorServer::exchange_bytes() const { return impl_->exchange_bytes(); }
 std::vector<SectorServer::Outgoing> SectorServer::take_messages() { return impl_->take_messages(); }
 const std::optional<absl::Status>& SectorServer::finished() const { return impl_->finished(); }
 

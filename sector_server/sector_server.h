@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "daemon/log_line.h"
 #include "lpss/world/share.h"
 #include "transport/link.h"
 
@@ -30,6 +31,7 @@ struct SectorServerOptions {
   // How long it waits for one that gives no sign of life any more.
   Nanoseconds coordinator_timeout = std::chrono::seconds(10);
   std::function<std::uint64_t()> peak_rss_bytes;  // for reports; may be empty
+  LogSink log;  // told what an operator should know; empty: nobody is
 };
 
 class SectorServer {
@@ -68,6 +70,13 @@ class SectorServer {
   // The share of the loaded world while no tick is under way, for streams that begin; otherwise nullptr.
   Share* share_between_ticks();
   Tick tick() const;  // completed
+
+  // Whether a coordinator has welcomed this server and gives signs of life.
+  bool joined() const;
+  // What the last tick of the loaded world was like; null before there was one. Until the next call of another
+  // function.
+  const v1::TickReport* last_tick() const;
+  std::uint64_t exchange_bytes() const;  // sent to other servers, for the loaded world
 
   // Set when the server must end; OK after an orderly goodbye, otherwise why.
   const std::optional<absl::Status>& finished() const;

@@ -187,7 +187,7 @@ void WorldRun::end_tick(Nanoseconds now) {
   tick_done_ = true;
 
   const TickCounts& counts = share_->counts();
-  v1::TickReport& report = reports_.emplace_back();
+  v1::TickReport& report = last_report_;
   report.set_tick(tick_);
   report.set_work_us(
       static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now - tick_began_).count()));
@@ -200,6 +200,7 @@ void WorldRun::end_tick(Nanoseconds now) {
   report.set_sectors(counts.sectors);
   report.set_sectors_awake(counts.sectors_awake);
   report.set_bodies_stopped(counts.bodies_stopped);
+  reports_.push_back(report);
 }
 
 bool WorldRun::report_due() const {

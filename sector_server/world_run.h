@@ -47,6 +47,7 @@ class WorldRun {
   // What the ticks since the last call were like.
   std::vector<v1::TickReport> take_reports() { return std::exchange(reports_, {}); }
   bool report_due() const;
+  const v1::TickReport& last_report() const { return last_report_; }
   std::uint64_t exchange_bytes() const { return exchange_bytes_; }
 
  private:
@@ -86,6 +87,7 @@ class WorldRun {
   Nanoseconds tick_began_{};
   bool tick_done_ = false;
   std::vector<v1::TickReport> reports_;
+  v1::TickReport last_report_;
   std::uint64_t exchange_bytes_ = 0;
 };
 

@@ -169,13 +169,28 @@ TEST(CommandLineTest, UnknownArgumentsAreNamedAlsoWhereOthersAreMissing) {
 }
 
 TEST(CommandLineTest, EveryCommandHasHelpWithAnExample) {
-  for (const char* command : {"run",      "up",    "load",     "unload", "spawn",   "remove",  "impulse",
-                              "velocity", "force", "teleport", "target", "raycast", "status",  "watch",
-                              "hash",     "find",  "pause",    "resume", "step",    "shutdown"}) {
+  for (const char* command : {"run",      "up",    "load",     "unload", "spawn",   "remove",   "impulse",
+                              "velocity", "force", "teleport", "target", "raycast", "status",   "watch",
+                              "hash",     "find",  "pause",    "resume", "step",    "shutdown", "config"}) {
     const Outcome outcome = run_tessera({command, "--help"});
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.output, HasSubstr("Example:\n  tessera ")) << command;
   }
+}
+
+TEST_F(RunTest, ConfigShowChecksAFileAndSaysWhatHolds) {
+  EXPECT_THAT(run_tessera({"config", "show"}).output, HasSubstr("\n#listen = \"127.0.0.1:7300\"\n"));
+  const std::string file = (folder_ / "tessera.toml").string();
+  std::ofstream(file) << "cluster = \"lab\"\n[sector-server]\nengine = \"f64\"\n";
+  const Outcome shown = run_tessera({"config", "show", "--config", file});
+  EXPECT_EQ(shown.code, 0) << shown.output;
+  EXPECT_THAT(shown.output,
+              ::testing::AllOf(HasSubstr("\ncluster = \"lab\"\n"), HasSubstr("\nengine = \"f64\"\n")));
+  std::ofstream(file) << "[sector-server]\nengin = \"f64\"\n";
+  const Outcome refused = run_tessera({"config", "show", "--config", file});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.output, ::testing::AllOf(HasSubstr("tessera-sector-server"), HasSubstr("'engin'")));
+  EXPECT_EQ(Program("tessera-sector-server", {"--config", file}).wait(), 2);
 }
 
 TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {

@@ -38,11 +38,11 @@ std::map<std::uint32_t, OpenDomain>& open_domains() {
 
 }  // namespace
 
-absl::StatusOr<DdsDomain> DdsDomain::open(std::uint32_t id) {
+absl::StatusOr<DdsDomain> DdsDomain::open(std::uint32_t id, const DdsNetwork& network) {
   const std::lock_guard lock(mutex);
   OpenDomain& domain = open_domains()[id];
   if (domain.users == 0 && std::getenv("CYCLONEDDS_URI") == nullptr) {
-    const dds_entity_t entity = dds_create_domain(id, kDefaultDdsConfig);
+    const dds_entity_t entity = dds_create_domain(id, dds_configuration(network).c_str());
     if (entity < 0) {
       open_domains().erase(id);
       if (entity == DDS_RETCODE_PRECONDITION_NOT_MET) {

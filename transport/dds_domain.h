@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <string>
 
+#include "transport/dds_network.h"
+
 namespace tessera {
 
 // deploy/cyclonedds.xml, as it was when this was built.
@@ -16,10 +18,10 @@ extern const char* const kDefaultDdsConfig;
 // Keeps a DDS domain of this process configured and alive, for as many users as it has. Any thread.
 class DdsDomain {
  public:
-  // Configures the domain with kDefaultDdsConfig, unless the environment variable CYCLONEDDS_URI is set,
-  // which Cyclone DDS then reads itself. Errors: FAILED_PRECONDITION when someone else in this process has
-  // opened the domain, INTERNAL when Cyclone DDS does not like the configuration or the network.
-  static absl::StatusOr<DdsDomain> open(std::uint32_t id);
+  // Configures the domain with dds_configuration(network), unless the environment variable CYCLONEDDS_URI is
+  // set, which Cyclone DDS then reads itself. Errors: FAILED_PRECONDITION when someone else in this process
+  // has opened the domain, INTERNAL when Cyclone DDS does not like the configuration or the network.
+  static absl::StatusOr<DdsDomain> open(std::uint32_t id, const DdsNetwork& network);
 
   DdsDomain(DdsDomain&& other) noexcept;
   DdsDomain& operator=(DdsDomain&&) = delete;

@@ -439,7 +439,7 @@ absl::StatusOr<std::unique_ptr<DdsLink>> DdsLink::create(const DdsOptions& optio
     return absl::InvalidArgumentError(absl::StrCat("a cluster name has 1 to ", kClusterNameBytesMax,
                                                    " bytes, not ", options.cluster.size()));
   }
-  absl::StatusOr<DdsDomain> domain = DdsDomain::open(options.domain);
+  absl::StatusOr<DdsDomain> domain = DdsDomain::open(options.domain, options.network);
   if (!domain.ok()) return domain.status();
   auto impl = std::make_unique<Impl>(options, *std::move(domain));
   if (absl::Status status = impl->open(); !status.ok()) return status;

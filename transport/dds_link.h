@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "transport/dds_network.h"
 #include "transport/link.h"
 
 namespace tessera {
@@ -20,6 +21,7 @@ struct DdsOptions {
   std::uint32_t domain = 0;
   // Clusters of different names share a domain without meeting. 1 to 64 bytes, any characters.
   std::string cluster = "tessera";
+  DdsNetwork network;
   // Only one living process of a cluster may have this address.
   NodeId self;
 };
@@ -36,8 +38,9 @@ struct DdsOptions {
 class DdsLink : public Link {
  public:
   // Settings come from CYCLONEDDS_URI if that environment variable is set, else from deploy/cyclonedds.xml as
-  // built in. Errors: INVALID_ARGUMENT for a cluster name or domain out of bounds, FAILED_PRECONDITION when
-  // the domain is in use otherwise, INTERNAL and RESOURCE_EXHAUSTED from DDS (no network, no free port).
+  // built in, with what `network` says. Errors: INVALID_ARGUMENT for a cluster name or domain out of bounds,
+  // FAILED_PRECONDITION when the domain is in use otherwise, INTERNAL and RESOURCE_EXHAUSTED from DDS (no
+  // network, no free port).
   static absl::StatusOr<std::unique_ptr<DdsLink>> create(const DdsOptions& options);
 
   ~DdsLink() override;

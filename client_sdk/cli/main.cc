@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "client_sdk/cli/command.h"
+#include "client_sdk/cli/config_command.h"
 #include "client_sdk/cli/terminal.h"
 
 namespace tessera::cli {
@@ -66,6 +67,7 @@ int run(int argc, char** argv) {
   add_simulate_command(app, action);
   add_tune_command(app, action);
   add_experiment_command(app, action);
+  add_config_command(app, action);
   try {
     parse(app, argc, argv);
   } catch (const CLI::ParseError& error) {

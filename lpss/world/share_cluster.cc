@@ -21,8 +21,13 @@ absl::StatusOr<std::unique_ptr<ShareCluster>> ShareCluster::create(const WorldDe
     absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(world.settings));
     if (!engine.ok()) return engine.status();
     cluster->engines_.push_back(std::move(*engine));
-    Share::Options options{world.settings, world.anchor, map, rank, parallel_on(threads),
-                           lone_bodies_coast};
+    Share::Options options;
+    options.settings = world.settings;
+    options.anchor = world.anchor;
+    options.map = map;
+    options.self = rank;
+    options.parallel = parallel_on(threads);
+    options.lone_bodies_coast = lone_bodies_coast;
     auto share = std::make_unique<Share>(std::move(options), *cluster->engines_.back());
     for (std::size_t i = 0; i < world.shapes.size(); ++i) {
       share->add_shape(static_cast<ShapeId>(i), world.shapes[i]);

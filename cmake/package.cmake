@@ -1,0 +1,43 @@
+# Debian packages, made by deploy/package.sh: `tessera` (daemons, command, configuration) and `libtessera-dev` (SDK).
+install(FILES deploy/tessera.toml DESTINATION /etc/tessera COMPONENT configuration EXCLUDE_FROM_ALL)
+install(DIRECTORY deploy/systemd/ DESTINATION lib/systemd/system COMPONENT configuration EXCLUDE_FROM_ALL)
+install(FILES deploy/grafana/tessera.json deploy/prometheus.yml
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/tessera COMPONENT configuration EXCLUDE_FROM_ALL)
+install(FILES docs/operations.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tessera
+  COMPONENT configuration EXCLUDE_FROM_ALL)
+foreach(package tessera libtessera-dev)
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} RENAME copyright
+    COMPONENT license-${package} EXCLUDE_FROM_ALL)
+endforeach()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME tessera)
+set(CPACK_PACKAGE_CONTACT "Tessera <tessera@localhost>")
+set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/package)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL cluster configuration sdk license-tessera license-libtessera-dev)
+set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
+
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_CLUSTER_PACKAGE_NAME tessera)
+set(CPACK_DEBIAN_CLUSTER_PACKAGE_SHLIBDEPS ON)
+set(maintainer_files ${PROJECT_SOURCE_DIR}/deploy/debian)
+set(CPACK_DEBIAN_CLUSTER_PACKAGE_CONTROL_EXTRA
+  ${maintainer_files}/conffiles ${maintainer_files}/postinst ${maintainer_files}/prerm ${maintainer_files}/postrm)
+set(CPACK_DEBIAN_SDK_PACKAGE_NAME libtessera-dev)
+set(CPACK_DEBIAN_SDK_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_SDK_PACKAGE_DEPENDS "libabsl-dev, libeigen3-dev, libgrpc++-dev, libprotobuf-dev")
+
+include(CPack)
+cpack_add_component_group(cluster
+  DESCRIPTION "Rigid-body simulation in worlds of any size: daemons, command line, units, worlds")
+cpack_add_component_group(sdk DESCRIPTION "Rigid-body simulation in worlds of any size: the C++ SDK")
+cpack_add_component(cluster GROUP cluster)
+cpack_add_component(configuration GROUP cluster)
+cpack_add_component(license-tessera GROUP cluster)
+cpack_add_component(sdk GROUP sdk)
+cpack_add_component(license-libtessera-dev GROUP sdk)

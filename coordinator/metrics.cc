@@ -1,0 +1,122 @@
+#include "coordinator/metrics.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <future>
+#include <memory>
+
+#include "coordinator/tick_statistics.h"
+#include "daemon/metric_families.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::chrono::seconds kPatience(5);
+constexpr std::array kStates = {"empty", "loading", "paused", "running", "failed"};
+
+prometheus::MetricFamily states(const std::string& state) {
+  prometheus::MetricFamily family = {"tessera_world_state",
+                                     "1 for the state that the world is in, 0 for the others",
+                                     prometheus::MetricType::Gauge,
+                                     {}};
+  for (const char* one : kStates) {
+    prometheus::ClientMetric metric;
+    metric.label = {{"state", one}};
+    metric.gauge.value = state == one ? 1 : 0;
+    family.metric.push_back(std::move(metric));
+  }
+  return family;
+}
+
+prometheus::MetricFamily tick_durations(const CoordinatorFigures& figures) {
+  prometheus::ClientMetric metric;
+  metric.summary = {.sample_count = figures.ticks,
+                    .sample_sum = figures.ticks_s,
+                    .quantile = {{0.5, figures.status.tick_ms_p50() / 1e3},
+                                 {0.99, figures.status.tick_ms_p99() / 1e3},
+                                 {1, figures.status.tick_ms_max() / 1e3}}};
+  return {"tessera_world_tick_duration_seconds",
+          "How long ticks of the loaded world took the slowest server, without pacing",
+          prometheus::MetricType::Summary,
+          {std::move(metric)}};
+}
+
+}  // namespace
+
+absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue, const Coordinator& coordinator) {
+  const auto promise = std::make_shared<std::promise<absl::StatusOr<CoordinatorFigures>>>();
+  std::future<absl::StatusOr<CoordinatorFigures>> answer = promise->get_future();
+  using StatusCall = ClientCall<v1::StatusRequest, v1::StatusReply>;
+  ClientRequest request =
+      StatusCall{{}, [promise, &coordinator](const absl::Status& status, const v1::StatusReply& reply) {
+                   if (!status.ok()) {
+                     promise->set_value(status);
+                     return;
+                   }
+                   CoordinatorFigures figures{.status = reply};
+                   if (const DurationHistogram* durations = coordinator.tick_durations()) {
+                     figures.ticks = durations->count();
+                     figures.ticks_s = durations->sum_s();
+                   }
+                   promise->set_value(std::move(figures));
+                 }};
+  if (!queue.push(request) || answer.wait_for(kPatience) != std::future_status::ready) {
+    return absl::UnavailableError("the coordinator does not answer: it is busy, or ends");
+  }
+  return answer.get();
+}
+
+std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figures,
+                                                 const std::string& cluster) {
+  const v1::StatusReply& status = figures.status;
+  const auto suspects = std::count_if(status.servers().begin(), status.servers().end(),
+                                      [](const v1::ServerStatus& server) { return server.suspect(); });
+  const auto taking_part = std::count_if(status.servers().begin(), status.servers().end(),
+                                         [](const v1::ServerStatus& server) { return server.takes_part(); });
+  const auto number = [](auto value) { return static_cast<double>(value); };
+  return {
+      gauge("tessera_coordinator_info", "The cluster of this coordinator", 1, {{"cluster", cluster}}),
+      gauge("tessera_coordinator_servers", "Sector servers that have joined", number(status.servers_size())),
+      gauge("tessera_coordinator_servers_suspect", "Joined servers that give no sign of life",
+            number(suspects)),
+      gauge("tessera_coordinator_servers_taking_part", "Servers that host the loaded world",
+            number(taking_part)),
+      states(status.state()),
+      gauge("tessera_world_info", "The loaded world", 1, {{"world", status.world()}}),
+      counter("tessera_world_ticks_total", "Ticks of the loaded world that all servers have completed",
+              number(status.tick())),
+      counter("tessera_world_time_seconds_total", "Simulated time of the loaded world", status.time()),
+      gauge("tessera_world_real_time_ratio", "Simulated time per time on the wall",
+            status.real_time_factor()),
+      tick_durations(figures),
+      gauge("tessera_world_bodies", "Bodies of the loaded world", number(status.bodies())),
+      gauge("tessera_world_bodies_awake", "Bodies that moved in the last tick",
+            number(status.bodies_awake())),
+      counter("tessera_world_bodies_stopped_total",
+              "Bodies that left the range of numbers or sectors, and were stopped",
+              number(status.bodies_stopped())),
+      gauge("tessera_world_sectors", "Sectors that exist", number(status.sectors())),
+      gauge("tessera_world_clones", "Clones in the last tick", number(status.clones())),
+      gauge("tessera_world_contacts", "Contacts in the last tick", number(status.contacts())),
+      gauge("tessera_world_islands_across_seams", "Islands over several sectors in the last tick",
+            number(status.islands_across_seams())),
+      gauge("tessera_world_islands_shipped", "Islands over several servers, solved by one, in the last tick",
+            number(status.islands_shipped())),
+      gauge("tessera_world_islands_cut", "Islands beyond the cap, coupled pass by pass, in the last tick",
+            number(status.islands_cut())),
+      gauge("tessera_world_map_epoch", "How often the sector map has changed", number(status.map_epoch())),
+  };
+}
+
+absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t servers_wanted) {
+  const auto heard = std::count_if(status.servers().begin(), status.servers().end(),
+                                   [](const v1::ServerStatus& server) { return !server.suspect(); });
+  const std::uint32_t wanted = std::max(servers_wanted, 1u);
+  if (heard >= wanted) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat(heard, " of ", wanted, " sector servers are there"));
+}
+
+}  // namespace tessera

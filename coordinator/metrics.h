@@ -1,0 +1,35 @@
+// The coordinator's state as metrics, and whether it is ready for worlds.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <prometheus/metric_family.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "coordinator/coordinator.h"
+#include "coordinator/request_queue.h"
+
+namespace tessera {
+
+// What the thread of the coordinator says of it at one moment.
+struct CoordinatorFigures {
+  v1::StatusReply status;
+  std::uint64_t ticks = 0;  // of the loaded world, with a duration
+  double ticks_s = 0;       // all their durations
+};
+
+// Asks the thread that owns `coordinator` and takes from `queue`; for any other thread. UNAVAILABLE if it
+// does not answer within a few seconds.
+absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue, const Coordinator& coordinator);
+
+std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figures,
+                                                 const std::string& cluster);
+
+// UNAVAILABLE unless a world can be loaded: as many servers are there as a load wants (0: one), none a
+// suspect.
+absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t servers_wanted);
+
+}  // namespace tessera

@@ -1,0 +1,57 @@
+#include "coordinator/metrics.h"
+
+#include <gmock/gmock.h>
+#include <prometheus/text_serializer.h>
+
+namespace tessera {
+namespace {
+
+using ::testing::HasSubstr;
+
+CoordinatorFigures figures_of_a_run() {
+  CoordinatorFigures figures{.ticks = 120, .ticks_s = 0.6};
+  v1::StatusReply& status = figures.status;
+  status.set_state("running");
+  status.set_world("earth");
+  status.set_tick(121);
+  status.set_time(2.0);
+  status.set_tick_ms_p50(4);
+  status.add_servers()->set_takes_part(true);
+  status.add_servers()->set_suspect(true);
+  return figures;
+}
+
+TEST(CoordinatorMetricsTest, SaysWhatTheStatusSays) {
+  const std::string text = prometheus::TextSerializer().Serialize(metrics_of(figures_of_a_run(), "lab"));
+  for (const char* line :
+       {"tessera_coordinator_info{cluster=\"lab\"} 1\n", "tessera_coordinator_servers 2\n",
+        "tessera_coordinator_servers_suspect 1\n", "tessera_coordinator_servers_taking_part 1\n",
+        "tessera_world_state{state=\"running\"} 1\n", "tessera_world_state{state=\"failed\"} 0\n",
+        "tessera_world_info{world=\"earth\"} 1\n", "tessera_world_ticks_total 121\n",
+        "tessera_world_time_seconds_total 2\n", "tessera_world_tick_duration_seconds_count 120\n",
+        "tessera_world_tick_duration_seconds{quantile=\"0.5\"} 0.004"}) {
+    EXPECT_THAT(text, HasSubstr(line));
+  }
+}
+
+TEST(CoordinatorMetricsTest, ReadyOnceEnoughServersAreThere) {
+  v1::StatusReply status;
+  EXPECT_THAT(ready_for_worlds(status, 0).message(), HasSubstr("0 of 1"));
+  status.add_servers();
+  EXPECT_TRUE(ready_for_worlds(status, 0).ok());
+  EXPECT_THAT(ready_for_worlds(status, 2).message(), HasSubstr("1 of 2"));
+  status.add_servers()->set_suspect(true);
+  EXPECT_FALSE(ready_for_worlds(status, 2).ok());
+  status.mutable_servers(1)->set_suspect(false);
+  EXPECT_TRUE(ready_for_worlds(status, 2).ok());
+}
+
+TEST(CoordinatorMetricsTest, QueueThatTakesNothingIsUnavailable) {
+  RequestQueue queue([] {});
+  queue.close();
+  const Coordinator coordinator{CoordinatorOptions()};
+  EXPECT_EQ(ask_for_figures(queue, coordinator).status().code(), absl::StatusCode::kUnavailable);
+}
+
+}  // namespace
+}  // namespace tessera

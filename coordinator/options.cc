@@ -1,0 +1,30 @@
+#include "coordinator/options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "daemon/options.h"
+#include "lpss/world/limits.h"
+
+namespace tessera {
+
+void add_options(CLI::App& app, CoordinatorArguments& arguments) {
+  CoordinatorOptions& coordinator = arguments.coordinator;
+  app.footer("Example: tessera-coordinator --cluster lab --servers 2 --listen 127.0.0.1:7300");
+  app.add_option("--listen", arguments.listen, "Address for clients, host:port; port 0: any free one")
+      ->capture_default_str();
+  app.add_option("--servers", coordinator.servers_wanted,
+                 "Load worlds on this many sector servers of their precision; 0: on all there are")
+      ->check(CLI::Range(0u, kServersMax))
+      ->capture_default_str();
+  add_seconds(app, "--join-timeout", coordinator.join_timeout, "How long a load waits for sector servers, s",
+              0, 1e6);
+  add_seconds(app, "--server-timeout", coordinator.server_timeout,
+              "Silence after which a sector server counts as lost, s", 0.1, 1e6);
+  add_metrics_option(app, arguments.metrics_address);
+  app.add_option("--ready-file", arguments.ready_file, "Write the address for clients here once it serves")
+      ->configurable(false);
+  add_parent_option(app, arguments.exit_with_parent);
+  add_shared_options(app, arguments.dds, arguments.log);
+}
+
+}  // namespace tessera

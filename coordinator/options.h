@@ -1,0 +1,28 @@
+// What the coordinator can be told: its command line, environment and configuration file.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <string>
+
+#include "coordinator/coordinator.h"
+#include "daemon/log.h"
+#include "transport/dds_link.h"
+
+namespace tessera {
+
+struct CoordinatorArguments {
+  DdsOptions dds{.self = kCoordinatorNode};
+  CoordinatorOptions coordinator;
+  std::string listen = "127.0.0.1:7300";
+  std::string metrics_address;  // empty: no metrics
+  std::string ready_file;
+  LogOptions log;
+  bool exit_with_parent = false;
+};
+
+inline constexpr const char* kCoordinatorName = "tessera-coordinator";
+
+// Adds every option to `app`, which is named kCoordinatorName.
+void add_options(CLI::App& app, CoordinatorArguments& arguments);
+
+}  // namespace tessera

@@ -1,0 +1,30 @@
+#include "daemon/address.h"
+
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+
+namespace tessera {
+namespace {
+
+constexpr int kPortMax = 65'535;
+
+}  // namespace
+
+std::optional<ListenAddress> parse_listen_address(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0) return std::nullopt;
+  ListenAddress address;
+  if (!absl::SimpleAtoi(text.substr(colon + 1), &address.port)) return std::nullopt;
+  if (address.port < 0 || address.port > kPortMax) return std::nullopt;
+  address.host = text.substr(0, colon);
+  if (address.host.front() == '[' && address.host.back() == ']') {
+    address.host = address.host.substr(1, address.host.size() - 2);
+  }
+  return address;
+}
+
+std::string with_port(const std::string& text, int port) {
+  return absl::StrCat(text.substr(0, text.rfind(':')), ":", port);
+}
+
+}  // namespace tessera

@@ -1,0 +1,63 @@
+// What others see of a daemon over HTTP: its metrics, and whether it is alive and ready.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <prometheus/metric_family.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+class CivetServer;
+
+namespace tessera {
+
+// The sign of life of a loop that should turn at least every second.
+class Pulse {
+ public:
+  Pulse() { beat(); }
+
+  void beat() { last_ = std::chrono::steady_clock::now(); }
+  // UNAVAILABLE once the loop has stood still for longer than it takes to load the largest world.
+  absl::Status alive() const;
+
+ private:
+  std::atomic<std::chrono::steady_clock::time_point> last_;
+};
+
+// Called on threads of the server.
+struct Monitored {
+  std::function<absl::StatusOr<std::vector<prometheus::MetricFamily>>()> metrics;
+  std::function<absl::Status()> alive;
+  std::function<absl::Status()> ready;
+};
+
+class Monitor {
+ public:
+  // Serves on `address` (host:port; port 0: any free one), until it is destroyed:
+  //   /metrics  Prometheus' text format: what is `monitored` and what the system knows of this process
+  //   /healthz  200 while alive, else 503 with the reason
+  //   /readyz   200 while ready, likewise
+  // INVALID_ARGUMENT for an address that is none, UNAVAILABLE for one that cannot be had.
+  static absl::StatusOr<std::unique_ptr<Monitor>> open(const std::string& address, Monitored monitored);
+
+  ~Monitor();
+
+  // Where it listens, with the port that it got.
+  const std::string& address() const { return address_; }
+
+ private:
+  class Handler;
+
+  Monitor();
+
+  std::vector<std::unique_ptr<Handler>> handlers_;  // outlive the server
+  std::unique_ptr<CivetServer> server_;
+  std::string address_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,70 @@
+#include "daemon/options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "daemon/configuration.h"
+
+namespace tessera {
+
+void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log) {
+  app.add_option("--cluster", dds.cluster, "Name of the cluster")
+      ->group(kSharedOptions)
+      ->capture_default_str();
+  app.add_option("--domain", dds.domain, "DDS domain, 0 to 232")
+      ->check(CLI::Range(0u, 232u))
+      ->group(kSharedOptions)
+      ->capture_default_str();
+  app.add_option("--interface", dds.network.interface, "Network interface that the cluster talks over")
+      ->group(kSharedOptions)
+      ->capture_default_str();
+  app.add_option("--peers", dds.network.peers,
+                 "Hosts of the cluster: addresses or names, those that are not known yet left out")
+      ->delimiter(',')
+      ->group(kSharedOptions)
+      ->default_str("127.0.0.1");
+  app.add_option("--log-level", log.level, "trace, debug, info, warn, error or off")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->group(kSharedOptions)
+      ->capture_default_str();
+  app.add_option("--log-format", log.format, "text, or json: an object a line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->group(kSharedOptions)
+      ->capture_default_str();
+}
+
+void add_metrics_option(CLI::App& app, std::string& metrics_address) {
+  app.add_option(
+         "--metrics-address", metrics_address,
+         "Serve /metrics, /healthz and /readyz at this host:port; port 0: any free one; empty: nowhere")
+      ->capture_default_str();
+}
+
+void add_seconds(CLI::App& app, const std::string& name, std::chrono::nanoseconds& value,
+                 const std::string& help, double low, double high) {
+  app.add_option_function<double>(
+         name,
+         [&value](double seconds) {
+           value =
+               std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+         },
+         help)
+      ->check(CLI::Range(low, high))
+      ->default_str(CLI::detail::to_string(std::chrono::duration<double>(value).count()));
+}
+
+void add_parent_option(CLI::App& app, bool& exit_with_parent) {
+  app.add_flag("--exit-with-parent", exit_with_parent, "End when the process that started this one does")
+      ->configurable(false);
+}
+
+std::optional<int> parse_arguments(CLI::App& app, int argc, char** argv) {
+  read_configuration(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  return std::nullopt;
+}
+
+}  // namespace tessera

@@ -1,0 +1,33 @@
+// What the command lines of all daemons have in common.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "daemon/log.h"
+#include "transport/dds_link.h"
+
+namespace tessera {
+
+// Options that every daemon has are in this group of its help, and stand before the sections of a
+// configuration file.
+inline constexpr const char* kSharedOptions = "Options of all daemons";
+
+void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log);
+
+void add_metrics_option(CLI::App& app, std::string& metrics_address);
+
+// A duration, given in seconds.
+void add_seconds(CLI::App& app, const std::string& name, std::chrono::nanoseconds& value,
+                 const std::string& help, double low, double high);
+
+// For a process that another one starts for its own use.
+void add_parent_option(CLI::App& app, bool& exit_with_parent);
+
+// Reads the command line, the environment and the configuration file. The exit code of a process that must
+// end now, since it was asked for help or cannot do as it is told, or nothing.
+std::optional<int> parse_arguments(CLI::App& app, int argc, char** argv);
+
+}  // namespace tessera

@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# Exercises the packages that deploy/package.sh has made, in a bare Debian root of its own: installs them, runs a
+# coordinator and two sector servers by the command lines of their units, builds the SDK's example against what is
+# installed (by CMake and by pkg-config) and runs it, removes all, and looks for what is left. Needs root, debootstrap
+# and some minutes.
+#
+#   deploy/try_package.sh [MIRROR]
+set -euo pipefail
+
+top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+mirror=${1:-http://deb.debian.org/debian}
+packages=$top/build/release/package
+root=$(mktemp -d)
+pids=()
+clean_up() {
+  for pid in "${pids[@]}"; do kill "$pid" 2>/dev/null || true; done
+  for pid in "${pids[@]}"; do wait "$pid" 2>/dev/null || true; done
+  umount "$root/proc" "$root/dev" 2>/dev/null || true
+  mountpoint -q "$root/proc" || mountpoint -q "$root/dev" || rm -rf "$root"
+}
+trap clean_up EXIT
+inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
+say() { printf '%s\n' "$*"; }
+files() { inside find /etc /usr /var/lib/tessera -xdev 2>/dev/null | sort; }
+
+debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 || { tail -5 "$root.log" >&2; exit 1; }
+rm -f "$root.log"
+mount -t proc proc "$root/proc"
+mount --bind /dev "$root/dev"
+inside apt-get update -qq
+apt_get() { inside apt-get -qq -y --no-install-recommends "$@" >"$root/tmp/apt.log" 2>&1 || { tail -5 "$root/tmp/apt.log" >&2; exit 1; }; }
+say "bare root: $(inside dpkg-query -f '.\n' -W | wc -l) packages"
+
+cp "$packages"/*.deb "$root/tmp/"
+apt_get install /tmp/tessera_*.deb
+say "installed: tessera $(inside dpkg-query -f '${Version}, ${Installed-Size} KB' -W tessera)"
+
+# What systemd would do, as the user that it would make.
+inside useradd --system --no-create-home tessera-dynamic
+start_unit() {
+  local command
+  command=$(sed -n 's/^ExecStart=//p' "$root/usr/lib/systemd/system/$1")
+  # shellcheck disable=SC2086  # the unit's words are words
+  chroot --userspec=tessera-dynamic "$root" /usr/bin/env -i PATH=/usr/bin $command 2>"$root/tmp/$2.log" &
+  pids+=($!)
+}
+start_unit tessera-coordinator.service coordinator
+start_unit tessera-sector-server@.service server-1
+start_unit tessera-sector-server@.service server-2
+for _ in $(seq 100); do
+  [ "$(grep -c ' joined, ' "$root/tmp/coordinator.log")" -ge 2 ] && break
+  sleep 0.1
+done
+inside tessera load /usr/share/tessera/worlds/tower.sdf
+inside tessera step 60
+
+apt_get install g++ cmake pkg-config make /tmp/libtessera-dev_*.deb
+mkdir -p "$root/tmp/hello"
+cp "$top/client_sdk/examples/hello.cc" "$root/tmp/hello/"
+cat >"$root/tmp/hello/CMakeLists.txt" <<'CMAKE'
+cmake_minimum_required(VERSION 3.25)
+project(hello LANGUAGES CXX)
+find_package(tessera REQUIRED)
+add_executable(hello hello.cc)
+target_link_libraries(hello PRIVATE tessera::client)
+CMAKE
+inside sh -ec 'cd /tmp/hello && cmake -B build . >/dev/null && cmake --build build >/dev/null'
+say "built by find_package(tessera): $(inside /tmp/hello/build/hello | tail -1)"
+inside sh -ec 'cd /tmp/hello && g++ -std=c++20 hello.cc $(pkg-config --cflags --libs tessera) -o by_pkg_config'
+say "built by pkg-config: $(inside /tmp/hello/by_pkg_config | tail -1)"
+
+inside tessera shutdown
+for pid in "${pids[@]}"; do wait "$pid" || { say "a daemon ended with an error"; tail "$root"/tmp/*.log; exit 1; }; done
+pids=()
+apt_get purge tessera libtessera-dev
+left=$(files | grep -i tessera || true)
+if [ -n "$left" ]; then
+  say "left behind:" "$left" >&2
+  exit 1
+fi
+say "removed: nothing is left"

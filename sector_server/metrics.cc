@@ -1,0 +1,85 @@
+#include "sector_server/metrics.h"
+
+#include <absl/strings/str_format.h>
+
+namespace tessera {
+namespace {
+
+// s; a tick of 60 Hz has 0.0167.
+const prometheus::Histogram::BucketBoundaries kTickBuckets = {
+    0.0001, 0.00025, 0.0005, 0.001, 0.0025, 0.005, 0.01, 0.0167, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5};
+
+}  // namespace
+
+ServerMetrics::ServerMetrics(const SectorServerArguments& arguments)
+    : joined_(gauge("tessera_server_joined", "1 while a coordinator has this server in its cluster")),
+      tick_(gauge("tessera_server_tick", "Tick of the loaded world that this server has completed")),
+      ticks_(counter("tessera_server_ticks_total", "Ticks done by this process")),
+      tick_duration_(prometheus::BuildHistogram()
+                         .Name("tessera_server_tick_duration_seconds")
+                         .Help("How long ticks took, waiting for other servers included, without pacing")
+                         .Register(registry_)
+                         .Add({}, kTickBuckets)),
+      bodies_(gauge("tessera_server_bodies", "Bodies that live here and can move")),
+      bodies_awake_(gauge("tessera_server_bodies_awake", "Bodies that moved in the last tick")),
+      bodies_stopped_(counter("tessera_server_bodies_stopped_total",
+                              "Bodies that left the range of numbers or sectors, and were stopped")),
+      sectors_(gauge("tessera_server_sectors", "Sectors here with a body that can move")),
+      sectors_awake_(gauge("tessera_server_sectors_awake", "Sectors stepped in the last tick")),
+      clones_(gauge("tessera_server_clones", "Clones in the last tick")),
+      contacts_(gauge("tessera_server_contacts", "Contacts found in the last tick")),
+      islands_across_seams_(gauge("tessera_server_islands_across_seams",
+                                  "Islands over several sectors that were solved here in the last tick")),
+      islands_shipped_(gauge("tessera_server_islands_shipped",
+                             "Of these, islands over several servers, in the last tick")),
+      islands_cut_(gauge("tessera_server_islands_cut",
+                         "Islands beyond the cap, coupled pass by pass, in the last tick")),
+      exchange_(counter("tessera_server_exchange_bytes_total", "Bytes sent to other sector servers")) {
+  prometheus::BuildGauge()
+      .Name("tessera_server_info")
+      .Help("This sector server")
+      .Register(registry_)
+      .Add({{"cluster", arguments.dds.cluster},
+            {"node", absl::StrFormat("%x", arguments.dds.self.value)},
+            {"engine", name_of(arguments.server.precision)}})
+      .Set(1);
+  gauge("tessera_server_threads", "Threads that step sectors").Set(arguments.server.threads);
+}
+
+prometheus::Gauge& ServerMetrics::gauge(const std::string& name, const std::string& help) {
+  return prometheus::BuildGauge().Name(name).Help(help).Register(registry_).Add({});
+}
+
+prometheus::Counter& ServerMetrics::counter(const std::string& name, const std::string& help) {
+  return prometheus::BuildCounter().Name(name).Help(help).Register(registry_).Add({});
+}
+
+void ServerMetrics::show(const v1::TickReport* tick, std::size_t bodies, std::uint64_t exchange_bytes) {
+  bodies_.Set(static_cast<double>(bodies));
+  if (exchange_bytes < exchange_bytes_) exchange_bytes_ = 0;  // another world
+  exchange_.Increment(static_cast<double>(exchange_bytes - exchange_bytes_));
+  exchange_bytes_ = exchange_bytes;
+  const v1::TickReport last = tick != nullptr ? *tick : v1::TickReport();
+  tick_.Set(static_cast<double>(last.tick()));
+  bodies_awake_.Set(last.bodies_awake());
+  sectors_.Set(last.sectors());
+  sectors_awake_.Set(last.sectors_awake());
+  clones_.Set(last.clones());
+  contacts_.Set(last.contacts());
+  islands_across_seams_.Set(last.islands_across_seams());
+  islands_shipped_.Set(last.islands_shipped());
+  islands_cut_.Set(last.islands_cut());
+  if (tick == nullptr) return;
+  ticks_.Increment();
+  tick_duration_.Observe(static_cast<double>(last.work_us()) / 1e6);
+  bodies_stopped_.Increment(last.bodies_stopped());
+}
+
+void ServerMetrics::set_joined(bool joined) { joined_.Set(joined ? 1 : 0); }
+
+absl::Status ServerMetrics::ready() const {
+  if (joined_.Value() == 1) return absl::OkStatus();
+  return absl::UnavailableError("no coordinator has this server in its cluster, or it gives no sign of life");
+}
+
+}  // namespace tessera

@@ -1,0 +1,55 @@
+// What a sector server shows of itself: counts of its last tick, and how long its ticks take.
+#pragma once
+
+#include <absl/status/status.h>
+#include <prometheus/counter.h>
+#include <prometheus/gauge.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "cluster.pb.h"
+#include "sector_server/options.h"
+
+namespace tessera {
+
+// Filled by the thread that owns the server, read by any.
+class ServerMetrics {
+ public:
+  explicit ServerMetrics(const SectorServerArguments& arguments);
+
+  // After each tick, and after a load (`tick` is null then).
+  void show(const v1::TickReport* tick, std::size_t bodies, std::uint64_t exchange_bytes);
+  void set_joined(bool joined);
+
+  std::vector<prometheus::MetricFamily> collect() const { return registry_.Collect(); }
+  // UNAVAILABLE until a coordinator has taken the server in, and while that gives no sign of life.
+  absl::Status ready() const;
+
+ private:
+  prometheus::Gauge& gauge(const std::string& name, const std::string& help);
+  prometheus::Counter& counter(const std::string& name, const std::string& help);
+
+  prometheus::Registry registry_;
+  prometheus::Gauge& joined_;
+  prometheus::Gauge& tick_;
+  prometheus::Counter& ticks_;
+  prometheus::Histogram& tick_duration_;
+  prometheus::Gauge& bodies_;
+  prometheus::Gauge& bodies_awake_;
+  prometheus::Counter& bodies_stopped_;
+  prometheus::Gauge& sectors_;
+  prometheus::Gauge& sectors_awake_;
+  prometheus::Gauge& clones_;
+  prometheus::Gauge& contacts_;
+  prometheus::Gauge& islands_across_seams_;
+  prometheus::Gauge& islands_shipped_;
+  prometheus::Gauge& islands_cut_;
+  prometheus::Counter& exchange_;
+  std::uint64_t exchange_bytes_ = 0;  // of the loaded world, as it was last shown
+};
+
+}  // namespace tessera

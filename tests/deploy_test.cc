@@ -1,0 +1,235 @@
+// The files of deploy/ that no compiler reads, held against the daemons: options, variables, ports, names.
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+#include <gmock/gmock.h>
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+
+#include "coordinator/options.h"
+#include "daemon/configuration.h"
+#include "sector_server/options.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+std::filesystem::path deploy(const std::string& file) {
+  return std::filesystem::path(TESSERA_SOURCE) / "deploy" / file;
+}
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  EXPECT_TRUE(in.good()) << file;
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// The daemons' options, without running them.
+struct Daemons {
+  Daemons() {
+    add_options(coordinator, coordinator_arguments);
+    add_options(sector_server, server_arguments);
+    for (CLI::App* app : {&coordinator, &sector_server}) read_configuration(*app);
+  }
+  void parse(const std::string& file = "") {
+    for (CLI::App* app : {&coordinator, &sector_server}) {
+      std::vector<std::string> arguments;
+      if (!file.empty()) arguments = {file, "--config"};
+      EXPECT_NO_THROW(app->parse(arguments)) << file;
+    }
+  }
+  const CLI::App& named(const std::string& program) const {
+    return program == kCoordinatorName ? coordinator : sector_server;
+  }
+  std::set<std::string> variables() const {
+    std::set<std::string> names = {"TESSERA_CONFIG"};
+    for (const CLI::App* app : {&coordinator, &sector_server}) {
+      for (const CLI::Option* option : app->get_options()) names.insert(option->get_envname());
+    }
+    return names;
+  }
+
+  CoordinatorArguments coordinator_arguments;
+  SectorServerArguments server_arguments;
+  CLI::App coordinator{"", kCoordinatorName};
+  CLI::App sector_server{"", kSectorServerName};
+};
+
+// The options among `words` that follow the name of a daemon.
+void expect_known_options(const std::string& text) {
+  const Daemons daemons;
+  static const std::regex call("(tessera-coordinator|tessera-sector-server)\\b([^\n]*)");
+  static const std::regex option("--[a-z-]+");
+  for (std::sregex_iterator it(text.begin(), text.end(), call), end; it != end; ++it) {
+    const std::string program = (*it)[1];
+    const std::string rest = (*it)[2];
+    for (std::sregex_iterator flag(rest.begin(), rest.end(), option); flag != end; ++flag) {
+      EXPECT_NE(daemons.named(program).get_option_no_throw(flag->str()), nullptr)
+          << program << " " << flag->str();
+    }
+  }
+}
+
+void expect_known_variables(const std::string& text) {
+  static const std::regex variable("TESSERA_[A-Z_]+");
+  const std::set<std::string> known = Daemons().variables();
+  for (std::sregex_iterator it(text.begin(), text.end(), variable), end; it != end; ++it) {
+    EXPECT_THAT(known, Contains(it->str()));
+  }
+}
+
+TEST(ConfigurationFileTest, IsWhatConfigShowPrints) {
+  Daemons daemons;
+  daemons.parse();
+  EXPECT_EQ(text_of(deploy("tessera.toml")),
+            configuration_text({&daemons.coordinator, &daemons.sector_server}))
+      << "write it anew: tessera config show >deploy/tessera.toml";
+}
+
+TEST(ConfigurationFileTest, WithEveryKeySetSaysTheSame) {
+  const std::string path = ::testing::TempDir() + "/every_key.toml";
+  std::ofstream(path) << std::regex_replace(text_of(deploy("tessera.toml")), std::regex("\n#([a-z])"),
+                                            "\n$1");
+  Daemons set;
+  set.parse(path);
+  const Daemons untouched;
+  EXPECT_EQ(set.coordinator_arguments.dds.cluster, untouched.coordinator_arguments.dds.cluster);
+  EXPECT_EQ(set.coordinator_arguments.dds.network.peers, untouched.coordinator_arguments.dds.network.peers);
+  EXPECT_EQ(set.coordinator_arguments.listen, untouched.coordinator_arguments.listen);
+  EXPECT_EQ(set.coordinator_arguments.metrics_address, "");
+  EXPECT_EQ(set.coordinator_arguments.coordinator.server_timeout,
+            untouched.coordinator_arguments.coordinator.server_timeout);
+  EXPECT_EQ(set.server_arguments.server.threads, untouched.server_arguments.server.threads);
+  EXPECT_EQ(set.server_arguments.server.precision, untouched.server_arguments.server.precision);
+  std::filesystem::remove(path);
+}
+
+TEST(UnitsTest, KnowTheOptions) {
+  for (const char* unit : {"systemd/tessera-coordinator.service", "systemd/tessera-sector-server@.service"}) {
+    const std::string text = text_of(deploy(unit));
+    expect_known_options(text);
+    EXPECT_THAT(text, HasSubstr("--config /etc/tessera/tessera.toml"));
+    EXPECT_THAT(text, HasSubstr("DynamicUser=yes"));
+  }
+  EXPECT_EQ(text_of(deploy("debian/conffiles")), "/etc/tessera/tessera.toml\n");
+}
+
+TEST(ScriptsTest, KnowTheOptions) {
+  for (const char* script : {"network_namespaces.sh", "try_package.sh", "Containerfile"}) {
+    expect_known_options(text_of(deploy(script)));
+  }
+}
+
+TEST(ComposeTest, ServicesKnowTheOptionsAndOneAnother) {
+  const std::string text = text_of(deploy("compose.yaml"));
+  expect_known_options(text);
+  expect_known_variables(text);
+  const YAML::Node compose = YAML::Load(text);
+  for (const char* service : {"coordinator", "sector-server", "prometheus", "grafana"}) {
+    ASSERT_TRUE(compose["services"][service]) << service;
+  }
+  const std::string peers = compose["x-daemon"]["environment"]["TESSERA_PEERS"].as<std::string>();
+  for (const char* service : {"coordinator", "sector-server"}) {
+    const YAML::Node aliases = compose["services"][service]["networks"]["cluster"]["aliases"];
+    EXPECT_THAT(peers, HasSubstr(aliases[0].as<std::string>()));
+    EXPECT_THAT(text_of(deploy("prometheus.yml")), HasSubstr(aliases[0].as<std::string>()));
+  }
+  YAML::Load(text_of(deploy("prometheus.yml")));
+  for (const char* file : {"datasource.yaml", "dashboards.yaml"}) {
+    EXPECT_EQ(YAML::Load(text_of(deploy(absl::StrCat("grafana/", file))))["apiVersion"].as<int>(), 1);
+  }
+}
+
+class KubernetesTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const YAML::Node kustomization = YAML::Load(text_of(deploy("kubernetes/kustomization.yaml")));
+    for (const YAML::Node& file : kustomization["resources"]) {
+      for (const YAML::Node& object :
+           YAML::LoadAll(text_of(deploy("kubernetes/" + file.as<std::string>())))) {
+        objects_[object["kind"].as<std::string>()][object["metadata"]["name"].as<std::string>()] = object;
+      }
+    }
+  }
+  // The Deployment and the StatefulSet.
+  std::vector<YAML::Node> workloads() {
+    return {objects_["Deployment"]["tessera-coordinator"], objects_["StatefulSet"]["tessera-sector-server"]};
+  }
+  static std::map<std::string, int> ports_of(const YAML::Node& container) {
+    std::map<std::string, int> ports;
+    for (const YAML::Node& port : container["ports"]) {
+      ports[port["name"].as<std::string>()] = port["containerPort"].as<int>();
+    }
+    return ports;
+  }
+
+  std::map<std::string, std::map<std::string, YAML::Node>> objects_;
+};
+
+TEST_F(KubernetesTest, WorkloadsRunDaemonsThatAreProbedWhereTheyServe) {
+  Daemons daemons;
+  daemons.parse(deploy("kubernetes/tessera.toml"));
+  for (const YAML::Node& workload : workloads()) {
+    const YAML::Node pod = workload["spec"]["template"];
+    EXPECT_EQ(workload["spec"]["selector"]["matchLabels"]["app"].as<std::string>(),
+              pod["metadata"]["labels"]["app"].as<std::string>());
+    const YAML::Node container = pod["spec"]["containers"][0];
+    const std::string program = container["command"][0].as<std::string>();
+    for (const YAML::Node& word : container["command"]) {
+      const std::string option = word.as<std::string>();
+      if (absl::StartsWith(option, "--")) {
+        EXPECT_NE(daemons.named(program).get_option_no_throw(option), nullptr) << option;
+      }
+    }
+    const std::string metrics = program == kCoordinatorName ? daemons.coordinator_arguments.metrics_address
+                                                            : daemons.server_arguments.metrics_address;
+    EXPECT_EQ(metrics, absl::StrCat("0.0.0.0:", ports_of(container)["metrics"]));
+    for (const auto& [probe, path] :
+         {std::pair("readinessProbe", "/readyz"), std::pair("livenessProbe", "/healthz")}) {
+      EXPECT_EQ(container[probe]["httpGet"]["path"].as<std::string>(), path);
+      EXPECT_EQ(container[probe]["httpGet"]["port"].as<std::string>(), "metrics");
+    }
+    EXPECT_TRUE(container["resources"]["requests"]["memory"]);
+    expect_known_variables(YAML::Dump(container));
+  }
+}
+
+TEST_F(KubernetesTest, ServicesLeadToPods) {
+  std::map<std::string, std::map<std::string, int>> ports_by_app;
+  for (const YAML::Node& workload : workloads()) {
+    const YAML::Node pod = workload["spec"]["template"];
+    ports_by_app[pod["metadata"]["labels"]["app"].as<std::string>()] = ports_of(pod["spec"]["containers"][0]);
+  }
+  for (const auto& [name, service] : objects_["Service"]) {
+    const std::string app = service["spec"]["selector"]["app"].as<std::string>();
+    for (const YAML::Node& port : service["spec"]["ports"]) {
+      EXPECT_TRUE(ports_by_app[app].contains(port["targetPort"].as<std::string>())) << name;
+    }
+  }
+  EXPECT_TRUE(objects_["Service"].contains(workloads()[1]["spec"]["serviceName"].as<std::string>()));
+}
+
+TEST_F(KubernetesTest, ConfigurationFitsTheManifests) {
+  Daemons daemons;
+  daemons.parse(deploy("kubernetes/tessera.toml"));
+  for (const std::string& peer : daemons.server_arguments.dds.network.peers) {
+    ASSERT_TRUE(objects_["Service"].contains(peer)) << peer;
+    const YAML::Node spec = objects_["Service"][peer]["spec"];
+    EXPECT_EQ(spec["clusterIP"].as<std::string>(), "None") << "a peer's name must stand for pods";
+    EXPECT_TRUE(spec["publishNotReadyAddresses"].as<bool>());
+  }
+  EXPECT_EQ(workloads()[1]["spec"]["replicas"].as<std::uint32_t>(),
+            daemons.coordinator_arguments.coordinator.servers_wanted);
+  EXPECT_EQ(
+      workloads()[1]["spec"]["template"]["spec"]["containers"][0]["resources"]["limits"]["cpu"].as<int>(),
+      daemons.server_arguments.server.threads);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,62 @@
+#include "transport/dds_network.h"
+
+#include <absl/cleanup/cleanup.h>
+#include <arpa/inet.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <tinyxml2.h>
+
+#include <array>
+#include <cstdlib>
+#include <set>
+
+#include "transport/dds_domain.h"
+
+namespace tessera {
+namespace {
+
+// Of datagrams of 64 KB a real network loses too many.
+constexpr std::array kLoopbackOnly = {"MaxMessageSize", "MaxRexmitMessageSize", "FragmentSize"};
+
+std::set<std::string> addresses_of(const std::string& host) {
+  addrinfo hints{};
+  hints.ai_family = AF_INET;  // as Cyclone DDS speaks it
+  hints.ai_socktype = SOCK_DGRAM;
+  addrinfo* found = nullptr;
+  if (getaddrinfo(host.c_str(), nullptr, &hints, &found) != 0) return {};
+  const absl::Cleanup free_found = [found] { freeaddrinfo(found); };
+  std::set<std::string> addresses;
+  for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
+    char text[INET_ADDRSTRLEN];
+    const auto* address = reinterpret_cast<const sockaddr_in*>(one->ai_addr);
+    addresses.insert(inet_ntop(AF_INET, &address->sin_addr, text, sizeof text));
+  }
+  return addresses;
+}
+
+}  // namespace
+
+std::string dds_configuration(const DdsNetwork& network) {
+  tinyxml2::XMLDocument document;
+  document.Parse(kDefaultDdsConfig);
+  tinyxml2::XMLElement* domain = document.RootElement()->FirstChildElement("Domain");
+  tinyxml2::XMLElement* general = domain->FirstChildElement("General");
+  if (network.interface != DdsNetwork().interface) {
+    general->FirstChildElement("Interfaces")
+        ->FirstChildElement("NetworkInterface")
+        ->SetAttribute("name", network.interface.c_str());
+    for (const char* name : kLoopbackOnly) general->DeleteChild(general->FirstChildElement(name));
+  }
+  tinyxml2::XMLElement* peers = domain->FirstChildElement("Discovery")->FirstChildElement("Peers");
+  peers->DeleteChildren();
+  for (const std::string& host : network.peers) {
+    for (const std::string& address : addresses_of(host)) {
+      peers->InsertNewChildElement("Peer")->SetAttribute("Address", address.c_str());
+    }
+  }
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  return printer.CStr();
+}
+
+}  // namespace tessera
