@@ -125,7 +125,7 @@ class UpTest : public ::testing::Test {
   void start() {
     ASSERT_TRUE(up_.await_output("a cluster is up")) << up_.output();
     daemons_ = children_of(up_.process().pid());
-    EXPECT_EQ(daemons_.size(), 3u);
+    EXPECT_EQ(daemons_.size(), 4u) << "a coordinator, two servers, the page";
     for (const pid_t daemon : daemons_) descriptors_.push_back(cli::open_process(daemon));
   }
   void expect_all_end() {

@@ -67,6 +67,7 @@ class Settings:
     shuffle: int = 0  # not 0: a seed; sectors change servers at random
     solver_iterations: int = 12  # passes over the contacts of an island, 1 to 1000
     substeps: int = 4  # small steps that these passes are divided among, 1 to 64
+    adapt: bool = True  # fewer of them where an island carries little, more where it carries much
     warm_starting: float = 0.85  # of Bullet's own solver: share of the last impulses, 0 to 1
     split_from: float = 0.04  # of Bullet's own solver, m: deeper overlaps leave no velocity
     friction_in_two_directions: bool = True
