@@ -52,18 +52,6 @@ absl::Status in(const Target& target, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(target.title(), ": ", status.message()));
 }
 
-const char* name_of(Motion motion) {
-  switch (motion) {
-    case Motion::kStatic:
-      return "static";
-    case Motion::kDynamic:
-      return "dynamic";
-    case Motion::kKinematic:
-      break;
-  }
-  return "kinematic";
-}
-
 // A dynamic body, which is the only kind that impulses and forces move.
 absl::StatusOr<Target> dynamic_target(const v1::BodyRef& reference, const WorldRegistry& world) {
   absl::StatusOr<Target> body = target(reference, world);

@@ -1,7 +1,7 @@
 #include "experiments/plain_world.h"
 
 #include "lpss/engine/load_engine.h"
-#include "lpss/seam/island_graph.h"
+#include "lpss/engine/disjoint_sets.h"
 #include "lpss/world/gravity.h"
 #include "lpss/world/share.h"
 #include "lpss/world/simulation.h"

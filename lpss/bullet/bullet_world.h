@@ -4,14 +4,12 @@
 // and sleeping are loops of ours, so that nothing in them depends on the order in which bodies came to be
 // here. What makes the bits free of history:
 //   * The unique id of a body's broadphase proxy is its BodyId, so the two sides of a pair are always the
-//   same.
+//     same.
 //   * A pair is looked at when the tight boxes of its bodies overlap, and forgets its points when they do
-//   not.
-//     Bullet's broadphase alone would keep a pair while its padded boxes overlap, which are a matter of
+//     not. Bullet's broadphase alone would keep a pair while its padded boxes overlap, which are a matter of
 //     history.
 //   * The boxes are functions of the bodies' states: pose and prediction at detect(), pose alone for bodies
-//   that
-//     are asleep or were just set.
+//     that are asleep or were just set.
 //   * Compounds have an algorithm of our own (compound_algorithm.h).
 //   * Sweeps and rays look at bodies in the order of their ids, and sweeps see all others unmoved.
 //   * Manifolds are handed out sorted.
@@ -132,5 +130,9 @@ class BulletWorld final : public SectorWorld {
 
   mutable bool boxes_are_old_ = false;  // bodies moved since their boxes were made
 };
+
+// What a task's body is in Bullet.
+inline Body& body_of(const WorldBody& body) { return static_cast<BulletWorld*>(body.world)->body(body.slot); }
+inline btRigidBody& rigid_of(const WorldBody& body) { return body_of(body).rigid; }
 
 }  // namespace tessera::bullet

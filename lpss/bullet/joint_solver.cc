@@ -11,7 +11,7 @@
 
 #include "lpss/bullet/conversions.h"
 #include "lpss/grid/invariant.h"
-#include "lpss/seam/island_graph.h"
+#include "lpss/engine/disjoint_sets.h"
 
 namespace tessera::bullet {
 namespace {

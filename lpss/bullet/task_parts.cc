@@ -5,14 +5,10 @@
 
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/island_needs.h"
-#include "lpss/seam/island_graph.h"
+#include "lpss/engine/disjoint_sets.h"
 
 namespace tessera::bullet {
 namespace {
-
-btRigidBody& rigid_of(const WorldBody& body) {
-  return static_cast<BulletWorld*>(body.world)->body(body.slot).rigid;
-}
 
 // While it lives, the bodies of a task and their clones know their places in it.
 class Places {

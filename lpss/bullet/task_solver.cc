@@ -11,10 +11,6 @@
 namespace tessera::bullet {
 namespace {
 
-Body& body_of(const WorldBody& body) { return static_cast<BulletWorld*>(body.world)->body(body.slot); }
-
-btRigidBody& rigid_of(const WorldBody& body) { return body_of(body).rigid; }
-
 JointSide side_of(const btRigidBody& rigid) {
   const btTransform& pose = rigid.getWorldTransform();
   return {{to_eigen(pose.getOrigin()), Eigen::Quaterniond(to_eigen(pose.getBasis())).normalized()},

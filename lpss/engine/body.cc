@@ -2,6 +2,18 @@
 
 namespace tessera {
 
+const char* name_of(Motion motion) {
+  switch (motion) {
+    case Motion::kStatic:
+      return "static";
+    case Motion::kDynamic:
+      return "dynamic";
+    case Motion::kKinematic:
+      break;
+  }
+  return "kinematic";
+}
+
 Eigen::Quaterniond quaternion_of(const BodyState& state) {
   const Eigen::Matrix3d rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(state.rotation.data());
   return Eigen::Quaterniond(rotation).normalized();

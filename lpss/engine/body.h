@@ -32,6 +32,8 @@ inline constexpr std::uint64_t kBodyIdMax = std::numeric_limits<std::int32_t>::m
 
 enum class Motion : std::uint8_t { kStatic, kDynamic, kKinematic };
 
+const char* name_of(Motion motion);  // "static", "dynamic", "kinematic"
+
 // What does not change while a body lives. The *centre frame* of a body has its origin in the centre of mass
 // and its axes along the principal axes of inertia: the frame that engines integrate in. States are those of
 // the centre frame; clients see the body frame.

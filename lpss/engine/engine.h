@@ -24,8 +24,8 @@
 
 #include "lpss/engine/body.h"
 #include "lpss/engine/joint.h"
+#include "lpss/engine/precision.h"
 #include "lpss/engine/shape.h"
-#include "lpss/world/world_description.h"
 
 namespace tessera {
 

@@ -15,13 +15,13 @@ int clamped(double value) {
 
 }  // namespace
 
-SeamMargins seam_margins(const WorldSettings& settings, double radius_max) {
+SeamMargins seam_margins(double sector_size, double time_step, double radius_max) {
   SeamMargins margins;
-  margins.sector_size = settings.sector_size;
-  margins.hysteresis = settings.sector_size * kHysteresisShare;
+  margins.sector_size = sector_size;
+  margins.hysteresis = sector_size * kHysteresisShare;
   // Two ticks pass between the tick that carries a body over its border and the one that changes its home.
-  const double late = std::min(2 * settings.time_step * kSeamSpeed, settings.sector_size / 4);
-  margins.reach = std::min(radius_max, settings.sector_size / 2) + margins.hysteresis + late;
+  const double late = std::min(2 * time_step * kSeamSpeed, sector_size / 4);
+  margins.reach = std::min(radius_max, sector_size / 2) + margins.hysteresis + late;
   return margins;
 }
 

@@ -6,7 +6,7 @@
 
 #include "lpss/engine/body.h"
 #include "lpss/seam/offset_set.h"
-#include "lpss/world/world_description.h"
+#include "lpss/seam/seam_policy.h"
 
 namespace tessera {
 
@@ -23,8 +23,9 @@ struct SeamMargins {
 // The fastest body (m/s) in contact whose late change of home is covered by `reach`.
 inline constexpr double kSeamSpeed = 50;
 
-// The margins of a world whose largest dynamic or kinematic body has the radius `radius_max` m.
-SeamMargins seam_margins(const WorldSettings& settings, double radius_max);
+// The margins of a world of sectors of `sector_size` m and ticks of `time_step` s, whose largest dynamic or
+// kinematic body has the radius `radius_max` m.
+SeamMargins seam_margins(double sector_size, double time_step, double radius_max);
 
 // The sectors, relative to the body's home and without the home itself, that `swept` (m, relative to the home
 // sector's centre) comes so near to that a body living there could touch it.

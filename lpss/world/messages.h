@@ -21,7 +21,7 @@
 #include "lpss/engine/body.h"
 #include "lpss/engine/engine.h"
 #include "lpss/engine/joint.h"
-#include "lpss/seam/island_graph.h"
+#include "lpss/seam/island_part.h"
 #include "lpss/seam/offset_set.h"
 
 namespace tessera {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "lpss/grid/sector_index.h"
-#include "lpss/seam/island_graph.h"
+#include "lpss/seam/island_part.h"
 #include "lpss/world/messages.h"
 
 namespace tessera {

@@ -13,7 +13,7 @@
 
 #include "lpss/engine/engine.h"
 #include "lpss/grid/sector_index.h"
-#include "lpss/seam/island_graph.h"
+#include "lpss/seam/island_part.h"
 #include "lpss/seam/offset_set.h"
 
 namespace tessera {

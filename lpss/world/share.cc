@@ -45,7 +45,7 @@ Share::Share(Options options, Engine& engine)
     : options_(std::move(options)),
       engine_(engine),
       phase_clock_(options_.time),
-      margins_(seam_margins(options_.settings, 0)),
+      margins_(seam_margins(options_.settings.sector_size, options_.settings.time_step, 0)),
       statics_(options_.settings.sector_size),
       solvers_(engine) {}
 

@@ -34,7 +34,7 @@ double Share::radius_of(const BodyProperties& properties) const {
 void Share::expect_radius(double radius) {
   if (radius <= radius_max_) return;
   radius_max_ = radius;
-  margins_ = seam_margins(options_.settings, radius_max_);
+  margins_ = seam_margins(options_.settings.sector_size, options_.settings.time_step, radius_max_);
   margins_changed_ = true;
 }
 

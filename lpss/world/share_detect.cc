@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "lpss/engine/disjoint_sets.h"
 #include "lpss/world/gravity.h"
 #include "lpss/world/share.h"
 

@@ -3,6 +3,7 @@
 #include <bit>
 #include <numeric>
 
+#include "lpss/engine/disjoint_sets.h"
 #include "lpss/grid/invariant.h"
 #include "lpss/world/share.h"
 

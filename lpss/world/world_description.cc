@@ -2,32 +2,14 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <algorithm>
-#include <iterator>
-
 namespace tessera {
 namespace {
-
-constexpr const char* kPrecisionNames[] = {"f32", "f64"};
-constexpr const char* kSeamsNames[] = {"island", "clone"};
-
-template <typename T, std::size_t n>
-std::optional<T> named(const char* const (&names)[n], const std::string& name) {
-  const auto found = std::find(std::begin(names), std::end(names), name);
-  if (found == std::end(names)) return std::nullopt;
-  return static_cast<T>(found - std::begin(names));
-}
 
 absl::Status in(const std::string& what, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
 }
 
 }  // namespace
-
-const char* name_of(Precision precision) { return kPrecisionNames[static_cast<int>(precision)]; }
-const char* name_of(SeamPolicy seams) { return kSeamsNames[static_cast<int>(seams)]; }
-std::optional<Precision> precision_named(const std::string& name) { return named<Precision>(kPrecisionNames, name); }
-std::optional<SeamPolicy> seams_named(const std::string& name) { return named<SeamPolicy>(kSeamsNames, name); }
 
 absl::Status move_by(WorldDescription& world, const SectorOffset& offset) {
   const absl::StatusOr<SectorIndex> anchor = translated(world.anchor, offset);

@@ -12,24 +12,12 @@
 
 #include "lpss/engine/body.h"
 #include "lpss/engine/joint.h"
+#include "lpss/engine/precision.h"
 #include "lpss/engine/shape.h"
 #include "lpss/grid/world_position.h"
+#include "lpss/seam/seam_policy.h"
 
 namespace tessera {
-
-enum class Precision : std::uint8_t { kFloat32, kFloat64 };
-
-// What happens at a border between sectors.
-enum class SeamPolicy : std::uint8_t {
-  kIsland,  // contacts are found in sectors, islands are solved whole, over any number of them
-  kClone,   // the paper's Cloning Manager: every sector solves its own bodies and its clones
-};
-
-// As files and people write them: "f32" and "f64", "island" and "clone". Nothing for another name.
-const char* name_of(Precision precision);
-const char* name_of(SeamPolicy seams);
-std::optional<Precision> precision_named(const std::string& name);
-std::optional<SeamPolicy> seams_named(const std::string& name);
 
 // The same acceleration everywhere, in m/s^2.
 struct UniformGravity {

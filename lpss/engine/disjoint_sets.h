@@ -1,12 +1,9 @@
-// Which bodies belong together: connected components over contacts, and the parts of islands that sectors know.
+// Connected components: which bodies belong together over contacts and joints.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <numeric>
 #include <vector>
-
-#include "lpss/engine/body.h"
 
 namespace tessera {
 
@@ -32,16 +29,6 @@ class DisjointSets {
 
  private:
   std::vector<std::size_t> parent_;
-};
-
-// A part of an island: bodies that touch one another and are known to one sector, or one server.
-struct IslandPart {
-  std::vector<BodyId> links;  // bodies by which other parts may belong to the same island
-  BodyId first;               // the smallest id of its own bodies: the part's name
-  std::uint32_t bodies = 0;   // own dynamic bodies
-  std::uint32_t contacts = 0;
-  bool any_awake = false;
-  bool all_drowsy = true;     // every own body is ready to sleep or asleep
 };
 
 }  // namespace tessera

@@ -1,0 +1,19 @@
+// What happens at a border between sectors.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace tessera {
+
+enum class SeamPolicy : std::uint8_t {
+  kIsland,  // contacts are found in sectors, islands are solved whole, over any number of them
+  kClone,   // the paper's Cloning Manager: every sector solves its own bodies and its clones
+};
+
+// As files and people write it: "island" and "clone". Nothing for another name.
+const char* name_of(SeamPolicy seams);
+std::optional<SeamPolicy> seams_named(std::string_view name);
+
+}  // namespace tessera
