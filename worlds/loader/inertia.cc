@@ -82,6 +82,15 @@ PrincipalInertia principal_inertia(const Eigen::Matrix3d& tensor) {
   return {solver.eigenvalues(), Eigen::Quaterniond(axes).normalized()};
 }
 
+absl::Status check_inertia(const Eigen::Vector3d& moments, const Eigen::Vector3d& products) {
+  const im::MassMatrix3d matrix(1, im::eigen3::convert(moments), im::eigen3::convert(products));
+  if (matrix.IsValid()) return absl::OkStatus();
+  const im::Vector3d principal = matrix.PrincipalMoments();
+  return absl::InvalidArgumentError(
+      absl::StrCat("the principal moments ", principal.X(), ", ", principal.Y(), " and ", principal.Z(),
+                   " kg m^2 must be above 0, and none larger than the other two together"));
+}
+
 void set_inertia(const im::Inertiald& inertial, BodyProperties& properties) {
   const im::Matrix3d moi = inertial.MassMatrix().Moi();
   Eigen::Matrix3d tensor;

@@ -1,6 +1,7 @@
 // Mass properties: from the tensor of a file to the principal moments that engines want.
 #pragma once
 
+#include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
 #include <Eigen/Core>
@@ -19,6 +20,10 @@ struct PrincipalInertia {
   Eigen::Quaterniond axes;
 };
 PrincipalInertia principal_inertia(const Eigen::Matrix3d& tensor);
+
+// INVALID_ARGUMENT unless the moments and products of inertia (kg m^2: xx yy zz, and xy xz yz) are those of a body:
+// principal moments above 0, and none larger than the other two together.
+absl::Status check_inertia(const Eigen::Vector3d& moments, const Eigen::Vector3d& products);
 
 // Puts mass, moments, centre of mass and principal axes into `properties`. `inertial` is in the link's frame.
 void set_inertia(const ignition::math::Inertiald& inertial, BodyProperties& properties);

@@ -13,6 +13,7 @@
 
 #include "lpss/world/limits.h"
 #include "worlds/loader/file_search.h"
+#include "worlds/loader/inertia.h"
 #include "worlds/loader/joint_reader.h"
 #include "worlds/loader/sdf_parser.h"
 #include "worlds/loader/urdf.h"
@@ -58,12 +59,43 @@ constexpr std::array<absl::string_view, 13> kNumbers = {"mass",
                                                         "restitution_coefficient"};
 constexpr std::array<absl::string_view, 4> kSizes = {"size", "radius", "length", "radii"};
 
+// The children that are not there have the values that SDF gives them.
+absl::StatusOr<Eigen::Vector3d> three_numbers(const Element& parent, const std::array<const char*, 3>& names,
+                                              double otherwise) {
+  Eigen::Vector3d numbers = Eigen::Vector3d::Constant(otherwise);
+  for (std::size_t n = 0; n < names.size(); ++n) {
+    const Element* child = parent.FirstChildElement(names[n]);
+    if (child == nullptr) continue;
+    const absl::StatusOr<double> number = xml::number_of(*child);
+    if (!number.ok()) return number.status();
+    numbers[static_cast<Eigen::Index>(n)] = *number;
+  }
+  return numbers;
+}
+
+absl::Status check_inertia(const Element& inertia) {
+  const absl::StatusOr<Eigen::Vector3d> moments = three_numbers(inertia, {"ixx", "iyy", "izz"}, 1);
+  if (!moments.ok()) return moments.status();
+  const absl::StatusOr<Eigen::Vector3d> products = three_numbers(inertia, {"ixy", "ixz", "iyz"}, 0);
+  if (!products.ok()) return products.status();
+  const absl::Status status = check_inertia(*moments, *products);
+  return status.ok() ? status : xml::invalid(inertia, status.message());
+}
+
+absl::Status check_mass(const Element& mass, double kilograms) {
+  // Of a static body it may be 0: nobody asks.
+  if (kilograms >= 0) return absl::OkStatus();
+  return xml::invalid(mass, "mass = ", kilograms, " kg must be at least ", kMassMin, " kg");
+}
+
 absl::Status check_numbers(const Element& element) {
   if (xml::is(element, "pose")) return xml::pose_of(element).status();
+  if (xml::is(element, "inertia")) return check_inertia(element);
   const bool is_size = is_one_of(element, kSizes);
   if (!is_size && !is_one_of(element, kNumbers)) return absl::OkStatus();
   const absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(element, xml::text_of(element));
   if (!numbers.ok()) return numbers.status();
+  if (xml::is(element, "mass") && !numbers->empty()) return check_mass(element, numbers->front());
   const Element* parent = element.Parent()->ToElement();
   // The size of a plane is for the eye; physics has no end to it.
   if (!is_size || parent == nullptr || xml::is(*parent, "plane")) return absl::OkStatus();
