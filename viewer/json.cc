@@ -44,42 +44,6 @@ json kind_of(const HeightField& field) {
           {"heights", field.heights}};
 }
 
-const char* name_of(Motion motion) {
-  switch (motion) {
-    case Motion::kStatic:
-      return "static";
-    case Motion::kDynamic:
-      return "dynamic";
-    case Motion::kKinematic:
-      return "kinematic";
-  }
-  return "";
-}
-
-json described(const ServerStatus& server) {
-  return {{"node", absl::StrCat(absl::Hex(server.node))},
-          {"address", server.stream_address},
-          {"precision", tessera::name_of(server.precision)},
-          {"threads", server.threads},
-          {"tick", server.tick},
-          {"bodies", server.bodies},
-          {"sectors", server.sectors},
-          {"sectors_awake", server.sectors_awake},
-          {"clones", server.clones},
-          {"memory", server.peak_rss_bytes},
-          {"tick_ms", {server.tick_ms_p50, server.tick_ms_p99, server.tick_ms_max}},
-          {"exchange_bytes", server.exchange_bytes},
-          {"takes_part", server.takes_part},
-          {"suspect", server.suspect}};
-}
-
-json described(const WorldSettings& settings) {
-  return {{"precision", tessera::name_of(settings.precision)},
-          {"sector_size", settings.sector_size},
-          {"time_step", settings.time_step},
-          {"seams", tessera::name_of(settings.seams)}};
-}
-
 }  // namespace
 
 json to_json(const SectorIndex& sector) {
@@ -113,30 +77,6 @@ json to_json(const FoundBody& body) {
           {"centre", properties.centre},
           {"friction", properties.friction},
           {"restitution", properties.restitution}};
-}
-
-json to_json(const ClusterStatus& status) {
-  json servers = json::array();
-  for (const ServerStatus& server : status.servers) servers.push_back(described(server));
-  json all = {{"state", status.state},
-              {"world", status.world},
-              {"tick", status.tick},
-              {"time", status.time},
-              {"real_time_factor", status.real_time_factor},
-              {"bodies", status.bodies},
-              {"bodies_awake", status.bodies_awake},
-              {"bodies_stopped", status.bodies_stopped},
-              {"sectors", status.sectors},
-              {"clones", status.clones},
-              {"contacts", status.contacts},
-              {"islands_across_seams", status.islands_across_seams},
-              {"islands_shipped", status.islands_shipped},
-              {"islands_cut", status.islands_cut},
-              {"tick_ms", {status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max}},
-              {"failure", status.failure},
-              {"servers", std::move(servers)}};
-  if (status.settings) all["settings"] = described(*status.settings);
-  return all;
 }
 
 absl::StatusOr<Eigen::Vector3d> vector_from(const json& given) {

@@ -18,7 +18,6 @@ nlohmann::json to_json(const Eigen::Vector3d& vector);
 nlohmann::json to_json(const WorldPosition& position);  // {"sector": ["i", "j", "k"], "local": [x, y, z]}
 nlohmann::json to_json(const Shape& shape);
 nlohmann::json to_json(const FoundBody& body);
-nlohmann::json to_json(const ClusterStatus& status);
 
 // INVALID_ARGUMENT where something is missing or of another type.
 absl::StatusOr<WorldPosition> position_from(const nlohmann::json& json);

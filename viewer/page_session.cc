@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "client_sdk/src/status_json.h"
 #include "viewer/json.h"
 #include "viewer/page_requests.h"
 

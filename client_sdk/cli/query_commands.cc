@@ -11,6 +11,7 @@
 #include "client_sdk/cli/interrupt.h"
 #include "client_sdk/cli/terminal.h"
 #include "client_sdk/cli/text.h"
+#include "client_sdk/src/status_json.h"
 
 namespace tessera::cli {
 namespace {
@@ -57,42 +58,6 @@ std::string to_text(const ClusterStatus& status) {
   std::vector<bool> right(rows.front().size(), true);
   right[0] = right[1] = false;
   return text + table(rows, right);
-}
-
-nlohmann::json to_json(const ClusterStatus& status) {
-  nlohmann::json servers = nlohmann::json::array();
-  for (const ServerStatus& server : status.servers) {
-    servers.push_back({{"node", server.node},
-                       {"stream_address", server.stream_address},
-                       {"engine", name_of(server.precision)},
-                       {"threads", server.threads},
-                       {"takes_part", server.takes_part},
-                       {"suspect", server.suspect},
-                       {"tick", server.tick},
-                       {"bodies", server.bodies},
-                       {"sectors", server.sectors},
-                       {"sectors_awake", server.sectors_awake},
-                       {"clones", server.clones},
-                       {"exchange_bytes", server.exchange_bytes},
-                       {"peak_rss_bytes", server.peak_rss_bytes}});
-  }
-  return {
-      {"state", status.state},
-      {"failure", status.failure},
-      {"world", status.world},
-      {"tick", status.tick},
-      {"time", status.time},
-      {"real_time_factor", status.real_time_factor},
-      {"bodies", status.bodies},
-      {"bodies_awake", status.bodies_awake},
-      {"sectors", status.sectors},
-      {"clones", status.clones},
-      {"contacts", status.contacts},
-      {"islands_across_seams", status.islands_across_seams},
-      {"islands_shipped", status.islands_shipped},
-      {"islands_cut", status.islands_cut},
-      {"tick_ms", {{"p50", status.tick_ms_p50}, {"p99", status.tick_ms_p99}, {"max", status.tick_ms_max}}},
-      {"servers", std::move(servers)}};
 }
 
 absl::Status show_status(Client& client, bool live, nlohmann::json& data) {
@@ -204,9 +169,7 @@ void add_find(CLI::App& app, Action& action) {
       data["bodies"].push_back({{"id", body.id.value}, {"name", body.name}});
       const bool dynamic = body.properties.motion == Motion::kDynamic;
       rows.push_back({absl::StrCat(body.id.value), body.name,
-                      dynamic                                     ? "dynamic"
-                      : body.properties.motion == Motion::kStatic ? "static"
-                                                                  : "kinematic",
+                      name_of(body.properties.motion),
                       dynamic ? absl::StrFormat("%g kg", body.properties.mass) : ""});
     }
     absl::PrintF("%s%s", table(rows, {true, false, false, true}), found->truncated ? "and more\n" : "");

@@ -19,7 +19,7 @@ export function fill(list, facts) {
 }
 
 const megabytes = (bytes) => `${number(bytes / 1e6)} MB`;
-const times = (list) => list.map((ms) => ms.toFixed(2)).join(' / ');
+const times = ({p50, p99, max}) => [p50, p99, max].map((ms) => ms.toFixed(2)).join(' / ');
 
 // One row for each server; a click shows the rest.
 class ServerRow {
@@ -56,12 +56,12 @@ class ServerRow {
     this.load.textContent = `${number(server.bodies)} bodies`;
     fill(this.facts, [
       ['node', server.node],
-      ['streams', server.address],
+      ['streams', server.stream_address],
       ['sectors', `${number(server.sectors)}, ${number(server.sectors_awake)} awake`],
       ['tick p50 / p99 / max', `${times(server.tick_ms)} ms`],
       ['sent to servers', megabytes(server.exchange_bytes)],
-      ['memory', megabytes(server.memory)],
-      ['engine', `${server.precision}, ${server.threads} thread${server.threads === 1 ? '' : 's'}`],
+      ['memory', megabytes(server.peak_rss_bytes)],
+      ['engine', `${server.engine}, ${server.threads} thread${server.threads === 1 ? '' : 's'}`],
     ]);
     this.plot.add(server.bodies, server.clones);
   }
@@ -121,7 +121,7 @@ export class Dashboard {
     const before = this.last;
     this.last = {sent, now};
     this.pace.add(status.state === 'running' ? status.real_time_factor : 0);
-    this.tick.add(status.tick_ms[0], status.tick_ms[1]);
+    this.tick.add(status.tick_ms.p50, status.tick_ms.p99);
     this.awake.add(status.bodies_awake, status.contacts);
     this.clones.add(status.clones);
     this.islands.add(status.islands_across_seams, status.islands_shipped, status.islands_cut);

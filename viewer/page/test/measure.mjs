@@ -48,7 +48,7 @@ async function measure(name, file, watch) {
     await pause(kSeconds);
     const seen = await watcher.end();
     await tessera(cluster.address, 'pause');
-    const {tick_ms: [p50, p99], tick} = await status(cluster.url);
+    const {tick_ms: {p50, p99}, tick} = await status(cluster.url);
     const start = performance.now();
     await tessera(cluster.address, 'step', String(kTicks));
     const fast = (performance.now() - start) / kTicks;
