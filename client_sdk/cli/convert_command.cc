@@ -1,4 +1,5 @@
 // tessera convert: a world file, with what the command line changes of it, as a message.
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include <memory>
@@ -18,6 +19,10 @@ struct ConvertOptions {
 };
 
 absl::Status convert(const ConvertOptions& options) {
+  if (options.output.extension() != ".pb") {
+    return absl::InvalidArgumentError(
+        absl::StrCat(options.output.string(), ": the name must end in .pb, by which a message is known"));
+  }
   const absl::StatusOr<LoadedWorld> loaded = load_world(options.world, options.overrides);
   if (!loaded.ok()) return loaded.status();
   if (absl::Status status = write_world_message(options.output, loaded->world); !status.ok()) return status;
