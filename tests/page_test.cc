@@ -2,6 +2,8 @@
 #include <absl/strings/str_cat.h>
 #include <signal.h>
 
+#include <algorithm>
+
 #include "tests/cluster_fixture.h"
 
 namespace tessera {
@@ -21,6 +23,18 @@ TEST(PageTest, UpWithAWorldNamesItsPageAndEndsWithIt) {
   up.process().signal(SIGINT);
   EXPECT_EQ(up.wait(), 0) << up.output();
   for (const pid_t child : children) EXPECT_FALSE(runs(child));
+}
+
+TEST(PageTest, ClusterGoesOnWithoutItsPage) {
+  Program up("tessera", {"up", "--listen", "127.0.0.1:0", "--page", "127.0.0.1:0"});
+  ASSERT_TRUE(up.await_output("try: tessera load")) << up.output();
+  const std::vector<pid_t> children = children_of(up.process().pid());
+  ASSERT_EQ(children.size(), 4u);
+  const pid_t page = *std::max_element(children.begin(), children.end());  // the last that was started
+  kill(page, SIGKILL);
+  ASSERT_TRUE(up.await_output("the page is lost; the cluster goes on: tessera-viewer")) << up.output();
+  up.process().signal(SIGINT);
+  EXPECT_EQ(up.wait(), 0) << up.output();
 }
 
 TEST(PageTest, PortInUseIsAnErrorOnlyWhereItWasAskedFor) {

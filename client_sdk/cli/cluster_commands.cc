@@ -62,7 +62,9 @@ absl::Status up(UpOptions options) {
     if (absl::Status status = (*cluster)->attend(load); !status.ok()) return status;
     std::fflush(stdout);
   }
-  return (*cluster)->wait_for_interrupt();
+  return (*cluster)->wait_for_interrupt([](const std::string& why) {
+    absl::FPrintF(stderr, "%s; the cluster goes on: %s\n", coloured("the page is lost", Colour::kRed), why);
+  });
 }
 
 void add_up(CLI::App& app, Action& action) {

@@ -200,14 +200,23 @@ absl::Status LocalCluster::wait_until_ended(absl::Duration timeout) {
   return absl::OkStatus();
 }
 
-absl::Status LocalCluster::wait_for_interrupt() {
+absl::Status LocalCluster::wait_for_interrupt(const std::function<void(const std::string&)>& page_lost) {
   std::vector<int> descriptors = {options_.interrupt_descriptor};
   for (const ChildProcess& daemon : daemons_) descriptors.push_back(daemon.descriptor());
-  std::optional<std::size_t> event;
-  while (!event) event = wait_readable(descriptors, kForever);
-  if (*event == 0) return absl::OkStatus();
-  const std::optional<int> end = daemons_.at(*event - 1).ended();
-  return end == 0 ? absl::OkStatus() : failure();
+  if (page_) descriptors.push_back(page_->descriptor());
+  for (;;) {
+    const std::optional<std::size_t> event = wait_readable(descriptors, kForever);
+    if (!event) continue;
+    if (*event == 0) return absl::OkStatus();
+    if (*event > daemons_.size()) {
+      page_->ended();
+      page_lost(page_->epitaph());
+      descriptors.pop_back();
+      continue;
+    }
+    const std::optional<int> end = daemons_[*event - 1].ended();
+    return end == 0 ? absl::OkStatus() : failure();
+  }
 }
 
 void LocalCluster::stop(absl::Duration patience) {

@@ -69,7 +69,8 @@ class LocalCluster {
   absl::Status wait_until_ended(absl::Duration timeout);
 
   // Waits, without any limit, until the user interrupts (OK) or a daemon ends (UNAVAILABLE; OK if in order).
-  absl::Status wait_for_interrupt();
+  // If the page ends, `page_lost` is told why, and the cluster goes on.
+  absl::Status wait_for_interrupt(const std::function<void(const std::string&)>& page_lost);
 
   // Asks all daemons to end (SIGTERM), and ends those that have not within `patience`.
   void stop(absl::Duration patience = absl::Seconds(5));
