@@ -6,7 +6,6 @@ namespace tessera {
 namespace {
 
 using namespace tessera::testing;
-using ::testing::HasSubstr;
 
 TEST(CApiTest, KeepsItsPromises) {
   const std::filesystem::path folder = cli::make_temporary_folder().value();
@@ -17,15 +16,6 @@ TEST(CApiTest, KeepsItsPromises) {
   Program program("c_api_program", {cluster.processes->address(), world.string()});
   EXPECT_EQ(program.wait(), 0) << program.output();
   std::filesystem::remove_all(folder);
-}
-
-TEST(CApiTest, ExampleRunsAgainstACluster) {
-  const Cluster cluster = start_cluster(2);
-  ASSERT_TRUE(cluster.client);
-  ASSERT_THAT(cluster.client->load(read_world("falling.sdf")).status(), IsOk());
-  Program hello("tessera-hello-c", {cluster.processes->address()});
-  EXPECT_EQ(hello.wait(), 0) << hello.output();
-  EXPECT_THAT(hello.output(), HasSubstr("60: "));
 }
 
 }  // namespace

@@ -223,14 +223,19 @@ TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
   EXPECT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
 }
 
-TEST(HelloTest, RunsAgainstACluster) {
+class HelloTest : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(HelloTest, RunsAgainstACluster) {
   const Cluster cluster = start_cluster(2);
   ASSERT_TRUE(cluster.client);
   ASSERT_THAT(cluster.client->load(read_world("falling.sdf")).status(), IsOk());
-  Program hello("tessera-hello", {cluster.processes->address()});
+  Program hello(GetParam(), {cluster.processes->address()});
   EXPECT_EQ(hello.wait(), 0) << hello.output();
   EXPECT_THAT(hello.output(), HasSubstr("60: "));
 }
+
+INSTANTIATE_TEST_SUITE_P(, HelloTest, ::testing::Values("tessera-hello", "tessera-hello-c"),
+                         [](const auto& tested) { return tested.index == 0 ? "Cpp" : "C"; });
 
 }  // namespace
 }  // namespace tessera
