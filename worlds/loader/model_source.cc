@@ -73,7 +73,7 @@ absl::StatusOr<Eigen::Vector3d> three_numbers(const Element& parent, const std::
   return numbers;
 }
 
-absl::Status check_inertia(const Element& inertia) {
+absl::Status check_inertia_numbers(const Element& inertia) {
   const absl::StatusOr<Eigen::Vector3d> moments = three_numbers(inertia, {"ixx", "iyy", "izz"}, 1);
   if (!moments.ok()) return moments.status();
   const absl::StatusOr<Eigen::Vector3d> products = three_numbers(inertia, {"ixy", "ixz", "iyz"}, 0);
@@ -90,7 +90,7 @@ absl::Status check_mass(const Element& mass, double kilograms) {
 
 absl::Status check_numbers(const Element& element) {
   if (xml::is(element, "pose")) return xml::pose_of(element).status();
-  if (xml::is(element, "inertia")) return check_inertia(element);
+  if (xml::is(element, "inertia")) return check_inertia_numbers(element);
   const bool is_size = is_one_of(element, kSizes);
   if (!is_size && !is_one_of(element, kNumbers)) return absl::OkStatus();
   const absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(element, xml::text_of(element));
