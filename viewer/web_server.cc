@@ -9,6 +9,7 @@
 #include <mutex>
 #include <utility>
 
+#include "client_sdk/src/status_json.h"
 #include "viewer/json.h"
 
 // The page as one compressed file (page.S).
