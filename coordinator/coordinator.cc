@@ -7,6 +7,7 @@
 
 #include "coordinator/coordinator_impl.h"
 #include "coordinator/limits.h"
+#include "coordinator/recording.h"
 
 namespace tessera {
 
@@ -34,6 +35,7 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
         if (finished_) {
           call.reply(absl::UnavailableError("the coordinator is ending"), {});
         } else {
+          if (options_.inputs) record_on_reply(call, options_.inputs);
           on(call, now);
         }
       },
@@ -147,7 +149,10 @@ void Coordinator::Impl::on_report(Server& server, const v1::Report& report, Nano
   server.tick = std::max(server.tick, report.tick());
   server.bodies = report.bodies();
   server.exchange_bytes = std::max(server.exchange_bytes, report.exchange_bytes());
-  for (const v1::TickReport& tick : report.ticks()) world_->statistics.add(*rank, tick);
+  for (const v1::TickReport& tick : report.ticks()) {
+    const std::optional<TickSums> whole = world_->statistics.add(*rank, tick);
+    if (whole && options_.inputs) options_.inputs(recorded(*whole));
+  }
   if (absl::Status status = world_->sequencer.report(*rank, report.tick()); !status.ok()) {
     fail_world(absl::StrCat(title_of(server), " is out of step: ", status.message()),
                absl::StatusCode::kInternal, now);

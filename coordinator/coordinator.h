@@ -22,6 +22,7 @@
 #include "lpss/grid/sector_map.h"
 #include "lpss/world/messages.h"
 #include "lpss/world/world_description.h"
+#include "recording.pb.h"
 #include "tessera.pb.h"
 #include "transport/link.h"
 
@@ -58,12 +59,16 @@ struct OutgoingMessage {
   v1::ClusterMessage message;
 };
 
+// Told what the state of a world follows from, in the order in which it takes effect.
+using InputSink = std::function<void(const v1::RecordedInput&)>;
+
 struct CoordinatorOptions {
   std::uint32_t servers_wanted = 0;  // a world is loaded on this many of its precision; 0: on all there are
   // Silence after which a server counts as lost. One that stalls and is heard again before has lost nothing.
   Nanoseconds server_timeout = std::chrono::seconds(10);
   Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for wanted servers
   std::uint32_t grant_window = 32;                      // ticks granted ahead of the slowest server
+  InputSink inputs;                                     // empty: ticks are not hashed, and nobody is told
   LogSink log;                                          // told what an operator should know; empty: nobody is
 };
 

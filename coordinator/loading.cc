@@ -106,7 +106,9 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
   for (std::size_t rank = 0; rank < nodes.size(); ++rank) {
     Server& server = *members_.find(nodes[rank]);
     server.tick = server.bodies = server.exchange_bytes = 0;
-    *send(nodes[rank]).mutable_load_world() = std::move(placement->loads[rank]);
+    v1::LoadWorld& message = *send(nodes[rank]).mutable_load_world();
+    message = std::move(placement->loads[rank]);
+    message.set_hash_ticks(static_cast<bool>(options_.inputs));
   }
   log(absl::StrCat("loading the world '", world_->name, "': ", world_->registry.body_count(), " bodies on ",
                    nodes.size(), " servers"));

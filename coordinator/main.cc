@@ -25,6 +25,7 @@
 #include "daemon/log.h"
 #include "daemon/monitor.h"
 #include "daemon/options.h"
+#include "proto/recording_file.h"
 #include "transport/dds_link.h"
 
 namespace tessera {
@@ -88,6 +89,15 @@ bool write_ready_file(const std::string& path, const std::string& address) {
     if (!file.flush()) return false;
   }
   return std::rename(draft.c_str(), path.c_str()) == 0;
+}
+
+// Without a place to write to, the world goes on and the recording ends.
+void record(const v1::RecordedInput& input, std::optional<RecordingWriter>& recording) {
+  if (!recording) return;
+  const absl::Status status = recording->write(input);
+  if (status.ok()) return;
+  spdlog::error("{}: nothing more is recorded", text(status));
+  recording.reset();
 }
 
 // The loop of the one thread that owns link and state machine.
@@ -163,6 +173,16 @@ int run(CoordinatorArguments& arguments) {
     return 1;
   }
   arguments.coordinator.log = write_log;
+  std::optional<RecordingWriter> recording;
+  if (!arguments.record_inputs.empty()) {
+    absl::StatusOr<RecordingWriter> writer = RecordingWriter::create(arguments.record_inputs);
+    if (!writer.ok()) {
+      spdlog::error("{}", text(writer.status()));
+      return 1;
+    }
+    recording = *std::move(writer);
+    arguments.coordinator.inputs = [&recording](const v1::RecordedInput& input) { record(input, recording); };
+  }
   Coordinator coordinator(arguments.coordinator);
   Pulse pulse;
   const absl::StatusOr<std::unique_ptr<Monitor>> monitor = open_monitor(arguments, queue, coordinator, pulse);

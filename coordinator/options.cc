@@ -21,6 +21,9 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
   add_seconds(app, "--server-timeout", coordinator.server_timeout,
               "Silence after which a sector server counts as lost, s", 0.1, 1e6);
   add_metrics_option(app, arguments.metrics_address);
+  app.add_option("--record-inputs", arguments.record_inputs,
+                 "Write worlds, commands and the hash of every tick to this new file, for tessera replay")
+      ->capture_default_str();
   app.add_option("--ready-file", arguments.ready_file, "Write the address for clients here once it serves")
       ->configurable(false);
   add_parent_option(app, arguments.exit_with_parent);

@@ -15,6 +15,7 @@ struct CoordinatorArguments {
   CoordinatorOptions coordinator;
   std::string listen = "127.0.0.1:7300";
   std::string metrics_address;  // empty: no metrics
+  std::string record_inputs;    // empty: nothing is recorded
   std::string ready_file;
   LogOptions log;
   bool exit_with_parent = false;

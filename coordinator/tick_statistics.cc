@@ -58,11 +58,11 @@ TickStatistics::TickStatistics(std::size_t servers) : servers_(servers) {
   invariant(servers <= kServersMax, "a world has at most kServersMax servers");
 }
 
-void TickStatistics::add(std::size_t rank, const v1::TickReport& report) {
+std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickReport& report) {
   if (partial_.size() >= kPartialTicksMax) partial_.erase(partial_.begin());
   TickSums& sums = partial_[report.tick()];
   const std::uint64_t bit = std::uint64_t{1} << rank;
-  if ((sums.heard_from & bit) != 0) return;
+  if ((sums.heard_from & bit) != 0) return std::nullopt;
   sums.heard_from |= bit;
 
   OfServer& server = servers_[rank];
@@ -78,9 +78,12 @@ void TickStatistics::add(std::size_t rank, const v1::TickReport& report) {
   sums.islands_cut += report.islands_cut();
   sums.bodies_awake += report.bodies_awake();
   sums.sectors += report.sectors();
-  if (static_cast<std::size_t>(std::popcount(sums.heard_from)) < servers_.size()) return;
-  complete(sums);
+  sums.hash.add(WorldHash(report.hash_low(), report.hash_high()));
+  if (static_cast<std::size_t>(std::popcount(sums.heard_from)) < servers_.size()) return std::nullopt;
+  const TickSums whole = sums;
   partial_.erase(report.tick());
+  complete(whole);
+  return whole;
 }
 
 void TickStatistics::complete(const TickSums& sums) {

@@ -12,6 +12,7 @@
 
 #include "cluster.pb.h"
 #include "lpss/world/messages.h"
+#include "lpss/world/world_hash.h"
 
 namespace tessera {
 
@@ -45,6 +46,7 @@ struct TickSums {
   std::uint64_t islands_cut = 0;
   std::uint64_t bodies_awake = 0;
   std::uint64_t sectors = 0;
+  WorldHash hash;  // nothing unless the world hashes its ticks
   std::uint64_t heard_from = 0;  // a bit per rank
 };
 
@@ -52,8 +54,8 @@ class TickStatistics {
  public:
   explicit TickStatistics(std::size_t servers);
 
-  // Reports may come in any order, each once.
-  void add(std::size_t rank, const v1::TickReport& report);
+  // Reports may come in any order, each once. The tick, if this was the last server to report it.
+  std::optional<TickSums> add(std::size_t rank, const v1::TickReport& report);
 
   const TickSums& last() const { return last_; }  // the latest tick that all servers have reported
   std::uint64_t clones_max() const { return clones_max_; }

@@ -16,7 +16,7 @@
 
 namespace tessera {
 
-inline constexpr std::uint32_t kClusterProtocol = 1;
+inline constexpr std::uint32_t kClusterProtocol = 2;
 
 // A hash of the sizes and versions of the packed structs; equal in processes that understand each other.
 std::uint64_t wire_layout();

@@ -22,6 +22,7 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
                                                            Send send) {
   std::unique_ptr<WorldRun> run(new WorldRun());
   run->world_ = load.world();
+  run->hash_ticks_ = load.hash_ticks();
   run->send_ = std::move(send);
   for (const std::uint64_t node : load.nodes()) run->nodes_.push_back(NodeId{node});
   const auto place = std::find(run->nodes_.begin(), run->nodes_.end(), self);
@@ -200,6 +201,11 @@ void WorldRun::end_tick(Nanoseconds now) {
   report.set_sectors(counts.sectors);
   report.set_sectors_awake(counts.sectors_awake);
   report.set_bodies_stopped(counts.bodies_stopped);
+  if (hash_ticks_) {
+    const WorldHash hash = share_->hash();
+    report.set_hash_low(hash.low());
+    report.set_hash_high(hash.high());
+  }
   reports_.push_back(report);
 }
 

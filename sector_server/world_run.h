@@ -74,6 +74,7 @@ class WorldRun {
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<Share> share_;
   ShapeId next_shape_ = 0;
+  bool hash_ticks_ = false;
 
   absl::btree_map<std::uint64_t, v1::Grant> grants_;  // by serial, from the next one on
   std::uint64_t next_serial_ = 1;

@@ -12,7 +12,6 @@
 
 #include "client_sdk/cli/command.h"
 #include "client_sdk/cli/output_file.h"
-#include "client_sdk/cli/run_report.h"
 #include "tessera/client.h"
 
 namespace tessera::cli {

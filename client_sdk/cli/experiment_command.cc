@@ -7,7 +7,6 @@
 
 #include "client_sdk/cli/command.h"
 #include "client_sdk/cli/experiment_output.h"
-#include "client_sdk/cli/run_report.h"
 #include "client_sdk/cli/world_options.h"
 #include "experiments/catalogue.h"
 #include "experiments/common/own_process.h"
@@ -42,7 +41,7 @@ void print(const Report& report) {
 
 absl::Status write_files(const CommandOptions& options, const Report& report) {
   if (!options.json.empty()) {
-    if (absl::Status status = write_text(options.json, to_json(report).dump(2)); !status.ok()) return status;
+    if (absl::Status status = write_json(options.json, to_json(report)); !status.ok()) return status;
   }
   if (options.csv.empty()) return absl::OkStatus();
   for (const Table& rows : report.tables) {

@@ -61,10 +61,14 @@ absl::Status LocalCluster::launch() {
   if (inotify < 0 || inotify_add_watch(inotify, folder_.c_str(), IN_CLOSE_WRITE | IN_MOVED_TO) < 0) {
     return absl::InternalError(absl::StrCat("cannot watch ", folder_.string(), ": ", std::strerror(errno)));
   }
-  absl::StatusOr<ChildProcess> coordinator =
-      start_daemon("coordinator", {"--listen", options_.listen, "--servers", absl::StrCat(options_.servers),
-                                   "--ready-file", (folder_ / kReadyFile).string(), "--join-timeout",
-                                   absl::StrCat(absl::ToDoubleSeconds(options_.join_timeout))});
+  std::vector<std::string> arguments = {"--listen",       options_.listen,
+                                        "--servers",      absl::StrCat(options_.servers),
+                                        "--ready-file",   (folder_ / kReadyFile).string(),
+                                        "--join-timeout", absl::StrCat(absl::ToDoubleSeconds(options_.join_timeout))};
+  if (!options_.record_inputs.empty()) {
+    arguments.insert(arguments.end(), {"--record-inputs", options_.record_inputs.string()});
+  }
+  absl::StatusOr<ChildProcess> coordinator = start_daemon("coordinator", std::move(arguments));
   if (!coordinator.ok()) return coordinator.status();
   daemons_.push_back(*std::move(coordinator));
   const int servers = options_.servers_to_start < 0 ? options_.servers : options_.servers_to_start;

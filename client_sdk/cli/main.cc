@@ -65,6 +65,7 @@ int run(int argc, char** argv) {
   add_query_commands(app, action);
   add_convert_command(app, action);
   add_simulate_command(app, action);
+  add_replay_command(app, action);
   add_tune_command(app, action);
   add_experiment_command(app, action);
   add_config_command(app, action);

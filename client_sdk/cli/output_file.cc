@@ -41,4 +41,8 @@ absl::Status write_text(const std::filesystem::path& file, const std::string& te
   return out ? absl::OkStatus() : absl::UnavailableError(cannot_write(file, errno));
 }
 
+absl::Status write_json(const std::filesystem::path& file, const nlohmann::json& json) {
+  return write_text(file, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
 }  // namespace tessera::cli

@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace tessera::cli {
@@ -15,5 +16,6 @@ absl::StatusOr<std::filesystem::path> parse_output_file(const std::string& text)
 
 // UNAVAILABLE, naming the file and the reason, where it cannot be written.
 absl::Status write_text(const std::filesystem::path& file, const std::string& text);
+absl::Status write_json(const std::filesystem::path& file, const nlohmann::json& json);
 
 }  // namespace tessera::cli

@@ -10,6 +10,7 @@
 
 #include "client_sdk/cli/child_process.h"
 #include "client_sdk/cli/interrupt.h"
+#include "client_sdk/cli/output_file.h"
 #include "client_sdk/cli/terminal.h"
 
 namespace tessera::cli {

@@ -11,7 +11,6 @@
 #include <limits>
 #include <thread>
 
-#include "client_sdk/cli/output_file.h"
 #include "client_sdk/cli/terminal.h"
 #include "client_sdk/cli/text.h"
 #include "proto/peak_memory.h"
@@ -159,10 +158,6 @@ std::string to_text(const RunReport& report) {
   std::string text = table(rows, {}, false);
   for (const std::string& notice : report.notices) absl::StrAppend(&text, "note: ", notice, "\n");
   return text;
-}
-
-absl::Status write_json(const std::filesystem::path& file, const nlohmann::json& json) {
-  return write_text(file, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 absl::StatusOr<nlohmann::json> read_json(const std::filesystem::path& file) {

@@ -87,8 +87,7 @@ nlohmann::json to_json(const TowerReport& towers);
 // Several lines for standard output.
 std::string to_text(const RunReport& report);
 
-// Errors as write_text().
-absl::Status write_json(const std::filesystem::path& file, const nlohmann::json& json);
+// NOT_FOUND, or DATA_LOSS for what is no JSON.
 absl::StatusOr<nlohmann::json> read_json(const std::filesystem::path& file);
 
 // The peak memory of a process so far, in MB (10^6 bytes); 0 where there is no such process.

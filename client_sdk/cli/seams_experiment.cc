@@ -10,7 +10,6 @@
 #include "client_sdk/cli/experiment_output.h"
 #include "client_sdk/cli/interrupt.h"
 #include "client_sdk/cli/local_cluster.h"
-#include "client_sdk/cli/run_report.h"
 #include "client_sdk/cli/world_options.h"
 #include "experiments/seams/report.h"
 #include "tessera/client.h"

@@ -6,7 +6,6 @@
 #include "client_sdk/cli/command.h"
 #include "client_sdk/cli/interrupt.h"
 #include "client_sdk/cli/output_file.h"
-#include "client_sdk/cli/run_report.h"
 #include "client_sdk/cli/world_options.h"
 #include "experiments/simulated_cluster.h"
 #include "lpss/world/example_worlds.h"

@@ -5,7 +5,6 @@
 
 #include "client_sdk/cli/command.h"
 #include "client_sdk/cli/experiment_output.h"
-#include "client_sdk/cli/run_report.h"
 #include "client_sdk/cli/text.h"
 #include "client_sdk/cli/world_options.h"
 #include "experiments/trade/tune.h"
@@ -30,14 +29,14 @@ absl::Status tune_world(const CommandOptions& options) {
   if (!report.ok()) return report.status();
   absl::PrintF("%s\n", table(to_cells(report->table("rows"), 4)));
   if (!options.json.empty()) {
-    if (absl::Status status = write_text(options.json, to_json(*report).dump(2)); !status.ok()) return status;
+    if (absl::Status status = write_json(options.json, to_json(*report)); !status.ok()) return status;
   }
   if (report->table("chosen").empty()) return absl::FailedPreconditionError(report->misses.front());
   const Row& chosen = report->table("chosen").front();
   absl::PrintF("%s %s\n", coloured("cheapest:", Colour::kGreen), chosen.dump());
   if (options.write.empty()) return absl::OkStatus();
   absl::PrintF("written for: tessera run %s --settings %s\n", options.world.string(), options.write.string());
-  return write_text(options.write, chosen.dump(2) + "\n");
+  return write_json(options.write, chosen);
 }
 
 }  // namespace

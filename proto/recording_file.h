@@ -1,0 +1,56 @@
+// Files of recorded inputs (recording.proto).
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+
+#include "recording.pb.h"
+
+namespace google::protobuf::io {
+class IstreamInputStream;
+}
+
+namespace tessera {
+
+class RecordingWriter {
+ public:
+  // ALREADY_EXISTS where there is a file: a recording is what is left of a run. UNAVAILABLE where it cannot be
+  // written.
+  static absl::StatusOr<RecordingWriter> create(const std::filesystem::path& file);
+
+  // What is written is with the system when this returns: it outlives a process that is killed. UNAVAILABLE.
+  absl::Status write(const v1::RecordedInput& input);
+
+ private:
+  explicit RecordingWriter(std::filesystem::path file);
+
+  std::filesystem::path file_;
+  std::ofstream out_;
+};
+
+class RecordingReader {
+ public:
+  // NOT_FOUND.
+  static absl::StatusOr<RecordingReader> open(const std::filesystem::path& file);
+
+  RecordingReader(RecordingReader&&) noexcept;
+  ~RecordingReader();
+
+  // The next entry; nullopt at the end. DATA_LOSS where the file is cut off or holds something else.
+  absl::StatusOr<std::optional<v1::RecordedInput>> next();
+
+ private:
+  RecordingReader(std::filesystem::path file, std::unique_ptr<std::ifstream> in);
+
+  std::filesystem::path file_;
+  std::unique_ptr<std::ifstream> in_;
+  std::unique_ptr<google::protobuf::io::IstreamInputStream> stream_;
+  std::size_t entries_ = 0;
+};
+
+}  // namespace tessera
