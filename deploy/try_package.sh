@@ -13,6 +13,7 @@ packages=$top/build/release/package
 root=$(mktemp -d)
 pids=()
 clean_up() {
+  [ "$?" -eq 0 ] || tail -n 5 "$root"/tmp/*.log >&2 || true
   for pid in "${pids[@]}"; do kill "$pid" 2>/dev/null || true; done
   for pid in "${pids[@]}"; do wait "$pid" 2>/dev/null || true; done
   umount "$root/proc" "$root/dev" 2>/dev/null || true
@@ -27,12 +28,12 @@ debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 || { 
 rm -f "$root.log"
 mount -t proc proc "$root/proc"
 mount --bind /dev "$root/dev"
-inside apt-get update -qq
+inside apt-get update -qq -o APT::Sandbox::User=root
 apt_get() { inside apt-get -qq -y --no-install-recommends "$@" >"$root/tmp/apt.log" 2>&1 || { tail -5 "$root/tmp/apt.log" >&2; exit 1; }; }
 say "bare root: $(inside dpkg-query -f '.\n' -W | wc -l) packages"
 
 cp "$packages"/*.deb "$root/tmp/"
-apt_get install /tmp/tessera_*.deb
+apt_get install "/tmp/$(basename "$packages"/tessera_*.deb)"
 say "installed: tessera $(inside dpkg-query -f '${Version}, ${Installed-Size} KB' -W tessera)"
 
 # What systemd would do, as the user that it would make.
@@ -54,7 +55,7 @@ done
 inside tessera load /usr/share/tessera/worlds/tower.sdf
 inside tessera step 60
 
-apt_get install g++ cmake pkg-config make /tmp/libtessera-dev_*.deb
+apt_get install g++ cmake pkg-config make "/tmp/$(basename "$packages"/libtessera-dev_*.deb)"
 mkdir -p "$root/tmp/hello"
 cp "$top/client_sdk/examples/hello.cc" "$root/tmp/hello/"
 cat >"$root/tmp/hello/CMakeLists.txt" <<'CMAKE'
