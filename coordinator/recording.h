@@ -34,7 +34,9 @@ inline void put(const v1::SetJointDrivesRequest& from, v1::RecordedCommand& to) 
 }
 
 template <typename Request>
-concept CommandRequest = requires(const Request& request, v1::RecordedCommand& command) { put(request, command); };
+concept CommandRequest = requires(const Request& request, v1::RecordedCommand& command) {
+  put(request, command);
+};
 
 // From now on the call tells `record` what it asked for, once it is answered with OK. The sequencer answers
 // commands in the order in which they take effect.

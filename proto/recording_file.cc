@@ -13,7 +13,8 @@ RecordingWriter::RecordingWriter(std::filesystem::path file)
 
 absl::StatusOr<RecordingWriter> RecordingWriter::create(const std::filesystem::path& file) {
   if (std::filesystem::exists(file)) {
-    return absl::AlreadyExistsError(absl::StrCat(file.string(), " is there already: recordings are not overwritten"));
+    return absl::AlreadyExistsError(
+        absl::StrCat(file.string(), " is there already: recordings are not overwritten"));
   }
   RecordingWriter writer(file);
   if (!writer.out_) return absl::UnavailableError(absl::StrCat("cannot write ", file.string()));

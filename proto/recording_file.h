@@ -19,8 +19,8 @@ namespace tessera {
 
 class RecordingWriter {
  public:
-  // ALREADY_EXISTS where there is a file: a recording is what is left of a run. UNAVAILABLE where it cannot be
-  // written.
+  // ALREADY_EXISTS where there is a file: a recording is what is left of a run. UNAVAILABLE where it cannot
+  // be written.
   static absl::StatusOr<RecordingWriter> create(const std::filesystem::path& file);
 
   // What is written is with the system when this returns: it outlives a process that is killed. UNAVAILABLE.

@@ -22,6 +22,10 @@ bool within(const v1::Region& region, const WorldPosition& position, double sect
   return (away.cwiseAbs().array() <= half.array()).all();
 }
 
+WorldPosition position_of(const BodyRecord& record) {
+  return {record.home, Eigen::Vector3d(record.state.position.data())};
+}
+
 void describe(const BodyRecord& record, double sector_size, v1::BodyState& state) {
   state.set_id(record.id.value);
   *state.mutable_pose() = to_proto(body_pose(record, sector_size));
@@ -53,8 +57,7 @@ BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const 
   BodySnapshot snapshot{tick, share.options().settings.sector_size, {}};
   const auto consider = [&](const BodyRecord& record) {
     if (request.only_awake() && record.state.activity == Activity::kAsleep) return;
-    const WorldPosition position{record.home, Eigen::Vector3d(record.state.position.data())};
-    if (request.has_region() && !within(request.region(), position, snapshot.sector_size)) return;
+    if (request.has_region() && !within(request.region(), position_of(record), snapshot.sector_size)) return;
     snapshot.bodies.push_back(record);
   };
   if (request.ids().empty()) {
@@ -98,15 +101,43 @@ v1::ContactBatch Streams::contacts_for(const v1::WatchContactsRequest& request, 
   return batch;
 }
 
+v1::SeamBatch Streams::seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Share& share) const {
+  v1::SeamBatch batch;
+  batch.set_tick(tick);
+  batch.set_node(node_.value);
+  const auto is_wanted = [&](const WorldPosition& position) {
+    return !request.has_region() || within(request.region(), position, share.options().settings.sector_size);
+  };
+  for (const Share::CloneAt& clone : share.clones()) {
+    if (!is_wanted(clone.position)) continue;
+    v1::SeamBatch::Clone& added = *batch.add_clones();
+    added.set_body(clone.body.value);
+    *added.mutable_sector() = to_proto(clone.position.sector);
+  }
+  for (const Share::IslandHere& island : share.islands_across_seams()) {
+    v1::SeamBatch::Island added;
+    added.set_name(island.name.value);
+    for (const BodyId id : island.bodies) {
+      if (is_wanted(position_of(*share.body(id)))) added.add_bodies(id.value);
+    }
+    if (added.bodies_size() > 0) *batch.add_islands() = std::move(added);
+  }
+  return batch;
+}
+
 void Streams::publish(Tick tick, Share& share, bool new_only) {
   const std::lock_guard lock(mutex_);
-  for (const std::shared_ptr<Bodies>& subscription : bodies_) {
-    const std::uint64_t every = std::max<std::uint64_t>(subscription->request().every_ticks(), 1);
-    const bool wanted = new_only ? !subscription->served : tick % every == 0;
-    if (!wanted) continue;
-    subscription->served = true;
-    subscription->push(bodies_for(subscription->request(), tick, share));
-  }
+  const auto publish_states = [&](const auto& subscriptions, const auto& states_for) {
+    for (const auto& subscription : subscriptions) {
+      const std::uint64_t every = std::max<std::uint64_t>(subscription->request().every_ticks(), 1);
+      const bool wanted = new_only ? !subscription->served : tick % every == 0;
+      if (!wanted) continue;
+      subscription->served = true;
+      subscription->push(states_for(subscription->request()));
+    }
+  };
+  publish_states(bodies_, [&](const auto& request) { return bodies_for(request, tick, share); });
+  publish_states(seams_, [&](const auto& request) { return seams_for(request, tick, share); });
   for (const std::shared_ptr<Contacts>& subscription : contacts_) {
     // The first batch only says from which tick on nothing is missed.
     const bool counts = subscription->served && !new_only;
@@ -167,11 +198,17 @@ grpc::Status Streams::WatchContacts(grpc::ServerContext* context, const v1::Watc
                [&](const v1::ContactBatch& batch) { return writer->Write(batch); });
 }
 
+grpc::Status Streams::WatchSeams(grpc::ServerContext* context, const v1::WatchSeamsRequest* request,
+                                 grpc::ServerWriter<v1::SeamBatch>* writer) {
+  return serve(seams_, context, *request, [&](const v1::SeamBatch& batch) { return writer->Write(batch); });
+}
+
 void Streams::shut_down() {
   const std::lock_guard lock(mutex_);
   closing_ = true;
   for (const auto& subscription : bodies_) subscription->close();
   for (const auto& subscription : contacts_) subscription->close();
+  for (const auto& subscription : seams_) subscription->close();
 }
 
 }  // namespace tessera

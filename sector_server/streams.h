@@ -1,4 +1,4 @@
-// What clients watch: the states of bodies and contact events of this server's share, as gRPC streams.
+// What clients watch: the states of bodies, contact events and what happens at seams of this server's share, as gRPC streams.
 #pragma once
 
 #include <condition_variable>
@@ -93,11 +93,15 @@ class Streams final : public v1::Streams::Service {
                            grpc::ServerWriter<v1::BodyBatch>* writer) override;
   grpc::Status WatchContacts(grpc::ServerContext* context, const v1::WatchContactsRequest* request,
                              grpc::ServerWriter<v1::ContactBatch>* writer) override;
+  grpc::Status WatchSeams(grpc::ServerContext* context, const v1::WatchSeamsRequest* request,
+                          grpc::ServerWriter<v1::SeamBatch>* writer) override;
 
  private:
   using Bodies = Subscription<v1::WatchBodiesRequest, BodySnapshot>;
   using Contacts = Subscription<v1::WatchContactsRequest, v1::ContactBatch>;
+  using Seams = Subscription<v1::WatchSeamsRequest, v1::SeamBatch>;
 
+  v1::SeamBatch seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Share& share) const;
   v1::ContactBatch contacts_for(const v1::WatchContactsRequest& request, Tick tick, const Share& share) const;
 
   // `send` writes one batch of the subscription, and says whether the client still takes them.
@@ -110,6 +114,7 @@ class Streams final : public v1::Streams::Service {
   std::mutex mutex_;  // guards the lists and closing_
   std::list<std::shared_ptr<Bodies>> bodies_;
   std::list<std::shared_ptr<Contacts>> contacts_;
+  std::list<std::shared_ptr<Seams>> seams_;
   bool closing_ = false;
 };
 

@@ -26,9 +26,11 @@ class RecordingTest : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-// A thousand commands of all kinds while the world runs.
+// A thousand commands of all kinds: most while the world stands, ten to a tick, the last hundred while it
+// runs.
 void stir(Client& client) {
   constexpr std::uint64_t kCommands = 1000;
+  constexpr std::uint64_t kStanding = 900;
   const std::vector<FoundBody> bodies = client.find_bodies("").value().bodies;
   std::vector<BodyId> movable;
   for (const FoundBody& body : bodies) {
@@ -38,6 +40,11 @@ void stir(Client& client) {
     const BodyId body = movable[n * 7 % movable.size()];
     const double way = static_cast<double>(n % 5) - 2;
     const std::string name = absl::StrCat("guest", n);
+    if (n < kStanding && n % 10 == 0) {
+      ASSERT_THAT(client.step(1, kPatience).status(), IsOk());
+    } else if (n == kStanding) {
+      ASSERT_THAT(client.resume(/*real_time_factor=*/0).status(), IsOk());
+    }
     switch (n % 10) {
       case 0:
         ASSERT_THAT(client.spawn(solid(name, sphere(0.3), 3, {{0, 0, 0}, {way, -way, 9}})).status(), IsOk());
@@ -68,11 +75,10 @@ TEST_F(RecordingTest, ThousandCommandsOnTwoServersEndInTheSameBitsOnOne) {
     ASSERT_TRUE(cluster.client);
     Client& client = *cluster.client;
     ASSERT_THAT(client.load(read_world("busy.sdf")).status(), IsOk());
-    ASSERT_THAT(client.resume(/*real_time_factor=*/0).status(), IsOk());
     ASSERT_NO_FATAL_FAILURE(stir(client));
     ASSERT_THAT(client.pause(kPatience).status(), IsOk());
     ASSERT_THAT(client.hash().status(), IsOk());
-    ASSERT_THAT(client.shutdown().status(), IsOk());
+    ASSERT_THAT(client.shutdown(), IsOk());
     ASSERT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
   }
   for (const std::vector<std::string>& where :
@@ -99,6 +105,9 @@ TEST_F(RecordingTest, EveryWorldIsPlayedAndTheFirstDifferenceTold) {
     // Answers come in order: with this one that of the last tick is there.
     ASSERT_THAT(client.hash().status(), IsOk());
   }
+  EXPECT_THAT(
+      run_tessera({"up", "--listen", "127.0.0.1:0", "--no-page", "--record-inputs", file().string()}).output,
+      HasSubstr("recordings are not overwritten"));
   const Outcome played = run_tessera({"replay", file().string()});
   EXPECT_EQ(played.code, 0) << played.output;
   EXPECT_THAT(played.output, HasSubstr("flat: 1 commands, 20 ticks"));
@@ -117,8 +126,8 @@ TEST_F(RecordingTest, EveryWorldIsPlayedAndTheFirstDifferenceTold) {
   EXPECT_EQ(differs.code, 1);
   EXPECT_THAT(differs.output, HasSubstr("tick 7: the world has the hash"));
 
-  std::filesystem::resize_file(other, std::filesystem::file_size(other) - 5);
-  EXPECT_THAT(run_tessera({"replay", other.string()}).output, HasSubstr("cut off"));
+  std::filesystem::resize_file(file(), std::filesystem::file_size(file()) - 5);
+  EXPECT_THAT(run_tessera({"replay", file().string()}).output, HasSubstr("cut off"));
   EXPECT_THAT(run_tessera({"replay", "nowhere.rec"}).output, HasSubstr("nowhere.rec"));
 }
 

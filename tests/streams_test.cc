@@ -101,6 +101,45 @@ TEST(BodyStreamTest, EveryBodyIsInEveryFrameOnceAndEveryTicksHolds) {
   }
 }
 
+// Copies of bodies and islands after some ticks, without the servers that told of them.
+using SeamsSeen = std::pair<std::vector<std::pair<BodyId, SectorIndex>>,
+                            std::vector<std::pair<BodyId, std::vector<BodyId>>>>;
+
+SeamsSeen seams_after(Client& client, Tick ticks) {
+  const std::unique_ptr<SeamStream> stream = client.watch_seams({}, kPatience).value();
+  EXPECT_THAT(client.step(ticks, kPatience).status(), IsOk());
+  SeamsSeen seen;
+  for (Tick tick = 0; tick <= ticks; ++tick) {
+    const absl::StatusOr<SeamFrame> frame = stream->next(kPatience);
+    EXPECT_THAT(frame.status(), IsOk());
+    if (!frame.ok()) return seen;
+    EXPECT_EQ(frame->tick, tick);
+    if (tick < ticks) continue;
+    for (const CloneSample& clone : frame->clones) seen.first.emplace_back(clone.body, clone.sector);
+    for (const IslandSample& island : frame->islands) seen.second.emplace_back(island.name, island.bodies);
+  }
+  return seen;
+}
+
+TEST(SeamStreamTest, TwoServersTellOfTheSameCopiesAndIslandsAsOne) {
+  constexpr Tick kTicks = 20;
+  SeamsSeen seen[2];
+  std::vector<BodyId> tower;
+  for (const int servers : {1, 2}) {
+    const Cluster cluster = start_cluster(servers);
+    ASSERT_TRUE(cluster.client);
+    ASSERT_THAT(cluster.client->load(read_world("seam.sdf")).status(), IsOk());
+    seen[servers - 1] = seams_after(*cluster.client, kTicks);
+    tower.clear();
+    for (const FoundBody& box : cluster.client->find_bodies("tower_2::").value().bodies)
+      tower.push_back(box.id);
+  }
+  EXPECT_EQ(seen[0], seen[1]);
+  EXPECT_FALSE(seen[1].first.empty());
+  const auto is_tower = [&](const auto& island) { return island.second == tower; };
+  EXPECT_EQ(std::count_if(seen[1].second.begin(), seen[1].second.end(), is_tower), 1);
+}
+
 using Event = std::tuple<Tick, int, std::uint64_t, std::uint64_t>;
 
 TEST(ContactStreamTest, EachContactEventIsToldOnceAsInOneProcess) {

@@ -21,6 +21,7 @@ constexpr std::size_t kRequestsMax = 64;
 constexpr double kHalfMax = 1e9;  // m
 constexpr absl::Duration kSubscribeTimeout = absl::Seconds(10);
 constexpr std::uint32_t kEveryTicksMax = 1'000'000;
+constexpr std::uint32_t kFramesPerSeamFrame = 4;  // seams change slowly
 
 // So that about `frames_per_second` frames come in a second; every tick of a world that stands still, which
 // is stepped by hand.
@@ -30,6 +31,12 @@ std::uint32_t ticks_between_frames(const ClusterReport& report, double frames_pe
       std::max(report.cluster.real_time_factor, 1.0) / report.cluster.settings->time_step;
   const double every = std::round(ticks_per_second / frames_per_second);
   return static_cast<std::uint32_t>(std::clamp(every, 1.0, static_cast<double>(kEveryTicksMax)));
+}
+
+// The place of a server among all that there are, by which the page colours it.
+std::uint8_t place_of(const ClusterReport& report, std::uint64_t node) {
+  const auto place = std::find(report.nodes.begin(), report.nodes.end(), node);
+  return static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(std::distance(report.nodes.begin(), place), 255));
 }
 
 // A factor of two is not worth a new subscription.
@@ -54,7 +61,8 @@ PageSession::PageSession(Client& client, const PageOptions& options, PageSocket 
       report_(std::move(report)),
       catalogue_(client),
       bodies_([this] { changed_.notify_all(); }),
-      contacts_([this] { changed_.notify_all(); }) {
+      contacts_([this] { changed_.notify_all(); }),
+      seams_([this] { changed_.notify_all(); }) {
   tell({{"type", "hello"}, {"read_only", options_.read_only}});
   writer_ = std::thread([this] { write(); });
   asker_ = std::thread([this] { answer_requests(); });
@@ -99,8 +107,8 @@ bool PageSession::hear(const std::string& text) {
     changed_.notify_all();
     return true;
   }
-  if (type != "contacts" || !message.contains("on")) return false;
-  wants_contacts_ = message["on"] == true;
+  if ((type != "contacts" && type != "seams") || !message.contains("on")) return false;
+  (type == "contacts" ? wants_contacts_ : wants_seams_) = message["on"] == true;
   watch();
   return true;
 }
@@ -130,10 +138,12 @@ void PageSession::watch() {
   if (!interest_ || !report_->is_live()) {
     bodies_.watch({});
     contacts_.watch({});
+    seams_.watch({});
     return;
   }
+  const WatchedRegion region{interest_->centre, Eigen::Vector3d::Constant(interest_->half)};
   BodyFilter filter;
-  filter.region = WatchedRegion{interest_->centre, Eigen::Vector3d::Constant(interest_->half)};
+  filter.region = region;
   filter.every_ticks = every_ticks_;
   bodies_.watch([this, filter] { return client_.watch_bodies(filter, kSubscribeTimeout); });
   if (wants_contacts_) {
@@ -141,11 +151,17 @@ void PageSession::watch() {
   } else {
     contacts_.watch({});
   }
+  if (wants_seams_) {
+    const SeamFilter seams{region, every_ticks_ == 1 ? 1 : kFramesPerSeamFrame * every_ticks_};
+    seams_.watch([this, seams] { return client_.watch_seams(seams, kSubscribeTimeout); });
+  } else {
+    seams_.watch({});
+  }
 }
 
 bool PageSession::is_due(Clock::time_point now) const {
   return interest_ && frames_under_way_ < kFramesUnderWayMax && now >= next_frame_ &&
-         (bodies_.has_frame() || contacts_.has_frame());
+         (bodies_.has_frame() || contacts_.has_frame() || seams_.has_frame());
 }
 
 void PageSession::write() {
@@ -182,12 +198,13 @@ void PageSession::write() {
 void PageSession::show(const std::shared_ptr<const ClusterReport>& report, const Interest& interest) {
   if (!report->is_live()) return;
   start_over_where_needed(*report, interest);
+  const auto count_frame = [&] {
+    const std::lock_guard lock(mutex_);
+    ++frames_under_way_;
+  };
   const auto send = [&](const std::string& frame) {
     if (frame.empty()) return;
-    {
-      const std::lock_guard lock(mutex_);
-      ++frames_under_way_;
-    }
+    count_frame();
     socket_.send_binary(frame);
   };
   if (const std::optional<BodyFrame> frame = bodies_.take()) {
@@ -197,6 +214,10 @@ void PageSession::show(const std::shared_ptr<const ClusterReport>& report, const
   }
   if (const std::optional<ContactFrame> frame = contacts_.take())
     send(encode(frame->tick, view_->see(*frame)));
+  if (const std::optional<SeamFrame> frame = seams_.take()) {
+    count_frame();
+    socket_.send_text(dump(seen(*report, *frame)));
+  }
 }
 
 void PageSession::start_over_where_needed(const ClusterReport& report, const Interest& interest) {
@@ -224,15 +245,27 @@ std::vector<SeenBody> PageSession::seen(const ClusterReport& report, const BodyF
   std::vector<SeenBody> moving;
   moving.reserve(frame.bodies.size());
   for (const BodySample& body : frame.bodies) {
-    const auto node = std::find(report.nodes.begin(), report.nodes.end(), body.server);
-    moving.push_back(view_->see(body, static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(
-                                          std::distance(report.nodes.begin(), node), 255))));
+    moving.push_back(view_->see(body, place_of(report, body.server)));
   }
   std::vector<SeenBody> all;
   all.reserve(moving.size() + statics_.size());
   std::merge(moving.begin(), moving.end(), statics_.begin(), statics_.end(), std::back_inserter(all),
              [](const SeenBody& a, const SeenBody& b) { return a.id < b.id; });
   return all;
+}
+
+json PageSession::seen(const ClusterReport& report, const SeamFrame& frame) const {
+  json clones = json::array();
+  for (const CloneSample& clone : frame.clones) {
+    clones.push_back({{"body", clone.body.value}, {"server", place_of(report, clone.server)}});
+  }
+  json islands = json::array();
+  for (const IslandSample& island : frame.islands) {
+    json bodies = json::array();
+    for (const BodyId id : island.bodies) bodies.push_back(id.value);
+    islands.push_back({{"name", island.name.value}, {"bodies", std::move(bodies)}});
+  }
+  return {{"type", "seams"}, {"clones", std::move(clones)}, {"islands", std::move(islands)}};
 }
 
 void PageSession::introduce(const std::vector<SeenBody>& bodies) {

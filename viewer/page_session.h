@@ -1,11 +1,11 @@
 // One page that is open: what it wants to see, and what it has been told.
 //
-// The page says as JSON {"type": "look", position, "half"} where its camera is, {"type": "contacts", "on"}
-// whether it marks contacts, {"type": "seen"} for every binary frame that it has drawn, and {"type": "ask",
+// The page says as JSON {"type": "look", position, "half"} where its camera is, {"type": "contacts" or
+// "seams", "on"} what else it marks, {"type": "seen"} for every frame that it has drawn, and {"type": "ask",
 // "id", "do", ...} (page_requests.h). It hears "hello", "status", "world" (another one: all before is void),
 // "view" (the sector that points count from), "bodies" and "shapes" (of what comes into view for the first
-// time), "answer", and binary frames (frame_encoder.h). Two frames at most are under way: a page that draws
-// slowly gets fewer.
+// time), "answer", and frames: binary ones (frame_encoder.h), and "seams". Two frames at most are under way: a
+// page that draws slowly gets fewer.
 #pragma once
 
 #include <absl/container/flat_hash_set.h>
@@ -72,6 +72,7 @@ class PageSession {
   void start_over_where_needed(const ClusterReport& report, const Interest& interest);
   void introduce(const std::vector<SeenBody>& bodies);
   std::vector<SeenBody> seen(const ClusterReport& report, const BodyFrame& frame);
+  nlohmann::json seen(const ClusterReport& report, const SeamFrame& frame) const;
 
   Client& client_;
   const PageOptions options_;
@@ -84,6 +85,7 @@ class PageSession {
   bool has_news_ = true;  // a report that the page has not had
   std::optional<Interest> interest_;
   bool wants_contacts_ = false;
+  bool wants_seams_ = false;
   std::uint32_t every_ticks_ = 0;  // of the streams that are open
   std::deque<std::string> texts_;
   std::deque<nlohmann::json> requests_;
@@ -102,6 +104,7 @@ class PageSession {
 
   LatestFrame<BodyFrame> bodies_;
   LatestFrame<ContactFrame> contacts_;
+  LatestFrame<SeamFrame> seams_;
   std::thread writer_;
   std::thread asker_;
 };

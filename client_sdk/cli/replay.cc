@@ -88,8 +88,8 @@ class NetworkCluster {
   explicit NetworkCluster(std::unique_ptr<LocalCluster> processes) : processes_(std::move(processes)) {
     grpc::ChannelArguments arguments;
     arguments.SetMaxSendMessageSize(-1);
-    stub_ = v1::Tessera::NewStub(grpc::CreateCustomChannel(processes_->address(),
-                                                           grpc::InsecureChannelCredentials(), arguments));
+    stub_ = v1::Tessera::NewStub(
+        grpc::CreateCustomChannel(processes_->address(), grpc::InsecureChannelCredentials(), arguments));
   }
 
   std::unique_ptr<LocalCluster> processes_;
@@ -220,7 +220,8 @@ class Player {
   absl::Status send(const v1::RecordedCommand& command, const Request& request) {
     const absl::StatusOr<Answer> answer = cluster_.template call<Request, Answer>(request);
     if (!answer.ok()) {
-      return absl::AbortedError(absl::StrCat("tick ", command.tick(), ": a command that was taken when it was ",
+      return absl::AbortedError(absl::StrCat("tick ", command.tick(),
+                                             ": a command that was taken when it was ",
                                              "recorded is refused: ", answer.status().message()));
     }
     if (answer->tick() != command.tick()) {

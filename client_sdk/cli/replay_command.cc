@@ -17,8 +17,9 @@ absl::Status run(const ReplayOptions& options, const std::filesystem::path& json
   catch_interrupts();
   const absl::StatusOr<ReplayReport> report = replay(options);
   if (!report.ok()) return report.status();
-  absl::PrintF("%s: %s commands, %s ticks; %s at all %s that have one\n", report->world, grouped(report->commands),
-               grouped(report->tick), coloured("the same hash", Colour::kGreen), grouped(report->hashes));
+  absl::PrintF("%s: %s commands, %s ticks; %s at all %s that have one\n", report->world,
+               grouped(report->commands), grouped(report->tick), coloured("the same hash", Colour::kGreen),
+               grouped(report->hashes));
   if (json.empty()) return absl::OkStatus();
   return write_json(json, {{"world", report->world},
                            {"ticks", report->tick},
@@ -40,7 +41,9 @@ void add_replay_command(CLI::App& app, Action& action) {
   command.add_flag("--in-process")
       ->description("in this process, without any network (the default)")
       ->excludes(servers);
-  command.add_option("--threads", options->threads, "of each server")->check(CLI::Range(1, 256))->needs(servers);
+  command.add_option("--threads", options->threads, "of each server")
+      ->check(CLI::Range(1, 256))
+      ->needs(servers);
   const auto json = std::make_shared<std::filesystem::path>();
   command.add_option("--json", *json, "file for the same as data");
   command.callback([=, &action] { action = [=] { return run(*options, *json); }; });

@@ -102,6 +102,35 @@ struct ContactTraits {
   }
 };
 
+struct SeamTraits {
+  using Frame = SeamFrame;
+  using Request = v1::WatchSeamsRequest;
+  using Batch = v1::SeamBatch;
+  static constexpr bool kFirstIsWhole = true;
+
+  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
+    return stub.WatchSeams(context, request);
+  }
+  static Frame read(const Batch& batch) {
+    Frame frame{batch.tick(), {}, {}};
+    for (const v1::SeamBatch::Clone& clone : batch.clones()) {
+      frame.clones.push_back({BodyId{clone.body()}, from_proto(clone.sector()), batch.node()});
+    }
+    for (const v1::SeamBatch::Island& island : batch.islands()) {
+      IslandSample& sample = frame.islands.emplace_back(IslandSample{BodyId{island.name()}, {}});
+      for (const std::uint64_t id : island.bodies()) sample.bodies.push_back(BodyId{id});
+    }
+    return frame;
+  }
+};
+
+v1::Region to_proto(const WatchedRegion& region) {
+  v1::Region message;
+  *message.mutable_centre() = to_proto(region.centre);
+  *message.mutable_half_size() = to_proto(region.half_size);
+  return message;
+}
+
 ServerStatus read(const v1::ServerStatus& status) {
   ServerStatus server;
   server.node = status.node();
@@ -481,10 +510,7 @@ absl::StatusOr<FoundJoint> Client::find_joint(const std::string& name, absl::Dur
 absl::StatusOr<std::unique_ptr<BodyStream>> Client::watch_bodies(const BodyFilter& filter,
                                                                  absl::Duration timeout) {
   v1::WatchBodiesRequest request;
-  if (filter.region) {
-    *request.mutable_region()->mutable_centre() = to_proto(filter.region->centre);
-    *request.mutable_region()->mutable_half_size() = to_proto(filter.region->half_size);
-  }
+  if (filter.region) *request.mutable_region() = to_proto(*filter.region);
   for (const BodyId& id : filter.ids) request.add_ids(id.value);
   request.set_every_ticks(filter.every_ticks);
   request.set_only_awake(filter.only_awake);
@@ -497,6 +523,14 @@ absl::StatusOr<std::unique_ptr<ContactStream>> Client::watch_contacts(const Cont
   for (const BodyId& id : filter.ids) request.add_ids(id.value);
   request.set_persisting(filter.persisting);
   return impl_->watch<ContactTraits>(request, timeout);
+}
+
+absl::StatusOr<std::unique_ptr<SeamStream>> Client::watch_seams(const SeamFilter& filter,
+                                                                absl::Duration timeout) {
+  v1::WatchSeamsRequest request;
+  if (filter.region) *request.mutable_region() = to_proto(*filter.region);
+  request.set_every_ticks(filter.every_ticks);
+  return impl_->watch<SeamTraits>(request, timeout);
 }
 
 absl::StatusOr<std::unique_ptr<JointStream>> Client::watch_joints(const std::vector<FoundJoint>& joints,

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <iterator>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -34,6 +35,28 @@ inline void append(ContactFrame& whole, ContactFrame part) {
 inline void put_in_order(ContactFrame& frame) {
   std::sort(frame.contacts.begin(), frame.contacts.end(),
             [](const auto& a, const auto& b) { return std::pair(a.a, a.b) < std::pair(b.a, b.b); });
+}
+
+inline void append(SeamFrame& whole, SeamFrame part) {
+  std::move(part.clones.begin(), part.clones.end(), std::back_inserter(whole.clones));
+  std::move(part.islands.begin(), part.islands.end(), std::back_inserter(whole.islands));
+}
+// The parts of an island become one.
+inline void put_in_order(SeamFrame& frame) {
+  std::sort(frame.clones.begin(), frame.clones.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.body, a.sector) < std::pair(b.body, b.sector);
+  });
+  std::vector<IslandSample> parts = std::exchange(frame.islands, {});
+  std::stable_sort(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  for (IslandSample& part : parts) {
+    if (frame.islands.empty() || frame.islands.back().name != part.name) {
+      frame.islands.push_back(std::move(part));
+    } else {
+      std::vector<BodyId>& bodies = frame.islands.back().bodies;
+      bodies.insert(bodies.end(), part.bodies.begin(), part.bodies.end());
+      std::sort(bodies.begin(), bodies.end());
+    }
+  }
 }
 
 // Sources push their parts of ticks, ascending; one reader gets whole ticks. All functions from any thread.

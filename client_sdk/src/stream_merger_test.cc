@@ -48,6 +48,19 @@ TEST(StreamMergerTest, TicksThatNotAllTellOfAreLeftOut) {
   EXPECT_EQ(merger.skipped(), 2u);
 }
 
+TEST(StreamMergerTest, PartsOfAnIslandBecomeOne) {
+  StreamMerger<SeamFrame> merger(2);
+  merger.push(
+      0, SeamFrame{1, {{BodyId{9}, {1, 0, 0}, 7}}, {{BodyId{2}, {BodyId{5}}}, {BodyId{3}, {BodyId{3}}}}});
+  merger.push(1, SeamFrame{1, {{BodyId{4}, {0, 0, 0}, 8}}, {{BodyId{2}, {BodyId{2}, BodyId{8}}}}});
+  const SeamFrame frame = merger.next(kNow).value();
+  ASSERT_EQ(frame.clones.size(), 2u);
+  EXPECT_EQ(frame.clones[0].body, BodyId{4});
+  ASSERT_EQ(frame.islands.size(), 2u);
+  EXPECT_EQ(frame.islands[0].bodies, (std::vector<BodyId>{{2}, {5}, {8}}));
+  EXPECT_EQ(frame.islands[1].bodies, std::vector<BodyId>{BodyId{3}});
+}
+
 TEST(StreamMergerTest, PartThatNobodyVouchesForMakesAnEmptyFrame) {
   StreamMerger<BodyFrame> merger(2);
   merger.push(0, part(3, {}), false);

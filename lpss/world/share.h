@@ -130,6 +130,21 @@ class Share {
   // ascending order of (distance, id). A static body may be found by several shares; the smallest distance counts.
   std::vector<NearBody> near(const Geometry& probe, const WorldPose& pose, double reach, std::uint32_t mask);
 
+  // Copies of bodies in the engine worlds of this share's sectors, ascending by body and sector.
+  struct CloneAt {
+    BodyId body;
+    WorldPosition position;  // of its centre of mass, in the sector that it visits
+  };
+  std::vector<CloneAt> clones() const;
+
+  // Awake islands that reach over borders, ascending by name (the smallest id of all their bodies), with those of their
+  // bodies that live here, ascending.
+  struct IslandHere {
+    BodyId name;
+    std::vector<BodyId> bodies;
+  };
+  std::vector<IslandHere> islands_across_seams() const;
+
   const Options& options() const { return options_; }
   const StaticIndex& statics() const { return statics_; }
   const JointIndex& joints() const { return joints_; }

@@ -273,6 +273,9 @@ class Client {
   absl::StatusOr<std::unique_ptr<ContactStream>> watch_contacts(const ContactFilter& filter = {},
                                                                 absl::Duration timeout = kCallTimeout);
 
+  absl::StatusOr<std::unique_ptr<SeamStream>> watch_seams(const SeamFilter& filter = {},
+                                                          absl::Duration timeout = kCallTimeout);
+
   // Where `joints` stand, from the states of their bodies at one tick each. INVALID_ARGUMENT for none.
   absl::StatusOr<std::unique_ptr<JointStream>> watch_joints(const std::vector<FoundJoint>& joints,
                                                             std::uint32_t every_ticks = 1,

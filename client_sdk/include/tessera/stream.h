@@ -1,4 +1,4 @@
-// What a cluster tells as it goes: the states of bodies, and contacts, tick by tick.
+// What a cluster tells as it goes: the states of bodies, contacts and what happens at seams, tick by tick.
 //
 // Every server streams what its sectors hold; here the parts of one tick become one frame. A body that goes
 // from one server to another is in each frame exactly once.
@@ -68,6 +68,31 @@ struct ContactFrame {
   std::vector<Touch> contacts;  // ascending by (a, b)
 };
 
+// What to see of seams: copies of bodies, and islands that reach over borders.
+struct SeamFilter {
+  std::optional<WatchedRegion> region;  // none: everywhere
+  std::uint32_t every_ticks = 1;        // only ticks that are multiples of this
+};
+
+// A copy of a body in a sector that is not its home, where contact with it is imminent.
+struct CloneSample {
+  BodyId body;
+  SectorIndex sector;
+  std::uint64_t server = 0;  // the node that hosts the sector
+};
+
+// An awake island that reaches over a border.
+struct IslandSample {
+  BodyId name;                 // the smallest id of its bodies
+  std::vector<BodyId> bodies;  // those in the region, ascending
+};
+
+struct SeamFrame {
+  Tick tick = 0;
+  std::vector<CloneSample> clones;    // ascending by (body, sector)
+  std::vector<IslandSample> islands;  // ascending by name
+};
+
 // A subscription; ends when it is destroyed. At most kFramesQueuedMax ticks of a server wait here: who reads
 // more slowly than the world runs misses ticks, always whole ones, and skipped() counts those that the
 // servers had begun to send. One thread reads; cancel() from any.
@@ -89,6 +114,7 @@ class Stream {
 
 using BodyStream = Stream<BodyFrame>;
 using ContactStream = Stream<ContactFrame>;
+using SeamStream = Stream<SeamFrame>;
 
 inline constexpr std::size_t kFramesQueuedMax = 256;
 

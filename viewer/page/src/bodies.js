@@ -98,6 +98,7 @@ export class Bodies {
   #known = new Map();   // id -> what the server said of the body
   #shapes = new Map();  // shape id -> {parts, drawn}
   #batches = new Map();
+  #forms = new Map();  // of batches: geometries by key, for those who draw a body a second time
   #shown = new Map();  // id -> {batch, slot, info, speed, server, isAsleep}
   #moved = new Set();  // batches with motion in the last frame
   #mode = 'server';
@@ -138,6 +139,7 @@ export class Bodies {
     this.#known.clear();
     this.#shapes.clear();
     this.#batches.clear();
+    this.#forms.clear();
     this.#moved.clear();
   }
 
@@ -266,6 +268,22 @@ export class Bodies {
       position: {sector: this.view.sector, local},
       orientation
     };
+  }
+
+  // What a body is drawn as: a geometry, its size along each axis, and the radius (m) of a ball that holds it; null if
+  // it is not in view.
+  formOf(id) {
+    const body = this.#shown.get(id);
+    if (!body) return null;
+    const {drawn} = this.#shapes.get(body.info.shape);
+    if (!this.#forms.has(drawn.key)) {
+      const geometry = drawn.make();
+      geometry.computeBoundingSphere();
+      this.#forms.set(drawn.key, geometry);
+    }
+    const geometry = this.#forms.get(drawn.key);
+    const {center, radius} = geometry.boundingSphere;
+    return {geometry, size: drawn.size, radius: (center.length() + radius) * Math.max(...drawn.size)};
   }
 
   // Sectors with bodies that can move: {offset, server, bodies} each.

@@ -176,7 +176,7 @@ function followSelected() {
 
 connection.addEventListener('open', () => {
   state.looked = null;
-  sendContacts();
+  sendMarks();
   lookWhereNeeded(true);
   refreshPlaces();
 });
@@ -218,6 +218,12 @@ connection.addEventListener('frame', ({detail}) => {
   if (frame.isKey) camera.up.set(...state.pendingView.up);
   bodies.apply(frame, state.pendingView);
   followSelected();
+});
+
+connection.addEventListener('seams', ({detail}) => {
+  picture.seams.show(detail, bodies);
+  redraw();
+  requestAnimationFrame(() => connection.send({type: 'seen'}));
 });
 
 connection.addEventListener('status', ({detail}) => {
@@ -290,10 +296,12 @@ function showLegend() {
   }));
 }
 
-function sendContacts() {
-  const on = $('contactsOn').checked;
-  picture.contacts.object.visible = on;
-  connection.send({type: 'contacts', on});
+function sendMarks() {
+  for (const type of ['contacts', 'seams']) {
+    const on = $(`${type}On`).checked;
+    picture[type].object.visible = on;
+    connection.send({type, on});
+  }
 }
 
 $('play').onclick = togglePlay;
@@ -301,7 +309,7 @@ $('step').onclick = () => command('step', {ticks: 1});
 $('steps').onclick = () => command('step', {ticks: 60});
 for (const button of $('tools').children) button.onclick = () => useTool(button.dataset.tool);
 for (const button of $('modes').children) button.onclick = () => colourBy(button.dataset.mode);
-$('contactsOn').onchange = sendContacts;
+$('contactsOn').onchange = $('seamsOn').onchange = sendMarks;
 $('gridOn').onchange = () => showGrid();
 $('shadowsOn').onchange = () => {
   picture.shadows = $('shadowsOn').checked;
@@ -336,6 +344,8 @@ addEventListener('keydown', (event) => {
     $('gridOn').click();
   else if (key === 'c')
     $('contactsOn').click();
+  else if (key === 'b')
+    $('seamsOn').click();
   else if (key === 'Escape')
     select(null);
   else if (kToolKeys[key])
@@ -409,6 +419,7 @@ function draw(now) {
   lastPose = pose;
   if (performance.now() > drawUntil && !picture.ray.object.visible) return;
   bodies.blend(performance.now());
+  if (picture.seams.object.visible) picture.seams.advance(bodies);
   picture.draw(camera, bodies.view, state.looked?.half ?? kHalfMin, frameMs);
   labels.show(labelsNow());
   state.framesDrawn += 1;

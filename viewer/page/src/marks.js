@@ -1,7 +1,7 @@
 // What is drawn beside the bodies: borders of sectors, contacts, the ray that was cast, the planet.
 import {
-  AdditiveBlending, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial,
-  LineSegments, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, WireframeGeometry,
+  AdditiveBlending, Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial,
+  LineSegments, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, Vector3, WireframeGeometry,
 } from 'three';
 
 import {serverColour} from './colours.js';
@@ -9,6 +9,9 @@ import {serverColour} from './colours.js';
 const kSectorsMax = 600;
 const kNormalLength = 0.35;  // m
 const kRaySeconds = 4;
+const kShellsMax = 500;
+const kShellScale = 1.08;  // so that a copy can be seen around its body
+const kGoldenShare = 0.618034;  // of the circle of hues, from one island to the next
 const kPlanetFrom = 2000;  // m from its surface: nearer, the bodies that lie there are its ground
 
 const kCorners = [0, 1, 2, 3, 4, 5, 6, 7].map((n) => [(n & 1) - 0.5, (n >> 1 & 1) - 0.5, (n >> 2) - 0.5]);
@@ -32,6 +35,15 @@ function set(object, positions, colours) {
   object.geometry = new BufferGeometry();
   object.geometry.setAttribute('position', new BufferAttribute(positions, 3).setUsage(DynamicDrawUsage));
   if (colours) object.geometry.setAttribute('color', new BufferAttribute(colours, 3));
+}
+
+const shellMaterials = new Map();
+function shellMaterial(colour) {
+  if (!shellMaterials.has(colour)) {
+    shellMaterials.set(
+        colour, new MeshBasicMaterial({color: colour, transparent: true, opacity: 0.3, depthWrite: false}));
+  }
+  return shellMaterials.get(colour);
 }
 
 // A cube for each sector that has bodies, in the colour of its server, and one for the sector of the focus.
@@ -96,6 +108,74 @@ export class Contacts {
     this.count = count;
     set(this.points, positions.slice(), colours);
     set(this.normals, ends);
+  }
+}
+
+// What happens at borders: copies of bodies as shells in the colours of the servers that have them, and a box around
+// each island that reaches over a border, in a colour of its own.
+export class Seams {
+  #shells = [];   // {mesh, id}
+  #islands = [];  // {colour, bodies}
+
+  constructor() {
+    this.shells = new Group();
+    this.boxes = lines({vertexColors: true, opacity: 0.9});
+    this.boxes.visible = true;
+    this.object = new Group();
+    this.object.add(this.shells, this.boxes);
+    this.object.visible = false;
+  }
+
+  get countClones() { return this.#shells.length; }
+  get countIslands() { return this.#islands.length; }
+
+  show({clones, islands}, bodies) {
+    this.shells.clear();
+    this.#shells = [];
+    for (const {body, server} of clones.slice(0, kShellsMax)) {
+      const form = bodies.formOf(body);
+      if (!form) continue;
+      const mesh = new Mesh(form.geometry, shellMaterial(serverColour(server)));
+      mesh.scale.set(...form.size).multiplyScalar(kShellScale);
+      this.shells.add(mesh);
+      this.#shells.push({mesh, id: body});
+    }
+    this.#islands = islands.map((island) => ({
+                                  colour: new Color().setHSL(island.name * kGoldenShare % 1, 0.75, 0.65),
+                                  bodies: island.bodies
+                                }));
+    this.advance(bodies);
+  }
+
+  // Copies and boxes go where the bodies are.
+  advance(bodies) {
+    for (const {mesh, id} of this.#shells) {
+      const body = bodies.look(id);
+      mesh.visible = body !== null;
+      if (!body) continue;
+      mesh.position.set(...body.position.local);
+      mesh.quaternion.set(...body.orientation);
+    }
+    const positions = [];
+    const colours = [];
+    for (const {colour, bodies: members} of this.#islands) {
+      const box = new Box3();
+      for (const id of members) {
+        const body = bodies.look(id);
+        if (!body) continue;
+        const reach = bodies.formOf(id).radius;
+        const centre = new Vector3(...body.position.local);
+        box.expandByPoint(centre.clone().subScalar(reach)).expandByPoint(centre.addScalar(reach));
+      }
+      if (box.isEmpty()) continue;
+      const size = box.getSize(new Vector3()).toArray();
+      const centre = box.getCenter(new Vector3()).toArray();
+      for (const corner of kEdges.flat()) {
+        positions.push(...kCorners[corner].map((share, axis) => centre[axis] + share * size[axis]));
+        colours.push(...colour.toArray());
+      }
+    }
+    set(this.boxes, new Float32Array(positions), new Float32Array(colours));
   }
 }
 

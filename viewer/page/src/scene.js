@@ -4,7 +4,7 @@ import {
   WebGLRenderer,
 } from 'three';
 
-import {Contacts, Planet, Ray, SectorGrid} from './marks.js';
+import {Contacts, Planet, Ray, Seams, SectorGrid} from './marks.js';
 
 const kSky = '#0e1217';
 const kSlowFrameMs = 45;
@@ -26,11 +26,12 @@ export class Picture {
     this.sun.shadow.normalBias = 0.02;
     this.grid = new SectorGrid();
     this.contacts = new Contacts();
+    this.seams = new Seams();
     this.ray = new Ray();
     this.planet = new Planet();
     this.scene.add(
         bodies.group, this.sky, this.sun, this.sun.target, this.grid.object, this.contacts.object,
-        this.ray.object, this.planet.object);
+        this.seams.object, this.ray.object, this.planet.object);
     this.shadows = true;
     this.mayCoarsen = true;  // where drawing takes too long
     this.onTooSlow = () => {};

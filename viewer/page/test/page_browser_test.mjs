@@ -122,11 +122,13 @@ test('a click puts a body into the world', async () => {
   await page.click('[data-tool=select]');
 });
 
-test('shows contacts and the borders of sectors', async () => {
-  await page.click('#gridOn');
-  await page.click('#contactsOn');
+test('shows contacts, the borders of sectors and what happens there', async () => {
+  for (const mark of ['#gridOn', '#contactsOn', '#seamsOn']) await page.click(mark);
   await page.waitForFunction(() => window.tessera.picture.grid.object.visible);
-  await playUntil(() => window.tessera.picture.contacts.count > 0);
+  await playUntil(() => {
+    const {contacts, seams} = window.tessera.picture;
+    return contacts.count > 0 && seams.countClones > 0 && seams.countIslands > 0;
+  });
 });
 
 test('sectors 2^62 away are reached by typing them', async () => {

@@ -66,6 +66,10 @@ await withPage([world('seam.sdf'), '--servers', '2'], async (page, cluster) => {
   await tessera(cluster.address, 'step', '40');
   await view(page, -1.2, 0.3, 22);
   await shoot(page, 'seam');
+  await page.click('#contactsOn');
+  await page.click('#seamsOn');
+  await page.waitForFunction(() => window.tessera.picture.seams.countClones > 0);
+  await shoot(page, 'clones');
 });
 
 await withPage([world('earth.sdf'), '--servers', '2'], async (page, cluster) => {
