@@ -75,7 +75,7 @@ void add_up(CLI::App& app, Action& action) {
   cluster.listen = kAddressDefault;
   cluster.page = kPageDefault;
   cluster.threads = 0;
-  command.add_option("world", options->world, "SDF or URDF file to load");
+  command.add_option("world", options->world, absl::StrCat("to load: ", kWorldFile));
   command.add_option("--servers", cluster.servers, "sector servers, each a process")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
@@ -113,7 +113,7 @@ void add_load(CLI::App& app, Action& action) {
     bool replace = false;
   };
   const auto options = std::make_shared<LoadOptions>();
-  command.add_option("world", options->world, "SDF or URDF file")->required();
+  command.add_option("world", options->world, kWorldFile)->required();
   command.add_flag("--replace", options->replace, "also where a world is loaded already");
   add_override_options(command, options->overrides);
   on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {

@@ -41,7 +41,7 @@ void add_convert_command(CLI::App& app, Action& action) {
                   "`run` and `load` take it, too.",
                   "tessera convert worlds/tower.sdf tower.pb --shift 2^40,0,0");
   const auto options = std::make_shared<ConvertOptions>();
-  command.add_option("world", options->world, "SDF or URDF file")->required();
+  command.add_option("world", options->world, kWorldFile)->required();
   command.add_option("output", options->output, "file to write, NAME.pb")->required();
   add_override_options(command, options->overrides);
   command.callback([options, &action] { action = [options] { return convert(*options); }; });

@@ -89,7 +89,8 @@ void add_experiment(CLI::App& app, const Experiment& experiment, Action& action)
 }  // namespace
 
 void add_experiment_command(CLI::App& app, Action& action) {
-  CLI::App& command = *app.add_subcommand("experiment", "Measure what Tessera claims.");
+  CLI::App& command = add_command(app, "experiment", "Measure what Tessera claims.",
+                                  "tessera experiment distance --quick --engine f32");
   command.require_subcommand(1);
   add_seams_experiment(command, action);
   for (const Experiment& experiment : all_experiments()) add_experiment(command, experiment, action);

@@ -46,7 +46,7 @@ void add_run_command(CLI::App& app, Action& action) {
       app, "run", "Simulate a world file as fast as possible, and report.",
       "tessera run worlds/earth.sdf --servers 4 --seconds 10 --shift 2^40,0,-2^62 --json earth.json");
   const auto options = std::make_shared<RunOptions>();
-  command.add_option("world", options->world, "SDF or URDF file")->required();
+  command.add_option("world", options->world, kWorldFile)->required();
   CLI::Option* servers =
       command.add_option("--servers", options->servers, "sector servers to start, each a process")
           ->check(CLI::Range(1, 64))

@@ -89,7 +89,7 @@ void add_simulate_command(CLI::App& app, Action& action) {
       "tessera simulate worlds/busy.sdf --seed 42 --seeds 10 --servers 4");
   const auto options = std::make_shared<SimulateOptions>();
   command.add_option("world", options->world,
-                     "SDF or URDF file; without one, a small pile at a sector corner");
+                     absl::StrCat(kWorldFile, "; without one, a small pile at a sector corner"));
   command.add_option("--seed", options->seed, "decides when each message arrives")->capture_default_str();
   command.add_option("--seeds", options->seeds, "how many seeds, from that one on")
       ->check(CLI::Range(1, 1'000'000))

@@ -46,7 +46,7 @@ void add_tune_command(CLI::App& app, Action& action) {
       add_command(app, "tune", "Find the cheapest settings with which a world moves as it should.",
                   "tessera tune worlds/machines.sdf --max-error 1mm --horizon 2s --write machines.json");
   const auto options = std::make_shared<CommandOptions>();
-  command.add_option("world", options->world, "SDF or URDF file")->required();
+  command.add_option("world", options->world, kWorldFile)->required();
   add_parsed(command, "--max-error", options->tune.max_error, parse_length,
              "how far any body may be from where a far finer run has it; 1mm if not given");
   add_parsed(command, "--horizon", options->tune.horizon, parse_seconds, "for how long; 2s if not given");

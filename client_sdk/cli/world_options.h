@@ -10,6 +10,9 @@
 
 namespace tessera::cli {
 
+// What load_world() takes, for the help.
+inline constexpr const char* kWorldFile = "SDF or URDF file, or NAME.pb of tessera convert";
+
 absl::StatusOr<Precision> parse_precision(const std::string& text);
 absl::StatusOr<SeamPolicy> parse_seams(const std::string& text);
 

@@ -1,0 +1,90 @@
+"""Pages of Markdown: what they link to, and what they tell people to type."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+SHELL_FENCES = ("```sh", "```bash", "```console")
+INDENT = " " * 4
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+ASSIGNMENT = re.compile(r"[A-Z_]+=")
+CONTROL = {"&", "&&", "||", "|", ";"}
+
+
+@dataclass(frozen=True)
+class Link:
+    page: Path
+    line: int
+    target: str
+
+
+@dataclass(frozen=True)
+class Command:
+    """One simple command of a shell line."""
+
+    page: str  # as people are told of it
+    line: int
+    words: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.page}:{self.line}: {shlex.join(self.words)}"
+
+
+def links(page: Path) -> Iterator[Link]:
+    """The links and pictures of a page, those in code left out."""
+    for number, line in _lines(page, in_code=False):
+        for target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
+            yield Link(page, number, target)
+
+
+def anchors(page: Path) -> set[str]:
+    """What a link may name behind a #: headings, in lower case, with - between words."""
+    titles = (line.lstrip("#").strip() for _, line in _lines(page, in_code=False) if line.startswith("#"))
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def shell_commands(page: Path, name: str) -> Iterator[Command]:
+    """The commands of indented blocks, and of fenced ones of a shell, in their order."""
+    first, whole = 0, ""
+    for number, line in _lines(page, in_code=True):
+        first = first if whole else number
+        whole += line.removesuffix("\\")
+        if not line.endswith("\\"):
+            yield from split(whole, name, first)
+            whole = ""
+
+
+def split(text: str, page: str, line: int) -> Iterator[Command]:
+    """The simple commands of a line, without comments and without variables in front of them."""
+    lexer = shlex.shlex(text, posix=True, punctuation_chars=True)
+    lexer.whitespace_split = True
+    words: list[str] = []
+    try:
+        for token in [*lexer, ";"]:
+            if token not in CONTROL:
+                words.append(token)
+                continue
+            while words and ASSIGNMENT.match(words[0]):
+                words.pop(0)
+            if words:
+                yield Command(page, line, tuple(words))
+            words = []
+    except ValueError:  # an apostrophe: no line of a shell
+        return
+
+
+def _lines(page: Path, in_code: bool) -> Iterator[tuple[int, str]]:
+    """The numbered lines inside of shell blocks, or those outside of any code."""
+    fence, indented, blank = "", False, True
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        if line.startswith("```"):
+            fence = "" if fence else line.rstrip()
+            continue
+        indented = not fence and line.startswith(INDENT) and (indented or blank)
+        blank = not line.strip()
+        if in_code == bool(indented or fence in SHELL_FENCES) and (in_code or not fence):
+            yield number, line.strip()

@@ -1,0 +1,144 @@
+"""The programs of a build: what their --help says, runs of them, and clusters of `tessera up`."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import threading
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+
+DEADLINE_S = 120.0  # of one command, on a machine that is busy
+
+Words = tuple[str, ...]
+
+
+class Failed(Exception):
+    """Why a command does not hold."""
+
+
+class Programs:
+    """The programs that are in `folder`; `tessera` and the others are on their PATH.
+
+    They run in `scratch`.
+    """
+
+    def __init__(self, folder: Path, scratch: Path) -> None:
+        self.folder = folder
+        self.scratch = scratch
+        self.environment = os.environ | {"PATH": f"{folder}:{os.environ['PATH']}"}
+        self.help = cache(self._help)
+
+    def run(self, words: Words, address: str = "") -> str:
+        """What a command prints. Failed unless it ends well; one that watches is interrupted."""
+        process = self.start(words, {"TESSERA_ADDRESS": address} if address else {})
+        with process, deadline(process):
+            assert process.stdin is not None and process.stdout is not None
+            process.stdin.close()
+            said = process.stdout.readline()
+            if "--watch" in words:
+                process.send_signal(signal.SIGINT)
+            said += process.stdout.read()
+        if process.returncode != 0:
+            raise Failed(f"exit code {process.returncode}: {said.strip()}")
+        return said
+
+    def start(self, words: Sequence[str], variables: dict[str, str] | None = None) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            [self.folder / words[0], *words[1:]],
+            cwd=self.scratch,
+            env=self.environment | (variables or {}),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+    def subcommand(self, words: Words) -> Words:
+        """Program and subcommands that begin a command."""
+        for length in range(1, len(words)):
+            if words[length] not in self.subcommands(words[:length]):
+                return words[:length]
+        return words
+
+    def subcommands(self, words: Words) -> list[str]:
+        listed = self.help(words).partition("\nSubcommands:\n")[2].partition("\n\n")[0]
+        return re.findall(r"^  ([a-z]+)", listed, re.MULTILINE)
+
+    def options(self, words: Words) -> list[str]:
+        """The options of a program or subcommand."""
+        said = self.help(words).partition("\nExample")[0]
+        return ",".join(re.findall(r"^  (-\S+)", said, re.MULTILINE)).split(",")
+
+    def examples(self, words: Words) -> list[str]:
+        """The command lines at the end of its help."""
+        said = self.help(words).partition("\nExample")[2].partition(":")[2]
+        return [line.strip() for line in said.splitlines() if line.strip()]
+
+    def check_options(self, words: Words) -> None:
+        """Failed for a subcommand or an option that there is not."""
+        known = self.subcommand(words)
+        given = words[len(known) :]
+        options = self.options(known)
+        if self.subcommands(known) and not set(given) & set(options):
+            raise Failed(f"{' '.join(known)} has no subcommand {' '.join(given[:1])}")
+        for word in given:
+            option = word.partition("=")[0]
+            if re.match(r"--?[a-z]", option) and option not in options:
+                raise Failed(f"{' '.join(known)} has no option {option}")
+
+    def _help(self, words: Words) -> str:
+        return self.run((*words, "--help"))
+
+
+class Cluster:
+    """A cluster that `tessera up` starts on a free port, and that ends with its input."""
+
+    def __init__(self, programs: Programs, given: Words = ()) -> None:
+        """`given` are world and options of `up`; Failed where it does not come up."""
+        arguments = with_option(without_option(given, "--page"), "--listen", "127.0.0.1:0")
+        self._process = programs.start(["tessera", "up", "--no-page", "--end-with-input", *arguments])
+        assert self._process.stdout is not None
+        with deadline(self._process):  # the second line says that the world is loaded, or how to load one
+            said = self._process.stdout.readline() + self._process.stdout.readline()
+        up = re.search(r"cluster is up.* on (\S+:\d+)", said)
+        if not up:
+            self.stop()
+            raise Failed(said.strip())
+        self.address = up.group(1)
+
+    def stop(self) -> None:
+        """Ends it. Failed where it does not end well."""
+        with self._process as process, deadline(process):
+            said, _ = process.communicate()
+        if process.returncode != 0:
+            raise Failed(f"the cluster ended with exit code {process.returncode}: {said.strip()}")
+
+
+@contextlib.contextmanager
+def deadline(process: subprocess.Popen[str]) -> Iterator[None]:
+    """Ends a process that is not done in time, and with it the wait for what it says."""
+    timer = threading.Timer(DEADLINE_S, process.kill)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def with_option(words: Words, option: str, value: str) -> Words:
+    """The command with this value of an option instead of any other."""
+    return (*without_option(words, option), option, value)
+
+
+def without_option(words: Words, option: str) -> Words:
+    """The command without an option and its value."""
+    kept = [word for word in words if not word.startswith(f"{option}=")]
+    if option in kept:
+        place = kept.index(option)
+        del kept[place : place + 2]
+    return tuple(kept)
