@@ -11,6 +11,7 @@ top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 mirror=${1:-http://deb.debian.org/debian}
 packages=$top/build/release/package
 root=$(mktemp -d)
+chmod 755 "$root"  # for the users in it
 pids=()
 clean_up() {
   [ "$?" -eq 0 ] || tail -n 5 "$root"/tmp/*.log >&2 || true
@@ -20,7 +21,7 @@ clean_up() {
   mountpoint -q "$root/proc" || mountpoint -q "$root/dev" || rm -rf "$root"
 }
 trap clean_up EXIT
-inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
+inside() { chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
 say() { printf '%s\n' "$*"; }
 files() { inside find /etc /usr /var/lib/tessera -xdev 2>/dev/null | sort; }
 
@@ -28,7 +29,7 @@ debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 || { 
 rm -f "$root.log"
 mount -t proc proc "$root/proc"
 mount --bind /dev "$root/dev"
-inside apt-get update -qq -o APT::Sandbox::User=root
+inside apt-get update -qq
 apt_get() { inside apt-get -qq -y --no-install-recommends "$@" >"$root/tmp/apt.log" 2>&1 || { tail -5 "$root/tmp/apt.log" >&2; exit 1; }; }
 say "bare root: $(inside dpkg-query -f '.\n' -W | wc -l) packages"
 

@@ -127,7 +127,7 @@ struct SeamTraits {
 v1::Region to_proto(const WatchedRegion& region) {
   v1::Region message;
   *message.mutable_centre() = to_proto(region.centre);
-  *message.mutable_half_size() = to_proto(region.half_size);
+  *message.mutable_half_size() = tessera::to_proto(region.half_size);
   return message;
 }
 
