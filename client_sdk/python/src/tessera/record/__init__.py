@@ -1,5 +1,7 @@
 """Recordings of what a client saw, in MCAP files; `pip install tessera[record]`.
 
+    import tessera.record
+
     with tessera.record.Recorder(client, "run.mcap") as recorder:
         client.step(120)
         recorder.run(ticks=120)

@@ -66,6 +66,8 @@ def _follow(recorder: Recorder, ticks: int | None) -> None:
         if second > said and sys.stderr.isatty():
             said = second
             print(f"\rtick {tick}, {second} s, {recorder.size / 1e6:.1f} MB ", end="", file=sys.stderr)
+    if said >= 0:
+        print(file=sys.stderr)
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:

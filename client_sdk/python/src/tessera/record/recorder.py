@@ -23,7 +23,7 @@ from tessera.record.mcap_writer import McapWriter
 from tessera.record.scene import scene, transforms
 from tessera.record.schema import definition_of
 
-EVERY_MAX = 1000  # ticks; of contacts, what lies between must wait at the servers
+EVERY_MAX = 1000  # ticks; the contacts of those between wait at the servers meanwhile
 
 
 class Recorder:
@@ -48,9 +48,10 @@ class Recorder:
         bodies: Iterable[BodyName] = (),
         sector: SectorLike | None = None,
     ) -> None:
-        """Records ticks that are multiples of `every`, at most 1000; contacts that begin or end are recorded
-        at each tick. `bodies` not given: all, else these, and contacts with them. What is drawn is drawn
-        relative to the centre of `sector`; not given: of the one that the first body is in.
+        """Records ticks that are multiples of `every`, at most 1000. Contacts that begin or end are recorded
+        at each tick; those that go on only where `every` is 1. `bodies` not given: all, else these, and
+        contacts with them. What is drawn is drawn relative to the centre of `sector`; not given: of the one
+        that the first body is in.
 
         FileExistsError, FailedPrecondition where no world is loaded, NotFound for a body that is not there,
         InvalidArgument for `every`.
@@ -61,7 +62,7 @@ class Recorder:
         self._every = every
         self._ids = [body if isinstance(body, int) else client.find(body).id for body in bodies]
         with ExitStack() as ending:
-            self._contacts = ending.enter_context(client.watch_contacts(ids=self._ids, persisting=True))
+            self._contacts = ending.enter_context(client.watch_contacts(ids=self._ids, persisting=every == 1))
             self._bodies = ending.enter_context(client.watch_bodies(ids=self._ids, every_ticks=every))
             status = client.status()
             self.world: str = status.world
@@ -224,9 +225,8 @@ class Recorder:
             self._contact_tick, parts = self._contacts.next_parts()
             if is_first or (self.tick is None and self._contact_tick < tick):
                 continue
-            is_between = self._contact_tick % self._every != 0
-            contacts = _contacts_of(self._contact_tick, parts, is_between)
-            if contacts.contacts or not is_between:
+            contacts = _contacts_of(self._contact_tick, parts)
+            if contacts.contacts or self._contact_tick % self._every == 0:
                 self._write(topics.CONTACTS, self._contact_tick, contacts)
 
     def _time_of(self, tick: int) -> int:
@@ -246,16 +246,10 @@ def _bodies_of(tick: int, parts: list[tessera_pb2.BodyBatch]) -> tessera_pb2.Bod
     return result
 
 
-def _contacts_of(
-    tick: int, parts: list[tessera_pb2.ContactBatch], only_changes: bool
-) -> tessera_pb2.ContactBatch:
-    """Likewise; `only_changes`: without those that neither begin nor end."""
+def _contacts_of(tick: int, parts: list[tessera_pb2.ContactBatch]) -> tessera_pb2.ContactBatch:
+    """Likewise."""
     result = tessera_pb2.ContactBatch(tick=tick)
     for part in parts:
-        result.contacts.extend(
-            contact
-            for contact in part.contacts
-            if not only_changes or contact.phase != tessera_pb2.Contact.PERSIST
-        )
+        result.contacts.extend(part.contacts)
     result.contacts.sort(key=attrgetter("a", "b"))
     return result

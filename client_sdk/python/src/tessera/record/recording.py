@@ -88,8 +88,8 @@ class Recording:
         return self._frames(topics.BODIES, int(first), int(last))
 
     def contacts(self, tick: int) -> ContactFrame:
-        """The contacts at a tick that bodies were recorded at. KeyError for another tick, and for the first
-        one where the world stood still then: contacts are told by ticks.
+        """The contacts of a tick: where `every_ticks` is 1 all, else those that begin or end. KeyError where
+        none were recorded, as for the first tick of a world that stood still: contacts are told by ticks.
         """
         place = _place(self._ticks_of(topics.CONTACTS), tick)
         (message,) = self._reader.messages(topics.CONTACTS, place, place + 1)
