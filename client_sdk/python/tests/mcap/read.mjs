@@ -18,20 +18,19 @@ const channels = new Map();
 const messages = [];
 const metadata = {};
 
-function decode({name, data}, message) {
-  const type = protobufFromBinaryDescriptor(data).lookupType(name);
-  return type.toObject(type.decode(message), {longs: String, enums: String, defaults: true});
+function addSchema(schema) {
+  schemas.set(schema.id, {...schema, type: protobufFromBinaryDescriptor(schema.data).lookupType(schema.name)});
 }
 
 function add(message) {
   const {topic, messageEncoding, schemaId} = channels.get(message.channelId);
-  const schema = schemas.get(schemaId);
+  const {name, encoding, type} = schemas.get(schemaId);
   messages.push({
     topic,
-    encoding: `${messageEncoding} ${schema.encoding} ${schema.name}`,
+    encoding: `${messageEncoding} ${encoding} ${name}`,
     time: Number(message.logTime),
     sequence: message.sequence,
-    data: decode(schema, message.data),
+    data: type.toObject(type.decode(message.data), {longs: String, enums: String, defaults: true}),
   });
 }
 
@@ -47,7 +46,7 @@ async function readByIndex() {
       read: async (offset, size) => bytes.subarray(Number(offset), Number(offset + size)),
     },
   });
-  for (const [id, schema] of reader.schemasById) schemas.set(id, schema);
+  reader.schemasById.forEach(addSchema);
   for (const [id, channel] of reader.channelsById) channels.set(id, channel);
   for await (const message of reader.readMessages()) add(message);
   for await (const record of reader.readMetadata()) note(record);
@@ -58,7 +57,7 @@ function readAsStream() {
   const reader = new McapStreamReader({decompressHandlers, validateCrcs: true});
   reader.append(bytes);
   for (let record; (record = reader.nextRecord());) {
-    if (record.type === 'Schema') schemas.set(record.id, record);
+    if (record.type === 'Schema') addSchema(record);
     if (record.type === 'Channel') channels.set(record.id, record);
     if (record.type === 'Message') add(record);
     if (record.type === 'Metadata') note(record);
