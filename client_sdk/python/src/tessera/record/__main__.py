@@ -50,12 +50,10 @@ def _record(recorder: Recorder, options: argparse.Namespace) -> None:
     if options.seconds is not None:
         ticks = math.ceil(options.seconds / recorder.time_step)
     with ThreadPoolExecutor(1) as executor:
-        done = executor.submit(_follow, recorder, ticks)
         try:
-            done.result()
+            executor.submit(_follow, recorder, ticks).result()
         except KeyboardInterrupt:
             recorder.stop()
-            done.result()
 
 
 def _follow(recorder: Recorder, ticks: int | None) -> None:
