@@ -40,3 +40,17 @@ function(tessera_test name)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT ${arg_TIMEOUT})
 endfunction()
+
+# tessera_npm_packages(FOLDER COMMENT): what FOLDER/package-lock.json names is in node_modules of the current
+# binary directory once its packages.stamp is built.
+function(tessera_npm_packages folder comment)
+  find_program(TESSERA_NPM npm REQUIRED)
+  set(files ${folder}/package.json ${folder}/package-lock.json ${folder}/.npmrc)
+  add_custom_command(OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/packages.stamp
+    COMMAND ${CMAKE_COMMAND} -E copy ${files} ${CMAKE_CURRENT_BINARY_DIR}
+    COMMAND ${TESSERA_NPM} ci --ignore-scripts --no-audit --no-fund --loglevel=error
+    COMMAND ${CMAKE_COMMAND} -E touch packages.stamp
+    DEPENDS ${files}
+    WORKING_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}
+    COMMENT ${comment})
+endfunction()

@@ -19,6 +19,7 @@ packages=(
   chromium libgmock-dev libgtest-dev libyaml-cpp-dev
   # the Python client
   mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
+  python3-zstandard
 )
 # A Node.js of another origin brings npm along, and the distribution's would not go with it.
 command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)

@@ -19,6 +19,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 PACKAGE = "tessera/_proto"
 NAMES = ("world.proto", "tessera.proto")
+DESCRIBED = "foxglove"  # no module: other packages register messages of these names, too
 
 
 def compiler() -> list[str]:
@@ -57,17 +58,34 @@ def generate(sources: Path, output: Path) -> None:
     )
 
 
+def describe(sources: Path, output: Path) -> None:
+    """Writes what the file DESCRIBED says, as a FileDescriptorSet, to `output`."""
+    subprocess.run(
+        [
+            *compiler(),
+            f"--proto_path={sources}",
+            f"--descriptor_set_out={output / PACKAGE / DESCRIBED}.binpb",
+            "--include_imports",
+            f"{DESCRIBED}.proto",
+        ],
+        check=True,
+    )
+
+
 class GenerateMessages(BuildHookInterface):
-    """Adds the generated modules to a wheel."""
+    """Adds what is generated to a wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if self.target_name != "wheel":
             return
         root = Path(self.root)
         packed = root / "proto"
+        sources = packed if packed.is_dir() else root.parents[1] / "proto"
         self.output = Path(tempfile.mkdtemp(prefix="tessera-proto-"))
-        generate(packed if packed.is_dir() else root.parents[1] / "proto", self.output)
-        for file in sorted((self.output / PACKAGE).glob("*.py*")):
+        generate(sources, self.output)
+        describe(sources, self.output)
+        folder = self.output / PACKAGE
+        for file in sorted([*folder.glob("*.py*"), *folder.glob("*.binpb")]):
             build_data["force_include"][str(file)] = f"{PACKAGE}/{file.name}"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:

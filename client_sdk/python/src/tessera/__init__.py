@@ -11,7 +11,7 @@ Units: m, kg, s, rad, N. Positions are a sector and a displacement from its cent
 
 from tessera._proto.world_pb2 import Shape
 from tessera.body import Body, Motion
-from tessera.client import BodyName, BodyStream, Client, ContactStream, Status
+from tessera.client import BodyName, BodyStream, Catalogue, Client, ContactStream, Status
 from tessera.cluster import Cluster
 from tessera.errors import (
     Aborted,
@@ -57,6 +57,7 @@ __all__ = [
     "BodyName",
     "BodyStream",
     "Cancelled",
+    "Catalogue",
     "CentralGravity",
     "Client",
     "Cluster",

@@ -51,6 +51,9 @@ BodyName: TypeAlias = int | str
 Status: TypeAlias = tessera_pb2.StatusReply
 """What a cluster does; its fields are described in proto/tessera.proto."""
 
+Catalogue: TypeAlias = tessera_pb2.FindBodiesReply
+"""Bodies with their names and properties, and their shapes by the numbers that the properties have."""
+
 BodyStream: TypeAlias = Stream[tessera_pb2.BodyBatch, BodyFrame]
 ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
 
@@ -369,6 +372,26 @@ class Client:
         request = tessera_pb2.FindBodiesRequest(name_prefix=prefix, limit=limit)
         reply = self._call("FindBodies", request, timeout)
         return [FoundBody(body.id, body.name, body.properties) for body in reply.bodies]
+
+    def catalogue(
+        self,
+        ids: Sequence[int] = (),
+        *,
+        only_static: bool = False,
+        with_shapes: bool = True,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> Catalogue:
+        """Those of the bodies `ids` that are there; not given: the first 100,000 of all."""
+        result = tessera_pb2.FindBodiesReply()
+        for begin in range(0, max(1, len(ids)), BODIES_ASKED):
+            request = tessera_pb2.FindBodiesRequest(
+                ids=ids[begin : begin + BODIES_ASKED],
+                limit=BODIES_ASKED,
+                only_static=only_static,
+                with_shapes=with_shapes,
+            )
+            result.MergeFrom(self._call("FindBodies", request, timeout))
+        return result
 
     def find_joints(
         self, prefix: str = "", limit: int = 0, timeout: float | None = CALL_TIMEOUT_S

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import TypeAlias
 
@@ -50,6 +50,20 @@ class BodyFrame:
         if row == len(self.ids) or self.ids[row] != body:
             raise KeyError(body)
         return row
+
+    def of(self, bodies: Iterable[int]) -> BodyFrame:
+        """The same for these bodies alone, in their order. KeyError where one is not in the frame."""
+        rows = [self.row(body) for body in bodies]
+        return replace(
+            self,
+            ids=self.ids[rows],
+            sectors=self.sectors[rows],
+            local=self.local[rows],
+            orientations=self.orientations[rows],
+            linear_velocities=self.linear_velocities[rows],
+            angular_velocities=self.angular_velocities[rows],
+            asleep=self.asleep[rows],
+        )
 
     def relative_to(self, sector: SectorLike = ORIGIN) -> Floats:
         """Positions [n, 3] in metres from the centre of `sector`; see `tessera.relative_to()`."""

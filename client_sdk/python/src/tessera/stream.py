@@ -170,7 +170,11 @@ class Stream(Generic[Part, Frame]):
         for good: Unavailable, naming the server, when one was lost, Cancelled after `cancel()`, Aborted
         when the world was unloaded or replaced.
         """
-        return self._read(*self._merger.next(timeout))
+        return self._read(*self.next_parts(timeout))
+
+    def next_parts(self, timeout: float | None = None) -> tuple[int, list[Part]]:
+        """As `next()`, but the tick and what each server says of it, as messages."""
+        return self._merger.next(timeout)
 
     def __iter__(self) -> Iterator[Frame]:
         while True:

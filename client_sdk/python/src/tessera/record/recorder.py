@@ -1,0 +1,255 @@
+"""Records what a client could have seen of a cluster, tick by tick."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
+from importlib.metadata import version
+from operator import attrgetter
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from google.protobuf import json_format
+
+from tessera._proto import tessera_pb2, world_pb2
+from tessera.client import CALL_TIMEOUT_S, BodyName, Client, Status
+from tessera.errors import Cancelled, InvalidArgument, NotFound
+from tessera.frame import Ids, body_frame
+from tessera.position import Sector, SectorLike, sector_message, to_sector
+from tessera.record import topics
+from tessera.record.mcap_writer import McapWriter
+from tessera.record.scene import scene, transforms
+from tessera.record.schema import definition_of
+
+EVERY_MAX = 1000  # ticks; the contacts of those between wait at the servers meanwhile
+
+
+class Recorder:
+    """A recording of the world that is loaded.
+
+        with tessera.record.Recorder(client, "run.mcap") as recorder:
+            client.step(120)
+            recorder.run(ticks=120)
+
+    It subscribes when it is made, and nothing is missed from then on. Each tick has the states of bodies and
+    their contacts, each second of simulated time the status of the cluster and the static bodies, as far as
+    they have changed. The end of the `with` block makes the file whole; an interrupted one can be read up to
+    its last second.
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        path: str | os.PathLike[str],
+        *,
+        every: int = 1,
+        bodies: Iterable[BodyName] = (),
+        sector: SectorLike | None = None,
+    ) -> None:
+        """Records ticks that are multiples of `every`, at most 1000. Contacts that begin or end are recorded
+        at each tick; those that go on only where `every` is 1. `bodies` not given: all, else these, and
+        contacts with them. What is drawn is drawn relative to the centre of `sector`; not given: of the one
+        that the first body is in.
+
+        FileExistsError, FailedPrecondition where no world is loaded, NotFound for a body that is not there,
+        InvalidArgument for `every`.
+        """
+        if not 1 <= every <= EVERY_MAX:
+            raise InvalidArgument(f"every: {every} is not within 1 to {EVERY_MAX}")
+        self._client = client
+        self._every = every
+        self._ids = [body if isinstance(body, int) else client.find(body).id for body in bodies]
+        with ExitStack() as ending:
+            self._contacts = ending.enter_context(client.watch_contacts(ids=self._ids, persisting=every == 1))
+            self._bodies = ending.enter_context(client.watch_bodies(ids=self._ids, every_ticks=every))
+            status = client.status()
+            self.world: str = status.world
+            self.time_step: float = status.settings.time_step
+            self._sector_size: float = status.settings.sector_size
+            self.sector = self._first_sector(status) if sector is None else to_sector(sector_message(sector))
+            self._file = McapWriter(path, f"tessera {version('tessera')}")
+            ending.callback(self._file.finish)
+            self._begin(status)
+            self._ending = ending.pop_all()
+        self._catalogue: dict[int, tessera_pb2.FindBodiesReply.Found] = {}
+        self._names: dict[int, str] = {}
+        self._shapes: dict[int, world_pb2.Shape] = {}
+        self._present: Ids = np.empty(0, dtype=np.uint64)
+        self._statics = tessera_pb2.BodyBatch()
+        self._contact_tick: int | None = None  # the last that was read
+        self._second = -1  # the last that a status was recorded in
+        self.tick: int | None = None  # the last that was recorded
+        self.count = 0  # of the ticks that were recorded
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file so far."""
+        return self._file.size
+
+    def run(self, ticks: int | None = None) -> None:
+        """Records until the world is that many ticks older than when it began, or until `stop()`.
+
+        Errors as those of `Stream.next()`: with them, the recording ends, and what it has is kept.
+        """
+        for _ in self.follow(ticks):
+            pass
+
+    def follow(self, ticks: int | None = None) -> Iterator[int]:
+        """As `run()`, giving each tick when it is recorded."""
+        end: int | None = None
+        while end is None or self._next_tick() <= end:
+            try:
+                tick, parts = self._bodies.next_parts()
+            except Cancelled:
+                return
+            self._record(tick, parts)
+            if end is None and ticks is not None:
+                end = tick + ticks
+            yield tick
+
+    def stop(self) -> None:
+        """Ends `run()`. From any thread."""
+        self._bodies.cancel()
+
+    def close(self) -> None:
+        """Makes the file whole."""
+        self._ending.close()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _begin(self, status: Status) -> None:
+        self._file.add_metadata(
+            topics.METADATA,
+            {
+                topics.WORLD: status.world,
+                topics.SETTINGS: json_format.MessageToJson(
+                    status.settings, preserving_proto_field_name=True, indent=0
+                ),
+                topics.ANCHOR: ",".join(map(str, to_sector(status.anchor))),
+                topics.SECTOR: ",".join(map(str, self.sector)),
+                topics.EVERY: str(self._every),
+            },
+        )
+        self._channels = {
+            topic: self._file.add_channel(topic, kind.DESCRIPTOR.full_name, definition_of(kind))
+            for topic, kind in topics.MESSAGES.items()
+        }
+
+    def _next_tick(self) -> int:
+        assert self.tick is not None
+        return (self.tick // self._every + 1) * self._every
+
+    def _first_sector(self, status: Status) -> Sector:
+        """Where the first body is that is recorded; the anchor of a world without any."""
+        first = self._ids[:1] or [body.id for body in self._client.find_bodies(limit=1)]
+        for state in self._states_of(first).bodies:
+            return to_sector(state.pose.position.sector)
+        if self._ids:
+            raise NotFound(f"bodies: none has the id {first[0]}")
+        return to_sector(status.anchor)
+
+    def _states_of(self, ids: list[int]) -> tessera_pb2.BodyBatch:
+        """The states of these bodies, static or not, as they are now."""
+        if not ids:
+            return tessera_pb2.BodyBatch()
+        with self._client.watch_bodies(ids=ids) as stream:
+            return _bodies_of(*stream.next_parts(CALL_TIMEOUT_S))
+
+    def _record(self, tick: int, parts: list[tessera_pb2.BodyBatch]) -> None:
+        bodies = _bodies_of(tick, parts)
+        frame = body_frame(tick, [bodies], self._sector_size)
+        is_scene_old = False
+        second = int(tick * self.time_step)
+        if second > self._second:
+            self._second = second
+            is_scene_old = self._look(tick)
+        if not np.array_equal(frame.ids, self._present):
+            self._learn(tick, np.setdiff1d(frame.ids, self._present).tolist())
+            self._present = frame.ids
+            is_scene_old = True
+        if is_scene_old:
+            self._draw(tick)
+        self._write(topics.BODIES, tick, bodies)
+        self._write(topics.TF, tick, transforms(frame, self._names, self.sector, self._time_of(tick)))
+        self._record_contacts(tick)
+        self.tick = tick
+        self.count += 1
+
+    def _learn(self, tick: int, ids: list[int]) -> None:
+        """Asks for the names and shapes of those bodies that were not there before."""
+        new = [body for body in ids if body not in self._catalogue]
+        if not new:
+            return
+        found = self._client.catalogue(new)
+        self._catalogue.update((body.id, body) for body in found.bodies)
+        self._names.update((body.id, body.name) for body in found.bodies)
+        self._shapes.update(found.shapes)
+        self._write(topics.CATALOGUE, tick, found)
+
+    def _look(self, tick: int) -> bool:
+        """Records what is looked at once a second. Whether static bodies have changed since the last time."""
+        self._file.end_chunk()
+        status = self._client.status()
+        self._write(topics.STATUS, status.tick, status)
+        if self._ids:
+            return False
+        ids = [body.id for body in self._client.catalogue(only_static=True, with_shapes=False).bodies]
+        before, self._statics = self._statics, self._states_of(ids)
+        if before.bodies == self._statics.bodies:
+            return False
+        self._learn(tick, ids)
+        self._statics.tick = tick
+        frame = body_frame(tick, [self._statics], self._sector_size)
+        self._write(topics.STATIC_BODIES, tick, self._statics)
+        self._write(topics.TF_STATIC, tick, transforms(frame, self._names, self.sector, self._time_of(tick)))
+        return True
+
+    def _draw(self, tick: int) -> None:
+        """Records the shapes of all bodies that are there."""
+        ids = [state.id for state in self._statics.bodies] + self._present.tolist()
+        bodies = [self._catalogue[body] for body in ids if body in self._catalogue]
+        self._write(topics.SCENE, tick, scene(bodies, self._shapes, self._time_of(tick)))
+
+    def _record_contacts(self, tick: int) -> None:
+        """Records those after the last tick that was recorded, up to `tick`."""
+        while self._contact_tick is None or self._contact_tick < tick:
+            is_first = self._contact_tick is None  # nobody vouches for that one
+            self._contact_tick, parts = self._contacts.next_parts()
+            if is_first or (self.tick is None and self._contact_tick < tick):
+                continue
+            contacts = _contacts_of(self._contact_tick, parts)
+            if contacts.contacts or self._contact_tick % self._every == 0:
+                self._write(topics.CONTACTS, self._contact_tick, contacts)
+
+    def _time_of(self, tick: int) -> int:
+        return topics.time_of(tick, self.time_step)
+
+    def _write(self, topic: str, tick: int, message: Any) -> None:
+        data = message.SerializeToString()
+        self._file.write(self._channels[topic], self._time_of(tick), data, tick & 0xFFFFFFFF)
+
+
+def _bodies_of(tick: int, parts: list[tessera_pb2.BodyBatch]) -> tessera_pb2.BodyBatch:
+    """What all servers say of a tick."""
+    result = tessera_pb2.BodyBatch(tick=tick)
+    for part in parts:
+        result.bodies.extend(part.bodies)
+    result.bodies.sort(key=attrgetter("id"))
+    return result
+
+
+def _contacts_of(tick: int, parts: list[tessera_pb2.ContactBatch]) -> tessera_pb2.ContactBatch:
+    """Likewise."""
+    result = tessera_pb2.ContactBatch(tick=tick)
+    for part in parts:
+        result.contacts.extend(part.contacts)
+    result.contacts.sort(key=attrgetter("a", "b"))
+    return result
