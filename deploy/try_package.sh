@@ -67,9 +67,12 @@ add_executable(hello hello.cc)
 target_link_libraries(hello PRIVATE tessera::client)
 CMAKE
 inside sh -ec 'cd /tmp/hello && cmake -B build . >/dev/null && cmake --build build >/dev/null'
-say "built by find_package(tessera): $(inside /tmp/hello/build/hello | tail -1)"
+answer=$(inside /tmp/hello/build/hello | tail -1)
+say "built by find_package(tessera): $answer"
+inside tessera remove crate
 inside sh -ec 'cd /tmp/hello && g++ -std=c++20 hello.cc $(pkg-config --cflags --libs tessera) -o by_pkg_config'
-say "built by pkg-config: $(inside /tmp/hello/by_pkg_config | tail -1)"
+answer=$(inside /tmp/hello/by_pkg_config | tail -1)
+say "built by pkg-config: $answer"
 
 inside tessera shutdown
 for pid in "${pids[@]}"; do wait "$pid" || { say "a daemon ended with an error"; tail "$root"/tmp/*.log; exit 1; }; done

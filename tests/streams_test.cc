@@ -131,8 +131,8 @@ TEST(SeamStreamTest, TwoServersTellOfTheSameCopiesAndIslandsAsOne) {
     ASSERT_THAT(cluster.client->load(read_world("seam.sdf")).status(), IsOk());
     seen[servers - 1] = seams_after(*cluster.client, kTicks);
     tower.clear();
-    for (const FoundBody& box : cluster.client->find_bodies("tower_2::").value().bodies)
-      tower.push_back(box.id);
+    const FoundBodies boxes = cluster.client->find_bodies("tower_2::").value();
+    for (const FoundBody& box : boxes.bodies) tower.push_back(box.id);
   }
   EXPECT_EQ(seen[0], seen[1]);
   EXPECT_FALSE(seen[1].first.empty());
