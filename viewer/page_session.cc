@@ -3,13 +3,13 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <utility>
 
 #include "client_sdk/src/status_json.h"
 #include "viewer/json.h"
 #include "viewer/page_requests.h"
+#include "viewer/sampling.h"
 
 namespace tessera::viewer {
 namespace {
@@ -20,27 +20,13 @@ constexpr int kFramesUnderWayMax = 2;
 constexpr std::size_t kRequestsMax = 64;
 constexpr double kHalfMax = 1e9;  // m
 constexpr absl::Duration kSubscribeTimeout = absl::Seconds(10);
-constexpr std::uint32_t kEveryTicksMax = 1'000'000;
 constexpr std::uint32_t kFramesPerSeamFrame = 4;  // seams change slowly
-
-// So that about `frames_per_second` frames come in a second; every tick of a world that stands still, which
-// is stepped by hand.
-std::uint32_t ticks_between_frames(const ClusterReport& report, double frames_per_second) {
-  if (!report.is_live() || report.cluster.state != "running") return 1;
-  const double ticks_per_second =
-      std::max(report.cluster.real_time_factor, 1.0) / report.cluster.settings->time_step;
-  const double every = std::round(ticks_per_second / frames_per_second);
-  return static_cast<std::uint32_t>(std::clamp(every, 1.0, static_cast<double>(kEveryTicksMax)));
-}
 
 // The place of a server among all that there are, by which the page colours it.
 std::uint8_t place_of(const ClusterReport& report, std::uint64_t node) {
   const auto place = std::find(report.nodes.begin(), report.nodes.end(), node);
   return static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(std::distance(report.nodes.begin(), place), 255));
 }
-
-// A factor of two is not worth a new subscription.
-bool is_far_from(std::uint32_t a, std::uint32_t b) { return a > 2 * b || b > 2 * a || (a == 1) != (b == 1); }
 
 json status_message(const ClusterReport& report) {
   json message = {{"type", "status"}, {"answers", report.answer.ok()}, {"status", to_json(report.cluster)}};

@@ -1,0 +1,178 @@
+#include "ros/feed.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "viewer/sampling.h"
+
+namespace tessera::ros {
+namespace {
+
+constexpr absl::Duration kStatusPeriod = absl::Milliseconds(250);
+constexpr absl::Duration kTimeout = absl::Seconds(5);
+constexpr std::chrono::seconds kRepeatAfter{1};  // all transforms, for those who came late
+
+void warn(const absl::Status& status) {
+  if (!status.ok()) spdlog::warn("{}", std::string(status.message()));
+}
+
+// Why there is nothing to publish; empty where there is.
+std::string obstacle_in(const viewer::ClusterReport& report) {
+  if (!report.answer.ok()) return std::string(report.answer.message());
+  if (report.cluster.state == "failed") return report.cluster.failure;
+  return report.is_live() ? "" : "the cluster has no world yet";
+}
+
+}  // namespace
+
+Feed::Feed(Client& client, Publisher& publisher, const FeedOptions& options)
+    : client_(client),
+      publisher_(publisher),
+      options_(options),
+      period_(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / options.rate))),
+      catalogue_(client),
+      monitor_(client, kStatusPeriod,
+               [this](std::shared_ptr<const viewer::ClusterReport> report) {
+                 const std::lock_guard lock(mutex_);
+                 news_ = std::move(report);
+                 changed_.notify_all();
+               }),
+      thread_([this] { run(); }) {}
+
+Feed::~Feed() {
+  {
+    const std::lock_guard lock(mutex_);
+    closing_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void Feed::run() {
+  std::unique_lock lock(mutex_);
+  while (!closing_) {
+    const std::shared_ptr<const viewer::ClusterReport> report = std::exchange(news_, nullptr);
+    lock.unlock();
+    if (report) hear(*report);
+    const Clock::time_point now = Clock::now();
+    if (now >= next_publication_) publish(now);
+    lock.lock();
+    const bool may_publish = now >= next_publication_;
+    changed_.wait_until(lock, may_publish ? next_repetition_ : next_publication_, [&] {
+      return closing_ || news_ || (may_publish && bodies_ && bodies_->has_frame());
+    });
+  }
+}
+
+void Feed::hear(const viewer::ClusterReport& report) {
+  const std::string obstacle = obstacle_in(report);
+  if (!obstacle.empty() && obstacle != obstacle_) spdlog::warn("waiting: {}", obstacle);
+  obstacle_ = obstacle;
+  if (!report.is_live()) {
+    bodies_.reset();
+    frame_.reset();
+    return;
+  }
+  if (report.world != world_) enter(report);
+  if (report.cluster.bodies != counted_bodies_) {
+    if (const absl::Status status = look_up(report.cluster.tick); !status.ok()) {
+      return warn(status);  // again with the next report
+    }
+    counted_bodies_ = report.cluster.bodies;
+  }
+  const std::uint32_t every_ticks = viewer::ticks_between_frames(report, options_.rate);
+  if (ids_ != filter_.ids || viewer::is_far_from(every_ticks, filter_.every_ticks)) watch(every_ticks);
+}
+
+void Feed::enter(const viewer::ClusterReport& report) {
+  const WorldSettings& settings = *report.cluster.settings;
+  world_ = report.world;
+  sector_ = options_.sector.value_or(report.cluster.anchor);
+  sector_size_ = settings.sector_size;
+  time_step_ = settings.time_step;
+  catalogue_.clear();
+  counted_bodies_.reset();
+  ids_.clear();
+  filter_ = {.every_ticks = 0};
+  frame_.reset();
+  transforms_.emplace(options_.frame, sector_, settings);
+  bodies_.emplace([this] {
+    const std::lock_guard lock(mutex_);
+    changed_.notify_all();
+  });
+  spdlog::info("world {}: {} is the centre of sector {}", report.cluster.world, options_.frame,
+               to_string(sector_));
+}
+
+absl::Status Feed::look_up(Tick tick) {
+  std::vector<BodyId> ids;
+  // An id that no body has: a stream of nobody tells the time, one without ids is of all.
+  if (!options_.bodies.empty()) ids.push_back(BodyId{});
+  for (const std::string& name : options_.bodies) {
+    const absl::StatusOr<FoundBody> body = client_.find(name, kTimeout);
+    if (absl::IsNotFound(body.status())) {
+      warn(body.status());
+    } else if (!body.ok()) {
+      return body.status();
+    } else if (body->properties.motion != Motion::kStatic) {
+      ids.push_back(body->id);
+    }
+  }
+  if (const absl::Status status = catalogue_.learn_statics(); !status.ok()) return status;
+  BodyFrame chosen{tick, {}};
+  for (const viewer::StaticBody& body : catalogue_.statics()) {
+    const BodySample& sample = body.sample;
+    const std::string& name = catalogue_.find(sample.id)->name;
+    if (!is_chosen(name, sample.pose.position)) continue;
+    transforms_->name(sample.id, name);
+    chosen.bodies.push_back(sample);
+  }
+  ids_ = std::move(ids);
+  return publisher_.publish_static_transforms(transforms_->all(chosen));
+}
+
+bool Feed::is_chosen(const std::string& name, const WorldPosition& position) const {
+  const std::vector<std::string>& names = options_.bodies;
+  if (!names.empty()) return std::find(names.begin(), names.end(), name) != names.end();
+  return (relative_to(position, sector_, sector_size_).cwiseAbs().array() <= options_.reach).all();
+}
+
+void Feed::watch(std::uint32_t every_ticks) {
+  filter_ = {.ids = ids_, .every_ticks = every_ticks};
+  if (ids_.empty()) {
+    filter_.region =
+        WatchedRegion{{sector_, Eigen::Vector3d::Zero()}, Eigen::Vector3d::Constant(options_.reach)};
+  }
+  bodies_->watch([this, filter = filter_] { return client_.watch_bodies(filter, kTimeout); });
+}
+
+void Feed::publish(Clock::time_point now) {
+  std::optional<BodyFrame> news = bodies_ ? bodies_->take() : std::nullopt;
+  const bool is_repetition = now >= next_repetition_;
+  if (is_repetition) next_repetition_ = now + kRepeatAfter;
+  if (!news && !(is_repetition && frame_)) return;
+  next_publication_ = now + period_;
+  if (news) frame_ = std::move(news);
+  introduce(*frame_);
+  std::vector<TransformStamped> transforms = transforms_->changed(*frame_);
+  if (is_repetition) transforms = transforms_->all(*frame_);
+  // First where things are, then that it is so late: who waits for the time finds them.
+  if (!transforms.empty()) warn(publisher_.publish_transforms(transforms));
+  warn(publisher_.publish_clock(time_at(frame_->tick, time_step_)));
+}
+
+void Feed::introduce(const BodyFrame& frame) {
+  std::vector<BodyId> strangers;
+  for (const BodySample& body : frame.bodies) {
+    if (!transforms_->has_name(body.id)) strangers.push_back(body.id);
+  }
+  if (strangers.empty()) return;
+  warn(catalogue_.learn(strangers));
+  for (const BodyId id : strangers) {
+    if (const FoundBody* body = catalogue_.find(id)) transforms_->name(id, body->name);
+  }
+}
+
+}  // namespace tessera::ros

@@ -1,0 +1,81 @@
+// What ROS is told of a cluster, as long as this lives: another world, and one that is loaded later,
+// included.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "ros/publisher.h"
+#include "ros/transforms.h"
+#include "tessera/client.h"
+#include "viewer/body_catalogue.h"
+#include "viewer/cluster_monitor.h"
+#include "viewer/latest_frame.h"
+
+namespace tessera::ros {
+
+struct FeedOptions {
+  std::string frame = "tessera";      // the parent of all others
+  std::optional<SectorIndex> sector;  // whose centre it is; none: that of the world's origin
+  double reach = 100;                 // m; bodies that are within this of the centre along each axis
+  std::vector<std::string> bodies;    // if not empty: these instead, wherever they are
+  double rate = 60;                   // publications per second of wall time, at most
+};
+
+class Feed {
+ public:
+  Feed(Client& client, Publisher& publisher, const FeedOptions& options);
+  ~Feed();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void run();
+
+  // On the thread of run(), which owns what they work on.
+  void hear(const viewer::ClusterReport& report);
+  void enter(const viewer::ClusterReport& report);  // another world
+  absl::Status look_up(Tick tick);                  // the chosen bodies; publishes those that are static
+  bool is_chosen(const std::string& name, const WorldPosition& position) const;
+  void watch(std::uint32_t every_ticks);
+  void publish(Clock::time_point now);
+  void introduce(const BodyFrame& frame);
+
+  Client& client_;
+  Publisher& publisher_;
+  const FeedOptions options_;
+  const Clock::duration period_;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool closing_ = false;
+  std::shared_ptr<const viewer::ClusterReport> news_;
+
+  // Of the thread of run().
+  std::string obstacle_;  // that was told last
+  std::uint64_t world_ = 0;
+  SectorIndex sector_;
+  double sector_size_ = 0;
+  double time_step_ = 0;
+  viewer::BodyCatalogue catalogue_;
+  std::optional<std::uint64_t> counted_bodies_;  // of the world, when its bodies were looked up
+  std::vector<BodyId> ids_;                      // to watch; empty: all within reach
+  BodyFilter filter_;                            // of what is watched
+  std::optional<Transforms> transforms_;
+  std::optional<BodyFrame> frame_;  // the newest
+  Clock::time_point next_publication_{};
+  Clock::time_point next_repetition_{};
+  std::optional<viewer::LatestFrame<BodyFrame>> bodies_;
+
+  viewer::ClusterMonitor monitor_;
+  std::thread thread_;
+};
+
+}  // namespace tessera::ros

@@ -1,0 +1,75 @@
+#include "ros/transforms.h"
+
+#include <absl/strings/str_replace.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+namespace tessera::ros {
+namespace {
+
+constexpr std::int64_t kNanoseconds = 1'000'000'000;
+
+bool is_at(const WorldPose& a, const WorldPose& b) {
+  return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
+// DDS only reads what it writes.
+char* text(const std::string& string) { return const_cast<char*>(string.c_str()); }
+
+}  // namespace
+
+Time time_at(Tick tick, double time_step) {
+  constexpr std::int32_t kSecondsMax = std::numeric_limits<std::int32_t>::max();
+  const double time = static_cast<double>(tick) * time_step;
+  if (time >= kSecondsMax) return {kSecondsMax, 0};
+  const double seconds = std::floor(time);
+  const std::int64_t nanoseconds = std::llround((time - seconds) * kNanoseconds);
+  return {static_cast<std::int32_t>(seconds) + static_cast<std::int32_t>(nanoseconds / kNanoseconds),
+          static_cast<std::uint32_t>(nanoseconds % kNanoseconds)};
+}
+
+std::string frame_name(absl::string_view body_name) { return absl::StrReplaceAll(body_name, {{"::", "/"}}); }
+
+Transforms::Transforms(std::string parent, const SectorIndex& sector, const WorldSettings& settings)
+    : parent_(std::move(parent)), sector_(sector), settings_(settings) {}
+
+void Transforms::name(BodyId id, absl::string_view body_name) {
+  names_.try_emplace(id, frame_name(body_name));
+}
+
+std::vector<TransformStamped> Transforms::all(const BodyFrame& frame) const {
+  const Time stamp = time_at(frame.tick, settings_.time_step);
+  std::vector<TransformStamped> transforms;
+  for (const BodySample& body : frame.bodies) {
+    if (has_name(body.id)) transforms.push_back(transform(body, stamp));
+  }
+  return transforms;
+}
+
+std::vector<TransformStamped> Transforms::changed(const BodyFrame& frame) {
+  const Time stamp = time_at(frame.tick, settings_.time_step);
+  std::vector<TransformStamped> transforms;
+  Poses poses;
+  for (const BodySample& body : frame.bodies) {
+    if (!has_name(body.id)) continue;
+    const auto last = last_.find(body.id);
+    if (last == last_.end() || !is_at(last->second, body.pose)) transforms.push_back(transform(body, stamp));
+    poses.emplace(body.id, body.pose);
+  }
+  last_ = std::move(poses);
+  return transforms;
+}
+
+TransformStamped Transforms::transform(const BodySample& body, const Time& stamp) const {
+  const Eigen::Vector3d position = relative_to(body.pose.position, sector_, settings_.sector_size);
+  const Eigen::Quaterniond& orientation = body.pose.orientation;
+  return {.header = {.stamp = stamp, .frame_id = text(parent_)},
+          .child_frame_id = text(names_.at(body.id)),
+          .transform = {.translation = {position.x(), position.y(), position.z()},
+                        .rotation = {orientation.x(), orientation.y(), orientation.z(), orientation.w()}}};
+}
+
+}  // namespace tessera::ros

@@ -1,0 +1,54 @@
+// Bodies as ROS 2 sees them: frames that are children of one frame, the centre of a sector.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+#include <absl/container/node_hash_map.h>
+#include <absl/strings/string_view.h>
+
+#include <string>
+#include <vector>
+
+#include "lpss/world/world_description.h"
+#include "ros_messages.h"
+#include "tessera/stream.h"
+
+namespace tessera::ros {
+
+using Time = builtin_interfaces_msg_dds__Time_;
+using TransformStamped = geometry_msgs_msg_dds__TransformStamped_;
+
+// Simulated time at the end of a tick of `time_step` seconds, to the nearest nanosecond. ROS counts seconds
+// in 32 bits: from 2^31 s on it stands still.
+Time time_at(Tick tick, double time_step);
+
+// "tower/box" of the body "tower::box".
+std::string frame_name(absl::string_view body_name);
+
+// The transforms of frames of one world. They point to names in here, and are valid while this is.
+class Transforms {
+ public:
+  // `parent` is the centre of `sector`, with the world's axes.
+  Transforms(std::string parent, const SectorIndex& sector, const WorldSettings& settings);
+
+  void name(BodyId id, absl::string_view body_name);
+  bool has_name(BodyId id) const { return names_.contains(id); }
+
+  // Of all bodies that have a name.
+  std::vector<TransformStamped> all(const BodyFrame& frame) const;
+
+  // Of those that were elsewhere, or not there or without a name, when this was called before.
+  std::vector<TransformStamped> changed(const BodyFrame& frame);
+
+ private:
+  using Poses = absl::flat_hash_map<BodyId, WorldPose>;
+
+  TransformStamped transform(const BodySample& body, const Time& stamp) const;
+
+  std::string parent_;
+  SectorIndex sector_;
+  WorldSettings settings_;
+  absl::node_hash_map<BodyId, std::string> names_;
+  Poses last_;
+};
+
+}  // namespace tessera::ros
