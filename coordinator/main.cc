@@ -3,14 +3,12 @@
 #include <pthread.h>
 #include <signal.h>
 #include <spdlog/spdlog.h>
-#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -22,9 +20,12 @@
 #include "coordinator/metrics.h"
 #include "coordinator/options.h"
 #include "coordinator/request_queue.h"
+#include "daemon/end_signals.h"
 #include "daemon/log.h"
 #include "daemon/monitor.h"
 #include "daemon/options.h"
+#include "daemon/parent_process.h"
+#include "daemon/ready_file.h"
 #include "proto/recording_file.h"
 #include "transport/dds_link.h"
 
@@ -36,13 +37,8 @@ namespace {
 class StopSignals {
  public:
   explicit StopSignals(std::function<void()> on_stop) : on_stop_(std::move(on_stop)) {
-    sigemptyset(&set_);
-    sigaddset(&set_, SIGINT);
-    sigaddset(&set_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
     thread_ = std::thread([this] {
-      int signal = 0;
-      sigwait(&set_, &signal);
+      signals_.wait();
       wanted_ = true;
       on_stop_();
     });
@@ -56,7 +52,7 @@ class StopSignals {
 
  private:
   std::function<void()> on_stop_;
-  sigset_t set_{};
+  const EndSignals signals_;
   std::atomic<bool> wanted_ = false;
   std::thread thread_;
 };
@@ -79,17 +75,6 @@ class Waker {
 };
 
 std::string text(const absl::Status& status) { return std::string(status.message()); }
-
-// Readers never see half of it.
-bool write_ready_file(const std::string& path, const std::string& address) {
-  const std::string draft = path + ".new";
-  {
-    std::ofstream file(draft, std::ios::trunc);
-    file << address << '\n';
-    if (!file.flush()) return false;
-  }
-  return std::rename(draft.c_str(), path.c_str()) == 0;
-}
 
 // Without a place to write to, the world goes on and the recording ends.
 void record(const v1::RecordedInput& input, std::optional<RecordingWriter>& recording) {
@@ -195,9 +180,11 @@ int run(CoordinatorArguments& arguments) {
     spdlog::error("{}", text(status));
     return 1;
   }
-  if (!arguments.ready_file.empty() && !write_ready_file(arguments.ready_file, address)) {
-    spdlog::error("cannot write {}", arguments.ready_file);
-    return 1;
+  if (!arguments.ready_file.empty()) {
+    if (absl::Status status = write_ready_file(arguments.ready_file, address); !status.ok()) {
+      spdlog::error("{}", text(status));
+      return 1;
+    }
   }
   spdlog::info("cluster {}, domain {}, clients on {}", arguments.dds.cluster, arguments.dds.domain, address);
   if (*monitor) spdlog::info("metrics on http://{}/metrics", (*monitor)->address());
@@ -219,10 +206,7 @@ int main(int argc, char** argv) {
                tessera::kCoordinatorName);
   tessera::add_options(app, arguments);
   if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
-  if (arguments.exit_with_parent) {
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (getppid() != parent) return 1;  // it ended before we asked
-  }
+  if (arguments.exit_with_parent && !tessera::end_with_parent(parent, SIGTERM)) return 1;
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // its failures are ours to tell
   tessera::start_log("coordinator", arguments.log);
   return tessera::run(arguments);

@@ -6,6 +6,17 @@
 
 namespace tessera {
 
+void add_log_options(CLI::App& app, LogOptions& log) {
+  app.add_option("--log-level", log.level, "trace, debug, info, warn, error or off")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->group(kSharedOptions)
+      ->capture_default_str();
+  app.add_option("--log-format", log.format, "text, or json: an object a line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->group(kSharedOptions)
+      ->capture_default_str();
+}
+
 void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log) {
   app.add_option("--cluster", dds.cluster, "Name of the cluster")
       ->group(kSharedOptions)
@@ -22,14 +33,7 @@ void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log) {
       ->delimiter(',')
       ->group(kSharedOptions)
       ->default_str("127.0.0.1");
-  app.add_option("--log-level", log.level, "trace, debug, info, warn, error or off")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-      ->group(kSharedOptions)
-      ->capture_default_str();
-  app.add_option("--log-format", log.format, "text, or json: an object a line")
-      ->check(CLI::IsMember({"text", "json"}))
-      ->group(kSharedOptions)
-      ->capture_default_str();
+  add_log_options(app, log);
 }
 
 void add_metrics_option(CLI::App& app, std::string& metrics_address) {

@@ -15,6 +15,8 @@ namespace tessera {
 // configuration file.
 inline constexpr const char* kSharedOptions = "Options of all daemons";
 
+void add_log_options(CLI::App& app, LogOptions& log);
+
 void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log);
 
 void add_metrics_option(CLI::App& app, std::string& metrics_address);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "viewer/sampling.h"
+#include "client_sdk/live/sampling.h"
 
 namespace tessera::ros {
 namespace {
@@ -19,7 +19,7 @@ void warn(const absl::Status& status) {
 }
 
 // Why there is nothing to publish; empty where there is.
-std::string obstacle_in(const viewer::ClusterReport& report) {
+std::string obstacle_in(const live::ClusterReport& report) {
   if (!report.answer.ok()) return std::string(report.answer.message());
   if (report.cluster.state == "failed") return report.cluster.failure;
   return report.is_live() ? "" : "the cluster has no world yet";
@@ -34,7 +34,7 @@ Feed::Feed(Client& client, Publisher& publisher, const FeedOptions& options)
       period_(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / options.rate))),
       catalogue_(client),
       monitor_(client, kStatusPeriod,
-               [this](std::shared_ptr<const viewer::ClusterReport> report) {
+               [this](std::shared_ptr<const live::ClusterReport> report) {
                  const std::lock_guard lock(mutex_);
                  news_ = std::move(report);
                  changed_.notify_all();
@@ -53,7 +53,7 @@ Feed::~Feed() {
 void Feed::run() {
   std::unique_lock lock(mutex_);
   while (!closing_) {
-    const std::shared_ptr<const viewer::ClusterReport> report = std::exchange(news_, nullptr);
+    const std::shared_ptr<const live::ClusterReport> report = std::exchange(news_, nullptr);
     lock.unlock();
     if (report) hear(*report);
     const Clock::time_point now = Clock::now();
@@ -66,7 +66,7 @@ void Feed::run() {
   }
 }
 
-void Feed::hear(const viewer::ClusterReport& report) {
+void Feed::hear(const live::ClusterReport& report) {
   const std::string obstacle = obstacle_in(report);
   if (!obstacle.empty() && obstacle != obstacle_) spdlog::warn("waiting: {}", obstacle);
   obstacle_ = obstacle;
@@ -82,11 +82,11 @@ void Feed::hear(const viewer::ClusterReport& report) {
     }
     counted_bodies_ = report.cluster.bodies;
   }
-  const std::uint32_t every_ticks = viewer::ticks_between_frames(report, options_.rate);
-  if (ids_ != filter_.ids || viewer::is_far_from(every_ticks, filter_.every_ticks)) watch(every_ticks);
+  const std::uint32_t every_ticks = live::ticks_between_frames(report, options_.rate);
+  if (ids_ != filter_.ids || live::is_far_from(every_ticks, filter_.every_ticks)) watch(every_ticks);
 }
 
-void Feed::enter(const viewer::ClusterReport& report) {
+void Feed::enter(const live::ClusterReport& report) {
   const WorldSettings& settings = *report.cluster.settings;
   world_ = report.world;
   sector_ = options_.sector.value_or(report.cluster.anchor);
@@ -122,7 +122,7 @@ absl::Status Feed::look_up(Tick tick) {
   }
   if (const absl::Status status = catalogue_.learn_statics(); !status.ok()) return status;
   BodyFrame chosen{tick, {}};
-  for (const viewer::StaticBody& body : catalogue_.statics()) {
+  for (const live::StaticBody& body : catalogue_.statics()) {
     const BodySample& sample = body.sample;
     const std::string& name = catalogue_.find(sample.id)->name;
     if (!is_chosen(name, sample.pose.position)) continue;

@@ -12,12 +12,12 @@
 #include <thread>
 #include <vector>
 
+#include "client_sdk/live/body_catalogue.h"
+#include "client_sdk/live/cluster_monitor.h"
+#include "client_sdk/live/latest_frame.h"
 #include "ros/publisher.h"
 #include "ros/transforms.h"
 #include "tessera/client.h"
-#include "viewer/body_catalogue.h"
-#include "viewer/cluster_monitor.h"
-#include "viewer/latest_frame.h"
 
 namespace tessera::ros {
 
@@ -40,9 +40,9 @@ class Feed {
   void run();
 
   // On the thread of run(), which owns what they work on.
-  void hear(const viewer::ClusterReport& report);
-  void enter(const viewer::ClusterReport& report);  // another world
-  absl::Status look_up(Tick tick);                  // the chosen bodies; publishes those that are static
+  void hear(const live::ClusterReport& report);
+  void enter(const live::ClusterReport& report);  // another world
+  absl::Status look_up(Tick tick);                // the chosen bodies; publishes those that are static
   bool is_chosen(const std::string& name, const WorldPosition& position) const;
   void watch(std::uint32_t every_ticks);
   void publish(Clock::time_point now);
@@ -56,7 +56,7 @@ class Feed {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool closing_ = false;
-  std::shared_ptr<const viewer::ClusterReport> news_;
+  std::shared_ptr<const live::ClusterReport> news_;
 
   // Of the thread of run().
   std::string obstacle_;  // that was told last
@@ -64,7 +64,7 @@ class Feed {
   SectorIndex sector_;
   double sector_size_ = 0;
   double time_step_ = 0;
-  viewer::BodyCatalogue catalogue_;
+  live::BodyCatalogue catalogue_;
   std::optional<std::uint64_t> counted_bodies_;  // of the world, when its bodies were looked up
   std::vector<BodyId> ids_;                      // to watch; empty: all within reach
   BodyFilter filter_;                            // of what is watched
@@ -72,9 +72,9 @@ class Feed {
   std::optional<BodyFrame> frame_;  // the newest
   Clock::time_point next_publication_{};
   Clock::time_point next_repetition_{};
-  std::optional<viewer::LatestFrame<BodyFrame>> bodies_;
+  std::optional<live::LatestFrame<BodyFrame>> bodies_;
 
-  viewer::ClusterMonitor monitor_;
+  live::ClusterMonitor monitor_;
   std::thread thread_;
 };
 

@@ -3,7 +3,6 @@
 #include <malloc.h>
 #include <signal.h>
 #include <spdlog/spdlog.h>
-#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -14,6 +13,7 @@
 #include "daemon/log.h"
 #include "daemon/monitor.h"
 #include "daemon/options.h"
+#include "daemon/parent_process.h"
 #include "lpss/engine/load_engine.h"
 #include "proto/peak_memory.h"
 #include "sector_server/metrics.h"
@@ -149,13 +149,14 @@ int run(SectorServerArguments& arguments) {
 
 int main(int argc, char** argv) {
   tessera::SectorServerArguments arguments;
+  const pid_t parent = getppid();
   CLI::App app("Hosts sectors of a world, and steps them when the coordinator grants ticks.",
                tessera::kSectorServerName);
   tessera::add_options(app, arguments);
   if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
   // What a tick frees, the next one wants again: keep it instead of handing it to the kernel and back.
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
-  if (arguments.exit_with_parent) prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (arguments.exit_with_parent && !tessera::end_with_parent(parent, SIGKILL)) return 1;
   tessera::start_log("sector-server", arguments.log);
   return tessera::run(arguments);
 }

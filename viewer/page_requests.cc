@@ -150,7 +150,7 @@ absl::StatusOr<json> places(Client& client, double sector_size) {
   return json{{"places", std::move(described)}, {"truncated", truncated}};
 }
 
-absl::StatusOr<json> carry_out(Client& client, const ClusterReport& report, bool read_only,
+absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report, bool read_only,
                                const json& request) {
   const std::string what = request.at("do").get<std::string>();
   const double sector_size = report.cluster.settings ? report.cluster.settings->sector_size : 0;
@@ -169,7 +169,7 @@ absl::StatusOr<json> carry_out(Client& client, const ClusterReport& report, bool
 
 }  // namespace
 
-json answer(Client& client, const ClusterReport& report, bool read_only, const json& request) {
+json answer(Client& client, const live::ClusterReport& report, bool read_only, const json& request) {
   try {
     absl::StatusOr<json> done = carry_out(client, report, read_only, request);
     if (done.ok()) return *std::move(done);

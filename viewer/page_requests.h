@@ -4,14 +4,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "client_sdk/live/cluster_monitor.h"
 #include "tessera/client.h"
-#include "viewer/cluster_monitor.h"
 
 namespace tessera::viewer {
 
 // The answer: what was asked for, or {"error": why}. With `read_only`, what would change the world is
 // refused.
-nlohmann::json answer(Client& client, const ClusterReport& report, bool read_only,
+nlohmann::json answer(Client& client, const live::ClusterReport& report, bool read_only,
                       const nlohmann::json& request);
 
 }  // namespace tessera::viewer

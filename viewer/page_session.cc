@@ -6,10 +6,10 @@
 #include <iterator>
 #include <utility>
 
+#include "client_sdk/live/sampling.h"
 #include "client_sdk/src/status_json.h"
 #include "viewer/json.h"
 #include "viewer/page_requests.h"
-#include "viewer/sampling.h"
 
 namespace tessera::viewer {
 namespace {
@@ -23,12 +23,12 @@ constexpr absl::Duration kSubscribeTimeout = absl::Seconds(10);
 constexpr std::uint32_t kFramesPerSeamFrame = 4;  // seams change slowly
 
 // The place of a server among all that there are, by which the page colours it.
-std::uint8_t place_of(const ClusterReport& report, std::uint64_t node) {
+std::uint8_t place_of(const live::ClusterReport& report, std::uint64_t node) {
   const auto place = std::find(report.nodes.begin(), report.nodes.end(), node);
   return static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(std::distance(report.nodes.begin(), place), 255));
 }
 
-json status_message(const ClusterReport& report) {
+json status_message(const live::ClusterReport& report) {
   json message = {{"type", "status"}, {"answers", report.answer.ok()}, {"status", to_json(report.cluster)}};
   if (!report.answer.ok()) message["why"] = std::string(report.answer.message());
   json nodes = json::array();
@@ -40,7 +40,7 @@ json status_message(const ClusterReport& report) {
 }  // namespace
 
 PageSession::PageSession(Client& client, const PageOptions& options, PageSocket socket,
-                         std::shared_ptr<const ClusterReport> report)
+                         std::shared_ptr<const live::ClusterReport> report)
     : client_(client),
       options_(options),
       socket_(std::move(socket)),
@@ -69,13 +69,13 @@ void PageSession::tell(const json& message) {
   changed_.notify_all();
 }
 
-void PageSession::report(std::shared_ptr<const ClusterReport> report) {
+void PageSession::report(std::shared_ptr<const live::ClusterReport> report) {
   const std::lock_guard lock(mutex_);
   const bool is_other_world = report->world != report_->world;
   report_ = std::move(report);
   has_news_ = true;
   if (is_other_world ||
-      is_far_from(ticks_between_frames(*report_, options_.frames_per_second), every_ticks_)) {
+      live::is_far_from(live::ticks_between_frames(*report_, options_.frames_per_second), every_ticks_)) {
     watch();
   }
   changed_.notify_all();
@@ -120,7 +120,7 @@ bool PageSession::ask(const json& message) {
 }
 
 void PageSession::watch() {
-  every_ticks_ = ticks_between_frames(*report_, options_.frames_per_second);
+  every_ticks_ = live::ticks_between_frames(*report_, options_.frames_per_second);
   if (!interest_ || !report_->is_live()) {
     bodies_.watch({});
     contacts_.watch({});
@@ -163,13 +163,13 @@ void PageSession::write() {
       lock.lock();
     } else if (has_news_) {
       has_news_ = false;
-      const std::shared_ptr<const ClusterReport> report = report_;
+      const std::shared_ptr<const live::ClusterReport> report = report_;
       lock.unlock();
       socket_.send_text(dump(status_message(*report)));
       lock.lock();
     } else if (is_due(Clock::now())) {
       next_frame_ = Clock::now() + period;
-      const std::shared_ptr<const ClusterReport> report = report_;
+      const std::shared_ptr<const live::ClusterReport> report = report_;
       const Interest interest = *interest_;
       lock.unlock();
       show(report, interest);
@@ -181,7 +181,7 @@ void PageSession::write() {
   }
 }
 
-void PageSession::show(const std::shared_ptr<const ClusterReport>& report, const Interest& interest) {
+void PageSession::show(const std::shared_ptr<const live::ClusterReport>& report, const Interest& interest) {
   if (!report->is_live()) return;
   start_over_where_needed(*report, interest);
   const auto count_frame = [&] {
@@ -206,7 +206,7 @@ void PageSession::show(const std::shared_ptr<const ClusterReport>& report, const
   }
 }
 
-void PageSession::start_over_where_needed(const ClusterReport& report, const Interest& interest) {
+void PageSession::start_over_where_needed(const live::ClusterReport& report, const Interest& interest) {
   if (report.world != told_world_) {
     told_world_ = report.world;
     counted_bodies_ = 0;
@@ -227,7 +227,7 @@ void PageSession::start_over_where_needed(const ClusterReport& report, const Int
   view_ = view;
 }
 
-std::vector<SeenBody> PageSession::seen(const ClusterReport& report, const BodyFrame& frame) {
+std::vector<SeenBody> PageSession::seen(const live::ClusterReport& report, const BodyFrame& frame) {
   std::vector<SeenBody> moving;
   moving.reserve(frame.bodies.size());
   for (const BodySample& body : frame.bodies) {
@@ -240,7 +240,7 @@ std::vector<SeenBody> PageSession::seen(const ClusterReport& report, const BodyF
   return all;
 }
 
-json PageSession::seen(const ClusterReport& report, const SeamFrame& frame) const {
+json PageSession::seen(const live::ClusterReport& report, const SeamFrame& frame) const {
   json clones = json::array();
   for (const CloneSample& clone : frame.clones) {
     clones.push_back({{"body", clone.body.value}, {"server", place_of(report, clone.server)}});
@@ -281,7 +281,7 @@ void PageSession::answer_requests() {
     if (closing_) return;
     const json request = std::move(requests_.front());
     requests_.pop_front();
-    const std::shared_ptr<const ClusterReport> report = report_;
+    const std::shared_ptr<const live::ClusterReport> report = report_;
     lock.unlock();
     json message = answer(client_, *report, options_.read_only, request);
     lock.lock();

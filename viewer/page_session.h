@@ -4,8 +4,8 @@
 // "seams", "on"} what else it marks, {"type": "seen"} for every frame that it has drawn, and {"type": "ask",
 // "id", "do", ...} (page_requests.h). It hears "hello", "status", "world" (another one: all before is void),
 // "view" (the sector that points count from), "bodies" and "shapes" (of what comes into view for the first
-// time), "answer", and frames: binary ones (frame_encoder.h), and "seams". Two frames at most are under way: a
-// page that draws slowly gets fewer.
+// time), "answer", and frames: binary ones (frame_encoder.h), and "seams". Two frames at most are under way:
+// a page that draws slowly gets fewer.
 #pragma once
 
 #include <absl/container/flat_hash_set.h>
@@ -23,11 +23,11 @@
 #include <thread>
 #include <vector>
 
+#include "client_sdk/live/body_catalogue.h"
+#include "client_sdk/live/cluster_monitor.h"
+#include "client_sdk/live/latest_frame.h"
 #include "tessera/client.h"
-#include "viewer/body_catalogue.h"
-#include "viewer/cluster_monitor.h"
 #include "viewer/frame_encoder.h"
-#include "viewer/latest_frame.h"
 #include "viewer/page_view.h"
 
 namespace tessera::viewer {
@@ -47,13 +47,13 @@ struct PageSocket {
 class PageSession {
  public:
   PageSession(Client& client, const PageOptions& options, PageSocket socket,
-              std::shared_ptr<const ClusterReport> report);
+              std::shared_ptr<const live::ClusterReport> report);
   ~PageSession();
 
   // A text message of the page. False where it is none that a page would send.
   bool hear(const std::string& text);
 
-  void report(std::shared_ptr<const ClusterReport> report);
+  void report(std::shared_ptr<const live::ClusterReport> report);
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -68,11 +68,11 @@ class PageSession {
   void answer_requests();
 
   // On the writing thread, which owns what they work on.
-  void show(const std::shared_ptr<const ClusterReport>& report, const Interest& interest);
-  void start_over_where_needed(const ClusterReport& report, const Interest& interest);
+  void show(const std::shared_ptr<const live::ClusterReport>& report, const Interest& interest);
+  void start_over_where_needed(const live::ClusterReport& report, const Interest& interest);
   void introduce(const std::vector<SeenBody>& bodies);
-  std::vector<SeenBody> seen(const ClusterReport& report, const BodyFrame& frame);
-  nlohmann::json seen(const ClusterReport& report, const SeamFrame& frame) const;
+  std::vector<SeenBody> seen(const live::ClusterReport& report, const BodyFrame& frame);
+  nlohmann::json seen(const live::ClusterReport& report, const SeamFrame& frame) const;
 
   Client& client_;
   const PageOptions options_;
@@ -81,7 +81,7 @@ class PageSession {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool closing_ = false;
-  std::shared_ptr<const ClusterReport> report_;
+  std::shared_ptr<const live::ClusterReport> report_;
   bool has_news_ = true;  // a report that the page has not had
   std::optional<Interest> interest_;
   bool wants_contacts_ = false;
@@ -93,7 +93,7 @@ class PageSession {
   Clock::time_point next_frame_{};
 
   // Of the writing thread.
-  BodyCatalogue catalogue_;
+  live::BodyCatalogue catalogue_;
   FrameEncoder encoder_;
   std::optional<PageView> view_;
   std::vector<SeenBody> statics_;
@@ -102,9 +102,9 @@ class PageSession {
   std::uint64_t told_world_ = 0;
   std::uint64_t counted_bodies_ = 0;  // of the world, when its static bodies were asked for
 
-  LatestFrame<BodyFrame> bodies_;
-  LatestFrame<ContactFrame> contacts_;
-  LatestFrame<SeamFrame> seams_;
+  live::LatestFrame<BodyFrame> bodies_;
+  live::LatestFrame<ContactFrame> contacts_;
+  live::LatestFrame<SeamFrame> seams_;
   std::thread writer_;
   std::thread asker_;
 };

@@ -62,9 +62,9 @@ SeenBody PageView::see(const BodySample& body, std::uint8_t server) const {
           body.asleep};
 }
 
-std::vector<SeenBody> PageView::see_statics(const BodyCatalogue& catalogue) const {
+std::vector<SeenBody> PageView::see_statics(const live::BodyCatalogue& catalogue) const {
   std::vector<SeenBody> seen;
-  for (const StaticBody& body : catalogue.statics()) {
+  for (const live::StaticBody& body : catalogue.statics()) {
     const BodySample& sample = body.sample;
     const Shape& shape = catalogue.shape(catalogue.find(sample.id)->properties.shape);
     const Eigen::Vector3d away = offset(sample.pose.position);

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "client_sdk/live/body_catalogue.h"
 #include "lpss/world/world_description.h"
 #include "tessera/stream.h"
-#include "viewer/body_catalogue.h"
 #include "viewer/frame_encoder.h"
 
 namespace tessera::viewer {
@@ -36,7 +36,7 @@ class PageView {
 
   // Static bodies that reach into the view, ascending by id. Of a plane, which has no end, it is the place of
   // the point next to the sector's centre.
-  std::vector<SeenBody> see_statics(const BodyCatalogue& catalogue) const;
+  std::vector<SeenBody> see_statics(const live::BodyCatalogue& catalogue) const;
 
   // Those within the view.
   std::vector<SeenContact> see(const ContactFrame& frame) const;

@@ -56,10 +56,10 @@ class PageHandler final : public CivetHandler {
 
 class StatusHandler final : public CivetHandler {
  public:
-  explicit StatusHandler(const ClusterMonitor& monitor) : monitor_(monitor) {}
+  explicit StatusHandler(const live::ClusterMonitor& monitor) : monitor_(monitor) {}
 
   bool handleGet(CivetServer*, mg_connection* connection) override {
-    const std::shared_ptr<const ClusterReport> report = monitor_.latest();
+    const std::shared_ptr<const live::ClusterReport> report = monitor_.latest();
     const bool answers = report->answer.ok();
     const nlohmann::json told =
         answers ? to_json(report->cluster) : nlohmann::json{{"error", std::string(report->answer.message())}};
@@ -69,14 +69,14 @@ class StatusHandler final : public CivetHandler {
   }
 
  private:
-  const ClusterMonitor& monitor_;
+  const live::ClusterMonitor& monitor_;
 };
 
 class LiveHandler final : public CivetWebSocketHandler {
  public:
   LiveHandler(Client& client, const PageOptions& options) : client_(client), options_(options) {}
 
-  void report(const std::shared_ptr<const ClusterReport>& report) {
+  void report(const std::shared_ptr<const live::ClusterReport>& report) {
     const std::lock_guard lock(mutex_);
     report_ = report;
     for (const auto& [connection, session] : sessions_) session->report(report);
@@ -130,7 +130,7 @@ class LiveHandler final : public CivetWebSocketHandler {
   Client& client_;
   const PageOptions options_;
   std::mutex mutex_;
-  std::shared_ptr<const ClusterReport> report_ = std::make_shared<ClusterReport>();
+  std::shared_ptr<const live::ClusterReport> report_ = std::make_shared<live::ClusterReport>();
   std::map<const mg_connection*, std::shared_ptr<PageSession>> sessions_;
 };
 
@@ -156,7 +156,7 @@ class WebServer::Impl {
 
  private:
   LiveHandler live_;
-  ClusterMonitor monitor_;
+  live::ClusterMonitor monitor_;
   StatusHandler status_;
   PageHandler page_;
   CivetServer server_;

@@ -1,9 +1,9 @@
-#include "viewer/cluster_monitor.h"
+#include "client_sdk/live/cluster_monitor.h"
 
 #include <algorithm>
 #include <utility>
 
-namespace tessera::viewer {
+namespace tessera::live {
 namespace {
 
 constexpr absl::Duration kAnswerTimeout = absl::Seconds(5);
@@ -57,4 +57,4 @@ void ClusterMonitor::run() {
   }
 }
 
-}  // namespace tessera::viewer
+}  // namespace tessera::live

@@ -11,7 +11,7 @@
 
 #include "tessera/client.h"
 
-namespace tessera::viewer {
+namespace tessera::live {
 
 // A body that never moves and is therefore in no stream.
 struct StaticBody {
@@ -47,4 +47,4 @@ class BodyCatalogue {
   std::vector<StaticBody> statics_;
 };
 
-}  // namespace tessera::viewer
+}  // namespace tessera::live

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "viewer/cluster_monitor.h"
+#include "client_sdk/live/cluster_monitor.h"
 
-namespace tessera::viewer {
+namespace tessera::live {
 
 // So that about `frames_per_second` frames come in a second; every tick of a world that stands still, which
 // is stepped by hand.
@@ -14,4 +14,4 @@ std::uint32_t ticks_between_frames(const ClusterReport& report, double frames_pe
 // A factor of two is not worth a new subscription.
 bool is_far_from(std::uint32_t a, std::uint32_t b);
 
-}  // namespace tessera::viewer
+}  // namespace tessera::live

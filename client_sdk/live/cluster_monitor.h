@@ -14,7 +14,7 @@
 
 #include "tessera/client.h"
 
-namespace tessera::viewer {
+namespace tessera::live {
 
 struct ClusterReport {
   absl::Status answer = absl::UnavailableError("the cluster has not been asked yet");
@@ -49,4 +49,4 @@ class ClusterMonitor {
   std::thread thread_;
 };
 
-}  // namespace tessera::viewer
+}  // namespace tessera::live

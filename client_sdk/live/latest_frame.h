@@ -15,7 +15,7 @@
 
 #include "tessera/stream.h"
 
-namespace tessera::viewer {
+namespace tessera::live {
 
 template <typename Frame>
 class LatestFrame {
@@ -108,4 +108,4 @@ class LatestFrame {
   std::thread thread_;
 };
 
-}  // namespace tessera::viewer
+}  // namespace tessera::live

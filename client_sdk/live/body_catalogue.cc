@@ -1,10 +1,10 @@
-#include "viewer/body_catalogue.h"
+#include "client_sdk/live/body_catalogue.h"
 
 #include <algorithm>
 #include <iterator>
 #include <utility>
 
-namespace tessera::viewer {
+namespace tessera::live {
 namespace {
 
 constexpr absl::Duration kTimeout = absl::Seconds(5);
@@ -64,4 +64,4 @@ const FoundBody* BodyCatalogue::find(BodyId id) const {
   return found == bodies_.end() ? nullptr : &found->second;
 }
 
-}  // namespace tessera::viewer
+}  // namespace tessera::live

@@ -1,9 +1,9 @@
-#include "viewer/sampling.h"
+#include "client_sdk/live/sampling.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace tessera::viewer {
+namespace tessera::live {
 namespace {
 
 constexpr double kEveryTicksMax = 1'000'000;
@@ -20,4 +20,4 @@ std::uint32_t ticks_between_frames(const ClusterReport& report, double frames_pe
 
 bool is_far_from(std::uint32_t a, std::uint32_t b) { return a > 2 * b || b > 2 * a || (a == 1) != (b == 1); }
 
-}  // namespace tessera::viewer
+}  // namespace tessera::live

@@ -1,0 +1,44 @@
+#include "client_sdk/live/client_program.h"
+
+#include <signal.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <memory>
+
+#include "daemon/end_signals.h"
+#include "daemon/options.h"
+
+namespace tessera::live {
+
+void add_client_options(CLI::App& app, ClientOptions& options) {
+  app.add_option("--connect", options.connect, "host:port of the coordinator")
+      ->envname("TESSERA_ADDRESS")
+      ->capture_default_str();
+  add_log_options(app, options.log);
+}
+
+int run_client(CLI::App& app, int argc, char** argv, const ClientOptions& options,
+               const std::function<absl::Status(Client& client, const std::function<void()>& wait)>& serve) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // its failures are ours to tell
+  signal(SIGPIPE, SIG_IGN);                           // a reader that has gone is no reason to end
+  start_log(app.get_name(), options.log);
+  const EndSignals end;
+  absl::Status status;
+  if (const auto client = Client::connect(options.connect); client.ok()) {
+    status = serve(**client, [&end] { end.wait(); });
+  } else {
+    status = client.status();
+  }
+  if (status.ok()) return 0;
+  spdlog::error("{}", std::string(status.message()));
+  return 1;
+}
+
+}  // namespace tessera::live
