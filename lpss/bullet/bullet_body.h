@@ -52,8 +52,9 @@ struct Body {
   btScalar swept_beyond = 0;  // m a step; 0: never swept
   btScalar swept_radius = 0;
   std::optional<FineFlight> fine;  // nothing where the engine's numbers are all there is
-  bool coasts = false;             // until integrate()
-  btTransform next;                // where integrate() moves the body
+  bool jointed = false;
+  bool coasts = false;  // until integrate()
+  btTransform next;     // where integrate() moves the body
   btRigidBody rigid;
 };
 

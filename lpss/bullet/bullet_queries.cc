@@ -8,6 +8,7 @@
 
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
+#include "lpss/bullet/free_motion.h"
 
 namespace tessera::bullet {
 namespace {
@@ -127,10 +128,7 @@ Eigen::AlignedBox3d BulletWorld::swept_box(BodySlot slot, double dt) const {
   const Body& b = body(slot);
   Box box = box_at(b, b.rigid.getWorldTransform());
   if (b.motion != Motion::kStatic) {
-    btTransform end;
-    btTransformUtil::integrateTransform(b.rigid.getWorldTransform(), b.rigid.getLinearVelocity(),
-                                        b.rigid.getAngularVelocity(), btScalar(dt), end);
-    const Box at_end = box_at(b, end);
+    const Box at_end = box_at(b, after(b.rigid, btScalar(dt)));
     box.low.setMin(at_end.low);
     box.high.setMax(at_end.high);
   }

@@ -1,6 +1,7 @@
 // The two halves of a step.
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
+#include "lpss/bullet/free_motion.h"
 
 namespace tessera::bullet {
 
@@ -25,7 +26,7 @@ void BulletWorld::predict(double dt) {
     if (slot->feels_gravity && (slot->role == Role::kHome || settings_.clones_are_solved))
       rigid.applyGravity();
     if (slot->is_damped) rigid.applyDamping(step);
-    rigid.predictIntegratedTransform(step, rigid.getInterpolationWorldTransform());
+    rigid.setInterpolationWorldTransform(after(rigid, step));
   }
 }
 
@@ -103,7 +104,7 @@ void BulletWorld::integrate(double dt) {
   for (const std::unique_ptr<Body>& slot : bodies_) {
     if (!slot || !slot->is_dynamic() || slot->role != Role::kHome || !slot->is_awake()) continue;
     btRigidBody& rigid = slot->rigid;
-    rigid.predictIntegratedTransform(step, slot->next);
+    slot->next = after(rigid, step);
     if (!slot->coasts) {
       slot->fine.reset();
     } else {
@@ -112,7 +113,7 @@ void BulletWorld::integrate(double dt) {
       slot->coasts = false;
     }
     const btVector3 motion = slot->next.getOrigin() - rigid.getWorldTransform().getOrigin();
-    if (settings_.continuous_collision && slot->swept_beyond > 0 &&
+    if (settings_.continuous_collision && slot->swept_beyond > 0 && !slot->jointed &&
         motion.length2() > slot->swept_beyond * slot->swept_beyond) {
       fast.push_back(slot.get());
     }
@@ -122,7 +123,7 @@ void BulletWorld::integrate(double dt) {
     set_boxes_to_poses();
     for (Body* swept : fast) {
       if (const std::optional<SweepHit> hit = sweep(*swept, swept->next)) {
-        swept->rigid.predictIntegratedTransform(step * hit->fraction, swept->next);
+        swept->next = after(swept->rigid, step * hit->fraction);
         swept->fine.reset();
       }
     }

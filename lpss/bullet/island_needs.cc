@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kLightBurden = 1.5;
 constexpr double kUsualBurden = 20;
+constexpr double kTurnMax = 0.125;  // rad, in one step
 constexpr int kStepsMax = 64;
 
 // Who touches whom, body by body, in the order of the touches.
@@ -79,6 +80,12 @@ int steps_for(double burden, int usual) {
   if (burden <= kLightBurden) return std::max(2, usual / 2);
   int steps = usual;
   for (double most = kUsualBurden; burden > most && 2 * steps <= kStepsMax; most *= 4) steps *= 2;
+  return steps;
+}
+
+int steps_for_turn(double turn, int usual) {
+  int steps = usual;
+  for (double most = kTurnMax * usual; turn > most && 2 * steps <= kStepsMax; most *= 2) steps *= 2;
   return steps;
 }
 

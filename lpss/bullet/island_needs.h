@@ -25,4 +25,7 @@ std::vector<double> burdens(std::span<const double> masses, std::span<const Touc
 // settings'.
 int steps_for(double burden, int usual);
 
+// Likewise where what joints hold turns by so much in a tick, rad.
+int steps_for_turn(double turn, int usual);
+
 }  // namespace tessera::bullet

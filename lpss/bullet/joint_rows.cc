@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The share of the way to its target that a position drive wants to go in one step.
+// The share of the way to its target that a position drive wants to go in one tick.
 constexpr double kServoGain = 0.2;
 
 // A limit is looked at when an axis could be there after the step, were it faster by this: rad/s or m/s.
@@ -18,9 +18,6 @@ constexpr double kSpeedGained = 10;
 
 // How fast an axis comes back from beyond a limit, at most: it keeps that speed. rad/s or m/s.
 constexpr double kReturnSpeed = 0.2;
-
-// Bullet turns a body by no more than this in one step, rad.
-constexpr double kTurnMax = std::numbers::pi / 4;
 
 bool is_limited(const JointAxis& axis) { return axis.lower > -kUnbounded || axis.upper < kUnbounded; }
 
@@ -44,9 +41,10 @@ Coordinate angle_of(JointAxis axis, double angle) {
 // Makes the rows of one joint.
 class RowMaker {
  public:
-  RowMaker(const PosedJoint& posed, double dt, std::vector<JointRow>& rows)
+  RowMaker(const PosedJoint& posed, double dt, int steps, std::vector<JointRow>& rows)
       : posed_(posed),
         dt_(dt),
+        steps_(steps),
         rows_(rows),
         parent_frame_(posed.parent_frame()),
         child_frame_(posed.child_frame()),
@@ -129,6 +127,7 @@ class RowMaker {
 
   const PosedJoint& posed_;
   const double dt_;
+  const int steps_;  // of a tick
   std::vector<JointRow>& rows_;
   const Pose parent_frame_;  // of the joint
   const Pose child_frame_;
@@ -168,7 +167,7 @@ void RowMaker::drive(const JointRow& motion, const Coordinate& at, const JointDr
     case DriveMode::kPosition: {
       double way = std::clamp(drive.target, axis.lower, axis.upper) - at.position;
       if (is_angle && !is_limited(axis)) way = std::remainder(way, 2 * std::numbers::pi);
-      row.velocity = std::clamp(kServoGain * way / dt_, -axis.velocity_max, axis.velocity_max);
+      row.velocity = std::clamp(kServoGain * way / (steps_ * dt_), -axis.velocity_max, axis.velocity_max);
       break;
     }
     case DriveMode::kEffort:
@@ -202,18 +201,20 @@ void RowMaker::limit(const JointRow& motion, const Coordinate& at) {
 
 }  // namespace
 
+Eigen::Quaterniond rotation(const Eigen::Vector3d& turn) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()));
+}
+
 JointSide moved(const JointSide& side, double dt) {
   JointSide end = side;
   end.pose.position += side.linear_velocity * dt;
-  const double turn = std::min(side.angular_velocity.norm() * dt, kTurnMax);
-  const Eigen::Quaterniond rotation(Eigen::AngleAxisd(turn, side.angular_velocity.stableNormalized()));
-  end.pose.orientation = (rotation * side.pose.orientation).normalized();
+  end.pose.orientation = (rotation(side.angular_velocity * dt) * side.pose.orientation).normalized();
   return end;
 }
 
 void append_held_rows(const JointProperties& joint, const PosedJoint& posed, double dt,
                       std::vector<JointRow>& rows) {
-  RowMaker make(posed, dt, rows);
+  RowMaker make(posed, dt, /*steps=*/1, rows);
   const Eigen::Matrix3d axes = posed.parent_frame().orientation.toRotationMatrix();
   const Vector3d x = axes.col(0);
   switch (joint.type) {
@@ -248,9 +249,9 @@ void append_held_rows(const JointProperties& joint, const PosedJoint& posed, dou
 }
 
 void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
-                       double dt, std::vector<JointRow>& rows) {
+                       double dt, int steps, std::vector<JointRow>& rows) {
   append_held_rows(joint, posed, dt, rows);
-  RowMaker make(posed, dt, rows);
+  RowMaker make(posed, dt, steps, rows);
   const Pose parent_frame = posed.parent_frame();
   const Pose child_frame = posed.child_frame();
   const Vector3d x = parent_frame.orientation * Vector3d::UnitX();

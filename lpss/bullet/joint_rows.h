@@ -38,13 +38,17 @@ struct PosedJoint {
   Pose child_frame() const { return child.pose * in_child; }
 };
 
-// Where a body is after `dt` seconds at its velocities, as the engine moves it.
+// A turn about the direction of `turn` by its length, rad.
+Eigen::Quaterniond rotation(const Eigen::Vector3d& turn);
+
+// Where a body is after `dt` seconds at its velocities.
 JointSide moved(const JointSide& side, double dt);
 
-// Appends the rows of one step of `dt` seconds: first what is not free, whose errors are seen and taken back
-// in the next step, then damping, friction and drives, whose errors would add up, then limits.
+// Appends the rows of one step of `dt` seconds, of which a tick has `steps`: first what is not free, whose
+// errors are seen and taken back in the next step, then damping, friction and drives, whose errors would add
+// up, then limits.
 void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
-                       double dt, std::vector<JointRow>& rows);
+                       double dt, int steps, std::vector<JointRow>& rows);
 
 // The first of them.
 void append_held_rows(const JointProperties& joint, const PosedJoint& posed, double dt,

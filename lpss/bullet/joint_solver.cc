@@ -7,11 +7,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "lpss/bullet/conversions.h"
-#include "lpss/grid/invariant.h"
 #include "lpss/engine/disjoint_sets.h"
+#include "lpss/grid/invariant.h"
 
 namespace tessera::bullet {
 namespace {
@@ -26,7 +27,10 @@ constexpr double kGivesWay = 1e-9;
 // A row of which less is left by what is held is held itself.
 constexpr double kFree = 1e-9;
 
-// rad, in one tick. Where a body turns faster, its arc is not foreseen: Newton's method would diverge.
+// rad, in one tick. What turns farther moves step by step.
+constexpr double kTurnWhole = 0.25;
+
+// rad, in one step. Where a body turns farther, its arc is not foreseen: Newton's method would diverge.
 constexpr double kTurnForeseen = 0.7;
 
 constexpr Index kNumbers = 6;  // of a body's velocities: linear, angular
@@ -35,12 +39,22 @@ constexpr Index kNumbers = 6;  // of a body's velocities: linear, angular
 
 class JointSolver::Assembly {
  public:
-  Assembly(std::vector<const Joint*> joints, std::span<const JointedBody> bodies, double dt, int steps);
+  Assembly(std::vector<Joint> joints, std::span<const JointedBody> bodies, double dt, int steps);
 
   void start_step();
   void pass();
+  void move();
+  void end(std::vector<Moved>& moved);
 
  private:
+  // A joint, with the places of its bodies in bodies_.
+  struct Tie {
+    Joint joint;
+    Index child;
+    std::optional<Index> parent;
+    std::vector<JointRow> rows;
+  };
+
   // A row over the velocities of all bodies whose impulses leave alone what is held.
   struct FreeRow {
     VectorXd row;
@@ -54,41 +68,91 @@ class JointSolver::Assembly {
     double impulse = 0;
   };
 
+  struct Body {
+    JointedBody now;
+    Moved moved;
+  };
+
+  void find_whether_to_move();
+  bool turns_beyond(double turn, const VectorXd& velocities, double time) const;
+  void make_rows();
   // Rows as the columns of a matrix.
   SparseMatrix columns(bool is_held) const;
   SparseMatrix inverse_masses() const;
-  void add_free_rows(const SparseMatrix& inverse_masses, int steps);
-  void hold(VectorXd& moving) const;
-  VectorXd excess(const VectorXd& moving) const;
-  bool turns_fast(const VectorXd& moving) const;
-  void hold_at_end(VectorXd& moving);
+  void add_free_rows(const SparseMatrix& inverse_masses);
+  void hold(VectorXd& velocities) const;
+  PosedJoint after(const Tie& tie, const VectorXd& velocities, double time) const;
+  VectorXd excess(const VectorXd& velocities) const;
+  void hold_at_end(VectorXd& velocities);
+  void advance();
   VectorXd velocities() const;
   void set_velocities(const VectorXd& velocities);
 
-  const std::vector<const Joint*> joints_;
-  const double dt_;
-  std::vector<JointedBody> bodies_;
-  std::map<int, Index> places_;  // in bodies_, by those in the task
+  std::vector<Tie> ties_;
+  std::vector<Body> bodies_;
+  int steps_;           // of the tick
+  bool moves_ = false;  // from step to step
+  double span_;         // s, over which rows hold: a tick, or a step of those that move
   SparseMatrix held_;
   SparseMatrix response_;  // of the velocities to a unit of impulse of each
   VectorXd wanted_;
   VectorXd wanted_now_;  // were nothing to turn
   Eigen::SimplicialLDLT<SparseMatrix> factors_;
   std::vector<FreeRow> free_rows_;
+  std::vector<VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by
 };
 
-JointSolver::Assembly::Assembly(std::vector<const Joint*> joints, std::span<const JointedBody> bodies,
-                                double dt, int steps)
-    : joints_(std::move(joints)), dt_(dt) {
-  std::vector<double> wanted;
-  const auto add = [&](int body) {
-    if (places_.emplace(body, bodies_.size()).second)
-      bodies_.push_back(bodies[static_cast<std::size_t>(body)]);
+JointSolver::Assembly::Assembly(std::vector<Joint> joints, std::span<const JointedBody> bodies, double dt,
+                                int steps)
+    : steps_(steps), span_(dt) {
+  std::map<int, Index> places;
+  const auto place_of = [&](int body) {
+    const auto [place, is_new] = places.emplace(body, static_cast<Index>(bodies_.size()));
+    if (is_new) {
+      bodies_.push_back({bodies[static_cast<std::size_t>(body)],
+                         {body, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()}});
+    }
+    return place->second;
   };
-  for (const Joint* joint : joints_) {
-    add(joint->child);
-    if (joint->parent) add(*joint->parent);
-    for (const JointRow& row : joint->rows) {
+  for (Joint& joint : joints) {
+    Tie& tie = ties_.emplace_back();
+    tie.child = place_of(joint.child);
+    if (joint.parent) tie.parent = place_of(*joint.parent);
+    tie.joint = std::move(joint);
+  }
+  make_rows();
+}
+
+// As the velocities are now: a whip cracks within a tick.
+void JointSolver::Assembly::find_whether_to_move() {
+  if (moves_ || steps_ == 1) return;
+  VectorXd held = velocities();
+  hold(held);
+  if (!turns_beyond(kTurnWhole, velocities(), span_) && !turns_beyond(kTurnWhole, held, span_)) return;
+  moves_ = true;
+  span_ /= steps_;
+}
+
+bool JointSolver::Assembly::turns_beyond(double turn, const VectorXd& velocities, double time) const {
+  for (Index first = 0; first < velocities.size(); first += kNumbers) {
+    if (!(velocities.segment<3>(first + 3).norm() * time <= turn)) return true;
+  }
+  return false;
+}
+
+// The motion of a parent that nothing can push goes into the rows.
+void JointSolver::Assembly::make_rows() {
+  std::vector<double> wanted;
+  for (Tie& tie : ties_) {
+    const Joint& joint = tie.joint;
+    tie.rows.clear();
+    append_joint_rows(*joint.properties, *joint.drives, joint.posed, span_, moves_ ? steps_ : 1, tie.rows);
+    for (JointRow& row : tie.rows) {
+      if (!tie.parent) {
+        const JointSide& parent = joint.posed.parent;
+        row.velocity +=
+            row.linear.dot(parent.linear_velocity) + row.angular_parent.dot(parent.angular_velocity);
+      }
       if (row.is_held) wanted.push_back(row.velocity);
     }
   }
@@ -101,24 +165,24 @@ JointSolver::Assembly::Assembly(std::vector<const Joint*> joints, std::span<cons
   for (Index i = 0; i < matrix.rows(); ++i) matrix.coeffRef(i, i) *= 1 + kGivesWay;
   factors_.compute(matrix);
   invariant(factors_.info() == Eigen::Success, "what joints hold can be solved for");
-  add_free_rows(masses, steps);
+  add_free_rows(masses);
 }
 
 SparseMatrix JointSolver::Assembly::columns(bool is_held) const {
   std::vector<Eigen::Triplet<double>> entries;
   Index column = 0;
-  const auto append = [&](int body, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) {
-    const Index first = kNumbers * places_.at(body);
+  const auto append = [&](Index body, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) {
+    const Index first = kNumbers * body;
     for (Index i = 0; i < 3; ++i) {
       entries.emplace_back(first + i, column, linear[i]);
       entries.emplace_back(first + 3 + i, column, angular[i]);
     }
   };
-  for (const Joint* joint : joints_) {
-    for (const JointRow& row : joint->rows) {
+  for (const Tie& tie : ties_) {
+    for (const JointRow& row : tie.rows) {
       if (row.is_held != is_held) continue;
-      append(joint->child, row.linear, row.angular_child);
-      if (joint->parent) append(*joint->parent, -row.linear, -row.angular_parent);
+      append(tie.child, row.linear, row.angular_child);
+      if (tie.parent) append(*tie.parent, -row.linear, -row.angular_parent);
       ++column;
     }
   }
@@ -130,11 +194,11 @@ SparseMatrix JointSolver::Assembly::columns(bool is_held) const {
 SparseMatrix JointSolver::Assembly::inverse_masses() const {
   std::vector<Eigen::Triplet<double>> entries;
   Index first = 0;
-  for (const JointedBody& body : bodies_) {
+  for (const Body& body : bodies_) {
     for (Index i = 0; i < 3; ++i) {
-      entries.emplace_back(first + i, first + i, body.inverse_mass);
+      entries.emplace_back(first + i, first + i, body.now.inverse_mass);
       for (Index j = 0; j < 3; ++j)
-        entries.emplace_back(first + 3 + i, first + 3 + j, body.inverse_inertia(i, j));
+        entries.emplace_back(first + 3 + i, first + 3 + j, body.now.inverse_inertia(i, j));
     }
     first += kNumbers;
   }
@@ -143,36 +207,44 @@ SparseMatrix JointSolver::Assembly::inverse_masses() const {
   return matrix;
 }
 
-// Takes out of each row what is held, in the metric of the inverse masses.
-void JointSolver::Assembly::add_free_rows(const SparseMatrix& masses, int steps) {
+// Takes out of each row what is held, in the metric of the inverse masses. Rows that are made anew go on from
+// the impulses of the step before.
+void JointSolver::Assembly::add_free_rows(const SparseMatrix& masses) {
+  const std::vector<FreeRow> before = std::exchange(free_rows_, {});
   const SparseMatrix rows = columns(/*is_held=*/false);
+  const double parts = moves_ ? 1 : steps_;  // of what a row's impulse is shared among
   Index column = 0;
-  for (const Joint* joint : joints_) {
-    for (const JointRow& row : joint->rows) {
+  for (const Tie& tie : ties_) {
+    for (const JointRow& row : tie.rows) {
       if (row.is_held) continue;
       FreeRow free;
       free.row = rows.col(column++);
-      const double before = free.row.dot(masses * free.row);
+      const double whole = free.row.dot(masses * free.row);
       free.shares = factors_.solve(response_.transpose() * free.row);
       free.row -= held_ * free.shares;
       free.response = masses * free.row;
       free.mobility = free.row.dot(free.response);
-      if (!(free.mobility > kFree * before)) continue;
+      if (!(free.mobility > kFree * whole)) continue;
       free.velocity = row.velocity;
-      free.compliance = row.compliance * steps;
-      free.impulse_min = row.impulse_min / steps;
-      free.impulse_max = row.impulse_max / steps;
+      free.compliance = row.compliance * parts;
+      free.impulse_min = row.impulse_min / parts;
+      free.impulse_max = row.impulse_max / parts;
       free_rows_.push_back(std::move(free));
     }
+  }
+  if (before.size() != free_rows_.size()) return;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    FreeRow& free = free_rows_[i];
+    free.impulse = std::clamp(before[i].impulse, free.impulse_min, free.impulse_max);
   }
 }
 
 VectorXd JointSolver::Assembly::velocities() const {
   VectorXd velocities(kNumbers * static_cast<Index>(bodies_.size()));
   Index first = 0;
-  for (const JointedBody& body : bodies_) {
-    velocities.segment<3>(first) = body.linear + to_eigen(*body.linear_change);
-    velocities.segment<3>(first + 3) = body.angular + to_eigen(*body.angular_change);
+  for (const auto& [now, moved] : bodies_) {
+    velocities.segment<3>(first) = now.linear + to_eigen(*now.linear_change);
+    velocities.segment<3>(first + 3) = now.angular + to_eigen(*now.angular_change);
     first += kNumbers;
   }
   return velocities;
@@ -180,65 +252,67 @@ VectorXd JointSolver::Assembly::velocities() const {
 
 void JointSolver::Assembly::set_velocities(const VectorXd& velocities) {
   Index first = 0;
-  for (const JointedBody& body : bodies_) {
-    *body.linear_change = to_bullet(Eigen::Vector3d(velocities.segment<3>(first) - body.linear));
-    *body.angular_change = to_bullet(Eigen::Vector3d(velocities.segment<3>(first + 3) - body.angular));
+  for (const auto& [now, moved] : bodies_) {
+    *now.linear_change = to_bullet(Eigen::Vector3d(velocities.segment<3>(first) - now.linear));
+    *now.angular_change = to_bullet(Eigen::Vector3d(velocities.segment<3>(first + 3) - now.angular));
     first += kNumbers;
   }
 }
 
 void JointSolver::Assembly::start_step() {
+  find_whether_to_move();
+  if (moves_) {
+    advance();
+    make_rows();
+  }
   if (free_rows_.empty()) return;
   VectorXd moved = velocities();
   for (const FreeRow& free : free_rows_) moved += free.response * free.impulse;
   set_velocities(moved);
 }
 
-void JointSolver::Assembly::hold(VectorXd& moving) const {
-  moving += response_ * factors_.solve(wanted_ - held_.transpose() * moving);
+void JointSolver::Assembly::hold(VectorXd& velocities) const {
+  velocities += response_ * factors_.solve(wanted_ - held_.transpose() * velocities);
+}
+
+// Both sides of a joint after a time at these velocities.
+PosedJoint JointSolver::Assembly::after(const Tie& tie, const VectorXd& velocities, double time) const {
+  const auto moved_by = [&](JointSide side, Index body) {
+    side.linear_velocity = velocities.segment<3>(kNumbers * body);
+    side.angular_velocity = velocities.segment<3>(kNumbers * body + 3);
+    return bullet::moved(side, time);
+  };
+  PosedJoint end = tie.joint.posed;
+  end.child = moved_by(end.child, tie.child);
+  end.parent = tie.parent ? moved_by(end.parent, *tie.parent) : bullet::moved(end.parent, time);
+  return end;
 }
 
 // By how much more than what may be left of it each error will be off once the bodies have moved.
-VectorXd JointSolver::Assembly::excess(const VectorXd& moving) const {
-  const auto at_end = [&](JointSide side, int body) {
-    const Index first = kNumbers * places_.at(body);
-    side.linear_velocity = moving.segment<3>(first);
-    side.angular_velocity = moving.segment<3>(first + 3);
-    return moved(side, dt_);
-  };
+VectorXd JointSolver::Assembly::excess(const VectorXd& velocities) const {
   VectorXd excess(wanted_.size());
   std::vector<JointRow> rows;
   Index n = 0;
-  for (const Joint* joint : joints_) {
-    PosedJoint end = joint->posed;
-    end.child = at_end(end.child, joint->child);
-    end.parent = joint->parent ? at_end(end.parent, *joint->parent) : moved(end.parent, dt_);
+  for (const Tie& tie : ties_) {
     rows.clear();
-    append_held_rows(*joint->properties, end, dt_, rows);
+    append_held_rows(*tie.joint.properties, after(tie, velocities, span_), span_, rows);
     for (std::size_t i = 0; i < rows.size(); ++i, ++n) {
-      excess[n] = rows[i].error - kErrorLeft * joint->rows[i].error;
+      excess[n] = rows[i].error - kErrorLeft * tie.rows[i].error;
     }
   }
   return excess;
 }
 
-bool JointSolver::Assembly::turns_fast(const VectorXd& moving) const {
-  for (Index first = 0; first < moving.size(); first += kNumbers) {
-    if (!(moving.segment<3>(first + 3).norm() * dt_ <= kTurnForeseen)) return true;
-  }
-  return false;
-}
-
 // One step of Newton's method towards no excess. What turns too fast for that is held along its rows as they
 // are.
-void JointSolver::Assembly::hold_at_end(VectorXd& moving) {
-  hold(moving);
-  if (turns_fast(moving)) {
+void JointSolver::Assembly::hold_at_end(VectorXd& velocities) {
+  hold(velocities);
+  if (turns_beyond(kTurnForeseen, velocities, span_)) {
     wanted_ = wanted_now_;
   } else {
-    wanted_ -= excess(moving) / dt_;
+    wanted_ -= excess(velocities) / span_;
   }
-  hold(moving);
+  hold(velocities);
 }
 
 void JointSolver::Assembly::pass() {
@@ -253,6 +327,31 @@ void JointSolver::Assembly::pass() {
     free.impulse = impulse;
   }
   set_velocities(moved);
+}
+
+void JointSolver::Assembly::move() { ways_.push_back(velocities()); }
+
+// To where move() has found the bodies to come in the steps before.
+void JointSolver::Assembly::advance() {
+  for (const VectorXd& velocities : ways_) {
+    for (Tie& tie : ties_) tie.joint.posed = after(tie, velocities, span_);
+    Index first = 0;
+    for (auto& [now, moved] : bodies_) {
+      const Eigen::Quaterniond turn = rotation(velocities.segment<3>(first + 3) * span_);
+      const Eigen::Matrix3d axes = turn.toRotationMatrix();
+      now.inverse_inertia = axes * now.inverse_inertia * axes.transpose();
+      moved.way += velocities.segment<3>(first) * span_;
+      moved.turn = (turn * moved.turn).normalized();
+      first += kNumbers;
+    }
+  }
+  ways_.clear();
+}
+
+void JointSolver::Assembly::end(std::vector<Moved>& moved) {
+  if (!moves_) return;
+  advance();
+  for (const Body& body : bodies_) moved.push_back(body.moved);
 }
 
 JointedBody jointed(btSolverBody& body) {
@@ -292,9 +391,9 @@ void JointSolver::set_up(std::span<const JointedBody> bodies, double dt, int ste
     if (joint.parent)
       sets.unite(static_cast<std::size_t>(joint.child), static_cast<std::size_t>(*joint.parent));
   }
-  std::map<std::size_t, std::vector<const Joint*>> assemblies;
+  std::map<std::size_t, std::vector<Joint>> assemblies;
   for (const Joint& joint : joints_) {
-    assemblies[sets.find(static_cast<std::size_t>(joint.child))].push_back(&joint);
+    assemblies[sets.find(static_cast<std::size_t>(joint.child))].push_back(joint);
   }
   for (auto& [first, joints] : assemblies) {
     assemblies_.push_back(std::make_unique<Assembly>(std::move(joints), bodies, dt, steps));
@@ -307,6 +406,16 @@ void JointSolver::start_step() {
 
 void JointSolver::pass() {
   for (const auto& assembly : assemblies_) assembly->pass();
+}
+
+void JointSolver::move() {
+  for (const auto& assembly : assemblies_) assembly->move();
+}
+
+std::vector<JointSolver::Moved> JointSolver::end() {
+  std::vector<Moved> moved;
+  for (const auto& assembly : assemblies_) assembly->end(moved);
+  return moved;
 }
 
 }  // namespace tessera::bullet

@@ -6,11 +6,15 @@
 // Ciccotti and Berendsen, Numerical integration of the cartesian equations of motion of a system with
 // constraints, 1977). Limits, drives and friction act one after the other on the motions that are left free,
 // with the inertia of all that they move.
+//
+// An assembly that turns far in a tick moves from small step to small step, with rows of its own in each: a
+// row at the start of the tick says little of where such bodies end.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSolverBody.h>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <memory>
 #include <optional>
 #include <span>
@@ -34,7 +38,8 @@ struct JointedBody {
 // As Bullet has set it up, without the forces of the tick; changes go where Bullet's own solver puts them.
 JointedBody jointed(btSolverBody& body);
 
-// One task at a time: clear(), add(), set_up(), then passes.
+// One task at a time: clear(), add(), set_up(), then for each small step start_step() and passes, with a
+// move() among them; or passes alone, where a tick is one step.
 class JointSolver {
  public:
   // Bodies by their places in set_up(); a parent only where it can be pushed.
@@ -42,8 +47,15 @@ class JointSolver {
     int child;
     std::optional<int> parent;
     const JointProperties* properties;
+    const JointDrives* drives;
     PosedJoint posed;
-    std::vector<JointRow> rows;
+  };
+
+  // How a body moves in a tick, other than by the velocity that it ends with.
+  struct Moved {
+    int body;
+    Eigen::Vector3d way;      // m
+    Eigen::Quaterniond turn;  // world axes
   };
 
   JointSolver();
@@ -63,6 +75,12 @@ class JointSolver {
   // Limits, drives and friction act as they did at the end of the step before.
   void start_step();
   void pass();
+
+  // The velocities are those that bodies move by in this step.
+  void move();
+
+  // Ends the tick. Those that have moved step by step.
+  std::vector<Moved> end();
 
  private:
   class Assembly;

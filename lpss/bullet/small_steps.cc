@@ -6,6 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "lpss/bullet/conversions.h"
+#include "lpss/bullet/joint_rows.h"
+
 namespace tessera::bullet {
 namespace {
 
@@ -94,6 +97,7 @@ void SmallSteps::round(int n) {
   if (!corrects) {
     close_gaps();
     add_way(step_);
+    joints_->move();
   }
   pass(corrects);
 }
@@ -241,6 +245,19 @@ void SmallSteps::rebound() {
   }
 }
 
+// Bodies then move on by the velocity that they end with: what is corrected is all but that.
+void SmallSteps::set_way(const JointSolver::Moved& moved) {
+  const double time = info_.m_timeStep;
+  btSolverBody& body = pools_.bodies[static_cast<std::size_t>(moved.body)];
+  const Motion& motion = motions_[static_cast<std::size_t>(moved.body)];
+  const Eigen::Vector3d linear = to_eigen(body.m_linearVelocity + motion.linear);
+  const Eigen::Vector3d angular = to_eigen(body.m_angularVelocity + motion.angular);
+  const Eigen::AngleAxisd turn(rotation(angular * time).conjugate() * moved.turn);
+  body.m_pushVelocity = to_bullet(Eigen::Vector3d(moved.way / time - linear));
+  body.m_turnVelocity =
+      to_bullet(Eigen::Vector3d(turn.axis() * turn.angle() / (time * info_.m_splitImpulseTurnErp)));
+}
+
 void SmallSteps::end() {
   for (std::size_t i = 0; i < motions_.size(); ++i) {
     const Motion& motion = motions_[i];
@@ -254,6 +271,7 @@ void SmallSteps::end() {
     body.m_pushVelocity = motion.way / info_.m_timeStep;
     body.m_turnVelocity = motion.turn / (info_.m_timeStep * info_.m_splitImpulseTurnErp);
   }
+  for (const JointSolver::Moved& moved : joints_->end()) set_way(moved);
   for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
     btSolverConstraint& row = pools_.contacts[i];
     row.m_appliedImpulse = contacts_[i].total;

@@ -47,8 +47,8 @@ class Places {
 
 class Parting {
  public:
-  Parting(const SolveTask& task, int usual_steps)
-      : task_(task), usual_steps_(usual_steps), places_(task), islands_(task.bodies.size()) {}
+  Parting(const SolveTask& task, int usual_steps, double dt)
+      : task_(task), usual_steps_(usual_steps), dt_(dt), places_(task), islands_(task.bodies.size()) {}
 
   std::vector<TaskPart> parts() {
     connect();
@@ -106,16 +106,20 @@ class Parting {
     }
     // What hangs on joints is not among what is carried.
     for (const TaskJoint& joint : task_.joints) {
-      const std::size_t child = Places::of(joint.child);
-      if (child == Touch::kGround) continue;
-      int& most = steps[islands_.find(child)];
-      most = std::max(most, usual_steps_);
+      for (const WorldBody& side : {joint.child, joint.parent}) {
+        const std::size_t body = Places::of(side);
+        if (body == Touch::kGround) continue;
+        int& most = steps[islands_.find(body)];
+        const double turn = double(rigid_of(side).getAngularVelocity().length()) * dt_;
+        most = std::max(most, steps_for_turn(turn, usual_steps_));
+      }
     }
     return steps;
   }
 
   const SolveTask& task_;
   const int usual_steps_;
+  const double dt_;  // s
   const Places places_;
   DisjointSets islands_;
   std::vector<Touch> touches_;  // of the task's contacts
@@ -123,8 +127,8 @@ class Parting {
 
 }  // namespace
 
-std::vector<TaskPart> parts_of(const SolveTask& task, int usual_steps) {
-  return Parting(task, usual_steps).parts();
+std::vector<TaskPart> parts_of(const SolveTask& task, int usual_steps, double dt) {
+  return Parting(task, usual_steps, dt).parts();
 }
 
 }  // namespace tessera::bullet

@@ -14,8 +14,8 @@ struct TaskPart {
   SolveTask task;  // in the order of the whole task
 };
 
-// At most one part for each number of steps, `usual_steps` (>= 2) being those of the settings. `task` must
-// hold contacts whose worlds are not detecting.
-std::vector<TaskPart> parts_of(const SolveTask& task, int usual_steps);
+// Of a tick of `dt` seconds: at most one part for each number of steps, `usual_steps` (>= 2) being those of
+// the settings. `task` must hold contacts whose worlds are not detecting.
+std::vector<TaskPart> parts_of(const SolveTask& task, int usual_steps, double dt);
 
 }  // namespace tessera::bullet

@@ -97,7 +97,7 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
   solveGroupCacheFriendlySetup(bodies_.data(), static_cast<int>(bodies_.size()), manifolds_.data(),
                                static_cast<int>(manifolds_.size()), nullptr, 0, info_, nullptr);
   release_kinematic_bodies();
-  for (const TaskJoint& joint : task.joints) add_joint(joint, dt);
+  for (const TaskJoint& joint : task.joints) add_joint(joint);
 }
 
 void TaskSolver::split(std::size_t body, double times) {
@@ -168,21 +168,12 @@ void TaskSolver::convertBodies(btCollisionObject** bodies, int count, const btCo
   for (const Link& link : links_) link.clone->setCompanionId(link.original->getCompanionId());
 }
 
-// The motion of a parent that nothing can push goes into the rows.
-void TaskSolver::add_joint(const TaskJoint& joint, double dt) {
-  const PosedJoint at = posed(joint);
-  rows_.clear();
-  append_joint_rows(*joint.properties, *joint.drives, at, dt, rows_);
+void TaskSolver::add_joint(const TaskJoint& joint) {
   const int child = rigid_of(joint.child).getCompanionId();
   const btRigidBody* parent = joint.parent.world ? &rigid_of(joint.parent) : nullptr;
-  if (parent && !parent->isStaticOrKinematicObject()) {
-    return joints_.add({child, parent->getCompanionId(), joint.properties, at, rows_});
-  }
-  for (JointRow& row : rows_) {
-    row.velocity +=
-        row.linear.dot(at.parent.linear_velocity) + row.angular_parent.dot(at.parent.angular_velocity);
-  }
-  joints_.add({child, std::nullopt, joint.properties, at, rows_});
+  std::optional<int> pushed;
+  if (parent && !parent->isStaticOrKinematicObject()) pushed = parent->getCompanionId();
+  joints_.add({child, pushed, joint.properties, joint.drives, posed(joint)});
 }
 
 void TaskSolver::begin_joints() {

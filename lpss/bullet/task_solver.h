@@ -8,7 +8,6 @@
 #include <optional>
 #include <vector>
 
-#include "lpss/bullet/joint_rows.h"
 #include "lpss/bullet/joint_solver.h"
 #include "lpss/bullet/small_steps.h"
 #include "lpss/engine/engine.h"
@@ -53,7 +52,7 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   };
 
   void convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) override;
-  void add_joint(const TaskJoint& joint, double dt);
+  void add_joint(const TaskJoint& joint);
   void begin_steps();
   void begin_joints();
   int place_of(std::size_t body) const { return bodies_[body]->getCompanionId(); }
@@ -66,7 +65,6 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   std::vector<btCollisionObject*> bodies_;
   std::vector<Link> links_;
   std::vector<btPersistentManifold*> manifolds_;
-  std::vector<JointRow> rows_;  // of one joint
   JointSolver joints_;
 };
 

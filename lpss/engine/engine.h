@@ -138,6 +138,10 @@ class SectorWorld {
   // bodies that feel no gravity.
   virtual void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) = 0;
 
+  // Whether joints hold the body. integrate() does not stop such a one short of what it would hit, which would
+  // tear them: it relies on the contacts that detect() has foreseen.
+  virtual void set_jointed(BodySlot slot, bool jointed) = 0;
+
   // Puts to sleep (velocities become zero) or wakes (with its clock of stillness at zero).
   virtual void sleep(BodySlot slot) = 0;
   virtual void wake(BodySlot slot) = 0;

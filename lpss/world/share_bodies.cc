@@ -101,6 +101,7 @@ HomeBody& Share::add_home(const BodyRecord& record) {
   body->jointed = !joints_.of(record.id).empty();
   body->sector = &sector;
   body->slot = world.add(record, Role::kHome);
+  world.set_jointed(body->slot, body->jointed);
   if (record.properties.gravity) {
     world.set_gravity(body->slot, acceleration_at(options_.settings.gravity, record.home,
                                                   Eigen::Vector3d(record.state.position.data()), size()));

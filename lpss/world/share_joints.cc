@@ -50,7 +50,10 @@ void Share::set_drives(const SetDrives& command) {
 
 void Share::note_joint(BodyId body) {
   const auto found = bodies_.find(body);
-  if (found != bodies_.end()) found->second->jointed = !joints_.of(body).empty();
+  if (found == bodies_.end()) return;
+  HomeBody& noted = *found->second;
+  noted.jointed = !joints_.of(body).empty();
+  world_of(*noted.sector).set_jointed(noted.slot, noted.jointed);
 }
 
 // What hangs on a joint that changes must notice.
