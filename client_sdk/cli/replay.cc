@@ -111,9 +111,6 @@ class SectionReader {
     if (!reader.ok()) return reader.status();
     absl::StatusOr<std::optional<v1::RecordedInput>> first = reader->next();
     if (!first.ok()) return first.status();
-    if (!*first || !(*first)->has_world()) {
-      return absl::DataLossError(absl::StrCat(file.string(), " does not begin with a world"));
-    }
     return SectionReader(*std::move(reader), *std::move(first));
   }
 
