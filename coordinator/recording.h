@@ -1,48 +1,47 @@
 // What clients do to a world, on the way to whoever writes it down.
 #pragma once
 
+#include <google/protobuf/descriptor.h>
+
+#include <concepts>
 #include <utility>
 
 #include "coordinator/coordinator.h"
 #include "coordinator/tick_statistics.h"
+#include "lpss/grid/invariant.h"
 #include "recording.pb.h"
 
 namespace tessera {
 
-// Puts a request into the place that is meant for it.
-inline void put(const v1::SpawnRequest& from, v1::RecordedCommand& to) { *to.mutable_spawn() = from; }
-inline void put(const v1::RemoveRequest& from, v1::RecordedCommand& to) { *to.mutable_remove() = from; }
-inline void put(const v1::SetVelocityRequest& from, v1::RecordedCommand& to) {
-  *to.mutable_set_velocity() = from;
-}
-inline void put(const v1::ApplyImpulseRequest& from, v1::RecordedCommand& to) {
-  *to.mutable_apply_impulse() = from;
-}
-inline void put(const v1::ApplyForceRequest& from, v1::RecordedCommand& to) {
-  *to.mutable_apply_force() = from;
-}
-inline void put(const v1::TeleportRequest& from, v1::RecordedCommand& to) { *to.mutable_teleport() = from; }
-inline void put(const v1::KinematicTargetRequest& from, v1::RecordedCommand& to) {
-  *to.mutable_kinematic_target() = from;
-}
-inline void put(const v1::AddJointRequest& from, v1::RecordedCommand& to) { *to.mutable_add_joint() = from; }
-inline void put(const v1::RemoveJointRequest& from, v1::RecordedCommand& to) {
-  *to.mutable_remove_joint() = from;
-}
-inline void put(const v1::SetJointDrivesRequest& from, v1::RecordedCommand& to) {
-  *to.mutable_set_joint_drives() = from;
+// Of a command: the tick at whose beginning it takes effect, and the id of what it makes.
+template <typename Answer>
+concept CommandAnswer = std::same_as<Answer, v1::CommandReply> || requires(const Answer& answer) {
+  answer.tick();
+  answer.id();
+};
+
+// The field of a recorded command that is meant for a request of this type; null where there is none.
+inline const google::protobuf::FieldDescriptor* field_for(const google::protobuf::Descriptor* request) {
+  const google::protobuf::OneofDescriptor* fields =
+      v1::RecordedCommand::descriptor()->FindOneofByName("request");
+  for (int place = 0; place < fields->field_count(); ++place) {
+    if (fields->field(place)->message_type() == request) return fields->field(place);
+  }
+  return nullptr;
 }
 
 template <typename Request>
-concept CommandRequest = requires(const Request& request, v1::RecordedCommand& command) {
-  put(request, command);
-};
+void put(const Request& request, v1::RecordedCommand& command) {
+  static const google::protobuf::FieldDescriptor* const field = field_for(Request::descriptor());
+  invariant(field != nullptr, "there is no command that cannot be recorded");
+  command.GetReflection()->MutableMessage(&command, field)->CopyFrom(request);
+}
 
 // From now on the call tells `record` what it asked for, once it is answered with OK. The sequencer answers
 // commands in the order in which they take effect.
 template <typename Request, typename Answer>
 void record_on_reply(ClientCall<Request, Answer>& call, const InputSink& record) {
-  if constexpr (CommandRequest<Request>) {
+  if constexpr (CommandAnswer<Answer>) {
     call.reply = [record, request = call.request, reply = std::move(call.reply)](const absl::Status& status,
                                                                                  const Answer& answer) {
       if (status.ok()) {

@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -35,17 +36,21 @@ class RecordingWriter {
 
 class RecordingReader {
  public:
-  // NOT_FOUND.
+  // NOT_FOUND where it cannot be read. DATA_LOSS where it does not begin with a world: it is no recording.
   static absl::StatusOr<RecordingReader> open(const std::filesystem::path& file);
 
   RecordingReader(RecordingReader&&) noexcept;
   ~RecordingReader();
 
-  // The next entry; nullopt at the end. DATA_LOSS where the file is cut off or holds something else.
+  // The next entry; nullopt at the end. DATA_LOSS, with the byte, where the file is cut off within it or
+  // holds something else.
   absl::StatusOr<std::optional<v1::RecordedInput>> next();
 
  private:
   RecordingReader(std::filesystem::path file, std::unique_ptr<std::ifstream> in);
+
+  // Why the entry that begins at this byte cannot be read.
+  absl::Status unreadable(std::int64_t begin);
 
   std::filesystem::path file_;
   std::unique_ptr<std::ifstream> in_;

@@ -1,6 +1,10 @@
 // The `tessera` command as people use it: exit codes, messages, reports.
+#include <csignal>
+#include <cstdint>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/cluster_fixture.h"
 
@@ -10,6 +14,7 @@ namespace {
 using namespace tessera::testing;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // A report that `tessera run` writes, in a folder that goes away.
 class RunTest : public ::testing::Test {
@@ -159,7 +164,7 @@ TEST(CommandLineTest, FilesThatCannotBeWrittenAreRefusedBeforeAnythingRuns) {
 }
 
 TEST(CommandLineTest, UnknownArgumentsAreNamedAlsoWhereOthersAreMissing) {
-  for (const char* command : {"run", "load", "spawn", "remove", "raycast", "simulate", "watch"}) {
+  for (const char* command : {"run", "load", "spawn", "remove", "raycast", "simulate", "top", "watch"}) {
     const Outcome outcome = run_tessera({command, "--no-such-option"});
     EXPECT_EQ(outcome.code, 2) << command;
     EXPECT_THAT(outcome.output, HasSubstr("--no-such-option")) << command;
@@ -169,9 +174,10 @@ TEST(CommandLineTest, UnknownArgumentsAreNamedAlsoWhereOthersAreMissing) {
 }
 
 TEST(CommandLineTest, EveryCommandHasHelpWithAnExample) {
-  for (const char* command : {"run",      "up",    "load",     "unload", "spawn",   "remove",   "impulse",
-                              "velocity", "force", "teleport", "target", "raycast", "status",   "watch",
-                              "hash",     "find",  "pause",    "resume", "step",    "shutdown", "config"}) {
+  for (const char* command :
+       {"run",   "up",       "load",   "unload",   "spawn",  "remove", "impulse", "velocity",
+        "force", "teleport", "target", "raycast",  "status", "watch",  "hash",    "find",
+        "pause", "resume",   "step",   "shutdown", "config", "top"}) {
     const Outcome outcome = run_tessera({command, "--help"});
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.output, HasSubstr("Example:\n  tessera ")) << command;
@@ -221,6 +227,86 @@ TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
   EXPECT_THAT(tessera({"remove", "late"}), HasSubstr("takes effect"));
   tessera({"shutdown"});
   EXPECT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
+}
+
+// A cluster of two servers with a loaded world, and `tessera top` at it.
+class TopTest : public RunTest {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(cluster_.client);
+    ASSERT_THAT(client().load(read_world("seam.sdf")).status(), IsOk());
+    ASSERT_THAT(client().step(30, kPatience).status(), IsOk());
+  }
+
+  Client& client() { return *cluster_.client; }
+  std::vector<std::string> top(std::vector<std::string> options) const {
+    options.insert(options.begin(), "top");
+    options.insert(options.end(), {"--connect", cluster_.processes->address()});
+    return options;
+  }
+
+  Cluster cluster_ = start_cluster(2);
+};
+
+TEST_F(TopTest, LooksOnceForScripts) {
+  const Outcome once = run_tessera(top({"--once"}));
+  EXPECT_EQ(once.code, 0) << once.output;
+  EXPECT_THAT(once.output, AllOf(HasSubstr("paused  seam, tick 30"), HasSubstr("\nserver "),
+                                 HasSubstr("\nsector "), HasSubstr("(0, 0, 0)")));
+  EXPECT_THAT(once.output, Not(HasSubstr("\033"))) << "no colours in a file";
+  EXPECT_THAT(run_tessera(top({"--once", "--by", "sector"})).output, Not(HasSubstr("memory")));
+  EXPECT_THAT(run_tessera(top({"--once", "--by", "server"})).output, Not(HasSubstr("(0, 0, 0)")));
+}
+
+TEST_F(TopTest, DataHasEveryBodyInItsSector) {
+  const std::filesystem::path file = folder_ / "top.json";
+  const Outcome once = run_tessera(top({"--once", "--sort", "clones", "--json", file.string()}));
+  EXPECT_EQ(once.code, 0) << once.output;
+  std::ifstream in(file);
+  const nlohmann::json data = nlohmann::json::parse(in, nullptr, false);
+  std::uint64_t awake = 0;
+  std::uint64_t clones_before = std::numeric_limits<std::uint64_t>::max();
+  std::set<std::string> servers;
+  for (const nlohmann::json& sector : data["sectors_by_load"]) {
+    awake += sector["bodies_awake"].get<std::uint64_t>();
+    const auto clones = sector["clones"].get<std::uint64_t>();
+    EXPECT_LE(clones, clones_before);
+    clones_before = clones;
+    servers.insert(sector["server"].get<std::string>());
+  }
+  EXPECT_GT(awake, 0);
+  EXPECT_EQ(data["bodies_awake"], awake);
+  EXPECT_EQ(data["servers"][0]["bodies_awake"].get<std::uint64_t>() +
+                data["servers"][1]["bodies_awake"].get<std::uint64_t>(),
+            awake);
+  EXPECT_EQ(servers.size(), 2);
+}
+
+TEST_F(TopTest, LooksAgainAndAgainUntilItIsInterrupted) {
+  Program live("tessera", top({"--period", "0.1s"}));
+  ASSERT_TRUE(live.await_output("paused  seam, tick 30")) << live.output();
+  ASSERT_THAT(client().step(1, kPatience).status(), IsOk());
+  ASSERT_TRUE(live.await_output("\n\npaused  seam, tick 31")) << live.output();
+  ASSERT_THAT(client().unload(), IsOk());
+  ASSERT_TRUE(live.await_output("\n\nempty  no world")) << live.output();
+  live.process().signal(SIGINT);
+  EXPECT_EQ(live.wait(), 0) << live.output();
+}
+
+TEST_F(TopTest, EndOfTheClusterIsAFailure) {
+  Program live("tessera", top({"--period", "0.1s"}));
+  ASSERT_TRUE(live.await_output("tick 30")) << live.output();
+  ASSERT_THAT(client().shutdown(), IsOk());
+  EXPECT_EQ(live.wait(), 1) << live.output();
+  EXPECT_EQ(run_tessera(top({"--once"})).code, 1);
+}
+
+TEST(CommandLineTest, TopNamesWhatItCanBeSortedBy) {
+  const Outcome sorted = run_tessera({"top", "--sort", "nonsense"});
+  EXPECT_EQ(sorted.code, 2);
+  EXPECT_THAT(sorted.output, AllOf(HasSubstr("nonsense"), HasSubstr("clones"), HasSubstr("memory")));
+  EXPECT_EQ(run_tessera({"top", "--by", "body"}).code, 2);
+  EXPECT_THAT(run_tessera({"top", "--period", "2h"}).output, HasSubstr("is not from 0.1 s to 3600 s"));
 }
 
 class HelloTest : public ::testing::TestWithParam<const char*> {};

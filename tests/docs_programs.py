@@ -40,7 +40,7 @@ class Programs:
             assert process.stdin is not None and process.stdout is not None
             process.stdin.close()
             said = process.stdout.readline()
-            if "--watch" in words:
+            if is_endless(words):
                 process.send_signal(signal.SIGINT)
             said += process.stdout.read()
         if process.returncode != 0:
@@ -128,6 +128,11 @@ def deadline(process: subprocess.Popen[str]) -> Iterator[None]:
         yield
     finally:
         timer.cancel()
+
+
+def is_endless(words: Words) -> bool:
+    """Whether a command shows how things are until it is interrupted."""
+    return "--watch" in words or (words[1] == "top" and not {"--once", "--help"} & set(words))
 
 
 def with_option(words: Words, option: str, value: str) -> Words:

@@ -127,7 +127,11 @@ TEST_F(RecordingTest, EveryWorldIsPlayedAndTheFirstDifferenceTold) {
   EXPECT_THAT(differs.output, HasSubstr("tick 7: the world has the hash"));
 
   std::filesystem::resize_file(file(), std::filesystem::file_size(file()) - 5);
-  EXPECT_THAT(run_tessera({"replay", file().string()}).output, HasSubstr("cut off"));
+  const Outcome cut = run_tessera({"replay", file().string()});
+  EXPECT_EQ(cut.code, 1);
+  EXPECT_THAT(cut.output, HasSubstr("is cut off at byte"));
+  EXPECT_THAT(run_tessera({"replay", world_file("falling.sdf").string()}).output,
+              HasSubstr("is no recording of inputs"));
   EXPECT_THAT(run_tessera({"replay", "nowhere.rec"}).output, HasSubstr("nowhere.rec"));
 }
 

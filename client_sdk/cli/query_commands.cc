@@ -1,85 +1,17 @@
-// Questions to a running world: status, hash, raycast, near, find, watch.
+// Questions to a running world: hash, raycast, near, find, watch.
 #include <absl/strings/str_format.h>
-#include <absl/strings/str_join.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <utility>
 
-#include "client_sdk/cli/child_process.h"
 #include "client_sdk/cli/connection.h"
 #include "client_sdk/cli/interrupt.h"
 #include "client_sdk/cli/terminal.h"
 #include "client_sdk/cli/text.h"
-#include "client_sdk/src/status_json.h"
 
 namespace tessera::cli {
 namespace {
 
-constexpr absl::Duration kRedrawEvery = absl::Milliseconds(500);
 constexpr absl::Duration kPatience = absl::Milliseconds(250);  // so that Ctrl-C is noticed
-constexpr const char* kClearScreen = "\033[H\033[J";
-
-std::string megabytes(std::uint64_t bytes) {
-  return absl::StrFormat("%.0f MB", static_cast<double>(bytes) / 1e6);
-}
-
-std::string to_text(const ClusterStatus& status) {
-  const Colour colour = status.state == "failed"    ? Colour::kRed
-                        : status.state == "running" ? Colour::kGreen
-                                                    : Colour::kYellow;
-  std::string text =
-      absl::StrFormat("%s  %s, tick %s, %.3f s, real-time factor %.2f\n", coloured(status.state, colour),
-                      status.world.empty() ? "no world" : status.world, grouped(status.tick), status.time,
-                      status.real_time_factor);
-  if (!status.failure.empty()) absl::StrAppend(&text, coloured(status.failure, Colour::kRed), "\n");
-  absl::StrAppendFormat(&text,
-                        "%s bodies (%s awake), %s sectors, %s clones, %s contacts, %s islands across seams "
-                        "(%s across servers, %s cut)\n",
-                        grouped(status.bodies), grouped(status.bodies_awake), grouped(status.sectors),
-                        grouped(status.clones), grouped(status.contacts),
-                        grouped(status.islands_across_seams), grouped(status.islands_shipped),
-                        grouped(status.islands_cut));
-  absl::StrAppendFormat(&text, "tick p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n\n",
-                        status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max,
-                        megabytes(status.coordinator_peak_rss_bytes));
-  std::vector<std::vector<std::string>> rows = {{"server", "streams", "engine", "threads", "tick", "bodies",
-                                                 "sectors", "awake", "clones", "p50 ms", "p99 ms", "sent",
-                                                 "memory"}};
-  for (const ServerStatus& server : status.servers) {
-    const char* note = server.suspect ? " silent" : server.takes_part ? "" : " idle";
-    rows.push_back({absl::StrFormat("%x%s", server.node, note), server.stream_address,
-                    name_of(server.precision), absl::StrCat(server.threads),
-                    grouped(server.tick), grouped(server.bodies), grouped(server.sectors),
-                    grouped(server.sectors_awake), grouped(server.clones),
-                    absl::StrFormat("%.2f", server.tick_ms_p50), absl::StrFormat("%.2f", server.tick_ms_p99),
-                    megabytes(server.exchange_bytes), megabytes(server.peak_rss_bytes)});
-  }
-  std::vector<bool> right(rows.front().size(), true);
-  right[0] = right[1] = false;
-  return text + table(rows, right);
-}
-
-absl::Status show_status(Client& client, bool live, nlohmann::json& data) {
-  if (live) catch_interrupts();
-  const bool redraw = live && isatty(STDOUT_FILENO) == 1;
-  do {
-    const absl::StatusOr<ClusterStatus> status = client.status();
-    if (!status.ok()) return status.status();
-    absl::PrintF("%s%s", redraw ? kClearScreen : "", to_text(*status));
-    std::fflush(stdout);
-    data = to_json(*status);
-  } while (live && !wait_readable({interrupt_descriptor()}, kRedrawEvery));
-  return absl::OkStatus();
-}
-
-void add_status(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "status", "What the cluster does.", "tessera status --watch");
-  const auto live = std::make_shared<bool>(false);
-  command.add_flag("--watch", *live, "again and again, until Ctrl-C");
-  on_cluster(command, action,
-             [live](Client& client, nlohmann::json& data) { return show_status(client, *live, data); });
-}
 
 void add_hash(CLI::App& app, Action& action) {
   CLI::App& command = add_command(app, "hash", "The hash of the world's state.", "tessera hash");
@@ -299,7 +231,6 @@ void add_watch(CLI::App& app, Action& action) {
 }  // namespace
 
 void add_query_commands(CLI::App& app, Action& action) {
-  add_status(app, action);
   add_hash(app, action);
   add_raycast(app, action);
   add_near(app, action);

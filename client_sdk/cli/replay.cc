@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -27,37 +28,10 @@ using Stub = v1::Tessera::Stub;
 template <typename Request, typename Answer>
 using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Answer*);
 
-constexpr Method<v1::LoadRequest, v1::LoadReply> method(const v1::LoadRequest*) { return &Stub::Load; }
-constexpr Method<v1::StepRequest, v1::StepReply> method(const v1::StepRequest*) { return &Stub::Step; }
-constexpr Method<v1::HashRequest, v1::HashReply> method(const v1::HashRequest*) { return &Stub::GetHash; }
-constexpr Method<v1::SpawnRequest, v1::SpawnReply> method(const v1::SpawnRequest*) { return &Stub::Spawn; }
-constexpr Method<v1::RemoveRequest, v1::CommandReply> method(const v1::RemoveRequest*) {
-  return &Stub::Remove;
-}
-constexpr Method<v1::SetVelocityRequest, v1::CommandReply> method(const v1::SetVelocityRequest*) {
-  return &Stub::SetVelocity;
-}
-constexpr Method<v1::ApplyImpulseRequest, v1::CommandReply> method(const v1::ApplyImpulseRequest*) {
-  return &Stub::ApplyImpulse;
-}
-constexpr Method<v1::ApplyForceRequest, v1::CommandReply> method(const v1::ApplyForceRequest*) {
-  return &Stub::ApplyForce;
-}
-constexpr Method<v1::TeleportRequest, v1::CommandReply> method(const v1::TeleportRequest*) {
-  return &Stub::Teleport;
-}
-constexpr Method<v1::KinematicTargetRequest, v1::CommandReply> method(const v1::KinematicTargetRequest*) {
-  return &Stub::SetKinematicTarget;
-}
-constexpr Method<v1::AddJointRequest, v1::AddJointReply> method(const v1::AddJointRequest*) {
-  return &Stub::AddJoint;
-}
-constexpr Method<v1::RemoveJointRequest, v1::CommandReply> method(const v1::RemoveJointRequest*) {
-  return &Stub::RemoveJoint;
-}
-constexpr Method<v1::SetJointDrivesRequest, v1::CommandReply> method(const v1::SetJointDrivesRequest*) {
-  return &Stub::SetJointDrives;
-}
+constexpr std::tuple kMethods(&Stub::Load, &Stub::Step, &Stub::GetHash, &Stub::Spawn, &Stub::Remove,
+                              &Stub::SetVelocity, &Stub::ApplyImpulse, &Stub::ApplyForce, &Stub::Teleport,
+                              &Stub::SetKinematicTarget, &Stub::AddJoint, &Stub::RemoveJoint,
+                              &Stub::SetJointDrives);
 
 // Processes on this machine.
 class NetworkCluster {
@@ -78,7 +52,7 @@ class NetworkCluster {
     if (interrupted()) return absl::CancelledError("interrupted");
     grpc::ClientContext context;
     Answer answer;
-    const auto send = method(&request);
+    constexpr auto send = std::get<Method<Request, Answer>>(kMethods);
     const absl::Status status = from_grpc((stub_.get()->*send)(&context, request, &answer));
     if (!status.ok()) return status;
     return answer;
@@ -111,9 +85,6 @@ class SectionReader {
     if (!reader.ok()) return reader.status();
     absl::StatusOr<std::optional<v1::RecordedInput>> first = reader->next();
     if (!first.ok()) return first.status();
-    if (!*first || !(*first)->has_world()) {
-      return absl::DataLossError(absl::StrCat(file.string(), " does not begin with a world"));
-    }
     return SectionReader(*std::move(reader), *std::move(first));
   }
 
