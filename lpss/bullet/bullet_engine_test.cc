@@ -207,6 +207,19 @@ TEST(ForceTest, GravityWrenchAndImpulse) {
   EXPECT_NEAR(world.state(11).angular_velocity[2], -3, 1e-5);
 }
 
+TEST(IntegrateTest, ABodyTurnsAsFarAsItsSpinTakesIt) {
+  const auto engine = test_engine(test_settings());
+  for (const double turn : {0.01, 0.7, 0.9, 2.0, 3.0}) {
+    TestWorld world(*engine);
+    BodyRecord spun = dynamic_body(10, kSphereShape, {0, 0, 0});
+    spun.state.angular_velocity = {0, 0, turn / kTick};
+    world.add(spun);
+    world.step();
+    const std::array<double, 9> rows = world.state(10).rotation;
+    EXPECT_NEAR(std::atan2(rows[3], rows[0]), turn, 1e-5);
+  }
+}
+
 TEST(MaskTest, BothSidesMustWantTheContact) {
   const auto engine = test_engine(test_settings());
   TestWorld world(*engine);

@@ -82,6 +82,14 @@ TEST(IslandNeedsTest, AnIslandIsSolvedTheSameInAnyCompany) {
   }
 }
 
+TEST(IslandNeedsTest, WhatTurnsFarTakesMoreSteps) {
+  EXPECT_EQ(steps_for_turn(0, 4), 4);
+  EXPECT_EQ(steps_for_turn(0.5, 4), 4);
+  EXPECT_EQ(steps_for_turn(0.6, 4), 8);
+  EXPECT_EQ(steps_for_turn(1.5, 4), 16);
+  EXPECT_EQ(steps_for_turn(1e9, 4), 64);
+}
+
 TEST(IslandNeedsTest, AHeavyBoxStandsOnALightOne) {
   const auto engine = test_engine(test_settings());
   TestWorld world(*engine);
