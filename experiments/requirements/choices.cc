@@ -85,7 +85,8 @@ WorldDescription sparse_world(const WorldSettings& settings, int count) {
   const ShapeId brick = builder.shape(Box{{1, 1.4, 0.6}});
   const int side = static_cast<int>(std::ceil(std::cbrt(count)));
   for (int n = 0; n < count; ++n) {
-    const Eigen::Vector3d place = kApart * Eigen::Vector3d(n % side, n / side % side, n / side / side);
+    const Eigen::Vector3d place =
+        kApart * Eigen::Vector3i(n % side, n / side % side, n / side / side).cast<double>();
     BodyDescription& body = builder.add(absl::StrCat("body", n), n % 2 == 0 ? ball : brick, 1 + n % 5, place);
     body.linear_velocity = Eigen::Vector3d(n % 7 - 3, n % 5 - 2, n % 11 - 5) * 0.7;
     body.angular_velocity = Eigen::Vector3d(n % 3 - 1, n % 4 - 2, n % 5 - 2) * 1.1;

@@ -8,99 +8,25 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
-#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "experiments/common/heap.h"
 #include "experiments/common/own_process.h"
-#include "experiments/common/stopwatch.h"
-#include "experiments/paper/small_scenes.h"
 #include "experiments/requirements/choices.h"
+#include "experiments/requirements/contestant.h"
+#include "experiments/requirements/spread.h"
 #include "experiments/trade/trial.h"
-#include "lpss/world/share_cluster.h"
 #include "worlds/loader/world_file.h"
 
 namespace tessera {
 namespace {
 
-constexpr double kDisturbance =
-    1e-5;  // m: about the last digit of a float at the border of a sector of 128 m
+constexpr double kDisturbance = 1e-5;  // m: the last digit of a float 128 m away
 constexpr Tick kTicksForMemory = 3;
 constexpr char kPeak[] = "peak_kb";
 constexpr char kReference[] = "reference";
 constexpr char kCoarser[] = "coarser";
-
-// How far each body is from itself in another run, m.
-std::vector<double> distances(const Positions& a, const Positions& b) {
-  std::vector<double> all;
-  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) all.push_back((a[i] - b[i]).norm());
-  return all;
-}
-
-// Of distances; null where there are none, or one is no number.
-struct Spread {
-  explicit Spread(const std::vector<double>& all) {
-    if (all.empty() || !std::ranges::all_of(all, [](double d) { return std::isfinite(d); })) return;
-    middle = median(all);
-    largest = *std::ranges::max_element(all);
-  }
-  Row middle;
-  Row largest;
-};
-
-// One world of those that are stepped in turns.
-class Contestant {
- public:
-  static absl::StatusOr<Contestant> create(const WorldDescription& world, bool lone_bodies_coast) {
-    absl::StatusOr<std::unique_ptr<ShareCluster>> cluster =
-        ShareCluster::create(world, /*shares=*/1, /*threads=*/1, lone_bodies_coast);
-    if (!cluster.ok()) return cluster.status();
-    return Contestant(*std::move(cluster), world);
-  }
-
-  void step() {
-    const std::chrono::nanoseconds start = processor_time();
-    cluster_->step();
-    ticks_us_.push_back(microseconds(processor_time() - start));
-  }
-
-  // Of the last `ticks` ticks.
-  double spent_us(Tick ticks) const {
-    return std::accumulate(ticks_us_.end() - static_cast<std::ptrdiff_t>(ticks), ticks_us_.end(), 0.0);
-  }
-
-  // Dynamic bodies, in the order of their ids.
-  std::vector<BodyRecord> bodies() const {
-    std::vector<BodyRecord> records;
-    cluster_->share(0).for_each_body([&](const BodyRecord& record) {
-      if (record.properties.motion == Motion::kDynamic) records.push_back(record);
-    });
-    return records;
-  }
-  Positions positions() const { return positions_from(origin_, bodies(), sector_size_); }
-
-  std::uint32_t sectors() const { return cluster_->counts().sectors; }
-  std::string hash() const { return cluster_->hash().to_string(); }
-
-  Positions at_horizon;
-
- private:
-  Contestant(std::unique_ptr<ShareCluster> cluster, const WorldDescription& world)
-      : cluster_(std::move(cluster)),
-        origin_{world.anchor, Eigen::Vector3d::Zero()},
-        sector_size_(world.settings.sector_size) {}
-
-  std::unique_ptr<ShareCluster> cluster_;
-  WorldPosition origin_;
-  double sector_size_;
-  std::vector<double> ticks_us_;
-};
-
-WorldDescription without(const Choice& choice, WorldDescription world) {
-  if (choice.unmake) choice.unmake(world);
-  return world;
-}
 
 // One world, with all choices and without each of them.
 class Comparison {
@@ -154,57 +80,64 @@ class Comparison {
     return report;
   }
 
-  static absl::StatusOr<Report> measure_peak(const WorldDescription& world, bool lone_bodies_coast) {
+  // The world with all choices (0), without one of them (1 and more), and disturbed (the last).
+  absl::StatusOr<WorldDescription> variant(std::size_t n) const {
+    WorldDescription world = subject_.world;
+    if (n > choices_.size()) {
+      if (absl::Status status = disturb(world, kDisturbance); !status.ok()) return status;
+    } else if (n > 0 && choices_[n - 1].unmake) {
+      choices_[n - 1].unmake(world);
+    }
+    return world;
+  }
+  bool lone_bodies_coast(std::size_t n) const {
+    return n == 0 || n > choices_.size() || choices_[n - 1].lone_bodies_coast;
+  }
+
+  // What the world takes at most, beyond its description.
+  absl::StatusOr<Report> measure_peak(std::size_t n) const {
+    constexpr double kUnit = 1000;
+    const absl::StatusOr<WorldDescription> world = variant(n);
+    if (!world.ok()) return world.status();
     const std::size_t before = peak_bytes();
-    absl::StatusOr<Contestant> contestant = Contestant::create(world, lone_bodies_coast);
+    absl::StatusOr<Contestant> contestant = Contestant::create(*world, lone_bodies_coast(n));
     if (!contestant.ok()) return contestant.status();
     for (Tick tick = 0; tick < kTicksForMemory; ++tick) contestant->step();
-    constexpr double kUnit = 1000;
     Report report;
     report.table(kPeak).push_back({{kPeak, static_cast<double>(peak_bytes() - before) / kUnit}});
     return report;
   }
 
-  // A row for the world with all choices, and one for each that is not made.
   absl::StatusOr<Report> measure_memory() {
     Report report;
-    const auto add = [&](const WorldDescription& world, bool lone_bodies_coast) -> absl::Status {
-      absl::StatusOr<Report> peak = in_own_process([&] { return measure_peak(world, lone_bodies_coast); });
+    for (std::size_t n = 0; n <= choices_.size(); ++n) {
+      absl::StatusOr<Report> peak = in_own_process([&] { return measure_peak(n); });
       if (!peak.ok()) return peak.status();
       report.append(*std::move(peak));
-      return count_.advance();
-    };
-    if (absl::Status status = add(subject_.world, true); !status.ok()) return status;
-    for (const Choice& choice : choices_) {
-      const absl::Status status = add(without(choice, subject_.world), choice.lone_bodies_coast);
-      if (!status.ok()) return status;
+      if (absl::Status status = count_.advance(); !status.ok()) return status;
     }
     return report;
   }
 
   absl::Status create_contestants() {
-    const auto add = [&](const WorldDescription& world, bool lone_bodies_coast) -> absl::Status {
-      absl::StatusOr<Contestant> contestant = Contestant::create(world, lone_bodies_coast);
-      if (contestant.ok()) contestants_.push_back(*std::move(contestant));
-      return contestant.status();
-    };
-    if (absl::Status status = add(subject_.world, true); !status.ok()) return status;
-    for (const Choice& choice : choices_) {
-      const absl::Status status = add(without(choice, subject_.world), choice.lone_bodies_coast);
-      if (!status.ok()) return status;
+    for (std::size_t n = 0; n <= choices_.size() + 1; ++n) {
+      const absl::StatusOr<WorldDescription> world = variant(n);
+      if (!world.ok()) return world.status();
+      absl::StatusOr<Contestant> contestant = Contestant::create(*world, lone_bodies_coast(n));
+      if (!contestant.ok()) return contestant.status();
+      contestants_.push_back(*std::move(contestant));
     }
-    WorldDescription disturbed = subject_.world;
-    if (absl::Status status = disturb(disturbed, kDisturbance); !status.ok()) return status;
-    return add(disturbed, true);
+    return absl::OkStatus();
   }
 
   absl::StatusOr<Report> measure_turns(const std::vector<Row>& peaks, Report& references) {
     if (absl::Status status = create_contestants(); !status.ok()) return status;
     for (Tick tick = 1; tick <= ticks_; ++tick) {
       for (std::size_t n = 0; n < contestants_.size(); ++n) {
-        Contestant& contestant = contestants_[(n + tick) % contestants_.size()];  // no one always comes first
-        contestant.step();
-        if (tick == horizon_) contestant.at_horizon = contestant.positions();
+        contestants_[(n + tick) % contestants_.size()].step();  // no one always comes first
+      }
+      if (tick == horizon_) {
+        for (const Contestant& contestant : contestants_) at_horizon_.push_back(contestant.positions());
       }
       if (absl::Status status = count_.advance(); !status.ok()) return status;
     }
@@ -239,7 +172,7 @@ class Comparison {
       row["saving_at_end"] = off.spent_us(last_second()) / on().spent_us(last_second());
       row["peak_kb_on"] = peak_kb(0);
       row["peak_kb_off"] = peak_kb(n + 1);
-      row["error_m"] = Spread(distances(on().at_horizon, off.at_horizon)).largest;
+      row["error_m"] = Spread(distances(at_horizon_.front(), at_horizon_[n + 1])).largest;
       row["hash_on"] = hash;
       row["hash_off"] = hash_off;
       report.table("rows").push_back(std::move(row));
@@ -259,15 +192,14 @@ class Comparison {
   void add_errors(Report& references, Report& report) const {
     const Positions reference = samples_from(references.table(kReference)).front();
     const Positions coarser = samples_from(references.table(kCoarser)).front();
-    const Spread noise(distances(on().at_horizon, disturbed().at_horizon));
+    const Spread noise(distances(at_horizon_.front(), at_horizon_.back()));
     const Spread noise_at_rest(distances_at_rest(disturbed()));
     const Spread trust(distances(reference, coarser));
-    const Spread on_to_reference(distances(on().at_horizon, reference));
+    const Spread on_to_reference(distances(at_horizon_.front(), reference));
     for (std::size_t n = 0; n < choices_.size(); ++n) {
-      const Contestant& off = contestants_[n + 1];
-      const Spread error(distances(on().at_horizon, off.at_horizon));
-      const Spread at_rest(distances_at_rest(off));
-      const Spread off_to_reference(distances(off.at_horizon, reference));
+      const Spread error(distances(at_horizon_.front(), at_horizon_[n + 1]));
+      const Spread at_rest(distances_at_rest(contestants_[n + 1]));
+      const Spread off_to_reference(distances(at_horizon_[n + 1], reference));
       for (const auto& [name, of] : {std::pair{"median", &Spread::middle}, {"largest", &Spread::largest}}) {
         Row row = first_columns(choices_[n].name);
         row["body"] = name;
@@ -304,16 +236,22 @@ class Comparison {
   Tick horizon_;
   double bodies_ = 0;                    // that are dynamic
   std::vector<Contestant> contestants_;  // with all choices, without each, and disturbed
+  std::vector<Positions> at_horizon_;    // of these
 };
 
-absl::StatusOr<RequirementsSubject> from_file(const std::filesystem::path& file, RequirementsSubject subject,
-                                              Precision precision) {
-  absl::StatusOr<LoadedWorld> loaded = load_world_file(file);
+struct WorldFile {
+  const char* name;
+  std::filesystem::path folder;
+  const char* folder_name;
+  const char* file;
+};
+
+absl::StatusOr<WorldDescription> load(const WorldFile& file, Precision precision) {
+  absl::StatusOr<LoadedWorld> loaded = load_world_file(file.folder / file.file);
   if (!loaded.ok()) return loaded.status();
-  subject.world = std::move(loaded->world);
-  subject.world.settings.precision = precision;
-  subject.world.settings.time_step = WorldSettings().time_step;
-  return subject;
+  loaded->world.settings.precision = precision;
+  loaded->world.settings.time_step = WorldSettings().time_step;
+  return std::move(loaded->world);
 }
 
 }  // namespace
@@ -344,24 +282,16 @@ absl::StatusOr<Report> measure_requirements(const ExperimentOptions& options, co
   std::vector<RequirementsSubject> subjects = {
       {"sparse", sparse_world(settings, lone_bodies), seconds / 2, horizon}};
   std::vector<std::string> misses;
-  const auto add = [&](const char* name, const std::filesystem::path& file) -> absl::Status {
-    absl::StatusOr<RequirementsSubject> subject =
-        from_file(file, {name, {}, seconds, horizon}, options.precision);
-    if (subject.ok()) subjects.push_back(*std::move(subject));
-    return subject.status();
-  };
-  const std::filesystem::path earth = "worlds/earth.sdf";
-  if (absl::Status status = add("earth", earth); absl::IsNotFound(status)) {
-    misses.push_back(absl::StrCat("skipped: ", earth.string(), ", which is not in the working directory"));
-  } else if (!status.ok()) {
-    return status;
-  }
-  if (options.worlds.empty()) {
-    misses.push_back("skipped: gazebo/3k_shapes.sdf, as $TESSERA_WORLDS is not set");
-  } else if (absl::Status status =
-                 add("3k_shapes", std::filesystem::path(options.worlds) / "gazebo/3k_shapes.sdf");
-             !status.ok()) {
-    return status;
+  for (const WorldFile& file : {WorldFile{"earth", ".", "the working directory", "worlds/earth.sdf"},
+                                {"3k_shapes", options.worlds, "$TESSERA_WORLDS", "gazebo/3k_shapes.sdf"}}) {
+    if (file.folder.empty() || !std::filesystem::exists(file.folder / file.file)) {
+      misses.push_back(
+          absl::StrCat(file.name, " is skipped: there is no ", file.file, " in ", file.folder_name));
+      continue;
+    }
+    absl::StatusOr<WorldDescription> world = load(file, options.precision);
+    if (!world.ok()) return world.status();
+    subjects.push_back({file.name, *std::move(world), seconds, horizon});
   }
   absl::StatusOr<Report> report = measure_requirements_of(subjects, progress);
   if (!report.ok()) return report.status();

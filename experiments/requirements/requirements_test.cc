@@ -4,11 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <map>
 #include <set>
 #include <string>
 
 #include "experiments/requirements/choices.h"
+#include "experiments/requirements/spread.h"
 #include "lpss/world/example_worlds.h"
 #include "lpss/world/validate.h"
 
@@ -77,6 +79,19 @@ TEST(Choices, ADisturbanceLeavesWhatDoesNotMove) {
                                world.bodies[i].pose.position.local;
     EXPECT_NEAR(by.norm(), is_dynamic ? 0.25 : 0, 1e-12) << i;
   }
+}
+
+TEST(Spread, SaysHowFarTheMiddleAndTheWorstAreApart) {
+  const Positions here = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+  const Positions there = {{0, 3, 4}, {1, 0, 0}, {0, 0, 2}};
+  const Spread spread(distances(here, there));
+  EXPECT_EQ(spread.middle, 2.0);
+  EXPECT_EQ(spread.largest, 5.0);
+}
+
+TEST(Spread, IsNullWhereNothingCanBeSaid) {
+  EXPECT_TRUE(Spread({}).largest.is_null());
+  EXPECT_TRUE(Spread({1, std::numeric_limits<double>::quiet_NaN()}).middle.is_null());
 }
 
 TEST(RequirementsExperiment, LoneBodiesFlyTheSameWhateverIsDoneForThem) {
