@@ -16,9 +16,9 @@ namespace tessera {
 // Table "rows": {world, choice, engine, cpu_us_on, cpu_us_off, saving, saving_at_end, peak_kb_on,
 // peak_kb_off, error_m, hash_on, hash_off}. "on" is with all choices, "off" without this one. `cpu_us` is
 // processor time by body and simulated second, `saving` "off" by "on", `saving_at_end` that of the last
-// second alone. `peak_kb` is what a process of its own takes at most for the world and its first ticks, by
-// body. `error_m` is how far a body is at most from itself in the other run after the horizon. Hashes are
-// those of the end.
+// second alone (where all sleeps by then, of "sleep" only). `peak_kb` is what a process of its own takes at
+// most for the world and its first ticks, by body. `error_m` is how far a body is at most from itself in the
+// other run after the horizon. Hashes are those of the end.
 //
 // Table "errors": {world, choice, engine, body, error_m, noise_m, error_at_rest_m, noise_at_rest_m,
 // to_reference_on_m, to_reference_off_m, reference_error_m}, of the `body` in the middle ("median") and of
