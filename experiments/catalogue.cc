@@ -5,6 +5,7 @@
 #include "experiments/paper/instances.h"
 #include "experiments/paper/overhead.h"
 #include "experiments/paper/stacks.h"
+#include "experiments/requirements/requirements.h"
 #include "experiments/trade/tradeoff.h"
 
 namespace tessera {
@@ -22,6 +23,8 @@ const std::vector<Experiment>& all_experiments() {
       {"overhead",
        "Where the time of a tick goes, for 128 to 32,768 bodies, and what plain Bullet takes for them.",
        measure_overhead},
+      {"requirements", "What it saves to model only what a scene requires, and what error it leaves.",
+       measure_requirements},
       {"stacks", "Towers near and far from the origin, in one world and in sectors.", measure_stacks},
       {"tradeoff", "What each knob costs and what error it leaves, on small scenes.", measure_tradeoff},
   };

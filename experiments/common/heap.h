@@ -2,6 +2,7 @@
 #pragma once
 
 #include <malloc.h>
+#include <sys/resource.h>
 
 #include <cstddef>
 
@@ -11,6 +12,14 @@ namespace tessera {
 inline std::size_t heap_bytes() {
   const struct mallinfo2 info = mallinfo2();
   return info.uordblks + info.hblkhd;
+}
+
+// The most that was in memory at any time.
+inline std::size_t peak_bytes() {
+  constexpr std::size_t kUnit = 1024;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::size_t>(usage.ru_maxrss) * kUnit;
 }
 
 }  // namespace tessera

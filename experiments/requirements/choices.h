@@ -1,0 +1,50 @@
+// What is left undone where nothing in a world requires it, and the same world with it.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "lpss/world/world_description.h"
+
+namespace tessera {
+
+// A choice that is made for every body, island or sector by what is there. Without it the others are made all
+// the same.
+struct Choice {
+  std::string name;
+  bool lone_bodies_coast = true;  // as in Share::Options, without the choice
+  std::function<void(WorldDescription&)>
+      unmake{};  // how else the world differs without it; empty: not at all
+};
+
+// The choices that matter in this world:
+//   "sleep"     what has come to rest sleeps; without it nothing does
+//   "coast"     a body that touches nothing flies without a solver
+//   "adapt"     as many small steps as an island needs; without it, those of the settings for all
+//   "sweep"     what is fast for its size is swept; without it nothing is, so that it is a price and no
+//   saving
+// and where no body is static, and there are no joints:
+//   "no-search" a body alone in its sector has nothing that searches for pairs; without it it is not alone
+//               (with_pebbles())
+//   "no-world"  a sector without a body that can move has no engine world; without it all have one
+//               (with_keepers())
+std::vector<Choice> choices_for(const WorldDescription& world);
+
+// Adds a static pebble, which collides with nothing, in the middle of every sector where a body is. What is
+// added comes before the other bodies; there may be no joints.
+void add_pebbles(WorldDescription& world);
+
+// Likewise a kinematic pebble, which collides with nothing, in the middle of every sector where no body is,
+// of all that are between the outermost bodies along each axis.
+void add_keepers(WorldDescription& world);
+
+// `count` balls and bricks in a lattice that is wider than sectors of the default size, so that no two share
+// one. They drift and tumble, and nothing pulls at them.
+WorldDescription sparse_world(const WorldSettings& settings, int count);
+
+// The same world with every body that moves displaced by `distance` (m) along x, every other one to the other
+// side. Errors as canonical().
+absl::Status disturb(WorldDescription& world, double distance);
+
+}  // namespace tessera

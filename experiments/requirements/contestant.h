@@ -1,0 +1,67 @@
+// One of the worlds that are stepped in turns.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "experiments/common/stopwatch.h"
+#include "experiments/paper/small_scenes.h"
+#include "experiments/trade/trial.h"
+#include "lpss/world/share_cluster.h"
+
+namespace tessera {
+
+class Contestant {
+ public:
+  // Errors as Simulation::create().
+  static absl::StatusOr<Contestant> create(const WorldDescription& world, bool lone_bodies_coast) {
+    absl::StatusOr<std::unique_ptr<ShareCluster>> cluster =
+        ShareCluster::create(world, /*shares=*/1, /*threads=*/1, lone_bodies_coast);
+    if (!cluster.ok()) return cluster.status();
+    return Contestant(*std::move(cluster), world);
+  }
+
+  void step() {
+    const std::chrono::nanoseconds start = processor_time();
+    cluster_->step();
+    ticks_us_.push_back(microseconds(processor_time() - start));
+  }
+
+  // Processor time of the last `ticks` ticks.
+  double spent_us(Tick ticks) const {
+    return std::accumulate(ticks_us_.end() - static_cast<std::ptrdiff_t>(ticks), ticks_us_.end(), 0.0);
+  }
+
+  // Dynamic bodies, in the order of their ids.
+  std::vector<BodyRecord> bodies() const {
+    std::vector<BodyRecord> records;
+    cluster_->share(0).for_each_body([&](const BodyRecord& record) {
+      if (record.properties.motion == Motion::kDynamic) records.push_back(record);
+    });
+    return records;
+  }
+  // Likewise; m, from the centre of the anchor's sector.
+  Positions positions() const { return positions_from(origin_, bodies(), sector_size_); }
+
+  // With a body that can move.
+  std::uint32_t sectors() const { return cluster_->counts().sectors; }
+  std::string hash() const { return cluster_->hash().to_string(); }
+
+ private:
+  Contestant(std::unique_ptr<ShareCluster> cluster, const WorldDescription& world)
+      : cluster_(std::move(cluster)),
+        origin_{world.anchor, Eigen::Vector3d::Zero()},
+        sector_size_(world.settings.sector_size) {}
+
+  std::unique_ptr<ShareCluster> cluster_;
+  WorldPosition origin_;
+  double sector_size_;
+  std::vector<double> ticks_us_;
+};
+
+}  // namespace tessera

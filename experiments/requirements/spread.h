@@ -1,0 +1,32 @@
+// How far the bodies of two runs are apart, in two figures.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "experiments/common/report.h"
+#include "experiments/common/stopwatch.h"
+#include "experiments/trade/trial.h"
+
+namespace tessera {
+
+// How far each body is from itself in another run, m.
+inline std::vector<double> distances(const Positions& a, const Positions& b) {
+  std::vector<double> all;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) all.push_back((a[i] - b[i]).norm());
+  return all;
+}
+
+// Null where there are no distances, or one is no number.
+struct Spread {
+  explicit Spread(const std::vector<double>& all) {
+    if (all.empty() || !std::ranges::all_of(all, [](double d) { return std::isfinite(d); })) return;
+    middle = median(all);
+    largest = *std::ranges::max_element(all);
+  }
+  Row middle;
+  Row largest;
+};
+
+}  // namespace tessera
