@@ -40,6 +40,10 @@ std::size_t JointScene::tie(JointType type, std::uint64_t parent, std::uint64_t 
   tied.properties.in_parent = parent == 0 ? frame : side({parent}).pose.inverse() * frame;
   tied.properties.in_child = side({child}).pose.inverse() * frame;
   tied.fixed_parent = frame;
+  for (const std::uint64_t id : {parent, child}) {
+    if (id != 0)
+      worlds_[static_cast<std::size_t>(homes_.at(id).sector)]->set_jointed(homes_.at(id).slot, true);
+  }
   joints_.push_back(tied);
   return joints_.size() - 1;
 }

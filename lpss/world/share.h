@@ -193,6 +193,7 @@ class Share {
   // share_bodies.cc: sectors and what is in them
   Sector& sector_at(const SectorIndex& index);
   SectorWorld& world_of(Sector& sector);
+  void add_static(Sector& sector, BodyId id);
   void add_statics(Sector& sector, const Eigen::AlignedBox3d& box);
   HomeBody& add_home(const BodyRecord& record);
   BodyRecord remove_home(HomeBody& body);

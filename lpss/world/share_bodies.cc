@@ -74,21 +74,25 @@ void Share::add_statics(Sector& sector, const Eigen::AlignedBox3d& box) {
   if (sector.static_region.contains(box)) return;
   sector.static_region.extend(box);
   for (const BodyId id : statics_.overlapping(sector.index, sector.static_region)) {
-    if (sector.statics.contains(id)) continue;
-    const BodyRecord& record = *statics_.find(id);
-    StaticIndex::Part part = statics_.part(id, sector.index, cube(1.5 * size()));
-    if (part.whole) {
-      BodyRecord moved = record;
-      const Pose centre = part.pose * centre_frame(record.properties);
-      Eigen::Map<Eigen::Vector3d>(moved.state.position.data()) = centre.position;
-      sector.statics[id] = sector.world->add(moved, Role::kStatic);
-      continue;
-    }
-    if (part.shape.parts.empty()) continue;
-    Pose pose;
-    if (part.shape.parts.size() == 1) std::swap(pose, part.shape.parts.front().pose);
-    sector.statics[id] = sector.world->add_static(id, record.properties, part.shape, pose);
+    if (!sector.statics.contains(id)) add_static(sector, id);
   }
+}
+
+// As much of a static body as the sector needs.
+void Share::add_static(Sector& sector, BodyId id) {
+  const BodyRecord& record = *statics_.find(id);
+  StaticIndex::Part part = statics_.part(id, sector.index, cube(1.5 * size()));
+  if (part.whole) {
+    BodyRecord moved = record;
+    const Pose centre = part.pose * centre_frame(record.properties);
+    Eigen::Map<Eigen::Vector3d>(moved.state.position.data()) = centre.position;
+    sector.statics[id] = sector.world->add(moved, Role::kStatic);
+    return;
+  }
+  if (part.shape.parts.empty()) return;
+  Pose pose;
+  if (part.shape.parts.size() == 1) std::swap(pose, part.shape.parts.front().pose);
+  sector.statics[id] = sector.world->add_static(id, record.properties, part.shape, pose);
 }
 
 HomeBody& Share::add_home(const BodyRecord& record) {
@@ -184,10 +188,9 @@ void Share::spawn_static(const BodyRecord& record) {
   invariant(shape != shapes_.end(), "a static body refers to a shape that was never added");
   statics_.add(record, *shape->second);
   for (auto& [index, sector] : sectors_) {
-    if (!sector->world) continue;
-    const Eigen::AlignedBox3d region = sector->static_region;
-    sector->static_region.setEmpty();
-    add_statics(*sector, region);
+    if (sector->world && statics_.reaches(record.id, index, sector->static_region)) {
+      add_static(*sector, record.id);
+    }
   }
 }
 

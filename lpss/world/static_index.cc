@@ -83,13 +83,17 @@ const BodyRecord* StaticIndex::find(BodyId id) const {
   return place == bodies_.end() ? nullptr : &place->second.record;
 }
 
+bool StaticIndex::reaches(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& box) const {
+  const Entry& entry = bodies_.at(id);
+  const Eigen::Vector3d centre =
+      metres_between(sector, entry.record.home, sector_size_) + entry.pose.position;
+  return box.squaredExteriorDistance(centre) <= entry.radius * entry.radius;
+}
+
 std::vector<BodyId> StaticIndex::overlapping(const SectorIndex& sector, const Eigen::AlignedBox3d& box) const {
   std::vector<BodyId> found;
   const auto consider = [&](BodyId id) {
-    const Entry& entry = bodies_.at(id);
-    const Eigen::Vector3d centre =
-        metres_between(sector, entry.record.home, sector_size_) + entry.pose.position;
-    if (box.squaredExteriorDistance(centre) <= entry.radius * entry.radius) found.push_back(id);
+    if (reaches(id, sector, box)) found.push_back(id);
   };
   const auto cell_of = [&](double x) { return static_cast<std::int64_t>(std::floor(x / sector_size_ + 0.5)); };
   const Eigen::Array3d cells = (box.max() - box.min()).array() / sector_size_ + 2;

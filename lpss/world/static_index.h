@@ -25,7 +25,10 @@ class StaticIndex {
   // nullptr if there is no such static body.
   const BodyRecord* find(BodyId id) const;
 
-  // The ids, ascending, of the static bodies whose boxes overlap `box` (m, relative to the centre of `sector`).
+  // Whether a static body of the index may reach into `box` (m, relative to the centre of `sector`).
+  bool reaches(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
+
+  // The ids, ascending, of those that do.
   std::vector<BodyId> overlapping(const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
 
   // The part of a static body that matters within `region` (m, relative to the centre of `sector`), posed in
