@@ -401,8 +401,9 @@ function showFooter() {
       number(state.framesPerSecond)} fps · ${number(state.bytesPerSecond / 1000)} kB/s`;
 }
 
-// A picture in which nothing changes is not drawn again.
+// A picture in which nothing changes is not drawn again, once it has been drawn as it is in the end.
 let drawUntil = 0;
+let drawnAt = 0;
 function redraw() { drawUntil = performance.now() + kDrawForMs; }
 
 let last = performance.now();
@@ -417,8 +418,9 @@ function draw(now) {
   const pose = `${camera.focus.sector} ${camera.focus.local} ${camera.yaw} ${camera.pitch} ${camera.distance}`;
   if (pose !== lastPose) redraw();
   lastPose = pose;
-  if (performance.now() > drawUntil && !picture.ray.object.visible) return;
-  bodies.blend(performance.now());
+  if (drawnAt > drawUntil && !picture.ray.object.visible) return;
+  drawnAt = performance.now();
+  bodies.blend(drawnAt);
   if (picture.seams.object.visible) picture.seams.advance(bodies);
   picture.draw(camera, bodies.view, state.looked?.half ?? kHalfMin, frameMs);
   labels.show(labelsNow());
