@@ -96,6 +96,13 @@ export function drawnAs(id, parts) {
   return {key: `shape ${id}`, size: [1, 1, 1], make: () => mergeGeometries(parts.map(placed)), isBox: false};
 }
 
+// The radius (m) of a ball around the origin that holds a geometry of that size along each axis.
+export function radiusOf(geometry, size) {
+  if (geometry.boundingSphere === null) geometry.computeBoundingSphere();
+  const {center, radius} = geometry.boundingSphere;
+  return (center.length() + radius) * Math.max(...size);
+}
+
 const round = (x) => Number(x.toPrecision(4));
 
 // In a few words, for people.
