@@ -5,7 +5,8 @@ import {createRequire} from 'node:module';
 import {join, resolve} from 'node:path';
 import {createInterface} from 'node:readline';
 
-const kPatienceMs = 120_000;  // for machines that are busy otherwise
+const kPatienceMs = 120_000;              // for machines that are busy otherwise
+const kDrawingPatienceMs = 5 * kPatienceMs;  // for pictures that a processor draws
 const [packages, programs] = [process.env.TESSERA_PAGE_PACKAGES, process.env.TESSERA_PROGRAMS];
 const puppeteer = createRequire(join(packages, 'index.js'))('puppeteer-core');
 
@@ -59,13 +60,14 @@ export function openBrowser(width = 1280, height = 800) {
     ],
     defaultViewport: {width, height},
     timeout: kPatienceMs,
-    protocolTimeout: kPatienceMs,
+    protocolTimeout: kDrawingPatienceMs,
   });
 }
 
-export async function openPage(browser, url) {
+// `isPatient` for large windows, which take a processor seconds to draw.
+export async function openPage(browser, url, isPatient = false) {
   const page = await browser.newPage();
-  page.setDefaultTimeout(kPatienceMs);
+  page.setDefaultTimeout(isPatient ? kDrawingPatienceMs : kPatienceMs);
   page.errors = [];
   page.on('pageerror', (error) => page.errors.push(String(error)));
   page.on('console', (message) => {
