@@ -30,8 +30,8 @@ constexpr absl::string_view kHeadersOfAll =
     "Cache-Control: no-cache\r\n"
     "X-Content-Type-Options: nosniff\r\n"
     "X-Frame-Options: DENY\r\n"
-    "Content-Security-Policy: default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
-    "img-src data:; connect-src 'self'; base-uri 'none'\r\n";
+    "Content-Security-Policy: default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; "
+    "style-src 'unsafe-inline'; img-src data:; connect-src 'self' data:; base-uri 'none'\r\n";
 
 void reply(mg_connection* connection, absl::string_view status, absl::string_view headers,
            absl::string_view body) {

@@ -1,9 +1,13 @@
 // The bodies in view: their poses as the frames tell them, drawn in one call for each kind of shape.
-import {DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh} from 'three';
+import {
+  DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, Quaternion, Raycaster,
+  Vector3,
+} from 'three';
 
 import {bodyMaterial, shadowMaterial, uniforms} from './body_material.js';
 import {colourOf} from './colours.js';
-import {drawnAs} from './geometry.js';
+import {drawnAs, radiusOf} from './geometry.js';
+import {between, fromJson, moved, toJson} from './position.js';
 
 const kSlotsFirst = 64;
 const kFields = {
@@ -114,6 +118,7 @@ export class Bodies {
   #arrived;
 
   get count() { return this.#shown.size; }
+  get ids() { return this.#shown.keys(); }
   get countMoving() {
     let count = 0;
     for (const body of this.#shown.values()) count += body.info.motion !== 'static';
@@ -276,15 +281,31 @@ export class Bodies {
     const body = this.#shown.get(id);
     if (!body) return null;
     const {drawn} = this.#shapes.get(body.info.shape);
-    if (!this.#forms.has(drawn.key)) {
-      const geometry = drawn.make();
-      geometry.computeBoundingSphere();
-      this.#forms.set(drawn.key, geometry);
-    }
+    if (!this.#forms.has(drawn.key)) this.#forms.set(drawn.key, drawn.make());
     const geometry = this.#forms.get(drawn.key);
-    const {center, radius} = geometry.boundingSphere;
-    return {geometry, size: drawn.size, radius: (center.length() + radius) * Math.max(...drawn.size)};
+    return {geometry, size: drawn.size, radius: radiusOf(geometry, drawn.size)};
   }
+
+  // What is drawn first under a ray, in the words of a "pick" of the server: for worlds that only the page
+  // has.
+  pick({direction, length, ...from}) {
+    const origin = between(this.#origin, fromJson(from), this.view.sector_size);
+    const caster = new Raycaster(new Vector3(...origin), new Vector3(...direction).normalize(), 0, length);
+    const hits = [...this.#shown.keys()].flatMap((id) => {
+      const {geometry, size} = this.formOf(id);
+      const {position, orientation} = this.look(id);
+      const mesh = new Mesh(geometry);
+      mesh.matrixWorld.compose(
+          new Vector3(...position.local), new Quaternion(...orientation), new Vector3(...size));
+      return caster.intersectObject(mesh).map(({distance, point}) => ({id, distance, point}));
+    });
+    if (hits.length === 0) return {hit: false};
+    const {id, distance, point} = hits.reduce((a, b) => a.distance <= b.distance ? a : b);
+    const place = moved(this.#origin, point.toArray(), this.view.sector_size);
+    return {hit: true, body: id, name: this.#known.get(id).name, distance, ...toJson(place)};
+  }
+
+  get #origin() { return {sector: this.view.sector, local: [0, 0, 0]}; }
 
   // Sectors with bodies that can move: {offset, server, bodies} each.
   occupiedSectors() {

@@ -1,4 +1,5 @@
 // The WebSocket to tessera-viewer: opened again whenever it is lost; questions get their answers as promises.
+import {decode} from './frame.js';
 
 const kRetryAfterMs = [250, 500, 1000, 2000];
 const kAnswerTimeoutMs = 15000;
@@ -6,6 +7,7 @@ const kAnswerTimeoutMs = 15000;
 export class Connection extends EventTarget {
   #socket = null;
   #failures = 0;
+  #retry = 0;
   #asked = 0;
   #open = new Map();  // questions without an answer yet
 
@@ -20,6 +22,20 @@ export class Connection extends EventTarget {
 
   send(message) {
     if (this.isOpen) this.#socket.send(JSON.stringify(message));
+  }
+
+  // Ends it, until open(). What is said after that begins from the beginning.
+  close() {
+    clearTimeout(this.#retry);
+    if (!this.#socket) return;
+    this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
+    this.#socket.close();
+    this.#socket = null;
+    this.#forgetQuestions();
+  }
+
+  open() {
+    if (!this.#socket) this.#connect();
   }
 
   // What the cluster answers; an Error with its words where it refuses.
@@ -53,7 +69,7 @@ export class Connection extends EventTarget {
     };
     socket.onmessage = ({data}) => {
       this.bytes += typeof data === 'string' ? data.length : data.byteLength;
-      if (typeof data !== 'string') return this.#emit('frame', data);
+      if (typeof data !== 'string') return this.#emit('frame', decode(data));
       const message = JSON.parse(data);
       if (message.type === 'answer')
         this.#answered(message);
@@ -61,11 +77,16 @@ export class Connection extends EventTarget {
         this.#emit(message.type, message);
     };
     socket.onclose = () => {
-      for (const id of [...this.#open.keys()]) this.#answered({id, error: 'the connection was lost'});
+      this.#forgetQuestions();
       this.#emit('lost');
-      setTimeout(() => this.#connect(), kRetryAfterMs[Math.min(this.#failures++, kRetryAfterMs.length - 1)]);
+      const wait = kRetryAfterMs[Math.min(this.#failures++, kRetryAfterMs.length - 1)];
+      this.#retry = setTimeout(() => this.#connect(), wait);
     };
     this.#socket = socket;
+  }
+
+  #forgetQuestions() {
+    for (const id of [...this.#open.keys()]) this.#answered({id, error: 'the connection was lost'});
   }
 
   #emit(type, detail) { this.dispatchEvent(new CustomEvent(type, {detail})); }

@@ -6,7 +6,9 @@ import {
 import {ConvexGeometry} from 'three/addons/geometries/ConvexGeometry.js';
 import {mergeGeometries} from 'three/addons/utils/BufferGeometryUtils.js';
 
-const kPlaneSize = 1e5;  // m: as far as anyone sees
+const kPlaneHalf = 5e4;     // m: as far as anyone sees
+const kPlaneParts = 32;     // along each side, the smaller the nearer to the middle,
+const kPlaneGrowth = 2000;  // the outermost by this compared to the innermost
 
 const triples = (flat) =>
     Array.from({length: flat.length / 3}, (_, n) => new Vector3(...flat.slice(3 * n, 3 * n + 3)));
@@ -36,8 +38,12 @@ function mesh({vertices, indices}) {
   return flat;
 }
 
+// In parts, since the depth of one triangle of that size is too coarse for what lies on it.
 function plane({normal}) {
-  const geometry = new PlaneGeometry(kPlaneSize, kPlaneSize);
+  const geometry = new PlaneGeometry(2, 2, kPlaneParts, kPlaneParts);
+  const {array} = geometry.attributes.position;
+  const spread = (x) => Math.sign(x) * kPlaneHalf * (kPlaneGrowth ** Math.abs(x) - 1) / (kPlaneGrowth - 1);
+  array.forEach((x, n) => array[n] = spread(x));
   return geometry.applyQuaternion(
       new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...normal)));
 }
@@ -88,6 +94,13 @@ export function drawnAs(id, parts) {
     if (unit) return {key: unit, size, make: kUnits[unit], isBox: unit === 'box'};
   }
   return {key: `shape ${id}`, size: [1, 1, 1], make: () => mergeGeometries(parts.map(placed)), isBox: false};
+}
+
+// The radius (m) of a ball around the origin that holds a geometry of that size along each axis.
+export function radiusOf(geometry, size) {
+  if (geometry.boundingSphere === null) geometry.computeBoundingSphere();
+  const {center, radius} = geometry.boundingSphere;
+  return (center.length() + radius) * Math.max(...size);
 }
 
 const round = (x) => Number(x.toPrecision(4));

@@ -6,12 +6,13 @@ import {Camera} from './camera.js';
 import {kLegends, serverColour} from './colours.js';
 import {Connection} from './connection.js';
 import {Dashboard, fill} from './dashboard.js';
-import {decode} from './frame.js';
 import {describe} from './geometry.js';
 import {Labels} from './labels.js';
+import {Player} from './player.js';
 import {number, Plot} from './plot.js';
 import {between, fromJson, moved, parseSector, sectorText, toJson} from './position.js';
 import {Picture} from './scene.js';
+import {Source} from './source.js';
 import {Tools} from './tools.js';
 
 const kHalfMin = 120;    // m: what is asked for around the focus, at least
@@ -28,6 +29,8 @@ const picture = new Picture($('world'), bodies);
 const labels = new Labels($('labels'));
 const dashboard = new Dashboard({tiles: $('tiles'), plots: $('plots'), servers: $('servers')});
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live`);
+const source = new Source(connection);
+const player = new Player({connection, source, bodies, notify});
 
 const state = {
   status: null,  // the last "status" message
@@ -41,6 +44,7 @@ const state = {
   framesPerSecond: 0,
   bytesPerSecond: 0,
   readOnly: false,
+  live: null,  // how the cluster was looked at, while a recording is shown
 };
 
 let noticeTimer = 0;
@@ -51,8 +55,7 @@ function notify(text, isBad = false) {
   noticeTimer = setTimeout(() => $('notice').className = '', 4000);
 }
 
-const command = (what, details) =>
-    connection.ask(what, details).catch((error) => notify(error.message, true));
+const command = (what, details) => source.ask(what, details).catch((error) => notify(error.message, true));
 
 // --- what the camera sees ---
 
@@ -68,7 +71,7 @@ function lookWhereNeeded(force = false) {
           last.half - 0.7 * half;
   if (isEnough && !force) return;
   state.looked = {focus: camera.focus, half: 1.5 * half};
-  connection.send({type: 'look', ...toJson(camera.focus), half: 1.5 * half});
+  source.send({type: 'look', ...toJson(camera.focus), half: 1.5 * half});
 }
 
 function goTo(focus, distance) {
@@ -80,9 +83,9 @@ function goTo(focus, distance) {
 const distanceFor = (half) => Math.min(Math.max(2.4 * half, 14), 260);
 
 async function refreshPlaces() {
-  if (!connection.isOpen || !['paused', 'running'].includes(state.status?.status.state)) return;
+  if (!source.isOpen || !['paused', 'running', 'recording'].includes(state.status?.status.state)) return;
   try {
-    const {places} = await connection.ask('places');
+    const {places} = await source.ask('places');
     state.places = places.map((place) => ({...place, ...fromJson(place)}));
   } catch {
     return;  // asked again soon
@@ -118,7 +121,7 @@ async function jump(text) {
   const sector = parseSector(text);
   if (sector) return goTo({sector, local: [0, 0, 0]});
   const id = /^#?\d+$/.test(text.trim()) ? Number(text.trim().replace('#', '')) : text.trim();
-  const found = await connection.ask('find', {body: id});
+  const found = await source.ask('find', {body: id});
   goTo(fromJson(found), 14);
   select(found.body);
 }
@@ -161,7 +164,7 @@ function showDetails() {
     ['in it', `${place.local.map((x) => x.toFixed(3)).join(', ')} m`],
     ['speed', `${speed.toFixed(3)} m/s`],
     ['state', isAsleep ? 'asleep' : 'awake'],
-    ['server', String(server + 1)],
+    ...(player.isOn ? [] : [['server', String(server + 1)]]),
   ]);
   bodyPlot?.add(speed);
 }
@@ -174,23 +177,23 @@ function followSelected() {
 
 // --- what the server says ---
 
-connection.addEventListener('open', () => {
+source.addEventListener('open', () => {
   state.looked = null;
   sendMarks();
   lookWhereNeeded(true);
   refreshPlaces();
 });
 
-connection.addEventListener('lost', () => {
+source.addEventListener('lost', () => {
   showState('lost', 'no connection');
 });
 
-connection.addEventListener('hello', ({detail}) => {
+source.addEventListener('hello', ({detail}) => {
   state.readOnly = detail.read_only;
   enableControls();
 });
 
-connection.addEventListener('world', ({detail}) => {
+source.addEventListener('world', ({detail}) => {
   const isOther = state.world !== undefined && state.world !== detail.world;
   state.world = detail.world;
   bodies.clear();
@@ -200,7 +203,7 @@ connection.addEventListener('world', ({detail}) => {
   refreshPlaces();
 });
 
-connection.addEventListener('view', ({detail}) => {
+source.addEventListener('view', ({detail}) => {
   const sector = detail.sector.map(BigInt);
   // Small whole numbers that tell neighbouring sectors apart wherever the view is.
   const low = sector.map((index) => Number(BigInt.asIntN(16, index)));
@@ -208,25 +211,24 @@ connection.addEventListener('view', ({detail}) => {
   camera.sectorSize = detail.sector_size;
 });
 
-connection.addEventListener('bodies', ({detail}) => bodies.introduce(detail));
+source.addEventListener('bodies', ({detail}) => bodies.introduce(detail));
 
-connection.addEventListener('frame', ({detail}) => {
-  const frame = decode(detail);
+source.addEventListener('frame', ({detail}) => {
   redraw();
-  requestAnimationFrame(() => connection.send({type: 'seen'}));
-  if (frame.kind === 'contacts') return picture.contacts.show(frame);
-  if (frame.isKey) camera.up.set(...state.pendingView.up);
-  bodies.apply(frame, state.pendingView);
+  requestAnimationFrame(() => source.send({type: 'seen'}));
+  if (detail.kind === 'contacts') return picture.contacts.show(detail);
+  if (detail.isKey) camera.up.set(...state.pendingView.up);
+  bodies.apply(detail, state.pendingView);
   followSelected();
 });
 
-connection.addEventListener('seams', ({detail}) => {
+source.addEventListener('seams', ({detail}) => {
   picture.seams.show(detail, bodies);
   redraw();
-  requestAnimationFrame(() => connection.send({type: 'seen'}));
+  requestAnimationFrame(() => source.send({type: 'seen'}));
 });
 
-connection.addEventListener('status', ({detail}) => {
+source.addEventListener('status', ({detail}) => {
   const before = state.status?.status;
   state.status = detail;
   const {status, answers} = detail;
@@ -237,7 +239,7 @@ connection.addEventListener('status', ({detail}) => {
   document.title = status.world ? `${status.world} · Tessera` : 'Tessera';
   enableControls();
   showLegend();
-  dashboard.show(detail, state);
+  if (!player.isOn) dashboard.show(detail, state);
   showDetails();
   if (state.wantsPlace || state.places.length === 0) refreshPlaces();
 });
@@ -259,17 +261,31 @@ function enableControls() {
   const mayChange = isLive() && !state.readOnly;
   for (const id of ['play', 'step', 'steps', 'pushUp', 'remove']) $(id).disabled = !mayChange;
   for (const button of $('tools').children) {
-    button.disabled = ['push', 'spawn'].includes(button.dataset.tool) && !mayChange;
+    const {tool} = button.dataset;
+    button.disabled = (['push', 'spawn'].includes(tool) && !mayChange) || (tool !== 'select' && player.isOn);
   }
+  for (const control of [$('seamsOn'), ...$('modes').querySelectorAll('[data-mode=server]')])
+    control.disabled = player.isOn;  // nobody recorded them
 }
 
-function togglePlay() { return command(state.status?.status.state === 'running' ? 'pause' : 'resume'); }
+function togglePlay() {
+  if (player.isOn) return player.toggle();
+  return command(state.status?.status.state === 'running' ? 'pause' : 'resume');
+}
 
-const tools = new Tools({connection, picture, camera, bodies, options: $('toolOptions'), notify, select});
+function step(way) {
+  if (player.isOn)
+    player.step(way);
+  else if (way > 0)
+    command('step', {ticks: 1});
+}
+
+const tools = new Tools({source, picture, camera, bodies, options: $('toolOptions'), notify, select});
 camera.onClick = (event) => tools.click(event);
 camera.onMove = () => setFollowing(false);
 
 function useTool(name) {
+  if ($('tools').querySelector(`[data-tool=${name}]`).disabled) return;
   tools.use(name);
   $('world').classList.toggle('tool', name !== 'select');
   for (const button of $('tools').children) button.classList.toggle('on', button.dataset.tool === name);
@@ -298,14 +314,44 @@ function showLegend() {
 
 function sendMarks() {
   for (const type of ['contacts', 'seams']) {
-    const on = $(`${type}On`).checked;
+    const on = $(`${type}On`).checked && !$(`${type}On`).disabled;
     picture[type].object.visible = on;
-    connection.send({type, on});
+    source.send({type, on});
   }
 }
 
+// --- recordings ---
+
+// The cluster goes on meanwhile, and the page sees it again where it left it.
+player.onBegin = () => {
+  state.live ??= {focus: camera.focus, pose: [camera.yaw, camera.pitch, camera.distance], mode: bodies.mode};
+  state.wantsPlace = true;
+  changeSource();
+  useTool('select');
+  if (bodies.mode === 'server') colourBy('speed');
+};
+
+player.onEnd = () => {
+  const {focus, pose, mode} = state.live;
+  state.live = null;
+  state.wantsPlace = focus === null;
+  [camera.yaw, camera.pitch, camera.distance] = pose;
+  if (focus) camera.jump(focus);
+  changeSource();
+  colourBy(mode);
+};
+
+function changeSource() {
+  state.status = null;
+  state.world = undefined;
+  state.places = [];
+  document.body.classList.toggle('replaying', player.isOn);
+  showState('lost', 'connecting');
+  enableControls();
+}
+
 $('play').onclick = togglePlay;
-$('step').onclick = () => command('step', {ticks: 1});
+$('step').onclick = () => step(1);
 $('steps').onclick = () => command('step', {ticks: 60});
 for (const button of $('tools').children) button.onclick = () => useTool(button.dataset.tool);
 for (const button of $('modes').children) button.onclick = () => colourBy(button.dataset.mode);
@@ -337,7 +383,9 @@ addEventListener('keydown', (event) => {
   if (key === ' ')
     togglePlay();
   else if (key === '.')
-    command('step', {ticks: 1});
+    step(1);
+  else if (key === ',')
+    step(-1);
   else if (key === 'f' && state.selected !== null)
     setFollowing(!state.following);
   else if (key === 'g')
@@ -401,8 +449,9 @@ function showFooter() {
       number(state.framesPerSecond)} fps · ${number(state.bytesPerSecond / 1000)} kB/s`;
 }
 
-// A picture in which nothing changes is not drawn again.
+// A picture in which nothing changes is not drawn again, once it has been drawn as it is in the end.
 let drawUntil = 0;
+let drawnAt = 0;
 function redraw() { drawUntil = performance.now() + kDrawForMs; }
 
 let last = performance.now();
@@ -413,12 +462,14 @@ function draw(now) {
   const frameMs = now - last;
   last = now;
   camera.advance(seconds);
+  player.advance(seconds);
   if (!camera.focus || !bodies.view) return;
   const pose = `${camera.focus.sector} ${camera.focus.local} ${camera.yaw} ${camera.pitch} ${camera.distance}`;
   if (pose !== lastPose) redraw();
   lastPose = pose;
-  if (performance.now() > drawUntil && !picture.ray.object.visible) return;
-  bodies.blend(performance.now());
+  if (drawnAt > drawUntil && !picture.ray.object.visible) return;
+  drawnAt = performance.now();
+  bodies.blend(drawnAt);
   if (picture.seams.object.visible) picture.seams.advance(bodies);
   picture.draw(camera, bodies.view, state.looked?.half ?? kHalfMin, frameMs);
   labels.show(labelsNow());
@@ -430,8 +481,8 @@ setInterval(() => {
   const now = performance.now();
   const seconds = (now - measured.at) / 1000;
   state.framesPerSecond = (state.framesDrawn - measured.frames) / seconds;
-  state.bytesPerSecond = (connection.bytes - measured.bytes) / seconds;
-  measured = {at: now, frames: state.framesDrawn, bytes: connection.bytes};
+  state.bytesPerSecond = Math.max(0, source.bytes - measured.bytes) / seconds;
+  measured = {at: now, frames: state.framesDrawn, bytes: source.bytes};
 }, 1000);
 for (const change of ['click', 'change', 'keydown', 'resize']) addEventListener(change, redraw);
 setInterval(() => lookWhereNeeded(), kLookEveryMs);
@@ -453,6 +504,7 @@ window.tessera = {
   camera,
   picture,
   connection,
+  player,
   goTo,
   select,
   jump

@@ -17,8 +17,8 @@ const kSpawned = {
 };
 
 export class Tools {
-  constructor({connection, picture, camera, bodies, options, notify, select}) {
-    Object.assign(this, {connection, picture, camera, bodies, options, notify, select});
+  constructor({source, picture, camera, bodies, options, notify, select}) {
+    Object.assign(this, {source, picture, camera, bodies, options, notify, select});
     this.tool = 'select';
     this.speed = 3;  // m/s that a push gives
     this.size = 1;   // m of what is spawned
@@ -54,7 +54,7 @@ export class Tools {
     const {origin, direction} = this.picture.rayThrough(this.camera, view, event);
     const length = Math.max(kRayLengthMin, 6 * this.camera.distance);
     const from = moved({sector: view.sector, local: [0, 0, 0]}, origin, view.sector_size);
-    const hit = await this.connection.ask('pick', {...toJson(from), direction, length});
+    const hit = await this.source.ask('pick', {...toJson(from), direction, length});
     return {from, direction, length, hit: hit.hit ? {...hit, sector: hit.sector.map(BigInt)} : null};
   }
 
@@ -77,7 +77,7 @@ export class Tools {
     if (body?.info.motion !== 'dynamic') return this.notify('only bodies that can move can be pushed');
     const centre = new Vector3(...body.info.centre).applyQuaternion(new Quaternion(...body.orientation));
     const arm = between(body.position, hit, this.bodies.view.sector_size);
-    await this.connection.ask('push', {
+    await this.source.ask('push', {
       body: hit.body,
       impulse: direction.map((x) => x * this.speed * body.info.mass),
       lever: new Vector3(...arm).sub(centre).toArray(),
@@ -89,7 +89,7 @@ export class Tools {
     const body = this.bodies.look(id);
     if (body?.info.motion !== 'dynamic') return;
     const impulse = this.camera.up.clone().multiplyScalar(2 * this.speed * body.info.mass).toArray();
-    await this.connection.ask('push', {body: id, impulse, lever: [0, 0, 0]});
+    await this.source.ask('push', {body: id, impulse, lever: [0, 0, 0]});
   }
 
   async _spawn({hit}) {
@@ -97,7 +97,7 @@ export class Tools {
     const {shape, volume} = kSpawned[this.kind];
     const above = hit.normal.map((x) => x * (this.size * 0.55 + 0.01));
     const place = moved(hit, above, this.bodies.view.sector_size);
-    const {body} = await this.connection.ask(
+    const {body} = await this.source.ask(
         'spawn', {...toJson(place), shape: shape(this.size), mass: kDensity * volume(this.size)});
     this.select(body);
   }

@@ -2,16 +2,19 @@
 import {spawn} from 'node:child_process';
 import {once} from 'node:events';
 import {createRequire} from 'node:module';
-import {join} from 'node:path';
+import {join, resolve} from 'node:path';
 import {createInterface} from 'node:readline';
 
-const kPatienceMs = 120_000;  // for machines that are busy otherwise
+const kPatienceMs = 120_000;              // for machines that are busy otherwise
+const kDrawingPatienceMs = 5 * kPatienceMs;  // for pictures that a processor draws
 const [packages, programs] = [process.env.TESSERA_PAGE_PACKAGES, process.env.TESSERA_PROGRAMS];
 const puppeteer = createRequire(join(packages, 'index.js'))('puppeteer-core');
 
 // Runs a program beside the others; awaits the lines of its output that match, and gives their first groups.
+// `ended` awaits its end and gives the exit code.
 export async function start(name, args, ...patterns) {
-  const child = spawn(join(programs, name), args, {stdio: ['ignore', 'pipe', 'inherit']});
+  const child = spawn(resolve(programs, name), args, {stdio: ['ignore', 'pipe', 'inherit']});
+  const exit = once(child, 'exit');
   const found = [];
   const deadline = setTimeout(() => child.kill(), kPatienceMs);
   for await (const line of createInterface({input: child.stdout})) {
@@ -25,11 +28,10 @@ export async function start(name, args, ...patterns) {
   child.stdout.resume();
   const stop = async (signal = 'SIGTERM') => {
     if (child.exitCode !== null || child.signalCode !== null) return;
-    const ended = once(child, 'exit');
     child.kill(signal);
-    await ended;
+    await exit;
   };
-  return {found, stop};
+  return {found, stop, ended: async () => (await exit)[0]};
 }
 
 export async function upCluster(...args) {
@@ -58,13 +60,14 @@ export function openBrowser(width = 1280, height = 800) {
     ],
     defaultViewport: {width, height},
     timeout: kPatienceMs,
-    protocolTimeout: kPatienceMs,
+    protocolTimeout: kDrawingPatienceMs,
   });
 }
 
-export async function openPage(browser, url) {
+// `isPatient` for large windows, which take a processor seconds to draw.
+export async function openPage(browser, url, isPatient = false) {
   const page = await browser.newPage();
-  page.setDefaultTimeout(kPatienceMs);
+  page.setDefaultTimeout(isPatient ? kDrawingPatienceMs : kPatienceMs);
   page.errors = [];
   page.on('pageerror', (error) => page.errors.push(String(error)));
   page.on('console', (message) => {

@@ -1,8 +1,8 @@
 // What the page costs: 10,000 bodies that move, all in view. Frames per second and bytes per second of a
 // page, and the time of ticks without a page, with one that draws nothing, and with one in a browser.
 //
-//   TESSERA_PAGE_PACKAGES=build/release/viewer/node_modules TESSERA_PROGRAMS=build/release/bin \
-//     TESSERA_WORLDS_FOLDER=worlds node viewer/page/test/measure.mjs
+//   TESSERA_PAGE_PACKAGES=$PWD/build/release/viewer/node_modules TESSERA_PROGRAMS=build/release/bin \
+//     TESSERA_WORLDS_FOLDER=worlds node viewer/page/test/measure.mjs [balls along each side, else 100]
 import {mkdtemp, rm, writeFile} from 'node:fs/promises';
 import {createRequire} from 'node:module';
 import {tmpdir} from 'node:os';
@@ -10,7 +10,7 @@ import {join, resolve} from 'node:path';
 
 import {openBrowser, openPage, tessera, upCluster} from './browser.mjs';
 
-const kEdge = 100;     // balls along each side
+const kEdge = Number(process.argv[2] ?? 100);  // balls along each side
 const kSpacing = 1.5;  // m
 const kSpeed = 0.4;    // m/s, all the same way: they roll and never meet
 const kSeconds = 10;

@@ -1,5 +1,7 @@
 // The page in a browser against a real cluster.
 import assert from 'node:assert/strict';
+import {mkdtemp, rm, writeFile} from 'node:fs/promises';
+import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 
@@ -10,6 +12,7 @@ const world = join(process.env.TESSERA_WORLDS_FOLDER, 'seam.sdf');
 let cluster;
 let browser;
 let page;
+let folder;
 
 // Drawn by a processor: coarse, so that the tests take seconds.
 async function goCoarsely(url) {
@@ -19,6 +22,7 @@ async function goCoarsely(url) {
 }
 
 before(async () => {
+  folder = await mkdtemp(join(tmpdir(), 'tessera-page-'));
   cluster = await upCluster(world, '--servers', '2');
   browser = await openBrowser(900, 600);
   page = await openPage(browser, cluster.url);
@@ -28,6 +32,7 @@ before(async () => {
 after(async () => {
   await browser?.close();
   await cluster?.stop();
+  await rm(folder, {recursive: true});
 });
 
 const selected = () => page.evaluate(() => {
@@ -129,6 +134,94 @@ test('shows contacts, the borders of sectors and what happens there', async () =
     const {contacts, seams} = window.tessera.picture;
     return contacts.count > 0 && seams.countClones > 0 && seams.countIslands > 0;
   });
+});
+
+// Where all bodies are that can move, by id, in m from the middle of sector 0, 0, 0: as they are drawn, or as
+// the cluster says.
+const places = (isDrawn) => page.evaluate(async (drawn) => {
+  const {bodies, connection} = window.tessera;
+  const moving =
+      [...bodies.ids].filter((id) => bodies.look(id).info.motion !== 'static').sort((a, b) => a - b);
+  return Promise.all(moving.map(async (id) => {
+    const {sector, local} = drawn ? bodies.look(id).position : await connection.ask('find', {body: id});
+    return [id, ...local.map((x, axis) => x + Number(sector[axis]) * bodies.view.sector_size)];
+  }));
+}, isDrawn);
+const drawnPlaces = () => places(true);
+const truePlaces = () => places(false);
+
+const isVisible = (id) => page.$eval(id, (element) => getComputedStyle(element).display !== 'none');
+const isAtTick = (tick) => page.waitForFunction((wanted) => window.tessera.bodies.tick === wanted, {}, tick);
+
+function assertNear(found, expected) {
+  assert.deepEqual(found.map(([id]) => id), expected.map(([id]) => id));
+  const misses = found.flat().map((x, n) => Math.abs(x - expected.flat()[n]));
+  assert.ok(Math.max(...misses) < 1e-4, `${Math.max(...misses)} m`);
+}
+
+async function dragTimeline(from, to) {
+  const {x, y, width, height} = await (await page.$('#timeline')).boundingBox();
+  const at = (share) => [x + 7 + share * (width - 14), y + height / 2];  // the middle of its thumb
+  await page.mouse.move(...at(from));
+  await page.mouse.down();
+  await page.mouse.move(...at((from + to) / 2));
+  await page.mouse.move(...at(to));
+  await page.mouse.up();
+}
+
+test('opens a recording, moves through it and comes back', async () => {
+  const kTicks = 40;
+  const file = join(folder, 'run.mcap');
+  await page.evaluate(async () => {
+    const {connection, goTo, state} = window.tessera;
+    goTo(state.places[0], 30);
+    await connection.ask('push', {body: 'crate_face::crate', impulse: [0, 0, 300], lever: [0, 0, 0]});
+  });
+  await tessera(cluster.address, 'step', '1');
+  const first = (await (await fetch(new URL('status', cluster.url))).json()).tick;
+  const before = await truePlaces();
+  const recorder = await start(
+      process.env.TESSERA_RECORD, ['--connect', cluster.address, '--output', file, '--ticks', String(kTicks)],
+      /recording (.*) to/);
+  await tessera(cluster.address, 'step', String(kTicks));
+  assert.equal(await recorder.ended(), 0);
+  const after = await truePlaces();
+  const focus = await page.evaluate(() => window.tessera.camera.focus.local);
+  assert.throws(() => assertNear(after, before), 'something moves');
+
+  await (await page.$('#file')).uploadFile(file);
+  await isInState('recording');
+  await isAtTick(first);
+  assertNear(await drawnPlaces(), before);
+  await dragTimeline(0, 1);
+  await isAtTick(first + kTicks);
+  assertNear(await drawnPlaces(), after);
+  assert.match(await page.$eval('#player', (panel) => panel.innerText), new RegExp(`tick ${first + kTicks}`));
+  for (const button of ['[data-tool=push]', '[data-tool=spawn]', '#pushUp', '#remove'])
+    assert.equal(await page.$eval(button, ({disabled}) => disabled), true, button);
+  assert.deepEqual([await isVisible('#player'), await isVisible('#play')], [true, false]);
+  await page.click('#back');
+  await isAtTick(first + kTicks - 1);
+  await page.click('#replay');
+  await page.waitForFunction(() => !window.tessera.player.isPlaying);
+  await isAtTick(first + kTicks);
+  await page.evaluate(() => window.tessera.jump('crate_face::crate'));
+  assert.equal(await selected(), 'crate_face::crate');
+
+  await page.click('#live');
+  await isInState('paused');
+  await page.waitForFunction((count) => window.tessera.bodies.countMoving === count, {}, after.length);
+  assert.deepEqual(await page.evaluate(() => window.tessera.camera.focus.local), focus);
+  assert.deepEqual([await isVisible('#player'), await isVisible('#play')], [false, true]);
+});
+
+test('says what is wrong with a file, and goes on', async () => {
+  const file = join(folder, 'note.mcap');
+  await writeFile(file, 'precious');
+  await (await page.$('#file')).uploadFile(file);
+  await page.waitForFunction(
+      () => document.getElementById('notice').textContent === 'note.mcap is no MCAP file');
+  await isInState('paused');
 });
 
 test('sectors 2^62 away are reached by typing them', async () => {

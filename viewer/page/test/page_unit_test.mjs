@@ -1,9 +1,14 @@
-// Positions and frames, without a browser.
+// Positions, frames and recordings, without a browser.
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
 
 import {decode} from '../src/frame.js';
 import {between, fromJson, moved, parseSector, sectorText, toJson} from '../src/position.js';
+
+import {fileOf, kTimeStep, kTopics, recordingOf} from './recordings.mjs';
+import {sources} from './sources.mjs';
+
+const {Playback, Recording} = await sources('recording/playback.js', 'recording/recording.js');
 
 const far = 1n << 62n;
 
@@ -58,4 +63,263 @@ test('frames of bodies are read', () => {
   assert.deepEqual([...frame.ids, ...frame.gone, ...frame.positions], [7, 8, 9, 1.5, 0, 0]);
   assert.deepEqual(
       [...frame.orientations, ...frame.speeds, ...frame.servers, ...frame.asleep], [0, 0, 0, 1, 3, 2, 1]);
+});
+
+// --- recordings: a ball that falls 1 cm a tick on a plane, 2^62 sectors away, and a crate that comes later
+// ---
+
+const kBall = 5;
+const kCrate = 9;
+const kGround = 2;
+const kCrateComes = 60;
+const kTicks = 120;
+const home = {
+  i: far,
+  j: -far,
+  k: 0n
+};
+
+const stateOf = (id, x, z, more = {}) =>
+    ({id: BigInt(id), pose: {position: {sector: home, local: {x, y: 0, z}}}, ...more});
+const shapeOf = (kind, value) => ({parts: [{geometry: {kind: {case: kind, value}}}]});
+const described = (id, name, shape, motion = 0) =>
+    ({id: BigInt(id), name, properties: {shape, motion, mass: 3}});
+
+const heightAt = (tick) => 10 - tick / 100;
+
+function fallingBall({ticks = kTicks, every = 1, weight = 0} = {}) {
+  const ballast = 'x'.repeat(weight);
+  const messages = [
+    [
+      0, '/tessera/catalogue', {
+        bodies: [described(kGround, 'ground', 1, 1), described(kBall, 'ball' + ballast, 2)],
+        shapes: {1: shapeOf('plane', {normal: {z: 1}}), 2: shapeOf('sphere', {radius: 0.5})},
+      }
+    ],
+    [0, '/tessera/static_bodies', {tick: 0n, bodies: [stateOf(kGround, 30, 0)]}],
+  ];
+  for (let tick = 0; tick <= ticks; tick += every) {
+    const ball = stateOf(kBall, 1, heightAt(tick), {linearVelocity: {x: 3, z: -4}, asleep: tick > 90});
+    const crate = stateOf(kCrate, -70, 0, {
+      pose: {
+        position: {sector: home, local: {x: -63, y: 1}},
+        orientation: {z: 1},
+      }
+    });
+    if (tick === kCrateComes) {
+      messages.push([
+        tick, '/tessera/catalogue', {
+          bodies: [described(kCrate, 'crate', 3)],
+          shapes: {3: shapeOf('box', {size: {x: 1, y: 2, z: 3}})},
+        }
+      ]);
+    }
+    messages.push([
+      tick, '/tessera/bodies', {tick: BigInt(tick), bodies: tick >= kCrateComes ? [ball, crate] : [ball]}
+    ]);
+    const contact = {
+      phase: 1,
+      position: {sector: home, local: {x: 1, z: heightAt(tick)}},
+      normal: {z: 1},
+      impulse: tick,
+    };
+    messages.push(
+        [tick, '/tessera/contacts', {tick: BigInt(tick), contacts: [contact, {...contact, phase: 2}]}]);
+  }
+  return messages;
+}
+
+// A page of its own: what it was told last of everything.
+async function playbackOf(messages, options) {
+  const playback =
+      new Playback(await Recording.open(await recordingOf(messages, options)), () => ({hit: false}));
+  const heard = {frames: [], bodies: [], failures: []};
+  for (const type of ['hello', 'world', 'view', 'status'])
+    playback.addEventListener(type, ({detail}) => heard[type] = detail);
+  playback.addEventListener('bodies', ({detail}) => heard.bodies.push(detail));
+  playback.addEventListener('failed', ({detail}) => heard.failures.push(detail.message));
+  playback.addEventListener('frame', ({detail}) => heard.frames.push(detail));
+  await playback.start();
+  return {playback, heard, last: () => heard.frames.at(-1)};
+}
+
+const lookHome = (playback, half = 100) =>
+    playback.send({type: 'look', sector: [String(far), String(-far), '0'], local: [0, 0, 0], half});
+const placeOf = (frame, id) => {
+  const n = frame.ids.indexOf(id);
+  return n < 0 ? null : [...frame.positions.subarray(3 * n, 3 * n + 3)];
+};
+
+test('a recording says which world it is of, and shows it from its first tick', async () => {
+  const {playback, heard, last} = await playbackOf(fallingBall());
+  assert.deepEqual([heard.world, heard.hello], [{world: 'test'}, {read_only: true}]);
+  assert.equal(heard.status.status.state, 'recording');
+  assert.deepEqual(
+      heard.bodies.flatMap(({bodies}) => bodies).map(({id, name, motion, mass}) => [id, name, motion, mass]),
+      [[kBall, 'ball', 'dynamic', 3], [kGround, 'ground', 'static', 3]]);
+  assert.deepEqual(
+      heard.bodies[0].shapes[2],
+      [{kind: 'sphere', radius: 0.5, position: [0, 0, 0], orientation: [0, 0, 0, 1]}]);
+  lookHome(playback);
+  assert.deepEqual(heard.view, {sector: [String(far), String(-far), '0'], sector_size: 128, up: [-0, -0, 1]});
+  const frame = last();
+  assert.deepEqual(
+      [frame.kind, frame.isKey, frame.tick, [...frame.ids]], ['bodies', true, 0, [kBall, kGround]]);
+  assert.deepEqual(placeOf(frame, kBall), [1, 0, 10]);
+  assert.deepEqual(placeOf(frame, kGround), [0, 0, 0], 'a plane is below the camera');
+  assert.deepEqual(
+      [frame.speeds[0], frame.asleep[0], ...frame.orientations.subarray(0, 4)], [5, 0, 0, 0, 0, 1]);
+  assert.deepEqual(playback.counts, {bodies: 1, awake: 1, statics: 1});
+});
+
+test('any tick is reached from any other, with the bodies that are there then', async () => {
+  const {playback, heard, last} = await playbackOf(fallingBall(), {chunkSize: 1000});
+  lookHome(playback);
+  for (const tick of [77, 3, kTicks, 59, kCrateComes, 0]) {
+    await playback.seek(tick);
+    const frame = last();
+    assert.deepEqual([frame.tick, playback.tick, frame.isKey], [tick, tick, true]);
+    assert.equal(placeOf(frame, kBall)[2], Math.fround(heightAt(tick)));
+    assert.deepEqual(placeOf(frame, kCrate), tick < kCrateComes ? null : [-63, 1, 0]);
+    assert.equal(playback.time, tick * kTimeStep);
+  }
+  await playback.seek(100);
+  assert.equal(last().asleep[last().ids.indexOf(kBall)], 1);
+  assert.deepEqual([...last().orientations.subarray(4, 8)], [0, 0, 1, 0]);
+  await playback.seek(10);
+  assert.deepEqual(last().gone, [kCrate]);
+  assert.deepEqual(
+      heard.bodies.flatMap(({bodies}) => bodies).map(({id}) => id), [kBall, kGround, kCrate], 'once');
+  assert.deepEqual(heard.failures, []);
+});
+
+test('steps go to the ticks that were recorded', async () => {
+  const {playback, last} = await playbackOf(fallingBall({every: 4}), {metadata: {every_ticks: '4'}});
+  lookHome(playback);
+  await playback.seek(50);
+  assert.equal(last().tick, 48);
+  await playback.step(1);
+  assert.equal(last().tick, 52);
+  await playback.step(-1);
+  await playback.step(-1);
+  assert.equal(last().tick, 44);
+  await playback.seek(0);
+  await playback.step(-1);
+  assert.equal(last().tick, 0);
+  await playback.seek(kTicks);
+  await playback.step(1);
+  assert.equal(last().tick, kTicks);
+});
+
+test('plays at its speed up to the end, and from the beginning again', async () => {
+  const {playback, heard, last} = await playbackOf(fallingBall(), {chunkSize: 3000});
+  lookHome(playback);
+  const moved = (until) => new Promise((done) => playback.addEventListener('moved', () => until() && done()));
+  const go = async (seconds) => {
+    const to = playback.tick + Math.round(seconds * playback.speed / kTimeStep);
+    const arrived = moved(() => playback.tick >= Math.min(to, kTicks));
+    playback.advance(seconds);
+    await arrived;
+    await new Promise(setImmediate);  // until it waits for more
+  };
+  playback.play();
+  await go(0.1);
+  assert.deepEqual([last().tick, last().isKey], [6, false]);
+  playback.speed = 2;
+  await go(0.2);
+  assert.equal(last().tick, 30);
+  playback.speed = 10;
+  heard.frames.length = 0;
+  const ended = moved(() => !playback.isPlaying);
+  await go(0.25);
+  await ended;
+  assert.deepEqual([last().tick, heard.frames.length], [kTicks, 1], 'those between are left out');
+  playback.play();
+  await playback.seek(0);
+  assert.deepEqual([playback.isPlaying, last().tick], [true, 0]);
+});
+
+test('only what is near is seen, and the view moves with the camera', async () => {
+  const {playback, heard, last} = await playbackOf(fallingBall());
+  lookHome(playback);
+  await playback.seek(kTicks);
+  lookHome(playback, 20);
+  assert.deepEqual([[...last().ids], last().gone, last().isKey], [[kBall, kGround], [kCrate], false]);
+  playback.send({type: 'look', sector: [String(far + 1n), String(-far), '0'], local: [-60, 0, 0], half: 100});
+  assert.equal(heard.view.sector[0], String(far + 1n));
+  assert.deepEqual([last().isKey, placeOf(last(), kBall)], [true, [-127, 0, Math.fround(heightAt(kTicks))]]);
+});
+
+test('contacts are those of the tick', async () => {
+  const {playback, last} = await playbackOf(fallingBall());
+  lookHome(playback);
+  playback.send({type: 'contacts', on: true});
+  await playback.seek(33);
+  const {kind, count, positions, impulses} = last();
+  assert.deepEqual([kind, count, impulses[0]], ['contacts', 1, 33]);
+  assert.deepEqual([...positions], [1, 0, Math.fround(heightAt(33))]);
+});
+
+test('places and bodies are found, and nothing can be changed', async () => {
+  const {playback} = await playbackOf(fallingBall());
+  await playback.seek(kTicks);
+  const sector = [String(far), String(-far), '0'];
+  const {places} = await playback.ask('places');
+  assert.deepEqual(
+      places,
+      [{sector, local: [-31, 0.5, heightAt(kTicks) / 2], half: 32, bodies: 2, sectors: 1, name: 'ball'}]);
+  for (const body of ['crate', kCrate]) {
+    assert.deepEqual(
+        await playback.ask('find', {body}), {sector, local: [-63, 1, 0], body: kCrate, name: 'crate'});
+  }
+  await assert.rejects(playback.ask('find', {body: 'nobody'}), /nobody is called "nobody"/);
+  await assert.rejects(playback.ask('push', {body: kBall}), /can only be looked at/);
+});
+
+test('of a large file only what is shown is read', async () => {
+  const messages = fallingBall({ticks: 1200, weight: 10_000});
+  const file = await recordingOf(messages, {chunkSize: 10_000});
+  const recording = await Recording.open(file);
+  const playback = new Playback(recording, () => null);
+  await playback.start();
+  const before = recording.bytesRead;
+  await playback.seek(600);
+  const read = [before, recording.bytesRead - before];
+  assert.ok(Math.max(...read) < file.size / 4, `${read} of ${file.size} bytes`);
+});
+
+test('files that are no recordings are refused by name', async () => {
+  const refuses = async (file, message) => assert.rejects(Recording.open(await file), {message});
+  await refuses(fileOf(), 'test.mcap is no MCAP file');
+  await refuses(fileOf('precious'), 'test.mcap is no MCAP file');
+  const whole = await recordingOf(fallingBall());
+  for (const size of [8 + 1, whole.size >> 1, whole.size - 1])
+    await refuses(
+        fileOf(whole.slice(0, size)), 'test.mcap is cut off and has no index: "mcap recover" adds one');
+  const {'/tessera/bodies': bodies, ...others} = kTopics;
+  const kNoWorld = 'test.mcap is no recording of a world';
+  await refuses(recordingOf([], {topics: others}), `${kNoWorld}: it has no /tessera/bodies`);
+  await refuses(
+      recordingOf([], {topics: {...kTopics, '/tessera/contacts': bodies}}),
+      `${kNoWorld}: /tessera/contacts has tessera.v1.BodyBatch, not tessera.v1.ContactBatch`);
+  await refuses(recordingOf([], {metadata: null}), `${kNoWorld}: it has no metadata of the name tessera`);
+  await refuses(recordingOf([]), `${kNoWorld}: it has no tick`);
+});
+
+test('damage within a recording is told when it is met', async () => {
+  const whole = new Uint8Array(await (await recordingOf(fallingBall(), {chunkSize: 2000})).arrayBuffer());
+  const damaged = whole.slice();
+  damaged.fill(0, whole.length >> 1, (whole.length >> 1) + 2000);
+  const playback = new Playback(await Recording.open(fileOf(damaged)), () => null);
+  const failures = [];
+  playback.addEventListener('failed', ({detail}) => failures.push(detail.message));
+  await playback.start();
+  assert.deepEqual(failures, []);
+  for (let tick = 0; tick <= kTicks && failures.length === 0; tick += 5) await playback.seek(tick);
+  assert.equal(failures.length, 1);
+  await playback.seek(kTicks);
+  assert.equal(playback.tick, kTicks, 'the rest can be seen');
+  const foot = whole.slice();
+  foot.fill(0, whole.length - 200, whole.length - 100);
+  await assert.rejects(Recording.open(fileOf(foot)), /^Error: test.mcap is damaged: /);
 });

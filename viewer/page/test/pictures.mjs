@@ -1,12 +1,17 @@
 // The pictures of docs/viewer.md, taken in a browser:
 //
-//   TESSERA_PAGE_PACKAGES=build/release/viewer/node_modules TESSERA_PROGRAMS=build/release/bin \
-//     TESSERA_WORLDS_FOLDER=worlds node viewer/page/test/pictures.mjs docs/pictures
+//   TESSERA_PAGE_PACKAGES=$PWD/build/release/viewer/node_modules TESSERA_PROGRAMS=build/release/bin \
+//     TESSERA_WORLDS_FOLDER=worlds TESSERA_RECORD=$PWD/build/release/client_sdk/python/environment/bin/tessera-record \
+//     node viewer/page/test/pictures.mjs docs/pictures [NAME ...]
+//
+// NAMES of worlds below: only their pictures.
+import {mkdtemp, rm} from 'node:fs/promises';
+import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 
-import {openBrowser, openPage, tessera, upCluster} from './browser.mjs';
+import {openBrowser, openPage, start, tessera, upCluster} from './browser.mjs';
 
-const folder = process.argv[2];
+const [folder, ...wanted] = process.argv.slice(2);
 const world = (name) => join(process.env.TESSERA_WORLDS_FOLDER, name);
 
 const browser = await openBrowser(1440, 900);
@@ -25,20 +30,26 @@ async function settle(page) {
   });
 }
 
+// A processor takes seconds to draw as finely as pictures are: only they are, and of worlds that stand still.
+const draw = (page, isFine) => page.evaluate(
+    (fine) =>
+        Object.assign(window.tessera.picture, {mayCoarsen: false, shadows: fine, ratioMax: fine ? 1 : 0.1}),
+    isFine);
+
 const shoot = async (page, name) => {
+  await draw(page, true);
   await settle(page);
   await page.screenshot({path: join(folder, `page_${name}.png`)});
+  await draw(page, false);
 };
 
-async function withPage(args, work) {
+async function withPage(name, args, work) {
+  if (wanted.length > 0 && !wanted.includes(name)) return;
   const cluster = await upCluster(...args);
-  const page = await openPage(browser, cluster.url);
+  const page = await openPage(browser, cluster.url, true);
   try {
+    await draw(page, false);
     await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
-    // Without a graphics card the picture is slow to draw; it keeps its shadows all the same.
-    await page.evaluate(() => {
-      window.tessera.picture.mayCoarsen = false;
-    });
     await work(page, cluster);
   } finally {
     await page.close();
@@ -52,7 +63,7 @@ const view = (page, yaw, pitch, distance) => page.evaluate((values) => {
 }, [yaw, pitch, distance]);
 
 for (const [name, shift] of [['tower', '0,0,0'], ['tower_far', '2^62,-2^62,2^62']]) {
-  await withPage([world('tower.sdf'), '--shift', shift], async (page, cluster) => {
+  await withPage(name, [world('tower.sdf'), '--shift', shift], async (page, cluster) => {
     await tessera(cluster.address, 'step', '120');
     await page.evaluate(() => window.tessera.jump('tower::box_4'));
     await view(page, -2.2, 0.2, 14);
@@ -60,7 +71,7 @@ for (const [name, shift] of [['tower', '0,0,0'], ['tower_far', '2^62,-2^62,2^62'
   });
 }
 
-await withPage([world('seam.sdf'), '--servers', '2'], async (page, cluster) => {
+await withPage('seam', [world('seam.sdf'), '--servers', '2'], async (page, cluster) => {
   await page.click('#gridOn');
   await page.click('#contactsOn');
   await tessera(cluster.address, 'step', '40');
@@ -72,12 +83,12 @@ await withPage([world('seam.sdf'), '--servers', '2'], async (page, cluster) => {
   await shoot(page, 'clones');
 });
 
-await withPage([world('earth.sdf'), '--servers', '2'], async (page, cluster) => {
+await withPage('earth', [world('earth.sdf'), '--servers', '2'], async (page, cluster) => {
   await tessera(cluster.address, 'resume');
   await page.waitForFunction(() => window.tessera.bodies.tick > 120);
+  await tessera(cluster.address, 'pause');
   await view(page, -2.0, 0.42, 110);
   await shoot(page, 'dashboard');
-  await tessera(cluster.address, 'pause');
   await page.evaluate(() => {
     const {goTo, state, camera} = window.tessera;
     const [place] = state.places;
@@ -86,6 +97,30 @@ await withPage([world('earth.sdf'), '--servers', '2'], async (page, cluster) => 
     camera.pitch = 0.7;
   });
   await shoot(page, 'whole');
+});
+
+await withPage('recording', [world('falling.sdf')], async (page, cluster) => {
+  const records = await mkdtemp(join(tmpdir(), 'tessera-pictures-'));
+  try {
+    const file = join(records, 'falling.mcap');
+    const recorder = await start(
+        process.env.TESSERA_RECORD, ['--connect', cluster.address, '--output', file, '--ticks', '240'],
+        /recording (.*) to/);
+    await tessera(cluster.address, 'step', '240');
+    await recorder.ended();
+    await (await page.$('#file')).uploadFile(file);
+    await page.waitForFunction(() => window.tessera.player.isOn && window.tessera.bodies.countMoving > 0);
+    await page.$eval('#timeline', (slider) => {
+      slider.value = 80;
+      slider.dispatchEvent(new Event('input'));
+    });
+    await page.waitForFunction(() => window.tessera.bodies.tick === 80);
+    await page.evaluate(() => window.tessera.jump('falling::box_1'));
+    await view(page, -2.2, 0.45, 12);
+    await shoot(page, 'recording');
+  } finally {
+    await rm(records, {recursive: true});
+  }
 });
 
 await browser.close();

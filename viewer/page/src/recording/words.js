@@ -1,0 +1,40 @@
+// What messages of a recording say, in the words that tessera-viewer has for it (viewer/json.cc).
+
+const kMotions = ['dynamic', 'static', 'kinematic'];
+
+export const vectorOf = (vector) => [vector?.x ?? 0, vector?.y ?? 0, vector?.z ?? 0];
+const quaternionOf = (q) => q ? [q.x, q.y, q.z, q.w] : [0, 0, 0, 1];
+export const sectorOf = (index) => [index?.i ?? 0n, index?.j ?? 0n, index?.k ?? 0n];
+export const positionOf = (place) => ({sector: sectorOf(place?.sector), local: vectorOf(place?.local)});
+
+const kGeometries = {
+  box: ({size}) => ({kind: 'box', size: vectorOf(size)}),
+  sphere: ({radius}) => ({kind: 'sphere', radius}),
+  capsule: ({radius, length}) => ({kind: 'capsule', radius, length}),
+  cylinder: ({radius, length}) => ({kind: 'cylinder', radius, length}),
+  ellipsoid: ({radii}) => ({kind: 'ellipsoid', radii: vectorOf(radii)}),
+  plane: ({normal}) => ({kind: 'plane', normal: vectorOf(normal)}),
+  convexHull: ({points}) => ({kind: 'hull', points}),
+  triangleMesh: ({vertices, indices}) => ({kind: 'mesh', vertices, indices}),
+  heightField: ({columns, rows, spacingX, spacingY, heights}) =>
+      ({kind: 'heights', columns, rows, spacing: [spacingX, spacingY], heights}),
+};
+
+// The parts of a tessera.v1.Shape.
+export const partsOf = ({parts}) => parts.map(({geometry: {kind}, pose}) => ({
+                                                ...kGeometries[kind.case](kind.value),
+                                                position: vectorOf(pose?.position),
+                                                orientation: quaternionOf(pose?.orientation),
+                                              }));
+
+// A body of a tessera.v1.FindBodiesReply.
+export const bodyOf = ({id, name, properties}) => ({
+  id: Number(id),
+  name,
+  shape: properties.shape,
+  motion: kMotions[properties.motion],
+  mass: properties.mass,
+  centre: vectorOf(properties.centre),
+  friction: properties.friction,
+  restitution: properties.restitution,
+});
