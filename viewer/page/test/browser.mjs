@@ -44,9 +44,12 @@ export async function upCluster(...args) {
 
 export async function tessera(address, ...args) {
   const child = spawn(
-      join(programs, 'tessera'), [...args, '--connect', address], {stdio: ['ignore', 'ignore', 'inherit']});
-  const [code] = await once(child, 'exit');
+      join(programs, 'tessera'), [...args, '--connect', address], {stdio: ['ignore', 'pipe', 'inherit']});
+  let told = '';
+  child.stdout.on('data', (text) => told += text);
+  const [code] = await once(child, 'close');
   if (code !== 0) throw new Error(`tessera ${args.join(' ')} ended with exit code ${code}`);
+  return told;
 }
 
 export function openBrowser(width = 1280, height = 800) {

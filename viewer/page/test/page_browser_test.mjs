@@ -177,8 +177,7 @@ test('opens a recording, moves through it and comes back', async () => {
     goTo(state.places[0], 30);
     await connection.ask('push', {body: 'crate_face::crate', impulse: [0, 0, 300], lever: [0, 0, 0]});
   });
-  await tessera(cluster.address, 'step', '1');
-  const first = (await (await fetch(new URL('status', cluster.url))).json()).tick;
+  const first = Number(/tick (\d+)/.exec(await tessera(cluster.address, 'step', '1'))[1]);
   const before = await truePlaces();
   const recorder = await start(
       process.env.TESSERA_RECORD, ['--connect', cluster.address, '--output', file, '--ticks', String(kTicks)],
