@@ -13,27 +13,14 @@
 
 #include <BulletDynamics/ConstraintSolver/btSolverBody.h>
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <memory>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "lpss/bullet/joint_rows.h"
+#include "lpss/bullet/joint_assembly.h"
 
 namespace tessera::bullet {
-
-// What the solver around keeps of a body.
-struct JointedBody {
-  double inverse_mass = 0;  // 1/kg; 0 for what cannot be pushed, whose motion is in the rows
-  Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  // world axes
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();           // m/s, when the passes begin
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();          // rad/s
-  btVector3* linear_change = nullptr;  // since then; stays where it is until the last pass
-  btVector3* angular_change = nullptr;
-};
 
 // As Bullet has set it up, without the forces of the tick; changes go where Bullet's own solver puts them.
 JointedBody jointed(btSolverBody& body);
@@ -42,29 +29,10 @@ JointedBody jointed(btSolverBody& body);
 // move() among them; or passes alone, where a tick is one step.
 class JointSolver {
  public:
-  // Bodies by their places in set_up(); a parent only where it can be pushed.
-  struct Joint {
-    int child;
-    std::optional<int> parent;
-    const JointProperties* properties;
-    const JointDrives* drives;
-    PosedJoint posed;
-  };
-
-  // How a body moves in a tick, other than by the velocity that it ends with.
-  struct Moved {
-    int body;
-    Eigen::Vector3d way;      // m
-    Eigen::Quaterniond turn;  // world axes
-  };
-
-  JointSolver();
-  ~JointSolver();
-
   void clear();
   bool is_empty() const { return joints_.empty(); }
 
-  void add(Joint joint) { joints_.push_back(std::move(joint)); }
+  void add(SolvedJoint joint) { joints_.push_back(std::move(joint)); }
 
   // The bodies that were added, some more than once.
   std::vector<int> bodies() const;
@@ -80,13 +48,11 @@ class JointSolver {
   void move();
 
   // Ends the tick. Those that have moved step by step.
-  std::vector<Moved> end();
+  std::vector<MovedBody> end();
 
  private:
-  class Assembly;
-
-  std::vector<Joint> joints_;
-  std::vector<std::unique_ptr<Assembly>> assemblies_;
+  std::vector<SolvedJoint> joints_;
+  std::vector<std::unique_ptr<JointAssembly>> assemblies_;
 };
 
 }  // namespace tessera::bullet

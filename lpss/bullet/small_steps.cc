@@ -246,7 +246,7 @@ void SmallSteps::rebound() {
 }
 
 // Bodies then move on by the velocity that they end with: what is corrected is all but that.
-void SmallSteps::set_way(const JointSolver::Moved& moved) {
+void SmallSteps::set_way(const MovedBody& moved) {
   const double time = info_.m_timeStep;
   btSolverBody& body = pools_.bodies[static_cast<std::size_t>(moved.body)];
   const Motion& motion = motions_[static_cast<std::size_t>(moved.body)];
@@ -271,7 +271,7 @@ void SmallSteps::end() {
     body.m_pushVelocity = motion.way / info_.m_timeStep;
     body.m_turnVelocity = motion.turn / (info_.m_timeStep * info_.m_splitImpulseTurnErp);
   }
-  for (const JointSolver::Moved& moved : joints_->end()) set_way(moved);
+  for (const MovedBody& moved : joints_->end()) set_way(moved);
   for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
     btSolverConstraint& row = pools_.contacts[i];
     row.m_appliedImpulse = contacts_[i].total;

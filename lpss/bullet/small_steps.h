@@ -95,7 +95,7 @@ class SmallSteps {
   void add_way(btScalar time);
   void end_step();
   void rebound();
-  void set_way(const JointSolver::Moved& moved);
+  void set_way(const MovedBody& moved);
 
   int usual_steps_;
   int steps_;

@@ -1,0 +1,113 @@
+// The bodies that joints tie together, whose rows are solved at once (joint_solver.h).
+#pragma once
+
+#include <LinearMath/btVector3.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "lpss/bullet/joint_rows.h"
+
+namespace tessera::bullet {
+
+// What the solver around keeps of a body.
+struct JointedBody {
+  double inverse_mass = 0;  // 1/kg; 0 for what cannot be pushed, whose motion is in the rows
+  Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  // world axes
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();           // m/s, when the passes begin
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();          // rad/s
+  btVector3* linear_change = nullptr;  // since then; stays where it is until the last pass
+  btVector3* angular_change = nullptr;
+};
+
+// Bodies by their places in a list; a parent only where it can be pushed.
+struct SolvedJoint {
+  int child;
+  std::optional<int> parent;
+  const JointProperties* properties;
+  const JointDrives* drives;
+  PosedJoint posed;
+};
+
+// How a body moves in a tick, other than by the velocity that it ends with.
+struct MovedBody {
+  int body;
+  Eigen::Vector3d way;      // m
+  Eigen::Quaterniond turn;  // world axes
+};
+
+// Of a tick of `dt` seconds in so many steps, which share the bounds of impulses: for each step start_step()
+// and passes, with a move() among them; or passes alone, where a tick is one step.
+class JointAssembly {
+ public:
+  JointAssembly(std::vector<SolvedJoint> joints, std::span<const JointedBody> bodies, double dt, int steps);
+
+  void start_step();
+  void pass();
+  void move();
+  void end(std::vector<MovedBody>& moved);
+
+ private:
+  using Matrix = Eigen::SparseMatrix<double>;
+
+  // A joint, with the places of its bodies in bodies_.
+  struct Tie {
+    SolvedJoint joint;
+    Eigen::Index child;
+    std::optional<Eigen::Index> parent;
+    std::vector<JointRow> rows;
+  };
+
+  // A row over the velocities of all bodies whose impulses leave alone what is held.
+  struct FreeRow {
+    Eigen::VectorXd row;
+    Eigen::VectorXd response;  // of the velocities to a unit of impulse
+    Eigen::VectorXd shares;    // of what is held, that were taken out of the row
+    double mobility = 0;       // of the row's own velocity
+    double velocity = 0;       // wanted of the row before
+    double compliance = 0;
+    double impulse_min = 0;
+    double impulse_max = 0;
+    double impulse = 0;
+  };
+
+  struct Body {
+    JointedBody now;
+    MovedBody moved;
+  };
+
+  void find_whether_to_move();
+  bool turns_beyond(double turn, const Eigen::VectorXd& velocities, double time) const;
+  void make_rows();
+  // Rows as the columns of a matrix.
+  Matrix columns(bool is_held) const;
+  Matrix inverse_masses() const;
+  void add_free_rows(const Matrix& inverse_masses);
+  void hold(Eigen::VectorXd& velocities) const;
+  PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time) const;
+  Eigen::VectorXd excess(const Eigen::VectorXd& velocities) const;
+  void hold_at_end(Eigen::VectorXd& velocities);
+  void advance();
+  Eigen::VectorXd velocities() const;
+  void set_velocities(const Eigen::VectorXd& velocities);
+
+  std::vector<Tie> ties_;
+  std::vector<Body> bodies_;
+  int steps_;           // of the tick
+  bool moves_ = false;  // from step to step
+  double span_;         // s, over which rows hold: a tick, or a step of those that move
+  Matrix held_;
+  Matrix response_;  // of the velocities to a unit of impulse of each
+  Eigen::VectorXd wanted_;
+  Eigen::VectorXd wanted_now_;  // were nothing to turn
+  Eigen::SimplicialLDLT<Matrix> factors_;
+  std::vector<FreeRow> free_rows_;
+  std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by
+};
+
+}  // namespace tessera::bullet
