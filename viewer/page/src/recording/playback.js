@@ -127,117 +127,117 @@ export class Playback extends EventTarget {
     if (!this.#working) this.#do(() => this.#goOn());
   }
 
-// One thing at a time; of those that wait the newest.
-#do(work) {
-  this.#waiting = work;
-  this.#working ??= this.#work();
-  return this.#working;
-}
+  // One thing at a time; of those that wait the newest.
+  #do(work) {
+    this.#waiting = work;
+    this.#working ??= this.#work();
+    return this.#working;
+  }
 
-async #work() {
-  while (this.#waiting) {
-    const work = this.#waiting;
-    this.#waiting = null;
-    try {
-      await work();
-    } catch (error) {
-      this.isPlaying = false;
+  async #work() {
+    while (this.#waiting) {
+      const work = this.#waiting;
       this.#waiting = null;
-      this.#say('failed', error);
+      try {
+        await work();
+      } catch (error) {
+        this.isPlaying = false;
+        this.#waiting = null;
+        this.#say('failed', error);
+      }
+    }
+    this.#working = null;
+  }
+
+  async #goTo(tick) {
+    const last = (topic) => this.#recording.lastAt(topic, Math.max(tick, this.#recording.first));
+    const messages = [await last(kBodies), await last(kStatics), this.#wantsContacts && await last(kContacts)];
+    this.#stream = null;
+    await this.#show(messages.filter(Boolean), true);
+    this.#clock = this.tick;
+  }
+
+  async #goOn() {
+    if (!this.isPlaying) return;
+    this.#clock += this.#behind * this.speed / this.#recording.settings.timeStep;
+    this.#behind = 0;
+    const newest = new Map();  // by topic
+    for (;;) {
+      const message = await this.#next();
+      if (!message || message.tick > this.#clock + kRounding) break;
+      newest.set(message.topic, message);
+      this.#pending = null;
+    }
+    if (newest.size > 0) await this.#show([...newest.values()], false);
+    if (!this.#pending) this.pause();
+  }
+
+  async #next() {
+    if (!this.#stream) {
+      const topics = [kBodies, kStatics, ...(this.#wantsContacts ? [kContacts] : [])];
+      this.#stream = this.#recording.after(this.tick, topics);
+      this.#pending = null;
+    }
+    this.#pending ??= (await this.#stream.next()).value;
+    return this.#pending;
+  }
+
+  // --- what the page is told ---
+
+  async #show(messages, isJump) {
+    for (const message of messages) {
+      const said = this.#recording.read(message);
+      if (message.topic === kBodies) this.#bodies = said;
+      if (message.topic === kStatics) this.#statics = said;
+      if (message.topic === kContacts) this.#contacts = said;
+    }
+    await this.#introduce();
+    this.#draw(isJump);
+    this.#say('moved');
+    const now = performance.now();
+    if (isJump || now - this.#statusSaid > kStatusEveryMs) {
+      this.#statusSaid = now;
+      this.#sayStatus();
     }
   }
-  this.#working = null;
-}
 
-async #goTo(tick) {
-  const last = (topic) => this.#recording.lastAt(topic, Math.max(tick, this.#recording.first));
-  const messages = [await last(kBodies), await last(kStatics), this.#wantsContacts && await last(kContacts)];
-  this.#stream = null;
-  await this.#show(messages.filter(Boolean), true);
-  this.#clock = this.tick;
-}
-
-async #goOn() {
-  if (!this.isPlaying) return;
-  this.#clock += this.#behind * this.speed / this.#recording.settings.timeStep;
-  this.#behind = 0;
-  const newest = new Map();  // by topic
-  for (;;) {
-    const message = await this.#next();
-    if (!message || message.tick > this.#clock + kRounding) break;
-    newest.set(message.topic, message);
-    this.#pending = null;
+  async #introduce() {
+    const {bodies, shapes} = this.#recording;
+    const strangers = [...this.#bodies.ids, ...this.#statics.ids].filter((id) => !this.#told.has(id));
+    if (strangers.length === 0) return;
+    await this.#recording.learn(strangers, this.tick);
+    const known = strangers.map((id) => bodies.get(id)).filter(Boolean);
+    for (const id of strangers) this.#told.add(id);
+    const parts = known.map(({shape}) => [shape, shapes.get(shape)]);
+    this.#say('bodies', {bodies: known, shapes: Object.fromEntries(parts)});
   }
-  if (newest.size > 0) await this.#show([...newest.values()], false);
-  if (!this.#pending) this.pause();
-}
 
-async #next() {
-  if (!this.#stream) {
-    const topics = [kBodies, kStatics, ...(this.#wantsContacts ? [kContacts] : [])];
-    this.#stream = this.#recording.after(this.tick, topics);
-    this.#pending = null;
+  #look(focus, half) {
+    const isElsewhere =
+        !this.#view || focus.sector.some((index, axis) => index !== this.#view.focus.sector[axis]);
+    this.#view = new RecordedView(this.#recording, focus, half);
+    if (isElsewhere) this.#say('view', this.#view.describe());
+    this.#draw(isElsewhere);
   }
-  this.#pending ??= (await this.#stream.next()).value;
-  return this.#pending;
-}
 
-// --- what the page is told ---
-
-async #show(messages, isJump) {
-  for (const message of messages) {
-    const said = this.#recording.read(message);
-    if (message.topic === kBodies) this.#bodies = said;
-    if (message.topic === kStatics) this.#statics = said;
-    if (message.topic === kContacts) this.#contacts = said;
+  #draw(isKey) {
+    if (!this.#view) return;
+    const frame = this.#view.see(this.#bodies, this.#statics);
+    const seen = new Set(frame.ids);
+    frame.isKey = isKey;
+    frame.gone = [...this.#shown].filter((id) => !seen.has(id));
+    this.#shown = seen;
+    this.#say('frame', frame);
+    if (!this.#wantsContacts) return;
+    const isOfThisTick = Number(this.#contacts?.tick) === this.tick;
+    this.#say('frame', this.#view.seeContacts(this.tick, isOfThisTick ? this.#contacts.contacts : []));
   }
-  await this.#introduce();
-  this.#draw(isJump);
-  this.#say('moved');
-  const now = performance.now();
-  if (isJump || now - this.#statusSaid > kStatusEveryMs) {
-    this.#statusSaid = now;
-    this.#sayStatus();
+
+  #sayStatus() {
+    const {world, settings} = this.#recording;
+    const status = {state: 'recording', failure: '', world, time: this.time, settings};
+    this.#say('status', {answers: true, nodes: [], status});
   }
-}
 
-async #introduce() {
-  const {bodies, shapes} = this.#recording;
-  const strangers = [...this.#bodies.ids, ...this.#statics.ids].filter((id) => !this.#told.has(id));
-  if (strangers.length === 0) return;
-  await this.#recording.learn(strangers, this.tick);
-  const known = strangers.map((id) => bodies.get(id)).filter(Boolean);
-  for (const id of strangers) this.#told.add(id);
-  const parts = known.map(({shape}) => [shape, shapes.get(shape)]);
-  this.#say('bodies', {bodies: known, shapes: Object.fromEntries(parts)});
-}
-
-#look(focus, half) {
-  const isElsewhere =
-      !this.#view || focus.sector.some((index, axis) => index !== this.#view.focus.sector[axis]);
-  this.#view = new RecordedView(this.#recording, focus, half);
-  if (isElsewhere) this.#say('view', this.#view.describe());
-  this.#draw(isElsewhere);
-}
-
-#draw(isKey) {
-  if (!this.#view) return;
-  const frame = this.#view.see(this.#bodies, this.#statics);
-  const seen = new Set(frame.ids);
-  frame.isKey = isKey;
-  frame.gone = [...this.#shown].filter((id) => !seen.has(id));
-  this.#shown = seen;
-  this.#say('frame', frame);
-  if (!this.#wantsContacts) return;
-  const isOfThisTick = Number(this.#contacts?.tick) === this.tick;
-  this.#say('frame', this.#view.seeContacts(this.tick, isOfThisTick ? this.#contacts.contacts : []));
-}
-
-#sayStatus() {
-  const {world, settings} = this.#recording;
-  const status = {state: 'recording', failure: '', world, time: this.time, settings};
-  this.#say('status', {answers: true, nodes: [], status});
-}
-
-#say(type, detail) { this.dispatchEvent(new CustomEvent(type, {detail})); }
+  #say(type, detail) { this.dispatchEvent(new CustomEvent(type, {detail})); }
 }
