@@ -5,6 +5,7 @@
 #include <google/protobuf/io/zero_copy_stream_impl.h>
 #include <google/protobuf/util/delimited_message_util.h>
 
+#include <cerrno>
 #include <string>
 #include <utility>
 
@@ -58,9 +59,13 @@ RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 RecordingReader::~RecordingReader() = default;
 
 absl::StatusOr<RecordingReader> RecordingReader::open(const std::filesystem::path& file) {
+  const auto cannot_read = [&] {
+    return absl::ErrnoToStatus(errno, absl::StrCat("cannot read ", file.string()));
+  };
   auto in = std::make_unique<std::ifstream>(file, std::ios::binary);
+  if (!in->is_open()) return cannot_read();
   const bool is_empty = in->peek() == std::ifstream::traits_type::eof();
-  if (!in->is_open() || in->bad()) return absl::NotFoundError(absl::StrCat("cannot read ", file.string()));
+  if (in->bad()) return cannot_read();
   if (is_empty) return absl::DataLossError(absl::StrCat(file.string(), " is empty: no world was recorded"));
   if (!begins_with_world(*in)) {
     return absl::DataLossError(

@@ -7,7 +7,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client_sdk/cli/command.h"
@@ -33,14 +35,24 @@ std::string commands_of(const CLI::App& command) {
   return absl::StrJoin(names, ", ");
 }
 
+// Of arguments that nobody knows, the options: what else is left over may be the value of one of them.
+CLI::ExtrasError unknown_arguments(std::vector<std::string> unknown) {
+  std::vector<std::string> options;
+  std::ranges::copy_if(unknown, std::back_inserter(options),
+                       [](const std::string& argument) { return argument.starts_with('-'); });
+  return CLI::ExtrasError(options.empty() ? std::move(unknown) : std::move(options));
+}
+
 // An argument that nobody knows is told before one that is missing: it may be the missing one, misspelt.
 // Where that is a command, those that there are are told, too.
 void parse(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ExtrasError&) {
+    throw unknown_arguments(app.remaining(/*recurse=*/true));
   } catch (const CLI::RequiredError& missing) {
     const std::vector<std::string> unknown = app.remaining(/*recurse=*/true);
-    std::string message = unknown.empty() ? missing.what() : CLI::ExtrasError(unknown).what();
+    std::string message = unknown.empty() ? missing.what() : unknown_arguments(unknown).what();
     if (const std::string commands = commands_of(named_last(app)); !commands.empty()) {
       absl::StrAppend(&message, "\nThere are: ", commands);
     }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <limits>
 #include <thread>
@@ -162,8 +161,7 @@ std::string to_text(const RunReport& report) {
 
 absl::StatusOr<nlohmann::json> read_json(const std::filesystem::path& file) {
   std::ifstream in(file);
-  if (!in)
-    return absl::NotFoundError(absl::StrCat("cannot read ", file.string(), ": ", std::strerror(errno)));
+  if (!in) return absl::ErrnoToStatus(errno, absl::StrCat("cannot read ", file.string()));
   nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
   if (json.is_discarded()) return absl::DataLossError(absl::StrCat(file.string(), " is no JSON"));
   return json;

@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <cerrno>
 #include <fstream>
 
 #include "client_sdk/cli/command.h"
@@ -21,7 +22,7 @@ absl::StatusOr<SeamPolicy> parse_seams(const std::string& text) {
 
 absl::StatusOr<Knobs> read_knobs(const std::string& file) {
   std::ifstream in(file);
-  if (!in) return absl::NotFoundError(absl::StrCat("cannot read ", file));
+  if (!in) return absl::ErrnoToStatus(errno, absl::StrCat("cannot read ", file));
   const auto json = nlohmann::ordered_json::parse(in, nullptr, /*allow_exceptions=*/false);
   if (json.is_discarded()) return absl::InvalidArgumentError(absl::StrCat(file, " is not JSON"));
   absl::StatusOr<Knobs> knobs = knobs_from_json(json);

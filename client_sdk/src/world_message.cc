@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <cerrno>
 #include <fstream>
 
 #include "proto/convert.h"
@@ -16,7 +17,7 @@ absl::Status write_world_message(const std::filesystem::path& file, const WorldD
 
 absl::StatusOr<WorldDescription> read_world_message(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  if (!in) return absl::NotFoundError(absl::StrCat("cannot read ", file.string()));
+  if (!in) return absl::ErrnoToStatus(errno, absl::StrCat("cannot read ", file.string()));
   v1::World message;
   if (!message.ParseFromIstream(&in)) {
     return absl::InvalidArgumentError(

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "lpss/world/example_worlds.h"
@@ -19,13 +18,10 @@ absl::btree_set<SectorIndex> sectors_of(const WorldDescription& world) {
   return sectors;
 }
 
-// They come first, as sectors take in the statics that are there when they come to life; a static body that
-// comes later is looked for by all.
 void add_pebbles_in(const absl::btree_set<SectorIndex>& sectors, Motion motion, WorldDescription& world) {
   constexpr double kRadius = 0.1;  // m
   WorldBuilder builder(world.settings);
   builder.world() = std::move(world);
-  std::vector<BodyDescription> bodies = std::exchange(builder.world().bodies, {});
   const ShapeId ball = builder.shape(Sphere{kRadius});
   for (const SectorIndex& sector : sectors) {
     BodyDescription& pebble = builder.add(absl::StrCat("pebble", builder.world().bodies.size()), ball, 1,
@@ -34,7 +30,6 @@ void add_pebbles_in(const absl::btree_set<SectorIndex>& sectors, Motion motion, 
     pebble.properties.category = 0;
     pebble.properties.mask = 0;
   }
-  std::ranges::move(bodies, std::back_inserter(builder.world().bodies));
   world = std::move(builder.world());
 }
 
@@ -48,7 +43,7 @@ std::vector<Choice> choices_for(const WorldDescription& world) {
       {.name = "sweep", .unmake = [](WorldDescription& w) { w.settings.continuous_collision = false; }}};
   const bool has_statics = std::ranges::any_of(
       world.bodies, [](const BodyDescription& body) { return body.properties.motion == Motion::kStatic; });
-  if (has_statics || !world.joints.empty()) return choices;
+  if (has_statics) return choices;
   choices.push_back({.name = "no-search", .unmake = add_pebbles});
   choices.push_back({.name = "no-world", .unmake = add_keepers});
   return choices;

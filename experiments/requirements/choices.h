@@ -22,17 +22,15 @@ struct Choice {
 //   "sleep"     what has come to rest sleeps; without it nothing does
 //   "coast"     a body that touches nothing flies without a solver
 //   "adapt"     as many small steps as an island needs; without it, those of the settings for all
-//   "sweep"     what is fast for its size is swept; without it nothing is, so that it is a price and no
-//   saving
-// and where no body is static, and there are no joints:
+//   "sweep"     what is fast for its size is swept; without it nothing is: a price and no saving
+// and where no body is static:
 //   "no-search" a body alone in its sector has nothing that searches for pairs; without it it is not alone
-//               (with_pebbles())
+//               (add_pebbles())
 //   "no-world"  a sector without a body that can move has no engine world; without it all have one
-//               (with_keepers())
+//               (add_keepers())
 std::vector<Choice> choices_for(const WorldDescription& world);
 
-// Adds a static pebble, which collides with nothing, in the middle of every sector where a body is. What is
-// added comes before the other bodies; there may be no joints.
+// Adds a static pebble, which collides with nothing, in the middle of every sector where a body is.
 void add_pebbles(WorldDescription& world);
 
 // Likewise a kinematic pebble, which collides with nothing, in the middle of every sector where no body is,

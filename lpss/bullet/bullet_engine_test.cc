@@ -401,6 +401,28 @@ TEST(SleepTest, FallsAsleepStaysAndWakes) {
   EXPECT_NEAR(world.height(10), 0.5, 0.01);
 }
 
+// For `still` ticks at rest, then for one at `speed` times the sleeping speed.
+double still_for_after_slip(double speed, int still) {
+  EngineSettings settings = test_settings();
+  settings.sleep_after = 1;
+  const auto engine = test_engine(settings);
+  TestWorld world(*engine);
+  BodyRecord floating = dynamic_body(10, kBoxShape, {0, 0, 0});
+  floating.properties.gravity = false;
+  world.add(floating);
+  run(world, still);
+  const Eigen::Vector3d slip(speed * settings.sleep_linear_speed, 0, 0);
+  world.world().set_velocity(world.slot(10), slip, Eigen::Vector3d::Zero());
+  run(world, 1);
+  return world.state(10).still_for;
+}
+
+TEST(SleepTest, ASlipTakesStillnessBackAndAMotionAllOfIt) {
+  EXPECT_NEAR(still_for_after_slip(0.5, 30), 31 * kTick, 1e-5);
+  EXPECT_NEAR(still_for_after_slip(1.5, 30), (30 - 4 * 1.5 * 1.5) * kTick, 1e-5);
+  EXPECT_EQ(still_for_after_slip(5, 30), 0);
+}
+
 TEST(SleepTest, NeverWithoutATimeToSleepAfter) {
   const auto engine = test_engine(test_settings());
   TestWorld world(*engine);

@@ -1,9 +1,19 @@
 // The two halves of a step.
+#include <algorithm>
+
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
 
 namespace tessera::bullet {
+namespace {
+
+// A tick at the sleeping speed takes back as much stillness as this many still ticks gave; one at twice that
+// speed four times as much. What moves is awake at once, but in a pile of thousands something slips for a
+// tick every now and then, and may not keep all the others awake.
+constexpr btScalar kSlipSetback = 4;
+
+}  // namespace
 
 void BulletWorld::detect(double dt) {
   release(predictive_);
@@ -142,11 +152,15 @@ void BulletWorld::keep_still_clock(Body& kept, double dt) {
   btRigidBody& rigid = kept.rigid;
   const auto linear = btScalar(settings_.sleep_linear_speed);
   const auto angular = btScalar(settings_.sleep_angular_speed);
-  const bool is_still = rigid.getLinearVelocity().length2() < linear * linear &&
-                        rigid.getAngularVelocity().length2() < angular * angular;
-  rigid.setDeactivationTime(is_still ? rigid.getDeactivationTime() + btScalar(dt) : btScalar(0));
-  const bool wants_sleep =
-      is_still && settings_.sleep_after > 0 && rigid.getDeactivationTime() >= btScalar(settings_.sleep_after);
+  const auto enough = btScalar(settings_.sleep_after);
+  const btScalar moves = rigid.getLinearVelocity().length2() / (linear * linear);
+  const btScalar turns = rigid.getAngularVelocity().length2() / (angular * angular);
+  const bool is_still = moves < 1 && turns < 1;
+  const btScalar gain = is_still ? 1 : -kSlipSetback * std::max(moves, turns);
+  btScalar still_for = std::max(btScalar(0), rigid.getDeactivationTime() + gain * btScalar(dt));
+  if (enough > 0) still_for = std::min(still_for, enough);
+  rigid.setDeactivationTime(still_for);
+  const bool wants_sleep = is_still && enough > 0 && still_for >= enough;
   rigid.forceActivationState(wants_sleep ? WANTS_DEACTIVATION : ACTIVE_TAG);
 }
 

@@ -40,16 +40,16 @@ const char* name_of(Motion motion);  // "static", "dynamic", "kinematic"
 struct BodyProperties {
   Motion motion = Motion::kDynamic;
   ShapeId shape = 0;
-  double mass = 1;                        // dynamic bodies: > 0; otherwise not used
+  double mass = 1;                         // dynamic bodies: > 0; otherwise not used
   std::array<double, 3> inertia{1, 1, 1};  // principal moments about the centre of mass, kg m^2; > 0
   std::array<double, 3> centre{0, 0, 0};   // the centre frame's origin in the body frame
   std::array<double, 4> principal_axes{0, 0, 0, 1};  // rotation from the centre to the body frame, x y z w
-  double friction = 0.5;                  // Coulomb coefficient; the two of a contact are multiplied
-  double restitution = 0;                 // 0 to 1; the two of a contact are multiplied
-  double linear_damping = 0;              // share of the velocity lost per second, 0 to 1
-  double angular_damping = 0;             // likewise
-  std::uint32_t category = 1;             // collision bits: two bodies collide if each one's category
-  std::uint32_t mask = 0xffffffff;        // meets the other one's mask
+  double friction = 0.5;            // Coulomb coefficient; the two of a contact are multiplied
+  double restitution = 0;           // 0 to 1; the two of a contact are multiplied
+  double linear_damping = 0;        // share of the velocity lost per second, 0 to 1
+  double angular_damping = 0;       // likewise
+  std::uint32_t category = 1;       // collision bits: two bodies collide if each one's category
+  std::uint32_t mask = 0xffffffff;  // meets the other one's mask
   bool gravity = true;
   std::uint64_t assembly = 0;  // bodies of one assembly (not 0) do not collide: the links of a model
 };
@@ -59,14 +59,14 @@ struct BodyProperties {
 enum class Activity : std::uint8_t { kAwake = 1, kAsleep = 2, kDrowsy = 3 };
 
 // Motion of the centre frame relative to the centre of the home sector, in the world's axes. Exactly what the
-// engine computes with: every value of a float engine is held here without rounding. What flies on its own around a
-// planet has more digits than a float.
+// engine computes with: every value of a float engine is held here without rounding. What flies on its own
+// around a planet has more digits than a float.
 struct BodyState {
-  std::array<double, 3> position{};                       // m
+  std::array<double, 3> position{};                           // m
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // centre frame to world axes, by rows
-  std::array<double, 3> linear_velocity{};                // m/s
-  std::array<double, 3> angular_velocity{};               // rad/s
-  double still_for = 0;                                   // s below the sleeping thresholds
+  std::array<double, 3> linear_velocity{};                    // m/s
+  std::array<double, 3> angular_velocity{};                   // rad/s
+  double still_for = 0;  // s below the sleeping speeds, less what slips took back
   Activity activity = Activity::kAwake;
 };
 
