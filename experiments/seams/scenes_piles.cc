@@ -58,7 +58,7 @@ std::vector<Scene> pile_scenes() {
   pile.number = 9;
   pile.about = "2000 mixed bodies poured into a bin";
   pile.extent = 24;
-  pile.ticks = 1500;
+  pile.ticks = 2400;  // asleep after about 1440
   pile.lowest = kDeep;
   pile.cap = 100;
   pile.energy = EnergyRule::kNoGain;
