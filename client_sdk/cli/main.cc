@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -89,6 +90,7 @@ int run(int argc, char** argv) {
   }
   const absl::Status status = action();
   if (status.ok()) return kSuccess;
+  std::fflush(stdout);  // what came before stands before, where both go to one file
   const bool colours = shows_colours(STDERR_FILENO);
   absl::FPrintF(stderr, "%stessera: %s%s\n", colours ? "\033[31m" : "", status.message(),
                 colours ? "\033[0m" : "");
