@@ -36,7 +36,8 @@ class RecordingWriter {
 
 class RecordingReader {
  public:
-  // NOT_FOUND where it cannot be read. DATA_LOSS where it does not begin with a world: it is no recording.
+  // Where it cannot be read, what the system says: NOT_FOUND, FAILED_PRECONDITION for a folder. DATA_LOSS
+  // where it does not begin with a world: it is no recording.
   static absl::StatusOr<RecordingReader> open(const std::filesystem::path& file);
 
   RecordingReader(RecordingReader&&) noexcept;

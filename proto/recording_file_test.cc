@@ -82,7 +82,7 @@ TEST_F(RecordingFileTest, EmptyFileAndFolderAreCalledSo) {
   write_bytes("");
   EXPECT_THAT(std::string(read_all().second.message()), HasSubstr("is empty: no world was recorded"));
   EXPECT_EQ(RecordingReader::open(std::filesystem::temp_directory_path()).status().code(),
-            absl::StatusCode::kNotFound);
+            absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(RecordingReader::open("nowhere.rec").status().code(), absl::StatusCode::kNotFound);
 }
 

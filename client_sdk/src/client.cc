@@ -261,7 +261,14 @@ absl::StatusOr<std::unique_ptr<Client>> Client::connect(const std::string& addre
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(-1);
   const auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
-  if (!channel->WaitForConnected(deadline_of(timeout))) {
+  const auto connected_within = [&](absl::Duration time) {
+    return channel->WaitForConnected(deadline_of(time));
+  };
+  const auto is_under_way = [&] {
+    return channel->GetState(/*try_to_connect=*/false) == GRPC_CHANNEL_CONNECTING;
+  };
+  constexpr int kPatience = 10;  // what refuses will not answer, but what is busy may
+  if (!connected_within(timeout) && !(is_under_way() && connected_within((kPatience - 1) * timeout))) {
     return absl::UnavailableError(
         absl::StrCat("no coordinator answers at ", address, " within ", absl::FormatDuration(timeout)));
   }
