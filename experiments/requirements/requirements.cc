@@ -76,7 +76,7 @@ class Comparison {
       const absl::StatusOr<WorldDescription> world =
           with_knobs(subject_.world, reference_knobs(subject_.world.settings, coarser));
       if (!world.ok()) return world.status();
-      const absl::StatusOr<Trial> trial = run_trial(*world, subject_.horizon);
+      const absl::StatusOr<Trial> trial = run_trial(*world, {.interval = subject_.horizon, .count = 1});
       if (!trial.ok()) return trial.status();
       report.table(coarser ? kCoarser : kReference) = to_rows({trial->samples.back()});
       if (absl::Status status = count_.advance(); !status.ok()) return status;

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
 #include "experiments/common/own_process.h"
@@ -16,6 +17,7 @@ const Progress kSilent = [](std::uint64_t, std::uint64_t) { return true; };
 TEST(TuneTest, ChoosesTheCheapestThatMeetsAndAFinerRunAgrees) {
   const WorldDescription world = collision_scene(WorldSettings());
   const TuneOptions options{.max_error = 0.02, .horizon = 1};
+  const Moments moments = Moments::within(options.horizon, 1.0 / 30);
   absl::StatusOr<Report> report = tune(world, options, kSilent);
   ASSERT_TRUE(report.ok()) << report.status();
   const std::vector<Row>& chosen = report->table("chosen");
@@ -30,13 +32,13 @@ TEST(TuneTest, ChoosesTheCheapestThatMeetsAndAFinerRunAgrees) {
     Knobs finest = reference_knobs(world.settings, /*coarser=*/false);
     *finest.time_step /= 2;
     Report result;
-    result.table("finest") = to_rows(run_trial(with_knobs(world, finest).value(), 1)->samples);
+    result.table("finest") = to_rows(run_trial(with_knobs(world, finest).value(), moments)->samples);
     return result;
   });
   ASSERT_TRUE(checked.ok()) << checked.status();
   absl::StatusOr<Report> ran = in_own_process([&]() -> absl::StatusOr<Report> {
     Report result;
-    result.table("chosen") = to_rows(run_trial(with_knobs(world, *knobs).value(), 1)->samples);
+    result.table("chosen") = to_rows(run_trial(with_knobs(world, *knobs).value(), moments)->samples);
     return result;
   });
   ASSERT_TRUE(ran.ok()) << ran.status();
@@ -57,6 +59,18 @@ TEST(TuneTest, EndsWhenAsked) {
   const WorldDescription world = tower_world(WorldSettings(), 2, Eigen::Vector3d::Zero());
   const Progress stop = [](std::uint64_t, std::uint64_t) { return false; };
   EXPECT_EQ(tune(world, {.horizon = 0.1}, stop).status().code(), absl::StatusCode::kCancelled);
+}
+
+TEST(MomentsTest, ComeBetweenTicksOfAllStepsAndReachTheHorizon) {
+  for (const double horizon : {0.1, 0.2, 1.0, 2.0, 8.0, 60.0}) {
+    const Moments moments = Moments::within(horizon, 1.0 / 30);
+    EXPECT_LE(moments.count, 32) << horizon;
+    EXPECT_GE(moments.interval * moments.count, horizon - 1e-9) << horizon;
+    EXPECT_LT(moments.interval * (moments.count - 1), horizon) << horizon;
+    for (const int rate : {30, 60, 120, 240, 480}) {
+      EXPECT_NEAR(std::remainder(moments.interval * rate, 1), 0, 1e-9) << horizon << ' ' << rate;
+    }
+  }
 }
 
 TEST(FrontTest, OnItMoreCostMeansLessError) {

@@ -37,6 +37,10 @@ WorldDescription orbit_scene(const WorldSettings& settings) {
   return builder.world();
 }
 
+constexpr double kCoarsestStep = 1.0 / 30;  // s
+
+Moments moments_of(const Subject& subject) { return Moments::within(subject.horizon, kCoarsestStep); }
+
 Subject scene_of(const std::vector<seams::Scene>& scenes, const std::string& wanted, const std::string& name,
                  double horizon, bool has_joints) {
   const auto found =
@@ -84,7 +88,7 @@ void turn(std::vector<Setting>& list, const std::string& knob, const std::vector
 
 std::vector<Setting> single_knobs() {
   std::vector<Setting> list = {{"default", "", {}}};
-  turn(list, "time_step", {1.0 / 30, 1.0 / 120, 1.0 / 240}, [](Knobs& k, double v) { k.time_step = v; });
+  turn(list, "time_step", {kCoarsestStep, 1.0 / 120, 1.0 / 240}, [](Knobs& k, double v) { k.time_step = v; });
   turn(list, "substeps", {1, 2, 8}, [](Knobs& k, double v) { k.substeps = static_cast<int>(v); });
   turn(list, "adapt", {0}, [](Knobs& k, double v) { k.adapt = v != 0; });
   turn(list, "solver_iterations", {4, 8, 24, 48},
@@ -111,8 +115,9 @@ std::vector<Setting> single_knobs() {
 }
 
 void add_grid(std::vector<Setting>& list, bool quick) {
-  const std::vector<double> steps = quick ? std::vector<double>{1.0 / 60, 1.0 / 120}
-                                          : std::vector<double>{1.0 / 30, 1.0 / 60, 1.0 / 120, 1.0 / 240};
+  const std::vector<double> steps = quick
+                                        ? std::vector<double>{1.0 / 60, 1.0 / 120}
+                                        : std::vector<double>{kCoarsestStep, 1.0 / 60, 1.0 / 120, 1.0 / 240};
   constexpr std::pair<int, int> kPasses[] = {{1, 4},  {1, 10}, {1, 30}, {1, 100}, {2, 4},
                                              {2, 12}, {4, 12}, {4, 32}, {8, 24},  {8, 64}};
   for (const double step : steps) {
@@ -163,7 +168,7 @@ class Tradeoff {
   absl::StatusOr<Trial> run_with(const Subject& subject, const Knobs& knobs) {
     const absl::StatusOr<WorldDescription> world = world_of(subject, knobs);
     if (!world.ok()) return world.status();
-    absl::StatusOr<Trial> trial = run_trial(*world, subject.horizon);
+    absl::StatusOr<Trial> trial = run_trial(*world, moments_of(subject));
     if (!trial.ok()) return trial.status();
     if (absl::Status status = progress_.advance(); !status.ok()) return status;
     return trial;
@@ -193,7 +198,7 @@ class Tradeoff {
     plain.solver_iterations = 10;
     const absl::StatusOr<WorldDescription> world = world_of(subject, plain);
     if (!world.ok()) return world.status();
-    const absl::StatusOr<Trial> trial = run_trial(*world, subject.horizon, /*is_plain=*/true);
+    const absl::StatusOr<Trial> trial = run_trial(*world, moments_of(subject), /*is_plain=*/true);
     if (!trial.ok()) return trial.status();
     return trial->cost_us;
   }

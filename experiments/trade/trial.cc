@@ -13,6 +13,12 @@
 namespace tessera {
 namespace {
 
+constexpr double kRounding = 1e-6;  // of quotients that are whole
+
+Tick ticks_in(double seconds, const WorldDescription& world) {
+  return static_cast<Tick>(std::lround(seconds / world.settings.time_step));
+}
+
 Positions positions_of(const LocalWorld& local, const WorldDescription& world, double& fastest) {
   std::vector<BodyRecord> records = local.bodies();
   std::erase_if(records,
@@ -25,45 +31,55 @@ Positions positions_of(const LocalWorld& local, const WorldDescription& world, d
   return positions_from({world.anchor, Eigen::Vector3d::Zero()}, records, world.settings.sector_size);
 }
 
-// `spent_us` is what its ticks took, but for those of the samples.
-absl::StatusOr<Trial> run_once(const WorldDescription& world, double horizon, bool is_plain, double& spent_us) {
+// `tick_us` is the mean of its ticks, but for those before samples, which look for overlaps, too.
+absl::StatusOr<Trial> run_once(const WorldDescription& world, const Moments& moments, bool is_plain,
+                               double& tick_us) {
   const absl::StatusOr<std::unique_ptr<LocalWorld>> created =
       is_plain ? in_one_world(world) : in_sectors(world);
   if (!created.ok()) return created.status();
   LocalWorld& local = **created;
   Trial trial;
-  Tick done = 0;
-  for (int sample = 1; sample <= kTrialSamples; ++sample) {
-    const auto until =
-        static_cast<Tick>(std::lround(horizon * sample / kTrialSamples / world.settings.time_step));
+  const Tick between = ticks_in(moments.interval, world) - 1;
+  double spent_us = 0;
+  for (int sample = 0; sample < moments.count; ++sample) {
     const std::chrono::nanoseconds start = processor_time();
-    if (done + 1 < until) local.run(until - 1 - done);
+    local.run(between);
     spent_us += microseconds(processor_time() - start);
-    if (done < until) trial.overlap_m = std::max(trial.overlap_m, local.step_for_overlap());
-    done = until;
+    trial.overlap_m = std::max(trial.overlap_m, local.step_for_overlap());
     trial.samples.push_back(positions_of(local, world, trial.speed_m_s));
   }
+  tick_us = spent_us / static_cast<double>(between * static_cast<Tick>(moments.count));
   trial.hash = local.hash().to_string();
   return trial;
 }
 
 }  // namespace
 
-absl::StatusOr<Trial> run_trial(const WorldDescription& world, double horizon, bool is_plain) {
+Moments Moments::within(double horizon, double coarsest_step) {
+  constexpr double kMost = 32;
+  constexpr double kStepsMin = 2;  // a tick to be timed before that of the sample
+  const double steps = std::max(kStepsMin, std::ceil(horizon / kMost / coarsest_step - kRounding));
+  const double interval = steps * coarsest_step;
+  return {interval, std::max(1, static_cast<int>(std::ceil(horizon / interval - kRounding)))};
+}
+
+absl::StatusOr<Trial> run_trial(const WorldDescription& world, const Moments& moments, bool is_plain) {
   constexpr double kEnoughUs = 30e3;  // what is shorter is measured again, and the least counts
   constexpr int kRunsMax = 5;
+  const auto ticks =
+      static_cast<double>(ticks_in(moments.interval, world) * static_cast<Tick>(moments.count));
   double least_us = 0;
   double total_us = 0;
   absl::StatusOr<Trial> trial;
   for (int n = 0; n < kRunsMax && (n == 0 || total_us < kEnoughUs); ++n) {
-    double spent_us = 0;
-    trial = run_once(world, horizon, is_plain, spent_us);
+    double tick_us = 0;
+    trial = run_once(world, moments, is_plain, tick_us);
     if (!trial.ok()) return trial;
-    least_us = n == 0 ? spent_us : std::min(least_us, spent_us);
-    total_us += spent_us;
+    least_us = n == 0 ? tick_us : std::min(least_us, tick_us);
+    total_us += tick_us * ticks;
   }
   const auto bodies = static_cast<double>(std::max<std::size_t>(trial->samples.back().size(), 1));
-  trial->cost_us = least_us / bodies / horizon;
+  trial->cost_us = least_us / world.settings.time_step / bodies;
   return trial;
 }
 

@@ -16,19 +16,27 @@ namespace tessera {
 // Positions (m, from the centre of the anchor's sector) of all dynamic bodies, in the order of their ids.
 using Positions = std::vector<Eigen::Vector3d>;
 
+// When runs of a world are compared: at moments that come between two ticks whatever their time step.
+struct Moments {
+  double interval;  // s, from the start and from each to the next
+  int count;
+
+  // Up to 32 moments, the last at `horizon` (s) or just after it; every time step must divide `coarsest_step`
+  // (s).
+  static Moments within(double horizon, double coarsest_step);
+};
+
 struct Trial {
-  std::vector<Positions> samples;  // at equal intervals of the horizon, the last at its end
+  std::vector<Positions> samples;  // at the moments
   double cost_us = 0;              // of processor time, by body and simulated second
   double overlap_m = 0;            // the deepest at a sample
   double speed_m_s = 0;            // of the fastest body at the end
   std::string hash;
 };
 
-inline constexpr int kTrialSamples = 8;
-
-// Runs `world` for `horizon` seconds. `is_plain`: in one world without sectors, and without joints. Errors:
-// those of Simulation::create() or PlainWorld::create().
-absl::StatusOr<Trial> run_trial(const WorldDescription& world, double horizon, bool is_plain = false);
+// Runs `world` to the last of the moments. `is_plain`: in one world without sectors, and without joints.
+// Errors: those of Simulation::create() or PlainWorld::create().
+absl::StatusOr<Trial> run_trial(const WorldDescription& world, const Moments& moments, bool is_plain = false);
 
 // The largest distance (m) of a body in two runs of the same world, at any sample; infinite where one is no
 // number.

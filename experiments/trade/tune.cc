@@ -16,7 +16,7 @@ struct Passes {
 };
 // From cheap and coarse to dear and fine.
 constexpr Passes kPasses[] = {{1, 10}, {1, 30}, {2, 8}, {4, 12}, {4, 24}, {8, 24}, {8, 48}};
-constexpr double kStepShares[] = {2, 1, 0.5, 0.25};  // of the world's time step
+constexpr double kStepShares[] = {2, 1, 0.5, 0.25};  // of the world's time step, which all divide the first
 constexpr double kStepMax = 1.0 / 30;                // s; beyond, nobody calls it real time
 
 std::vector<Knobs> candidates(const WorldSettings& settings, Precision precision) {
@@ -48,7 +48,10 @@ Knobs own_knobs(const WorldSettings& settings) {
 class Search {
  public:
   Search(const WorldDescription& world, const TuneOptions& options, const Progress& progress)
-      : world_(world), options_(options), progress_(progress, 0) {
+      : world_(world),
+        options_(options),
+        progress_(progress, 0),
+        moments_(Moments::within(options.horizon, kStepShares[0] * world.settings.time_step)) {
     for (const Precision precision : {Precision::kFloat32, Precision::kFloat64}) {
       std::vector<Knobs>& list = candidates_[static_cast<std::size_t>(precision)];
       if (precision == world.settings.precision) list.push_back(own_knobs(world.settings));
@@ -86,7 +89,7 @@ class Search {
   absl::StatusOr<Trial> run_with(const Knobs& knobs) {
     const absl::StatusOr<WorldDescription> turned = with_knobs(world_, knobs);
     if (!turned.ok()) return turned.status();
-    absl::StatusOr<Trial> trial = run_trial(*turned, options_.horizon);
+    absl::StatusOr<Trial> trial = run_trial(*turned, moments_);
     if (!trial.ok()) return trial.status();
     if (absl::Status status = progress_.advance(); !status.ok()) return status;
     return trial;
@@ -158,6 +161,7 @@ class Search {
   const WorldDescription& world_;
   const TuneOptions& options_;
   ProgressCount progress_;
+  Moments moments_;
   std::vector<Knobs> candidates_[2];  // by precision
   std::vector<Positions> reference_;
 };
