@@ -132,7 +132,8 @@ test('shows contacts, the borders of sectors and what happens there', async () =
   await page.waitForFunction(() => window.tessera.picture.grid.object.visible);
   // What has come to rest has no island any more.
   await page.evaluate(
-      () => window.tessera.connection.ask('push', {body: 'tower_2::box_1', impulse: [1, 0, 0], lever: [0, 0, 0]}));
+      () => window.tessera.connection.ask(
+          'push', {body: 'tower_2::box_1', impulse: [1, 0, 0], lever: [0, 0, 0]}));
   await stepUntil(() => {
     const {contacts, seams} = window.tessera.picture;
     return contacts.count > 0 && seams.countClones > 0 && seams.countIslands > 0;
