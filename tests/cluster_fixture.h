@@ -19,7 +19,7 @@
 
 namespace tessera::testing {
 
-inline constexpr absl::Duration kPatience = absl::Seconds(60);  // for machines that are busy otherwise
+inline constexpr absl::Duration kPatience = absl::Seconds(60 * TESSERA_SLOWNESS);  // the machine may be busy
 
 // A file of the repository's own worlds.
 std::filesystem::path world_file(const std::string& name);

@@ -6,7 +6,10 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <optional>
 #include <string>
 
 namespace tessera::cli {
@@ -49,23 +52,24 @@ std::string drawn(int from, int to, bool redraw, std::optional<std::size_t>& lin
   return text;
 }
 
-class ScreenTest : public ::testing::Test {
+class TerminalTest : public ::testing::Test {
  protected:
-  std::string drawn_on_terminal(bool redraw) {
-    int here = -1;
-    int terminal = -1;
+  void SetUp() override {
     termios as_it_comes = {};
     cfmakeraw(&as_it_comes);
     const winsize size = {.ws_row = 24, .ws_col = 80, .ws_xpixel = 0, .ws_ypixel = 0};
-    EXPECT_EQ(openpty(&here, &terminal, nullptr, &as_it_comes, &size), 0);
-    return drawn(here, terminal, redraw, lines_);
+    if (openpty(&here_, &terminal_, nullptr, &as_it_comes, &size) != 0) {
+      GTEST_SKIP() << "this machine has no pseudoterminals (/dev/pts): " << std::strerror(errno);
+    }
   }
 
+  int here_ = -1;
+  int terminal_ = -1;
   std::optional<std::size_t> lines_;
 };
 
-TEST_F(ScreenTest, TerminalIsOneScreenThatIsDrawnAnew) {
-  EXPECT_EQ(drawn_on_terminal(true),
+TEST_F(TerminalTest, IsOneScreenThatIsDrawnAnew) {
+  EXPECT_EQ(drawn(here_, terminal_, true, lines_),
             "\033[?7l"
             "\033[Hfirst\033[K\nlook\033[K\n\033[J"
             "\033[Hsecond\033[K\n\033[J"
@@ -73,16 +77,17 @@ TEST_F(ScreenTest, TerminalIsOneScreenThatIsDrawnAnew) {
   EXPECT_EQ(lines_, 23);
 }
 
-TEST_F(ScreenTest, OneLookIsLeftOnTheTerminal) {
-  EXPECT_EQ(drawn_on_terminal(false), "first\nlook\n\nsecond\n");
+TEST_F(TerminalTest, KeepsOneLook) {
+  EXPECT_EQ(drawn(here_, terminal_, false, lines_), "first\nlook\n\nsecond\n");
   EXPECT_EQ(lines_, std::nullopt);
 }
 
-TEST_F(ScreenTest, ElsewhereLooksFollowEachOther) {
+TEST(ScreenTest, ElsewhereLooksFollowEachOther) {
   int ends[2];
+  std::optional<std::size_t> lines;
   ASSERT_EQ(pipe(ends), 0);
-  EXPECT_EQ(drawn(ends[0], ends[1], true, lines_), "first\nlook\n\nsecond\n");
-  EXPECT_EQ(lines_, std::nullopt);
+  EXPECT_EQ(drawn(ends[0], ends[1], true, lines), "first\nlook\n\nsecond\n");
+  EXPECT_EQ(lines, std::nullopt);
 }
 
 }  // namespace

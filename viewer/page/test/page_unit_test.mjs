@@ -8,6 +8,14 @@ import {between, fromJson, moved, parseSector, sectorText, toJson} from '../src/
 import {fileOf, kTimeStep, kTopics, recordingOf} from './recordings.mjs';
 import {sources} from './sources.mjs';
 
+// Node.js 18 has events, and no custom ones.
+globalThis.CustomEvent ??= class extends Event {
+  constructor(type, {detail}) {
+    super(type);
+    this.detail = detail;
+  }
+};
+
 const {Playback, Recording} = await sources('recording/playback.js', 'recording/recording.js');
 
 const far = 1n << 62n;
