@@ -261,14 +261,13 @@ absl::StatusOr<std::unique_ptr<Client>> Client::connect(const std::string& addre
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(-1);
   const auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
-  const auto connected_within = [&](absl::Duration time) {
-    return channel->WaitForConnected(deadline_of(time));
-  };
-  const auto is_under_way = [&] {
-    return channel->GetState(/*try_to_connect=*/false) == GRPC_CHANNEL_CONNECTING;
-  };
-  constexpr int kPatience = 10;  // what refuses will not answer, but what is busy may
-  if (!connected_within(timeout) && !(is_under_way() && connected_within((kPatience - 1) * timeout))) {
+  bool connected = channel->WaitForConnected(deadline_of(timeout));
+  if (!connected && channel->GetState(/*try_to_connect=*/false) == GRPC_CHANNEL_CONNECTING) {
+    constexpr int kPatience = 10;  // what refuses will not answer, but what is busy may
+    connected = channel->WaitForConnected(deadline_of((kPatience - 1) * timeout));
+    timeout *= kPatience;
+  }
+  if (!connected) {
     return absl::UnavailableError(
         absl::StrCat("no coordinator answers at ", address, " within ", absl::FormatDuration(timeout)));
   }
