@@ -1,109 +1,19 @@
-// The bodies in view: their poses as the frames tell them, drawn in one call for each kind of shape.
-import {
-  DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, Quaternion, Raycaster,
-  Vector3,
-} from 'three';
+// The bodies in view: their poses as the frames tell them, drawn in one call for each kind of shape and level
+// of detail.
+import {Group, Mesh, Quaternion, Raycaster, Vector3} from 'three';
 
-import {bodyMaterial, shadowMaterial, uniforms} from './body_material.js';
+import {meshBatch, pointBatch} from './batch.js';
+import {uniforms} from './body_material.js';
 import {colourOf} from './colours.js';
-import {drawnAs, radiusOf} from './geometry.js';
+import {drawnAs, kPointLevel, levelFor, meanRadiusOf, radiusOf} from './geometry.js';
 import {between, fromJson, moved, toJson} from './position.js';
-
-const kSlotsFirst = 64;
-const kFields = {
-  position0: 3,
-  position1: 3,
-  rotation0: 4,
-  rotation1: 4,
-  size: 3,
-  tint: 4
-};
-
-// All bodies that are drawn with one geometry.
-class Batch {
-  constructor({make, isBox}) {
-    this.count = 0;
-    this.owners = [];        // id of the body in each slot
-    this.dirty = new Set();  // names of fields
-    this.geometry = new InstancedBufferGeometry();
-    const shape = make();
-    for (const [name, attribute] of Object.entries(shape.attributes))
-      this.geometry.setAttribute(name, attribute);
-    this.geometry.setIndex(shape.index);
-    this.#reserve(kSlotsFirst);
-    this.mesh = new Mesh(this.geometry, bodyMaterial(isBox));
-    this.mesh.customDepthMaterial = shadowMaterial();
-    this.mesh.frustumCulled = false;
-    this.mesh.castShadow = this.mesh.receiveShadow = true;
-  }
-
-  #reserve(slots) {
-    this.capacity = slots;
-    for (const [name, width] of Object.entries(kFields)) {
-      const values = name === 'tint' ? new Uint8Array(width * slots) : new Float32Array(width * slots);
-      if (this[name]) values.set(this[name]);
-      this[name] = values;
-      const attribute = new InstancedBufferAttribute(values, width, name === 'tint');
-      attribute.setUsage(DynamicDrawUsage);
-      this.geometry.setAttribute(name, attribute);
-    }
-    this.geometry.dispose();
-  }
-
-  add(id, size) {
-    if (this.count === this.capacity) this.#reserve(2 * this.capacity);
-    const slot = this.count++;
-    this.owners[slot] = id;
-    this.size.set(size, 3 * slot);
-    this.touch('size');
-    this.geometry.instanceCount = this.count;
-    return slot;
-  }
-
-  // The last one takes the place: its id, or undefined.
-  remove(slot) {
-    const last = --this.count;
-    for (const [name, width] of Object.entries(kFields)) {
-      this[name].copyWithin(width * slot, width * last, width * (last + 1));
-      this.touch(name);
-    }
-    this.geometry.instanceCount = this.count;
-    const id = this.owners[last];
-    this.owners[slot] = id;
-    return slot === last ? undefined : id;
-  }
-
-  touch(name) { this.dirty.add(name); }
-
-  // Hands what has changed to the graphics card.
-  flush() {
-    for (const name of this.dirty) {
-      const attribute = this.geometry.attributes[name];
-      attribute.clearUpdateRanges();
-      attribute.addUpdateRange(0, this.count * kFields[name]);
-      attribute.needsUpdate = true;
-    }
-    this.dirty.clear();
-  }
-
-  // The poses so far become those that motion starts from.
-  advance() {
-    this.position0.set(this.position1.subarray(0, 3 * this.count));
-    this.rotation0.set(this.rotation1.subarray(0, 4 * this.count));
-    this.touchPoses();
-  }
-
-  touchPoses() {
-    for (const name of ['position0', 'position1', 'rotation0', 'rotation1']) this.touch(name);
-  }
-}
 
 export class Bodies {
   #known = new Map();   // id -> what the server said of the body
-  #shapes = new Map();  // shape id -> {parts, drawn}
-  #batches = new Map();
+  #shapes = new Map();  // shape id -> {parts, drawn, radius, pointRadius}
+  #batches = new Map();  // by what is drawn
   #forms = new Map();  // of batches: geometries by key, for those who draw a body a second time
-  #shown = new Map();  // id -> {batch, slot, info, speed, server, isAsleep}
+  #shown = new Map();  // id -> {batch, slot, shape, level, info, speed, server, isAsleep}
   #moved = new Set();  // batches with motion in the last frame
   #mode = 'server';
   #selected = null;
@@ -140,7 +50,7 @@ export class Bodies {
   // Another world: nothing of before counts.
   clear() {
     for (const id of [...this.#shown.keys()]) this.#remove(id);
-    for (const batch of this.#batches.values()) this.group.remove(batch.mesh);
+    for (const batch of this.#batches.values()) this.group.remove(batch.object);
     this.#known.clear();
     this.#shapes.clear();
     this.#batches.clear();
@@ -149,8 +59,12 @@ export class Bodies {
   }
 
   introduce({bodies, shapes}) {
-    for (const [id, parts] of Object.entries(shapes))
-      this.#shapes.set(Number(id), {parts, drawn: drawnAs(id, parts)});
+    for (const [id, parts] of Object.entries(shapes)) {
+      const drawn = drawnAs(id, parts);
+      const form = this.#form(drawn);
+      const [radius, pointRadius] = [radiusOf(form, drawn.size), meanRadiusOf(form, drawn.size)];
+      this.#shapes.set(Number(id), {parts, drawn, radius, pointRadius});
+    }
     for (const body of bodies) this.#known.set(body.id, body);
   }
 
@@ -181,8 +95,21 @@ export class Bodies {
   }
 
   // Between the last two frames, as far as time has gone.
-  blend(now) {
-    uniforms.uBlend.value = Math.min((now - this.#arrived) / this.frameMs, 1);
+  blend(now) { uniforms.uBlend.value = Math.min((now - this.#arrived) / this.frameMs, 1); }
+
+  // For a picture of that many pixels in height: bodies get the detail that can be seen.
+  prepare({position: eye, fov}, height) {
+    uniforms.uHeight.value = height;
+    const pixels = height / 2 / Math.tan(fov * Math.PI / 360);  // of a metre at a distance of a metre
+    for (const [id, body] of this.#shown) {
+      const {shape: {drawn, radius}, batch: {position1}, slot} = body;
+      if (body.info.motion === 'static') continue;
+      const at = 3 * slot;
+      const distance =
+          Math.hypot(position1[at] - eye.x, position1[at + 1] - eye.y, position1[at + 2] - eye.z);
+      const level = levelFor(drawn, pixels * radius / Math.max(distance, radius));
+      if (level !== body.level) this.#draw(id, body, level);
+    }
     for (const batch of this.#batches.values()) batch.flush();
   }
 
@@ -212,24 +139,46 @@ export class Bodies {
     const info = this.#known.get(id);
     const shape = info && this.#shapes.get(info.shape);
     if (!shape) return null;
-    const {key, size} = shape.drawn;
-    if (!this.#batches.has(key)) {
-      const batch = new Batch(shape.drawn);
-      this.#batches.set(key, batch);
-      this.group.add(batch.mesh);
-    }
-    const batch = this.#batches.get(key);
-    const body = {batch, slot: batch.add(id, size), info, speed: 0, server: 0, isAsleep: false};
+    const body = {shape, info, speed: 0, server: 0, isAsleep: false};
+    this.#draw(id, body, info.motion === 'static' ? 0 : kPointLevel);
     this.#shown.set(id, body);
     return body;
+  }
+
+  // In a level of detail, from now on.
+  #draw(id, body, level) {
+    const {batch: before, slot: slotBefore, shape: {drawn, pointRadius}} = body;
+    const batch = this.#batch(drawn, level);
+    const slot = batch.add(id);
+    batch.setSize(slot, level === kPointLevel ? [pointRadius, pointRadius, pointRadius] : drawn.size);
+    if (before) {
+      batch.copy(slot, before, slotBefore);
+      this.#free(before, slotBefore);
+      if (this.#moved.has(before)) this.#moved.add(batch);
+    }
+    Object.assign(body, {level, batch, slot});
+  }
+
+  #batch(drawn, level) {
+    const key = level === kPointLevel ? 'points' : `${drawn.key} ${level}`;
+    if (!this.#batches.has(key)) {
+      const batch = level === kPointLevel ? pointBatch() : meshBatch(drawn, level);
+      this.#batches.set(key, batch);
+      this.group.add(batch.object);
+    }
+    return this.#batches.get(key);
+  }
+
+  #free(batch, slot) {
+    const other = batch.remove(slot);
+    if (other !== undefined) this.#shown.get(other).slot = slot;
   }
 
   #remove(id) {
     const body = this.#shown.get(id);
     if (!body) return;
     this.#shown.delete(id);
-    const other = body.batch.remove(body.slot);
-    if (other !== undefined) this.#shown.get(other).slot = body.slot;
+    this.#free(body.batch, body.slot);
   }
 
   // The sector of a body, in sectors from that of the view.
@@ -259,10 +208,9 @@ export class Bodies {
   look(id) {
     const body = this.#shown.get(id);
     if (!body) return null;
-    const {batch, slot, info, speed, server, isAsleep} = body;
+    const {batch, slot, shape: {parts}, info, speed, server, isAsleep} = body;
     const local = [...batch.position1.subarray(3 * slot, 3 * slot + 3)];
     const orientation = [...batch.rotation1.subarray(4 * slot, 4 * slot + 4)];
-    const {parts} = this.#shapes.get(info.shape);
     return {
       id,
       info,
@@ -280,10 +228,13 @@ export class Bodies {
   formOf(id) {
     const body = this.#shown.get(id);
     if (!body) return null;
-    const {drawn} = this.#shapes.get(body.info.shape);
+    const {drawn, radius} = body.shape;
+    return {geometry: this.#form(drawn), size: drawn.size, radius};
+  }
+
+  #form(drawn) {
     if (!this.#forms.has(drawn.key)) this.#forms.set(drawn.key, drawn.make());
-    const geometry = this.#forms.get(drawn.key);
-    return {geometry, size: drawn.size, radius: radiusOf(geometry, drawn.size)};
+    return this.#forms.get(drawn.key);
   }
 
   // What is drawn first under a ray, in the words of a "pick" of the server: for worlds that only the page

@@ -6,7 +6,10 @@ import {MeshDepthMaterial, MeshLambertMaterial, RGBADepthPacking} from 'three';
 export const uniforms = {
   uBlend: {value: 1},  // from the pose before (0) to the last one (1)
   uSectorSize: {value: 128},
+  uHeight: {value: 800},  // of the picture, in pixels
 };
+
+export const kShadowMapSize = 2048;  // pixels
 
 const kPose = `
   attribute vec3 position0, position1, size;
@@ -20,6 +23,18 @@ const kPose = `
   vec3 placeNow() { return mix(position0, position1, uBlend); }
 `;
 
+// A point as large as a ball of radius size.x.
+const kPointSize = (height) =>
+    `gl_PointSize = max(size.x * projectionMatrix[1][1] * ${height} / gl_Position.w, 1.5);`;
+
+// Where in the ball of a point a fragment is: towards the eye from its plane.
+const kPointNormal = `
+  vec3 normal = vec3(2.0 * gl_PointCoord.x - 1.0, 1.0 - 2.0 * gl_PointCoord.y, 0.0);
+  normal.z = 1.0 - dot(normal, normal);
+  if (normal.z < 0.0) discard;
+  normal.z = sqrt(normal.z);
+`;
+
 const kVertexHead = `
   ${kPose}
   attribute vec4 tint;
@@ -31,19 +46,20 @@ const kFragmentHead = `
   uniform float uSectorSize;
   varying vec3 vTint, vLocal, vSize, vPlace, vFacing;
   varying float vGround;
-  float lines(vec2 at, float spacing) {
-    vec2 cells = at / spacing;
-    vec2 width = fwidth(cells);
-    vec2 away = abs(fract(cells - 0.5) - 0.5) / max(width, vec2(1e-6));
-    float visible = 1.0 - smoothstep(0.15, 0.5, max(width.x, width.y));
-    return (1.0 - min(min(away.x, away.y), 1.0)) * visible;
+  // A pixel reaches so far.
+  float lines(vec2 at, vec2 pixel, float spacing) {
+    float wide = max(pixel.x, pixel.y) / spacing;
+    if (wide > 0.5) return 0.0;
+    vec2 away = abs(fract(at / spacing - 0.5) - 0.5) * spacing / max(pixel, vec2(1e-6));
+    return (1.0 - min(min(away.x, away.y), 1.0)) * (1.0 - smoothstep(0.15, 0.5, wide));
   }
   float ground() {
     vec3 facing = abs(vFacing);
     vec2 at = facing.z >= max(facing.x, facing.y) ? vPlace.xy : facing.x > facing.y ? vPlace.yz : vPlace.xz;
-    float fine = lines(at, uSectorSize / 128.0) * 0.06;
-    float middle = lines(at, uSectorSize / 16.0) * 0.14;
-    float border = lines(at - uSectorSize / 2.0, uSectorSize) * 0.5;
+    vec2 pixel = fwidth(at);
+    float fine = lines(at, pixel, uSectorSize / 128.0) * 0.06;
+    float middle = lines(at, pixel, uSectorSize / 16.0) * 0.14;
+    float border = lines(at - uSectorSize / 2.0, pixel, uSectorSize) * 0.5;
     return max(max(fine, middle), border);
   }
 `;
@@ -85,15 +101,46 @@ function adapt(material, isBox) {
 
 export const bodyMaterial = (isBox) => adapt(new MeshLambertMaterial(), isBox);
 
-export function shadowMaterial() {
+export function pointMaterial() {
+  const material = new MeshLambertMaterial();
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, uniforms);
+    shader.vertexShader =
+        shader.vertexShader
+            .replace('#include <common>', `#include <common>\n${kPose}
+              uniform float uHeight;
+              attribute vec4 tint;
+              varying vec3 vTint;`)
+            .replace('#include <beginnormal_vertex>', 'vec3 objectNormal = vec3(0.0, 0.0, 1.0);')
+            .replace('#include <begin_vertex>', 'vec3 transformed = placeNow(); vTint = tint.rgb;')
+            .replace('#include <project_vertex>', `#include <project_vertex>\n${kPointSize('uHeight')}`);
+    shader.fragmentShader =
+        shader.fragmentShader.replace('#include <common>', '#include <common>\nvarying vec3 vTint;')
+            .replace('#include <color_fragment>', 'diffuseColor.rgb = vTint * vTint;')
+            .replace('#include <normal_fragment_begin>', kPointNormal)
+            .replace('#include <normal_fragment_maps>', '');
+  };
+  material.customProgramCacheKey = () => 'body point';
+  return material;
+}
+
+function shadow(name, place, size, shape) {
   const material = new MeshDepthMaterial({depthPacking: RGBADepthPacking});
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
-    shader.vertexShader = shader.vertexShader.replace('#include <common>', `#include <common>\n${kPose}`)
-                              .replace(
-                                  '#include <begin_vertex>',
-                                  'vec3 transformed = turned(rotationNow(), position * size) + placeNow();');
+    shader.vertexShader =
+        shader.vertexShader.replace('#include <common>', `#include <common>\n${kPose}`)
+            .replace('#include <begin_vertex>', `vec3 transformed = ${place};`)
+            .replace('#include <project_vertex>', `#include <project_vertex>\n${size}`);
+    shader.fragmentShader =
+        shader.fragmentShader.replace('#include <map_fragment>', shape);
   };
-  material.customProgramCacheKey = () => 'body shadow';
+  material.customProgramCacheKey = () => `shadow of ${name}`;
   return material;
 }
+
+export const shadowMaterial = () =>
+    shadow('body', 'turned(rotationNow(), position * size) + placeNow()', '', '');
+
+export const pointShadowMaterial = () =>
+    shadow('point', 'placeNow()', kPointSize(kShadowMapSize.toFixed(1)), kPointNormal);

@@ -48,18 +48,27 @@ function plane({normal}) {
       new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...normal)));
 }
 
+// Levels of detail of what is round, the finest first: each for radii of so many pixels and more. Nothing is
+// drawn with less than the last, but as a point.
+const kLevels = [
+  {pixels: 48, around: 28, along: 18, cap: 8},
+  {pixels: 12, around: 16, along: 10, cap: 4},
+  {pixels: 5, around: 8, along: 6, cap: 3},
+];
+export const kPointLevel = kLevels.length;
+
 const kUnits = {
   box: () => new BoxGeometry(1, 1, 1),
-  sphere: () => new SphereGeometry(1, 28, 18),
-  cylinder: () => alongZ(new CylinderGeometry(1, 1, 1, 32)),
+  sphere: ({around, along}) => new SphereGeometry(1, around, along),
+  cylinder: ({around}) => alongZ(new CylinderGeometry(1, 1, 1, around)),
 };
 
 const kMakers = {
   box: ({size}) => new BoxGeometry(...size),
-  sphere: ({radius}) => new SphereGeometry(radius, 28, 18),
-  ellipsoid: ({radii}) => new SphereGeometry(1, 28, 18).scale(...radii),
-  cylinder: ({radius, length}) => alongZ(new CylinderGeometry(radius, radius, length, 32)),
-  capsule: ({radius, length}) => alongZ(new CapsuleGeometry(radius, length, 8, 24)),
+  sphere: ({radius}, {around, along}) => new SphereGeometry(radius, around, along),
+  ellipsoid: ({radii}, {around, along}) => new SphereGeometry(1, around, along).scale(...radii),
+  cylinder: ({radius, length}, {around}) => alongZ(new CylinderGeometry(radius, radius, length, around)),
+  capsule: ({radius, length}, {around, cap}) => alongZ(new CapsuleGeometry(radius, length, cap, around)),
   plane,
   hull: ({points}) => new ConvexGeometry(triples(points)),
   mesh,
@@ -77,8 +86,8 @@ function sizeOf({kind, size, radius, radii, length}) {
 const isAtOrigin = ({position, orientation}) =>
     position.every((x) => x === 0) && Math.abs(orientation[3]) === 1;
 
-function placed(part) {
-  const geometry = kMakers[part.kind](part);
+function placed(part, level) {
+  const geometry = kMakers[part.kind](part, level);
   const one = new Vector3(1, 1, 1);
   geometry.applyMatrix4(
       new Matrix4().compose(new Vector3(...part.position), new Quaternion(...part.orientation), one));
@@ -87,13 +96,27 @@ function placed(part) {
   return flat;
 }
 
-// {key, size, make, isBox, radius} of a shape; bodies with equal keys are drawn together, each with its size.
+const isRound = ({kind}) => ['sphere', 'ellipsoid', 'cylinder', 'capsule'].includes(kind);
+
+// {key, size, make, levels, isBox} of a shape; bodies with equal keys are drawn together, each with its size.
+// `make` gives the geometry of a level of detail, of which there are `levels`; the finest is 0.
 export function drawnAs(id, parts) {
+  const levels = parts.some(isRound) ? kLevels.length : 1;
   if (parts.length === 1 && isAtOrigin(parts[0])) {
     const [unit, size] = sizeOf(parts[0]);
-    if (unit) return {key: unit, size, make: kUnits[unit], isBox: unit === 'box'};
+    if (unit) {
+      const make = (level = 0) => kUnits[unit](kLevels[level]);
+      return {key: unit, size, make, levels, isBox: unit === 'box'};
+    }
   }
-  return {key: `shape ${id}`, size: [1, 1, 1], make: () => mergeGeometries(parts.map(placed)), isBox: false};
+  const make = (level = 0) => mergeGeometries(parts.map((part) => placed(part, kLevels[level])));
+  return {key: `shape ${id}`, size: [1, 1, 1], make, levels, isBox: false};
+}
+
+// The level of detail of a body with a radius of so many pixels.
+export function levelFor({levels}, pixels) {
+  const level = kLevels.findIndex((candidate) => pixels >= candidate.pixels);
+  return level < 0 ? kPointLevel : Math.min(level, levels - 1);
 }
 
 // The radius (m) of a ball around the origin that holds a geometry of that size along each axis.
@@ -101,6 +124,13 @@ export function radiusOf(geometry, size) {
   if (geometry.boundingSphere === null) geometry.computeBoundingSphere();
   const {center, radius} = geometry.boundingSphere;
   return (center.length() + radius) * Math.max(...size);
+}
+
+// The radius (m) of a ball that is about as large.
+export function meanRadiusOf(geometry, size) {
+  if (geometry.boundingBox === null) geometry.computeBoundingBox();
+  const edges = geometry.boundingBox.getSize(new Vector3()).toArray();
+  return edges.reduce((product, edge, axis) => product * edge * size[axis] / 2, 1) ** (1 / 3);
 }
 
 const round = (x) => Number(x.toPrecision(4));

@@ -25,7 +25,7 @@ const $ = (id) => document.getElementById(id);
 
 const bodies = new Bodies();
 const camera = new Camera($('world'));
-const picture = new Picture($('world'), bodies);
+const picture = new Picture($('world'), bodies, new URLSearchParams(location.search).get('detail'));
 const labels = new Labels($('labels'));
 const dashboard = new Dashboard({tiles: $('tiles'), plots: $('plots'), servers: $('servers')});
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live`);
@@ -357,6 +357,7 @@ for (const button of $('tools').children) button.onclick = () => useTool(button.
 for (const button of $('modes').children) button.onclick = () => colourBy(button.dataset.mode);
 $('contactsOn').onchange = $('seamsOn').onchange = sendMarks;
 $('gridOn').onchange = () => showGrid();
+$('shadowsOn').checked = picture.shadows;
 $('shadowsOn').onchange = () => {
   picture.shadows = $('shadowsOn').checked;
   picture.mayCoarsen = false;

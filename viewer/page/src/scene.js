@@ -4,24 +4,38 @@ import {
   WebGLRenderer,
 } from 'three';
 
+import {kShadowMapSize} from './body_material.js';
 import {Contacts, Planet, Ray, Seams, SectorGrid} from './marks.js';
 
 const kSky = '#0e1217';
-const kSlowFrameMs = 45;
-const kSlowForMs = 2500;    // of slow frames: then shadows go, and after them some sharpness
-const kCoarseRatio = 0.6;
+const kSlowFrameMs = 36;
+const kSlowForMs = 1500;  // of slow frames: then shadows go, and after them sharpness, step by step
+const kCoarser = 0.8;
+const kRatioMin = 0.4;
+
+// Whether there is a graphics processor to draw with, as far as the browser tells.
+function drawsInSoftware() {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const told = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = told ? gl.getParameter(told.UNMASKED_RENDERER_WEBGL) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
 
 export class Picture {
-  constructor(canvas, bodies) {
+  // `detail` is "fine", with smooth edges and shadows, or "fast"; null: as what draws can.
+  constructor(canvas, bodies, detail) {
     this.canvas = canvas;
-    this.renderer = new WebGLRenderer({canvas, antialias: true, powerPreference: 'high-performance'});
+    this.bodies = bodies;
+    const isFine = detail ? detail === 'fine' : !drawsInSoftware();
+    this.renderer = new WebGLRenderer({canvas, antialias: isFine, powerPreference: 'high-performance'});
     this.renderer.shadowMap.type = PCFSoftShadowMap;
     this.scene = new Scene();
     this.scene.background = new Color(kSky);
     this.scene.fog = new Fog(kSky, 100, 1000);
     this.sky = new HemisphereLight('#dfe9f5', '#4a515c', 1.9);
     this.sun = new DirectionalLight('#fff4e2', 2.6);
-    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.mapSize.set(kShadowMapSize, kShadowMapSize);
     this.sun.shadow.bias = -0.0004;
     this.sun.shadow.normalBias = 0.02;
     this.grid = new SectorGrid();
@@ -32,7 +46,7 @@ export class Picture {
     this.scene.add(
         bodies.group, this.sky, this.sun, this.sun.target, this.grid.object, this.contacts.object,
         this.seams.object, this.ray.object, this.planet.object);
-    this.shadows = true;
+    this.shadows = isFine;
     this.mayCoarsen = true;  // where drawing takes too long
     this.onTooSlow = () => {};
     this.ratioMax = 2;
@@ -63,6 +77,7 @@ export class Picture {
     this.#light(camera, target);
     this.planet.show(view.planet, camera.three.position.toArray());
     this.ray.advance(performance.now());
+    this.bodies.prepare(camera.three, height * ratio);
     this.renderer.render(this.scene, camera.three);
     this.#watchSpeed(frameMs);
   }
@@ -99,7 +114,7 @@ export class Picture {
       this.shadows = false;
       this.onTooSlow();
     } else {
-      this.ratioMax = kCoarseRatio;
+      this.ratioMax = Math.max(kCoarser * Math.min(devicePixelRatio, this.ratioMax), kRatioMin);
     }
   }
 

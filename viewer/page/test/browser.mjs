@@ -57,9 +57,7 @@ export function openBrowser(width = 1280, height = 800) {
     executablePath: process.env.TESSERA_CHROMIUM ?? '/usr/bin/chromium',
     headless: true,
     args: [
-      '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
-      '--disable-gpu-rasterization',
-      '--hide-scrollbars', `--window-size=${width},${height}`
+      '--no-sandbox', '--enable-unsafe-swiftshader', '--hide-scrollbars', `--window-size=${width},${height}`
     ],
     defaultViewport: {width, height},
     timeout: kPatienceMs,

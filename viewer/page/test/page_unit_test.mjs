@@ -1,4 +1,4 @@
-// Positions, frames and recordings, without a browser.
+// Positions, frames, detail and recordings, without a browser.
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
 
@@ -16,7 +16,8 @@ globalThis.CustomEvent ??= class extends Event {
   }
 };
 
-const {Playback, Recording} = await sources('recording/playback.js', 'recording/recording.js');
+const {Bodies, Playback, Recording} =
+    await sources('bodies.js', 'recording/playback.js', 'recording/recording.js');
 
 const far = 1n << 62n;
 
@@ -71,6 +72,70 @@ test('frames of bodies are read', () => {
   assert.deepEqual([...frame.ids, ...frame.gone, ...frame.positions], [7, 8, 9, 1.5, 0, 0]);
   assert.deepEqual(
       [...frame.orientations, ...frame.speeds, ...frame.servers, ...frame.asleep], [0, 0, 0, 1, 3, 2, 1]);
+});
+
+// A row of bodies along x, each of another distance and kind.
+const kRow = [
+  {id: 1, x: 2, shape: {kind: 'sphere', radius: 0.5}},
+  {id: 2, x: 100, shape: {kind: 'sphere', radius: 0.5}},
+  {id: 3, x: 5000, shape: {kind: 'sphere', radius: 0.5}},
+  {id: 4, x: 5001, shape: {kind: 'box', size: [1, 2, 3]}},
+  {id: 5, x: 5002, shape: {kind: 'box', size: [1, 2, 3]}, motion: 'static'},
+];
+
+function rowOfBodies() {
+  const bodies = new Bodies();
+  bodies.introduce({
+    bodies: kRow.map(({id, motion = 'dynamic'}) => ({id, shape: id, motion})),
+    shapes: Object.fromEntries(
+        kRow.map(({id, shape}) => [id, [{...shape, position: [0, 0, 0], orientation: [0, 0, 0, 1]}]])),
+  });
+  const count = kRow.length;
+  const frame = {
+    isKey: true,
+    tick: 1,
+    count,
+    gone: [],
+    ids: kRow.map(({id}) => id),
+    positions: kRow.flatMap(({x}) => [x, 0, 0]),
+    orientations: kRow.flatMap(() => [0, 0, 0.6, 0.8]),
+    speeds: kRow.map(() => 1),
+    servers: kRow.map(() => 0),
+    asleep: kRow.map(() => 0),
+  };
+  bodies.apply(frame, {sector: [0n, 0n, 0n], low: [0, 0, 0], sector_size: 128});
+  return bodies;
+}
+
+// How many bodies are drawn as meshes, and how many as points.
+function drawn({group}) {
+  const counts = {meshes: 0, points: 0};
+  for (const {isPoints, geometry} of group.children) {
+    if (isPoints)
+      counts.points += geometry.drawRange.count;
+    else
+      counts.meshes += geometry.instanceCount;
+  }
+  return counts;
+}
+
+test('what is far away is drawn as points, but for what never moves', () => {
+  const bodies = rowOfBodies();
+  for (const [x, meshes, points] of [[0, 2, 3], [5000, 3, 2], [100, 2, 3], [1e6, 1, 4], [0, 2, 3]]) {
+    bodies.prepare({position: {x, y: 0, z: 0}, fov: 50}, 800);
+    assert.deepEqual(drawn(bodies), {meshes, points}, `from ${x} m`);
+  }
+});
+
+test('bodies keep their poses and colours whatever their detail', () => {
+  const bodies = rowOfBodies();
+  const look = () => kRow.map(({id}) => bodies.look(id));
+  const before = look();
+  assert.deepEqual(before.map(({position}) => position.local[0]), kRow.map(({x}) => x));
+  for (const x of [0, 5000, 1e6, 100, 2]) {
+    bodies.prepare({position: {x, y: 0, z: 0}, fov: 50}, 800);
+    assert.deepEqual(look(), before, `from ${x} m`);
+  }
 });
 
 // --- recordings: a ball that falls 1 cm a tick on a plane, 2^62 sectors away, and a crate that comes later

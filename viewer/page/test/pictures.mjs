@@ -46,7 +46,7 @@ const shoot = async (page, name) => {
 async function withPage(name, args, work) {
   if (wanted.length > 0 && !wanted.includes(name)) return;
   const cluster = await upCluster(...args);
-  const page = await openPage(browser, cluster.url, true);
+  const page = await openPage(browser, `${cluster.url}?detail=fine`, true);
   try {
     await draw(page, false);
     await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
