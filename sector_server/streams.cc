@@ -1,5 +1,6 @@
 #include "sector_server/streams.h"
 
+#include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <google/protobuf/arena.h>
 
@@ -15,12 +16,33 @@ namespace {
 // How often a waiting stream looks whether its client is still there.
 constexpr std::chrono::milliseconds kPatience(200);
 
-bool within(const v1::Region& region, const WorldPosition& position, double sector_size) {
-  const WorldPosition centre = from_proto(region.centre());
-  const Eigen::Vector3d away = relative_to(position, centre.sector, sector_size) - centre.local;
-  const Eigen::Vector3d half = from_proto(region.half_size());
-  return (away.cwiseAbs().array() <= half.array()).all();
-}
+// A box of the world that a client watches; all of it where it named none.
+class WatchedBox {
+ public:
+  template <typename Request>
+  WatchedBox(const Request& request, double sector_size) : sector_size_(sector_size) {
+    if (!request.has_region()) return;
+    centre_ = from_proto(request.region().centre());
+    half_ = from_proto(request.region().half_size());
+  }
+
+  bool holds(const WorldPosition& position) const {
+    return !centre_ || (away(position).array() <= half_.array()).all();
+  }
+  // False only where no body of the sector can be in the box: some are a little beyond its borders.
+  bool may_hold_bodies_of(const SectorIndex& sector) const {
+    return !centre_ || (away({sector, Eigen::Vector3d::Zero()}).array() <= half_.array() + sector_size_).all();
+  }
+
+ private:
+  Eigen::Vector3d away(const WorldPosition& position) const {
+    return (relative_to(position, centre_->sector, sector_size_) - centre_->local).cwiseAbs();
+  }
+
+  double sector_size_;
+  std::optional<WorldPosition> centre_;
+  Eigen::Vector3d half_ = Eigen::Vector3d::Zero();
+};
 
 WorldPosition position_of(const BodyRecord& record) {
   return {record.home, Eigen::Vector3d(record.state.position.data())};
@@ -32,6 +54,34 @@ void describe(const BodyRecord& record, double sector_size, v1::BodyState& state
   *state.mutable_linear_velocity() = to_proto(Eigen::Vector3d(record.state.linear_velocity.data()));
   *state.mutable_angular_velocity() = to_proto(Eigen::Vector3d(record.state.angular_velocity.data()));
   state.set_asleep(record.state.activity == Activity::kAsleep);
+}
+
+void put(const Eigen::Vector3d& vector, google::protobuf::RepeatedField<double>& column) {
+  for (int axis = 0; axis < 3; ++axis) column.AddAlreadyReserved(vector[axis]);
+}
+
+void describe(const std::vector<const BodyRecord*>& records, double sector_size, v1::BodyColumns& columns) {
+  const int count = static_cast<int>(records.size());
+  columns.mutable_ids()->Reserve(count);
+  columns.mutable_sector()->Reserve(count);
+  columns.mutable_positions()->Reserve(3 * count);
+  columns.mutable_orientations()->Reserve(4 * count);
+  columns.mutable_linear_velocities()->Reserve(3 * count);
+  columns.mutable_angular_velocities()->Reserve(3 * count);
+  columns.mutable_asleep()->Reserve(count);
+  absl::flat_hash_map<SectorIndex, std::uint32_t> places;
+  for (const BodyRecord* record : records) {
+    const WorldPose pose = body_pose(*record, sector_size);
+    const auto [place, is_new] = places.try_emplace(pose.position.sector, places.size());
+    if (is_new) *columns.add_sectors() = to_proto(pose.position.sector);
+    columns.mutable_ids()->AddAlreadyReserved(record->id.value);
+    columns.mutable_sector()->AddAlreadyReserved(place->second);
+    put(pose.position.local, *columns.mutable_positions());
+    for (const double part : pose.orientation.coeffs()) columns.mutable_orientations()->AddAlreadyReserved(part);
+    put(Eigen::Vector3d(record->state.linear_velocity.data()), *columns.mutable_linear_velocities());
+    put(Eigen::Vector3d(record->state.angular_velocity.data()), *columns.mutable_angular_velocities());
+    columns.mutable_asleep()->AddAlreadyReserved(record->state.activity == Activity::kAsleep);
+  }
 }
 
 // A static body, from the server that hosts its sector: all of them know it.
@@ -55,13 +105,14 @@ v1::Contact::Phase phase_of(ContactPhase phase) {
 
 BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Share& share) {
   BodySnapshot snapshot{tick, share.options().settings.sector_size, {}};
+  const WatchedBox box(request, snapshot.sector_size);
   const auto consider = [&](const BodyRecord& record) {
     if (request.only_awake() && record.state.activity == Activity::kAsleep) return;
-    if (request.has_region() && !within(request.region(), position_of(record), snapshot.sector_size)) return;
-    snapshot.bodies.push_back(record);
+    if (box.holds(position_of(record))) snapshot.bodies.push_back(record);
   };
   if (request.ids().empty()) {
-    share.for_each_body(consider);
+    if (!request.has_region()) snapshot.bodies.reserve(share.body_count());
+    share.for_each_body([&](const SectorIndex& sector) { return box.may_hold_bodies_of(sector); }, consider);
     return snapshot;
   }
   std::vector<std::uint64_t> ids(request.ids().begin(), request.ids().end());
@@ -105,11 +156,9 @@ v1::SeamBatch Streams::seams_for(const v1::WatchSeamsRequest& request, Tick tick
   v1::SeamBatch batch;
   batch.set_tick(tick);
   batch.set_node(node_.value);
-  const auto is_wanted = [&](const WorldPosition& position) {
-    return !request.has_region() || within(request.region(), position, share.options().settings.sector_size);
-  };
+  const WatchedBox box(request, share.options().settings.sector_size);
   for (const Share::CloneAt& clone : share.clones()) {
-    if (!is_wanted(clone.position)) continue;
+    if (!box.holds(clone.position)) continue;
     v1::SeamBatch::Clone& added = *batch.add_clones();
     added.set_body(clone.body.value);
     *added.mutable_sector() = to_proto(clone.position.sector);
@@ -118,7 +167,7 @@ v1::SeamBatch Streams::seams_for(const v1::WatchSeamsRequest& request, Tick tick
     v1::SeamBatch::Island added;
     added.set_name(island.name.value);
     for (const BodyId id : island.bodies) {
-      if (is_wanted(position_of(*share.body(id)))) added.add_bodies(id.value);
+      if (box.holds(position_of(*share.body(id)))) added.add_bodies(id.value);
     }
     if (added.bodies_size() > 0) *batch.add_islands() = std::move(added);
   }
@@ -186,8 +235,15 @@ grpc::Status Streams::WatchBodies(grpc::ServerContext* context, const v1::WatchB
     auto& batch = *google::protobuf::Arena::CreateMessage<v1::BodyBatch>(&arena);
     batch.set_tick(snapshot.tick);
     batch.set_node(node_.value);
-    for (const BodyRecord& record : snapshot.bodies)
-      describe(record, snapshot.sector_size, *batch.add_bodies());
+    std::vector<const BodyRecord*> records;
+    records.reserve(snapshot.bodies.size());
+    for (const BodyRecord& record : snapshot.bodies) records.push_back(&record);
+    std::sort(records.begin(), records.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
+    if (request->in_columns()) {
+      describe(records, snapshot.sector_size, *batch.mutable_columns());
+    } else {
+      for (const BodyRecord* record : records) describe(*record, snapshot.sector_size, *batch.add_bodies());
+    }
     return writer->Write(batch);
   });
 }

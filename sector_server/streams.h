@@ -20,7 +20,7 @@ namespace tessera {
 struct BodySnapshot {
   Tick tick = 0;
   double sector_size = 0;
-  std::vector<BodyRecord> bodies;  // ascending by id
+  std::vector<BodyRecord> bodies;  // each once, in any order
 };
 
 // A queue of batches for one client. The tick fills it, a gRPC thread empties it.

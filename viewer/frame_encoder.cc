@@ -1,6 +1,7 @@
 #include "viewer/frame_encoder.h"
 
 #include <bit>
+#include <cstring>
 #include <utility>
 
 namespace tessera::viewer {
@@ -16,7 +17,12 @@ void put(std::string& bytes, const T& value) {
 // One array: the same member of every element.
 template <typename T, typename Member>
 void put_all(std::string& bytes, std::span<const T> elements, Member T::*member) {
-  for (const T& element : elements) put(bytes, element.*member);
+  std::size_t place = bytes.size();
+  bytes.resize(place + elements.size() * sizeof(Member));
+  for (const T& element : elements) {
+    std::memcpy(bytes.data() + place, &(element.*member), sizeof(Member));
+    place += sizeof(Member);
+  }
 }
 
 }  // namespace

@@ -51,10 +51,14 @@ absl::StatusOr<FoundJoint> read(const v1::ListJointsReply::Found& found) {
                     from_proto(found.child_centre())};
 }
 
-Eigen::Quaterniond orientation_of(const v1::WorldPose& pose) {
-  if (!pose.has_orientation()) return Eigen::Quaterniond::Identity();
-  const v1::Quaternion& q = pose.orientation();
-  return {q.w(), q.x(), q.y(), q.z()};
+bool agree(const v1::BodyColumns& columns) {
+  const int count = columns.ids_size();
+  return columns.sector_size() == count && columns.positions_size() == 3 * count &&
+         columns.orientations_size() == 4 * count && columns.linear_velocities_size() == 3 * count &&
+         columns.angular_velocities_size() == 3 * count && columns.asleep_size() == count &&
+         std::all_of(columns.sector().begin(), columns.sector().end(), [&](std::uint32_t place) {
+           return place < static_cast<std::uint32_t>(columns.sectors_size());
+         });
 }
 
 struct BodyTraits {
@@ -66,13 +70,21 @@ struct BodyTraits {
   static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
     return stub.WatchBodies(context, request);
   }
-  static Frame read(const Batch& batch) {
-    Frame frame{batch.tick(), {}};
-    frame.bodies.reserve(static_cast<std::size_t>(batch.bodies_size()));
-    for (const v1::BodyState& state : batch.bodies()) {
-      const WorldPose pose{from_proto(state.pose().position()), orientation_of(state.pose())};
-      frame.bodies.push_back({BodyId{state.id()}, pose, from_proto(state.linear_velocity()),
-                              from_proto(state.angular_velocity()), state.asleep(), batch.node()});
+  static absl::StatusOr<Frame> read(const Batch& batch) {
+    const v1::BodyColumns& columns = batch.columns();
+    if (!agree(columns)) return absl::DataLossError("it told of bodies in columns of different lengths");
+    std::vector<SectorIndex> sectors;
+    for (const v1::SectorIndex& sector : columns.sectors()) sectors.push_back(from_proto(sector));
+    Frame frame{batch.tick(), std::vector<BodySample>(static_cast<std::size_t>(columns.ids_size()))};
+    for (int n = 0; n < columns.ids_size(); ++n) {
+      BodySample& body = frame.bodies[n];
+      body.id = BodyId{columns.ids(n)};
+      body.pose.position = {sectors[columns.sector(n)], Eigen::Vector3d(&columns.positions().Get(3 * n))};
+      body.pose.orientation = Eigen::Quaterniond(&columns.orientations().Get(4 * n));
+      body.linear_velocity = Eigen::Vector3d(&columns.linear_velocities().Get(3 * n));
+      body.angular_velocity = Eigen::Vector3d(&columns.angular_velocities().Get(3 * n));
+      body.asleep = columns.asleep(n);
+      body.server = batch.node();
     }
     return frame;
   }
@@ -520,6 +532,7 @@ absl::StatusOr<std::unique_ptr<BodyStream>> Client::watch_bodies(const BodyFilte
   for (const BodyId& id : filter.ids) request.add_ids(id.value);
   request.set_every_ticks(filter.every_ticks);
   request.set_only_awake(filter.only_awake);
+  request.set_in_columns(true);
   return impl_->watch<BodyTraits>(request, timeout);
 }
 

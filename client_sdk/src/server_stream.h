@@ -65,7 +65,9 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
     typename Traits::Batch batch;
     bool first = true;
     while (stream->Read(&batch)) {
-      if (!merger_.push(source, Traits::read(batch), !first || Traits::kFirstIsWhole)) break;
+      absl::StatusOr<Frame> frame = Traits::read(batch);
+      if (!frame.ok()) merger_.end(absl::DataLossError(absl::StrCat("sector server at ", address, ": ", frame.status().message())));
+      if (!frame.ok() || !merger_.push(source, *std::move(frame), !first || Traits::kFirstIsWhole)) break;
       first = false;
     }
     reader.context.TryCancel();

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <iterator>
 #include <mutex>
 #include <optional>
@@ -22,39 +23,41 @@
 
 namespace tessera {
 
-inline void append(BodyFrame& whole, BodyFrame part) {
-  whole.bodies.insert(whole.bodies.end(), part.bodies.begin(), part.bodies.end());
-}
-inline void put_in_order(BodyFrame& frame) {
-  std::sort(frame.bodies.begin(), frame.bodies.end(),
-            [](const auto& a, const auto& b) { return a.id < b.id; });
-}
-inline void append(ContactFrame& whole, ContactFrame part) {
-  whole.contacts.insert(whole.contacts.end(), part.contacts.begin(), part.contacts.end());
-}
-inline void put_in_order(ContactFrame& frame) {
-  std::sort(frame.contacts.begin(), frame.contacts.end(),
-            [](const auto& a, const auto& b) { return std::pair(a.a, a.b) < std::pair(b.a, b.b); });
+// What several servers tell of a tick, ascending each, as one of them would.
+template <typename Sample, typename Order>
+void join(std::vector<Sample>& whole, std::vector<Sample> part, const Order& order) {
+  if (whole.empty()) {
+    whole = std::move(part);
+    return;
+  }
+  std::vector<Sample> both;
+  both.reserve(whole.size() + part.size());
+  std::merge(std::move_iterator(whole.begin()), std::move_iterator(whole.end()),
+             std::move_iterator(part.begin()), std::move_iterator(part.end()), std::back_inserter(both), order);
+  whole = std::move(both);
 }
 
-inline void append(SeamFrame& whole, SeamFrame part) {
-  std::move(part.clones.begin(), part.clones.end(), std::back_inserter(whole.clones));
-  std::move(part.islands.begin(), part.islands.end(), std::back_inserter(whole.islands));
+inline void join(BodyFrame& whole, BodyFrame part) {
+  join(whole.bodies, std::move(part.bodies), [](const auto& a, const auto& b) { return a.id < b.id; });
 }
+
+inline void join(ContactFrame& whole, ContactFrame part) {
+  join(whole.contacts, std::move(part.contacts),
+       [](const auto& a, const auto& b) { return std::pair(a.a, a.b) < std::pair(b.a, b.b); });
+}
+
 // The parts of an island become one.
-inline void put_in_order(SeamFrame& frame) {
-  std::sort(frame.clones.begin(), frame.clones.end(), [](const auto& a, const auto& b) {
+inline void join(SeamFrame& whole, SeamFrame part) {
+  join(whole.clones, std::move(part.clones), [](const auto& a, const auto& b) {
     return std::pair(a.body, a.sector) < std::pair(b.body, b.sector);
   });
-  std::vector<IslandSample> parts = std::exchange(frame.islands, {});
-  std::stable_sort(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
-  for (IslandSample& part : parts) {
-    if (frame.islands.empty() || frame.islands.back().name != part.name) {
-      frame.islands.push_back(std::move(part));
+  join(whole.islands, std::move(part.islands), [](const auto& a, const auto& b) { return a.name < b.name; });
+  std::vector<IslandSample> parts = std::exchange(whole.islands, {});
+  for (IslandSample& island : parts) {
+    if (whole.islands.empty() || whole.islands.back().name != island.name) {
+      whole.islands.push_back(std::move(island));
     } else {
-      std::vector<BodyId>& bodies = frame.islands.back().bodies;
-      bodies.insert(bodies.end(), part.bodies.begin(), part.bodies.end());
-      std::sort(bodies.begin(), bodies.end());
+      join(whole.islands.back().bodies, std::move(island.bodies), std::less());
     }
   }
 }
@@ -167,13 +170,12 @@ class StreamMerger {
     bool is_whole = true;
     for (Source& source : sources_) {
       is_whole = is_whole && source.parts.front().is_whole;
-      append(whole, std::move(source.parts.front().frame));
+      join(whole, std::move(source.parts.front().frame));
       source.parts.pop_front();
     }
     changed_.notify_all();
     if (!is_whole) whole = Frame();
     whole.tick = tick;
-    put_in_order(whole);
     return whole;
   }
 

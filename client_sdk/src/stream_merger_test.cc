@@ -106,8 +106,9 @@ TEST(StreamMergerTest, NothingIsLostOrDoubledUnderLoad) {
   for (std::size_t source = 0; source < kSources; ++source) {
     sources.emplace_back([&merger, source] {
       for (Tick tick = 1; tick <= kTicks; ++tick) {
-        std::vector<std::uint64_t> bodies = {100 + source};
+        std::vector<std::uint64_t> bodies;
         if (tick / 7 % kSources == source) bodies.push_back(1);
+        bodies.push_back(100 + source);
         EXPECT_TRUE(merger.push(source, part(tick, bodies)));
       }
     });

@@ -82,6 +82,14 @@ void Share::for_each_body(const std::function<void(const BodyRecord&)>& visit) c
   for (const BodyId id : ids) visit(record_of(*bodies_.at(id)));
 }
 
+void Share::for_each_body(const std::function<bool(const SectorIndex&)>& wants,
+                          const std::function<void(const BodyRecord&)>& visit) const {
+  for (const auto& [index, sector] : sectors_) {
+    if (sector->homes.empty() || !wants(index)) continue;
+    for (const HomeBody* body : sector->homes) visit(record_of(*body));
+  }
+}
+
 void Share::report_contacts(bool on) {
   if (on == report_contacts_) return;
   report_contacts_ = on;

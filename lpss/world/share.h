@@ -108,6 +108,9 @@ class Share {
 
   // Calls `visit(const BodyRecord&)` for each dynamic and kinematic body, in ascending order of ids.
   void for_each_body(const std::function<void(const BodyRecord&)>& visit) const;
+  // Likewise of the sectors that `wants` names: sector by sector, which is faster, ascending within each.
+  void for_each_body(const std::function<bool(const SectorIndex&)>& wants,
+                     const std::function<void(const BodyRecord&)>& visit) const;
   std::size_t body_count() const { return bodies_.size(); }
   // Nothing where the body lives elsewhere, or is static.
   std::optional<BodyRecord> body(BodyId id) const;

@@ -418,11 +418,19 @@ class Client:
         `ids` not given: of all that are not static; `region` not given: everywhere; only ticks that are
         multiples of `every_ticks`.
         """
-        status = self._watchable(timeout)
-        request = tessera_pb2.WatchBodiesRequest(ids=ids, every_ticks=every_ticks, only_awake=only_awake)
+        request = tessera_pb2.WatchBodiesRequest(
+            ids=ids, every_ticks=every_ticks, only_awake=only_awake, in_columns=True
+        )
         if region is not None:
             request.region.centre.CopyFrom(position_message(region.centre))
             request.region.half_size.CopyFrom(vector_message(region.half_size, "half_size"))
+        return self.stream_bodies(request, timeout)
+
+    def stream_bodies(
+        self, request: tessera_pb2.WatchBodiesRequest, timeout: float | None = CALL_TIMEOUT_S
+    ) -> BodyStream:
+        """As `watch_bodies()`, by a message of proto/tessera.proto."""
+        status = self._watchable(timeout)
         sector_size = status.settings.sector_size
         return Stream(
             _addresses(status),

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tessera._proto import tessera_pb2
+from tessera._proto import tessera_pb2, world_pb2
 from tessera.position import (
     ORIGIN,
     Floats,
@@ -122,31 +122,61 @@ class ContactFrame:
 
 
 def body_frame(tick: int, parts: Iterable[tessera_pb2.BodyBatch], sector_size: float) -> BodyFrame:
-    """One frame out of what each server says of a tick."""
-    ids, sectors, motions, asleep = [], [], [], []
-    for part in parts:
-        for state in part.bodies:
-            pose = state.pose
-            position = pose.position
-            s, p, q = position.sector, position.local, pose.orientation
-            v, w = state.linear_velocity, state.angular_velocity
-            ids.append(state.id)
-            sectors.append((s.i, s.j, s.k))
-            motions.append((p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z, w.x, w.y, w.z))
-            asleep.append(state.asleep)
-    order = np.argsort(np.array(ids, dtype=np.uint64))
-    motion = np.array(motions, dtype=np.float64).reshape(-1, 13)[order]
+    """One frame out of what each server says of a tick, body by body or in columns."""
+    columns = [_columns(part) for part in parts]
+    if columns:
+        ids, sectors, motion, asleep = (np.concatenate(column) for column in zip(*columns))
+    else:
+        ids, sectors, motion, asleep = _columns(tessera_pb2.BodyBatch())
+    order = np.argsort(ids)
+    motion = motion[order]
     return BodyFrame(
         tick=tick,
-        ids=np.array(ids, dtype=np.uint64)[order],
-        sectors=np.array(sectors, dtype=np.int64).reshape(-1, 3)[order],
+        ids=ids[order],
+        sectors=sectors[order],
         local=motion[:, 0:3],
         orientations=motion[:, 3:7],
         linear_velocities=motion[:, 7:10],
         angular_velocities=motion[:, 10:13],
-        asleep=np.array(asleep, dtype=np.bool_)[order],
+        asleep=asleep[order],
         sector_size=sector_size,
     )
+
+
+def _columns(part: tessera_pb2.BodyBatch) -> tuple[Ids, Integers, Floats, NDArray[np.bool_]]:
+    """Ids [n], sectors [n, 3], motion [n, 13] (position, orientation, both velocities) and sleep [n]."""
+    if part.bodies:
+        states = part.bodies
+        return (
+            np.array([state.id for state in states], dtype=np.uint64),
+            np.array([_sector(state.pose.position.sector) for state in states], dtype=np.int64),
+            np.array([_motion(state) for state in states], dtype=np.float64),
+            np.array([state.asleep for state in states], dtype=np.bool_),
+        )
+    columns = part.columns
+    sectors = np.array([_sector(sector) for sector in columns.sectors], dtype=np.int64).reshape(-1, 3)
+    vectors = (
+        (columns.positions, 3),
+        (columns.orientations, 4),
+        (columns.linear_velocities, 3),
+        (columns.angular_velocities, 3),
+    )
+    return (
+        np.array(columns.ids, dtype=np.uint64),
+        sectors[np.array(columns.sector, dtype=np.intp)],
+        np.hstack([np.array(column, dtype=np.float64).reshape(-1, width) for column, width in vectors]),
+        np.array(columns.asleep, dtype=np.bool_),
+    )
+
+
+def _sector(sector: world_pb2.SectorIndex) -> tuple[int, int, int]:
+    return sector.i, sector.j, sector.k
+
+
+def _motion(state: tessera_pb2.BodyState) -> tuple[float, ...]:
+    p, q = state.pose.position.local, state.pose.orientation
+    v, w = state.linear_velocity, state.angular_velocity
+    return (p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z, w.x, w.y, w.z)
 
 
 def contact_frame(tick: int, parts: Iterable[tessera_pb2.ContactBatch]) -> ContactFrame:

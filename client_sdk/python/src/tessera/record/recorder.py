@@ -14,7 +14,7 @@ import numpy as np
 from google.protobuf import json_format
 
 from tessera._proto import tessera_pb2, world_pb2
-from tessera.client import CALL_TIMEOUT_S, BodyName, Client, Status
+from tessera.client import CALL_TIMEOUT_S, BodyName, BodyStream, Client, Status
 from tessera.errors import Cancelled, InvalidArgument, NotFound
 from tessera.frame import Ids, body_frame
 from tessera.position import Sector, SectorLike, sector_message, to_sector
@@ -63,7 +63,7 @@ class Recorder:
         self._ids = [body if isinstance(body, int) else client.find(body).id for body in bodies]
         with ExitStack() as ending:
             self._contacts = ending.enter_context(client.watch_contacts(ids=self._ids, persisting=every == 1))
-            self._bodies = ending.enter_context(client.watch_bodies(ids=self._ids, every_ticks=every))
+            self._bodies = ending.enter_context(self._watch(self._ids, every))
             status = client.status()
             self.world: str = status.world
             self.time_step: float = status.settings.time_step
@@ -160,8 +160,12 @@ class Recorder:
         """The states of these bodies, static or not, as they are now."""
         if not ids:
             return tessera_pb2.BodyBatch()
-        with self._client.watch_bodies(ids=ids) as stream:
+        with self._watch(ids) as stream:
             return _bodies_of(*stream.next_parts(CALL_TIMEOUT_S))
+
+    def _watch(self, ids: list[int], every: int = 1) -> BodyStream:
+        """Body by body: in recordings they have their fields by name, for the tools that read them."""
+        return self._client.stream_bodies(tessera_pb2.WatchBodiesRequest(ids=ids, every_ticks=every))
 
     def _record(self, tick: int, parts: list[tessera_pb2.BodyBatch]) -> None:
         bodies = _bodies_of(tick, parts)
