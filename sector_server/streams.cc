@@ -2,7 +2,6 @@
 
 #include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
-#include <google/protobuf/arena.h>
 
 #include <algorithm>
 #include <chrono>
@@ -48,20 +47,30 @@ WorldPosition position_of(const BodyRecord& record) {
   return {record.home, Eigen::Vector3d(record.state.position.data())};
 }
 
-void describe(const BodyRecord& record, double sector_size, v1::BodyState& state) {
-  state.set_id(record.id.value);
-  *state.mutable_pose() = to_proto(body_pose(record, sector_size));
-  *state.mutable_linear_velocity() = to_proto(Eigen::Vector3d(record.state.linear_velocity.data()));
-  *state.mutable_angular_velocity() = to_proto(Eigen::Vector3d(record.state.angular_velocity.data()));
-  state.set_asleep(record.state.activity == Activity::kAsleep);
+void describe(const BodySnapshot::Body& body, double sector_size, v1::BodyState& state) {
+  state.set_id(body.id.value);
+  *state.mutable_pose() = to_proto(body_pose(body.home, body.state, body.centre_frame, sector_size));
+  *state.mutable_linear_velocity() = to_proto(Eigen::Vector3d(body.state.linear_velocity.data()));
+  *state.mutable_angular_velocity() = to_proto(Eigen::Vector3d(body.state.angular_velocity.data()));
+  state.set_asleep(body.state.activity == Activity::kAsleep);
 }
 
 void put(const Eigen::Vector3d& vector, google::protobuf::RepeatedField<double>& column) {
   for (int axis = 0; axis < 3; ++axis) column.AddAlreadyReserved(vector[axis]);
 }
 
-void describe(const std::vector<const BodyRecord*>& records, double sector_size, v1::BodyColumns& columns) {
-  const int count = static_cast<int>(records.size());
+using BodiesInOrder = std::vector<const BodySnapshot::Body*>;
+
+BodiesInOrder by_id(const BodySnapshot& snapshot) {
+  BodiesInOrder bodies;
+  bodies.reserve(snapshot.bodies.size());
+  for (const BodySnapshot::Body& body : snapshot.bodies) bodies.push_back(&body);
+  std::sort(bodies.begin(), bodies.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
+  return bodies;
+}
+
+void describe(const BodiesInOrder& bodies, double sector_size, v1::BodyColumns& columns) {
+  const int count = static_cast<int>(bodies.size());
   columns.mutable_ids()->Reserve(count);
   columns.mutable_sector()->Reserve(count);
   columns.mutable_positions()->Reserve(3 * count);
@@ -70,17 +79,19 @@ void describe(const std::vector<const BodyRecord*>& records, double sector_size,
   columns.mutable_angular_velocities()->Reserve(3 * count);
   columns.mutable_asleep()->Reserve(count);
   absl::flat_hash_map<SectorIndex, std::uint32_t> places;
-  for (const BodyRecord* record : records) {
-    const WorldPose pose = body_pose(*record, sector_size);
+  for (const BodySnapshot::Body* body : bodies) {
+    const BodyState& state = body->state;
+    const WorldPose pose = body_pose(body->home, state, body->centre_frame, sector_size);
     const auto [place, is_new] = places.try_emplace(pose.position.sector, places.size());
     if (is_new) *columns.add_sectors() = to_proto(pose.position.sector);
-    columns.mutable_ids()->AddAlreadyReserved(record->id.value);
+    columns.mutable_ids()->AddAlreadyReserved(body->id.value);
     columns.mutable_sector()->AddAlreadyReserved(place->second);
     put(pose.position.local, *columns.mutable_positions());
-    for (const double part : pose.orientation.coeffs()) columns.mutable_orientations()->AddAlreadyReserved(part);
-    put(Eigen::Vector3d(record->state.linear_velocity.data()), *columns.mutable_linear_velocities());
-    put(Eigen::Vector3d(record->state.angular_velocity.data()), *columns.mutable_angular_velocities());
-    columns.mutable_asleep()->AddAlreadyReserved(record->state.activity == Activity::kAsleep);
+    for (const double part : pose.orientation.coeffs())
+      columns.mutable_orientations()->AddAlreadyReserved(part);
+    put(Eigen::Vector3d(state.linear_velocity.data()), *columns.mutable_linear_velocities());
+    put(Eigen::Vector3d(state.angular_velocity.data()), *columns.mutable_angular_velocities());
+    columns.mutable_asleep()->AddAlreadyReserved(state.activity == Activity::kAsleep);
   }
 }
 
@@ -103,15 +114,19 @@ v1::Contact::Phase phase_of(ContactPhase phase) {
   return v1::Contact::BEGIN;
 }
 
-BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Share& share) {
-  BodySnapshot snapshot{tick, share.options().settings.sector_size, {}};
+// `snapshot` lends its memory.
+BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Share& share,
+                        BodySnapshot snapshot) {
+  snapshot.tick = tick;
+  snapshot.sector_size = share.options().settings.sector_size;
+  snapshot.bodies.clear();
   const WatchedBox box(request, snapshot.sector_size);
   const auto consider = [&](const BodyRecord& record) {
     if (request.only_awake() && record.state.activity == Activity::kAsleep) return;
-    if (box.holds(position_of(record))) snapshot.bodies.push_back(record);
+    if (!box.holds(position_of(record))) return;
+    snapshot.bodies.push_back({record.id, record.home, record.state, centre_frame(record.properties)});
   };
   if (request.ids().empty()) {
-    if (!request.has_region()) snapshot.bodies.reserve(share.body_count());
     share.for_each_body([&](const SectorIndex& sector) { return box.may_hold_bodies_of(sector); }, consider);
     return snapshot;
   }
@@ -182,11 +197,13 @@ void Streams::publish(Tick tick, Share& share, bool new_only) {
       const bool wanted = new_only ? !subscription->served : tick % every == 0;
       if (!wanted) continue;
       subscription->served = true;
-      subscription->push(states_for(subscription->request()));
+      subscription->push(states_for(*subscription));
     }
   };
-  publish_states(bodies_, [&](const auto& request) { return bodies_for(request, tick, share); });
-  publish_states(seams_, [&](const auto& request) { return seams_for(request, tick, share); });
+  publish_states(bodies_, [&](Bodies& subscription) {
+    return bodies_for(subscription.request(), tick, share, subscription.spare());
+  });
+  publish_states(seams_, [&](Seams& subscription) { return seams_for(subscription.request(), tick, share); });
   for (const std::shared_ptr<Contacts>& subscription : contacts_) {
     // The first batch only says from which tick on nothing is missed.
     const bool counts = subscription->served && !new_only;
@@ -212,8 +229,10 @@ grpc::Status Streams::serve(std::list<std::shared_ptr<S>>& list, grpc::ServerCon
   }
   wake_();
   while (subscription->alive() && !context->IsCancelled()) {
-    const auto batch = subscription->next(kPatience);
-    if (batch && !send(*batch)) break;
+    auto batch = subscription->next(kPatience);
+    if (!batch) continue;
+    if (!send(*batch)) break;
+    subscription->take_back(*std::move(batch));
   }
   bool closing = false;
   {
@@ -230,19 +249,16 @@ grpc::Status Streams::serve(std::list<std::shared_ptr<S>>& list, grpc::ServerCon
 
 grpc::Status Streams::WatchBodies(grpc::ServerContext* context, const v1::WatchBodiesRequest* request,
                                   grpc::ServerWriter<v1::BodyBatch>* writer) {
+  v1::BodyBatch batch;  // one for all, since its memory is used again
   return serve(bodies_, context, *request, [&](const BodySnapshot& snapshot) {
-    google::protobuf::Arena arena;  // thousands of small messages: made and forgotten in one go
-    auto& batch = *google::protobuf::Arena::CreateMessage<v1::BodyBatch>(&arena);
+    batch.Clear();
     batch.set_tick(snapshot.tick);
     batch.set_node(node_.value);
-    std::vector<const BodyRecord*> records;
-    records.reserve(snapshot.bodies.size());
-    for (const BodyRecord& record : snapshot.bodies) records.push_back(&record);
-    std::sort(records.begin(), records.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
+    const BodiesInOrder bodies = by_id(snapshot);
     if (request->in_columns()) {
-      describe(records, snapshot.sector_size, *batch.mutable_columns());
+      describe(bodies, snapshot.sector_size, *batch.mutable_columns());
     } else {
-      for (const BodyRecord* record : records) describe(*record, snapshot.sector_size, *batch.add_bodies());
+      for (const auto* body : bodies) describe(*body, snapshot.sector_size, *batch.add_bodies());
     }
     return writer->Write(batch);
   });

@@ -1,4 +1,5 @@
-// What clients watch: the states of bodies, contact events and what happens at seams of this server's share, as gRPC streams.
+// What clients watch: the states of bodies, contact events and what happens at seams of this server's share,
+// as gRPC streams.
 #pragma once
 
 #include <condition_variable>
@@ -18,9 +19,16 @@ namespace tessera {
 // The bodies that a client watches, at the end of a tick. What it takes to send them is left to the thread
 // that does: ticks do not wait for it.
 struct BodySnapshot {
+  struct Body {
+    BodyId id;
+    SectorIndex home;
+    BodyState state;
+    Pose centre_frame;  // in the body frame
+  };
+
   Tick tick = 0;
   double sector_size = 0;
-  std::vector<BodyRecord> bodies;  // each once, in any order
+  std::vector<Body> bodies;  // each once, in any order
 };
 
 // A queue of batches for one client. The tick fills it, a gRPC thread empties it.
@@ -28,6 +36,7 @@ template <typename Request, typename Batch>
 class Subscription {
  public:
   static constexpr std::size_t kBatchesMax = 4096;  // a client that is further behind is cut off
+  static constexpr std::size_t kSpareMax = 2;
 
   explicit Subscription(Request request) : request_(std::move(request)) {}
 
@@ -62,6 +71,19 @@ class Subscription {
     batches_.pop_front();
     return batch;
   }
+  // One that next() gave and that is no longer needed: its memory is used again.
+  void take_back(Batch batch) {
+    const std::lock_guard lock(mutex_);
+    if (spare_.size() < kSpareMax) spare_.push_back(std::move(batch));
+  }
+  // Such a one, with what was in it; otherwise an empty one.
+  Batch spare() {
+    const std::lock_guard lock(mutex_);
+    if (spare_.empty()) return {};
+    Batch batch = std::move(spare_.back());
+    spare_.pop_back();
+    return batch;
+  }
   bool alive() const {
     const std::lock_guard lock(mutex_);
     return !closed_ || !batches_.empty();
@@ -74,6 +96,7 @@ class Subscription {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Batch> batches_;
+  std::vector<Batch> spare_;
   bool closed_ = false;
   bool overrun_ = false;
 };

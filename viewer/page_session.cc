@@ -21,6 +21,7 @@ constexpr std::size_t kRequestsMax = 64;
 constexpr double kHalfMax = 1e9;  // m
 constexpr absl::Duration kSubscribeTimeout = absl::Seconds(10);
 constexpr std::uint32_t kFramesPerSeamFrame = 4;  // seams change slowly
+constexpr double kFramesPerSecondMin = 5;
 
 // The place of a server among all that there are, by which the page colours it.
 std::uint8_t place_of(const live::ClusterReport& report, std::uint64_t node) {
@@ -74,11 +75,22 @@ void PageSession::report(std::shared_ptr<const live::ClusterReport> report) {
   const bool is_other_world = report->world != report_->world;
   report_ = std::move(report);
   has_news_ = true;
-  if (is_other_world ||
-      live::is_far_from(live::ticks_between_frames(*report_, options_.frames_per_second), every_ticks_)) {
+  if (is_other_world) {
     watch();
+  } else {
+    watch_at_another_rate_where_needed();
   }
   changed_.notify_all();
+}
+
+double PageSession::frames_per_second() const {
+  const double affordable =
+      options_.states_per_second / static_cast<double>(std::max<std::size_t>(bodies_in_view_, 1));
+  return std::min(std::max(affordable, kFramesPerSecondMin), options_.frames_per_second);
+}
+
+void PageSession::watch_at_another_rate_where_needed() {
+  if (live::is_far_from(live::ticks_between_frames(*report_, frames_per_second()), every_ticks_)) watch();
 }
 
 bool PageSession::hear(const std::string& text) {
@@ -120,7 +132,7 @@ bool PageSession::ask(const json& message) {
 }
 
 void PageSession::watch() {
-  every_ticks_ = live::ticks_between_frames(*report_, options_.frames_per_second);
+  every_ticks_ = live::ticks_between_frames(*report_, frames_per_second());
   if (!interest_ || !report_->is_live()) {
     bodies_.watch({});
     contacts_.watch({});
@@ -194,6 +206,11 @@ void PageSession::show(const std::shared_ptr<const live::ClusterReport>& report,
     socket_.send_binary(frame);
   };
   if (const std::optional<BodyFrame> frame = bodies_.take()) {
+    {
+      const std::lock_guard lock(mutex_);
+      bodies_in_view_ = frame->bodies.size();
+      watch_at_another_rate_where_needed();
+    }
     std::vector<SeenBody> bodies = seen(*report, *frame);
     introduce(bodies);
     send(encoder_.encode(frame->tick, std::move(bodies)));

@@ -44,10 +44,14 @@ absl::StatusOr<std::vector<BodyRecord>> records_of(const WorldDescription& world
   return records;
 }
 
-WorldPose body_pose(const BodyRecord& record, double sector_size) {
-  const WorldPose centre{{record.home, Eigen::Vector3d(record.state.position.data())}, quaternion_of(record.state)};
-  const absl::StatusOr<WorldPose> pose = compose(centre, centre_frame(record.properties).inverse(), sector_size);
+WorldPose body_pose(const SectorIndex& home, const BodyState& state, const Pose& centre_frame, double sector_size) {
+  const WorldPose centre{{home, Eigen::Vector3d(state.position.data())}, quaternion_of(state)};
+  const absl::StatusOr<WorldPose> pose = compose(centre, centre_frame.inverse(), sector_size);
   return pose.ok() ? *pose : centre;
+}
+
+WorldPose body_pose(const BodyRecord& record, double sector_size) {
+  return body_pose(record.home, record.state, centre_frame(record.properties), sector_size);
 }
 
 SectorMap placed(const WorldDescription& world, std::span<const BodyRecord> records, std::uint32_t servers,

@@ -31,8 +31,9 @@ absl::StatusOr<std::vector<JointRecord>> joint_records_of(const WorldDescription
 absl::StatusOr<JointProperties> joint_properties_of(const JointProperties& joint, const BodyProperties* parent,
                                                     const BodyProperties& child, double sector_size);
 
-// Where the body frame of a record is, for clients. Never fails for a body that lives in a world: a position
+// Where the body frame of a body is, for clients. Never fails for a body that lives in a world: a position
 // that would leave the range stays in its home sector's frame.
+WorldPose body_pose(const SectorIndex& home, const BodyState& state, const Pose& centre_frame, double sector_size);
 WorldPose body_pose(const BodyRecord& record, double sector_size);
 
 // The first placement of a world: the curve cut so that each server gets about as many bodies that can move.

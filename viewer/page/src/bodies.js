@@ -8,6 +8,8 @@ import {colourOf} from './colours.js';
 import {drawnAs, kPointLevel, levelFor, meanRadiusOf, radiusOf} from './geometry.js';
 import {between, fromJson, moved, toJson} from './position.js';
 
+export const kPointPixels = 5;  // bodies of a smaller radius are drawn as points
+
 export class Bodies {
   #known = new Map();   // id -> what the server said of the body
   #shapes = new Map();  // shape id -> {parts, drawn, radius, pointRadius}
@@ -23,6 +25,7 @@ export class Bodies {
     this.view = null;  // {sector, sector_size, ...}: where positions count from
     this.tick = 0;
     this.frameMs = 33;  // between frames, smoothed
+    this.pointPixels = kPointPixels;
     this.#arrived = performance.now();
   }
   #arrived;
@@ -107,7 +110,7 @@ export class Bodies {
       const at = 3 * slot;
       const distance =
           Math.hypot(position1[at] - eye.x, position1[at + 1] - eye.y, position1[at + 2] - eye.z);
-      const level = levelFor(drawn, pixels * radius / Math.max(distance, radius));
+      const level = levelFor(drawn, pixels * radius / Math.max(distance, radius), this.pointPixels);
       if (level !== body.level) this.#draw(id, body, level);
     }
     for (const batch of this.#batches.values()) batch.flush();

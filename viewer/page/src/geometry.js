@@ -48,12 +48,12 @@ function plane({normal}) {
       new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...normal)));
 }
 
-// Levels of detail of what is round, the finest first: each for radii of so many pixels and more. Nothing is
-// drawn with less than the last, but as a point.
+// Levels of detail of what is round, the finest first: each for radii of so many pixels and more. After them
+// come points.
 const kLevels = [
   {pixels: 48, around: 28, along: 18, cap: 8},
   {pixels: 12, around: 16, along: 10, cap: 4},
-  {pixels: 5, around: 8, along: 6, cap: 3},
+  {pixels: 0, around: 8, along: 6, cap: 3},
 ];
 export const kPointLevel = kLevels.length;
 
@@ -113,10 +113,10 @@ export function drawnAs(id, parts) {
   return {key: `shape ${id}`, size: [1, 1, 1], make, levels, isBox: false};
 }
 
-// The level of detail of a body with a radius of so many pixels.
-export function levelFor({levels}, pixels) {
-  const level = kLevels.findIndex((candidate) => pixels >= candidate.pixels);
-  return level < 0 ? kPointLevel : Math.min(level, levels - 1);
+// The level of detail of a body with a radius of so many pixels, where those of less than `point` are points.
+export function levelFor({levels}, pixels, point) {
+  if (pixels < point) return kPointLevel;
+  return Math.min(kLevels.findIndex((level) => pixels >= level.pixels), levels - 1);
 }
 
 // The radius (m) of a ball around the origin that holds a geometry of that size along each axis.

@@ -9,9 +9,17 @@ import {Contacts, Planet, Ray, Seams, SectorGrid} from './marks.js';
 
 const kSky = '#0e1217';
 const kSlowFrameMs = 36;
-const kSlowForMs = 1500;  // of slow frames: then shadows go, and after them sharpness, step by step
-const kCoarser = 0.8;
-const kRatioMin = 0.4;
+const kSlowForMs = 1200;  // of slow frames: then the next of these is given up
+const kEconomies = [
+  (picture) => {
+    picture.shadows = false;
+    picture.onTooSlow();
+  },
+  ({bodies}) => bodies.pointPixels = 9,
+  (picture) => picture.ratioMax = 0.75,
+  ({bodies}) => bodies.pointPixels = 16,
+  (picture) => picture.ratioMax = 0.5,
+];
 
 // Whether there is a graphics processor to draw with, as far as the browser tells.
 function drawsInSoftware() {
@@ -47,12 +55,13 @@ export class Picture {
         bodies.group, this.sky, this.sun, this.sun.target, this.grid.object, this.contacts.object,
         this.seams.object, this.ray.object, this.planet.object);
     this.shadows = isFine;
+    this.#economies = isFine ? 0 : 1;
     this.mayCoarsen = true;  // where drawing takes too long
     this.onTooSlow = () => {};
     this.ratioMax = 2;
-    this.#slowMs = 0;
   }
-  #slowMs;
+  #slowMs = 0;
+  #economies;  // how many have been made
 
   set shadows(on) {
     this.renderer.shadowMap.enabled = on;
@@ -108,14 +117,9 @@ export class Picture {
 
   #watchSpeed(frameMs) {
     this.#slowMs = frameMs > kSlowFrameMs ? this.#slowMs + frameMs : Math.max(0, this.#slowMs - frameMs);
-    if (this.#slowMs < kSlowForMs || !this.mayCoarsen) return;
+    if (this.#slowMs < kSlowForMs || !this.mayCoarsen || this.#economies === kEconomies.length) return;
     this.#slowMs = 0;
-    if (this.shadows) {
-      this.shadows = false;
-      this.onTooSlow();
-    } else {
-      this.ratioMax = Math.max(kCoarser * Math.min(devicePixelRatio, this.ratioMax), kRatioMin);
-    }
+    kEconomies[this.#economies++](this);
   }
 
   // From the eye through a point of the window, in metres from the centre of the view's sector.

@@ -1,9 +1,10 @@
-// What the page costs: 10,000 bodies that move, all in view. Frames per second and bytes per second of a
-// page, and the time of ticks without a page, with one that draws nothing, and with one in a browser: of balls
-// that roll on the ground, and of crates that drift and turn without any weight, which is less work.
+// What the page costs: 10,000 bodies that move, all in view. The time of ticks (ms) and ticks per second
+// without a page, with one that draws nothing, and with one in a browser, frames and megabytes per second, and
+// pictures drawn per second, of the world as it moves and of one that stands still (`turning`): for balls that
+// roll on the ground at 60 ticks a second, and for crates that drift and turn without any weight at 30.
 //
 //   TESSERA_PAGE_PACKAGES=$PWD/build/release/viewer/node_modules TESSERA_PROGRAMS=build/release/bin \
-//     TESSERA_WORLDS_FOLDER=worlds node viewer/page/test/measure.mjs [rounds, else 2]
+//     TESSERA_WORLDS_FOLDER=worlds node viewer/page/test/measure.mjs [rounds, else 3]
 import {mkdtemp, rm, writeFile} from 'node:fs/promises';
 import {createRequire} from 'node:module';
 import {tmpdir} from 'node:os';
@@ -11,10 +12,9 @@ import {join, resolve} from 'node:path';
 
 import {openBrowser, openPage, tessera, upCluster} from './browser.mjs';
 
-const kRounds = Number(process.argv[2] ?? 2);
+const kRounds = Number(process.argv[2] ?? 3);
 const kBodies = 10000;
 const kSeconds = 10;
-const kTicks = 300;  // as fast as possible
 
 const WebSocket = createRequire(join(process.env.TESSERA_PAGE_PACKAGES, 'index.js'))('ws');
 const models = resolve(process.env.TESSERA_WORLDS_FOLDER, 'models');
@@ -32,11 +32,12 @@ const places = (count, edge, spacing) => Array.from({length: count}, (_, n) => [
 
 const kWorlds = {
   'rolling balls': [
-    '<gravity>0 0 -9.81</gravity>',
+    '<physics type="bullet"><max_step_size>0.016666666666666666</max_step_size></physics>',
     `<include><uri>${models}/plane.sdf</uri><name>ground</name></include>`,
     ...places(kBodies, 100, 1.5).map((place, n) => thing('ball', n, place, '0.4 0 0', [0, 0.8, 0])),
   ],
   'drifting crates': [
+    '<physics type="bullet"><max_step_size>0.033333333333333333</max_step_size></physics>',
     '<gravity>0 0 0</gravity>',
     ...places(kBodies, 22, 3).map(
         (place, n) => thing('crate', n, place, '0.4 0 0', [n % 3 - 1, n % 5 - 2, n % 7 - 3])),
@@ -51,30 +52,28 @@ const sdf = (parts) => `<?xml version="1.0"?>
 const pause = (seconds) => new Promise((done) => setTimeout(done, 1000 * seconds));
 const status = async (url) => (await fetch(new URL('status', url))).json();
 
-// The times of ticks at real time for some seconds, then of ticks as fast as possible; with `watch` going on.
-async function measure(name, file, watch) {
+const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
+
+// {p50, p99: ms, ticks: a second} of a run at real time with `watch` going on, and what that saw.
+async function measure(file, watch) {
   const cluster = await upCluster(file, '--servers', '2');
   try {
     const watcher = await watch(cluster.url);
     await tessera(cluster.address, 'resume');
     await pause(4);  // until all is under way
+    const {tick: before} = await status(cluster.url);
     await watcher.begin();
     await pause(kSeconds);
     const seen = await watcher.end();
-    const {tick_ms: {p50, p99}, real_time_factor: pace} = await status(cluster.url);
-    await tessera(cluster.address, 'pause');
-    const start = performance.now();
-    await tessera(cluster.address, 'step', String(kTicks));
-    const fast = (performance.now() - start) / kTicks;
+    const {tick, tick_ms: {p50, p99}} = await status(cluster.url);
     await watcher.close();
-    console.log(`${name}: p50 ${p50.toFixed(2)} ms, p99 ${p99.toFixed(2)} ms at a real-time factor of ${
-        pace.toFixed(2)}; as fast as possible ${fast.toFixed(2)} ms a tick${seen}`);
+    return {p50, p99, ticks: (tick - before) / kSeconds, ...seen};
   } finally {
     await cluster.stop('SIGINT');
   }
 }
 
-const nobody = async () => ({begin: async () => {}, end: async () => '', close: async () => {}});
+const nobody = async () => ({begin: async () => {}, end: async () => ({}), close: async () => {}});
 
 // Takes frames as fast as they come, as a page on another machine would.
 async function reader(url) {
@@ -93,16 +92,29 @@ async function reader(url) {
     begin: async () => {
       frames = bytes = 0;
     },
-    end: async () =>
-        `; ${(frames / kSeconds).toFixed(1)} frames/s, ${(bytes / kSeconds / 1e6).toFixed(2)} MB/s`,
+    end: async () => ({frames: frames / kSeconds, megabytes: bytes / kSeconds / 1e6}),
     close: async () => socket.close(),
   };
 }
+
+// Pictures a second of a world that stands still, from a camera that circles it: what drawing alone takes.
+const drawnWhileTurning = (page) => page.evaluate(async (seconds) => {
+  const {camera, state} = window.tessera;
+  const timer = setInterval(() => camera.yaw += 0.002, 15);
+  const wait = (time) => new Promise((done) => setTimeout(done, 1000 * time));
+  await wait(seconds);  // until it draws no finer than it can
+  const [before, start] = [state.framesDrawn, performance.now()];
+  await wait(seconds);
+  const rate = 1000 * (state.framesDrawn - before) / (performance.now() - start);
+  clearInterval(timer);
+  return rate;
+}, kSeconds);
 
 async function browserPage(url) {
   const browser = await openBrowser();
   const page = await openPage(browser, url);
   await page.waitForFunction((count) => window.tessera.bodies.countMoving === count, {}, kBodies);
+  const turning = await drawnWhileTurning(page);
   const count = () => page.evaluate(() => ({
                                       drawn: window.tessera.state.framesDrawn,
                                       bytes: window.tessera.connection.bytes,
@@ -116,23 +128,34 @@ async function browserPage(url) {
     end: async () => {
       const to = await count();
       const seconds = (to.at - from.at) / 1000;
-      return `; ${((to.drawn - from.drawn) / seconds).toFixed(1)} frames/s drawn, ${
-          ((to.bytes - from.bytes) / seconds / 1e6).toFixed(2)} MB/s`;
+      return {
+        turning,
+        drawn: (to.drawn - from.drawn) / seconds,
+        megabytes: (to.bytes - from.bytes) / seconds / 1e6,
+      };
     },
     close: () => browser.close(),
   };
 }
+
+const kWatchers = {
+  'no page': nobody,
+  'a page that draws nothing': reader,
+  'a page in a browser': browserPage,
+};
 
 const folder = await mkdtemp(join(tmpdir(), 'tessera-page-'));
 try {
   for (const [name, parts] of Object.entries(kWorlds)) {
     const file = join(folder, 'moving_bodies.sdf');
     await writeFile(file, sdf(parts));
+    const runs = Object.keys(kWatchers).map((watcher) => ({watcher, results: []}));
     for (let round = 0; round < kRounds; ++round) {
-      await measure(`${name}, no page`, file, nobody);
-      await measure(`${name}, a page that draws nothing`, file, reader);
-      await measure(`${name}, a page in a browser`, file, browserPage);
+      for (const {watcher, results} of runs) results.push(await measure(file, kWatchers[watcher]));
     }
+    console.log(`\n${name}, median of ${kRounds}`);
+    console.table(Object.fromEntries(runs.map(({watcher, results}) => [watcher, Object.fromEntries(
+        Object.keys(results[0]).map((key) => [key, Number(median(results.map((run) => run[key])).toFixed(2))]))])));
   }
 } finally {
   await rm(folder, {recursive: true});
