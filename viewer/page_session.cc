@@ -136,6 +136,7 @@ void PageSession::watch() {
   if (!interest_ || !report_->is_live()) {
     bodies_.watch({});
     contacts_.watch({});
+    watches_contacts_ = false;
     seams_.watch({});
     return;
   }
@@ -144,11 +145,13 @@ void PageSession::watch() {
   filter.region = region;
   filter.every_ticks = every_ticks_;
   bodies_.watch([this, filter] { return client_.watch_bodies(filter, kSubscribeTimeout); });
-  if (wants_contacts_) {
+  // They are of the whole world: another view needs no other stream, and a new one would begin with nothing.
+  if (wants_contacts_ && !watches_contacts_) {
     contacts_.watch([this] { return client_.watch_contacts({.persisting = true}, kSubscribeTimeout); });
-  } else {
+  } else if (!wants_contacts_) {
     contacts_.watch({});
   }
+  watches_contacts_ = wants_contacts_;
   if (wants_seams_) {
     const SeamFilter seams{region, every_ticks_ == 1 ? 1 : kFramesPerSeamFrame * every_ticks_};
     seams_.watch([this, seams] { return client_.watch_seams(seams, kSubscribeTimeout); });
@@ -195,7 +198,7 @@ void PageSession::write() {
 
 void PageSession::show(const std::shared_ptr<const live::ClusterReport>& report, const Interest& interest) {
   if (!report->is_live()) return;
-  start_over_where_needed(*report, interest);
+  const bool has_new_view = start_over_where_needed(*report, interest);
   const auto count_frame = [&] {
     const std::lock_guard lock(mutex_);
     ++frames_under_way_;
@@ -215,15 +218,17 @@ void PageSession::show(const std::shared_ptr<const live::ClusterReport>& report,
     introduce(bodies);
     send(encoder_.encode(frame->tick, std::move(bodies)));
   }
-  if (const std::optional<ContactFrame> frame = contacts_.take())
-    send(encode(frame->tick, view_->see(*frame)));
+  std::optional<ContactFrame> contacts = contacts_.take();
+  const bool has_contacts = contacts.has_value() || (has_new_view && last_contacts_);
+  if (contacts) last_contacts_ = std::move(contacts);
+  if (has_contacts) send(encode(last_contacts_->tick, view_->see(*last_contacts_)));
   if (const std::optional<SeamFrame> frame = seams_.take()) {
     count_frame();
     socket_.send_text(dump(seen(*report, *frame)));
   }
 }
 
-void PageSession::start_over_where_needed(const live::ClusterReport& report, const Interest& interest) {
+bool PageSession::start_over_where_needed(const live::ClusterReport& report, const Interest& interest) {
   if (report.world != told_world_) {
     told_world_ = report.world;
     counted_bodies_ = 0;
@@ -231,6 +236,7 @@ void PageSession::start_over_where_needed(const live::ClusterReport& report, con
     told_bodies_.clear();
     told_shapes_.clear();
     view_.reset();
+    last_contacts_.reset();
     socket_.send_text(dump({{"type", "world"}, {"world", report.cluster.world}}));
   }
   const bool has_new_statics = counted_bodies_ != report.cluster.bodies && catalogue_.learn_statics().ok();
@@ -240,8 +246,10 @@ void PageSession::start_over_where_needed(const live::ClusterReport& report, con
     encoder_.start_over();
     socket_.send_text(dump(view.describe()));
   }
-  if (has_new_statics || !view_ || view_->interest() != interest) statics_ = view.see_statics(catalogue_);
+  const bool is_new = !view_ || view_->interest() != interest;
+  if (has_new_statics || is_new) statics_ = view.see_statics(catalogue_);
   view_ = view;
+  return is_new;
 }
 
 std::vector<SeenBody> PageSession::seen(const live::ClusterReport& report, const BodyFrame& frame) {

@@ -72,7 +72,8 @@ class PageSession {
 
   // On the writing thread, which owns what they work on.
   void show(const std::shared_ptr<const live::ClusterReport>& report, const Interest& interest);
-  void start_over_where_needed(const live::ClusterReport& report, const Interest& interest);
+  // Whether the view is another one now.
+  bool start_over_where_needed(const live::ClusterReport& report, const Interest& interest);
   void introduce(const std::vector<SeenBody>& bodies);
   std::vector<SeenBody> seen(const live::ClusterReport& report, const BodyFrame& frame);
   nlohmann::json seen(const live::ClusterReport& report, const SeamFrame& frame) const;
@@ -88,6 +89,7 @@ class PageSession {
   bool has_news_ = true;  // a report that the page has not had
   std::optional<Interest> interest_;
   bool wants_contacts_ = false;
+  bool watches_contacts_ = false;
   bool wants_seams_ = false;
   std::uint32_t every_ticks_ = 0;  // of the streams that are open
   std::size_t bodies_in_view_ = 0;  // in the last frame, without static ones
@@ -101,6 +103,7 @@ class PageSession {
   FrameEncoder encoder_;
   std::optional<PageView> view_;
   std::vector<SeenBody> statics_;
+  std::optional<ContactFrame> last_contacts_;  // a world that stands still tells of them once
   absl::flat_hash_set<BodyId> told_bodies_;
   absl::flat_hash_set<ShapeId> told_shapes_;
   std::uint64_t told_world_ = 0;

@@ -74,7 +74,7 @@ export class Dashboard {
     const plot = (title, unit, ...lines) => new Plot(plots, title, unit, lines);
     this.pace = plot('real-time factor', '×', {name: 'now', colour: kTeal});
     this.tick = plot(
-        'tick of the slowest server', 'ms', {name: 'p50 since the load', colour: kTeal},
+        'slowest server\'s tick', 'ms', {name: 'p50 since the load', colour: kTeal},
         {name: 'p99 since the load', colour: kAmber});
     this.awake =
         plot('bodies awake, contacts', '', {name: 'awake', colour: kTeal}, {name: 'contacts', colour: kBlue});

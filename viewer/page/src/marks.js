@@ -1,7 +1,7 @@
 // What is drawn beside the bodies: borders of sectors, contacts, the ray that was cast, the planet.
 import {
   AdditiveBlending, Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial,
-  LineSegments, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, Vector3, WireframeGeometry,
+  LineSegments, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, Vector3,
 } from 'three';
 
 import {serverColour} from './colours.js';
@@ -200,16 +200,36 @@ export class Ray {
   }
 }
 
+// Meridians and parallels of a ball of radius 1, ten degrees apart, as short lines a little above it.
+function globeNet() {
+  const [degree, above] = [Math.PI / 180, 1.0005];
+  const points = [];
+  const put = (longitude, latitude) => points.push(
+      above * Math.cos(latitude * degree) * Math.cos(longitude * degree),
+      above * Math.cos(latitude * degree) * Math.sin(longitude * degree), above * Math.sin(latitude * degree));
+  for (let longitude = 0; longitude < 360; longitude += 2) {
+    for (let latitude = -90; latitude < 90; latitude += 2) {
+      if (longitude % 10 === 0) {
+        put(longitude, latitude);
+        put(longitude, latitude + 2);
+      }
+      if (latitude % 10 === 0) {
+        put(longitude, latitude);
+        put(longitude + 2, latitude);
+      }
+    }
+  }
+  return new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(points), 3));
+}
+
 // The globe, from far away.
 export class Planet {
   constructor() {
     const sphere = new SphereGeometry(1, 96, 64).rotateX(Math.PI / 2);
-    const meridians = new SphereGeometry(1.0005, 36, 18).rotateX(Math.PI / 2);
     this.object = new Group();
     this.ball = new Mesh(sphere, new MeshBasicMaterial({color: '#141c26', transparent: true}));
     this.net = new LineSegments(
-        new WireframeGeometry(meridians),
-        new LineBasicMaterial({color: '#3b5166', transparent: true, opacity: 0.35}));
+        globeNet(), new LineBasicMaterial({color: '#3b5166', transparent: true, opacity: 0.5}));
     this.object.add(this.ball, this.net);
     this.object.visible = false;
   }
@@ -224,7 +244,7 @@ export class Planet {
     const share = Math.min(Math.max((height - kPlanetFrom) / (4 * kPlanetFrom), 0), 1);
     this.object.visible = share > 0;
     this.ball.material.opacity = share;
-    this.net.material.opacity = 0.35 * share;
+    this.net.material.opacity = 0.5 * share;
     this.object.position.set(...planet.centre);
     this.object.scale.setScalar(planet.radius);
   }

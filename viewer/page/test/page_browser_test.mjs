@@ -140,6 +140,15 @@ test('shows contacts, the borders of sectors and what happens there', async () =
   });
 });
 
+test('contacts are there from wherever a world is looked at that stands still', async () => {
+  for (const name of ['tower_1::box_1', 'crate_face::crate', 'tower_2::box_1']) {
+    await page.evaluate(() => window.tessera.picture.contacts.count = -1);
+    await jumpTo(name);
+    await page.waitForFunction(() => window.tessera.picture.contacts.count !== -1);
+    assert.ok(await page.evaluate(() => window.tessera.picture.contacts.count) > 0, name);
+  }
+});
+
 // Where all bodies are that can move, by id, in m from the middle of sector 0, 0, 0: as they are drawn, or as
 // the cluster says.
 const places = (isDrawn) => page.evaluate(async (drawn) => {

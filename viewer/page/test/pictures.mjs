@@ -75,6 +75,8 @@ await withPage('seam', [world('seam.sdf'), '--servers', '2'], async (page, clust
   await page.click('#gridOn');
   await page.click('#contactsOn');
   await tessera(cluster.address, 'step', '40');
+  while (await page.evaluate(() => window.tessera.picture.contacts.count === 0))
+    await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 1}));
   await view(page, -1.2, 0.3, 22);
   await shoot(page, 'seam');
   await page.click('#contactsOn');
