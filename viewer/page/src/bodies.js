@@ -264,8 +264,7 @@ export class Bodies {
   // Sectors with bodies that can move: {offset, server, bodies} each.
   occupiedSectors() {
     const sectors = new Map();
-    for (const body of this.#shown.values()) {
-      if (body.info.motion === 'static') continue;
+    for (const body of this.#moving()) {
       const offset = this.#sectorOffset(body);
       const key = offset.join();
       const known = sectors.get(key);
@@ -275,5 +274,24 @@ export class Bodies {
         sectors.set(key, {offset, server: body.server, bodies: 1});
     }
     return [...sectors.values()];
+  }
+
+  // Of the bodies in view that can move and are there: how many, how many awake, the fastest (m/s), and whose
+  // they are.
+  inSector(sector) {
+    const key = sector.map((index, axis) => index - this.view.sector[axis]).join();
+    const there = [...this.#moving()].filter((body) => this.#sectorOffset(body).join() === key);
+    return {
+      count: there.length,
+      awake: there.filter((body) => !body.isAsleep).length,
+      fastest: there.reduce((speed, body) => Math.max(speed, body.speed), 0),
+      server: there[0]?.server,
+    };
+  }
+
+  * #moving() {
+    for (const body of this.#shown.values()) {
+      if (body.info.motion !== 'static') yield body;
+    }
   }
 }

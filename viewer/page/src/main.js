@@ -5,8 +5,8 @@ import {Bodies} from './bodies.js';
 import {Camera} from './camera.js';
 import {kLegends, serverColour} from './colours.js';
 import {Connection} from './connection.js';
-import {Dashboard, fill} from './dashboard.js';
-import {describe} from './geometry.js';
+import {Dashboard} from './dashboard.js';
+import {Details} from './details.js';
 import {Labels} from './labels.js';
 import {Player} from './player.js';
 import {number, Plot} from './plot.js';
@@ -126,47 +126,43 @@ async function jump(text) {
   select(found.body);
 }
 
-// --- the selected body ---
+// --- the selected body or sector ---
 
-let bodyPlot = null;
+const details = new Details({
+  panel: $('details'),
+  name: $('detailsName'),
+  facts: $('facts'),
+  plot: $('history'),
+  actions: $('bodyActions'),
+  bodies
+});
+
 function select(id) {
   state.selected = id;
   bodies.selected = id;
   setFollowing(state.following && id !== null);
-  $('details').hidden = id === null;
-  $('bodyPlot').replaceChildren();
-  bodyPlot =
-      id === null ? null : new Plot($('bodyPlot'), 'speed', 'm/s', [{name: 'speed', colour: '#63d2b8'}]);
-  showDetails();
+  if (id === null)
+    details.hide();
+  else
+    details.showBody(id);
+  refreshDetails();
 }
+
+// Where sectors are shown, those that were clicked beside all bodies.
+function selectPlace({sector}) {
+  select(null);
+  if (!$('gridOn').checked) return;
+  details.showSector(sector);
+  refreshDetails();
+  showGrid();
+}
+
+const refreshDetails = () => details.refresh(!player.isOn);
 
 function setFollowing(on) {
   state.following = on;
   $('follow').classList.toggle('on', on);
   if (!on) camera.stopGliding();
-}
-
-function showDetails() {
-  if (state.selected === null) return;
-  const body = bodies.look(state.selected);
-  if (!body) return;
-  const {info, speed, server, isAsleep, position, parts} = body;
-  const place = moved({sector: position.sector, local: [0, 0, 0]}, position.local, bodies.view.sector_size);
-  $('bodyName').textContent = info.name;
-  $('bodyName').title = info.name;
-  const rounded = (x) => Number(x.toPrecision(4));
-  fill($('bodyFacts'), [
-    ['id', String(info.id)],
-    ['shape', describe(parts)],
-    ['mass', info.motion === 'dynamic' ? `${rounded(info.mass)} kg` : info.motion],
-    ['friction', String(rounded(info.friction))],
-    ['sector', sectorText(place.sector)],
-    ['in it', `${place.local.map((x) => x.toFixed(3)).join(', ')} m`],
-    ['speed', `${speed.toFixed(3)} m/s`],
-    ['state', isAsleep ? 'asleep' : 'awake'],
-    ...(player.isOn ? [] : [['server', String(server + 1)]]),
-  ]);
-  bodyPlot?.add(speed);
 }
 
 function followSelected() {
@@ -240,7 +236,7 @@ source.addEventListener('status', ({detail}) => {
   enableControls();
   showLegend();
   if (!player.isOn) dashboard.show(detail, state);
-  showDetails();
+  refreshDetails();
   if (state.wantsPlace || state.places.length === 0) refreshPlaces();
 });
 
@@ -280,7 +276,7 @@ function step(way) {
     command('step', {ticks: 1});
 }
 
-const tools = new Tools({source, picture, camera, bodies, options: $('toolOptions'), notify, select});
+const tools = new Tools({source, picture, camera, bodies, options: $('toolOptions'), notify, select, selectPlace});
 camera.onClick = (event) => tools.click(event);
 camera.onMove = () => setFollowing(false);
 
@@ -411,8 +407,8 @@ function showGrid() {
   const on = $('gridOn').checked && view !== null;
   picture.grid.object.visible = on;
   if (!on || !camera.focus) return;
-  const focusOffset = camera.focus.sector.map((index, axis) => Number(index - view.sector[axis]));
-  picture.grid.show(bodies.occupiedSectors(), focusOffset, view.sector_size);
+  const offsetOf = (sector) => sector.map((index, axis) => Number(index - view.sector[axis]));
+  picture.grid.show(bodies.occupiedSectors(), offsetOf(details.sector ?? camera.focus.sector), view.sector_size);
 }
 
 function labelsNow() {

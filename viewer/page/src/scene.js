@@ -31,7 +31,7 @@ function drawsInSoftware() {
 }
 
 export class Picture {
-  // `detail` is "fine", with smooth edges and shadows, or "fast"; null: as what draws can.
+  // `detail` is "fine", with smooth edges and shadows however long that takes, or "fast"; null: as what draws can.
   constructor(canvas, bodies, detail) {
     this.canvas = canvas;
     this.bodies = bodies;
@@ -56,7 +56,7 @@ export class Picture {
         this.seams.object, this.ray.object, this.planet.object);
     this.shadows = isFine;
     this.#economies = isFine ? 0 : 1;
-    this.mayCoarsen = true;  // where drawing takes too long
+    this.mayCoarsen = detail !== 'fine';  // where drawing takes too long
     this.onTooSlow = () => {};
     this.ratioMax = 2;
   }

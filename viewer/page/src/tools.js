@@ -17,8 +17,8 @@ const kSpawned = {
 };
 
 export class Tools {
-  constructor({source, picture, camera, bodies, options, notify, select}) {
-    Object.assign(this, {source, picture, camera, bodies, options, notify, select});
+  constructor({source, picture, camera, bodies, options, notify, select, selectPlace}) {
+    Object.assign(this, {source, picture, camera, bodies, options, notify, select, selectPlace});
     this.tool = 'select';
     this.speed = 3;  // m/s that a push gives
     this.size = 1;   // m of what is spawned
@@ -69,7 +69,10 @@ export class Tools {
   }
 
   _select({hit}) {
-    this.select(hit && this.bodies.look(hit.body)?.info.motion !== 'static' ? hit.body : null);
+    if (hit && this.bodies.look(hit.body)?.info.motion === 'static')
+      this.selectPlace(hit);
+    else
+      this.select(hit?.body ?? null);
   }
 
   async _push({hit, direction}) {

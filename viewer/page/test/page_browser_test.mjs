@@ -149,6 +149,27 @@ test('contacts are there from wherever a world is looked at that stands still', 
   }
 });
 
+test('a click on the ground tells of the sector, where sectors are shown', async () => {
+  await jumpTo('crate_face::crate');
+  const ground = await page.evaluate(() => {
+    const {bodies, camera, picture, state} = window.tessera;
+    const {position} = bodies.look(state.selected);
+    const box = document.getElementById('world').getBoundingClientRect();
+    const [x, y, z] = position.local;
+    const [left, top] = picture.toWindow(camera, [x, y - 2, z - 0.5]);
+    return [left + box.left, top + box.top];
+  });
+  await page.mouse.click(...ground);
+  const text = (id) => page.$eval(id, (element) => element.textContent);
+  await page.waitForFunction(() => document.getElementById('detailsName').textContent.startsWith('sector '));
+  assert.match(await text('#facts'), /edge10 mbodies[1-9]\d*awake\d+fastest[\d.]+ m\/sserver[12]/);
+  assert.equal(await selected(), null);
+  await page.click('#gridOn');
+  await page.mouse.click(...ground);
+  await page.waitForFunction(() => document.getElementById('details').hidden);
+  await page.click('#gridOn');
+});
+
 // Where all bodies are that can move, by id, in m from the middle of sector 0, 0, 0: as they are drawn, or as
 // the cluster says.
 const places = (isDrawn) => page.evaluate(async (drawn) => {

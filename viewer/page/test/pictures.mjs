@@ -33,7 +33,7 @@ async function settle(page) {
 // A processor takes seconds to draw as finely as pictures are: only they are, and of worlds that stand still.
 const draw = (page, isFine) => page.evaluate(
     (fine) =>
-        Object.assign(window.tessera.picture, {mayCoarsen: false, shadows: fine, ratioMax: fine ? 1 : 0.1}),
+        Object.assign(window.tessera.picture, {shadows: fine, ratioMax: fine ? 1 : 0.1}),
     isFine);
 
 const shoot = async (page, name) => {

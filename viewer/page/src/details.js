@@ -1,0 +1,84 @@
+// What was clicked: a body, or a sector, with its figures and how they have been since then.
+import {fill} from './dashboard.js';
+import {describe} from './geometry.js';
+import {number, Plot} from './plot.js';
+import {moved, sectorText} from './position.js';
+
+const rounded = (x) => Number(x.toPrecision(4));
+
+export class Details {
+  #plot = null;
+  #shown = null;  // {body} or {sector}
+
+  constructor({panel, name, facts, plot, actions, bodies}) {
+    Object.assign(this, {panel, name, facts, plotPlace: plot, actions, bodies});
+  }
+
+  // An array of three BigInt, or null.
+  get sector() { return this.#shown?.sector ?? null; }
+
+  hide() { this.#begin(null); }
+
+  showBody(id) { this.#begin({body: id}, 'speed', 'm/s', [{name: 'speed', colour: '#63d2b8'}]); }
+
+  showSector(sector) {
+    this.#begin({sector}, 'bodies, awake', '', [
+      {name: 'bodies', colour: '#6ea8fe'},
+      {name: 'awake', colour: '#63d2b8'},
+    ]);
+  }
+
+  #begin(shown, title, unit, lines) {
+    this.#shown = shown;
+    this.panel.hidden = shown === null;
+    this.plotPlace.replaceChildren();
+    this.#plot = shown ? new Plot(this.plotPlace, title, unit, lines) : null;
+    this.actions.hidden = shown?.body === undefined;
+  }
+
+  // As they are now.
+  refresh(hasServers) {
+    if (!this.#shown || !this.bodies.view) return;
+    if (this.#shown.sector)
+      this.#refreshSector(hasServers);
+    else
+      this.#refreshBody(hasServers);
+  }
+
+  #refreshBody(hasServers) {
+    const body = this.bodies.look(this.#shown.body);
+    if (!body) return;
+    const {info, speed, server, isAsleep, position, parts} = body;
+    const place =
+        moved({sector: position.sector, local: [0, 0, 0]}, position.local, this.bodies.view.sector_size);
+    this.#head(info.name);
+    fill(this.facts, [
+      ['id', String(info.id)],
+      ['shape', describe(parts)],
+      ['mass', info.motion === 'dynamic' ? `${rounded(info.mass)} kg` : info.motion],
+      ['friction', String(rounded(info.friction))],
+      ['sector', sectorText(place.sector)],
+      ['in it', `${place.local.map((x) => x.toFixed(3)).join(', ')} m`],
+      ['speed', `${speed.toFixed(3)} m/s`],
+      ['state', isAsleep ? 'asleep' : 'awake'],
+      ...(hasServers ? [['server', String(server + 1)]] : []),
+    ]);
+    this.#plot.add(speed);
+  }
+
+  #refreshSector(hasServers) {
+    const {sector} = this.#shown;
+    const {count, awake, fastest, server} = this.bodies.inSector(sector);
+    this.#head(`sector ${sectorText(sector)}`);
+    fill(this.facts, [
+      ['edge', `${rounded(this.bodies.view.sector_size)} m`],
+      ['bodies', number(count)],
+      ['awake', number(awake)],
+      ['fastest', `${fastest.toFixed(3)} m/s`],
+      ...(hasServers && count > 0 ? [['server', String(server + 1)]] : []),
+    ]);
+    this.#plot.add(count, awake);
+  }
+
+  #head(text) { this.name.textContent = this.name.title = text; }
+}
