@@ -30,7 +30,8 @@ class WatchedBox {
   }
   // False only where no body of the sector can be in the box: some are a little beyond its borders.
   bool may_hold_bodies_of(const SectorIndex& sector) const {
-    return !centre_ || (away({sector, Eigen::Vector3d::Zero()}).array() <= half_.array() + sector_size_).all();
+    return !centre_ ||
+           (away({sector, Eigen::Vector3d::Zero()}).array() <= half_.array() + sector_size_).all();
   }
 
  private:

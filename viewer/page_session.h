@@ -34,8 +34,8 @@ namespace tessera::viewer {
 
 struct PageOptions {
   bool read_only = false;
-  double frames_per_second = 30;     // at most
-  double states_per_second = 1e5;    // of bodies: of more in view, fewer frames
+  double frames_per_second = 30;   // at most
+  double states_per_second = 1e5;  // of bodies: of more in view, fewer frames
 };
 
 // To the page; both block while the network does.
@@ -61,11 +61,11 @@ class PageSession {
 
   bool look(const nlohmann::json& message);
   bool ask(const nlohmann::json& message);
-  void tell(const nlohmann::json& message);  // with the lock held
-  void watch();                              // likewise
+  void tell(const nlohmann::json& message);   // with the lock held
+  void watch();                               // likewise
   void watch_at_another_rate_where_needed();  // likewise
-  double frames_per_second() const;          // likewise
-  bool is_due(Clock::time_point now) const;  // likewise
+  double frames_per_second() const;           // likewise
+  bool is_due(Clock::time_point now) const;   // likewise
 
   void write();
   void answer_requests();
@@ -91,7 +91,7 @@ class PageSession {
   bool wants_contacts_ = false;
   bool watches_contacts_ = false;
   bool wants_seams_ = false;
-  std::uint32_t every_ticks_ = 0;  // of the streams that are open
+  std::uint32_t every_ticks_ = 0;   // of the streams that are open
   std::size_t bodies_in_view_ = 0;  // in the last frame, without static ones
   std::deque<std::string> texts_;
   std::deque<nlohmann::json> requests_;

@@ -66,8 +66,12 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
     bool first = true;
     while (stream->Read(&batch)) {
       absl::StatusOr<Frame> frame = Traits::read(batch);
-      if (!frame.ok()) merger_.end(absl::DataLossError(absl::StrCat("sector server at ", address, ": ", frame.status().message())));
-      if (!frame.ok() || !merger_.push(source, *std::move(frame), !first || Traits::kFirstIsWhole)) break;
+      if (!frame.ok()) {
+        merger_.end(
+            absl::DataLossError(absl::StrCat("sector server at ", address, ": ", frame.status().message())));
+        break;
+      }
+      if (!merger_.push(source, *std::move(frame), !first || Traits::kFirstIsWhole)) break;
       first = false;
     }
     reader.context.TryCancel();

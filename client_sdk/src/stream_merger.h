@@ -33,7 +33,8 @@ void join(std::vector<Sample>& whole, std::vector<Sample> part, const Order& ord
   std::vector<Sample> both;
   both.reserve(whole.size() + part.size());
   std::merge(std::move_iterator(whole.begin()), std::move_iterator(whole.end()),
-             std::move_iterator(part.begin()), std::move_iterator(part.end()), std::back_inserter(both), order);
+             std::move_iterator(part.begin()), std::move_iterator(part.end()), std::back_inserter(both),
+             order);
   whole = std::move(both);
 }
 

@@ -103,7 +103,7 @@ class Stream {
 
   // The next tick that every server has told of. DEADLINE_EXCEEDED when none is complete in time (call
   // again); any other status ends the stream for good: UNAVAILABLE, naming the server, when one was lost,
-  // CANCELLED after cancel(), ABORTED when the world was unloaded or replaced.
+  // CANCELLED after cancel(), ABORTED when the world was unloaded or replaced, DATA_LOSS for broken messages.
   virtual absl::StatusOr<Frame> next(absl::Duration timeout = absl::InfiniteDuration()) = 0;
 
   virtual void cancel() = 0;

@@ -1,8 +1,5 @@
 // Bodies that are drawn in one call: all with one geometry, or all as points.
-import {
-  BufferAttribute, BufferGeometry, DynamicDrawUsage, InstancedBufferAttribute, InstancedBufferGeometry, Mesh,
-  Points,
-} from 'three';
+import {BufferAttribute, BufferGeometry, DynamicDrawUsage, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, Points,} from 'three';
 
 import {bodyMaterial, pointMaterial, pointShadowMaterial, shadowMaterial} from './body_material.js';
 
@@ -30,7 +27,9 @@ class Batch {
     object.castShadow = object.receiveShadow = true;
   }
 
-  get #geometry() { return this.object.geometry; }
+  get #geometry() {
+    return this.object.geometry;
+  }
 
   #reserve(slots) {
     this.capacity = slots;
@@ -89,7 +88,9 @@ class Batch {
     return slot === last ? undefined : id;
   }
 
-  touch(name) { this.dirty.add(name); }
+  touch(name) {
+    this.dirty.add(name);
+  }
 
   // Hands what has changed to the graphics card.
   flush() {

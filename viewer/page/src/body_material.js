@@ -128,12 +128,10 @@ function shadow(name, place, size, shape) {
   const material = new MeshDepthMaterial({depthPacking: RGBADepthPacking});
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
-    shader.vertexShader =
-        shader.vertexShader.replace('#include <common>', `#include <common>\n${kPose}`)
-            .replace('#include <begin_vertex>', `vec3 transformed = ${place};`)
-            .replace('#include <project_vertex>', `#include <project_vertex>\n${size}`);
-    shader.fragmentShader =
-        shader.fragmentShader.replace('#include <map_fragment>', shape);
+    shader.vertexShader = shader.vertexShader.replace('#include <common>', `#include <common>\n${kPose}`)
+                              .replace('#include <begin_vertex>', `vec3 transformed = ${place};`)
+                              .replace('#include <project_vertex>', `#include <project_vertex>\n${size}`);
+    shader.fragmentShader = shader.fragmentShader.replace('#include <map_fragment>', shape);
   };
   material.customProgramCacheKey = () => `shadow of ${name}`;
   return material;

@@ -15,11 +15,17 @@ export class Details {
   }
 
   // An array of three BigInt, or null.
-  get sector() { return this.#shown?.sector ?? null; }
+  get sector() {
+    return this.#shown?.sector ?? null;
+  }
 
-  hide() { this.#begin(null); }
+  hide() {
+    this.#begin(null);
+  }
 
-  showBody(id) { this.#begin({body: id}, 'speed', 'm/s', [{name: 'speed', colour: '#63d2b8'}]); }
+  showBody(id) {
+    this.#begin({body: id}, 'speed', 'm/s', [{name: 'speed', colour: '#63d2b8'}]);
+  }
 
   showSector(sector) {
     this.#begin({sector}, 'bodies, awake', '', [
@@ -80,5 +86,7 @@ export class Details {
     this.#plot.add(count, awake);
   }
 
-  #head(text) { this.name.textContent = this.name.title = text; }
+  #head(text) {
+    this.name.textContent = this.name.title = text;
+  }
 }
