@@ -1,6 +1,8 @@
 #include "daemon/configuration.h"
 
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
@@ -55,7 +57,8 @@ class ConfigurationTest : public ::testing::Test {
     for (const std::string& variable : variables_) unsetenv(variable.c_str());
   }
 
-  const std::string path_ = ::testing::TempDir() + "/configuration_test.toml";
+  // Each case may run in a process of its own, at the same time as others.
+  const std::string path_ = absl::StrCat(::testing::TempDir(), "/configuration_test_", getpid(), ".toml");
   std::vector<std::string> variables_;
   Daemon daemon_;
 };

@@ -2,6 +2,7 @@
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
@@ -93,7 +94,7 @@ TEST(ConfigurationFileTest, IsWhatConfigShowPrints) {
 }
 
 TEST(ConfigurationFileTest, WithEveryKeySetSaysTheSame) {
-  const std::string path = ::testing::TempDir() + "/every_key.toml";
+  const std::string path = absl::StrCat(::testing::TempDir(), "/every_key_", getpid(), ".toml");
   std::ofstream(path) << std::regex_replace(text_of(deploy("tessera.toml")), std::regex("\n#([a-z])"),
                                             "\n$1");
   Daemons set;
