@@ -146,10 +146,10 @@ void PageSession::watch() {
   filter.every_ticks = every_ticks_;
   bodies_.watch([this, filter] { return client_.watch_bodies(filter, kSubscribeTimeout); });
   // They are of the whole world: another view needs no other stream, and a new one would begin with nothing.
-  if (wants_contacts_ && !watches_contacts_) {
-    contacts_.watch([this] { return client_.watch_contacts({.persisting = true}, kSubscribeTimeout); });
-  } else if (!wants_contacts_) {
+  if (!wants_contacts_) {
     contacts_.watch({});
+  } else if (!watches_contacts_) {
+    contacts_.watch([this] { return client_.watch_contacts({.persisting = true}, kSubscribeTimeout); });
   }
   watches_contacts_ = wants_contacts_;
   if (wants_seams_) {

@@ -156,6 +156,7 @@ test('a click on the ground tells of the sector, where sectors are shown', async
     const {position} = bodies.look(state.selected);
     const box = document.getElementById('world').getBoundingClientRect();
     const [x, y, z] = position.local;
+    picture.aim(camera, bodies.view);  // which may have come after the last picture
     const [left, top] = picture.toWindow(camera, [x, y - 2, z - 0.5]);
     return [left + box.left, top + box.top];
   });

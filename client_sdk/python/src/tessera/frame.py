@@ -123,11 +123,8 @@ class ContactFrame:
 
 def body_frame(tick: int, parts: Iterable[tessera_pb2.BodyBatch], sector_size: float) -> BodyFrame:
     """One frame out of what each server says of a tick, body by body or in columns."""
-    columns = [_columns(part) for part in parts]
-    if columns:
-        ids, sectors, motion, asleep = (np.concatenate(column) for column in zip(*columns))
-    else:
-        ids, sectors, motion, asleep = _columns(tessera_pb2.BodyBatch())
+    columns = [_columns(part) for part in parts] or [_columns(tessera_pb2.BodyBatch())]
+    ids, sectors, motion, asleep = (np.concatenate(column) for column in zip(*columns))
     order = np.argsort(ids)
     motion = motion[order]
     return BodyFrame(
