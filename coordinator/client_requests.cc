@@ -3,9 +3,9 @@
 
 #include <utility>
 
-#include "coordinator/limits.h"
 #include "coordinator/command_checks.h"
 #include "coordinator/coordinator_impl.h"
+#include "coordinator/limits.h"
 #include "proto/convert.h"
 
 namespace tessera {

@@ -1,4 +1,3 @@
-#include "coordinator/limits.h"
 #include "coordinator/command_checks.h"
 
 #include <absl/strings/str_cat.h>
@@ -8,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "coordinator/limits.h"
 #include "lpss/world/limits.h"
 #include "lpss/world/simulation.h"
 #include "lpss/world/validate.h"
@@ -193,13 +193,15 @@ absl::StatusOr<v1::NearQuery> checked(const v1::NearRequest& request, const Worl
   probe.properties.motion = Motion::kKinematic;
   probe.pose = from_proto(request.pose());
   const double size = world.settings().sector_size;
-  if (absl::Status status = validate(probe, std::span(&*shape, 1), world.settings()); !status.ok()) return status;
+  if (absl::Status status = validate(probe, std::span(&*shape, 1), world.settings()); !status.ok())
+    return status;
   const absl::StatusOr<WorldPosition> position =
       canonical(probe.pose.position.sector, probe.pose.position.local, size);
   if (!position.ok()) return position.status();
   const double reach = request.reach();
   if (!std::isfinite(reach) || reach < 0 || reach > kReachMax * size) {
-    return refused("reach = ", reach, " m must be 0 m to ", kReachMax, " sectors, which are ", kReachMax * size, " m");
+    return refused("reach = ", reach, " m must be 0 m to ", kReachMax, " sectors, which are ",
+                   kReachMax * size, " m");
   }
   *near.mutable_pose() = to_proto(WorldPose{*position, probe.pose.orientation.normalized()});
   near.set_reach(reach);

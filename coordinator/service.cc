@@ -145,8 +145,7 @@ grpc::ServerUnaryReactor* TesseraService::Raycast(Context*, const v1::RaycastReq
   return post(q, a);
 }
 
-grpc::ServerUnaryReactor* TesseraService::Near(Context*, const v1::NearRequest* q,
-                                               v1::NearReply* a) {
+grpc::ServerUnaryReactor* TesseraService::Near(Context*, const v1::NearRequest* q, v1::NearReply* a) {
   return post(q, a);
 }
 grpc::ServerUnaryReactor* TesseraService::FindBodies(Context*, const v1::FindBodiesRequest* q,

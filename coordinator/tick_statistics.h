@@ -46,7 +46,7 @@ struct TickSums {
   std::uint64_t islands_cut = 0;
   std::uint64_t bodies_awake = 0;
   std::uint64_t sectors = 0;
-  WorldHash hash;  // nothing unless the world hashes its ticks
+  WorldHash hash;                // nothing unless the world hashes its ticks
   std::uint64_t heard_from = 0;  // a bit per rank
 };
 

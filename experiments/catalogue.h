@@ -20,7 +20,8 @@ struct Experiment {
   std::string name;
   std::string about;  // one sentence
 
-  // In a process that has loaded no engine, or that of `options.precision`. Errors: CANCELLED, those of the worlds.
+  // In a process that has loaded no engine, or that of `options.precision`. Errors: CANCELLED, those of the
+  // worlds.
   std::function<absl::StatusOr<Report>(const ExperimentOptions& options, const Progress& progress)> measure;
 };
 

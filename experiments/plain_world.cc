@@ -1,14 +1,15 @@
 #include "experiments/plain_world.h"
 
-#include "lpss/engine/load_engine.h"
 #include "lpss/engine/disjoint_sets.h"
+#include "lpss/engine/load_engine.h"
 #include "lpss/world/gravity.h"
 #include "lpss/world/share.h"
 #include "lpss/world/simulation.h"
 
 namespace tessera {
 
-absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescription& world, Precision precision) {
+absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescription& world,
+                                                               Precision precision) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
   EngineSettings settings = engine_settings(world.settings);

@@ -15,13 +15,15 @@
 
 namespace tessera {
 
-// One engine world whose "sector" is the whole world: coordinates are metres from the anchor's centre, rounded to
-// what the engine computes with, whatever precision the world asks for. The same bodies, settings and sleeping as in
-// Tessera, but no sectors, no joints, and Bullet's own solver without small steps. Not for several threads at a time.
+// One engine world whose "sector" is the whole world: coordinates are metres from the anchor's centre,
+// rounded to what the engine computes with, whatever precision the world asks for. The same bodies, settings
+// and sleeping as in Tessera, but no sectors, no joints, and Bullet's own solver without small steps. Not for
+// several threads at a time.
 class PlainWorld {
  public:
   // Errors as validate() and load_engine().
-  static absl::StatusOr<std::unique_ptr<PlainWorld>> create(const WorldDescription& world, Precision precision);
+  static absl::StatusOr<std::unique_ptr<PlainWorld>> create(const WorldDescription& world,
+                                                            Precision precision);
 
   void step();
 

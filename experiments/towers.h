@@ -19,9 +19,9 @@ inline constexpr double kStandingDisplacementMax = 0.5;
 struct TowerReport {
   std::size_t towers = 0;
   std::size_t standing = 0;
-  double displacement_median =
-      0;                        // m, of all bodies of all towers; infinite for what is no number any longer
-  double displacement_max = 0;  // m
+  // m, of all bodies of all towers; infinite for what is no number any longer.
+  double displacement_median = 0;
+  double displacement_max = 0;
 };
 
 // The towers of a world: models whose names start with "tower", on any level, with two dynamic bodies or

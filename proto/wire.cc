@@ -458,15 +458,19 @@ std::size_t packed_size() {
 
 std::uint64_t wire_layout() {
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
-  for (const std::size_t number :
-       {std::size_t{kClusterProtocol}, sizeof(BodyRecord), packed_size<BodyRecord>(),
-        packed_size<GhostUpdate>(), packed_size<Handover>(), packed_size<ManifoldTransfer>(),
-        packed_size<Exchange>(), packed_size<IslandPart>(), packed_size<SectorSeams>(),
-        packed_size<ShippedBody>(), packed_size<ShippedContact>(), packed_size<ShippedIsland>(),
-        packed_size<SolvedBody>(), packed_size<Solution>(), packed_size<ApplyImpulse>(),
-        packed_size<ApplyForce>(), packed_size<Teleport>(), packed_size<JointRecord>(),
-        packed_size<SetDrives>(), packed_size<MovedBody>(), packed_size<MovedClone>(), packed_size<MovedSector>(),
-        packed_size<SharedChange>(), std::variant_size_v<Command>, std::variant_size_v<RoundMessage>}) {
+  for (const std::size_t number : {std::size_t{kClusterProtocol},    sizeof(BodyRecord),
+                                   packed_size<BodyRecord>(),        packed_size<GhostUpdate>(),
+                                   packed_size<Handover>(),          packed_size<ManifoldTransfer>(),
+                                   packed_size<Exchange>(),          packed_size<IslandPart>(),
+                                   packed_size<SectorSeams>(),       packed_size<ShippedBody>(),
+                                   packed_size<ShippedContact>(),    packed_size<ShippedIsland>(),
+                                   packed_size<SolvedBody>(),        packed_size<Solution>(),
+                                   packed_size<ApplyImpulse>(),      packed_size<ApplyForce>(),
+                                   packed_size<Teleport>(),          packed_size<JointRecord>(),
+                                   packed_size<SetDrives>(),         packed_size<MovedBody>(),
+                                   packed_size<MovedClone>(),        packed_size<MovedSector>(),
+                                   packed_size<SharedChange>(),      std::variant_size_v<Command>,
+                                   std::variant_size_v<RoundMessage>}) {
     hash = (hash ^ number) * 0x100000001b3;
   }
   return hash;

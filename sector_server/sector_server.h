@@ -31,7 +31,7 @@ struct SectorServerOptions {
   // How long it waits for one that gives no sign of life any more.
   Nanoseconds coordinator_timeout = std::chrono::seconds(10);
   std::function<std::uint64_t()> peak_rss_bytes;  // for reports; may be empty
-  LogSink log;  // told what an operator should know; empty: nobody is
+  LogSink log;                                    // told what an operator should know; empty: nobody is
 };
 
 class SectorServer {
@@ -73,8 +73,8 @@ class SectorServer {
 
   // Whether a coordinator has welcomed this server and gives signs of life.
   bool joined() const;
-  // What the last tick of the loaded world was like; null before there was one. Until the next call of another
-  // function.
+  // What the last tick of the loaded world was like; null before there was one. Until the next call of
+  // another function.
   const v1::TickReport* last_tick() const;
   std::uint64_t exchange_bytes() const;  // sent to other servers, for the loaded world
 

@@ -79,7 +79,8 @@ absl::Status WorldRun::take(NodeId from, v1::Round round) {
   if (place == nodes_.end())
     return absl::InvalidArgumentError(
         absl::StrCat("a round from ", from.value, ", which is no server of this world"));
-  // It may be any number of ticks ahead: a world at rest needs no messages, so its servers go at their own pace.
+  // It may be any number of ticks ahead: a world at rest needs no messages, so its servers go at their own
+  // pace.
   if (round.tick() <= tick_) {
     return absl::InternalError(
         absl::StrCat("a message of tick ", round.tick(), " arrived after tick ", tick_));
@@ -190,8 +191,8 @@ void WorldRun::end_tick(Nanoseconds now) {
   const TickCounts& counts = share_->counts();
   v1::TickReport& report = last_report_;
   report.set_tick(tick_);
-  report.set_work_us(
-      static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now - tick_began_).count()));
+  report.set_work_us(static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::microseconds>(now - tick_began_).count()));
   report.set_clones(counts.clones);
   report.set_contacts(counts.contacts);
   report.set_islands_across_seams(counts.islands_across_seams);

@@ -81,8 +81,8 @@ class WorldRun {
   std::optional<v1::Grant> grant_;  // being carried out
   std::uint64_t ticks_left_ = 0;
 
-  std::optional<Round> round_;  // that the tick under way waits in
-  Tick tick_ = 0;               // completed
+  std::optional<Round> round_;                                      // that the tick under way waits in
+  Tick tick_ = 0;                                                   // completed
   absl::btree_map<std::pair<Tick, std::uint32_t>, Inbox> inboxes_;  // by tick and number of the round
 
   Nanoseconds tick_began_{};

@@ -89,8 +89,9 @@ void add_up(CLI::App& app, Action& action) {
                       "where browsers find the page; by default, if that is in use, any free port")
           ->capture_default_str();
   CLI::Option* no_page = command.add_flag("--no-page")->description("without a page")->excludes(page);
-  command.add_option("--record-inputs", cluster.record_inputs,
-                     "write worlds, commands and the hash of every tick to this new file, for tessera replay");
+  command.add_option(
+      "--record-inputs", cluster.record_inputs,
+      "write worlds, commands and the hash of every tick to this new file, for tessera replay");
   command.add_flag("--end-with-input", options->end_with_input,
                    "end when the standard input does: with the program that holds the pipe");
   add_override_options(command, options->overrides);

@@ -1,11 +1,12 @@
 // config show: what the daemons would run with.
+#include "client_sdk/cli/config_command.h"
+
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 
-#include "client_sdk/cli/config_command.h"
 #include "coordinator/options.h"
 #include "daemon/configuration.h"
 #include "sector_server/options.h"

@@ -61,10 +61,11 @@ absl::Status LocalCluster::launch() {
   if (inotify < 0 || inotify_add_watch(inotify, folder_.c_str(), IN_CLOSE_WRITE | IN_MOVED_TO) < 0) {
     return absl::InternalError(absl::StrCat("cannot watch ", folder_.string(), ": ", std::strerror(errno)));
   }
-  std::vector<std::string> arguments = {"--listen",       options_.listen,
-                                        "--servers",      absl::StrCat(options_.servers),
-                                        "--ready-file",   (folder_ / kReadyFile).string(),
-                                        "--join-timeout", absl::StrCat(absl::ToDoubleSeconds(options_.join_timeout))};
+  std::vector<std::string> arguments = {
+      "--listen",       options_.listen,
+      "--servers",      absl::StrCat(options_.servers),
+      "--ready-file",   (folder_ / kReadyFile).string(),
+      "--join-timeout", absl::StrCat(absl::ToDoubleSeconds(options_.join_timeout))};
   if (!options_.record_inputs.empty()) {
     arguments.insert(arguments.end(), {"--record-inputs", options_.record_inputs.string()});
   }

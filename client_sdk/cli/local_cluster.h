@@ -30,7 +30,7 @@ struct LocalClusterOptions {
   int interrupt_descriptor = -1;                    // readable when the user wants to end
   std::string page;                                 // host:port of tessera-viewer; empty: without
   bool page_on_any_port = false;                    // where that port is in use
-  std::filesystem::path record_inputs;              // a file that is not there yet; empty: nothing is recorded
+  std::filesystem::path record_inputs;  // a file that is not there yet; empty: nothing is recorded
 };
 
 // The processes have a cluster name and folder of their own, and end when the thread that started them does.

@@ -100,8 +100,7 @@ void add_find(CLI::App& app, Action& action) {
     for (const FoundBody& body : found->bodies) {
       data["bodies"].push_back({{"id", body.id.value}, {"name", body.name}});
       const bool dynamic = body.properties.motion == Motion::kDynamic;
-      rows.push_back({absl::StrCat(body.id.value), body.name,
-                      name_of(body.properties.motion),
+      rows.push_back({absl::StrCat(body.id.value), body.name, name_of(body.properties.motion),
                       dynamic ? absl::StrFormat("%g kg", body.properties.mass) : ""});
     }
     absl::PrintF("%s%s", table(rows, {true, false, false, true}), found->truncated ? "and more\n" : "");

@@ -34,12 +34,14 @@ class Battery {
   }
 
   absl::Status run_scene(const Scene& scene) {
-    const absl::StatusOr<Stage> middle = stage(scene, Placement::kReference, Policy::kIsland, options_.precision);
+    const absl::StatusOr<Stage> middle =
+        stage(scene, Placement::kReference, Policy::kIsland, options_.precision);
     if (!middle.ok()) return middle.status();
     const absl::StatusOr<Course> reference = seams::run(scene, *middle, scene.ticks);
     if (!reference.ok()) return reference.status();
     if (absl::Status status = progress_.advance(); !status.ok()) return status;
-    const absl::StatusOr<double> error = noise(scene, *reference, options_.precision, options_.references_elsewhere);
+    const absl::StatusOr<double> error =
+        noise(scene, *reference, options_.precision, options_.references_elsewhere);
     if (!error.ok()) return error.status();
     results_.noise.push_back({scene.name, *error});
     if (absl::Status status = progress_.advance(); !status.ok()) return status;

@@ -29,14 +29,15 @@ struct BatteryOptions {
 // A run on servers that are processes of their own.
 struct RemoteRun {
   std::string world_hash;
-  double tick_ms = 0;               // median, of the slowest server
+  double tick_ms = 0;                // median, of the slowest server
   std::uint64_t exchange_bytes = 0;  // between the servers, in the measured ticks
   double contacts = 0;               // mean of the measured ticks
   std::uint64_t islands_shipped = 0;
 };
 
 // Runs a world on two servers for `ticks` ticks, the first `unmeasured` of which do not count.
-using RunRemotely = std::function<absl::StatusOr<RemoteRun>(const WorldDescription& world, Tick ticks, Tick unmeasured)>;
+using RunRemotely =
+    std::function<absl::StatusOr<RemoteRun>(const WorldDescription& world, Tick ticks, Tick unmeasured)>;
 
 struct Row {
   std::string scene;

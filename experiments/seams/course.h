@@ -35,20 +35,22 @@ struct Course {
 
   Tick ticks = 0;
   std::string world_hash;  // at the end
-  double momentum_drift = kNotMeasured;  // largest change of the momentum, by the sum of all |m v| at the start
-  double energy_drift = kNotMeasured;    // largest change or rise, by the energy at the start
-  double penetration_max = 0;            // m
-  double penetration_end = 0;            // m, in the last tick with contacts
-  double jolt_max = 0;                   // m/s: largest change of a body's vertical velocity in a tick after 0.5 s
-  double joint_gap_max = kNotMeasured;   // m: by how much a joint came apart at most
-  std::uint64_t duplicate_events = 0;    // a pair more than once in a tick
-  std::uint64_t broken_events = 0;       // a contact that begins twice, or goes on or ends without having begun
+  // Largest change of the momentum, by the sum of all |m v| at the start.
+  double momentum_drift = kNotMeasured;
+  double energy_drift = kNotMeasured;  // largest change or rise, by the energy at the start
+  double penetration_max = 0;          // m
+  double penetration_end = 0;          // m, in the last tick with contacts
+  double jolt_max = 0;  // m/s: largest change of a body's vertical velocity in a tick after 0.5 s
+  double joint_gap_max = kNotMeasured;  // m: by how much a joint came apart at most
+  std::uint64_t duplicate_events = 0;   // a pair more than once in a tick
+  std::uint64_t broken_events = 0;  // a contact that begins twice, or goes on or ends without having begun
   std::uint64_t contact_begins = 0;
   std::uint32_t islands_across_seams = 0;  // the most in a tick
   std::uint32_t islands_cut = 0;           // likewise
 };
 
-// The largest distance (m) of a body's places in two samples of the same scene; infinite where one is no number.
+// The largest distance (m) of a body's places in two samples of the same scene; infinite where one is no
+// number.
 double distance(const Samples& a, const Samples& b);
 
 // The largest way (m) of a body from its start to its end.

@@ -12,8 +12,8 @@
 namespace tessera::seams {
 
 struct HashOptions {
-  int seeds = 100;     // of simulated networks
-  int shuffles = 5;    // of random authority
+  int seeds = 100;   // of simulated networks
+  int shuffles = 5;  // of random authority
   Tick ticks = 120;
   Tick ticks_heavy = 20;
 };

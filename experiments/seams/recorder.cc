@@ -100,8 +100,8 @@ void Recorder::measure_energy(const Samples& samples) {
               masses_[i].weight * (samples[i].position.z() - scene_.lowest);
   }
   if (energy_start_ == 0) energy_start_ = energy_lowest_ = energy;
-  const double drift = scene_.energy == EnergyRule::kKept ? std::abs(energy - energy_start_)
-                                                          : energy - energy_lowest_;
+  const double drift =
+      scene_.energy == EnergyRule::kKept ? std::abs(energy - energy_start_) : energy - energy_lowest_;
   energy_lowest_ = std::min(energy_lowest_, energy);
   keep_largest(course_.energy_drift, drift / energy_start_);
 }
@@ -117,7 +117,8 @@ JointSide Recorder::side_of(const JointProperties& joint, BodyId body, const Sam
   const WorldDescription& world = stage_.world;
   if (body == BodyId{}) {
     JointSide side;
-    side.pose.position = metres_between(world.anchor, joint.anchor, world.settings.sector_size) - stage_.origin;
+    side.pose.position =
+        metres_between(world.anchor, joint.anchor, world.settings.sector_size) - stage_.origin;
     return side;
   }
   const auto place = places_.find(body);
@@ -128,8 +129,9 @@ JointSide Recorder::side_of(const JointProperties& joint, BodyId body, const Sam
 
 void Recorder::measure_joints(const Samples& samples) {
   for (const JointRecord& joint : joints_) {
-    const JointState state = joint_state(joint.properties, side_of(joint.properties, joint.properties.parent, samples),
-                                         side_of(joint.properties, joint.properties.child, samples));
+    const JointState state =
+        joint_state(joint.properties, side_of(joint.properties, joint.properties.parent, samples),
+                    side_of(joint.properties, joint.properties.child, samples));
     keep_largest(course_.joint_gap_max, state.gap);
   }
 }

@@ -11,7 +11,9 @@ namespace tessera::seams {
 namespace {
 
 // JSON has no word for infinity.
-nlohmann::json number(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
+nlohmann::json number(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
+}
 
 double noise_of(const Results& results, const std::string& scene) {
   const auto found = std::find_if(results.noise.begin(), results.noise.end(),
@@ -107,9 +109,9 @@ void judge_island(const Row& row, double noise, Precision precision, std::vector
 }
 
 void judge_cut(const Row& row, const Row* reference, std::vector<std::string>& reasons) {
-  constexpr double kTopMax = 0.02;             // m
+  constexpr double kTopMax = 0.02;  // m
   constexpr double kPenetrationRatioMax = 2;
-  constexpr double kPenetrationNoise = 1e-3;   // m: below this, nobody counts
+  constexpr double kPenetrationNoise = 1e-3;  // m: below this, nobody counts
   if (row.number == 2 && row.top_error_m > kTopMax) {
     reasons.push_back(absl::StrFormat("top %.3g m off", row.top_error_m));
   }
@@ -142,20 +144,23 @@ nlohmann::json to_json(const Results& results, const Costs& costs, Precision pre
 
 std::string to_csv(const Results& results, Precision precision) {
   std::string text =
-      "scene,placement,policy,engine,stands,max_error_m,noise_m,end_error_m,top_error_m,momentum_drift,energy_drift,"
-      "max_penetration_m,max_joint_gap_m,max_jolt_m_s,duplicate_events,broken_events,asleep,ticks,world_hash\n";
+      "scene,placement,policy,engine,stands,max_error_m,noise_m,end_error_m,top_error_m,momentum_drift,"
+      "energy_drift,"
+      "max_penetration_m,max_joint_gap_m,max_jolt_m_s,duplicate_events,broken_events,asleep,ticks,world_"
+      "hash\n";
   for (const Row& row : results.rows) {
     const Course& course = row.course;
-    absl::StrAppend(&text,
-                    absl::StrJoin({row.scene, std::string(name_of(row.placement)), std::string(name_of(row.policy)),
-                                   std::string(name_of(precision)), absl::StrCat(row.stands ? 1 : 0),
-                                   cell(row.max_error_m), cell(noise_of(results, row.scene)), cell(row.end_error_m),
-                                   cell(row.top_error_m), cell(course.momentum_drift), cell(course.energy_drift),
-                                   cell(course.penetration_max), cell(course.joint_gap_max), cell(course.jolt_max),
-                                   absl::StrCat(course.duplicate_events), absl::StrCat(course.broken_events),
-                                   absl::StrCat(row.asleep ? 1 : 0), absl::StrCat(course.ticks), course.world_hash},
-                                  ","),
-                    "\n");
+    absl::StrAppend(
+        &text,
+        absl::StrJoin({row.scene, std::string(name_of(row.placement)), std::string(name_of(row.policy)),
+                       std::string(name_of(precision)), absl::StrCat(row.stands ? 1 : 0),
+                       cell(row.max_error_m), cell(noise_of(results, row.scene)), cell(row.end_error_m),
+                       cell(row.top_error_m), cell(course.momentum_drift), cell(course.energy_drift),
+                       cell(course.penetration_max), cell(course.joint_gap_max), cell(course.jolt_max),
+                       absl::StrCat(course.duplicate_events), absl::StrCat(course.broken_events),
+                       absl::StrCat(row.asleep ? 1 : 0), absl::StrCat(course.ticks), course.world_hash},
+                      ","),
+        "\n");
   }
   return text;
 }
@@ -167,8 +172,8 @@ std::string to_csv(const Costs& costs) {
   }
   for (const SeamCost& cost : costs.seams) {
     absl::StrAppend(&text, cost.world, ",two servers,", cost.cap == 0 ? "none" : absl::StrCat(cost.cap), ",",
-                    cell(cost.tick_ms), ",", cell(cost.bytes_per_tick), ",", cell(cost.bytes_per_tick_and_contact),
-                    ",", cell(cost.contacts), ",", cost.hash, "\n");
+                    cell(cost.tick_ms), ",", cell(cost.bytes_per_tick), ",",
+                    cell(cost.bytes_per_tick_and_contact), ",", cell(cost.contacts), ",", cost.hash, "\n");
   }
   return text;
 }
@@ -179,7 +184,8 @@ std::vector<std::string> misses(const Results& results, Precision precision) {
     if (row.policy < Policy::kIsland) continue;
     std::vector<std::string> reasons;
     const Row* reference = reference_of(results, row);
-    if (!row.stands) reasons.push_back(reference != nullptr && !reference->stands ? "nor does the reference" : "falls");
+    if (!row.stands)
+      reasons.push_back(reference != nullptr && !reference->stands ? "nor does the reference" : "falls");
     if (row.course.duplicate_events > 0) reasons.push_back("duplicate events");
     if (row.course.broken_events > 0) reasons.push_back("broken events");
     if (row.same_bits == false) reasons.push_back("other bits on two servers");
@@ -192,8 +198,9 @@ std::vector<std::string> misses(const Results& results, Precision precision) {
   for (const Equality& equality : results.equalities) {
     if (equality.holds()) continue;
     list.push_back(absl::StrCat(equality.scene, " ", name_of(equality.policy), ": the same bits in ",
-                                equality.seeds_equal, " of ", equality.seeds, " seeds, ", equality.shuffles_equal,
-                                " of ", equality.shuffles, " shuffles", equality.ten_shares_equal ? "" : ", not on ten shares"));
+                                equality.seeds_equal, " of ", equality.seeds, " seeds, ",
+                                equality.shuffles_equal, " of ", equality.shuffles, " shuffles",
+                                equality.ten_shares_equal ? "" : ", not on ten shares"));
   }
   return list;
 }

@@ -17,26 +17,26 @@ namespace tessera::seams {
 
 // What the scene says of mechanical energy.
 enum class EnergyRule : std::uint8_t {
-  kOpen,     // motors, or dampers: nothing
-  kKept,     // stays as it was at the start
-  kNoGain,   // falls, or stays
+  kOpen,    // motors, or dampers: nothing
+  kKept,    // stays as it was at the start
+  kNoGain,  // falls, or stays
 };
 
 struct Scene {
   std::string name;
   int number = 0;  // of the list
   std::string about;
-  double sector_size = 128;            // L, m, where there are to be seams
-  double reference_size = 128;         // L, m, so large that the whole scene is in one sector
-  double extent = 8;                   // m from the origin: what moves stays within this in the first second
-  Eigen::Vector3d seam{1, 0, 0};       // 1 along the axes whose borders pass through the origin at a single seam
+  double sector_size = 128;       // L, m, where there are to be seams
+  double reference_size = 128;    // L, m, so large that the whole scene is in one sector
+  double extent = 8;              // m from the origin: what moves stays within this in the first second
+  Eigen::Vector3d seam{1, 0, 0};  // 1 along the axes whose borders pass through the origin at a single seam
   Tick ticks = 600;
   int solver_iterations = WorldSettings().solver_iterations;
-  double lowest = 0;                   // m: height of no potential energy, from the origin
-  std::uint32_t cap = 2;               // bodies: a third of the largest island
-  bool free = false;                   // nothing pushes from outside, so that momentum is kept
+  double lowest = 0;      // m: height of no potential energy, from the origin
+  std::uint32_t cap = 2;  // bodies: a third of the largest island
+  bool free = false;      // nothing pushes from outside, so that momentum is kept
   EnergyRule energy = EnergyRule::kOpen;
-  bool heavy = false;                  // costs much: fewer repetitions of it are enough
+  bool heavy = false;  // costs much: fewer repetitions of it are enough
 
   // The scene with its origin at the centre of the anchor's sector. Errors: those of world files.
   std::function<absl::StatusOr<WorldDescription>(const WorldSettings&)> build;

@@ -25,8 +25,8 @@ struct Collision {
   }
 };
 
-// They meet between two ticks, far from a tick at which one of them is just within the distance at which Bullet
-// finds contacts: there a shift of one ulp decides on a whole tick.
+// They meet between two ticks, far from a tick at which one of them is just within the distance at which
+// Bullet finds contacts: there a shift of one ulp decides on a whole tick.
 constexpr Collision kCollisions[] = {
     {"collision_equal_soft", 1, 1, 5.03, 5.03, 0},
     {"collision_equal_hard", 1, 1, 5.03, 5.03, 1},

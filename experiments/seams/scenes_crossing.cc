@@ -1,4 +1,5 @@
-// Scenes 6 and 7: what rests on a seam, crosses it all the time, reaches over a corner, or is shot through sectors.
+// Scenes 6 and 7: what rests on a seam, crosses it all the time, reaches over a corner, or is shot through
+// sectors.
 #include <cmath>
 
 #include "experiments/seams/scene.h"
@@ -81,9 +82,12 @@ std::vector<Scene> crossing_scenes() {
   rest.extent = 2;
   rest.energy = EnergyRule::kNoGain;
   rest.build = resting;
-  rest.stands = [](const Course& run, const Course&) { return displacement(run) < 1e-3 && all_asleep(run.end); };
+  rest.stands = [](const Course& run, const Course&) {
+    return displacement(run) < 1e-3 && all_asleep(run.end);
+  };
 
-  Scene cross = scene_of(6, "to_and_fro", "a ball that crosses the seam almost every tick, between two walls");
+  Scene cross =
+      scene_of(6, "to_and_fro", "a ball that crosses the seam almost every tick, between two walls");
   cross.sector_size = 2;
   cross.extent = 2;
   cross.energy = EnergyRule::kNoGain;

@@ -58,7 +58,8 @@ struct Limb {
   JointType type;
 };
 
-// A figure of 1.8 m, astride of the seam, that falls on its feet and then over. The origin is where it stands.
+// A figure of 1.8 m, astride of the seam, that falls on its feet and then over. The origin is where it
+// stands.
 WorldDescription figure(const WorldSettings& settings) {
   const Limb limbs[] = {
       {"torso", "", {0, 0, 1.2}, {0.25, 0.4, 0.6}, {}, JointType::kFixed},
@@ -68,7 +69,12 @@ WorldDescription figure(const WorldSettings& settings) {
       {"thigh_left", "torso", {0, 0.12, 0.67}, {0.14, 0.14, 0.4}, {0, 0.12, 0.88}, JointType::kBall},
       {"thigh_right", "torso", {0, -0.12, 0.67}, {0.14, 0.14, 0.4}, {0, -0.12, 0.88}, JointType::kBall},
       {"shin_left", "thigh_left", {0, 0.12, 0.23}, {0.1, 0.1, 0.4}, {0, 0.12, 0.45}, JointType::kRevolute},
-      {"shin_right", "thigh_right", {0, -0.12, 0.23}, {0.1, 0.1, 0.4}, {0, -0.12, 0.45}, JointType::kRevolute},
+      {"shin_right",
+       "thigh_right",
+       {0, -0.12, 0.23},
+       {0.1, 0.1, 0.4},
+       {0, -0.12, 0.45},
+       JointType::kRevolute},
   };
   constexpr double kDensity = 1000;  // kg/m^3
   const Eigen::Vector3d fall(0.021, 0.013, 0.5);

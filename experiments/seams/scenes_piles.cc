@@ -16,8 +16,10 @@ void add_bin(WorldBuilder& builder) {
   const ShapeId across = builder.shape(Box{{2, kBin + 4, 40}});
   const ShapeId along = builder.shape(Box{{kBin + 4, 2, 40}});
   for (const int side : {-1, 1}) {
-    builder.add(absl::StrCat("wall_x", side), across, 1, {side * (kBin / 2 + 1), 0, kDeep + 20}, Motion::kStatic);
-    builder.add(absl::StrCat("wall_y", side), along, 1, {0, side * (kBin / 2 + 1), kDeep + 20}, Motion::kStatic);
+    builder.add(absl::StrCat("wall_x", side), across, 1, {side * (kBin / 2 + 1), 0, kDeep + 20},
+                Motion::kStatic);
+    builder.add(absl::StrCat("wall_y", side), along, 1, {0, side * (kBin / 2 + 1), kDeep + 20},
+                Motion::kStatic);
   }
 }
 
@@ -36,8 +38,8 @@ WorldDescription bin_world(const WorldSettings& settings, int count) {
   constexpr int kSide = 12;
   WorldBuilder builder(settings);
   add_bin(builder);
-  const ShapeId shapes[] = {builder.shape(Box{{1, 1, 1}}), builder.shape(Sphere{0.5}), builder.shape(Cylinder{0.5, 1}),
-                            builder.shape(Capsule{0.3, 0.6})};
+  const ShapeId shapes[] = {builder.shape(Box{{1, 1, 1}}), builder.shape(Sphere{0.5}),
+                            builder.shape(Cylinder{0.5, 1}), builder.shape(Capsule{0.3, 0.6})};
   for (int i = 0; i < count; ++i) {
     const int layer = i / (kSide * kSide);
     const int column = i % kSide;

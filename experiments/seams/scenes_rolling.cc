@@ -13,8 +13,8 @@ constexpr double kSpeed = 22;      // m/s
 constexpr double kRadius = 0.5;    // m
 constexpr double kHalfWay = 110;   // m
 constexpr double kHalfWidth = 12;  // m, of a terrain that is rolled over along x
-// A bump is a change of the vertical velocity in a tick beyond this. On hills of triangles the sphere jumps a little from
-// face to face, in the reference, too: how far is a matter of rounding.
+// A bump is a change of the vertical velocity in a tick beyond this. On hills of triangles the sphere jumps a
+// little from face to face, in the reference, too: how far is a matter of rounding.
 constexpr double kBumpMax = 0.01;      // m/s, and
 constexpr double kBumpRatioMax = 1.5;  // by the largest of the reference
 
@@ -55,7 +55,8 @@ WorldDescription rolling(const WorldSettings& settings, Ground ground, bool diag
   WorldBuilder builder(settings);
   const int half = static_cast<int>(kHalfWay) + 10;
   const int half_y = diagonal ? half : static_cast<int>(kHalfWidth);
-  const Eigen::Vector3d direction = diagonal ? Eigen::Vector3d(M_SQRT1_2, M_SQRT1_2, 0) : Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d direction =
+      diagonal ? Eigen::Vector3d(M_SQRT1_2, M_SQRT1_2, 0) : Eigen::Vector3d::UnitX();
   const Eigen::Vector3d start = -kHalfWay * direction;
   double height = 0;
   if (ground == Ground::kBox) {
@@ -81,7 +82,8 @@ Scene roll(Ground ground, bool diagonal, const std::string& name, const std::str
   Scene scene;
   scene.name = absl::StrCat("roll_", name, diagonal ? "_diagonal" : "_along");
   scene.number = 5;
-  scene.about = absl::StrCat("a sphere rolls 200 m on ", on, diagonal ? ", diagonally over corners" : ", along a seam");
+  scene.about =
+      absl::StrCat("a sphere rolls 200 m on ", on, diagonal ? ", diagonally over corners" : ", along a seam");
   scene.sector_size = 32;
   scene.reference_size = 512;
   scene.extent = 120;

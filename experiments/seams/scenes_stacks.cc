@@ -61,7 +61,8 @@ void lean_cards(WorldBuilder& builder, ShapeId card, double x, double foot, cons
 WorldDescription card_house(const WorldSettings& settings) {
   const Eigen::Vector3d size(0.1, 1, 1.6);
   WorldBuilder builder(settings);
-  builder.add("floor", builder.shape(Box{{100, 100, 2}}), 1, {0, 0, -2.6}, Motion::kStatic).properties.friction = 1;
+  builder.add("floor", builder.shape(Box{{100, 100, 2}}), 1, {0, 0, -2.6}, Motion::kStatic)
+      .properties.friction = 1;
   const ShapeId card = builder.shape(Box{size});
   const double height = size.z() * std::cos(kCardLean) + size.x() * std::sin(kCardLean);
   const double apart = size.z() * std::sin(kCardLean) + size.x() * std::cos(kCardLean) + 0.05;

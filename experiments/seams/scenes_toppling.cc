@@ -36,7 +36,8 @@ bool all_have_fallen(const Course& run, const Course&) {
 constexpr int kBalls = 5;
 constexpr double kRod = 4;  // m
 
-// Five balls on rods of no weight, 3 mm apart, so that pair after pair collides. The first is let go at 30 degrees.
+// Five balls on rods of no weight, 3 mm apart, so that pair after pair collides. The first is let go at 30
+// degrees.
 WorldDescription cradle(const WorldSettings& settings) {
   WorldBuilder builder(settings);
   const ShapeId ball = builder.shape(Sphere{0.5});

@@ -21,7 +21,8 @@ absl::StatusOr<WorldDescription> from_file(const std::string& file, const WorldS
   if (!loaded.ok()) return loaded.status();
   WorldDescription& world = loaded->world;
   for (BodyDescription& body : world.bodies) {
-    const Eigen::Vector3d at = relative_to(body.pose.position, world.anchor, world.settings.sector_size) + place;
+    const Eigen::Vector3d at =
+        relative_to(body.pose.position, world.anchor, world.settings.sector_size) + place;
     const absl::StatusOr<WorldPosition> moved = canonical(world.anchor, at, settings.sector_size);
     if (!moved.ok()) return moved.status();
     body.pose.position = *moved;

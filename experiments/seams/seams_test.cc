@@ -33,7 +33,9 @@ TEST(SeamExperiment, StacksStandOnEverySeam) {
   for (const Scene& scene : stack_scenes()) expect_unfelt(scene);
 }
 
-TEST(SeamExperiment, DominoesFallThroughFourSectors) { expect_unfelt(scenes_without(toppling_scenes(), "cradle")[0]); }
+TEST(SeamExperiment, DominoesFallThroughFourSectors) {
+  expect_unfelt(scenes_without(toppling_scenes(), "cradle")[0]);
+}
 
 TEST(SeamExperiment, WhatCrossesOrRestsOnASeamDoesNotFeelIt) {
   for (const Scene& scene : crossing_scenes()) expect_unfelt(scene);

@@ -31,7 +31,8 @@ WorldSettings settings_for(const Scene& scene, Policy policy, Precision precisio
   return settings;
 }
 
-absl::StatusOr<Stage> staged(const Scene& scene, const WorldSettings& settings, const Eigen::Vector3d& origin) {
+absl::StatusOr<Stage> staged(const Scene& scene, const WorldSettings& settings,
+                             const Eigen::Vector3d& origin) {
   absl::StatusOr<WorldDescription> world = scene.build(settings);
   if (!world.ok()) return world.status();
   if (absl::Status moved = move_to(*world, {{}, origin}); !moved.ok()) return moved;
@@ -57,8 +58,8 @@ absl::StatusOr<Stage> stage(const Scene& scene, Placement placement, Policy poli
 }
 
 absl::StatusOr<Stage> stage_elsewhere(const Scene& scene, int place, Precision precision) {
-  // Where numbers are as coarse as they are at a border: in a sector of twice the size, just beyond where the border
-  // would be, unless that is beyond what single precision allows; then as far out as the scene goes.
+  // Where numbers are as coarse as they are at a border: in a sector of twice the size, just beyond where the
+  // border would be, unless that is beyond what single precision allows; then as far out as the scene goes.
   constexpr double kSizeMax = 512;  // m
   const bool doubled = 2 * scene.reference_size <= kSizeMax;
   const double size = doubled ? 2 * scene.reference_size : scene.reference_size;

@@ -1,4 +1,5 @@
-// Where a scene is put: the placement decides where the borders of sectors are, the policy what happens there.
+// Where a scene is put: the placement decides where the borders of sectors are, the policy what happens
+// there.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -47,8 +48,8 @@ struct Stage {
 // Errors: those of the scene's files, and of validate().
 absl::StatusOr<Stage> stage(const Scene& scene, Placement placement, Policy policy, Precision precision);
 
-// The reference with its origin elsewhere in one sector, so that numbers are rounded otherwise. `place` counts from 0
-// to kReferencesElsewhere - 1.
+// The reference with its origin elsewhere in one sector, so that numbers are rounded otherwise. `place`
+// counts from 0 to kReferencesElsewhere - 1.
 absl::StatusOr<Stage> stage_elsewhere(const Scene& scene, int place, Precision precision);
 inline constexpr int kReferencesElsewhere = 8;
 

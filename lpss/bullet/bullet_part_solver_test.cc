@@ -33,8 +33,7 @@ enum class Kind { kStanding, kHanging };
 // one, and all that happens between the two.
 class Tower {
  public:
-  Tower(Engine& engine, int parts, Kind kind = Kind::kStanding)
-      : kind_(kind) {
+  Tower(Engine& engine, int parts, Kind kind = Kind::kStanding) : kind_(kind) {
     for (int p = 0; p < parts; ++p) {
       worlds_.push_back(engine.make_world());
       solvers_.push_back(engine.make_part_solver());

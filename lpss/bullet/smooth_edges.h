@@ -1,5 +1,5 @@
-// Contacts on the inner edges of a terrain: without care, a ball that rolls over an edge between two triangles in
-// one plane meets it as if it were a step.
+// Contacts on the inner edges of a terrain: without care, a ball that rolls over an edge between two
+// triangles in one plane meets it as if it were a step.
 #pragma once
 
 class btBvhTriangleMeshShape;

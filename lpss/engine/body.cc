@@ -15,7 +15,8 @@ const char* name_of(Motion motion) {
 }
 
 Eigen::Quaterniond quaternion_of(const BodyState& state) {
-  const Eigen::Matrix3d rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(state.rotation.data());
+  const Eigen::Matrix3d rotation =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(state.rotation.data());
   return Eigen::Quaterniond(rotation).normalized();
 }
 

@@ -1,8 +1,8 @@
-// What Tessera needs of a physics engine: small worlds near their own origin that find contacts, a solver that
-// takes islands over any number of them, and the promise of the same bits for the same input.
+// What Tessera needs of a physics engine: small worlds near their own origin that find contacts, a solver
+// that takes islands over any number of them, and the promise of the same bits for the same input.
 //
-// Frames: everything is relative to the centre of the world's sector, in the world's axes; bodies are given by
-// their centre frames (body.h). Numbers are doubles here whatever the engine computes with; a float engine
+// Frames: everything is relative to the centre of the world's sector, in the world's axes; bodies are given
+// by their centre frames (body.h). Numbers are doubles here whatever the engine computes with; a float engine
 // rounds what comes in once, and what goes out is exact.
 //
 // The order in which bodies were added must not matter for any bit of the result: engines order their pairs
@@ -77,11 +77,11 @@ struct ContactDetail {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // on b, m, relative to the sector's centre
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // on b, pointing to a
   double depth = 0;                                    // m, > 0 where the bodies overlap
-  double impulse = 0;                                  // N s, all normal impulses of the pair at the last solution
+  double impulse = 0;  // N s, all normal impulses of the pair at the last solution
 };
 
-// The contact points of a pair with all that the solver starts warm from; the bytes mean something only to the
-// engine that wrote them. Independent of the sector that the pair was detected in.
+// The contact points of a pair with all that the solver starts warm from; the bytes mean something only to
+// the engine that wrote them. Independent of the sector that the pair was detected in.
 struct ManifoldState {
   BodyId a;
   BodyId b;
@@ -90,7 +90,7 @@ struct ManifoldState {
 
 struct RayHit {
   BodyId body;
-  double fraction = 1;      // of the way from `from` to `to`
+  double fraction = 1;                                // of the way from `from` to `to`
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // world axes, unit length
 };
 
@@ -105,12 +105,13 @@ class SectorWorld {
  public:
   virtual ~SectorWorld() = default;
 
-  // Adds a body with the shared shape of its properties. `record.home` is not looked at: the state is relative
-  // to this sector. A body may be in a world once.
+  // Adds a body with the shared shape of its properties. `record.home` is not looked at: the state is
+  // relative to this sector. A body may be in a world once.
   virtual BodySlot add(const BodyRecord& record, Role role) = 0;
 
   // Adds the part of a static body that this sector needs: a shape of its own, posed in this sector's frame.
-  virtual BodySlot add_static(BodyId id, const BodyProperties& properties, const Shape& part, const Pose& pose) = 0;
+  virtual BodySlot add_static(BodyId id, const BodyProperties& properties, const Shape& part,
+                              const Pose& pose) = 0;
 
   // Removes a body and its contacts. Bodies that touched it are not woken.
   virtual void remove(BodySlot slot) = 0;
@@ -138,8 +139,8 @@ class SectorWorld {
   // bodies that feel no gravity.
   virtual void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) = 0;
 
-  // Whether joints hold the body. integrate() does not stop such a one short of what it would hit, which would
-  // tear them: it relies on the contacts that detect() has foreseen.
+  // Whether joints hold the body. integrate() does not stop such a one short of what it would hit, which
+  // would tear them: it relies on the contacts that detect() has foreseen.
   virtual void set_jointed(BodySlot slot, bool jointed) = 0;
 
   // Puts to sleep (velocities become zero) or wakes (with its clock of stillness at zero).
@@ -181,8 +182,8 @@ class SectorWorld {
   virtual Wrench total_wrench(BodySlot slot) const = 0;
   virtual void set_total_wrench(BodySlot slot, const Wrench& wrench) = 0;
 
-  // What a solver would make of a body that lives here, is in no contact and on no joint: forces become velocity.
-  // Between detect() and integrate(), instead of a task for the solver.
+  // What a solver would make of a body that lives here, is in no contact and on no joint: forces become
+  // velocity. Between detect() and integrate(), instead of a task for the solver.
   virtual void coast(BodySlot slot, double dt) = 0;
 
   // Second half of a step: moves the awake bodies that live here with their solved velocities, sweeping the
@@ -193,9 +194,10 @@ class SectorWorld {
   virtual std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                         std::uint32_t mask) const = 0;
 
-  // The home and static bodies (never clones) whose shapes are within `reach` (m, >= 0) of a convex `probe` at
-  // `pose` and whose category meets `mask`, in ascending order of ids.
-  virtual std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach, std::uint32_t mask) = 0;
+  // The home and static bodies (never clones) whose shapes are within `reach` (m, >= 0) of a convex `probe`
+  // at `pose` and whose category meets `mask`, in ascending order of ids.
+  virtual std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach,
+                                     std::uint32_t mask) = 0;
 };
 
 struct WorldBody {
@@ -213,24 +215,25 @@ struct TaskJoint {
   const JointProperties* properties = nullptr;
   const JointDrives* drives = nullptr;
   WorldBody child;
-  WorldBody parent;       // dynamic; world == nullptr for the world, static and kinematic bodies
-  // Only then: the joint frame on the parent's side, relative to the centre of the child's sector, and how it moves.
+  WorldBody parent;  // dynamic; world == nullptr for the world, static and kinematic bodies
+  // Only then: the joint frame on the parent's side, relative to the centre of the child's sector, and how it
+  // moves.
   Pose fixed_parent;
   Eigen::Vector3d fixed_velocity = Eigen::Vector3d::Zero();  // m/s, of its origin
   Eigen::Vector3d fixed_spin = Eigen::Vector3d::Zero();      // rad/s
-  Eigen::Vector3d parent_origin = Eigen::Vector3d::Zero();  // the parent's sector from the child's, m
+  Eigen::Vector3d parent_origin = Eigen::Vector3d::Zero();   // the parent's sector from the child's, m
 };
 
-// Islands to solve in one go. The solver works through bodies, contacts and joints in the order given here, which
-// the caller keeps canonical: ascending ids.
+// Islands to solve in one go. The solver works through bodies, contacts and joints in the order given here,
+// which the caller keeps canonical: ascending ids.
 struct SolveTask {
   struct CloneOf {
     WorldBody clone;
     std::size_t original;  // a place in `bodies`
   };
 
-  std::vector<WorldBody> bodies;    // dynamic bodies in their home worlds, each once
-  std::vector<CloneOf> clones;      // every clone of them that a contact refers to
+  std::vector<WorldBody> bodies;  // dynamic bodies in their home worlds, each once
+  std::vector<CloneOf> clones;    // every clone of them that a contact refers to
   std::vector<WorldPair> contacts;
   std::vector<TaskJoint> joints;
 };
@@ -243,7 +246,8 @@ class IslandSolver {
   virtual void solve(const SolveTask& task, double dt) = 0;
 };
 
-// What a solver did to a body: changes of its velocities, and of the velocities that only correct its position.
+// What a solver did to a body: changes of its velocities, and of the velocities that only correct its
+// position.
 struct VelocityChange {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // m/s
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // rad/s
@@ -263,23 +267,24 @@ inline VelocityChange scaled(const VelocityChange& change, double factor) {
   return {change.linear * factor, change.angular * factor, change.push * factor, change.turn * factor};
 }
 
-// Solves one part of an island beside the others, for islands too large to be solved whole. Every part has its
-// own rows, and its own copies of the bodies that it shares with others; after each pass the copies agree (as in
-// Preclik and Ruede, Ultrascale simulations of non-smooth granular dynamics, 2015; with the split masses of Tonge,
-// Benevolenski and Voroshilov, Mass splitting for jitter-free parallel rigid body simulation, 2012):
+// Solves one part of an island beside the others, for islands too large to be solved whole. Every part has
+// its own rows, and its own copies of the bodies that it shares with others; after each pass the copies agree
+// (as in Preclik and Ruede, Ultrascale simulations of non-smooth granular dynamics, 2015; with the split
+// masses of Tonge, Benevolenski and Voroshilov, Mass splitting for jitter-free parallel rigid body
+// simulation, 2012):
 //
-//   begin(task); agree() on the sum of all copies' change(); split(n, times); then for each pass: pass(n), and
-//   agree() on that sum divided by `times`; end()
+//   begin(task); agree() on the sum of all copies' change(); split(n, times); then for each pass: pass(n),
+//   and agree() on that sum divided by `times`; end()
 //
-// A lighter copy is moved by its own rows `times` more than the body would be, so what is agreed on is what all rows
-// together do to the body: no impulse is lost, and parts that push the same body do not overshoot.
+// A lighter copy is moved by its own rows `times` more than the body would be, so what is agreed on is what
+// all rows together do to the body: no impulse is lost, and parts that push the same body do not overshoot.
 class PartSolver {
  public:
   virtual ~PartSolver() = default;
 
-  // `task.bodies` holds the part's own bodies and its copies of others; the copies may be clones, with the state
-  // and forces of their originals. `shared` are the places in `task.bodies` of all bodies that others have, too.
-  // Sets up the rows and applies what they start warm from.
+  // `task.bodies` holds the part's own bodies and its copies of others; the copies may be clones, with the
+  // state and forces of their originals. `shared` are the places in `task.bodies` of all bodies that others
+  // have, too. Sets up the rows and applies what they start warm from.
   virtual void begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) = 0;
 
   // One pass over all rows; n counts from 0 to passes(), which is the same for all solvers of an engine.
@@ -312,8 +317,8 @@ class Engine {
   virtual std::unique_ptr<IslandSolver> make_solver() = 0;
   virtual std::unique_ptr<PartSolver> make_part_solver() = 0;
 
-  // Whether two bodies collide with each other, in every world: not, while a joint says so. Not while anything
-  // is detected. Holds from the next detection.
+  // Whether two bodies collide with each other, in every world: not, while a joint says so. Not while
+  // anything is detected. Holds from the next detection.
   virtual void set_apart(BodyId a, BodyId b, bool apart) = 0;
 };
 

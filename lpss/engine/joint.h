@@ -1,7 +1,7 @@
 // Joints: what ties two bodies together, and what drives them.
 //
-// Plain data, as bodies are. A joint has a frame on each of its two bodies; where it is at rest, the two frames
-// coincide. Its axes are those of the joint frame: the first is x, the second (universal) is y.
+// Plain data, as bodies are. A joint has a frame on each of its two bodies; where it is at rest, the two
+// frames coincide. Its axes are those of the joint frame: the first is x, the second (universal) is y.
 #pragma once
 
 #include <array>
@@ -41,24 +41,24 @@ inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 // One degree of freedom. Units: rad, N m and rad/s of an angle; m, N and m/s of a way.
 struct JointAxis {
-  double lower = -kUnbounded;       // of an angle: within [-pi, pi] where it is bounded; above that it is free
+  double lower = -kUnbounded;  // of an angle: within [-pi, pi] where it is bounded; above that it is free
   double upper = kUnbounded;
-  double velocity_max = kUnbounded; // of the position drive; > 0
-  double effort_max = kUnbounded;   // of every drive; >= 0
-  double damping = 0;               // effort per velocity; >= 0
-  double friction = 0;              // effort that resists any motion; >= 0
+  double velocity_max = kUnbounded;  // of the position drive; > 0
+  double effort_max = kUnbounded;    // of every drive; >= 0
+  double damping = 0;                // effort per velocity; >= 0
+  double friction = 0;               // effort that resists any motion; >= 0
 };
 
 struct JointProperties {
   JointType type = JointType::kFixed;
-  BodyId parent;            // of any motion; 0: the world
-  BodyId child;             // dynamic
-  SectorIndex anchor;       // parent is the world: the sector to whose centre `in_parent` is relative
-  Pose in_parent;           // the joint frame in the centre frame of the parent
-  Pose in_child;            // the joint frame in the centre frame of the child
+  BodyId parent;                  // of any motion; 0: the world
+  BodyId child;                   // dynamic
+  SectorIndex anchor;             // parent is the world: the sector to whose centre `in_parent` is relative
+  Pose in_parent;                 // the joint frame in the centre frame of the parent
+  Pose in_child;                  // the joint frame in the centre frame of the child
   std::array<JointAxis, 2> axes;  // as many as the type leaves free, ball joints excepted
-  double pitch = 0;         // screw: metres along the axis per radian
-  bool bodies_collide = false;  // whether parent and child collide with each other
+  double pitch = 0;               // screw: metres along the axis per radian
+  bool bodies_collide = false;    // whether parent and child collide with each other
 };
 
 enum class DriveMode : std::uint8_t {
@@ -96,8 +96,8 @@ struct JointSide {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
 };
 
-// The coordinates of a joint: angles in (-pi, pi], ways in m, their rates, and by how much the two frames have
-// come apart where they should not.
+// The coordinates of a joint: angles in (-pi, pi], ways in m, their rates, and by how much the two frames
+// have come apart where they should not.
 struct JointState {
   std::array<double, 2> position{};
   std::array<double, 2> velocity{};

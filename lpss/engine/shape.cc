@@ -18,7 +18,9 @@ struct BoundingRadius {
   double operator()(const Box& box) const { return box.size.norm() / 2; }
   double operator()(const Sphere& sphere) const { return sphere.radius; }
   double operator()(const Capsule& capsule) const { return capsule.length / 2 + capsule.radius; }
-  double operator()(const Cylinder& cylinder) const { return std::hypot(cylinder.length / 2, cylinder.radius); }
+  double operator()(const Cylinder& cylinder) const {
+    return std::hypot(cylinder.length / 2, cylinder.radius);
+  }
   double operator()(const Ellipsoid& ellipsoid) const { return ellipsoid.radii.maxCoeff(); }
   double operator()(const Plane&) const { return std::numeric_limits<double>::infinity(); }
   double operator()(const ConvexHull& hull) const { return farthest(hull.points); }
@@ -26,8 +28,8 @@ struct BoundingRadius {
   double operator()(const HeightField& field) const {
     double height = 0;
     for (double h : field.heights) height = std::max(height, std::abs(h));
-    return Eigen::Vector3d((field.columns - 1) * field.spacing.x() / 2, (field.rows - 1) * field.spacing.y() / 2,
-                           height)
+    return Eigen::Vector3d((field.columns - 1) * field.spacing.x() / 2,
+                           (field.rows - 1) * field.spacing.y() / 2, height)
         .norm();
   }
 };
@@ -67,7 +69,8 @@ double bounding_radius(const Shape& shape, const Eigen::Vector3d& centre) {
 
 double smallest_extent(const Shape& shape) {
   double extent = std::numeric_limits<double>::infinity();
-  for (const ShapePart& part : shape.parts) extent = std::min(extent, std::visit(SmallestExtent{}, part.geometry));
+  for (const ShapePart& part : shape.parts)
+    extent = std::min(extent, std::visit(SmallestExtent{}, part.geometry));
   return extent;
 }
 

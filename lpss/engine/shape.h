@@ -52,7 +52,8 @@ struct HeightField {
   std::vector<double> heights;
 };
 
-using Geometry = std::variant<Box, Sphere, Capsule, Cylinder, Ellipsoid, Plane, ConvexHull, TriangleMesh, HeightField>;
+using Geometry =
+    std::variant<Box, Sphere, Capsule, Cylinder, Ellipsoid, Plane, ConvexHull, TriangleMesh, HeightField>;
 
 // One geometry of a body; `pose` maps the part's frame to the body's.
 struct ShapePart {

@@ -13,7 +13,8 @@ __extension__ using Int128 = __int128;
 Int128 difference(std::int64_t from, std::int64_t to) { return Int128{to} - Int128{from}; }
 
 absl::Status leaves_range(const SectorIndex& sector, char axis) {
-  return absl::OutOfRangeError(absl::StrCat("sector ", to_string(sector), ": component ", std::string(1, axis),
+  return absl::OutOfRangeError(absl::StrCat("sector ", to_string(sector), ": component ",
+                                            std::string(1, axis),
                                             " would leave the 64-bit range of sector indices"));
 }
 

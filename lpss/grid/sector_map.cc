@@ -56,9 +56,8 @@ SectorMap::SectorMap(const SectorIndex& anchor, std::vector<SectorIndex> splitte
 
 SectorMap SectorMap::balanced(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,
                               std::uint32_t servers, std::uint64_t epoch) {
-  std::sort(load.begin(), load.end(), [&](const auto& a, const auto& b) {
-    return comes_before_on_curve(a.first, b.first, anchor);
-  });
+  std::sort(load.begin(), load.end(),
+            [&](const auto& a, const auto& b) { return comes_before_on_curve(a.first, b.first, anchor); });
   double total = 0;
   for (const auto& [sector, weight] : load) total += weight;
 
@@ -87,13 +86,13 @@ SectorMap SectorMap::scattered(const SectorIndex& anchor, std::uint32_t servers,
 Rank SectorMap::owner(const SectorIndex& sector) const {
   if (scatter_ != 0) {
     std::uint64_t mixed = scatter_;
-    for (const std::uint64_t coordinate : curve_coordinates(sector, anchor_)) mixed = scrambled(mixed ^ coordinate);
+    for (const std::uint64_t coordinate : curve_coordinates(sector, anchor_))
+      mixed = scrambled(mixed ^ coordinate);
     return static_cast<Rank>(mixed % servers_);
   }
-  const auto run = std::upper_bound(splitters_.begin(), splitters_.end(), sector,
-                                    [&](const SectorIndex& a, const SectorIndex& b) {
-                                      return comes_before_on_curve(a, b, anchor_);
-                                    });
+  const auto run = std::upper_bound(
+      splitters_.begin(), splitters_.end(), sector,
+      [&](const SectorIndex& a, const SectorIndex& b) { return comes_before_on_curve(a, b, anchor_); });
   return static_cast<Rank>(run - splitters_.begin());
 }
 

@@ -13,24 +13,24 @@ namespace tessera {
 // The place of a server in the list of servers of a world, 0 to n-1.
 using Rank = std::uint32_t;
 
-// Sectors in the order of a space-filling curve (Morton), cut into one run per server, so that what is near in
-// the world is mostly on one server. Every sector has an owner at any time, also those that do not exist yet:
-// a body that enters an empty sector needs nobody's permission.
+// Sectors in the order of a space-filling curve (Morton), cut into one run per server, so that what is near
+// in the world is mostly on one server. Every sector has an owner at any time, also those that do not exist
+// yet: a body that enters an empty sector needs nobody's permission.
 class SectorMap {
  public:
   SectorMap() = default;
 
-  // `splitters`, ascending on the curve, are the first sectors of the runs of ranks 1, 2, ...; `anchor` is the
-  // sector that the curve is laid around. `epoch` counts the versions of a world's map.
+  // `splitters`, ascending on the curve, are the first sectors of the runs of ranks 1, 2, ...; `anchor` is
+  // the sector that the curve is laid around. `epoch` counts the versions of a world's map.
   SectorMap(const SectorIndex& anchor, std::vector<SectorIndex> splitters, std::uint64_t epoch);
 
-  // Cuts the curve so that each of `servers` gets about the same sum of weights. `load` lists occupied sectors
-  // and what they weigh (> 0), in any order.
+  // Cuts the curve so that each of `servers` gets about the same sum of weights. `load` lists occupied
+  // sectors and what they weigh (> 0), in any order.
   static SectorMap balanced(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,
                             std::uint32_t servers, std::uint64_t epoch);
 
-  // Every sector on a server of its own, drawn from `seed`: no neighbourhood is kept. For tests of authority that
-  // moves at random.
+  // Every sector on a server of its own, drawn from `seed`: no neighbourhood is kept. For tests of authority
+  // that moves at random.
   static SectorMap scattered(const SectorIndex& anchor, std::uint32_t servers, std::uint64_t seed,
                              std::uint64_t epoch);
 

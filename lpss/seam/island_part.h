@@ -15,7 +15,7 @@ struct IslandPart {
   std::uint32_t bodies = 0;   // own dynamic bodies
   std::uint32_t contacts = 0;
   bool any_awake = false;
-  bool all_drowsy = true;     // every own body is ready to sleep or asleep
+  bool all_drowsy = true;  // every own body is ready to sleep or asleep
 };
 
 }  // namespace tessera

@@ -13,11 +13,11 @@ namespace tessera {
 struct CoupledPart {
   struct Shared {
     BodyId id;
-    std::size_t place = 0;              // in the task's bodies
-    std::uint64_t ranks = 0;            // bits: which servers have a copy, or the body
+    std::size_t place = 0;    // in the task's bodies
+    std::uint64_t ranks = 0;  // bits: which servers have a copy, or the body
   };
 
-  BodyId name;                          // the first of its bodies
+  BodyId name;  // the first of its bodies
   Sector* sector = nullptr;
   std::uint32_t component = 0;          // of the sector
   std::vector<Shared> shared;           // ascending by id

@@ -73,7 +73,8 @@ JointDescription& WorldBuilder::tie(const std::string& name, JointType type, con
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), axis);
   const auto frame_in = [&](const BodyDescription& body) {
     const Pose pose{body.pose.position.local, body.pose.orientation};
-    return pose.inverse() * Pose{relative_to(*at, body.pose.position.sector, world_.settings.sector_size), turn};
+    return pose.inverse() *
+           Pose{relative_to(*at, body.pose.position.sector, world_.settings.sector_size), turn};
   };
   JointDescription joint;
   joint.name = name;
@@ -113,7 +114,8 @@ std::string WorldBuilder::add_chain(int links, const Eigen::Vector3d& base, cons
 
 WorldDescription tower_world(const WorldSettings& settings, int count, const Eigen::Vector3d& base) {
   WorldBuilder builder(settings);
-  builder.add("floor", builder.shape(Box{{100, 100, 2}}), 1, base - Eigen::Vector3d(0, 0, 1), Motion::kStatic);
+  builder.add("floor", builder.shape(Box{{100, 100, 2}}), 1, base - Eigen::Vector3d(0, 0, 1),
+              Motion::kStatic);
   const ShapeId box = builder.shape(Box{{1, 1, 1}});
   for (int i = 0; i < count; ++i) {
     builder.add(absl::StrCat("box", i), box, 1, base + Eigen::Vector3d(0.02 * ((i * 7) % 5 - 2), 0, i + 0.5));
@@ -134,8 +136,8 @@ WorldDescription pile_world(const WorldSettings& settings, int count) {
   const ShapeId shapes[] = {builder.shape(Box{{1, 1, 1}}), builder.shape(Sphere{0.5}),
                             builder.shape(Cylinder{0.5, 1}), builder.shape(Capsule{0.3, 0.6})};
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d place(((i * 37) % 7 - 3) * 1.15 + 0.01 * (i % 5), ((i * 53) % 6 - 2.5) * 1.15 + 0.013 * (i % 3),
-                                0.3 + i / 12 * 1.3);
+    const Eigen::Vector3d place(((i * 37) % 7 - 3) * 1.15 + 0.01 * (i % 5),
+                                ((i * 53) % 6 - 2.5) * 1.15 + 0.013 * (i % 3), 0.3 + i / 12 * 1.3);
     builder.add(absl::StrCat("body", i), shapes[i % 4], 1, Eigen::Vector3d(corner, corner, corner) + place);
   }
   return builder.world();

@@ -13,8 +13,8 @@ Eigen::Vector3d pull(const CentralGravity& planet, const Eigen::Vector3d& from_c
 
 }  // namespace
 
-Eigen::Vector3d acceleration_at(const Gravity& gravity, const SectorIndex& home, const Eigen::Vector3d& position,
-                                double sector_size) {
+Eigen::Vector3d acceleration_at(const Gravity& gravity, const SectorIndex& home,
+                                const Eigen::Vector3d& position, double sector_size) {
   if (const auto* uniform = std::get_if<UniformGravity>(&gravity)) return uniform->acceleration;
   const auto& planet = std::get<CentralGravity>(gravity);
   return pull(planet,

@@ -32,8 +32,8 @@ void TaskBuilder::sort_bodies() {
 }
 
 const TaskBuilder::Body* TaskBuilder::find(BodyId id) const {
-  const auto body =
-      std::lower_bound(bodies_.begin(), bodies_.end(), id, [](const Body& b, BodyId wanted) { return b.id < wanted; });
+  const auto body = std::lower_bound(bodies_.begin(), bodies_.end(), id,
+                                     [](const Body& b, BodyId wanted) { return b.id < wanted; });
   return body != bodies_.end() && body->id == id ? &*body : nullptr;
 }
 
@@ -114,7 +114,8 @@ Carriers::Carriers(Engine& engine, double sector_size, const std::vector<const S
     for (const ShippedContact& contact : island->contacts) contacts.push_back(&contact);
   }
   std::sort(contacts.begin(), contacts.end(), [](const ShippedContact* x, const ShippedContact* y) {
-    return std::tie(x->sector, x->manifold.a, x->manifold.b) < std::tie(y->sector, y->manifold.a, y->manifold.b);
+    return std::tie(x->sector, x->manifold.a, x->manifold.b) <
+           std::tie(y->sector, y->manifold.a, y->manifold.b);
   });
 
   // Gives a side of a contact a body in the carrier of the sector that detected it.
@@ -132,7 +133,8 @@ Carriers::Carriers(Engine& engine, double sector_size, const std::vector<const S
       return;
     }
     BodyRecord record = known->second;
-    Eigen::Map<Eigen::Vector3d>(record.state.position.data()) += metres_between(sector, record.home, sector_size);
+    Eigen::Map<Eigen::Vector3d>(record.state.position.data()) +=
+        metres_between(sector, record.home, sector_size);
     const WorldBody place{&world, world.add(record, Role::kClone)};
     if (record.properties.motion == Motion::kDynamic) builder.add_clone(place, id);
   };

@@ -1,4 +1,5 @@
-// Puts islands together for the solver: those inside a sector, those over several, those over several servers.
+// Puts islands together for the solver: those inside a sector, those over several, those over several
+// servers.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -47,18 +48,21 @@ class TaskBuilder {
     bodies_.push_back({id, body, frame, true});
   }
 
-  // A body of another part of the island: it may be the parent of a joint, but its own joints are not this task's.
+  // A body of another part of the island: it may be the parent of a joint, but its own joints are not this
+  // task's.
   void add_copy(BodyId id, const WorldBody& body, const SectorIndex& frame) {
     bodies_.push_back({id, body, frame, false});
   }
-  void add_contact(const ContactPair& pair, const WorldPair& place) { contacts_.push_back({pair.a, pair.b, place}); }
+  void add_contact(const ContactPair& pair, const WorldPair& place) {
+    contacts_.push_back({pair.a, pair.b, place});
+  }
 
   // The body in `place` is a clone of `original`, which is (or will be) among the bodies.
   void add_clone(const WorldBody& place, BodyId original);
   void add_kinematic(const WorldBody& place) { kinematics_.push_back(place); }
 
-  // Adds the joints of the bodies, all of which have been added; `fix_parent` tells where a parent that does not
-  // move by the task is. `complete`: that the other body of each joint has been added, too.
+  // Adds the joints of the bodies, all of which have been added; `fix_parent` tells where a parent that does
+  // not move by the task is. `complete`: that the other body of each joint has been added, too.
   using FixParent = std::function<void(const JointRecord& joint, const SectorIndex& frame, TaskJoint& task)>;
   void add_joints(const JointIndex& joints, double sector_size, bool complete, const FixParent& fix_parent);
 

@@ -92,7 +92,8 @@ struct MovedSector {
   std::vector<MovedClone> clones;
   std::vector<ManifoldState> manifolds;
   std::vector<std::pair<BodyId, BodyId>> touching;
-  std::array<double, 6> static_region{};  // low and high corner, m, of the region that statics are complete for
+  std::array<double, 6>
+      static_region{};  // low and high corner, m, of the region that statics are complete for
   bool parts_known = false;
 };
 
@@ -124,7 +125,7 @@ struct ShippedContact {
 
 // The sender's share of one island.
 struct ShippedIsland {
-  BodyId island;  // the smallest id of its bodies
+  BodyId island;                    // the smallest id of its bodies
   std::vector<ShippedBody> bodies;  // kinematic partners among them
   std::vector<ShippedContact> contacts;
 };
@@ -203,10 +204,11 @@ struct SetDrives {
   JointDrives drives;
 };
 
-using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport, KinematicTarget,
-                             AddJoint, RemoveJoint, SetDrives>;
+using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport,
+                             KinematicTarget, AddJoint, RemoveJoint, SetDrives>;
 
-using RoundMessage = std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Coupling, Solution>;
+using RoundMessage =
+    std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Coupling, Solution>;
 
 enum class ContactPhase : std::uint8_t { kBegin, kPersist, kEnd };
 

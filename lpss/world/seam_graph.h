@@ -22,13 +22,14 @@ struct PartRef {
 
 // An awake island that reaches over a border. Every share that looks comes to the same list.
 struct SeamIsland {
-  BodyId name;                  // the smallest id of its bodies
-  std::vector<PartRef> parts;   // ascending by the names of the parts
-  bool all_drowsy = true;       // it may fall asleep
+  BodyId name;                 // the smallest id of its bodies
+  std::vector<PartRef> parts;  // ascending by the names of the parts
+  bool all_drowsy = true;      // it may fall asleep
 };
 
 // The parts of all sectors of the world that reach over borders. What was said of a sector holds until
-// something else is: sleeping sectors stay silent, and cost nothing until an awake part touches one of theirs.
+// something else is: sleeping sectors stay silent, and cost nothing until an awake part touches one of
+// theirs.
 class SeamGraph {
  public:
   void replace(const SectorSeams& seams);

@@ -27,14 +27,14 @@ struct HomeBody {
   double radius = 0;  // m, of a ball around the centre of mass that holds the shape
   Sector* sector = nullptr;
   BodySlot slot = 0;
-  Eigen::AlignedBox3d swept;            // of this tick
-  OffsetSet near;                       // sectors that need a clone in this tick
-  OffsetSet targets;                    // sectors that were told to have one
-  std::optional<SectorIndex> next_home; // announced; takes effect at the next tick
-  bool news = true;                     // others do not know its present state yet
-  bool jointed = false;                 // some joint has it as parent or child
-  bool everywhere = false;              // all shares know of it: kinematic, and some joint hangs on it
-  std::optional<BodyState> goal;        // kinematic: where it arrives at the end of this tick
+  Eigen::AlignedBox3d swept;             // of this tick
+  OffsetSet near;                        // sectors that need a clone in this tick
+  OffsetSet targets;                     // sectors that were told to have one
+  std::optional<SectorIndex> next_home;  // announced; takes effect at the next tick
+  bool news = true;                      // others do not know its present state yet
+  bool jointed = false;                  // some joint has it as parent or child
+  bool everywhere = false;               // all shares know of it: kinematic, and some joint hangs on it
+  std::optional<BodyState> goal;         // kinematic: where it arrives at the end of this tick
 };
 
 // A body near a seam, as its home last told of it; homes of this share included.
@@ -45,7 +45,7 @@ struct Ghost {
   SectorIndex home;
   SectorIndex next_home;
   OffsetSet targets;
-  BodyState state;  // relative to the centre of `home`
+  BodyState state;                  // relative to the centre of `home`
   std::vector<SectorIndex> places;  // this share's sectors among the targets, ascending
 };
 
@@ -75,20 +75,20 @@ struct Component {
 
 struct Sector {
   SectorIndex index;
-  std::unique_ptr<SectorWorld> world;   // only while a dynamic or kinematic body lives here
-  std::vector<HomeBody*> homes;         // ascending by id
+  std::unique_ptr<SectorWorld> world;  // only while a dynamic or kinematic body lives here
+  std::vector<HomeBody*> homes;        // ascending by id
   absl::btree_map<BodyId, Clone> clones;
-  std::size_t placed = 0;               // clones in the engine world
-  std::size_t counted = 0;              // of those, as in the share's sum
+  std::size_t placed = 0;   // clones in the engine world
+  std::size_t counted = 0;  // of those, as in the share's sum
   absl::btree_map<BodyId, BodySlot> statics;
-  Eigen::AlignedBox3d static_region;    // what `statics` is complete for
-  bool active = false;                  // in the share's list of sectors to step
-  bool awake = false;                   // some body or clone in the world is
-  bool regroup = false;                 // bodies came or went since the components were found
+  Eigen::AlignedBox3d static_region;  // what `statics` is complete for
+  bool active = false;                // in the share's list of sectors to step
+  bool awake = false;                 // some body or clone in the world is
+  bool regroup = false;               // bodies came or went since the components were found
 
   // Of the last detection.
   std::vector<Component> components;
-  std::vector<HomeBody*> component_bodies;     // dynamic ones
+  std::vector<HomeBody*> component_bodies;  // dynamic ones
   std::vector<BodyId> component_clones;
   std::vector<std::uint32_t> component_pairs;  // places in world->contacts()
   std::vector<IslandPart> parts;

@@ -1,7 +1,7 @@
 // A server's share of a world: the sectors that it hosts, and the tick as a state machine without I/O.
 //
-// One process that hosts everything has one share (rank 0 of 1) and hands its own messages back to it; n servers
-// have n shares and carry the messages. Both run this code, and end in the same bits.
+// One process that hosts everything has one share (rank 0 of 1) and hands its own messages back to it; n
+// servers have n shares and carry the messages. Both run this code, and end in the same bits.
 #pragma once
 
 #include <absl/container/btree_map.h>
@@ -37,7 +37,7 @@ using ParallelFor = std::function<void(std::size_t count, const std::function<vo
 
 // What a share counted in one tick. Sums over all shares do not depend on how many there are.
 struct TickCounts {
-  std::uint32_t sectors = 0;               // with a body that lives there, static ones not counted
+  std::uint32_t sectors = 0;  // with a body that lives there, static ones not counted
   std::uint32_t sectors_awake = 0;
   std::uint32_t bodies_awake = 0;
   std::uint32_t clones = 0;                // in engine worlds
@@ -52,7 +52,7 @@ struct TickCounts {
 
 // What a share says in one round of a tick, and whom it must hear before it goes on.
 struct Round {
-  std::uint32_t number = 0;  // the same for all that send and await it
+  std::uint32_t number = 0;                     // the same for all that send and await it
   std::vector<std::optional<RoundMessage>> to;  // by rank; to itself, too
   std::vector<bool> from;                       // by rank: who sends something in this round
 };
@@ -66,7 +66,8 @@ class Share {
     Rank self = 0;
     ParallelFor parallel;  // empty: one after the other
     TimeSource time{};     // empty: phases are not timed
-    bool lone_bodies_coast = true;  // without a solver; what comes out is the same, but for the fine digits of orbits
+    // Without a solver; what comes out is the same, but for the fine digits of orbits.
+    bool lone_bodies_coast = true;
   };
 
   // `engine` must have been made for the settings (see engine_settings()) and outlive the share.
@@ -80,8 +81,8 @@ class Share {
   // Static bodies: all of the world, on every share. Others: those whose home this share hosts.
   void add_body(const BodyRecord& record);
 
-  // The largest radius (m) of a body that can move, of the whole world: what decides how near to a seam is near.
-  // Needed where add_body() is not told of all of them.
+  // The largest radius (m) of a body that can move, of the whole world: what decides how near to a seam is
+  // near. Needed where add_body() is not told of all of them.
   void expect_radius(double radius);
 
   // A joint between bodies of the world, wherever they live: on every share.
@@ -89,8 +90,8 @@ class Share {
 
   // --- the tick: rounds of messages (messages.h), until a call returns nothing ---
 
-  // Starts a tick. All shares get all commands, which take effect at once. Nothing to say, and the tick is over,
-  // where the whole world is at rest.
+  // Starts a tick. All shares get all commands, which take effect at once. Nothing to say, and the tick is
+  // over, where the whole world is at rest.
   std::optional<Round> begin_tick(std::span<const Command> commands);
 
   // Goes on with what the ranks in the last round's `from` sent in that round.
@@ -119,18 +120,19 @@ class Share {
   void report_contacts(bool on);
   const std::vector<ContactEvent>& contact_events() const { return events_; }
 
-  // The nearest hit of a ray (m, `direction` of unit length) in the sectors of this share. Static bodies count in
-  // the sectors that the ray passes through. `distance` is in m from `origin`.
+  // The nearest hit of a ray (m, `direction` of unit length) in the sectors of this share. Static bodies
+  // count in the sectors that the ray passes through. `distance` is in m from `origin`.
   struct RayAnswer {
     BodyId body;
     double distance = 0;
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   };
-  std::optional<RayAnswer> raycast(const WorldPosition& origin, const Eigen::Vector3d& direction, double length,
-                                   std::uint32_t mask);
+  std::optional<RayAnswer> raycast(const WorldPosition& origin, const Eigen::Vector3d& direction,
+                                   double length, std::uint32_t mask);
 
-  // The bodies of this share's sectors, and statics in them, within `reach` (m) of a convex `probe` at `pose`, in
-  // ascending order of (distance, id). A static body may be found by several shares; the smallest distance counts.
+  // The bodies of this share's sectors, and statics in them, within `reach` (m) of a convex `probe` at
+  // `pose`, in ascending order of (distance, id). A static body may be found by several shares; the smallest
+  // distance counts.
   std::vector<NearBody> near(const Geometry& probe, const WorldPose& pose, double reach, std::uint32_t mask);
 
   // Copies of bodies in the engine worlds of this share's sectors, ascending by body and sector.
@@ -140,8 +142,8 @@ class Share {
   };
   std::vector<CloneAt> clones() const;
 
-  // Awake islands that reach over borders, ascending by name (the smallest id of all their bodies), with those of their
-  // bodies that live here, ascending.
+  // Awake islands that reach over borders, ascending by name (the smallest id of all their bodies), with
+  // those of their bodies that live here, ascending.
   struct IslandHere {
     BodyId name;
     std::vector<BodyId> bodies;
@@ -210,7 +212,8 @@ class Share {
   BodyRecord record_of(const HomeBody& body) const;
 
   // share_queries.cc
-  SectorWorld* world_to_ask(const SectorIndex& index, const Eigen::AlignedBox3d& surroundings, Sector& passing);
+  SectorWorld* world_to_ask(const SectorIndex& index, const Eigen::AlignedBox3d& surroundings,
+                            Sector& passing);
   void raycast_sector(const SectorIndex& index, const WorldPosition& origin, const Eigen::Vector3d& direction,
                       double length, std::uint32_t mask, std::optional<RayAnswer>& nearest);
 
@@ -299,8 +302,8 @@ class Share {
   Tick tick_ = 0;
   Phase phase_ = Phase::kIdle;
   PhaseClock phase_clock_;
-  bool at_rest_ = false;             // nothing in the whole world moves
-  std::vector<Command> commands_;    // of this tick
+  bool at_rest_ = false;           // nothing in the whole world moves
+  std::vector<Command> commands_;  // of this tick
   SeamMargins margins_;
   double radius_max_ = 0;
   absl::btree_map<ShapeId, std::unique_ptr<Shape>> shapes_;
@@ -310,17 +313,18 @@ class Share {
   absl::flat_hash_map<SectorIndex, std::unique_ptr<Sector>> sectors_;
   absl::flat_hash_map<BodyId, std::unique_ptr<HomeBody>> bodies_;
   absl::flat_hash_map<BodyId, std::unique_ptr<Ghost>> ghosts_;
-  std::size_t worlds_ = 0;               // sectors with an engine world
-  std::size_t clones_ = 0;               // in engine worlds, at the last detection
-  std::vector<Sector*> active_;          // sectors to step; sorted before use
-  std::vector<BodyId> leaving_;          // own bodies whose announced move takes effect at the next tick
-  std::vector<BodyId> moving_ghosts_;    // ghosts whose home changes at the next tick
-  // Bodies that commands of this tick put elsewhere, with their old homes; the targets are still the old ones.
+  std::size_t worlds_ = 0;             // sectors with an engine world
+  std::size_t clones_ = 0;             // in engine worlds, at the last detection
+  std::vector<Sector*> active_;        // sectors to step; sorted before use
+  std::vector<BodyId> leaving_;        // own bodies whose announced move takes effect at the next tick
+  std::vector<BodyId> moving_ghosts_;  // ghosts whose home changes at the next tick
+  // Bodies that commands of this tick put elsewhere, with their old homes; the targets are still the old
+  // ones.
   std::vector<std::pair<Handover, SectorIndex>> jumps_;
-  std::vector<SectorIndex> vacated_;     // sectors that lost their last body in this tick
+  std::vector<SectorIndex> vacated_;  // sectors that lost their last body in this tick
   bool margins_changed_ = false;
 
-  std::vector<Sector*> stepped_;         // sectors that take part in this tick
+  std::vector<Sector*> stepped_;  // sectors that take part in this tick
   SeamGraph seam_graph_;
   std::vector<SolveJob> jobs_;
   std::vector<PendingIsland> pending_;

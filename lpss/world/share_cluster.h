@@ -16,8 +16,9 @@ namespace tessera {
 class ShareCluster {
  public:
   // Errors as Simulation::create(). `lone_bodies_coast` as in Share::Options.
-  static absl::StatusOr<std::unique_ptr<ShareCluster>> create(const WorldDescription& world, std::uint32_t shares,
-                                                              int threads = 1, bool lone_bodies_coast = true);
+  static absl::StatusOr<std::unique_ptr<ShareCluster>> create(const WorldDescription& world,
+                                                              std::uint32_t shares, int threads = 1,
+                                                              bool lone_bodies_coast = true);
 
   void step(std::span<const Command> commands = {});
 

@@ -1,5 +1,5 @@
-// What clients asked for. Every share sees every command; the one that hosts the body carries it out, and those
-// that know the body as a ghost forget what no longer holds.
+// What clients asked for. Every share sees every command; the one that hosts the body carries it out, and
+// those that know the body as a ghost forget what no longer holds.
 #include <algorithm>
 #include <type_traits>
 
@@ -13,7 +13,8 @@ Eigen::Vector3d vector(const std::array<double, 3>& v) { return Eigen::Vector3d(
 
 // The velocities that carry a body from one state to another in `dt`; positions relative to the same sector.
 void set_velocities_between(BodyState& from, const BodyState& to, double dt) {
-  Eigen::Map<Eigen::Vector3d>(from.linear_velocity.data()) = (vector(to.position) - vector(from.position)) / dt;
+  Eigen::Map<Eigen::Vector3d>(from.linear_velocity.data()) =
+      (vector(to.position) - vector(from.position)) / dt;
   const Eigen::AngleAxisd turn(quaternion_of(to) * quaternion_of(from).conjugate());
   Eigen::Map<Eigen::Vector3d>(from.angular_velocity.data()) = turn.axis() * (turn.angle() / dt);
 }

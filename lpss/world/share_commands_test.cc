@@ -86,7 +86,8 @@ TEST(Kinematics, APusherMovesABoxAcrossASeamAlikeOnAnyNumberOfShares) {
   WorldBuilder builder(sectors_of(8));
   builder.add_floor(30, -2);
   builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {2, 0, -1.5});
-  builder.add("pusher", builder.shape(Box{{0.5, 3, 1}}), 1, {1, 0, -1.4}, Motion::kKinematic).linear_velocity = {1, 0, 0};
+  builder.add("pusher", builder.shape(Box{{0.5, 3, 1}}), 1, {1, 0, -1.4}, Motion::kKinematic)
+      .linear_velocity = {1, 0, 0};
   auto one = cluster_of(builder.world(), 1);
   auto two = cluster_of(builder.world(), 2);
   for (int tick = 0; tick < 300; ++tick) {
@@ -98,7 +99,8 @@ TEST(Kinematics, APusherMovesABoxAcrossASeamAlikeOnAnyNumberOfShares) {
   EXPECT_GT(place(*one, BodyId{2}, 8).x(), 6.5);
 }
 
-// Begin and end of every contact alternate, and persist comes between; so nothing is reported twice or missed.
+// Begin and end of every contact alternate, and persist comes between; so nothing is reported twice or
+// missed.
 TEST(Events, EachContactIsReportedOnce) {
   for (const SeamPolicy policy : {SeamPolicy::kIsland, SeamPolicy::kClone}) {
     WorldSettings settings = sectors_of(8);
@@ -115,7 +117,8 @@ TEST(Events, EachContactIsReportedOnce) {
           for (const ContactEvent& event : cluster->share(rank).contact_events()) {
             const Ids ids{event.a.value, event.b.value};
             EXPECT_LT(ids.first, ids.second);
-            EXPECT_TRUE(seen.insert(ids).second) << ids.first << "-" << ids.second << " twice in tick " << tick;
+            EXPECT_TRUE(seen.insert(ids).second)
+                << ids.first << "-" << ids.second << " twice in tick " << tick;
             EXPECT_EQ(event.phase == ContactPhase::kBegin, !open.contains(ids)) << "tick " << tick;
             if (event.phase == ContactPhase::kBegin) begun[shares > 1].push_back(ids);
             if (event.phase == ContactPhase::kEnd) {
@@ -169,22 +172,26 @@ TEST(Near, FindsShapesAcrossSectorsWithTheSameDistancesOnAnyShares) {
   builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {-6, 0, 1});
   builder.add("can", builder.shape(Cylinder{0.5, 2}), 1, {0, 9, 1});
   using Pairs = std::vector<std::pair<std::uint64_t, double>>;
-  const auto look = [&](std::uint32_t shares, const Geometry& probe, const Eigen::Vector3d& at, double reach) {
+  const auto look = [&](std::uint32_t shares, const Geometry& probe, const Eigen::Vector3d& at,
+                        double reach) {
     auto cluster = cluster_of(builder.world(), shares);
     Pairs found;
     for (Rank rank = 0; rank < shares; ++rank) {
-      for (const NearBody& near : cluster->share(rank).near(probe, {{{}, at}, Eigen::Quaterniond::Identity()}, reach, ~0u)) {
+      for (const NearBody& near :
+           cluster->share(rank).near(probe, {{{}, at}, Eigen::Quaterniond::Identity()}, reach, ~0u)) {
         found.push_back({near.body.value, near.distance});
       }
     }
     std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end(), [](auto& a, auto& b) { return a.first == b.first; }), found.end());
+    found.erase(std::unique(found.begin(), found.end(), [](auto& a, auto& b) { return a.first == b.first; }),
+                found.end());
     return found;
   };
   const Pairs one = look(1, Sphere{0.1}, {0, 0, 1}, 20);
   ASSERT_EQ(one.size(), 4u);
   const double expected[] = {2.9, 4.4, 5.4, 8.4};  // floor, ball, box, can
-  for (std::size_t n = 0; n < 4; ++n) EXPECT_NEAR(one[n].second, expected[n], 2e-3) << "body " << one[n].first;
+  for (std::size_t n = 0; n < 4; ++n)
+    EXPECT_NEAR(one[n].second, expected[n], 2e-3) << "body " << one[n].first;
   EXPECT_EQ(one, look(3, Sphere{0.1}, {0, 0, 1}, 20));
   const Pairs overlapping = look(2, Box{{20, 1, 0.5}}, {0, 0, 1}, 0);
   ASSERT_EQ(overlapping.size(), 2u);

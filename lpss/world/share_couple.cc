@@ -1,5 +1,5 @@
-// Islands beyond the cap: each part is solved where it is, and after every pass the copies of shared bodies agree.
-// What comes out is a function of the sectors and the cap, not of which servers they are on.
+// Islands beyond the cap: each part is solved where it is, and after every pass the copies of shared bodies
+// agree. What comes out is a function of the sectors and the cap, not of which servers they are on.
 #include <algorithm>
 #include <bit>
 
@@ -13,8 +13,9 @@ bool comes_first(const SharedChange& a, const SharedChange& b) {
   return std::tie(a.body, a.part) < std::tie(b.body, b.part);
 }
 
-// How much lighter the copies of a body are. With 1, what the parts do to it adds up too far, and towers whose
-// boxes are parts of their own fall; with one for each copy nothing overshoots, but they creep, and chains are long.
+// How much lighter the copies of a body are. With 1, what the parts do to it adds up too far, and towers
+// whose boxes are parts of their own fall; with one for each copy nothing overshoots, but they creep, and
+// chains are long.
 double lighter(int copies) { return std::max(1.0, 0.7 * copies); }
 
 }  // namespace
@@ -106,7 +107,8 @@ void Share::begin_parts(const std::vector<Shipment>& inbox) {
     });
     part.solver = engine_.make_part_solver();
   }
-  // One after the other where kinematic bodies are about: engines keep solver state in them during the set-up.
+  // One after the other where kinematic bodies are about: engines keep solver state in them during the
+  // set-up.
   const auto begin = [&](std::size_t n) {
     std::vector<std::size_t> places;
     for (const CoupledPart::Shared& shared : coupled_[n].shared) places.push_back(shared.place);

@@ -90,7 +90,8 @@ Seams Share::detect(std::vector<Exchange> inbox) {
   phase_clock_.enter(TickPhase::kSectorization);
   take_handovers(inbox);
   for (Sector* sector : std::vector<Sector*>(active_)) drop_if_empty(*sector);
-  std::sort(active_.begin(), active_.end(), [](const Sector* a, const Sector* b) { return a->index < b->index; });
+  std::sort(active_.begin(), active_.end(),
+            [](const Sector* a, const Sector* b) { return a->index < b->index; });
   phase_clock_.enter(TickPhase::kCloning);
   run_parallel(active_.size(), [&](std::size_t i) {
     if (!active_[i]->world) return;
@@ -165,8 +166,8 @@ void Share::find_components(Sector& sector) {
   sector.part_components.clear();
   const bool clones_are_solved = options_.settings.seams == SeamPolicy::kClone;
   const std::span<const ContactPair> pairs = sector.world->contacts();
-  const bool any_jointed =
-      std::any_of(sector.homes.begin(), sector.homes.end(), [](const HomeBody* body) { return body->jointed; });
+  const bool any_jointed = std::any_of(sector.homes.begin(), sector.homes.end(),
+                                       [](const HomeBody* body) { return body->jointed; });
   if (pairs.empty() && !any_jointed) {
     list_lone_bodies(sector);
     if (!clones_are_solved) list_parts(sector);
@@ -208,7 +209,8 @@ void Share::find_components(Sector& sector) {
     }
   }
 
-  // Components are numbered in the order of their smallest bodies; only those with a body that lives here count.
+  // Components are numbered in the order of their smallest bodies; only those with a body that lives here
+  // count.
   constexpr std::uint32_t kUnused = ~std::uint32_t{0};
   std::vector<std::uint32_t> component(nodes.size(), kUnused);
   for (std::size_t n = 0; n < nodes.homes(); ++n) {

@@ -35,7 +35,9 @@ struct Announcement {
 
   void send(const BodyProperties& properties, const GhostUpdate& update, Ranks before, Ranks now) const {
     for_each_rank(before & ~now, [&](Rank rank) { outbox[rank].gone.push_back(update.id); });
-    for_each_rank(now & ~before, [&](Rank rank) { outbox[rank].introductions.push_back({update.id, properties}); });
+    for_each_rank(now & ~before, [&](Rank rank) {
+      outbox[rank].introductions.push_back({update.id, properties});
+    });
     for_each_rank(now, [&](Rank rank) { outbox[rank].ghosts.push_back(update); });
   }
 };
@@ -110,8 +112,8 @@ OffsetSet Share::sectors_to_tell(const Eigen::AlignedBox3d& swept, Motion motion
   return clone_targets(sectors_within_reach(swept, margins_), settings.seams, motion);
 }
 
-// Contact points follow their pair to the sector that detects it from this tick on. Every share that detected a
-// pair with a moving body knows the homes of both: of its own bodies, and of ghosts by the last exchange.
+// Contact points follow their pair to the sector that detects it from this tick on. Every share that detected
+// a pair with a moving body knows the homes of both: of its own bodies, and of ghosts by the last exchange.
 void Share::export_manifolds(std::vector<Exchange>& outbox) {
   if (leaving_.empty() && moving_ghosts_.empty()) return;
   absl::flat_hash_set<BodyId> moving(leaving_.begin(), leaving_.end());
@@ -132,7 +134,8 @@ void Share::export_manifolds(std::vector<Exchange>& outbox) {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const ContactPair& pair = pairs[i];
       if (!moving.contains(pair.a) && !moving.contains(pair.b)) continue;
-      const SectorIndex& to = detecting_sector(motion_of(pair.a), next_home(pair.a), motion_of(pair.b), next_home(pair.b));
+      const SectorIndex& to =
+          detecting_sector(motion_of(pair.a), next_home(pair.a), motion_of(pair.b), next_home(pair.b));
       const auto keeps_role = [&](BodyId id) {
         return motion_of(id) == Motion::kStatic || lives_in(id, *sector) == (next_home(id) == to);
       };
@@ -184,8 +187,8 @@ void Share::move_homes(std::vector<Exchange>& outbox) {
     handover.everywhere = body.everywhere;
     handover.record = remove_home(body);
     handover.record.home = new_home;
-    const Eigen::Vector3d position = metres_between(new_home, old_home, size()) +
-                                     Eigen::Vector3d(handover.record.state.position.data());
+    const Eigen::Vector3d position =
+        metres_between(new_home, old_home, size()) + Eigen::Vector3d(handover.record.state.position.data());
     Eigen::Map<Eigen::Vector3d>(handover.record.state.position.data()) = position;
     jumps_.push_back({std::move(handover), old_home});
   }
@@ -224,8 +227,9 @@ void Share::announce(HomeBody& body) {
 void Share::deepen_clones(Sector& sector) {
   if (!sector.world) return;
   const auto place_of = [&](BodyId id) -> std::optional<std::size_t> {
-    const auto place = std::lower_bound(sector.homes.begin(), sector.homes.end(), id,
-                                        [](const HomeBody* body, BodyId wanted) { return body->id < wanted; });
+    const auto place =
+        std::lower_bound(sector.homes.begin(), sector.homes.end(), id,
+                         [](const HomeBody* body, BodyId wanted) { return body->id < wanted; });
     if (place == sector.homes.end() || (*place)->id != id) return std::nullopt;
     return static_cast<std::size_t>(place - sector.homes.begin());
   };
@@ -253,10 +257,10 @@ void Share::update_ghosts(HomeBody& body, std::vector<Exchange>& outbox) {
   body.news = false;
   const Ranks now = informed();
   if (before == 0 && now == 0) return;
-  Announcement{options_.map, outbox}.send(body.properties,
-                                          {body.id, home, body.next_home.value_or(home), body.targets,
-                                           body.sector->world->state(body.slot)},
-                                          before, now);
+  Announcement{options_.map, outbox}.send(
+      body.properties,
+      {body.id, home, body.next_home.value_or(home), body.targets, body.sector->world->state(body.slot)},
+      before, now);
 }
 
 void Share::take_ghosts(std::vector<Exchange>& inbox) {
@@ -374,10 +378,12 @@ void Share::take_manifolds(std::vector<Exchange>& inbox) {
 
 // Policy clone, depth k > 1: the clones that a sector was told of are there for other clones, too.
 bool Share::supports_clones(const Sector& sector) const {
-  return options_.settings.seams == SeamPolicy::kClone && options_.settings.clone_depth > 1 && !sector.homes.empty();
+  return options_.settings.seams == SeamPolicy::kClone && options_.settings.clone_depth > 1 &&
+         !sector.homes.empty();
 }
 
-// Policy clone: whether a joint ties a body to one that lives in the sector, so that the sector needs its clone.
+// Policy clone: whether a joint ties a body to one that lives in the sector, so that the sector needs its
+// clone.
 bool Share::is_jointed_here(BodyId id, const Sector& sector) const {
   if (options_.settings.seams != SeamPolicy::kClone) return false;
   const std::span<const JointId> joints = joints_.of(id);
@@ -415,7 +421,8 @@ void Share::refresh_clones(Sector& sector) {
 
 BodyRecord Share::seen_in(const Sector& sector, const Ghost& ghost) const {
   BodyRecord record{ghost.id, ghost.home, ghost.properties, ghost.state};
-  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) += metres_between(sector.index, ghost.home, size());
+  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) +=
+      metres_between(sector.index, ghost.home, size());
   return record;
 }
 

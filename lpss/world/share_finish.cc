@@ -31,7 +31,8 @@ ContactEvent end_of(Tick tick, BodyId a, BodyId b) {
 }
 
 bool at_rest(const BodyState& state) {
-  return state.linear_velocity == std::array<double, 3>{} && state.angular_velocity == std::array<double, 3>{};
+  return state.linear_velocity == std::array<double, 3>{} &&
+         state.angular_velocity == std::array<double, 3>{};
 }
 
 }  // namespace
@@ -80,10 +81,9 @@ void Share::take_solution(const Solution& solution) {
   for (const ShippedContact& contact : solution.contacts) {
     SectorWorld& world = *sectors_.at(contact.sector)->world;
     const std::span<const ContactPair> pairs = world.contacts();
-    const auto pair = std::lower_bound(pairs.begin(), pairs.end(), contact.manifold,
-                                       [](const ContactPair& p, const ManifoldState& m) {
-                                         return std::tie(p.a, p.b) < std::tie(m.a, m.b);
-                                       });
+    const auto pair = std::lower_bound(
+        pairs.begin(), pairs.end(), contact.manifold,
+        [](const ContactPair& p, const ManifoldState& m) { return std::tie(p.a, p.b) < std::tie(m.a, m.b); });
     invariant(pair != pairs.end() && pair->a == contact.manifold.a && pair->b == contact.manifold.b,
               "a solution names contacts of the share that shipped them");
     world.set_manifold(static_cast<std::size_t>(pair - pairs.begin()), contact.manifold);
@@ -161,8 +161,8 @@ void Share::gather_events(Sector& sector, std::vector<ContactEvent>& events) {
   sector.touching = std::move(now);
 }
 
-// Whether this sector speaks for the pair. Under the policy clone both sectors of a pair detect it; the one that
-// would under the policy island reports it, and nobody reports what two clones do.
+// Whether this sector speaks for the pair. Under the policy clone both sectors of a pair detect it; the one
+// that would under the policy island reports it, and nobody reports what two clones do.
 bool Share::reports(const Sector& sector, const ContactPair& pair) const {
   if (options_.settings.seams == SeamPolicy::kIsland) return true;
   const auto home_of = [&](BodyId id) -> const SectorIndex& {
@@ -170,7 +170,8 @@ bool Share::reports(const Sector& sector, const ContactPair& pair) const {
     if (const auto ghost = ghosts_.find(id); ghost != ghosts_.end()) return ghost->second->home;
     return sector.index;
   };
-  return detecting_sector(motion_of(pair.a), home_of(pair.a), motion_of(pair.b), home_of(pair.b)) == sector.index;
+  return detecting_sector(motion_of(pair.a), home_of(pair.a), motion_of(pair.b), home_of(pair.b)) ==
+         sector.index;
 }
 
 void Share::count() {

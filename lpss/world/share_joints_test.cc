@@ -1,4 +1,5 @@
-// Joints, coupled islands and changes of authority: none of them may notice a border, a server or a change of either.
+// Joints, coupled islands and changes of authority: none of them may notice a border, a server or a change of
+// either.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -53,7 +54,8 @@ TEST(Joints, AChainIsTheSameOnAnyNumberOfShares) {
 
 TEST(Joints, ALongChainComesToRestAndSleepsAsOne) {
   WorldDescription world = chain_world(sectors_of(2), 4, {0.3, 0.2, 0.4});
-  for (BodyDescription& body : world.bodies) body.properties.linear_damping = body.properties.angular_damping = 0.9;
+  for (BodyDescription& body : world.bodies)
+    body.properties.linear_damping = body.properties.angular_damping = 0.9;
   auto cluster = cluster_of(world, 2);
   int t = 0;
   while (t < 3000 && (t == 0 || cluster->counts().bodies_awake > 0)) {
@@ -118,7 +120,8 @@ TEST(Coupled, ATowerBeyondTheCapStands) {
     cut = std::max(cut, cluster->counts().islands_cut);
   }
   EXPECT_EQ(cut, 1u);
-  for (std::uint64_t i = 0; i < 10; ++i) EXPECT_NEAR(place(*cluster, world, i + 2).z(), static_cast<double>(i) - 0.5, 0.02);
+  for (std::uint64_t i = 0; i < 10; ++i)
+    EXPECT_NEAR(place(*cluster, world, i + 2).z(), static_cast<double>(i) - 0.5, 0.02);
 }
 
 TEST(Coupled, BitsDoNotDependOnTheShares) {

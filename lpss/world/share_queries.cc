@@ -47,7 +47,8 @@ class SectorWalk {
 };
 
 // The stretch of the ray inside `box`; empty where it misses.
-std::optional<std::pair<double, double>> stretch_inside(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from,
+std::optional<std::pair<double, double>> stretch_inside(const Eigen::AlignedBox3d& box,
+                                                        const Eigen::Vector3d& from,
                                                         const Eigen::Vector3d& direction, double length) {
   double begin = 0;
   double end = length;
@@ -68,9 +69,10 @@ std::optional<std::pair<double, double>> stretch_inside(const Eigen::AlignedBox3
 
 }  // namespace
 
-// A sector in which nothing moves has no engine world; one is made in `passing` for the moment where statics are
-// there. nullptr where nothing is.
-SectorWorld* Share::world_to_ask(const SectorIndex& index, const Eigen::AlignedBox3d& surroundings, Sector& passing) {
+// A sector in which nothing moves has no engine world; one is made in `passing` for the moment where statics
+// are there. nullptr where nothing is.
+SectorWorld* Share::world_to_ask(const SectorIndex& index, const Eigen::AlignedBox3d& surroundings,
+                                 Sector& passing) {
   const auto found = sectors_.find(index);
   if (found != sectors_.end() && found->second->world) return found->second->world.get();
   if (statics_.overlapping(index, surroundings).empty()) return nullptr;
@@ -103,8 +105,9 @@ std::optional<Share::RayAnswer> Share::raycast(const WorldPosition& origin, cons
   return nearest;
 }
 
-void Share::raycast_sector(const SectorIndex& index, const WorldPosition& origin, const Eigen::Vector3d& direction,
-                           double length, std::uint32_t mask, std::optional<RayAnswer>& nearest) {
+void Share::raycast_sector(const SectorIndex& index, const WorldPosition& origin,
+                           const Eigen::Vector3d& direction, double length, std::uint32_t mask,
+                           std::optional<RayAnswer>& nearest) {
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(size() / 2 + margins_.reach);
   const Eigen::AlignedBox3d surroundings(-half, half);
   const Eigen::Vector3d from = relative_to(origin, index, size());
@@ -122,7 +125,8 @@ void Share::raycast_sector(const SectorIndex& index, const WorldPosition& origin
   nearest = RayAnswer{hit->body, distance, hit->normal};
 }
 
-std::vector<NearBody> Share::near(const Geometry& probe, const WorldPose& pose, double reach, std::uint32_t mask) {
+std::vector<NearBody> Share::near(const Geometry& probe, const WorldPose& pose, double reach,
+                                  std::uint32_t mask) {
   const double radius = bounding_radius(probe) + reach;
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(size() / 2 + margins_.reach);
   const Eigen::AlignedBox3d surroundings(-half, half);

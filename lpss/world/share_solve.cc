@@ -42,12 +42,13 @@ std::vector<Shipment> Share::join(const std::vector<const Seams*>& inbox) {
       }
     }
   }
-  std::sort(stepped_.begin(), stepped_.end(), [](const Sector* a, const Sector* b) { return a->index < b->index; });
+  std::sort(stepped_.begin(), stepped_.end(),
+            [](const Sector* a, const Sector* b) { return a->index < b->index; });
   return outbox;
 }
 
-// Lets a component that is part of an awake island wake up, or fall asleep with it. What wakes moves in this tick,
-// as it does where nobody lives beyond a border.
+// Lets a component that is part of an awake island wake up, or fall asleep with it. What wakes moves in this
+// tick, as it does where nobody lives beyond a border.
 void Share::settle(Sector& sector, const Component& component, bool all_drowsy) {
   SectorWorld& world = *sector.world;
   for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
@@ -73,12 +74,14 @@ bool Share::is_lone(const Sector& sector, const Component& component) const {
          !sector.component_bodies[component.bodies_begin]->jointed;
 }
 
-// Adds a component's bodies and contacts to a task. Its clones are bodies of the task themselves, or stand for
-// their originals.
-void Share::contribute(Sector& sector, const Component& component, TaskBuilder& builder, bool clones_as_bodies) {
+// Adds a component's bodies and contacts to a task. Its clones are bodies of the task themselves, or stand
+// for their originals.
+void Share::contribute(Sector& sector, const Component& component, TaskBuilder& builder,
+                       bool clones_as_bodies) {
   SectorWorld& world = *sector.world;
   for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
-    builder.add_body(sector.component_bodies[i]->id, {&world, sector.component_bodies[i]->slot}, sector.index);
+    builder.add_body(sector.component_bodies[i]->id, {&world, sector.component_bodies[i]->slot},
+                     sector.index);
   }
   for (std::uint32_t i = component.clones_begin; i < component.clones_end; ++i) {
     const BodyId id = sector.component_clones[i];
@@ -232,7 +235,8 @@ std::vector<Solution> Share::solve(std::vector<Shipment> inbox) {
   return outbox;
 }
 
-// Largest first; jobs that touch the same kinematic body one after the other, as engines keep solver state in it.
+// Largest first; jobs that touch the same kinematic body one after the other, as engines keep solver state in
+// it.
 void Share::run_jobs() {
   DisjointSets sets(jobs_.size());
   absl::flat_hash_map<std::pair<SectorWorld*, BodySlot>, std::size_t> user;

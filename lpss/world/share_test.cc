@@ -1,5 +1,5 @@
-// The promises of the layer, held against each other by equality: moving a world, splitting it over shares, and
-// stepping it on threads must not change a bit.
+// The promises of the layer, held against each other by equality: moving a world, splitting it over shares,
+// and stepping it on threads must not change a bit.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

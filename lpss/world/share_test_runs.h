@@ -18,14 +18,16 @@ inline WorldSettings sectors_of(double size, SeamPolicy seams = SeamPolicy::kIsl
   return settings;
 }
 
-inline std::unique_ptr<ShareCluster> cluster_of(const WorldDescription& world, std::uint32_t shares, int threads = 1) {
+inline std::unique_ptr<ShareCluster> cluster_of(const WorldDescription& world, std::uint32_t shares,
+                                                int threads = 1) {
   auto cluster = ShareCluster::create(world, shares, threads);
   EXPECT_TRUE(cluster.ok()) << cluster.status();
   return std::move(*cluster);
 }
 
 // The hash after each tick.
-inline std::vector<WorldHash> run(const WorldDescription& world, std::uint32_t shares, int threads, int ticks) {
+inline std::vector<WorldHash> run(const WorldDescription& world, std::uint32_t shares, int threads,
+                                  int ticks) {
   auto cluster = cluster_of(world, shares, threads);
   std::vector<WorldHash> hashes;
   for (int t = 0; t < ticks; ++t) {

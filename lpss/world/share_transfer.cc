@@ -26,12 +26,14 @@ bool Share::shuffles() const {
 // The sectors that the next map gives to others. Every share draws the same map.
 std::vector<Transfer> Share::give_sectors_away() {
   const std::uint64_t seed = scrambled(options_.settings.shuffle + tick_);
-  options_.map = SectorMap::scattered(options_.anchor, options_.map.servers(), seed, options_.map.epoch() + 1);
+  options_.map =
+      SectorMap::scattered(options_.anchor, options_.map.servers(), seed, options_.map.epoch() + 1);
   std::vector<Sector*> leaving;
   for (const auto& [index, sector] : sectors_) {
     if (!mine(index)) leaving.push_back(sector.get());
   }
-  std::sort(leaving.begin(), leaving.end(), [](const Sector* a, const Sector* b) { return a->index < b->index; });
+  std::sort(leaving.begin(), leaving.end(),
+            [](const Sector* a, const Sector* b) { return a->index < b->index; });
   std::vector<Transfer> outbox(options_.map.servers());
   for (const Sector* sector : leaving) {
     outbox[options_.map.owner(sector->index)].sectors.push_back(pack_sector(*sector));
@@ -134,8 +136,8 @@ void Share::unpack_contacts(const MovedSector& moved) {
   const auto found = sectors_.find(moved.sector);
   if (found == sectors_.end() || !found->second->world) return;
   Sector& sector = *found->second;
-  add_statics(sector, {Eigen::Vector3d(moved.static_region.data()),
-                       Eigen::Vector3d(moved.static_region.data() + 3)});
+  add_statics(sector,
+              {Eigen::Vector3d(moved.static_region.data()), Eigen::Vector3d(moved.static_region.data() + 3)});
   for (const ManifoldState& manifold : moved.manifolds) sector.world->import_manifold(manifold);
   sector.touching.insert(moved.touching.begin(), moved.touching.end());
   sector.parts_known = moved.parts_known;

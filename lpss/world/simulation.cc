@@ -21,7 +21,8 @@ absl::StatusOr<BodyRecord> record_of(const BodyDescription& body, const WorldSet
   const absl::StatusOr<WorldPose> centre =
       compose(body.pose, centre_frame(record.properties), settings.sector_size);
   if (!centre.ok()) {
-    return absl::Status(centre.status().code(), absl::StrCat("body \"", body.name, "\": ", centre.status().message()));
+    return absl::Status(centre.status().code(),
+                        absl::StrCat("body \"", body.name, "\": ", centre.status().message()));
   }
   record.home = centre->position.sector;
   Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = centre->position.local;
@@ -44,7 +45,8 @@ absl::StatusOr<std::vector<BodyRecord>> records_of(const WorldDescription& world
   return records;
 }
 
-WorldPose body_pose(const SectorIndex& home, const BodyState& state, const Pose& centre_frame, double sector_size) {
+WorldPose body_pose(const SectorIndex& home, const BodyState& state, const Pose& centre_frame,
+                    double sector_size) {
   const WorldPose centre{{home, Eigen::Vector3d(state.position.data())}, quaternion_of(state)};
   const absl::StatusOr<WorldPose> pose = compose(centre, centre_frame.inverse(), sector_size);
   return pose.ok() ? *pose : centre;

@@ -1,7 +1,5 @@
 #include "lpss/world/static_index.h"
 
-
-
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +17,9 @@ Pose body_frame(const BodyRecord& record) {
   return centre * centre_frame(record.properties).inverse();
 }
 
-void insert_sorted(std::vector<BodyId>& ids, BodyId id) { ids.insert(std::upper_bound(ids.begin(), ids.end(), id), id); }
+void insert_sorted(std::vector<BodyId>& ids, BodyId id) {
+  ids.insert(std::upper_bound(ids.begin(), ids.end(), id), id);
+}
 
 void erase_sorted(std::vector<BodyId>& ids, BodyId id) {
   const auto place = std::lower_bound(ids.begin(), ids.end(), id);
@@ -31,10 +31,12 @@ void erase_sorted(std::vector<BodyId>& ids, BodyId id) {
 std::vector<SectorIndex> StaticIndex::cells(const Entry& entry) const {
   std::vector<SectorIndex> result;
   const auto low = [&](int axis) {
-    return static_cast<std::int64_t>(std::floor((entry.pose.position[axis] - entry.radius) / sector_size_ + 0.5));
+    return static_cast<std::int64_t>(
+        std::floor((entry.pose.position[axis] - entry.radius) / sector_size_ + 0.5));
   };
   const auto high = [&](int axis) {
-    return static_cast<std::int64_t>(std::floor((entry.pose.position[axis] + entry.radius) / sector_size_ + 0.5));
+    return static_cast<std::int64_t>(
+        std::floor((entry.pose.position[axis] + entry.radius) / sector_size_ + 0.5));
   };
   for (std::int64_t i = low(0); i <= high(0); ++i) {
     for (std::int64_t j = low(1); j <= high(1); ++j) {
@@ -90,12 +92,15 @@ bool StaticIndex::reaches(BodyId id, const SectorIndex& sector, const Eigen::Ali
   return box.squaredExteriorDistance(centre) <= entry.radius * entry.radius;
 }
 
-std::vector<BodyId> StaticIndex::overlapping(const SectorIndex& sector, const Eigen::AlignedBox3d& box) const {
+std::vector<BodyId> StaticIndex::overlapping(const SectorIndex& sector,
+                                             const Eigen::AlignedBox3d& box) const {
   std::vector<BodyId> found;
   const auto consider = [&](BodyId id) {
     if (reaches(id, sector, box)) found.push_back(id);
   };
-  const auto cell_of = [&](double x) { return static_cast<std::int64_t>(std::floor(x / sector_size_ + 0.5)); };
+  const auto cell_of = [&](double x) {
+    return static_cast<std::int64_t>(std::floor(x / sector_size_ + 0.5));
+  };
   const Eigen::Array3d cells = (box.max() - box.min()).array() / sector_size_ + 2;
   if (cells.prod() > static_cast<double>(by_sector_.size())) {
     // What is very fast reaches across more sectors than there are with anything in them.
@@ -121,7 +126,8 @@ std::vector<BodyId> StaticIndex::overlapping(const SectorIndex& sector, const Ei
   return found;
 }
 
-StaticIndex::Part StaticIndex::part(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& region) const {
+StaticIndex::Part StaticIndex::part(BodyId id, const SectorIndex& sector,
+                                    const Eigen::AlignedBox3d& region) const {
   const auto place = bodies_.find(id);
   invariant(place != bodies_.end(), "a sector asked for a static body that is not in the index");
   const Entry& entry = place->second;

@@ -12,8 +12,8 @@
 
 namespace tessera {
 
-// The static bodies, found by place. Every server knows all of them; what is copied into a sector is only what
-// reaches into it, and of a large one only the part that does.
+// The static bodies, found by place. Every server knows all of them; what is copied into a sector is only
+// what reaches into it, and of a large one only the part that does.
 class StaticIndex {
  public:
   explicit StaticIndex(double sector_size) : sector_size_(sector_size) {}
@@ -51,8 +51,8 @@ class StaticIndex {
   struct Entry {
     BodyRecord record;
     const Shape* shape;
-    Pose pose;                 // of the body frame, relative to the home's centre
-    double radius;             // around the home-relative position; infinite for planes
+    Pose pose;      // of the body frame, relative to the home's centre
+    double radius;  // around the home-relative position; infinite for planes
     bool large;
   };
 

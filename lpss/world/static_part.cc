@@ -12,8 +12,7 @@ namespace {
 Eigen::AlignedBox3d seen_from_geometry(const Eigen::AlignedBox3d& region, const Pose& pose) {
   const Pose back = pose.inverse();
   const Eigen::Vector3d centre = back * region.center();
-  const Eigen::Vector3d half =
-      back.orientation.toRotationMatrix().cwiseAbs() * (region.sizes() / 2);
+  const Eigen::Vector3d half = back.orientation.toRotationMatrix().cwiseAbs() * (region.sizes() / 2);
   return {centre - half, centre + half};
 }
 

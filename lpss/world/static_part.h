@@ -13,6 +13,7 @@ namespace tessera {
 // boxes are moved and clipped, meshes and height fields keep the triangles and cells that overlap. Where a
 // clipped box ends inside, it ends outside of the region. Nothing where the two do not meet. Other geometries
 // come back whole.
-std::optional<ShapePart> part_within(const Geometry& geometry, const Pose& pose, const Eigen::AlignedBox3d& region);
+std::optional<ShapePart> part_within(const Geometry& geometry, const Pose& pose,
+                                     const Eigen::AlignedBox3d& region);
 
 }  // namespace tessera

@@ -16,11 +16,12 @@ namespace tessera {
 // neighbours, so the farthest corner is 1.5 sqrt(3) L away.
 double precision_limit(Precision precision);
 
-// Each returns OK, or INVALID_ARGUMENT (OUT_OF_RANGE for positions that leave the 64-bit range) with a message
-// that names the element and the bound. `name` is what the message calls it.
+// Each returns OK, or INVALID_ARGUMENT (OUT_OF_RANGE for positions that leave the 64-bit range) with a
+// message that names the element and the bound. `name` is what the message calls it.
 absl::Status validate(const WorldSettings& settings);
 absl::Status validate(const Shape& shape, const std::string& name);
-absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes, const WorldSettings& settings);
+absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes,
+                      const WorldSettings& settings);
 
 // A joint between bodies that exist; `parent` is null where the joint ties its child to the world.
 absl::Status validate(const JointDescription& joint, const BodyProperties* parent,

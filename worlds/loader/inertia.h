@@ -21,8 +21,8 @@ struct PrincipalInertia {
 };
 PrincipalInertia principal_inertia(const Eigen::Matrix3d& tensor);
 
-// INVALID_ARGUMENT unless the moments and products of inertia (kg m^2: xx yy zz, and xy xz yz) are those of a body:
-// principal moments above 0, and none larger than the other two together.
+// INVALID_ARGUMENT unless the moments and products of inertia (kg m^2: xx yy zz, and xy xz yz) are those of a
+// body: principal moments above 0, and none larger than the other two together.
 absl::Status check_inertia(const Eigen::Vector3d& moments, const Eigen::Vector3d& products);
 
 // Puts mass, moments, centre of mass and principal axes into `properties`. `inertial` is in the link's frame.

@@ -19,8 +19,8 @@
 namespace tessera {
 
 struct LinkTemplate {
-  std::string name;  // "link", "nested::link"
-  Pose pose;         // in the model's frame
+  std::string name;           // "link", "nested::link"
+  Pose pose;                  // in the model's frame
   BodyProperties properties;  // assembly: 1 for the links that do not collide with each other
 };
 

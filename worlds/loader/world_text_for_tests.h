@@ -3,7 +3,6 @@
 
 #include <absl/strings/str_cat.h>
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <filesystem>

@@ -187,7 +187,8 @@ struct ClusterStatus {
 // One connection to a coordinator. All calls from any thread. Streams may outlive the client.
 class Client {
  public:
-  // `address` is host:port. UNAVAILABLE, with it, where none answers in `timeout`, or a busy one in ten of it.
+  // `address` is host:port. UNAVAILABLE, with it, where none answers in `timeout`, or a busy one in ten of
+  // it.
   static absl::StatusOr<std::unique_ptr<Client>> connect(const std::string& address,
                                                          absl::Duration timeout = kCallTimeout);
   ~Client();
