@@ -6,7 +6,7 @@ target_include_directories(tessera_c PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_
 target_compile_features(tessera_client PUBLIC cxx_std_20)
 
 # The client and what it is linked with, and the library for C, under their names in the namespace tessera::.
-set(sdk c client description seam engine grid proto proto_grpc proto_messages proto_services)
+set(sdk base c client grid model proto proto_grpc proto_messages proto_services)
 foreach(name ${sdk})
   set_target_properties(tessera_${name} PROPERTIES EXPORT_NAME ${name})
   list(APPEND sdk_targets tessera_${name})
@@ -17,12 +17,10 @@ install(TARGETS ${sdk_targets} EXPORT tesseraTargets
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/client_sdk/include/tessera
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT sdk)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/lpss/grid ${PROJECT_SOURCE_DIR}/lpss/engine
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lpss COMPONENT sdk FILES_MATCHING PATTERN "*.h")
-install(FILES ${PROJECT_SOURCE_DIR}/lpss/seam/seam_policy.h
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lpss/seam COMPONENT sdk)
-install(FILES ${PROJECT_SOURCE_DIR}/lpss/world/world_description.h
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lpss/world COMPONENT sdk)
+foreach(folder base grid model)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/lpss/${folder}
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lpss COMPONENT sdk FILES_MATCHING PATTERN "*.h")
+endforeach()
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tessera)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/tesseraConfig.cmake.in

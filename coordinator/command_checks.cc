@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "coordinator/limits.h"
-#include "lpss/world/limits.h"
-#include "lpss/world/simulation.h"
-#include "lpss/world/validate.h"
+#include "lpss/model/limits.h"
+#include "lpss/model/validate.h"
+#include "lpss/simulation/simulation.h"
 #include "proto/convert.h"
 
 namespace tessera {

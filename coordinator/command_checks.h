@@ -7,7 +7,7 @@
 
 #include "cluster.pb.h"
 #include "coordinator/world_registry.h"
-#include "lpss/world/messages.h"
+#include "lpss/tick/messages.h"
 #include "tessera.pb.h"
 
 namespace tessera {

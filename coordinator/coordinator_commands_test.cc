@@ -4,8 +4,8 @@
 
 #include "coordinator/coordinator.h"
 #include "coordinator/test_cluster.h"
-#include "lpss/world/limits.h"
-#include "lpss/world/simulation.h"
+#include "lpss/model/limits.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 namespace {

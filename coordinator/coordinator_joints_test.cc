@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "coordinator/test_cluster.h"
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
 
 namespace tessera {
 namespace {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
-#include "lpss/grid/invariant.h"
-#include "lpss/world/limits.h"
-#include "lpss/world/simulation.h"
-#include "lpss/world/validate.h"
+#include "lpss/base/invariant.h"
+#include "lpss/model/limits.h"
+#include "lpss/model/validate.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 

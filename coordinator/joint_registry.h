@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "lpss/engine/joint.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/joint.h"
+#include "lpss/model/world_description.h"
 #include "tessera.pb.h"
 
 namespace tessera {

@@ -7,7 +7,7 @@
 #include "coordinator/coordinator_impl.h"
 #include "coordinator/limits.h"
 #include "coordinator/placement.h"
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/simulation.h"
 #include "proto/convert.h"
 
 namespace tessera {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "coordinator/limits.h"
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
 

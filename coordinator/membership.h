@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 #include "transport/link.h"
 
 namespace tessera {

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "daemon/options.h"
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
 
 namespace tessera {
 

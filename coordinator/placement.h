@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "cluster.pb.h"
-#include "lpss/engine/body.h"
-#include "lpss/engine/joint.h"
 #include "lpss/grid/sector_map.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/body.h"
+#include "lpss/model/joint.h"
+#include "lpss/model/world_description.h"
 #include "transport/link.h"
 
 namespace tessera {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "cluster.pb.h"
-#include "lpss/world/messages.h"
-#include "lpss/world/world_hash.h"
+#include "lpss/observe/world_hash.h"
+#include "lpss/tick/messages.h"
 
 namespace tessera {
 

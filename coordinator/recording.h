@@ -8,7 +8,7 @@
 
 #include "coordinator/coordinator.h"
 #include "coordinator/tick_statistics.h"
-#include "lpss/grid/invariant.h"
+#include "lpss/base/invariant.h"
 #include "recording.pb.h"
 
 namespace tessera {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
-#include "lpss/world/messages.h"
+#include "lpss/tick/messages.h"
 
 namespace tessera {
 

@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "lpss/engine/shape.h"
+#include "lpss/model/shape.h"
 
 namespace tessera {
 

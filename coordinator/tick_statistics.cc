@@ -4,8 +4,8 @@
 #include <bit>
 #include <cmath>
 
-#include "lpss/grid/invariant.h"
-#include "lpss/world/limits.h"
+#include "lpss/base/invariant.h"
+#include "lpss/model/limits.h"
 
 namespace tessera {
 namespace {

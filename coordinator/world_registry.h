@@ -14,9 +14,9 @@
 
 #include "coordinator/joint_registry.h"
 #include "coordinator/shape_table.h"
-#include "lpss/engine/body.h"
-#include "lpss/world/messages.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/body.h"
+#include "lpss/model/world_description.h"
+#include "lpss/tick/messages.h"
 #include "tessera.pb.h"
 
 namespace tessera {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "experiments/common/report.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 
 namespace tessera {
 

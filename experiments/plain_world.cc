@@ -1,10 +1,10 @@
 #include "experiments/plain_world.h"
 
-#include "lpss/engine/disjoint_sets.h"
+#include "lpss/base/disjoint_sets.h"
 #include "lpss/engine/load_engine.h"
-#include "lpss/world/gravity.h"
-#include "lpss/world/share.h"
-#include "lpss/world/simulation.h"
+#include "lpss/model/gravity.h"
+#include "lpss/simulation/simulation.h"
+#include "lpss/tick/share.h"
 
 namespace tessera {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "lpss/engine/engine.h"
-#include "lpss/world/world_description.h"
-#include "lpss/world/world_hash.h"
+#include "lpss/model/world_description.h"
+#include "lpss/observe/world_hash.h"
 
 namespace tessera {
 

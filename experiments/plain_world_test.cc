@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "experiments/towers.h"
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string_view>
 
-#include "lpss/world/gravity.h"
+#include "lpss/model/gravity.h"
 
 namespace tessera {
 namespace {

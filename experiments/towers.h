@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "lpss/engine/body.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/body.h"
+#include "lpss/model/world_description.h"
 
 namespace tessera {
 

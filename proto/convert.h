@@ -1,14 +1,14 @@
 // Between the wire and the types of the layer. What comes from outside is checked here for what a type cannot
-// hold (absent fields, unknown kinds, counts); bounds are the business of lpss/world/validate.h.
+// hold (absent fields, unknown kinds, counts); bounds are the business of lpss/model/validate.h.
 #pragma once
 
 #include <absl/status/statusor.h>
 
-#include "lpss/engine/body.h"
-#include "lpss/engine/joint.h"
-#include "lpss/engine/shape.h"
 #include "lpss/grid/world_position.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/body.h"
+#include "lpss/model/joint.h"
+#include "lpss/model/shape.h"
+#include "lpss/model/world_description.h"
 #include "world.pb.h"
 
 namespace tessera {

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "lpss/world/messages.h"
+#include "lpss/tick/messages.h"
 
 namespace tessera {
 

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <string>
 
-#include "client_sdk/cli/command.h"
-#include "client_sdk/cli/text.h"
+#include "cli/command.h"
+#include "cli/text.h"
 #include "client_sdk/live/client_program.h"
 #include "ros/feed.h"
 #include "ros/publisher.h"

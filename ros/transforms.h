@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 #include "ros_messages.h"
 #include "tessera/stream.h"
 

@@ -16,7 +16,7 @@
 
 #include "cluster.pb.h"
 #include "daemon/log_line.h"
-#include "lpss/world/share.h"
+#include "lpss/tick/share.h"
 #include "transport/link.h"
 
 namespace tessera {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/simulation.h"
 #include "proto/convert.h"
 
 namespace tessera {

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <vector>
 
-#include "lpss/world/share.h"
+#include "lpss/tick/share.h"
 #include "tessera.grpc.pb.h"
 #include "transport/link.h"
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "lpss/grid/invariant.h"
-#include "lpss/world/simulation.h"
+#include "lpss/base/invariant.h"
+#include "lpss/simulation/simulation.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
 

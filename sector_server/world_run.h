@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
-#include "lpss/world/share.h"
+#include "lpss/tick/share.h"
 #include "transport/link.h"
 
 namespace tessera {

@@ -11,7 +11,7 @@
 #include <iterator>
 #include <system_error>
 
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/simulation.h"
 #include "worlds/loader/world_file.h"
 
 namespace tessera::testing {

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "client_sdk/cli/child_process.h"
-#include "client_sdk/cli/local_cluster.h"
-#include "lpss/world/world_description.h"
+#include "cli/child_process.h"
+#include "cli/local_cluster.h"
+#include "lpss/model/world_description.h"
 #include "tessera/client.h"
 
 namespace tessera::testing {

@@ -1,10 +1,10 @@
 // The production state machines on a network that delays and reorders: whatever the timing, the same bits.
-#include "experiments/simulated_cluster.h"
+#include "simulator/simulated_cluster.h"
 
 #include <gtest/gtest.h>
 
-#include "lpss/world/example_worlds.h"
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 namespace {

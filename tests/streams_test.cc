@@ -6,7 +6,7 @@
 #include <map>
 #include <tuple>
 
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/simulation.h"
 #include "tests/cluster_fixture.h"
 
 namespace tessera {

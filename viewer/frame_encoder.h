@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/engine/body.h"
+#include "lpss/model/body.h"
 
 namespace tessera::viewer {
 

@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
-#include "lpss/engine/shape.h"
 #include "lpss/grid/world_position.h"
+#include "lpss/model/shape.h"
 #include "tessera/client.h"
 
 namespace tessera::viewer {

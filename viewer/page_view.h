@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client_sdk/live/body_catalogue.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 #include "tessera/stream.h"
 #include "viewer/frame_encoder.h"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "lpss/world/validate.h"
+#include "lpss/model/validate.h"
 
 namespace tessera {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 
 namespace tessera {
 

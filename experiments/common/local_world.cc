@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "experiments/plain_world.h"
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 namespace {

@@ -6,10 +6,10 @@
 #include <memory>
 #include <vector>
 
-#include "lpss/engine/body.h"
-#include "lpss/world/messages.h"
-#include "lpss/world/world_description.h"
-#include "lpss/world/world_hash.h"
+#include "lpss/model/body.h"
+#include "lpss/model/world_description.h"
+#include "lpss/observe/world_hash.h"
+#include "lpss/tick/messages.h"
 
 namespace tessera {
 

@@ -8,7 +8,7 @@
 
 #include "experiments/extremes/figures.h"
 #include "experiments/extremes/row.h"
-#include "lpss/world/example_worlds.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera::extremes {
 namespace {

@@ -14,7 +14,7 @@
 #include "experiments/common/own_process.h"
 #include "experiments/common/stopwatch.h"
 #include "experiments/paper/small_scenes.h"
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera::extremes {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "lpss/world/messages.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
+#include "lpss/tick/messages.h"
 
 namespace tessera::extremes {
 

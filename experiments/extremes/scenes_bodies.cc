@@ -7,8 +7,8 @@
 
 #include "experiments/extremes/figures.h"
 #include "experiments/extremes/scene_parts.h"
-#include "lpss/world/example_worlds.h"
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera::extremes {
 namespace {

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "experiments/extremes/figures.h"
-#include "lpss/world/example_worlds.h"
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera::extremes {
 namespace {

@@ -7,10 +7,10 @@
 
 #include "experiments/extremes/figures.h"
 #include "experiments/extremes/scene_parts.h"
-#include "lpss/engine/body.h"
-#include "lpss/grid/invariant.h"
-#include "lpss/world/example_worlds.h"
-#include "lpss/world/limits.h"
+#include "lpss/base/invariant.h"
+#include "lpss/model/body.h"
+#include "lpss/model/limits.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera::extremes {
 namespace {

@@ -10,8 +10,8 @@
 #include "experiments/extremes/figures.h"
 #include "experiments/extremes/scene_parts.h"
 #include "experiments/paper/small_scenes.h"
-#include "lpss/grid/invariant.h"
-#include "lpss/world/example_worlds.h"
+#include "lpss/base/invariant.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera::extremes {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "experiments/common/local_world.h"
 #include "experiments/common/stopwatch.h"
-#include "lpss/world/example_worlds.h"
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "experiments/catalogue.h"
-#include "lpss/world/messages.h"
+#include "lpss/tick/messages.h"
 
 namespace tessera {
 
@@ -17,7 +17,7 @@ namespace tessera {
 // Times are those of the processor, on one thread, so that what else the machine does is not in them.
 //
 // Table "rows": {engine, seams, substeps, bodies, phase, us, share}. `us` is the median over the ticks,
-// `share` that of the whole tick. The phases are those of a tick (lpss/world/phase_clock.h says what is in
+// `share` that of the whole tick. The phases are those of a tick (lpss/tick/phase_clock.h says what is in
 // which), whose shares make up about 1, and "hashing": Share::hash() after it, which is no part of a tick,
 // but comes on top where it is asked for.
 //

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "lpss/world/example_worlds.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
 

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "lpss/engine/body.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/body.h"
+#include "lpss/model/world_description.h"
 
 namespace tessera {
 

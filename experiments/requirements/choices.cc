@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "lpss/world/example_worlds.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
 namespace {

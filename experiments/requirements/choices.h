@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 
 namespace tessera {
 

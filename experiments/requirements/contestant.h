@@ -12,7 +12,7 @@
 #include "experiments/common/stopwatch.h"
 #include "experiments/paper/small_scenes.h"
 #include "experiments/trade/trial.h"
-#include "lpss/world/share_cluster.h"
+#include "lpss/simulation/share_cluster.h"
 
 namespace tessera {
 

@@ -11,8 +11,8 @@
 
 #include "experiments/requirements/choices.h"
 #include "experiments/requirements/spread.h"
-#include "lpss/world/example_worlds.h"
-#include "lpss/world/validate.h"
+#include "lpss/model/validate.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
 namespace {

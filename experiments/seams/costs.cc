@@ -8,7 +8,7 @@
 #include "experiments/common/local_world.h"
 #include "experiments/common/stopwatch.h"
 #include "experiments/seams/piles.h"
-#include "lpss/world/example_worlds.h"
+#include "lpss/simulation/example_worlds.h"
 #include "worlds/loader/world_file.h"
 
 namespace tessera::seams {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "lpss/engine/body.h"
-#include "lpss/world/messages.h"
+#include "lpss/model/body.h"
+#include "lpss/tick/messages.h"
 
 namespace tessera::seams {
 

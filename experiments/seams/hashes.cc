@@ -1,7 +1,7 @@
 #include "experiments/seams/hashes.h"
 
-#include "experiments/simulated_cluster.h"
-#include "lpss/world/share_cluster.h"
+#include "lpss/simulation/share_cluster.h"
+#include "simulator/simulated_cluster.h"
 
 namespace tessera::seams {
 namespace {

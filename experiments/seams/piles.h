@@ -1,7 +1,7 @@
 // A pile that stays where it is poured.
 #pragma once
 
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 
 namespace tessera::seams {
 

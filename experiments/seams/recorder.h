@@ -10,7 +10,7 @@
 
 #include "experiments/seams/scene.h"
 #include "experiments/seams/stage.h"
-#include "lpss/world/share.h"
+#include "lpss/tick/share.h"
 
 namespace tessera::seams {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "experiments/seams/recorder.h"
-#include "lpss/world/simulation.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera::seams {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "experiments/seams/course.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 
 namespace tessera::seams {
 

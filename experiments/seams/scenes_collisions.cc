@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "experiments/seams/scene.h"
-#include "lpss/world/example_worlds.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera::seams {
 namespace {

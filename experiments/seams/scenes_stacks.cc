@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "experiments/seams/scene.h"
-#include "lpss/world/example_worlds.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera::seams {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "experiments/seams/scene.h"
-#include "lpss/world/example_worlds.h"
+#include "lpss/simulation/example_worlds.h"
 #include "worlds/loader/world_file.h"
 
 namespace tessera::seams {

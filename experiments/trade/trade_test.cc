@@ -7,7 +7,7 @@
 #include "experiments/common/own_process.h"
 #include "experiments/paper/small_scenes.h"
 #include "experiments/trade/tune.h"
-#include "lpss/world/example_worlds.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
 namespace {

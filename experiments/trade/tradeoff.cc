@@ -12,7 +12,7 @@
 #include "experiments/seams/piles.h"
 #include "experiments/seams/scene.h"
 #include "experiments/trade/trial.h"
-#include "lpss/world/example_worlds.h"
+#include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
 namespace {

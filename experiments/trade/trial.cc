@@ -8,7 +8,7 @@
 #include "experiments/common/local_world.h"
 #include "experiments/common/stopwatch.h"
 #include "experiments/paper/small_scenes.h"
-#include "lpss/world/validate.h"
+#include "lpss/model/validate.h"
 
 namespace tessera {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "experiments/common/report.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 #include "worlds/knobs.h"
 
 namespace tessera {

@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "lpss/engine/shape.h"
+#include "lpss/model/shape.h"
 
 namespace tessera::bullet {
 

@@ -5,8 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "lpss/base/invariant.h"
 #include "lpss/bullet/conversions.h"
-#include "lpss/grid/invariant.h"
 
 namespace tessera::bullet {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "lpss/engine/joint.h"
+#include "lpss/model/joint.h"
 
 namespace tessera::bullet {
 

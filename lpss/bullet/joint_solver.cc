@@ -6,8 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "lpss/base/disjoint_sets.h"
 #include "lpss/bullet/conversions.h"
-#include "lpss/engine/disjoint_sets.h"
 
 namespace tessera::bullet {
 

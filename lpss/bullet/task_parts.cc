@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "lpss/base/disjoint_sets.h"
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/island_needs.h"
-#include "lpss/engine/disjoint_sets.h"
 
 namespace tessera::bullet {
 namespace {

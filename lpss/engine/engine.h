@@ -22,10 +22,10 @@
 #include <string>
 #include <vector>
 
-#include "lpss/engine/body.h"
-#include "lpss/engine/joint.h"
-#include "lpss/engine/precision.h"
-#include "lpss/engine/shape.h"
+#include "lpss/model/body.h"
+#include "lpss/model/joint.h"
+#include "lpss/model/precision.h"
+#include "lpss/model/shape.h"
 
 namespace tessera {
 

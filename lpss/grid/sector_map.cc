@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "lpss/grid/invariant.h"
+#include "lpss/base/invariant.h"
 
 namespace tessera {
 namespace {

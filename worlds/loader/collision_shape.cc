@@ -17,7 +17,7 @@
 #include <sdf/Sphere.hh>
 #include <utility>
 
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
 
 namespace tessera {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/engine/shape.h"
+#include "lpss/model/shape.h"
 #include "worlds/loader/mesh_file.h"
 #include "worlds/loader/notices.h"
 

@@ -8,7 +8,7 @@
 #include <ignition/math/Inertial.hh>
 #include <sdf/Link.hh>
 
-#include "lpss/engine/body.h"
+#include "lpss/model/body.h"
 
 namespace tessera {
 

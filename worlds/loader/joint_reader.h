@@ -8,7 +8,7 @@
 #include <sdf/Joint.hh>
 #include <string>
 
-#include "lpss/engine/joint.h"
+#include "lpss/model/joint.h"
 #include "worlds/loader/notices.h"
 #include "worlds/loader/xml.h"
 

@@ -13,7 +13,7 @@
 #include <system_error>
 #include <tuple>
 
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
 
 namespace tessera {
 namespace {

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <utility>
 
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
 #include "worlds/loader/file_search.h"
 #include "worlds/loader/inertia.h"
 #include "worlds/loader/joint_reader.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "lpss/engine/body.h"
-#include "lpss/engine/joint.h"
+#include "lpss/model/body.h"
+#include "lpss/model/joint.h"
 #include "worlds/loader/collision_shape.h"
 #include "worlds/loader/notices.h"
 #include "worlds/loader/shape_table.h"

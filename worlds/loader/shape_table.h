@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/engine/shape.h"
+#include "lpss/model/shape.h"
 
 namespace tessera {
 

@@ -19,7 +19,7 @@
 
 #include <Eigen/Core>
 
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 #include "worlds/loader/xml.h"
 
 namespace tessera {

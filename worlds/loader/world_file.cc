@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "lpss/world/validate.h"
+#include "lpss/model/validate.h"
 #include "worlds/loader/world_reader.h"
 #include "worlds/loader/xml.h"
 

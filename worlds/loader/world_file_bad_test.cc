@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
 #include "worlds/loader/world_file.h"
 
 namespace tessera {

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "lpss/world/validate.h"
+#include "lpss/model/validate.h"
 #include "worlds/loader/model_source.h"
 #include "worlds/loader/model_template.h"
 #include "worlds/loader/shape_table.h"

@@ -3,7 +3,7 @@
 
 #include <absl/status/statusor.h>
 
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 #include "worlds/loader/notices.h"
 #include "worlds/loader/xml.h"
 

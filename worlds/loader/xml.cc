@@ -11,7 +11,7 @@
 #include <numbers>
 #include <utility>
 
-#include "lpss/world/limits.h"
+#include "lpss/model/limits.h"
 
 namespace tessera::xml {
 namespace {

@@ -27,7 +27,7 @@
 #include <variant>
 #include <vector>
 
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 #include "tessera/joints.h"
 #include "tessera/stream.h"
 

@@ -7,8 +7,8 @@
 #include <variant>
 #include <vector>
 
-#include "lpss/engine/joint.h"
-#include "lpss/world/world_description.h"
+#include "lpss/model/joint.h"
+#include "lpss/model/world_description.h"
 #include "tessera/stream.h"
 
 namespace tessera {

@@ -13,8 +13,8 @@
 #include <optional>
 #include <vector>
 
-#include "lpss/engine/body.h"
 #include "lpss/grid/world_position.h"
+#include "lpss/model/body.h"
 
 namespace tessera {
 

@@ -7,7 +7,7 @@
 
 #include <filesystem>
 
-#include "lpss/world/world_description.h"
+#include "lpss/model/world_description.h"
 
 namespace tessera {
 

@@ -1,0 +1,173 @@
+// Bodies of a running world: spawn, remove, velocity, impulse, force, teleport, target.
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "cli/connection.h"
+#include "cli/text.h"
+
+namespace tessera::cli {
+namespace {
+
+struct BodyOptions {
+  std::string body;
+  std::string name;
+  Shape shape = box(1, 1, 1);
+  WorldPosition at;
+  double mass = 1;
+  double friction = 0.5;
+  bool fixed = false;
+  bool kinematic = false;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();   // linear velocity, impulse, force
+  Eigen::Vector3d second = Eigen::Vector3d::Zero();  // angular velocity, lever, torque
+};
+
+void add_body_option(CLI::App& command, BodyOptions& options) {
+  command.add_option("body", options.body, "its name, or its id")->required();
+}
+
+void add_position_options(CLI::App& command, BodyOptions& options) {
+  add_parsed(command, "--at", options.at.local, parse_vector, "X,Y,Z: metres from the centre of the sector");
+  add_parsed(command, "--sector", options.at.sector, parse_sector, "I,J,K; 0,0,0 if not given");
+}
+
+void add_spawn(CLI::App& app, Action& action) {
+  CLI::App& command =
+      add_command(app, "spawn", "Put a new body into the world.",
+                  "tessera spawn --name crate --shape box:1,1,1 --mass 10 --at 0,0,5 --sector 0,0,0");
+  const auto options = std::make_shared<BodyOptions>();
+  command.add_option("--name", options->name, "unique in the world")->required();
+  add_parsed(command, "--shape", options->shape, parse_shape,
+             "box:X,Y,Z sphere:R capsule:R,LENGTH cylinder:R,LENGTH ellipsoid:X,Y,Z plane:X,Y,Z")
+      ->required();
+  add_position_options(command, *options);
+  command.add_option("--mass", options->mass, "kg")->capture_default_str();
+  command.add_option("--friction", options->friction, "Coulomb coefficient")->capture_default_str();
+  add_parsed(command, "--linear", options->first, parse_vector, "X,Y,Z: velocity, m/s");
+  add_parsed(command, "--angular", options->second, parse_vector, "X,Y,Z: angular velocity, rad/s");
+  CLI::Option* fixed = command.add_flag("--static", options->fixed, "it never moves");
+  command.add_flag("--kinematic", options->kinematic, "it moves only as it is told to")->excludes(fixed);
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
+    NewBody body = solid(options->name, options->shape, options->mass, options->at);
+    BodyProperties& properties = body.body.properties;
+    if (options->fixed) properties.motion = Motion::kStatic;
+    if (options->kinematic) properties.motion = Motion::kKinematic;
+    if (properties.motion != Motion::kDynamic) properties.inertia = {1, 1, 1};
+    properties.friction = options->friction;
+    body.body.linear_velocity = options->first;
+    body.body.angular_velocity = options->second;
+    const absl::StatusOr<Spawned> spawned = client.spawn(body);
+    if (!spawned.ok()) return spawned.status();
+    data = {{"id", spawned->id.value}, {"tick", spawned->tick}};
+    absl::PrintF("body %d, from tick %d on\n", spawned->id.value, spawned->tick);
+    return absl::OkStatus();
+  });
+}
+
+void add_remove(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "remove", "Take a body out of the world.", "tessera remove crate");
+  const auto options = std::make_shared<BodyOptions>();
+  add_body_option(command, *options);
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
+    return print_effect(client.remove(parse_body(options->body)), data);
+  });
+}
+
+// The commands that take a body and two vectors.
+using VectorCall = absl::StatusOr<Tick> (*)(Client&, const BodyName&, const Eigen::Vector3d&,
+                                            const Eigen::Vector3d&);
+
+struct VectorCommand {
+  const char* name;
+  const char* help;
+  const char* example;
+  const char* first;
+  const char* first_help;
+  const char* second;
+  const char* second_help;
+  VectorCall call;
+};
+
+constexpr VectorCommand kVectorCommands[] = {
+    {"velocity", "Set the velocity of a body.", "tessera velocity crate --linear 1,0,0 --angular 0,0,0.5",
+     "--linear", "X,Y,Z: m/s, world axes", "--angular", "X,Y,Z: rad/s",
+     [](Client& client, const BodyName& body, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+       return client.set_velocity(body, a, b);
+     }},
+    {"impulse", "Give a body a push.", "tessera impulse crate --impulse 0,0,50", "--impulse",
+     "X,Y,Z: N s, world axes", "--lever", "X,Y,Z: where it acts, m from the centre of mass, world axes",
+     [](Client& client, const BodyName& body, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+       return client.apply_impulse(body, a, b);
+     }},
+    {"force", "Pull a body for one tick.", "tessera force crate --force 0,0,500 --torque 0,0,1", "--force",
+     "X,Y,Z: N, world axes", "--torque", "X,Y,Z: N m",
+     [](Client& client, const BodyName& body, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+       return client.apply_force(body, a, b);
+     }},
+};
+
+void add_vector_command(CLI::App& app, Action& action, const VectorCommand& spec) {
+  CLI::App& command = add_command(app, spec.name, spec.help, spec.example);
+  const auto options = std::make_shared<BodyOptions>();
+  add_body_option(command, *options);
+  add_parsed(command, spec.first, options->first, parse_vector, spec.first_help)->required();
+  add_parsed(command, spec.second, options->second, parse_vector, spec.second_help);
+  on_cluster(command, action, [options, call = spec.call](Client& client, nlohmann::json& data) {
+    return print_effect(call(client, parse_body(options->body), options->first, options->second), data);
+  });
+}
+
+void add_teleport(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "teleport", "Put a body elsewhere, at once.",
+                                  "tessera teleport crate --sector 2^40,0,0 --at 0,0,5 --linear 1,0,0");
+  const auto options = std::make_shared<BodyOptions>();
+  add_body_option(command, *options);
+  add_position_options(command, *options);
+  add_parsed(command, "--linear", options->first, parse_vector, "X,Y,Z: its velocity then, m/s");
+  add_parsed(command, "--angular", options->second, parse_vector, "X,Y,Z: rad/s");
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
+    const WorldPose pose{options->at, Eigen::Quaterniond::Identity()};
+    return print_effect(client.teleport(parse_body(options->body), pose, options->first, options->second),
+                        data);
+  });
+}
+
+void add_target(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "target", "Move a kinematic body to a place, within one tick.",
+                                  "tessera target lift --at 0,0,0.1");
+  const auto options = std::make_shared<BodyOptions>();
+  add_body_option(command, *options);
+  add_position_options(command, *options);
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
+    const WorldPose pose{options->at, Eigen::Quaterniond::Identity()};
+    return print_effect(client.set_kinematic_target(parse_body(options->body), pose), data);
+  });
+}
+
+}  // namespace
+
+BodyName parse_body(const std::string& text) {
+  std::uint64_t id = 0;
+  const bool digits = std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (digits && absl::SimpleAtoi(text, &id)) return BodyId{id};
+  return text;
+}
+
+absl::Status print_effect(const absl::StatusOr<Tick>& tick, nlohmann::json& data) {
+  if (!tick.ok()) return tick.status();
+  data["tick"] = *tick;
+  absl::PrintF("takes effect at tick %d\n", *tick);
+  return absl::OkStatus();
+}
+
+void add_body_commands(CLI::App& app, Action& action) {
+  add_spawn(app, action);
+  add_remove(app, action);
+  for (const VectorCommand& spec : kVectorCommands) add_vector_command(app, action, spec);
+  add_teleport(app, action);
+  add_target(app, action);
+}
+
+}  // namespace tessera::cli

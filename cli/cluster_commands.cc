@@ -1,0 +1,189 @@
+// A cluster and its world: up, load, unload, pause, resume, step, shutdown.
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <optional>
+#include <thread>
+
+#include "cli/connection.h"
+#include "cli/interrupt.h"
+#include "cli/local_cluster.h"
+#include "cli/terminal.h"
+#include "cli/text.h"
+#include "cli/world_options.h"
+
+namespace tessera::cli {
+namespace {
+
+constexpr const char* kPageDefault = "127.0.0.1:7380";
+
+struct UpOptions {
+  LocalClusterOptions cluster;
+  std::filesystem::path world;  // empty: none yet
+  WorldOverrides overrides;
+  bool end_with_input = false;
+};
+
+absl::Status load_into(const LocalCluster& cluster, const WorldDescription& world) {
+  const absl::StatusOr<std::unique_ptr<Client>> client = Client::connect(cluster.address());
+  if (!client.ok()) return client.status();
+  const absl::StatusOr<LoadSummary> summary = (*client)->load(world);
+  if (!summary.ok()) return summary.status();
+  absl::PrintF("%s: %s bodies in %s sectors, paused; the page or tessera resume lets it run\n", world.name,
+               grouped(summary->bodies), grouped(summary->sectors));
+  return absl::OkStatus();
+}
+
+absl::Status up(UpOptions options) {
+  catch_interrupts();
+  if (options.end_with_input) interrupt_at_end_of_input();
+  std::optional<LoadedWorld> world;
+  if (!options.world.empty()) {
+    absl::StatusOr<LoadedWorld> loaded = load_world(options.world, options.overrides);
+    if (!loaded.ok()) return loaded.status();
+    world = *std::move(loaded);
+  }
+  LocalClusterOptions& wanted = options.cluster;
+  wanted.interrupt_descriptor = interrupt_descriptor();
+  wanted.precision =
+      world ? world->world.settings.precision : options.overrides.knobs.precision.value_or(wanted.precision);
+  const absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(wanted);
+  if (!cluster.ok()) return cluster.status();
+  absl::PrintF("%s on %s with %d sector server%s; Ctrl-C ends it\n",
+               coloured("a cluster is up", Colour::kGreen), (*cluster)->address(), wanted.servers,
+               wanted.servers == 1 ? "" : "s");
+  if (!(*cluster)->page_url().empty()) {
+    absl::PrintF("%s: %s\n", coloured("see it in a browser", Colour::kGreen), (*cluster)->page_url());
+  }
+  if (!world) absl::PrintF("try: tessera load worlds/seam.sdf --connect %s\n", (*cluster)->address());
+  std::fflush(stdout);
+  if (world) {
+    const auto load = [&] { return load_into(**cluster, world->world); };
+    if (absl::Status status = (*cluster)->attend(load); !status.ok()) return status;
+    std::fflush(stdout);
+  }
+  return (*cluster)->wait_for_interrupt([](const std::string& why) {
+    absl::FPrintF(stderr, "%s; the cluster goes on: %s\n", coloured("the page is lost", Colour::kRed), why);
+  });
+}
+
+void add_up(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "up", "A cluster on this machine, in the foreground until Ctrl-C.",
+                                  "tessera up worlds/earth.sdf --servers 2 --listen 127.0.0.1:7300");
+  const auto options = std::make_shared<UpOptions>();
+  LocalClusterOptions& cluster = options->cluster;
+  cluster.listen = kAddressDefault;
+  cluster.page = kPageDefault;
+  cluster.threads = 0;
+  command.add_option("world", options->world, absl::StrCat("to load: ", kWorldFile));
+  command.add_option("--servers", cluster.servers, "sector servers, each a process")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  command
+      .add_option("--threads", cluster.threads, "threads of each server; by default the cores, shared out")
+      ->check(CLI::Range(1, 256));
+  command.add_option("--listen", cluster.listen, "where clients find the coordinator")->capture_default_str();
+  CLI::Option* page =
+      command
+          .add_option("--page", cluster.page,
+                      "where browsers find the page; by default, if that is in use, any free port")
+          ->capture_default_str();
+  CLI::Option* no_page = command.add_flag("--no-page")->description("without a page")->excludes(page);
+  command.add_option(
+      "--record-inputs", cluster.record_inputs,
+      "write worlds, commands and the hash of every tick to this new file, for tessera replay");
+  command.add_flag("--end-with-input", options->end_with_input,
+                   "end when the standard input does: with the program that holds the pipe");
+  add_override_options(command, options->overrides);
+  command.callback([options, page, no_page, &action] {
+    const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    LocalClusterOptions& wanted = options->cluster;
+    if (wanted.threads == 0) wanted.threads = std::max(1, cores / wanted.servers);
+    if (no_page->count() > 0) wanted.page.clear();
+    wanted.page_on_any_port = page->count() == 0;
+    action = [options] { return up(*options); };
+  });
+}
+
+void add_load(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "load", "Load a world file; it starts paused at tick 0.",
+                                  "tessera load worlds/earth.sdf --replace");
+  struct LoadOptions {
+    std::filesystem::path world;
+    WorldOverrides overrides;
+    bool replace = false;
+  };
+  const auto options = std::make_shared<LoadOptions>();
+  command.add_option("world", options->world, kWorldFile)->required();
+  command.add_flag("--replace", options->replace, "also where a world is loaded already");
+  add_override_options(command, options->overrides);
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
+    const absl::StatusOr<LoadedWorld> loaded = load_world(options->world, options->overrides);
+    if (!loaded.ok()) return loaded.status();
+    const absl::StatusOr<LoadSummary> summary = client.load(loaded->world, options->replace);
+    if (!summary.ok()) return summary.status();
+    absl::PrintF("%s: %s bodies, %s sectors, on %d server%s\n", loaded->world.name, grouped(summary->bodies),
+                 grouped(summary->sectors), summary->servers, summary->servers == 1 ? "" : "s");
+    data = {{"world", loaded->world.name},
+            {"bodies", summary->bodies},
+            {"sectors", summary->sectors},
+            {"servers", summary->servers},
+            {"notices", loaded->notices}};
+    for (const std::string& notice : loaded->notices) absl::PrintF("note: %s\n", notice);
+    return absl::OkStatus();
+  });
+}
+
+absl::Status print_tick(const char* what, const absl::StatusOr<Tick>& tick, nlohmann::json& data) {
+  if (!tick.ok()) return tick.status();
+  data["tick"] = *tick;
+  absl::PrintF("%s tick %d\n", what, *tick);
+  return absl::OkStatus();
+}
+
+void add_time(CLI::App& app, Action& action) {
+  CLI::App& pause = add_command(app, "pause", "Let the world stand still.", "tessera pause");
+  on_cluster(pause, action, [](Client& client, nlohmann::json& data) {
+    return print_tick("paused at", client.pause(), data);
+  });
+
+  CLI::App& resume = add_command(app, "resume", "Let the world run.", "tessera resume --rtf 0.5");
+  struct Pace {
+    double factor = 1;
+    bool fast = false;
+  };
+  const auto pace = std::make_shared<Pace>();
+  CLI::Option* factor = resume.add_option("--rtf", pace->factor, "simulated seconds per second")
+                            ->check(CLI::PositiveNumber)
+                            ->capture_default_str();
+  resume.add_flag("--fast", pace->fast, "as fast as possible")->excludes(factor);
+  on_cluster(resume, action, [pace](Client& client, nlohmann::json& data) {
+    return print_tick("runs from", client.resume(pace->fast ? 0 : pace->factor), data);
+  });
+
+  CLI::App& step = add_command(app, "step", "Do some ticks and wait for them.", "tessera step 60");
+  const auto ticks = std::make_shared<std::uint64_t>(1);
+  step.add_option("ticks", *ticks, "how many")->check(CLI::PositiveNumber)->capture_default_str();
+  on_cluster(step, action, [ticks](Client& client, nlohmann::json& data) {
+    return print_tick("at", client.step(*ticks), data);
+  });
+}
+
+void add_ends(CLI::App& app, Action& action) {
+  CLI::App& unload = add_command(app, "unload", "Forget the world; the servers stay.", "tessera unload");
+  on_cluster(unload, action, [](Client& client, nlohmann::json&) { return client.unload(); });
+  CLI::App& shutdown =
+      add_command(app, "shutdown", "End the coordinator and its servers.", "tessera shutdown");
+  on_cluster(shutdown, action, [](Client& client, nlohmann::json&) { return client.shutdown(); });
+}
+
+}  // namespace
+
+void add_cluster_commands(CLI::App& app, Action& action) {
+  add_up(app, action);
+  add_load(app, action);
+  add_time(app, action);
+  add_ends(app, action);
+}
+
+}  // namespace tessera::cli

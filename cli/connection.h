@@ -1,0 +1,53 @@
+// Subcommands that talk to a running cluster.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cli/command.h"
+#include "cli/output_file.h"
+#include "tessera/client.h"
+
+namespace tessera::cli {
+
+inline constexpr const char* kAddressDefault = "127.0.0.1:7300";
+inline constexpr absl::Duration kConnectTimeout = absl::Seconds(3);
+
+// Gives `command` the options --connect and --json, and as its action: to connect, then to do `work`, then to
+// write what `work` put into its second argument to the file that --json names.
+inline void on_cluster(CLI::App& command, Action& action,
+                       std::function<absl::Status(Client&, nlohmann::json&)> work) {
+  struct Where {
+    std::string address = kAddressDefault;
+    std::filesystem::path json;
+  };
+  const auto where = std::make_shared<Where>();
+  command.add_option("--connect", where->address, "host:port of the coordinator")
+      ->envname("TESSERA_ADDRESS")
+      ->capture_default_str();
+  add_parsed(command, "--json", where->json, parse_output_file,
+             "write what is printed to this file as data, too");
+  command.callback([where, work = std::move(work), &action] {
+    action = [where, work]() -> absl::Status {
+      const absl::StatusOr<std::unique_ptr<Client>> client = Client::connect(where->address, kConnectTimeout);
+      if (!client.ok()) return client.status();
+      nlohmann::json data = nlohmann::json::object();
+      if (absl::Status status = work(**client, data); !status.ok()) return status;
+      return where->json.empty() ? absl::OkStatus() : write_json(where->json, data);
+    };
+  });
+}
+
+// A body as people name it: a number is an id, all else a name.
+BodyName parse_body(const std::string& text);
+
+// "takes effect at tick 12"
+absl::Status print_effect(const absl::StatusOr<Tick>& tick, nlohmann::json& data);
+
+}  // namespace tessera::cli

@@ -1,0 +1,100 @@
+// A cluster on this machine: a coordinator and its sector servers as child processes, from start to end.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/time/time.h>
+#include <sys/types.h>
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/child_process.h"
+#include "lpss/model/world_description.h"
+
+namespace tessera::cli {
+
+struct LocalClusterOptions {
+  int servers = 2;            // a world is loaded on this many
+  int servers_to_start = -1;  // others join later, or never; negative: all of them
+  Precision precision = Precision::kFloat32;
+  int threads = 1;                     // of each server
+  std::string listen = "127.0.0.1:0";  // of the coordinator; port 0: any free one
+  std::filesystem::path daemons;       // their folder; empty: that of this executable
+  absl::Duration start_timeout = absl::Seconds(20);
+  absl::Duration join_timeout = absl::Seconds(20);  // how long a load waits for servers
+  int interrupt_descriptor = -1;                    // readable when the user wants to end
+  std::string page;                                 // host:port of tessera-viewer; empty: without
+  bool page_on_any_port = false;                    // where that port is in use
+  std::filesystem::path record_inputs;  // a file that is not there yet; empty: nothing is recorded
+};
+
+// The processes have a cluster name and folder of their own, and end when the thread that started them does.
+// One thread at a time.
+class LocalCluster {
+ public:
+  // Returns when the coordinator answers to clients, and the page to browsers; servers may still be joining:
+  // a load waits for them. UNAVAILABLE with the last lines of its log where a daemon ends early, NOT_FOUND
+  // where there is none to start, DEADLINE_EXCEEDED, CANCELLED.
+  static absl::StatusOr<std::unique_ptr<LocalCluster>> start(const LocalClusterOptions& options);
+
+  // Stops what still runs.
+  ~LocalCluster();
+
+  // host:port of the coordinator.
+  const std::string& address() const { return address_; }
+  // Of the page; empty where there is none.
+  const std::string& page_url() const { return page_url_; }
+  pid_t coordinator() const { return daemons_.front().pid(); }
+  // Of the server that was started as number `place`, from 0 on.
+  pid_t server(std::size_t place) const { return daemons_.at(place + 1).pid(); }
+  std::vector<pid_t> processes() const;
+  // The options by which one more daemon would join this cluster.
+  std::vector<std::string> identity() const { return {"--cluster", cluster_, "--domain", domain_}; }
+
+  // One more sector server of the same kind.
+  absl::Status start_server();
+
+  // Does `call`, which talks to the cluster, on another thread, and `meanwhile` here a few times a second. If
+  // a daemon ends before the call does, or the user interrupts, the cluster is stopped and the status says
+  // why.
+  absl::Status attend(
+      const std::function<absl::Status()>& call, const std::function<void()>& meanwhile = [] {});
+
+  // Waits until all daemons have ended by themselves, after Client::shutdown(), and removes their logs.
+  // DEADLINE_EXCEEDED, naming those that still run; UNAVAILABLE where one ended with an error.
+  absl::Status wait_until_ended(absl::Duration timeout);
+
+  // Waits, without any limit, until the user interrupts (OK) or a daemon ends (UNAVAILABLE; OK if in order).
+  // If the page ends, `page_lost` is told why, and the cluster goes on.
+  absl::Status wait_for_interrupt(const std::function<void(const std::string&)>& page_lost);
+
+  // Asks all daemons to end (SIGTERM), and ends those that have not within `patience`.
+  void stop(absl::Duration patience = absl::Seconds(5));
+
+  // Why a daemon has ended, if one has, with the last lines of its log.
+  absl::Status failure();
+
+ private:
+  explicit LocalCluster(const LocalClusterOptions& options);
+  absl::Status launch();
+  absl::Status start_page(int inotify);
+  absl::StatusOr<std::string> await_ready(const std::string& file, ChildProcess& process, int inotify);
+  absl::StatusOr<ChildProcess> start_daemon(const std::string& name, std::vector<std::string> arguments);
+
+  LocalClusterOptions options_;
+  std::filesystem::path folder_;
+  std::string cluster_;
+  std::string domain_;
+  std::string address_;
+  std::string page_url_;
+  std::vector<ChildProcess> daemons_;  // the coordinator first
+  std::optional<ChildProcess> page_;   // no part of the cluster: it may end and the cluster goes on
+  bool keep_logs_ = false;
+};
+
+}  // namespace tessera::cli

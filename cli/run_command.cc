@@ -1,0 +1,75 @@
+// `tessera run`: a world from its file to its report.
+#include <absl/strings/str_format.h>
+
+#include <memory>
+
+#include "cli/command.h"
+#include "cli/interrupt.h"
+#include "cli/output_file.h"
+#include "cli/prove.h"
+#include "cli/run_cluster.h"
+#include "cli/run_local.h"
+#include "cli/world_options.h"
+
+namespace tessera::cli {
+namespace {
+
+absl::StatusOr<RunReport> simulate(const RunOptions& options) {
+  if (options.plain) return run_plain(options);
+  return options.in_process ? run_in_process(options) : run_cluster(options);
+}
+
+absl::Status run(const RunOptions& options) {
+  catch_interrupts();
+  const absl::StatusOr<RunReport> report = simulate(options);
+  if (!report.ok()) return report.status();
+  absl::PrintF("%s", to_text(*report));
+  std::fflush(stdout);
+  nlohmann::json json = to_json(*report);
+  absl::Status outcome;
+  if (options.prove) {
+    const absl::StatusOr<Proof> proof = prove(options, *report);
+    if (!proof.ok()) return proof.status();
+    absl::PrintF("%s", to_text(*proof, *report));
+    json["proof"] = to_json(*proof, *report);
+    if (!holds(*proof, *report))
+      outcome = absl::InternalError("the cluster and one process ended in different bits");
+  }
+  if (!options.json.empty()) outcome.Update(write_json(options.json, json));
+  return outcome;
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(
+      app, "run", "Simulate a world file as fast as possible, and report.",
+      "tessera run worlds/earth.sdf --servers 4 --seconds 10 --shift 2^40,0,-2^62 --json earth.json");
+  const auto options = std::make_shared<RunOptions>();
+  command.add_option("world", options->world, kWorldFile)->required();
+  CLI::Option* servers =
+      command.add_option("--servers", options->servers, "sector servers to start, each a process")
+          ->check(CLI::Range(1, 64))
+          ->capture_default_str();
+  CLI::Option* in_process =
+      command.add_flag("--in-process", options->in_process, "without any daemon, in this process");
+  CLI::Option* plain = command.add_flag("--plain", options->plain,
+                                        "without sectors: one plain Bullet world of single precision");
+  in_process->excludes(servers)->excludes(plain);
+  plain->excludes(servers);
+  command
+      .add_option("--threads", options->threads, "threads of each process; by default the cores, shared out")
+      ->check(CLI::Range(1, 256));
+  command.add_option("--seconds", options->seconds, "simulated time, s")
+      ->check(CLI::Range(0.0, 1e9))
+      ->capture_default_str();
+  add_override_options(command, options->overrides);
+  command
+      .add_flag("--prove", options->prove,
+                "afterwards compare with the same run in one process, bit by bit, and with plain Bullet")
+      ->excludes(plain);
+  add_parsed(command, "--json", options->json, parse_output_file, "write the report to this file, too");
+  command.callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace tessera::cli

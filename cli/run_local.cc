@@ -1,0 +1,98 @@
+#include "cli/run_local.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "cli/interrupt.h"
+#include "cli/prepared_run.h"
+#include "cli/terminal.h"
+#include "experiments/plain_world.h"
+#include "lpss/simulation/simulation.h"
+
+namespace tessera::cli {
+namespace {
+
+// Steps, measures each tick, and leaves the times in the report.
+absl::Status step_all(const std::string& what, const std::function<void()>& step, RunReport& report) {
+  std::vector<double> milliseconds;
+  milliseconds.reserve(std::min<std::uint64_t>(report.ticks, 10'000'000));
+  ProgressBar progress(what, report.ticks);
+  const Clock::time_point start = Clock::now();
+  for (std::uint64_t tick = 0; tick < report.ticks; ++tick) {
+    if (interrupted()) return absl::CancelledError("interrupted");
+    const Clock::time_point tick_start = Clock::now();
+    step();
+    milliseconds.push_back(seconds_since(tick_start) * 1e3);
+    progress.update(tick + 1);
+  }
+  report.set_wall_time(seconds_since(start));
+  report.tick_ms = tick_times(std::move(milliseconds));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Towers> towers_of(const WorldDescription& world) {
+  const absl::StatusOr<std::vector<BodyRecord>> start = records_of(world);
+  if (!start.ok()) return start.status();
+  return Towers(world, *start);
+}
+
+RunReport finished(RunReport report, const WorldHash& hash, const Towers& towers) {
+  report.world_hash = hash.to_string();
+  if (!towers.empty()) report.towers = towers.report();
+  report.peak_rss_mb = peak_rss_mb(getpid());
+  report.peak_rss_mb_by_process = {{"tessera", report.peak_rss_mb}};
+  return report;
+}
+
+}  // namespace
+
+absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
+  absl::StatusOr<PreparedRun> run = prepare(options, "in-process");
+  if (!run.ok()) return run.status();
+  RunReport& report = run->report;
+  const WorldDescription& world = run->loaded.world;
+  const absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world, report.threads);
+  if (!simulation.ok()) return simulation.status();
+  absl::StatusOr<Towers> towers = towers_of(world);
+  if (!towers.ok()) return towers.status();
+  report.load_seconds = seconds_since(run->begin);
+
+  const auto step = [&] {
+    (*simulation)->step();
+    const TickCounts& counts = (*simulation)->counts();
+    report.sectors = counts.sectors;
+    report.clones_max = std::max<std::uint64_t>(report.clones_max, counts.clones);
+    report.islands_across_seams =
+        std::max<std::uint64_t>(report.islands_across_seams, counts.islands_across_seams);
+    report.islands_shipped = std::max<std::uint64_t>(report.islands_shipped, counts.islands_shipped);
+    report.islands_cut = std::max<std::uint64_t>(report.islands_cut, counts.islands_cut);
+    report.bodies_stopped += counts.bodies_stopped;
+  };
+  if (absl::Status status = step_all("in-process", step, report); !status.ok()) return status;
+
+  (*simulation)->share().for_each_body([&](const BodyRecord& record) { towers->set_end(record); });
+  return finished(std::move(report), (*simulation)->hash(), *towers);
+}
+
+absl::StatusOr<RunReport> run_plain(const RunOptions& options) {
+  absl::StatusOr<PreparedRun> run = prepare(options, "plain");
+  if (!run.ok()) return run.status();
+  RunReport& report = run->report;
+  const WorldDescription& world = run->loaded.world;
+  report.threads = 1;
+  report.engine = "f32";
+  const absl::StatusOr<std::unique_ptr<PlainWorld>> plain = PlainWorld::create(world, Precision::kFloat32);
+  if (!plain.ok()) return plain.status();
+  absl::StatusOr<Towers> towers = towers_of(world);
+  if (!towers.ok()) return towers.status();
+  report.load_seconds = seconds_since(run->begin);
+
+  const auto step = [&] { (*plain)->step(); };
+  if (absl::Status status = step_all("plain Bullet", step, report); !status.ok()) return status;
+
+  (*plain)->for_each_body([&](const BodyRecord& record) { towers->set_end(record); });
+  return finished(std::move(report), (*plain)->hash(), *towers);
+}
+
+}  // namespace tessera::cli

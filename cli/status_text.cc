@@ -1,0 +1,38 @@
+#include "cli/status_text.h"
+
+#include <absl/strings/str_format.h>
+
+#include "cli/terminal.h"
+#include "cli/text.h"
+
+namespace tessera::cli {
+
+std::string megabytes(double bytes) { return absl::StrFormat("%.0f MB", bytes / 1e6); }
+
+std::string label(const ServerStatus& server) {
+  return absl::StrFormat("%x%s", server.node, server.suspect ? " silent" : server.takes_part ? "" : " idle");
+}
+
+std::string summary(const ClusterStatus& status) {
+  const Colour colour = status.state == "failed"    ? Colour::kRed
+                        : status.state == "running" ? Colour::kGreen
+                                                    : Colour::kYellow;
+  std::string text =
+      absl::StrFormat("%s  %s, tick %s, %.3f s, real-time factor %.2f\n", coloured(status.state, colour),
+                      status.world.empty() ? "no world" : status.world, grouped(status.tick), status.time,
+                      status.real_time_factor);
+  if (!status.failure.empty()) absl::StrAppend(&text, coloured(status.failure, Colour::kRed), "\n");
+  absl::StrAppendFormat(&text,
+                        "%s bodies (%s awake), %s sectors, %s clones, %s contacts, %s islands across seams "
+                        "(%s across servers, %s cut)\n",
+                        grouped(status.bodies), grouped(status.bodies_awake), grouped(status.sectors),
+                        grouped(status.clones), grouped(status.contacts),
+                        grouped(status.islands_across_seams), grouped(status.islands_shipped),
+                        grouped(status.islands_cut));
+  absl::StrAppendFormat(&text, "tick p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n",
+                        status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max,
+                        megabytes(static_cast<double>(status.coordinator_peak_rss_bytes)));
+  return text;
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,34 @@
+#include "lpss/model/body.h"
+
+namespace tessera {
+
+const char* name_of(Motion motion) {
+  switch (motion) {
+    case Motion::kStatic:
+      return "static";
+    case Motion::kDynamic:
+      return "dynamic";
+    case Motion::kKinematic:
+      break;
+  }
+  return "kinematic";
+}
+
+Eigen::Quaterniond quaternion_of(const BodyState& state) {
+  const Eigen::Matrix3d rotation =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(state.rotation.data());
+  return Eigen::Quaterniond(rotation).normalized();
+}
+
+std::array<double, 9> rotation_of(const Eigen::Quaterniond& q) {
+  std::array<double, 9> rows;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()) = q.normalized().toRotationMatrix();
+  return rows;
+}
+
+Pose centre_frame(const BodyProperties& properties) {
+  return {Eigen::Map<const Eigen::Vector3d>(properties.centre.data()),
+          Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(properties.principal_axes.data()))};
+}
+
+}  // namespace tessera

@@ -1,0 +1,94 @@
+// Rigid bodies, as they are described, simulated and sent between servers.
+//
+// Everything here is plain data. Angles in radians, lengths in metres, masses in kilograms, times in seconds.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "lpss/grid/world_position.h"
+#include "lpss/model/shape.h"
+
+namespace tessera {
+
+// The name of a body for its whole life; 0 names nothing. Ids are given in ascending order and never again.
+struct BodyId {
+  std::uint64_t value = 0;
+
+  friend auto operator<=>(const BodyId&, const BodyId&) = default;
+
+  template <typename H>
+  friend H AbslHashValue(H h, const BodyId& id) {
+    return H::combine(std::move(h), id.value);
+  }
+};
+
+// Engine worlds order their pairs by a 31-bit number; the id itself serves as that number, so that the order
+// is the same in every world that a body ever visits.
+inline constexpr std::uint64_t kBodyIdMax = std::numeric_limits<std::int32_t>::max() - 1;
+
+enum class Motion : std::uint8_t { kStatic, kDynamic, kKinematic };
+
+const char* name_of(Motion motion);  // "static", "dynamic", "kinematic"
+
+// What does not change while a body lives. The *centre frame* of a body has its origin in the centre of mass
+// and its axes along the principal axes of inertia: the frame that engines integrate in. States are those of
+// the centre frame; clients see the body frame.
+struct BodyProperties {
+  Motion motion = Motion::kDynamic;
+  ShapeId shape = 0;
+  double mass = 1;                         // dynamic bodies: > 0; otherwise not used
+  std::array<double, 3> inertia{1, 1, 1};  // principal moments about the centre of mass, kg m^2; > 0
+  std::array<double, 3> centre{0, 0, 0};   // the centre frame's origin in the body frame
+  std::array<double, 4> principal_axes{0, 0, 0, 1};  // rotation from the centre to the body frame, x y z w
+  double friction = 0.5;            // Coulomb coefficient; the two of a contact are multiplied
+  double restitution = 0;           // 0 to 1; the two of a contact are multiplied
+  double linear_damping = 0;        // share of the velocity lost per second, 0 to 1
+  double angular_damping = 0;       // likewise
+  std::uint32_t category = 1;       // collision bits: two bodies collide if each one's category
+  std::uint32_t mask = 0xffffffff;  // meets the other one's mask
+  bool gravity = true;
+  std::uint64_t assembly = 0;  // bodies of one assembly (not 0) do not collide: the links of a model
+};
+
+// How awake a body is. A body wants to sleep when it has been slow for long enough, and falls asleep when all
+// of its island wants to.
+enum class Activity : std::uint8_t { kAwake = 1, kAsleep = 2, kDrowsy = 3 };
+
+// Motion of the centre frame relative to the centre of the home sector, in the world's axes. Exactly what the
+// engine computes with: every value of a float engine is held here without rounding. What flies on its own
+// around a planet has more digits than a float.
+struct BodyState {
+  std::array<double, 3> position{};                           // m
+  std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // centre frame to world axes, by rows
+  std::array<double, 3> linear_velocity{};                    // m/s
+  std::array<double, 3> angular_velocity{};                   // rad/s
+  double still_for = 0;  // s below the sleeping speeds, less what slips took back
+  Activity activity = Activity::kAwake;
+};
+
+// A force (N) and torque (N m) about the centre of mass that act during the next tick, in the world's axes.
+struct Wrench {
+  std::array<double, 3> force{};
+  std::array<double, 3> torque{};
+};
+
+// A body as one record: all that another sector needs to take it over.
+struct BodyRecord {
+  BodyId id;
+  SectorIndex home;
+  BodyProperties properties;
+  BodyState state;
+};
+
+// The centre frame's rotation as a unit quaternion, and back.
+Eigen::Quaterniond quaternion_of(const BodyState& state);
+std::array<double, 9> rotation_of(const Eigen::Quaterniond& q);
+
+// The centre frame in the body frame.
+Pose centre_frame(const BodyProperties& properties);
+
+}  // namespace tessera

@@ -1,0 +1,60 @@
+// The small checks that validation is made of: each is OK, or INVALID_ARGUMENT with what was found and the
+// bound.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "lpss/model/limits.h"
+
+namespace tessera {
+
+inline constexpr double kNoBound = std::numeric_limits<double>::infinity();
+
+template <typename... Args>
+absl::Status refused(const Args&... args) {
+  return absl::InvalidArgumentError(absl::StrCat(args...));
+}
+
+// The same status, its message headed by what it is about.
+inline absl::Status in(const std::string& what, const absl::Status& status) {
+  if (status.ok()) return status;
+  return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
+}
+
+// A finite value in [least, most], or a message with the value, its unit and the bound that it breaks.
+inline absl::Status bounded(absl::string_view what, double value, double least, double most,
+                            absl::string_view unit = "") {
+  if (!std::isfinite(value)) return refused(what, " = ", value, " must be finite");
+  const absl::string_view space = unit.empty() ? "" : " ";
+  if (value < least)
+    return refused(what, " = ", value, space, unit, " must be at least ", least, space, unit);
+  if (value > most) return refused(what, " = ", value, space, unit, " must be at most ", most, space, unit);
+  return absl::OkStatus();
+}
+
+inline absl::Status finite(const std::string& what, const Eigen::Vector3d& value, double norm_max = kNoBound,
+                           absl::string_view unit = "") {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!std::isfinite(value[axis])) {
+      return refused(what, " ", std::string(1, "xyz"[axis]), " = ", value[axis], " must be finite");
+    }
+  }
+  const double norm = value.norm();
+  if (norm > norm_max) return refused(what, " = ", norm, " ", unit, " must be at most ", norm_max, " ", unit);
+  return absl::OkStatus();
+}
+
+inline absl::Status unit_quaternion(const std::string& what, const Eigen::Quaterniond& q) {
+  const double norm = q.coeffs().norm();
+  if (std::isfinite(norm) && std::abs(norm - 1) <= kQuaternionNormTolerance) return absl::OkStatus();
+  return refused(what, ": the quaternion's norm ", norm, " must be 1 within ", kQuaternionNormTolerance);
+}
+
+}  // namespace tessera

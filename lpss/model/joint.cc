@@ -1,0 +1,108 @@
+#include "lpss/model/joint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tessera {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
+
+// The angle about x of a rotation, whatever it does besides.
+double turn_about_x(const Quaterniond& q) { return wrapped(2 * std::atan2(q.x(), q.w())); }
+
+}  // namespace
+
+int axis_count(JointType type) {
+  switch (type) {
+    case JointType::kFixed:
+    case JointType::kBall:
+      return 0;
+    case JointType::kRevolute:
+    case JointType::kPrismatic:
+    case JointType::kScrew:
+      return 1;
+    case JointType::kUniversal:
+      return 2;
+  }
+  return 0;
+}
+
+std::array<double, 2> joint_position(JointType type, const Pose& parent_frame, const Pose& child_frame) {
+  const Quaterniond& a = parent_frame.orientation;
+  const Quaterniond& b = child_frame.orientation;
+  switch (type) {
+    case JointType::kFixed:
+    case JointType::kBall:
+      return {};
+    case JointType::kRevolute:
+    case JointType::kScrew:
+      return {turn_about_x(a.conjugate() * b), 0};
+    case JointType::kPrismatic:
+      return {(a * Vector3d::UnitX()).dot(child_frame.position - parent_frame.position), 0};
+    case JointType::kUniversal: {
+      // The child's y stays at right angles to the parent's x.
+      const Vector3d x = a * Vector3d::UnitX();
+      const Vector3d child_x = b * Vector3d::UnitX();
+      const Vector3d child_y = b * Vector3d::UnitY();
+      return {std::atan2((a * Vector3d::UnitZ()).dot(child_y), (a * Vector3d::UnitY()).dot(child_y)),
+              std::atan2(-x.cross(child_y).dot(child_x), x.dot(child_x))};
+    }
+  }
+  return {};
+}
+
+JointState joint_state(const JointProperties& joint, const JointSide& parent, const JointSide& child) {
+  const Pose a = parent.pose * joint.in_parent;
+  const Pose b = child.pose * joint.in_child;
+  const Vector3d x = a.orientation * Vector3d::UnitX();
+  const Vector3d apart = b.position - a.position;
+  const Quaterniond turn = a.orientation.conjugate() * b.orientation;
+  const Vector3d spin = child.angular_velocity - parent.angular_velocity;
+  // The velocity of the child's frame as seen from the parent's.
+  const Vector3d flow =
+      child.linear_velocity + child.angular_velocity.cross(b.position - child.pose.position) -
+      parent.linear_velocity - parent.angular_velocity.cross(b.position - parent.pose.position);
+
+  JointState state;
+  state.position = joint_position(joint.type, a, b);
+  const Vector3d child_x = b.orientation * Vector3d::UnitX();
+  const Vector3d child_y = b.orientation * Vector3d::UnitY();
+  switch (joint.type) {
+    case JointType::kFixed:
+      state.gap = apart.norm();
+      state.twist = Eigen::AngleAxisd(turn).angle();
+      break;
+    case JointType::kBall:
+      state.gap = apart.norm();
+      break;
+    case JointType::kRevolute:
+      state.velocity[0] = x.dot(spin);
+      state.gap = apart.norm();
+      state.twist = std::atan2(x.cross(child_x).norm(), x.dot(child_x));
+      break;
+    case JointType::kPrismatic:
+      state.velocity[0] = x.dot(flow);
+      state.gap = (apart - x * x.dot(apart)).norm();
+      state.twist = Eigen::AngleAxisd(turn).angle();
+      break;
+    case JointType::kScrew:
+      state.velocity[0] = x.dot(spin);
+      state.gap = (apart - x * x.dot(apart)).norm();
+      state.twist = std::atan2(x.cross(child_x).norm(), x.dot(child_x));
+      break;
+    case JointType::kUniversal:
+      state.velocity[0] = x.dot(spin);
+      state.velocity[1] = child_y.dot(spin);
+      state.gap = apart.norm();
+      state.twist = std::abs(std::asin(std::clamp(x.dot(child_y), -1.0, 1.0)));
+      break;
+  }
+  return state;
+}
+
+}  // namespace tessera

@@ -1,0 +1,114 @@
+// Joints: what ties two bodies together, and what drives them.
+//
+// Plain data, as bodies are. A joint has a frame on each of its two bodies; where it is at rest, the two
+// frames coincide. Its axes are those of the joint frame: the first is x, the second (universal) is y.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "lpss/grid/world_position.h"
+#include "lpss/model/body.h"
+
+namespace tessera {
+
+// The name of a joint for its whole life; 0 names nothing.
+struct JointId {
+  std::uint64_t value = 0;
+
+  friend auto operator<=>(const JointId&, const JointId&) = default;
+
+  template <typename H>
+  friend H AbslHashValue(H h, const JointId& id) {
+    return H::combine(std::move(h), id.value);
+  }
+};
+
+// What is left free:
+enum class JointType : std::uint8_t {
+  kFixed,      // nothing
+  kRevolute,   // the angle about the axis
+  kPrismatic,  // the way along the axis
+  kBall,       // all angles
+  kUniversal,  // the angles about the first axis (of the parent) and the second (of the child)
+  kScrew,      // the angle about the axis, and with it the way along it
+};
+
+inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+// One degree of freedom. Units: rad, N m and rad/s of an angle; m, N and m/s of a way.
+struct JointAxis {
+  double lower = -kUnbounded;  // of an angle: within [-pi, pi] where it is bounded; above that it is free
+  double upper = kUnbounded;
+  double velocity_max = kUnbounded;  // of the position drive; > 0
+  double effort_max = kUnbounded;    // of every drive; >= 0
+  double damping = 0;                // effort per velocity; >= 0
+  double friction = 0;               // effort that resists any motion; >= 0
+};
+
+struct JointProperties {
+  JointType type = JointType::kFixed;
+  BodyId parent;                  // of any motion; 0: the world
+  BodyId child;                   // dynamic
+  SectorIndex anchor;             // parent is the world: the sector to whose centre `in_parent` is relative
+  Pose in_parent;                 // the joint frame in the centre frame of the parent
+  Pose in_child;                  // the joint frame in the centre frame of the child
+  std::array<JointAxis, 2> axes;  // as many as the type leaves free, ball joints excepted
+  double pitch = 0;               // screw: metres along the axis per radian
+  bool bodies_collide = false;    // whether parent and child collide with each other
+};
+
+enum class DriveMode : std::uint8_t {
+  kFree,
+  kVelocity,  // holds a velocity, with at most effort_max
+  kPosition,  // goes to a position and holds it, with at most velocity_max and effort_max
+  kEffort,    // applies an effort
+};
+
+// What drives one axis of a joint; stays until it is changed.
+struct JointDrive {
+  DriveMode mode = DriveMode::kFree;
+  double target = 0;  // rad/s or m/s; rad or m; N m or N
+
+  friend bool operator==(const JointDrive&, const JointDrive&) = default;
+};
+
+using JointDrives = std::array<JointDrive, 2>;
+
+// A joint as one record.
+struct JointRecord {
+  JointId id;
+  JointProperties properties;
+  Motion parent_motion = Motion::kStatic;  // of the parent body; the world is static
+  JointDrives drives;
+};
+
+// How many axes of the joint have a coordinate: 0 (fixed, ball), 1 or 2 (universal).
+int axis_count(JointType type);
+
+// Where a body is and how it moves, in a frame that two bodies share.
+struct JointSide {
+  Pose pose;  // of the centre frame
+  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
+};
+
+// The coordinates of a joint: angles in (-pi, pi], ways in m, their rates, and by how much the two frames
+// have come apart where they should not.
+struct JointState {
+  std::array<double, 2> position{};
+  std::array<double, 2> velocity{};
+  double gap = 0;    // m
+  double twist = 0;  // rad
+};
+
+// The coordinates alone, from the joint frames of parent and child relative to one origin near both.
+std::array<double, 2> joint_position(JointType type, const Pose& parent_frame, const Pose& child_frame);
+
+// `parent` and `child` relative to one origin near both; the world as a parent is a side at `anchor` at rest.
+JointState joint_state(const JointProperties& joint, const JointSide& parent, const JointSide& child);
+
+}  // namespace tessera

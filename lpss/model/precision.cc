@@ -1,0 +1,14 @@
+#include "lpss/model/precision.h"
+
+namespace tessera {
+
+const char* name_of(Precision precision) { return precision == Precision::kFloat32 ? "f32" : "f64"; }
+
+std::optional<Precision> precision_named(std::string_view name) {
+  for (const Precision precision : {Precision::kFloat32, Precision::kFloat64}) {
+    if (name == name_of(precision)) return precision;
+  }
+  return std::nullopt;
+}
+
+}  // namespace tessera

@@ -1,0 +1,77 @@
+#include "lpss/model/shape.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tessera {
+namespace {
+
+double farthest(const std::vector<Eigen::Vector3d>& points) {
+  double squared = 0;
+  for (const Eigen::Vector3d& p : points) squared = std::max(squared, p.squaredNorm());
+  return std::sqrt(squared);
+}
+
+struct BoundingRadius {
+  double operator()(const Box& box) const { return box.size.norm() / 2; }
+  double operator()(const Sphere& sphere) const { return sphere.radius; }
+  double operator()(const Capsule& capsule) const { return capsule.length / 2 + capsule.radius; }
+  double operator()(const Cylinder& cylinder) const {
+    return std::hypot(cylinder.length / 2, cylinder.radius);
+  }
+  double operator()(const Ellipsoid& ellipsoid) const { return ellipsoid.radii.maxCoeff(); }
+  double operator()(const Plane&) const { return std::numeric_limits<double>::infinity(); }
+  double operator()(const ConvexHull& hull) const { return farthest(hull.points); }
+  double operator()(const TriangleMesh& mesh) const { return farthest(mesh.vertices); }
+  double operator()(const HeightField& field) const {
+    double height = 0;
+    for (double h : field.heights) height = std::max(height, std::abs(h));
+    return Eigen::Vector3d((field.columns - 1) * field.spacing.x() / 2,
+                           (field.rows - 1) * field.spacing.y() / 2, height)
+        .norm();
+  }
+};
+
+struct SmallestExtent {
+  double operator()(const Box& box) const { return box.size.minCoeff(); }
+  double operator()(const Sphere& sphere) const { return 2 * sphere.radius; }
+  double operator()(const Capsule& capsule) const { return 2 * capsule.radius; }
+  double operator()(const Cylinder& cylinder) const { return std::min(cylinder.length, 2 * cylinder.radius); }
+  double operator()(const Ellipsoid& ellipsoid) const { return 2 * ellipsoid.radii.minCoeff(); }
+  double operator()(const Plane&) const { return std::numeric_limits<double>::infinity(); }
+  double operator()(const ConvexHull& hull) const {
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& p : hull.points) box.extend(p);
+    return box.isEmpty() ? 0 : box.sizes().minCoeff();
+  }
+  double operator()(const TriangleMesh&) const { return 0; }
+  double operator()(const HeightField&) const { return 0; }
+};
+
+}  // namespace
+
+bool is_bounded(const Shape& shape) {
+  return std::none_of(shape.parts.begin(), shape.parts.end(),
+                      [](const ShapePart& part) { return std::holds_alternative<Plane>(part.geometry); });
+}
+
+double bounding_radius(const Geometry& geometry) { return std::visit(BoundingRadius{}, geometry); }
+
+double bounding_radius(const Shape& shape, const Eigen::Vector3d& centre) {
+  double radius = 0;
+  for (const ShapePart& part : shape.parts) {
+    radius = std::max(radius, (part.pose.position - centre).norm() + bounding_radius(part.geometry));
+  }
+  return radius;
+}
+
+double smallest_extent(const Shape& shape) {
+  double extent = std::numeric_limits<double>::infinity();
+  for (const ShapePart& part : shape.parts)
+    extent = std::min(extent, std::visit(SmallestExtent{}, part.geometry));
+  return extent;
+}
+
+}  // namespace tessera

@@ -1,0 +1,395 @@
+#include "lpss/model/validate.h"
+
+#include <absl/container/flat_hash_map.h>
+#include <absl/container/flat_hash_set.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "lpss/model/checks.h"
+
+namespace tessera {
+namespace {
+
+// Rounded inertia tensors of real files miss the triangle inequality by a little.
+constexpr double kTriangleTolerance = 1e-3;
+
+absl::Status length(absl::string_view what, double value) {
+  return bounded(what, value, kExtentMin, kStaticExtentMax, "m");
+}
+
+absl::Status lengths(const std::string& what, const Eigen::Vector3d& value) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (absl::Status status = length(absl::StrCat(what, " ", std::string(1, "xyz"[axis])), value[axis]);
+        !status.ok()) {
+      return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status unit_normal(const Eigen::Vector3d& normal) {
+  const double norm = normal.norm();
+  if (std::isfinite(norm) && std::abs(norm - 1) <= kQuaternionNormTolerance) return absl::OkStatus();
+  return refused("plane normal: the norm ", norm, " must be 1 within ", kQuaternionNormTolerance);
+}
+
+// How thick a cloud of points is: the distance of the farthest one from a plane through three that lie far
+// apart. 0 for points that are all in a plane.
+double thickness(const std::vector<Eigen::Vector3d>& points) {
+  const auto farthest = [&points](const auto& distance) {
+    std::size_t best = 0;
+    for (std::size_t n = 1; n < points.size(); ++n) {
+      if (distance(points[n]) > distance(points[best])) best = n;
+    }
+    return points[best];
+  };
+  const Eigen::Vector3d a = points.front();
+  const Eigen::Vector3d b = farthest([&](const Eigen::Vector3d& p) { return (p - a).squaredNorm(); });
+  const Eigen::Vector3d c =
+      farthest([&](const Eigen::Vector3d& p) { return (p - a).cross(b - a).squaredNorm(); });
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  if (normal.squaredNorm() == 0) return 0;
+  const Eigen::Vector3d up = normal.normalized();
+  const Eigen::Vector3d d = farthest([&](const Eigen::Vector3d& p) { return std::abs((p - a).dot(up)); });
+  return std::abs((d - a).dot(up));
+}
+
+struct GeometryCheck {
+  absl::Status operator()(const Box& box) const { return lengths("box size", box.size); }
+  absl::Status operator()(const Sphere& sphere) const { return length("sphere radius", sphere.radius); }
+  absl::Status operator()(const Capsule& capsule) const {
+    if (absl::Status status = length("capsule radius", capsule.radius); !status.ok()) return status;
+    return length("capsule length", capsule.length);
+  }
+  absl::Status operator()(const Cylinder& cylinder) const {
+    if (absl::Status status = length("cylinder radius", cylinder.radius); !status.ok()) return status;
+    return length("cylinder length", cylinder.length);
+  }
+  absl::Status operator()(const Ellipsoid& ellipsoid) const {
+    return lengths("ellipsoid radius", ellipsoid.radii);
+  }
+  absl::Status operator()(const Plane& plane) const { return unit_normal(plane.normal); }
+  absl::Status operator()(const ConvexHull& hull) const;
+  absl::Status operator()(const TriangleMesh& mesh) const;
+  absl::Status operator()(const HeightField& field) const;
+};
+
+absl::Status GeometryCheck::operator()(const ConvexHull& hull) const {
+  if (hull.points.size() < 4)
+    return refused("convex hull: ", hull.points.size(), " points must be at least 4");
+  if (hull.points.size() > kHullPointsMax) {
+    return refused("convex hull: ", hull.points.size(), " points must be at most ", kHullPointsMax);
+  }
+  for (std::size_t n = 0; n < hull.points.size(); ++n) {
+    absl::Status status =
+        finite(absl::StrCat("convex hull: point ", n), hull.points[n], kStaticExtentMax, "m");
+    if (!status.ok()) return status;
+  }
+  const double thick = thickness(hull.points);
+  if (thick < kExtentMin) {
+    return refused("convex hull: all points lie in a plane: its thickness ", thick, " m must be at least ",
+                   kExtentMin, " m");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status GeometryCheck::operator()(const TriangleMesh& mesh) const {
+  if (mesh.vertices.size() > kMeshVerticesMax) {
+    return refused("mesh: ", mesh.vertices.size(), " vertices must be at most ", kMeshVerticesMax);
+  }
+  if (mesh.indices.size() > kMeshIndicesMax) {
+    return refused("mesh: ", mesh.indices.size(), " indices must be at most ", kMeshIndicesMax);
+  }
+  if (mesh.indices.empty() || mesh.indices.size() % 3 != 0) {
+    return refused("mesh: ", mesh.indices.size(), " indices must be a positive multiple of 3");
+  }
+  for (std::size_t n = 0; n < mesh.vertices.size(); ++n) {
+    absl::Status status = finite(absl::StrCat("mesh: vertex ", n), mesh.vertices[n], kStaticExtentMax, "m");
+    if (!status.ok()) return status;
+  }
+  for (std::size_t n = 0; n < mesh.indices.size(); ++n) {
+    if (mesh.indices[n] >= mesh.vertices.size()) {
+      return refused("mesh: index ", n, " = ", mesh.indices[n], " must be below the number of vertices, ",
+                     mesh.vertices.size());
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status GeometryCheck::operator()(const HeightField& field) const {
+  if (field.columns < 2 || field.rows < 2) {
+    return refused("height field: ", field.columns, " x ", field.rows, " samples must be at least 2 x 2");
+  }
+  const std::uint64_t samples = std::uint64_t{field.columns} * field.rows;
+  if (samples > kHeightFieldSamplesMax) {
+    return refused("height field: ", samples, " samples must be at most ", kHeightFieldSamplesMax);
+  }
+  if (samples != field.heights.size()) {
+    return refused("height field: ", field.heights.size(), " heights must be ", field.columns, " x ",
+                   field.rows, " = ", samples);
+  }
+  if (absl::Status status = length("height field spacing x", field.spacing.x()); !status.ok()) return status;
+  if (absl::Status status = length("height field spacing y", field.spacing.y()); !status.ok()) return status;
+  for (std::size_t n = 0; n < field.heights.size(); ++n) {
+    absl::Status status = bounded(absl::StrCat("height field: height ", n), field.heights[n],
+                                  -kStaticExtentMax, kStaticExtentMax, "m");
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status part_check(const ShapePart& part) {
+  if (absl::Status status = std::visit(GeometryCheck{}, part.geometry); !status.ok()) return status;
+  if (absl::Status status = finite("pose", part.pose.position, kStaticExtentMax, "m"); !status.ok())
+    return status;
+  return unit_quaternion("pose", part.pose.orientation);
+}
+
+// The name of a geometry that only a static body may have, or nullptr.
+const char* static_only(const Geometry& geometry) {
+  if (std::holds_alternative<Plane>(geometry)) return "plane";
+  if (std::holds_alternative<TriangleMesh>(geometry)) return "triangle mesh";
+  if (std::holds_alternative<HeightField>(geometry)) return "height field";
+  return nullptr;
+}
+
+absl::Status moving_shape_check(const BodyProperties& properties, const Shape& shape, double sector_size) {
+  for (const ShapePart& part : shape.parts) {
+    if (const char* kind = static_only(part.geometry); kind != nullptr) {
+      return refused("a ", kind, " must belong to a static body; use convex hulls for one that moves");
+    }
+  }
+  const Eigen::Vector3d centre = Eigen::Map<const Eigen::Vector3d>(properties.centre.data());
+  const double diameter = 2 * bounding_radius(shape, centre);
+  if (diameter > sector_size) {
+    return refused("its bounding sphere's diameter ", diameter,
+                   " m must be at most the sector size L = ", sector_size, " m, since it moves");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status inertia_check(const std::array<double, 3>& inertia) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double moment = inertia[axis];
+    if (!std::isfinite(moment) || moment <= 0) {
+      return refused("principal moment of inertia ", axis, " = ", moment,
+                     " kg m^2 must be finite and above 0");
+    }
+    absl::Status status = bounded(absl::StrCat("principal moment of inertia ", axis), moment, kInertiaMin,
+                                  kInertiaMax, "kg m^2");
+    if (!status.ok()) return status;
+    const double others = inertia[(axis + 1) % 3] + inertia[(axis + 2) % 3];
+    if (moment > others * (1 + kTriangleTolerance)) {
+      return refused("principal moment of inertia ", axis, " = ", moment,
+                     " kg m^2 must be at most the sum of the other two, ", others,
+                     " kg m^2 (triangle inequality)");
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status surface_check(const BodyProperties& p) {
+  if (absl::Status status = bounded("friction", p.friction, 0, kNoBound); !status.ok()) return status;
+  if (absl::Status status = bounded("restitution", p.restitution, 0, 1); !status.ok()) return status;
+  if (absl::Status status = bounded("linear damping", p.linear_damping, 0, 1); !status.ok()) return status;
+  return bounded("angular damping", p.angular_damping, 0, 1);
+}
+
+absl::Status properties_check(const BodyProperties& p) {
+  if (p.motion > Motion::kKinematic) {
+    return refused("motion = ", static_cast<int>(p.motion), " must be static, dynamic or kinematic");
+  }
+  if (p.motion == Motion::kDynamic) {
+    if (absl::Status status = bounded("mass", p.mass, kMassMin, kMassMax, "kg"); !status.ok()) return status;
+    if (absl::Status status = inertia_check(p.inertia); !status.ok()) return status;
+  }
+  const Pose centre = centre_frame(p);
+  if (absl::Status status = finite("centre of mass", centre.position, kStaticExtentMax, "m"); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = unit_quaternion("principal axes", centre.orientation); !status.ok())
+    return status;
+  return surface_check(p);
+}
+
+absl::Status motion_check(const BodyDescription& body, double sector_size) {
+  const WorldPosition& position = body.pose.position;
+  if (absl::Status status = finite("pose", position.local); !status.ok()) return status;
+  if (auto home = canonical(position.sector, position.local, sector_size); !home.ok()) return home.status();
+  if (absl::Status status = unit_quaternion("pose", body.pose.orientation); !status.ok()) return status;
+  if (absl::Status status = finite("linear velocity", body.linear_velocity, kSpeedMax, "m/s"); !status.ok()) {
+    return status;
+  }
+  absl::Status status = finite("angular velocity", body.angular_velocity, kAngularSpeedMax, "rad/s");
+  if (!status.ok()) return status;
+  if (body.properties.motion == Motion::kStatic &&
+      (!body.linear_velocity.isZero(0) || !body.angular_velocity.isZero(0))) {
+    return refused("the velocity of a static body must be 0");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status gravity_check(const Gravity& gravity, double sector_size) {
+  if (const auto* uniform = std::get_if<UniformGravity>(&gravity)) {
+    if (absl::Status status = finite("gravity", uniform->acceleration); !status.ok()) return status;
+    return bounded("gravity", uniform->acceleration.norm(), 0, kAccelerationMax, "m/s^2");
+  }
+  const CentralGravity& planet = std::get<CentralGravity>(gravity);
+  if (absl::Status status = bounded("central gravity: surface", planet.surface, 0, kAccelerationMax, "m/s^2");
+      !status.ok()) {
+    return status;
+  }
+  absl::Status status = bounded("central gravity: radius", planet.radius, kExtentMin, kNoBound, "m");
+  if (!status.ok()) return status;
+  if (status = finite("central gravity: centre", planet.centre.local); !status.ok()) return status;
+  return in("central gravity: centre",
+            canonical(planet.centre.sector, planet.centre.local, sector_size).status());
+}
+
+absl::Status sector_size_check(const WorldSettings& settings) {
+  if (absl::Status status = bounded("sector size L", settings.sector_size, kSectorSizeMin, kNoBound, "m");
+      !status.ok()) {
+    return status;
+  }
+  const double limit = precision_limit(settings.precision);
+  if (settings.sector_size <= limit) return absl::OkStatus();
+  const bool single = settings.precision == Precision::kFloat32;
+  return refused("sector size L = ", settings.sector_size, " m must be at most 2 r / (3 sqrt(3)) = ", limit,
+                 " m in precision ", name_of(settings.precision), ", where neighbouring numbers are at most ",
+                 kResolutionWanted, " m apart up to r = ", limit * 1.5 * std::sqrt(3.0), " m",
+                 single ? "; use a smaller L or precision f64" : "");
+}
+
+absl::Status enumerations_check(const WorldSettings& settings) {
+  if (settings.precision > Precision::kFloat64) {
+    return refused("precision = ", static_cast<int>(settings.precision), " must be f32 or f64");
+  }
+  if (settings.seams > SeamPolicy::kClone) {
+    return refused("seams = ", static_cast<int>(settings.seams), " must be island or clone");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status sleep_check(const WorldSettings& s) {
+  if (absl::Status status = bounded("sleep_linear_speed", s.sleep_linear_speed, 0, kSpeedMax, "m/s");
+      !status.ok()) {
+    return status;
+  }
+  absl::Status status = bounded("sleep_angular_speed", s.sleep_angular_speed, 0, kAngularSpeedMax, "rad/s");
+  if (!status.ok()) return status;
+  return bounded("sleep_after", s.sleep_after, 0, kNoBound, "s");
+}
+
+absl::Status sizes_check(const WorldDescription& world) {
+  if (world.bodies.size() > kBodiesMax) {
+    return refused("the world's ", world.bodies.size(), " bodies must be at most ", kBodiesMax);
+  }
+  if (world.shapes.size() > kShapesMax) {
+    return refused("the world's ", world.shapes.size(), " shapes must be at most ", kShapesMax);
+  }
+  if (world.joints.size() > kJointsMax) {
+    return refused("the world's ", world.joints.size(), " joints must be at most ", kJointsMax);
+  }
+  return absl::OkStatus();
+}
+
+std::string title(const BodyDescription& body) { return absl::StrCat("body '", body.name, "'"); }
+
+absl::Status shapes_check(const WorldDescription& world) {
+  absl::flat_hash_map<ShapeId, const BodyDescription*> first_user;
+  for (const BodyDescription& body : world.bodies) first_user.try_emplace(body.properties.shape, &body);
+  for (std::size_t id = 0; id < world.shapes.size(); ++id) {
+    const auto user = first_user.find(static_cast<ShapeId>(id));
+    const std::string name = user == first_user.end()
+                                 ? absl::StrCat("shape ", id)
+                                 : absl::StrCat("shape ", id, " of ", title(*user->second));
+    if (absl::Status status = validate(world.shapes[id], name); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+double precision_limit(Precision precision) {
+  const int digits = precision == Precision::kFloat32 ? std::numeric_limits<float>::digits
+                                                      : std::numeric_limits<double>::digits;
+  // Below 2^e, neighbouring numbers of d binary digits are at most 2^(e - d) apart.
+  const double r = std::ldexp(kResolutionWanted, digits);
+  return 2 * r / (3 * std::sqrt(3.0));
+}
+
+absl::Status validate(const WorldSettings& settings) {
+  const std::string what = "settings";
+  if (absl::Status status = enumerations_check(settings); !status.ok()) return in(what, status);
+  if (absl::Status status = sector_size_check(settings); !status.ok()) return in(what, status);
+  absl::Status status = bounded("time step", settings.time_step, kTimeStepMin, kTimeStepMax, "s");
+  if (!status.ok()) return in(what, status);
+  status = bounded("clone_depth", settings.clone_depth, 0, kCloneDepthMax);
+  if (!status.ok()) return in(what, status);
+  status = bounded("island_cap", settings.island_cap, kIslandCapMin, kIslandCapMax);
+  if (!status.ok()) return in(what, status);
+  status = bounded("solver_iterations", settings.solver_iterations, 1, kSolverIterationsMax);
+  if (!status.ok()) return in(what, status);
+  status = bounded("substeps", settings.substeps, 1, kSubstepsMax);
+  if (!status.ok()) return in(what, status);
+  status = bounded("warm_starting", settings.warm_starting, 0.0, 1.0, "");
+  if (!status.ok()) return in(what, status);
+  status = bounded("split_from", settings.split_from, 0.0, kSplitFromMax, "m");
+  if (!status.ok()) return in(what, status);
+  if (status = sleep_check(settings); !status.ok()) return in(what, status);
+  return in(what, gravity_check(settings.gravity, settings.sector_size));
+}
+
+absl::Status validate(const Shape& shape, const std::string& name) {
+  if (shape.parts.empty()) return refused(name, ": 0 parts must be at least 1");
+  if (shape.parts.size() > kShapePartsMax) {
+    return refused(name, ": ", shape.parts.size(), " parts must be at most ", kShapePartsMax);
+  }
+  for (std::size_t n = 0; n < shape.parts.size(); ++n) {
+    absl::Status status = part_check(shape.parts[n]);
+    if (!status.ok()) return in(absl::StrCat(name, ": part ", n), status);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes,
+                      const WorldSettings& settings) {
+  if (body.name.empty()) return refused("a body's name must not be empty");
+  if (body.name.size() > kNameBytesMax) {
+    return refused("body '", body.name.substr(0, 40), "...': the name's ", body.name.size(),
+                   " bytes must be at most ", kNameBytesMax);
+  }
+  const BodyProperties& properties = body.properties;
+  if (properties.shape >= shapes.size()) {
+    return refused(title(body), ": shape ", properties.shape, " must be below the number of shapes, ",
+                   shapes.size());
+  }
+  if (absl::Status status = properties_check(properties); !status.ok()) return in(title(body), status);
+  if (absl::Status status = motion_check(body, settings.sector_size); !status.ok())
+    return in(title(body), status);
+  if (properties.motion == Motion::kStatic) return absl::OkStatus();
+  return in(title(body), moving_shape_check(properties, shapes[properties.shape], settings.sector_size));
+}
+
+absl::Status validate(const WorldDescription& world) {
+  if (absl::Status status = validate(world.settings); !status.ok()) return status;
+  if (absl::Status status = sizes_check(world); !status.ok()) return status;
+  if (absl::Status status = shapes_check(world); !status.ok()) return status;
+  absl::flat_hash_set<absl::string_view> names;
+  names.reserve(world.bodies.size());
+  for (const BodyDescription& body : world.bodies) {
+    if (absl::Status status = validate(body, world.shapes, world.settings); !status.ok()) return status;
+    if (!names.insert(body.name).second) {
+      return refused(title(body), ": the name must be unique, but two bodies have it");
+    }
+  }
+  return validate_joints(world);
+}
+
+}  // namespace tessera

@@ -1,0 +1,207 @@
+#include <absl/container/flat_hash_set.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "lpss/model/checks.h"
+#include "lpss/model/validate.h"
+
+namespace tessera {
+namespace {
+
+std::string title(const JointDescription& joint) { return absl::StrCat("joint '", joint.name, "'"); }
+
+bool is_angle(JointType type) { return type != JointType::kPrismatic; }
+
+const char* unit_of(JointType type) { return is_angle(type) ? "rad" : "m"; }
+
+absl::Status name_check(const std::string& name) {
+  if (name.empty()) return refused("a joint's name must not be empty");
+  if (name.size() <= kNameBytesMax) return absl::OkStatus();
+  return refused("joint '", name.substr(0, 40), "...': the name's ", name.size(), " bytes must be at most ",
+                 kNameBytesMax);
+}
+
+absl::Status limits_check(const JointAxis& axis, JointType type) {
+  const char* unit = unit_of(type);
+  if (std::isnan(axis.lower) || std::isnan(axis.upper)) {
+    return refused("limits [", axis.lower, ", ", axis.upper, "] ", unit, " must be numbers");
+  }
+  if (axis.lower > axis.upper || axis.lower == kUnbounded || axis.upper == -kUnbounded) {
+    return refused("lower = ", axis.lower, " ", unit, " must be at most upper = ", axis.upper, " ", unit);
+  }
+  if (!is_angle(type)) return absl::OkStatus();
+  for (const double limit : {axis.lower, axis.upper}) {
+    if (std::isinf(limit) || std::abs(limit) <= std::numbers::pi) continue;
+    return refused("limit = ", limit, " rad must lie within [-pi, pi] or be infinite");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status axis_check(const JointAxis& axis, JointType type) {
+  if (absl::Status status = limits_check(axis, type); !status.ok()) return status;
+  if (!(axis.velocity_max > 0)) {
+    return refused("velocity_max = ", axis.velocity_max, " ", unit_of(type), "/s must be above 0");
+  }
+  if (!(axis.effort_max >= 0)) return refused("effort_max = ", axis.effort_max, " must be at least 0");
+  if (absl::Status status = bounded("damping", axis.damping, 0, kNoBound); !status.ok()) return status;
+  return bounded("friction", axis.friction, 0, kNoBound);
+}
+
+// How far from a body's origin a joint may be: only what never moves may be large.
+double reach_max(const BodyProperties* body, double sector_size) {
+  return body == nullptr || body->motion == Motion::kStatic ? kStaticExtentMax : sector_size;
+}
+
+Eigen::Vector3d centre_of(const BodyProperties* body) {
+  if (body == nullptr || body->motion == Motion::kStatic) return Eigen::Vector3d::Zero();
+  return Eigen::Vector3d(body->centre.data());
+}
+
+absl::Status frame_check(const std::string& what, const Pose& frame, const BodyProperties* body,
+                         double sector_size) {
+  if (absl::Status status = finite(what, frame.position); !status.ok()) return status;
+  if (absl::Status status = unit_quaternion(what, frame.orientation); !status.ok()) return status;
+  if (body == nullptr) return absl::OkStatus();
+  const double reach = (frame.position - centre_of(body)).norm();
+  const double most = reach_max(body, sector_size);
+  if (reach <= most) return absl::OkStatus();
+  return refused(what, ": its distance ", reach, " m from the body's centre must be at most ", most, " m");
+}
+
+absl::Status frames_check(const JointProperties& joint, const BodyProperties* parent,
+                          const BodyProperties& child, double sector_size) {
+  if (absl::Status status = frame_check("in_parent", joint.in_parent, parent, sector_size); !status.ok()) {
+    return status;
+  }
+  if (parent == nullptr) {
+    absl::Status status = canonical(joint.anchor, joint.in_parent.position, sector_size).status();
+    if (!status.ok()) return in("in_parent", status);
+  }
+  return frame_check("in_child", joint.in_child, &child, sector_size);
+}
+
+absl::Status drive_check(const JointDrive& drive, JointType type) {
+  switch (drive.mode) {
+    case DriveMode::kFree:
+      return absl::OkStatus();
+    case DriveMode::kVelocity: {
+      const double most = is_angle(type) ? kAngularSpeedMax : kSpeedMax;
+      return bounded("velocity", drive.target, -most, most, is_angle(type) ? "rad/s" : "m/s");
+    }
+    case DriveMode::kPosition: {
+      const double most = is_angle(type) ? std::numbers::pi : kNoBound;
+      return bounded("position", drive.target, -most, most, unit_of(type));
+    }
+    case DriveMode::kEffort: {
+      const double most = is_angle(type) ? kTorqueMax : kForceMax;
+      return bounded("effort", drive.target, -most, most, is_angle(type) ? "N m" : "N");
+    }
+  }
+  return refused("mode = ", static_cast<int>(drive.mode), " must be free, velocity, position or effort");
+}
+
+// Bodies of a description go by their places plus one; null for 0.
+const BodyDescription* body_at(const WorldDescription& world, BodyId place) {
+  return place.value == 0 ? nullptr : &world.bodies[place.value - 1];
+}
+
+absl::Status bodies_check(const WorldDescription& world, const JointProperties& joint) {
+  const std::size_t bodies = world.bodies.size();
+  if (joint.child.value == 0 || joint.child.value > bodies) {
+    return refused("child = ", joint.child.value, " must be 1 to ", bodies, ", the number of bodies");
+  }
+  if (joint.parent.value > bodies) {
+    return refused("parent = ", joint.parent.value, " must be 0 (the world) to ", bodies,
+                   ", the number of bodies");
+  }
+  return absl::OkStatus();
+}
+
+// The joint frame as one side has it, at the start.
+absl::StatusOr<WorldPosition> start(const BodyDescription* body, const SectorIndex& anchor, const Pose& frame,
+                                    double sector_size) {
+  if (body == nullptr) return canonical(anchor, frame.position, sector_size);
+  const absl::StatusOr<WorldPose> pose = compose(body->pose, frame, sector_size);
+  if (!pose.ok()) return pose.status();
+  return pose->position;
+}
+
+absl::Status gap_check(const WorldDescription& world, const JointProperties& joint) {
+  const double size = world.settings.sector_size;
+  const auto parent = start(body_at(world, joint.parent), joint.anchor, joint.in_parent, size);
+  if (!parent.ok()) return in("in_parent", parent.status());
+  const auto child = start(body_at(world, joint.child), joint.anchor, joint.in_child, size);
+  if (!child.ok()) return in("in_child", child.status());
+  const double gap = (relative_to(*child, parent->sector, size) - parent->local).norm();
+  if (gap <= size) return absl::OkStatus();
+  return refused("its frames on parent and child are ", gap, " m apart, and must be at most L = ", size,
+                 " m");
+}
+
+absl::Status check_in(const WorldDescription& world, const JointDescription& joint) {
+  if (absl::Status status = bodies_check(world, joint.properties); !status.ok())
+    return in(title(joint), status);
+  const BodyDescription* parent = body_at(world, joint.properties.parent);
+  const BodyDescription* child = body_at(world, joint.properties.child);
+  absl::Status status =
+      validate(joint, parent == nullptr ? nullptr : &parent->properties, child->properties, world.settings);
+  if (!status.ok()) return status;
+  return in(title(joint), gap_check(world, joint.properties));
+}
+
+}  // namespace
+
+absl::Status validate(const JointDrives& drives, JointType type) {
+  const int axes = axis_count(type);
+  for (int n = 0; n < static_cast<int>(drives.size()); ++n) {
+    const std::string what = absl::StrCat("drive of axis ", n + 1);
+    if (absl::Status status = drive_check(drives[n], type); !status.ok()) return in(what, status);
+    if (n >= axes && drives[n].mode != DriveMode::kFree) {
+      return refused(what, " must be free: the joint has ", axes, " axes with a coordinate");
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status validate(const JointDescription& joint, const BodyProperties* parent,
+                      const BodyProperties& child, const WorldSettings& settings) {
+  if (absl::Status status = name_check(joint.name); !status.ok()) return status;
+  const JointProperties& properties = joint.properties;
+  const std::string what = title(joint);
+  if (properties.type > JointType::kScrew) {
+    return refused(what, ": type = ", static_cast<int>(properties.type),
+                   " must be fixed, revolute, prismatic, ball, universal or screw");
+  }
+  if (properties.parent == properties.child) return refused(what, ": parent and child must be two bodies");
+  if (child.motion != Motion::kDynamic) {
+    return refused(what, ": the child must be dynamic; exchange it with the parent, or leave the joint out");
+  }
+  absl::Status status = frames_check(properties, parent, child, settings.sector_size);
+  if (!status.ok()) return in(what, status);
+  for (int n = 0; n < axis_count(properties.type); ++n) {
+    status = axis_check(properties.axes[n], properties.type);
+    if (!status.ok()) return in(absl::StrCat(what, ": axis ", n + 1), status);
+  }
+  if (properties.type == JointType::kScrew && (!std::isfinite(properties.pitch) || properties.pitch == 0)) {
+    return refused(what, ": pitch = ", properties.pitch, " m/rad must be finite and not 0");
+  }
+  return in(what, validate(joint.drives, properties.type));
+}
+
+absl::Status validate_joints(const WorldDescription& world) {
+  absl::flat_hash_set<absl::string_view> names;
+  names.reserve(world.joints.size());
+  for (const JointDescription& joint : world.joints) {
+    if (absl::Status status = check_in(world, joint); !status.ok()) return status;
+    if (!names.insert(joint.name).second) {
+      return refused(title(joint), ": the name must be unique, but two joints have it");
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace tessera

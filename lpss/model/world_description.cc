@@ -1,0 +1,46 @@
+#include "lpss/model/world_description.h"
+
+#include <absl/strings/str_cat.h>
+
+namespace tessera {
+namespace {
+
+absl::Status in(const std::string& what, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
+}
+
+}  // namespace
+
+absl::Status move_by(WorldDescription& world, const SectorOffset& offset) {
+  const absl::StatusOr<SectorIndex> anchor = translated(world.anchor, offset);
+  if (!anchor.ok()) return in("the world's anchor", anchor.status());
+
+  CentralGravity* planet = std::get_if<CentralGravity>(&world.settings.gravity);
+  absl::StatusOr<SectorIndex> planet_sector = SectorIndex{};
+  if (planet != nullptr) {
+    planet_sector = translated(planet->centre.sector, offset);
+    if (!planet_sector.ok()) return in("the centre of central gravity", planet_sector.status());
+  }
+  for (const BodyDescription& body : world.bodies) {
+    const absl::StatusOr<SectorIndex> moved = translated(body.pose.position.sector, offset);
+    if (!moved.ok()) return in(absl::StrCat("body '", body.name, "'"), moved.status());
+  }
+  for (const JointDescription& joint : world.joints) {
+    if (joint.properties.parent.value != 0) continue;
+    const absl::StatusOr<SectorIndex> moved = translated(joint.properties.anchor, offset);
+    if (!moved.ok()) return in(absl::StrCat("joint '", joint.name, "'"), moved.status());
+  }
+
+  world.anchor = *anchor;
+  if (planet != nullptr) planet->centre.sector = *planet_sector;
+  for (BodyDescription& body : world.bodies) {
+    body.pose.position.sector = *translated(body.pose.position.sector, offset);
+  }
+  for (JointDescription& joint : world.joints) {
+    if (joint.properties.parent.value != 0) continue;
+    joint.properties.anchor = *translated(joint.properties.anchor, offset);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace tessera

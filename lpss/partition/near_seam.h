@@ -1,0 +1,54 @@
+// Who is near a border, who must be cloned where, and who changes home: pure functions of one body.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "lpss/grid/offset_set.h"
+#include "lpss/model/body.h"
+#include "lpss/model/seam_policy.h"
+
+namespace tessera {
+
+// How far (m) things stand out of their sectors in one world, the same on all its servers.
+struct SeamMargins {
+  double sector_size = 128;
+  // A body keeps its home until its centre is this far outside of it, so that nothing plays ping-pong.
+  double hysteresis = 0;
+  // How far a body that lives in a sector may reach out of the sector's cube: its radius, the hysteresis, and
+  // the way it goes between leaving and being taken over.
+  double reach = 0;
+};
+
+// The fastest body (m/s) in contact whose late change of home is covered by `reach`.
+inline constexpr double kSeamSpeed = 50;
+
+// The margins of a world of sectors of `sector_size` m and ticks of `time_step` s, whose largest dynamic or
+// kinematic body has the radius `radius_max` m.
+SeamMargins seam_margins(double sector_size, double time_step, double radius_max);
+
+// The sectors, relative to the body's home and without the home itself, that `swept` (m, relative to the home
+// sector's centre) comes so near to that a body living there could touch it.
+OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const SeamMargins& margins);
+
+// Of those, the ones that need a clone. Policy island: a dynamic pair is detected in the lexicographically
+// lower of its two home sectors, so dynamic bodies are cloned downwards only; kinematic ones, like statics,
+// wherever a dynamic body may meet them. Policy clone: every one.
+OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion);
+
+// The sector that detects the contacts of two bodies under the policy island: the one rule that every server
+// knows. Statics have no say: their partner's home detects.
+const SectorIndex& detecting_sector(Motion motion_a, const SectorIndex& home_a, Motion motion_b,
+                                    const SectorIndex& home_b);
+
+// The offset to the new home of a body at `position` (m, relative to its home's centre): none while it is
+// inside its sector or within the hysteresis around it.
+std::optional<SectorOffset> leaves_home(const Eigen::Vector3d& position, const SeamMargins& margins);
+
+// `state` as seen from the centre of the sector `offset` away.
+BodyState seen_from(const BodyState& state, const SectorOffset& offset, double sector_size);
+
+// The box that a ball of `radius` around the body's centre sweeps in `dt` seconds.
+Eigen::AlignedBox3d swept_ball(const BodyState& state, double radius, double dt);
+
+}  // namespace tessera

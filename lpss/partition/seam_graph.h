@@ -1,0 +1,49 @@
+// Islands that reach over borders, joined from what all shares said of their sectors.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+
+#include <span>
+#include <vector>
+
+#include "lpss/grid/sector_index.h"
+#include "lpss/partition/island_part.h"
+#include "lpss/tick/messages.h"
+
+namespace tessera {
+
+// One part of an island: the `part`-th of what was last said of `sector`.
+struct PartRef {
+  SectorIndex sector;
+  std::uint32_t part = 0;
+
+  friend auto operator<=>(const PartRef&, const PartRef&) = default;
+};
+
+// An awake island that reaches over a border. Every share that looks comes to the same list.
+struct SeamIsland {
+  BodyId name;                 // the smallest id of its bodies
+  std::vector<PartRef> parts;  // ascending by the names of the parts
+  bool all_drowsy = true;      // it may fall asleep
+};
+
+// The parts of all sectors of the world that reach over borders. What was said of a sector holds until
+// something else is: sleeping sectors stay silent, and cost nothing until an awake part touches one of
+// theirs.
+class SeamGraph {
+ public:
+  void replace(const SectorSeams& seams);
+
+  // The islands that have an awake part in one of `awake`, in ascending order of names.
+  std::vector<SeamIsland> awake_islands(std::span<const SectorIndex> awake) const;
+
+  const IslandPart& part(const PartRef& ref) const { return parts_.at(ref.sector)[ref.part]; }
+
+ private:
+  void unlink(const SectorIndex& sector);
+
+  absl::flat_hash_map<SectorIndex, std::vector<IslandPart>> parts_;
+  absl::flat_hash_map<BodyId, std::vector<PartRef>> by_link_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,149 @@
+#include "lpss/partition/static_index.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lpss/base/invariant.h"
+#include "lpss/partition/static_part.h"
+
+namespace tessera {
+namespace {
+
+// Static bodies that reach over more sectors than this in one direction are kept in a list of their own.
+constexpr double kCellsMax = 4;
+
+Pose body_frame(const BodyRecord& record) {
+  const Pose centre{Eigen::Vector3d(record.state.position.data()), quaternion_of(record.state)};
+  return centre * centre_frame(record.properties).inverse();
+}
+
+void insert_sorted(std::vector<BodyId>& ids, BodyId id) {
+  ids.insert(std::upper_bound(ids.begin(), ids.end(), id), id);
+}
+
+void erase_sorted(std::vector<BodyId>& ids, BodyId id) {
+  const auto place = std::lower_bound(ids.begin(), ids.end(), id);
+  if (place != ids.end() && *place == id) ids.erase(place);
+}
+
+}  // namespace
+
+std::vector<SectorIndex> StaticIndex::cells(const Entry& entry) const {
+  std::vector<SectorIndex> result;
+  const auto low = [&](int axis) {
+    return static_cast<std::int64_t>(
+        std::floor((entry.pose.position[axis] - entry.radius) / sector_size_ + 0.5));
+  };
+  const auto high = [&](int axis) {
+    return static_cast<std::int64_t>(
+        std::floor((entry.pose.position[axis] + entry.radius) / sector_size_ + 0.5));
+  };
+  for (std::int64_t i = low(0); i <= high(0); ++i) {
+    for (std::int64_t j = low(1); j <= high(1); ++j) {
+      for (std::int64_t k = low(2); k <= high(2); ++k) {
+        const absl::StatusOr<SectorIndex> cell = translated(entry.record.home, {i, j, k});
+        if (cell.ok()) result.push_back(*cell);
+      }
+    }
+  }
+  return result;
+}
+
+void StaticIndex::add(const BodyRecord& record, const Shape& shape) {
+  Entry entry{record, &shape, body_frame(record), 0, false};
+  entry.radius = is_bounded(shape) ? bounding_radius(shape, Eigen::Vector3d::Zero())
+                                   : std::numeric_limits<double>::infinity();
+  entry.large = !(2 * entry.radius <= kCellsMax * sector_size_);
+  const auto [place, is_new] = bodies_.try_emplace(record.id, entry);
+  if (!is_new) return;
+  if (entry.large) {
+    insert_sorted(large_, record.id);
+    return;
+  }
+  for (const SectorIndex& cell : cells(entry)) insert_sorted(by_sector_[cell], record.id);
+}
+
+bool StaticIndex::remove(BodyId id) {
+  const auto place = bodies_.find(id);
+  if (place == bodies_.end()) return false;
+  if (place->second.large) {
+    erase_sorted(large_, id);
+  } else {
+    for (const SectorIndex& cell : cells(place->second)) {
+      const auto listed = by_sector_.find(cell);
+      if (listed == by_sector_.end()) continue;
+      erase_sorted(listed->second, id);
+      if (listed->second.empty()) by_sector_.erase(listed);
+    }
+  }
+  bodies_.erase(place);
+  return true;
+}
+
+const BodyRecord* StaticIndex::find(BodyId id) const {
+  const auto place = bodies_.find(id);
+  return place == bodies_.end() ? nullptr : &place->second.record;
+}
+
+bool StaticIndex::reaches(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& box) const {
+  const Entry& entry = bodies_.at(id);
+  const Eigen::Vector3d centre =
+      metres_between(sector, entry.record.home, sector_size_) + entry.pose.position;
+  return box.squaredExteriorDistance(centre) <= entry.radius * entry.radius;
+}
+
+std::vector<BodyId> StaticIndex::overlapping(const SectorIndex& sector,
+                                             const Eigen::AlignedBox3d& box) const {
+  std::vector<BodyId> found;
+  const auto consider = [&](BodyId id) {
+    if (reaches(id, sector, box)) found.push_back(id);
+  };
+  const auto cell_of = [&](double x) {
+    return static_cast<std::int64_t>(std::floor(x / sector_size_ + 0.5));
+  };
+  const Eigen::Array3d cells = (box.max() - box.min()).array() / sector_size_ + 2;
+  if (cells.prod() > static_cast<double>(by_sector_.size())) {
+    // What is very fast reaches across more sectors than there are with anything in them.
+    for (const auto& [cell, ids] : by_sector_) {
+      for (const BodyId id : ids) consider(id);
+    }
+  } else {
+    for (std::int64_t i = cell_of(box.min().x()); i <= cell_of(box.max().x()); ++i) {
+      for (std::int64_t j = cell_of(box.min().y()); j <= cell_of(box.max().y()); ++j) {
+        for (std::int64_t k = cell_of(box.min().z()); k <= cell_of(box.max().z()); ++k) {
+          const absl::StatusOr<SectorIndex> cell = translated(sector, {i, j, k});
+          if (!cell.ok()) continue;
+          const auto listed = by_sector_.find(*cell);
+          if (listed == by_sector_.end()) continue;
+          for (const BodyId id : listed->second) consider(id);
+        }
+      }
+    }
+  }
+  for (const BodyId id : large_) consider(id);
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+StaticIndex::Part StaticIndex::part(BodyId id, const SectorIndex& sector,
+                                    const Eigen::AlignedBox3d& region) const {
+  const auto place = bodies_.find(id);
+  invariant(place != bodies_.end(), "a sector asked for a static body that is not in the index");
+  const Entry& entry = place->second;
+  Part result;
+  const Pose pose{metres_between(sector, entry.record.home, sector_size_) + entry.pose.position,
+                  entry.pose.orientation};
+  if (!entry.large) {
+    result.whole = true;
+    result.pose = pose;
+    return result;
+  }
+  for (const ShapePart& piece : entry.shape->parts) {
+    std::optional<ShapePart> cut = part_within(piece.geometry, pose * piece.pose, region);
+    if (cut) result.shape.parts.push_back(std::move(*cut));
+  }
+  return result;
+}
+
+}  // namespace tessera

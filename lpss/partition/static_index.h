@@ -1,0 +1,68 @@
+// All static bodies of a world, and which of them a sector needs.
+#pragma once
+
+#include <absl/container/btree_map.h>
+#include <absl/container/flat_hash_map.h>
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "lpss/model/body.h"
+#include "lpss/model/shape.h"
+
+namespace tessera {
+
+// The static bodies, found by place. Every server knows all of them; what is copied into a sector is only
+// what reaches into it, and of a large one only the part that does.
+class StaticIndex {
+ public:
+  explicit StaticIndex(double sector_size) : sector_size_(sector_size) {}
+
+  // `shape` is the body's shape; it must outlive the index.
+  void add(const BodyRecord& record, const Shape& shape);
+  bool remove(BodyId id);
+
+  // nullptr if there is no such static body.
+  const BodyRecord* find(BodyId id) const;
+
+  // Whether a static body of the index may reach into `box` (m, relative to the centre of `sector`).
+  bool reaches(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
+
+  // The ids, ascending, of those that do.
+  std::vector<BodyId> overlapping(const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
+
+  // The part of a static body that matters within `region` (m, relative to the centre of `sector`), posed in
+  // the sector's frame.
+  struct Part {
+    bool whole = false;  // the shared shape of the body will do; `shape` is not set
+    Shape shape;
+    Pose pose;  // of the body frame, or of what `shape` is given in
+  };
+  Part part(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& region) const;
+
+  std::size_t size() const { return bodies_.size(); }
+
+  template <typename Visit>
+  void for_each(Visit&& visit) const {
+    for (const auto& [id, entry] : bodies_) visit(entry.record);
+  }
+
+ private:
+  struct Entry {
+    BodyRecord record;
+    const Shape* shape;
+    Pose pose;      // of the body frame, relative to the home's centre
+    double radius;  // around the home-relative position; infinite for planes
+    bool large;
+  };
+
+  // Sectors that the entry's box overlaps; only for entries that are not large.
+  std::vector<SectorIndex> cells(const Entry& entry) const;
+
+  double sector_size_;
+  absl::btree_map<BodyId, Entry> bodies_;
+  absl::flat_hash_map<SectorIndex, std::vector<BodyId>> by_sector_;
+  std::vector<BodyId> large_;  // ascending; those that reach over many sectors, or have no end
+};
+
+}  // namespace tessera

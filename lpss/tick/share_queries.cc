@@ -1,0 +1,160 @@
+// Questions about any number of sectors: each is asked near its own centre.
+#include <absl/container/flat_hash_set.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "lpss/tick/share.h"
+
+namespace tessera {
+namespace {
+
+// The sectors that a ray passes through, in order, relative to the sector of its origin.
+class SectorWalk {
+ public:
+  SectorWalk(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double length, double size)
+      : length_(length) {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double d = direction[axis];
+      step_[axis] = d > 0 ? 1 : -1;
+      next_[axis] = d == 0 ? kNever : (step_[axis] * size / 2 - from[axis]) / d;
+      every_[axis] = d == 0 ? kNever : size / std::abs(d);
+    }
+  }
+
+  SectorOffset sector() const { return {at_[0], at_[1], at_[2]}; }
+
+  // Goes on to the next sector; false at the end of the ray.
+  bool advance() {
+    int axis = 0;
+    for (int other = 1; other < 3; ++other) {
+      if (next_[other] < next_[axis]) axis = other;
+    }
+    if (next_[axis] > length_) return false;
+    at_[axis] += step_[axis];
+    next_[axis] += every_[axis];
+    return true;
+  }
+
+ private:
+  double length_;
+  std::int64_t at_[3] = {0, 0, 0};
+  std::int64_t step_[3];
+  double next_[3];
+  double every_[3];
+};
+
+// The stretch of the ray inside `box`; empty where it misses.
+std::optional<std::pair<double, double>> stretch_inside(const Eigen::AlignedBox3d& box,
+                                                        const Eigen::Vector3d& from,
+                                                        const Eigen::Vector3d& direction, double length) {
+  double begin = 0;
+  double end = length;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction[axis] == 0) {
+      if (from[axis] < box.min()[axis] || from[axis] > box.max()[axis]) return std::nullopt;
+      continue;
+    }
+    double t0 = (box.min()[axis] - from[axis]) / direction[axis];
+    double t1 = (box.max()[axis] - from[axis]) / direction[axis];
+    if (t0 > t1) std::swap(t0, t1);
+    begin = std::max(begin, t0);
+    end = std::min(end, t1);
+  }
+  if (begin > end) return std::nullopt;
+  return std::pair(begin, end);
+}
+
+}  // namespace
+
+// A sector in which nothing moves has no engine world; one is made in `passing` for the moment where statics
+// are there. nullptr where nothing is.
+SectorWorld* Share::world_to_ask(const SectorIndex& index, const Eigen::AlignedBox3d& surroundings,
+                                 Sector& passing) {
+  const auto found = sectors_.find(index);
+  if (found != sectors_.end() && found->second->world) return found->second->world.get();
+  if (statics_.overlapping(index, surroundings).empty()) return nullptr;
+  passing.index = index;
+  passing.world = engine_.make_world();
+  add_statics(passing, surroundings);
+  return passing.world.get();
+}
+
+std::optional<Share::RayAnswer> Share::raycast(const WorldPosition& origin, const Eigen::Vector3d& direction,
+                                               double length, std::uint32_t mask) {
+  std::optional<RayAnswer> nearest;
+  absl::flat_hash_set<SectorIndex> done;
+  SectorWalk walk(origin.local, direction, length, size());
+  const int around = margins_.reach + radius_max_ > size() / 2 ? OffsetSet::kReach : 1;
+  do {
+    // Bodies of neighbouring sectors may reach into this one.
+    for (int i = -around; i <= around; ++i) {
+      for (int j = -around; j <= around; ++j) {
+        for (int k = -around; k <= around; ++k) {
+          const SectorOffset at = walk.sector();
+          const absl::StatusOr<SectorIndex> sector =
+              translated(origin.sector, {at.i + i, at.j + j, at.k + k});
+          if (!sector.ok() || !mine(*sector) || !done.insert(*sector).second) continue;
+          raycast_sector(*sector, origin, direction, length, mask, nearest);
+        }
+      }
+    }
+  } while (walk.advance());
+  return nearest;
+}
+
+void Share::raycast_sector(const SectorIndex& index, const WorldPosition& origin,
+                           const Eigen::Vector3d& direction, double length, std::uint32_t mask,
+                           std::optional<RayAnswer>& nearest) {
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(size() / 2 + margins_.reach);
+  const Eigen::AlignedBox3d surroundings(-half, half);
+  const Eigen::Vector3d from = relative_to(origin, index, size());
+  const auto stretch = stretch_inside(surroundings, from, direction, length);
+  if (!stretch) return;
+
+  Sector passing;
+  SectorWorld* world = world_to_ask(index, surroundings, passing);
+  if (world == nullptr) return;
+  const auto [begin, end] = *stretch;
+  const std::optional<RayHit> hit = world->raycast(from + direction * begin, from + direction * end, mask);
+  if (!hit) return;
+  const double distance = begin + hit->fraction * (end - begin);
+  if (nearest && std::pair(nearest->distance, nearest->body) <= std::pair(distance, hit->body)) return;
+  nearest = RayAnswer{hit->body, distance, hit->normal};
+}
+
+std::vector<NearBody> Share::near(const Geometry& probe, const WorldPose& pose, double reach,
+                                  std::uint32_t mask) {
+  const double radius = bounding_radius(probe) + reach;
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(size() / 2 + margins_.reach);
+  const Eigen::AlignedBox3d surroundings(-half, half);
+  const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / size() + 0.5)); };
+  const Eigen::Vector3d low = pose.position.local - Eigen::Vector3d::Constant(radius + margins_.reach);
+  const Eigen::Vector3d high = pose.position.local + Eigen::Vector3d::Constant(radius + margins_.reach);
+  absl::btree_map<BodyId, double> distances;
+  for (std::int64_t i = cell(low.x()); i <= cell(high.x()); ++i) {
+    for (std::int64_t j = cell(low.y()); j <= cell(high.y()); ++j) {
+      for (std::int64_t k = cell(low.z()); k <= cell(high.z()); ++k) {
+        const absl::StatusOr<SectorIndex> sector = translated(pose.position.sector, {i, j, k});
+        if (!sector.ok() || !mine(*sector)) continue;
+        Sector passing;
+        SectorWorld* world = world_to_ask(*sector, surroundings, passing);
+        if (world == nullptr) continue;
+        const Pose local{relative_to(pose.position, *sector, size()), pose.orientation};
+        for (const NearBody& near : world->near(probe, local, reach, mask)) {
+          const auto [place, is_new] = distances.try_emplace(near.body, near.distance);
+          if (!is_new) place->second = std::min(place->second, near.distance);
+        }
+      }
+    }
+  }
+  std::vector<NearBody> found;
+  for (const auto& [body, distance] : distances) found.push_back({body, distance});
+  std::stable_sort(found.begin(), found.end(),
+                   [](const NearBody& a, const NearBody& b) { return a.distance < b.distance; });
+  return found;
+}
+
+}  // namespace tessera
