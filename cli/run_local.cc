@@ -71,7 +71,7 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
   };
   if (absl::Status status = step_all("in-process", step, report); !status.ok()) return status;
 
-  (*simulation)->share().for_each_body([&](const BodyRecord& record) { towers->set_end(record); });
+  (*simulation)->for_each_body([&](const BodyRecord& record) { towers->set_end(record); });
   return finished(std::move(report), (*simulation)->hash(), *towers);
 }
 

@@ -34,7 +34,7 @@ concept Is = std::same_as<std::remove_const_t<T>, U>;
 
 constexpr bool is_known(Motion motion) { return motion <= Motion::kKinematic; }
 constexpr bool is_known(Activity activity) {
-  return activity >= Activity::kAwake && activity <= Activity::kDrowsy;
+  return activity >= Activity::kAwake && activity <= Activity::kWantsSleep;
 }
 constexpr bool is_known(JointType type) { return type <= JointType::kScrew; }
 constexpr bool is_known(DriveMode mode) { return mode <= DriveMode::kEffort; }
@@ -96,17 +96,17 @@ template <typename Archive, Is<ManifoldState> T>
 void describe(Archive& archive, T& x) {
   archive(x.a, x.b, x.points);
 }
-template <typename Archive, Is<BodyIntroduction> T>
+template <typename Archive, Is<ReplicaIntroduction> T>
 void describe(Archive& archive, T& x) {
   archive(x.id, x.properties);
 }
-template <typename Archive, Is<GhostUpdate> T>
+template <typename Archive, Is<ReplicaUpdate> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.next_home, x.targets, x.state);
+  archive(x.id, x.home, x.next_home, x.replicated_in, x.state);
 }
 template <typename Archive, Is<Handover> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record, x.targets, x.everywhere);
+  archive(x.record, x.replicated_in, x.known_everywhere);
 }
 template <typename Archive, Is<ManifoldTransfer> T>
 void describe(Archive& archive, T& x) {
@@ -114,11 +114,11 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Exchange> T>
 void describe(Archive& archive, T& x) {
-  archive(x.introductions, x.ghosts, x.gone, x.handovers, x.manifolds, x.quiet);
+  archive(x.introductions, x.replicas, x.gone, x.handovers, x.manifolds, x.quiet);
 }
 template <typename Archive, Is<MovedBody> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record, x.targets, x.everywhere, x.next_home, x.goal, x.news);
+  archive(x.record, x.replicated_in, x.known_everywhere, x.next_home, x.kinematic_target, x.dirty);
 }
 template <typename Archive, Is<MovedClone> T>
 void describe(Archive& archive, T& x) {
@@ -126,7 +126,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<MovedSector> T>
 void describe(Archive& archive, T& x) {
-  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_known);
+  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_reported);
 }
 template <typename Archive, Is<Transfer> T>
 void describe(Archive& archive, T& x) {
@@ -134,7 +134,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<IslandPart> T>
 void describe(Archive& archive, T& x) {
-  archive(x.links, x.first, x.bodies, x.contacts, x.any_awake, x.all_drowsy);
+  archive(x.links, x.first, x.bodies, x.contacts, x.any_awake, x.all_want_sleep);
 }
 template <typename Archive, Is<SectorSeams> T>
 void describe(Archive& archive, T& x) {
@@ -459,7 +459,7 @@ std::size_t packed_size() {
 std::uint64_t wire_layout() {
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
   for (const std::size_t number : {std::size_t{kClusterProtocol},    sizeof(BodyRecord),
-                                   packed_size<BodyRecord>(),        packed_size<GhostUpdate>(),
+                                   packed_size<BodyRecord>(),        packed_size<ReplicaUpdate>(),
                                    packed_size<Handover>(),          packed_size<ManifoldTransfer>(),
                                    packed_size<Exchange>(),          packed_size<IslandPart>(),
                                    packed_size<SectorSeams>(),       packed_size<ShippedBody>(),

@@ -27,7 +27,7 @@ BodyRecord some_record(std::uint64_t id) {
   record.state.linear_velocity = {1, 2, 3};
   record.state.angular_velocity = {4, 5, 6};
   record.state.still_for = 0.25;
-  record.state.activity = Activity::kDrowsy;
+  record.state.activity = Activity::kWantsSleep;
   return record;
 }
 
@@ -75,7 +75,7 @@ std::vector<Command> some_commands() {
 Exchange some_exchange() {
   Exchange exchange;
   exchange.introductions = {{BodyId{1}, some_record(1).properties}, {BodyId{2}, {}}};
-  exchange.ghosts = {{BodyId{1}, {1, 2, 3}, {1, 2, 4}, corners(), some_record(1).state}};
+  exchange.replicas = {{BodyId{1}, {1, 2, 3}, {1, 2, 4}, corners(), some_record(1).state}};
   exchange.gone = {BodyId{3}, BodyId{4}, BodyId{5}};
   exchange.handovers = {{some_record(6), corners()}};
   exchange.manifolds = {{{9, 8, 7}, true, some_manifold()}};
@@ -131,7 +131,7 @@ Transfer some_transfer() {
   moved.manifolds.push_back(some_manifold());
   moved.touching.push_back({BodyId{3}, BodyId{7}});
   moved.static_region = {-1, -2, -3, 4, 5, 6};
-  moved.parts_known = true;
+  moved.parts_reported = true;
   return {{moved}};
 }
 
@@ -156,7 +156,7 @@ TEST(Wire, BodyRecordsSurviveBitForBit) {
   EXPECT_FALSE((*read)[0].properties.gravity);
   EXPECT_EQ((*read)[0].state.position, records[0].state.position);
   EXPECT_EQ((*read)[0].properties.assembly, 77u);
-  EXPECT_EQ((*read)[0].state.activity, Activity::kDrowsy);
+  EXPECT_EQ((*read)[0].state.activity, Activity::kWantsSleep);
 }
 
 TEST(Wire, JointRecordsSurviveBitForBit) {
@@ -201,7 +201,7 @@ TEST(Wire, RoundsSurviveBitForBit) {
   }
   const auto read = unpack_round(pack(RoundMessage(some_exchange())));
   const Exchange& exchange = std::get<Exchange>(*read);
-  EXPECT_EQ(exchange.ghosts[0].targets, corners());
+  EXPECT_EQ(exchange.replicas[0].replicated_in, corners());
   EXPECT_EQ(exchange.manifolds[0].manifold.points, some_manifold().points);
   EXPECT_TRUE(exchange.manifolds[0].was_touching);
 }

@@ -69,7 +69,7 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, Server
     server.proceed(since_start());
     server.advance(since_start());
     metrics.set_joined(server.joined());
-    if (Share* share = server.share_between_ticks()) streams.publish(server.tick(), *share, true);
+    if (TickMachine* machine = server.machine_between_ticks()) streams.publish(server.tick(), *machine, true);
   }
   server.leave("it was told to end");
   for (SectorServer::Outgoing& message : server.take_messages())
@@ -118,9 +118,9 @@ int run(SectorServerArguments& arguments) {
     return 1;
   }
   std::unique_ptr<SectorServer> server;
-  const auto on_tick = [&](Tick tick, Share& share) {
-    metrics.show(server->last_tick(), share.body_count(), server->exchange_bytes());
-    streams.publish(tick, share, false);
+  const auto on_tick = [&](Tick tick, TickMachine& machine) {
+    metrics.show(server->last_tick(), machine.partition().bodies.size(), server->exchange_bytes());
+    streams.publish(tick, machine, false);
   };
   server = std::make_unique<SectorServer>(arguments.server, load_engine, since_start, on_tick);
   signalled_link = link->get();

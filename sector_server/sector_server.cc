@@ -76,7 +76,7 @@ class SectorServer::Impl {
       finish(status);
       return;
     }
-    if (run_->take_tick_done() && observer_) observer_(run_->tick(), run_->share());
+    if (run_->take_tick_done() && observer_) observer_(run_->tick(), run_->machine());
     if (run_->report_due()) report(now);
   }
 
@@ -112,7 +112,7 @@ class SectorServer::Impl {
     return std::min(next_heartbeat_, coordinator_deadline_.value_or(next_heartbeat_));
   }
 
-  Share* share_between_ticks() { return run_ && run_->between_ticks() ? &run_->share() : nullptr; }
+  TickMachine* machine_between_ticks() { return run_ && run_->between_ticks() ? &run_->machine() : nullptr; }
   Tick tick() const { return run_ ? run_->tick() : 0; }
   bool joined() const { return heartbeat_ && !coordinator_deadline_; }
   const v1::TickReport* last_tick() const {
@@ -170,8 +170,8 @@ class SectorServer::Impl {
     loaded.set_world(world.world());
     if (run.ok()) {
       run_ = std::move(*run);
-      log(absl::StrCat("a world is loaded: ", run_->share().body_count(), " bodies live here"));
-      if (observer_) observer_(0, run_->share());
+      log(absl::StrCat("a world is loaded: ", run_->body_count(), " bodies live here"));
+      if (observer_) observer_(0, run_->machine());
     } else {
       loaded.set_error(std::string(run.status().message()));
       log(absl::StrCat("a world cannot be loaded: ", run.status().message()), Severity::kWarning);
@@ -207,7 +207,7 @@ class SectorServer::Impl {
     if (run_) {
       report.set_world(run_->world());
       report.set_tick(run_->tick());
-      report.set_bodies(run_->share().body_count());
+      report.set_bodies(run_->body_count());
       report.set_exchange_bytes(run_->exchange_bytes());
       for (v1::TickReport& tick : run_->take_reports()) *report.add_ticks() = std::move(tick);
     }
@@ -253,7 +253,7 @@ void SectorServer::advance(Nanoseconds now) { impl_->advance(now); }
 void SectorServer::suspect(NodeId node, Nanoseconds now) { impl_->suspect(node, now); }
 void SectorServer::leave(const std::string& reason) { impl_->leave(reason); }
 std::optional<Nanoseconds> SectorServer::next_deadline() const { return impl_->next_deadline(); }
-Share* SectorServer::share_between_ticks() { return impl_->share_between_ticks(); }
+TickMachine* SectorServer::machine_between_ticks() { return impl_->machine_between_ticks(); }
 Tick SectorServer::tick() const { return impl_->tick(); }
 bool SectorServer::joined() const { return impl_->joined(); }
 const v1::TickReport* SectorServer::last_tick() const { return impl_->last_tick(); }

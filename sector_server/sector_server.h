@@ -1,4 +1,5 @@
-// The sector server as a state machine: its share of a world, driven by grants and by its peers' messages.
+// The sector server as a state machine: its partition of a world, driven by grants and by its peers'
+// messages.
 //
 // It takes messages and gives back messages, never blocks, and knows no socket or thread; the shell
 // (sector_server/main.cc) has those, and so does a simulation. Messages may arrive in any order.
@@ -16,7 +17,7 @@
 
 #include "cluster.pb.h"
 #include "daemon/log_line.h"
-#include "lpss/tick/share.h"
+#include "lpss/tick/tick_machine.h"
 #include "transport/link.h"
 
 namespace tessera {
@@ -42,7 +43,7 @@ class SectorServer {
   };
 
   // Called after each completed tick and after a load (tick 0), from within receive(): for streams.
-  using TickObserver = std::function<void(Tick tick, Share& share)>;
+  using TickObserver = std::function<void(Tick tick, TickMachine& machine)>;
 
   // `make_engine` loads the engine of a world; `clock` only measures work (for reports), it decides nothing.
   SectorServer(const SectorServerOptions& options,
@@ -67,8 +68,8 @@ class SectorServer {
 
   std::vector<Outgoing> take_messages();
 
-  // The share of the loaded world while no tick is under way, for streams that begin; otherwise nullptr.
-  Share* share_between_ticks();
+  // The machine of the loaded world while no tick is under way, for streams that begin; otherwise nullptr.
+  TickMachine* machine_between_ticks();
   Tick tick() const;  // completed
 
   // Whether a coordinator has welcomed this server and gives signs of life.

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <chrono>
 
+#include "lpss/observe/seams.h"
+#include "lpss/observe/state.h"
 #include "lpss/simulation/simulation.h"
+#include "lpss/tick/events.h"
 #include "proto/convert.h"
 
 namespace tessera {
@@ -44,7 +47,9 @@ class WatchedBox {
   Eigen::Vector3d half_ = Eigen::Vector3d::Zero();
 };
 
-WorldPosition position_of(const BodyRecord& record) {
+// Of a BodyRecord or BodyView.
+template <typename Body>
+WorldPosition position_of(const Body& record) {
   return {record.home, Eigen::Vector3d(record.state.position.data())};
 }
 
@@ -97,10 +102,9 @@ void describe(const BodiesInOrder& bodies, double sector_size, v1::BodyColumns& 
 }
 
 // A static body, from the server that hosts its sector: all of them know it.
-const BodyRecord* hosted_static(const Share& share, BodyId id) {
-  const BodyRecord* record = share.statics().find(id);
-  if (record == nullptr || share.options().map.owner(record->home) != share.options().self) return nullptr;
-  return record;
+const BodyRecord* hosted_static(const Partition& partition, BodyId id) {
+  const BodyRecord* record = partition.statics.find(id);
+  return record != nullptr && partition.hosts(record->home) ? record : nullptr;
 }
 
 v1::Contact::Phase phase_of(ContactPhase phase) {
@@ -116,28 +120,29 @@ v1::Contact::Phase phase_of(ContactPhase phase) {
 }
 
 // `snapshot` lends its memory.
-BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Share& share,
+BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Partition& partition,
                         BodySnapshot snapshot) {
   snapshot.tick = tick;
-  snapshot.sector_size = share.options().settings.sector_size;
+  snapshot.sector_size = partition.sector_size();
   snapshot.bodies.clear();
   const WatchedBox box(request, snapshot.sector_size);
-  const auto consider = [&](const BodyRecord& record) {
-    if (request.only_awake() && record.state.activity == Activity::kAsleep) return;
-    if (!box.holds(position_of(record))) return;
-    snapshot.bodies.push_back({record.id, record.home, record.state, centre_frame(record.properties)});
+  const auto consider = [&](const auto& body) {
+    if (request.only_awake() && body.state.activity == Activity::kAsleep) return;
+    if (!box.holds(position_of(body))) return;
+    snapshot.bodies.push_back({body.id, body.home, body.state, centre_frame(body.properties)});
   };
   if (request.ids().empty()) {
-    share.for_each_body([&](const SectorIndex& sector) { return box.may_hold_bodies_of(sector); }, consider);
+    for_each_body_in(
+        partition, [&](const SectorIndex& sector) { return box.may_hold_bodies_of(sector); }, consider);
     return snapshot;
   }
   std::vector<std::uint64_t> ids(request.ids().begin(), request.ids().end());
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   for (const std::uint64_t id : ids) {
-    if (const std::optional<BodyRecord> record = share.body(BodyId{id})) {
+    if (const std::optional<BodyRecord> record = body_of(partition, BodyId{id})) {
       consider(*record);
-    } else if (const BodyRecord* fixed = hosted_static(share, BodyId{id});
+    } else if (const BodyRecord* fixed = hosted_static(partition, BodyId{id});
                fixed != nullptr && !request.only_awake()) {
       consider(*fixed);
     }
@@ -148,12 +153,12 @@ BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const 
 }  // namespace
 
 v1::ContactBatch Streams::contacts_for(const v1::WatchContactsRequest& request, Tick tick,
-                                       const Share& share) const {
+                                       const std::vector<ContactEvent>& events) const {
   v1::ContactBatch batch;
   batch.set_tick(tick);
   batch.set_node(node_.value);
   const absl::flat_hash_set<std::uint64_t> ids(request.ids().begin(), request.ids().end());
-  for (const ContactEvent& event : share.contact_events()) {
+  for (const ContactEvent& event : events) {
     if (event.phase == ContactPhase::kPersist && !request.persisting()) continue;
     if (!ids.empty() && !ids.contains(event.a.value) && !ids.contains(event.b.value)) continue;
     v1::Contact& contact = *batch.add_contacts();
@@ -168,29 +173,31 @@ v1::ContactBatch Streams::contacts_for(const v1::WatchContactsRequest& request, 
   return batch;
 }
 
-v1::SeamBatch Streams::seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Share& share) const {
+v1::SeamBatch Streams::seams_for(const v1::WatchSeamsRequest& request, Tick tick,
+                                 const Partition& partition) const {
   v1::SeamBatch batch;
   batch.set_tick(tick);
   batch.set_node(node_.value);
-  const WatchedBox box(request, share.options().settings.sector_size);
-  for (const Share::CloneAt& clone : share.clones()) {
+  const WatchedBox box(request, partition.sector_size());
+  for (const CloneAt& clone : clones_of(partition)) {
     if (!box.holds(clone.position)) continue;
     v1::SeamBatch::Clone& added = *batch.add_clones();
     added.set_body(clone.body.value);
     *added.mutable_sector() = to_proto(clone.position.sector);
   }
-  for (const Share::IslandHere& island : share.islands_across_seams()) {
+  for (const IslandHere& island : islands_across_seams(partition)) {
     v1::SeamBatch::Island added;
-    added.set_name(island.name.value);
+    added.set_name(island.id.value);
     for (const BodyId id : island.bodies) {
-      if (box.holds(position_of(*share.body(id)))) added.add_bodies(id.value);
+      if (box.holds(position_of(*body_of(partition, id)))) added.add_bodies(id.value);
     }
     if (added.bodies_size() > 0) *batch.add_islands() = std::move(added);
   }
   return batch;
 }
 
-void Streams::publish(Tick tick, Share& share, bool new_only) {
+void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
+  const Partition& partition = machine.partition();
   const std::lock_guard lock(mutex_);
   const auto publish_states = [&](const auto& subscriptions, const auto& states_for) {
     for (const auto& subscription : subscriptions) {
@@ -202,9 +209,10 @@ void Streams::publish(Tick tick, Share& share, bool new_only) {
     }
   };
   publish_states(bodies_, [&](Bodies& subscription) {
-    return bodies_for(subscription.request(), tick, share, subscription.spare());
+    return bodies_for(subscription.request(), tick, partition, subscription.spare());
   });
-  publish_states(seams_, [&](Seams& subscription) { return seams_for(subscription.request(), tick, share); });
+  publish_states(seams_,
+                 [&](Seams& subscription) { return seams_for(subscription.request(), tick, partition); });
   for (const std::shared_ptr<Contacts>& subscription : contacts_) {
     // The first batch only says from which tick on nothing is missed.
     const bool counts = subscription->served && !new_only;
@@ -212,11 +220,11 @@ void Streams::publish(Tick tick, Share& share, bool new_only) {
     v1::ContactBatch batch;
     batch.set_tick(tick);
     batch.set_node(node_.value);
-    if (counts) batch = contacts_for(subscription->request(), tick, share);
+    if (counts) batch = contacts_for(subscription->request(), tick, machine.contact_events());
     subscription->served = true;
     subscription->push(std::move(batch));
   }
-  share.report_contacts(!contacts_.empty());
+  report_contacts(machine.partition(), !contacts_.empty());
 }
 
 template <typename S, typename Request, typename Send>

@@ -1,5 +1,5 @@
-// What clients watch: the states of bodies, contact events and what happens at seams of this server's share,
-// as gRPC streams.
+// What clients watch: the states of bodies, contact events and what happens at seams of this server's
+// partition, as gRPC streams.
 #pragma once
 
 #include <condition_variable>
@@ -10,7 +10,7 @@
 #include <mutex>
 #include <vector>
 
-#include "lpss/tick/share.h"
+#include "lpss/tick/tick_machine.h"
 #include "tessera.grpc.pb.h"
 #include "transport/link.h"
 
@@ -106,8 +106,9 @@ class Streams final : public v1::Streams::Service {
   // `wake` is called when a client comes, so that a world that stands still is shown to it.
   Streams(NodeId node, std::function<void()> wake) : node_(node), wake_(std::move(wake)) {}
 
-  // From the thread that owns the share: after every tick, and with `new_only` while the world stands still.
-  void publish(Tick tick, Share& share, bool new_only);
+  // From the thread that owns the partition: after every tick, and with `new_only` while the world stands
+  // still.
+  void publish(Tick tick, TickMachine& machine, bool new_only);
 
   // Ends all streams.
   void shut_down();
@@ -124,8 +125,9 @@ class Streams final : public v1::Streams::Service {
   using Contacts = Subscription<v1::WatchContactsRequest, v1::ContactBatch>;
   using Seams = Subscription<v1::WatchSeamsRequest, v1::SeamBatch>;
 
-  v1::SeamBatch seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Share& share) const;
-  v1::ContactBatch contacts_for(const v1::WatchContactsRequest& request, Tick tick, const Share& share) const;
+  v1::SeamBatch seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Partition& partition) const;
+  v1::ContactBatch contacts_for(const v1::WatchContactsRequest& request, Tick tick,
+                                const std::vector<ContactEvent>& events) const;
 
   // `send` writes one batch of the subscription, and says whether the client still takes them.
   template <typename S, typename Request, typename Send>

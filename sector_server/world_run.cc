@@ -5,6 +5,10 @@
 #include <algorithm>
 
 #include "lpss/base/invariant.h"
+#include "lpss/observe/queries.h"
+#include "lpss/observe/state.h"
+#include "lpss/partition/bodies.h"
+#include "lpss/partition/joints.h"
 #include "lpss/simulation/simulation.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
@@ -42,21 +46,21 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
     return absl::InvalidArgumentError("the sector map does not have one run per server");
   }
   const SectorIndex anchor = from_proto(load.anchor());
-  Share::Options options;
+  PartitionOptions options;
   options.settings = *settings;
   options.anchor = anchor;
   options.map = SectorMap(anchor, std::move(splitters), load.map_epoch());
   options.self = run->self_;
-  options.parallel = parallel_on(threads);
-  run->share_ = std::make_unique<Share>(std::move(options), *run->engine_);
+  run->partition_ = std::make_unique<Partition>(std::move(options), *run->engine_);
+  run->machine_ = std::make_unique<TickMachine>(*run->partition_, TickMachine::Options{parallel_on(threads)});
   if (absl::Status status = run->add_shapes(load.shapes()); !status.ok()) return status;
   absl::StatusOr<std::vector<BodyRecord>> records = unpack_records(load.records());
   if (!records.ok()) return records.status();
-  for (const BodyRecord& record : *records) run->share_->add_body(record);
+  for (const BodyRecord& record : *records) add_body(*run->partition_, record);
   const absl::StatusOr<std::vector<JointRecord>> joints = unpack_joints(load.joints());
   if (!joints.ok()) return joints.status();
-  for (const JointRecord& joint : *joints) run->share_->add_joint(joint);
-  run->share_->expect_radius(load.radius_max());
+  for (const JointRecord& joint : *joints) add_joint(*run->partition_, joint);
+  expect_radius(*run->partition_, load.radius_max());
   return run;
 }
 
@@ -64,7 +68,7 @@ absl::Status WorldRun::add_shapes(const google::protobuf::RepeatedPtrField<v1::S
   for (const v1::Shape& message : shapes) {
     absl::StatusOr<Shape> shape = from_proto(message);
     if (!shape.ok()) return shape.status();
-    share_->add_shape(next_shape_++, *shape);
+    add_shape(*partition_, next_shape_++, *shape);
   }
   return absl::OkStatus();
 }
@@ -136,7 +140,7 @@ absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
     commands = std::move(*granted);
   }
   --ticks_left_;
-  go_on(share_->begin_tick(commands), clock);
+  go_on(machine_->begin_tick(commands), clock);
   return absl::OkStatus();
 }
 
@@ -150,7 +154,7 @@ absl::Status WorldRun::advance(const std::function<Nanoseconds()>& clock) {
     if (!message.ok()) return message.status();
     messages[rank] = std::move(*message);
   }
-  go_on(share_->advance(std::move(messages)), clock);
+  go_on(machine_->advance(std::move(messages)), clock);
   return absl::OkStatus();
 }
 
@@ -188,7 +192,7 @@ void WorldRun::end_tick(Nanoseconds now) {
   inboxes_.erase(inboxes_.begin(), inboxes_.lower_bound({tick_ + 1, 0}));
   tick_done_ = true;
 
-  const TickCounts& counts = share_->counts();
+  const TickCounts& counts = machine_->counts();
   v1::TickReport& report = last_report_;
   report.set_tick(tick_);
   report.set_work_us(static_cast<std::uint64_t>(
@@ -203,7 +207,7 @@ void WorldRun::end_tick(Nanoseconds now) {
   report.set_sectors_awake(counts.sectors_awake);
   report.set_bodies_stopped(counts.bodies_stopped);
   if (hash_ticks_) {
-    const WorldHash hash = share_->hash();
+    const WorldHash hash = hash_of(*partition_);
     report.set_hash_low(hash.low());
     report.set_hash_high(hash.high());
   }
@@ -222,13 +226,13 @@ void WorldRun::answer(const v1::Query& query) {
   answer.set_query(query.id());
   answer.set_tick(tick_);
   if (query.has_hash()) {
-    const WorldHash hash = share_->hash();
+    const WorldHash hash = hash_of(*partition_);
     answer.set_hash_low(hash.low());
     answer.set_hash_high(hash.high());
   } else if (query.has_ray()) {
     const v1::RayQuery& ray = query.ray();
-    const std::optional<Share::RayAnswer> hit =
-        share_->raycast(from_proto(ray.origin()), from_proto(ray.direction()), ray.length(), ray.mask());
+    const std::optional<RayAnswer> hit =
+        raycast(*partition_, from_proto(ray.origin()), from_proto(ray.direction()), ray.length(), ray.mask());
     answer.set_hit(hit.has_value());
     if (hit) {
       answer.set_body(hit->body.value);
@@ -251,7 +255,8 @@ std::vector<NearBody> WorldRun::nearby(const v1::NearQuery& query) {
   *probe.add_parts()->mutable_geometry() = query.probe();
   const absl::StatusOr<Shape> shape = from_proto(probe);
   invariant(shape.ok(), "the coordinator checks a probe before it asks");
-  return share_->near(shape->parts.front().geometry, from_proto(query.pose()), query.reach(), query.mask());
+  return bodies_near(*partition_, shape->parts.front().geometry, from_proto(query.pose()), query.reach(),
+                     query.mask());
 }
 
 }  // namespace tessera

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
-#include "lpss/tick/share.h"
+#include "lpss/tick/tick_machine.h"
 #include "transport/link.h"
 
 namespace tessera {
@@ -30,7 +30,8 @@ class WorldRun {
 
   std::uint64_t world() const { return world_; }
   Tick tick() const { return tick_; }
-  Share& share() { return *share_; }
+  TickMachine& machine() { return *machine_; }
+  std::size_t body_count() const { return partition_->bodies.size(); }
   bool between_ticks() const { return !round_; }
 
   // Grants and rounds, in any order; each once.
@@ -72,7 +73,8 @@ class WorldRun {
   Rank self_ = 0;
   Send send_;
   std::unique_ptr<Engine> engine_;
-  std::unique_ptr<Share> share_;
+  std::unique_ptr<Partition> partition_;
+  std::unique_ptr<TickMachine> machine_;
   ShapeId next_shape_ = 0;
   bool hash_ticks_ = false;
 

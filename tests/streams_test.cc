@@ -147,10 +147,10 @@ TEST(ContactStreamTest, EachContactEventIsToldOnceAsInOneProcess) {
   const WorldDescription world = read_world("busy.sdf");
   std::vector<Event> expected;
   const std::unique_ptr<Simulation> simulation = Simulation::create(world).value();
-  simulation->share().report_contacts(true);
+  simulation->report_contacts(true);
   for (std::uint64_t tick = 1; tick <= kTicks; ++tick) {
     simulation->step();
-    for (const ContactEvent& event : simulation->share().contact_events()) {
+    for (const ContactEvent& event : simulation->contact_events()) {
       if (event.phase == ContactPhase::kPersist) continue;
       expected.emplace_back(tick, event.phase == ContactPhase::kEnd, event.a.value, event.b.value);
     }

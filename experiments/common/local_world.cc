@@ -22,15 +22,14 @@ class Sectors : public LocalWorld {
 
   void step() override { simulation_->step(); }
   double step_for_overlap() override {
-    Share& share = simulation_->share();
-    share.report_contacts(true);
+    simulation_->report_contacts(true);
     step();
     double deepest = 0;
-    for (const ContactEvent& event : share.contact_events()) deepest = std::max(deepest, event.depth);
-    share.report_contacts(false);
+    for (const ContactEvent& event : simulation_->contact_events()) deepest = std::max(deepest, event.depth);
+    simulation_->report_contacts(false);
     return deepest;
   }
-  std::vector<BodyRecord> bodies() const override { return bodies_of(simulation_->share()); }
+  std::vector<BodyRecord> bodies() const override { return bodies_of(*simulation_); }
   WorldHash hash() const override { return simulation_->hash(); }
 
  private:

@@ -36,7 +36,7 @@ Moment moment_of(const Simulation& simulation, const WorldDescription& world, st
   moment.settings = world.settings;
   moment.tick = simulation.tick();
   moment.time = static_cast<double>(moment.tick) * world.settings.time_step;
-  simulation.share().for_each_body([&](const BodyRecord& record) { moment.bodies.push_back(record); });
+  simulation.for_each_body([&](const BodyRecord& record) { moment.bodies.push_back(record); });
   moment.positions =
       positions_from({world.anchor, Eigen::Vector3d::Zero()}, moment.bodies, world.settings.sector_size);
   moment.stopped = stopped;

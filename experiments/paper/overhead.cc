@@ -69,7 +69,7 @@ class Timed {
     if (!measured) return;
     tick_us_.push_back(tick_us);
     hashing_us_.push_back(hashing_us);
-    const PhaseTimes& times = simulation_->share().phase_times();
+    const PhaseTimes& times = simulation_->phase_times();
     for (std::size_t phase = 0; phase < kTickPhases; ++phase) {
       phase_us_[phase].push_back(microseconds(times[phase]));
     }

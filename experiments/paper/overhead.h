@@ -18,8 +18,8 @@ namespace tessera {
 //
 // Table "rows": {engine, seams, substeps, bodies, phase, us, share}. `us` is the median over the ticks,
 // `share` that of the whole tick. The phases are those of a tick (lpss/tick/phase_clock.h says what is in
-// which), whose shares make up about 1, and "hashing": Share::hash() after it, which is no part of a tick,
-// but comes on top where it is asked for.
+// which), whose shares make up about 1, and "hashing": Simulation::hash() after it, which is no part of a
+// tick, but comes on top where it is asked for.
 //
 // Table "ticks": {engine, seams, substeps, bodies, sectors, clones, contacts, islands_across_seams, ticks,
 // tick_us, plain_us, ratio, hash}. `tick_us` is the median of whole ticks, `plain_us` that of plain Bullet's

@@ -38,7 +38,7 @@ void add_pebbles_in(const absl::btree_set<SectorIndex>& sectors, Motion motion, 
 std::vector<Choice> choices_for(const WorldDescription& world) {
   std::vector<Choice> choices = {
       {.name = "sleep", .unmake = [](WorldDescription& w) { w.settings.sleep_after = 0; }},
-      {.name = "coast", .lone_bodies_coast = false},
+      {.name = "coast", .free_flight = false},
       {.name = "adapt", .unmake = [](WorldDescription& w) { w.settings.adapt = false; }},
       {.name = "sweep", .unmake = [](WorldDescription& w) { w.settings.continuous_collision = false; }}};
   const bool has_statics = std::ranges::any_of(

@@ -13,7 +13,7 @@ namespace tessera {
 // the same.
 struct Choice {
   std::string name;
-  bool lone_bodies_coast = true;  // as in Share::Options, without the choice
+  bool free_flight = true;  // as in PartitionOptions, without the choice
   std::function<void(WorldDescription&)>
       unmake{};  // how else the world differs without it; empty: not at all
 };

@@ -12,16 +12,17 @@
 #include "experiments/common/stopwatch.h"
 #include "experiments/paper/small_scenes.h"
 #include "experiments/trade/trial.h"
-#include "lpss/simulation/share_cluster.h"
+#include "lpss/observe/state.h"
+#include "lpss/simulation/partition_cluster.h"
 
 namespace tessera {
 
 class Contestant {
  public:
   // Errors as Simulation::create().
-  static absl::StatusOr<Contestant> create(const WorldDescription& world, bool lone_bodies_coast) {
-    absl::StatusOr<std::unique_ptr<ShareCluster>> cluster =
-        ShareCluster::create(world, /*shares=*/1, /*threads=*/1, lone_bodies_coast);
+  static absl::StatusOr<Contestant> create(const WorldDescription& world, bool free_flight) {
+    absl::StatusOr<std::unique_ptr<PartitionCluster>> cluster =
+        PartitionCluster::create(world, /*partitions=*/1, /*threads=*/1, free_flight);
     if (!cluster.ok()) return cluster.status();
     return Contestant(*std::move(cluster), world);
   }
@@ -40,7 +41,7 @@ class Contestant {
   // Dynamic bodies, in the order of their ids.
   std::vector<BodyRecord> bodies() const {
     std::vector<BodyRecord> records;
-    cluster_->share(0).for_each_body([&](const BodyRecord& record) {
+    for_each_body(cluster_->partition(0), [&](const BodyRecord& record) {
       if (record.properties.motion == Motion::kDynamic) records.push_back(record);
     });
     return records;
@@ -53,12 +54,12 @@ class Contestant {
   std::string hash() const { return cluster_->hash().to_string(); }
 
  private:
-  Contestant(std::unique_ptr<ShareCluster> cluster, const WorldDescription& world)
+  Contestant(std::unique_ptr<PartitionCluster> cluster, const WorldDescription& world)
       : cluster_(std::move(cluster)),
         origin_{world.anchor, Eigen::Vector3d::Zero()},
         sector_size_(world.settings.sector_size) {}
 
-  std::unique_ptr<ShareCluster> cluster_;
+  std::unique_ptr<PartitionCluster> cluster_;
   WorldPosition origin_;
   double sector_size_;
   std::vector<double> ticks_us_;

@@ -94,8 +94,8 @@ class Comparison {
     }
     return world;
   }
-  bool lone_bodies_coast(std::size_t n) const {
-    return n == 0 || n > choices_.size() || choices_[n - 1].lone_bodies_coast;
+  bool free_flight(std::size_t n) const {
+    return n == 0 || n > choices_.size() || choices_[n - 1].free_flight;
   }
 
   // What the world takes at most, beyond its description.
@@ -104,7 +104,7 @@ class Comparison {
     const absl::StatusOr<WorldDescription> world = variant(n);
     if (!world.ok()) return world.status();
     const std::size_t before = peak_bytes();
-    absl::StatusOr<Contestant> contestant = Contestant::create(*world, lone_bodies_coast(n));
+    absl::StatusOr<Contestant> contestant = Contestant::create(*world, free_flight(n));
     if (!contestant.ok()) return contestant.status();
     for (Tick tick = 0; tick < kTicksForMemory; ++tick) contestant->step();
     Report report;
@@ -127,7 +127,7 @@ class Comparison {
     for (std::size_t n = 0; n <= choices_.size() + 1; ++n) {
       const absl::StatusOr<WorldDescription> world = variant(n);
       if (!world.ok()) return world.status();
-      absl::StatusOr<Contestant> contestant = Contestant::create(*world, lone_bodies_coast(n));
+      absl::StatusOr<Contestant> contestant = Contestant::create(*world, free_flight(n));
       if (!contestant.ok()) return contestant.status();
       contestants_.push_back(*std::move(contestant));
     }
@@ -166,7 +166,7 @@ class Comparison {
     for (std::size_t n = 0; n < choices_.size(); ++n) {
       const Contestant& off = contestants_[n + 1];
       const std::string hash_off = off.hash();
-      if (!choices_[n].lone_bodies_coast && !has_fine_orbits() && hash != hash_off) {
+      if (!choices_[n].free_flight && !has_fine_orbits() && hash != hash_off) {
         report.misses.push_back(absl::StrCat(subject_.name, " ends in other bits where lone bodies coast"));
       }
       Row row = first_columns(choices_[n].name);

@@ -1,6 +1,6 @@
 #include "experiments/seams/hashes.h"
 
-#include "lpss/simulation/share_cluster.h"
+#include "lpss/simulation/partition_cluster.h"
 #include "simulator/simulated_cluster.h"
 
 namespace tessera::seams {
@@ -11,7 +11,7 @@ constexpr std::uint32_t kSharesShuffled = 4;
 constexpr std::uint32_t kSharesMany = 10;
 
 absl::StatusOr<std::string> hash_on_shares(const WorldDescription& world, std::uint32_t shares, Tick ticks) {
-  const absl::StatusOr<std::unique_ptr<ShareCluster>> cluster = ShareCluster::create(world, shares);
+  const absl::StatusOr<std::unique_ptr<PartitionCluster>> cluster = PartitionCluster::create(world, shares);
   if (!cluster.ok()) return cluster.status();
   for (Tick tick = 0; tick < ticks; ++tick) (*cluster)->step();
   return (*cluster)->hash().to_string();

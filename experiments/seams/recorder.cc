@@ -36,11 +36,11 @@ Recorder::Recorder(const Scene& scene, const Stage& stage, std::span<const Joint
   }
 }
 
-Samples Recorder::samples_of(const Share& share) {
+Samples Recorder::samples_of(const Simulation& simulation) {
   Samples samples;
   samples.reserve(masses_.size());
   const WorldDescription& world = stage_.world;
-  share.for_each_body([&](const BodyRecord& record) {
+  simulation.for_each_body([&](const BodyRecord& record) {
     if (record.properties.motion != Motion::kDynamic) return;
     Sample sample;
     sample.id = record.id;
@@ -55,8 +55,8 @@ Samples Recorder::samples_of(const Share& share) {
   return samples;
 }
 
-void Recorder::observe(Tick tick, const Share& share) {
-  Samples samples = samples_of(share);
+void Recorder::observe(Tick tick, const Simulation& simulation) {
+  Samples samples = samples_of(simulation);
   if (tick == 0) {
     course_.start = samples;
     for (const Sample& sample : samples) {
@@ -74,10 +74,10 @@ void Recorder::observe(Tick tick, const Share& share) {
   if (scene_.energy != EnergyRule::kOpen) measure_energy(samples);
   if (2 * tick > second) measure_jolt(samples, tick);
   if (!joints_.empty()) measure_joints(samples);
-  if (tick > 0) count_events(share.contact_events());
+  if (tick > 0) count_events(simulation.contact_events());
   course_.ticks = tick;
-  course_.islands_across_seams = std::max(course_.islands_across_seams, share.counts().islands_across_seams);
-  course_.islands_cut = std::max(course_.islands_cut, share.counts().islands_cut);
+  course_.islands_across_seams = std::max(course_.islands_across_seams, simulation.counts().islands_across_seams);
+  course_.islands_cut = std::max(course_.islands_cut, simulation.counts().islands_cut);
   last_ = std::move(samples);
 }
 
@@ -155,9 +155,9 @@ void Recorder::count_events(std::span<const ContactEvent> events) {
   if (!events.empty()) course_.penetration_end = deepest;
 }
 
-Course Recorder::finish(const Share& share) {
+Course Recorder::finish(const Simulation& simulation) {
   course_.end = last_;
-  course_.world_hash = share.hash().to_string();
+  course_.world_hash = simulation.hash().to_string();
   return std::move(course_);
 }
 

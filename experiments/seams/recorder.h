@@ -10,7 +10,7 @@
 
 #include "experiments/seams/scene.h"
 #include "experiments/seams/stage.h"
-#include "lpss/tick/share.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera::seams {
 
@@ -20,10 +20,10 @@ class Recorder {
   Recorder(const Scene& scene, const Stage& stage, std::span<const JointRecord> joints);
 
   // The state after `tick` ticks, 0 included.
-  void observe(Tick tick, const Share& share);
+  void observe(Tick tick, const Simulation& simulation);
 
-  // What was measured; `share` is at the end of the run.
-  Course finish(const Share& share);
+  // What was measured; `simulation` is at the end of the run.
+  Course finish(const Simulation& simulation);
 
  private:
   struct Mass {
@@ -32,7 +32,7 @@ class Recorder {
     double weight = 0;        // N
   };
 
-  Samples samples_of(const Share& share);
+  Samples samples_of(const Simulation& simulation);
   void measure_momentum(const Samples& samples);
   void measure_energy(const Samples& samples);
   void measure_jolt(const Samples& samples, Tick tick);

@@ -13,15 +13,14 @@ absl::StatusOr<Course> run(const Scene& scene, const Stage& stage, Tick ticks) {
   if (!simulation.ok()) return simulation.status();
   const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(stage.world);
   if (!joints.ok()) return joints.status();
-  Share& share = (*simulation)->share();
-  share.report_contacts(true);
+  (*simulation)->report_contacts(true);
   Recorder recorder(scene, stage, *joints);
-  recorder.observe(0, share);
+  recorder.observe(0, **simulation);
   for (Tick tick = 1; tick <= ticks; ++tick) {
     (*simulation)->step();
-    recorder.observe(tick, share);
+    recorder.observe(tick, **simulation);
   }
-  return recorder.finish(share);
+  return recorder.finish(**simulation);
 }
 
 absl::StatusOr<double> noise(const Scene& scene, const Course& reference, Precision precision, int places) {

@@ -29,7 +29,7 @@ int bullet_activation(Activity activity) {
       return ACTIVE_TAG;
     case Activity::kAsleep:
       return ISLAND_SLEEPING;
-    case Activity::kDrowsy:
+    case Activity::kWantsSleep:
       return WANTS_DEACTIVATION;
   }
   return ACTIVE_TAG;
@@ -107,7 +107,7 @@ Activity Body::activity() const {
     case ACTIVE_TAG:
       return Activity::kAwake;
     case WANTS_DEACTIVATION:
-      return Activity::kDrowsy;
+      return Activity::kWantsSleep;
     default:  // asleep, or taken out by Bullet since its box is not finite
       return Activity::kAsleep;
   }

@@ -173,7 +173,7 @@ TEST(StateTest, ComesBackBitForBit) {
   run(world, 50);
   BodyState state = world.state(10);
   state.still_for = 0.25;
-  state.activity = Activity::kDrowsy;
+  state.activity = Activity::kWantsSleep;
   world.world().set_state(world.slot(10), state);
   EXPECT_EQ(hash_of(world.state(10), 1), hash_of(state, 1));
   BodyRecord copy = record;

@@ -24,9 +24,9 @@ void run(TestWorld& world, int ticks) {
 }
 
 // A step without a solver.
-void coast(TestWorld& world, std::uint64_t id) {
+void fly(TestWorld& world, std::uint64_t id) {
   world.world().detect(kTick);
-  world.world().coast(world.slot(id), kTick);
+  world.world().fly(world.slot(id), kTick);
   world.world().integrate(kTick);
 }
 
@@ -51,8 +51,8 @@ TEST(LoneTest, CoastsAsTheSolverWouldHaveIt) {
           world->world().add_wrench(world->slot(10), wrench);
         }
         solved.step(kTick);
-        coast(coasting, 10);
-        coast(in_company, 10);
+        fly(coasting, 10);
+        fly(in_company, 10);
         ASSERT_EQ(solved.hash(), coasting.hash()) << "shape " << shape << " step " << i;
         ASSERT_EQ(solved.hash(), in_company.hash()) << "shape " << shape << " step " << i;
       }
@@ -118,7 +118,7 @@ TEST(FineFlightTest, APullBelowTheLastDigitCounts) {
     state.position = {};
     world.world().set_state(world.slot(10), state);
     world.world().detect(kStep);
-    world.world().coast(world.slot(10), kStep);
+    world.world().fly(world.slot(10), kStep);
     world.world().integrate(kStep);
   }
   EXPECT_NEAR(world.state(10).linear_velocity[2], 10000 - 0.006 * kStep * kSteps, 1e-6);

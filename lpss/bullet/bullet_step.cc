@@ -89,7 +89,7 @@ void BulletWorld::make_predictive_contact(Body& swept, const SweepHit& hit, cons
 
 // To the last bit what Bullet's solver makes of a body without rows: it adds the changes that rows have made,
 // none here, before those of forces.
-void BulletWorld::coast(BodySlot slot, double dt) {
+void BulletWorld::fly(BodySlot slot, double dt) {
   Body& flier = body(slot);
   btRigidBody& rigid = flier.rigid;
   const auto step = btScalar(dt);

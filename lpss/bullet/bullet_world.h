@@ -59,7 +59,7 @@ class BulletWorld final : public SectorWorld {
 
   // The step: bullet_step.cc.
   void detect(double dt) override;
-  void coast(BodySlot slot, double dt) override;
+  void fly(BodySlot slot, double dt) override;
   void integrate(double dt) override;
 
   // Contacts: bullet_contacts.cc.

@@ -60,7 +60,7 @@ struct EngineSettings {
   double sleep_angular_speed = 0.1;
   double sleep_after = 1.0;
   bool adapt = true;         // small steps as each island needs them
-  bool fine_flight = false;  // bodies that coast() fly in double precision, whatever the engine computes with
+  bool fine_flight = false;  // bodies that fly() fly in double precision, whatever the engine computes with
 };
 
 // All contact points of one pair of bodies after detection; `a` < `b`.
@@ -184,7 +184,7 @@ class SectorWorld {
 
   // What a solver would make of a body that lives here, is in no contact and on no joint: forces become
   // velocity. Between detect() and integrate(), instead of a task for the solver.
-  virtual void coast(BodySlot slot, double dt) = 0;
+  virtual void fly(BodySlot slot, double dt) = 0;
 
   // Second half of a step: moves the awake bodies that live here with their solved velocities, sweeping the
   // fast ones, clears forces, and counts how long each body has been still.

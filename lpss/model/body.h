@@ -56,7 +56,7 @@ struct BodyProperties {
 
 // How awake a body is. A body wants to sleep when it has been slow for long enough, and falls asleep when all
 // of its island wants to.
-enum class Activity : std::uint8_t { kAwake = 1, kAsleep = 2, kDrowsy = 3 };
+enum class Activity : std::uint8_t { kAwake = 1, kAsleep = 2, kWantsSleep = 3 };
 
 // Motion of the centre frame relative to the centre of the home sector, in the world's axes. Exactly what the
 // engine computes with: every value of a float engine is held here without rounding. What flies on its own

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "lpss/grid/sector_index.h"
 #include "lpss/model/body.h"
 
 namespace tessera {
@@ -11,11 +12,17 @@ namespace tessera {
 // Bodies that touch one another and are known in one place.
 struct IslandPart {
   std::vector<BodyId> links;  // bodies by which other parts may belong to the same island
-  BodyId first;               // the smallest id of its own bodies: the part's name
+  BodyId first;               // the smallest of its own bodies, by which the part is known
   std::uint32_t bodies = 0;   // own dynamic bodies
   std::uint32_t contacts = 0;
   bool any_awake = false;
-  bool all_drowsy = true;  // every own body is ready to sleep or asleep
+  bool all_want_sleep = true;  // every own body wants to sleep or sleeps
+};
+
+// The parts of islands in one sector that reach over a border; replaces what was said of the sector before.
+struct SectorSeams {
+  SectorIndex sector;
+  std::vector<IslandPart> parts;
 };
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-// All joints of a world, found by name and by body. Every share knows all of them, as it knows all statics.
+// All joints of a world, found by name and by body. Every server knows all of them, as it knows all statics.
 #pragma once
 
 #include <absl/container/btree_map.h>

@@ -48,7 +48,7 @@ std::vector<SeamIsland> SeamGraph::awake_islands(std::span<const SectorIndex> aw
         queue.pop_back();
         island.parts.push_back(ref);
         const IslandPart& part = this->part(ref);
-        island.all_drowsy &= part.all_drowsy;
+        island.all_want_sleep &= part.all_want_sleep;
         for (const BodyId link : part.links) {
           const auto others = by_link_.find(link);
           if (others == by_link_.end()) continue;
@@ -60,12 +60,12 @@ std::vector<SeamIsland> SeamGraph::awake_islands(std::span<const SectorIndex> aw
       std::sort(island.parts.begin(), island.parts.end(), [&](const PartRef& a, const PartRef& b) {
         return this->part(a).first < this->part(b).first;
       });
-      island.name = this->part(island.parts.front()).first;
+      island.id = this->part(island.parts.front()).first;
       islands.push_back(std::move(island));
     }
   }
   std::sort(islands.begin(), islands.end(),
-            [](const SeamIsland& a, const SeamIsland& b) { return a.name < b.name; });
+            [](const SeamIsland& a, const SeamIsland& b) { return a.id < b.id; });
   return islands;
 }
 

@@ -1,4 +1,4 @@
-// Islands that reach over borders, joined from what all shares said of their sectors.
+// Islands that reach over borders, joined from what all servers said of their sectors.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -8,7 +8,6 @@
 
 #include "lpss/grid/sector_index.h"
 #include "lpss/partition/island_part.h"
-#include "lpss/tick/messages.h"
 
 namespace tessera {
 
@@ -20,11 +19,11 @@ struct PartRef {
   friend auto operator<=>(const PartRef&, const PartRef&) = default;
 };
 
-// An awake island that reaches over a border. Every share that looks comes to the same list.
+// An awake island that reaches over a border. Every server that looks comes to the same list.
 struct SeamIsland {
-  BodyId name;                 // the smallest id of its bodies
-  std::vector<PartRef> parts;  // ascending by the names of the parts
-  bool all_drowsy = true;      // it may fall asleep
+  BodyId id;                   // the smallest of its bodies
+  std::vector<PartRef> parts;  // ascending by their first bodies
+  bool all_want_sleep = true;  // it may fall asleep
 };
 
 // The parts of all sectors of the world that reach over borders. What was said of a sector holds until
@@ -34,7 +33,7 @@ class SeamGraph {
  public:
   void replace(const SectorSeams& seams);
 
-  // The islands that have an awake part in one of `awake`, in ascending order of names.
+  // The islands that have an awake part in one of `awake`, in ascending order of ids.
   std::vector<SeamIsland> awake_islands(std::span<const SectorIndex> awake) const;
 
   const IslandPart& part(const PartRef& ref) const { return parts_.at(ref.sector)[ref.part]; }

@@ -1,4 +1,4 @@
-// What a share keeps of one sector, of the bodies in it, and of those that visit as clones.
+// What a partition keeps of one sector, of the bodies in it, and of those that visit as clones.
 #pragma once
 
 #include <absl/container/btree_map.h>
@@ -20,40 +20,40 @@ namespace tessera {
 
 struct Sector;
 
-// A dynamic or kinematic body that lives in one of this share's sectors. Its state is in the engine world.
+// A dynamic or kinematic body that lives in one of the partition's sectors. Its state is in the engine world.
 struct HomeBody {
   BodyId id;
   BodyProperties properties;
   double radius = 0;  // m, of a ball around the centre of mass that holds the shape
   Sector* sector = nullptr;
   BodySlot slot = 0;
-  Eigen::AlignedBox3d swept;             // of this tick
-  OffsetSet near;                        // sectors that need a clone in this tick
-  OffsetSet targets;                     // sectors that were told to have one
-  std::optional<SectorIndex> next_home;  // announced; takes effect at the next tick
-  bool news = true;                      // others do not know its present state yet
-  bool jointed = false;                  // some joint has it as parent or child
-  bool everywhere = false;               // all shares know of it: kinematic, and some joint hangs on it
-  std::optional<BodyState> goal;         // kinematic: where it arrives at the end of this tick
+  Eigen::AlignedBox3d swept;                  // of this tick; m, relative to the sector's centre
+  OffsetSet wanted_in;                        // sectors that need a replica in this tick
+  OffsetSet replicated_in;                    // sectors that were told of it
+  std::optional<SectorIndex> next_home;       // announced; takes effect at the next tick
+  bool dirty = true;                          // others do not know its present state yet
+  bool jointed = false;                       // some joint has it as parent or child
+  bool known_everywhere = false;              // by all servers: it is kinematic, and a joint hangs on it
+  std::optional<BodyState> kinematic_target;  // where it arrives at the end of this tick
 };
 
-// A body near a seam, as its home last told of it; homes of this share included.
-struct Ghost {
+// What is known of a body near a seam, as its home last told; bodies of the partition's own sectors included.
+struct Replica {
   BodyId id;
   BodyProperties properties;
-  double radius = 0;
+  double radius = 0;  // m, as HomeBody::radius
   SectorIndex home;
   SectorIndex next_home;
-  OffsetSet targets;
+  OffsetSet replicated_in;          // relative to `home`
   BodyState state;                  // relative to the centre of `home`
-  std::vector<SectorIndex> places;  // this share's sectors among the targets, ascending
+  std::vector<SectorIndex> places;  // the partition's sectors among them, ascending
 };
 
-// A ghost in a sector that may need it. It enters the engine world only when contact is imminent.
+// A replica in a sector that may need it. It enters the engine world only when contact is imminent.
 struct Clone {
-  Ghost* ghost = nullptr;
+  Replica* replica = nullptr;
   BodySlot slot = kNotPlaced;
-  bool fresh = true;  // the ghost has changed since the engine world was told
+  bool fresh = true;  // the replica has changed since the engine world was told
 
   static constexpr BodySlot kNotPlaced = -1;
 };
@@ -68,7 +68,7 @@ struct Component {
   std::uint32_t clones_end = 0;
   std::int32_t part = kInterior;  // its place in the sector's list of parts that reach over a border
   bool any_awake = false;
-  bool all_drowsy = true;
+  bool all_want_sleep = true;
 
   static constexpr std::int32_t kInterior = -1;
 };
@@ -78,13 +78,13 @@ struct Sector {
   std::unique_ptr<SectorWorld> world;  // only while a dynamic or kinematic body lives here
   std::vector<HomeBody*> homes;        // ascending by id
   absl::btree_map<BodyId, Clone> clones;
-  std::size_t placed = 0;   // clones in the engine world
-  std::size_t counted = 0;  // of those, as in the share's sum
+  std::size_t clones_placed = 0;   // in the engine world
+  std::size_t clones_counted = 0;  // of those, in the partition's sum
   absl::btree_map<BodyId, BodySlot> statics;
-  Eigen::AlignedBox3d static_region;  // what `statics` is complete for
-  bool active = false;                // in the share's list of sectors to step
-  bool awake = false;                 // some body or clone in the world is
-  bool regroup = false;               // bodies came or went since the components were found
+  Eigen::AlignedBox3d static_region;  // what `statics` is complete for; m, relative to the sector's centre
+  bool active = false;                // on the partition's list
+  bool awake = false;                 // a body or clone in the engine world is
+  bool components_stale = false;      // bodies came or went since the components were found
 
   // Of the last detection.
   std::vector<Component> components;
@@ -93,9 +93,9 @@ struct Sector {
   std::vector<std::uint32_t> component_pairs;  // places in world->contacts()
   std::vector<IslandPart> parts;
   std::vector<std::uint32_t> part_components;  // the component of each part
-  std::vector<BodySlot> lone;                  // that nothing touches and no joint holds: to coast
+  std::vector<BodySlot> in_free_flight;        // bodies that nothing touches and no joint holds
   bool has_kinematics = false;                 // in the engine world
-  bool parts_known = false;                    // others have heard of parts of this sector
+  bool parts_reported = false;                 // others know of parts of this sector
 
   absl::flat_hash_set<std::pair<BodyId, BodyId>> touching;  // pairs whose contact has begun
 };

@@ -7,6 +7,10 @@
 
 #include "lpss/engine/load_engine.h"
 #include "lpss/model/validate.h"
+#include "lpss/observe/state.h"
+#include "lpss/partition/bodies.h"
+#include "lpss/partition/joints.h"
+#include "lpss/tick/events.h"
 
 namespace tessera {
 
@@ -65,6 +69,15 @@ SectorMap placed(const WorldDescription& world, std::span<const BodyRecord> reco
   return SectorMap::balanced(world.anchor, {weights.begin(), weights.end()}, servers, epoch);
 }
 
+void add_world(Partition& partition, const WorldDescription& world, std::span<const BodyRecord> records,
+               std::span<const JointRecord> joints) {
+  for (std::size_t i = 0; i < world.shapes.size(); ++i) {
+    add_shape(partition, static_cast<ShapeId>(i), world.shapes[i]);
+  }
+  for (const BodyRecord& record : records) add_body(partition, record);
+  for (const JointRecord& joint : joints) add_joint(partition, joint);
+}
+
 double largest_radius(const WorldDescription& world) {
   double largest = 0;
   for (const BodyDescription& body : world.bodies) {
@@ -86,26 +99,30 @@ absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescri
 
   std::unique_ptr<Simulation> simulation(new Simulation());
   simulation->engine_ = std::move(*engine);
-  Share::Options options;
+  PartitionOptions options;
   options.settings = world.settings;
   options.anchor = world.anchor;
   options.map = SectorMap(world.anchor, {}, 1);
-  options.parallel = parallel_on(threads);
-  options.time = std::move(time);
-  simulation->share_ = std::make_unique<Share>(std::move(options), *simulation->engine_);
-  for (std::size_t i = 0; i < world.shapes.size(); ++i) {
-    simulation->share_->add_shape(static_cast<ShapeId>(i), world.shapes[i]);
-  }
-  for (const BodyRecord& record : *records) simulation->share_->add_body(record);
-  for (const JointRecord& joint : *joints) simulation->share_->add_joint(joint);
+  simulation->partition_ = std::make_unique<Partition>(std::move(options), *simulation->engine_);
+  add_world(*simulation->partition_, world, *records, *joints);
+  simulation->machine_ = std::make_unique<TickMachine>(
+      *simulation->partition_, TickMachine::Options{parallel_on(threads), std::move(time)});
   return simulation;
 }
 
 void Simulation::step(std::span<const Command> commands) {
   ++tick_;
-  for (std::optional<Round> round = share_->begin_tick(commands); round;) {
-    round = share_->advance(std::move(round->to));
+  for (std::optional<Round> round = machine_->begin_tick(commands); round;) {
+    round = machine_->advance(std::move(round->to));
   }
 }
+
+WorldHash Simulation::hash() const { return hash_of(*partition_); }
+
+void Simulation::for_each_body(const std::function<void(const BodyRecord&)>& visit) const {
+  tessera::for_each_body(*partition_, visit);
+}
+
+void Simulation::report_contacts(bool on) { tessera::report_contacts(*partition_, on); }
 
 }  // namespace tessera

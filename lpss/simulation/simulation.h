@@ -4,6 +4,7 @@
 #include <absl/container/flat_hash_map.h>
 #include <absl/status/statusor.h>
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -11,7 +12,8 @@
 
 #include "lpss/engine/engine.h"
 #include "lpss/model/world_description.h"
-#include "lpss/tick/share.h"
+#include "lpss/observe/world_hash.h"
+#include "lpss/tick/tick_machine.h"
 
 namespace tessera {
 
@@ -43,13 +45,18 @@ WorldPose body_pose(const BodyRecord& record, double sector_size);
 SectorMap placed(const WorldDescription& world, std::span<const BodyRecord> records, std::uint32_t servers,
                  std::uint64_t epoch);
 
+// Fills a new partition with a world: all shapes, static bodies and joints, and those of the other bodies
+// that it hosts.
+void add_world(Partition& partition, const WorldDescription& world, std::span<const BodyRecord> records,
+               std::span<const JointRecord> joints);
+
 // The largest radius (m) around their centres of mass of the bodies that can move; 0 if there are none.
 double largest_radius(const WorldDescription& world);
 
-// Runs a world on one share. Not for several threads at a time.
+// Runs a world in one partition. Not for several threads at a time.
 class Simulation {
  public:
-  // Validates and loads the world. `time` is asked where phases are to be timed (Share::phase_times()).
+  // Validates and loads the world. `time` is asked where phases are to be timed (phase_times()).
   // Errors as validate(), and those of load_engine().
   static absl::StatusOr<std::unique_ptr<Simulation>> create(const WorldDescription& world, int threads = 1,
                                                             TimeSource time = {});
@@ -58,16 +65,28 @@ class Simulation {
   void step(std::span<const Command> commands = {});
 
   Tick tick() const { return tick_; }
-  WorldHash hash() const { return share_->hash(); }
-  const TickCounts& counts() const { return share_->counts(); }
-  Share& share() { return *share_; }
-  const Share& share() const { return *share_; }
+  WorldHash hash() const;
+
+  // Calls `visit` for each dynamic and kinematic body, in ascending order of ids.
+  void for_each_body(const std::function<void(const BodyRecord&)>& visit) const;
+
+  // Of the last tick.
+  const TickCounts& counts() const { return machine_->counts(); }
+  const PhaseTimes& phase_times() const { return machine_->phase_times(); }
+
+  // Contact events of the last tick, ascending by (a, b); only gathered while switched on.
+  void report_contacts(bool on);
+  const std::vector<ContactEvent>& contact_events() const { return machine_->contact_events(); }
+
+  // All of the world, for what lpss/observe offers.
+  const Partition& partition() const { return *partition_; }
 
  private:
   Simulation() = default;
 
   std::unique_ptr<Engine> engine_;
-  std::unique_ptr<Share> share_;
+  std::unique_ptr<Partition> partition_;
+  std::unique_ptr<TickMachine> machine_;
   Tick tick_ = 0;
 };
 

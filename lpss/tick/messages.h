@@ -1,12 +1,12 @@
-// What the shares of one world tell each other in the course of a tick.
+// What the servers of one world tell each other in the course of a tick.
 //
-// Rounds, each a message from every share to every peer that needs one (docs/architecture.md):
+// Rounds, each a message from every server to every peer that needs one (docs/architecture.md):
 //   Transfer  sectors that change servers; only in ticks in which the sector map changes
-//   Exchange  who moved, whose clone is where            -> detection
-//   Seams     which bodies hang together across borders  -> islands
-//   Shipment  the parts of islands that a peer solves    -> solution
+//   Exchange  who moved, and who is near a seam             -> detection
+//   Seams     the parts of islands that reach over borders  -> islands
+//   Shipment  the parts of islands that a peer solves       -> solving
 //   Coupling  what a solver pass did to shared bodies; once a pass, only for islands beyond the cap
-//   Solution  the new velocities, back to the owners     -> integration
+//   Solution  the new velocities, back to the owners        -> integration
 #pragma once
 
 #include <array>
@@ -19,36 +19,22 @@
 #include <vector>
 
 #include "lpss/engine/engine.h"
-#include "lpss/grid/offset_set.h"
 #include "lpss/model/body.h"
 #include "lpss/model/joint.h"
 #include "lpss/partition/island_part.h"
+#include "lpss/partition/moved_sector.h"
+#include "lpss/partition/replicas.h"
 
 namespace tessera {
 
 using Tick = std::uint64_t;
 
-// The properties of a body that the receiver has not heard of yet.
-struct BodyIntroduction {
-  BodyId id;
-  BodyProperties properties;
-};
-
-// A body near a seam, as of the beginning of the tick. Sent while the body is awake, once more when it has
-// fallen asleep, and then not until something changes.
-struct GhostUpdate {
-  BodyId id;
-  SectorIndex home;
-  SectorIndex next_home;  // where it will live from the next tick on; the home itself if it stays
-  OffsetSet targets;      // relative to `home`: the sectors that must have a clone
-  BodyState state;        // relative to the centre of `home`
-};
-
 // A body that lives in one of the receiver's sectors from this tick on; `record.home` is its new home.
 struct Handover {
   BodyRecord record;
-  OffsetSet targets;  // relative to the new home: the sectors that were told in the same tick to have a clone
-  bool everywhere = false;  // all shares were told of it
+  OffsetSet
+      replicated_in;  // relative to the new home: the sectors that were told in the same tick to have a clone
+  bool known_everywhere = false;  // all servers were told of it
 };
 
 // The contact points of a pair that is detected in sector `to` from this tick on.
@@ -59,52 +45,16 @@ struct ManifoldTransfer {
 };
 
 struct Exchange {
-  std::vector<BodyIntroduction> introductions;
-  std::vector<GhostUpdate> ghosts;
+  std::vector<ReplicaIntroduction> introductions;
+  std::vector<ReplicaUpdate> replicas;
   std::vector<BodyId> gone;  // no clone of these is needed any longer
   std::vector<Handover> handovers;
   std::vector<ManifoldTransfer> manifolds;
   bool quiet = false;  // nothing of the sender's moves, and nothing in here changes that
 };
 
-// A body of a sector that changes servers, with what its home keeps of it.
-struct MovedBody {
-  BodyRecord record;
-  OffsetSet targets;
-  bool everywhere = false;
-  std::optional<SectorIndex> next_home;
-  std::optional<BodyState> goal;
-  bool news = false;
-};
-
-// A ghost that a sector which changes servers has on its list.
-struct MovedClone {
-  BodyIntroduction introduction;
-  GhostUpdate update;
-  bool placed = false;  // in the engine world
-  bool fresh = false;   // the engine world has not been told of the update
-};
-
-// All of one sector, such that its new server goes on as the old one would have.
-struct MovedSector {
-  SectorIndex sector;
-  std::vector<MovedBody> bodies;
-  std::vector<MovedClone> clones;
-  std::vector<ManifoldState> manifolds;
-  std::vector<std::pair<BodyId, BodyId>> touching;
-  std::array<double, 6>
-      static_region{};  // low and high corner, m, of the region that statics are complete for
-  bool parts_known = false;
-};
-
 struct Transfer {
   std::vector<MovedSector> sectors;
-};
-
-// The parts of islands in one sector that reach over a border; replaces what was said of the sector before.
-struct SectorSeams {
-  SectorIndex sector;
-  std::vector<IslandPart> parts;
 };
 
 struct Seams {
@@ -123,7 +73,7 @@ struct ShippedContact {
   ManifoldState manifold;
 };
 
-// The sender's share of one island.
+// The sender's parts of one island.
 struct ShippedIsland {
   BodyId island;                    // the smallest id of its bodies
   std::vector<ShippedBody> bodies;  // kinematic partners among them

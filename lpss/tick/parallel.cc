@@ -5,7 +5,6 @@
 #include <thread>
 #include <vector>
 
-
 #ifndef __SANITIZE_THREAD__
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -49,7 +48,8 @@ ParallelFor parallel_on(int threads) {
 
 #endif
 
-void run_parallel(const ParallelFor& parallel, std::size_t count, const std::function<void(std::size_t)>& body) {
+void run_parallel(const ParallelFor& parallel, std::size_t count,
+                  const std::function<void(std::size_t)>& body) {
   if (parallel && count > 1) {
     parallel(count, body);
     return;

@@ -13,6 +13,7 @@ using ParallelFor = std::function<void(std::size_t count, const std::function<vo
 ParallelFor parallel_on(int threads);
 
 // Runs the loop on `parallel`, or here, one after the other, where that is empty or has one piece to do.
-void run_parallel(const ParallelFor& parallel, std::size_t count, const std::function<void(std::size_t)>& body);
+void run_parallel(const ParallelFor& parallel, std::size_t count,
+                  const std::function<void(std::size_t)>& body);
 
 }  // namespace tessera

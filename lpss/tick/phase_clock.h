@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-// What a share does in a tick. A phase that works on many sectors, maybe on several threads, lasts from the
+// What a server does in a tick. A phase that works on many sectors, maybe on several threads, lasts from the
 // first to the last of them.
 enum class TickPhase : std::uint8_t {
   kSectorization,  // commands take effect; bodies change home, with their contact points; the next moves are

@@ -54,14 +54,14 @@ TEST(PhaseClockTest, ATickIsMadeOfItsPhasesAndIsNotChangedByTheirMeasuring) {
     const nanoseconds before = now;
     (*plain)->step();
     (*timed)->step();
-    const PhaseTimes& times = (*timed)->share().phase_times();
+    const PhaseTimes& times = (*timed)->phase_times();
     for (const nanoseconds time : times) EXPECT_GT(time.count(), 0);
     // Five calls, each from its first phase to its end: the first reading of a call ends what belongs to no
     // phase.
     EXPECT_EQ(sum(times), now - before - nanoseconds{5});
   }
   EXPECT_EQ((*timed)->hash(), (*plain)->hash());
-  EXPECT_EQ(sum((*plain)->share().phase_times()), nanoseconds{});
+  EXPECT_EQ(sum((*plain)->phase_times()), nanoseconds{});
 }
 
 TEST(PhaseClockTest, AWorldAtRestSpendsNoTime) {
@@ -73,7 +73,7 @@ TEST(PhaseClockTest, AWorldAtRestSpendsNoTime) {
   ASSERT_TRUE(simulation.ok()) << simulation.status();
   for (int tick = 0; tick < 600; ++tick) (*simulation)->step();
   EXPECT_EQ((*simulation)->counts().bodies_awake, 0u);
-  EXPECT_EQ(sum((*simulation)->share().phase_times()), nanoseconds{});
+  EXPECT_EQ(sum((*simulation)->phase_times()), nanoseconds{});
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+// Questions about any number of sectors: each is asked near its own centre. Between ticks.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "lpss/partition/partition.h"
+
+namespace tessera {
+
+struct RayAnswer {
+  BodyId body;
+  double distance = 0;  // m, from the origin of the ray
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+};
+
+// The nearest hit of a ray (`length` in m, `direction` of unit length) in the sectors of this partition.
+// Static bodies count in the sectors that the ray passes through.
+std::optional<RayAnswer> raycast(const Partition& partition, const WorldPosition& origin,
+                                 const Eigen::Vector3d& direction, double length, std::uint32_t mask);
+
+// The bodies of this partition's sectors, and statics in them, within `reach` (m) of a convex `probe` at
+// `pose`, in ascending order of (distance, id). A static body may be found by several servers; the smallest
+// distance counts.
+std::vector<NearBody> bodies_near(const Partition& partition, const Geometry& probe, const WorldPose& pose,
+                                  double reach, std::uint32_t mask);
+
+}  // namespace tessera

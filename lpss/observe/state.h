@@ -1,0 +1,33 @@
+// The state of the bodies that a partition hosts; between ticks.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "lpss/observe/world_hash.h"
+#include "lpss/partition/partition.h"
+
+namespace tessera {
+
+// Sums over all partitions are the world's.
+WorldHash hash_of(const Partition& partition);
+
+// Calls `visit` for each dynamic and kinematic body, in ascending order of ids.
+void for_each_body(const Partition& partition, const std::function<void(const BodyRecord&)>& visit);
+
+// What one needs of many bodies, without their properties: these are the partition's own, not copies.
+struct BodyView {
+  BodyId id;
+  const SectorIndex& home;
+  const BodyProperties& properties;
+  BodyState state;
+};
+
+// Likewise of the sectors that `wants` names: sector by sector, which is faster, ascending within each.
+void for_each_body_in(const Partition& partition, const std::function<bool(const SectorIndex&)>& wants,
+                      const std::function<void(const BodyView&)>& visit);
+
+// Nothing where the body lives elsewhere, or is static.
+std::optional<BodyRecord> body_of(const Partition& partition, BodyId id);
+
+}  // namespace tessera

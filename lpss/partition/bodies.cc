@@ -1,0 +1,112 @@
+#include "lpss/partition/bodies.h"
+
+#include <algorithm>
+
+#include "lpss/base/invariant.h"
+#include "lpss/model/gravity.h"
+#include "lpss/partition/sectors.h"
+#include "lpss/partition/statics.h"
+
+namespace tessera {
+namespace {
+
+auto by_id = [](const HomeBody* body, BodyId id) { return body->id < id; };
+
+}  // namespace
+
+void add_shape(Partition& partition, ShapeId id, const Shape& shape) {
+  const auto [place, is_new] = partition.shapes.try_emplace(id, std::make_unique<Shape>(shape));
+  invariant(is_new, "a shape id is given once");
+  partition.engine.add_shape(id, *place->second);
+}
+
+double radius_of(const Partition& partition, const BodyProperties& properties) {
+  const auto shape = partition.shapes.find(properties.shape);
+  invariant(shape != partition.shapes.end(), "a body refers to a shape that was never added");
+  return bounding_radius(*shape->second, Eigen::Vector3d(properties.centre.data()));
+}
+
+// The margins follow from the largest body that the world has ever had; all servers hear of all bodies.
+void expect_radius(Partition& partition, double radius) {
+  if (radius <= partition.radius_max) return;
+  partition.radius_max = radius;
+  partition.margins =
+      seam_margins(partition.settings.sector_size, partition.settings.time_step, partition.radius_max);
+}
+
+void add_body(Partition& partition, const BodyRecord& record) {
+  if (record.properties.motion != Motion::kStatic) {
+    expect_radius(partition, radius_of(partition, record.properties));
+  }
+  if (record.properties.motion == Motion::kStatic) {
+    add_static_body(partition, record);
+  } else if (partition.hosts(record.home)) {
+    add_home(partition, record);
+  }
+}
+
+HomeBody& add_home(Partition& partition, const BodyRecord& record) {
+  Sector& sector = sector_at(partition, record.home);
+  SectorWorld& world = world_of(partition, sector);
+  auto body = std::make_unique<HomeBody>();
+  body->id = record.id;
+  body->properties = record.properties;
+  body->radius = radius_of(partition, record.properties);
+  body->jointed = !partition.joints.of(record.id).empty();
+  body->sector = &sector;
+  body->slot = world.add(record, Role::kHome);
+  world.set_jointed(body->slot, body->jointed);
+  if (record.properties.gravity) {
+    world.set_gravity(
+        body->slot, acceleration_at(partition.settings.gravity, record.home,
+                                    Eigen::Vector3d(record.state.position.data()), partition.sector_size()));
+  }
+  const auto place = std::lower_bound(sector.homes.begin(), sector.homes.end(), record.id, by_id);
+  sector.homes.insert(place, body.get());
+  sector.components_stale = true;
+  activate(partition, sector);
+  const auto [entry, is_new] = partition.bodies.try_emplace(record.id, std::move(body));
+  invariant(is_new, "a body lives in one sector");
+  return *entry->second;
+}
+
+BodyRecord remove_home(Partition& partition, HomeBody& body) {
+  Sector& sector = *body.sector;
+  const BodyRecord record = record_of(body);
+  sector.world->remove(body.slot);
+  sector.homes.erase(std::lower_bound(sector.homes.begin(), sector.homes.end(), body.id, by_id));
+  sector.components_stale = true;
+  activate(partition, sector);
+  partition.bodies.erase(record.id);
+  return record;
+}
+
+BodyRecord record_of(const HomeBody& body) {
+  return {body.id, body.sector->index, body.properties, body.sector->world->state(body.slot)};
+}
+
+Motion motion_of(const Partition& partition, BodyId id) {
+  if (const auto body = partition.bodies.find(id); body != partition.bodies.end())
+    return body->second->properties.motion;
+  if (const auto replica = partition.replicas.find(id); replica != partition.replicas.end())
+    return replica->second->properties.motion;
+  return Motion::kStatic;
+}
+
+// The home of a body from this tick on. A static body's is not looked at by anyone.
+const SectorIndex& next_home(const Partition& partition, BodyId id) {
+  static const SectorIndex kNowhere;
+  if (const auto body = partition.bodies.find(id); body != partition.bodies.end()) {
+    return body->second->next_home ? *body->second->next_home : body->second->sector->index;
+  }
+  if (const auto replica = partition.replicas.find(id); replica != partition.replicas.end())
+    return replica->second->next_home;
+  return kNowhere;
+}
+
+bool lives_in(const Partition& partition, BodyId id, const Sector& sector) {
+  const auto body = partition.bodies.find(id);
+  return body != partition.bodies.end() && body->second->sector == &sector;
+}
+
+}  // namespace tessera

@@ -1,0 +1,42 @@
+// Bodies of a partition: those that can move, and the shapes that bodies refer to.
+#pragma once
+
+#include "lpss/partition/partition.h"
+
+namespace tessera {
+
+// --- before the first tick ---
+
+// A shape id is given once, and before bodies use it.
+void add_shape(Partition& partition, ShapeId id, const Shape& shape);
+
+// Static bodies: all of the world, on every server. Others: only those whose home the partition hosts are
+// taken.
+void add_body(Partition& partition, const BodyRecord& record);
+
+// The largest radius (m) of a body that can move, of the whole world: what decides how near to a seam is
+// near. Needed where add_body() is not told of all of them.
+void expect_radius(Partition& partition, double radius);
+
+// --- at any time ---
+
+// m, of a ball around the centre of mass that holds the shape.
+double radius_of(const Partition& partition, const BodyProperties& properties);
+
+// Gives a body its home in one of the partition's sectors.
+HomeBody& add_home(Partition& partition, const BodyRecord& record);
+
+// Takes it away; the body is gone from the partition.
+BodyRecord remove_home(Partition& partition, HomeBody& body);
+
+BodyRecord record_of(const HomeBody& body);
+
+// Static for those that are neither at home here nor known as replicas.
+Motion motion_of(const Partition& partition, BodyId id);
+
+// The home of a body from the next change of homes on. Of one that the partition does not know, any sector.
+const SectorIndex& next_home(const Partition& partition, BodyId id);
+
+bool lives_in(const Partition& partition, BodyId id, const Sector& sector);
+
+}  // namespace tessera

@@ -1,0 +1,88 @@
+// What holds of a partition between ticks.
+#include <algorithm>
+
+#include "lpss/base/invariant.h"
+#include "lpss/partition/partition.h"
+
+namespace tessera {
+namespace {
+
+template <typename T>
+bool has_each_once(std::vector<T> items) {
+  std::sort(items.begin(), items.end());
+  return std::adjacent_find(items.begin(), items.end()) == items.end();
+}
+
+void check_bodies(const Partition& partition, const Sector& sector) {
+  invariant(std::is_sorted(sector.homes.begin(), sector.homes.end(),
+                           [](const HomeBody* a, const HomeBody* b) { return a->id < b->id; }),
+            "a sector lists its bodies in the order of their ids");
+  for (const HomeBody* body : sector.homes) {
+    const auto known = partition.bodies.find(body->id);
+    invariant(known != partition.bodies.end() && known->second.get() == body,
+              "a sector lists bodies of its partition");
+    invariant(body->sector == &sector, "a body knows the sector that lists it");
+    invariant(body->jointed == !partition.joints.of(body->id).empty(), "a body knows whether joints hold it");
+    const bool leaves =
+        std::find(partition.leaving.begin(), partition.leaving.end(), body->id) != partition.leaving.end();
+    invariant(leaves == body->next_home.has_value(), "a body that changes home is listed as leaving");
+  }
+}
+
+void check_clones(const Partition& partition, const Sector& sector) {
+  std::size_t placed = 0;
+  for (const auto& [id, clone] : sector.clones) {
+    const auto replica = partition.replicas.find(id);
+    invariant(replica != partition.replicas.end() && replica->second.get() == clone.replica,
+              "a clone copies a replica of its partition");
+    invariant(std::binary_search(clone.replica->places.begin(), clone.replica->places.end(), sector.index),
+              "a replica knows the sectors that list it");
+    if (clone.slot != Clone::kNotPlaced) ++placed;
+  }
+  invariant(placed == sector.clones_placed, "a sector counts the clones in its engine world");
+}
+
+void check_sector(const Partition& partition, const SectorIndex& index, const Sector& sector) {
+  invariant(sector.index == index, "a sector is found under its index");
+  invariant(partition.hosts(index), "a partition has only sectors that the map gives to it");
+  invariant(!sector.homes.empty() || sector.active || !sector.clones.empty(),
+            "a sector without bodies and clones is gone, or about to be");
+  invariant(sector.world || sector.homes.empty(), "a sector in which a body lives has an engine world");
+  const bool listed =
+      std::find(partition.active.begin(), partition.active.end(), &sector) != partition.active.end();
+  invariant(listed == sector.active, "an active sector is on the list");
+  check_bodies(partition, sector);
+  check_clones(partition, sector);
+}
+
+}  // namespace
+
+void check_invariants(const Partition& partition) {
+  std::size_t homes = 0;
+  std::size_t worlds = 0;
+  for (const auto& [index, sector] : partition.sectors) {
+    check_sector(partition, index, *sector);
+    homes += sector->homes.size();
+    worlds += sector->world ? 1 : 0;
+  }
+  invariant(homes == partition.bodies.size(), "each body lives in one sector");
+  invariant(worlds == partition.world_count, "a partition counts its engine worlds");
+  invariant(has_each_once(partition.active), "a sector is active once");
+  invariant(has_each_once(partition.leaving), "a body leaves once");
+  for (const BodyId id : partition.leaving) {
+    invariant(partition.bodies.contains(id), "a body that leaves lives here");
+  }
+  for (const auto& [id, replica] : partition.replicas) {
+    invariant(replica->id == id, "a replica is found under its id");
+    for (const SectorIndex& place : replica->places) {
+      const auto sector = partition.sectors.find(place);
+      invariant(sector != partition.sectors.end() && sector->second->clones.contains(id),
+                "a sector that a replica names lists it");
+    }
+  }
+  for (const BodyId id : partition.moving_replicas) {
+    invariant(partition.replicas.contains(id), "a replica that moves is known");
+  }
+}
+
+}  // namespace tessera

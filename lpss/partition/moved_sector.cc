@@ -1,0 +1,114 @@
+#include "lpss/partition/moved_sector.h"
+
+#include <algorithm>
+
+#include "lpss/partition/bodies.h"
+#include "lpss/partition/sectors.h"
+#include "lpss/partition/statics.h"
+
+namespace tessera {
+namespace {
+
+void add_sorted(std::vector<SectorIndex>& places, const SectorIndex& place) {
+  const auto at = std::lower_bound(places.begin(), places.end(), place);
+  if (at == places.end() || *at != place) places.insert(at, place);
+}
+
+void unpack_bodies(Partition& partition, const MovedSector& moved) {
+  for (const MovedBody& body : moved.bodies) {
+    HomeBody& home = add_home(partition, body.record);
+    home.replicated_in = body.replicated_in;
+    home.wanted_in = body.replicated_in;  // one that sleeps is not looked at again
+    home.known_everywhere = body.known_everywhere;
+    home.next_home = body.next_home;
+    home.kinematic_target = body.kinematic_target;
+    home.dirty = body.dirty;
+    if (home.next_home) partition.leaving.push_back(home.id);
+  }
+}
+
+void unpack_clones(Partition& partition, const MovedSector& moved) {
+  if (moved.clones.empty()) return;
+  Sector& sector = sector_at(partition, moved.sector);
+  for (const MovedClone& clone : moved.clones) {
+    Replica& replica = introduce(partition, clone.introduction);
+    revise(replica, clone.update);
+    add_sorted(replica.places, moved.sector);
+    if (replica.next_home != replica.home &&
+        std::find(partition.moving_replicas.begin(), partition.moving_replicas.end(), replica.id) ==
+            partition.moving_replicas.end()) {
+      partition.moving_replicas.push_back(replica.id);
+    }
+    Clone& entry = sector.clones[replica.id];
+    entry.replica = &replica;
+    if (clone.placed) place_clone(partition, sector, entry);
+    entry.fresh = clone.fresh;
+  }
+}
+
+void unpack_contacts(Partition& partition, const MovedSector& moved) {
+  const auto found = partition.sectors.find(moved.sector);
+  if (found == partition.sectors.end() || !found->second->world) return;
+  Sector& sector = *found->second;
+  add_statics(partition, sector,
+              {Eigen::Vector3d(moved.static_region.data()), Eigen::Vector3d(moved.static_region.data() + 3)});
+  for (const ManifoldState& manifold : moved.manifolds) sector.world->import_manifold(manifold);
+  sector.touching.insert(moved.touching.begin(), moved.touching.end());
+  sector.parts_reported = moved.parts_reported;
+}
+
+}  // namespace
+
+MovedSector pack_sector(const Sector& sector) {
+  MovedSector moved;
+  moved.sector = sector.index;
+  for (const HomeBody* body : sector.homes) {
+    moved.bodies.push_back({record_of(*body), body->replicated_in, body->known_everywhere, body->next_home,
+                            body->kinematic_target, body->dirty});
+  }
+  for (const auto& [id, clone] : sector.clones) {
+    const Replica& replica = *clone.replica;
+    moved.clones.push_back({{id, replica.properties},
+                            {id, replica.home, replica.next_home, replica.replicated_in, replica.state},
+                            clone.slot != Clone::kNotPlaced,
+                            clone.fresh});
+  }
+  if (!sector.world) return moved;
+  const std::span<const ContactPair> pairs = sector.world->contacts();
+  for (std::size_t i = 0; i < pairs.size(); ++i) moved.manifolds.push_back(sector.world->export_manifold(i));
+  moved.touching.assign(sector.touching.begin(), sector.touching.end());
+  std::sort(moved.touching.begin(), moved.touching.end());
+  Eigen::Map<Eigen::Vector3d>(moved.static_region.data()) = sector.static_region.min();
+  Eigen::Map<Eigen::Vector3d>(moved.static_region.data() + 3) = sector.static_region.max();
+  moved.parts_reported = sector.parts_reported;
+  return moved;
+}
+
+void forget_sector(Partition& partition, Sector& sector) {
+  for (const HomeBody* body : sector.homes) {
+    std::erase(partition.leaving, body->id);
+    partition.bodies.erase(BodyId(body->id));
+  }
+  for (const auto& [id, clone] : sector.clones) {
+    std::erase(clone.replica->places, sector.index);
+    // What all servers know stays known.
+    const bool known_everywhere =
+        clone.replica->properties.motion == Motion::kKinematic && !partition.joints.of(id).empty();
+    if (clone.replica->places.empty() && !everywhere) {
+      std::erase(partition.moving_replicas, id);
+      partition.replicas.erase(BodyId(id));
+    }
+  }
+  if (sector.world) --partition.world_count;
+  partition.clone_count -= sector.clones_counted;
+  if (sector.active) std::erase(partition.active, &sector);
+  partition.sectors.erase(SectorIndex(sector.index));
+}
+
+void unpack_sector(Partition& partition, const MovedSector& moved) {
+  unpack_bodies(partition, moved);
+  unpack_clones(partition, moved);
+  unpack_contacts(partition, moved);
+}
+
+}  // namespace tessera

@@ -1,0 +1,85 @@
+// The part of a world that one server hosts: everything that lasts from tick to tick.
+//
+// A partition is data. The functions that change it lie beside it by topic (sectors.h, bodies.h, statics.h,
+// replicas.h, joints.h, moved_sector.h); the phases of the tick (lpss/tick) are made of these; what only
+// looks at it is in lpss/observe. check_invariants() says what always holds between ticks.
+#pragma once
+
+#include <absl/container/btree_map.h>
+#include <absl/container/flat_hash_map.h>
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "lpss/engine/engine.h"
+#include "lpss/grid/sector_map.h"
+#include "lpss/model/world_description.h"
+#include "lpss/partition/joint_index.h"
+#include "lpss/partition/near_seam.h"
+#include "lpss/partition/seam_graph.h"
+#include "lpss/partition/sector.h"
+#include "lpss/partition/static_index.h"
+
+namespace tessera {
+
+// Which part of which world.
+struct PartitionOptions {
+  WorldSettings settings;
+  SectorIndex anchor;
+  SectorMap map;
+  Rank self = 0;
+  // Bodies that nothing touches and no joint holds move without a solver. What comes out is the same, but for
+  // the fine digits of orbits.
+  bool free_flight = true;
+};
+
+struct Partition {
+  // The engine must have been made for the settings (see engine_settings()) and outlive the partition.
+  Partition(PartitionOptions options, Engine& engine_of_settings);
+
+  // --- the world, the same on all servers ---
+  WorldSettings settings;
+  SectorIndex anchor;
+  SectorMap map;
+  Rank self = 0;
+  bool free_flight = true;
+  Engine& engine;
+  absl::btree_map<ShapeId, std::unique_ptr<Shape>> shapes;
+  double radius_max = 0;  // m, of the largest body that can move that the world has ever had
+  SeamMargins margins;    // follow from it
+  StaticIndex statics;
+  JointIndex joints;
+
+  // --- what lives here ---
+  absl::flat_hash_map<SectorIndex, std::unique_ptr<Sector>> sectors;
+  absl::flat_hash_map<BodyId, std::unique_ptr<HomeBody>> bodies;
+  std::vector<Sector*> active;  // sectors that the next tick looks at, each once
+  std::vector<BodyId> leaving;  // bodies whose announced change of home takes effect at the next tick
+  std::size_t world_count = 0;  // sectors with an engine world
+  std::size_t clone_count = 0;  // in engine worlds, as of the last detection
+
+  // --- what is known of others ---
+  absl::flat_hash_map<BodyId, std::unique_ptr<Replica>> replicas;
+  std::vector<BodyId> moving_replicas;  // replicas whose home changes at the next tick
+  SeamGraph seam_graph;
+  bool at_rest = false;  // nothing in the whole world moves
+
+  // Whether contact events are gathered; see report_contacts().
+  bool reports_contacts = false;
+
+  double dt() const { return settings.time_step; }             // s
+  double sector_size() const { return settings.sector_size; }  // L, m
+  bool hosts(const SectorIndex& sector) const { return map.owner(sector) == self; }
+};
+
+// The engine settings that a world's settings ask for.
+EngineSettings engine_settings(const WorldSettings& settings);
+
+// Stops the process where the partition contradicts itself: lists that do not match, bodies whose sector does
+// not know them, clones without a replica, counts that are off. Between ticks; linear in all that the
+// partition has.
+void check_invariants(const Partition& partition);
+
+}  // namespace tessera

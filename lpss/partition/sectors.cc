@@ -1,0 +1,85 @@
+#include "lpss/partition/sectors.h"
+
+#include <algorithm>
+
+#include "lpss/partition/statics.h"
+
+namespace tessera {
+
+Sector& sector_at(Partition& partition, const SectorIndex& index) {
+  std::unique_ptr<Sector>& sector = partition.sectors[index];
+  if (!sector) {
+    sector = std::make_unique<Sector>();
+    sector->index = index;
+  }
+  return *sector;
+}
+
+SectorWorld& world_of(Partition& partition, Sector& sector) {
+  if (!sector.world) {
+    sector.world = partition.engine.make_world();
+    ++partition.world_count;
+    add_statics(partition, sector,
+                cube(partition.sector_size() / 2 + partition.margins.reach + partition.radius_max));
+  }
+  return *sector.world;
+}
+
+void activate(Partition& partition, Sector& sector) {
+  if (sector.active) return;
+  sector.active = true;
+  partition.active.push_back(&sector);
+}
+
+void wake_touching(Partition& partition, Sector& sector, BodySlot slot) {
+  for (const ContactPair& pair : sector.world->contacts()) {
+    if (pair.slot_a != slot && pair.slot_b != slot) continue;
+    const BodyId partner = pair.slot_a == slot ? pair.b : pair.a;
+    const auto body = partition.bodies.find(partner);
+    if (body != partition.bodies.end() && body->second->sector == &sector) {
+      sector.world->wake(body->second->slot);
+      activate(partition, sector);
+    }
+  }
+}
+
+bool anything_awake(const Sector& sector) {
+  const bool home = std::any_of(sector.homes.begin(), sector.homes.end(), [&](const HomeBody* body) {
+    return sector.world->activity(body->slot) != Activity::kAsleep;
+  });
+  return home || std::any_of(sector.clones.begin(), sector.clones.end(), [](const auto& entry) {
+           const Clone& clone = entry.second;
+           return clone.slot != Clone::kNotPlaced && clone.replica->state.activity != Activity::kAsleep;
+         });
+}
+
+void drop_if_empty(Partition& partition, Sector& sector, Vacated& vacated) {
+  if (!sector.homes.empty()) return;
+  if (sector.world) {
+    if (sector.parts_reported) vacated.sectors.push_back(sector.index);
+    sector.parts_reported = false;
+    sector.components.clear();
+    sector.component_bodies.clear();
+    sector.component_clones.clear();
+    sector.component_pairs.clear();
+    sector.parts.clear();
+    sector.part_components.clear();
+    for (const auto& [a, b] : sector.touching) vacated.ended_contacts.push_back({a, b});
+    sector.touching.clear();
+    sector.statics.clear();
+    sector.static_region.setEmpty();
+    for (auto& [id, clone] : sector.clones) clone.slot = Clone::kNotPlaced;
+    partition.clone_count -= sector.clones_counted;
+    sector.clones_placed = 0;
+    sector.clones_counted = 0;
+    sector.world.reset();
+    --partition.world_count;
+  }
+  sector.awake = false;
+  sector.components_stale = false;
+  if (!sector.clones.empty()) return;
+  if (sector.active) std::erase(partition.active, &sector);
+  partition.sectors.erase(SectorIndex(sector.index));
+}
+
+}  // namespace tessera

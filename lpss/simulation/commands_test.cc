@@ -1,0 +1,220 @@
+// Commands, events and queries give the same in one partition as in several.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "lpss/observe/queries.h"
+#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/test_runs.h"
+#include "lpss/tick/events.h"
+
+namespace tessera {
+namespace {
+
+using Ids = std::pair<std::uint64_t, std::uint64_t>;
+
+// Where a body is, m from the anchor's centre.
+Eigen::Vector3d place(const PartitionCluster& cluster, BodyId id, double size) {
+  const absl::StatusOr<BodyRecord> record = cluster.body(id);
+  EXPECT_TRUE(record.ok()) << record.status();
+  return metres_between({}, record->home, size) + Eigen::Vector3d(record->state.position.data());
+}
+
+TEST(Commands, EveryKindGivesTheSameBitsOnOneShareAndOnThree) {
+  const WorldDescription world = pile_world(sectors_of(16), 60);
+  BodyRecord spawned = records_of(world)->at(1);
+  spawned.id = BodyId{1000};
+  spawned.state.position[2] += 6;
+  const auto commands_at = [&](int tick) -> std::vector<Command> {
+    switch (tick) {
+      case 20:
+        return {SpawnBody{spawned}, ApplyImpulse{BodyId{1000}, {2, 1, 0}, {0.1, 0, 0}}};
+      case 40:
+        return {RemoveBody{BodyId{7}}, SetVelocity{BodyId{9}, {3, 0, 4}, {0, 0, 1}}};
+      case 60: {
+        BodyState state;
+        state.position = {7.5, -7.9, 3};
+        return {Teleport{BodyId{12}, {2, 0, 0}, state}, ApplyForce{BodyId{13}, Wrench{{0, 0, 500}, {}}}};
+      }
+      case 80:
+        return {RemoveBody{BodyId{1}}};  // the floor
+      default:
+        return {};
+    }
+  };
+  auto one = cluster_of(world, 1);
+  auto three = cluster_of(world, 3);
+  for (int tick = 0; tick < 160; ++tick) {
+    one->step(commands_at(tick));
+    three->step(commands_at(tick));
+    ASSERT_EQ(one->hash(), three->hash()) << "tick " << tick;
+  }
+  EXPECT_FALSE(one->body(BodyId{7}).ok());
+  EXPECT_TRUE(one->body(BodyId{1000}).ok());
+}
+
+TEST(Commands, ABodyWhoseSupportIsTakenAwayWakesAndFalls) {
+  WorldBuilder builder(sectors_of(8));
+  builder.add_floor(20, 0);
+  builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {0, 0, 0.5});
+  auto cluster = cluster_of(builder.world(), 1);
+  for (int tick = 0; tick < 200; ++tick) cluster->step();
+  ASSERT_EQ(cluster->counts().bodies_awake, 0u);
+  const std::vector<Command> remove_floor{RemoveBody{BodyId{1}}};
+  cluster->step(remove_floor);
+  for (int tick = 0; tick < 60; ++tick) cluster->step();
+  EXPECT_LT(place(*cluster, BodyId{2}, 8).z(), -3);
+}
+
+TEST(Sleep, AStackAcrossASeamSleepsAndIsWokenFromTheOtherSide) {
+  for (const std::uint32_t partitions : {1u, 2u}) {
+    auto cluster = cluster_of(tower_world(sectors_of(4), 6, {0, 0, -1}), partitions);
+    int tick = 0;
+    for (; tick < 1200 && (tick == 0 || cluster->counts().bodies_awake > 0); ++tick) cluster->step();
+    ASSERT_LT(tick, 1200) << "the stack never came to rest";
+    cluster->step();
+    cluster->step();
+    EXPECT_EQ(cluster->counts().sectors_awake, 0u) << "at rest, nothing is stepped";
+    const std::vector<Command> push{ApplyImpulse{BodyId{7}, {6, 0, 0}, {}}};  // the topmost box
+    cluster->step(push);
+    cluster->step();
+    EXPECT_GT(cluster->counts().bodies_awake, 3u) << "the whole island wakes, beyond the seam too";
+  }
+}
+
+TEST(Kinematics, APusherMovesABoxAcrossASeamAlikeOnAnyNumberOfShares) {
+  WorldBuilder builder(sectors_of(8));
+  builder.add_floor(30, -2);
+  builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {2, 0, -1.5});
+  builder.add("pusher", builder.shape(Box{{0.5, 3, 1}}), 1, {1, 0, -1.4}, Motion::kKinematic)
+      .linear_velocity = {1, 0, 0};
+  auto one = cluster_of(builder.world(), 1);
+  auto two = cluster_of(builder.world(), 2);
+  for (int tick = 0; tick < 300; ++tick) {
+    one->step();
+    two->step();
+    ASSERT_EQ(one->hash(), two->hash()) << "tick " << tick;
+  }
+  EXPECT_NEAR(place(*one, BodyId{3}, 8).x(), 6, 0.01);
+  EXPECT_GT(place(*one, BodyId{2}, 8).x(), 6.5);
+}
+
+// Begin and end of every contact alternate, and persist comes between; so nothing is reported twice or
+// missed.
+TEST(Events, EachContactIsReportedOnce) {
+  for (const SeamPolicy policy : {SeamPolicy::kIsland, SeamPolicy::kClone}) {
+    WorldSettings settings = sectors_of(8);
+    settings.seams = policy;
+    std::vector<std::vector<Ids>> begun(2);
+    for (const std::uint32_t partitions : {1u, 3u}) {
+      auto cluster = cluster_of(pile_world(settings, 40), partitions);
+      for (Rank rank = 0; rank < partitions; ++rank) report_contacts(cluster->partition(rank), true);
+      std::set<Ids> open;
+      for (int tick = 0; tick < 150; ++tick) {
+        cluster->step();
+        std::set<Ids> seen;
+        for (Rank rank = 0; rank < partitions; ++rank) {
+          for (const ContactEvent& event : cluster->machine(rank).contact_events()) {
+            const Ids ids{event.a.value, event.b.value};
+            EXPECT_LT(ids.first, ids.second);
+            EXPECT_TRUE(seen.insert(ids).second)
+                << ids.first << "-" << ids.second << " twice in tick " << tick;
+            EXPECT_EQ(event.phase == ContactPhase::kBegin, !open.contains(ids)) << "tick " << tick;
+            if (event.phase == ContactPhase::kBegin) begun[partitions > 1].push_back(ids);
+            if (event.phase == ContactPhase::kEnd) {
+              open.erase(ids);
+            } else {
+              open.insert(ids);
+            }
+          }
+        }
+      }
+      EXPECT_FALSE(open.empty());
+    }
+    for (auto& list : begun) std::sort(list.begin(), list.end());
+    EXPECT_EQ(begun[0], begun[1]);
+  }
+}
+
+TEST(Raycast, FindsTheNearestBodyThroughManySectorsOnAnyShare) {
+  WorldBuilder builder(sectors_of(8));
+  builder.add_floor(40, -2);
+  builder.add("near", builder.shape(Sphere{0.5}), 1, {20, 0, 1});
+  builder.add("far", builder.shape(Sphere{0.5}), 1, {30, 0, 1});
+  for (const std::uint32_t partitions : {1u, 2u}) {
+    auto cluster = cluster_of(builder.world(), partitions);
+    const auto cast = [&](const Eigen::Vector3d& direction, double length) {
+      std::optional<RayAnswer> nearest;
+      for (Rank rank = 0; rank < partitions; ++rank) {
+        const auto answer = raycast(cluster->partition(rank), {{}, {0, 0, 1}}, direction, length, ~0u);
+        if (answer && (!nearest || answer->distance < nearest->distance)) nearest = answer;
+      }
+      return nearest;
+    };
+    const auto ahead = cast({1, 0, 0}, 100);
+    ASSERT_TRUE(ahead.has_value());
+    EXPECT_EQ(ahead->body, BodyId{2});
+    EXPECT_NEAR(ahead->distance, 19.5, 1e-4);
+    EXPECT_NEAR(ahead->normal.x(), -1, 1e-4);
+    const auto down = cast({0, 0, -1}, 100);
+    ASSERT_TRUE(down.has_value());
+    EXPECT_EQ(down->body, BodyId{1}) << "static bodies count";
+    EXPECT_NEAR(down->distance, 3, 1e-4);
+    EXPECT_FALSE(cast({0, 0, 1}, 100).has_value());
+    EXPECT_FALSE(cast({1, 0, 0}, 15).has_value()) << "the ray ends before it";
+  }
+}
+
+TEST(Near, FindsShapesAcrossSectorsWithTheSameDistancesOnAnyShares) {
+  WorldBuilder builder(sectors_of(8));
+  builder.add_floor(40, -2);
+  builder.add("ball", builder.shape(Sphere{0.5}), 1, {5, 0, 1});
+  builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {-6, 0, 1});
+  builder.add("can", builder.shape(Cylinder{0.5, 2}), 1, {0, 9, 1});
+  using Pairs = std::vector<std::pair<std::uint64_t, double>>;
+  const auto look = [&](std::uint32_t partitions, const Geometry& probe, const Eigen::Vector3d& at,
+                        double reach) {
+    auto cluster = cluster_of(builder.world(), partitions);
+    Pairs found;
+    for (Rank rank = 0; rank < partitions; ++rank) {
+      for (const NearBody& near : bodies_near(cluster->partition(rank), probe,
+                                              {{{}, at}, Eigen::Quaterniond::Identity()}, reach, ~0u)) {
+        found.push_back({near.body.value, near.distance});
+      }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end(), [](auto& a, auto& b) { return a.first == b.first; }),
+                found.end());
+    return found;
+  };
+  const Pairs one = look(1, Sphere{0.1}, {0, 0, 1}, 20);
+  ASSERT_EQ(one.size(), 4u);
+  const double expected[] = {2.9, 4.4, 5.4, 8.4};  // floor, ball, box, can
+  for (std::size_t n = 0; n < 4; ++n)
+    EXPECT_NEAR(one[n].second, expected[n], 2e-3) << "body " << one[n].first;
+  EXPECT_EQ(one, look(3, Sphere{0.1}, {0, 0, 1}, 20));
+  const Pairs overlapping = look(2, Box{{20, 1, 0.5}}, {0, 0, 1}, 0);
+  ASSERT_EQ(overlapping.size(), 2u);
+  EXPECT_EQ(overlapping[0], (std::pair<std::uint64_t, double>(2, 0)));
+  EXPECT_EQ(overlapping[1], (std::pair<std::uint64_t, double>(3, 0)));
+}
+
+TEST(Edges, ABodyAtTheLastSectorStopsThere) {
+  WorldDescription world = tower_world(sectors_of(8), 1, {0, 0, -1});
+  world.bodies[1].linear_velocity = {200, 0, 50};
+  constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
+  ASSERT_TRUE(move_by(world, {kLast - 3, 0, 0}).ok());
+  auto cluster = cluster_of(world, 2);
+  std::uint32_t stopped = 0;
+  for (int tick = 0; tick < 60; ++tick) {
+    cluster->step();
+    stopped += cluster->counts().bodies_stopped;
+  }
+  EXPECT_GT(stopped, 0u);
+  EXPECT_EQ(cluster->body(BodyId{2})->home.i, kLast);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,76 @@
+// The promises of the layer, held against each other by equality: moving a world, splitting it over
+// partitions, and stepping it on threads must not change a bit.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/test_runs.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::Gt;
+using ::testing::Lt;
+
+TEST(Island, ATowerStandsAcrossASeam) {
+  // L = 8: the tower from -1 to 9 m has its seams at z = 4.
+  auto cluster = PartitionCluster::create(tower_world(sectors_of(8), 10, {0, 0, -1}), 1);
+  ASSERT_TRUE(cluster.ok()) << cluster.status();
+  std::uint32_t across = 0;
+  for (int t = 0; t < 600; ++t) {
+    (*cluster)->step();
+    across = std::max(across, (*cluster)->counts().islands_across_seams);
+  }
+  EXPECT_EQ(across, 1u);
+  double drift = 0;
+  for (int i = 0; i < 10; ++i) {
+    const BodyRecord box = *(*cluster)->body(BodyId{static_cast<std::uint64_t>(i) + 2});
+    const double z = static_cast<double>(box.home.k) * 8 + box.state.position[2];
+    const double x = static_cast<double>(box.home.i) * 8 + box.state.position[0];
+    EXPECT_NEAR(z, i - 0.5, 0.02) << "box " << i;
+    drift = std::max(drift, std::abs(x - 0.02 * ((i * 7) % 5 - 2)));
+  }
+  EXPECT_LT(drift, 0.06);
+}
+
+TEST(Clone, ThePapersClonesLetATowerFallThroughItsSeam) {
+  auto cluster = PartitionCluster::create(tower_world(sectors_of(8, SeamPolicy::kClone), 10, {0, 0, -1}), 1);
+  ASSERT_TRUE(cluster.ok()) << cluster.status();
+  for (int t = 0; t < 600; ++t) (*cluster)->step();
+  const BodyRecord top = *(*cluster)->body(BodyId{11});
+  EXPECT_LT(static_cast<double>(top.home.k) * 8 + top.state.position[2], 8.0);
+}
+
+TEST(PlacementInvariance, ATowerOverTwoAndFourShares) {
+  const WorldDescription world = tower_world(sectors_of(4), 10, {0, 0, -1});
+  const std::vector<WorldHash> one = run(world, 1, 1, 300);
+  EXPECT_EQ(first_difference(one, run(world, 2, 1, 300)), 300u);
+  EXPECT_EQ(first_difference(one, run(world, 4, 1, 300)), 300u);
+}
+
+TEST(PlacementInvariance, APileOverUpToEightSharesAndTwoThreads) {
+  for (const SeamPolicy policy : {SeamPolicy::kIsland, SeamPolicy::kClone}) {
+    const WorldDescription world = pile_world(sectors_of(16, policy), 200);
+    const std::vector<WorldHash> one = run(world, 1, 1, 240);
+    EXPECT_EQ(first_difference(one, run(world, 1, 2, 240)), 240u);
+    EXPECT_EQ(first_difference(one, run(world, 2, 1, 240)), 240u);
+    EXPECT_EQ(first_difference(one, run(world, 3, 2, 240)), 240u);
+    EXPECT_EQ(first_difference(one, run(world, 8, 1, 240)), 240u);
+  }
+}
+
+TEST(TranslationInvariance, APileMovedByWholeSectors) {
+  WorldDescription world = pile_world(sectors_of(16), 150);
+  const std::vector<WorldHash> here = run(world, 1, 1, 200);
+  constexpr std::int64_t kFar = std::int64_t{1} << 62;
+  for (const SectorOffset offset : {SectorOffset{kFar, -kFar, kFar}, SectorOffset{-kFar, 7, 1 << 20}}) {
+    WorldDescription moved = world;
+    ASSERT_TRUE(move_by(moved, offset).ok());
+    EXPECT_EQ(first_difference(here, run(moved, 2, 1, 200)), 200u);
+  }
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,165 @@
+// Joints, coupled islands and changes of authority: none of them may notice a border, a server or a change of
+// either.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/test_runs.h"
+
+namespace tessera {
+namespace {
+
+// Where a body is, in metres from the centre of the anchor's sector.
+Eigen::Vector3d place(const PartitionCluster& cluster, const WorldDescription& world, std::uint64_t id) {
+  const BodyRecord record = *cluster.body(BodyId{id});
+  return metres_between(world.anchor, record.home, world.settings.sector_size) +
+         Eigen::Vector3d(record.state.position.data());
+}
+
+WorldDescription with_shuffle(WorldDescription world, std::uint64_t seed) {
+  world.settings.shuffle = seed;
+  return world;
+}
+
+WorldDescription with_cap(WorldDescription world, std::uint32_t cap) {
+  world.settings.island_cap = cap;
+  return world;
+}
+
+TEST(Joints, AChainOverManySectorsSwingsAsInOne) {
+  const WorldDescription small = chain_world(sectors_of(2), 10, {0.3, 0.2, 0.4});
+  const WorldDescription large = chain_world(sectors_of(128), 10, {0.3, 0.2, 0.4});
+  auto over_seams = cluster_of(small, 1);
+  auto in_one = cluster_of(large, 1);
+  std::uint32_t across = 0;
+  for (int t = 0; t < 60; ++t) {
+    over_seams->step();
+    in_one->step();
+    across = std::max(across, over_seams->counts().islands_across_seams);
+  }
+  EXPECT_EQ(across, 1u);
+  for (std::uint64_t id = 1; id <= 10; ++id) {
+    EXPECT_LT((place(*over_seams, small, id) - place(*in_one, large, id)).norm(), 1e-4) << "link " << id;
+  }
+}
+
+TEST(Joints, AChainIsTheSameOnAnyNumberOfShares) {
+  const WorldDescription world = chain_world(sectors_of(2), 20, {0.3, 0.2, 0.4});
+  const std::vector<WorldHash> one = run(world, 1, 1, 300);
+  EXPECT_EQ(first_difference(one, run(world, 2, 1, 300)), 300u);
+  EXPECT_EQ(first_difference(one, run(world, 4, 1, 300)), 300u);
+}
+
+TEST(Joints, ALongChainComesToRestAndSleepsAsOne) {
+  WorldDescription world = chain_world(sectors_of(2), 4, {0.3, 0.2, 0.4});
+  for (BodyDescription& body : world.bodies)
+    body.properties.linear_damping = body.properties.angular_damping = 0.9;
+  auto cluster = cluster_of(world, 2);
+  int t = 0;
+  while (t < 3000 && (t == 0 || cluster->counts().bodies_awake > 0)) {
+    cluster->step();
+    ++t;
+  }
+  EXPECT_LT(t, 3000);
+  // What wakes one link wakes the others.
+  const std::vector<Command> push{ApplyImpulse{BodyId{4}, {0.5, 0, 0}, {}}};
+  cluster->step(push);
+  cluster->step();
+  EXPECT_EQ(cluster->counts().bodies_awake, 4u);
+}
+
+TEST(Joints, CommandsAddDriveAndRemoveThemOnEveryShare) {
+  WorldDescription world = chain_world(sectors_of(2), 4, {0.3, 0.2, 0.4});
+  JointRecord weld = (*joint_records_of(world))[0];
+  std::vector<std::vector<WorldHash>> runs;
+  for (const std::uint32_t partitions : {1u, 3u}) {
+    auto cluster = cluster_of(world, partitions);
+    std::vector<WorldHash> hashes;
+    for (int t = 0; t < 120; ++t) {
+      std::vector<Command> commands;
+      if (t == 20) commands.push_back(RemoveJoint{JointId{3}});
+      if (t == 40) {
+        JointRecord joint = weld;
+        joint.id = JointId{5};
+        joint.properties.type = JointType::kRevolute;
+        commands.push_back(AddJoint{joint});
+      }
+      if (t == 60) commands.push_back(SetDrives{JointId{5}, {JointDrive{DriveMode::kVelocity, 2}, {}}});
+      if (t == 80) commands.push_back(RemoveBody{BodyId{2}});
+      cluster->step(commands);
+      hashes.push_back(cluster->hash());
+    }
+    EXPECT_EQ(cluster->partition(0).joints.size(), 3u);
+    runs.push_back(std::move(hashes));
+  }
+  EXPECT_EQ(first_difference(runs[0], runs[1]), 120u);
+}
+
+TEST(Joints, AKinematicParentLeadsFromAnySector) {
+  WorldBuilder builder(sectors_of(4));
+  const ShapeId box = builder.shape(Box{{0.5, 0.5, 0.5}});
+  builder.add("leader", box, 1, {1.5, 0, 0}, Motion::kKinematic).linear_velocity = {0.5, 0, 0};
+  builder.add("follower", box, 1, {2.5, 0, 0});
+  builder.tie("rod", JointType::kFixed, "leader", "follower", {2, 0, 0});
+  const WorldDescription world = builder.world();
+  auto cluster = cluster_of(world, 3);
+  for (int t = 0; t < 600; ++t) cluster->step();
+  EXPECT_NEAR(place(*cluster, world, 1).x(), 1.5 + 5, 1e-3);
+  EXPECT_NEAR(place(*cluster, world, 2).x(), 2.5 + 5, 1e-2);  // it follows a tick behind
+  EXPECT_EQ(first_difference(run(world, 1, 1, 300), run(world, 3, 1, 300)), 300u);
+}
+
+TEST(Coupled, ATowerBeyondTheCapStands) {
+  const WorldDescription world = with_cap(tower_world(sectors_of(4), 10, {0, 0, -1}), 3);
+  auto cluster = cluster_of(world, 2);
+  std::uint32_t cut = 0;
+  for (int t = 0; t < 600; ++t) {
+    cluster->step();
+    cut = std::max(cut, cluster->counts().islands_cut);
+  }
+  EXPECT_EQ(cut, 1u);
+  for (std::uint64_t i = 0; i < 10; ++i)
+    EXPECT_NEAR(place(*cluster, world, i + 2).z(), static_cast<double>(i) - 0.5, 0.02);
+}
+
+TEST(Coupled, BitsDoNotDependOnTheShares) {
+  for (const WorldDescription& world :
+       {with_cap(tower_world(sectors_of(4), 10, {0, 0, -1}), 3), with_cap(pile_world(sectors_of(8), 100), 20),
+        with_cap(chain_world(sectors_of(2), 12, {0.3, 0.2, 0.4}), 4)}) {
+    const std::vector<WorldHash> one = run(world, 1, 1, 240);
+    EXPECT_EQ(first_difference(one, run(world, 2, 1, 240)), 240u);
+    EXPECT_EQ(first_difference(one, run(world, 4, 1, 240)), 240u);
+  }
+}
+
+TEST(Shuffle, SectorsThatChangeServersAtRandomChangeNoBit) {
+  for (const WorldDescription& world :
+       {tower_world(sectors_of(4), 10, {0, 0, -1}), chain_world(sectors_of(2), 12, {0.3, 0.2, 0.4}),
+        pile_world(sectors_of(8), 80), with_cap(pile_world(sectors_of(8), 80), 20)}) {
+    const std::vector<WorldHash> still = run(world, 1, 1, 240);
+    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+      EXPECT_EQ(first_difference(still, run(with_shuffle(world, seed), 3, 1, 240)), 240u) << "seed " << seed;
+    }
+  }
+}
+
+TEST(Rest, AWorldAtRestSaysNothingUntilSomethingIsAsked) {
+  auto cluster = cluster_of(tower_world(sectors_of(4), 3, {0, 0, -1}), 2);
+  int t = 0;
+  while (t < 1000 && (t == 0 || cluster->counts().bodies_awake > 0)) {
+    cluster->step();
+    ++t;
+  }
+  ASSERT_LT(t, 1000);
+  for (int n = 0; n < 3; ++n) cluster->step();
+  EXPECT_FALSE(cluster->machine(0).begin_tick({}).has_value());
+  EXPECT_FALSE(cluster->machine(1).begin_tick({}).has_value());
+  const WorldHash at_rest = cluster->hash();
+  cluster->step(std::vector<Command>{ApplyImpulse{BodyId{3}, {0, 0, 2}, {}}});
+  EXPECT_NE(cluster->hash(), at_rest);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,96 @@
+#include "lpss/simulation/partition_cluster.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <map>
+
+#include "lpss/engine/load_engine.h"
+#include "lpss/observe/state.h"
+
+namespace tessera {
+
+absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::create(const WorldDescription& world,
+                                                                           std::uint32_t partitions,
+                                                                           int threads, bool free_flight) {
+  absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
+  if (!records.ok()) return records.status();
+  const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
+  if (!joints.ok()) return joints.status();
+  const SectorMap map = placed(world, *records, partitions, 1);
+  std::unique_ptr<PartitionCluster> cluster(new PartitionCluster());
+  for (Rank rank = 0; rank < partitions; ++rank) {
+    absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(world.settings));
+    if (!engine.ok()) return engine.status();
+    Member& member = cluster->members_.emplace_back();
+    member.engine = std::move(*engine);
+    PartitionOptions options;
+    options.settings = world.settings;
+    options.anchor = world.anchor;
+    options.map = map;
+    options.self = rank;
+    options.free_flight = free_flight;
+    member.partition = std::make_unique<Partition>(std::move(options), *member.engine);
+    add_world(*member.partition, world, *records, *joints);
+    member.machine = std::make_unique<TickMachine>(*member.partition,
+                                                   TickMachine::Options{.parallel = parallel_on(threads)});
+  }
+  return cluster;
+}
+
+// Lets every partition go on as soon as it has heard whom it waits for.
+void PartitionCluster::step(std::span<const Command> commands) {
+  ++tick_;
+  using Inbox = std::vector<std::optional<RoundMessage>>;
+  std::vector<std::optional<Round>> rounds(members_.size());
+  std::map<std::pair<std::uint32_t, Rank>, Inbox> inboxes;  // by number of the round and receiver
+  const auto inbox_of = [&](std::uint32_t number, Rank rank) -> Inbox& {
+    Inbox& inbox = inboxes[{number, rank}];
+    inbox.resize(members_.size());
+    return inbox;
+  };
+  const auto post = [&](Rank from) {
+    if (!rounds[from]) return;
+    for (Rank to = 0; to < members_.size(); ++to) {
+      if (rounds[from]->to[to]) inbox_of(rounds[from]->number, to)[from] = std::move(rounds[from]->to[to]);
+    }
+  };
+  for (Rank rank = 0; rank < members_.size(); ++rank) {
+    rounds[rank] = members_[rank].machine->begin_tick(commands);
+    post(rank);
+  }
+  for (bool moved = true; moved;) {
+    moved = false;
+    for (Rank rank = 0; rank < members_.size(); ++rank) {
+      if (!rounds[rank]) continue;
+      Inbox& inbox = inbox_of(rounds[rank]->number, rank);
+      bool complete = true;
+      for (Rank from = 0; from < members_.size(); ++from)
+        complete &= !rounds[rank]->from[from] || inbox[from];
+      if (!complete) continue;
+      rounds[rank] = members_[rank].machine->advance(std::move(inbox));
+      post(rank);
+      moved = true;
+    }
+  }
+}
+
+WorldHash PartitionCluster::hash() const {
+  WorldHash sum;
+  for (const Member& member : members_) sum.add(hash_of(*member.partition));
+  return sum;
+}
+
+TickCounts PartitionCluster::counts() const {
+  TickCounts sum;
+  for (const Member& member : members_) sum += member.machine->counts();
+  return sum;
+}
+
+absl::StatusOr<BodyRecord> PartitionCluster::body(BodyId id) const {
+  for (const Member& member : members_) {
+    if (const std::optional<BodyRecord> record = body_of(*member.partition, id)) return *record;
+  }
+  return absl::NotFoundError(absl::StrCat("no moving body with the id ", id.value));
+}
+
+}  // namespace tessera

@@ -1,0 +1,50 @@
+// Several partitions of one world in one process, their messages handed over directly: what a cluster
+// computes, without the cluster. For tests and experiments.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "lpss/simulation/simulation.h"
+
+namespace tessera {
+
+class PartitionCluster {
+ public:
+  // Errors as Simulation::create(). `free_flight` as in PartitionOptions.
+  static absl::StatusOr<std::unique_ptr<PartitionCluster>> create(const WorldDescription& world,
+                                                                  std::uint32_t partitions, int threads = 1,
+                                                                  bool free_flight = true);
+
+  void step(std::span<const Command> commands = {});
+
+  Tick tick() const { return tick_; }
+  WorldHash hash() const;
+
+  // Sums over the partitions.
+  TickCounts counts() const;
+
+  // The state of a body, wherever it lives. NOT_FOUND for static and unknown ones.
+  absl::StatusOr<BodyRecord> body(BodyId id) const;
+
+  std::size_t size() const { return members_.size(); }
+  TickMachine& machine(Rank rank) { return *members_[rank].machine; }
+  Partition& partition(Rank rank) { return *members_[rank].partition; }
+
+ private:
+  PartitionCluster() = default;
+
+  struct Member {
+    std::unique_ptr<Engine> engine;
+    std::unique_ptr<Partition> partition;
+    std::unique_ptr<TickMachine> machine;
+  };
+
+  std::vector<Member> members_;
+  Tick tick_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,72 @@
+#include "lpss/tick/cloning.h"
+
+#include <algorithm>
+
+#include "lpss/partition/bodies.h"
+#include "lpss/partition/near_seam.h"
+#include "lpss/partition/replicas.h"
+#include "lpss/partition/statics.h"
+
+namespace tessera {
+namespace {
+
+// Statics beyond the usual surroundings of a sector, for bodies that go far in one tick.
+void reach_statics(Partition& partition, Sector& sector) {
+  for (const HomeBody* body : sector.homes) {
+    if (sector.world->activity(body->slot) != Activity::kAsleep) add_statics(partition, sector, body->swept);
+  }
+}
+
+// Policy clone, depth k > 1: the clones that a sector was told of are there for other clones, too.
+bool supports_clones(const Partition& partition, const Sector& sector) {
+  return partition.settings.seams == SeamPolicy::kClone && partition.settings.clone_depth > 1 &&
+         !sector.homes.empty();
+}
+
+// Policy clone: whether a joint ties a body to one that lives in the sector, so that the sector needs its
+// clone.
+bool is_jointed_here(const Partition& partition, BodyId id, const Sector& sector) {
+  if (partition.settings.seams != SeamPolicy::kClone) return false;
+  const std::span<const JointId> joints = partition.joints.of(id);
+  return std::any_of(joints.begin(), joints.end(), [&](JointId joint) {
+    return lives_in(partition, partner_of(partition.joints.find(joint)->properties, id), sector);
+  });
+}
+
+void refresh_clones(Partition& partition, Sector& sector) {
+  if (sector.homes.empty()) return;
+  constexpr double kContactMargin = 0.05;  // m, beyond the distance at which engines keep contact points
+  SectorWorld& world = *sector.world;
+  for (auto& [id, clone] : sector.clones) {
+    if (clone.slot != Clone::kNotPlaced && !clone.fresh) continue;
+    const Replica& replica = *clone.replica;
+    const BodyRecord record = seen_in(partition, sector, replica);
+    const bool imminent =
+        supports_clones(partition, sector) || is_jointed_here(partition, id, sector) ||
+        world.reaches_home_body(swept_ball(record.state, replica.radius + kContactMargin, partition.dt()));
+    if (!imminent) {
+      if (clone.slot != Clone::kNotPlaced) remove_clone(sector, clone);
+      continue;
+    }
+    if (clone.slot == Clone::kNotPlaced) {
+      place_clone(partition, sector, clone);
+    } else {
+      world.set_state(clone.slot, record.state);
+      pull_clone(partition, sector, clone);
+    }
+    clone.fresh = false;
+  }
+}
+
+}  // namespace
+
+void update_clones(Partition& partition, const ParallelFor& parallel) {
+  run_parallel(parallel, partition.active.size(), [&](std::size_t i) {
+    Sector& sector = *partition.active[i];
+    if (!sector.world) return;
+    reach_statics(partition, sector);
+    refresh_clones(partition, sector);
+  });
+}
+
+}  // namespace tessera

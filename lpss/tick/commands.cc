@@ -1,0 +1,152 @@
+#include "lpss/tick/commands.h"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "lpss/partition/bodies.h"
+#include "lpss/partition/joints.h"
+#include "lpss/partition/replicas.h"
+#include "lpss/partition/sectors.h"
+#include "lpss/partition/statics.h"
+
+namespace tessera {
+namespace {
+
+Eigen::Vector3d vector(const std::array<double, 3>& v) { return Eigen::Vector3d(v.data()); }
+
+// The velocities that carry a body from one state to another in `dt`; positions relative to the same sector.
+void set_velocities_between(BodyState& from, const BodyState& to, double dt) {
+  Eigen::Map<Eigen::Vector3d>(from.linear_velocity.data()) =
+      (vector(to.position) - vector(from.position)) / dt;
+  const Eigen::AngleAxisd turn(quaternion_of(to) * quaternion_of(from).conjugate());
+  Eigen::Map<Eigen::Vector3d>(from.angular_velocity.data()) = turn.axis() * (turn.angle() / dt);
+}
+
+void forget_moves(Partition& partition, BodyId id) {
+  std::erase(partition.leaving, id);
+  std::erase(partition.moving_replicas, id);
+}
+
+void remove_body(Partition& partition, BodyId id) {
+  remove_joints_of(partition, id);
+  remove_static_body(partition, id);
+  lift_clones(partition, id);
+  forget_moves(partition, id);
+  forget_replica(partition, id);
+  const auto body = partition.bodies.find(id);
+  if (body == partition.bodies.end()) return;
+  wake_touching(partition, *body->second->sector, body->second->slot);
+  remove_home(partition, *body->second);
+}
+
+void teleport(Partition& partition, const Teleport& jump, std::vector<HomeChange>& changes) {
+  if (const BodyRecord* fixed = partition.statics.find(jump.id)) {
+    BodyRecord moved = *fixed;
+    moved.home = jump.home;
+    moved.state = jump.state;
+    remove_static_body(partition, jump.id);
+    add_static_body(partition, moved);
+    for (const JointId joint : partition.joints.of(jump.id))
+      wake_jointed(partition, *partition.joints.find(joint));
+    return;
+  }
+  lift_clones(partition, jump.id);
+  forget_moves(partition, jump.id);
+  const auto found = partition.bodies.find(jump.id);
+  if (found == partition.bodies.end()) return;
+  HomeBody& body = *found->second;
+  wake_touching(partition, *body.sector, body.slot);
+  Handover handover;
+  handover.replicated_in =
+      body.replicated_in;  // of the old home; move_homes(partition) needs them to tell who had clones
+  handover.known_everywhere = body.known_everywhere;
+  const SectorIndex old_home = body.sector->index;
+  handover.record = remove_home(partition, body);
+  handover.record.home = jump.home;
+  handover.record.state = jump.state;
+  changes.push_back({std::move(handover), old_home});
+}
+
+void set_target(Partition& partition, const KinematicTarget& target) {
+  const auto found = partition.bodies.find(target.id);
+  if (found == partition.bodies.end()) return;
+  HomeBody& body = *found->second;
+  BodyState now = body.sector->world->state(body.slot);
+  BodyState goal = target.state;
+  const Eigen::Vector3d position = metres_between(body.sector->index, target.home, partition.sector_size()) +
+                                   vector(target.state.position);
+  Eigen::Map<Eigen::Vector3d>(goal.position.data()) = position;
+  set_velocities_between(now, goal, partition.dt());
+  now.activity = Activity::kAwake;
+  body.sector->world->set_state(body.slot, now);
+  goal.linear_velocity = {};
+  goal.angular_velocity = {};
+  body.kinematic_target = goal;
+  body.dirty = true;
+  activate(partition, *body.sector);
+}
+
+void apply(Partition& partition, const Command& command, std::vector<HomeChange>& changes) {
+  const auto with_body = [&](BodyId id, auto&& change) {
+    const auto found = partition.bodies.find(id);
+    if (found == partition.bodies.end()) return;
+    HomeBody& body = *found->second;
+    SectorWorld& world = *body.sector->world;
+    world.wake(body.slot);
+    change(world, body);
+    body.dirty = true;
+    activate(partition, *body.sector);
+  };
+  std::visit(
+      [&](const auto& c) {
+        using C = std::decay_t<decltype(c)>;
+        if constexpr (std::is_same_v<C, SpawnBody>) {
+          add_body(partition, c.record);
+        } else if constexpr (std::is_same_v<C, RemoveBody>) {
+          remove_body(partition, c.id);
+        } else if constexpr (std::is_same_v<C, Teleport>) {
+          teleport(partition, c, changes);
+        } else if constexpr (std::is_same_v<C, KinematicTarget>) {
+          set_target(partition, c);
+        } else if constexpr (std::is_same_v<C, AddJoint>) {
+          add_joint(partition, c.record);
+        } else if constexpr (std::is_same_v<C, RemoveJoint>) {
+          remove_joint(partition, c.id);
+        } else if constexpr (std::is_same_v<C, SetDrives>) {
+          set_drives(partition, c.id, c.drives);
+        } else if constexpr (std::is_same_v<C, SetVelocity>) {
+          with_body(c.id, [&](SectorWorld& world, HomeBody& body) {
+            world.set_velocity(body.slot, vector(c.linear), vector(c.angular));
+          });
+        } else if constexpr (std::is_same_v<C, ApplyImpulse>) {
+          with_body(c.id, [&](SectorWorld& world, HomeBody& body) {
+            world.apply_impulse(body.slot, vector(c.impulse), vector(c.lever));
+          });
+        } else {
+          static_assert(std::is_same_v<C, ApplyForce>);
+          with_body(c.id, [&](SectorWorld& world, HomeBody& body) { world.add_wrench(body.slot, c.wrench); });
+        }
+      },
+      command);
+}
+
+// The margins follow from the largest body that the world has ever had, and all servers hear of all bodies:
+// where they grow, everyone looks again at what is near a seam.
+void mark_all_dirty(Partition& partition) {
+  for (auto& [id, body] : partition.bodies) {
+    body->dirty = true;
+    activate(partition, *body->sector);
+  }
+}
+
+}  // namespace
+
+std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands) {
+  const double radius_max = partition.radius_max;
+  std::vector<HomeChange> changes;
+  for (const Command& command : commands) apply(partition, command, changes);
+  if (partition.radius_max > radius_max) mark_all_dirty(partition);
+  return changes;
+}
+
+}  // namespace tessera

@@ -1,0 +1,17 @@
+// Commands: what clients asked for takes effect at the beginning of a tick.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "lpss/partition/partition.h"
+#include "lpss/tick/homes.h"
+#include "lpss/tick/messages.h"
+
+namespace tessera {
+
+// Every server sees every command: the one that hosts the body carries it out, and those that know it as a
+// replica forget what no longer holds. Returns the bodies that are elsewhere from now on, for change_homes().
+std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands);
+
+}  // namespace tessera

@@ -1,0 +1,238 @@
+#include "lpss/tick/components.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "lpss/base/disjoint_sets.h"
+#include "lpss/partition/bodies.h"
+#include "lpss/partition/joints.h"
+#include "lpss/tick/contact_graph.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint32_t kNoComponent = ~std::uint32_t{0};
+constexpr std::size_t kNoNode = ~std::size_t{0};
+
+// What connects the nodes of a graph.
+struct Connections {
+  DisjointSets sets;
+  std::vector<bool> pushed;            // by node: something kinematic on its way keeps it awake
+  std::vector<std::size_t> pair_node;  // by contact pair: a dynamic body of it
+};
+
+void connect_by_contacts(const ContactGraph& graph, std::span<const ContactPair> pairs,
+                         Connections& connections) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const ContactGraph::Node* a = graph.in_slot(pairs[i].slot_a);
+    const ContactGraph::Node* b = graph.in_slot(pairs[i].slot_b);
+    const bool a_dynamic = a != nullptr && a->dynamic;
+    const bool b_dynamic = b != nullptr && b->dynamic;
+    if (a_dynamic && b_dynamic) {
+      connections.sets.unite(graph.index(a), graph.index(b));
+    } else if (a_dynamic && b != nullptr && b->awake) {
+      connections.pushed[graph.index(a)] = true;
+    } else if (b_dynamic && a != nullptr && a->awake) {
+      connections.pushed[graph.index(b)] = true;
+    }
+    if (a_dynamic || b_dynamic) connections.pair_node[i] = graph.index(a_dynamic ? a : b);
+  }
+}
+
+void connect_by_joints(const Partition& partition, const ContactGraph& graph, bool clones_are_solved,
+                       Connections& connections) {
+  for (std::size_t n = 0; n < graph.homes(); ++n) {
+    if (!graph[n].home->jointed || !graph[n].dynamic) continue;
+    for (const JointId id : partition.joints.of(graph[n].id)) {
+      const JointRecord& joint = *partition.joints.find(id);
+      const ContactGraph::Node* partner = graph.named(partner_of(joint.properties, graph[n].id));
+      if (partner != nullptr && partner->dynamic && (partner->home != nullptr || clones_are_solved)) {
+        connections.sets.unite(n, graph.index(partner));
+      } else if (is_pushed_by(partition, joint)) {
+        connections.pushed[n] = true;
+      }
+    }
+  }
+}
+
+// The component of each node. They are numbered in the order of their smallest bodies; only those with a body
+// that lives here count.
+std::vector<std::uint32_t> number_components(Sector& sector, const ContactGraph& graph, DisjointSets& sets) {
+  std::vector<std::uint32_t> component(graph.size(), kNoComponent);
+  for (std::size_t n = 0; n < graph.homes(); ++n) {
+    if (!graph[n].dynamic) continue;
+    const std::size_t root = sets.find(n);
+    if (component[root] == kNoComponent) {
+      component[root] = static_cast<std::uint32_t>(sector.components.size());
+      sector.components.emplace_back();
+    }
+    component[n] = component[root];
+  }
+  for (std::size_t n = graph.homes(); n < graph.size(); ++n) component[n] = component[sets.find(n)];
+  return component;
+}
+
+// Items of components, in any order of these.
+template <typename T>
+using Members = std::vector<std::pair<std::uint32_t, T>>;
+
+// Sorts members by component into one list, of which each component has a range.
+template <typename T>
+void distribute(const Members<T>& members, std::vector<Component>& components,
+                std::uint32_t Component::*begin, std::uint32_t Component::*end, std::vector<T>& out) {
+  std::vector<std::uint32_t> next(components.size() + 1, 0);
+  for (const auto& [component, member] : members) ++next[component + 1];
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    next[c + 1] += next[c];
+    components[c].*begin = next[c];
+    components[c].*end = next[c + 1];
+  }
+  out.resize(members.size());
+  for (const auto& [component, member] : members) out[next[component]++] = member;
+}
+
+// Fills the components of a sector with their bodies, clones and contacts.
+void fill_components(Sector& sector, const ContactGraph& graph, const Connections& connections,
+                     const std::vector<std::uint32_t>& component, bool clones_are_solved) {
+  Members<HomeBody*> bodies;
+  Members<BodyId> clones;
+  Members<std::uint32_t> contacts;
+  for (std::size_t n = 0; n < graph.size(); ++n) {
+    const ContactGraph::Node& node = graph[n];
+    if (!node.dynamic || component[n] == kNoComponent) continue;
+    Component& c = sector.components[component[n]];
+    if (node.home != nullptr) {
+      bodies.emplace_back(component[n], node.home);
+    } else {
+      clones.emplace_back(component[n], node.id);
+    }
+    c.any_awake |= connections.pushed[n];
+    c.all_want_sleep &= !connections.pushed[n];
+    if (node.home == nullptr && !clones_are_solved) continue;
+    c.any_awake |= node.awake;
+    c.all_want_sleep &= node.wants_sleep;
+  }
+  for (std::size_t i = 0; i < connections.pair_node.size(); ++i) {
+    const std::size_t node = connections.pair_node[i];
+    if (node == kNoNode || component[node] == kNoComponent) continue;
+    contacts.emplace_back(component[node], static_cast<std::uint32_t>(i));
+  }
+  distribute(bodies, sector.components, &Component::bodies_begin, &Component::bodies_end,
+             sector.component_bodies);
+  distribute(clones, sector.components, &Component::clones_begin, &Component::clones_end,
+             sector.component_clones);
+  distribute(contacts, sector.components, &Component::pairs_begin, &Component::pairs_end,
+             sector.component_pairs);
+}
+
+// The components of a sector in which nothing touches anything.
+void list_single_bodies(Sector& sector) {
+  sector.has_kinematics = false;
+  for (HomeBody* body : sector.homes) {
+    if (body->properties.motion != Motion::kDynamic) continue;
+    const Activity activity = sector.world->activity(body->slot);
+    Component component;
+    component.bodies_begin = static_cast<std::uint32_t>(sector.component_bodies.size());
+    component.bodies_end = component.bodies_begin + 1;
+    component.any_awake = activity != Activity::kAsleep;
+    component.all_want_sleep = activity != Activity::kAwake;
+    sector.components.push_back(component);
+    sector.component_bodies.push_back(body);
+  }
+}
+
+bool is_dynamic(BodyId body, const JointRecord& joint) {
+  return body == joint.properties.child || joint.parent_motion == Motion::kDynamic;
+}
+
+// Both sides of a joint that runs over a border name both of its bodies.
+void link_joints(const Partition& partition, const Sector& sector, const Component& component,
+                 std::vector<BodyId>& links) {
+  for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
+    const HomeBody& body = *sector.component_bodies[i];
+    if (!body.jointed) continue;
+    for (const JointId id : partition.joints.of(body.id)) {
+      const JointRecord& joint = *partition.joints.find(id);
+      const BodyId partner = partner_of(joint.properties, body.id);
+      if (partner.value == 0 || !is_dynamic(partner, joint) || lives_in(partition, partner, sector)) continue;
+      links.push_back(body.id);
+      links.push_back(partner);
+    }
+  }
+  std::sort(links.begin(), links.end());
+  links.erase(std::unique(links.begin(), links.end()), links.end());
+}
+
+// What others must know of the components that reach over a border, or may be touched from beyond it.
+void list_parts(const Partition& partition, Sector& sector) {
+  for (Component& component : sector.components) {
+    IslandPart part;
+    part.links.assign(sector.component_clones.begin() + component.clones_begin,
+                      sector.component_clones.begin() + component.clones_end);
+    for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
+      const HomeBody& body = *sector.component_bodies[i];
+      if (!body.replicated_in.empty()) part.links.push_back(body.id);
+    }
+    link_joints(partition, sector, component, part.links);
+    if (part.links.empty()) continue;
+    part.first = sector.component_bodies[component.bodies_begin]->id;
+    part.bodies = component.bodies_end - component.bodies_begin;
+    part.contacts = component.pairs_end - component.pairs_begin;
+    part.any_awake = component.any_awake;
+    part.all_want_sleep = component.all_want_sleep;
+    component.part = static_cast<std::int32_t>(sector.parts.size());
+    sector.part_components.push_back(static_cast<std::uint32_t>(&component - sector.components.data()));
+    sector.parts.push_back(std::move(part));
+  }
+}
+
+void clear_components(Sector& sector) {
+  sector.components_stale = false;
+  sector.components.clear();
+  sector.component_bodies.clear();
+  sector.component_clones.clear();
+  sector.component_pairs.clear();
+  sector.parts.clear();
+  sector.part_components.clear();
+}
+
+void find_components_of(const Partition& partition, Sector& sector) {
+  clear_components(sector);
+  const bool clones_are_solved = partition.settings.seams == SeamPolicy::kClone;
+  const std::span<const ContactPair> pairs = sector.world->contacts();
+  const bool any_jointed = std::any_of(sector.homes.begin(), sector.homes.end(),
+                                       [](const HomeBody* body) { return body->jointed; });
+  if (pairs.empty() && !any_jointed) {
+    list_single_bodies(sector);
+  } else {
+    const ContactGraph graph(sector);
+    sector.has_kinematics = graph.has_kinematics();
+    Connections connections{DisjointSets(graph.size()), std::vector<bool>(graph.size(), false),
+                            std::vector<std::size_t>(pairs.size(), kNoNode)};
+    connect_by_contacts(graph, pairs, connections);
+    connect_by_joints(partition, graph, clones_are_solved, connections);
+    const std::vector<std::uint32_t> component = number_components(sector, graph, connections.sets);
+    fill_components(sector, graph, connections, component, clones_are_solved);
+  }
+  if (!clones_are_solved) list_parts(partition, sector);
+}
+
+}  // namespace
+
+Seams find_components(Partition& partition, const ParallelFor& parallel, const Vacated& vacated) {
+  std::vector<Sector*> changed;
+  for (Sector* sector : partition.active) {
+    if (sector->world && (sector->awake || sector->components_stale)) changed.push_back(sector);
+  }
+  run_parallel(parallel, changed.size(), [&](std::size_t i) { find_components_of(partition, *changed[i]); });
+  Seams seams;
+  for (const SectorIndex& index : vacated.sectors) seams.sectors.push_back({index, {}});
+  for (Sector* sector : changed) {
+    if (sector->parts.empty() && !sector->parts_reported) continue;
+    sector->parts_reported = !sector->parts.empty();
+    seams.sectors.push_back({sector->index, sector->parts});
+  }
+  return seams;
+}
+
+}  // namespace tessera

@@ -1,0 +1,16 @@
+// Components: what contacts and joints connect inside each sector, and which of it reaches over a border.
+#pragma once
+
+#include "lpss/partition/partition.h"
+#include "lpss/partition/sectors.h"
+#include "lpss/tick/messages.h"
+#include "lpss/tick/parallel.h"
+
+namespace tessera {
+
+// Finds the components of the active sectors that are awake or whose bodies have changed. Returns what others
+// must know of the parts of islands that reach over a border, or no longer do: `vacated` are the sectors that
+// have none.
+Seams find_components(Partition& partition, const ParallelFor& parallel, const Vacated& vacated);
+
+}  // namespace tessera

@@ -1,0 +1,48 @@
+// The bodies of one sector that contacts and joints may connect.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "lpss/partition/sector.h"
+
+namespace tessera {
+
+// The nodes of a sector's graph: the bodies that live there, ascending by id, then the clones in its engine
+// world, likewise.
+class ContactGraph {
+ public:
+  struct Node {
+    BodyId id;
+    BodySlot slot;
+    HomeBody* home;  // nullptr for clones
+    bool dynamic;
+    bool awake;
+    bool wants_sleep;
+  };
+
+  explicit ContactGraph(const Sector& sector);
+
+  // nullptr for static bodies.
+  const Node* in_slot(BodySlot slot) const;
+
+  // nullptr for bodies that neither live here nor have a clone here.
+  const Node* named(BodyId id) const;
+
+  std::size_t index(const Node* node) const { return static_cast<std::size_t>(node - nodes_.data()); }
+  std::size_t size() const { return nodes_.size(); }
+  std::size_t homes() const { return homes_; }  // nodes before this place are bodies that live here
+  bool has_kinematics() const { return has_kinematics_; }
+  const Node& operator[](std::size_t i) const { return nodes_[i]; }
+
+ private:
+  void add(BodyId id, BodySlot slot, HomeBody* home, Motion motion, Activity activity);
+
+  std::vector<Node> nodes_;
+  std::vector<std::int32_t> by_slot_;
+  std::size_t homes_ = 0;
+  bool has_kinematics_ = false;
+};
+
+}  // namespace tessera

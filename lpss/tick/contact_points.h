@@ -1,0 +1,17 @@
+// Contact points: they follow their pair to the sector that detects it, so that warm starting never breaks.
+#pragma once
+
+#include <vector>
+
+#include "lpss/partition/partition.h"
+#include "lpss/tick/messages.h"
+
+namespace tessera {
+
+// Sends on the points of pairs that another sector detects from this tick on. Before homes change.
+void send_contact_points(Partition& partition, std::vector<Exchange>& outbox);
+
+// Takes over what came in, where the sector has a world. After bodies and clones are in place.
+void take_contact_points(Partition& partition, std::vector<Exchange>& inbox);
+
+}  // namespace tessera

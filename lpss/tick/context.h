@@ -1,0 +1,36 @@
+// What one tick needs: made anew each tick, and gone with it. What lasts is in the partition.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lpss/partition/partition.h"
+#include "lpss/partition/sectors.h"
+#include "lpss/tick/island_plan.h"
+#include "lpss/tick/messages.h"
+#include "lpss/tick/tick_counts.h"
+
+namespace tessera {
+
+struct TickContext {
+  Tick tick = 0;
+  std::vector<Command> commands;
+
+  // From detection: the sectors that take part in this tick, to which islands add those that they wake, and
+  // what those left behind that lost their last body.
+  std::vector<Sector*> stepped;
+  Vacated vacated;
+
+  // From the islands: what is to be solved here, and who waits for whom.
+  IslandPlan plan;
+
+  // From the solver: what goes back to those who shipped islands here, by rank.
+  std::vector<Solution> solutions;
+  std::uint32_t pass = 0;  // of the coupled parts
+
+  // For those who watch.
+  std::vector<ContactEvent> events;  // ascending by (a, b)
+  TickCounts counts;
+};
+
+}  // namespace tessera

@@ -1,0 +1,38 @@
+#include "lpss/tick/detect.h"
+
+#include "lpss/model/gravity.h"
+#include "lpss/partition/sectors.h"
+
+namespace tessera {
+namespace {
+
+// A planet pulls every body in a direction of its own; a uniform pull was set when the body came.
+void pull(const Partition& partition, Sector& sector) {
+  if (!std::holds_alternative<CentralGravity>(partition.settings.gravity)) return;
+  for (const HomeBody* body : sector.homes) {
+    if (!body->properties.gravity || sector.world->activity(body->slot) == Activity::kAsleep) continue;
+    sector.world->set_gravity(body->slot,
+                              acceleration_at(partition.settings.gravity, sector.index,
+                                              sector.world->position(body->slot), partition.sector_size()));
+  }
+}
+
+}  // namespace
+
+std::vector<Sector*> detect(Partition& partition, const ParallelFor& parallel) {
+  std::vector<Sector*> stepped;
+  for (Sector* sector : partition.active) {
+    if (!sector->world) continue;
+    partition.clone_count += sector->clones_placed - sector->clones_counted;
+    sector->clones_counted = sector->clones_placed;
+    sector->awake = anything_awake(*sector);
+    if (sector->awake) stepped.push_back(sector);
+  }
+  run_parallel(parallel, stepped.size(), [&](std::size_t i) {
+    pull(partition, *stepped[i]);
+    stepped[i]->world->detect(partition.dt());
+  });
+  return stepped;
+}
+
+}  // namespace tessera

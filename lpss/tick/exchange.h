@@ -1,0 +1,17 @@
+// Exchange: servers tell each other of the bodies near their seams.
+#pragma once
+
+#include <vector>
+
+#include "lpss/partition/partition.h"
+#include "lpss/tick/messages.h"
+
+namespace tessera {
+
+// Writes what others must know of bodies that moved, or that other sectors need now; by rank.
+void tell_of_replicas(Partition& partition, std::vector<Exchange>& outbox);
+
+// Brings the replicas up to date with what all servers told, this one included.
+void take_replicas(Partition& partition, std::vector<Exchange>& inbox);
+
+}  // namespace tessera

@@ -1,0 +1,91 @@
+#include "lpss/tick/homes.h"
+
+#include <algorithm>
+
+#include "lpss/base/invariant.h"
+#include "lpss/partition/bodies.h"
+#include "lpss/tick/inbox.h"
+#include "lpss/tick/recipients.h"
+#include "lpss/tick/seam_search.h"
+
+namespace tessera {
+namespace {
+
+// False where the body would leave the representable world: it stops here.
+bool decide_home(Partition& partition, HomeBody& body) {
+  body.next_home.reset();
+  SectorWorld& world = *body.sector->world;
+  const std::optional<SectorOffset> offset = leaves_home(world.position(body.slot), partition.margins);
+  if (!offset) return true;
+  const absl::StatusOr<SectorIndex> next = translated(body.sector->index, *offset);
+  if (!next.ok()) {
+    world.set_velocity(body.slot, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+    return false;
+  }
+  body.next_home = *next;
+  partition.leaving.push_back(body.id);
+  return true;
+}
+
+}  // namespace
+
+void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vector<Exchange>& outbox) {
+  std::sort(partition.leaving.begin(), partition.leaving.end());
+  for (const BodyId id : partition.leaving) {
+    HomeBody& body = *partition.bodies.at(id);
+    const SectorIndex old_home = body.sector->index;
+    const SectorIndex new_home = *body.next_home;
+    Handover handover;
+    handover.replicated_in = body.replicated_in;
+    handover.known_everywhere = body.known_everywhere;
+    handover.record = remove_home(partition, body);
+    handover.record.home = new_home;
+    const Eigen::Vector3d position = metres_between(new_home, old_home, partition.sector_size()) +
+                                     Eigen::Vector3d(handover.record.state.position.data());
+    Eigen::Map<Eigen::Vector3d>(handover.record.state.position.data()) = position;
+    jumps.push_back({std::move(handover), old_home});
+  }
+  for (auto& [handover, old_home] : jumps) {
+    BodyRecord& record = handover.record;
+    const Ranks all = handover.known_everywhere ? everyone(partition.map) : 0;
+    const Ranks before = all | owners(partition.map, old_home, handover.replicated_in);
+    const Eigen::AlignedBox3d swept =
+        swept_ball(record.state, radius_of(partition, record.properties), partition.dt());
+    handover.replicated_in = sectors_to_tell(partition, swept, record.properties.motion);
+    announce(outbox, record.properties,
+             {record.id, record.home, record.home, handover.replicated_in, record.state}, before,
+             all | owners(partition.map, record.home, handover.replicated_in));
+    outbox[partition.map.owner(record.home)].handovers.push_back(std::move(handover));
+  }
+  partition.leaving.clear();
+}
+
+void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
+  for (Handover& handover :
+       collected(inbox, &Exchange::handovers, [](const Handover& h) { return h.record.id; })) {
+    invariant(partition.hosts(handover.record.home),
+              "a body is handed to the server that hosts its new home");
+    // Awake, so that the new home finds its contacts at once.
+    if (handover.record.state.activity == Activity::kAsleep) {
+      handover.record.state.activity = Activity::kAwake;
+      handover.record.state.still_for = 0;
+    }
+    HomeBody& body = add_home(partition, handover.record);
+    body.replicated_in = handover.replicated_in;
+    body.known_everywhere = handover.known_everywhere;
+    body.dirty = true;
+    body.swept = body.sector->world->swept_box(body.slot, partition.dt());
+  }
+}
+
+std::uint32_t announce_home_changes(Partition& partition) {
+  std::uint32_t stopped = 0;
+  for (Sector* sector : partition.active) {
+    for (HomeBody* body : sector->homes) {
+      if (may_have_moved(*body) && !decide_home(partition, *body)) ++stopped;
+    }
+  }
+  return stopped;
+}
+
+}  // namespace tessera

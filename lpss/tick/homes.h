@@ -1,0 +1,31 @@
+// Homes: bodies move to the sector that holds their centre of mass. A change is announced in one tick and
+// carried out in the next, so that every server knows of it when it happens.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lpss/partition/partition.h"
+#include "lpss/tick/messages.h"
+
+namespace tessera {
+
+// A body on its way to a new home; `handover.replicated_in` are the sectors that were told of it, relative to
+// the old one.
+struct HomeChange {
+  Handover handover;
+  SectorIndex old_home;
+};
+
+// Carries out the changes that were announced in the last tick, and the `jumps` that commands asked for. The
+// old home speaks for the body once more, as nobody else knows who has clones of it.
+void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vector<Exchange>& outbox);
+
+// Takes the bodies in that come to live here.
+void take_homes(Partition& partition, std::vector<Exchange>& inbox);
+
+// Decides which bodies change home at the next tick. Returns how many were stopped at the edge of the
+// representable world instead.
+std::uint32_t announce_home_changes(Partition& partition);
+
+}  // namespace tessera

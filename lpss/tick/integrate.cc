@@ -1,0 +1,89 @@
+#include "lpss/tick/integrate.h"
+
+#include <cmath>
+#include <numeric>
+
+#include "lpss/model/limits.h"
+
+namespace tessera {
+namespace {
+
+// `state` after `dt` seconds at its velocities.
+BodyState coasted(BodyState state, double dt) {
+  Eigen::Map<Eigen::Vector3d>(state.position.data()) += Eigen::Vector3d(state.linear_velocity.data()) * dt;
+  const Eigen::Vector3d spin(state.angular_velocity.data());
+  const double rate = spin.norm();
+  if (rate > 0) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(rate * dt, spin / rate));
+    state.rotation = rotation_of(turn * quaternion_of(state));
+  }
+  return state;
+}
+
+bool at_rest(const BodyState& state) {
+  return state.linear_velocity == std::array<double, 3>{} &&
+         state.angular_velocity == std::array<double, 3>{};
+}
+
+// Kinematic bodies go where they were told; one that stands still sleeps, so that it keeps nothing awake.
+void move_kinematics(Sector& sector, double dt) {
+  for (HomeBody* body : sector.homes) {
+    if (body->properties.motion != Motion::kKinematic) continue;
+    SectorWorld& world = *sector.world;
+    if (world.activity(body->slot) == Activity::kAsleep) continue;
+    if (body->kinematic_target) {
+      world.set_state(body->slot, *body->kinematic_target);
+      body->kinematic_target.reset();
+      continue;
+    }
+    const BodyState state = world.state(body->slot);
+    if (at_rest(state)) {
+      world.sleep(body->slot);
+      body->dirty = true;
+    } else {
+      world.set_state(body->slot, coasted(state, dt));
+    }
+  }
+}
+
+// A body that has left the range in which numbers mean something is stopped where it was last known to be.
+std::uint32_t stop_runaways(Sector& sector) {
+  std::uint32_t stopped = 0;
+  for (HomeBody* body : sector.homes) {
+    SectorWorld& world = *sector.world;
+    if (world.activity(body->slot) == Activity::kAsleep) continue;
+    const Eigen::Vector3d velocity = world.linear_velocity(body->slot);
+    const Eigen::Vector3d position = world.position(body->slot);
+    if (velocity.squaredNorm() <= kSpeedMax * kSpeedMax && position.allFinite()) continue;
+    BodyState state = world.state(body->slot);
+    if (!position.allFinite()) {
+      const Eigen::Vector3d last = body->swept.center();
+      Eigen::Map<Eigen::Vector3d>(state.position.data()) = last.allFinite() ? last : Eigen::Vector3d::Zero();
+      state.rotation = BodyState{}.rotation;
+    }
+    state.linear_velocity = {};
+    state.angular_velocity = {};
+    world.set_state(body->slot, state);
+    ++stopped;
+  }
+  return stopped;
+}
+
+}  // namespace
+
+std::uint32_t integrate(Partition& partition, const std::vector<Sector*>& stepped,
+                        const ParallelFor& parallel) {
+  const double dt = partition.dt();
+  std::vector<std::uint32_t> stopped(stepped.size(), 0);
+  run_parallel(parallel, stepped.size(), [&](std::size_t i) {
+    Sector& sector = *stepped[i];
+    for (const BodySlot slot : sector.in_free_flight) sector.world->fly(slot, dt);
+    sector.in_free_flight.clear();
+    sector.world->integrate(dt);
+    move_kinematics(sector, dt);
+    stopped[i] = stop_runaways(sector);
+  });
+  return std::accumulate(stopped.begin(), stopped.end(), std::uint32_t{0});
+}
+
+}  // namespace tessera

@@ -1,0 +1,152 @@
+#include "lpss/tick/island_task.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "lpss/base/invariant.h"
+#include "lpss/partition/bodies.h"
+
+namespace tessera {
+
+void TaskBuilder::add_clone(const WorldBody& place, BodyId original) { clones_.push_back({original, place}); }
+
+void TaskBuilder::sort_bodies() {
+  std::sort(bodies_.begin(), bodies_.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
+}
+
+const TaskBuilder::Body* TaskBuilder::find(BodyId id) const {
+  const auto body = std::lower_bound(bodies_.begin(), bodies_.end(), id,
+                                     [](const Body& b, BodyId wanted) { return b.id < wanted; });
+  return body != bodies_.end() && body->id == id ? &*body : nullptr;
+}
+
+std::optional<std::size_t> TaskBuilder::place_of(BodyId id) const {
+  const Body* body = find(id);
+  if (body == nullptr) return std::nullopt;
+  return static_cast<std::size_t>(body - bodies_.data());
+}
+
+void TaskBuilder::add_joints(const JointIndex& joints, double sector_size, bool complete,
+                             const FixParent& fix_parent) {
+  sort_bodies();
+  for (const Body& child : bodies_) {
+    if (!child.own) continue;
+    for (const JointId id : joints.of(child.id)) {
+      const JointRecord& joint = *joints.find(id);
+      if (joint.properties.child != child.id) continue;
+      TaskJoint task;
+      task.properties = &joint.properties;
+      task.drives = &joint.drives;
+      task.child = child.place;
+      if (joint.parent_motion == Motion::kDynamic) {
+        const Body* parent = find(joint.properties.parent);
+        invariant(parent != nullptr || !complete, "both bodies of a joint belong to the same island");
+        if (parent == nullptr) continue;
+        task.parent = parent->place;
+        task.parent_origin = metres_between(child.frame, parent->frame, sector_size);
+      } else {
+        fix_parent(joint, child.frame, task);
+      }
+      joints_.emplace_back(id, task);
+    }
+  }
+  std::sort(joints_.begin(), joints_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+}
+
+SolveJob TaskBuilder::build() {
+  SolveJob job;
+  sort_bodies();
+  std::sort(contacts_.begin(), contacts_.end(),
+            [](const Contact& a, const Contact& b) { return std::tie(a.a, a.b) < std::tie(b.a, b.b); });
+  job.task.bodies.reserve(bodies_.size());
+  for (const Body& body : bodies_) job.task.bodies.push_back(body.place);
+  job.task.contacts.reserve(contacts_.size());
+  for (const Contact& contact : contacts_) job.task.contacts.push_back(contact.place);
+  for (const auto& [id, joint] : joints_) job.task.joints.push_back(joint);
+  for (const auto& [original, place] : clones_) {
+    const Body* body = find(original);
+    invariant(body != nullptr, "the original of a clone belongs to the same island");
+    job.task.clones.push_back({place, static_cast<std::size_t>(body - bodies_.data())});
+  }
+  job.kinematics = std::move(kinematics_);
+  return job;
+}
+
+namespace {
+
+JointSide side_of(const BodyState& state) {
+  return {{Eigen::Vector3d(state.position.data()), quaternion_of(state)},
+          Eigen::Vector3d(state.linear_velocity.data()),
+          Eigen::Vector3d(state.angular_velocity.data())};
+}
+
+// Where the joint frame is on the side of a parent that no solver moves, seen from the sector `frame`.
+void fix_parent(const Partition& partition, const JointRecord& record, const SectorIndex& frame,
+                TaskJoint& task) {
+  const JointProperties& joint = record.properties;
+  SectorIndex home = joint.anchor;
+  JointSide parent;
+  if (joint.parent.value != 0) {
+    if (record.parent_motion == Motion::kStatic) {
+      const BodyRecord* body = partition.statics.find(joint.parent);
+      invariant(body != nullptr, "the static parent of a joint is there as long as the joint");
+      home = body->home;
+      parent = side_of(body->state);
+    } else if (const auto body = partition.bodies.find(joint.parent); body != partition.bodies.end()) {
+      home = body->second->sector->index;
+      parent = side_of(body->second->sector->world->state(body->second->slot));
+    } else {
+      const auto replica = partition.replicas.find(joint.parent);
+      invariant(replica != partition.replicas.end(),
+                "all servers know a kinematic body that a joint hangs on");
+      home = replica->second->home;
+      parent = side_of(replica->second->state);
+    }
+  }
+  const Eigen::Vector3d lever = parent.pose.orientation * joint.in_parent.position;
+  task.fixed_parent = parent.pose * joint.in_parent;
+  task.fixed_parent.position += metres_between(frame, home, partition.sector_size());
+  task.fixed_velocity = parent.linear_velocity + parent.angular_velocity.cross(lever);
+  task.fixed_spin = parent.angular_velocity;
+}
+
+}  // namespace
+
+void add_component(const Partition& partition, Sector& sector, const Component& component,
+                   TaskBuilder& builder, bool clones_as_bodies) {
+  SectorWorld& world = *sector.world;
+  for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
+    builder.add_body(sector.component_bodies[i]->id, {&world, sector.component_bodies[i]->slot},
+                     sector.index);
+  }
+  for (std::uint32_t i = component.clones_begin; i < component.clones_end; ++i) {
+    const BodyId id = sector.component_clones[i];
+    const WorldBody place{&world, sector.clones.at(id).slot};
+    if (clones_as_bodies) {
+      builder.add_copy(id, place, sector.index);
+    } else {
+      builder.add_clone(place, id);
+    }
+  }
+  const std::span<const ContactPair> pairs = world.contacts();
+  for (std::uint32_t i = component.pairs_begin; i < component.pairs_end; ++i) {
+    const ContactPair& pair = pairs[sector.component_pairs[i]];
+    builder.add_contact(pair, {&world, sector.component_pairs[i]});
+    if (!sector.has_kinematics) continue;
+    if (motion_of(partition, pair.a) == Motion::kKinematic) builder.add_kinematic({&world, pair.slot_a});
+    if (motion_of(partition, pair.b) == Motion::kKinematic) builder.add_kinematic({&world, pair.slot_b});
+  }
+}
+
+SolveJob build_job(const Partition& partition, TaskBuilder& builder) {
+  if (!partition.joints.empty()) {
+    builder.add_joints(partition.joints, partition.sector_size(),
+                       partition.settings.seams == SeamPolicy::kIsland,
+                       [&](const JointRecord& joint, const SectorIndex& frame, TaskJoint& task) {
+                         fix_parent(partition, joint, frame, task);
+                       });
+  }
+  return builder.build();
+}
+
+}  // namespace tessera

@@ -1,0 +1,83 @@
+// Tasks for the solver: bodies, contacts and joints of islands, in the canonical order.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "lpss/engine/engine.h"
+#include "lpss/partition/partition.h"
+
+namespace tessera {
+
+// One task for a solver and how much work it is.
+struct SolveJob {
+  SolveTask task;
+  std::vector<WorldBody> kinematics;  // touched by its bodies; engines keep solver state in them
+};
+
+// Collects bodies and contacts from worlds in any order and ends in the canonical one.
+class TaskBuilder {
+ public:
+  // `frame`: the sector to whose centre the body's state is relative in its engine world.
+  void add_body(BodyId id, const WorldBody& body, const SectorIndex& frame) {
+    bodies_.push_back({id, body, frame, true});
+  }
+
+  // A body of another part of the island: it may be the parent of a joint, but its own joints are not this
+  // task's.
+  void add_copy(BodyId id, const WorldBody& body, const SectorIndex& frame) {
+    bodies_.push_back({id, body, frame, false});
+  }
+  void add_contact(const ContactPair& pair, const WorldPair& place) {
+    contacts_.push_back({pair.a, pair.b, place});
+  }
+
+  // The body in `place` is a clone of `original`, which is (or will be) among the bodies.
+  void add_clone(const WorldBody& place, BodyId original);
+  void add_kinematic(const WorldBody& place) { kinematics_.push_back(place); }
+
+  // Adds the joints of the bodies, all of which have been added; `fix_parent` tells where a parent that does
+  // not move by the task is. `complete`: that the other body of each joint has been added, too.
+  using FixParent = std::function<void(const JointRecord& joint, const SectorIndex& frame, TaskJoint& task)>;
+  void add_joints(const JointIndex& joints, double sector_size, bool complete, const FixParent& fix_parent);
+
+  SolveJob build();
+  bool empty() const { return bodies_.empty(); }
+
+  // The place of a body in the task, if it has it. Once the task is built.
+  std::optional<std::size_t> place_of(BodyId id) const;
+
+ private:
+  struct Body {
+    BodyId id;
+    WorldBody place;
+    SectorIndex frame;
+    bool own;
+  };
+  struct Contact {
+    BodyId a;
+    BodyId b;
+    WorldPair place;
+  };
+  const Body* find(BodyId id) const;
+  void sort_bodies();
+
+  std::vector<Body> bodies_;
+  std::vector<Contact> contacts_;
+  std::vector<std::pair<JointId, TaskJoint>> joints_;
+  std::vector<std::pair<BodyId, WorldBody>> clones_;
+  std::vector<WorldBody> kinematics_;
+};
+
+// Adds a component's bodies and contacts to a task. Its clones are bodies of the task themselves, or stand
+// for their originals.
+void add_component(const Partition& partition, Sector& sector, const Component& component,
+                   TaskBuilder& builder, bool clones_as_bodies);
+
+// Builds a task with the joints of its bodies. Policy clone: those that have both of their bodies in the
+// sector.
+SolveJob build_job(const Partition& partition, TaskBuilder& builder);
+
+}  // namespace tessera

@@ -1,0 +1,148 @@
+#include "lpss/tick/islands.h"
+
+#include <algorithm>
+
+#include "lpss/partition/bodies.h"
+#include "lpss/tick/couple.h"
+#include "lpss/tick/ship.h"
+#include "lpss/tick/sleep.h"
+
+namespace tessera {
+namespace {
+
+// Components with more contacts than this are jobs of their own; the rest of a sector is one job.
+constexpr std::uint32_t kLargeComponent = 256;
+
+// Whether the component is one body that nothing touches and no joint holds.
+bool flies_freely(const Partition& partition, const Sector& sector, const Component& component) {
+  return partition.free_flight && component.bodies_end - component.bodies_begin == 1 &&
+         component.pairs_begin == component.pairs_end &&
+         !sector.component_bodies[component.bodies_begin]->jointed;
+}
+
+// The components that no border runs through: solved where they are.
+void assemble_interior(Partition& partition, TickContext& context, Sector& sector) {
+  const bool clones_are_solved = partition.settings.seams == SeamPolicy::kClone;
+  TaskBuilder small;
+  for (const Component& component : sector.components) {
+    if (component.part != Component::kInterior || !component.any_awake) continue;
+    settle(partition, context, sector, component, component.all_want_sleep);
+    if (component.all_want_sleep) continue;
+    if (flies_freely(partition, sector, component)) {
+      sector.in_free_flight.push_back(sector.component_bodies[component.bodies_begin]->slot);
+      continue;
+    }
+    if (component.pairs_end - component.pairs_begin > kLargeComponent) {
+      TaskBuilder large;
+      add_component(partition, sector, component, large, clones_are_solved);
+      context.plan.jobs.push_back(build_job(partition, large));
+    } else {
+      add_component(partition, sector, component, small, clones_are_solved);
+    }
+  }
+  if (!small.empty()) context.plan.jobs.push_back(build_job(partition, small));
+}
+
+// All servers choose the same one to solve an island: the one with most of its contacts, the lowest rank
+// among equals. While authority is shuffled, any of those that have a part.
+Rank solver_of(const Partition& partition, Tick tick, const SeamIsland& island,
+               const std::vector<std::uint64_t>& weight) {
+  if (partition.settings.shuffle == 0) {
+    return static_cast<Rank>(std::max_element(weight.begin(), weight.end()) - weight.begin());
+  }
+  std::vector<Rank> candidates;
+  for (Rank rank = 0; rank < weight.size(); ++rank) {
+    if (weight[rank] > 0) candidates.push_back(rank);
+  }
+  return candidates[scrambled(partition.settings.shuffle ^ scrambled(tick ^ scrambled(island.id.value))) %
+                    candidates.size()];
+}
+
+// An island that reaches over borders.
+void assemble(Partition& partition, TickContext& context, const SeamIsland& island,
+              std::vector<Shipment>& outbox) {
+  std::vector<std::uint64_t> weight(partition.map.servers(), 0);
+  for (const PartRef& ref : island.parts) {
+    weight[partition.map.owner(ref.sector)] += partition.seam_graph.part(ref).contacts + 1;
+  }
+  if (weight[partition.self] == 0) return;
+  const Rank solver = solver_of(partition, context.tick, island, weight);
+  const bool shipped = std::count_if(weight.begin(), weight.end(), [](std::uint64_t w) { return w > 0; }) > 1;
+
+  PendingIsland pending;
+  pending.id = island.id;
+  ShippedIsland parcel;
+  parcel.island = island.id;
+  for (const PartRef& ref : island.parts) {
+    if (!partition.hosts(ref.sector)) continue;
+    Sector& sector = *partition.sectors.at(ref.sector);
+    const Component& component = sector.components[sector.part_components[ref.part]];
+    settle(partition, context, sector, component, island.all_want_sleep);
+    if (island.all_want_sleep) continue;
+    if (island.parts.size() == 1 && flies_freely(partition, sector, component)) {
+      sector.in_free_flight.push_back(sector.component_bodies[component.bodies_begin]->slot);
+      return;
+    }
+    if (solver != partition.self) {
+      ship_part(partition, sector, component, parcel);
+      continue;
+    }
+    add_component(partition, sector, component, pending.builder, false);
+    if (!shipped) continue;
+    for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
+      const HomeBody& body = *sector.component_bodies[i];
+      pending.own.emplace(body.id, record_of(body));
+    }
+  }
+  if (island.all_want_sleep) return;
+  if (solver != partition.self) {
+    outbox[solver].islands.push_back(std::move(parcel));
+    context.plan.awaits_solution[solver] = true;
+    return;
+  }
+  if (island.parts.size() > 1) ++context.counts.islands_across_seams;
+  if (!shipped) {
+    context.plan.jobs.push_back(build_job(partition, pending.builder));
+    return;
+  }
+  ++context.counts.islands_shipped;
+  for (Rank rank = 0; rank < weight.size(); ++rank) {
+    if (rank != partition.self && weight[rank] > 0) context.plan.awaits_shipment[rank] = true;
+  }
+  context.plan.pending.push_back(std::move(pending));
+}
+
+}  // namespace
+
+std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
+                                   const std::vector<const Seams*>& inbox) {
+  std::vector<SectorIndex> awake;
+  for (const Seams* message : inbox) {
+    for (const SectorSeams& seams : message->sectors) {
+      partition.seam_graph.replace(seams);
+      awake.push_back(seams.sector);
+    }
+  }
+  std::sort(awake.begin(), awake.end());
+
+  const std::size_t servers = partition.map.servers();
+  std::vector<Shipment> outbox(servers);
+  context.plan.awaits_shipment.assign(servers, false);
+  context.plan.awaits_solution.assign(servers, false);
+  context.plan.coupled_with.assign(servers, false);
+  for (Sector* sector : context.stepped) assemble_interior(partition, context, *sector);
+  if (partition.settings.seams == SeamPolicy::kIsland) {
+    for (const SeamIsland& island : partition.seam_graph.awake_islands(awake)) {
+      if (beyond_cap(partition, island)) {
+        couple(partition, context, island, outbox);
+      } else {
+        assemble(partition, context, island, outbox);
+      }
+    }
+  }
+  std::sort(context.stepped.begin(), context.stepped.end(),
+            [](const Sector* a, const Sector* b) { return a->index < b->index; });
+  return outbox;
+}
+
+}  // namespace tessera

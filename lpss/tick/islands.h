@@ -1,0 +1,18 @@
+// Islands: the parts of all sectors become islands over sectors and servers, each with one solver.
+#pragma once
+
+#include <vector>
+
+#include "lpss/tick/context.h"
+#include "lpss/tick/messages.h"
+
+namespace tessera {
+
+// Joins what all servers said of their seams, lets islands wake up or fall asleep, and plans what is solved
+// where
+// (`context.plan`). All servers come to the same islands and solvers. Returns the parts to be shipped, by
+// rank.
+std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
+                                   const std::vector<const Seams*>& inbox);
+
+}  // namespace tessera

@@ -1,0 +1,14 @@
+// Report: what a server counted in a tick.
+#pragma once
+
+#include <vector>
+
+#include "lpss/partition/partition.h"
+#include "lpss/tick/tick_counts.h"
+
+namespace tessera {
+
+// Adds what can be counted at the end of a tick in which the sectors `stepped` took part.
+void count(const Partition& partition, const std::vector<Sector*>& stepped, TickCounts& counts);
+
+}  // namespace tessera

@@ -1,0 +1,24 @@
+// A round of a tick: the messages that a server sends, and those that it awaits before it goes on.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "lpss/tick/messages.h"
+
+namespace tessera {
+
+// In the order in which they run; most ticks have neither transfers, shipments nor couplings to speak of.
+enum class RoundKind : std::uint8_t { kIdle, kTransfer, kExchange, kSeams, kShipment, kCoupling, kSolution };
+
+struct Round {
+  std::uint32_t number = 0;  // the same for all that send and await it; ascends within a tick
+  std::vector<std::optional<RoundMessage>> to;  // by rank; to itself, too
+  std::vector<bool> from;                       // by rank: who sends something in this round
+};
+
+// `pass` counts rounds of the same kind in one tick, of which there are fewer than 2^24.
+Round make_round(RoundKind kind, std::size_t servers, std::uint32_t pass = 0);
+
+}  // namespace tessera

@@ -1,0 +1,57 @@
+#include "lpss/tick/seam_search.h"
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+// Policy clone, depth k > 1: what touches a body that is cloned is cloned with it, k - 1 contacts deep.
+void deepen_clones(int depth_max, Sector& sector) {
+  if (!sector.world) return;
+  const auto place_of = [&](BodyId id) -> std::optional<std::size_t> {
+    const auto place =
+        std::lower_bound(sector.homes.begin(), sector.homes.end(), id,
+                         [](const HomeBody* body, BodyId wanted) { return body->id < wanted; });
+    if (place == sector.homes.end() || (*place)->id != id) return std::nullopt;
+    return static_cast<std::size_t>(place - sector.homes.begin());
+  };
+  std::vector<OffsetSet> reached(sector.homes.size());
+  for (int depth = 1; depth < depth_max; ++depth) {
+    for (std::size_t n = 0; n < sector.homes.size(); ++n) reached[n] = sector.homes[n]->wanted_in;
+    for (const ContactPair& pair : sector.world->contacts()) {
+      const auto a = place_of(pair.a);
+      const auto b = place_of(pair.b);
+      if (!a || !b) continue;
+      sector.homes[*a]->wanted_in.merge(reached[*b]);
+      sector.homes[*b]->wanted_in.merge(reached[*a]);
+    }
+  }
+}
+
+}  // namespace
+
+bool may_have_moved(const HomeBody& body) {
+  return body.dirty || body.sector->world->activity(body.slot) != Activity::kAsleep;
+}
+
+OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept, Motion motion) {
+  const WorldSettings& settings = partition.settings;
+  if (settings.seams == SeamPolicy::kClone && settings.clone_depth == 0) return {};
+  return clone_targets(sectors_within_reach(swept, partition.margins), settings.seams, motion);
+}
+
+void search_seams(Partition& partition) {
+  for (Sector* sector : partition.active) {
+    for (HomeBody* body : sector->homes) {
+      if (!may_have_moved(*body)) continue;
+      body->swept = sector->world->swept_box(body->slot, partition.dt());
+      body->wanted_in = sectors_to_tell(partition, body->swept, body->properties.motion);
+    }
+  }
+  const WorldSettings& settings = partition.settings;
+  if (settings.seams == SeamPolicy::kClone && settings.clone_depth > 1) {
+    for (Sector* sector : partition.active) deepen_clones(settings.clone_depth, *sector);
+  }
+}
+
+}  // namespace tessera

@@ -1,0 +1,35 @@
+#include "lpss/tick/sleep.h"
+
+#include <algorithm>
+
+namespace tessera {
+
+void settle(Partition& partition, TickContext& context, Sector& sector, const Component& component,
+            bool all_want_sleep) {
+  SectorWorld& world = *sector.world;
+  for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
+    HomeBody& body = *sector.component_bodies[i];
+    const Activity activity = world.activity(body.slot);
+    if (all_want_sleep && activity != Activity::kAsleep) {
+      world.sleep(body.slot);
+      body.dirty = true;
+    } else if (!all_want_sleep && activity == Activity::kAsleep) {
+      world.wake(body.slot);
+      if (sector.awake) continue;
+      sector.awake = true;
+      context.stepped.push_back(&sector);
+      activate(partition, sector);
+    }
+  }
+}
+
+void retire_sectors(Partition& partition) {
+  std::erase_if(partition.active, [&](Sector* sector) {
+    const bool dirty = std::any_of(sector->homes.begin(), sector->homes.end(),
+                                   [](const HomeBody* body) { return body->dirty || body->next_home; });
+    sector->active = news || (sector->world && anything_awake(*sector));
+    return !sector->active;
+  });
+}
+
+}  // namespace tessera

@@ -1,0 +1,241 @@
+#include "lpss/tick/tick_machine.h"
+
+#include <absl/cleanup/cleanup.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "lpss/base/invariant.h"
+#include "lpss/tick/cloning.h"
+#include "lpss/tick/commands.h"
+#include "lpss/tick/components.h"
+#include "lpss/tick/contact_points.h"
+#include "lpss/tick/couple.h"
+#include "lpss/tick/detect.h"
+#include "lpss/tick/events.h"
+#include "lpss/tick/exchange.h"
+#include "lpss/tick/homes.h"
+#include "lpss/tick/integrate.h"
+#include "lpss/tick/islands.h"
+#include "lpss/tick/report.h"
+#include "lpss/tick/seam_search.h"
+#include "lpss/tick/ship.h"
+#include "lpss/tick/sleep.h"
+#include "lpss/tick/transfer.h"
+
+namespace tessera {
+namespace {
+
+using Inbox = std::vector<std::optional<RoundMessage>>;
+
+// The messages of one kind by rank; a default one where a rank had nothing to say.
+template <typename Message>
+std::vector<Message> messages(Inbox& inbox) {
+  std::vector<Message> result(inbox.size());
+  for (std::size_t rank = 0; rank < inbox.size(); ++rank) {
+    if (!inbox[rank]) continue;
+    Message* message = std::get_if<Message>(&*inbox[rank]);
+    invariant(message != nullptr, "a message belongs to the round that it was sent in");
+    result[rank] = std::move(*message);
+  }
+  return result;
+}
+
+template <typename Message>
+void address(Round& round, std::vector<Message> outbox) {
+  for (std::size_t rank = 0; rank < outbox.size(); ++rank) round.to[rank] = std::move(outbox[rank]);
+}
+
+void drop_empty_sectors(Partition& partition, Vacated& vacated) {
+  for (Sector* sector : std::vector<Sector*>(partition.active)) drop_if_empty(partition, *sector, vacated);
+  std::sort(partition.active.begin(), partition.active.end(),
+            [](const Sector* a, const Sector* b) { return a->index < b->index; });
+}
+
+}  // namespace
+
+Round make_round(RoundKind kind, std::size_t servers, std::uint32_t pass) {
+  constexpr int kPassBits = 24;
+  Round result;
+  result.number = static_cast<std::uint32_t>(kind) << kPassBits | pass;
+  result.to.resize(servers);
+  result.from.assign(servers, false);
+  return result;
+}
+
+TickMachine::TickMachine(Partition& partition, Options options)
+    : partition_(partition),
+      parallel_(std::move(options.parallel)),
+      clock_(std::move(options.time)),
+      solvers_(partition.engine) {}
+
+Round TickMachine::round(RoundKind kind, std::uint32_t pass) {
+  awaited_ = kind;
+  return make_round(kind, partition_.map.servers(), pass);
+}
+
+std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) {
+  invariant(awaited_ == RoundKind::kIdle, "a tick begins after the last one has ended");
+  context_ = {};
+  context_.tick = ++tick_;
+  clock_.reset();
+  const absl::Cleanup leave = [this] { clock_.leave(); };
+  if (partition_.at_rest && commands.empty()) {
+    rest();
+    return std::nullopt;
+  }
+  partition_.at_rest = false;
+  context_.commands.assign(commands.begin(), commands.end());
+  return moves_sectors(partition_.settings, tick_) ? transfer_round() : exchange_round();
+}
+
+std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage>> inbox) {
+  const absl::Cleanup leave = [this] { clock_.leave(); };
+  switch (awaited_) {
+    case RoundKind::kIdle:
+      break;
+    case RoundKind::kTransfer:
+      clock_.enter(TickPhase::kExchange);
+      take_sectors(partition_, messages<Transfer>(inbox));
+      return exchange_round();
+    case RoundKind::kExchange: {
+      std::vector<Exchange> received = messages<Exchange>(inbox);
+      partition_.at_rest =
+          std::all_of(received.begin(), received.end(), [](const Exchange& e) { return e.quiet; });
+      if (!partition_.at_rest) return seams_round(std::move(received));
+      rest();
+      return std::nullopt;
+    }
+    case RoundKind::kSeams: {
+      const auto received = messages<std::shared_ptr<const Seams>>(inbox);
+      std::vector<const Seams*> seams;
+      for (const auto& message : received) seams.push_back(message.get());
+      return shipment_round(seams);
+    }
+    case RoundKind::kShipment:
+      return solve_round(messages<Shipment>(inbox));
+    case RoundKind::kCoupling:
+      clock_.enter(TickPhase::kSolving);
+      return next_pass(context_.plan.coupled, messages<Coupling>(inbox), context_.pass++, parallel_)
+                 ? coupling_round()
+                 : solution_round();
+    case RoundKind::kSolution:
+      end_tick(messages<Solution>(inbox));
+      return std::nullopt;
+  }
+  invariant(false, "a tick advances after it has begun");
+  return std::nullopt;
+}
+
+Round TickMachine::transfer_round() {
+  clock_.enter(TickPhase::kExchange);
+  Round result = round(RoundKind::kTransfer);
+  address(result, give_sectors(partition_, tick_));
+  result.from.flip();
+  return result;
+}
+
+Round TickMachine::exchange_round() {
+  std::vector<Exchange> outbox(partition_.map.servers());
+  clock_.enter(TickPhase::kSectorization);
+  std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands);
+  send_contact_points(partition_, outbox);
+  change_homes(partition_, std::move(jumps), outbox);
+  context_.counts.bodies_stopped += announce_home_changes(partition_);
+
+  clock_.enter(TickPhase::kSeamSearch);
+  search_seams(partition_);
+
+  clock_.enter(TickPhase::kExchange);
+  tell_of_replicas(partition_, outbox);
+  const bool quiet = partition_.active.empty() && context_.commands.empty();
+  for (Exchange& message : outbox) message.quiet = quiet;
+
+  Round result = round(RoundKind::kExchange);
+  address(result, std::move(outbox));
+  result.from.flip();
+  return result;
+}
+
+Round TickMachine::seams_round(std::vector<Exchange> inbox) {
+  clock_.enter(TickPhase::kExchange);
+  take_replicas(partition_, inbox);
+  clock_.enter(TickPhase::kSectorization);
+  take_homes(partition_, inbox);
+  drop_empty_sectors(partition_, context_.vacated);
+
+  clock_.enter(TickPhase::kCloning);
+  update_clones(partition_, parallel_);
+  clock_.enter(TickPhase::kSectorization);
+  take_contact_points(partition_, inbox);
+
+  clock_.enter(TickPhase::kDetection);
+  context_.stepped = detect(partition_, parallel_);
+
+  clock_.enter(TickPhase::kIslands);
+  const auto seams = std::make_shared<const Seams>(find_components(partition_, parallel_, context_.vacated));
+
+  Round result = round(RoundKind::kSeams);
+  for (auto& message : result.to) message = seams;
+  result.from.flip();
+  return result;
+}
+
+Round TickMachine::shipment_round(const std::vector<const Seams*>& inbox) {
+  clock_.enter(TickPhase::kIslands);
+  std::vector<Shipment> outbox = plan_islands(partition_, context_, inbox);
+  const IslandPlan& plan = context_.plan;
+  Round result = round(RoundKind::kShipment);
+  for (Rank rank = 0; rank < outbox.size(); ++rank) {
+    result.from[rank] = plan.awaits_shipment[rank] || plan.coupled_with[rank];
+    if (!outbox[rank].islands.empty() || plan.coupled_with[rank]) result.to[rank] = std::move(outbox[rank]);
+  }
+  return result;
+}
+
+Round TickMachine::solve_round(const std::vector<Shipment>& inbox) {
+  clock_.enter(TickPhase::kSolving);
+  begin_parts(partition_, context_.plan.coupled, inbox, parallel_);
+  context_.solutions = solve(partition_, context_.plan, inbox, parallel_, solvers_);
+  return context_.plan.coupled.empty() ? solution_round() : coupling_round();
+}
+
+Round TickMachine::coupling_round() {
+  const IslandPlan& plan = context_.plan;
+  std::vector<Coupling> outbox = changes_of_parts(partition_.map.servers(), plan.coupled);
+  Round result = round(RoundKind::kCoupling, context_.pass);
+  for (Rank rank = 0; rank < outbox.size(); ++rank) {
+    result.from[rank] = plan.coupled_with[rank];
+    if (plan.coupled_with[rank]) result.to[rank] = std::move(outbox[rank]);
+  }
+  return result;
+}
+
+Round TickMachine::solution_round() {
+  std::vector<Solution>& solutions = context_.solutions;
+  Round result = round(RoundKind::kSolution);
+  for (Rank rank = 0; rank < solutions.size(); ++rank) {
+    const bool self = rank == partition_.self;
+    result.from[rank] = context_.plan.awaits_solution[rank] || self;
+    if (context_.plan.awaits_shipment[rank] || self) result.to[rank] = std::move(solutions[rank]);
+  }
+  return result;
+}
+
+void TickMachine::end_tick(const std::vector<Solution>& inbox) {
+  clock_.enter(TickPhase::kIntegration);
+  for (const Solution& solution : inbox) take_solution(partition_, solution);
+  context_.events = gather_events(partition_, tick_, context_.stepped, context_.vacated, parallel_);
+  context_.counts.bodies_stopped += integrate(partition_, context_.stepped, parallel_);
+  count(partition_, context_.stepped, context_.counts);
+  retire_sectors(partition_);
+  awaited_ = RoundKind::kIdle;
+}
+
+// The rest of a tick in which nothing in the whole world moves.
+void TickMachine::rest() {
+  awaited_ = RoundKind::kIdle;
+  count(partition_, {}, context_.counts);
+}
+
+}  // namespace tessera

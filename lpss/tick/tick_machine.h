@@ -1,0 +1,72 @@
+// The tick of one partition as a state machine without I/O: it takes messages and gives back messages.
+//
+// One process that hosts everything has one partition (rank 0 of 1) and hands its own messages back to it; n
+// servers have n and carry the messages. Both run this code, and end in the same bits.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "lpss/tick/context.h"
+#include "lpss/tick/parallel.h"
+#include "lpss/tick/phase_clock.h"
+#include "lpss/tick/round.h"
+#include "lpss/tick/solve.h"
+
+namespace tessera {
+
+class TickMachine {
+ public:
+  struct Options {
+    ParallelFor parallel;  // empty: one after the other
+    TimeSource time{};     // empty: phases are not timed
+  };
+
+  // The partition must outlive the machine. Between ticks it may be changed from outside.
+  TickMachine(Partition& partition, Options options);
+
+  // Starts a tick. All servers get all commands, which take effect at once. Nothing to say, and the tick is
+  // over, where the whole world is at rest.
+  std::optional<Round> begin_tick(std::span<const Command> commands);
+
+  // Goes on with what the ranks in the last round's `from` sent in that round. Nothing once the tick is over.
+  std::optional<Round> advance(std::vector<std::optional<RoundMessage>> inbox);
+
+  const Partition& partition() const { return partition_; }
+  Partition& partition() { return partition_; }
+
+  // --- of the last tick ---
+
+  const TickCounts& counts() const { return context_.counts; }
+
+  // Ascending by (a, b); only gathered while they are reported (events.h).
+  const std::vector<ContactEvent>& contact_events() const { return context_.events; }
+
+  // Without the time between the calls; zero without a time source.
+  const PhaseTimes& phase_times() const { return clock_.times(); }
+
+ private:
+  // One function a round: what the messages of the last one make possible, up to the messages of this one.
+  Round transfer_round();
+  Round exchange_round();
+  Round seams_round(std::vector<Exchange> inbox);
+  Round shipment_round(const std::vector<const Seams*>& inbox);
+  Round solve_round(const std::vector<Shipment>& inbox);
+  Round coupling_round();
+  Round solution_round();
+  void end_tick(const std::vector<Solution>& inbox);
+  void rest();
+
+  Round round(RoundKind kind, std::uint32_t pass = 0);
+
+  Partition& partition_;
+  ParallelFor parallel_;
+  PhaseClock clock_;
+  SolverPool solvers_;
+  Tick tick_ = 0;
+  RoundKind awaited_ = RoundKind::kIdle;
+  TickContext context_;
+};
+
+}  // namespace tessera
