@@ -1,0 +1,214 @@
+// Worlds are loaded, replaced and unloaded; what belongs to another one is kept, dropped or refused.
+#include "proto/convert.h"
+#include "sector_server/test_server.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using Kind = v1::ClusterMessage::KindCase;
+
+class WorldLoad : public testing::Test {
+ protected:
+  WorldLoad() {
+    server_.start();
+    server_.welcome();
+  }
+
+  // The answers to loads, as world and error.
+  std::vector<std::pair<std::uint64_t, std::string>> answers() {
+    std::vector<std::pair<std::uint64_t, std::string>> result;
+    for (const v1::ClusterMessage& message : server_.take(Kind::kLoaded)) {
+      result.emplace_back(message.loaded().world(), message.loaded().error());
+    }
+    return result;
+  }
+
+  // The error that a load is answered with; the server must live on.
+  std::string error_of(const v1::LoadWorld& load) {
+    server_.load(load);
+    EXPECT_FALSE(server_.has_ended());
+    EXPECT_EQ(server_.machine.share_between_ticks(), nullptr);
+    const auto heard = answers();
+    return heard.size() == 1 ? heard[0].second : "";
+  }
+
+  static v1::LoadWorld alone(std::uint64_t number = kWorld) {
+    return loads_of(small_tower(), {kFirst}, number)[0];
+  }
+
+  static v1::ClusterMessage round(std::uint64_t world, Tick tick, std::uint32_t number,
+                                  const std::string& body = "") {
+    v1::ClusterMessage message;
+    message.mutable_round()->set_world(world);
+    message.mutable_round()->set_tick(tick);
+    message.mutable_round()->set_number(number);
+    message.mutable_round()->set_body(body);
+    return message;
+  }
+
+  TestServer server_;
+};
+
+TEST_F(WorldLoad, IsAnsweredAndTheStateOfTickZeroIsShown) {
+  server_.load(alone());
+  EXPECT_THAT(answers(), ElementsAre(std::pair(kWorld, "")));
+  EXPECT_THAT(server_.observed, ElementsAre(0));
+  EXPECT_NE(server_.machine.share_between_ticks(), nullptr);
+  EXPECT_EQ(server_.machine.tick(), 0u);
+  EXPECT_EQ(server_.machine.last_tick(), nullptr);
+  EXPECT_FALSE(server_.machine.work_left());
+  EXPECT_THAT(server_.log, Contains(HasSubstr("6 bodies live here")));
+}
+
+TEST_F(WorldLoad, OfAWorldThatIsNotForThisServerIsRefused) {
+  EXPECT_THAT(error_of(loads_of(small_tower(), {kSecond})[0]), HasSubstr("lacks this one"));
+}
+
+TEST_F(WorldLoad, OfWhatCannotBeReadIsRefused) {
+  v1::LoadWorld load = alone();
+  load.mutable_settings()->set_precision(static_cast<v1::Precision>(9));
+  EXPECT_THAT(error_of(load), HasSubstr("precision = 9"));
+  load = alone();
+  load.mutable_records()->pop_back();
+  EXPECT_THAT(error_of(load), HasSubstr("the bytes do not fit"));
+  load = alone();
+  load.mutable_joints()->push_back('x');
+  EXPECT_NE(error_of(load), "");
+  load = alone();
+  load.mutable_shapes(0)->mutable_parts(0)->clear_geometry();
+  EXPECT_NE(error_of(load), "");
+  load = alone();
+  load.add_splitters();
+  EXPECT_THAT(error_of(load), HasSubstr("one run per server"));
+}
+
+TEST_F(WorldLoad, OfAnotherPrecisionThanTheProcessHasIsRefused) {
+  server_.load(alone());
+  v1::LoadWorld load = alone(kWorld + 1);
+  load.mutable_settings()->set_precision(to_proto(Precision::kFloat64));
+  server_.take(Kind::kLoaded);
+  EXPECT_NE(error_of(load), "");
+  server_.load(alone(kWorld + 2));
+  EXPECT_THAT(answers(), ElementsAre(std::pair(kWorld + 2, ""))) << "the next one may be right again";
+}
+
+TEST_F(WorldLoad, ReplacesTheWorldBefore) {
+  server_.load(alone());
+  server_.grant(grant_of(1, 3));
+  server_.work();
+  ASSERT_EQ(server_.machine.tick(), 3u);
+  server_.load(alone(kWorld + 1));
+  EXPECT_EQ(server_.machine.tick(), 0u);
+  server_.grant(grant_of(1, 2, {}, kWorld + 1));
+  server_.work();
+  EXPECT_EQ(server_.machine.tick(), 2u);
+  EXPECT_THAT(server_.observed, ElementsAre(0, 1, 2, 3, 0, 1, 2));
+}
+
+TEST_F(WorldLoad, OfAWorldThatWasAlreadyUnloadedIsForgotten) {
+  server_.unload(kWorld);
+  server_.load(alone(kWorld));
+  EXPECT_THAT(answers(), IsEmpty());
+  EXPECT_EQ(server_.machine.share_between_ticks(), nullptr);
+  server_.load(alone(kWorld + 1));
+  EXPECT_THAT(answers(), ElementsAre(std::pair(kWorld + 1, "")));
+}
+
+TEST_F(WorldLoad, AnUnloadEndsTheWorldThatItNamesAndNoOther) {
+  server_.load(alone());
+  server_.unload(kWorld - 1);
+  EXPECT_NE(server_.machine.share_between_ticks(), nullptr);
+  server_.unload(kWorld);
+  EXPECT_EQ(server_.machine.share_between_ticks(), nullptr);
+  EXPECT_THAT(server_.log, Contains("the world is unloaded"));
+  server_.advance(std::chrono::seconds(1));
+  const auto reports = server_.take(Kind::kReport);
+  ASSERT_EQ(reports.size(), 1u);
+  EXPECT_EQ(reports[0].report().world(), 0u);
+}
+
+TEST_F(WorldLoad, WhatIsLateForAWorldThatIsGoneIsDropped) {
+  server_.load(alone());
+  server_.unload();
+  server_.grant(grant_of(1, 5));
+  for (std::uint32_t n = 0; n < 5000; ++n) {
+    server_.receive(kSecond, round(kWorld, 1, n));
+    server_.receive(kSecond, round(kWorld - 1, 1, n));
+  }
+  EXPECT_FALSE(server_.machine.work_left());
+  EXPECT_FALSE(server_.has_ended());
+  server_.load(alone(kWorld + 1));
+  EXPECT_FALSE(server_.machine.work_left());
+}
+
+TEST_F(WorldLoad, WhatIsEarlyForAWorldWaitsForIt) {
+  server_.grant(grant_of(1, 4, {}, kWorld + 1));
+  server_.load(alone(kWorld));
+  EXPECT_FALSE(server_.machine.work_left()) << "it is of the next world";
+  server_.load(alone(kWorld + 1));
+  server_.work();
+  EXPECT_EQ(server_.machine.tick(), 4u);
+}
+
+TEST_F(WorldLoad, WhatIsEarlyIsKeptUpToALimit) {
+  for (int n = 0; n < 4096; ++n) server_.receive(kSecond, round(kWorld, 1, static_cast<std::uint32_t>(n)));
+  EXPECT_FALSE(server_.has_ended());
+  server_.receive(kSecond, round(kWorld, 2, 0));
+  EXPECT_EQ(server_.failure().code(), absl::StatusCode::kResourceExhausted);
+}
+
+TEST_F(WorldLoad, ARoundOfAStrangerEndsTheServerWithTheReason) {
+  server_.load(alone());
+  server_.receive(NodeId{77}, round(kWorld, 1, 1));
+  EXPECT_EQ(server_.failure().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(server_.failure().message()), HasSubstr("77"));
+  const auto goodbyes = server_.take(Kind::kGoodbye);
+  ASSERT_EQ(goodbyes.size(), 1u);
+  EXPECT_THAT(goodbyes[0].goodbye().reason(), HasSubstr("no server of this world"));
+}
+
+TEST_F(WorldLoad, ARoundThatComesTwiceOrTooLateEndsTheServer) {
+  const v1::LoadWorld load = loads_of(small_tower(), {kFirst, kSecond})[0];
+  server_.load(load);
+  server_.receive(kSecond, round(kWorld, 1, 1));
+  EXPECT_FALSE(server_.has_ended());
+  server_.receive(kSecond, round(kWorld, 1, 1));
+  EXPECT_EQ(server_.failure().code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(std::string(server_.failure().message()), HasSubstr("arrived twice"));
+
+  TestServer other;
+  other.start();
+  other.welcome();
+  other.load(load);
+  other.receive(kSecond, round(kWorld, 0, 1));
+  EXPECT_THAT(std::string(other.failure().message()), HasSubstr("of tick 0 arrived after tick 0"));
+}
+
+TEST_F(WorldLoad, WhatCannotBeReadInATickEndsTheServer) {
+  server_.load(alone());
+  v1::Grant grant = grant_of(1, 1);
+  grant.set_commands("garbage");
+  server_.grant(grant);
+  server_.work();
+  EXPECT_EQ(server_.failure().code(), absl::StatusCode::kDataLoss);
+  EXPECT_FALSE(server_.machine.work_left()) << "nothing more is done";
+
+  TestServer pair;
+  pair.start();
+  pair.welcome();
+  pair.load(loads_of(small_tower(), {kFirst, kSecond})[0]);
+  pair.grant(grant_of(1, 1));
+  pair.work();
+  ASSERT_FALSE(pair.to_peers.empty());
+  const v1::Round& awaited = pair.to_peers.front().message.round();
+  pair.receive(kSecond, round(kWorld, awaited.tick(), awaited.number(), "garbage"));
+  pair.work();
+  EXPECT_EQ(pair.failure().code(), absl::StatusCode::kDataLoss);
+}
+
+}  // namespace
+}  // namespace tessera

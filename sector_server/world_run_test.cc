@@ -1,0 +1,347 @@
+// Granted ticks are carried out in order, whatever overtakes what on the way, and give the bits of one
+// process.
+#include <random>
+
+#include "proto/convert.h"
+#include "sector_server/test_server.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using Kind = v1::ClusterMessage::KindCase;
+
+class OneServer : public testing::Test {
+ protected:
+  OneServer() {
+    server_.start();
+    server_.welcome();
+    server_.load(loads_of(small_tower(), {kFirst})[0]);
+  }
+
+  std::vector<v1::Answer> answers() {
+    std::vector<v1::Answer> result;
+    for (const v1::ClusterMessage& message : server_.take(Kind::kAnswer)) result.push_back(message.answer());
+    return result;
+  }
+
+  TestServer server_;
+};
+
+TEST_F(OneServer, DoesWhatIsGrantedAndNoMore) {
+  EXPECT_FALSE(server_.machine.work_left());
+  server_.grant(grant_of(1, 5));
+  EXPECT_TRUE(server_.machine.work_left());
+  EXPECT_EQ(server_.machine.tick(), 0u) << "receiving does no work";
+  server_.work();
+  EXPECT_EQ(server_.machine.tick(), 5u);
+  EXPECT_THAT(server_.observed, ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_THAT(server_.to_peers, IsEmpty());
+  EXPECT_EQ(server_.machine.exchange_bytes(), 0u);
+}
+
+TEST_F(OneServer, GivesTheBitsOfASimulation) {
+  server_.grant(grant_of(1, 60));
+  server_.work();
+  EXPECT_EQ(reported_hashes({&server_}), expected_hashes(small_tower(), 60));
+}
+
+TEST_F(OneServer, ReportsTicksInBundlesWithoutAGap) {
+  server_.grant(grant_of(1, 20));
+  server_.work();
+  Tick last = 0;
+  std::vector<int> sizes;
+  for (const v1::ClusterMessage& message : server_.take(Kind::kReport)) {
+    const v1::Report& report = message.report();
+    EXPECT_EQ(report.world(), kWorld);
+    EXPECT_EQ(report.bodies(), 6u);
+    sizes.push_back(report.ticks_size());
+    for (const v1::TickReport& tick : report.ticks()) EXPECT_EQ(tick.tick(), ++last);
+    EXPECT_EQ(report.tick(), last);
+  }
+  EXPECT_THAT(sizes, ElementsAre(8, 8, 4));
+  ASSERT_NE(server_.machine.last_tick(), nullptr);
+  EXPECT_EQ(server_.machine.last_tick()->tick(), 20u);
+  EXPECT_GT(server_.machine.last_tick()->contacts(), 0u);
+}
+
+TEST_F(OneServer, StandsStillWhileNothingIsGranted) {
+  server_.grant(grant_of(1, 3));
+  server_.work();
+  server_.take(Kind::kReport);
+  for (int n = 0; n < 5; ++n) {
+    server_.advance(std::chrono::seconds(1));
+    EXPECT_FALSE(server_.machine.work_left());
+    const auto reports = server_.take(Kind::kReport);
+    ASSERT_EQ(reports.size(), 1u) << "but it shows that it lives";
+    EXPECT_EQ(reports[0].report().tick(), 3u);
+    EXPECT_EQ(reports[0].report().ticks_size(), 0);
+  }
+  EXPECT_NE(server_.machine.share_between_ticks(), nullptr);
+  server_.grant(grant_of(2, 1));
+  server_.work();
+  EXPECT_EQ(server_.machine.tick(), 4u);
+}
+
+TEST_F(OneServer, CarriesGrantsOutInTheOrderOfTheirNumbers) {
+  server_.grant(grant_of(3, 0, {33}));
+  server_.grant(grant_of(2, 5, {22}));
+  EXPECT_FALSE(server_.machine.work_left());
+  server_.grant(grant_of(1, 2, {11}));
+  server_.work();
+  const std::vector<v1::Answer> heard = answers();
+  ASSERT_EQ(heard.size(), 3u);
+  EXPECT_EQ(heard[0].query(), 11u);
+  EXPECT_EQ(heard[0].tick(), 2u);
+  EXPECT_EQ(heard[1].query(), 22u);
+  EXPECT_EQ(heard[1].tick(), 7u);
+  EXPECT_EQ(heard[2].query(), 33u);
+  EXPECT_EQ(heard[2].tick(), 7u);
+}
+
+TEST_F(OneServer, AnswersAfterTheLastTickOfTheGrant) {
+  server_.grant(grant_of(1, 10, {5, 6}));
+  server_.work();
+  const std::vector<v1::Answer> heard = answers();
+  ASSERT_EQ(heard.size(), 2u);
+  const WorldHash expected = expected_hashes(small_tower(), 10).back();
+  for (const v1::Answer& answer : heard) {
+    EXPECT_EQ(answer.world(), kWorld);
+    EXPECT_EQ(answer.tick(), 10u);
+    EXPECT_EQ(WorldHash(answer.hash_low(), answer.hash_high()), expected);
+  }
+}
+
+TEST_F(OneServer, AnswersWhatARayHitsAndWhatIsNear) {
+  v1::Grant grant = grant_of(1, 0);
+  v1::Query& down = *grant.add_queries();
+  down.set_id(1);
+  *down.mutable_ray()->mutable_origin() = to_proto(WorldPosition{{0, 0, 3}, {0, 0, 0}});
+  *down.mutable_ray()->mutable_direction() = to_proto(Eigen::Vector3d(0, 0, -1));
+  down.mutable_ray()->set_length(20);
+  down.mutable_ray()->set_mask(0xffffffff);
+  v1::Query& aside = *grant.add_queries();
+  aside = down;
+  aside.set_id(2);
+  *aside.mutable_ray()->mutable_direction() = to_proto(Eigen::Vector3d(0, 1, 0));
+  v1::Query& around = *grant.add_queries();
+  around.set_id(3);
+  *around.mutable_near()->mutable_pose() = to_proto(WorldPose{{{0, 0, 1}, {0, 0, 1.2}}});
+  *around.mutable_near()->mutable_probe() = to_proto(Shape{{{Sphere{0.1}, {}}}}).parts(0).geometry();
+  around.mutable_near()->set_reach(0.2);
+  around.mutable_near()->set_mask(0xffffffff);
+  server_.grant(grant);
+  server_.work();
+  const std::vector<v1::Answer> heard = answers();
+  ASSERT_EQ(heard.size(), 3u);
+  // The top of the uppermost box, body 7, is 5 m above the origin.
+  EXPECT_TRUE(heard[0].hit());
+  EXPECT_EQ(heard[0].body(), 7u);
+  EXPECT_NEAR(heard[0].distance(), 12 - 5, 0.05);
+  EXPECT_FALSE(heard[1].hit());
+  ASSERT_GE(heard[2].near_size(), 1);
+  EXPECT_EQ(heard[2].near(0).body(), 7u);
+}
+
+TEST_F(OneServer, CommandsAndNewShapesActAtTheFirstTickOfTheirGrant) {
+  BodyRecord ball;
+  ball.id = BodyId{100};
+  ball.properties.shape = static_cast<ShapeId>(small_tower().shapes.size());
+  ball.state.position = {1.5, 0, 0};
+  const std::vector<Command> commands = {SpawnBody{ball}, ApplyImpulse{BodyId{7}, {1, 0, 0}, {}}};
+  v1::Grant grant = grant_of(1, 30, {9});
+  *grant.add_new_shapes() = to_proto(Shape{{{Sphere{0.25}, {}}}});
+  grant.set_commands(pack(std::span<const Command>(commands)));
+  server_.grant(grant);
+  server_.work();
+  WorldDescription same = small_tower();
+  same.shapes.push_back(Shape{{{Sphere{0.25}, {}}}});
+  EXPECT_EQ(reported_hashes({&server_}), expected_hashes(same, 30, commands));
+}
+
+class TwoServers : public testing::Test {
+ protected:
+  TwoServers() {
+    for (TestServer* server : {&first_, &second_}) {
+      server->start();
+      server->welcome();
+    }
+  }
+
+  void load(const WorldDescription& world) {
+    const std::vector<v1::LoadWorld> loads = loads_of(world, {kFirst, kSecond});
+    first_.load(loads[0]);
+    second_.load(loads[1]);
+  }
+
+  TestServer& server_of(NodeId node) { return node == kFirst ? first_ : second_; }
+
+  void deliver(const Letter& letter) {
+    TestServer& server = server_of(letter.to);
+    server.receive(letter.from, letter.message);
+    server.work();
+  }
+
+  // Moves what the servers have sent each other to what is under way.
+  void post() {
+    for (TestServer* server : {&first_, &second_}) {
+      for (Letter& letter : std::exchange(server->to_peers, {})) under_way_.push_back(std::move(letter));
+    }
+  }
+
+  void carry_all() {
+    for (post(); !under_way_.empty(); post()) {
+      for (const Letter& letter : std::exchange(under_way_, {})) deliver(letter);
+    }
+  }
+
+  // Whatever is under way arrives in an order that `seed` draws.
+  void carry_all_shuffled(std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    for (post(); !under_way_.empty(); post()) {
+      std::swap(under_way_[random() % under_way_.size()], under_way_.back());
+      const Letter letter = std::move(under_way_.back());
+      under_way_.pop_back();
+      deliver(letter);
+    }
+  }
+
+  TestServer first_{kFirst};
+  TestServer second_{kSecond};
+  std::vector<Letter> under_way_;
+};
+
+TEST_F(TwoServers, EachWaitsInATickForTheOther) {
+  load(small_tower());
+  first_.grant(grant_of(1, 2));
+  first_.work();
+  EXPECT_EQ(first_.machine.tick(), 0u);
+  EXPECT_FALSE(first_.machine.work_left());
+  EXPECT_EQ(first_.machine.share_between_ticks(), nullptr) << "a tick is under way";
+  ASSERT_EQ(first_.to_peers.size(), 1u);
+  const v1::Round& round = first_.to_peers[0].message.round();
+  EXPECT_EQ(first_.to_peers[0].to, kSecond);
+  EXPECT_EQ(round.world(), kWorld);
+  EXPECT_EQ(round.tick(), 1u);
+  EXPECT_EQ(first_.machine.exchange_bytes(), round.body().size());
+
+  carry_all();
+  EXPECT_EQ(first_.machine.tick(), 0u) << "the other one has no grant yet";
+  second_.grant(grant_of(1, 2));
+  second_.work();
+  carry_all();
+  EXPECT_EQ(first_.machine.tick(), 2u);
+  EXPECT_EQ(second_.machine.tick(), 2u);
+}
+
+TEST_F(TwoServers, GiveTheBitsOfASimulation) {
+  load(small_tower());
+  for (TestServer* server : {&first_, &second_}) server->grant(grant_of(1, 60));
+  first_.work();
+  second_.work();
+  carry_all();
+  EXPECT_EQ(reported_hashes({&first_, &second_}), expected_hashes(small_tower(), 60));
+  EXPECT_FALSE(first_.has_ended());
+  EXPECT_FALSE(second_.has_ended());
+}
+
+TEST_F(TwoServers, GiveTheSameBitsWhateverOvertakesWhat) {
+  const std::vector<WorldHash> expected = expected_hashes(small_tower(), 24);
+  for (std::uint64_t number = 1; number <= 8; ++number) {
+    const std::vector<v1::LoadWorld> loads = loads_of(small_tower(), {kFirst, kSecond}, number);
+    for (const NodeId node : {kFirst, kSecond}) {
+      v1::ClusterMessage load;
+      *load.mutable_load_world() = loads[node == kFirst ? 0 : 1];
+      under_way_.push_back({kCoordinatorNode, node, load});
+      for (std::uint64_t serial = 1; serial <= 4; ++serial) {
+        under_way_.push_back({kCoordinatorNode, node, message_of(grant_of(serial, 6, {}, number))});
+      }
+    }
+    carry_all_shuffled(number);
+    EXPECT_EQ(first_.machine.tick(), 24u);
+    EXPECT_EQ(second_.machine.tick(), 24u);
+    EXPECT_EQ(reported_hashes({&first_, &second_}), expected) << "world " << number;
+  }
+}
+
+TEST_F(TwoServers, AnswerForTheirOwnBodiesAlone) {
+  load(small_tower());
+  for (TestServer* server : {&first_, &second_}) {
+    server->grant(grant_of(1, 10, {1}));
+    server->work();
+  }
+  carry_all();
+  WorldHash sum;
+  for (TestServer* server : {&first_, &second_}) {
+    const auto answers = server->take(Kind::kAnswer);
+    ASSERT_EQ(answers.size(), 1u);
+    sum.add(WorldHash(answers[0].answer().hash_low(), answers[0].answer().hash_high()));
+  }
+  EXPECT_EQ(sum, expected_hashes(small_tower(), 10).back());
+}
+
+TEST_F(TwoServers, NeedNoMessagesInAWorldAtRest) {
+  WorldBuilder builder(WorldSettings{});
+  builder.add_floor(10, 0);
+  load(builder.world());
+  for (TestServer* server : {&first_, &second_}) {
+    server->grant(grant_of(1, 1));
+    server->work();
+  }
+  carry_all();
+  ASSERT_EQ(first_.machine.tick(), 1u);
+
+  first_.grant(grant_of(2, 50));
+  first_.work();
+  EXPECT_EQ(first_.machine.tick(), 51u) << "on its own";
+  EXPECT_THAT(first_.to_peers, IsEmpty());
+
+  // A ball falls onto the floor: from there on, they need each other again.
+  BodyRecord ball;
+  ball.id = BodyId{2};
+  ball.properties.shape = 1;
+  ball.state.position = {0, 0, 2};
+  const std::vector<Command> commands = {SpawnBody{ball}};
+  v1::Grant spawn = grant_of(3, 20);
+  *spawn.add_new_shapes() = to_proto(Shape{{{Sphere{0.5}, {}}}});
+  spawn.set_commands(pack(std::span<const Command>(commands)));
+  first_.grant(spawn);
+  first_.work();
+  carry_all();
+  EXPECT_EQ(first_.machine.tick(), 51u);
+  EXPECT_EQ(second_.machine.tick(), 1u) << "it has been told of tick 52, and waits for its own grants";
+  second_.grant(grant_of(2, 50));
+  second_.grant(spawn);
+  second_.work();
+  carry_all();
+  EXPECT_EQ(first_.machine.tick(), 71u);
+  EXPECT_EQ(second_.machine.tick(), 71u);
+  EXPECT_GT(first_.machine.last_tick()->bodies_awake() + second_.machine.last_tick()->bodies_awake(), 0u);
+}
+
+TEST_F(TwoServers, AnUnloadInTheMiddleOfATickEndsItForBoth) {
+  load(small_tower());
+  for (TestServer* server : {&first_, &second_}) {
+    server->grant(grant_of(1, 5));
+    server->work();
+  }
+  first_.unload();
+  carry_all();
+  EXPECT_FALSE(first_.has_ended());
+  EXPECT_EQ(second_.machine.tick(), 0u) << "it waits for what never comes";
+  second_.unload();
+  EXPECT_FALSE(second_.machine.work_left());
+  const std::vector<v1::LoadWorld> loads = loads_of(small_tower(), {kFirst, kSecond}, kWorld + 1);
+  first_.load(loads[0]);
+  second_.load(loads[1]);
+  for (TestServer* server : {&first_, &second_}) {
+    server->grant(grant_of(1, 5, {}, kWorld + 1));
+    server->work();
+  }
+  carry_all();
+  EXPECT_EQ(second_.machine.tick(), 5u);
+}
+
+}  // namespace
+}  // namespace tessera
