@@ -31,7 +31,7 @@ class WorldLoad : public testing::Test {
   std::string error_of(const v1::LoadWorld& load) {
     server_.load(load);
     EXPECT_FALSE(server_.has_ended());
-    EXPECT_EQ(server_.machine.share_between_ticks(), nullptr);
+    EXPECT_EQ(server_.machine.machine_between_ticks(), nullptr);
     const auto heard = answers();
     return heard.size() == 1 ? heard[0].second : "";
   }
@@ -57,7 +57,7 @@ TEST_F(WorldLoad, IsAnsweredAndTheStateOfTickZeroIsShown) {
   server_.load(alone());
   EXPECT_THAT(answers(), ElementsAre(std::pair(kWorld, "")));
   EXPECT_THAT(server_.observed, ElementsAre(0));
-  EXPECT_NE(server_.machine.share_between_ticks(), nullptr);
+  EXPECT_NE(server_.machine.machine_between_ticks(), nullptr);
   EXPECT_EQ(server_.machine.tick(), 0u);
   EXPECT_EQ(server_.machine.last_tick(), nullptr);
   EXPECT_FALSE(server_.machine.work_left());
@@ -113,7 +113,7 @@ TEST_F(WorldLoad, OfAWorldThatWasAlreadyUnloadedIsForgotten) {
   server_.unload(kWorld);
   server_.load(alone(kWorld));
   EXPECT_THAT(answers(), IsEmpty());
-  EXPECT_EQ(server_.machine.share_between_ticks(), nullptr);
+  EXPECT_EQ(server_.machine.machine_between_ticks(), nullptr);
   server_.load(alone(kWorld + 1));
   EXPECT_THAT(answers(), ElementsAre(std::pair(kWorld + 1, "")));
 }
@@ -121,9 +121,9 @@ TEST_F(WorldLoad, OfAWorldThatWasAlreadyUnloadedIsForgotten) {
 TEST_F(WorldLoad, AnUnloadEndsTheWorldThatItNamesAndNoOther) {
   server_.load(alone());
   server_.unload(kWorld - 1);
-  EXPECT_NE(server_.machine.share_between_ticks(), nullptr);
+  EXPECT_NE(server_.machine.machine_between_ticks(), nullptr);
   server_.unload(kWorld);
-  EXPECT_EQ(server_.machine.share_between_ticks(), nullptr);
+  EXPECT_EQ(server_.machine.machine_between_ticks(), nullptr);
   EXPECT_THAT(server_.log, Contains("the world is unloaded"));
   server_.advance(std::chrono::seconds(1));
   const auto reports = server_.take(Kind::kReport);

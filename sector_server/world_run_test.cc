@@ -78,7 +78,7 @@ TEST_F(OneServer, StandsStillWhileNothingIsGranted) {
     EXPECT_EQ(reports[0].report().tick(), 3u);
     EXPECT_EQ(reports[0].report().ticks_size(), 0);
   }
-  EXPECT_NE(server_.machine.share_between_ticks(), nullptr);
+  EXPECT_NE(server_.machine.machine_between_ticks(), nullptr);
   server_.grant(grant_of(2, 1));
   server_.work();
   EXPECT_EQ(server_.machine.tick(), 4u);
@@ -218,7 +218,7 @@ TEST_F(TwoServers, EachWaitsInATickForTheOther) {
   first_.work();
   EXPECT_EQ(first_.machine.tick(), 0u);
   EXPECT_FALSE(first_.machine.work_left());
-  EXPECT_EQ(first_.machine.share_between_ticks(), nullptr) << "a tick is under way";
+  EXPECT_EQ(first_.machine.machine_between_ticks(), nullptr) << "a tick is under way";
   ASSERT_EQ(first_.to_peers.size(), 1u);
   const v1::Round& round = first_.to_peers[0].message.round();
   EXPECT_EQ(first_.to_peers[0].to, kSecond);

@@ -76,7 +76,8 @@ void Recorder::observe(Tick tick, const Simulation& simulation) {
   if (!joints_.empty()) measure_joints(samples);
   if (tick > 0) count_events(simulation.contact_events());
   course_.ticks = tick;
-  course_.islands_across_seams = std::max(course_.islands_across_seams, simulation.counts().islands_across_seams);
+  course_.islands_across_seams =
+      std::max(course_.islands_across_seams, simulation.counts().islands_across_seams);
   course_.islands_cut = std::max(course_.islands_cut, simulation.counts().islands_cut);
   last_ = std::move(samples);
 }

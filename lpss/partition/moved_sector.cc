@@ -94,7 +94,7 @@ void forget_sector(Partition& partition, Sector& sector) {
     // What all servers know stays known.
     const bool known_everywhere =
         clone.replica->properties.motion == Motion::kKinematic && !partition.joints.of(id).empty();
-    if (clone.replica->places.empty() && !everywhere) {
+    if (clone.replica->places.empty() && !known_everywhere) {
       std::erase(partition.moving_replicas, id);
       partition.replicas.erase(BodyId(id));
     }

@@ -210,7 +210,7 @@ TEST(SeenFrom, MovesThePositionAndNothingElse) {
   state.position = {1, 2, -3};
   state.linear_velocity = {4, 5, 6};
   state.still_for = 0.5;
-  state.activity = Activity::kDrowsy;
+  state.activity = Activity::kWantsSleep;
   const BodyState moved = seen_from(state, {1, -2, 0}, kSize);
   EXPECT_THAT(moved.position, ElementsAre(1 - 16, 2 + 32, -3));
   EXPECT_EQ(moved.linear_velocity, state.linear_velocity);

@@ -106,7 +106,7 @@ void unplace_clone(Partition& partition, Sector& sector, Clone& clone) {
   activate(partition, sector);
 }
 
-void pull_clone(const Partition& partition, Sector& sector, const Clone& clone) {
+void pull_clone(const Partition& partition, const Sector& sector, const Clone& clone) {
   if (!clone.replica->properties.gravity || partition.settings.seams != SeamPolicy::kClone) return;
   sector.world->set_gravity(clone.slot,
                             acceleration_at(partition.settings.gravity, sector.index,

@@ -27,22 +27,22 @@ IslandPart part(std::uint64_t first, const std::vector<std::uint64_t>& links) {
   result.first = BodyId{first};
   result.bodies = 1;
   result.any_awake = true;
-  result.all_drowsy = false;
+  result.all_want_sleep = false;
   return result;
 }
 
 IslandPart asleep(IslandPart part) {
   part.any_awake = false;
-  part.all_drowsy = true;
+  part.all_want_sleep = true;
   return part;
 }
 
-IslandPart drowsy(IslandPart part) {
-  part.all_drowsy = true;
+IslandPart wants_sleep(IslandPart part) {
+  part.all_want_sleep = true;
   return part;
 }
 
-std::uint64_t id_of(const SeamIsland& island) { return island.name.value; }
+std::uint64_t id_of(const SeamIsland& island) { return island.id.value; }
 
 // The islands, each as the first bodies of its parts.
 using Firsts = std::vector<std::vector<std::uint64_t>>;
@@ -64,7 +64,7 @@ TEST(SeamGraph, PartsOfTwoSectorsAreOneIslandOverALink) {
   ASSERT_EQ(islands.size(), 1u);
   EXPECT_EQ(id_of(islands[0]), 4u);
   EXPECT_THAT(islands[0].parts, ElementsAre(PartRef{kA, 0}, PartRef{kB, 0}));
-  EXPECT_FALSE(islands[0].all_drowsy);
+  EXPECT_FALSE(islands[0].all_want_sleep);
 }
 
 TEST(SeamGraph, LinksJoinOverAnyNumberOfSectors) {
@@ -135,13 +135,13 @@ TEST(SeamGraph, AnIslandIsLookedForInTheAwakeSectorsAlone) {
 TEST(SeamGraph, AnIslandMaySleepWhenAllItsPartsMay) {
   SeamGraph graph;
   const std::vector<SectorIndex> awake = {kA, kB};
-  graph.replace({kA, {drowsy(part(1, {5}))}});
-  graph.replace({kB, {drowsy(part(2, {5}))}});
+  graph.replace({kA, {wants_sleep(part(1, {5}))}});
+  graph.replace({kB, {wants_sleep(part(2, {5}))}});
   graph.replace({kC, {asleep(part(3, {5}))}});
   ASSERT_EQ(graph.awake_islands(awake).size(), 1u);
-  EXPECT_TRUE(graph.awake_islands(awake)[0].all_drowsy);
+  EXPECT_TRUE(graph.awake_islands(awake)[0].all_want_sleep);
   graph.replace({kB, {part(2, {5})}});
-  EXPECT_FALSE(graph.awake_islands(awake)[0].all_drowsy);
+  EXPECT_FALSE(graph.awake_islands(awake)[0].all_want_sleep);
 }
 
 TEST(SeamGraph, WhatIsSaidOfASectorReplacesWhatWasSaidBefore) {

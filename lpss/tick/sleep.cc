@@ -27,7 +27,7 @@ void retire_sectors(Partition& partition) {
   std::erase_if(partition.active, [&](Sector* sector) {
     const bool dirty = std::any_of(sector->homes.begin(), sector->homes.end(),
                                    [](const HomeBody* body) { return body->dirty || body->next_home; });
-    sector->active = news || (sector->world && anything_awake(*sector));
+    sector->active = dirty || (sector->world && anything_awake(*sector));
     return !sector->active;
   });
 }
