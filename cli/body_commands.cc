@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "cli/connection.h"
-#include "cli/text.h"
+#include "client_sdk/arguments/parse.h"
 
 namespace tessera::cli {
 namespace {
