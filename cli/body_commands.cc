@@ -3,10 +3,12 @@
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "cli/connection.h"
-#include "cli/text.h"
+#include "client_sdk/arguments/parse.h"
 
 namespace tessera::cli {
 namespace {
@@ -120,29 +122,35 @@ void add_vector_command(CLI::App& app, Action& action, const VectorCommand& spec
 }
 
 void add_teleport(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "teleport", "Put a body elsewhere, at once.",
+  CLI::App& command = add_command(app, "teleport", "Put a body elsewhere, at once, turned as it is.",
                                   "tessera teleport crate --sector 2^40,0,0 --at 0,0,5 --linear 1,0,0");
   const auto options = std::make_shared<BodyOptions>();
   add_body_option(command, *options);
   add_position_options(command, *options);
-  add_parsed(command, "--linear", options->first, parse_vector, "X,Y,Z: its velocity then, m/s");
-  add_parsed(command, "--angular", options->second, parse_vector, "X,Y,Z: rad/s");
-  on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
-    const WorldPose pose{options->at, Eigen::Quaterniond::Identity()};
-    return print_effect(client.teleport(parse_body(options->body), pose, options->first, options->second),
-                        data);
+  struct Velocities {
+    std::optional<Eigen::Vector3d> linear;
+    std::optional<Eigen::Vector3d> angular;
+  };
+  const auto velocities = std::make_shared<Velocities>();
+  add_parsed(command, "--linear", velocities->linear, parse_vector,
+             "X,Y,Z: its velocity then, m/s; as before if not given");
+  add_parsed(command, "--angular", velocities->angular, parse_vector, "X,Y,Z: rad/s; likewise");
+  on_cluster(command, action, [options, velocities](Client& client, nlohmann::json& data) {
+    return print_effect(
+        client.teleport(parse_body(options->body), {options->at}, velocities->linear, velocities->angular),
+        data);
   });
 }
 
 void add_target(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "target", "Move a kinematic body to a place, within one tick.",
-                                  "tessera target lift --at 0,0,0.1");
+  CLI::App& command =
+      add_command(app, "target", "Move a kinematic body to a place within one tick, turned as it is.",
+                  "tessera target lift --at 0,0,0.1");
   const auto options = std::make_shared<BodyOptions>();
   add_body_option(command, *options);
   add_position_options(command, *options);
   on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
-    const WorldPose pose{options->at, Eigen::Quaterniond::Identity()};
-    return print_effect(client.set_kinematic_target(parse_body(options->body), pose), data);
+    return print_effect(client.set_kinematic_target(parse_body(options->body), {options->at}), data);
   });
 }
 

@@ -2,16 +2,15 @@
 #pragma once
 
 #include <absl/status/status.h>
-#include <absl/status/statusor.h>
 #include <absl/strings/str_cat.h>
 
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
 
-namespace tessera::cli {
+#include "client_sdk/arguments/parsed_option.h"
 
-enum ExitCode : int { kSuccess = 0, kFailure = 1, kUsage = 2 };
+namespace tessera::cli {
 
 // What the chosen subcommand does once all options are known.
 using Action = std::function<absl::Status()>;
@@ -27,22 +26,6 @@ void add_tune_command(CLI::App& app, Action& action);
 void add_status_commands(CLI::App& app, Action& action);
 void add_simulate_command(CLI::App& app, Action& action);
 void add_experiment_command(CLI::App& app, Action& action);
-void add_seams_experiment(CLI::App& experiment, Action& action);
-
-// An option whose text `parse` (StatusOr<T> of a string) turns into `value`, T or optional<T>; text that it
-// refuses is a usage error with its message.
-template <typename Parse, typename T>
-CLI::Option* add_parsed(CLI::App& command, const std::string& name, T& value, Parse parse,
-                        const std::string& help) {
-  return command.add_option_function<std::string>(
-      name,
-      [name, &value, parse](const std::string& text) {
-        auto parsed = parse(text);
-        if (!parsed.ok()) throw CLI::ValidationError(name, std::string(parsed.status().message()));
-        value = *std::move(parsed);
-      },
-      help);
-}
 
 // A subcommand with an example at the end of its help.
 inline CLI::App& add_command(CLI::App& app, const std::string& name, const std::string& help,

@@ -1,99 +1,43 @@
-// `tessera experiment`: what Tessera claims, measured.
-#include <absl/strings/str_format.h>
+// `tessera experiment`: the program beside this one that measures what Tessera claims.
+#include <absl/strings/str_cat.h>
+#include <unistd.h>
 
-#include <cstdlib>
-#include <memory>
-#include <optional>
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <vector>
 
+#include "cli/child_process.h"
 #include "cli/command.h"
-#include "cli/experiment_output.h"
-#include "cli/world_options.h"
-#include "experiments/catalogue.h"
-#include "experiments/common/own_process.h"
 
 namespace tessera::cli {
 namespace {
 
-struct CommandOptions {
-  std::optional<Precision> precision;
-  bool quick = false;
-  std::filesystem::path json;
-  std::filesystem::path csv;
-};
+constexpr const char* kProgram = "tessera-experiments";
 
-std::vector<Precision> precisions(const CommandOptions& options) {
-  if (options.precision) return {*options.precision};
-  return {Precision::kFloat32, Precision::kFloat64};
-}
-
-void print(const Report& report) {
-  constexpr int kDigits = 4;
-  constexpr std::size_t kRowsMax = 400;  // what a person might read
-  for (const Table& rows : report.tables) {
-    const bool printed = rows.rows.size() <= kRowsMax;
-    absl::PrintF("%s\n%s\n", coloured(rows.name, Colour::kBold),
-                 printed ? table(to_cells(rows.rows, kDigits))
-                         : absl::StrFormat("%d rows, for --json and --csv\n", rows.rows.size()));
-  }
-  for (const std::string& miss : report.misses)
-    absl::PrintF("%s %s\n", coloured("misses:", Colour::kRed), miss);
-}
-
-absl::Status write_files(const CommandOptions& options, const Report& report) {
-  if (!options.json.empty()) {
-    if (absl::Status status = write_json(options.json, to_json(report)); !status.ok()) return status;
-  }
-  if (options.csv.empty()) return absl::OkStatus();
-  for (const Table& rows : report.tables) {
-    const std::filesystem::path file = rows.name == "rows" ? options.csv : beside(options.csv, rows.name);
-    if (absl::Status status = write_text(file, to_csv(rows.rows)); !status.ok()) return status;
-  }
-  return absl::OkStatus();
-}
-
-absl::Status measure(const Experiment& experiment, const CommandOptions& command) {
-  catch_interrupts();
-  const char* folder = std::getenv("TESSERA_WORLDS");
-  Report report;
-  for (const Precision precision : precisions(command)) {
-    ExperimentOptions options;
-    options.precision = precision;
-    options.quick = command.quick;
-    options.worlds = folder == nullptr ? "" : folder;
-    absl::StatusOr<Report> part = in_own_process([&] {
-      return with_bar(experiment.name,
-                      [&](const Progress& progress) { return experiment.measure(options, progress); });
-    });
-    if (!part.ok()) return part.status();
-    report.append(*std::move(part));
-  }
-  print(report);
-  return write_files(command, report);
-}
-
-void add_experiment(CLI::App& app, const Experiment& experiment, Action& action) {
-  CLI::App& command = add_command(
-      app, experiment.name, experiment.about,
-      absl::StrFormat("tessera experiment %s --quick --json %s.json", experiment.name, experiment.name));
-  const auto options = std::make_shared<CommandOptions>();
-  add_parsed(command, "--engine", options->precision, parse_precision, "f32 or f64; both if not given");
-  command.add_flag("--quick", options->quick, "fewer or shorter runs");
-  add_parsed(command, "--json", options->json, parse_output_file, "write all tables to this file");
-  add_parsed(command, "--csv", options->csv, parse_output_file,
-             "write the rows to this file, other tables to FILE_table beside it");
-  command.callback([&experiment, options, &action] {
-    action = [&experiment, options] { return measure(experiment, *options); };
-  });
+// This process becomes that program, so that signals and its exit code are the user's. Returns where it
+// cannot.
+absl::Status become_experiments(std::vector<std::string> arguments) {
+  const std::filesystem::path folder = executable_folder();
+  std::string program = folder / kProgram;
+  std::vector<char*> words = {program.data()};
+  for (std::string& argument : arguments) words.push_back(argument.data());
+  words.push_back(nullptr);
+  execv(program.c_str(), words.data());
+  if (errno != ENOENT) return absl::UnavailableError(absl::StrCat(program, ": ", std::strerror(errno)));
+  return absl::NotFoundError(absl::StrCat("there is no ", program, "; build it with: cmake --build ",
+                                          folder.parent_path().string(), " --target ", kProgram));
 }
 
 }  // namespace
 
 void add_experiment_command(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "experiment", "Measure what Tessera claims.",
-                                  "tessera experiment distance --quick --engine f32");
-  command.require_subcommand(1);
-  add_seams_experiment(command, action);
-  for (const Experiment& experiment : all_experiments()) add_experiment(command, experiment, action);
+  CLI::App& command = *app.add_subcommand("experiment", "Measure what Tessera claims.");
+  command.prefix_command();  // all arguments, --help too, are for the program
+  command.set_help_flag();
+  command.callback([&command, &action] {
+    action = [arguments = command.remaining()] { return become_experiments(arguments); };
+  });
 }
 
 }  // namespace tessera::cli

@@ -13,17 +13,25 @@ namespace tessera::cli {
 namespace {
 
 constexpr int kPatience = 3;
+constexpr int kSignalled = 128;  // and the number of the signal: the exit code of what a signal ends
 
 std::atomic<int> interrupts = 0;
+std::atomic<int> first_signal = 0;
 int event = -1;
 
-void handle(int) {
+// Nothing could be done about a failure to write; interrupted() tells in any case.
+void tell() {
   const int error = errno;
-  if (++interrupts >= kPatience) _exit(1);
   const std::uint64_t one = 1;
-  // Nothing could be done about a failure here; interrupted() tells in any case.
   if (write(event, &one, sizeof one) < 0) errno = 0;
   errno = error;
+}
+
+void handle(int signal) {
+  int none = 0;
+  first_signal.compare_exchange_strong(none, signal);
+  if (++interrupts >= kPatience) _exit(kSignalled + first_signal);
+  tell();
 }
 
 }  // namespace
@@ -43,11 +51,14 @@ void interrupt_at_end_of_input() {
     char ignored[256];
     while (read(STDIN_FILENO, ignored, sizeof ignored) > 0) {
     }
-    handle(SIGTERM);
+    ++interrupts;
+    tell();
   }).detach();
 }
 
 bool interrupted() { return interrupts > 0; }
+
+int interrupting_signal() { return first_signal; }
 
 int interrupt_descriptor() { return event; }
 

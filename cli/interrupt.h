@@ -13,6 +13,9 @@ void interrupt_at_end_of_input();
 // Whether one has come.
 bool interrupted();
 
+// The number of the first signal that has come; 0 without one, also at the end of the input.
+int interrupting_signal();
+
 // A file descriptor that is readable from the first interrupt on; -1 before catch_interrupts().
 int interrupt_descriptor();
 

@@ -7,6 +7,7 @@
 #include "cli/interrupt.h"
 #include "cli/terminal.h"
 #include "cli/text.h"
+#include "client_sdk/arguments/parse.h"
 
 namespace tessera::cli {
 namespace {

@@ -247,6 +247,7 @@ absl::StatusOr<ReplayReport> replay(const ReplayOptions& options) {
   if (!precision.ok()) return precision.status();
   if (options.servers == 0) {
     SimulatedCluster cluster(/*seed=*/1, /*servers=*/1, *precision);
+    cluster.end_when(interrupted);
     return play_all(**std::move(first), *reader, cluster);
   }
   absl::StatusOr<NetworkCluster> cluster =

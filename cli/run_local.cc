@@ -7,7 +7,7 @@
 #include "cli/interrupt.h"
 #include "cli/prepared_run.h"
 #include "cli/terminal.h"
-#include "experiments/plain_world.h"
+#include "lpss/simulation/plain_world.h"
 #include "lpss/simulation/simulation.h"
 
 namespace tessera::cli {

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "cli/measure/towers.h"
 #include "cli/world_overrides.h"
-#include "experiments/towers.h"
 
 namespace tessera::cli {
 

@@ -1,6 +1,7 @@
 // `tessera simulate`: a whole cluster on a simulated network, replayable from its seed.
 #include <absl/strings/str_format.h>
 
+#include <cstdio>
 #include <memory>
 
 #include "cli/command.h"
@@ -38,6 +39,7 @@ absl::StatusOr<WorldDescription> world_of(const SimulateOptions& options) {
 absl::StatusOr<std::string> hash_under(const WorldDescription& world, const SimulateOptions& options,
                                        std::uint64_t seed) {
   SimulatedCluster cluster(seed, options.servers, world.settings.precision);
+  cluster.end_when(interrupted);
   if (absl::Status loaded = cluster.load(world); !loaded.ok()) return loaded;
   if (const auto stepped = cluster.step(options.ticks); !stepped.ok()) return stepped.status();
   const auto hash = cluster.hash();
@@ -51,14 +53,17 @@ absl::Status simulate(const SimulateOptions& options) {
   if (!world.ok()) return world.status();
   absl::StatusOr<std::unique_ptr<Simulation>> alone = Simulation::create(*world);
   if (!alone.ok()) return alone.status();
-  for (std::uint64_t tick = 0; tick < options.ticks; ++tick) (*alone)->step();
+  for (std::uint64_t tick = 0; tick < options.ticks; ++tick) {
+    if (interrupted()) return absl::CancelledError("interrupted");
+    (*alone)->step();
+  }
   const std::string expected = (*alone)->hash().to_string();
   absl::PrintF("in one process  %s\n", expected);
+  std::fflush(stdout);
 
   nlohmann::json rows = nlohmann::json::array();
   std::uint64_t differing = 0;
   for (std::uint64_t seed = options.seed; seed < options.seed + options.seeds; ++seed) {
-    if (interrupted()) return absl::CancelledError("interrupted");
     const absl::StatusOr<std::string> hash = hash_under(*world, options, seed);
     if (!hash.ok()) return hash.status();
     const bool same = *hash == expected;

@@ -12,6 +12,7 @@
 #include "cli/status_text.h"
 #include "cli/terminal.h"
 #include "cli/text.h"
+#include "client_sdk/arguments/parse.h"
 #include "client_sdk/src/status_json.h"
 
 namespace tessera::cli {

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "cli/command.h"
-#include "cli/text.h"
+#include "client_sdk/arguments/parse.h"
 
 namespace tessera::cli {
 

@@ -1,35 +1,60 @@
-# What an application outside of this tree needs of the SDK: headers, libraries, a CMake package, a pkg-config file.
+# What an application outside of this tree needs: headers, libraries, a CMake package, a pkg-config file. The package has
+# the components `client` (the C++ SDK, and the library for C), `simulation` (a world in the application's own process)
+# and `world_files` (the reader of SDF and URDF); each is a set of exported targets, above that of `model`.
 include(CMakePackageConfigHelpers)
 
-target_include_directories(tessera_client PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-target_include_directories(tessera_c PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-target_compile_features(tessera_client PUBLIC cxx_std_20)
+set(archives ${CMAKE_INSTALL_LIBDIR}/tessera)
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tessera)
 
-# The client and what it is linked with, and the library for C, under their names in the namespace tessera::.
-set(sdk base c client grid model proto proto_grpc proto_messages proto_services)
-foreach(name ${sdk})
-  set_target_properties(tessera_${name} PROPERTIES EXPORT_NAME ${name})
-  list(APPEND sdk_targets tessera_${name})
+# tessera_install(SET NAMES...): the targets tessera_NAME, as tessera::NAME in one file of the package.
+function(tessera_install set)
+  set(targets)
+  foreach(name ${ARGN})
+    set_target_properties(tessera_${name} PROPERTIES EXPORT_NAME ${name})
+    list(APPEND targets tessera_${name})
+  endforeach()
+  install(TARGETS ${targets} EXPORT tessera_${set}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT sdk
+    ARCHIVE DESTINATION ${archives} COMPONENT sdk)
+  install(EXPORT tessera_${set} FILE tessera_${set}.cmake NAMESPACE tessera:: DESTINATION ${package} COMPONENT sdk)
+endfunction()
+
+set(model base grid model)
+tessera_install(model ${model})
+tessera_install(client c client proto proto_grpc proto_messages proto_services)
+
+# All other libraries of the layer.
+set(layer)
+get_directory_property(targets DIRECTORY ${PROJECT_SOURCE_DIR}/lpss BUILDSYSTEM_TARGETS)
+foreach(target ${targets})
+  get_target_property(type ${target} TYPE)
+  string(REGEX REPLACE "^tessera_" "" name ${target})
+  if(type MATCHES "^(STATIC|INTERFACE)_LIBRARY$" AND NOT name IN_LIST model)
+    list(APPEND layer ${name})
+  endif()
 endforeach()
-install(TARGETS ${sdk_targets} EXPORT tesseraTargets
-  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT sdk
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/tessera COMPONENT sdk)
+tessera_install(simulation ${layer})
+tessera_install(world_files world_files)
+
+target_include_directories(tessera_base INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+target_include_directories(tessera_c PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+target_compile_features(tessera_base INTERFACE cxx_std_20)
+# The bits of a world do not depend on how the application is compiled, and its executable finds the engines.
+target_compile_options(tessera_simulation INTERFACE $<INSTALL_INTERFACE:-ffp-contract=off>)
+target_link_options(tessera_simulation INTERFACE $<INSTALL_INTERFACE:-Wl,-rpath,$<INSTALL_PREFIX>/${archives}>)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/client_sdk/include/tessera
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT sdk)
-foreach(folder base grid model)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/lpss/${folder}
-    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lpss COMPONENT sdk FILES_MATCHING PATTERN "*.h")
-endforeach()
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/lpss DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT sdk
+  FILES_MATCHING PATTERN "*.h" PATTERN bullet EXCLUDE PATTERN "*test*" EXCLUDE)
+install(FILES ${PROJECT_SOURCE_DIR}/worlds/loader/world_file.h
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/worlds/loader COMPONENT sdk)
 
-set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tessera)
+set(generated ${CMAKE_CURRENT_BINARY_DIR}/package)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/tesseraConfig.cmake.in
-  ${CMAKE_CURRENT_BINARY_DIR}/tesseraConfig.cmake INSTALL_DESTINATION ${package})
-write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/tesseraConfigVersion.cmake
-  COMPATIBILITY SameMinorVersion)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tesseraConfig.cmake
-  ${CMAKE_CURRENT_BINARY_DIR}/tesseraConfigVersion.cmake DESTINATION ${package} COMPONENT sdk)
-configure_file(${PROJECT_SOURCE_DIR}/cmake/tessera.pc.in ${CMAKE_CURRENT_BINARY_DIR}/tessera.pc @ONLY)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tessera.pc
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT sdk)
-install(EXPORT tesseraTargets NAMESPACE tessera:: DESTINATION ${package} COMPONENT sdk)
+  ${generated}/tesseraConfig.cmake INSTALL_DESTINATION ${package})
+write_basic_package_version_file(${generated}/tesseraConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${generated}/tesseraConfig.cmake ${generated}/tesseraConfigVersion.cmake
+  DESTINATION ${package} COMPONENT sdk)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/tessera.pc.in ${generated}/tessera.pc @ONLY)
+install(FILES ${generated}/tessera.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT sdk)

@@ -16,7 +16,7 @@ set(CPACK_PACKAGE_CONTACT "Tessera <tessera@localhost>")
 set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/package)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
-set(CPACK_COMPONENTS_ALL cluster configuration sdk license-tessera license-libtessera-dev)
+set(CPACK_COMPONENTS_ALL cluster configuration engines sdk license-tessera license-libtessera-dev)
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -31,13 +31,18 @@ set(CPACK_DEBIAN_CLUSTER_PACKAGE_CONTROL_EXTRA
 set(CPACK_DEBIAN_SDK_PACKAGE_NAME libtessera-dev)
 set(CPACK_DEBIAN_SDK_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_SDK_PACKAGE_DEPENDS "libabsl-dev, libeigen3-dev, libgrpc++-dev, libprotobuf-dev")
+# For the components `simulation`, whose engines are in the package of the cluster, and `world_files`.
+set(CPACK_DEBIAN_SDK_PACKAGE_RECOMMENDS "libtbb-dev, libxxhash-dev, tessera")
+set(CPACK_DEBIAN_SDK_PACKAGE_SUGGESTS
+  "libassimp-dev, libconsole-bridge-dev, libgeographiclib-dev, libsdformat-dev, libtinyxml2-dev, nlohmann-json3-dev")
 
 include(CPack)
 cpack_add_component_group(cluster
   DESCRIPTION "Rigid-body simulation in worlds of any size: daemons, command line, units, worlds")
-cpack_add_component_group(sdk DESCRIPTION "Rigid-body simulation in worlds of any size: the C++ SDK")
+cpack_add_component_group(sdk DESCRIPTION "Rigid-body simulation in worlds of any size: the C++ SDK, and the simulation to embed")
 cpack_add_component(cluster GROUP cluster)
 cpack_add_component(configuration GROUP cluster)
+cpack_add_component(engines GROUP cluster)
 cpack_add_component(license-tessera GROUP cluster)
 cpack_add_component(sdk GROUP sdk)
 cpack_add_component(license-libtessera-dev GROUP sdk)

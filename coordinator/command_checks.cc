@@ -59,18 +59,25 @@ absl::StatusOr<Target> dynamic_target(const v1::BodyRef& reference, const WorldR
   return refused(body->title(), ": it is ", name_of(body->entry->properties.motion), ", and must be dynamic");
 }
 
-// The centre frame of a body whose body frame is at `pose`, with the checks of a body of a world's start.
-absl::StatusOr<BodyRecord> placed(const Target& target, bool has_pose, const v1::WorldPose& pose,
-                                  const v1::Vector3& linear, const v1::Vector3& angular,
-                                  const WorldRegistry& world) {
-  if (!has_pose) return refused(target.title(), ": pose must be set");
+// The centre frame of a body whose body frame is at the pose of `request`, with the checks of a body of a
+// world's start. Where the body keeps its orientation, which is not known here: its body frame, turned in no
+// way.
+template <typename Request>
+absl::StatusOr<BodyRecord> placed(const Target& target, const Request& request, const Eigen::Vector3d& linear,
+                                  const Eigen::Vector3d& angular, const WorldRegistry& world) {
+  if (!request.has_pose()) return refused(target.title(), ": pose must be set");
   BodyDescription body;
   body.name = target.entry->name;
   body.properties = target.entry->properties;
-  body.pose = from_proto(pose);
-  body.linear_velocity = from_proto(linear);
-  body.angular_velocity = from_proto(angular);
+  body.pose = from_proto(request.pose());
+  if (request.keeps_orientation()) body.pose.orientation.setIdentity();
+  body.linear_velocity = linear;
+  body.angular_velocity = angular;
   if (absl::Status status = validate(body, world.shapes(), world.settings()); !status.ok()) return status;
+  if (request.keeps_orientation()) {
+    body.properties.centre = {};
+    body.properties.principal_axes = BodyProperties().principal_axes;
+  }
   return record_of(body, world.settings());
 }
 
@@ -131,11 +138,17 @@ absl::StatusOr<Command> checked(const v1::ApplyForceRequest& request, const Worl
 absl::StatusOr<Command> checked(const v1::TeleportRequest& request, const WorldRegistry& world) {
   const absl::StatusOr<Target> body = target(request.body(), world);
   if (!body.ok()) return body.status();
+  const Eigen::Vector3d kept = Eigen::Vector3d::Zero();
   const absl::StatusOr<BodyRecord> record =
-      placed(*body, request.has_pose(), request.pose(), request.linear_velocity(), request.angular_velocity(),
-             world);
+      placed(*body, request, request.keeps_linear_velocity() ? kept : from_proto(request.linear_velocity()),
+             request.keeps_angular_velocity() ? kept : from_proto(request.angular_velocity()), world);
   if (!record.ok()) return record.status();
-  return Teleport{body->id, record->home, record->state};
+  return Teleport{body->id,
+                  record->home,
+                  record->state,
+                  request.keeps_orientation(),
+                  request.keeps_linear_velocity(),
+                  request.keeps_angular_velocity()};
 }
 
 absl::StatusOr<Command> checked(const v1::KinematicTargetRequest& request, const WorldRegistry& world) {
@@ -145,9 +158,10 @@ absl::StatusOr<Command> checked(const v1::KinematicTargetRequest& request, const
   if (motion != Motion::kKinematic) {
     return refused(body->title(), ": it is ", name_of(motion), ", and must be kinematic");
   }
-  const absl::StatusOr<BodyRecord> record = placed(*body, request.has_pose(), request.pose(), {}, {}, world);
+  const absl::StatusOr<BodyRecord> record =
+      placed(*body, request, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), world);
   if (!record.ok()) return record.status();
-  return KinematicTarget{body->id, record->home, record->state};
+  return KinematicTarget{body->id, record->home, record->state, request.keeps_orientation()};
 }
 
 absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const WorldRegistry& world) {

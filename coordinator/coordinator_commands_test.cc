@@ -130,6 +130,23 @@ TEST(Commands, TeleportsAreOfTheCentreFrame) {
   EXPECT_NEAR(jump.state.position[0], -49.85, 1e-12);
 }
 
+TEST(Commands, TeleportsThatKeepTheOrientationAreOfTheBodyFrame) {
+  const auto cluster = loaded_cluster();
+  v1::TeleportRequest request = teleport("egg", {{{7, 0, 0}, {49.9, 0, 0}}, Eigen::Quaterniond(0, 0, 0, 0)});
+  request.set_keeps_orientation(true);
+  request.set_keeps_angular_velocity(true);
+  request.mutable_angular_velocity()->set_x(std::nan(""));
+  ASSERT_TRUE(cluster->ask<v1::CommandReply>(request)->ok());
+  cluster->ask<v1::StepReply>(step(1));
+  const auto commands = commands_of(cluster->work(kFirst));
+  const Teleport& jump = std::get<Teleport>(commands.at(1).at(0));
+  EXPECT_TRUE(jump.keeps_rotation);
+  EXPECT_FALSE(jump.keeps_linear_velocity);
+  EXPECT_TRUE(jump.keeps_angular_velocity);
+  EXPECT_EQ(jump.home, (SectorIndex{7, 0, 0}));
+  EXPECT_EQ(jump.state.position[0], 49.9);
+}
+
 TEST(Spawn, SharesEqualShapesAndNumbersNewOnes) {
   const auto cluster = loaded_cluster();
   const auto known = cluster->ask<v1::SpawnReply>(spawn("a", 0.5));

@@ -6,6 +6,10 @@
 
 namespace tessera {
 
+void add_version_flag(CLI::App& app) {
+  app.set_version_flag("--version", app.get_name() + " " + TESSERA_VERSION, "Print the version and exit");
+}
+
 void add_log_options(CLI::App& app, LogOptions& log) {
   app.add_option("--log-level", log.level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
@@ -62,6 +66,7 @@ void add_parent_option(CLI::App& app, bool& exit_with_parent) {
 }
 
 std::optional<int> parse_arguments(CLI::App& app, int argc, char** argv) {
+  add_version_flag(app);
   read_configuration(app);
   try {
     app.parse(argc, argv);

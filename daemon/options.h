@@ -15,6 +15,9 @@ namespace tessera {
 // configuration file.
 inline constexpr const char* kSharedOptions = "Options of all daemons";
 
+// --version: the name of the program and the version of this build.
+void add_version_flag(CLI::App& app);
+
 void add_log_options(CLI::App& app, LogOptions& log);
 
 void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log);

@@ -6,7 +6,7 @@
 #include "experiments/paper/overhead.h"
 #include "experiments/paper/stacks.h"
 #include "experiments/requirements/requirements.h"
-#include "experiments/trade/tradeoff.h"
+#include "experiments/tradeoff/tradeoff.h"
 
 namespace tessera {
 

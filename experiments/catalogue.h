@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/common/report.h"
+#include "cli/measure/report.h"
 #include "lpss/model/world_description.h"
 
 namespace tessera {

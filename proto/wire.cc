@@ -202,11 +202,11 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Teleport> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.state);
+  archive(x.id, x.home, x.state, x.keeps_rotation, x.keeps_linear_velocity, x.keeps_angular_velocity);
 }
 template <typename Archive, Is<KinematicTarget> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.state);
+  archive(x.id, x.home, x.state, x.keeps_rotation);
 }
 template <typename Archive, Is<AddJoint> T>
 void describe(Archive& archive, T& x) {
@@ -458,19 +458,19 @@ std::size_t packed_size() {
 
 std::uint64_t wire_layout() {
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
-  for (const std::size_t number : {std::size_t{kClusterProtocol},    sizeof(BodyRecord),
-                                   packed_size<BodyRecord>(),        packed_size<ReplicaUpdate>(),
-                                   packed_size<Handover>(),          packed_size<ManifoldTransfer>(),
-                                   packed_size<Exchange>(),          packed_size<IslandPart>(),
-                                   packed_size<SectorSeams>(),       packed_size<ShippedBody>(),
-                                   packed_size<ShippedContact>(),    packed_size<ShippedIsland>(),
-                                   packed_size<SolvedBody>(),        packed_size<Solution>(),
-                                   packed_size<ApplyImpulse>(),      packed_size<ApplyForce>(),
-                                   packed_size<Teleport>(),          packed_size<JointRecord>(),
-                                   packed_size<SetDrives>(),         packed_size<MovedBody>(),
-                                   packed_size<MovedClone>(),        packed_size<MovedSector>(),
-                                   packed_size<SharedChange>(),      std::variant_size_v<Command>,
-                                   std::variant_size_v<RoundMessage>}) {
+  for (const std::size_t number : {std::size_t{kClusterProtocol}, sizeof(BodyRecord),
+                                   packed_size<BodyRecord>(),     packed_size<ReplicaUpdate>(),
+                                   packed_size<Handover>(),       packed_size<ManifoldTransfer>(),
+                                   packed_size<Exchange>(),       packed_size<IslandPart>(),
+                                   packed_size<SectorSeams>(),    packed_size<ShippedBody>(),
+                                   packed_size<ShippedContact>(), packed_size<ShippedIsland>(),
+                                   packed_size<SolvedBody>(),     packed_size<Solution>(),
+                                   packed_size<ApplyImpulse>(),   packed_size<ApplyForce>(),
+                                   packed_size<Teleport>(),       packed_size<KinematicTarget>(),
+                                   packed_size<JointRecord>(),    packed_size<SetDrives>(),
+                                   packed_size<MovedBody>(),      packed_size<MovedClone>(),
+                                   packed_size<MovedSector>(),    packed_size<SharedChange>(),
+                                   std::variant_size_v<Command>,  std::variant_size_v<RoundMessage>}) {
     hash = (hash ^ number) * 0x100000001b3;
   }
   return hash;

@@ -65,8 +65,8 @@ std::vector<Command> some_commands() {
           SetVelocity{BodyId{5}, {1, 2, 3}, {4, 5, 6}},
           ApplyImpulse{BodyId{6}, {7, 8, 9}, {10, 11, 12}},
           ApplyForce{BodyId{7}, {{1, 2, 3}, {4, 5, 6}}},
-          Teleport{BodyId{8}, {1, 2, 3}, some_record(1).state},
-          KinematicTarget{BodyId{9}, {4, 5, 6}, some_record(1).state},
+          Teleport{BodyId{8}, {1, 2, 3}, some_record(1).state, false, true, false},
+          KinematicTarget{BodyId{9}, {4, 5, 6}, some_record(1).state, true},
           AddJoint{some_joint(10)},
           RemoveJoint{JointId{11}},
           SetDrives{JointId{12}, some_joint(1).drives}};
@@ -186,7 +186,12 @@ TEST(Wire, CommandsSurviveBitForBit) {
   ASSERT_TRUE(read.ok());
   for (std::size_t n = 0; n < commands.size(); ++n) EXPECT_EQ((*read)[n].index(), n);
   EXPECT_EQ(std::get<ApplyForce>((*read)[4]).wrench.torque, (std::array<double, 3>{4, 5, 6}));
-  EXPECT_EQ(std::get<Teleport>((*read)[5]).home, (SectorIndex{1, 2, 3}));
+  const auto& jump = std::get<Teleport>((*read)[5]);
+  EXPECT_EQ(jump.home, (SectorIndex{1, 2, 3}));
+  EXPECT_FALSE(jump.keeps_rotation);
+  EXPECT_TRUE(jump.keeps_linear_velocity);
+  EXPECT_FALSE(jump.keeps_angular_velocity);
+  EXPECT_TRUE(std::get<KinematicTarget>((*read)[6]).keeps_rotation);
   EXPECT_EQ(std::get<SetDrives>((*read)[9]).drives, some_joint(1).drives);
 }
 

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <string>
 
-#include "cli/command.h"
-#include "cli/text.h"
+#include "client_sdk/arguments/parse.h"
+#include "client_sdk/arguments/parsed_option.h"
 #include "client_sdk/live/client_program.h"
 #include "ros/feed.h"
 #include "ros/publisher.h"
@@ -30,8 +30,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--frame", feed.frame, "Name of the frame that all others are children of")
       ->capture_default_str();
-  cli::add_parsed(app, "--sector", feed.sector, cli::parse_sector,
-                  "I,J,K: the sector whose centre that frame is; that of the world's origin if not given");
+  add_parsed(app, "--sector", feed.sector, parse_sector,
+             "I,J,K: the sector whose centre that frame is; that of the world's origin if not given");
   CLI::Option* reach =
       app.add_option("--reach", feed.reach, "m; bodies within this of that centre along each axis")
           ->check(CLI::Range(0.0, kReachMax))

@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -25,6 +26,9 @@ class SimulatedCluster {
   SimulatedCluster(std::uint64_t seed, std::uint32_t servers, Precision precision,
                    const SimOptions& network = {});
   ~SimulatedCluster();
+
+  // Asked before each event from now on: true ends the call that waits with CANCELLED.
+  void end_when(std::function<bool()> is_ended) { is_ended_ = std::move(is_ended); }
 
   // The cluster runs until the answer is there. DEADLINE_EXCEEDED when nothing more can happen before that.
   absl::Status load(const WorldDescription& world);
@@ -60,28 +64,30 @@ class SimulatedCluster {
   std::uint64_t coordinator_timer_ns_ = 0;
   std::vector<Server> servers_;
   std::uint64_t events_ = 0;
+  std::function<bool()> is_ended_ = [] { return false; };
 };
 
 template <typename Request, typename Answer>
 absl::StatusOr<Answer> SimulatedCluster::call(Request request) {
   constexpr std::uint64_t kEventsMax = 20'000'000;
-  std::optional<absl::StatusOr<Answer>> result;
+  const auto result = std::make_shared<std::optional<absl::StatusOr<Answer>>>();  // may come after the call
   coordinator_.handle(ClientCall<Request, Answer>{std::move(request),
-                                                  [&](absl::Status status, const Answer& answer) {
+                                                  [result](absl::Status status, const Answer& answer) {
                                                     if (status.ok()) {
-                                                      result = answer;
+                                                      *result = answer;
                                                     } else {
-                                                      result = status;
+                                                      *result = status;
                                                     }
                                                   }},
                       now());
   run_coordinator();
   const std::uint64_t last = events_ + kEventsMax;
-  while (!result && events_ < last) {
+  while (!*result && events_ < last) {
+    if (is_ended_()) return absl::CancelledError("interrupted");
     if (!run_one_event()) break;
   }
-  if (!result) return absl::DeadlineExceededError("the simulated cluster came to a halt without an answer");
-  return *std::move(result);
+  if (!*result) return absl::DeadlineExceededError("the simulated cluster came to a halt without an answer");
+  return **std::move(result);
 }
 
 }  // namespace tessera

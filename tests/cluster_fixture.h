@@ -64,6 +64,9 @@ class Program {
   absl::StatusOr<cli::ChildProcess> process_;
 };
 
+// And the number of the signal that ended its work in order: an exit code.
+inline constexpr int kSignalled = 128;
+
 // What `tessera` does with these arguments.
 struct Outcome {
   int code;

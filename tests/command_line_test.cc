@@ -140,6 +140,15 @@ TEST(CommandLineTest, UnknownNamesAreToldWithThoseThatThereAre) {
   EXPECT_THAT(run_tessera({"experiment", "seams", "--policy", "nope"}).output, HasSubstr("clone-1, clone-2"));
 }
 
+TEST(CommandLineTest, ASignalEndsLongWorkAtOnce) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    Program simulate("tessera", {"simulate", "--ticks", "1", "--seeds", "1000000"});
+    ASSERT_TRUE(simulate.await_output("in one process")) << simulate.output();
+    simulate.process().signal(signal);
+    EXPECT_EQ(simulate.wait(), kSignalled + signal) << simulate.output();
+  }
+}
+
 TEST(CommandLineTest, FilesThatCannotBeWrittenAreRefusedBeforeAnythingRuns) {
   const std::string world = world_file("falling.sdf").string();
   const std::string file = "/no/such/folder/report.json";
@@ -161,6 +170,23 @@ TEST(CommandLineTest, FilesThatCannotBeWrittenAreRefusedBeforeAnythingRuns) {
   EXPECT_THAT(run_tessera({"run", world, "--json", "/proc"}).output, HasSubstr("Is a directory"));
   EXPECT_THAT(run_tessera({"run", world, "--json", world + "/report.json"}).output,
               HasSubstr("Not a directory"));
+}
+
+TEST(CommandLineTest, EveryProgramTellsItsVersion) {
+  for (const char* name :
+       {"tessera", "tessera-coordinator", "tessera-experiments", "tessera-sector-server", "tessera-viewer"}) {
+    Program program(name, {"--version"});
+    EXPECT_EQ(program.wait(), 0) << name;
+    EXPECT_EQ(program.output(), absl::StrCat(name, " ", TESSERA_VERSION, "\n"));
+  }
+}
+
+TEST(CommandLineTest, ExperimentsAreThoseOfTheProgramBeside) {
+  Program program("tessera-experiments", {"--help"});
+  EXPECT_EQ(program.wait(), 0);
+  const Outcome experiment = run_tessera({"experiment", "--help"});
+  EXPECT_EQ(experiment.code, 0);
+  EXPECT_EQ(experiment.output, program.output());
 }
 
 TEST(CommandLineTest, UnknownArgumentsAreNamedAlsoWhereOthersAreMissing) {
@@ -290,7 +316,7 @@ TEST_F(TopTest, LooksAgainAndAgainUntilItIsInterrupted) {
   ASSERT_THAT(client().unload(), IsOk());
   ASSERT_TRUE(live.await_output("\n\nempty  no world")) << live.output();
   live.process().signal(SIGINT);
-  EXPECT_EQ(live.wait(), 0) << live.output();
+  EXPECT_EQ(live.wait(), kSignalled + SIGINT) << live.output();
 }
 
 TEST_F(TopTest, EndOfTheClusterIsAFailure) {

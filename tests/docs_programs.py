@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
+INTERRUPTED = 128 + signal.SIGINT  # the exit code of a command that Ctrl-C ends
 DEADLINE_S = 120.0  # of one command, on a machine that is busy
 
 Words = tuple[str, ...]
@@ -43,7 +44,7 @@ class Programs:
             if is_endless(words):
                 process.send_signal(signal.SIGINT)
             said += process.stdout.read()
-        if process.returncode != 0:
+        if process.returncode != (INTERRUPTED if is_endless(words) else 0):
             raise Failed(f"exit code {process.returncode}: {said.strip()}")
         return said
 

@@ -143,7 +143,7 @@ class UpTest : public ::testing::Test {
 TEST_F(UpTest, InterruptEndsAllInOrder) {
   start();
   up_.process().signal(SIGINT);
-  EXPECT_EQ(up_.wait(), 0) << up_.output();
+  EXPECT_EQ(up_.wait(), kSignalled + SIGINT) << up_.output();
   expect_all_end();
 }
 

@@ -50,7 +50,9 @@ void stir(Client& client) {
         ASSERT_THAT(client.spawn(solid(name, sphere(0.3), 3, {{0, 0, 0}, {way, -way, 9}})).status(), IsOk());
         break;
       case 1:
-        ASSERT_THAT(client.teleport(absl::StrCat("guest", n - 1), {{{0, 0, 0}, {way, way, 12}}, {1, 0, 0, 0}})
+        ASSERT_THAT(client
+                        .teleport(absl::StrCat("guest", n - 1),
+                                  {{{0, 0, 0}, {way, way, 12}}, Eigen::Quaterniond::Identity()})
                         .status(),
                     IsOk());
         break;

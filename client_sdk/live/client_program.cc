@@ -21,6 +21,7 @@ void add_client_options(CLI::App& app, ClientOptions& options) {
 
 int run_client(CLI::App& app, int argc, char** argv, const ClientOptions& options,
                const std::function<absl::Status(Client& client, const std::function<void()>& wait)>& serve) {
+  add_version_flag(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

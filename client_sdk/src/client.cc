@@ -30,6 +30,13 @@ v1::BodyRef to_proto(const BodyName& body) {
   return reference;
 }
 
+template <typename Request>
+void set_pose(Request& request, const TargetPose& pose) {
+  *request.mutable_pose() =
+      to_proto(WorldPose{pose.position, pose.orientation.value_or(Eigen::Quaterniond::Identity())});
+  request.set_keeps_orientation(!pose.orientation);
+}
+
 v1::JointRef to_proto(const JointName& joint) {
   v1::JointRef reference;
   if (const JointId* id = std::get_if<JointId>(&joint)) {
@@ -342,22 +349,25 @@ absl::StatusOr<Tick> Client::apply_force(const BodyName& body, const Eigen::Vect
   return impl_->command(&Stub::ApplyForce, request, timeout);
 }
 
-absl::StatusOr<Tick> Client::teleport(const BodyName& body, const WorldPose& pose,
-                                      const Eigen::Vector3d& linear_velocity,
-                                      const Eigen::Vector3d& angular_velocity, absl::Duration timeout) {
+absl::StatusOr<Tick> Client::teleport(const BodyName& body, const TargetPose& pose,
+                                      const std::optional<Eigen::Vector3d>& linear_velocity,
+                                      const std::optional<Eigen::Vector3d>& angular_velocity,
+                                      absl::Duration timeout) {
   v1::TeleportRequest request;
   *request.mutable_body() = to_proto(body);
-  *request.mutable_pose() = to_proto(pose);
-  *request.mutable_linear_velocity() = to_proto(linear_velocity);
-  *request.mutable_angular_velocity() = to_proto(angular_velocity);
+  set_pose(request, pose);
+  request.set_keeps_linear_velocity(!linear_velocity);
+  if (linear_velocity) *request.mutable_linear_velocity() = to_proto(*linear_velocity);
+  request.set_keeps_angular_velocity(!angular_velocity);
+  if (angular_velocity) *request.mutable_angular_velocity() = to_proto(*angular_velocity);
   return impl_->command(&Stub::Teleport, request, timeout);
 }
 
-absl::StatusOr<Tick> Client::set_kinematic_target(const BodyName& body, const WorldPose& pose,
+absl::StatusOr<Tick> Client::set_kinematic_target(const BodyName& body, const TargetPose& pose,
                                                   absl::Duration timeout) {
   v1::KinematicTargetRequest request;
   *request.mutable_body() = to_proto(body);
-  *request.mutable_pose() = to_proto(pose);
+  set_pose(request, pose);
   return impl_->command(&Stub::SetKinematicTarget, request, timeout);
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "experiments/paper/small_scenes.h"
+#include "cli/measure/positions.h"
 
 namespace tessera::extremes {
 namespace {

@@ -10,10 +10,10 @@
 #include <csignal>
 #include <limits>
 
-#include "experiments/common/heap.h"
-#include "experiments/common/own_process.h"
-#include "experiments/common/stopwatch.h"
-#include "experiments/paper/small_scenes.h"
+#include "cli/measure/own_process.h"
+#include "cli/measure/positions.h"
+#include "cli/measure/stopwatch.h"
+#include "experiments/heap.h"
 #include "lpss/simulation/simulation.h"
 
 namespace tessera::extremes {

@@ -6,7 +6,8 @@
 #include <limits>
 #include <memory>
 
-#include "experiments/common/local_world.h"
+#include "cli/measure/local_world.h"
+#include "cli/measure/positions.h"
 #include "experiments/extremes/figures.h"
 #include "experiments/extremes/scene_parts.h"
 #include "experiments/paper/small_scenes.h"

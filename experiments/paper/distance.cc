@@ -7,7 +7,8 @@
 #include <memory>
 #include <optional>
 
-#include "experiments/common/local_world.h"
+#include "cli/measure/local_world.h"
+#include "cli/measure/positions.h"
 #include "experiments/paper/small_scenes.h"
 
 namespace tessera {

@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "experiments/common/heap.h"
-#include "experiments/common/stopwatch.h"
+#include "cli/measure/stopwatch.h"
+#include "experiments/heap.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 

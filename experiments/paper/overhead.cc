@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
-#include "experiments/common/local_world.h"
-#include "experiments/common/stopwatch.h"
+#include "cli/measure/local_world.h"
+#include "cli/measure/stopwatch.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 

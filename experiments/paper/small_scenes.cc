@@ -1,9 +1,5 @@
 #include "experiments/paper/small_scenes.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
@@ -45,26 +41,6 @@ absl::Status move_to(WorldDescription& world, const WorldPosition& place) {
       return status;
   }
   return absl::OkStatus();
-}
-
-std::vector<Eigen::Vector3d> positions_from(const WorldPosition& origin,
-                                            const std::vector<BodyRecord>& records, double sector_size) {
-  std::vector<Eigen::Vector3d> positions;
-  for (const BodyRecord& record : records) {
-    const Eigen::Map<const Eigen::Vector3d> local(record.state.position.data());
-    positions.push_back(metres_between(origin.sector, record.home, sector_size) + (local - origin.local));
-  }
-  return positions;
-}
-
-double largest_distance(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
-    const double distance = (a[i] - b[i]).norm();
-    if (!std::isfinite(distance)) return std::numeric_limits<double>::infinity();
-    largest = std::max(largest, distance);
-  }
-  return largest;
 }
 
 }  // namespace tessera

@@ -7,8 +7,8 @@
 #include <limits>
 #include <memory>
 
-#include "experiments/common/local_world.h"
-#include "experiments/paper/small_scenes.h"
+#include "cli/measure/local_world.h"
+#include "cli/measure/positions.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/common/stopwatch.h"
-#include "experiments/paper/small_scenes.h"
-#include "experiments/trade/trial.h"
+#include "cli/measure/positions.h"
+#include "cli/measure/stopwatch.h"
+#include "cli/tune/trial.h"
 #include "lpss/observe/state.h"
 #include "lpss/simulation/partition_cluster.h"
 

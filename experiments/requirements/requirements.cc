@@ -12,12 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/common/heap.h"
-#include "experiments/common/own_process.h"
+#include "cli/measure/own_process.h"
+#include "cli/tune/trial.h"
+#include "experiments/heap.h"
 #include "experiments/requirements/choices.h"
 #include "experiments/requirements/contestant.h"
 #include "experiments/requirements/spread.h"
-#include "experiments/trade/trial.h"
 #include "worlds/loader/world_file.h"
 
 namespace tessera {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "experiments/common/report.h"
-#include "experiments/common/stopwatch.h"
-#include "experiments/trade/trial.h"
+#include "cli/measure/report.h"
+#include "cli/measure/stopwatch.h"
+#include "cli/tune/trial.h"
 
 namespace tessera {
 

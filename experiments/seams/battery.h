@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/common/report.h"
+#include "cli/measure/report.h"
 #include "experiments/seams/course.h"
 #include "experiments/seams/hashes.h"
 #include "experiments/seams/scene.h"

@@ -5,8 +5,8 @@
 #include <memory>
 #include <utility>
 
-#include "experiments/common/local_world.h"
-#include "experiments/common/stopwatch.h"
+#include "cli/measure/local_world.h"
+#include "cli/measure/stopwatch.h"
 #include "experiments/seams/piles.h"
 #include "lpss/simulation/example_worlds.h"
 #include "worlds/loader/world_file.h"

@@ -1,5 +1,6 @@
 #include "experiments/seams/hashes.h"
 
+#include "cli/interrupt.h"
 #include "lpss/simulation/partition_cluster.h"
 #include "simulator/simulated_cluster.h"
 
@@ -13,12 +14,16 @@ constexpr std::uint32_t kSharesMany = 10;
 absl::StatusOr<std::string> hash_on_shares(const WorldDescription& world, std::uint32_t shares, Tick ticks) {
   const absl::StatusOr<std::unique_ptr<PartitionCluster>> cluster = PartitionCluster::create(world, shares);
   if (!cluster.ok()) return cluster.status();
-  for (Tick tick = 0; tick < ticks; ++tick) (*cluster)->step();
+  for (Tick tick = 0; tick < ticks; ++tick) {
+    if (cli::interrupted()) return absl::CancelledError("interrupted");
+    (*cluster)->step();
+  }
   return (*cluster)->hash().to_string();
 }
 
 absl::StatusOr<std::string> hash_on_network(const WorldDescription& world, std::uint64_t seed, Tick ticks) {
   SimulatedCluster cluster(seed, kServers, world.settings.precision);
+  cluster.end_when(cli::interrupted);
   if (absl::Status loaded = cluster.load(world); !loaded.ok()) return loaded;
   if (const auto stepped = cluster.step(ticks); !stepped.ok()) return stepped.status();
   const absl::StatusOr<v1::HashReply> hash = cluster.hash();

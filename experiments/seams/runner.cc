@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/interrupt.h"
 #include "experiments/seams/recorder.h"
 #include "lpss/simulation/simulation.h"
 
@@ -17,6 +18,7 @@ absl::StatusOr<Course> run(const Scene& scene, const Stage& stage, Tick ticks) {
   Recorder recorder(scene, stage, *joints);
   recorder.observe(0, **simulation);
   for (Tick tick = 1; tick <= ticks; ++tick) {
+    if (cli::interrupted()) return absl::CancelledError("interrupted");
     (*simulation)->step();
     recorder.observe(tick, **simulation);
   }

@@ -37,12 +37,21 @@ std::vector<std::filesystem::path> module_folders() {
   return folders;
 }
 
+// The module in each of those folders; last its name alone, which the dynamic linker looks for where the
+// executable says that its libraries are.
+std::vector<std::filesystem::path> module_files(Precision precision) {
+  std::vector<std::filesystem::path> files;
+  for (const std::filesystem::path& folder : module_folders())
+    files.push_back(folder / module_name(precision));
+  files.emplace_back(module_name(precision));
+  return files;
+}
+
 absl::StatusOr<LoadedModule> load_module(Precision precision) {
   std::vector<std::string> failures;
-  for (const std::filesystem::path& folder : module_folders()) {
-    const std::filesystem::path file = folder / module_name(precision);
+  for (const std::filesystem::path& file : module_files(precision)) {
     std::error_code error;
-    if (!std::filesystem::exists(file, error)) {
+    if (file.has_parent_path() && !std::filesystem::exists(file, error)) {
       failures.push_back(absl::StrCat(file.string(), " does not exist"));
       continue;
     }

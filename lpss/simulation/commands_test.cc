@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -53,6 +54,55 @@ TEST(Commands, EveryKindGivesTheSameBitsOnOneShareAndOnThree) {
   }
   EXPECT_FALSE(one->body(BodyId{7}).ok());
   EXPECT_TRUE(one->body(BodyId{1000}).ok());
+}
+
+// A box whose centre of mass is 0.3 m from the origin of its frame, along a principal axis.
+WorldDescription lopsided_box() {
+  WorldBuilder builder(sectors_of(8));
+  builder.world().settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
+  BodyDescription& box = builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {0, 0, 0});
+  box.properties.centre = {0.3, 0, 0};
+  box.properties.principal_axes = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};
+  box.pose.orientation = Eigen::AngleAxisd(std::acos(-1) / 2, Eigen::Vector3d::UnitZ());
+  box.linear_velocity = {1, 2, 3};
+  return builder.world();
+}
+
+TEST(Commands, ATeleportLeavesWhatItKeepsAsItIs) {
+  const WorldDescription world = lopsided_box();
+  for (const std::uint32_t shares : {1u, 3u}) {
+    auto cluster = cluster_of(world, shares);
+    const BodyState before = cluster->body(BodyId{1})->state;
+    Teleport jump{BodyId{1}, {5, 0, 0}, {}};
+    jump.state.position = {1, 3.9,
+                           0};  // of the body frame; the centre is 0.3 m farther along y, beyond the border
+    jump.state.angular_velocity = {0, 0, 0.5};
+    jump.keeps_rotation = jump.keeps_linear_velocity = true;
+    const std::vector<Command> commands{jump};
+    cluster->step(commands);
+    const BodyRecord after = cluster->body(BodyId{1}).value();
+    EXPECT_EQ(after.home, (SectorIndex{5, 1, 0}));
+    EXPECT_EQ(after.state.linear_velocity, before.linear_velocity);
+    EXPECT_NEAR(after.state.angular_velocity[2], 0.5, 1e-2);
+    EXPECT_NEAR(after.state.position[1], -3.8 + 2.0 / 60, 1e-5);
+    EXPECT_LT(quaternion_of(after.state).angularDistance(quaternion_of(before)), 0.5 / 60 + 1e-6);
+  }
+}
+
+TEST(Commands, AKinematicTargetWithoutARotationKeepsIt) {
+  WorldDescription world = lopsided_box();
+  world.bodies[0].properties.motion = Motion::kKinematic;
+  world.bodies[0].linear_velocity.setZero();
+  auto cluster = cluster_of(world, 2);
+  const BodyState before = cluster->body(BodyId{1})->state;
+  KinematicTarget target{BodyId{1}, {}, {}, true};
+  target.state.position = {0.1, 0, 0};
+  const std::vector<Command> commands{target};
+  cluster->step(commands);
+  const BodyState after = cluster->body(BodyId{1})->state;
+  EXPECT_LT(quaternion_of(after).angularDistance(quaternion_of(before)), 1e-6);
+  EXPECT_NEAR(after.position[0], 0.1, 1e-6);
+  EXPECT_NEAR(after.position[1], 0.3, 1e-6);
 }
 
 TEST(Commands, ABodyWhoseSupportIsTakenAwayWakesAndFalls) {

@@ -22,6 +22,30 @@ void set_velocities_between(BodyState& from, const BodyState& to, double dt) {
   Eigen::Map<Eigen::Vector3d>(from.angular_velocity.data()) = turn.axis() * (turn.angle() / dt);
 }
 
+// Turns a body at `next`, whose position is that of the body frame, as it is turned `now`; the position is
+// then that of its centre.
+void keep_rotation(const BodyProperties& properties, const BodyState& now, BodyState& next) {
+  next.rotation = now.rotation;
+  const Pose centre = centre_frame(properties);
+  const Eigen::Quaterniond body_frame = quaternion_of(now) * centre.orientation.conjugate();
+  Eigen::Map<Eigen::Vector3d>(next.position.data()) += body_frame * centre.position;
+}
+
+// Puts a body where a teleport says, and leaves the rest of it as it is.
+void carry_out(const Teleport& jump, double sector_size, BodyRecord& record) {
+  const BodyState now = record.state;
+  record.home = jump.home;
+  record.state = jump.state;
+  if (jump.keeps_linear_velocity) record.state.linear_velocity = now.linear_velocity;
+  if (jump.keeps_angular_velocity) record.state.angular_velocity = now.angular_velocity;
+  if (!jump.keeps_rotation) return;
+  keep_rotation(record.properties, now, record.state);
+  const auto place = canonical(jump.home, vector(record.state.position), sector_size);
+  if (!place.ok()) return;  // beyond the last sector: its centre stays outside of that one
+  record.home = place->sector;
+  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = place->local;
+}
+
 void forget_moves(Partition& partition, BodyId id) {
   std::erase(partition.leaving, id);
   std::erase(partition.moving_replicas, id);
@@ -42,8 +66,7 @@ void remove_body(Partition& partition, BodyId id) {
 void teleport(Partition& partition, const Teleport& jump, std::vector<HomeChange>& changes) {
   if (const BodyRecord* fixed = partition.statics.find(jump.id)) {
     BodyRecord moved = *fixed;
-    moved.home = jump.home;
-    moved.state = jump.state;
+    carry_out(jump, partition.sector_size(), moved);
     remove_static_body(partition, jump.id);
     add_static_body(partition, moved);
     for (const JointId joint : partition.joints.of(jump.id))
@@ -62,8 +85,7 @@ void teleport(Partition& partition, const Teleport& jump, std::vector<HomeChange
   handover.known_everywhere = body.known_everywhere;
   const SectorIndex old_home = body.sector->index;
   handover.record = remove_home(partition, body);
-  handover.record.home = jump.home;
-  handover.record.state = jump.state;
+  carry_out(jump, partition.sector_size(), handover.record);
   changes.push_back({std::move(handover), old_home});
 }
 
@@ -76,6 +98,7 @@ void set_target(Partition& partition, const KinematicTarget& target) {
   const Eigen::Vector3d position = metres_between(body.sector->index, target.home, partition.sector_size()) +
                                    vector(target.state.position);
   Eigen::Map<Eigen::Vector3d>(goal.position.data()) = position;
+  if (target.keeps_rotation) keep_rotation(body.properties, now, goal);
   set_velocities_between(now, goal, partition.dt());
   now.activity = Activity::kAwake;
   body.sector->world->set_state(body.slot, now);

@@ -129,17 +129,23 @@ struct ApplyForce {
   BodyId id;
   Wrench wrench;
 };
-// At once, without passing the way between; velocities are set too.
+// At once, without passing the way between; velocities are set too, but for those that are kept. With
+// `keeps_rotation` the position is that of the body frame, since where the centre of mass comes to depends on
+// how the body is turned.
 struct Teleport {
   BodyId id;
   SectorIndex home;
   BodyState state;
+  bool keeps_rotation = false;
+  bool keeps_linear_velocity = false;
+  bool keeps_angular_velocity = false;
 };
-// A kinematic body moves so that it arrives there at the end of this tick.
+// A kinematic body moves so that it arrives there at the end of this tick; `keeps_rotation` as of a Teleport.
 struct KinematicTarget {
   BodyId id;
   SectorIndex home;
   BodyState state;
+  bool keeps_rotation = false;
 };
 
 // A joint between bodies of any two sectors; all servers know all joints.

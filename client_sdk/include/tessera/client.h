@@ -63,6 +63,12 @@ Shape cylinder(double radius, double length);
 // ellipsoid; the inertia of other shapes is that of their bounding sphere.
 NewBody solid(std::string name, Shape shape, double mass, const WorldPosition& position);
 
+// Where a body is to be; without an orientation, it stays turned as it is.
+struct TargetPose {
+  WorldPosition position;
+  std::optional<Eigen::Quaterniond> orientation = std::nullopt;
+};
+
 struct LoadSummary {
   std::uint64_t bodies = 0;
   std::uint64_t sectors = 0;  // with a body that can move
@@ -215,13 +221,13 @@ class Client {
   absl::StatusOr<Tick> apply_force(const BodyName& body, const Eigen::Vector3d& force,
                                    const Eigen::Vector3d& torque = Eigen::Vector3d::Zero(),
                                    absl::Duration timeout = kCallTimeout);
-  // Puts the body frame to `pose`, with these velocities.
-  absl::StatusOr<Tick> teleport(const BodyName& body, const WorldPose& pose,
-                                const Eigen::Vector3d& linear_velocity = Eigen::Vector3d::Zero(),
-                                const Eigen::Vector3d& angular_velocity = Eigen::Vector3d::Zero(),
+  // Puts the body frame there, with these velocities; what is not given stays as it is.
+  absl::StatusOr<Tick> teleport(const BodyName& body, const TargetPose& pose,
+                                const std::optional<Eigen::Vector3d>& linear_velocity = std::nullopt,
+                                const std::optional<Eigen::Vector3d>& angular_velocity = std::nullopt,
                                 absl::Duration timeout = kCallTimeout);
   // A kinematic body moves so that it arrives there at the end of the tick.
-  absl::StatusOr<Tick> set_kinematic_target(const BodyName& body, const WorldPose& pose,
+  absl::StatusOr<Tick> set_kinematic_target(const BodyName& body, const TargetPose& pose,
                                             absl::Duration timeout = kCallTimeout);
 
   // --- joints: likewise ---

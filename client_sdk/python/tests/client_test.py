@@ -65,6 +65,18 @@ def test_teleport_far_away_and_back(client: tessera.Client) -> None:
     assert path.relative_to(far)[-1, 0] == pytest.approx((1, 2, 4), abs=1e-4)
 
 
+def test_teleport_keeps_what_it_is_not_told(client: tessera.Client) -> None:
+    turned = (0.6, 0.0, 0.0, 0.8)
+    top = tessera.Body("top", tessera.box(1, 1, 1), position=(0, 0, 30), orientation=turned)
+    client.spawn(top)
+    client.step()
+    client.set_velocity("top", (1, 0, 0), (0, 0, 0))
+    client.teleport("top", (5, 0, 40), angular_velocity=(0, 0, 0))
+    path = client.trajectory("top", 1)
+    assert path.local[-1, 0, 0] == pytest.approx(5 + 1 / 60, abs=1e-3)
+    assert path.orientations[-1, 0] == pytest.approx(turned, abs=1e-5)
+
+
 def test_kinematic_body_goes_where_it_is_told(client: tessera.Client) -> None:
     lift = tessera.Body("lift", tessera.box(2, 2, 0.2), position=(0, 0, 1), motion=tessera.Motion.KINEMATIC)
     client.spawn(lift)

@@ -196,35 +196,43 @@ class Client:
         self,
         body: BodyName,
         position: PositionLike,
-        orientation: VectorLike = IDENTITY,
-        linear_velocity: VectorLike = _ZERO,
-        angular_velocity: VectorLike = _ZERO,
+        orientation: VectorLike | None = None,
+        linear_velocity: VectorLike | None = None,
+        angular_velocity: VectorLike | None = None,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> int:
-        """Puts the body frame elsewhere at once, with these velocities. OutOfRange beyond 64-bit sectors."""
-        return self._command(
-            "Teleport",
-            tessera_pb2.TeleportRequest(
-                body=_body_ref(body),
-                pose=world_pose_message(position, orientation),
-                linear_velocity=vector_message(linear_velocity, "linear_velocity"),
-                angular_velocity=vector_message(angular_velocity, "angular_velocity"),
-            ),
-            timeout,
+        """Puts the body frame elsewhere at once, with these velocities; what is not given stays as it is.
+        OutOfRange beyond 64-bit sectors.
+        """
+        request = tessera_pb2.TeleportRequest(
+            body=_body_ref(body),
+            pose=world_pose_message(position, orientation),
+            keeps_orientation=orientation is None,
+            keeps_linear_velocity=linear_velocity is None,
+            keeps_angular_velocity=angular_velocity is None,
         )
+        if linear_velocity is not None:
+            request.linear_velocity.CopyFrom(vector_message(linear_velocity, "linear_velocity"))
+        if angular_velocity is not None:
+            request.angular_velocity.CopyFrom(vector_message(angular_velocity, "angular_velocity"))
+        return self._command("Teleport", request, timeout)
 
     def set_kinematic_target(
         self,
         body: BodyName,
         position: PositionLike,
-        orientation: VectorLike = IDENTITY,
+        orientation: VectorLike | None = None,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> int:
-        """Has a kinematic body move so that it is there at the end of the tick."""
+        """Has a kinematic body move so that it is there at the end of the tick; without an orientation, it
+        keeps its own.
+        """
         return self._command(
             "SetKinematicTarget",
             tessera_pb2.KinematicTargetRequest(
-                body=_body_ref(body), pose=world_pose_message(position, orientation)
+                body=_body_ref(body),
+                pose=world_pose_message(position, orientation),
+                keeps_orientation=orientation is None,
             ),
             timeout,
         )

@@ -94,10 +94,10 @@ def position_message(position: PositionLike) -> world_pb2.WorldPosition:
     )
 
 
-def world_pose_message(position: PositionLike, orientation: VectorLike) -> world_pb2.WorldPose:
-    return world_pb2.WorldPose(
-        position=position_message(position), orientation=quaternion_message(orientation, "orientation")
-    )
+def world_pose_message(position: PositionLike, orientation: VectorLike | None) -> world_pb2.WorldPose:
+    """Without an orientation where there is none."""
+    turned = None if orientation is None else quaternion_message(orientation, "orientation")
+    return world_pb2.WorldPose(position=position_message(position), orientation=turned)
 
 
 def pose_message(position: VectorLike, orientation: VectorLike) -> world_pb2.Pose:

@@ -1,4 +1,4 @@
-#include "experiments/towers.h"
+#include "cli/measure/towers.h"
 
 #include <algorithm>
 #include <cmath>

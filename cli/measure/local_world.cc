@@ -1,9 +1,9 @@
-#include "experiments/common/local_world.h"
+#include "cli/measure/local_world.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "experiments/plain_world.h"
+#include "lpss/simulation/plain_world.h"
 #include "lpss/simulation/simulation.h"
 
 namespace tessera {

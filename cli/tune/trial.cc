@@ -1,13 +1,12 @@
-#include "experiments/trade/trial.h"
+#include "cli/tune/trial.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 
-#include "experiments/common/local_world.h"
-#include "experiments/common/stopwatch.h"
-#include "experiments/paper/small_scenes.h"
+#include "cli/measure/local_world.h"
+#include "cli/measure/stopwatch.h"
 #include "lpss/model/validate.h"
 
 namespace tessera {

@@ -1,7 +1,7 @@
 // Finds the cheapest settings with which a world moves as it should, by trying them on that world.
 #pragma once
 
-#include "experiments/trade/trial.h"
+#include "cli/tune/trial.h"
 
 namespace tessera {
 

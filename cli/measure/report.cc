@@ -1,4 +1,4 @@
-#include "experiments/common/report.h"
+#include "cli/measure/report.h"
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>

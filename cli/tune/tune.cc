@@ -1,11 +1,11 @@
-#include "experiments/trade/tune.h"
+#include "cli/tune/tune.h"
 
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/common/own_process.h"
+#include "cli/measure/own_process.h"
 
 namespace tessera {
 namespace {

@@ -1,4 +1,5 @@
-// `tessera experiment seams`: what a border between sectors does, on one server and on two.
+#include "experiments/seams/command.h"
+
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
@@ -7,14 +8,17 @@
 #include <memory>
 
 #include "cli/command.h"
-#include "cli/experiment_output.h"
 #include "cli/interrupt.h"
 #include "cli/local_cluster.h"
+#include "cli/output_file.h"
+#include "cli/progress.h"
+#include "cli/terminal.h"
 #include "cli/world_options.h"
+#include "experiments/output.h"
 #include "experiments/seams/report.h"
 #include "tessera/client.h"
 
-namespace tessera::cli {
+namespace tessera::seams {
 namespace {
 
 struct SeamOptions {
@@ -34,9 +38,9 @@ class TwoServers {
  public:
   explicit TwoServers(Precision precision) : precision_(precision) {}
 
-  absl::StatusOr<seams::RemoteRun> run(const WorldDescription& world, Tick ticks, Tick unmeasured) {
+  absl::StatusOr<RemoteRun> run(const WorldDescription& world, Tick ticks, Tick unmeasured) {
     if (absl::Status started = start(); !started.ok()) return started;
-    seams::RemoteRun run;
+    RemoteRun run;
     const absl::Status status = cluster_->attend([&] { return step(world, ticks, unmeasured, run); });
     if (!status.ok()) return status;
     return run;
@@ -45,11 +49,11 @@ class TwoServers {
  private:
   absl::Status start() {
     if (cluster_) return absl::OkStatus();
-    LocalClusterOptions options;
+    cli::LocalClusterOptions options;
     options.servers = 2;
     options.precision = precision_;
-    options.interrupt_descriptor = interrupt_descriptor();
-    absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(options);
+    options.interrupt_descriptor = cli::interrupt_descriptor();
+    absl::StatusOr<std::unique_ptr<cli::LocalCluster>> cluster = cli::LocalCluster::start(options);
     if (!cluster.ok()) return cluster.status();
     absl::StatusOr<std::unique_ptr<Client>> client = Client::connect((*cluster)->address());
     if (!client.ok()) return client.status();
@@ -58,7 +62,7 @@ class TwoServers {
     return absl::OkStatus();
   }
 
-  absl::Status step(const WorldDescription& world, Tick ticks, Tick unmeasured, seams::RemoteRun& run) {
+  absl::Status step(const WorldDescription& world, Tick ticks, Tick unmeasured, RemoteRun& run) {
     absl::Status status = client_->load(world, /*replace=*/true).status();
     if (status.ok() && unmeasured > 0) status = client_->step(unmeasured).status();
     if (status.ok()) status = measure(ticks - unmeasured, run);
@@ -69,7 +73,7 @@ class TwoServers {
     return absl::OkStatus();
   }
 
-  absl::Status measure(Tick ticks, seams::RemoteRun& run) {
+  absl::Status measure(Tick ticks, RemoteRun& run) {
     constexpr Tick kBetween = 10;  // ticks between two looks at the contacts, at least
     const Tick stride = std::max(kBetween, ticks / 15);
     absl::StatusOr<ClusterStatus> status = client_->status();
@@ -99,7 +103,7 @@ class TwoServers {
   }
 
   Precision precision_;
-  std::unique_ptr<LocalCluster> cluster_;
+  std::unique_ptr<cli::LocalCluster> cluster_;
   std::unique_ptr<Client> client_;
 };
 
@@ -118,37 +122,36 @@ absl::StatusOr<std::vector<T>> chosen(const char* what, const T (&all)[n],
   std::vector<T> values;
   for (const std::string& name : wanted) {
     const std::optional<T> value = parse(name);
-    if (!value) return no_such(what, name, all, [](T known) { return seams::name_of(known); });
+    if (!value) return no_such(what, name, all, [](T known) { return name_of(known); });
     values.push_back(*value);
   }
   return values;
 }
 
-absl::StatusOr<std::vector<seams::Scene>> chosen_scenes(const SeamOptions& options,
-                                                        const std::string& worlds) {
-  std::vector<seams::Scene> scenes = seams::all_scenes(worlds);
+absl::StatusOr<std::vector<Scene>> chosen_scenes(const SeamOptions& options, const std::string& worlds) {
+  std::vector<Scene> scenes = all_scenes(worlds);
   for (const std::string& name : options.scenes) {
     if (std::none_of(scenes.begin(), scenes.end(), [&](const auto& scene) { return scene.name == name; })) {
-      return no_such("scene", name, scenes, [](const seams::Scene& scene) { return scene.name; });
+      return no_such("scene", name, scenes, [](const Scene& scene) { return scene.name; });
     }
   }
-  std::erase_if(scenes, [&](const seams::Scene& scene) {
+  std::erase_if(scenes, [&](const Scene& scene) {
     if (options.scenes.empty()) return options.quick && scene.heavy;
     return std::find(options.scenes.begin(), options.scenes.end(), scene.name) == options.scenes.end();
   });
   return scenes;
 }
 
-absl::StatusOr<seams::BatteryOptions> battery_of(const SeamOptions& options, const std::string& worlds) {
-  seams::BatteryOptions battery;
+absl::StatusOr<BatteryOptions> battery_of(const SeamOptions& options, const std::string& worlds) {
+  BatteryOptions battery;
   battery.precision = options.precision;
-  absl::StatusOr<std::vector<seams::Scene>> scenes = chosen_scenes(options, worlds);
+  absl::StatusOr<std::vector<Scene>> scenes = chosen_scenes(options, worlds);
   if (!scenes.ok()) return scenes.status();
   battery.scenes = *std::move(scenes);
-  auto placements = chosen("placement", seams::kPlacements, options.placements, seams::placement_named);
+  auto placements = chosen("placement", kPlacements, options.placements, placement_named);
   if (!placements.ok()) return placements.status();
   battery.placements = *std::move(placements);
-  auto policies = chosen("policy", seams::kPolicies, options.policies, seams::policy_named);
+  auto policies = chosen("policy", kPolicies, options.policies, policy_named);
   if (!policies.ok()) return policies.status();
   battery.policies = *std::move(policies);
   if (options.quick) {
@@ -162,74 +165,74 @@ absl::StatusOr<seams::BatteryOptions> battery_of(const SeamOptions& options, con
 std::string short_number(double value) { return std::isfinite(value) ? absl::StrFormat("%.2g", value) : "-"; }
 
 // One line a row; what does not stand is red.
-std::string to_text(const seams::Results& results) {
+std::string to_text(const Results& results) {
   std::vector<std::vector<std::string>> lines = {{"scene", "placement", "policy", "stands", "error, m",
                                                   "momentum", "energy", "overlap, m", "joint gap, m", "twice",
                                                   "bits"}};
-  for (const seams::Row& row : results.rows) {
-    const seams::Course& course = row.course;
+  for (const Row& row : results.rows) {
+    const Course& course = row.course;
     lines.push_back({row.scene, name_of(row.placement), name_of(row.policy),
-                     row.stands ? "yes" : coloured("no", Colour::kRed), short_number(row.max_error_m),
-                     short_number(course.momentum_drift), short_number(course.energy_drift),
-                     short_number(course.penetration_max), short_number(course.joint_gap_max),
-                     absl::StrCat(course.duplicate_events),
+                     row.stands ? "yes" : cli::coloured("no", cli::Colour::kRed),
+                     short_number(row.max_error_m), short_number(course.momentum_drift),
+                     short_number(course.energy_drift), short_number(course.penetration_max),
+                     short_number(course.joint_gap_max), absl::StrCat(course.duplicate_events),
                      !row.same_bits   ? ""
                      : *row.same_bits ? "same"
-                                      : coloured("OTHER", Colour::kRed)});
+                                      : cli::coloured("OTHER", cli::Colour::kRed)});
   }
-  return table(lines, {false, false, false, false, true, true, true, true, true, true, false});
+  return cli::table(lines, {false, false, false, false, true, true, true, true, true, true, false});
 }
 
-absl::Status write_files(const SeamOptions& options, const seams::Results& results,
-                         const seams::Costs& costs) {
+absl::Status write_files(const SeamOptions& options, const Results& results, const Costs& costs) {
   if (!options.json.empty()) {
-    if (absl::Status status = write_json(options.json, seams::to_json(results, costs, options.precision));
+    if (absl::Status status = cli::write_json(options.json, to_json(results, costs, options.precision));
         !status.ok())
       return status;
   }
   if (options.csv.empty()) return absl::OkStatus();
-  if (absl::Status status = write_text(options.csv, seams::to_csv(results, options.precision)); !status.ok())
+  if (absl::Status status = cli::write_text(options.csv, to_csv(results, options.precision)); !status.ok())
     return status;
   if (options.no_costs) return absl::OkStatus();
-  return write_text(beside(options.csv, "costs"), seams::to_csv(costs));
+  return cli::write_text(experiments::beside(options.csv, "costs"), to_csv(costs));
 }
 
-void print(const seams::Results& results, const seams::Costs& costs, Precision precision) {
+void print(const Results& results, const Costs& costs, Precision precision) {
   absl::PrintF("%s\n", to_text(results));
-  for (const seams::Noise& noise : results.noise) {
+  for (const Noise& noise : results.noise) {
     absl::PrintF("noise floor of %-24s %.2g m\n", noise.scene, noise.error_m);
   }
-  for (const seams::Equality& equality : results.equalities) {
+  for (const Equality& equality : results.equalities) {
     absl::PrintF("%-26s %-7s the same bits: %d of %d seeds, %d of %d shuffles, ten shares: %s\n",
                  equality.scene, name_of(equality.policy), equality.seeds_equal, equality.seeds,
                  equality.shuffles_equal, equality.shuffles, equality.ten_shares_equal ? "yes" : "no");
   }
-  absl::PrintF("%s", seams::to_csv(costs));
-  const std::vector<std::string> missed = seams::misses(results, precision);
-  for (const std::string& miss : missed) absl::PrintF("%s %s\n", coloured("misses:", Colour::kRed), miss);
+  absl::PrintF("%s", to_csv(costs));
+  const std::vector<std::string> missed = misses(results, precision);
+  for (const std::string& miss : missed)
+    absl::PrintF("%s %s\n", cli::coloured("misses:", cli::Colour::kRed), miss);
 }
 
 absl::Status measure_seams(const SeamOptions& options) {
-  catch_interrupts();
+  cli::catch_interrupts();
   const char* folder = std::getenv("TESSERA_WORLDS");
   const std::string worlds = folder == nullptr ? "" : folder;
-  const absl::StatusOr<seams::BatteryOptions> battery = battery_of(options, worlds);
+  const absl::StatusOr<BatteryOptions> battery = battery_of(options, worlds);
   if (!battery.ok()) return battery.status();
   TwoServers servers(options.precision);
-  const seams::RunRemotely run_remotely = [&](const WorldDescription& world, Tick ticks, Tick unmeasured) {
+  const RunRemotely run_remotely = [&](const WorldDescription& world, Tick ticks, Tick unmeasured) {
     return servers.run(world, ticks, unmeasured);
   };
-  const absl::StatusOr<seams::Results> results = with_bar(
+  const absl::StatusOr<Results> results = cli::with_bar(
       "seams", [&](const Progress& progress) { return run_battery(*battery, run_remotely, progress); });
   if (!results.ok()) return results.status();
-  absl::StatusOr<seams::Costs> costs = seams::Costs{};
+  absl::StatusOr<Costs> costs = Costs{};
   if (!options.no_costs) {
-    seams::CostOptions cost_options{.precision = options.precision, .worlds = worlds};
+    CostOptions cost_options{.precision = options.precision, .worlds = worlds};
     if (options.quick) {
       cost_options.pile = 400;
       cost_options.ticks = 60;
     }
-    costs = with_bar("costs", [&](const Progress& progress) {
+    costs = cli::with_bar("costs", [&](const Progress& progress) {
       return measure_costs(cost_options, run_remotely, progress);
     });
   }
@@ -241,9 +244,9 @@ absl::Status measure_seams(const SeamOptions& options) {
 
 }  // namespace
 
-void add_seams_experiment(CLI::App& experiment, Action& action) {
-  CLI::App& command = add_command(
-      experiment, "seams",
+void add_seams_command(CLI::App& app, cli::Action& action) {
+  CLI::App& command = cli::add_command(
+      app, "seams",
       "Run scenes with and without borders of sectors through them, on one server and on two, and compare.",
       "tessera experiment seams --quick --scene tower_level --policy island --json seams.json");
   const auto options = std::make_shared<SeamOptions>();
@@ -251,17 +254,17 @@ void add_seams_experiment(CLI::App& experiment, Action& action) {
   command.add_option("--policy", options->policies,
                      "only none, clone-1, clone-2, clone-4, island or cut; likewise");
   command.add_option("--placement", options->placements, "only reference, local, remote or corner; likewise");
-  add_parsed(command, "--engine", options->precision, parse_precision, "f32 or f64; f32 if not given");
+  add_parsed(command, "--engine", options->precision, cli::parse_precision, "f32 or f64; f32 if not given");
   command.add_flag("--quick", options->quick, "fewer seeds, no large pile, short costs");
   command
       .add_option("--seeds", options->seeds,
                   "simulated networks per scene; 100, with --quick 3, if not given")
       ->check(CLI::Range(0, 1'000'000));
   command.add_flag("--no-costs", options->no_costs, "leave out the times and bytes");
-  add_parsed(command, "--json", options->json, parse_output_file, "write all results to this file");
-  add_parsed(command, "--csv", options->csv, parse_output_file,
+  add_parsed(command, "--json", options->json, cli::parse_output_file, "write all results to this file");
+  add_parsed(command, "--csv", options->csv, cli::parse_output_file,
              "write the rows to this file, and the costs to one beside it");
   command.callback([options, &action] { action = [options] { return measure_seams(*options); }; });
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera::seams

@@ -1,7 +1,9 @@
-#include "experiments/common/own_process.h"
+#include "cli/measure/own_process.h"
 
 #include <absl/cleanup/cleanup.h>
 #include <absl/strings/str_cat.h>
+#include <absl/time/time.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,6 +12,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+
+#include "cli/child_process.h"
+#include "cli/interrupt.h"
+#include "daemon/parent_process.h"
 
 namespace tessera {
 namespace {
@@ -40,15 +46,35 @@ void write_all(int descriptor, const std::string& text) {
   }
 }
 
-std::string read_all(int descriptor) {
+// All that comes before the end. CANCELLED by an interrupt.
+absl::StatusOr<std::string> read_all(int descriptor) {
   std::string text;
   std::array<char, 1 << 16> buffer;
   while (true) {
+    if (cli::wait_readable({cli::interrupt_descriptor(), descriptor}, absl::InfiniteDuration()) == 0u)
+      return absl::CancelledError("interrupted");
     const ssize_t count = read(descriptor, buffer.data(), buffer.size());
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return text;
     text.append(buffer.data(), static_cast<std::size_t>(count));
   }
+}
+
+// Does the work of the new process: signals are for the first one, which ends the others.
+[[noreturn]] void work(const std::function<absl::StatusOr<Report>()>& measure, pid_t parent, int writing) {
+  signal(SIGINT, SIG_IGN);
+  signal(SIGTERM, SIG_DFL);
+  if (!end_with_parent(parent, SIGKILL)) _exit(EXIT_FAILURE);
+  write_all(writing, packed(measure()).dump());
+  std::fflush(nullptr);
+  _exit(EXIT_SUCCESS);
+}
+
+int end_of(pid_t process) {
+  int end = 0;
+  while (waitpid(process, &end, 0) < 0 && errno == EINTR) {
+  }
+  return end;
 }
 
 }  // namespace
@@ -58,24 +84,23 @@ absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>
   if (pipe(ends.data()) != 0) return absl::ResourceExhaustedError("no pipe to the process of a measurement");
   const auto [reading, writing] = ends;
   std::fflush(nullptr);  // or it would be written twice
+  const pid_t parent = getpid();
   const pid_t process = fork();
   if (process == 0) {
     close(reading);
-    write_all(writing, packed(measure()).dump());
-    std::fflush(nullptr);
-    _exit(EXIT_SUCCESS);
+    work(measure, parent, writing);
   }
   close(writing);
   const absl::Cleanup close_reading = [reading = reading] { close(reading); };
   if (process < 0) return absl::ResourceExhaustedError("no process for a measurement");
-  const std::string answer = read_all(reading);
-  int end = 0;
-  while (waitpid(process, &end, 0) < 0 && errno == EINTR) {
-  }
+  const absl::StatusOr<std::string> answer = read_all(reading);
+  if (!answer.ok()) kill(process, SIGKILL);
+  const int end = end_of(process);
+  if (!answer.ok()) return answer.status();
   if (WIFSIGNALED(end)) {
     return absl::InternalError(absl::StrCat("the process of a measurement ended by signal ", WTERMSIG(end)));
   }
-  return unpacked(answer);
+  return unpacked(*answer);
 }
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-#include "experiments/trade/tradeoff.h"
+#include "experiments/tradeoff/tradeoff.h"
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
@@ -7,11 +7,11 @@
 #include <cmath>
 #include <functional>
 
-#include "experiments/common/own_process.h"
+#include "cli/measure/own_process.h"
+#include "cli/tune/trial.h"
 #include "experiments/paper/small_scenes.h"
 #include "experiments/seams/piles.h"
 #include "experiments/seams/scene.h"
-#include "experiments/trade/trial.h"
 #include "lpss/simulation/example_worlds.h"
 
 namespace tessera {

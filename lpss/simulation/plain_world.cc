@@ -1,4 +1,4 @@
-#include "experiments/plain_world.h"
+#include "lpss/simulation/plain_world.h"
 
 #include "lpss/base/disjoint_sets.h"
 #include "lpss/engine/load_engine.h"

@@ -1,12 +1,11 @@
+#include "cli/tune/tune.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 
-#include "experiments/common/own_process.h"
-#include "experiments/paper/small_scenes.h"
-#include "experiments/trade/tune.h"
+#include "cli/measure/own_process.h"
 #include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
@@ -14,8 +13,21 @@ namespace {
 
 const Progress kSilent = [](std::uint64_t, std::uint64_t) { return true; };
 
+// Two balls without gravity that graze between two ticks.
+WorldDescription grazing_balls() {
+  WorldBuilder builder{WorldSettings()};
+  builder.world().settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
+  const ShapeId ball = builder.shape(Sphere{0.5});
+  for (const int side : {-1, 1}) {
+    BodyDescription& body = builder.add(side < 0 ? "left" : "right", ball, 1, {side * 2.07, side * 0.1, 0});
+    body.linear_velocity.x() = -side * 5;
+    body.properties.restitution = 0.5;
+  }
+  return builder.world();
+}
+
 TEST(TuneTest, ChoosesTheCheapestThatMeetsAndAFinerRunAgrees) {
-  const WorldDescription world = collision_scene(WorldSettings());
+  const WorldDescription world = grazing_balls();
   const TuneOptions options{.max_error = 0.02, .horizon = 1};
   const Moments moments = Moments::within(options.horizon, 1.0 / 30);
   absl::StatusOr<Report> report = tune(world, options, kSilent);
@@ -83,23 +95,6 @@ TEST(FrontTest, OnItMoreCostMeansLessError) {
   std::vector<bool> front;
   for (const Row& row : rows) front.push_back(row["front"]);
   EXPECT_THAT(front, ::testing::ElementsAre(true, false, true, false, true, false));
-}
-
-TEST(OwnProcessTest, CarriesReportsAndErrorsAndOutlivesACrash) {
-  absl::StatusOr<Report> report = in_own_process([]() -> absl::StatusOr<Report> {
-    Report result;
-    result.table("rows").push_back({{"figure", 0.1}, {"name", "a, b"}, {"none", nullptr}});
-    result.misses = {"one"};
-    return result;
-  });
-  ASSERT_TRUE(report.ok()) << report.status();
-  EXPECT_EQ(report->table("rows").front()["figure"], 0.1);
-  EXPECT_EQ(report->misses.size(), 1u);
-  const auto refused =
-      in_own_process([]() -> absl::StatusOr<Report> { return absl::NotFoundError("no such world"); });
-  EXPECT_EQ(refused.status(), absl::NotFoundError("no such world"));
-  const auto crashed = in_own_process([]() -> absl::StatusOr<Report> { std::_Exit(3); });
-  EXPECT_EQ(crashed.status().code(), absl::StatusCode::kInternal);
 }
 
 }  // namespace

@@ -4,10 +4,12 @@
 #include <memory>
 
 #include "cli/command.h"
-#include "cli/experiment_output.h"
-#include "cli/text.h"
+#include "cli/output_file.h"
+#include "cli/progress.h"
+#include "cli/terminal.h"
+#include "cli/tune/tune.h"
 #include "cli/world_options.h"
-#include "experiments/trade/tune.h"
+#include "client_sdk/arguments/parse.h"
 
 namespace tessera::cli {
 namespace {

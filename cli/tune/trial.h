@@ -3,18 +3,15 @@
 
 #include <absl/status/statusor.h>
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
-#include "experiments/common/report.h"
+#include "cli/measure/positions.h"
+#include "cli/measure/report.h"
 #include "lpss/model/world_description.h"
 #include "worlds/knobs.h"
 
 namespace tessera {
-
-// Positions (m, from the centre of the anchor's sector) of all dynamic bodies, in the order of their ids.
-using Positions = std::vector<Eigen::Vector3d>;
 
 // When runs of a world are compared: at moments that come between two ticks whatever their time step.
 struct Moments {
@@ -27,7 +24,7 @@ struct Moments {
 };
 
 struct Trial {
-  std::vector<Positions> samples;  // at the moments
+  std::vector<Positions> samples;  // of all dynamic bodies, from the centre of the anchor's sector
   double cost_us = 0;              // of processor time, by body and simulated second
   double overlap_m = 0;            // the deepest at a sample
   double speed_m_s = 0;            // of the fastest body at the end

@@ -1,0 +1,17 @@
+// Measures in a process of its own: a process can load one precision of the engine, and memory that one
+// measurement took would count against the next.
+#pragma once
+
+#include <functional>
+
+#include "cli/measure/report.h"
+
+namespace tessera {
+
+// What `measure` returns, from a copy of this process, which ends with this one and at once where this one is
+// interrupted (interrupt.h). Call before there are other threads. Errors: those of `measure`; CANCELLED by an
+// interrupt; INTERNAL where the process does not live to the end of it, RESOURCE_EXHAUSTED where there can be
+// none.
+absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>()>& measure);
+
+}  // namespace tessera

@@ -1,0 +1,44 @@
+#include "cli/measure/own_process.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+#include "cli/interrupt.h"
+
+namespace tessera {
+namespace {
+
+TEST(OwnProcessTest, CarriesReportsAndErrorsAndOutlivesACrash) {
+  absl::StatusOr<Report> report = in_own_process([]() -> absl::StatusOr<Report> {
+    Report result;
+    result.table("rows").push_back({{"figure", 0.1}, {"name", "a, b"}, {"none", nullptr}});
+    result.misses = {"one"};
+    return result;
+  });
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_EQ(report->table("rows").front()["figure"], 0.1);
+  EXPECT_EQ(report->misses.size(), 1u);
+  const auto refused =
+      in_own_process([]() -> absl::StatusOr<Report> { return absl::NotFoundError("no such world"); });
+  EXPECT_EQ(refused.status(), absl::NotFoundError("no such world"));
+  const auto crashed = in_own_process([]() -> absl::StatusOr<Report> { std::_Exit(3); });
+  EXPECT_EQ(crashed.status().code(), absl::StatusCode::kInternal);
+}
+
+TEST(OwnProcessTest, EndsWithASignalToTheFirstProcess) {
+  cli::catch_interrupts();
+  const pid_t first = getpid();
+  const auto endless = [&]() -> absl::StatusOr<Report> {
+    kill(first, SIGTERM);
+    while (true) pause();
+  };
+  const auto nested = [&] { return in_own_process(endless); };
+  EXPECT_EQ(in_own_process(nested).status().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(cli::interrupting_signal(), SIGTERM);
+}
+
+}  // namespace
+}  // namespace tessera

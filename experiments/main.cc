@@ -1,0 +1,113 @@
+// tessera-experiments: what Tessera claims, measured. `tessera experiment` runs it.
+#include <absl/strings/str_format.h>
+#include <malloc.h>
+
+#include <cstdlib>
+#include <memory>
+#include <optional>
+
+#include "cli/application.h"
+#include "cli/command.h"
+#include "cli/interrupt.h"
+#include "cli/measure/own_process.h"
+#include "cli/output_file.h"
+#include "cli/progress.h"
+#include "cli/terminal.h"
+#include "cli/world_options.h"
+#include "experiments/catalogue.h"
+#include "experiments/output.h"
+#include "experiments/seams/command.h"
+
+namespace tessera::experiments {
+namespace {
+
+struct CommandOptions {
+  std::optional<Precision> precision;
+  bool quick = false;
+  std::filesystem::path json;
+  std::filesystem::path csv;
+};
+
+std::vector<Precision> precisions(const CommandOptions& options) {
+  if (options.precision) return {*options.precision};
+  return {Precision::kFloat32, Precision::kFloat64};
+}
+
+void print(const Report& report) {
+  constexpr int kDigits = 4;
+  constexpr std::size_t kRowsMax = 400;  // what a person might read
+  for (const Table& rows : report.tables) {
+    const bool printed = rows.rows.size() <= kRowsMax;
+    absl::PrintF("%s\n%s\n", cli::coloured(rows.name, cli::Colour::kBold),
+                 printed ? cli::table(to_cells(rows.rows, kDigits))
+                         : absl::StrFormat("%d rows, for --json and --csv\n", rows.rows.size()));
+  }
+  for (const std::string& miss : report.misses)
+    absl::PrintF("%s %s\n", cli::coloured("misses:", cli::Colour::kRed), miss);
+}
+
+absl::Status write_files(const CommandOptions& options, const Report& report) {
+  if (!options.json.empty()) {
+    if (absl::Status status = cli::write_json(options.json, to_json(report)); !status.ok()) return status;
+  }
+  if (options.csv.empty()) return absl::OkStatus();
+  for (const Table& rows : report.tables) {
+    const std::filesystem::path file = rows.name == "rows" ? options.csv : beside(options.csv, rows.name);
+    if (absl::Status status = cli::write_text(file, to_csv(rows.rows)); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status measure(const Experiment& experiment, const CommandOptions& command) {
+  cli::catch_interrupts();
+  const char* folder = std::getenv("TESSERA_WORLDS");
+  Report report;
+  for (const Precision precision : precisions(command)) {
+    ExperimentOptions options;
+    options.precision = precision;
+    options.quick = command.quick;
+    options.worlds = folder == nullptr ? "" : folder;
+    absl::StatusOr<Report> part = in_own_process([&] {
+      return cli::with_bar(experiment.name,
+                           [&](const Progress& progress) { return experiment.measure(options, progress); });
+    });
+    if (!part.ok()) return part.status();
+    report.append(*std::move(part));
+  }
+  print(report);
+  return write_files(command, report);
+}
+
+void add_experiment(CLI::App& app, const Experiment& experiment, cli::Action& action) {
+  CLI::App& command = cli::add_command(
+      app, experiment.name, experiment.about,
+      absl::StrFormat("tessera experiment %s --quick --json %s.json", experiment.name, experiment.name));
+  const auto options = std::make_shared<CommandOptions>();
+  add_parsed(command, "--engine", options->precision, cli::parse_precision, "f32 or f64; both if not given");
+  command.add_flag("--quick", options->quick, "fewer or shorter runs");
+  add_parsed(command, "--json", options->json, cli::parse_output_file, "write all tables to this file");
+  add_parsed(command, "--csv", options->csv, cli::parse_output_file,
+             "write the rows to this file, other tables to FILE_table beside it");
+  command.callback([&experiment, options, &action] {
+    action = [&experiment, options] { return measure(experiment, *options); };
+  });
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Measure what Tessera claims.", "tessera-experiments");
+  app.footer("Example:\n  tessera experiment distance --quick --engine f32");
+  app.require_subcommand(1);
+  cli::Action action;
+  seams::add_seams_command(app, action);
+  for (const Experiment& experiment : all_experiments()) add_experiment(app, experiment, action);
+  return cli::run_application(app, argc, argv, action);
+}
+
+}  // namespace
+}  // namespace tessera::experiments
+
+int main(int argc, char** argv) {
+  // What a tick frees, the next one wants again: keep it instead of handing it to the kernel and back.
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  return tessera::experiments::run(argc, argv);
+}

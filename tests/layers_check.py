@@ -1,0 +1,55 @@
+"""Holds what each folder includes against what it may: dependences point one way, and nothing includes
+experiments/ or tests/.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+TOP = Path(__file__).resolve().parent.parent
+SDK = "tessera"  # how public headers of client_sdk/ are included
+
+MAY_INCLUDE = {
+    "lpss": "",
+    "transport": "",
+    "proto": "lpss",
+    "worlds": "lpss",
+    "daemon": "proto transport",
+    "coordinator": "daemon lpss proto transport",
+    "sector_server": "daemon lpss proto transport",
+    "client_sdk": "daemon lpss proto",
+    "viewer": "client_sdk daemon lpss",
+    "ros": "client_sdk lpss transport",
+    "simulator": "coordinator lpss proto sector_server transport",
+    "cli": "client_sdk coordinator daemon lpss proto sector_server simulator worlds",
+    "experiments": "cli client_sdk lpss simulator worlds",
+}
+
+
+def folders_included(source: Path) -> set[str]:
+    """The folders of the project that a file includes from."""
+    named = re.findall(r'^#include "(\w+)/', source.read_text(), re.MULTILINE)
+    return {"client_sdk" if name == SDK else name for name in named if name == SDK or (TOP / name).is_dir()}
+
+
+def sources(folder: str) -> list[Path]:
+    return sorted(file for ending in ("c", "cc", "h") for file in (TOP / folder).rglob(f"*.{ending}"))
+
+
+def main() -> int:
+    wrong = [
+        f"{source.relative_to(TOP)} includes from {other}/"
+        for folder, allowed in MAY_INCLUDE.items()
+        for source in sources(folder)
+        for other in sorted(folders_included(source) - {folder, *allowed.split()})
+    ]
+    for line in wrong:
+        print(line)
+    print(f"{len(MAY_INCLUDE)} folders, {len(wrong)} includes against the arrows")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
