@@ -9,6 +9,7 @@
 
 #include "lpss/grid/sector_index.h"
 #include "lpss/model/shape.h"
+#include "lpss/model/tick_counts.h"
 
 namespace tessera::cli {
 
@@ -42,6 +43,9 @@ absl::StatusOr<double> parse_seconds(absl::string_view text);
 
 // "1,234,567".
 std::string grouped(std::uint64_t number);
+
+// "islands across seams".
+std::string title_of(const TickCounter& counter);
 
 // "0.123, 4.560, 7.890" with three decimals.
 std::string to_string(const Eigen::Vector3d& vector);
