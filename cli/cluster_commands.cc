@@ -45,8 +45,9 @@ absl::Status up(UpOptions options) {
   }
   LocalClusterOptions& wanted = options.cluster;
   wanted.interrupt_descriptor = interrupt_descriptor();
-  wanted.precision =
-      world ? world->world.settings.precision : options.overrides.knobs.precision.value_or(wanted.precision);
+  wanted.precision = world
+                         ? world->world.settings.precision
+                         : options.overrides.knobs.get(&WorldSettings::precision).value_or(wanted.precision);
   const absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(wanted);
   if (!cluster.ok()) return cluster.status();
   absl::PrintF("%s on %s with %d sector server%s; Ctrl-C ends it\n",

@@ -29,14 +29,19 @@ double amount(const Load& load) {
   return static_cast<double>(load.*kMember);
 }
 
+template <std::uint64_t TickCounts::*kMember>
+double counted(const ServerLoad& server) {
+  return static_cast<double>(server.counts.*kMember);
+}
+
 std::string count(double amount) { return grouped(static_cast<std::uint64_t>(amount)); }
 std::string milliseconds(double amount) { return absl::StrFormat("%.2f ms", amount); }
 
 constexpr Column<ServerLoad> kServerColumns[] = {
     {"awake", amount<&ServerLoad::awake>, count},
     {"bodies", amount<&ServerLoad::bodies>, count},
-    {"clones", amount<&ServerLoad::clones>, count},
-    {"sectors", amount<&ServerLoad::sectors>, count},
+    {"clones", counted<&TickCounts::clones>, count},
+    {"sectors", counted<&TickCounts::sectors>, count},
     {"p50", amount<&ServerLoad::tick_ms_p50>, milliseconds},
     {"p99", amount<&ServerLoad::tick_ms_p99>, milliseconds},
     {"sent", amount<&ServerLoad::exchange_bytes>, megabytes},

@@ -43,12 +43,8 @@ absl::Status question(Client& client, RunReport& report) {
         absl::StrCat("the world is at tick ", hash->tick, " and not at ", report.ticks));
   }
   report.world_hash = hash->hash;
-  report.sectors = status->sectors;
-  report.clones_max = status->clones_max;
-  report.islands_across_seams = status->islands_across_seams_max;
-  report.islands_shipped = status->islands_shipped_max;
-  report.islands_cut = status->islands_cut_max;
-  report.bodies_stopped = status->bodies_stopped;
+  report.sectors = status->counts.sectors;
+  report.counts = status->counts_since_load;
   report.tick_ms = {status->tick_ms_p50, status->tick_ms_p99, status->tick_ms_max};
   return absl::OkStatus();
 }

@@ -62,12 +62,7 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
     (*simulation)->step();
     const TickCounts& counts = (*simulation)->counts();
     report.sectors = counts.sectors;
-    report.clones_max = std::max<std::uint64_t>(report.clones_max, counts.clones);
-    report.islands_across_seams =
-        std::max<std::uint64_t>(report.islands_across_seams, counts.islands_across_seams);
-    report.islands_shipped = std::max<std::uint64_t>(report.islands_shipped, counts.islands_shipped);
-    report.islands_cut = std::max<std::uint64_t>(report.islands_cut, counts.islands_cut);
-    report.bodies_stopped += counts.bodies_stopped;
+    report.counts.add_tick(counts);
   };
   if (absl::Status status = step_all("in-process", step, report); !status.ok()) return status;
 
@@ -81,7 +76,7 @@ absl::StatusOr<RunReport> run_plain(const RunOptions& options) {
   RunReport& report = run->report;
   const WorldDescription& world = run->loaded.world;
   report.threads = 1;
-  report.engine = "f32";
+  report.settings.precision = Precision::kFloat32;
   const absl::StatusOr<std::unique_ptr<PlainWorld>> plain = PlainWorld::create(world, Precision::kFloat32);
   if (!plain.ok()) return plain.status();
   absl::StatusOr<Towers> towers = towers_of(world);

@@ -13,6 +13,7 @@
 #include "cli/terminal.h"
 #include "cli/text.h"
 #include "proto/peak_memory.h"
+#include "worlds/settings_json.h"
 
 namespace tessera::cli {
 namespace {
@@ -51,22 +52,18 @@ TickTimes tick_times(std::vector<double> milliseconds) {
 }
 
 void RunReport::describe(const LoadedWorld& loaded, const RunOptions& options, std::uint64_t tick_count) {
-  const WorldSettings& settings = loaded.world.settings;
+  settings = loaded.world.settings;
   world = loaded.world.name;
   ticks = tick_count;
   bodies = loaded.world.bodies.size();
   servers = options.in_process || options.plain ? 0 : options.servers;
   threads = threads_of(options, std::max(1, servers));
-  engine = name_of(settings.precision);
-  seams = name_of(settings.seams);
-  sector_size = settings.sector_size;
-  dt = settings.time_step;
   notices = loaded.notices;
 }
 
 void RunReport::set_wall_time(double seconds) {
   wall_seconds = seconds;
-  real_time_factor = seconds > 0 ? static_cast<double>(ticks) * dt / seconds : 0;
+  real_time_factor = seconds > 0 ? static_cast<double>(ticks) * settings.time_step / seconds : 0;
 }
 
 nlohmann::json to_json(const TowerReport& towers) {
@@ -85,24 +82,17 @@ nlohmann::json to_json(const RunReport& report) {
       {"ticks", report.ticks},
       {"bodies", report.bodies},
       {"sectors", report.sectors},
-      {"clones_max", report.clones_max},
-      {"islands_across_seams", report.islands_across_seams},
-      {"islands_shipped", report.islands_shipped},
-      {"islands_cut", report.islands_cut},
-      {"bodies_stopped", report.bodies_stopped},
       {"real_time_factor", report.real_time_factor},
       {"tick_ms", {{"p50", report.tick_ms.p50}, {"p99", report.tick_ms.p99}, {"max", report.tick_ms.max}}},
       {"peak_rss_mb", report.peak_rss_mb},
       {"servers", report.servers},
       {"threads", report.threads},
-      {"engine", report.engine},
-      {"seams", report.seams},
-      {"sector_size", report.sector_size},
-      {"dt", report.dt},
+      {"settings", to_json(report.settings)},
       {"load_seconds", report.load_seconds},
       {"wall_seconds", report.wall_seconds},
       {"notices", report.notices},
   };
+  for (const TickCounter& counter : kTickCounters) json[counter.name_in_run] = report.counts.*counter.value;
   for (const auto& [process, peak] : report.peak_rss_mb_by_process)
     json["peak_rss_mb_by_process"][process] = peak;
   if (report.towers) json["towers"] = to_json(*report.towers);
@@ -116,7 +106,8 @@ absl::StatusOr<RunReport> report_from_json(const nlohmann::json& json) {
     report.world_hash = json.at("world_hash").get<std::string>();
     report.ticks = json.at("ticks").get<std::uint64_t>();
     report.real_time_factor = json.at("real_time_factor").get<double>();
-    report.bodies_stopped = json.at("bodies_stopped").get<std::uint64_t>();
+    for (const TickCounter& counter : kTickCounters)
+      report.counts.*counter.value = json.at(counter.name_in_run).get<std::uint64_t>();
     if (const auto towers = json.find("towers"); towers != json.end()) {
       report.towers =
           TowerReport{towers->at("towers").get<std::size_t>(), towers->at("standing").get<std::size_t>(),
@@ -134,25 +125,24 @@ std::string to_text(const RunReport& report) {
   const auto row = [&](std::string name, std::string value) {
     rows.push_back({std::move(name), std::move(value)});
   };
-  const double simulated = static_cast<double>(report.ticks) * report.dt;
-  row("world", absl::StrFormat("%s, %s, sectors of %g m, seams %s", report.world, report.engine,
-                               report.sector_size, report.seams));
+  const double simulated = static_cast<double>(report.ticks) * report.settings.time_step;
+  row("world",
+      absl::StrFormat("%s, %s, sectors of %g m, seams %s", report.world, name_of(report.settings.precision),
+                      report.settings.sector_size, name_of(report.settings.seams)));
   const std::string threads = absl::StrCat(report.threads, report.threads == 1 ? " thread" : " threads");
   row("servers", report.servers == 0 ? absl::StrCat("none (", report.mode, "), ", threads)
                                      : absl::StrCat(report.servers, ", each with ", threads));
-  row("sectors", grouped(report.sectors));
   row("bodies", grouped(report.bodies));
-  row("clones", absl::StrCat(grouped(report.clones_max), " at most"));
-  row("islands across seams",
-      absl::StrCat(grouped(report.islands_across_seams), " at most, ", grouped(report.islands_shipped),
-                   " across servers, ", grouped(report.islands_cut), " cut"));
+  for (const TickCounter& counter : kTickCounters) {
+    const bool is_total = counter.over_ticks == OverTicks::kTotal;
+    row(title_of(counter), absl::StrCat(grouped(report.counts.*counter.value), is_total ? "" : " at most"));
+  }
   row("simulated", absl::StrFormat("%g s in %s ticks, in %.2f s (and %.2f s to load)", simulated,
                                    grouped(report.ticks), report.wall_seconds, report.load_seconds));
   row("real-time factor", absl::StrFormat("%.2f", report.real_time_factor));
   row("tick", absl::StrFormat("p50 %.2f ms, p99 %.2f ms, max %.2f ms", report.tick_ms.p50, report.tick_ms.p99,
                               report.tick_ms.max));
   row("peak memory", absl::StrFormat("%.0f MB (largest process)", report.peak_rss_mb));
-  if (report.bodies_stopped > 0) row("bodies stopped", grouped(report.bodies_stopped));
   row("world hash", report.world_hash);
   std::string text = table(rows, {}, false);
   for (const std::string& notice : report.notices) absl::StrAppend(&text, "note: ", notice, "\n");

@@ -15,6 +15,8 @@
 
 #include "cli/measure/towers.h"
 #include "cli/world_overrides.h"
+#include "lpss/model/settings.h"
+#include "lpss/model/tick_counts.h"
 
 namespace tessera::cli {
 
@@ -54,21 +56,14 @@ struct RunReport {
   std::uint64_t ticks = 0;
   std::uint64_t bodies = 0;   // static ones too
   std::uint64_t sectors = 0;  // with a body that can move, at the end
-  std::uint64_t clones_max = 0;
-  std::uint64_t islands_across_seams = 0;  // the most in one tick
-  std::uint64_t islands_shipped = 0;       // likewise, of those over several servers
-  std::uint64_t islands_cut = 0;
-  std::uint64_t bodies_stopped = 0;  // ran out of the range of numbers
+  TickCounts counts;          // over all ticks: see kTickCounters
   double real_time_factor = 0;
   TickTimes tick_ms;
   double peak_rss_mb = 0;  // of the largest process
   std::vector<std::pair<std::string, double>> peak_rss_mb_by_process;
   int servers = 0;  // 0: in this process
   int threads = 1;  // of each process
-  std::string engine;
-  std::string seams;
-  double sector_size = 0;
-  double dt = 0;
+  WorldSettings settings;
   double load_seconds = 0;
   double wall_seconds = 0;  // of the ticks
   std::vector<std::string> notices;

@@ -22,13 +22,13 @@ std::string summary(const ClusterStatus& status) {
                       status.world.empty() ? "no world" : status.world, grouped(status.tick), status.time,
                       status.real_time_factor);
   if (!status.failure.empty()) absl::StrAppend(&text, coloured(status.failure, Colour::kRed), "\n");
-  absl::StrAppendFormat(&text,
-                        "%s bodies (%s awake), %s sectors, %s clones, %s contacts, %s islands across seams "
-                        "(%s across servers, %s cut)\n",
-                        grouped(status.bodies), grouped(status.bodies_awake), grouped(status.sectors),
-                        grouped(status.clones), grouped(status.contacts),
-                        grouped(status.islands_across_seams), grouped(status.islands_shipped),
-                        grouped(status.islands_cut));
+  absl::StrAppend(&text, "bodies ", grouped(status.bodies));
+  for (const TickCounter& counter : kTickCounters) {
+    const bool is_total = counter.over_ticks == OverTicks::kTotal;
+    const TickCounts& counts = is_total ? status.counts_since_load : status.counts;
+    absl::StrAppend(&text, ", ", title_of(counter), " ", grouped(counts.*counter.value));
+  }
+  absl::StrAppend(&text, "\n");
   absl::StrAppendFormat(&text, "tick p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n",
                         status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max,
                         megabytes(static_cast<double>(status.coordinator_peak_rss_bytes)));

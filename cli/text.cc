@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/strings/str_replace.h>
 
 namespace tessera::cli {
 
@@ -14,6 +15,8 @@ std::string grouped(std::uint64_t number) {
   }
   return text;
 }
+
+std::string title_of(const TickCounter& counter) { return absl::StrReplaceAll(counter.name, {{"_", " "}}); }
 
 std::string to_string(const Eigen::Vector3d& vector) {
   return absl::StrFormat("%.3f, %.3f, %.3f", vector.x(), vector.y(), vector.z());

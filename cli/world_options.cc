@@ -1,9 +1,12 @@
 #include "cli/world_options.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_replace.h>
+#include <absl/strings/string_view.h>
 
 #include <cerrno>
 #include <fstream>
+#include <utility>
 
 #include "cli/command.h"
 #include "client_sdk/arguments/parse.h"
@@ -13,11 +16,6 @@ namespace tessera::cli {
 absl::StatusOr<Precision> parse_precision(const std::string& text) {
   if (const auto precision = precision_named(text)) return *precision;
   return absl::InvalidArgumentError(absl::StrCat("\"", text, "\" is neither f32 nor f64"));
-}
-
-absl::StatusOr<SeamPolicy> parse_seams(const std::string& text) {
-  if (const auto seams = seams_named(text)) return *seams;
-  return absl::InvalidArgumentError(absl::StrCat("\"", text, "\" is neither island nor clone"));
 }
 
 absl::StatusOr<Knobs> read_knobs(const std::string& file) {
@@ -30,25 +28,42 @@ absl::StatusOr<Knobs> read_knobs(const std::string& file) {
   return absl::Status(knobs.status().code(), absl::StrCat(file, ": ", knobs.status().message()));
 }
 
+namespace {
+
+// Short names that some settings have besides their own.
+constexpr std::pair<absl::string_view, absl::string_view> kAliases[] = {{"precision", "--engine"},
+                                                                        {"time_step", "--dt"}};
+
+// "--time-step,--dt"
+std::string flags_of(const WorldSetting& setting) {
+  std::string flags = absl::StrCat("--", absl::StrReplaceAll(setting.name, {{"_", "-"}}));
+  for (const auto& [name, alias] : kAliases) {
+    if (name == setting.name) absl::StrAppend(&flags, ",", alias);
+  }
+  return flags;
+}
+
+std::string help_of(const WorldSetting& setting) {
+  const std::string unit = *setting.unit == '\0' ? "" : absl::StrCat(" ", setting.unit);
+  return absl::StrCat(setting.help, " (", bounds_of(setting), unit, "; ", text_of(setting, WorldSettings()),
+                      unit, " where the file has none)");
+}
+
+}  // namespace
+
 // Options are applied in the order in which they are added: those of the command line come after the file.
 void add_override_options(CLI::App& command, WorldOverrides& overrides) {
   Knobs& knobs = overrides.knobs;
   add_parsed(command, "--settings", knobs, read_knobs,
              "file of settings, as `tessera tune` writes it; options on the command line come on top");
-  add_parsed(command, "--engine", knobs.precision, parse_precision, "f32 or f64, instead of the file's");
-  command.add_option("--sector-size", knobs.sector_size, "edge of a sector, m, instead of the file's");
-  add_parsed(command, "--seams", knobs.seams, parse_seams, "island or clone, instead of the file's");
-  command.add_option("--clone-depth", knobs.clone_depth,
-                     "how deep clones reach, with --seams clone, 0 to 8; 0: no clones at all");
-  command.add_option("--island-cap", knobs.island_cap,
-                     "islands across seams of more bodies are coupled pass by pass instead of solved whole");
-  command.add_option("--shuffle", knobs.shuffle,
-                     "a seed: sectors change servers, and islands their solvers, at random; 0: never");
-  command.add_option("--dt", knobs.time_step, "time step, s, instead of the file's");
-  command.add_option("--iterations", knobs.solver_iterations,
-                     "passes over the contacts of an island, 1 to 1000");
-  command.add_option("--substeps", knobs.substeps,
-                     "small steps that these passes are divided among, 1 to 64");
+  for (const WorldSetting& setting : kSettings) {
+    const std::string flags = flags_of(setting);
+    const auto set = [flags, &setting, &knobs](const std::string& text) {
+      const absl::Status status = knobs.set_from_text(setting, text);
+      if (!status.ok()) throw CLI::ValidationError(flags, std::string(status.message()));
+    };
+    command.add_option_function<std::string>(flags, set, help_of(setting));
+  }
   add_parsed(command, "--shift", overrides.shift, parse_shift,
              "I,J,K: move the world by whole sectors, up to 2^62 along each axis; 2^40 may be written so");
 }

@@ -14,12 +14,11 @@ namespace tessera::cli {
 inline constexpr const char* kWorldFile = "SDF or URDF file, or NAME.pb of tessera convert";
 
 absl::StatusOr<Precision> parse_precision(const std::string& text);
-absl::StatusOr<SeamPolicy> parse_seams(const std::string& text);
 
 // NOT_FOUND, INVALID_ARGUMENT, naming the file.
 absl::StatusOr<Knobs> read_knobs(const std::string& file);
 
-// Adds --settings, an option for what it may hold and people change often, and --shift.
+// Adds --settings, an option for each setting of a world, and --shift.
 // `overrides` must outlive the parsing.
 void add_override_options(CLI::App& command, WorldOverrides& overrides);
 

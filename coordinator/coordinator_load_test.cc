@@ -45,7 +45,7 @@ TEST(Load, SendsStaticsToAllAndOthersToTheirHosts) {
   const v1::StatusReply status = cluster.status();
   EXPECT_EQ(status.state(), "paused");
   EXPECT_EQ(status.tick(), 0u);
-  EXPECT_EQ(status.sectors(), 2u);
+  EXPECT_EQ(status.counts().at("sectors"), 2u);
 }
 
 TEST(Load, PlacesAWorldOnServersOfItsPrecision) {

@@ -248,10 +248,10 @@ TEST(Stepping, RunsExactlyTheTicksAndAnswersWhenAllServersAreDone) {
   EXPECT_EQ(status.state(), "paused");
   EXPECT_EQ(status.tick(), 100u);
   EXPECT_DOUBLE_EQ(status.time(), 1.0);
-  EXPECT_EQ(status.clones(), 2u);
+  EXPECT_EQ(status.counts().at("clones"), 2u);
   EXPECT_EQ(status.bodies(), 4u);
   EXPECT_NEAR(status.tick_ms_p50(), 1.0, 0.01);
-  EXPECT_EQ(status.servers(0).clones(), 1u);
+  EXPECT_EQ(status.servers(0).counts().at("clones"), 1u);
 }
 
 TEST(Stepping, GrantsAreNumberedWithoutAGapAndEqualForAll) {

@@ -10,6 +10,7 @@
 
 #include "coordinator/tick_statistics.h"
 #include "daemon/metric_families.h"
+#include "proto/convert_counts.h"
 
 namespace tessera {
 namespace {
@@ -77,7 +78,7 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
   const auto taking_part = std::count_if(status.servers().begin(), status.servers().end(),
                                          [](const v1::ServerStatus& server) { return server.takes_part(); });
   const auto number = [](auto value) { return static_cast<double>(value); };
-  return {
+  std::vector<prometheus::MetricFamily> families = {
       gauge("tessera_coordinator_info", "The cluster of this coordinator", 1, {{"cluster", cluster}}),
       gauge("tessera_coordinator_servers", "Sector servers that have joined", number(status.servers_size())),
       gauge("tessera_coordinator_servers_suspect", "Joined servers that give no sign of life",
@@ -93,22 +94,17 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
             status.real_time_factor()),
       tick_durations(figures),
       gauge("tessera_world_bodies", "Bodies of the loaded world", number(status.bodies())),
-      gauge("tessera_world_bodies_awake", "Bodies that moved in the last tick",
-            number(status.bodies_awake())),
-      counter("tessera_world_bodies_stopped_total",
-              "Bodies that left the range of numbers or sectors, and were stopped",
-              number(status.bodies_stopped())),
-      gauge("tessera_world_sectors", "Sectors that exist", number(status.sectors())),
-      gauge("tessera_world_clones", "Clones in the last tick", number(status.clones())),
-      gauge("tessera_world_contacts", "Contacts in the last tick", number(status.contacts())),
-      gauge("tessera_world_islands_across_seams", "Islands over several sectors in the last tick",
-            number(status.islands_across_seams())),
-      gauge("tessera_world_islands_shipped", "Islands over several servers, solved by one, in the last tick",
-            number(status.islands_shipped())),
-      gauge("tessera_world_islands_cut", "Islands beyond the cap, coupled pass by pass, in the last tick",
-            number(status.islands_cut())),
       gauge("tessera_world_map_epoch", "How often the sector map has changed", number(status.map_epoch())),
   };
+  const TickCounts last = counts_from(status.counts());
+  const TickCounts since_load = counts_from(status.counts_since_load());
+  for (const TickCounter& count : kTickCounters) {
+    const std::string name = metric_name("tessera_world_", count);
+    families.push_back(count.over_ticks == OverTicks::kTotal
+                           ? counter(name, metric_help(count), number(since_load.*count.value))
+                           : gauge(name, metric_help(count), number(last.*count.value)));
+  }
+  return families;
 }
 
 absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t servers_wanted) {

@@ -1,6 +1,7 @@
 // What the coordinator says of itself, its servers and its world.
 #include "coordinator/coordinator_impl.h"
 #include "proto/convert.h"
+#include "proto/convert_counts.h"
 
 namespace tessera {
 
@@ -38,18 +39,10 @@ void Coordinator::Impl::describe_world(v1::StatusReply& reply, Nanoseconds now) 
   reply.set_time(static_cast<double>(tick) * world_->settings.time_step);
   reply.set_real_time_factor(world_->meter.factor(world_->settings.time_step, now));
   reply.set_bodies(world_->registry.body_count());
-  reply.set_bodies_awake(last.bodies_awake);
-  reply.set_sectors(last.tick == 0 ? world_->sectors : last.sectors);
-  reply.set_clones(last.clones);
-  reply.set_clones_max(statistics.clones_max());
-  reply.set_contacts(last.contacts);
-  reply.set_islands_across_seams(last.islands_across_seams);
-  reply.set_islands_across_seams_max(statistics.islands_across_seams_max());
-  reply.set_islands_shipped(last.islands_shipped);
-  reply.set_islands_shipped_max(statistics.islands_shipped_max());
-  reply.set_islands_cut(last.islands_cut);
-  reply.set_islands_cut_max(statistics.islands_cut_max());
-  reply.set_bodies_stopped(statistics.bodies_stopped());
+  TickCounts counts = last.counts;
+  if (last.tick == 0) counts.sectors = world_->sectors;
+  write(counts, *reply.mutable_counts());
+  write(statistics.counts_since_load(), *reply.mutable_counts_since_load());
   reply.set_tick_ms_p50(statistics.durations().quantile_ms(0.5));
   reply.set_tick_ms_p99(statistics.durations().quantile_ms(0.99));
   reply.set_tick_ms_max(statistics.durations().max_ms());
@@ -72,9 +65,7 @@ void Coordinator::Impl::describe_server(const Server& server, v1::ServerStatus& 
   const DurationHistogram& durations = world_->statistics.durations_of(*rank);
   status.set_tick(server.tick);
   status.set_bodies(server.bodies);
-  status.set_sectors(last.sectors());
-  status.set_sectors_awake(last.sectors_awake());
-  status.set_clones(last.clones());
+  write(counts_from(last.counts()), *status.mutable_counts());
   status.set_tick_ms_p50(durations.quantile_ms(0.5));
   status.set_tick_ms_p99(durations.quantile_ms(0.99));
   status.set_tick_ms_max(durations.max_ms());

@@ -13,6 +13,7 @@
 
 #include "coordinator/coordinator.h"
 #include "proto/convert.h"
+#include "proto/convert_counts.h"
 #include "proto/wire.h"
 
 namespace tessera {
@@ -137,7 +138,7 @@ class TestCluster {
       std::vector<v1::TickReport> reports(grant.ticks());
       for (v1::TickReport& report : reports) {
         report.set_tick(++tick[node]);
-        report.set_clones(1);
+        write(TickCounts{.clones = 1}, *report.mutable_counts());
         report.set_work_us(1000);
       }
       if (grant.ticks() > 0) report(node, grant.world(), tick[node], std::move(reports));

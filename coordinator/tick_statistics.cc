@@ -6,6 +6,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/limits.h"
+#include "proto/convert_counts.h"
 
 namespace tessera {
 namespace {
@@ -68,16 +69,9 @@ std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickRepo
   OfServer& server = servers_[rank];
   if (report.tick() > server.last.tick()) server.last = report;
   server.durations.add(report.work_us());
-  bodies_stopped_ += report.bodies_stopped();
   sums.tick = report.tick();
   sums.work_us = std::max(sums.work_us, report.work_us());
-  sums.clones += report.clones();
-  sums.contacts += report.contacts();
-  sums.islands_across_seams += report.islands_across_seams();
-  sums.islands_shipped += report.islands_shipped();
-  sums.islands_cut += report.islands_cut();
-  sums.bodies_awake += report.bodies_awake();
-  sums.sectors += report.sectors();
+  sums.counts += counts_from(report.counts());
   sums.hash.add(WorldHash(report.hash_low(), report.hash_high()));
   if (static_cast<std::size_t>(std::popcount(sums.heard_from)) < servers_.size()) return std::nullopt;
   const TickSums whole = sums;
@@ -88,10 +82,7 @@ std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickRepo
 
 void TickStatistics::complete(const TickSums& sums) {
   durations_.add(sums.work_us);
-  clones_max_ = std::max(clones_max_, sums.clones);
-  islands_max_ = std::max(islands_max_, sums.islands_across_seams);
-  islands_shipped_max_ = std::max(islands_shipped_max_, sums.islands_shipped);
-  islands_cut_max_ = std::max(islands_cut_max_, sums.islands_cut);
+  counts_since_load_.add_tick(sums.counts);
   if (sums.tick > last_.tick) last_ = sums;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "lpss/model/tick_counts.h"
 #include "lpss/observe/world_hash.h"
 #include "lpss/tick/messages.h"
 
@@ -39,13 +40,7 @@ class DurationHistogram {
 struct TickSums {
   Tick tick = 0;
   std::uint64_t work_us = 0;
-  std::uint64_t clones = 0;
-  std::uint64_t contacts = 0;
-  std::uint64_t islands_across_seams = 0;
-  std::uint64_t islands_shipped = 0;
-  std::uint64_t islands_cut = 0;
-  std::uint64_t bodies_awake = 0;
-  std::uint64_t sectors = 0;
+  TickCounts counts;
   WorldHash hash;                // nothing unless the world hashes its ticks
   std::uint64_t heard_from = 0;  // a bit per rank
 };
@@ -58,11 +53,8 @@ class TickStatistics {
   std::optional<TickSums> add(std::size_t rank, const v1::TickReport& report);
 
   const TickSums& last() const { return last_; }  // the latest tick that all servers have reported
-  std::uint64_t clones_max() const { return clones_max_; }
-  std::uint64_t islands_across_seams_max() const { return islands_max_; }
-  std::uint64_t islands_shipped_max() const { return islands_shipped_max_; }
-  std::uint64_t islands_cut_max() const { return islands_cut_max_; }
-  std::uint64_t bodies_stopped() const { return bodies_stopped_; }
+  // Over all ticks that all servers have reported.
+  const TickCounts& counts_since_load() const { return counts_since_load_; }
   const DurationHistogram& durations() const { return durations_; }
 
   // One server's own.
@@ -80,11 +72,7 @@ class TickStatistics {
   std::vector<OfServer> servers_;
   absl::btree_map<Tick, TickSums> partial_;  // some servers have reported, others have not
   TickSums last_;
-  std::uint64_t clones_max_ = 0;
-  std::uint64_t islands_max_ = 0;
-  std::uint64_t islands_shipped_max_ = 0;
-  std::uint64_t islands_cut_max_ = 0;
-  std::uint64_t bodies_stopped_ = 0;
+  TickCounts counts_since_load_;
   DurationHistogram durations_;
 };
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "proto/convert_counts.h"
+
 namespace tessera {
 namespace {
 
@@ -12,8 +14,7 @@ v1::TickReport report(Tick tick, std::uint64_t work_us, std::uint32_t clones) {
   v1::TickReport report;
   report.set_tick(tick);
   report.set_work_us(work_us);
-  report.set_clones(clones);
-  report.set_bodies_stopped(1);
+  write(TickCounts{.clones = clones, .bodies_stopped = 1}, *report.mutable_counts());
   return report;
 }
 
@@ -42,11 +43,11 @@ TEST(TickStatistics, SumsAreOfTicksThatAllHaveReported) {
   statistics.add(0, report(2, 3000, 1));
   statistics.add(1, report(2, 1000, 1));  // before its report of tick 1
   EXPECT_EQ(statistics.last().tick, 2u);
-  EXPECT_EQ(statistics.last().clones, 2u);
+  EXPECT_EQ(statistics.last().counts.clones, 2u);
   statistics.add(1, report(1, 2000, 6));
   EXPECT_EQ(statistics.last().tick, 2u);
-  EXPECT_EQ(statistics.clones_max(), 11u);
-  EXPECT_EQ(statistics.bodies_stopped(), 4u);
+  EXPECT_EQ(statistics.counts_since_load().clones, 11u);
+  EXPECT_EQ(statistics.counts_since_load().bodies_stopped, 4u);
   EXPECT_NEAR(statistics.durations().quantile_ms(0.5), 2, 0.02);
   EXPECT_EQ(statistics.durations().max_ms(), 3);
   EXPECT_EQ(statistics.durations_of(1).max_ms(), 2);

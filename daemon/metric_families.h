@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "lpss/model/tick_counts.h"
+
 namespace tessera {
 
 using MetricLabels = std::vector<prometheus::ClientMetric::Label>;
@@ -23,6 +25,15 @@ inline prometheus::MetricFamily counter(std::string name, std::string help, doub
   prometheus::ClientMetric metric;
   metric.counter.value = value;
   return {std::move(name), std::move(help), prometheus::MetricType::Counter, {std::move(metric)}};
+}
+
+// The metric that shows a counter of ticks: "tessera_world_clones", "tessera_world_bodies_stopped_total".
+inline std::string metric_name(std::string prefix, const TickCounter& counter) {
+  return std::move(prefix) + counter.name + (counter.over_ticks == OverTicks::kTotal ? "_total" : "");
+}
+
+inline std::string metric_help(const TickCounter& counter) {
+  return std::string(counter.help) + (counter.over_ticks == OverTicks::kTotal ? "" : ", in the last tick");
 }
 
 }  // namespace tessera

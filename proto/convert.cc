@@ -146,33 +146,6 @@ v1::Motion motion_to_proto(Motion motion) {
 Eigen::Vector3d vector(const std::array<double, 3>& v) { return Eigen::Vector3d(v.data()); }
 std::array<double, 3> array(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
-absl::StatusOr<Gravity> gravity(const v1::WorldSettings& settings) {
-  switch (settings.gravity_case()) {
-    case v1::WorldSettings::kUniformGravity:
-      return UniformGravity{from_proto(settings.uniform_gravity())};
-    case v1::WorldSettings::kCentralGravity: {
-      const v1::CentralGravity& planet = settings.central_gravity();
-      return CentralGravity{from_proto(planet.centre()), planet.surface(), planet.radius()};
-    }
-    case v1::WorldSettings::GRAVITY_NOT_SET:
-      break;
-  }
-  return refused("gravity must be set, uniform or central");
-}
-
-absl::StatusOr<SeamPolicy> seam_policy(v1::SeamPolicy policy) {
-  if (policy == v1::SEAM_POLICY_ISLAND) return SeamPolicy::kIsland;
-  if (policy == v1::SEAM_POLICY_CLONE) return SeamPolicy::kClone;
-  return refused("seams = ", static_cast<int>(policy), " must be 0 (island) or 1 (clone)");
-}
-
-absl::StatusOr<int> count(const char* what, std::uint32_t value) {
-  if (value > static_cast<std::uint32_t>(std::numeric_limits<int>::max())) {
-    return refused(what, " = ", value, " must be at most ", std::numeric_limits<int>::max());
-  }
-  return static_cast<int>(value);
-}
-
 }  // namespace
 
 v1::SectorIndex to_proto(const SectorIndex& sector) {
@@ -257,36 +230,6 @@ v1::Body to_proto(const BodyDescription& body) {
   *result.mutable_pose() = to_proto(body.pose);
   *result.mutable_linear_velocity() = to_proto(body.linear_velocity);
   *result.mutable_angular_velocity() = to_proto(body.angular_velocity);
-  return result;
-}
-
-v1::WorldSettings to_proto(const WorldSettings& settings) {
-  v1::WorldSettings result;
-  result.set_precision(to_proto(settings.precision));
-  result.set_sector_size(settings.sector_size);
-  result.set_time_step(settings.time_step);
-  result.set_seams(settings.seams == SeamPolicy::kIsland ? v1::SEAM_POLICY_ISLAND : v1::SEAM_POLICY_CLONE);
-  result.set_clone_depth(static_cast<std::uint32_t>(settings.clone_depth));
-  if (const auto* uniform = std::get_if<UniformGravity>(&settings.gravity)) {
-    *result.mutable_uniform_gravity() = to_proto(uniform->acceleration);
-  } else {
-    const CentralGravity& planet = std::get<CentralGravity>(settings.gravity);
-    *result.mutable_central_gravity()->mutable_centre() = to_proto(planet.centre);
-    result.mutable_central_gravity()->set_surface(planet.surface);
-    result.mutable_central_gravity()->set_radius(planet.radius);
-  }
-  result.set_solver_iterations(static_cast<std::uint32_t>(settings.solver_iterations));
-  result.set_friction_in_two_directions(settings.friction_in_two_directions);
-  result.set_continuous_collision(settings.continuous_collision);
-  result.set_sleep_linear_speed(settings.sleep_linear_speed);
-  result.set_sleep_angular_speed(settings.sleep_angular_speed);
-  result.set_sleep_after(settings.sleep_after);
-  result.set_island_cap(settings.island_cap);
-  result.set_shuffle(settings.shuffle);
-  result.set_substeps(static_cast<std::uint32_t>(settings.substeps));
-  result.set_warm_starting(settings.warm_starting);
-  result.set_split_from(settings.split_from);
-  result.set_adapt(settings.adapt);
   return result;
 }
 
@@ -377,41 +320,6 @@ absl::StatusOr<BodyDescription> from_proto(const v1::Body& body) {
   result.pose = from_proto(body.pose());
   result.linear_velocity = from_proto(body.linear_velocity());
   result.angular_velocity = from_proto(body.angular_velocity());
-  return result;
-}
-
-absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings) {
-  const absl::StatusOr<Precision> precision = from_proto(settings.precision());
-  if (!precision.ok()) return precision.status();
-  const absl::StatusOr<SeamPolicy> seams = seam_policy(settings.seams());
-  if (!seams.ok()) return seams.status();
-  const absl::StatusOr<int> clone_depth = count("clone_depth", settings.clone_depth());
-  if (!clone_depth.ok()) return clone_depth.status();
-  const absl::StatusOr<int> iterations = count("solver_iterations", settings.solver_iterations());
-  if (!iterations.ok()) return iterations.status();
-  const absl::StatusOr<int> substeps = count("substeps", settings.substeps());
-  if (!substeps.ok()) return substeps.status();
-  const absl::StatusOr<Gravity> pull = gravity(settings);
-  if (!pull.ok()) return pull.status();
-  WorldSettings result;
-  result.precision = *precision;
-  result.sector_size = settings.sector_size();
-  result.time_step = settings.time_step();
-  result.seams = *seams;
-  result.clone_depth = *clone_depth;
-  result.gravity = *pull;
-  result.solver_iterations = *iterations;
-  result.friction_in_two_directions = settings.friction_in_two_directions();
-  result.continuous_collision = settings.continuous_collision();
-  result.sleep_linear_speed = settings.sleep_linear_speed();
-  result.sleep_angular_speed = settings.sleep_angular_speed();
-  result.sleep_after = settings.sleep_after();
-  result.island_cap = settings.island_cap();
-  result.shuffle = settings.shuffle();
-  result.substeps = *substeps;
-  result.warm_starting = settings.warm_starting();
-  result.split_from = settings.split_from();
-  result.adapt = settings.adapt();
   return result;
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "proto/convert_counts.h"
+
 namespace tessera {
 namespace {
 
@@ -166,6 +168,45 @@ TEST(Convert, WhatAJointLeavesOutIsFree) {
   EXPECT_EQ(joint->properties.axes[0].effort_max, kUnbounded);
   EXPECT_EQ(joint->drives, JointDrives{});
   EXPECT_TRUE(joint->properties.in_child.is_identity());
+}
+
+TEST(Convert, EverySettingIsAFieldAndSurvives) {
+  const v1::WorldSettings message = to_proto(some_world().settings);
+  for (const WorldSetting& setting : kSettings) {
+    EXPECT_NE(v1::WorldSettings::descriptor()->FindFieldByName(setting.name), nullptr) << setting.name;
+    const absl::StatusOr<WorldSettings> back = from_proto(message);
+    ASSERT_TRUE(back.ok()) << back.status();
+    EXPECT_EQ(text_of(setting, *back), text_of(setting, some_world().settings));
+  }
+  const auto of_gravity = 2;
+  EXPECT_EQ(v1::WorldSettings::descriptor()->field_count(), static_cast<int>(kSettings.size()) + of_gravity);
+}
+
+TEST(Convert, SettingsThatAreAbsentHaveTheirDefaults) {
+  v1::WorldSettings message;
+  message.mutable_uniform_gravity();
+  message.set_sleep_after(0);
+  const absl::StatusOr<WorldSettings> settings = from_proto(message);
+  ASSERT_TRUE(settings.ok()) << settings.status();
+  for (const WorldSetting& setting : kSettings) {
+    const bool is_set = setting.member == WorldSetting::Member(&WorldSettings::sleep_after);
+    EXPECT_EQ(text_of(setting, *settings), is_set ? "0" : text_of(setting, WorldSettings()));
+  }
+}
+
+TEST(Convert, CountersSurviveByPlaceAndByName) {
+  TickCounts counts;
+  std::uint64_t next = std::uint64_t{1} << 40;
+  for (const TickCounter& counter : kTickCounters) counts.*counter.value = ++next;
+  CountsByPlace by_place;
+  write(counts, by_place);
+  EXPECT_EQ(counts_from(by_place), counts);
+  CountsByName by_name;
+  write(counts, by_name);
+  EXPECT_EQ(counts_from(by_name), counts);
+  by_place.Truncate(1);
+  EXPECT_EQ(counts_from(by_place).*kTickCounters[0].value, counts.*kTickCounters[0].value);
+  EXPECT_EQ(counts_from(by_place).*kTickCounters[1].value, 0u);
 }
 
 TEST(Convert, EveryGeometrySurvives) {

@@ -9,8 +9,11 @@
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <type_traits>
 #include <utility>
+
+#include "lpss/model/tick_counts.h"
 
 namespace tessera {
 namespace {
@@ -457,7 +460,8 @@ std::size_t packed_size() {
 }  // namespace
 
 std::uint64_t wire_layout() {
-  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
+  constexpr std::uint64_t kPrime = 0x100000001b3;  // FNV-1a
+  std::uint64_t hash = 0xcbf29ce484222325;
   for (const std::size_t number : {std::size_t{kClusterProtocol}, sizeof(BodyRecord),
                                    packed_size<BodyRecord>(),     packed_size<ReplicaUpdate>(),
                                    packed_size<Handover>(),       packed_size<ManifoldTransfer>(),
@@ -471,7 +475,12 @@ std::uint64_t wire_layout() {
                                    packed_size<MovedBody>(),      packed_size<MovedClone>(),
                                    packed_size<MovedSector>(),    packed_size<SharedChange>(),
                                    std::variant_size_v<Command>,  std::variant_size_v<RoundMessage>}) {
-    hash = (hash ^ number) * 0x100000001b3;
+    hash = (hash ^ number) * kPrime;
+  }
+  for (const TickCounter& counter : kTickCounters) {
+    for (const char letter : std::string_view(counter.name))
+      hash = (hash ^ static_cast<unsigned char>(letter)) * kPrime;
+    hash *= kPrime;
   }
   return hash;
 }

@@ -16,9 +16,10 @@
 
 namespace tessera {
 
-inline constexpr std::uint32_t kClusterProtocol = 2;
+inline constexpr std::uint32_t kClusterProtocol = 3;
 
-// A hash of the sizes and versions of the packed structs; equal in processes that understand each other.
+// A hash of the sizes and versions of the packed structs and of the names of the counters; equal in processes
+// that understand each other.
 std::uint64_t wire_layout();
 
 std::string pack(std::span<const BodyRecord> records);

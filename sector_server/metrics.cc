@@ -2,6 +2,9 @@
 
 #include <absl/strings/str_format.h>
 
+#include "daemon/metric_families.h"
+#include "proto/convert_counts.h"
+
 namespace tessera {
 namespace {
 
@@ -21,20 +24,16 @@ ServerMetrics::ServerMetrics(const SectorServerArguments& arguments)
                          .Register(registry_)
                          .Add({}, kTickBuckets)),
       bodies_(gauge("tessera_server_bodies", "Bodies that live here and can move")),
-      bodies_awake_(gauge("tessera_server_bodies_awake", "Bodies that moved in the last tick")),
-      bodies_stopped_(counter("tessera_server_bodies_stopped_total",
-                              "Bodies that left the range of numbers or sectors, and were stopped")),
-      sectors_(gauge("tessera_server_sectors", "Sectors here with a body that can move")),
-      sectors_awake_(gauge("tessera_server_sectors_awake", "Sectors stepped in the last tick")),
-      clones_(gauge("tessera_server_clones", "Clones in the last tick")),
-      contacts_(gauge("tessera_server_contacts", "Contacts found in the last tick")),
-      islands_across_seams_(gauge("tessera_server_islands_across_seams",
-                                  "Islands over several sectors that were solved here in the last tick")),
-      islands_shipped_(gauge("tessera_server_islands_shipped",
-                             "Of these, islands over several servers, in the last tick")),
-      islands_cut_(gauge("tessera_server_islands_cut",
-                         "Islands beyond the cap, coupled pass by pass, in the last tick")),
       exchange_(counter("tessera_server_exchange_bytes_total", "Bytes sent to other sector servers")) {
+  for (std::size_t n = 0; n < counts_.size(); ++n) {
+    const TickCounter& count = kTickCounters[n];
+    const std::string name = metric_name("tessera_server_", count);
+    if (count.over_ticks == OverTicks::kTotal) {
+      counts_[n].total = &counter(name, metric_help(count));
+    } else {
+      counts_[n].level = &gauge(name, metric_help(count));
+    }
+  }
   prometheus::BuildGauge()
       .Name("tessera_server_info")
       .Help("This sector server")
@@ -61,18 +60,15 @@ void ServerMetrics::show(const v1::TickReport* tick, std::size_t bodies, std::ui
   exchange_bytes_ = exchange_bytes;
   const v1::TickReport last = tick != nullptr ? *tick : v1::TickReport();
   tick_.Set(static_cast<double>(last.tick()));
-  bodies_awake_.Set(last.bodies_awake());
-  sectors_.Set(last.sectors());
-  sectors_awake_.Set(last.sectors_awake());
-  clones_.Set(last.clones());
-  contacts_.Set(last.contacts());
-  islands_across_seams_.Set(last.islands_across_seams());
-  islands_shipped_.Set(last.islands_shipped());
-  islands_cut_.Set(last.islands_cut());
+  const TickCounts counts = counts_from(last.counts());
+  for (std::size_t n = 0; n < counts_.size(); ++n) {
+    const auto count = static_cast<double>(counts.*kTickCounters[n].value);
+    if (counts_[n].level != nullptr) counts_[n].level->Set(count);
+    if (counts_[n].total != nullptr) counts_[n].total->Increment(count);
+  }
   if (tick == nullptr) return;
   ticks_.Increment();
   tick_duration_.Observe(static_cast<double>(last.work_us()) / 1e6);
-  bodies_stopped_.Increment(last.bodies_stopped());
 }
 
 void ServerMetrics::set_joined(bool joined) { joined_.Set(joined ? 1 : 0); }

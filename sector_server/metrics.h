@@ -7,11 +7,13 @@
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "cluster.pb.h"
+#include "lpss/model/tick_counts.h"
 #include "sector_server/options.h"
 
 namespace tessera {
@@ -39,15 +41,12 @@ class ServerMetrics {
   prometheus::Counter& ticks_;
   prometheus::Histogram& tick_duration_;
   prometheus::Gauge& bodies_;
-  prometheus::Gauge& bodies_awake_;
-  prometheus::Counter& bodies_stopped_;
-  prometheus::Gauge& sectors_;
-  prometheus::Gauge& sectors_awake_;
-  prometheus::Gauge& clones_;
-  prometheus::Gauge& contacts_;
-  prometheus::Gauge& islands_across_seams_;
-  prometheus::Gauge& islands_shipped_;
-  prometheus::Gauge& islands_cut_;
+  // By their places in kTickCounters: gauges of what there is, counters of what happens; the other is null.
+  struct OfCounter {
+    prometheus::Gauge* level = nullptr;
+    prometheus::Counter* total = nullptr;
+  };
+  std::array<OfCounter, kTickCounters.size()> counts_;
   prometheus::Counter& exchange_;
   std::uint64_t exchange_bytes_ = 0;  // of the loaded world, as it was last shown
 };

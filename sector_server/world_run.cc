@@ -11,6 +11,7 @@
 #include "lpss/partition/joints.h"
 #include "lpss/simulation/simulation.h"
 #include "proto/convert.h"
+#include "proto/convert_counts.h"
 #include "proto/wire.h"
 
 namespace tessera {
@@ -192,20 +193,11 @@ void WorldRun::end_tick(Nanoseconds now) {
   inboxes_.erase(inboxes_.begin(), inboxes_.lower_bound({tick_ + 1, 0}));
   tick_done_ = true;
 
-  const TickCounts& counts = machine_->counts();
   v1::TickReport& report = last_report_;
   report.set_tick(tick_);
   report.set_work_us(static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::microseconds>(now - tick_began_).count()));
-  report.set_clones(counts.clones);
-  report.set_contacts(counts.contacts);
-  report.set_islands_across_seams(counts.islands_across_seams);
-  report.set_islands_shipped(counts.islands_shipped);
-  report.set_islands_cut(counts.islands_cut);
-  report.set_bodies_awake(counts.bodies_awake);
-  report.set_sectors(counts.sectors);
-  report.set_sectors_awake(counts.sectors_awake);
-  report.set_bodies_stopped(counts.bodies_stopped);
+  write(machine_->counts(), *report.mutable_counts());
   if (hash_ticks_) {
     const WorldHash hash = hash_of(*partition_);
     report.set_hash_low(hash.low());

@@ -41,31 +41,17 @@ TEST_F(RunTest, ReportsTheSameFieldsWithAndWithoutServers) {
   const std::string world = world_file("seam.sdf").string();
   const nlohmann::json alone = run({world, "--in-process", "--seconds", "1"});
   const nlohmann::json cluster = run({world, "--servers", "2", "--seconds", "1"});
-  for (const char* field : {"world_hash",
-                            "ticks",
-                            "bodies",
-                            "sectors",
-                            "clones_max",
-                            "islands_across_seams",
-                            "islands_shipped",
-                            "islands_cut",
-                            "engine",
-                            "real_time_factor",
-                            "tick_ms",
-                            "peak_rss_mb",
-                            "servers",
-                            "threads",
-                            "sector_size",
-                            "seams",
-                            "dt",
-                            "notices",
-                            "load_seconds",
-                            "wall_seconds"}) {
+  for (const char* field :
+       {"world_hash", "ticks", "bodies", "sectors", "clones_max", "islands_across_seams", "islands_shipped",
+        "islands_cut", "bodies_stopped", "settings", "real_time_factor", "tick_ms", "peak_rss_mb", "servers",
+        "threads", "notices", "load_seconds", "wall_seconds"}) {
     EXPECT_TRUE(alone.contains(field)) << field;
     EXPECT_TRUE(cluster.contains(field)) << field;
   }
-  for (const char* field :
-       {"world_hash", "ticks", "bodies", "sectors", "clones_max", "islands_across_seams"}) {
+  for (const TickCounter& counter : kTickCounters) EXPECT_TRUE(cluster.contains(counter.name_in_run));
+  for (const WorldSetting& setting : kSettings) EXPECT_TRUE(cluster["settings"].contains(setting.name));
+  for (const char* field : {"world_hash", "ticks", "bodies", "sectors", "clones_max", "contacts_max",
+                            "islands_across_seams", "settings"}) {
     EXPECT_EQ(alone[field], cluster[field]) << field;
   }
   EXPECT_EQ(alone["ticks"], 60);

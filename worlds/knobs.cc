@@ -2,52 +2,16 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
-#include <type_traits>
+#include <utility>
 
+#include "lpss/base/invariant.h"
 #include "lpss/model/validate.h"
+#include "worlds/settings_json.h"
 
 namespace tessera {
 namespace {
-
-// Calls `visit(name, value)` for each knob, until it returns false.
-template <typename AnyKnobs, typename Visit>
-void visit_knobs(AnyKnobs& k, const Visit& visit) {
-  (void)(visit("precision", k.precision) && visit("sector_size", k.sector_size) &&
-         visit("time_step", k.time_step) && visit("seams", k.seams) && visit("clone_depth", k.clone_depth) &&
-         visit("island_cap", k.island_cap) && visit("shuffle", k.shuffle) &&
-         visit("solver_iterations", k.solver_iterations) && visit("substeps", k.substeps) &&
-         visit("adapt", k.adapt) && visit("warm_starting", k.warm_starting) &&
-         visit("split_from", k.split_from) &&
-         visit("friction_in_two_directions", k.friction_in_two_directions) &&
-         visit("continuous_collision", k.continuous_collision) &&
-         visit("sleep_linear_speed", k.sleep_linear_speed) &&
-         visit("sleep_angular_speed", k.sleep_angular_speed) && visit("sleep_after", k.sleep_after));
-}
-
-template <typename T>
-bool read(const nlohmann::ordered_json& json, std::optional<T>& value) {
-  if constexpr (std::is_same_v<T, bool>) {
-    if (!json.is_boolean()) return false;
-    value = json.get<bool>();
-  } else if constexpr (std::is_same_v<T, Precision>) {
-    if (json.is_string()) value = precision_named(json.get<std::string>());
-    return json.is_string() && value;
-  } else if constexpr (std::is_same_v<T, SeamPolicy>) {
-    if (json.is_string()) value = seams_named(json.get<std::string>());
-    return json.is_string() && value;
-  } else if constexpr (std::is_integral_v<T>) {
-    const bool is_natural =
-        json.is_number_unsigned() || (json.is_number_integer() && json.get<std::int64_t>() >= 0);
-    if (!is_natural || json.get<std::uint64_t>() > std::numeric_limits<T>::max()) return false;
-    value = json.get<T>();
-  } else {
-    if (!json.is_number()) return false;
-    value = json.get<T>();
-  }
-  return true;
-}
 
 constexpr long double kReachMax = 0x1p40L;  // m; a long double still resolves 2^-24 m there
 
@@ -90,41 +54,39 @@ absl::Status in(const std::string& what, const absl::Status& status) {
 
 }  // namespace
 
+std::size_t Knobs::place_of(const WorldSetting::Member& member) {
+  const auto found = std::ranges::find(kSettings, member, &WorldSetting::member);
+  invariant(found != kSettings.end(), "a knob is a setting of the list");
+  return static_cast<std::size_t>(found - kSettings.begin());
+}
+
+absl::Status Knobs::set_from_text(const WorldSetting& setting, absl::string_view text) {
+  absl::Status status = tessera::set_from_text(setting, text, values_);
+  if (status.ok()) is_set_[place_of(setting.member)] = true;
+  return status;
+}
+
+bool Knobs::set_from_json(const WorldSetting& setting, const nlohmann::ordered_json& value) {
+  if (!tessera::set_from_json(setting, value, values_)) return false;
+  is_set_[place_of(setting.member)] = true;
+  return true;
+}
+
 absl::Status apply(const Knobs& knobs, WorldDescription& world) {
-  WorldSettings& s = world.settings;
-  const auto set = [](const auto& knob, auto& setting) {
-    if (knob) setting = *knob;
-  };
-  set(knobs.precision, s.precision);
-  set(knobs.time_step, s.time_step);
-  set(knobs.seams, s.seams);
-  set(knobs.clone_depth, s.clone_depth);
-  set(knobs.island_cap, s.island_cap);
-  set(knobs.shuffle, s.shuffle);
-  set(knobs.solver_iterations, s.solver_iterations);
-  set(knobs.substeps, s.substeps);
-  set(knobs.adapt, s.adapt);
-  set(knobs.warm_starting, s.warm_starting);
-  set(knobs.split_from, s.split_from);
-  set(knobs.friction_in_two_directions, s.friction_in_two_directions);
-  set(knobs.continuous_collision, s.continuous_collision);
-  set(knobs.sleep_linear_speed, s.sleep_linear_speed);
-  set(knobs.sleep_angular_speed, s.sleep_angular_speed);
-  set(knobs.sleep_after, s.sleep_after);
-  return knobs.sector_size ? change_sector_size(world, *knobs.sector_size) : absl::OkStatus();
+  const double old_size = world.settings.sector_size;
+  for (const WorldSetting& setting : kSettings) {
+    if (!knobs.has(setting)) continue;
+    std::visit([&](const auto member) { world.settings.*member = knobs.values().*member; }, setting.member);
+  }
+  // What is in the sectors still lies in those of the old size.
+  return change_sector_size(world, std::exchange(world.settings.sector_size, old_size));
 }
 
 nlohmann::ordered_json to_json(const Knobs& knobs) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  visit_knobs(knobs, [&](const char* name, const auto& value) {
-    using Value = std::decay_t<decltype(*value)>;
-    if constexpr (std::is_enum_v<Value>) {
-      if (value) json[name] = name_of(*value);
-    } else {
-      if (value) json[name] = *value;
-    }
-    return true;
-  });
+  for (const WorldSetting& setting : kSettings) {
+    if (knobs.has(setting)) json[setting.name] = value_of(setting, knobs.values());
+  }
   return json;
 }
 
@@ -132,15 +94,10 @@ absl::StatusOr<Knobs> knobs_from_json(const nlohmann::ordered_json& json) {
   if (!json.is_object()) return absl::InvalidArgumentError("settings are an object of names and values");
   Knobs knobs;
   for (const auto& [name, value] : json.items()) {
-    bool exists = false;
-    bool fits = false;
-    visit_knobs(knobs, [&, &name = name, &value = value](const char* candidate, auto& knob) {
-      exists = name == candidate;
-      if (exists) fits = read(value, knob);
-      return !exists;
-    });
-    if (!exists) return absl::InvalidArgumentError(absl::StrCat("there is no setting \"", name, "\""));
-    if (!fits)
+    const WorldSetting* setting = find_setting(name);
+    if (setting == nullptr)
+      return absl::InvalidArgumentError(absl::StrCat("there is no setting \"", name, "\""));
+    if (!knobs.set_from_json(*setting, value))
       return absl::InvalidArgumentError(absl::StrCat("setting \"", name, "\" cannot be ", value.dump()));
   }
   return knobs;

@@ -4,40 +4,48 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <bitset>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <string>
+#include <type_traits>
 
 #include "lpss/model/world_description.h"
 
 namespace tessera {
 
-// Settings that are to change; the others stay as the world has them. Units as in WorldSettings.
-struct Knobs {
-  std::optional<Precision> precision;
-  std::optional<double> sector_size;
-  std::optional<double> time_step;
-  std::optional<SeamPolicy> seams;
-  std::optional<int> clone_depth;
-  std::optional<std::uint32_t> island_cap;
-  std::optional<std::uint64_t> shuffle;
-  std::optional<int> solver_iterations;
-  std::optional<int> substeps;
-  std::optional<bool> adapt;
-  std::optional<double> warm_starting;
-  std::optional<double> split_from;
-  std::optional<bool> friction_in_two_directions;
-  std::optional<bool> continuous_collision;
-  std::optional<double> sleep_linear_speed;
-  std::optional<double> sleep_angular_speed;
-  std::optional<double> sleep_after;
+// Settings that are to change; the others stay as the world has them.
+class Knobs {
+ public:
+  template <typename T>
+  void set(T WorldSettings::*member, std::type_identity_t<T> value) {
+    values_.*member = value;
+    is_set_[place_of(member)] = true;
+  }
+  template <typename T>
+  std::optional<T> get(T WorldSettings::*member) const {
+    return is_set_[place_of(member)] ? std::optional<T>(values_.*member) : std::nullopt;
+  }
+
+  bool has(const WorldSetting& setting) const { return is_set_[place_of(setting.member)]; }
+  // Of what is not set: the default.
+  const WorldSettings& values() const { return values_; }
+
+  // As set_from_text() and set_from_json() of settings.
+  absl::Status set_from_text(const WorldSetting& setting, absl::string_view text);
+  bool set_from_json(const WorldSetting& setting, const nlohmann::ordered_json& value);
+
+ private:
+  static std::size_t place_of(const WorldSetting::Member& member);
+
+  WorldSettings values_;
+  std::bitset<kSettings.size()> is_set_;  // by place in the list
 };
 
 // Changes the world's settings; with another sector size everything stays where it is. Bounds are checked by
 // validate(), except those of a sector size. Errors as change_sector_size().
 absl::Status apply(const Knobs& knobs, WorldDescription& world);
 
-// An object with the names that <tessera:settings> has, of what is to change.
+// An object of what is to change, by the names of kSettings.
 nlohmann::ordered_json to_json(const Knobs& knobs);
 // INVALID_ARGUMENT, naming the setting, for one that does not exist or is of another kind.
 absl::StatusOr<Knobs> knobs_from_json(const nlohmann::ordered_json& json);

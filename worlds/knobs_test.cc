@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "worlds/settings_json.h"
+
 namespace tessera {
 namespace {
 
@@ -63,20 +65,28 @@ TEST(ChangeSectorSizeTest, RefusesWhatIsTooFarFromTheAnchor) {
 
 TEST(KnobsTest, JsonAndBackIsTheSame) {
   Knobs knobs;
-  knobs.precision = Precision::kFloat64;
-  knobs.seams = SeamPolicy::kClone;
-  knobs.time_step = 1.0 / 3;
-  knobs.shuffle = ~std::uint64_t{0};
-  knobs.friction_in_two_directions = false;
-  knobs.substeps = 4;
-  knobs.adapt = false;
+  knobs.set(&WorldSettings::precision, Precision::kFloat64);
+  knobs.set(&WorldSettings::seams, SeamPolicy::kClone);
+  knobs.set(&WorldSettings::time_step, 1.0 / 3);
+  knobs.set(&WorldSettings::shuffle, ~std::uint64_t{0});
+  knobs.set(&WorldSettings::friction_in_two_directions, false);
+  knobs.set(&WorldSettings::substeps, 4);
+  knobs.set(&WorldSettings::adapt, false);
   const nlohmann::ordered_json json = to_json(knobs);
   EXPECT_EQ(json.size(), 7u);
   const absl::StatusOr<Knobs> back = knobs_from_json(nlohmann::ordered_json::parse(json.dump()));
   ASSERT_TRUE(back.ok()) << back.status();
-  EXPECT_EQ(back->precision, Precision::kFloat64);
-  EXPECT_EQ(back->time_step, 1.0 / 3);
+  EXPECT_EQ(back->get(&WorldSettings::precision), Precision::kFloat64);
+  EXPECT_EQ(back->get(&WorldSettings::time_step), 1.0 / 3);
   EXPECT_EQ(to_json(*back), json);
+}
+
+TEST(KnobsTest, EverySettingIsWrittenAndRead) {
+  const nlohmann::ordered_json json = to_json(WorldSettings());
+  const absl::StatusOr<Knobs> knobs = knobs_from_json(json);
+  ASSERT_TRUE(knobs.ok()) << knobs.status();
+  EXPECT_EQ(to_json(*knobs), json);
+  EXPECT_EQ(json.size(), kSettings.size());
 }
 
 TEST(KnobsTest, OnlyWhatIsSetChanges) {

@@ -128,11 +128,11 @@ absl::StatusOr<WorldDescription> with_knobs(const WorldDescription& world, const
 Knobs reference_knobs(const WorldSettings& settings, bool coarser) {
   constexpr double kFinestStep = 1e-4;  // s
   Knobs knobs;
-  knobs.precision = Precision::kFloat64;
-  knobs.time_step = std::max(settings.time_step / (coarser ? 4 : 8), kFinestStep);
-  knobs.substeps = 4;
-  knobs.solver_iterations = 60;
-  knobs.sleep_after = 0;
+  knobs.set(&WorldSettings::precision, Precision::kFloat64);
+  knobs.set(&WorldSettings::time_step, std::max(settings.time_step / (coarser ? 4 : 8), kFinestStep));
+  knobs.set(&WorldSettings::substeps, 4);
+  knobs.set(&WorldSettings::solver_iterations, 60);
+  knobs.set(&WorldSettings::sleep_after, 0);
   return knobs;
 }
 

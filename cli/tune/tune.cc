@@ -26,10 +26,10 @@ std::vector<Knobs> candidates(const WorldSettings& settings, Precision precision
     if (share > 1 && step > kStepMax) continue;
     for (const Passes& passes : kPasses) {
       Knobs knobs;
-      knobs.precision = precision;
-      knobs.time_step = step;
-      knobs.substeps = passes.substeps;
-      knobs.solver_iterations = passes.iterations;
+      knobs.set(&WorldSettings::precision, precision);
+      knobs.set(&WorldSettings::time_step, step);
+      knobs.set(&WorldSettings::substeps, passes.substeps);
+      knobs.set(&WorldSettings::solver_iterations, passes.iterations);
       list.push_back(knobs);
     }
   }
@@ -38,10 +38,10 @@ std::vector<Knobs> candidates(const WorldSettings& settings, Precision precision
 
 Knobs own_knobs(const WorldSettings& settings) {
   Knobs knobs;
-  knobs.precision = settings.precision;
-  knobs.time_step = settings.time_step;
-  knobs.substeps = settings.substeps;
-  knobs.solver_iterations = settings.solver_iterations;
+  knobs.set(&WorldSettings::precision, settings.precision);
+  knobs.set(&WorldSettings::time_step, settings.time_step);
+  knobs.set(&WorldSettings::substeps, settings.substeps);
+  knobs.set(&WorldSettings::solver_iterations, settings.solver_iterations);
   return knobs;
 }
 
@@ -113,10 +113,10 @@ class Search {
       const absl::StatusOr<Trial> trial = run_with(knobs);
       if (!trial.ok()) return trial.status();
       const double error = error_between(trial->samples, reference_);
-      report.table("rows").push_back({{"engine", name_of(*knobs.precision)},
-                                      {"time_step", *knobs.time_step},
-                                      {"substeps", *knobs.substeps},
-                                      {"solver_iterations", *knobs.solver_iterations},
+      report.table("rows").push_back({{"engine", name_of(*knobs.get(&WorldSettings::precision))},
+                                      {"time_step", *knobs.get(&WorldSettings::time_step)},
+                                      {"substeps", *knobs.get(&WorldSettings::substeps)},
+                                      {"solver_iterations", *knobs.get(&WorldSettings::solver_iterations)},
                                       {"error_m", std::isfinite(error) ? Row(error) : Row()},
                                       {"cost_us", trial->cost_us},
                                       {"own", &knobs == &list.front() && is_own(knobs)},
@@ -125,7 +125,9 @@ class Search {
     return report;
   }
 
-  bool is_own(const Knobs& knobs) const { return *knobs.precision == world_.settings.precision; }
+  bool is_own(const Knobs& knobs) const {
+    return *knobs.get(&WorldSettings::precision) == world_.settings.precision;
+  }
 
   void judge(Report& report) const {
     std::vector<Row>& rows = report.table("rows");

@@ -42,7 +42,7 @@ TEST(TuneTest, ChoosesTheCheapestThatMeetsAndAFinerRunAgrees) {
   }
   absl::StatusOr<Report> checked = in_own_process([&]() -> absl::StatusOr<Report> {
     Knobs finest = reference_knobs(world.settings, /*coarser=*/false);
-    *finest.time_step /= 2;
+    finest.set(&WorldSettings::time_step, finest.values().time_step / 2);
     Report result;
     result.table("finest") = to_rows(run_trial(with_knobs(world, finest).value(), moments)->samples);
     return result;

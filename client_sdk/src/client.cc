@@ -8,6 +8,7 @@
 #include "client_sdk/src/joint_stream.h"
 #include "client_sdk/src/server_stream.h"
 #include "proto/convert.h"
+#include "proto/convert_counts.h"
 #include "proto/status.h"
 #include "tessera.grpc.pb.h"
 
@@ -158,9 +159,7 @@ ServerStatus read(const v1::ServerStatus& status) {
   server.threads = status.threads();
   server.tick = status.tick();
   server.bodies = status.bodies();
-  server.sectors = status.sectors();
-  server.sectors_awake = status.sectors_awake();
-  server.clones = status.clones();
+  server.counts = counts_from(status.counts());
   server.peak_rss_bytes = status.peak_rss_bytes();
   server.tick_ms_p50 = status.tick_ms_p50();
   server.tick_ms_p99 = status.tick_ms_p99();
@@ -179,18 +178,8 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.time = reply.time();
   status.real_time_factor = reply.real_time_factor();
   status.bodies = reply.bodies();
-  status.bodies_awake = reply.bodies_awake();
-  status.bodies_stopped = reply.bodies_stopped();
-  status.sectors = reply.sectors();
-  status.clones = reply.clones();
-  status.clones_max = reply.clones_max();
-  status.contacts = reply.contacts();
-  status.islands_across_seams = reply.islands_across_seams();
-  status.islands_across_seams_max = reply.islands_across_seams_max();
-  status.islands_shipped = reply.islands_shipped();
-  status.islands_shipped_max = reply.islands_shipped_max();
-  status.islands_cut = reply.islands_cut();
-  status.islands_cut_max = reply.islands_cut_max();
+  status.counts = counts_from(reply.counts());
+  status.counts_since_load = counts_from(reply.counts_since_load());
   status.tick_ms_p50 = reply.tick_ms_p50();
   status.tick_ms_p99 = reply.tick_ms_p99();
   status.tick_ms_max = reply.tick_ms_max();

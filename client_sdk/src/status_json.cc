@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "worlds/settings_json.h"
+
 namespace tessera {
 namespace {
 
@@ -12,27 +14,21 @@ using nlohmann::json;
 json times(double p50, double p99, double max) { return {{"p50", p50}, {"p99", p99}, {"max", max}}; }
 
 json described(const ServerStatus& server) {
-  return {{"node", absl::StrCat(absl::Hex(server.node))},
-          {"stream_address", server.stream_address},
-          {"engine", name_of(server.precision)},
-          {"threads", server.threads},
-          {"takes_part", server.takes_part},
-          {"suspect", server.suspect},
-          {"tick", server.tick},
-          {"bodies", server.bodies},
-          {"sectors", server.sectors},
-          {"sectors_awake", server.sectors_awake},
-          {"clones", server.clones},
-          {"exchange_bytes", server.exchange_bytes},
-          {"peak_rss_bytes", server.peak_rss_bytes},
-          {"tick_ms", times(server.tick_ms_p50, server.tick_ms_p99, server.tick_ms_max)}};
-}
-
-json described(const WorldSettings& settings) {
-  return {{"engine", name_of(settings.precision)},
-          {"seams", name_of(settings.seams)},
-          {"sector_size", settings.sector_size},
-          {"time_step", settings.time_step}};
+  json one = {{"node", absl::StrCat(absl::Hex(server.node))},
+              {"stream_address", server.stream_address},
+              {"engine", name_of(server.precision)},
+              {"threads", server.threads},
+              {"takes_part", server.takes_part},
+              {"suspect", server.suspect},
+              {"tick", server.tick},
+              {"bodies", server.bodies},
+              {"exchange_bytes", server.exchange_bytes},
+              {"peak_rss_bytes", server.peak_rss_bytes},
+              {"tick_ms", times(server.tick_ms_p50, server.tick_ms_p99, server.tick_ms_max)}};
+  for (const TickCounter& counter : kTickCounters) {
+    if (counter.over_ticks != OverTicks::kTotal) one[counter.name] = server.counts.*counter.value;
+  }
+  return one;
 }
 
 }  // namespace
@@ -47,18 +43,15 @@ json to_json(const ClusterStatus& status) {
               {"time", status.time},
               {"real_time_factor", status.real_time_factor},
               {"bodies", status.bodies},
-              {"bodies_awake", status.bodies_awake},
-              {"bodies_stopped", status.bodies_stopped},
-              {"sectors", status.sectors},
-              {"clones", status.clones},
-              {"contacts", status.contacts},
-              {"islands_across_seams", status.islands_across_seams},
-              {"islands_shipped", status.islands_shipped},
-              {"islands_cut", status.islands_cut},
               {"tick_ms", times(status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max)},
               {"coordinator_peak_rss_bytes", status.coordinator_peak_rss_bytes},
               {"servers", std::move(servers)}};
-  if (status.settings) all["settings"] = described(*status.settings);
+  for (const TickCounter& counter : kTickCounters) {
+    const bool is_total = counter.over_ticks == OverTicks::kTotal;
+    all[counter.name] = (is_total ? status.counts_since_load : status.counts).*counter.value;
+    all["counters"].push_back(counter.name);
+  }
+  if (status.settings) all["settings"] = to_json(*status.settings);
   return all;
 }
 

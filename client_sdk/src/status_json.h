@@ -9,7 +9,9 @@ namespace tessera {
 
 // The fields are those of ClusterStatus and ServerStatus by their names, but for: `node`, which is a string
 // of hexadecimal digits (a number of JavaScript holds 53 bits), `engine` ("f32" or "f64"), and `tick_ms` with
-// `p50`, `p99` and `max`. `settings` holds those that a viewer needs, and is not there without a world.
+// `p50`, `p99` and `max`. Counters (kTickCounters) stand under their names, which `counters` lists: what
+// there is as of the last tick, what happens (`bodies_stopped`) since the load. `settings` is not there
+// without a world.
 nlohmann::json to_json(const ClusterStatus& status);
 
 }  // namespace tessera

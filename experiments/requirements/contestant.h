@@ -50,7 +50,7 @@ class Contestant {
   Positions positions() const { return positions_from(origin_, bodies(), sector_size_); }
 
   // With a body that can move.
-  std::uint32_t sectors() const { return cluster_->counts().sectors; }
+  std::uint64_t sectors() const { return cluster_->counts().sectors; }
   std::string hash() const { return cluster_->hash().to_string(); }
 
  private:

@@ -86,13 +86,13 @@ class TwoServers {
         return stepped.status();
       status = client_->status();
       if (!status.ok()) return status.status();
-      contacts += status->contacts;
+      contacts += status->counts.contacts;
       ++looks;
     }
     run.tick_ms = status->tick_ms_p50;
     run.exchange_bytes = bytes(*status) - bytes_before;
     run.contacts = static_cast<double>(contacts) / static_cast<double>(std::max<std::uint64_t>(looks, 1));
-    run.islands_shipped = status->islands_shipped_max;
+    run.islands_shipped = status->counts_since_load.islands_shipped;
     return absl::OkStatus();
   }
 

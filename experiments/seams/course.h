@@ -45,8 +45,8 @@ struct Course {
   std::uint64_t duplicate_events = 0;   // a pair more than once in a tick
   std::uint64_t broken_events = 0;  // a contact that begins twice, or goes on or ends without having begun
   std::uint64_t contact_begins = 0;
-  std::uint32_t islands_across_seams = 0;  // the most in a tick
-  std::uint32_t islands_cut = 0;           // likewise
+  std::uint64_t islands_across_seams = 0;  // the most in a tick
+  std::uint64_t islands_cut = 0;           // likewise
 };
 
 // The largest distance (m) of a body's places in two samples of the same scene; infinite where one is no

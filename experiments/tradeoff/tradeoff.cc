@@ -88,28 +88,31 @@ void turn(std::vector<Setting>& list, const std::string& knob, const std::vector
 
 std::vector<Setting> single_knobs() {
   std::vector<Setting> list = {{"default", "", {}}};
-  turn(list, "time_step", {kCoarsestStep, 1.0 / 120, 1.0 / 240}, [](Knobs& k, double v) { k.time_step = v; });
-  turn(list, "substeps", {1, 2, 8}, [](Knobs& k, double v) { k.substeps = static_cast<int>(v); });
-  turn(list, "adapt", {0}, [](Knobs& k, double v) { k.adapt = v != 0; });
+  turn(list, "time_step", {kCoarsestStep, 1.0 / 120, 1.0 / 240},
+       [](Knobs& k, double v) { k.set(&WorldSettings::time_step, v); });
+  turn(list, "substeps", {1, 2, 8},
+       [](Knobs& k, double v) { k.set(&WorldSettings::substeps, static_cast<int>(v)); });
+  turn(list, "adapt", {0}, [](Knobs& k, double v) { k.set(&WorldSettings::adapt, v != 0); });
   turn(list, "solver_iterations", {4, 8, 24, 48},
-       [](Knobs& k, double v) { k.solver_iterations = static_cast<int>(v); });
+       [](Knobs& k, double v) { k.set(&WorldSettings::solver_iterations, static_cast<int>(v)); });
   turn(list, "friction_in_two_directions", {0},
-       [](Knobs& k, double v) { k.friction_in_two_directions = v != 0; });
-  turn(list, "continuous_collision", {0}, [](Knobs& k, double v) { k.continuous_collision = v != 0; });
-  turn(list, "sector_size", {16, 64, 512}, [](Knobs& k, double v) { k.sector_size = v; });
-  turn(list, "sleep_after", {0, 0.25}, [](Knobs& k, double v) { k.sleep_after = v; });
+       [](Knobs& k, double v) { k.set(&WorldSettings::friction_in_two_directions, v != 0); });
+  turn(list, "continuous_collision", {0},
+       [](Knobs& k, double v) { k.set(&WorldSettings::continuous_collision, v != 0); });
+  turn(list, "sector_size", {16, 64, 512}, [](Knobs& k, double v) { k.set(&WorldSettings::sector_size, v); });
+  turn(list, "sleep_after", {0, 0.25}, [](Knobs& k, double v) { k.set(&WorldSettings::sleep_after, v); });
   turn(list, "clone_depth", {1, 4}, [](Knobs& k, double v) {
-    k.seams = SeamPolicy::kClone;
-    k.clone_depth = static_cast<int>(v);
+    k.set(&WorldSettings::seams, SeamPolicy::kClone);
+    k.set(&WorldSettings::clone_depth, static_cast<int>(v));
   });
   // Of Bullet's own solver alone.
   turn(list, "warm_starting", {0, 0.85, 1}, [](Knobs& k, double v) {
-    k.substeps = 1;
-    k.warm_starting = v;
+    k.set(&WorldSettings::substeps, 1);
+    k.set(&WorldSettings::warm_starting, v);
   });
   turn(list, "split_from", {0, 1e6}, [](Knobs& k, double v) {
-    k.substeps = 1;
-    k.split_from = v;
+    k.set(&WorldSettings::substeps, 1);
+    k.set(&WorldSettings::split_from, v);
   });
   return list;
 }
@@ -123,9 +126,9 @@ void add_grid(std::vector<Setting>& list, bool quick) {
   for (const double step : steps) {
     for (const auto& [substeps, iterations] : kPasses) {
       Setting setting{"grid", absl::StrFormat("%g s %d steps %d passes", step, substeps, iterations), {}};
-      setting.knobs.time_step = step;
-      setting.knobs.substeps = substeps;
-      setting.knobs.solver_iterations = iterations;
+      setting.knobs.set(&WorldSettings::time_step, step);
+      setting.knobs.set(&WorldSettings::substeps, substeps);
+      setting.knobs.set(&WorldSettings::solver_iterations, iterations);
       list.push_back(std::move(setting));
     }
   }
@@ -193,9 +196,9 @@ class Tradeoff {
   // What plain Bullet costs at this time step, its own solver with ten passes.
   absl::StatusOr<double> plain_cost(const Subject& subject, const Knobs& knobs) const {
     Knobs plain;
-    plain.time_step = knobs.time_step;
-    plain.substeps = 1;
-    plain.solver_iterations = 10;
+    if (const auto step = knobs.get(&WorldSettings::time_step)) plain.set(&WorldSettings::time_step, *step);
+    plain.set(&WorldSettings::substeps, 1);
+    plain.set(&WorldSettings::solver_iterations, 10);
     const absl::StatusOr<WorldDescription> world = world_of(subject, plain);
     if (!world.ok()) return world.status();
     const absl::StatusOr<Trial> trial = run_trial(*world, moments_of(subject), /*is_plain=*/true);
@@ -217,14 +220,13 @@ class Tradeoff {
         ratio = trial->cost_us / *plain;
       }
       const double error = subject.is_chaotic ? trial->overlap_m : error_between(trial->samples, reference);
-      const WorldSettings defaults;
       Row row = {{"scene", subject.name},
                  {"engine", name_of(options_.precision)},
                  {"knob", setting.knob},
                  {"value", setting.value},
-                 {"time_step", setting.knobs.time_step.value_or(defaults.time_step)},
-                 {"substeps", setting.knobs.substeps.value_or(defaults.substeps)},
-                 {"solver_iterations", setting.knobs.solver_iterations.value_or(defaults.solver_iterations)},
+                 {"time_step", setting.knobs.values().time_step},
+                 {"substeps", setting.knobs.values().substeps},
+                 {"solver_iterations", setting.knobs.values().solver_iterations},
                  {"error_m", std::isfinite(error) ? Row(error) : Row()},
                  {"overlap_m", trial->overlap_m},
                  {"speed_m_s", trial->speed_m_s},

@@ -24,7 +24,7 @@
 
 #include "lpss/model/body.h"
 #include "lpss/model/joint.h"
-#include "lpss/model/precision.h"
+#include "lpss/model/settings.h"
 #include "lpss/model/shape.h"
 
 namespace tessera {
@@ -45,21 +45,11 @@ enum class CloneContacts : std::uint8_t {
   kAll,   // policy clone: a clone needs what supports it
 };
 
-// What an engine world and its solver are made from; the same for all sectors of a world.
-struct EngineSettings {
-  Precision precision = Precision::kFloat32;
+// What an engine world and its solver are made from, the same for all sectors of a world: its settings, and
+// what follows from them.
+struct EngineSettings : WorldSettings {
   CloneContacts clone_contacts = CloneContacts::kNone;
   bool clones_are_solved = false;  // policy clone: clones take part in the solution of their sector as bodies
-  int solver_iterations = 12;
-  int substeps = 4;
-  double warm_starting = 0.85;
-  double split_from = 0.04;
-  bool friction_in_two_directions = true;
-  bool continuous_collision = true;
-  double sleep_linear_speed = 0.05;
-  double sleep_angular_speed = 0.1;
-  double sleep_after = 1.0;
-  bool adapt = true;         // small steps as each island needs them
   bool fine_flight = false;  // bodies that fly() fly in double precision, whatever the engine computes with
 };
 

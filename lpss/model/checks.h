@@ -8,14 +8,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "lpss/model/limits.h"
 
 namespace tessera {
-
-inline constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
 template <typename... Args>
 absl::Status refused(const Args&... args) {

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "lpss/model/world_description.h"
+#include "lpss/model/settings.h"
 
 namespace tessera {
 

@@ -3,8 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 namespace tessera {
+
+inline constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
 inline constexpr double kResolutionWanted = 1.0 / 8192;  // m: distance of neighbouring numbers, at most
 inline constexpr double kSectorSizeMin = 0.5;            // m

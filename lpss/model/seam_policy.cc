@@ -5,7 +5,7 @@ namespace tessera {
 const char* name_of(SeamPolicy seams) { return seams == SeamPolicy::kIsland ? "island" : "clone"; }
 
 std::optional<SeamPolicy> seams_named(std::string_view name) {
-  for (const SeamPolicy seams : {SeamPolicy::kIsland, SeamPolicy::kClone}) {
+  for (const SeamPolicy seams : kSeamPolicies) {
     if (name == name_of(seams)) return seams;
   }
   return std::nullopt;

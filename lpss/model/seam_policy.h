@@ -1,6 +1,7 @@
 // What happens at a border between sectors.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -11,6 +12,9 @@ enum class SeamPolicy : std::uint8_t {
   kIsland,  // contacts are found in sectors, islands are solved whole, over any number of them
   kClone,   // the paper's Cloning Manager: every sector solves its own bodies and its clones
 };
+
+inline constexpr std::array kSeamPolicies = {SeamPolicy::kIsland, SeamPolicy::kClone};
+constexpr const auto& all_of(SeamPolicy) { return kSeamPolicies; }
 
 // As files and people write it: "island" and "clone". Nothing for another name.
 const char* name_of(SeamPolicy seams);

@@ -6,9 +6,11 @@
 #include <absl/strings/string_view.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "lpss/model/checks.h"
@@ -252,38 +254,31 @@ absl::Status gravity_check(const Gravity& gravity, double sector_size) {
             canonical(planet.centre.sector, planet.centre.local, sector_size).status());
 }
 
-absl::Status sector_size_check(const WorldSettings& settings) {
-  if (absl::Status status = bounded("sector size L", settings.sector_size, kSectorSizeMin, kNoBound, "m");
-      !status.ok()) {
-    return status;
-  }
+absl::Status within_bounds(const WorldSetting& setting, const WorldSettings& settings) {
+  return std::visit(
+      [&](const auto member) -> absl::Status {
+        using Value = std::remove_cvref_t<decltype(settings.*member)>;
+        const Value value = settings.*member;
+        if constexpr (std::is_enum_v<Value>) {
+          if (std::ranges::find(all_of(value), value) != all_of(value).end()) return absl::OkStatus();
+          return refused(setting.name, " = ", static_cast<int>(value), " must be ", bounds_of(setting));
+        } else if constexpr (std::is_same_v<Value, bool>) {
+          return absl::OkStatus();
+        } else {
+          return bounded(setting.name, static_cast<double>(value), setting.least, setting.most, setting.unit);
+        }
+      },
+      setting.member);
+}
+
+absl::Status precision_check(const WorldSettings& settings) {
   const double limit = precision_limit(settings.precision);
   if (settings.sector_size <= limit) return absl::OkStatus();
   const bool single = settings.precision == Precision::kFloat32;
-  return refused("sector size L = ", settings.sector_size, " m must be at most 2 r / (3 sqrt(3)) = ", limit,
+  return refused("sector_size = ", settings.sector_size, " m must be at most 2 r / (3 sqrt(3)) = ", limit,
                  " m in precision ", name_of(settings.precision), ", where neighbouring numbers are at most ",
                  kResolutionWanted, " m apart up to r = ", limit * 1.5 * std::sqrt(3.0), " m",
-                 single ? "; use a smaller L or precision f64" : "");
-}
-
-absl::Status enumerations_check(const WorldSettings& settings) {
-  if (settings.precision > Precision::kFloat64) {
-    return refused("precision = ", static_cast<int>(settings.precision), " must be f32 or f64");
-  }
-  if (settings.seams > SeamPolicy::kClone) {
-    return refused("seams = ", static_cast<int>(settings.seams), " must be island or clone");
-  }
-  return absl::OkStatus();
-}
-
-absl::Status sleep_check(const WorldSettings& s) {
-  if (absl::Status status = bounded("sleep_linear_speed", s.sleep_linear_speed, 0, kSpeedMax, "m/s");
-      !status.ok()) {
-    return status;
-  }
-  absl::Status status = bounded("sleep_angular_speed", s.sleep_angular_speed, 0, kAngularSpeedMax, "rad/s");
-  if (!status.ok()) return status;
-  return bounded("sleep_after", s.sleep_after, 0, kNoBound, "s");
+                 single ? "; use a smaller sector_size or precision f64" : "");
 }
 
 absl::Status sizes_check(const WorldDescription& world) {
@@ -326,23 +321,10 @@ double precision_limit(Precision precision) {
 
 absl::Status validate(const WorldSettings& settings) {
   const std::string what = "settings";
-  if (absl::Status status = enumerations_check(settings); !status.ok()) return in(what, status);
-  if (absl::Status status = sector_size_check(settings); !status.ok()) return in(what, status);
-  absl::Status status = bounded("time step", settings.time_step, kTimeStepMin, kTimeStepMax, "s");
-  if (!status.ok()) return in(what, status);
-  status = bounded("clone_depth", settings.clone_depth, 0, kCloneDepthMax);
-  if (!status.ok()) return in(what, status);
-  status = bounded("island_cap", settings.island_cap, kIslandCapMin, kIslandCapMax);
-  if (!status.ok()) return in(what, status);
-  status = bounded("solver_iterations", settings.solver_iterations, 1, kSolverIterationsMax);
-  if (!status.ok()) return in(what, status);
-  status = bounded("substeps", settings.substeps, 1, kSubstepsMax);
-  if (!status.ok()) return in(what, status);
-  status = bounded("warm_starting", settings.warm_starting, 0.0, 1.0, "");
-  if (!status.ok()) return in(what, status);
-  status = bounded("split_from", settings.split_from, 0.0, kSplitFromMax, "m");
-  if (!status.ok()) return in(what, status);
-  if (status = sleep_check(settings); !status.ok()) return in(what, status);
+  for (const WorldSetting& setting : kSettings) {
+    if (absl::Status status = within_bounds(setting, settings); !status.ok()) return in(what, status);
+  }
+  if (absl::Status status = precision_check(settings); !status.ok()) return in(what, status);
   return in(what, gravity_check(settings.gravity, settings.sector_size));
 }
 

@@ -71,29 +71,29 @@ std::function<void(WorldDescription&)> set(Change change) {
 
 std::vector<Row> setting_rows() {
   return {
-      {"SectorSizeZero", set([](auto& s) { s.sector_size = 0; }), {"sector size L", "0.5 m"}},
+      {"SectorSizeZero", set([](auto& s) { s.sector_size = 0; }), {"sector_size", "0.5 m"}},
       {"SectorSizeNegative",
        set([](auto& s) { s.sector_size = -128; }),
-       {"sector size L = -128", "at least 0.5"}},
-      {"SectorSizeNan", set([](auto& s) { s.sector_size = kNan; }), {"sector size L", "finite"}},
+       {"sector_size = -128 m", "at least 0.5"}},
+      {"SectorSizeNan", set([](auto& s) { s.sector_size = kNan; }), {"sector_size", "finite"}},
       {"SectorSizeBreaksFloat",
        set([](auto& s) { s.sector_size = 1024; }),
-       {"L = 1024 m", "788.27", "2 r / (3 sqrt(3))", "2048", "0.00012207", "f64"}},
+       {"sector_size = 1024 m", "788.27", "2 r / (3 sqrt(3))", "2048", "0.00012207", "f64"}},
       {"SectorSizeBreaksDouble",
        set([](auto& s) {
          s.precision = Precision::kFloat64;
          s.sector_size = 1e12;
        }),
-       {"L = 1e+12 m", "precision f64", "4.2"}},
+       {"sector_size = 1e+12 m", "precision f64", "4.2"}},
       {"PrecisionUnknown",
        set([](auto& s) { s.precision = static_cast<Precision>(9); }),
        {"precision = 9", "f32 or f64"}},
       {"SeamsUnknown",
        set([](auto& s) { s.seams = static_cast<SeamPolicy>(9); }),
        {"seams = 9", "island or clone"}},
-      {"TimeStepZero", set([](auto& s) { s.time_step = 0; }), {"time step = 0 s", "1e-05 s"}},
-      {"TimeStepNan", set([](auto& s) { s.time_step = kNan; }), {"time step", "finite"}},
-      {"TimeStepLarge", set([](auto& s) { s.time_step = 0.2; }), {"time step = 0.2 s", "at most 0.1 s"}},
+      {"TimeStepZero", set([](auto& s) { s.time_step = 0; }), {"time_step = 0 s", "1e-05 s"}},
+      {"TimeStepNan", set([](auto& s) { s.time_step = kNan; }), {"time_step", "finite"}},
+      {"TimeStepLarge", set([](auto& s) { s.time_step = 0.2; }), {"time_step = 0.2 s", "at most 0.1 s"}},
       {"CloneDepthNegative", set([](auto& s) { s.clone_depth = -1; }), {"clone_depth = -1", "at least 0"}},
       {"CloneDepthLarge", set([](auto& s) { s.clone_depth = 9; }), {"clone_depth = 9", "at most 8"}},
       {"SubstepsZero", set([](auto& s) { s.substeps = 0; }), {"substeps = 0", "at least 1"}},

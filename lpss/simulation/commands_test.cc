@@ -257,7 +257,7 @@ TEST(Edges, ABodyAtTheLastSectorStopsThere) {
   constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
   ASSERT_TRUE(move_by(world, {kLast - 3, 0, 0}).ok());
   auto cluster = cluster_of(world, 2);
-  std::uint32_t stopped = 0;
+  std::uint64_t stopped = 0;
   for (int tick = 0; tick < 60; ++tick) {
     cluster->step();
     stopped += cluster->counts().bodies_stopped;

@@ -18,7 +18,7 @@ TEST(Island, ATowerStandsAcrossASeam) {
   // L = 8: the tower from -1 to 9 m has its seams at z = 4.
   auto cluster = PartitionCluster::create(tower_world(sectors_of(8), 10, {0, 0, -1}), 1);
   ASSERT_TRUE(cluster.ok()) << cluster.status();
-  std::uint32_t across = 0;
+  std::uint64_t across = 0;
   for (int t = 0; t < 600; ++t) {
     (*cluster)->step();
     across = std::max(across, (*cluster)->counts().islands_across_seams);

@@ -33,7 +33,7 @@ TEST(Joints, AChainOverManySectorsSwingsAsInOne) {
   const WorldDescription large = chain_world(sectors_of(128), 10, {0.3, 0.2, 0.4});
   auto over_seams = cluster_of(small, 1);
   auto in_one = cluster_of(large, 1);
-  std::uint32_t across = 0;
+  std::uint64_t across = 0;
   for (int t = 0; t < 60; ++t) {
     over_seams->step();
     in_one->step();
@@ -114,7 +114,7 @@ TEST(Joints, AKinematicParentLeadsFromAnySector) {
 TEST(Coupled, ATowerBeyondTheCapStands) {
   const WorldDescription world = with_cap(tower_world(sectors_of(4), 10, {0, 0, -1}), 3);
   auto cluster = cluster_of(world, 2);
-  std::uint32_t cut = 0;
+  std::uint64_t cut = 0;
   for (int t = 0; t < 600; ++t) {
     cluster->step();
     cut = std::max(cut, cluster->counts().islands_cut);

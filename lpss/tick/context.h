@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "lpss/model/tick_counts.h"
 #include "lpss/partition/partition.h"
 #include "lpss/partition/sectors.h"
 #include "lpss/tick/island_plan.h"
 #include "lpss/tick/messages.h"
-#include "lpss/tick/tick_counts.h"
 
 namespace tessera {
 

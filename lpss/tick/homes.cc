@@ -79,7 +79,7 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
 }
 
 std::uint32_t announce_home_changes(Partition& partition) {
-  std::uint32_t stopped = 0;
+  std::uint64_t stopped = 0;
   for (Sector* sector : partition.active) {
     for (HomeBody* body : sector->homes) {
       if (may_have_moved(*body) && !decide_home(partition, *body)) ++stopped;

@@ -48,7 +48,7 @@ void move_kinematics(Sector& sector, double dt) {
 
 // A body that has left the range in which numbers mean something is stopped where it was last known to be.
 std::uint32_t stop_runaways(Sector& sector) {
-  std::uint32_t stopped = 0;
+  std::uint64_t stopped = 0;
   for (HomeBody* body : sector.homes) {
     SectorWorld& world = *sector.world;
     if (world.activity(body->slot) == Activity::kAsleep) continue;

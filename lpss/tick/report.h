@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "lpss/model/tick_counts.h"
 #include "lpss/partition/partition.h"
-#include "lpss/tick/tick_counts.h"
 
 namespace tessera {
 

@@ -46,41 +46,6 @@ absl::StatusOr<SectorOffset> sector_in(const Element& element, absl::string_view
   return result;
 }
 
-// A knob of the settings, by the name of its element.
-struct Knob {
-  absl::string_view name;
-  std::variant<double*, int*, std::uint32_t*, bool*> value;
-};
-
-// An integer setting, of the range of its type.
-template <typename Integer>
-absl::Status set_integer(const Element& element, double value, Integer& setting) {
-  constexpr double kLeast = std::numeric_limits<Integer>::min();
-  constexpr double kMost = std::numeric_limits<Integer>::max();
-  if (value != std::floor(value) || value < kLeast || value > kMost) {
-    return xml::invalid(element, value, " must be an integer of ", kLeast, " to ", kMost);
-  }
-  setting = static_cast<Integer>(value);
-  return absl::OkStatus();
-}
-
-absl::Status read_knob(const Element& element, const Knob& knob) {
-  if (bool* const* flag = std::get_if<bool*>(&knob.value)) {
-    const absl::StatusOr<bool> value = xml::bool_of(element);
-    if (!value.ok()) return value.status();
-    **flag = *value;
-    return absl::OkStatus();
-  }
-  const absl::StatusOr<double> value = xml::number_of(element);
-  if (!value.ok()) return value.status();
-  if (double* const* number = std::get_if<double*>(&knob.value)) {
-    **number = *value;
-    return absl::OkStatus();
-  }
-  if (int* const* integer = std::get_if<int*>(&knob.value)) return set_integer(element, *value, **integer);
-  return set_integer(element, *value, *std::get<std::uint32_t*>(knob.value));
-}
-
 // One word of two: false for the first, true for the second.
 absl::StatusOr<bool> choice(const Element& element, absl::string_view text, absl::string_view first,
                             absl::string_view second) {
@@ -89,41 +54,12 @@ absl::StatusOr<bool> choice(const Element& element, absl::string_view text, absl
   return xml::invalid(element, "'", text, "' must be ", first, " or ", second);
 }
 
-absl::Status read_setting(const Element& element, WorldSettings& s) {
-  if (xml::is(element, "precision")) {
-    const absl::StatusOr<bool> is_double = choice(element, xml::text_of(element), "f32", "f64");
-    if (!is_double.ok()) return is_double.status();
-    s.precision = *is_double ? Precision::kFloat64 : Precision::kFloat32;
-    return absl::OkStatus();
-  }
-  if (xml::is(element, "seams")) {
-    const absl::StatusOr<bool> clones = choice(element, xml::text_of(element), "island", "clone");
-    if (!clones.ok()) return clones.status();
-    s.seams = *clones ? SeamPolicy::kClone : SeamPolicy::kIsland;
-    return absl::OkStatus();
-  }
-  if (xml::is(element, "shuffle")) {
-    if (absl::SimpleAtoi(xml::text_of(element), &s.shuffle)) return absl::OkStatus();
-    return xml::invalid(element, "'", xml::text_of(element), "' must be an integer of 0 to 2^64 - 1");
-  }
-  const std::array<Knob, 14> knobs = {{{"sector_size", &s.sector_size},
-                                       {"time_step", &s.time_step},
-                                       {"clone_depth", &s.clone_depth},
-                                       {"island_cap", &s.island_cap},
-                                       {"solver_iterations", &s.solver_iterations},
-                                       {"substeps", &s.substeps},
-                                       {"adapt", &s.adapt},
-                                       {"warm_starting", &s.warm_starting},
-                                       {"split_from", &s.split_from},
-                                       {"friction_in_two_directions", &s.friction_in_two_directions},
-                                       {"continuous_collision", &s.continuous_collision},
-                                       {"sleep_linear_speed", &s.sleep_linear_speed},
-                                       {"sleep_angular_speed", &s.sleep_angular_speed},
-                                       {"sleep_after", &s.sleep_after}}};
-  for (const Knob& knob : knobs) {
-    if (xml::is(element, knob.name)) return read_knob(element, knob);
-  }
-  return xml::invalid(element, "there is no such setting");
+absl::Status read_setting(const Element& element, WorldSettings& settings) {
+  const WorldSetting* setting = find_setting(element.Name());
+  if (setting == nullptr) return xml::invalid(element, "there is no such setting");
+  const absl::Status status = set_from_text(*setting, xml::text_of(element), settings);
+  if (!status.ok()) return xml::error_at(element, status.code(), status.message());
+  return absl::OkStatus();
 }
 
 absl::StatusOr<DriveMode> drive_mode(const Element& drive) {

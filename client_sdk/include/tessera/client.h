@@ -27,6 +27,7 @@
 #include <variant>
 #include <vector>
 
+#include "lpss/model/tick_counts.h"
 #include "lpss/model/world_description.h"
 #include "tessera/joints.h"
 #include "tessera/stream.h"
@@ -148,9 +149,7 @@ struct ServerStatus {
   std::uint32_t threads = 0;
   Tick tick = 0;
   std::uint64_t bodies = 0;
-  std::uint64_t sectors = 0;
-  std::uint64_t sectors_awake = 0;
-  std::uint64_t clones = 0;
+  TickCounts counts;  // of its last tick
   std::uint64_t peak_rss_bytes = 0;
   double tick_ms_p50 = 0;
   double tick_ms_p99 = 0;
@@ -167,19 +166,9 @@ struct ClusterStatus {
   double time = 0;  // s, simulated
   double real_time_factor = 0;
   std::uint64_t bodies = 0;
-  std::uint64_t bodies_awake = 0;
-  std::uint64_t bodies_stopped = 0;  // ran out of the range of numbers or sectors
-  std::uint64_t sectors = 0;
-  std::uint64_t clones = 0;
-  std::uint64_t clones_max = 0;
-  std::uint64_t contacts = 0;
-  std::uint64_t islands_across_seams = 0;  // of the last tick
-  std::uint64_t islands_across_seams_max = 0;
-  std::uint64_t islands_shipped = 0;  // of those, over several servers
-  std::uint64_t islands_shipped_max = 0;
-  std::uint64_t islands_cut = 0;  // beyond the cap: coupled pass by pass
-  std::uint64_t islands_cut_max = 0;
-  double tick_ms_p50 = 0;  // of the slowest server of each tick, without pacing
+  TickCounts counts;             // of the last tick
+  TickCounts counts_since_load;  // the most of any tick, or the total: see kTickCounters
+  double tick_ms_p50 = 0;        // of the slowest server of each tick, without pacing
   double tick_ms_p99 = 0;
   double tick_ms_max = 0;
   std::uint64_t map_epoch = 0;

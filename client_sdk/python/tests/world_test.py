@@ -14,10 +14,23 @@ from tessera import command
 EMPTY = """<sdf version="1.9"><world name="empty"><gravity>0 0 -9.81</gravity></world></sdf>"""
 
 
-def test_settings_begin_as_those_of_files_do(tmp_path: Path) -> None:
+def test_settings_begin_as_those_of_files_do(client: tessera.Client, tmp_path: Path) -> None:
     file = tmp_path / "empty.sdf"
     file.write_text(EMPTY)
-    assert tessera.World.read(file).message.settings == tessera.Settings().message()
+    client.load(tessera.World("empty", tessera.Settings()), replace=True)
+    assert client.status().settings == tessera.World.read(file).message.settings
+
+
+def test_settings_are_those_of_the_protocol(client: tessera.Client) -> None:
+    settings = tessera.Settings(precision=tessera.Precision.FLOAT32, substeps=8, adapt=False, sleep_after=0)
+    client.load(tessera.World("flat", settings), replace=True)
+    loaded = client.status().settings
+    assert (loaded.substeps, loaded.adapt, loaded.sleep_after) == (8, False, 0)
+    assert loaded.sector_size == 128
+    with pytest.raises(ValueError, match="no setting 'gravity_z'"):
+        tessera.Settings(gravity_z=-9.81)
+    with pytest.raises(TypeError):
+        tessera.Settings(substeps=0.5)
 
 
 def test_file_is_the_world_that_the_command_line_loads(

@@ -98,14 +98,8 @@ export class Dashboard {
 
   show({status, nodes, answers}, page) {
     const now = performance.now();
-    const shown = [
-      ['bodies', status.bodies],
-      ['awake', status.bodies_awake],
-      ['contacts', status.contacts],
-      ['sectors', status.sectors],
-      ['clones', status.clones],
-      ['stopped', status.bodies_stopped],
-    ];
+    const counted = status.counters.map((name) => [name.replaceAll('_', ' '), status[name]]);
+    const shown = [['bodies', status.bodies], ...counted];
     this.tiles.replaceChildren(...shown.map(([name, value]) => {
       const tile = element('div');
       tile.append(element('b', number(value)), element('small', name));

@@ -50,42 +50,39 @@ class CentralGravity:
     radius: float = 6.371e6
 
 
-@dataclass
-class Settings:
-    """The knobs of a world. Defaults are a good start for bodies of 0.1 to 10 m.
+EARTH = (0.0, 0.0, -9.81)  # m/s^2
 
-    Bounds are checked by the cluster, which names the field.
+
+class Settings:
+    """The settings of a world.
+
+        tessera.Settings(sector_size=64, sleep_after=0, gravity=(0, 0, 0))
+
+    `gravity` is the same acceleration everywhere (m/s^2), or a planet's. The others are the fields of
+    WorldSettings in proto/world.proto; worlds/README.md has their meanings, units and bounds. What is not
+    given has its default, which the cluster knows. Bounds are checked by the cluster, which names the field.
+
+    Raises ValueError for a name that is no setting, TypeError for a value of another kind.
     """
 
-    precision: Precision = Precision.FLOAT32
-    sector_size: float = 128.0  # m, edge of a sector; bounded by the precision
-    time_step: float = 1 / 60  # s, 1e-5 to 0.1
-    gravity: VectorLike | CentralGravity = (0.0, 0.0, -9.81)  # m/s^2
-    seams: SeamPolicy = SeamPolicy.ISLAND
-    clone_depth: int = 1  # of policy CLONE, 0 to 8
-    island_cap: int = 4096  # larger islands across seams are coupled pass by pass
-    shuffle: int = 0  # not 0: a seed; sectors change servers at random
-    solver_iterations: int = 12  # passes over the contacts of an island, 1 to 1000
-    substeps: int = 4  # small steps that these passes are divided among, 1 to 64
-    adapt: bool = True  # fewer of them where an island carries little, more where it carries much
-    warm_starting: float = 0.85  # of Bullet's own solver: share of the last impulses, 0 to 1
-    split_from: float = 0.04  # of Bullet's own solver, m: deeper overlaps leave no velocity
-    friction_in_two_directions: bool = True
-    continuous_collision: bool = True  # sweep bodies that are fast for their size
-    sleep_linear_speed: float = 0.05  # m/s; a body slower than both speeds ...
-    sleep_angular_speed: float = 0.1  # rad/s
-    sleep_after: float = 1.0  # s; ... for this long may sleep. 0: nothing ever sleeps
+    def __init__(self, gravity: VectorLike | CentralGravity = EARTH, **values: float) -> None:
+        self._message = world_pb2.WorldSettings()
+        for name, value in values.items():
+            field = world_pb2.WorldSettings.DESCRIPTOR.fields_by_name.get(name)
+            if field is None or field.message_type is not None:
+                raise ValueError(f"there is no setting {name!r}")
+            setattr(self._message, name, value)
+        if isinstance(gravity, CentralGravity):
+            self._message.central_gravity.centre.CopyFrom(position_message(gravity.centre))
+            self._message.central_gravity.surface = gravity.surface
+            self._message.central_gravity.radius = gravity.radius
+        else:
+            self._message.uniform_gravity.CopyFrom(vector_message(gravity, "gravity"))
 
     def message(self) -> world_pb2.WorldSettings:
-        """The settings on the wire."""
-        values = {name: value for name, value in vars(self).items() if name != "gravity"}
-        result = world_pb2.WorldSettings(**values)
-        if isinstance(self.gravity, CentralGravity):
-            result.central_gravity.centre.CopyFrom(position_message(self.gravity.centre))
-            result.central_gravity.surface = self.gravity.surface
-            result.central_gravity.radius = self.gravity.radius
-        else:
-            result.uniform_gravity.CopyFrom(vector_message(self.gravity, "gravity"))
+        """The settings on the wire: those that were given."""
+        result = world_pb2.WorldSettings()
+        result.CopyFrom(self._message)
         return result
 
 

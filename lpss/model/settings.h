@@ -1,0 +1,125 @@
+// The settings of a world, and the one list of them. What reads, writes, checks or explains settings (world
+// files, JSON, command lines, the wire, validation) goes through the list, so that a new setting is a member
+// and a row here, and a field of v1::WorldSettings.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/strings/string_view.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+
+#include "lpss/grid/world_position.h"
+#include "lpss/model/limits.h"
+#include "lpss/model/precision.h"
+#include "lpss/model/seam_policy.h"
+
+namespace tessera {
+
+// The same acceleration everywhere, in m/s^2.
+struct UniformGravity {
+  Eigen::Vector3d acceleration{0, 0, -9.81};
+};
+
+// A planet: `surface` m/s^2 towards `centre` at `radius` metres from it, falling off with the square of the
+// distance outside and linearly to zero inside.
+struct CentralGravity {
+  WorldPosition centre;
+  double surface = 9.81;
+  double radius = 6.371e6;
+};
+
+using Gravity = std::variant<UniformGravity, CentralGravity>;
+
+// Meanings, units and bounds: kSettings. Defaults are a good start for bodies of 0.1 to 10 m.
+struct WorldSettings {
+  Precision precision = Precision::kFloat32;
+  double sector_size = 128;
+  double time_step = 1.0 / 60;
+  SeamPolicy seams = SeamPolicy::kIsland;
+  int clone_depth = 1;
+  std::uint32_t island_cap = 4096;
+  std::uint64_t shuffle = 0;
+  int solver_iterations = 12;
+  int substeps = 4;
+  bool adapt = true;
+  double warm_starting = 0.85;
+  double split_from = 0.04;
+  bool friction_in_two_directions = true;
+  bool continuous_collision = true;
+  double sleep_linear_speed = 0.05;
+  double sleep_angular_speed = 0.1;
+  double sleep_after = 1.0;
+  Gravity gravity;  // no scalar, and not in the list: files, messages and JSON have ways of their own for it
+};
+
+// One setting: the name that it has in files, flags, JSON and messages, and what it may be.
+struct WorldSetting {
+  using Member = std::variant<bool WorldSettings::*, int WorldSettings::*, std::uint32_t WorldSettings::*,
+                              std::uint64_t WorldSettings::*, double WorldSettings::*,
+                              Precision WorldSettings::*, SeamPolicy WorldSettings::*>;
+
+  const char* name;
+  Member member;
+  const char* unit;  // empty: none
+  double least = 0;  // of numbers: the bounds, both included
+  double most = kNoBound;
+  const char* help;
+};
+
+// clang-format off
+inline constexpr auto kSettings = std::to_array<WorldSetting>({
+    {"sector_size", &WorldSettings::sector_size, "m", kSectorSizeMin, kNoBound,
+     "edge L of a sector; at most 788 m in f32 and 4.2e11 m in f64"},
+    {"precision", &WorldSettings::precision, "", 0, 0, "numbers of the physics engine"},
+    {"time_step", &WorldSettings::time_step, "s", kTimeStepMin, kTimeStepMax, "simulated time of a tick"},
+    {"seams", &WorldSettings::seams, "", 0, 0,
+     "at borders, solve each island as a unit (`island`), or let every sector solve its own bodies and clones of "
+     "others, as the paper does (`clone`)"},
+    {"clone_depth", &WorldSettings::clone_depth, "contacts", 0, kCloneDepthMax,
+     "with `clone`: how far into a pile clones reach; 1 is the paper, 0 is no clones at all"},
+    {"island_cap", &WorldSettings::island_cap, "bodies", kIslandCapMin, kIslandCapMax,
+     "with `island`: larger islands across seams are coupled pass by pass instead of being solved as a unit"},
+    {"shuffle", &WorldSettings::shuffle, "", 0, kNoBound,
+     "a seed, for tests: sectors change servers, and islands their solvers, at random; 0: never"},
+    {"solver_iterations", &WorldSettings::solver_iterations, "", 1, kSolverIterationsMax,
+     "passes over the contacts and joints of an island; more is stiffer and slower"},
+    {"substeps", &WorldSettings::substeps, "", 1, kSubstepsMax,
+     "small steps of a tick that those passes are divided among, two each at least; 1 is Bullet's own solver"},
+    {"adapt", &WorldSettings::adapt, "", 0, 0,
+     "an island in which nothing carries more than its own weight takes half as many small steps, one in which "
+     "something carries more than twenty times its own takes twice as many, or more"},
+    {"warm_starting", &WorldSettings::warm_starting, "", 0, 1,
+     "with 1 substep: share of the last tick's impulses that the solver starts from"},
+    {"split_from", &WorldSettings::split_from, "m", 0, kSplitFromMax,
+     "with 1 substep: deeper overlaps are pushed apart without a lasting velocity"},
+    {"friction_in_two_directions", &WorldSettings::friction_in_two_directions, "", 0, 0,
+     "a stack drifts far less, for about 1.3 times the solver's time"},
+    {"continuous_collision", &WorldSettings::continuous_collision, "", 0, 0,
+     "sweep bodies that move farther in a tick than they are thick"},
+    {"sleep_linear_speed", &WorldSettings::sleep_linear_speed, "m/s", 0, kSpeedMax,
+     "a body slower than this and `sleep_angular_speed` for `sleep_after` may sleep"},
+    {"sleep_angular_speed", &WorldSettings::sleep_angular_speed, "rad/s", 0, kAngularSpeedMax,
+     "see `sleep_linear_speed`"},
+    {"sleep_after", &WorldSettings::sleep_after, "s", 0, kNoBound,
+     "see `sleep_linear_speed`; 0: nothing ever sleeps"},
+});
+// clang-format on
+
+// Null where there is none of that name.
+const WorldSetting* find_setting(absl::string_view name);
+
+// Reads a value as files and command lines write it: true or false, a number, a word. INVALID_ARGUMENT with
+// what it must be for text of another kind; bounds are the business of validate().
+absl::Status set_from_text(const WorldSetting& setting, absl::string_view text, WorldSettings& settings);
+
+// The value as set_from_text() takes it, numbers with six digits.
+std::string text_of(const WorldSetting& setting, const WorldSettings& settings);
+
+// What the setting may be: "1 to 64", "true or false".
+std::string bounds_of(const WorldSetting& setting);
+
+}  // namespace tessera

@@ -1,0 +1,119 @@
+// The settings of a world as a message: by the fields of the names that kSettings has.
+#include <absl/strings/str_cat.h>
+#include <google/protobuf/descriptor.h>
+
+#include <algorithm>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include "lpss/base/invariant.h"
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Reflection;
+
+template <typename... Args>
+absl::Status refused(const Args&... args) {
+  return absl::InvalidArgumentError(absl::StrCat(args...));
+}
+
+const FieldDescriptor& field_of(const WorldSetting& setting) {
+  const FieldDescriptor* field = v1::WorldSettings::descriptor()->FindFieldByName(setting.name);
+  invariant(field != nullptr, "every setting is a field of v1::WorldSettings");
+  return *field;
+}
+
+template <typename Value>
+void write(Value value, const FieldDescriptor& field, v1::WorldSettings& message) {
+  const Reflection& reflection = *message.GetReflection();
+  if constexpr (std::is_enum_v<Value>) {
+    reflection.SetEnumValue(&message, &field, static_cast<int>(value));
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    reflection.SetBool(&message, &field, value);
+  } else if constexpr (std::is_same_v<Value, double>) {
+    reflection.SetDouble(&message, &field, value);
+  } else if constexpr (std::is_same_v<Value, std::uint64_t>) {
+    reflection.SetUInt64(&message, &field, value);
+  } else {
+    reflection.SetUInt32(&message, &field, static_cast<std::uint32_t>(value));
+  }
+}
+
+template <typename Value>
+absl::Status read(const v1::WorldSettings& message, const FieldDescriptor& field, Value& value) {
+  const Reflection& reflection = *message.GetReflection();
+  if constexpr (std::is_enum_v<Value>) {
+    const int number = reflection.GetEnumValue(message, &field);
+    const auto found =
+        std::ranges::find(all_of(value), number, [](Value one) { return static_cast<int>(one); });
+    if (found == all_of(value).end()) return refused(field.name(), " = ", number, " is none of its values");
+    value = *found;
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    value = reflection.GetBool(message, &field);
+  } else if constexpr (std::is_same_v<Value, double>) {
+    value = reflection.GetDouble(message, &field);
+  } else if constexpr (std::is_same_v<Value, std::uint64_t>) {
+    value = reflection.GetUInt64(message, &field);
+  } else {
+    const std::uint32_t number = reflection.GetUInt32(message, &field);
+    constexpr Value kMost = std::numeric_limits<Value>::max();
+    if (number > static_cast<std::uint32_t>(kMost))
+      return refused(field.name(), " = ", number, " must be at most ", kMost);
+    value = static_cast<Value>(number);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Gravity> gravity(const v1::WorldSettings& settings) {
+  switch (settings.gravity_case()) {
+    case v1::WorldSettings::kUniformGravity:
+      return UniformGravity{from_proto(settings.uniform_gravity())};
+    case v1::WorldSettings::kCentralGravity: {
+      const v1::CentralGravity& planet = settings.central_gravity();
+      return CentralGravity{from_proto(planet.centre()), planet.surface(), planet.radius()};
+    }
+    case v1::WorldSettings::GRAVITY_NOT_SET:
+      break;
+  }
+  return refused("gravity must be set, uniform or central");
+}
+
+}  // namespace
+
+v1::WorldSettings to_proto(const WorldSettings& settings) {
+  v1::WorldSettings result;
+  for (const WorldSetting& setting : kSettings) {
+    const FieldDescriptor& field = field_of(setting);
+    std::visit([&](const auto member) { write(settings.*member, field, result); }, setting.member);
+  }
+  if (const auto* uniform = std::get_if<UniformGravity>(&settings.gravity)) {
+    *result.mutable_uniform_gravity() = to_proto(uniform->acceleration);
+  } else {
+    const CentralGravity& planet = std::get<CentralGravity>(settings.gravity);
+    *result.mutable_central_gravity()->mutable_centre() = to_proto(planet.centre);
+    result.mutable_central_gravity()->set_surface(planet.surface);
+    result.mutable_central_gravity()->set_radius(planet.radius);
+  }
+  return result;
+}
+
+absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& message) {
+  WorldSettings result;
+  for (const WorldSetting& setting : kSettings) {
+    const FieldDescriptor& field = field_of(setting);
+    if (!message.GetReflection()->HasField(message, &field)) continue;
+    const absl::Status status =
+        std::visit([&](const auto member) { return read(message, field, result.*member); }, setting.member);
+    if (!status.ok()) return status;
+  }
+  absl::StatusOr<Gravity> pull = gravity(message);
+  if (!pull.ok()) return pull.status();
+  result.gravity = *std::move(pull);
+  return result;
+}
+
+}  // namespace tessera
