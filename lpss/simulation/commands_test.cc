@@ -55,6 +55,24 @@ TEST(Commands, EveryKindGivesTheSameBitsOnOneShareAndOnThree) {
   EXPECT_TRUE(one->body(BodyId{1000}).ok());
 }
 
+// No coordinate of the place is a float: the clones of the tick must not be nearer to it than the body
+// itself.
+TEST(Commands, ATeleportIntoOthersAcrossSeamsGivesTheSameBitsOnOnePartitionAndOnThree) {
+  const WorldDescription world = pile_world(sectors_of(8), 40);
+  BodyState state;
+  state.position = {3.2135660283676728, -3.6648533471311309, -1.827331013592072};
+  const Command jump = Teleport{BodyId{10}, {0, 1, 1}, state};
+  auto one = cluster_of(world, 1);
+  auto three = cluster_of(world, 3);
+  for (int tick = 1; tick <= 15; ++tick) {
+    const std::vector<Command> commands(tick == 12 ? 1 : 0, jump);
+    one->step(commands);
+    three->step(commands);
+    ASSERT_EQ(one->hash(), three->hash()) << "tick " << tick;
+    if (tick == 12) EXPECT_EQ(three->counts().islands_shipped, 1u);
+  }
+}
+
 TEST(Commands, ABodyWhoseSupportIsTakenAwayWakesAndFalls) {
   WorldBuilder builder(sectors_of(8));
   builder.add_floor(20, 0);

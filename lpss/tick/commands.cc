@@ -61,9 +61,10 @@ void teleport(Partition& partition, const Teleport& jump, std::vector<HomeChange
       body.replicated_in;  // of the old home; move_homes(partition) needs them to tell who had clones
   handover.known_everywhere = body.known_everywhere;
   const SectorIndex old_home = body.sector->index;
+  // The state as the engine rounds it: clones have to be where the body will be, to the bit.
+  body.sector->world->set_state(body.slot, jump.state);
   handover.record = remove_home(partition, body);
   handover.record.home = jump.home;
-  handover.record.state = jump.state;
   changes.push_back({std::move(handover), old_home});
 }
 
