@@ -53,6 +53,8 @@ class LocalCluster {
   // Of the server that was started as number `place`, from 0 on.
   pid_t server(std::size_t place) const { return daemons_.at(place + 1).pid(); }
   std::vector<pid_t> processes() const;
+  // What the coordinator has said so far.
+  std::filesystem::path coordinator_log() const { return folder_ / "coordinator-0.log"; }
   // The options by which one more daemon would join this cluster.
   std::vector<std::string> identity() const { return {"--cluster", cluster_, "--domain", domain_}; }
 

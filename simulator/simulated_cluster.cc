@@ -7,10 +7,15 @@
 namespace tessera {
 namespace {
 
-CoordinatorOptions options_for(std::uint32_t servers) {
-  CoordinatorOptions options;
-  options.servers_wanted = servers;
-  return options;
+// Its timers are those of the faults.
+constexpr NodeId kFaultsNode{2};
+constexpr NodeId kFirstServer{100};
+
+CoordinatorOptions options_for(std::uint32_t servers, const SimulatedClusterOptions& options) {
+  CoordinatorOptions coordinator;
+  coordinator.servers_wanted = servers;
+  coordinator.inputs = options.inputs;
+  return coordinator;
 }
 
 v1::ClusterMessage parsed(const Delivery& delivery) {
@@ -22,13 +27,13 @@ v1::ClusterMessage parsed(const Delivery& delivery) {
 }  // namespace
 
 SimulatedCluster::SimulatedCluster(std::uint64_t seed, std::uint32_t servers, Precision precision,
-                                   const SimOptions& network)
-    : network_(seed, network),
-      coordinator_(options_for(servers)),
+                                   const SimulatedClusterOptions& given)
+    : network_(seed, given.network),
+      coordinator_(options_for(servers, given)),
       coordinator_link_(network_.connect(kCoordinatorNode)) {
   for (std::uint32_t i = 0; i < servers; ++i) {
     Server server;
-    server.node = NodeId{100 + i};
+    server.node = NodeId{kFirstServer.value + i};
     server.link = network_.connect(server.node);
     SectorServerOptions options;
     options.precision = precision;
@@ -65,7 +70,9 @@ void SimulatedCluster::run_coordinator() {
   keep_timer(kCoordinatorNode, coordinator_timer_ns_, coordinator_.next_deadline());
 }
 
+// A machine that has finished stays where it is, deaf and dumb: its last message may still be on its way.
 void SimulatedCluster::run_server(Server& server) {
+  if (server.machine->finished()) return;
   for (const Delivery& delivery : server.link->receive({})) {
     server.machine->receive(delivery.from, parsed(delivery), now());
   }
@@ -82,17 +89,63 @@ bool SimulatedCluster::run_one_event() {
   if (!event) return false;
   ++events_;
   const bool is_timer = event->kind == SimEvent::Kind::kTimer;
+  const bool is_loss = event->kind == SimEvent::Kind::kLoss;
+  if (event->node == kFaultsNode) {
+    run_faults();
+    return true;
+  }
   if (event->node == kCoordinatorNode) {
     if (is_timer) coordinator_timer_ns_ = 0;
+    if (is_loss) coordinator_.suspect(event->peer, now());
     run_coordinator();
     return true;
   }
   for (Server& server : servers_) {
     if (server.node != event->node) continue;
     if (is_timer) server.timer_ns = 0;
+    if (is_loss) server.machine->suspect(event->peer, now());
     run_server(server);
   }
   return true;
+}
+
+void SimulatedCluster::run_events(std::uint64_t count) {
+  while (count > 0 && run_one_event()) --count;
+}
+
+void SimulatedCluster::meet(const FaultSchedule& faults) {
+  const auto plan = [this, start_ns = network_.now_ns()](std::uint64_t time_ns, std::function<void()> fault) {
+    faults_.emplace(start_ns + time_ns, std::move(fault));
+    network_.set_timer(kFaultsNode, start_ns + time_ns);
+  };
+  for (const FaultSchedule::Cut& cut : faults.cuts) {
+    plan(cut.begin_ns, [this, cut] { network_.cut(cut.node, cut.peer); });
+    plan(cut.end_ns, [this, cut] { network_.heal(cut.node, cut.peer); });
+  }
+  for (const FaultSchedule::Crash& crash : faults.crashes) {
+    plan(crash.time_ns, [this, crash] { network_.kill(crash.node); });
+  }
+}
+
+void SimulatedCluster::run_faults() {
+  while (!faults_.empty() && faults_.begin()->first <= network_.now_ns()) {
+    faults_.extract(faults_.begin()).mapped()();
+  }
+}
+
+void SimulatedCluster::outlast_faults() {
+  while (!faults_.empty() && run_one_event()) {
+  }
+}
+
+std::vector<NodeId> SimulatedCluster::servers() const {
+  std::vector<NodeId> nodes;
+  for (const Server& server : servers_) nodes.push_back(server.node);
+  return nodes;
+}
+
+std::optional<absl::Status> SimulatedCluster::end_of(NodeId server) const {
+  return servers_.at(server.value - kFirstServer.value).machine->finished();
 }
 
 absl::Status SimulatedCluster::load(const WorldDescription& world) {

@@ -6,25 +6,37 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
-#include <span>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "coordinator/coordinator.h"
 #include "lpss/model/world_description.h"
 #include "lpss/tick/messages.h"
 #include "sector_server/sector_server.h"
+#include "simulator/fault_schedule.h"
 #include "transport/sim_network.h"
 
 namespace tessera {
 
+struct SimulatedClusterOptions {
+  SimOptions network{.lease_ns = 1'000'000'000};
+  InputSink inputs;  // as CoordinatorOptions::inputs
+};
+
 class SimulatedCluster {
  public:
+  // What a client waits for.
+  template <typename Answer>
+  using Pending = std::shared_ptr<const std::optional<absl::StatusOr<Answer>>>;
+
   // A coordinator and `servers` sector servers of the world's precision; the seed decides when each message
   // arrives. Nothing is loaded yet.
   SimulatedCluster(std::uint64_t seed, std::uint32_t servers, Precision precision,
-                   const SimOptions& network = {});
+                   const SimulatedClusterOptions& options = {});
   ~SimulatedCluster();
 
   // Asked before each event from now on: true ends the call that waits with CANCELLED.
@@ -38,10 +50,28 @@ class SimulatedCluster {
 
   // Any other request.
   template <typename Request, typename Answer>
-  absl::StatusOr<Answer> call(Request request);
+  absl::StatusOr<Answer> call(Request request) {
+    return wait<Answer>(post<Request, Answer>(std::move(request)));
+  }
 
+  // The same in two parts, between which others may call. `wait` as above.
+  template <typename Request, typename Answer>
+  Pending<Answer> post(Request request);
+  template <typename Answer>
+  absl::StatusOr<Answer> wait(const Pending<Answer>& pending);
+
+  // Lets at most so many events happen.
+  void run_events(std::uint64_t count);
+
+  // From now on these faults happen in their time.
+  void meet(const FaultSchedule& faults);
+  // Runs until the last of them is over.
+  void outlast_faults();
+
+  std::vector<NodeId> servers() const;
+  // Why a server has ended by itself; nothing while it runs, and of one that has crashed.
+  std::optional<absl::Status> end_of(NodeId server) const;
   SimNetwork& network() { return network_; }
-  NodeId server_node(std::uint32_t i) const { return servers_.at(i).node; }
   std::uint64_t events() const { return events_; }
 
  private:
@@ -54,6 +84,7 @@ class SimulatedCluster {
 
   Nanoseconds now() const { return Nanoseconds(static_cast<std::int64_t>(network_.now_ns())); }
   bool run_one_event();
+  void run_faults();
   void run_coordinator();
   void run_server(Server& server);
   void keep_timer(NodeId node, std::uint64_t& timer_ns, std::optional<Nanoseconds> deadline);
@@ -63,16 +94,16 @@ class SimulatedCluster {
   std::unique_ptr<Link> coordinator_link_;
   std::uint64_t coordinator_timer_ns_ = 0;
   std::vector<Server> servers_;
+  std::multimap<std::uint64_t, std::function<void()>> faults_;  // by time: the beginnings and ends to come
   std::uint64_t events_ = 0;
   std::function<bool()> is_ended_ = [] { return false; };
 };
 
 template <typename Request, typename Answer>
-absl::StatusOr<Answer> SimulatedCluster::call(Request request) {
-  constexpr std::uint64_t kEventsMax = 20'000'000;
-  const auto result = std::make_shared<std::optional<absl::StatusOr<Answer>>>();  // may come after the call
+SimulatedCluster::Pending<Answer> SimulatedCluster::post(Request request) {
+  const auto result = std::make_shared<std::optional<absl::StatusOr<Answer>>>();
   coordinator_.handle(ClientCall<Request, Answer>{std::move(request),
-                                                  [result](absl::Status status, const Answer& answer) {
+                                                  [result](const absl::Status& status, const Answer& answer) {
                                                     if (status.ok()) {
                                                       *result = answer;
                                                     } else {
@@ -81,13 +112,19 @@ absl::StatusOr<Answer> SimulatedCluster::call(Request request) {
                                                   }},
                       now());
   run_coordinator();
+  return result;
+}
+
+template <typename Answer>
+absl::StatusOr<Answer> SimulatedCluster::wait(const Pending<Answer>& pending) {
+  constexpr std::uint64_t kEventsMax = 20'000'000;
   const std::uint64_t last = events_ + kEventsMax;
-  while (!*result && events_ < last) {
+  while (!*pending && events_ < last) {
     if (is_ended_()) return absl::CancelledError("interrupted");
     if (!run_one_event()) break;
   }
-  if (!*result) return absl::DeadlineExceededError("the simulated cluster came to a halt without an answer");
-  return **std::move(result);
+  if (!*pending) return absl::DeadlineExceededError("the simulated cluster came to a halt without an answer");
+  return **pending;
 }
 
 }  // namespace tessera

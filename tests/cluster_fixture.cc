@@ -1,13 +1,17 @@
 #include "tests/cluster_fixture.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
 #include <absl/time/clock.h>
 #include <signal.h>
 #include <sys/inotify.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <system_error>
 
@@ -37,6 +41,34 @@ class TemporaryFolder : public ::testing::Environment {
 
 const ::testing::Environment* const temporary_folder =
     ::testing::AddGlobalTestEnvironment(new TemporaryFolder);
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+// Waits until the text of the file is as wanted, or its writer has ended: a descriptor that is readable then,
+// or -1. Whether it is.
+bool await_text(const std::filesystem::path& file, int writer,
+                const std::function<bool(const std::string&)>& wanted) {
+  const int inotify = inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
+  inotify_add_watch(inotify, file.parent_path().c_str(), IN_MODIFY | IN_CREATE);
+  std::vector<int> descriptors = {inotify};
+  if (writer >= 0) descriptors.push_back(writer);
+  const absl::Time deadline = absl::Now() + kPatience;
+  bool is_wanted = false;
+  for (bool ended = false; !ended;) {
+    ended = absl::Now() > deadline || (writer >= 0 && cli::wait_readable({writer}, absl::ZeroDuration()));
+    is_wanted = wanted(text_of(file));
+    if (is_wanted || ended) break;
+    cli::wait_readable(descriptors, deadline - absl::Now());
+    char events[4096];
+    while (read(inotify, events, sizeof events) > 0) {
+    }
+  }
+  close(inotify);
+  return is_wanted;
+}
 
 }  // namespace
 
@@ -97,6 +129,21 @@ Cluster start_cluster(int servers, const cli::LocalClusterOptions& given) {
   return {*std::move(processes), *std::move(client)};
 }
 
+bool await_log(const Cluster& cluster, const std::string& text) {
+  return await_text(cluster.processes->coordinator_log(), -1,
+                    [&](const std::string& log) { return log.find(text) != std::string::npos; });
+}
+
+bool await_joined(const Cluster& cluster, int servers) {
+  return await_text(cluster.processes->coordinator_log(), -1, [servers](const std::string& log) {
+    const std::vector<std::string> lines = absl::StrSplit(log, '\n');
+    const auto is_join = [](const std::string& line) {
+      return absl::StrContains(line, " joined, precision ");
+    };
+    return std::count_if(lines.begin(), lines.end(), is_join) >= servers;
+  });
+}
+
 std::set<std::string> shared_memory() {
   std::set<std::string> names;
   std::error_code error;
@@ -110,6 +157,25 @@ bool runs(pid_t process) { return kill(process, 0) == 0; }
 std::vector<pid_t> children_of(pid_t process) {
   std::ifstream file(absl::StrCat("/proc/", process, "/task/", process, "/children"));
   return {std::istream_iterator<pid_t>(file), std::istream_iterator<pid_t>()};
+}
+
+std::string name_of(pid_t process) {
+  std::string name = text_of(absl::StrCat("/proc/", process, "/comm"));
+  if (name.ends_with('\n')) name.pop_back();
+  return name;
+}
+
+Processes::Processes(std::vector<pid_t> ids) : ids_(std::move(ids)) {
+  for (const pid_t id : ids_) descriptors_.push_back(cli::open_process(id));
+}
+
+Processes::~Processes() {
+  for (const int descriptor : descriptors_) close(descriptor);
+}
+
+bool Processes::await_end() const {
+  return std::all_of(descriptors_.begin(), descriptors_.end(),
+                     [](int descriptor) { return cli::wait_readable({descriptor}, kPatience); });
 }
 
 Program::Program(const std::string& name, const std::vector<std::string>& arguments)
@@ -135,27 +201,11 @@ int Program::wait() {
 }
 
 bool Program::await_output(const std::string& text) {
-  const int inotify = inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
-  inotify_add_watch(inotify, folder_.c_str(), IN_MODIFY | IN_CREATE);
-  const absl::Time deadline = absl::Now() + kPatience;
-  bool said = false;
-  for (bool ended = false; !ended;) {
-    ended = process_->ended().has_value() || absl::Now() > deadline;
-    said = output().find(text) != std::string::npos;
-    if (said || ended) break;
-    cli::wait_readable({inotify, process_->descriptor()}, deadline - absl::Now());
-    char events[4096];
-    while (read(inotify, events, sizeof events) > 0) {
-    }
-  }
-  close(inotify);
-  return said;
+  return await_text(folder_ / "output", process_->descriptor(),
+                    [&](const std::string& output) { return output.find(text) != std::string::npos; });
 }
 
-std::string Program::output() const {
-  std::ifstream file(folder_ / "output");
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
+std::string Program::output() const { return text_of(folder_ / "output"); }
 
 Outcome run_tessera(const std::vector<std::string>& arguments) {
   Program program("tessera", arguments);

@@ -41,10 +41,32 @@ struct Cluster {
 // Fails the test, and gives nothing, where it cannot be started.
 Cluster start_cluster(int servers, const cli::LocalClusterOptions& options = {});
 
+// Waits until the coordinator has logged something that contains `text`. Whether it has.
+bool await_log(const Cluster& cluster, const std::string& text);
+// Waits until so many servers in all have joined, one after the other.
+bool await_joined(const Cluster& cluster, int servers);
+
 // The name of every file in /dev/shm.
 std::set<std::string> shared_memory();
 bool runs(pid_t process);
 std::vector<pid_t> children_of(pid_t process);
+std::string name_of(pid_t process);  // the first 15 characters of its program's
+
+// Processes that may be nobody's children any more.
+class Processes {
+ public:
+  explicit Processes(std::vector<pid_t> ids);
+  Processes(const Processes&) = delete;
+  ~Processes();
+
+  const std::vector<pid_t>& ids() const { return ids_; }
+  // Waits until all have ended. Whether they have.
+  bool await_end() const;
+
+ private:
+  std::vector<pid_t> ids_;
+  std::vector<int> descriptors_;
+};
 
 // A program of the project, beside this one, with its output in a file of its own.
 class Program {

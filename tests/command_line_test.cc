@@ -40,7 +40,7 @@ class RunTest : public ::testing::Test {
 TEST_F(RunTest, ReportsTheSameFieldsWithAndWithoutServers) {
   const std::string world = world_file("seam.sdf").string();
   const nlohmann::json alone = run({world, "--in-process", "--seconds", "1"});
-  const nlohmann::json cluster = run({world, "--servers", "2", "--seconds", "1"});
+  const nlohmann::json cluster = run({world, "--servers", "3", "--seconds", "1"});
   for (const char* field :
        {"world_hash", "ticks", "bodies", "sectors", "clones_max", "islands_across_seams", "islands_shipped",
         "islands_cut", "bodies_stopped", "settings", "real_time_factor", "tick_ms", "peak_rss_mb", "servers",
@@ -57,7 +57,7 @@ TEST_F(RunTest, ReportsTheSameFieldsWithAndWithoutServers) {
   EXPECT_EQ(alone["ticks"], 60);
   EXPECT_GT(alone["islands_across_seams"].get<int>(), 0);
   EXPECT_EQ(alone["islands_shipped"], 0);
-  EXPECT_LE(cluster["islands_shipped"].get<int>(), cluster["islands_across_seams"].get<int>());
+  EXPECT_GT(cluster["islands_shipped"].get<int>(), 0) << "both towers stand on borders between servers";
 }
 
 TEST_F(RunTest, ProvesItself) {

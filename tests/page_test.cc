@@ -18,11 +18,11 @@ TEST(PageTest, UpWithAWorldNamesItsPageAndEndsWithIt) {
                          "127.0.0.1:0", "--page", "127.0.0.1:0"});
   ASSERT_TRUE(up.await_output("11 bodies in 1 sectors, paused")) << up.output();
   EXPECT_THAT(up.output(), HasSubstr("see it in a browser: http://127.0.0.1:"));
-  const std::vector<pid_t> children = children_of(up.process().pid());
-  EXPECT_EQ(children.size(), 4u);  // coordinator, two servers, page
+  Processes children(children_of(up.process().pid()));
+  EXPECT_EQ(children.ids().size(), 4u);  // coordinator, two servers, page
   up.process().signal(SIGINT);
   EXPECT_EQ(up.wait(), 0) << up.output();
-  for (const pid_t child : children) EXPECT_FALSE(runs(child));
+  EXPECT_TRUE(children.await_end());
 }
 
 TEST(PageTest, ClusterGoesOnWithoutItsPage) {
@@ -30,8 +30,10 @@ TEST(PageTest, ClusterGoesOnWithoutItsPage) {
   ASSERT_TRUE(up.await_output("try: tessera load")) << up.output();
   const std::vector<pid_t> children = children_of(up.process().pid());
   ASSERT_EQ(children.size(), 4u);
-  const pid_t page = *std::max_element(children.begin(), children.end());  // the last that was started
-  kill(page, SIGKILL);
+  const auto page = std::find_if(children.begin(), children.end(),
+                                 [](pid_t child) { return name_of(child) == "tessera-viewer"; });
+  ASSERT_NE(page, children.end());
+  kill(*page, SIGKILL);
   ASSERT_TRUE(up.await_output("the page is lost; the cluster goes on: tessera-viewer")) << up.output();
   up.process().signal(SIGINT);
   EXPECT_EQ(up.wait(), 0) << up.output();

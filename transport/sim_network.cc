@@ -14,7 +14,8 @@
 namespace tessera {
 namespace {
 
-// A message or a timer under way. `order` tells events of the same moment apart: first set, first run.
+// A message, a timer or the news of a loss under way. `order` tells events of the same moment apart: first
+// set, first run.
 struct Pending {
   std::uint64_t time_ns = 0;
   std::uint64_t order = 0;
@@ -24,6 +25,7 @@ struct Pending {
   // Which life of `from` and `to` this belongs to: a restarted node does not inherit it.
   std::uint64_t from_life = 0;
   std::uint64_t to_life = 0;
+  std::uint64_t cut = 0;  // of a loss: the cut that it follows from; 0 where `from` was killed
   std::string payload;
 };
 
@@ -39,6 +41,11 @@ struct Node {
   std::uint64_t life = 0;
   bool running = false;
   std::vector<Delivery> inbox;
+};
+
+struct Cut {
+  std::uint64_t number = 0;  // from 1: the same link may be cut again
+  std::vector<Pending> held;
 };
 
 using Pair = std::pair<NodeId, NodeId>;
@@ -74,6 +81,9 @@ class SimNetwork::State {
     node.inbox.clear();
     waiting_.erase(id);
     dead_.insert(id);
+    for (const auto& [other, witness] : nodes_) {
+      if (witness.running) announce_loss(id, other, 0);
+    }
   }
 
   void kill_life(NodeId id, std::uint64_t life) {
@@ -113,12 +123,18 @@ class SimNetwork::State {
                         .to_life = life});
   }
 
-  void cut(NodeId a, NodeId b) { cut_.try_emplace(unordered(a, b)); }
+  void cut(NodeId a, NodeId b) {
+    const auto [cut, is_new] = cuts_.try_emplace(unordered(a, b));
+    if (!is_new) return;
+    cut->second.number = ++last_cut_;
+    announce_loss(a, b, last_cut_);
+    announce_loss(b, a, last_cut_);
+  }
 
   void heal(NodeId a, NodeId b) {
-    auto held = cut_.extract(unordered(a, b));
-    if (held.empty()) return;
-    for (Pending& message : held.mapped()) set_out(std::move(message));
+    auto healed = cuts_.extract(unordered(a, b));
+    if (healed.empty()) return;
+    for (Pending& message : healed.mapped().held) set_out(std::move(message));
   }
 
   std::optional<SimEvent> step() {
@@ -127,15 +143,18 @@ class SimNetwork::State {
       Pending next = std::move(const_cast<Pending&>(queue_.top()));
       queue_.pop();
       if (!lives(next.from, next.from_life) || !lives(next.to, next.to_life)) continue;
+      const auto cut = cuts_.find(unordered(next.from, next.to));
+      const bool is_loss = next.kind == SimEvent::Kind::kLoss;
+      if (is_loss && next.cut != 0 && (cut == cuts_.end() || cut->second.number != next.cut)) continue;
       if (next.kind == SimEvent::Kind::kDelivery) {
-        if (auto held = cut_.find(unordered(next.from, next.to)); held != cut_.end()) {
-          held->second.push_back(std::move(next));
+        if (cut != cuts_.end()) {
+          cut->second.held.push_back(std::move(next));
           continue;
         }
         nodes_[next.to].inbox.push_back({next.from, std::move(next.payload)});
       }
       now_ns_ = next.time_ns;
-      return SimEvent{now_ns_, next.to, next.kind};
+      return SimEvent{now_ns_, next.to, next.kind, is_loss ? next.from : NodeId{}};
     }
     return std::nullopt;
   }
@@ -153,6 +172,18 @@ class SimNetwork::State {
   std::uint64_t draw_delay_ns() {
     const std::uint64_t span = options_.delay_ns_max - options_.delay_ns_min + 1;
     return options_.delay_ns_min + (span == 0 ? engine_() : engine_() % span);
+  }
+
+  void announce_loss(NodeId lost, NodeId to, std::uint64_t cut) {
+    if (options_.lease_ns == 0) return;
+    queue_.push(Pending{.time_ns = now_ns_ + options_.lease_ns,
+                        .order = next_order_++,
+                        .kind = SimEvent::Kind::kLoss,
+                        .from = lost,
+                        .to = to,
+                        .from_life = nodes_[lost].life,
+                        .to_life = nodes_[to].life,
+                        .cut = cut});
   }
 
   void set_out(Pending message) {
@@ -175,8 +206,8 @@ class SimNetwork::State {
   std::set<NodeId> dead_;
   // Messages to nodes that have not started yet, in order of sending.
   std::map<NodeId, std::vector<Pending>> waiting_;
-  // The links that are cut, with what they hold back.
-  std::map<Pair, std::vector<Pending>> cut_;
+  std::map<Pair, Cut> cuts_;  // the links that are cut, with what they hold back
+  std::uint64_t last_cut_ = 0;
   std::map<Pair, std::uint64_t> newest_ns_;
 };
 

@@ -19,15 +19,21 @@ struct SimOptions {
   // True: a message may overtake another of the same pair of nodes, as Link permits. False: each pair keeps
   // its order.
   bool reorder = true;
+
+  // How long a node is out of reach of another, cut off or dead, until that one is told (SimEvent::kLoss).
+  // 0: it never is.
+  std::uint64_t lease_ns = 0;
 };
 
-// What happened at a moment of virtual time: a message reached the inbox of `node`, or a timer of it ran out.
+// What happened at a moment of virtual time: a message reached the inbox of `node`, a timer of it ran out, or
+// it misses signs of life of `peer`.
 struct SimEvent {
-  enum class Kind { kDelivery, kTimer };
+  enum class Kind { kDelivery, kTimer, kLoss };
 
   std::uint64_t time_ns = 0;
   NodeId node;
   Kind kind = Kind::kDelivery;
+  NodeId peer{};  // of kLoss
 
   friend bool operator==(const SimEvent&, const SimEvent&) = default;
 };
@@ -51,7 +57,7 @@ class SimNetwork {
   std::unique_ptr<Link> connect(NodeId node);
 
   // Goes on to the next event, sets the clock to its time and says what it was: the caller then lets that
-  // node run. Nothing, and the clock stays, when neither a message nor a timer is under way.
+  // node run. Nothing, and the clock stays, when nothing is under way.
   std::optional<SimEvent> step();
 
   // Virtual time since the network began, in nanoseconds.
@@ -62,11 +68,12 @@ class SimNetwork {
   void set_timer(NodeId node, std::uint64_t time_ns);
 
   // Stops `node`, as kill -9 would: what is on its way from it or to it vanishes, and so does what others
-  // send to it until it starts anew.
+  // send to it until it starts anew. Nodes that run then are told of the loss, even if it starts anew before.
   void kill(NodeId node);
 
   // Cuts the link between two nodes in both directions: messages are kept, not lost, and set out again, with
-  // new delays, once the link is healed. Both are no errors when the link is cut or whole already.
+  // new delays, once the link is healed. Both nodes are told of the loss if it is not healed before. Both are
+  // no errors when the link is cut or whole already.
   void cut(NodeId a, NodeId b);
   void heal(NodeId a, NodeId b);
 

@@ -156,6 +156,49 @@ TEST(SimNetwork, ACutLinkKeepsItsMessagesUntilHealed) {
   EXPECT_TRUE(run_dry(network, *b).empty());
 }
 
+// The losses that are told, in order; everything else is passed over.
+std::vector<SimEvent> losses_of(SimNetwork& network) {
+  std::vector<SimEvent> losses;
+  while (auto event = network.step()) {
+    if (event->kind == SimEvent::Kind::kLoss) losses.push_back(*event);
+  }
+  return losses;
+}
+
+TEST(SimNetwork, ACutThatOutlastsTheLeaseIsToldAtBothEnds) {
+  SimNetwork network(1, {.lease_ns = 5'000'000});
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  auto c = network.connect(kC);
+  network.cut(kA, kB);
+  const auto loss = SimEvent::Kind::kLoss;
+  EXPECT_EQ(losses_of(network),
+            (std::vector<SimEvent>{{5'000'000, kB, loss, kA}, {5'000'000, kA, loss, kB}}));
+}
+
+TEST(SimNetwork, ACutThatIsHealedBeforeIsNotTold) {
+  SimNetwork network(1, {.lease_ns = 5'000'000});
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  network.cut(kA, kB);
+  network.set_timer(kA, 4'000'000);
+  EXPECT_EQ(network.step()->kind, SimEvent::Kind::kTimer);
+  network.heal(kA, kB);
+  network.cut(kA, kB);
+  const std::vector<SimEvent> losses = losses_of(network);
+  ASSERT_EQ(losses.size(), 2u);
+  EXPECT_EQ(losses[0].time_ns, 9'000'000u) << "the lease of the second cut";
+}
+
+TEST(SimNetwork, AKilledNodeIsToldToThoseThatRunAlsoWhereItIsBackBefore) {
+  SimNetwork network(1, {.lease_ns = 5'000'000});
+  auto a = network.connect(kA);
+  auto b = network.connect(kB);
+  b.reset();
+  auto reborn = network.connect(kB);
+  EXPECT_EQ(losses_of(network), (std::vector<SimEvent>{{5'000'000, kA, SimEvent::Kind::kLoss, kB}}));
+}
+
 TEST(SimNetwork, TimersRunOutInOrder) {
   SimNetwork network(1);
   auto a = network.connect(kA);

@@ -70,8 +70,8 @@ WorldDescription lopsided_box() {
 
 TEST(Commands, ATeleportLeavesWhatItKeepsAsItIs) {
   const WorldDescription world = lopsided_box();
-  for (const std::uint32_t shares : {1u, 3u}) {
-    auto cluster = cluster_of(world, shares);
+  for (const std::uint32_t partitions : {1u, 3u}) {
+    auto cluster = cluster_of(world, partitions);
     const BodyState before = cluster->body(BodyId{1})->state;
     Teleport jump{BodyId{1}, {5, 0, 0}, {}};
     jump.state.position = {1, 3.9,
@@ -103,6 +103,24 @@ TEST(Commands, AKinematicTargetWithoutARotationKeepsIt) {
   EXPECT_LT(quaternion_of(after).angularDistance(quaternion_of(before)), 1e-6);
   EXPECT_NEAR(after.position[0], 0.1, 1e-6);
   EXPECT_NEAR(after.position[1], 0.3, 1e-6);
+}
+
+// No coordinate of the place is a float: the clones of the tick must not be nearer to it than the body
+// itself.
+TEST(Commands, ATeleportIntoOthersAcrossSeamsGivesTheSameBitsOnOnePartitionAndOnThree) {
+  const WorldDescription world = pile_world(sectors_of(8), 40);
+  BodyState state;
+  state.position = {3.2135660283676728, -3.6648533471311309, -1.827331013592072};
+  const Command jump = Teleport{BodyId{10}, {0, 1, 1}, state};
+  auto one = cluster_of(world, 1);
+  auto three = cluster_of(world, 3);
+  for (int tick = 1; tick <= 15; ++tick) {
+    const std::vector<Command> commands(tick == 12 ? 1 : 0, jump);
+    one->step(commands);
+    three->step(commands);
+    ASSERT_EQ(one->hash(), three->hash()) << "tick " << tick;
+    if (tick == 12) EXPECT_EQ(three->counts().islands_shipped, 1u);
+  }
 }
 
 TEST(Commands, ABodyWhoseSupportIsTakenAwayWakesAndFalls) {

@@ -110,6 +110,8 @@ absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescri
   return simulation;
 }
 
+void Simulation::add_shape(ShapeId id, const Shape& shape) { tessera::add_shape(*partition_, id, shape); }
+
 void Simulation::step(std::span<const Command> commands) {
   ++tick_;
   for (std::optional<Round> round = machine_->begin_tick(commands); round;) {

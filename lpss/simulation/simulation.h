@@ -61,6 +61,9 @@ class Simulation {
   static absl::StatusOr<std::unique_ptr<Simulation>> create(const WorldDescription& world, int threads = 1,
                                                             TimeSource time = {});
 
+  // A shape for bodies that commands spawn; its id must be new.
+  void add_shape(ShapeId id, const Shape& shape);
+
   // One tick; the commands take effect at its beginning.
   void step(std::span<const Command> commands = {});
 

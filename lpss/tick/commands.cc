@@ -81,11 +81,15 @@ void teleport(Partition& partition, const Teleport& jump, std::vector<HomeChange
   wake_touching(partition, *body.sector, body.slot);
   Handover handover;
   handover.replicated_in =
-      body.replicated_in;  // of the old home; move_homes(partition) needs them to tell who had clones
+      body.replicated_in;  // of the old home; change_homes() needs them to tell who had clones
   handover.known_everywhere = body.known_everywhere;
   const SectorIndex old_home = body.sector->index;
+  BodyRecord landed = record_of(body);
+  carry_out(jump, partition.sector_size(), landed);
+  // The state as the engine rounds it: clones have to be where the body will be, to the bit.
+  body.sector->world->set_state(body.slot, landed.state);
   handover.record = remove_home(partition, body);
-  carry_out(jump, partition.sector_size(), handover.record);
+  handover.record.home = landed.home;
   changes.push_back({std::move(handover), old_home});
 }
 

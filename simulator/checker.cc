@@ -1,0 +1,157 @@
+#include "simulator/checker.h"
+
+#include <absl/container/btree_map.h>
+#include <absl/strings/str_cat.h>
+
+#include <utility>
+#include <vector>
+
+#include "coordinator/command_checks.h"
+#include "coordinator/world_registry.h"
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+// A world in one process, to which commands are given as they were recorded.
+class Playback {
+ public:
+  static absl::StatusOr<Playback> create(const WorldDescription& world) {
+    const absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
+    if (!records.ok()) return records.status();
+    const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
+    if (!joints.ok()) return joints.status();
+    absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world);
+    if (!simulation.ok()) return simulation.status();
+    return Playback(WorldRegistry(world, *records, *joints), *std::move(simulation));
+  }
+
+  // For the next tick.
+  absl::Status give(const v1::RecordedCommand& recorded) {
+    absl::StatusOr<Command> command = command_from(recorded);
+    if (!command.ok()) return command.status();
+    registry_.apply(*command);
+    commands_.push_back(*std::move(command));
+    return absl::OkStatus();
+  }
+
+  void step() { simulation_->step(std::exchange(commands_, {})); }
+  Tick tick() const { return simulation_->tick(); }
+  std::string hash() const { return simulation_->hash().to_string(); }
+
+ private:
+  Playback(WorldRegistry registry, std::unique_ptr<Simulation> simulation)
+      : registry_(std::move(registry)), simulation_(std::move(simulation)) {}
+
+  absl::StatusOr<Command> command_from(const v1::RecordedCommand& recorded) {
+    using Kind = v1::RecordedCommand::RequestCase;
+    switch (recorded.request_case()) {
+      case Kind::kSpawn:
+        return spawned(recorded);
+      case Kind::kAddJoint:
+        return joined(recorded);
+      case Kind::kRemove:
+        return checked(recorded.remove(), registry_);
+      case Kind::kSetVelocity:
+        return checked(recorded.set_velocity(), registry_);
+      case Kind::kApplyImpulse:
+        return checked(recorded.apply_impulse(), registry_);
+      case Kind::kApplyForce:
+        return checked(recorded.apply_force(), registry_);
+      case Kind::kTeleport:
+        return checked(recorded.teleport(), registry_);
+      case Kind::kKinematicTarget:
+        return checked(recorded.kinematic_target(), registry_);
+      case Kind::kRemoveJoint:
+        return checked(recorded.remove_joint(), registry_);
+      case Kind::kSetJointDrives:
+        return checked(recorded.set_joint_drives(), registry_);
+      case Kind::REQUEST_NOT_SET:
+        break;
+    }
+    return absl::DataLossError("a command of an unknown kind");
+  }
+
+  absl::StatusOr<Command> spawned(const v1::RecordedCommand& recorded) {
+    const absl::StatusOr<WorldRegistry::Spawned> body = registry_.spawn(recorded.spawn());
+    if (!body.ok()) return body.status();
+    if (body->new_shape) {
+      const ShapeId id = body->record.properties.shape;
+      simulation_->add_shape(id, registry_.shapes()[id]);
+    }
+    if (body->record.id.value != recorded.id()) return other_id(body->record.id.value, recorded.id());
+    return SpawnBody{body->record};
+  }
+
+  absl::StatusOr<Command> joined(const v1::RecordedCommand& recorded) {
+    const absl::StatusOr<JointRecord> joint = registry_.add_joint(recorded.add_joint());
+    if (!joint.ok()) return joint.status();
+    if (joint->id.value != recorded.id()) return other_id(joint->id.value, recorded.id());
+    return AddJoint{*joint};
+  }
+
+  static absl::Status other_id(std::uint64_t here, std::uint64_t recorded) {
+    return absl::InternalError(absl::StrCat("what is new has the id ", here, ", and had ", recorded));
+  }
+
+  WorldRegistry registry_;
+  std::unique_ptr<Simulation> simulation_;
+  std::vector<Command> commands_;
+};
+
+absl::Status other_bits(Tick tick, const std::string& cluster, const std::string& alone) {
+  return absl::AbortedError(
+      absl::StrCat("tick ", tick, ": the cluster has the hash ", cluster, ", one process ", alone));
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> Checker::untouched_hash(Tick tick) {
+  std::string& hash = untouched_hashes_[tick];
+  if (!hash.empty()) return hash;
+  if (!untouched_ || untouched_->tick() > tick) {
+    absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world_);
+    if (!simulation.ok()) return simulation.status();
+    untouched_ = *std::move(simulation);
+  }
+  while (untouched_->tick() < tick) {
+    if (is_ended_()) return absl::CancelledError("interrupted");
+    untouched_->step();
+  }
+  return hash = untouched_->hash().to_string();
+}
+
+absl::Status Checker::check(std::span<const v1::RecordedInput> log) {
+  std::vector<const v1::RecordedCommand*> commands;
+  absl::btree_map<Tick, std::string> hashes;  // these come in later than commands that were given meanwhile
+  for (const v1::RecordedInput& input : log) {
+    if (input.has_command()) commands.push_back(&input.command());
+    if (input.has_hash()) hashes[input.hash().tick()] = input.hash().hash();
+  }
+  if (commands.empty()) {
+    for (const auto& [tick, hash] : hashes) {
+      const absl::StatusOr<std::string> alone = untouched_hash(tick);
+      if (!alone.ok()) return alone.status();
+      if (*alone != hash) return other_bits(tick, hash, *alone);
+    }
+    return absl::OkStatus();
+  }
+  absl::StatusOr<Playback> playback = Playback::create(world_);
+  if (!playback.ok()) return playback.status();
+  auto next = commands.begin();
+  for (const auto& [tick, hash] : hashes) {
+    while (playback->tick() < tick) {
+      if (is_ended_()) return absl::CancelledError("interrupted");
+      for (; next != commands.end() && (*next)->tick() == playback->tick() + 1; ++next) {
+        if (absl::Status given = playback->give(**next); !given.ok()) {
+          return absl::AbortedError(absl::StrCat("tick ", (*next)->tick(), ": ", given.message()));
+        }
+      }
+      playback->step();
+    }
+    if (std::string alone = playback->hash(); alone != hash) return other_bits(tick, hash, alone);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace tessera

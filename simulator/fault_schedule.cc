@@ -1,0 +1,69 @@
+#include "simulator/fault_schedule.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "coordinator/coordinator.h"
+#include "simulator/dice.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint32_t kStream = 1;
+constexpr std::uint64_t kSecond = 1'000'000'000;
+
+std::uint64_t timeout_ns() {
+  return static_cast<std::uint64_t>(CoordinatorOptions().server_timeout / std::chrono::nanoseconds(1));
+}
+
+// Heartbeats come once a second, and servers notice a second later than the coordinator.
+constexpr std::uint64_t kMargin = 2 * kSecond;
+
+// As many of short cuts are shorter than a tick as last for seconds.
+std::uint64_t draw_length_ns(Dice& dice) {
+  if (dice.one_in(4)) return dice.between(timeout_ns() + kMargin, 2 * timeout_ns());
+  const std::uint64_t longest = (timeout_ns() - kMargin) >> dice.below(14);
+  return dice.between(longest / 2, longest);
+}
+
+template <typename T>
+T take_any(Dice& dice, std::vector<T>& from) {
+  std::swap(from[dice.below(from.size())], from.back());
+  const T taken = from.back();
+  from.pop_back();
+  return taken;
+}
+
+}  // namespace
+
+std::vector<NodeId> FaultSchedule::lost_servers() const {
+  std::vector<NodeId> lost;
+  for (const Crash& crash : crashes) lost.push_back(crash.node);
+  for (const Cut& cut : cuts) {
+    if (cut.node == kCoordinatorNode && cut.end_ns - cut.begin_ns > timeout_ns()) lost.push_back(cut.peer);
+  }
+  return lost;
+}
+
+FaultSchedule draw_faults(std::uint64_t seed, const FaultOptions& options, std::span<const NodeId> servers) {
+  Dice dice(seed, kStream);
+  std::vector<std::pair<NodeId, NodeId>> links;
+  for (std::size_t i = 0; i < servers.size(); ++i) {
+    links.emplace_back(kCoordinatorNode, servers[i]);
+    for (std::size_t j = i + 1; j < servers.size(); ++j) links.emplace_back(servers[i], servers[j]);
+  }
+  FaultSchedule faults;
+  while (faults.cuts.size() < options.cuts && !links.empty()) {
+    const auto [node, peer] = take_any(dice, links);
+    const std::uint64_t begin_ns = dice.between(0, options.begin_ns_max);
+    faults.cuts.push_back({node, peer, begin_ns, begin_ns + draw_length_ns(dice)});
+  }
+  std::vector<NodeId> alive(servers.begin(), servers.end());
+  while (faults.crashes.size() < options.crashes && !alive.empty()) {
+    faults.crashes.push_back({take_any(dice, alive), dice.between(0, options.begin_ns_max)});
+  }
+  return faults;
+}
+
+}  // namespace tessera
