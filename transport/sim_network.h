@@ -11,8 +11,8 @@
 namespace tessera {
 
 struct SimOptions {
-  // Every message takes a time of its own, drawn evenly from this range. Both ends are possible; the range
-  // must not be empty.
+  // Each message has its own delay, drawn uniformly from this range, including both ends. The range must not
+  // be empty.
   std::uint64_t delay_ns_min = 20'000;
   std::uint64_t delay_ns_max = 2'000'000;
 
@@ -21,7 +21,7 @@ struct SimOptions {
   bool reorder = true;
 };
 
-// What happened at a moment of virtual time: a message reached the inbox of `node`, or a timer of it ran out.
+// An event in virtual time: a message reached the inbox of `node`, or one of its timers expired.
 struct SimEvent {
   enum class Kind { kDelivery, kTimer };
 
@@ -33,7 +33,7 @@ struct SimEvent {
 };
 
 // The network and its clock. One thread uses it and all of its links; they may be destroyed in any order.
-// Two networks with the same seed and options, given the same calls, do the same.
+// Two networks with the same seed, options and calls behave identically.
 class SimNetwork {
  public:
   explicit SimNetwork(std::uint64_t seed, SimOptions options = {});
@@ -42,31 +42,31 @@ class SimNetwork {
   SimNetwork(const SimNetwork&) = delete;
   SimNetwork& operator=(const SimNetwork&) = delete;
 
-  // Starts a process at address `node`: it gets what was sent to that address before it first appeared. A
-  // node that was killed may start anew and gets nothing of its predecessor's; the predecessor's link stays
+  // Starts a process at address `node`: it gets the messages sent to that address before it first appeared. A
+  // killed node may start again and gets none of its predecessor's messages; the predecessor's link stays
   // dead. Destroying the link kills its node. A node must not be started twice at a time.
   //
   // receive() of such a link never waits, whatever its deadline: it returns what step() has put into the
   // inbox.
   std::unique_ptr<Link> connect(NodeId node);
 
-  // Goes on to the next event, sets the clock to its time and says what it was: the caller then lets that
-  // node run. Nothing, and the clock stays, when neither a message nor a timer is under way.
+  // Advances to the next event, sets the clock to its time and returns it: the caller then lets that node
+  // run. Returns nullopt, without changing the clock, if no message or timer is pending.
   std::optional<SimEvent> step();
 
   // Virtual time since the network began, in nanoseconds.
   std::uint64_t now_ns() const;
 
-  // Lets step() return a timer event for `node` at `time_ns`, or at once when that is past. Each call is a
-  // timer of its own; those of a killed node never run out.
+  // Lets step() return a timer event for `node` at `time_ns`, or immediately if that is past. Each call sets
+  // a separate timer; those of a killed node never expire.
   void set_timer(NodeId node, std::uint64_t time_ns);
 
-  // Stops `node`, as kill -9 would: what is on its way from it or to it vanishes, and so does what others
-  // send to it until it starts anew.
+  // Stops `node`, like kill -9: messages in transit from it or to it vanish, and so do messages sent to it
+  // until it starts again.
   void kill(NodeId node);
 
-  // Cuts the link between two nodes in both directions: messages are kept, not lost, and set out again, with
-  // new delays, once the link is healed. Both are no errors when the link is cut or whole already.
+  // Cuts the link between two nodes in both directions: messages are kept, not lost, and sent again, with new
+  // delays, once the link is healed. Cutting a cut link or healing a whole one has no effect.
   void cut(NodeId a, NodeId b);
   void heal(NodeId a, NodeId b);
 
