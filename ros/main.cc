@@ -24,7 +24,7 @@ struct Arguments {
 void add_options(CLI::App& app, Arguments& arguments) {
   FeedOptions& feed = arguments.feed;
   live::add_client_options(app, arguments.client);
-  app.add_option("--domain", arguments.domain, "Domain id of ROS, 0 to 232")
+  app.add_option("--domain", arguments.domain, "ROS domain id, 0 to 232")
       ->envname("ROS_DOMAIN_ID")
       ->check(CLI::Range(0u, 232u))
       ->capture_default_str();
@@ -39,7 +39,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--bodies", feed.bodies, "NAME,NAME,...: these bodies instead, wherever they are")
       ->delimiter(',')
       ->excludes(reach);
-  app.add_option("--rate", feed.rate, "Publications per second of wall time, at most")
+  app.add_option("--rate", feed.rate, "Maximum number of publications per second of wall time")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
 }
@@ -48,7 +48,7 @@ absl::Status serve(const Arguments& arguments, Client& client, const std::functi
   const absl::StatusOr<std::unique_ptr<Publisher>> publisher = Publisher::open(arguments.domain);
   if (!publisher.ok()) return publisher.status();
   const Feed feed(client, **publisher, arguments.feed);
-  std::printf("/clock, /tf and /tf_static are in domain %u of ROS\n", arguments.domain);
+  std::printf("publishing /clock, /tf and /tf_static in ROS domain %u\n", arguments.domain);
   std::fflush(stdout);
   wait();
   return absl::OkStatus();
