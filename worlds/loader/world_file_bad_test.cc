@@ -84,14 +84,14 @@ std::string urdf(const std::string& body) {
 
 std::vector<Row> xml_rows() {
   return {
-      {"Empty", "", {"<string>: malformed XML: there is nothing in it"}},
-      {"NoXml", "once upon a time", {"<string>:1: malformed XML: text stands outside of all elements"}},
+      {"Empty", "", {"<string>: malformed XML: the text is empty"}},
+      {"NoXml", "once upon a time", {"<string>:1: malformed XML: there is text outside of all elements"}},
       {"Unclosed", "<sdf>\n<world name='w'>\n<model>", {"<string>:3: malformed XML: <model> is not closed"}},
       {"Mismatched",
        "<sdf version='1.9'><world></sdf></world>",
        {":1: malformed XML: <world> is not closed"}},
       {"Unquoted", "<sdf version=1.9/>", {"attribute of <sdf> must", "name=\"value\""}},
-      {"AttributeTwice", "<sdf version='1.9' version='1.9'/>", {"attribute of <sdf> must stand there once"}},
+      {"AttributeTwice", "<sdf version='1.9' version='1.9'/>", {"attribute of <sdf> must occur once"}},
       {"EndlessTag", "<sdf version='1.9'>\n<world", {":2: malformed XML: the tag <world> has no end"}},
       {"EndlessComment", "<sdf version='1.9'><!-- <world/>", {"a comment has no -->"}},
       {"EndlessText", "<sdf version='1.9'><![CDATA[ 1", {"a <![CDATA[ has no ]]>"}},
