@@ -180,7 +180,7 @@ absl::Status prepare_joint(xml::Element& joint) {
   for (const xml::Element* child = joint.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
     if (!absl::StartsWith(child->Name(), "tessera:")) continue;
-    return xml::invalid(*child, "there is no such element of tessera here");
+    return xml::invalid(*child, "unknown or misplaced tessera: element");
   }
   if (*drives != JointDrives{}) {
     std::string text;

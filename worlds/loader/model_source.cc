@@ -109,7 +109,7 @@ absl::Status check_numbers(const Element& element) {
 
 absl::Status check_prefix(const Element& element) {
   if (absl::StartsWith(element.Name(), "tessera:")) {
-    return xml::invalid(element, "unknown tessera: element");
+    return xml::invalid(element, "unknown or misplaced tessera: element");
   }
   for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
        attribute = attribute->Next()) {
@@ -181,7 +181,7 @@ absl::Status check_include(const Element& include) {
   for (const Element* child = include.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
     if (absl::Status status = check_prefix(*child); !status.ok()) return status;
-    if (!is_one_of(*child, kKnown)) return xml::invalid(*child, "there is no such element in an <include>");
+    if (!is_one_of(*child, kKnown)) return xml::invalid(*child, "unknown element in an <include>");
   }
   return absl::OkStatus();
 }

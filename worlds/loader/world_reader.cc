@@ -179,7 +179,7 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
     return xml::invalid(element, "the element may occur only once in a world");
   }
   if (absl::StartsWith(element.Name(), "tessera:")) {
-    return xml::invalid(element, "unknown tessera: element");
+    return xml::invalid(element, "unknown or misplaced tessera: element");
   }
   if (xml::is(element, "joint")) {
     const char* type = element.Attribute("type");
