@@ -218,7 +218,7 @@ std::vector<Row> physics_rows() {
        {"<max_step_size>", "'soon'"}},
       {"GravityNan", world("<gravity>0 0 nan</gravity>"), {"<gravity>", "finite"}},
       {"GravityShort", world("<gravity>0 -9.8</gravity>"), {"<gravity>", "3 numbers"}},
-      {"GravityTwice", world("<gravity>0 0 0</gravity><gravity>0 0 1</gravity>"), {"<gravity>", "twice"}},
+      {"GravityTwice", world("<gravity>0 0 0</gravity><gravity>0 0 1</gravity>"), {"<gravity>", "only once"}},
       {"FieldCount",
        model("<tessera:heightfield columns='2' rows='2' spacing='1 1'>0 0 0</tessera:heightfield>"),
        {"3 heights", "2 x 2 = 4"}},
