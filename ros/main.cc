@@ -28,15 +28,14 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->envname("ROS_DOMAIN_ID")
       ->check(CLI::Range(0u, 232u))
       ->capture_default_str();
-  app.add_option("--frame", feed.frame, "Name of the frame that all others are children of")
-      ->capture_default_str();
+  app.add_option("--frame", feed.frame, "Name of the common parent frame")->capture_default_str();
   add_parsed(app, "--sector", feed.sector, parse_sector,
-             "I,J,K: the sector whose centre that frame is; that of the world's origin if not given");
-  CLI::Option* reach =
-      app.add_option("--reach", feed.reach, "m; bodies within this of that centre along each axis")
-          ->check(CLI::Range(0.0, kReachMax))
-          ->capture_default_str();
-  app.add_option("--bodies", feed.bodies, "NAME,NAME,...: these bodies instead, wherever they are")
+             "I,J,K: the sector whose centre is that frame; by default that of the world's origin");
+  CLI::Option* reach = app.add_option("--reach", feed.reach,
+                                      "Publish bodies within this distance of that centre along each axis, m")
+                           ->check(CLI::Range(0.0, kReachMax))
+                           ->capture_default_str();
+  app.add_option("--bodies", feed.bodies, "NAME,NAME,...: publish these bodies instead, wherever they are")
       ->delimiter(',')
       ->excludes(reach);
   app.add_option("--rate", feed.rate, "Maximum number of publications per second of wall time")

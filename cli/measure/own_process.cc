@@ -93,7 +93,7 @@ absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>
   }
   close(writing);
   const absl::Cleanup close_reading = [reading = reading] { close(reading); };
-  if (process < 0) return absl::ResourceExhaustedError("no process for a measurement");
+  if (process < 0) return absl::ResourceExhaustedError("cannot start the process of a measurement");
   const absl::StatusOr<std::string> answer = read_all(reading);
   if (!answer.ok()) kill(process, SIGKILL);
   const int end = end_of(process);
