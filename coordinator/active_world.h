@@ -1,4 +1,4 @@
-// A world that was sent to servers: what the coordinator keeps of it while it lives.
+// A world that was sent to servers, as the coordinator keeps it while it is loaded.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ struct ActiveWorld {
   WorldSettings settings;
   SectorIndex anchor;
   SectorMap map;
-  std::size_t sectors = 0;    // at its start
+  std::size_t sectors = 0;    // at the load
   std::vector<NodeId> nodes;  // by rank
   WorldRegistry registry;
   Sequencer sequencer;
@@ -33,14 +33,14 @@ struct ActiveWorld {
   TickStatistics statistics;
   RealTimeMeter meter;
 
-  // While it is being loaded: the servers (by rank) that are not ready, and the call that waits for them.
+  // While it is being loaded: the servers (by rank) that are not ready yet, and the call that waits for them.
   std::vector<bool> ready;
   std::function<void(const absl::Status&, const v1::LoadReply&)> load_reply;
   bool replaced_another = false;
 
   bool loading() const { return static_cast<bool>(load_reply); }
 
-  // The place of a server in this world, if it has one.
+  // The rank of a server in this world, if it takes part.
   std::optional<std::size_t> rank_of(NodeId node) const {
     const auto place = std::find(nodes.begin(), nodes.end(), node);
     if (place == nodes.end()) return std::nullopt;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::chrono::seconds kFarewell{1};
 
-// gRPC does not say why it cannot have an address, so the system is asked.
+// gRPC does not report why it cannot bind an address, so ask the system.
 std::string why_not(const ListenAddress& endpoint) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
@@ -48,7 +48,7 @@ absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& 
   const std::optional<ListenAddress> endpoint = parse_listen_address(listen);
   if (!endpoint) {
     return absl::InvalidArgumentError(
-        absl::StrCat("'", listen, "' is no address: host:port is, port 0 to 65535"));
+        absl::StrCat("'", listen, "' is not a valid address: use host:port with a port of 0 to 65535"));
   }
   std::unique_ptr<ClientEdge> edge(new ClientEdge(queue));
   grpc::ServerBuilder builder;

@@ -1,4 +1,4 @@
-// Where clients reach the coordinator: a gRPC server on one address.
+// The address at which clients reach the coordinator: a gRPC server.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -15,16 +15,16 @@ namespace tessera {
 class ClientEdge {
  public:
   // Serves the service Tessera on `listen` ("host:port"; port 0: any free one). `queue` must outlive it.
-  // INVALID_ARGUMENT for an address that is none, UNAVAILABLE, with the reason, for one that cannot be had:
-  // in use, or not of this machine.
+  // INVALID_ARGUMENT for a malformed address; UNAVAILABLE, with the reason, for an address that is in use or
+  // does not belong to this machine.
   static absl::StatusOr<std::unique_ptr<ClientEdge>> open(const std::string& listen, RequestQueue& queue);
 
   ~ClientEdge();
 
-  // Where it listens, with the port that it got.
+  // The address it listens on, with the actual port.
   const std::string& address() const { return address_; }
 
-  // Takes no new calls, and gives those that were answered a moment to leave; cancels the rest.
+  // Refuses new calls, gives answered calls a moment to finish, and cancels the rest.
   void close();
 
  private:

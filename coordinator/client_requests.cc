@@ -1,4 +1,4 @@
-// What clients ask of a loaded world.
+// Requests of clients about a loaded world.
 #include <absl/strings/str_cat.h>
 
 #include <utility>
@@ -11,7 +11,7 @@
 namespace tessera {
 namespace {
 
-// A reply of the sequencer as one that only carries a tick.
+// Adapts a reply with nothing but a tick to the sequencer's kind of reply.
 template <typename Answer>
 Sequencer::Reply with_tick(std::function<void(absl::Status, const Answer&)> reply) {
   return [reply = std::move(reply)](const absl::Status& status, Tick tick) {
@@ -125,7 +125,7 @@ void Coordinator::Impl::on(Call<v1::RaycastRequest, v1::RaycastReply>& call, Nan
   if (absl::Status status = world->queries.room(); !status.ok()) return call.reply(status, {});
   const absl::StatusOr<v1::RayQuery> ray = checked(call.request, world->registry);
   if (!ray.ok()) return call.reply(ray.status(), {});
-  // The answer comes from within the world, so `world` is there.
+  // The world calls this, so `world` exists.
   world->sequencer.ask(
       world->queries.ray(*ray, [world, ray = *ray, reply = std::move(call.reply)](
                                    const absl::Status& status, const Queries::RayResult& result) {
@@ -189,7 +189,7 @@ void Coordinator::Impl::on(Call<v1::ListJointsRequest, v1::ListJointsReply>& cal
 }
 
 void Coordinator::Impl::on(Call<v1::ShutdownRequest, v1::ShutdownReply>& call, Nanoseconds) {
-  shut_down("the cluster is shut down");
+  shut_down("the cluster is shutting down");
   call.reply(absl::OkStatus(), {});
 }
 

@@ -21,7 +21,7 @@ absl::Status refused(const Args&... args) {
   return absl::InvalidArgumentError(absl::StrCat(args...));
 }
 
-// A finite vector of at most that length, or a message with what it is instead.
+// A finite vector of at most that length, or an error that states its actual value.
 absl::StatusOr<std::array<double, 3>> bounded(absl::string_view what, const v1::Vector3& vector, double most,
                                               absl::string_view unit) {
   const std::array<double, 3> value{vector.x(), vector.y(), vector.z()};
@@ -52,16 +52,15 @@ absl::Status in(const Target& target, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(target.title(), ": ", status.message()));
 }
 
-// A dynamic body, which is the only kind that impulses and forces move.
+// A dynamic body: impulses and forces move no other kind.
 absl::StatusOr<Target> dynamic_target(const v1::BodyRef& reference, const WorldRegistry& world) {
   absl::StatusOr<Target> body = target(reference, world);
   if (!body.ok() || body->entry->properties.motion == Motion::kDynamic) return body;
   return refused(body->title(), ": it is ", name_of(body->entry->properties.motion), ", and must be dynamic");
 }
 
-// The centre frame of a body whose body frame is at the pose of `request`, with the checks of a body of a
-// world's start. Where the body keeps its orientation, which is not known here: its body frame, turned in no
-// way.
+// The centre frame of a body whose body frame is at the pose of `request`, with the same checks as for a body of
+// a loaded world. If the body keeps its orientation, which is unknown here: its body frame without rotation.
 template <typename Request>
 absl::StatusOr<BodyRecord> placed(const Target& target, const Request& request, const Eigen::Vector3d& linear,
                                   const Eigen::Vector3d& angular, const WorldRegistry& world) {
@@ -90,7 +89,7 @@ absl::StatusOr<Eigen::Vector3d> unit_direction(const v1::Vector3& from) {
   }
   const double largest = direction.cwiseAbs().maxCoeff();
   if (largest == 0) return refused("direction = (0, 0, 0) must not be zero");
-  direction /= largest;  // so that no square under- or overflows
+  direction /= largest;  // so that no square underflows or overflows
   return direction.normalized();
 }
 
@@ -188,7 +187,7 @@ absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const Wo
   return ray;
 }
 
-// A probe is checked as a body that moves would be; a point is a ball of next to no size.
+// A probe is checked like a moving body. A point is a tiny ball.
 absl::StatusOr<v1::NearQuery> checked(const v1::NearRequest& request, const WorldRegistry& world) {
   constexpr double kPointRadius = 1e-3;  // m
   if (!request.has_pose()) return refused("pose must be set");

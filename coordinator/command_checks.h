@@ -1,4 +1,4 @@
-// What clients ask for, checked against the world and turned into commands of the tick.
+// Checks clients' requests against the world and turns them into commands of a tick.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -13,8 +13,8 @@
 namespace tessera {
 
 // Errors name the field and the bound: NOT_FOUND for a body or joint that does not exist, INVALID_ARGUMENT
-// for a value that is not finite, out of bounds, or not for a body of that kind, OUT_OF_RANGE for a position
-// outside the 64-bit range of sectors.
+// for a value that is not finite, is out of bounds or does not suit the kind of body, OUT_OF_RANGE for a
+// position outside the 64-bit range of sectors.
 absl::StatusOr<Command> checked(const v1::RemoveRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::SetVelocityRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::ApplyImpulseRequest& request, const WorldRegistry& world);
@@ -28,7 +28,7 @@ absl::StatusOr<Command> checked(const v1::SetJointDrivesRequest& request, const 
 absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const WorldRegistry& world);
 absl::StatusOr<v1::NearQuery> checked(const v1::NearRequest& request, const WorldRegistry& world);
 
-// The body that a command is about; none for those about joints.
+// The body that a command concerns; none for commands about joints.
 std::optional<BodyId> body_of(const Command& command);
 
 }  // namespace tessera

@@ -33,7 +33,7 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
   std::visit(
       [&](auto& call) {
         if (finished_) {
-          call.reply(absl::UnavailableError("the coordinator is ending"), {});
+          call.reply(absl::UnavailableError("the coordinator is shutting down"), {});
         } else {
           if (options_.inputs) record_on_reply(call, options_.inputs);
           on(call, now);
@@ -43,7 +43,7 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
   flush(now);
 }
 
-// Sends what the sequencer grants by now, and keeps the clock of the real-time factor.
+// Sends all grants that are due, and updates the real-time factor.
 void Coordinator::Impl::flush(Nanoseconds now) {
   if (!world_ || world_->loading()) {
     was_moving_ = false;
@@ -90,7 +90,7 @@ void Coordinator::Impl::receive(NodeId from, const v1::ClusterMessage& message, 
       lost(from, absl::StrCat("left: ", message.goodbye().reason()), now);
       break;
     default:
-      log(absl::StrCat(title_of(*server), " sent a message that is not for a coordinator"),
+      log(absl::StrCat(title_of(*server), " sent a message that is not meant for a coordinator"),
           Severity::kWarning);
   }
   flush(now);
@@ -119,17 +119,17 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
   try_start();
 }
 
-// It was given up, or belongs to a coordinator that is gone: it must not go on by itself.
+// The server was given up, or belongs to a coordinator that is gone: it must not continue on its own.
 void Coordinator::Impl::on_stranger(NodeId from) {
   if (strangers_.size() >= kStrangersMax || !strangers_.insert(from).second) return;
   send(from).mutable_refusal()->set_reason(
-      "the server is not, or no longer, part of this coordinator's cluster");
+      "the server is not, or is no longer, part of this coordinator's cluster");
 }
 
 void Coordinator::Impl::on_loaded(NodeId from, const v1::Loaded& loaded, Nanoseconds now) {
   Server& server = *members_.find(from);
   const std::optional<std::size_t> rank = world_ && world_->loading() ? world_->rank_of(from) : std::nullopt;
-  if (rank && loaded.world() != world_->number) return;  // it still has the next one to load
+  if (rank && loaded.world() != world_->number) return;  // this server has yet to load the next world
   server.patience = members_.timeout();
   if (!rank) return;
   if (!loaded.error().empty()) {
@@ -172,7 +172,7 @@ void Coordinator::Impl::on_answer(NodeId from, const v1::Answer& answer) {
 void Coordinator::Impl::heard(Server& server, Nanoseconds now) {
   server.last_heard = now;
   if (!std::exchange(server.suspect_since, std::nullopt)) return;
-  log(absl::StrCat(title_of(server), " is heard again"));
+  log(absl::StrCat(title_of(server), " is responding again"));
 }
 
 bool Coordinator::Impl::suspect(NodeId node, Nanoseconds now) {
@@ -181,7 +181,7 @@ bool Coordinator::Impl::suspect(NodeId node, Nanoseconds now) {
   if (server->suspect_since) return true;
   server->suspect_since = now;
   const double left = std::chrono::duration<double>(server->deadline() - now).count();
-  log(absl::StrCat(title_of(*server), " gives no sign of life: it counts as lost in ", left, " s"),
+  log(absl::StrCat(title_of(*server), " is not responding: it counts as lost in ", left, " s"),
       Severity::kWarning);
   return true;
 }

@@ -1,7 +1,7 @@
 // The coordinator as a state machine: membership, the sector map, the sequence of commands and ticks.
 //
-// It takes messages, requests of clients and the time, and gives back messages and replies. It never blocks
-// and knows no socket, thread or clock; the shell (coordinator/main.cc) has those, and so does a simulation.
+// It takes messages, requests of clients and the time, and returns messages and replies. It never blocks and
+// uses no socket, thread or clock: the shell (coordinator/main.cc) or a simulation provides these.
 #pragma once
 
 #include <absl/container/btree_map.h>
@@ -30,8 +30,8 @@ namespace tessera {
 
 using Nanoseconds = std::chrono::nanoseconds;  // since an arbitrary start; never goes back
 
-// What a client asked, in protobuf's types, and where the answer goes. `Reply` is called once, from within
-// handle(), receive() or advance(), with a status and (where OK) the answer.
+// A client's request, in protobuf's types, and the receiver of its answer. `Reply` is called once, from
+// within handle(), receive() or advance(), with a status and, if that is OK, the answer.
 template <typename Request, typename Answer>
 struct ClientCall {
   Request request;
@@ -59,17 +59,17 @@ struct OutgoingMessage {
   v1::ClusterMessage message;
 };
 
-// Told what the state of a world follows from, in the order in which it takes effect.
+// Receives everything that determines the state of a world, in the order in which it takes effect.
 using InputSink = std::function<void(const v1::RecordedInput&)>;
 
 struct CoordinatorOptions {
-  std::uint32_t servers_wanted = 0;  // a world is loaded on this many of its precision; 0: on all there are
-  // Silence after which a server counts as lost. One that stalls and is heard again before has lost nothing.
+  std::uint32_t servers_wanted = 0;  // a world is loaded on this many of its precision; 0: on all
+  // Silence after which a server counts as lost. A server that stalls for less time loses nothing.
   Nanoseconds server_timeout = std::chrono::seconds(10);
-  Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for wanted servers
+  Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for the servers it needs
   std::uint32_t grant_window = 32;                      // ticks granted ahead of the slowest server
-  InputSink inputs;                                     // empty: ticks are not hashed, and nobody is told
-  LogSink log;                                          // told what an operator should know; empty: nobody is
+  InputSink inputs;  // empty: inputs are not reported and ticks are not hashed
+  LogSink log;       // events for the operator; may be empty
 };
 
 class DurationHistogram;
@@ -79,21 +79,21 @@ class Coordinator {
   explicit Coordinator(const CoordinatorOptions& options);
   ~Coordinator();
 
-  // Each may add to the outgoing messages, which the shell then takes and sends.
+  // Each call may add outgoing messages, which the shell then takes and sends.
   void handle(ClientRequest request, Nanoseconds now);
   void receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now);
-  // The transport misses signs of life of a server, which may have ended or only stalled: it is a suspect
-  // until it is heard again or counts as lost. False where it is no server of the cluster (any more).
+  // The transport has lost contact with a server, which may have ended or only stalled: it is a suspect until
+  // it responds again or counts as lost. False if it is not, or is no longer, a server of the cluster.
   bool suspect(NodeId server, Nanoseconds now);
   void advance(Nanoseconds now);  // deadlines and pacing
 
-  // When advance() must be called next; nullopt: not before something arrives.
+  // When advance() must be called next; nullopt: not before a message arrives.
   std::optional<Nanoseconds> next_deadline() const;
   std::vector<OutgoingMessage> take_messages();
-  bool finished() const;  // after Shutdown, once the servers were told
+  bool finished() const;  // after Shutdown, once the servers have been notified
 
-  // How long each tick of the loaded world took the slowest server; null without a world. Like all else for
-  // the thread that owns the coordinator, which is also that of a reply.
+  // The duration of each tick of the loaded world on its slowest server; null without a world. Like
+  // everything else, only for the thread that owns the coordinator, which is also the thread of the replies.
   const DurationHistogram* tick_durations() const;
 
  private:

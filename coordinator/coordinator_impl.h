@@ -1,6 +1,6 @@
-// The insides of the coordinator, over several files: coordinator.cc (messages and servers), loading.cc
-// (worlds come and go), client_requests.cc (everything else that clients ask), status.cc (what it says of
-// itself).
+// The implementation of the coordinator, over several files: coordinator.cc (messages and servers),
+// loading.cc (loading and unloading worlds), client_requests.cc (all other requests of clients), status.cc
+// (status replies).
 #pragma once
 
 #include <absl/container/flat_hash_set.h>
@@ -96,10 +96,10 @@ class Coordinator::Impl {
 
   CoordinatorOptions options_;
   Membership members_;
-  absl::flat_hash_set<NodeId> strangers_;  // unknown servers that were told so
+  absl::flat_hash_set<NodeId> strangers_;  // unknown servers that have been notified
   std::unique_ptr<ActiveWorld> world_;
   std::optional<WaitingLoad> waiting_load_;
-  std::optional<v1::StatusReply> failed_;  // the last of a world that failed
+  std::optional<v1::StatusReply> failed_;  // the last status of a world that failed
   std::uint64_t worlds_ = 0;
   bool was_moving_ = false;
   bool finished_ = false;

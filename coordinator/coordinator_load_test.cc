@@ -87,7 +87,7 @@ TEST(Load, SaysWhichServersNeverCame) {
   EXPECT_EQ(*cluster.coordinator->next_deadline(), cluster.now + seconds(1));
   cluster.advance(seconds(1));
   EXPECT_EQ(load->code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(load->message(), HasSubstr("needs 3 servers of precision f32, and there are 1"));
+  EXPECT_THAT(load->message(), HasSubstr("needs 3 servers of precision f32, but there are 1"));
   EXPECT_EQ(cluster.status().state(), "empty");
 }
 

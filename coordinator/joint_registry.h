@@ -1,4 +1,4 @@
-// What the coordinator knows of a world's joints: their names, properties and drives.
+// The coordinator's record of a world's joints: their names, properties and drives.
 #pragma once
 
 #include <absl/container/btree_map.h>
@@ -22,13 +22,13 @@ class JointRegistry {
  public:
   struct Entry {
     std::string name;
-    JointRecord record;  // frames in centre frames; the drives as they were set last
+    JointRecord record;  // frames in centre frames; with the latest drives
   };
 
-  // The joints of a world that is valid, with their records.
+  // The joints of a valid world, with their records.
   JointRegistry(std::vector<JointDescription> joints, std::span<const JointRecord> records);
 
-  // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a joint that does not exist (any longer).
+  // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a joint that does not exist (or no longer exists).
   absl::StatusOr<JointId> resolve(const v1::JointRef& reference) const;
 
   // Null if there is none.
@@ -37,11 +37,12 @@ class JointRegistry {
   // At most `limit` joints whose names begin with `prefix`, ascending by id.
   std::vector<JointId> with_prefix(std::string_view prefix, std::size_t limit) const;
 
-  // A name that no joint has.
+  // A name that is not in use.
   std::string free_name() const;
 
-  // Takes a new joint in under the next id; ids are never used again. `joint.properties` names bodies by
-  // their ids, and these are theirs; `parent` is null for the world. Errors as WorldRegistry::add_joint().
+  // Adds a new joint under the next id; ids are never reused. `joint.properties` refers to bodies by their
+  // ids; these are the properties of those bodies; `parent` is null for the world. Errors as
+  // WorldRegistry::add_joint().
   absl::StatusOr<JointRecord> add(JointDescription joint, const BodyProperties* parent,
                                   const BodyProperties& child, const WorldSettings& settings);
 
@@ -52,7 +53,7 @@ class JointRegistry {
  private:
   void insert(std::string name, const JointRecord& record);
 
-  std::map<JointId, Entry> joints_;  // nodes stay where they are: names_ looks into them
+  std::map<JointId, Entry> joints_;  // node addresses are stable: names_ refers to them
   absl::btree_map<std::string_view, JointId> names_;
   absl::btree_set<std::pair<BodyId, JointId>> by_body_;
   JointId next_id_{1};

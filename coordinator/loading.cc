@@ -1,4 +1,4 @@
-// Worlds come and go: loading, replacing, unloading, failing.
+// Loading, replacing, unloading and failing of worlds.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ absl::Status Coordinator::Impl::may_load(const v1::LoadRequest& request) const {
   }
   if (world_ && !request.replace()) {
     return absl::AlreadyExistsError(
-        absl::StrCat("the world '", world_->name, "' is loaded; ask to replace it"));
+        absl::StrCat("the world '", world_->name, "' is loaded; set `replace` to replace it"));
   }
   if (!request.has_world()) return absl::InvalidArgumentError("world must be set");
   return absl::OkStatus();
@@ -44,7 +44,7 @@ void Coordinator::Impl::on(Call<v1::LoadRequest, v1::LoadReply>& call, Nanosecon
     call.reply(joints.status(), {});
     return;
   }
-  call.request.Clear();  // the description has it all, and may be large
+  call.request.Clear();  // the description has everything, and the request may be large
   waiting_load_ = WaitingLoad{std::move(call), *std::move(world), *std::move(records), *std::move(joints),
                               now + options_.join_timeout};
   try_start();
@@ -54,12 +54,12 @@ std::string Coordinator::Impl::missing_servers(const WaitingLoad& load) const {
   const Precision precision = load.world.settings.precision;
   const std::size_t wanted = std::max<std::size_t>(options_.servers_wanted, 1);
   return absl::StrCat("the world '", load.world.name, "' needs ", wanted, " servers of precision ",
-                      name_of(precision), ", and there are ", members_.nodes_of(precision).size(),
+                      name_of(precision), ", but there are ", members_.nodes_of(precision).size(),
                       " after waiting for ", std::chrono::duration<double>(options_.join_timeout).count(),
                       " s");
 }
 
-// Starts the load that waits, if the servers that it needs are there.
+// Starts the waiting load if the servers that it needs have joined.
 void Coordinator::Impl::try_start() {
   if (!waiting_load_) return;
   std::vector<NodeId> nodes = members_.nodes_of(waiting_load_->world.settings.precision);
@@ -130,8 +130,8 @@ void Coordinator::Impl::finish_load() {
   log(absl::StrCat("the world '", world_->name, "' is loaded"));
 }
 
-// Forgets the world; everyone who waits for it hears `status`. Servers that are `staying` for the next world
-// need not be told: a load replaces what they have.
+// Discards the world; all waiting calls get `status`. Servers that are `staying` for the next world need no
+// message: a load replaces their world.
 void Coordinator::Impl::close_world(const absl::Status& status, const std::vector<NodeId>& staying) {
   if (!world_) return;
   const std::unique_ptr<ActiveWorld> world = std::move(world_);
@@ -144,7 +144,7 @@ void Coordinator::Impl::close_world(const absl::Status& status, const std::vecto
   }
 }
 
-// A load that fails before there was a world leaves none; anything else leaves a world that has failed.
+// A load that fails before the world exists leaves no world; any other failure leaves a failed world.
 void Coordinator::Impl::fail_world(const std::string& failure, absl::StatusCode code, Nanoseconds now) {
   const bool leaves_trace = !world_->loading() || world_->replaced_another;
   if (leaves_trace) {

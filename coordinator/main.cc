@@ -1,5 +1,4 @@
-// tessera-coordinator: the one process of a cluster that clients talk to, and that says how far time has
-// come.
+// tessera-coordinator: the process of a cluster that serves clients, orders commands and grants ticks.
 #include <pthread.h>
 #include <signal.h>
 #include <spdlog/spdlog.h>
@@ -32,8 +31,8 @@
 namespace tessera {
 namespace {
 
-// Turns SIGINT and SIGTERM into a flag and a call. Must be made before any other thread is, so that no other
-// thread takes the signals.
+// Turns SIGINT and SIGTERM into a flag and a call. Construct it before any other thread starts, so that no
+// other thread receives the signals.
 class StopSignals {
  public:
   explicit StopSignals(std::function<void()> on_stop) : on_stop_(std::move(on_stop)) {
@@ -44,7 +43,7 @@ class StopSignals {
     });
   }
   ~StopSignals() {
-    pthread_kill(thread_.native_handle(), SIGTERM);  // ends the wait, if it still waits
+    pthread_kill(thread_.native_handle(), SIGTERM);  // ends the wait, if it is still waiting
     thread_.join();
   }
 
@@ -57,7 +56,7 @@ class StopSignals {
   std::thread thread_;
 };
 
-// A link that other threads may wake as soon as it is there.
+// A link that other threads may wake as soon as it exists.
 class Waker {
  public:
   void attach(Link* link) {
@@ -76,12 +75,12 @@ class Waker {
 
 std::string text(const absl::Status& status) { return std::string(status.message()); }
 
-// Without a place to write to, the world goes on and the recording ends.
+// If writing fails, the recording ends and the world continues.
 void record(const v1::RecordedInput& input, std::optional<RecordingWriter>& recording) {
   if (!recording) return;
   const absl::Status status = recording->write(input);
   if (status.ok()) return;
-  spdlog::error("{}: nothing more is recorded", text(status));
+  spdlog::error("{}: recording has stopped", text(status));
   recording.reset();
 }
 
@@ -110,7 +109,7 @@ void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const S
       if (message.ParseFromString(delivery.payload)) {
         coordinator.receive(delivery.from, message, now());
       } else {
-        spdlog::warn("a message of node {:x} cannot be read", delivery.from.value);
+        spdlog::warn("a message from node {:x} cannot be read", delivery.from.value);
       }
     }
     for (const NodeId node : link.take_lost_peers()) {
@@ -123,7 +122,7 @@ void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const S
   for (ClientRequest& request : queue.take()) coordinator.handle(std::move(request), now());
 }
 
-// All of it is asked for on threads of the monitor. Null where no metrics are wanted.
+// The monitor calls these on its own threads. Null if metrics are off.
 absl::StatusOr<std::unique_ptr<Monitor>> open_monitor(const CoordinatorArguments& arguments,
                                                       RequestQueue& queue, const Coordinator& coordinator,
                                                       const Pulse& pulse) {
@@ -207,7 +206,7 @@ int main(int argc, char** argv) {
   tessera::add_options(app, arguments);
   if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
   if (arguments.exit_with_parent && !tessera::end_with_parent(parent, SIGTERM)) return 1;
-  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // its failures are ours to tell
+  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // failures are reported by us
   tessera::start_log("coordinator", arguments.log);
   return tessera::run(arguments);
 }

@@ -1,4 +1,4 @@
-// Which sector servers are part of the cluster: who may join, and who has fallen silent.
+// The sector servers of the cluster: which may join, and which have fallen silent.
 #pragma once
 
 #include <absl/status/status.h>
@@ -15,7 +15,7 @@
 
 namespace tessera {
 
-// A server that has joined, with what it said last.
+// A server that has joined, with its latest report.
 struct Server {
   NodeId node;
   Precision precision = Precision::kFloat32;
@@ -23,10 +23,10 @@ struct Server {
   std::string stream_address;
   std::chrono::nanoseconds last_heard{};
   std::chrono::nanoseconds patience{};  // how long it may be silent
-  // Since when the transport has missed its signs of life; none while all is well.
+  // When the transport lost contact; none while the server responds.
   std::optional<std::chrono::nanoseconds> suspect_since;
 
-  // When it will count as lost if nothing is heard of it until then.
+  // When it counts as lost unless it responds before then.
   std::chrono::nanoseconds deadline() const;
 
   std::uint64_t tick = 0;
@@ -41,12 +41,11 @@ class Membership {
 
   explicit Membership(Nanoseconds timeout) : timeout_(timeout) {}
 
-  // Lets a server join; one that is in already may say hello again. FAILED_PRECONDITION, naming its value and
-  // ours, for another protocol or layout; INVALID_ARGUMENT for a hello that makes no sense;
-  // RESOURCE_EXHAUSTED beyond kServersMax.
+  // Lets a server join; a member may say hello again. FAILED_PRECONDITION, with its value and ours, for
+  // another protocol or layout; INVALID_ARGUMENT for an invalid hello; RESOURCE_EXHAUSTED beyond kServersMax.
   absl::Status admit(NodeId node, const v1::Hello& hello, Nanoseconds now);
 
-  // Null for a node that is not in. Valid until the next admit() or remove().
+  // Null for a node that is not a member. Valid until the next admit() or remove().
   Server* find(NodeId node);
 
   void remove(NodeId node);
@@ -58,7 +57,7 @@ class Membership {
   // Gives every server at least until `time`.
   void spare_until(Nanoseconds time);
 
-  // Those whose deadlines have passed, and when the next one will.
+  // The servers whose deadlines have passed, and the next deadline.
   std::vector<NodeId> silent(Nanoseconds now) const;
   std::optional<Nanoseconds> next_deadline() const;
 
@@ -69,7 +68,7 @@ class Membership {
   std::vector<Server> servers_;
 };
 
-// How messages call a server: its address in the cluster and that of its streams.
+// The name of a server in messages: its address in the cluster and that of its streams.
 std::string title_of(const Server& server);
 
 }  // namespace tessera

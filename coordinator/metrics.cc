@@ -20,7 +20,7 @@ constexpr std::array kStates = {"empty", "loading", "paused", "running", "failed
 
 prometheus::MetricFamily states(const std::string& state) {
   prometheus::MetricFamily family = {"tessera_world_state",
-                                     "1 for the state that the world is in, 0 for the others",
+                                     "1 for the current state of the world, 0 for the others",
                                      prometheus::MetricType::Gauge,
                                      {}};
   for (const char* one : kStates) {
@@ -40,7 +40,7 @@ prometheus::MetricFamily tick_durations(const CoordinatorFigures& figures) {
                                  {0.99, figures.status.tick_ms_p99() / 1e3},
                                  {1, figures.status.tick_ms_max() / 1e3}}};
   return {"tessera_world_tick_duration_seconds",
-          "How long ticks of the loaded world took the slowest server, without pacing",
+          "Duration of ticks of the loaded world on the slowest server, without pacing",
           prometheus::MetricType::Summary,
           {std::move(metric)}};
 }
@@ -65,7 +65,7 @@ absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue, const Co
                    promise->set_value(std::move(figures));
                  }};
   if (!queue.push(request) || answer.wait_for(kPatience) != std::future_status::ready) {
-    return absl::UnavailableError("the coordinator does not answer: it is busy, or ends");
+    return absl::UnavailableError("the coordinator does not answer: it is busy or shutting down");
   }
   return answer.get();
 }
@@ -81,8 +81,7 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
   std::vector<prometheus::MetricFamily> families = {
       gauge("tessera_coordinator_info", "The cluster of this coordinator", 1, {{"cluster", cluster}}),
       gauge("tessera_coordinator_servers", "Sector servers that have joined", number(status.servers_size())),
-      gauge("tessera_coordinator_servers_suspect", "Joined servers that give no sign of life",
-            number(suspects)),
+      gauge("tessera_coordinator_servers_suspect", "Joined servers that do not respond", number(suspects)),
       gauge("tessera_coordinator_servers_taking_part", "Servers that host the loaded world",
             number(taking_part)),
       states(status.state()),
@@ -90,10 +89,10 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
       counter("tessera_world_ticks_total", "Ticks of the loaded world that all servers have completed",
               number(status.tick())),
       counter("tessera_world_time_seconds_total", "Simulated time of the loaded world", status.time()),
-      gauge("tessera_world_real_time_ratio", "Simulated time per time on the wall",
-            status.real_time_factor()),
+      gauge("tessera_world_real_time_ratio", "Simulated time per wall time", status.real_time_factor()),
       tick_durations(figures),
       gauge("tessera_world_bodies", "Bodies of the loaded world", number(status.bodies())),
+
       gauge("tessera_world_map_epoch", "How often the sector map has changed", number(status.map_epoch())),
   };
   const TickCounts last = counts_from(status.counts());
@@ -112,7 +111,7 @@ absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t serve
                                    [](const v1::ServerStatus& server) { return !server.suspect(); });
   const std::uint32_t wanted = std::max(servers_wanted, 1u);
   if (heard >= wanted) return absl::OkStatus();
-  return absl::UnavailableError(absl::StrCat(heard, " of ", wanted, " sector servers are there"));
+  return absl::UnavailableError(absl::StrCat(heard, " of ", wanted, " sector servers have joined"));
 }
 
 }  // namespace tessera

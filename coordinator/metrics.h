@@ -14,11 +14,11 @@
 
 namespace tessera {
 
-// What the thread of the coordinator says of it at one moment.
+// A snapshot taken by the coordinator's thread.
 struct CoordinatorFigures {
   v1::StatusReply status;
   std::uint64_t ticks = 0;  // of the loaded world, with a duration
-  double ticks_s = 0;       // all their durations
+  double ticks_s = 0;       // the sum of their durations
 };
 
 // Asks the thread that owns `coordinator` and takes from `queue`; for any other thread. UNAVAILABLE if it
@@ -28,8 +28,8 @@ absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue, const Co
 std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figures,
                                                  const std::string& cluster);
 
-// UNAVAILABLE unless a world can be loaded: as many servers are there as a load wants (0: one), none a
-// suspect.
+// UNAVAILABLE unless a world can be loaded: as many servers as a load needs (0: one) have joined, and none is
+// a suspect.
 absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t servers_wanted);
 
 }  // namespace tessera

@@ -10,10 +10,10 @@ namespace tessera {
 void add_options(CLI::App& app, CoordinatorArguments& arguments) {
   CoordinatorOptions& coordinator = arguments.coordinator;
   app.footer("Example: tessera-coordinator --cluster lab --servers 2 --listen 127.0.0.1:7300");
-  app.add_option("--listen", arguments.listen, "Address for clients, host:port; port 0: any free one")
+  app.add_option("--listen", arguments.listen, "Address for clients, host:port; port 0: any free port")
       ->capture_default_str();
   app.add_option("--servers", coordinator.servers_wanted,
-                 "Load worlds on this many sector servers of their precision; 0: on all there are")
+                 "Load worlds on this many sector servers of their precision; 0: on all")
       ->check(CLI::Range(0u, kServersMax))
       ->capture_default_str();
   add_seconds(app, "--join-timeout", coordinator.join_timeout, "How long a load waits for sector servers, s",
@@ -22,9 +22,10 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
               "Silence after which a sector server counts as lost, s", 0.1, 1e6);
   add_metrics_option(app, arguments.metrics_address);
   app.add_option("--record-inputs", arguments.record_inputs,
-                 "Write worlds, commands and the hash of every tick to this new file, for tessera replay")
+                 "Record worlds, commands and the hash of every tick to this new file, for tessera replay")
       ->capture_default_str();
-  app.add_option("--ready-file", arguments.ready_file, "Write the address for clients here once it serves")
+  app.add_option("--ready-file", arguments.ready_file,
+                 "Write the address for clients to this file once it accepts connections")
       ->configurable(false);
   add_parent_option(app, arguments.exit_with_parent);
   add_shared_options(app, arguments.dds, arguments.log);

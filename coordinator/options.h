@@ -1,4 +1,4 @@
-// What the coordinator can be told: its command line, environment and configuration file.
+// The coordinator's options: command line, environment and configuration file.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -15,7 +15,7 @@ struct CoordinatorArguments {
   CoordinatorOptions coordinator;
   std::string listen = "127.0.0.1:7300";
   std::string metrics_address;  // empty: no metrics
-  std::string record_inputs;    // empty: nothing is recorded
+  std::string record_inputs;    // empty: no recording
   std::string ready_file;
   LogOptions log;
   bool exit_with_parent = false;

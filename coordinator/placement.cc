@@ -21,7 +21,7 @@ std::vector<std::pair<SectorIndex, double>> load_of(std::span<const BodyRecord> 
   return {weights.begin(), weights.end()};
 }
 
-// The radius of the largest body that can move: no server sees all of them.
+// The radius of the largest movable body, which no server can compute alone.
 double largest_radius(const WorldDescription& world, std::span<const BodyRecord> records) {
   double largest = 0;
   for (const BodyRecord& record : records) {
@@ -32,7 +32,7 @@ double largest_radius(const WorldDescription& world, std::span<const BodyRecord>
   return largest;
 }
 
-// Statics for everyone, others for their hosts; in order of id.
+// Static bodies go to all servers, others to their hosts, in order of id.
 std::vector<std::string> records_by_rank(std::span<const BodyRecord> records, const SectorMap& map) {
   std::vector<std::vector<BodyRecord>> parts(map.servers());
   for (const BodyRecord& record : records) {
@@ -75,9 +75,9 @@ absl::StatusOr<Placement> place(std::uint64_t number, const WorldDescription& wo
   const std::size_t common_bytes = common.ByteSizeLong();
   for (std::string& packed : records_by_rank(records, placement.map)) {
     if (common_bytes + packed.size() > kLoadMessageBytesMax) {
-      return absl::ResourceExhaustedError(absl::StrCat("the world's part of a server is ",
-                                                       common_bytes + packed.size(), " bytes, and may be ",
-                                                       kLoadMessageBytesMax));
+      return absl::ResourceExhaustedError(
+          absl::StrCat("one server's part of the world has ", common_bytes + packed.size(),
+                       " bytes, and may have at most ", kLoadMessageBytesMax));
     }
     v1::LoadWorld& part = placement.loads.emplace_back(common);
     part.set_records(std::move(packed));

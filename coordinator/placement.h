@@ -1,4 +1,4 @@
-// Which server hosts which sectors of a world that is being loaded, and what each of them must be told.
+// Assigns the sectors of a world that is being loaded to servers, and makes the load message of each.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -22,9 +22,9 @@ struct Placement {
   std::size_t sectors = 0;           // with a body that can move
 };
 
-// Cuts the world into runs of equal weight along the curve (a sector weighs 1, and each body that can move
-// 1), one per node. `world` and its records are valid. RESOURCE_EXHAUSTED where a server's part does not
-// fit in a message of kLoadMessageBytesMax.
+// Divides the world into runs of equal weight along the curve, one per node; a sector weighs 1, and each
+// movable body 1. `world` and its records are valid. RESOURCE_EXHAUSTED if a server's part does not fit into
+// a message of kLoadMessageBytesMax.
 absl::StatusOr<Placement> place(std::uint64_t number, const WorldDescription& world,
                                 std::span<const BodyRecord> records, std::span<const JointRecord> joints,
                                 std::span<const NodeId> nodes);

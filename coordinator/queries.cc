@@ -12,7 +12,7 @@ namespace tessera {
 absl::Status Queries::room() const {
   if (open_.size() < kOpenQueriesMax) return absl::OkStatus();
   return absl::ResourceExhaustedError(
-      absl::StrCat(open_.size(), " queries are open already, the most that may"));
+      absl::StrCat(open_.size(), " queries are open already, which is the maximum"));
 }
 
 v1::Query Queries::open(Question question) {
@@ -72,7 +72,7 @@ void Queries::add(Ray& ray, const v1::Answer& answer) {
   nearest.normal = answer.normal();
 }
 
-// A static body may be near in the sectors of several servers.
+// Several servers may report the same static body.
 void Queries::add(Near& near, const v1::Answer& answer) {
   for (const v1::NearBody& body : answer.near()) {
     const auto [place, is_new] = near.result.distances.try_emplace(BodyId{body.body()}, body.distance());

@@ -1,4 +1,4 @@
-// Questions that every server of a world answers for its share, and the sums of their answers.
+// Questions that every server of a world answers for its partition, and the combined answers.
 #pragma once
 
 #include <absl/container/btree_map.h>
@@ -33,17 +33,17 @@ class Queries {
 
   explicit Queries(std::size_t servers) : servers_(servers) {}
 
-  // Each gives the question to send to all servers; the reply comes with the last answer. RESOURCE_EXHAUSTED,
-  // without calling `reply`, while kOpenQueriesMax are open.
+  // Each returns the question to send to all servers; `reply` is called with the last answer.
+  // RESOURCE_EXHAUSTED, without calling `reply`, while kOpenQueriesMax queries are open.
   absl::Status room() const;
   v1::Query hash(HashReply reply);
   v1::Query ray(v1::RayQuery ray, RayReply reply);
   v1::Query near(v1::NearQuery near, NearReply reply);
 
-  // INTERNAL for an answer to a question that was not asked, or was answered by that server.
+  // INTERNAL for an answer to a question that was not asked, or that this server has answered before.
   absl::Status answer(std::size_t rank, const v1::Answer& answer);
 
-  // Tells everyone who waits.
+  // Answers all waiting calls.
   void abandon(const absl::Status& status);
 
  private:

@@ -1,4 +1,4 @@
-// What clients do to a world, on the way to whoever writes it down.
+// Reports what clients do to a world to whoever records it.
 #pragma once
 
 #include <google/protobuf/descriptor.h>
@@ -13,14 +13,14 @@
 
 namespace tessera {
 
-// Of a command: the tick at whose beginning it takes effect, and the id of what it makes.
+// For a command: the tick at whose beginning it takes effect, and the id of the object that it creates.
 template <typename Answer>
 concept CommandAnswer = std::same_as<Answer, v1::CommandReply> || requires(const Answer& answer) {
   answer.tick();
   answer.id();
 };
 
-// The field of a recorded command that is meant for a request of this type; null where there is none.
+// The field of a recorded command for a request of this type; null if there is none.
 inline const google::protobuf::FieldDescriptor* field_for(const google::protobuf::Descriptor* request) {
   const google::protobuf::OneofDescriptor* fields =
       v1::RecordedCommand::descriptor()->FindOneofByName("request");
@@ -33,12 +33,12 @@ inline const google::protobuf::FieldDescriptor* field_for(const google::protobuf
 template <typename Request>
 void put(const Request& request, v1::RecordedCommand& command) {
   static const google::protobuf::FieldDescriptor* const field = field_for(Request::descriptor());
-  invariant(field != nullptr, "there is no command that cannot be recorded");
+  invariant(field != nullptr, "every command can be recorded");
   command.GetReflection()->MutableMessage(&command, field)->CopyFrom(request);
 }
 
-// From now on the call tells `record` what it asked for, once it is answered with OK. The sequencer answers
-// commands in the order in which they take effect.
+// Makes the call report its request to `record` once it is answered with OK. The sequencer answers commands
+// in the order in which they take effect.
 template <typename Request, typename Answer>
 void record_on_reply(ClientCall<Request, Answer>& call, const InputSink& record) {
   if constexpr (CommandAnswer<Answer>) {
@@ -57,7 +57,7 @@ void record_on_reply(ClientCall<Request, Answer>& call, const InputSink& record)
   }
 }
 
-// Likewise a world that is loaded.
+// Likewise for a world that is loaded.
 inline void record_on_reply(ClientCall<v1::LoadRequest, v1::LoadReply>& call, const InputSink& record) {
   call.reply = [record, world = call.request.world(), reply = std::move(call.reply)](
                    const absl::Status& status, const v1::LoadReply& answer) {

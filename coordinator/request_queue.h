@@ -1,4 +1,4 @@
-// What clients asked, on its way from the threads of gRPC to the one that owns the coordinator.
+// Requests of clients, on their way from gRPC's threads to the thread that owns the coordinator.
 #pragma once
 
 #include <functional>
@@ -10,19 +10,19 @@
 
 namespace tessera {
 
-// For any thread.
+// Safe to use from any thread.
 class RequestQueue {
  public:
-  // `wake` is called, on the thread that pushes, after something was put into the empty queue.
+  // `wake` is called, on the pushing thread, after a push into the empty queue.
   explicit RequestQueue(std::function<void()> wake) : wake_(std::move(wake)) {}
 
-  // False, and nothing has happened, for a queue that is full (kQueuedRequestsMax) or closed.
+  // False, without any effect, if the queue is full (kQueuedRequestsMax) or closed.
   bool push(ClientRequest& request);
 
-  // All that came since the last time, in order.
+  // All requests since the last call, in order.
   std::vector<ClientRequest> take();
 
-  // Takes no more.
+  // Refuses further requests.
   void close();
 
  private:

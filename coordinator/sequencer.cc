@@ -15,17 +15,16 @@ namespace {
 
 using Nanoseconds = Sequencer::Nanoseconds;
 
-// By the clock, ticks are granted at most this much ahead (commands wait for that long), in grants of at most
-// this much, and what a slow world has not done within this time is not caught up with.
+// With real-time pacing, ticks are granted at most this far ahead (commands wait for that long), in grants of
+// at most this length; a delay beyond this time is not caught up with.
 constexpr double kAheadNs = 50e6;
 constexpr double kQuantumNs = 10e6;
 constexpr Nanoseconds kDebtMax = std::chrono::milliseconds(100);
 
-// Periods are counted from a base that moves up after so many, so that products stay exact enough.
+// Periods are counted from a base that advances after this many, so that products stay exact enough.
 constexpr std::uint64_t kPeriodsMax = 1'000'000;
 
-// As fast as possible, a window is granted in so many parts: servers work on some while others are on the
-// way.
+// Without pacing, a window is granted in this many parts: servers work on some while others are in transit.
 constexpr std::uint64_t kChunksPerWindow = 4;
 
 }  // namespace
@@ -40,12 +39,12 @@ Sequencer::Sequencer(const Options& options)
 absl::Status Sequencer::room_for_command(std::size_t shape_bytes) const {
   if (held_commands_ >= kHeldCommandsMax) {
     return absl::ResourceExhaustedError(
-        absl::StrCat(held_commands_, " commands wait for a tick already, the most that may"));
+        absl::StrCat(held_commands_, " commands wait for a tick already, which is the maximum"));
   }
   if (held_shape_bytes_ + shape_bytes > kHeldShapeBytesMax) {
-    return absl::ResourceExhaustedError(absl::StrCat("the shapes of commands that wait for a tick would be ",
-                                                     held_shape_bytes_ + shape_bytes, " bytes, and may be ",
-                                                     kHeldShapeBytesMax));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the shapes of the commands that wait for a tick would take ",
+                     held_shape_bytes_ + shape_bytes, " bytes, and may take at most ", kHeldShapeBytesMax));
   }
   return absl::OkStatus();
 }
@@ -53,11 +52,11 @@ absl::Status Sequencer::room_for_command(std::size_t shape_bytes) const {
 absl::Status Sequencer::room_for_query() const {
   if (queries_.size() < kOpenQueriesMax) return absl::OkStatus();
   return absl::ResourceExhaustedError(
-      absl::StrCat(queries_.size(), " queries wait already, the most that may"));
+      absl::StrCat(queries_.size(), " queries wait already, which is the maximum"));
 }
 
-// A body that is teleported lives nowhere until the end of that tick's exchange; later commands for it or for
-// joints, and all that follow them, go to the tick after.
+// A teleported body has no home until the end of that tick's exchange. Later commands for it or for joints,
+// and all commands after them, go to the next tick.
 void Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Reply reply) {
   const std::optional<BodyId> body = body_of(command);
   const auto must_wait = [&body](const Batch& batch) {
@@ -105,7 +104,7 @@ absl::Status Sequencer::resume(double real_time_factor, Nanoseconds now) {
     pace.quantum = std::max<std::uint64_t>(static_cast<std::uint64_t>(quantum), 1);
   }
   for (const Reply& waiting : std::exchange(pauses_, {})) {
-    waiting(absl::FailedPreconditionError("the world was resumed before it stood still"), completed_);
+    waiting(absl::FailedPreconditionError("the world was resumed before it had paused"), completed_);
   }
   return absl::OkStatus();
 }
@@ -151,7 +150,7 @@ absl::Status Sequencer::report(std::size_t rank, Tick tick) {
   return absl::OkStatus();
 }
 
-// Answers those who wait for the world to stand still.
+// Answers the calls that wait for the world to pause.
 void Sequencer::settle() {
   if (mode_ == Mode::kStepping && completed_ == target_) {
     mode_ = Mode::kPaused;
@@ -162,7 +161,7 @@ void Sequencer::settle() {
   for (const Reply& waiting : std::exchange(pauses_, {})) waiting(absl::OkStatus(), completed_);
 }
 
-// What is held now stays held until someone goes on; its ticks are certain all the same.
+// Held commands stay held until the world continues; their ticks are certain nevertheless.
 void Sequencer::tell_ticks() {
   for (std::size_t n = 0; n < batches_.size(); ++n) {
     for (const Reply& reply : std::exchange(batches_[n].replies, {}))
@@ -178,7 +177,7 @@ std::uint64_t Sequencer::window() const {
   return mode_ == Mode::kRunning && pace_ ? pace_->ahead_max : options_.grant_window;
 }
 
-// How many ticks behind the base are due; within rounding, then corrected by due() itself.
+// How many ticks after the base are due; estimated within rounding, then corrected by due().
 std::uint64_t Sequencer::ticks_due(Nanoseconds now) const {
   if (now < pace_->base_time) return 0;
   const double elapsed_ns = static_cast<double>((now - pace_->base_time).count());
@@ -188,7 +187,7 @@ std::uint64_t Sequencer::ticks_due(Nanoseconds now) const {
   return n;
 }
 
-// A world that is too slow slows down evenly instead of rushing later.
+// A world that cannot keep up slows down evenly instead of catching up later.
 void Sequencer::forgive_debt(Nanoseconds now) {
   if (mode_ != Mode::kRunning || !pace_) return;
   const std::uint64_t done = granted_ - pace_->base_tick;
@@ -240,7 +239,7 @@ std::vector<v1::Grant> Sequencer::take_grants(Nanoseconds now) {
   std::vector<v1::Grant> grants;
   while (const std::uint64_t ticks = ticks_to_grant(now)) grants.push_back(next_grant(ticks));
   if (!queries_.empty()) {
-    // A grant of their own: a slow pace must not hold answers up.
+    // A separate grant: a slow pace must not delay answers.
     v1::Grant& grant = grants.emplace_back();
     grant.set_world(options_.world);
     grant.set_serial(++serial_);

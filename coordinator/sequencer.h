@@ -1,4 +1,4 @@
-// The sequence of a world: which commands take effect at which tick, and how far the servers may run.
+// The sequence of a world: the tick at which each command takes effect, and how far the servers may run.
 #pragma once
 
 #include <absl/container/flat_hash_set.h>
@@ -16,8 +16,9 @@
 
 namespace tessera {
 
-// Grants carry several ticks where they can, and commands apply at the first of them: the next grant always
-// begins with the tick after the last one granted, so a command's tick is known as soon as it is taken.
+// A grant carries several ticks if possible, and its commands apply at the first of them. The next grant
+// always begins with the tick after the last one granted, so a command's tick is known as soon as it is
+// accepted.
 class Sequencer {
  public:
   using Nanoseconds = std::chrono::nanoseconds;
@@ -32,55 +33,54 @@ class Sequencer {
 
   explicit Sequencer(const Options& options);
 
-  // Whether it stands still, or will as soon as what was granted is done.
+  // Whether the world is paused, or will be once all granted ticks are done.
   bool paused() const { return mode_ == Mode::kPaused; }
   Tick completed() const { return completed_; }  // by all servers
   Tick granted() const { return granted_; }
 
-  // RESOURCE_EXHAUSTED if submit() or ask() must not be called now.
+  // RESOURCE_EXHAUSTED if submit() or ask() must not be called at present.
   absl::Status room_for_command(std::size_t shape_bytes) const;
   absl::Status room_for_query() const;
 
-  // Takes a checked command, with the shape that it brings. `reply` hears its tick once that is granted; at
-  // once while nothing is going to be granted, since the next tick that ever is will be its.
+  // Takes a checked command, with the shape that it adds. `reply` gets its tick once that is granted. While
+  // the world is paused it gets it immediately: the command takes effect at the next tick, whenever that is
+  // granted.
   void submit(Command command, std::optional<v1::Shape> new_shape, Reply reply);
 
-  // Has a question answered after all ticks granted so far.
+  // Asks a question that is answered after all ticks granted so far.
   void ask(v1::Query query);
 
-  // Ticks as `real_time_factor` simulated seconds a second make them due; 0: as fast as possible.
-  // INVALID_ARGUMENT for a factor out of bounds, FAILED_PRECONDITION during a step. Who waits for a pause
-  // waits in vain.
+  // Runs at `real_time_factor` simulated seconds per second; 0: as fast as possible. INVALID_ARGUMENT for a
+  // factor out of bounds, FAILED_PRECONDITION during a step. Calls that wait for a pause get an error.
   absl::Status resume(double real_time_factor, Nanoseconds now);
 
-  // Grants no more; answers when all servers have done what was granted. Cuts a step short.
+  // Stops granting; answers when all servers have completed the granted ticks. Cuts a step short.
   void pause(Reply reply);
 
-  // Runs `ticks` more and pauses; answers when they are done. INVALID_ARGUMENT unless 1 to kStepTicksMax,
+  // Runs `ticks` ticks and pauses; answers when they are done. INVALID_ARGUMENT unless 1 to kStepTicksMax,
   // FAILED_PRECONDITION unless paused.
   void step(std::uint64_t ticks, Reply reply);
 
-  // A server has completed `tick`; reports may overtake one another. INTERNAL for a tick that was not
-  // granted.
+  // A server has completed `tick`; reports may arrive out of order. INTERNAL for a tick that was not granted.
   absl::Status report(std::size_t rank, Tick tick);
 
-  // What is to be granted by now, in order, for every server of the world.
+  // The grants that are due, in order, for every server of the world.
   std::vector<v1::Grant> take_grants(Nanoseconds now);
 
-  // When the next tick is due, if the clock decides.
+  // When the next tick is due, with real-time pacing.
   std::optional<Nanoseconds> next_due() const;
 
-  // Answers everyone who waits with `status`; the world is gone.
+  // Answers all waiting calls with `status`; the world is gone.
   void abandon(const absl::Status& status);
 
  private:
   enum class Mode { kPaused, kStepping, kRunning };
 
-  // The commands of one tick to come.
+  // The commands of one future tick.
   struct Batch {
     std::vector<Command> commands;
     std::vector<v1::Shape> new_shapes;
-    std::vector<Reply> replies;  // of those who have not been told
+    std::vector<Reply> replies;  // of commands that have not been answered
     absl::flat_hash_set<BodyId> teleported;
   };
 
@@ -89,7 +89,7 @@ class Sequencer {
     double period_ns = 0;
     Tick base_tick = 0;
     Nanoseconds base_time{};
-    std::uint64_t quantum = 1;  // ticks a grant: short ticks are not worth a message each
+    std::uint64_t quantum = 1;  // ticks per grant: short ticks are not worth a message each
     std::uint64_t ahead_max = 1;
 
     Nanoseconds due(std::uint64_t n) const;
@@ -107,9 +107,9 @@ class Sequencer {
   void settle();
 
   Options options_;
-  std::uint64_t chunk_;  // ticks a grant when as fast as possible
+  std::uint64_t chunk_;  // ticks per grant without pacing
   Mode mode_ = Mode::kPaused;
-  std::optional<Pace> pace_;  // running by the clock
+  std::optional<Pace> pace_;  // set while running with real-time pacing
   Tick target_ = 0;           // of the step
   Reply step_reply_;
   std::vector<Reply> pauses_;

@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-// One call under way. gRPC deletes it through OnDone(); whoever replies later finds it gone.
+// One active call. gRPC deletes it through OnDone(); a later reply finds it gone.
 template <typename Answer>
 class UnaryCall final : public grpc::ServerUnaryReactor {
  public:
@@ -44,8 +44,9 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
   void OnCancel() override {
     const std::shared_ptr<Place> place = place_;  // outlives the call
-    place->end(grpc::Status(grpc::StatusCode::CANCELLED, "the client has gone, or its deadline has passed"),
-               nullptr);
+    place->end(
+        grpc::Status(grpc::StatusCode::CANCELLED, "the client has disconnected, or its deadline has passed"),
+        nullptr);
   }
   void OnDone() override { delete this; }
 
@@ -53,7 +54,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   std::shared_ptr<Place> place_;
 };
 
-// What only the process knows.
+// Information that only the process has.
 void complete(v1::StatusReply& reply) { reply.set_coordinator_peak_rss_bytes(peak_rss_bytes(getpid())); }
 
 }  // namespace
@@ -74,7 +75,7 @@ grpc::ServerUnaryReactor* TesseraService::post(const Request* request, Answer* a
                                   }});
   if (!queue_.push(posted)) {
     place->end(grpc::Status(grpc::StatusCode::UNAVAILABLE,
-                            "the coordinator is ending, or has more requests than it may"),
+                            "the coordinator is shutting down, or has too many requests"),
                nullptr);
   }
   return call;

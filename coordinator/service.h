@@ -1,4 +1,4 @@
-// The gRPC service Tessera: every call becomes a request to the state machine, and its reply the call's end.
+// The gRPC service Tessera: every call becomes a request to the state machine, and its reply ends the call.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -9,8 +9,8 @@
 
 namespace tessera {
 
-// Calls wait without a thread. A client that vanishes, or whose deadline passes, ends its call at once; what
-// it asked for takes its course.
+// Calls wait without a thread. If a client disconnects or its deadline passes, its call ends immediately, but
+// its request still takes effect.
 class TesseraService final : public v1::Tessera::CallbackService {
  public:
   // `queue` must outlive the server that this is registered with.

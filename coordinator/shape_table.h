@@ -1,4 +1,4 @@
-// The shapes of a world, by id; equal ones are found by what they look like on the wire.
+// The shapes of a world, by id; equal shapes are found by their serialised form.
 #pragma once
 
 #include <cstdint>
@@ -19,17 +19,17 @@ class ShapeTable {
   std::span<const Shape> shapes() const { return shapes_; }
   ShapeId next_id() const { return static_cast<ShapeId>(shapes_.size()); }
 
-  // The id of the shape that is equal, bit for bit, if there is one.
+  // The id of an equal shape, bit for bit, if there is one.
   std::optional<ShapeId> find(const Shape& shape);
 
-  // Appends under next_id(); pop() takes the last one away again.
+  // Appends under next_id(); pop() removes the last one.
   void push(Shape shape) { shapes_.push_back(std::move(shape)); }
   void pop();
 
  private:
   std::vector<Shape> shapes_;
   std::unordered_multimap<std::size_t, ShapeId> index_;  // by hash of the serialised shape
-  std::size_t indexed_ = 0;  // shapes in the index: made when it is first asked, most worlds never ask
+  std::size_t indexed_ = 0;  // shapes in the index, which is built on first use: most worlds never need it
 };
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-// What the coordinator says of itself, its servers and its world.
+// The status of the coordinator, its servers and its world.
 #include "coordinator/coordinator_impl.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"

@@ -30,7 +30,7 @@ double value_of(std::size_t bucket) {
 constexpr std::chrono::nanoseconds kMeterSpan = std::chrono::seconds(2);
 constexpr std::chrono::nanoseconds kMeterGap = std::chrono::milliseconds(50);
 
-// Ticks that some servers have reported and others have not; more than any window of grants.
+// Ticks reported by some servers only; larger than any window of grants.
 constexpr std::size_t kPartialTicksMax = 65'536;
 
 }  // namespace

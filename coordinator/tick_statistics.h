@@ -1,4 +1,4 @@
-// What ticks cost and contained, summed over the servers of a world.
+// Durations and counts of ticks, summed over the servers of a world.
 #pragma once
 
 #include <absl/container/btree_map.h>
@@ -22,7 +22,7 @@ class DurationHistogram {
  public:
   void add(std::uint64_t microseconds);
 
-  // The smallest duration (ms) that `share` (0 to 1) of all are not longer than; 0 if there are none.
+  // The quantile `share` (0 to 1) of the durations, ms; 0 if there are none.
   double quantile_ms(double share) const;
   double max_ms() const { return static_cast<double>(max_us_) / 1e3; }
 
@@ -49,7 +49,7 @@ class TickStatistics {
  public:
   explicit TickStatistics(std::size_t servers);
 
-  // Reports may come in any order, each once. The tick, if this was the last server to report it.
+  // Reports may come in any order, each once. Returns the tick if this was the last server to report it.
   std::optional<TickSums> add(std::size_t rank, const v1::TickReport& report);
 
   const TickSums& last() const { return last_; }  // the latest tick that all servers have reported
@@ -57,7 +57,7 @@ class TickStatistics {
   const TickCounts& counts_since_load() const { return counts_since_load_; }
   const DurationHistogram& durations() const { return durations_; }
 
-  // One server's own.
+  // The figures of one server.
   const v1::TickReport& last_of(std::size_t rank) const { return servers_[rank].last; }
   const DurationHistogram& durations_of(std::size_t rank) const { return servers_[rank].durations; }
 
@@ -76,8 +76,8 @@ class TickStatistics {
   DurationHistogram durations_;
 };
 
-// How much simulated time passes per time on the wall: over the last two seconds while the world runs, over
-// the whole last run once it stands still.
+// Simulated time per wall time: over the last two seconds while the world runs, over the whole last run once
+// it is paused.
 class RealTimeMeter {
  public:
   using Nanoseconds = std::chrono::nanoseconds;

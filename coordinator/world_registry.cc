@@ -124,7 +124,7 @@ void WorldRegistry::remove(BodyId id) {
   bodies_.erase(found);
 }
 
-// The body that a reference names, or the one given by id where there is no reference; 0 stays 0.
+// The body that a reference names, or the one given by id if there is no reference; 0 stays 0.
 absl::StatusOr<BodyId> WorldRegistry::body_of_joint(const char* side, const v1::BodyRef& reference,
                                                     BodyId otherwise) const {
   const bool is_named = reference.by_case() != v1::BodyRef::BY_NOT_SET;
@@ -174,7 +174,7 @@ v1::ListJointsReply WorldRegistry::list_joints(const v1::ListJointsRequest& requ
     JointDescription joint{entry.name, entry.record.properties, entry.record.drives};
     v1::ListJointsReply::Found& found = *reply.add_joints();
     found.set_id(id.value);
-    // From the centre frames that are simulated back to the body frames that clients see.
+    // From the simulated centre frames back to the body frames of clients.
     const Entry& child = bodies_.at(joint.properties.child);
     joint.properties.in_child = centre_frame(child.properties) * joint.properties.in_child;
     found.set_child(child.name);

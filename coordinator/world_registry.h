@@ -1,4 +1,4 @@
-// What the coordinator knows of a world's bodies and joints: their names and properties, not where they are.
+// The coordinator's record of a world's bodies and joints: names and properties, not positions.
 #pragma once
 
 #include <absl/container/btree_map.h>
@@ -28,7 +28,7 @@ class WorldRegistry {
     BodyProperties properties;  // as simulated: see records_of()
   };
 
-  // A world that is valid, with its records.
+  // A valid world, with its records.
   WorldRegistry(WorldDescription world, std::span<const BodyRecord> records,
                 std::span<const JointRecord> joints);
 
@@ -36,14 +36,14 @@ class WorldRegistry {
   std::span<const Shape> shapes() const { return shapes_.shapes(); }
   std::size_t body_count() const { return bodies_.size(); }
 
-  // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a body that does not exist (any longer).
+  // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a body that does not exist (or no longer exists).
   absl::StatusOr<BodyId> resolve(const v1::BodyRef& reference) const;
 
   // Null if there is none.
   const Entry* find(BodyId id) const;
 
-  // Takes a new body in. Errors as validate() and record_of(), ALREADY_EXISTS for a name in use,
-  // RESOURCE_EXHAUSTED where there are no more ids, bodies or shapes; nothing has changed then.
+  // Adds a new body. Errors as validate() and record_of(), ALREADY_EXISTS for a name in use,
+  // RESOURCE_EXHAUSTED if ids, bodies or shapes are used up; an error changes nothing.
   struct Spawned {
     BodyRecord record;
     std::optional<v1::Shape> new_shape;  // under the id of the record, if the world did not have it yet
@@ -52,19 +52,18 @@ class WorldRegistry {
 
   const JointRegistry& joints() const { return joints_; }
 
-  // Takes a new joint in. Errors as validate() and joint_properties_of(), NOT_FOUND for a body that does not
-  // exist, ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED where there are kJointsMax; nothing has
-  // changed then.
+  // Adds a new joint. Errors as validate() and joint_properties_of(), NOT_FOUND for a body that does not
+  // exist, ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED beyond kJointsMax; an error changes nothing.
   absl::StatusOr<JointRecord> add_joint(const v1::AddJointRequest& request);
 
-  // What a command that was checked changes here.
+  // Applies the effect of a checked command on this record.
   void apply(const Command& command);
 
   // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty lists all.
   v1::ListJointsReply list_joints(const v1::ListJointsRequest& request) const;
 
   // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty finds all. Ids that no
-  // body has are passed over.
+  // body has are skipped.
   v1::FindBodiesReply find_bodies(const v1::FindBodiesRequest& request) const;
 
  private:
@@ -78,7 +77,7 @@ class WorldRegistry {
 
   WorldSettings settings_;
   ShapeTable shapes_;
-  std::map<BodyId, Entry> bodies_;  // nodes stay where they are: names_ looks into them
+  std::map<BodyId, Entry> bodies_;  // node addresses are stable: names_ refers to them
   absl::btree_map<std::string_view, BodyId> names_;
   BodyId next_id_{1};
   JointRegistry joints_;

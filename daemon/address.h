@@ -1,4 +1,4 @@
-// Addresses that daemons listen on, as options name them.
+// Addresses that daemons listen on, as given in options.
 #pragma once
 
 #include <optional>
@@ -8,10 +8,10 @@ namespace tessera {
 
 struct ListenAddress {
   std::string host;  // without the brackets of IPv6
-  int port = 0;      // 0: any free one
+  int port = 0;      // 0: any free port
 };
 
-// "host:port" or "[host]:port"; nothing for text that is none.
+// "host:port" or "[host]:port"; nullopt for any other text.
 std::optional<ListenAddress> parse_listen_address(const std::string& text);
 
 // `text`, an address, with another port.

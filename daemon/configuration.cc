@@ -50,7 +50,7 @@ const char* environment(const std::string& variable) {
   return value != nullptr && *value != '\0' ? value : nullptr;
 }
 
-// CLI11 reads the file; this sorts out which of its keys are for one daemon.
+// CLI11 reads the file; this selects the keys of one daemon.
 class DaemonConfiguration : public CLI::ConfigBase {
  public:
   explicit DaemonConfiguration(const CLI::App& app) : app_(app) {}
@@ -71,7 +71,7 @@ class DaemonConfiguration : public CLI::ConfigBase {
       if (environment(option.get_envname()) == nullptr)
         (in_section ? own : shared).push_back(std::move(item));
     }
-    // CLI11 takes the first of two.
+    // CLI11 takes the first of two equal keys.
     own.insert(own.end(), shared.begin(), shared.end());
     return own;
   }
@@ -121,10 +121,10 @@ std::string described(const CLI::App& app, const CLI::Option& option) {
 
 void read_configuration(CLI::App& app) {
   const char* file = environment(kConfigVariable);
-  app.set_config(
-         "--config", file != nullptr ? file : "",
-         absl::StrCat("Configuration file, as `tessera config show` writes one (Env:", kConfigVariable, ")"),
-         /*config_required=*/file != nullptr)
+  app.set_config("--config", file != nullptr ? file : "",
+                 absl::StrCat("Configuration file, in the format of `tessera config show` (Env:",
+                              kConfigVariable, ")"),
+                 /*config_required=*/file != nullptr)
       ->group(kSharedOptions);
   app.config_formatter(std::make_shared<DaemonConfiguration>(app));
   for (CLI::Option* option : app.get_options()) {
@@ -135,10 +135,8 @@ void read_configuration(CLI::App& app) {
 std::string configuration_text(const std::vector<const CLI::App*>& daemons) {
   std::string text =
       "# Configuration of Tessera's daemons: tessera-coordinator and tessera-sector-server read it with\n"
-      "# --config FILE. Every key is the name of an option. The command line goes before the environment, "
-      "the\n"
-      "# environment before this file. Keys that are comments have the values that are there without "
-      "them.\n\n";
+      "# --config FILE. Every key is the name of an option. The command line overrides the environment, and\n"
+      "# the environment overrides this file. Commented keys show their default values.\n\n";
   for (const CLI::Option* option : keys_of(*daemons.front(), /*shared=*/true)) {
     absl::StrAppend(&text, described(*daemons.front(), *option));
   }

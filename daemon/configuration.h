@@ -1,12 +1,12 @@
-// The configuration file of the daemons, and the environment variables that go before it.
+// The configuration file of the daemons, and the environment variables that override it.
 //
-// One file, in TOML, serves all daemons of a host: first the keys that all have, then a section a daemon,
-// named as the daemon is without "tessera-". A key is the long name of an option. Command line goes before
-// environment, environment before file, a daemon's section before the shared keys:
+// One TOML file serves all daemons of a host: first the common keys, then a section per daemon, named after
+// the daemon without "tessera-". A key is the long name of an option. The command line overrides the
+// environment, the environment overrides the file, and a daemon's section overrides the common keys:
 //
 //   --log-level debug                       the command line
-//   TESSERA_LOG_LEVEL=debug                 the environment, for an option that all daemons have
-//   TESSERA_SECTOR_SERVER_ENGINE=f64        the environment, for an option of one
+//   TESSERA_LOG_LEVEL=debug                 the environment, for an option of all daemons
+//   TESSERA_SECTOR_SERVER_ENGINE=f64        the environment, for an option of one daemon
 //   [sector-server]                         the file
 //   engine = "f64"
 #pragma once
@@ -17,12 +17,12 @@
 
 namespace tessera {
 
-// Gives `app`, a daemon that has all its options, the option --config and an environment variable for every
-// option. Keys and sections that no daemon knows are errors that name them.
+// Adds the option --config to `app`, a daemon with all its other options, and an environment variable for
+// every option. Unknown keys and sections are errors that name them.
 void read_configuration(CLI::App& app);
 
-// A configuration file that says what these daemons, each after parse(), have been told, with every key
-// explained. Keys that keep their defaults are comments.
+// A configuration file with the effective settings of these daemons, each after parse(), and an explanation
+// of every key. Keys with default values are comments.
 std::string configuration_text(const std::vector<const CLI::App*>& daemons);
 
 }  // namespace tessera

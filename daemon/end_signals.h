@@ -1,16 +1,16 @@
-// SIGINT and SIGTERM as something to wait for.
+// Waits for SIGINT and SIGTERM.
 #pragma once
 
 #include <signal.h>
 
 namespace tessera {
 
-// To be made before any other thread, whose signals are then blocked, too.
+// Construct it before any other thread starts: the threads inherit the blocked signals.
 class EndSignals {
  public:
   EndSignals();
 
-  // Until one comes.
+  // Blocks until a signal arrives.
   void wait() const;
 
  private:

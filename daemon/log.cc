@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kRepeatsMax = 10;
 constexpr std::chrono::seconds kRepeatWindow(10);
 
-// Of the line that this thread is writing: spdlog's messages have no place for fields.
+// The tick of the line that this thread is writing: spdlog's messages have no fields.
 thread_local std::optional<std::uint64_t> tick_of_line;
 
 void append(spdlog::memory_buf_t& dest, absl::string_view text) {

@@ -1,4 +1,4 @@
-// What the state machines of the daemons tell an operator: they know no log, only that somebody listens.
+// Messages of the daemons' state machines to the operator. The state machines know a sink, not a log.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ enum class Severity { kInfo, kWarning, kError };
 
 struct LogLine {
   Severity severity = Severity::kInfo;
-  std::optional<std::uint64_t> tick;  // completed; where the line concerns a world that runs
+  std::optional<std::uint64_t> tick;  // completed; set if the line concerns a loaded world
   std::string text;
 };
 

@@ -88,7 +88,7 @@ TEST_F(RepeatFilterTest, WarningsThatDifferInNumbersOnlyAreLimited) {
   log(4, spdlog::level::warn, "node 1a: lost");
   EXPECT_EQ(take(), "node 1a: lost\n");
   log(10, spdlog::level::warn, "node 1a: late by 7 s");
-  EXPECT_EQ(take(), "node 1a: late by 7 s (2 more like it were left out)\n");
+  EXPECT_EQ(take(), "node 1a: late by 7 s (2 similar lines were suppressed)\n");
   log(11, spdlog::level::warn, "node 1a: late by 8 s");
   EXPECT_EQ(take(), "node 1a: late by 8 s\n");
 }

@@ -1,4 +1,4 @@
-// Families of one sample, as metrics that are read off a state when someone asks are.
+// Metric families of one sample, for metrics that are read from a state on request.
 #pragma once
 
 #include <prometheus/metric_family.h>

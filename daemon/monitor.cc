@@ -39,7 +39,7 @@ absl::Status Pulse::alive() const {
   const auto still = std::chrono::steady_clock::now() - last_.load();
   if (still <= kStandstillMax) return absl::OkStatus();
   return absl::UnavailableError(
-      absl::StrCat("nothing has moved for ", still / std::chrono::seconds(1), " s"));
+      absl::StrCat("the main loop has been blocked for ", still / std::chrono::seconds(1), " s"));
 }
 
 class Monitor::Handler : public CivetHandler {
@@ -63,10 +63,10 @@ Monitor::Monitor() = default;
 Monitor::~Monitor() = default;
 
 absl::StatusOr<std::unique_ptr<Monitor>> Monitor::open(const std::string& address, Monitored monitored) {
-  // CivetWeb would take a list of addresses, too.
+  // CivetWeb would also accept a list of addresses.
   if (!parse_listen_address(address) || address.find(',') != std::string::npos) {
     return absl::InvalidArgumentError(
-        absl::StrCat("'", address, "' is no address for metrics: host:port is"));
+        absl::StrCat("'", address, "' is not a valid address for metrics: use host:port"));
   }
   std::unique_ptr<Monitor> monitor(new Monitor());
   try {

@@ -1,4 +1,4 @@
-// What others see of a daemon over HTTP: its metrics, and whether it is alive and ready.
+// The HTTP endpoints of a daemon: its metrics, and whether it is alive and ready.
 #pragma once
 
 #include <absl/status/status.h>
@@ -16,13 +16,13 @@ class CivetServer;
 
 namespace tessera {
 
-// The sign of life of a loop that should turn at least every second.
+// The heartbeat of a loop that should run at least every second.
 class Pulse {
  public:
   Pulse() { beat(); }
 
   void beat() { last_ = std::chrono::steady_clock::now(); }
-  // UNAVAILABLE once the loop has stood still for longer than it takes to load the largest world.
+  // UNAVAILABLE once the loop has been blocked for longer than it takes to load the largest world.
   absl::Status alive() const;
 
  private:
@@ -38,16 +38,16 @@ struct Monitored {
 
 class Monitor {
  public:
-  // Serves on `address` (host:port; port 0: any free one), until it is destroyed:
-  //   /metrics  Prometheus' text format: what is `monitored` and what the system knows of this process
-  //   /healthz  200 while alive, else 503 with the reason
+  // Serves on `address` (host:port; port 0: any free port), until it is destroyed:
+  //   /metrics  Prometheus text format: the metrics of `monitored` and of this process
+  //   /healthz  200 while alive, otherwise 503 with the reason
   //   /readyz   200 while ready, likewise
-  // INVALID_ARGUMENT for an address that is none, UNAVAILABLE for one that cannot be had.
+  // INVALID_ARGUMENT for a malformed address, UNAVAILABLE for one that cannot be bound.
   static absl::StatusOr<std::unique_ptr<Monitor>> open(const std::string& address, Monitored monitored);
 
   ~Monitor();
 
-  // Where it listens, with the port that it got.
+  // The address it listens on, with the actual port.
   const std::string& address() const { return address_; }
 
  private:

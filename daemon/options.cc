@@ -15,7 +15,7 @@ void add_log_options(CLI::App& app, LogOptions& log) {
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->group(kSharedOptions)
       ->capture_default_str();
-  app.add_option("--log-format", log.format, "text, or json: an object a line")
+  app.add_option("--log-format", log.format, "text, or json: one object per line")
       ->check(CLI::IsMember({"text", "json"}))
       ->group(kSharedOptions)
       ->capture_default_str();
@@ -29,11 +29,11 @@ void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log) {
       ->check(CLI::Range(0u, 232u))
       ->group(kSharedOptions)
       ->capture_default_str();
-  app.add_option("--interface", dds.network.interface, "Network interface that the cluster talks over")
+  app.add_option("--interface", dds.network.interface, "Network interface for traffic between daemons")
       ->group(kSharedOptions)
       ->capture_default_str();
   app.add_option("--peers", dds.network.peers,
-                 "Hosts of the cluster: addresses or names, those that are not known yet left out")
+                 "Hosts of the cluster: addresses or names; names without an address are skipped")
       ->delimiter(',')
       ->group(kSharedOptions)
       ->default_str("127.0.0.1");
@@ -41,9 +41,8 @@ void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log) {
 }
 
 void add_metrics_option(CLI::App& app, std::string& metrics_address) {
-  app.add_option(
-         "--metrics-address", metrics_address,
-         "Serve /metrics, /healthz and /readyz at this host:port; port 0: any free one; empty: nowhere")
+  app.add_option("--metrics-address", metrics_address,
+                 "Serve /metrics, /healthz and /readyz at this host:port; port 0: any free port; empty: off")
       ->capture_default_str();
 }
 
@@ -61,7 +60,7 @@ void add_seconds(CLI::App& app, const std::string& name, std::chrono::nanosecond
 }
 
 void add_parent_option(CLI::App& app, bool& exit_with_parent) {
-  app.add_flag("--exit-with-parent", exit_with_parent, "End when the process that started this one does")
+  app.add_flag("--exit-with-parent", exit_with_parent, "Exit when the process that started this one exits")
       ->configurable(false);
 }
 

@@ -1,4 +1,4 @@
-// What the command lines of all daemons have in common.
+// Command-line options common to all daemons.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-// Options that every daemon has are in this group of its help, and stand before the sections of a
-// configuration file.
+// Options common to all daemons are in this group of the help, and precede the sections of a configuration
+// file.
 inline constexpr const char* kSharedOptions = "Options of all daemons";
 
 // --version: the name of the program and the version of this build.
@@ -28,11 +28,11 @@ void add_metrics_option(CLI::App& app, std::string& metrics_address);
 void add_seconds(CLI::App& app, const std::string& name, std::chrono::nanoseconds& value,
                  const std::string& help, double low, double high);
 
-// For a process that another one starts for its own use.
+// For a process that another process starts for its own use.
 void add_parent_option(CLI::App& app, bool& exit_with_parent);
 
-// Reads the command line, the environment and the configuration file. The exit code of a process that must
-// end now, since it was asked for help or cannot do as it is told, or nothing.
+// Reads the command line, the environment and the configuration file. Returns the exit code if the process
+// must end now, after printing help or because of an error.
 std::optional<int> parse_arguments(CLI::App& app, int argc, char** argv);
 
 }  // namespace tessera

@@ -1,12 +1,12 @@
-// A process that another one started for its own use ends with it.
+// Ends a process together with the process that started it for its own use.
 #pragma once
 
 #include <sys/types.h>
 
 namespace tessera {
 
-// `signal` comes to this process when its parent ends, which `parent` was as main() began. False where it has
-// ended already.
+// Sends `signal` to this process when its parent ends; `parent` is the parent at the start of main(). False
+// if it has ended already.
 bool end_with_parent(pid_t parent, int signal);
 
 }  // namespace tessera

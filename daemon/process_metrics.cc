@@ -30,7 +30,7 @@ double resident_bytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-// Near enough: this file is loaded with the program.
+// Close enough to the start: this runs when the program is loaded.
 const double start_seconds =
     std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 
@@ -40,7 +40,7 @@ std::vector<prometheus::MetricFamily> process_metrics() {
   return {
       counter("process_cpu_seconds_total", "User and system CPU time of this process", cpu_seconds()),
       gauge("process_resident_memory_bytes", "Resident memory of this process", resident_bytes()),
-      gauge("process_resident_memory_max_bytes", "Most resident memory that this process has had",
+      gauge("process_resident_memory_max_bytes", "Maximum resident memory of this process",
             static_cast<double>(peak_rss_bytes(getpid()))),
       gauge("process_start_time_seconds", "When this process started, since the epoch", start_seconds),
       gauge("tessera_build_info", "The version of this daemon", 1, {{"version", TESSERA_VERSION}}),

@@ -1,4 +1,4 @@
-// What the system knows of this process, under the names that Prometheus' clients use in every language.
+// Metrics of this process from the operating system, under the standard names of Prometheus clients.
 #pragma once
 
 #include <prometheus/metric_family.h>

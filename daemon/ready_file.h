@@ -1,4 +1,4 @@
-// How a process tells another that it serves, and where.
+// Tells another process that this one is ready, and its address.
 #pragma once
 
 #include <absl/status/status.h>
@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-// One line with the address; readers never see half of it.
+// One line with the address, written atomically.
 absl::Status write_ready_file(const std::string& path, const std::string& address);
 
 }  // namespace tessera

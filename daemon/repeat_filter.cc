@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-// Different lines that are told apart at once; beyond, all is forgotten.
+// The number of different lines to keep track of; beyond it, all are forgotten.
 constexpr std::size_t kDifferentLinesMax = 1024;
 
 // The text without its words that have a digit: numbers, addresses, nodes.
@@ -48,7 +48,7 @@ void RepeatFilter::sink_it_(const spdlog::details::log_msg& message) {
     dist_sink::sink_it_(message);
     return;
   }
-  const std::string told = absl::StrCat(text, " (", left_out, " more like it were left out)");
+  const std::string told = absl::StrCat(text, " (", left_out, " similar lines were suppressed)");
   spdlog::details::log_msg copy = message;
   copy.payload = told;
   dist_sink::sink_it_(copy);

@@ -1,4 +1,4 @@
-// Keeps a warning that comes again and again from filling the disk.
+// Keeps repeated warnings from filling the disk.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-// Hands on, of warnings and errors that differ in their numbers only, at most `lines_max` within `window`.
-// The next one after that says how many were left out. What is no warning passes.
+// Passes at most `lines_max` warnings and errors within `window` that differ only in their numbers. The next
+// one after that states how many were suppressed. Other lines always pass.
 class RepeatFilter final : public spdlog::sinks::dist_sink<std::mutex> {
  public:
   RepeatFilter(std::size_t lines_max, std::chrono::seconds window) : lines_max_(lines_max), window_(window) {}
@@ -23,12 +23,12 @@ class RepeatFilter final : public spdlog::sinks::dist_sink<std::mutex> {
  private:
   struct Window {
     spdlog::log_clock::time_point start;
-    std::size_t lines = 0;  // also those left out
+    std::size_t lines = 0;  // including suppressed ones
   };
 
   const std::size_t lines_max_;
   const std::chrono::seconds window_;
-  absl::flat_hash_map<std::string, Window> windows_;  // by what lines have in common
+  absl::flat_hash_map<std::string, Window> windows_;  // by the common text of the lines
 };
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-// A page over HTTP, for tests.
+// A minimal HTTP client, for tests.
 #pragma once
 
 #include <civetweb.h>
@@ -15,7 +15,7 @@ struct HttpAnswer {
   std::string body;
 };
 
-// Fails the test, and gives code 0, where nobody answers.
+// Fails the test, and returns code 0, if there is no answer.
 inline HttpAnswer http_get(const std::string& address, const std::string& path) {
   const ListenAddress place = parse_listen_address(address).value_or(ListenAddress());
   char error[256] = "";

@@ -13,20 +13,19 @@ namespace tessera {
 const std::vector<Experiment>& all_experiments() {
   static const std::vector<Experiment> experiments = {
       {"distance",
-       "What the distance from the origin does to a collision: one world, a shifted origin, sectors.",
+       "The effect of the distance from the origin on a collision: one world, a shifted origin, sectors.",
        measure_distance},
       {"extremes",
-       "The ends of what can be asked for: distances, masses, sizes, speeds, spins, steps, inputs, ages.",
+       "The limits of the input range: distances, masses, sizes, speeds, spins, steps, inputs, ages.",
        measure_extremes},
-      {"instances", "What it costs to cut 128 bodies into up to 128 sectors: time and memory.",
+      {"instances", "The cost of dividing 128 bodies among up to 128 sectors: time and memory.",
        measure_instances},
-      {"overhead",
-       "Where the time of a tick goes, for 128 to 32,768 bodies, and what plain Bullet takes for them.",
+      {"overhead", "The time of a tick by phase, for 128 to 32,768 bodies, compared with plain Bullet.",
        measure_overhead},
-      {"requirements", "What it saves to model only what a scene requires, and what error it leaves.",
+      {"requirements", "The savings of computing only what a scene requires, and the remaining error.",
        measure_requirements},
       {"stacks", "Towers near and far from the origin, in one world and in sectors.", measure_stacks},
-      {"tradeoff", "What each knob costs and what error it leaves, on small scenes.", measure_tradeoff},
+      {"tradeoff", "The cost and the remaining error of each setting, on small scenes.", measure_tradeoff},
   };
   return experiments;
 }

@@ -1,5 +1,5 @@
-// Between the wire and the types of the layer. What comes from outside is checked here for what a type cannot
-// hold (absent fields, unknown kinds, counts); bounds are the business of lpss/model/validate.h.
+// Conversion between messages and the types of lpss. Input is checked here for what a type cannot represent
+// (absent fields, unknown kinds, counts); lpss/model/validate.h checks bounds.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -13,7 +13,7 @@
 
 namespace tessera {
 
-// Each to_proto() loses nothing; from_proto() of its result gives the same value, bit for bit. Errors are
+// to_proto() is lossless: from_proto() of its result is the same value, bit for bit. Errors are
 // INVALID_ARGUMENT and name the field.
 v1::SectorIndex to_proto(const SectorIndex& sector);
 v1::Vector3 to_proto(const Eigen::Vector3d& vector);

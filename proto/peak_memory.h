@@ -1,4 +1,4 @@
-// How much memory a process has used, as statuses and reports tell it.
+// The memory of a process, for statuses and reports.
 #pragma once
 
 #include <sys/types.h>
@@ -7,8 +7,8 @@
 
 namespace tessera {
 
-// The most physical memory that a process has had at once so far (VmHWM); 0 where there is no such process.
-// Not getrusage()'s: a process that was started by another one begins with that one's peak there.
+// The most physical memory that a process has had at once so far (VmHWM); 0 if there is no such process.
+// getrusage() is no alternative: there, a process starts with the peak of the process that started it.
 std::uint64_t peak_rss_bytes(pid_t process);
 
 }  // namespace tessera

@@ -18,8 +18,7 @@ using google::protobuf::io::IstreamInputStream;
 constexpr std::uint32_t kLengthDelimited = 2;  // protobuf's wire type of messages
 constexpr std::uint32_t kWorldTag = v1::RecordedInput::kWorldFieldNumber << 3 | kLengthDelimited;
 
-// Whether an entry with a world and nothing else begins here, of which no more than its lengths need be
-// there.
+// Whether an entry with nothing but a world begins here. Only its lengths need to be present.
 bool begins_with_world(std::istream& in) {
   IstreamInputStream stream(&in);
   CodedInputStream coded(&stream);
@@ -40,7 +39,7 @@ RecordingWriter::RecordingWriter(std::filesystem::path file)
 absl::StatusOr<RecordingWriter> RecordingWriter::create(const std::filesystem::path& file) {
   if (std::filesystem::exists(file)) {
     return absl::AlreadyExistsError(
-        absl::StrCat(file.string(), " is there already: recordings are not overwritten"));
+        absl::StrCat(file.string(), " exists already: recordings are not overwritten"));
   }
   RecordingWriter writer(file);
   if (!writer.out_) return absl::UnavailableError(absl::StrCat("cannot write ", file.string()));
@@ -69,7 +68,7 @@ absl::StatusOr<RecordingReader> RecordingReader::open(const std::filesystem::pat
   if (is_empty) return absl::DataLossError(absl::StrCat(file.string(), " is empty: no world was recorded"));
   if (!begins_with_world(*in)) {
     return absl::DataLossError(
-        absl::StrCat(file.string(), " is no recording of inputs: it does not begin with a world"));
+        absl::StrCat(file.string(), " is not a recording of inputs: it does not begin with a world"));
   }
   in->clear();
   in->seekg(0);
@@ -101,7 +100,7 @@ absl::Status RecordingReader::unreadable(std::int64_t begin) {
   const bool is_cut_off = has_length ? there < bytes : there == 0;
   const std::string where = absl::StrCat("entry ", entries_ + 1, ", which begins at byte ", begin);
   return absl::DataLossError(
-      is_cut_off ? absl::StrCat(file_.string(), " is cut off at byte ", end, ", within ", where)
+      is_cut_off ? absl::StrCat(file_.string(), " is truncated at byte ", end, ", within ", where)
                  : absl::StrCat(file_.string(), " is damaged: ", where, ", cannot be read"));
 }
 

@@ -20,11 +20,11 @@ namespace tessera {
 
 class RecordingWriter {
  public:
-  // ALREADY_EXISTS where there is a file: a recording is what is left of a run. UNAVAILABLE where it cannot
-  // be written.
+  // ALREADY_EXISTS if the file exists: recordings are not overwritten. UNAVAILABLE if it cannot be written.
   static absl::StatusOr<RecordingWriter> create(const std::filesystem::path& file);
 
-  // What is written is with the system when this returns: it outlives a process that is killed. UNAVAILABLE.
+  // The entry has been passed to the operating system on return, so it survives a kill of this process.
+  // UNAVAILABLE.
   absl::Status write(const v1::RecordedInput& input);
 
  private:
@@ -36,15 +36,15 @@ class RecordingWriter {
 
 class RecordingReader {
  public:
-  // Where it cannot be read, what the system says: NOT_FOUND, FAILED_PRECONDITION for a folder. DATA_LOSS
-  // where it does not begin with a world: it is no recording.
+  // The system's error if it cannot be read: NOT_FOUND, FAILED_PRECONDITION for a folder. DATA_LOSS if it
+  // does not begin with a world, and so is not a recording.
   static absl::StatusOr<RecordingReader> open(const std::filesystem::path& file);
 
   RecordingReader(RecordingReader&&) noexcept;
   ~RecordingReader();
 
-  // The next entry; nullopt at the end. DATA_LOSS, with the byte, where the file is cut off within it or
-  // holds something else.
+  // The next entry; nullopt at the end. DATA_LOSS, with the byte, if the file is truncated within it or has
+  // other contents.
   absl::StatusOr<std::optional<v1::RecordedInput>> next();
 
  private:

@@ -74,7 +74,7 @@ TEST_F(RecordingFileTest, WhatIsNoRecordingIsCalledSo) {
     write_bytes(bytes);
     const auto [entries, status] = read_all();
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
-    EXPECT_THAT(std::string(status.message()), HasSubstr("is no recording of inputs")) << bytes;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("is not a recording of inputs")) << bytes;
   }
 }
 
@@ -99,7 +99,7 @@ TEST_F(RecordingFileTest, CutIsToldWithItsPlace) {
     } else {
       EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
       EXPECT_THAT(std::string(status.message()),
-                  HasSubstr(absl::StrCat("is cut off at byte ", end, ", within entry ", whole + 1,
+                  HasSubstr(absl::StrCat("is truncated at byte ", end, ", within entry ", whole + 1,
                                          ", which begins at byte ", *(after - 1))));
     }
   }

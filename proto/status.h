@@ -1,4 +1,4 @@
-// Statuses at the edge: gRPC's and ours have the same codes.
+// Conversion of statuses: gRPC's and ours have the same codes.
 #pragma once
 
 #include <absl/status/status.h>
@@ -6,7 +6,7 @@
 
 namespace tessera {
 
-// Longer messages are cut: a status travels in the headers of a reply, which are small.
+// Longer messages are truncated: a status travels in the headers of a reply, which are small.
 inline constexpr std::size_t kStatusMessageBytesMax = 2000;
 
 grpc::Status to_grpc(const absl::Status& status);

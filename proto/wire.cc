@@ -42,8 +42,8 @@ constexpr bool is_known(Activity activity) {
 constexpr bool is_known(JointType type) { return type <= JointType::kScrew; }
 constexpr bool is_known(DriveMode mode) { return mode <= DriveMode::kEffort; }
 
-// Each struct is described once: describe() hands its fields to an archive, which measures, writes or reads
-// them. Fields are packed without gaps, so that padding never travels and equal values are equal bytes.
+// Each struct is described once: describe() passes its fields to an archive, which measures, writes or reads
+// them. Fields are packed without gaps, so padding is never sent and equal values have equal bytes.
 template <typename Archive, Is<BodyId> T>
 void describe(Archive& archive, T& x) {
   archive(x.value);
@@ -224,7 +224,7 @@ void describe(Archive& archive, T& x) {
   archive(x.id, x.drives);
 }
 
-// Breaks values down to raw bytes for a `Sink` with bytes(const void*, size): shared by Meter and Writer.
+// Breaks values down into raw bytes for a `Sink` with bytes(const void*, size); used by Meter and Writer.
 template <typename Sink>
 class Output {
  public:
@@ -305,7 +305,7 @@ class Writer : public Output<Writer> {
   char* to_;
 };
 
-// Reads until the first thing that does not fit; from then on every value is a default.
+// Reads until the first value that does not fit; from then on every value is a default.
 class Reader {
  public:
   explicit Reader(std::string_view bytes) : rest_(bytes) {}
@@ -319,14 +319,14 @@ class Reader {
   void list(std::vector<T>& items) {
     std::uint64_t count = 0;
     get(count);
-    // Every item takes a byte at least: a count beyond that is a lie. Memory is taken as items prove to be
-    // there.
+    // Every item takes at least one byte, so a larger count is invalid. Memory is allocated as items are
+    // read.
     if (count > rest_.size()) return fail();
     items.reserve(std::min<std::size_t>(count, rest_.size() / sizeof(T) + 1));
     for (std::uint64_t n = 0; n < count && ok_; ++n) get(items.emplace_back());
   }
 
-  // Whether all of the bytes were understood.
+  // Whether all bytes were consumed.
   absl::Status done(const char* what) const {
     if (ok_ && rest_.empty()) return absl::OkStatus();
     return absl::DataLossError(absl::StrCat(what, ok_ ? ": bytes are left over" : ": the bytes do not fit"));

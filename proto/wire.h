@@ -1,7 +1,7 @@
-// The bulk data of a tick as bytes: plain structs, packed one after the other, as they lie in memory.
+// The bulk data of a tick as bytes: plain structs in their memory representation, packed one after the other.
 //
 // Only between processes of one build (ClusterMessage's handshake compares protocol and layout). Reading
-// checks every count against the bytes that are there; what does not fit is DATA_LOSS.
+// checks every count against the available bytes; a mismatch is DATA_LOSS.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -18,8 +18,7 @@ namespace tessera {
 
 inline constexpr std::uint32_t kClusterProtocol = 3;
 
-// A hash of the sizes and versions of the packed structs and of the names of the counters; equal in processes
-// that understand each other.
+// A hash of the sizes and versions of the packed structs; equal in compatible processes.
 std::uint64_t wire_layout();
 
 std::string pack(std::span<const BodyRecord> records);

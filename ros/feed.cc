@@ -12,13 +12,13 @@ namespace {
 
 constexpr absl::Duration kStatusPeriod = absl::Milliseconds(250);
 constexpr absl::Duration kTimeout = absl::Seconds(5);
-constexpr std::chrono::seconds kRepeatAfter{1};  // all transforms, for those who came late
+constexpr std::chrono::seconds kRepeatAfter{1};  // all transforms, for late joiners
 
 void warn(const absl::Status& status) {
   if (!status.ok()) spdlog::warn("{}", std::string(status.message()));
 }
 
-// Why there is nothing to publish; empty where there is.
+// Why there is nothing to publish; empty if there is something.
 std::string obstacle_in(const live::ClusterReport& report) {
   if (!report.answer.ok()) return std::string(report.answer.message());
   if (report.cluster.state == "failed") return report.cluster.failure;
@@ -78,7 +78,7 @@ void Feed::hear(const live::ClusterReport& report) {
   if (report.world != world_) enter(report);
   if (report.cluster.bodies != counted_bodies_) {
     if (const absl::Status status = look_up(report.cluster.tick); !status.ok()) {
-      return warn(status);  // again with the next report
+      return warn(status);  // try again with the next report
     }
     counted_bodies_ = report.cluster.bodies;
   }
@@ -108,7 +108,7 @@ void Feed::enter(const live::ClusterReport& report) {
 
 absl::Status Feed::look_up(Tick tick) {
   std::vector<BodyId> ids;
-  // An id that no body has: a stream of nobody tells the time, one without ids is of all.
+  // An id that no body has: a stream of no bodies tells the time, while one without ids has all bodies.
   if (!options_.bodies.empty()) ids.push_back(BodyId{});
   for (const std::string& name : options_.bodies) {
     const absl::StatusOr<FoundBody> body = client_.find(name, kTimeout);
@@ -158,7 +158,7 @@ void Feed::publish(Clock::time_point now) {
   introduce(*frame_);
   std::vector<TransformStamped> transforms = transforms_->changed(*frame_);
   if (is_repetition) transforms = transforms_->all(*frame_);
-  // First where things are, then that it is so late: who waits for the time finds them.
+  // Transforms first, then the clock: whoever waits for the time finds its transforms.
   if (!transforms.empty()) warn(publisher_.publish_transforms(transforms));
   warn(publisher_.publish_clock(time_at(frame_->tick, time_step_)));
 }

@@ -1,5 +1,4 @@
-// What ROS is told of a cluster, as long as this lives: another world, and one that is loaded later,
-// included.
+// Publishes a cluster to ROS while it exists, including worlds that are loaded later.
 #pragma once
 
 #include <chrono>
@@ -22,9 +21,9 @@
 namespace tessera::ros {
 
 struct FeedOptions {
-  std::string frame = "tessera";      // the parent of all others
-  std::optional<SectorIndex> sector;  // whose centre it is; none: that of the world's origin
-  double reach = 100;                 // m; bodies that are within this of the centre along each axis
+  std::string frame = "tessera";      // the parent of all other frames
+  std::optional<SectorIndex> sector;  // whose centre it is; none: the world's origin
+  double reach = 100;                 // m; bodies within this distance of the centre along each axis
   std::vector<std::string> bodies;    // if not empty: these instead, wherever they are
   double rate = 60;                   // publications per second of wall time, at most
 };
@@ -39,10 +38,10 @@ class Feed {
 
   void run();
 
-  // On the thread of run(), which owns what they work on.
+  // On the thread of run(), which owns the data.
   void hear(const live::ClusterReport& report);
-  void enter(const live::ClusterReport& report);  // another world
-  absl::Status look_up(Tick tick);                // the chosen bodies; publishes those that are static
+  void enter(const live::ClusterReport& report);  // a new world
+  absl::Status look_up(Tick tick);                // finds the chosen bodies; publishes the static ones
   bool is_chosen(const std::string& name, const WorldPosition& position) const;
   void watch(std::uint32_t every_ticks);
   void publish(Clock::time_point now);
@@ -58,16 +57,16 @@ class Feed {
   bool closing_ = false;
   std::shared_ptr<const live::ClusterReport> news_;
 
-  // Of the thread of run().
-  std::string obstacle_;  // that was told last
+  // Owned by the thread of run().
+  std::string obstacle_;  // the last one reported
   std::uint64_t world_ = 0;
   SectorIndex sector_;
   double sector_size_ = 0;
   double time_step_ = 0;
   live::BodyCatalogue catalogue_;
-  std::optional<std::uint64_t> counted_bodies_;  // of the world, when its bodies were looked up
+  std::optional<std::uint64_t> counted_bodies_;  // of the world, at the last look_up()
   std::vector<BodyId> ids_;                      // to watch; empty: all within reach
-  BodyFilter filter_;                            // of what is watched
+  BodyFilter filter_;                            // of the watched stream
   std::optional<Transforms> transforms_;
   std::optional<BodyFrame> frame_;  // the newest
   Clock::time_point next_publication_{};

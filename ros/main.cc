@@ -24,22 +24,21 @@ struct Arguments {
 void add_options(CLI::App& app, Arguments& arguments) {
   FeedOptions& feed = arguments.feed;
   live::add_client_options(app, arguments.client);
-  app.add_option("--domain", arguments.domain, "Domain id of ROS, 0 to 232")
+  app.add_option("--domain", arguments.domain, "ROS domain id, 0 to 232")
       ->envname("ROS_DOMAIN_ID")
       ->check(CLI::Range(0u, 232u))
       ->capture_default_str();
-  app.add_option("--frame", feed.frame, "Name of the frame that all others are children of")
-      ->capture_default_str();
+  app.add_option("--frame", feed.frame, "Name of the common parent frame")->capture_default_str();
   add_parsed(app, "--sector", feed.sector, parse_sector,
-             "I,J,K: the sector whose centre that frame is; that of the world's origin if not given");
-  CLI::Option* reach =
-      app.add_option("--reach", feed.reach, "m; bodies within this of that centre along each axis")
-          ->check(CLI::Range(0.0, kReachMax))
-          ->capture_default_str();
-  app.add_option("--bodies", feed.bodies, "NAME,NAME,...: these bodies instead, wherever they are")
+             "I,J,K: the sector whose centre is that frame; by default that of the world's origin");
+  CLI::Option* reach = app.add_option("--reach", feed.reach,
+                                      "Publish bodies within this distance of that centre along each axis, m")
+                           ->check(CLI::Range(0.0, kReachMax))
+                           ->capture_default_str();
+  app.add_option("--bodies", feed.bodies, "NAME,NAME,...: publish these bodies instead, wherever they are")
       ->delimiter(',')
       ->excludes(reach);
-  app.add_option("--rate", feed.rate, "Publications per second of wall time, at most")
+  app.add_option("--rate", feed.rate, "Maximum number of publications per second of wall time")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
 }
@@ -48,7 +47,7 @@ absl::Status serve(const Arguments& arguments, Client& client, const std::functi
   const absl::StatusOr<std::unique_ptr<Publisher>> publisher = Publisher::open(arguments.domain);
   if (!publisher.ok()) return publisher.status();
   const Feed feed(client, **publisher, arguments.feed);
-  std::printf("/clock, /tf and /tf_static are in domain %u of ROS\n", arguments.domain);
+  std::printf("publishing /clock, /tf and /tf_static in ROS domain %u\n", arguments.domain);
   std::fflush(stdout);
   wait();
   return absl::OkStatus();

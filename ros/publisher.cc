@@ -9,17 +9,17 @@
 namespace tessera::ros {
 namespace {
 
-// A node would wait for slow readers for ever; we go on with what is newer.
+// A node would wait for slow readers forever; we continue with newer messages.
 constexpr dds_duration_t kWriteWait = DDS_MSECS(100);
 
-// What ROS calls a QoS profile, of topics that are reliable.
+// A QoS profile, in ROS terms, of a reliable topic.
 struct Profile {
   std::int32_t depth;
   dds_durability_kind_t durability = DDS_DURABILITY_VOLATILE;
 };
 
-constexpr Profile kClock{.depth =
-                             10};  // ROS's default: it suits readers that want less, as those of rclcpp do
+constexpr Profile kClock{
+    .depth = 10};  // ROS's default; it also suits best-effort readers, such as those of rclcpp
 constexpr Profile kTransforms{.depth = 100};
 constexpr Profile kStaticTransforms{.depth = 1, .durability = DDS_DURABILITY_TRANSIENT_LOCAL};
 

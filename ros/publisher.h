@@ -1,4 +1,4 @@
-// Writers of /clock, /tf and /tf_static, as nodes of ROS 2 have them over Cyclone DDS.
+// Writers of /clock, /tf and /tf_static, compatible with ROS 2 nodes over Cyclone DDS.
 #pragma once
 
 #include <absl/status/status.h>
@@ -12,18 +12,18 @@
 
 namespace tessera::ros {
 
-// One thread at a time. Writing fails with DEADLINE_EXCEEDED where readers are so far behind that there is no
-// room for more.
+// For one thread at a time. Writing fails with DEADLINE_EXCEEDED if readers are so far behind that the queue
+// is full.
 class Publisher {
  public:
   // `domain` is what ROS calls its domain id. As in a node, Cyclone DDS takes its network from
-  // CYCLONEDDS_URI, or looks for itself. INTERNAL where it finds none that it can use.
+  // CYCLONEDDS_URI, or chooses itself. INTERNAL if it finds no usable network.
   static absl::StatusOr<std::unique_ptr<Publisher>> open(std::uint32_t domain);
   ~Publisher();
 
   absl::Status publish_clock(const Time& time);
   absl::Status publish_transforms(const std::vector<TransformStamped>& transforms);
-  // The newest are kept for readers that come later: they must be all there are.
+  // The last message is kept for late joiners, so it must have all static transforms.
   absl::Status publish_static_transforms(const std::vector<TransformStamped>& transforms);
 
  private:

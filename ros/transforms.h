@@ -1,4 +1,4 @@
-// Bodies as ROS 2 sees them: frames that are children of one frame, the centre of a sector.
+// Bodies as ROS 2 transforms: frames that are children of one frame, the centre of a sector.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -18,13 +18,13 @@ using Time = builtin_interfaces_msg_dds__Time_;
 using TransformStamped = geometry_msgs_msg_dds__TransformStamped_;
 
 // Simulated time at the end of a tick of `time_step` seconds, to the nearest nanosecond. ROS counts seconds
-// in 32 bits: from 2^31 s on it stands still.
+// in 32 bits: the time stops at 2^31 s.
 Time time_at(Tick tick, double time_step);
 
-// "tower/box" of the body "tower::box".
+// "tower/box" for the body "tower::box".
 std::string frame_name(absl::string_view body_name);
 
-// The transforms of frames of one world. They point to names in here, and are valid while this is.
+// The transforms of frames of one world. They refer to names in this object, and are valid while it lives.
 class Transforms {
  public:
   // `parent` is the centre of `sector`, with the world's axes.
@@ -33,10 +33,10 @@ class Transforms {
   void name(BodyId id, absl::string_view body_name);
   bool has_name(BodyId id) const { return names_.contains(id); }
 
-  // Of all bodies that have a name.
+  // The transforms of all bodies with a name.
   std::vector<TransformStamped> all(const BodyFrame& frame) const;
 
-  // Of those that were elsewhere, or not there or without a name, when this was called before.
+  // The transforms of bodies that have moved, appeared or been named since the previous call.
   std::vector<TransformStamped> changed(const BodyFrame& frame);
 
  private:

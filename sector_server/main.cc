@@ -71,13 +71,13 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, Server
     metrics.set_joined(server.joined());
     if (TickMachine* machine = server.machine_between_ticks()) streams.publish(server.tick(), *machine, true);
   }
-  server.leave("it was told to end");
+  server.leave("it was asked to shut down");
   for (SectorServer::Outgoing& message : server.take_messages())
     link.send(message.to, std::move(message.payload));
   return server.finished().value_or(absl::OkStatus());
 }
 
-// Null where no metrics are wanted.
+// Null if metrics are off.
 absl::StatusOr<std::unique_ptr<Monitor>> open_monitor(const SectorServerArguments& arguments,
                                                       const ServerMetrics& metrics, const Pulse& pulse) {
   if (arguments.metrics_address.empty()) return nullptr;
@@ -154,7 +154,7 @@ int main(int argc, char** argv) {
                tessera::kSectorServerName);
   tessera::add_options(app, arguments);
   if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
-  // What a tick frees, the next one wants again: keep it instead of handing it to the kernel and back.
+  // The next tick needs the memory that a tick frees: keep it instead of returning it to the kernel.
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
   if (arguments.exit_with_parent && !tessera::end_with_parent(parent, SIGKILL)) return 1;
   tessera::start_log("sector-server", arguments.log);

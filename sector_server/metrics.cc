@@ -15,12 +15,12 @@ const prometheus::Histogram::BucketBoundaries kTickBuckets = {
 }  // namespace
 
 ServerMetrics::ServerMetrics(const SectorServerArguments& arguments)
-    : joined_(gauge("tessera_server_joined", "1 while a coordinator has this server in its cluster")),
+    : joined_(gauge("tessera_server_joined", "1 while this server belongs to a coordinator's cluster")),
       tick_(gauge("tessera_server_tick", "Tick of the loaded world that this server has completed")),
-      ticks_(counter("tessera_server_ticks_total", "Ticks done by this process")),
+      ticks_(counter("tessera_server_ticks_total", "Ticks completed by this process")),
       tick_duration_(prometheus::BuildHistogram()
                          .Name("tessera_server_tick_duration_seconds")
-                         .Help("How long ticks took, waiting for other servers included, without pacing")
+                         .Help("Duration of ticks, including waiting for other servers, without pacing")
                          .Register(registry_)
                          .Add({}, kTickBuckets)),
       bodies_(gauge("tessera_server_bodies", "Bodies that live here and can move")),
@@ -75,7 +75,8 @@ void ServerMetrics::set_joined(bool joined) { joined_.Set(joined ? 1 : 0); }
 
 absl::Status ServerMetrics::ready() const {
   if (joined_.Value() == 1) return absl::OkStatus();
-  return absl::UnavailableError("no coordinator has this server in its cluster, or it gives no sign of life");
+  return absl::UnavailableError(
+      "this server belongs to no coordinator's cluster, or the coordinator does not respond");
 }
 
 }  // namespace tessera

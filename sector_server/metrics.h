@@ -1,4 +1,4 @@
-// What a sector server shows of itself: counts of its last tick, and how long its ticks take.
+// Metrics of a sector server: counts of its last tick, and the durations of its ticks.
 #pragma once
 
 #include <absl/status/status.h>
@@ -18,7 +18,7 @@
 
 namespace tessera {
 
-// Filled by the thread that owns the server, read by any.
+// Written by the thread that owns the server, readable from any thread.
 class ServerMetrics {
  public:
   explicit ServerMetrics(const SectorServerArguments& arguments);
@@ -28,7 +28,7 @@ class ServerMetrics {
   void set_joined(bool joined);
 
   std::vector<prometheus::MetricFamily> collect() const { return registry_.Collect(); }
-  // UNAVAILABLE until a coordinator has taken the server in, and while that gives no sign of life.
+  // UNAVAILABLE until a coordinator has accepted the server, and while that coordinator does not respond.
   absl::Status ready() const;
 
  private:
@@ -48,7 +48,7 @@ class ServerMetrics {
   };
   std::array<OfCounter, kTickCounters.size()> counts_;
   prometheus::Counter& exchange_;
-  std::uint64_t exchange_bytes_ = 0;  // of the loaded world, as it was last shown
+  std::uint64_t exchange_bytes_ = 0;  // of the loaded world, at the last update
 };
 
 }  // namespace tessera

@@ -16,20 +16,20 @@ void add_options(CLI::App& app, SectorServerArguments& arguments) {
          [&server](const std::string& name) {
            server.precision = name == "f64" ? Precision::kFloat64 : Precision::kFloat32;
          },
-         "Precision that it serves, f32 or f64")
+         "Precision of the engine, f32 or f64")
       ->check(CLI::IsMember({"f32", "f64"}))
       ->default_str("f32");
   const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   server.threads = cores;
   app.add_option_function<int>(
          "--threads", [&server, cores](int threads) { server.threads = threads == 0 ? cores : threads; },
-         "Threads that step sectors; 0: one a core")
+         "Threads that step sectors; 0: one per core")
       ->check(CLI::Range(0, 1024))
       ->default_str("0");
   app.add_option("--listen", arguments.listen,
-                 "Address for the streams of clients, which are told it; port 0: any free one")
+                 "Address at which clients open streams, host:port; port 0: any free port")
       ->capture_default_str();
-  add_seconds(app, "--join-timeout", server.join_timeout, "How long it waits for a coordinator, s", 0.1, 1e6);
+  add_seconds(app, "--join-timeout", server.join_timeout, "How long to wait for a coordinator, s", 0.1, 1e6);
   add_seconds(app, "--coordinator-timeout", server.coordinator_timeout,
               "Silence after which the coordinator counts as lost, s", 0.1, 1e6);
   add_metrics_option(app, arguments.metrics_address);

@@ -1,4 +1,4 @@
-// What a sector server can be told: its command line, environment and configuration file.
+// The sector server's options: command line, environment and configuration file.
 #pragma once
 
 #include <CLI/App.hpp>

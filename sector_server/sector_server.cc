@@ -37,7 +37,7 @@ class SectorServer::Impl {
     if (from == kCoordinatorNode) coordinator_deadline_.reset();
     switch (message.kind_case()) {
       case Kind::kWelcome:
-        if (!heartbeat_) log("the coordinator has taken this server in");
+        if (!heartbeat_) log("the coordinator has accepted this server");
         heartbeat_ = std::chrono::milliseconds(std::max<std::uint64_t>(message.welcome().heartbeat_ms(), 1));
         next_heartbeat_ = now + *heartbeat_;
         break;
@@ -64,7 +64,7 @@ class SectorServer::Impl {
         break;
       default:
         finish(absl::InternalError(
-            absl::StrCat("a message that is not for sector servers came from ", from.value)));
+            absl::StrCat("received a message that is not meant for sector servers from ", from.value)));
     }
   }
 
@@ -87,17 +87,17 @@ class SectorServer::Impl {
     }
     if (coordinator_deadline_ && now >= *coordinator_deadline_) {
       finish(
-          absl::UnavailableError(absl::StrCat("the coordinator gave no sign of life for ",
+          absl::UnavailableError(absl::StrCat("the coordinator did not respond for ",
                                               options_.coordinator_timeout / std::chrono::seconds(1), " s")));
     }
     if (heartbeat_ && now >= next_heartbeat_) report(now);
   }
 
-  // A coordinator that has only stalled answers to the hello when it goes on.
+  // A coordinator that has only stalled answers the hello once it continues.
   void suspect(NodeId node, Nanoseconds now) {
     if (node != kCoordinatorNode || !heartbeat_ || coordinator_deadline_) return;
     coordinator_deadline_ = now + options_.coordinator_timeout;
-    log("the coordinator gives no sign of life", Severity::kWarning);
+    log("the coordinator is not responding", Severity::kWarning);
     say_hello();
   }
 
@@ -152,7 +152,7 @@ class SectorServer::Impl {
     send(kCoordinatorNode, message);
   }
 
-  // The first reason stands.
+  // The first reason counts.
   void finish(const absl::Status& status) {
     if (finished_) return;
     finished_ = status;
@@ -181,7 +181,7 @@ class SectorServer::Impl {
     for (auto& [from, waiting] : early) deliver(from, std::move(waiting));
   }
 
-  // Hands a grant or round to the world it is of; keeps it if that world has not been loaded yet.
+  // Passes a grant or round to its world; keeps it if that world has not been loaded yet.
   void deliver(NodeId from, v1::ClusterMessage message) {
     const std::uint64_t world = message.has_grant() ? message.grant().world() : message.round().world();
     if (run_ && run_->world() == world) {
@@ -193,7 +193,7 @@ class SectorServer::Impl {
       return;
     }
     const std::uint64_t newest = std::max(run_ ? run_->world() : 0, last_unloaded_);
-    if (world <= newest) return;  // of a world that is gone
+    if (world <= newest) return;  // for a world that has been unloaded
     if (early_.size() >= kEarlyMessagesMax) {
       finish(absl::ResourceExhaustedError("too many messages for a world that was not loaded"));
       return;
@@ -226,7 +226,7 @@ class SectorServer::Impl {
   TickObserver observer_;
   NodeId self_;
   Nanoseconds join_deadline_{};
-  std::optional<Nanoseconds> heartbeat_;  // once welcome
+  std::optional<Nanoseconds> heartbeat_;  // set once welcome
   Nanoseconds next_heartbeat_{};
   std::optional<Nanoseconds> coordinator_deadline_;  // while it is a suspect
   Nanoseconds next_measurement_{};

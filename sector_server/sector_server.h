@@ -1,8 +1,8 @@
 // The sector server as a state machine: its partition of a world, driven by grants and by its peers'
 // messages.
 //
-// It takes messages and gives back messages, never blocks, and knows no socket or thread; the shell
-// (sector_server/main.cc) has those, and so does a simulation. Messages may arrive in any order.
+// It takes messages and returns messages, never blocks, and uses no socket or thread: the shell
+// (sector_server/main.cc) or a simulation provides these. Messages may arrive in any order.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -27,12 +27,12 @@ using Nanoseconds = std::chrono::nanoseconds;
 struct SectorServerOptions {
   Precision precision = Precision::kFloat32;
   int threads = 1;
-  std::string stream_address;                           // told to clients
-  Nanoseconds join_timeout = std::chrono::seconds(30);  // how long it waits for a coordinator's welcome
-  // How long it waits for one that gives no sign of life any more.
+  std::string stream_address;                           // where clients open streams
+  Nanoseconds join_timeout = std::chrono::seconds(30);  // how long to wait for a coordinator's welcome
+  // How long to wait for a coordinator that has stopped responding.
   Nanoseconds coordinator_timeout = std::chrono::seconds(10);
   std::function<std::uint64_t()> peak_rss_bytes;  // for reports; may be empty
-  LogSink log;                                    // told what an operator should know; empty: nobody is
+  LogSink log;                                    // events for the operator; may be empty
 };
 
 class SectorServer {
@@ -45,7 +45,8 @@ class SectorServer {
   // Called after each completed tick and after a load (tick 0), from within receive(): for streams.
   using TickObserver = std::function<void(Tick tick, TickMachine& machine)>;
 
-  // `make_engine` loads the engine of a world; `clock` only measures work (for reports), it decides nothing.
+  // `make_engine` loads the engine of a world; `clock` only measures work for reports; no decision depends on
+  // it.
   SectorServer(const SectorServerOptions& options,
                std::function<absl::StatusOr<std::unique_ptr<Engine>>(const EngineSettings&)> make_engine,
                std::function<Nanoseconds()> clock, TickObserver observer);
@@ -54,16 +55,16 @@ class SectorServer {
   // Says hello to the coordinator. `self` is this process's address.
   void start(NodeId self, Nanoseconds now);
 
-  // Takes one message in, and does no work on it. While work_left(), the shell calls proceed(), which does
-  // one round of one tick, and sends what that gave: so messages leave as early as they can.
+  // Accepts one message without processing it. While work_left(), the shell calls proceed(), which does one
+  // round of one tick, and sends the resulting messages: so they leave as early as possible.
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now);
   bool work_left() const;
   void proceed(Nanoseconds now);
 
   void advance(Nanoseconds now);  // heartbeats, deadlines
-  // The transport misses signs of life of a process, which may have ended or only stalled.
+  // The transport has lost contact with a process, which may have ended or only stalled.
   void suspect(NodeId node, Nanoseconds now);
-  void leave(const std::string& reason);  // says goodbye; the server must end then
+  void leave(const std::string& reason);  // says goodbye; the server must end afterwards
   std::optional<Nanoseconds> next_deadline() const;
 
   std::vector<Outgoing> take_messages();
@@ -72,14 +73,14 @@ class SectorServer {
   TickMachine* machine_between_ticks();
   Tick tick() const;  // completed
 
-  // Whether a coordinator has welcomed this server and gives signs of life.
+  // Whether a coordinator has welcomed this server and responds.
   bool joined() const;
-  // What the last tick of the loaded world was like; null before there was one. Until the next call of
+  // The report of the last tick of the loaded world; null before the first tick. Until the next call of
   // another function.
   const v1::TickReport* last_tick() const;
   std::uint64_t exchange_bytes() const;  // sent to other servers, for the loaded world
 
-  // Set when the server must end; OK after an orderly goodbye, otherwise why.
+  // Set when the server must end: OK after an orderly goodbye, otherwise the reason.
   const std::optional<absl::Status>& finished() const;
 
  private:

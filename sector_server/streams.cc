@@ -15,10 +15,10 @@
 namespace tessera {
 namespace {
 
-// How often a waiting stream looks whether its client is still there.
+// How often a waiting stream checks whether its client is still connected.
 constexpr std::chrono::milliseconds kPatience(200);
 
-// A box of the world that a client watches; all of it where it named none.
+// The box of the world that a client watches; the whole world if it named none.
 class WatchedBox {
  public:
   template <typename Request>
@@ -31,7 +31,8 @@ class WatchedBox {
   bool holds(const WorldPosition& position) const {
     return !centre_ || (away(position).array() <= half_.array()).all();
   }
-  // False only where no body of the sector can be in the box: some are a little beyond its borders.
+  // False only if no body of the sector can be in the box; bodies may be slightly beyond the sector's
+  // borders.
   bool may_hold_bodies_of(const SectorIndex& sector) const {
     return !centre_ ||
            (away({sector, Eigen::Vector3d::Zero()}).array() <= half_.array() + sector_size_).all();
@@ -101,7 +102,7 @@ void describe(const BodiesInOrder& bodies, double sector_size, v1::BodyColumns& 
   }
 }
 
-// A static body, from the server that hosts its sector: all of them know it.
+// A static body is sent by the server that hosts its sector, because all servers know it.
 const BodyRecord* hosted_static(const Partition& partition, BodyId id) {
   const BodyRecord* record = partition.statics.find(id);
   return record != nullptr && partition.hosts(record->home) ? record : nullptr;
@@ -119,7 +120,7 @@ v1::Contact::Phase phase_of(ContactPhase phase) {
   return v1::Contact::BEGIN;
 }
 
-// `snapshot` lends its memory.
+// Reuses the memory of `snapshot`.
 BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Partition& partition,
                         BodySnapshot snapshot) {
   snapshot.tick = tick;
@@ -214,7 +215,7 @@ void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
   publish_states(seams_,
                  [&](Seams& subscription) { return seams_for(subscription.request(), tick, partition); });
   for (const std::shared_ptr<Contacts>& subscription : contacts_) {
-    // The first batch only says from which tick on nothing is missed.
+    // The first batch only states the tick from which on the stream is complete.
     const bool counts = subscription->served && !new_only;
     if (!counts && subscription->served) continue;
     v1::ContactBatch batch;
@@ -258,7 +259,7 @@ grpc::Status Streams::serve(std::list<std::shared_ptr<S>>& list, grpc::ServerCon
 
 grpc::Status Streams::WatchBodies(grpc::ServerContext* context, const v1::WatchBodiesRequest* request,
                                   grpc::ServerWriter<v1::BodyBatch>* writer) {
-  v1::BodyBatch batch;  // one for all, since its memory is used again
+  v1::BodyBatch batch;  // reused for all batches, with its memory
   return serve(bodies_, context, *request, [&](const BodySnapshot& snapshot) {
     batch.Clear();
     batch.set_tick(snapshot.tick);

@@ -1,5 +1,5 @@
-// What clients watch: the states of bodies, contact events and what happens at seams of this server's
-// partition, as gRPC streams.
+// Streams to clients: states of bodies, contact events and clones and islands at seams of this server's
+// partition, over gRPC.
 #pragma once
 
 #include <condition_variable>
@@ -16,8 +16,8 @@
 
 namespace tessera {
 
-// The bodies that a client watches, at the end of a tick. What it takes to send them is left to the thread
-// that does: ticks do not wait for it.
+// The bodies that a client watches, at the end of a tick. They are serialised on the thread that sends them,
+// so ticks do not wait for it.
 struct BodySnapshot {
   struct Body {
     BodyId id;
@@ -35,7 +35,7 @@ struct BodySnapshot {
 template <typename Request, typename Batch>
 class Subscription {
  public:
-  static constexpr std::size_t kBatchesMax = 4096;  // a client that is further behind is cut off
+  static constexpr std::size_t kBatchesMax = 4096;  // a client that is further behind is disconnected
   static constexpr std::size_t kSpareMax = 2;
 
   explicit Subscription(Request request) : request_(std::move(request)) {}
@@ -71,12 +71,12 @@ class Subscription {
     batches_.pop_front();
     return batch;
   }
-  // One that next() gave and that is no longer needed: its memory is used again.
+  // Returns a batch of next() that is no longer needed; its memory is reused.
   void take_back(Batch batch) {
     const std::lock_guard lock(mutex_);
     if (spare_.size() < kSpareMax) spare_.push_back(std::move(batch));
   }
-  // Such a one, with what was in it; otherwise an empty one.
+  // Such a batch, with its old contents, or else an empty one.
   Batch spare() {
     const std::lock_guard lock(mutex_);
     if (spare_.empty()) return {};
@@ -89,7 +89,7 @@ class Subscription {
     return !closed_ || !batches_.empty();
   }
 
-  bool served = false;  // has seen the state it began with; belongs to the tick
+  bool served = false;  // the initial state has been sent; owned by the tick
 
  private:
   const Request request_;
@@ -103,11 +103,11 @@ class Subscription {
 
 class Streams final : public v1::Streams::Service {
  public:
-  // `wake` is called when a client comes, so that a world that stands still is shown to it.
+  // `wake` is called when a client subscribes, so that it is also shown a paused world.
   Streams(NodeId node, std::function<void()> wake) : node_(node), wake_(std::move(wake)) {}
 
-  // From the thread that owns the partition: after every tick, and with `new_only` while the world stands
-  // still.
+  // To be called by the thread that owns the partition: after every tick, and with `new_only` while the world
+  // is paused.
   void publish(Tick tick, TickMachine& machine, bool new_only);
 
   // Ends all streams.
@@ -129,7 +129,7 @@ class Streams final : public v1::Streams::Service {
   v1::ContactBatch contacts_for(const v1::WatchContactsRequest& request, Tick tick,
                                 const std::vector<ContactEvent>& events) const;
 
-  // `send` writes one batch of the subscription, and says whether the client still takes them.
+  // `send` writes one batch of the subscription, and returns whether the client still accepts batches.
   template <typename S, typename Request, typename Send>
   grpc::Status serve(std::list<std::shared_ptr<S>>& list, grpc::ServerContext* context,
                      const Request& request, const Send& send);

@@ -17,7 +17,7 @@
 namespace tessera {
 namespace {
 
-// Reports travel in bundles: they only open the window of grants.
+// Reports are sent in bundles: they only open the window of grants.
 constexpr std::size_t kTicksPerReport = 8;
 
 }  // namespace
@@ -83,9 +83,9 @@ absl::Status WorldRun::take(NodeId from, v1::Round round) {
   const auto place = std::find(nodes_.begin(), nodes_.end(), from);
   if (place == nodes_.end())
     return absl::InvalidArgumentError(
-        absl::StrCat("a round from ", from.value, ", which is no server of this world"));
-  // It may be any number of ticks ahead: a world at rest needs no messages, so its servers go at their own
-  // pace.
+        absl::StrCat("a round from ", from.value, ", which is not a server of this world"));
+  // It may be any number of ticks ahead: a world at rest needs no messages, so its servers proceed at their
+  // own pace.
   if (round.tick() <= tick_) {
     return absl::InternalError(
         absl::StrCat("a message of tick ", round.tick(), " arrived after tick ", tick_));
@@ -98,7 +98,7 @@ absl::Status WorldRun::take(NodeId from, v1::Round round) {
   return absl::OkStatus();
 }
 
-// Whether everyone whom the tick under way waits for has been heard.
+// Whether all messages that the current tick waits for have arrived.
 bool WorldRun::has_all() const {
   const auto inbox = inboxes_.find({tick_ + 1, round_->number});
   for (Rank rank = 0; rank < nodes_.size(); ++rank) {
@@ -173,7 +173,7 @@ void WorldRun::send(const Round& round) {
   const RoundMessage* before = nullptr;
   for (Rank rank = 0; rank < nodes_.size(); ++rank) {
     if (rank == self_ || !round.to[rank]) continue;
-    // The same seams go to everyone: they are packed once.
+    // All servers get the same seams, which are packed once.
     const bool same = before != nullptr && std::holds_alternative<std::shared_ptr<const Seams>>(*before);
     if (!same) packed = pack(*round.to[rank]);
     before = &*round.to[rank];

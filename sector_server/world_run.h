@@ -24,7 +24,7 @@ class WorldRun {
   using Send = std::function<void(NodeId, const v1::ClusterMessage&)>;
   using MakeEngine = std::function<absl::StatusOr<std::unique_ptr<Engine>>(const EngineSettings&)>;
 
-  // Errors: a world that this server cannot host, with the reason.
+  // Fails, with the reason, for a world that this server cannot host.
   static absl::StatusOr<std::unique_ptr<WorldRun>> create(const v1::LoadWorld& load, NodeId self, int threads,
                                                           const MakeEngine& make_engine, Send send);
 
@@ -38,21 +38,21 @@ class WorldRun {
   void take(v1::Grant grant);
   absl::Status take(NodeId from, v1::Round round);
 
-  // Whether proceed() has something to do; it does one round. `clock` measures work.
+  // Whether proceed() has work to do; it does one round. `clock` measures work.
   bool ready() const;
   absl::Status proceed(const std::function<Nanoseconds()>& clock);
 
   // True once after each completed tick.
   bool take_tick_done() { return std::exchange(tick_done_, false); }
 
-  // What the ticks since the last call were like.
+  // The reports of the ticks since the last call.
   std::vector<v1::TickReport> take_reports() { return std::exchange(reports_, {}); }
   bool report_due() const;
   const v1::TickReport& last_report() const { return last_report_; }
   std::uint64_t exchange_bytes() const { return exchange_bytes_; }
 
  private:
-  // What has come in for one round of one tick, by rank.
+  // The messages of one round of one tick, by rank.
   using Inbox = std::vector<std::optional<std::string>>;
 
   WorldRun() = default;
@@ -83,7 +83,7 @@ class WorldRun {
   std::optional<v1::Grant> grant_;  // being carried out
   std::uint64_t ticks_left_ = 0;
 
-  std::optional<Round> round_;                                      // that the tick under way waits in
+  std::optional<Round> round_;                                      // in which the current tick waits
   Tick tick_ = 0;                                                   // completed
   absl::btree_map<std::pair<Tick, std::uint32_t>, Inbox> inboxes_;  // by tick and number of the round
 

@@ -24,7 +24,7 @@ from docs_programs import Cluster, Failed, Programs, Words, with_option, without
 
 TOP = Path(__file__).resolve().parent.parent
 PAGES = [
-    TOP / "README.md",
+    *sorted(TOP.glob("*.md")),
     *sorted((TOP / "docs").rglob("*.md")),
     TOP / "worlds/README.md",
     TOP / "client_sdk/python/README.md",

@@ -168,7 +168,7 @@ class MetricsTest : public ::testing::Test {
   void start_servers() {
     for (int i = 0; i < 2; ++i) servers_.push_back(start("tessera-sector-server", {"--threads", "1"}));
     for (const auto& server : servers_) {
-      ASSERT_TRUE(server->await_output("has taken this server in")) << server->output();
+      ASSERT_TRUE(server->await_output("has accepted this server")) << server->output();
     }
   }
   static std::string monitor_of(Program& daemon) { return said(daemon, "metrics on http://", "/"); }

@@ -131,9 +131,9 @@ TEST_F(RecordingTest, EveryWorldIsPlayedAndTheFirstDifferenceTold) {
   std::filesystem::resize_file(file(), std::filesystem::file_size(file()) - 5);
   const Outcome cut = run_tessera({"replay", file().string()});
   EXPECT_EQ(cut.code, 1);
-  EXPECT_THAT(cut.output, HasSubstr("is cut off at byte"));
+  EXPECT_THAT(cut.output, HasSubstr("is truncated at byte"));
   EXPECT_THAT(run_tessera({"replay", world_file("falling.sdf").string()}).output,
-              HasSubstr("is no recording of inputs"));
+              HasSubstr("is not a recording of inputs"));
   EXPECT_THAT(run_tessera({"replay", "nowhere.rec"}).output, HasSubstr("nowhere.rec"));
 }
 

@@ -23,12 +23,12 @@ dds_qos_t* beacon_qos() {
   return qos;
 }
 
-// Of two coordinators, one stays: the one that serves already, else the one that started first.
+// Of two coordinators one stays: the one that is already serving, or else the one that started first.
 bool gives_way_to(const tessera_Beacon& mine, const tessera_Beacon& other) {
   return other.serving || std::tie(other.start_ns, other.session) < std::tie(mine.start_ns, mine.session);
 }
 
-// The endpoint of a coordinator that has been heard of since the last call and that `mine` gives way to.
+// The endpoint of a coordinator discovered since the last call to which `mine` gives way.
 std::optional<std::string> rival(dds_entity_t reader, const tessera_Beacon& mine) {
   constexpr int kBatch = 16;
   std::optional<std::string> result;

@@ -1,4 +1,4 @@
-// How coordinators of a cluster notice one another.
+// How the coordinators of a cluster detect each other.
 #pragma once
 
 #include <absl/status/status.h>
@@ -16,7 +16,7 @@ struct BeaconOptions {
   NodeId node;
   std::uint64_t session = 0;
   std::string endpoint;
-  // How long to look for others.
+  // How long to look for other coordinators.
   std::chrono::milliseconds discovery{500};
 };
 

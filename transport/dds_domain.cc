@@ -12,9 +12,9 @@
 #include "dds/dds.h"
 
 #ifdef __SANITIZE_THREAD__
-// Debian's Cyclone DDS is not built for the thread sanitizer, which then sees its memory being used but not
-// the atomics that guard it: what it does, and what its threads hand to our listeners, is left out. Part of
-// every program that uses DDS, so that no run needs special settings.
+// Debian's Cyclone DDS is not built for the thread sanitizer, which sees its memory accesses but not the
+// atomics that guard them. So its code, and what its threads pass to our listeners, is suppressed. This is
+// part of every program that uses DDS, so no run needs special settings.
 extern "C" const char* __tsan_default_suppressions() {
   return "called_from_lib:libddsc.so\n"
          "race:libddsc.so\n";

@@ -1,4 +1,4 @@
-// What every user of DDS in this process shares: the domain with our configuration, names and error texts.
+// Shared by all users of DDS in this process: the domain with our configuration, topic names and error texts.
 #pragma once
 
 #include <absl/status/status.h>
@@ -12,15 +12,15 @@
 
 namespace tessera {
 
-// deploy/cyclonedds.xml, as it was when this was built.
+// deploy/cyclonedds.xml, as of the build.
 extern const char* const kDefaultDdsConfig;
 
-// Keeps a DDS domain of this process configured and alive, for as many users as it has. Any thread.
+// Keeps a DDS domain of this process configured and alive while it has users. Safe to use from any thread.
 class DdsDomain {
  public:
   // Configures the domain with dds_configuration(network), unless the environment variable CYCLONEDDS_URI is
-  // set, which Cyclone DDS then reads itself. Errors: FAILED_PRECONDITION when someone else in this process
-  // has opened the domain, INTERNAL when Cyclone DDS does not like the configuration or the network.
+  // set, which Cyclone DDS then reads itself. Errors: FAILED_PRECONDITION if other code in this process has
+  // opened the domain, INTERNAL if Cyclone DDS rejects the configuration or the network.
   static absl::StatusOr<DdsDomain> open(std::uint32_t id, const DdsNetwork& network);
 
   DdsDomain(DdsDomain&& other) noexcept;
@@ -39,7 +39,7 @@ class DdsDomain {
 // The status for a negative return code of Cyclone DDS.
 absl::Status dds_error(std::int32_t return_code, absl::string_view what);
 
-// A topic name of cluster `cluster`, whatever characters its name has.
+// A topic name for cluster `cluster`, whose name may have any characters.
 std::string topic_name(absl::string_view cluster, absl::string_view rest);
 
 }  // namespace tessera

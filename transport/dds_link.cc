@@ -31,16 +31,16 @@ using Clock = std::chrono::steady_clock;
 constexpr std::uint32_t kDomainMax = 232;
 constexpr std::size_t kClusterNameBytesMax = 64;
 
-// A process whose writers have shown no life for this long counts as lost. DDS keeps its connections for a
-// much longer time (LeaseDuration), so a stall of a second does not cost a new discovery.
+// A process whose writers have been silent for this long counts as lost. DDS keeps its connections much
+// longer (LeaseDuration), so a stall of a second does not require a new discovery.
 constexpr dds_duration_t kSilenceMax = DDS_SECS(1);
-// DDS gives a sign of life whenever 80 % of the shortest promise of any writer are over: one writer that
-// nobody reads promises more than the others, so that a sign may come late, or be missed, without harm.
+// DDS sends a sign of life after 80 % of the shortest liveliness period of any writer. One writer without
+// readers has a shorter period than the others, so a late or lost sign does no harm.
 constexpr dds_duration_t kPulse = DDS_MSECS(500);
 
-// DDS keeps what the other end's DDS (not its process) has not acknowledged, and makes a writer wait when
-// that is more than the configuration allows: it takes a stopped or unreachable process. Then we try again
-// after this time, for there is no event that says when it would work.
+// DDS keeps samples that the DDS of the other end (not its process) has not acknowledged, and blocks a writer
+// when they exceed the configured amount, which takes a stopped or unreachable process. Then we retry after
+// this time, because no event tells when writing would succeed.
 constexpr dds_duration_t kWriteWait = DDS_MSECS(1);
 constexpr std::chrono::milliseconds kStallRetry{10};
 
@@ -65,7 +65,7 @@ Session draw_session() {
   return session;
 }
 
-// For calls that fail only when memory or the program is broken.
+// For calls that fail only when out of memory or because of a bug.
 dds_return_t must(dds_return_t rc, const char* what) {
   if (rc < 0) {
     std::fprintf(stderr, "tessera: %s\n", dds_error(rc, what).ToString().c_str());
@@ -127,7 +127,7 @@ class DdsLink::Impl {
   Impl(const DdsOptions& options, DdsDomain domain)
       : options_(options), session_(draw_session()), domain_(std::move(domain)) {}
   ~Impl() {
-    // After this no thread of DDS calls us; the lock makes what they left visible.
+    // After this no thread of DDS calls us; the lock makes their writes visible.
     if (participant_ > 0) dds_delete(participant_);
     const std::lock_guard lock(silent_mutex_);
     silent_ = {};
@@ -157,7 +157,7 @@ class DdsLink::Impl {
     PeerStream stream;
     dds_entity_t topic = 0;
     dds_entity_t writer = 0;
-    // DDS would not take the next frame: try again later.
+    // DDS did not accept the next frame: try again later.
     bool stalled = false;
   };
 
@@ -168,7 +168,7 @@ class DdsLink::Impl {
   void on_writer_event(Peer& peer);
   void note_new_senders();
   std::optional<Sender> sender_of(dds_instance_handle_t writer) const;
-  // Runs in a thread of DDS.
+  // Runs on a thread of DDS.
   static void on_liveliness_changed(dds_entity_t reader, dds_liveliness_changed_status_t status, void* self);
   void take_silent();
   void take(std::vector<Delivery>& deliveries);
@@ -186,12 +186,12 @@ class DdsLink::Impl {
   dds_entity_t wake_ = 0;
   dds_entity_t silence_ = 0;
   std::map<NodeId, std::unique_ptr<Peer>> peers_;
-  // The writers that DDS has connected to our inbox, and whose they are.
+  // The writers that DDS has connected to our inbox, and their processes.
   std::map<dds_instance_handle_t, Sender> senders_;
-  // Handed over by the threads of DDS: the writers that have fallen silent.
+  // Set by the threads of DDS: the writers that have fallen silent.
   std::mutex silent_mutex_;
   std::vector<dds_instance_handle_t> silent_;
-  // Those with which something has happened since they were last pumped; may repeat.
+  // Peers with events since they were last pumped; may contain duplicates.
   std::vector<Peer*> touched_;
   std::vector<NodeId> lost_;
 };
@@ -297,7 +297,7 @@ std::vector<Delivery> DdsLink::Impl::receive(Clock::time_point deadline) {
 }
 
 bool DdsLink::Impl::wait(Clock::time_point deadline, std::vector<Delivery>& deliveries) {
-  // Bounded, so that the end of time is no overflow.
+  // Bounded, so that an infinite deadline does not overflow.
   const auto left =
       std::clamp<Clock::duration>(deadline - Clock::now(), Clock::duration::zero(), std::chrono::hours(1));
   std::array<dds_attach_t, kTriggerBatch> triggered;
@@ -307,7 +307,7 @@ bool DdsLink::Impl::wait(Clock::time_point deadline, std::vector<Delivery>& deli
            "cannot wait");
   bool woken = false;
   bool silence = false;
-  // More may have been triggered than there was room for: the next call gets those.
+  // If more were triggered than there was room for, the next call gets the rest.
   const auto events = absl::MakeSpan(triggered).first(std::min<std::size_t>(count, triggered.size()));
   for (const dds_attach_t event : events) {
     bool was_set = false;
@@ -321,7 +321,7 @@ bool DdsLink::Impl::wait(Clock::time_point deadline, std::vector<Delivery>& deli
       silence = true;
     }
   }
-  // After the inbox, so that a peer that has gone is known by its last words.
+  // After the inbox, so that the last messages of a peer that has gone are received first.
   for (const dds_attach_t event : events) {
     if (event > kSilenceAttachment) on_writer_event(*reinterpret_cast<Peer*>(event));
   }
@@ -398,7 +398,7 @@ void DdsLink::Impl::note_new_senders() {
 
 std::optional<DdsLink::Impl::Sender> DdsLink::Impl::sender_of(dds_instance_handle_t writer) const {
   dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader_, writer);
-  // It may have gone again.
+  // It may have disappeared again.
   if (endpoint == nullptr) return std::nullopt;
   void* data = nullptr;
   std::size_t size = 0;

@@ -17,7 +17,7 @@ namespace tessera {
 
 struct DdsOptions {
   // DDS domain: processes of different domains do not see each other. 0 to 232; those above 100 use port
-  // numbers that Linux hands out to others.
+  // numbers from Linux's ephemeral range.
   std::uint32_t domain = 0;
   // Clusters of different names share a domain without meeting. 1 to 64 bytes, any characters.
   std::string cluster = "tessera";
@@ -26,12 +26,13 @@ struct DdsOptions {
   NodeId self;
 };
 
-// Messages of one pair of processes keep their order here. What a process has sent is kept until the other
-// has taken it in receive(): a connection that breaks and comes back, also after a long time, loses nothing.
+// Messages of one pair of processes keep their order here. Sent messages are kept until the other process has
+// taken them in receive(), so a connection that breaks and comes back, even after a long time, loses nothing.
 //
 // send(), receive() and the rest belong to one thread, which does not have to be the one that created the
-// link; wake() belongs to any. What has to wait, since its receiver is not there yet or has not kept up, is
-// sent from within later calls of receive(). Destroying the link gives what is under way a second to arrive.
+// link; wake() belongs to any. Messages that have to wait, because their receiver is missing or too slow, are
+// sent from within later calls of receive(). Destroying the link gives messages in transit a second to
+// arrive.
 //
 // A failure of DDS itself during operation (out of memory, entities that cannot be created) ends the process
 // with a message.
@@ -52,8 +53,8 @@ class DdsLink : public Link {
 
   // The processes we were connected to that have gone, or were replaced by others at the same address, since
   // the last call. A process that ends is noticed at once, one that is killed or cut off when its lease runs
-  // out: after 1 to 1.4 s with the built-in settings. receive() returns early to tell: ask after each
-  // receive().
+  // out: after 1 to 1.4 s with the built-in settings. receive() then returns early: call this after
+  // each receive().
   //
   // What was sent to such a process, up to the receive() that noticed, arrives only if that same process
   // turns up again (a healed cable); a successor at its address gets what is sent afterwards.

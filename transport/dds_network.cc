@@ -15,12 +15,12 @@
 namespace tessera {
 namespace {
 
-// Of datagrams of 64 KB a real network loses too many.
+// A real network loses too many datagrams of 64 KB.
 constexpr std::array kLoopbackOnly = {"MaxMessageSize", "MaxRexmitMessageSize", "FragmentSize"};
 
 std::set<std::string> addresses_of(const std::string& host) {
   addrinfo hints{};
-  hints.ai_family = AF_INET;  // as Cyclone DDS speaks it
+  hints.ai_family = AF_INET;  // as used by Cyclone DDS
   hints.ai_socktype = SOCK_DGRAM;
   addrinfo* found = nullptr;
   if (getaddrinfo(host.c_str(), nullptr, &hints, &found) != 0) return {};

@@ -6,16 +6,16 @@
 
 namespace tessera {
 
-// Of two processes at least the one that starts later must name the other's host. The defaults are for a
+// Of two processes, at least the one that starts later must name the other's host. The defaults suit a
 // cluster on one host.
 struct DdsNetwork {
   std::string interface = "lo";
-  // Addresses, or names, which stand for every address they have when the process starts; those that have
-  // none, since their hosts are not there yet, count for nothing.
+  // Addresses, or names, which stand for all their addresses when the process starts. Names without an
+  // address, because their hosts do not exist yet, are skipped.
   std::vector<std::string> peers = {"127.0.0.1"};
 };
 
-// deploy/cyclonedds.xml, made for `network`: what it says of the loopback interface is left out for others.
+// deploy/cyclonedds.xml, adapted to `network`: settings for the loopback interface are left out for others.
 std::string dds_configuration(const DdsNetwork& network);
 
 }  // namespace tessera

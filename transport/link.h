@@ -1,4 +1,4 @@
-// Messages between the processes of a cluster: the one door that state machines speak through.
+// Messages between the processes of a cluster: the only interface through which state machines communicate.
 #pragma once
 
 #include <chrono>
@@ -37,15 +37,15 @@ class Link {
 
   virtual NodeId self() const = 0;
 
-  // Hands `payload` over for delivery. Never waits for the receiver: a message to a process that is not (yet)
-  // there is kept until it appears.
+  // Queues `payload` for delivery. Never waits for the receiver: a message to a process that does not exist
+  // yet is kept until it appears.
   virtual void send(NodeId to, std::string payload) = 0;
 
-  // What has arrived, in order of arrival; waits for something until `deadline` or until wake() is called.
-  // May return nothing.
+  // The messages that have arrived, in order of arrival. Waits for one until `deadline` or until wake() is
+  // called. May return nothing.
   virtual std::vector<Delivery> receive(std::chrono::steady_clock::time_point deadline) = 0;
 
-  // Ends a receive() that is waiting, or else the next one, at once.
+  // Ends the current receive(), or else the next one, immediately.
   virtual void wake() = 0;
 };
 

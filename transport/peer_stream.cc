@@ -8,8 +8,8 @@
 namespace tessera {
 namespace {
 
-// Without traffic in the other direction that carries it along, word of what has arrived goes out after this
-// much: often enough that the sender's window never closes and that it does not keep many small messages.
+// Without traffic in the other direction to piggyback on, an acknowledgement is sent after this much: often
+// enough that the sender's window never closes and the sender does not keep many small messages.
 constexpr std::uint64_t kAcknowledgeBytes = kWindowBytesMin / 4;
 constexpr std::uint64_t kAcknowledgeParts = 64;
 
@@ -52,7 +52,7 @@ void PeerStream::note_loss() {
 
 void PeerStream::heard_of() {
   if (session_ != 0) owes_welcome_ = true;
-  // Whatever the peer has said about our side may have been lost as well.
+  // The peer's acknowledgements may have been lost as well.
   if (connected_) owes_sync_ = true;
 }
 
@@ -66,7 +66,7 @@ std::optional<Frame> PeerStream::next() const {
               .sync = owes_sync_,
               .welcome = owes_welcome_ && session_ != 0};
   if (owes_sync_) {
-    // The process that listens now need not be the one we knew.
+    // The process that listens now need not be the same as before.
     if (!frame.welcome) frame.to_session = 0;
     return frame;
   }
@@ -106,21 +106,21 @@ void PeerStream::accept(const Frame& frame, std::vector<Delivery>& deliveries) {
   if (std::find(dead_sessions_.begin(), dead_sessions_.end(), frame.from_session) != dead_sessions_.end())
     return;
   if (frame.from_session != session_) replaced_by(frame.from_session);
-  // Without a connection to it, this may be its last word.
+  // Without a connection to it, this may be its last message.
   if (connected_) before_loss_.reset();
   if (frame.to_session != 0) {
     take_acknowledgement(frame.acknowledged);
     if (frame.welcome) {
       rewind();
-      // An answer that was on its way before the connection broke does no harm: what it makes us send in vain
-      // is dropped as a repetition, and what gets lost, the answer to the question still owed brings back.
+      // An answer that was in transit before the connection broke does no harm: frames sent because of it are
+      // dropped as repetitions, and lost ones are sent again after the pending answer.
       open_ = connected_;
     }
     if (frame.sequence != 0) accept_part(frame, deliveries);
   }
   if (frame.sync) {
     owes_welcome_ = true;
-    // The peer has come up anew, so it may have missed our question.
+    // The peer has restarted, so it may have missed our question.
     if (connected_ && !open_) owes_sync_ = true;
   }
 }
@@ -172,7 +172,7 @@ void PeerStream::rewind() {
 void PeerStream::replaced_by(Session session) {
   if (session_ != 0) {
     dead_sessions_.push_back(session_);
-    // If we had not noticed that the old one was gone, all was meant for it.
+    // If we had not noticed that the old process was gone, all messages were meant for it.
     note_loss();
     outgoing_.erase(outgoing_.begin(), outgoing_.begin() + static_cast<std::ptrdiff_t>(*before_loss_));
   }

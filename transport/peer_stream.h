@@ -1,5 +1,6 @@
-// What one process remembers of its exchange with one other, so that every message arrives exactly once while
-// both live, whatever the connection between them does. Pure logic: takes frames and events, gives frames.
+// The state of the exchange between this process and one peer, which delivers every message exactly once
+// while both live, whatever the connection between them does. Pure logic: takes frames and events, returns
+// frames.
 #pragma once
 
 #include <cstddef>
@@ -14,19 +15,18 @@
 
 namespace tessera {
 
-// Tells a process from its predecessor at the same address; drawn at random at start, never 0.
+// Distinguishes a process from its predecessor at the same address; drawn at random at start, never 0.
 using Session = std::uint64_t;
 
 // Larger payloads travel in parts of this size: with its header, a part fits into one datagram.
 inline constexpr std::size_t kPartBytes = 60 * 1024;
-// What may be under way to one peer before it says that it has something of it: each end chooses in this
-// range. With more than the receiver's socket buffer holds, throughput breaks down; less costs nothing on a
-// short way.
+// The number of unacknowledged bytes to one peer; each end chooses within this range. If it exceeds the
+// receiver's socket buffer, throughput breaks down; smaller values cost nothing at low latency.
 inline constexpr std::size_t kWindowBytesMin = 256 * 1024;
 inline constexpr std::size_t kWindowBytesMax = 1024 * 1024;
 
-// A message part or a word between two links: proto/cluster.idl says what each field means. `payload` is a
-// view of the sender's memory, valid until its next call.
+// A part of a message, or a control frame between two links: proto/cluster.idl defines each field. `payload`
+// is a view of the sender's memory, valid until its next call.
 struct Frame {
   Session from_session = 0;
   Session to_session = 0;
@@ -43,10 +43,10 @@ struct Frame {
 // The connection below may come and go. While it stands it keeps order and loses nothing; when it breaks, any
 // frame may be lost, even if one end does not notice the break. So each new connection starts with a question
 // (sync) and an answer (welcome) about what has arrived, and the sender keeps what has not. A receiver that
-// sees a gap, or a new connection from a peer it knows, says so unasked.
+// sees a gap, or a new connection from a known peer, reports it unasked.
 //
-// When the peer's process is replaced by another at the same address, what was sent before the loss was
-// noticed is dropped, since nobody can tell which of it the dead one acted upon. One thread.
+// When the peer's process is replaced by another at the same address, messages sent before the loss was
+// noticed are dropped, because it is unknown which of them the old process acted upon. For one thread.
 class PeerStream {
  public:
   PeerStream(NodeId peer, Session self, std::size_t window_bytes = kWindowBytesMin)
@@ -54,33 +54,33 @@ class PeerStream {
 
   NodeId peer() const { return peer_; }
 
-  // Appends a message. Never fails; what cannot be sent now is kept.
+  // Appends a message. Never fails; messages that cannot be sent now are kept.
   void push(std::string payload);
 
-  // The connection to the peer has come up (also: came up anew, though no break was seen), or has gone.
+  // The connection to the peer has come up (possibly again, without a visible break), or is lost.
   void connected();
   void disconnected();
 
   // A connection from the peer has come up.
   void heard_of();
 
-  // The process that was `session` has given no sign of life for too long; its connections may still stand.
+  // The process of `session` has been silent for too long; its connections may still exist.
   void fell_silent(Session session);
 
-  // Takes in a frame from the peer and appends the message that it completes, if any. Frames to or from other
-  // sessions are ignored. A frame that no sound peer sends stops the process.
+  // Processes a frame from the peer and appends the message that it completes, if any. Frames to or from
+  // other sessions are ignored. A frame that no correct peer sends stops the process.
   void accept(const Frame& frame, std::vector<Delivery>& deliveries);
 
-  // The next frame to send, if there is one now. sent() says that it is on its way; without that, the same
-  // comes again.
+  // The next frame to send, if there is one now. Call sent() once it has been sent; otherwise the same frame
+  // is returned again.
   std::optional<Frame> next() const;
   void sent(const Frame& frame);
 
-  // Drops all that is kept for the peer's present process and ignores that process from now on; a successor
-  // at its address is welcome.
+  // Drops all messages kept for the peer's current process and ignores that process from now on; a successor
+  // at its address is accepted.
   void forget();
 
-  // True once after a peer that we had met has gone, fallen silent or been replaced by another process.
+  // True once after a known peer has gone, fallen silent or been replaced by another process.
   bool take_loss();
 
  private:
@@ -103,7 +103,7 @@ class PeerStream {
   NodeId peer_;
   Session self_;
   std::size_t window_bytes_;
-  // 0: not met yet.
+  // 0: not known yet.
   Session session_ = 0;
   std::vector<Session> dead_sessions_;
 
@@ -114,20 +114,20 @@ class PeerStream {
   bool owes_sync_ = false;
   bool owes_welcome_ = false;
 
-  // What has not been acknowledged, sent or not, in order; the part to be sent next is in the message with
-  // index `cursor_`.
+  // Messages that have not been acknowledged, sent or not, in order; the part to be sent next is in the
+  // message with index `cursor_`.
   std::deque<Outgoing> outgoing_;
   std::size_t cursor_ = 0;
   std::uint64_t next_sequence_ = 1;
   std::uint64_t next_byte_ = 0;
   std::uint64_t sent_sequence_ = 0;
-  // Before the last rewind the sender may have been further.
+  // The furthest position of the sender, which may be beyond the last rewind.
   std::uint64_t sent_sequence_max_ = 0;
   std::uint64_t sent_bytes_ = 0;
   std::uint64_t acknowledged_sequence_ = 0;
   std::uint64_t acknowledged_bytes_ = 0;
-  // From the loss of the peer until that same process shows itself again: how many at the front of
-  // `outgoing_` were sent before the loss.
+  // From the loss of the peer until the same process reappears: the number of messages at the front of
+  // `outgoing_` that were sent before the loss.
   std::optional<std::size_t> before_loss_;
 
   std::uint64_t received_sequence_ = 0;
@@ -135,7 +135,7 @@ class PeerStream {
   std::uint64_t partial_rest_ = 0;
   std::uint64_t unacknowledged_parts_ = 0;
   std::uint64_t unacknowledged_bytes_ = 0;
-  // The gap that has been complained about already.
+  // The gap that has already been reported.
   std::uint64_t complained_ = 0;
 };
 

@@ -22,7 +22,7 @@ struct Pending {
   SimEvent::Kind kind = SimEvent::Kind::kDelivery;
   NodeId from;
   NodeId to;
-  // Which life of `from` and `to` this belongs to: a restarted node does not inherit it.
+  // The incarnations of `from` and `to` that this belongs to: a restarted node does not inherit it.
   std::uint64_t from_life = 0;
   std::uint64_t to_life = 0;
   std::uint64_t cut = 0;  // of a loss: the cut that it follows from; 0 where `from` was killed
@@ -36,8 +36,8 @@ struct Later {
 };
 
 struct Node {
-  // Counts the kills: a node that has not started yet is in its first life already, so that messages wait for
-  // it.
+  // Counts the kills: a node that has not started yet is already in its first incarnation, so that messages
+  // wait for it.
   std::uint64_t life = 0;
   bool running = false;
   std::vector<Delivery> inbox;
@@ -139,7 +139,7 @@ class SimNetwork::State {
 
   std::optional<SimEvent> step() {
     while (!queue_.empty()) {
-      // The queue only shows its top as const; it is popped at once, so moving out of it harms nobody.
+      // The queue exposes its top as const only; it is popped immediately, so moving out of it is safe.
       Pending next = std::move(const_cast<Pending&>(queue_.top()));
       queue_.pop();
       if (!lives(next.from, next.from_life) || !lives(next.to, next.to_life)) continue;
@@ -167,8 +167,8 @@ class SimNetwork::State {
     return node != nodes_.end() && node->second.life == life;
   }
 
-  // Draws the delay by hand: the standard's distributions give other numbers in other libraries. The bias of
-  // the remainder, below 2^-40 for any sensible range, does not matter here.
+  // Draws the delay by hand, because the standard's distributions differ between libraries. The bias of the
+  // remainder, below 2^-40 for any sensible range, does not matter here.
   std::uint64_t draw_delay_ns() {
     const std::uint64_t span = options_.delay_ns_max - options_.delay_ns_min + 1;
     return options_.delay_ns_min + (span == 0 ? engine_() : engine_() % span);

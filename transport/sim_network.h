@@ -11,8 +11,8 @@
 namespace tessera {
 
 struct SimOptions {
-  // Every message takes a time of its own, drawn evenly from this range. Both ends are possible; the range
-  // must not be empty.
+  // Each message has its own delay, drawn uniformly from this range, including both ends. The range must not
+  // be empty.
   std::uint64_t delay_ns_min = 20'000;
   std::uint64_t delay_ns_max = 2'000'000;
 
@@ -39,7 +39,7 @@ struct SimEvent {
 };
 
 // The network and its clock. One thread uses it and all of its links; they may be destroyed in any order.
-// Two networks with the same seed and options, given the same calls, do the same.
+// Two networks with the same seed, options and calls behave identically.
 class SimNetwork {
  public:
   explicit SimNetwork(std::uint64_t seed, SimOptions options = {});
@@ -48,8 +48,8 @@ class SimNetwork {
   SimNetwork(const SimNetwork&) = delete;
   SimNetwork& operator=(const SimNetwork&) = delete;
 
-  // Starts a process at address `node`: it gets what was sent to that address before it first appeared. A
-  // node that was killed may start anew and gets nothing of its predecessor's; the predecessor's link stays
+  // Starts a process at address `node`: it gets the messages sent to that address before it first appeared. A
+  // killed node may start again and gets none of its predecessor's messages; the predecessor's link stays
   // dead. Destroying the link kills its node. A node must not be started twice at a time.
   //
   // receive() of such a link never waits, whatever its deadline: it returns what step() has put into the
@@ -63,8 +63,8 @@ class SimNetwork {
   // Virtual time since the network began, in nanoseconds.
   std::uint64_t now_ns() const;
 
-  // Lets step() return a timer event for `node` at `time_ns`, or at once when that is past. Each call is a
-  // timer of its own; those of a killed node never run out.
+  // Lets step() return a timer event for `node` at `time_ns`, or immediately if that is past. Each call sets
+  // a separate timer; those of a killed node never expire.
   void set_timer(NodeId node, std::uint64_t time_ns);
 
   // Stops `node`, as kill -9 would: what is on its way from it or to it vanishes, and so does what others

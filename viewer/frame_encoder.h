@@ -1,10 +1,10 @@
-// What a page sees of a world, as binary frames that say only what has changed.
+// The view of one browser tab (page) as binary frames that contain only changes.
 //
 // A frame is little-endian: a FrameHeader, then one array after the other, each over all bodies (or
 // contacts):
 //
-//   kBodies    u32 id | u32 id of those gone | f32 x y z | f32 x y z w of the orientation | f32 m/s |
-//              u8 place of the server | u8 flags
+//   kBodies    u32 id | u32 id of removed bodies | f32 x y z | f32 x y z w of the orientation | f32 m/s |
+//              u8 index of the server | u8 flags
 //   kContacts  f32 x y z of the point | f32 x y z of the normal | f32 N s
 //
 // Points are in metres from the centre of the page's sector (page_view.h), along the world's axes.
@@ -22,7 +22,7 @@ namespace tessera::viewer {
 
 enum class FrameKind : std::uint32_t { kBodies = 1, kContacts = 2 };
 
-inline constexpr std::uint32_t kKeyFrame = 1;  // what the page has had before is void
+inline constexpr std::uint32_t kKeyFrame = 1;  // all earlier frames are void
 
 struct FrameHeader {
   FrameKind kind = FrameKind::kBodies;
@@ -33,13 +33,13 @@ struct FrameHeader {
 };
 static_assert(sizeof(FrameHeader) == 24);
 
-// Where and how one body is drawn.
+// How one body is drawn.
 struct SeenBody {
   std::uint32_t id = 0;
   std::array<float, 3> position{};     // of the body frame
   std::array<float, 4> orientation{};  // x y z w
   float speed = 0;                     // of the centre of mass, m/s
-  std::uint8_t server = 0;             // its place in the list of servers
+  std::uint8_t server = 0;             // its index in the list of servers
   bool asleep = false;
 
   friend bool operator==(const SeenBody&, const SeenBody&) = default;
@@ -52,13 +52,13 @@ struct SeenContact {
   float impulse = 0;  // N s
 };
 
-// The frames of one page, in order. One thread at a time.
+// The frames of one page, in order. For one thread at a time.
 class FrameEncoder {
  public:
   // The next frame is a key frame.
   void start_over() { started_ = false; }
 
-  // `bodies` are all that the page is to see, ascending by id. Empty where the page sees just that already.
+  // `bodies` are all visible bodies, ascending by id. Empty if nothing has changed.
   std::string encode(std::uint64_t tick, std::vector<SeenBody> bodies);
 
  private:

@@ -1,5 +1,5 @@
-// Between the types of the SDK and the JSON that the page speaks. 64-bit numbers (sector indices, ids of
-// nodes) are strings there: a number of JavaScript holds 53 bits.
+// Conversion between the types of the SDK and the JSON of the web UI. 64-bit numbers (sector indices, ids of
+// nodes) are strings there: JavaScript numbers hold 53 bits.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -19,7 +19,7 @@ nlohmann::json to_json(const WorldPosition& position);  // {"sector": ["i", "j",
 nlohmann::json to_json(const Shape& shape);
 nlohmann::json to_json(const FoundBody& body);
 
-// INVALID_ARGUMENT where something is missing or of another type.
+// INVALID_ARGUMENT if a field is missing or has another type.
 absl::StatusOr<WorldPosition> position_from(const nlohmann::json& json);
 absl::StatusOr<Eigen::Vector3d> vector_from(const nlohmann::json& json);
 

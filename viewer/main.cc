@@ -27,21 +27,22 @@ struct Arguments {
 };
 
 std::string complaint_of_address(const std::string& address) {
-  return parse_listen_address(address) ? "" : absl::StrCat(address, " is no host:port");
+  return parse_listen_address(address) ? "" : absl::StrCat(address, " is not host:port");
 }
 
 void add_options(CLI::App& app, Arguments& arguments) {
   live::add_client_options(app, arguments.client);
-  app.add_option("--listen", arguments.listen, "Address for browsers, host:port; port 0: any free one")
+  app.add_option("--listen", arguments.listen, "Address for browsers, host:port; port 0: any free port")
       ->check(complaint_of_address)
       ->capture_default_str();
-  app.add_flag("--any-port", arguments.any_port, "Take any free port where the one of --listen is in use");
-  app.add_flag("--read-only", arguments.page.read_only, "Refuse what would change the world");
-  app.add_option("--fps", arguments.page.frames_per_second, "Frames per second to a page, at most")
+  app.add_flag("--any-port", arguments.any_port, "Use any free port if the one of --listen is in use");
+  app.add_flag("--read-only", arguments.page.read_only, "Refuse requests that would change the world");
+  app.add_option("--fps", arguments.page.frames_per_second,
+                 "Maximum number of frames per second for each browser")
       ->check(CLI::Range(1.0, 120.0))
       ->capture_default_str();
   app.add_option("--ready-file", arguments.ready_file,
-                 "Write the address of the page here once it is served");
+                 "Write the address of the web UI to this file once it is served");
   add_parent_option(app, arguments.exit_with_parent);
 }
 
@@ -59,7 +60,7 @@ absl::Status serve(const Arguments& arguments, Client& client, const std::functi
   if (!arguments.ready_file.empty()) {
     if (absl::Status status = write_ready_file(arguments.ready_file, url); !status.ok()) return status;
   }
-  std::printf("the page is on %s\n", url.c_str());
+  std::printf("the web UI is at %s\n", url.c_str());
   std::fflush(stdout);
   wait();
   return absl::OkStatus();

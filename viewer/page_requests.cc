@@ -93,7 +93,7 @@ absl::StatusOr<json> pick(Client& client, const json& request) {
   return found;
 }
 
-// One frame of what `filter` lets through.
+// One frame of the bodies that match `filter`.
 absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const BodyFilter& filter) {
   const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter, kTimeout);
   if (!stream.ok()) return stream.status();
@@ -118,7 +118,8 @@ absl::StatusOr<json> find(Client& client, const json& request) {
   if (!body.ok()) return body.status();
   const absl::StatusOr<std::vector<BodySample>> samples = look_once(client, {.ids = {body->id}});
   if (!samples.ok()) return samples.status();
-  if (samples->empty()) return absl::NotFoundError(absl::StrCat("nobody tells where ", body->name, " is"));
+  if (samples->empty())
+    return absl::NotFoundError(absl::StrCat("no server reports the position of ", body->name));
   json found = to_json(samples->front().pose.position);
   found.update({{"body", body->id.value}, {"name", body->name}});
   return found;
@@ -157,14 +158,14 @@ absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report
   if (what == "pick") return pick(client, request);
   if (what == "find") return find(client, request);
   if (what == "places") return places(client, sector_size);
-  if (read_only) return absl::PermissionDeniedError(absl::StrCat(what, ": this page is for reading only"));
+  if (read_only) return absl::PermissionDeniedError(absl::StrCat(what, ": this web UI is read-only"));
   if (what == "pause") return tick_of(client.pause(kTimeout));
   if (what == "resume") return resume(client, request);
   if (what == "step") return step(client, request);
   if (what == "spawn") return spawn(client, sector_size, request);
   if (what == "push") return push(client, request);
   if (what == "remove") return tick_of(client.remove(body_of(request), kTimeout));
-  return absl::InvalidArgumentError(absl::StrCat("do: '", what, "' is not known"));
+  return absl::InvalidArgumentError(absl::StrCat("do: '", what, "' is unknown"));
 }
 
 }  // namespace

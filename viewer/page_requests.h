@@ -1,4 +1,4 @@
-// What a page asks of the cluster, one request at a time: {"do": "pause" | "resume" | "step" | "spawn" |
+// Requests of a page to the cluster, one at a time: {"do": "pause" | "resume" | "step" | "spawn" |
 // "push" | "remove" | "pick" | "find" | "places", ...}.
 #pragma once
 
@@ -9,8 +9,7 @@
 
 namespace tessera::viewer {
 
-// The answer: what was asked for, or {"error": why}. With `read_only`, what would change the world is
-// refused.
+// The answer, or {"error": reason}. With `read_only`, requests that would change the world are refused.
 nlohmann::json answer(Client& client, const live::ClusterReport& report, bool read_only,
                       const nlohmann::json& request);
 

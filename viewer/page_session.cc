@@ -23,7 +23,7 @@ constexpr absl::Duration kSubscribeTimeout = absl::Seconds(10);
 constexpr std::uint32_t kFramesPerSeamFrame = 4;  // seams change slowly
 constexpr double kFramesPerSecondMin = 5;
 
-// The place of a server among all that there are, by which the page colours it.
+// The index of a server among all servers, which determines its colour.
 std::uint8_t place_of(const live::ClusterReport& report, std::uint64_t node) {
   const auto place = std::find(report.nodes.begin(), report.nodes.end(), node);
   return static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(std::distance(report.nodes.begin(), place), 255));
@@ -145,7 +145,7 @@ void PageSession::watch() {
   filter.region = region;
   filter.every_ticks = every_ticks_;
   bodies_.watch([this, filter] { return client_.watch_bodies(filter, kSubscribeTimeout); });
-  // They are of the whole world: another view needs no other stream, and a new one would begin with nothing.
+  // Contacts are of the whole world: another view needs no new stream, which would begin empty.
   if (!wants_contacts_) {
     contacts_.watch({});
   } else if (!watches_contacts_) {
@@ -167,7 +167,7 @@ bool PageSession::is_due(Clock::time_point now) const {
 
 void PageSession::write() {
   const auto period = std::chrono::duration_cast<Clock::duration>(
-      std::chrono::duration<double>(0.8 / options_.frames_per_second));  // frames come unevenly
+      std::chrono::duration<double>(0.8 / options_.frames_per_second));  // frames arrive unevenly
   std::unique_lock lock(mutex_);
   while (!closing_) {
     if (!texts_.empty()) {
@@ -190,7 +190,7 @@ void PageSession::write() {
       show(report, interest);
       lock.lock();
     } else {
-      // A frame may have come while nobody listened: look again after a period at the latest.
+      // A frame may have arrived before this wait: check again after a period at the latest.
       changed_.wait_for(lock, period);
     }
   }

@@ -1,11 +1,11 @@
-// One page that is open: what it wants to see, and what it has been told.
+// The session of one browser tab (page): what it looks at, and what it has been sent.
 //
-// The page says as JSON {"type": "look", position, "half"} where its camera is, {"type": "contacts" or
-// "seams", "on"} what else it marks, {"type": "seen"} for every frame that it has drawn, and {"type": "ask",
-// "id", "do", ...} (page_requests.h). It hears "hello", "status", "world" (another one: all before is void),
-// "view" (the sector that points count from), "bodies" and "shapes" (of what comes into view for the first
-// time), "answer", and frames: binary ones (frame_encoder.h), and "seams". Two frames at most are under way:
-// a page that draws slowly gets fewer.
+// The page sends as JSON {"type": "look", position, "half"} for its camera, {"type": "contacts" or "seams",
+// "on"} for optional marks, {"type": "seen"} for every frame that it has drawn, and {"type": "ask", "id",
+// "do", ...} (page_requests.h). It receives "hello", "status", "world" (a new one: all before is void),
+// "view" (the sector that points are relative to), "bodies" and "shapes" (when they come into view for the
+// first time), "answer", and frames: binary ones (frame_encoder.h), and "seams". At most two frames are in
+// flight: a page that draws slowly gets fewer.
 #pragma once
 
 #include <absl/container/flat_hash_set.h>
@@ -35,23 +35,23 @@ namespace tessera::viewer {
 struct PageOptions {
   bool read_only = false;
   double frames_per_second = 30;   // at most
-  double states_per_second = 1e5;  // of bodies: of more in view, fewer frames
+  double states_per_second = 1e5;  // of bodies: with more in view, fewer frames
 };
 
-// To the page; both block while the network does.
+// Send to the page; both block while the network does.
 struct PageSocket {
   std::function<void(const std::string&)> send_text;
   std::function<void(const std::string&)> send_binary;
 };
 
-// hear() and report() from any thread.
+// Any thread may call hear() and report().
 class PageSession {
  public:
   PageSession(Client& client, const PageOptions& options, PageSocket socket,
               std::shared_ptr<const live::ClusterReport> report);
   ~PageSession();
 
-  // A text message of the page. False where it is none that a page would send.
+  // Handles a text message of the page. False if it is invalid.
   bool hear(const std::string& text);
 
   void report(std::shared_ptr<const live::ClusterReport> report);
@@ -70,9 +70,9 @@ class PageSession {
   void write();
   void answer_requests();
 
-  // On the writing thread, which owns what they work on.
+  // On the writing thread, which owns the data.
   void show(const std::shared_ptr<const live::ClusterReport>& report, const Interest& interest);
-  // Whether the view is another one now.
+  // Whether the view has changed.
   bool start_over_where_needed(const live::ClusterReport& report, const Interest& interest);
   void introduce(const std::vector<SeenBody>& bodies);
   std::vector<SeenBody> seen(const live::ClusterReport& report, const BodyFrame& frame);
@@ -86,28 +86,28 @@ class PageSession {
   std::condition_variable changed_;
   bool closing_ = false;
   std::shared_ptr<const live::ClusterReport> report_;
-  bool has_news_ = true;  // a report that the page has not had
+  bool has_news_ = true;  // a report that has not been sent
   std::optional<Interest> interest_;
   bool wants_contacts_ = false;
   bool watches_contacts_ = false;
   bool wants_seams_ = false;
-  std::uint32_t every_ticks_ = 0;   // of the streams that are open
+  std::uint32_t every_ticks_ = 0;   // of the open streams
   std::size_t bodies_in_view_ = 0;  // in the last frame, without static ones
   std::deque<std::string> texts_;
   std::deque<nlohmann::json> requests_;
   int frames_under_way_ = 0;
   Clock::time_point next_frame_{};
 
-  // Of the writing thread.
+  // Owned by the writing thread.
   live::BodyCatalogue catalogue_;
   FrameEncoder encoder_;
   std::optional<PageView> view_;
   std::vector<SeenBody> statics_;
-  std::optional<ContactFrame> last_contacts_;  // a world that stands still tells of them once
+  std::optional<ContactFrame> last_contacts_;  // a paused world streams them only once
   absl::flat_hash_set<BodyId> told_bodies_;
   absl::flat_hash_set<ShapeId> told_shapes_;
   std::uint64_t told_world_ = 0;
-  std::uint64_t counted_bodies_ = 0;  // of the world, when its static bodies were asked for
+  std::uint64_t counted_bodies_ = 0;  // of the world, when its static bodies were requested
 
   live::LatestFrame<BodyFrame> bodies_;
   live::LatestFrame<ContactFrame> contacts_;

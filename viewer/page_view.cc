@@ -23,7 +23,7 @@ const Plane* plane_of(const Shape& shape) {
   return shape.parts.size() == 1 ? std::get_if<Plane>(&shape.parts.front().geometry) : nullptr;
 }
 
-// Moves a body along its plane until the plane's own origin is the point of it that is next to zero.
+// Moves a body along its plane so that the plane's origin is its point closest to zero.
 Eigen::Vector3d slid_to_zero(const Eigen::Vector3d& body, const Eigen::Quaterniond& orientation,
                              const ShapePart& part, const Plane& plane) {
   const Eigen::Vector3d normal = orientation * (part.pose.orientation * plane.normal);

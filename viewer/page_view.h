@@ -1,5 +1,5 @@
-// What one page looks at, and how the world is drawn for it: relative to the centre of a sector near the
-// camera, so that numbers are small and the picture is crisp at any distance from the world's origin.
+// The view of one page: relative to the centre of a sector near the camera, so that numbers are small and the
+// picture is crisp at any distance from the world's origin.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@
 
 namespace tessera::viewer {
 
-// What the camera can see: a cube of edge 2 `half` around `centre`.
+// The visible volume: a cube of edge 2 `half` around `centre`.
 struct Interest {
   WorldPosition centre;
   double half = 100;  // m
@@ -29,16 +29,16 @@ class PageView {
   const SectorIndex& sector() const { return interest_.centre.sector; }
   const Interest& interest() const { return interest_; }
 
-  // The sector that points count from, which way is up there, and the planet where there is one.
+  // The sector that points are relative to, the up direction there, and the planet if there is one.
   nlohmann::json describe() const;
 
   SeenBody see(const BodySample& body, std::uint8_t server) const;
 
-  // Static bodies that reach into the view, ascending by id. Of a plane, which has no end, it is the place of
-  // the point next to the sector's centre.
+  // Static bodies that extend into the view, ascending by id. The position of an infinite plane is its point
+  // closest to the sector's centre.
   std::vector<SeenBody> see_statics(const live::BodyCatalogue& catalogue) const;
 
-  // Those within the view.
+  // The contacts within the view.
   std::vector<SeenContact> see(const ContactFrame& frame) const;
 
  private:

@@ -11,7 +11,7 @@ namespace {
 
 using Sectors = absl::flat_hash_map<SectorIndex, std::vector<const BodySample*>>;
 
-// Takes the sector and all that hang together with it out of `sectors`.
+// Removes the sector and all sectors connected to it from `sectors`.
 std::vector<std::pair<SectorIndex, std::vector<const BodySample*>>> take_cluster(Sectors& sectors) {
   std::vector<std::pair<SectorIndex, std::vector<const BodySample*>>> cluster;
   cluster.emplace_back(*sectors.begin());

@@ -1,4 +1,4 @@
-// Where in a world there is something to see: clusters of sectors with bodies that can move.
+// Places of interest in a world: clusters of sectors with movable bodies.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -18,7 +18,7 @@ struct Place {
   BodyId first;  // of its bodies, by id
 };
 
-// Sectors with bodies that touch, also at a corner, are one place. Those with the most bodies first.
+// Adjacent sectors with bodies, also at a corner, form one place. Places with the most bodies come first.
 std::vector<Place> places_of(const std::vector<BodySample>& bodies, double sector_size);
 
 }  // namespace tessera::viewer

@@ -12,7 +12,7 @@
 #include "client_sdk/src/status_json.h"
 #include "viewer/json.h"
 
-// The page as one compressed file (page.S).
+// The web UI as one compressed file (page.S).
 extern "C" const char tessera_page_begin[];
 extern "C" const char tessera_page_end[];
 
@@ -21,9 +21,9 @@ namespace {
 
 constexpr absl::Duration kStatusPeriod = absl::Milliseconds(500);
 constexpr int kPagesMax = 32;
-constexpr int kThreads = kPagesMax + 8;  // a page keeps one; the others answer plain requests
+constexpr int kThreads = kPagesMax + 8;  // each tab occupies one; the others answer plain requests
 constexpr std::size_t kMessageBytesMax = 1 << 16;
-constexpr int kTextFrame = 0x80 | MG_WEBSOCKET_OPCODE_TEXT;  // whole, not a part of one
+constexpr int kTextFrame = 0x80 | MG_WEBSOCKET_OPCODE_TEXT;  // complete, not a fragment
 constexpr int kCloseFrame = 0x80 | MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE;
 
 constexpr absl::string_view kHeadersOfAll =
@@ -82,7 +82,7 @@ class LiveHandler final : public CivetWebSocketHandler {
     for (const auto& [connection, session] : sessions_) session->report(report);
   }
 
-  // Only a page that came from here: other sites must not drive the world through the browser of a visitor.
+  // Only accept pages from this server: other sites must not control the world through a visitor's browser.
   bool handleConnection(CivetServer*, const mg_connection* connection) override {
     const char* origin = mg_get_header(connection, "Origin");
     const char* host = mg_get_header(connection, "Host");
@@ -112,7 +112,7 @@ class LiveHandler final : public CivetWebSocketHandler {
   }
 
   void handleClose(CivetServer*, const mg_connection* connection) override {
-    std::shared_ptr<PageSession> ending;  // ends, which takes a moment, without the lock
+    std::shared_ptr<PageSession> ending;  // destroyed without the lock, since that takes a moment
     const std::lock_guard lock(mutex_);
     const auto found = sessions_.find(connection);
     if (found == sessions_.end()) return;

@@ -1,5 +1,5 @@
-// The page over HTTP, its data over WebSockets: "/" the page, "/status" the state of the cluster as JSON,
-// "/live" one WebSocket for every page that is open.
+// Serves the web UI over HTTP and its data over WebSockets: "/" the page, "/status" the state of the cluster
+// as JSON, "/live" a WebSocket for every open tab.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -14,7 +14,7 @@ namespace tessera::viewer {
 
 class WebServer {
  public:
-  // Listens on `address`, host:port; port 0: any free one. UNAVAILABLE where that is not to be had.
+  // Listens on `address`, host:port; port 0: any free port. UNAVAILABLE if it cannot be bound.
   static absl::StatusOr<std::unique_ptr<WebServer>> open(const std::string& address, Client& client,
                                                          const PageOptions& options);
   ~WebServer();

@@ -32,7 +32,7 @@ nlohmann::ordered_json packed(const absl::StatusOr<Report>& result) {
 
 absl::StatusOr<Report> unpacked(const std::string& text) {
   const auto json = nlohmann::ordered_json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (json.is_discarded()) return absl::InternalError("the process of a measurement left no answer");
+  if (json.is_discarded()) return absl::InternalError("the process of a measurement gave no answer");
   if (json.contains(kReport)) return report_from_json(json[kReport]);
   return absl::Status(static_cast<absl::StatusCode>(json.value(kError, 2)),
                       json.value(kMessage, std::string()));
@@ -81,7 +81,8 @@ int end_of(pid_t process) {
 
 absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>()>& measure) {
   std::array<int, 2> ends{};
-  if (pipe(ends.data()) != 0) return absl::ResourceExhaustedError("no pipe to the process of a measurement");
+  if (pipe(ends.data()) != 0)
+    return absl::ResourceExhaustedError("cannot create a pipe to the process of a measurement");
   const auto [reading, writing] = ends;
   std::fflush(nullptr);  // or it would be written twice
   const pid_t parent = getpid();
@@ -92,13 +93,14 @@ absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>
   }
   close(writing);
   const absl::Cleanup close_reading = [reading = reading] { close(reading); };
-  if (process < 0) return absl::ResourceExhaustedError("no process for a measurement");
+  if (process < 0) return absl::ResourceExhaustedError("cannot start the process of a measurement");
   const absl::StatusOr<std::string> answer = read_all(reading);
   if (!answer.ok()) kill(process, SIGKILL);
   const int end = end_of(process);
   if (!answer.ok()) return answer.status();
   if (WIFSIGNALED(end)) {
-    return absl::InternalError(absl::StrCat("the process of a measurement ended by signal ", WTERMSIG(end)));
+    return absl::InternalError(
+        absl::StrCat("the process of a measurement was ended by signal ", WTERMSIG(end)));
   }
   return unpacked(*answer);
 }

@@ -59,12 +59,12 @@ nlohmann::ordered_json to_json(const Report& report) {
 
 absl::StatusOr<Report> report_from_json(const nlohmann::ordered_json& json) {
   Report report;
-  if (!json.is_object()) return absl::InvalidArgumentError("a report is an object");
+  if (!json.is_object()) return absl::InvalidArgumentError("a report must be an object");
   for (const auto& [name, rows] : json.items()) {
-    if (!rows.is_array()) return absl::InvalidArgumentError(absl::StrCat("\"", name, "\" is no list"));
+    if (!rows.is_array()) return absl::InvalidArgumentError(absl::StrCat("\"", name, "\" is not a list"));
     for (const auto& row : rows) {
       const bool fits = name == kMisses ? row.is_string() : row.is_object();
-      if (!fits) return absl::InvalidArgumentError(absl::StrCat("\"", name, "\" has an odd entry"));
+      if (!fits) return absl::InvalidArgumentError(absl::StrCat("\"", name, "\" has an invalid entry"));
     }
     if (name == kMisses) {
       report.misses = rows.get<std::vector<std::string>>();

@@ -8,7 +8,7 @@ namespace tessera::live {
 namespace {
 
 constexpr absl::Duration kTimeout = absl::Seconds(5);
-constexpr std::uint64_t kBodiesAsked = 100'000;  // in one go: what a coordinator gives at most
+constexpr std::uint64_t kBodiesAsked = 100'000;  // per request: the coordinator's maximum
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// What is known of the bodies of one world: names, properties and shapes, and where the static ones are.
+// The known bodies of one world: names, properties and shapes, and the poses of the static ones.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -17,23 +17,23 @@ namespace tessera::live {
 struct StaticBody {
   BodySample sample;
   double radius =
-      std::numeric_limits<double>::infinity();  // m, of a sphere around the body frame that holds it
+      std::numeric_limits<double>::infinity();  // m, of a sphere around the body frame that contains it
 };
 
 class BodyCatalogue {
  public:
   explicit BodyCatalogue(Client& client) : client_(client) {}
 
-  // Of another world all is different.
+  // Clears everything, for another world.
   void clear();
 
-  // Asks the cluster for those of `ids` that are not known yet. Those that no longer exist stay unknown.
+  // Asks the cluster for the unknown ones of `ids`. Bodies that no longer exist stay unknown.
   absl::Status learn(std::span<const BodyId> ids);
 
   // Asks the cluster for all static bodies.
   absl::Status learn_statics();
 
-  // Null where it is not known.
+  // Null if it is not known.
   const FoundBody* find(BodyId id) const;
   const Shape& shape(ShapeId id) const { return shapes_.at(id); }
   const std::vector<StaticBody>& statics() const { return statics_; }  // ascending by id

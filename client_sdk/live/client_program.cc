@@ -27,8 +27,8 @@ int run_client(CLI::App& app, int argc, char** argv, const ClientOptions& option
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // its failures are ours to tell
-  signal(SIGPIPE, SIG_IGN);                           // a reader that has gone is no reason to end
+  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // failures are reported by us
+  signal(SIGPIPE, SIG_IGN);                           // do not end because a reader has gone
   start_log(app.get_name(), options.log);
   const EndSignals end;
   absl::Status status;

@@ -1,5 +1,4 @@
-// Programs that look at a cluster until they are ended: what their command lines and their ends have in
-// common.
+// What programs that observe a cluster until they are stopped have in common: command line, start and end.
 #pragma once
 
 #include <absl/status/status.h>
@@ -20,9 +19,8 @@ struct ClientOptions {
 
 void add_client_options(CLI::App& app, ClientOptions& options);
 
-// Parses, connects and calls `serve`, which keeps what it opens until `wait` returns: at SIGINT or SIGTERM.
-// The exit code of the process: 0; 1 where the work failed, which is told in the log; 2 for a command line
-// that cannot be followed.
+// Parses, connects and calls `serve`, which keeps its resources until `wait` returns at SIGINT or SIGTERM.
+// Returns the exit code of the process: 0; 1 after a failure, which is logged; 2 for an invalid command line.
 int run_client(CLI::App& app, int argc, char** argv, const ClientOptions& options,
                const std::function<absl::Status(Client& client, const std::function<void()>& wait)>& serve);
 

@@ -1,4 +1,4 @@
-// How the cluster is, asked a few times a second.
+// The state of the cluster, polled a few times a second.
 #pragma once
 
 #include <absl/status/status.h>
@@ -18,11 +18,11 @@ namespace tessera::live {
 
 struct ClusterReport {
   absl::Status answer = absl::UnavailableError("the cluster has not been asked yet");
-  ClusterStatus cluster;             // as it was when it last answered
-  std::uint64_t world = 0;           // another number whenever there is another world, or the same anew
-  std::vector<std::uint64_t> nodes;  // of all servers ever seen, in the order of their coming
+  ClusterStatus cluster;             // from its last answer
+  std::uint64_t world = 0;           // changes with every load of a world
+  std::vector<std::uint64_t> nodes;  // of all servers seen so far, in order of appearance
 
-  // Whether there is a world, as far as is known.
+  // Whether a world was loaded at the last answer.
   bool is_live() const { return cluster.state == "paused" || cluster.state == "running"; }
 };
 

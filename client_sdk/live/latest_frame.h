@@ -1,5 +1,5 @@
-// A stream of the cluster, of which only the newest frame counts: who is slow misses frames and never waits
-// for old ones.
+// A stream of the cluster of which only the newest frame counts: a slow reader misses frames and never gets
+// old ones.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -35,8 +35,8 @@ class LatestFrame {
     thread_.join();
   }
 
-  // Watches what `open` opens in the place of what was watched before; where it ends or cannot be opened,
-  // again after a while. An empty function watches nothing.
+  // Replaces the watched stream by the one that `open` opens. If it ends or cannot be opened, opens it again
+  // after a while. With an empty function, watches nothing.
   void watch(Open open) {
     {
       const std::lock_guard lock(mutex_);
@@ -59,7 +59,7 @@ class LatestFrame {
   }
 
  private:
-  static constexpr absl::Duration kPatience = absl::Milliseconds(50);  // so that a change of mind is noticed
+  static constexpr absl::Duration kPatience = absl::Milliseconds(50);  // so that watch() takes effect soon
   static constexpr std::chrono::milliseconds kRetryAfter{500};
 
   void run() {
@@ -71,7 +71,7 @@ class LatestFrame {
         opened = wanted_;
         const Open open = open_;
         lock.unlock();
-        // The old stream goes on until the new one is there.
+        // The old stream continues until the new one is open.
         auto next = open ? open() : nullptr;
         stream = next.ok() ? *std::move(next) : nullptr;
         lock.lock();

@@ -1,4 +1,4 @@
-// How often to sample a world for those who look at it in real time.
+// How often to sample a world for a real-time display.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace tessera::live {
 
-// So that about `frames_per_second` frames come in a second; every tick of a world that stands still, which
-// is stepped by hand.
+// The interval in ticks for about `frames_per_second` frames a second. For a paused world, which is stepped
+// by hand, every tick.
 std::uint32_t ticks_between_frames(const ClusterReport& report, double frames_per_second);
 
 // A factor of two is not worth a new subscription.

@@ -1,8 +1,8 @@
 """Generates messages and gRPC stubs from the protocol files while the package is built.
 
-The files lie in `proto/` of the repository, or of the source distribution. `grpcio-tools` generates where
-it is installed; else `protoc` and `grpc_python_plugin` do, which the packages that Tessera itself is built
-with bring.
+The files are in `proto/` of the repository, or of the source distribution. `grpcio-tools` generates the
+modules if it is installed; otherwise `protoc` and `grpc_python_plugin` do, which building Tessera requires
+anyway.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 PACKAGE = "tessera/_proto"
 NAMES = ("world.proto", "tessera.proto")
-DESCRIBED = "foxglove"  # no module: other packages register messages of these names, too
+DESCRIBED = "foxglove"  # no module: other packages register messages of the same names
 
 
 def compiler() -> list[str]:
@@ -30,15 +30,15 @@ def compiler() -> list[str]:
     if protoc and plugin:
         return [protoc, f"--plugin=protoc-gen-grpc_python={plugin}"]
     raise RuntimeError(
-        "neither grpcio-tools nor protoc with grpc_python_plugin is there to generate messages"
+        "cannot generate messages: install grpcio-tools, or protoc with grpc_python_plugin"
     )
 
 
 def generate(sources: Path, output: Path) -> None:
-    """Writes what `sources` say, as modules of PACKAGE, to `output`.
+    """Writes the modules of `sources`, in PACKAGE, to `output`.
 
-    The files take PACKAGE into their names, so that the modules import each other from there, and so that no
-    other package's `world.proto` gets into their way.
+    The file names include PACKAGE, so that the modules import each other from there, and do not clash with
+    `world.proto` of another package.
     """
     folder = output / PACKAGE
     folder.mkdir(parents=True)
@@ -59,7 +59,7 @@ def generate(sources: Path, output: Path) -> None:
 
 
 def describe(sources: Path, output: Path) -> None:
-    """Writes what the file DESCRIBED says, as a FileDescriptorSet, to `output`."""
+    """Writes the file DESCRIBED, as a FileDescriptorSet, to `output`."""
     subprocess.run(
         [
             *compiler(),
@@ -73,7 +73,7 @@ def describe(sources: Path, output: Path) -> None:
 
 
 class GenerateMessages(BuildHookInterface):
-    """Adds what is generated to a wheel."""
+    """Adds the generated modules to a wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if self.target_name != "wheel":

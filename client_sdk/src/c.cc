@@ -34,7 +34,7 @@ tessera_code code_of(const absl::Status& status) {
   return static_cast<tessera_code>(status.code());
 }
 
-// The code, and what the call gave where that is OK.
+// Returns the code, and passes on the result if that is OK.
 template <typename T, typename Give>
 tessera_code give(absl::StatusOr<T> result, Give use) {
   if (result.ok()) use(*std::move(result));

@@ -15,7 +15,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kBodiesAsked = 100'000;  // of a coordinator in one go; of joints, too
+constexpr std::uint64_t kBodiesAsked = 100'000;  // per request, also of joints: the coordinator's maximum
 
 std::chrono::system_clock::time_point deadline_of(absl::Duration timeout) {
   return absl::ToChronoTime(absl::Now() + timeout);
@@ -102,7 +102,8 @@ struct ContactTraits {
   using Frame = ContactFrame;
   using Request = v1::WatchContactsRequest;
   using Batch = v1::ContactBatch;
-  static constexpr bool kFirstIsWhole = false;  // it only says from which tick on nothing is missed
+  static constexpr bool kFirstIsWhole =
+      false;  // it only states the tick from which on the stream is complete
 
   static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
     return stub.WatchContacts(context, request);
@@ -203,7 +204,7 @@ class Client::Impl {
   Impl(std::string address, std::shared_ptr<grpc::Channel> channel)
       : address_(std::move(address)), stub_(v1::Tessera::NewStub(channel)) {}
 
-  // One call, with its deadline; `method` is one of the stub's.
+  // One call with its deadline; `method` is a method of the stub.
   template <typename Request, typename Reply>
   absl::StatusOr<Reply> call(grpc::Status (v1::Tessera::Stub::*method)(grpc::ClientContext*, const Request&,
                                                                        Reply*),
@@ -271,7 +272,8 @@ absl::StatusOr<std::unique_ptr<Client>> Client::connect(const std::string& addre
   const auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
   bool connected = channel->WaitForConnected(deadline_of(timeout));
   if (!connected && channel->GetState(/*try_to_connect=*/false) == GRPC_CHANNEL_CONNECTING) {
-    constexpr int kPatience = 10;  // what refuses will not answer, but what is busy may
+    constexpr int kPatience =
+        10;  // a busy coordinator may still answer; one that refuses the connection will not
     connected = channel->WaitForConnected(deadline_of((kPatience - 1) * timeout));
     timeout *= kPatience;
   }
@@ -457,7 +459,7 @@ absl::StatusOr<std::optional<RayResult>> Client::raycast(const RayQuery& ray, ab
 }
 
 absl::StatusOr<FoundBody> Client::find(const std::string& name, absl::Duration timeout) {
-  // Bodies whose names go on differently may come first: ask for all that begin so.
+  // Bodies with longer names may come first: ask for all with this prefix.
   absl::StatusOr<FoundBodies> found = find_bodies(name, kBodiesAsked, timeout);
   if (!found.ok()) return found.status();
   for (FoundBody& body : found->bodies) {

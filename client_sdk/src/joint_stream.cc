@@ -5,8 +5,8 @@
 namespace tessera {
 namespace {
 
-// A body in body frames, relative to the centre of `sector`. `centre` is the point whose velocity the sample
-// has.
+// A body's state in its body frame, relative to the centre of `sector`. The sample has the velocity of the
+// point `centre`.
 JointSide side_of(const BodySample& body, const Eigen::Vector3d& centre, const SectorIndex& sector,
                   double sector_size) {
   JointSide side;
@@ -27,7 +27,7 @@ const BodySample* find(const BodyFrame& frame, BodyId id) {
 JointState joint_state(const FoundJoint& joint, const BodySample* parent, const BodySample& child,
                        double sector_size) {
   const JointProperties& properties = joint.joint.properties;
-  // Near the child, numbers are small, wherever in the world it is.
+  // Relative to the child's sector, numbers are small anywhere in the world.
   const SectorIndex& sector = child.pose.position.sector;
   JointSide parent_side;
   parent_side.pose.position = metres_between(sector, properties.anchor, sector_size);

@@ -1,4 +1,4 @@
-// Where joints stand, out of a stream of their bodies.
+// Positions of joints, computed from a stream of their bodies.
 #pragma once
 
 #include <memory>
@@ -9,10 +9,11 @@
 
 namespace tessera {
 
-// The bodies whose states the coordinates of `joints` follow from, ascending.
+// The bodies that determine the coordinates of `joints`, ascending.
 std::vector<BodyId> bodies_of(const std::vector<FoundJoint>& joints);
 
-// The joints at the tick of a frame that has their bodies, in the same order; without those it does not have.
+// The joints at the tick of a frame with their bodies, in the same order; joints with missing bodies are left
+// out.
 JointFrame joints_in(const BodyFrame& bodies, const std::vector<FoundJoint>& joints, double sector_size);
 
 class JointsOfBodies final : public JointStream {

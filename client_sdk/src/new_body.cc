@@ -1,4 +1,4 @@
-// Bodies to spawn: shapes and what follows from them.
+// Bodies to spawn: shapes and their inertia.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -12,7 +12,7 @@ using Moments = std::array<double, 3>;
 
 Moments round_about_z(double across, double along) { return {across, across, along}; }
 
-// Principal moments (kg m^2) of a solid of even density and `mass`.
+// Principal moments (kg m^2) of a solid of uniform density and `mass`.
 struct MomentsOf {
   double mass;
 

@@ -17,7 +17,7 @@
 
 namespace tessera {
 
-// Frame, its batch on the wire, how to ask for it and how to read it are given by `Traits`.
+// `Traits` defines the frame, its batch on the wire, the request and the decoding.
 template <typename Traits>
 class ServerStreams final : public Stream<typename Traits::Frame> {
  public:

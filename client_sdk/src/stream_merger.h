@@ -1,4 +1,4 @@
-// The parts of ticks that several servers tell of, put together again.
+// Merges the parts of ticks that several servers stream.
 #pragma once
 
 #include <absl/status/status.h>
@@ -23,7 +23,7 @@
 
 namespace tessera {
 
-// What several servers tell of a tick, ascending each, as one of them would.
+// Merges the sorted parts of several servers into one sorted list.
 template <typename Sample, typename Order>
 void join(std::vector<Sample>& whole, std::vector<Sample> part, const Order& order) {
   if (whole.empty()) {
@@ -47,7 +47,7 @@ inline void join(ContactFrame& whole, ContactFrame part) {
        [](const auto& a, const auto& b) { return std::pair(a.a, a.b) < std::pair(b.a, b.b); });
 }
 
-// The parts of an island become one.
+// Merges the parts of an island.
 inline void join(SeamFrame& whole, SeamFrame part) {
   join(whole.clones, std::move(part.clones), [](const auto& a, const auto& b) {
     return std::pair(a.body, a.sector) < std::pair(b.body, b.sector);
@@ -63,14 +63,14 @@ inline void join(SeamFrame& whole, SeamFrame part) {
   }
 }
 
-// Sources push their parts of ticks, ascending; one reader gets whole ticks. All functions from any thread.
+// Sources push their parts of ticks, ascending; one reader gets whole ticks. Safe to use from any thread.
 template <typename Frame>
 class StreamMerger {
  public:
   explicit StreamMerger(std::size_t sources) : sources_(sources) {}
 
-  // Waits while the source is kFramesQueuedMax ahead of the reader. `is_whole` is not set where the source
-  // cannot vouch for the tick: then the frame is empty. False once the stream has ended.
+  // Waits while the source is kFramesQueuedMax ahead of the reader. `is_whole` is false if the source does
+  // not have the complete tick: then the frame is empty. False once the stream has ended.
   bool push(std::size_t source, Frame part, bool is_whole = true) {
     std::unique_lock lock(mutex_);
     Source& from = sources_[source];
@@ -85,13 +85,13 @@ class StreamMerger {
     return true;
   }
 
-  // The first end is the one that counts. Whole ticks that are here already can still be read.
+  // Only the first end counts. Whole ticks that have arrived can still be read.
   void end(absl::Status status) {
     const std::lock_guard lock(mutex_);
     finish(std::move(status));
   }
 
-  // Until every source has pushed something. Errors as next().
+  // Waits until every source has pushed something. Errors as next().
   absl::Status wait_for_all(absl::Duration timeout) {
     std::unique_lock lock(mutex_);
     const auto all = [&] {
@@ -145,7 +145,7 @@ class StreamMerger {
     changed_.notify_all();
   }
 
-  // The earliest tick that all sources have; what only some have is dropped.
+  // The earliest tick that all sources have; earlier ticks that only some have are dropped.
   std::optional<Frame> take() {
     for (;;) {
       Tick tick = 0;

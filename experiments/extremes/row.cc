@@ -73,7 +73,7 @@ class Run {
 
   std::string account(double figure) const {
     if (!std::isfinite(figure))
-      return absl::StrCat("What is measured is no number at tick ", simulation_.tick(), ".");
+      return absl::StrCat("The measured figure is not a number at tick ", simulation_.tick(), ".");
     std::string account = figure <= scene_.bound ? scene_.holds : scene_.fails;
     if (stopped_ > 0) absl::StrAppend(&account, " (Bodies out of range were stopped: ", stopped_, " times.)");
     return account;
@@ -139,7 +139,7 @@ Report measure_apart(const Scene& scene, const ExperimentOptions& options) {
     return measure(scene, options);
   });
   if (report.ok()) return *std::move(report);
-  const Outcome outcome{absl::StrCat("Crashed, or did not end in time: ", report.status().message(), "."),
+  const Outcome outcome{absl::StrCat("Crashed, or did not finish in time: ", report.status().message(), "."),
                         kLost, 0};
   return report_of(scene, options, outcome, watch.microseconds() * 1e-6);
 }

@@ -71,8 +71,8 @@ Scene memory_scene() {
   };
   scene.unit = "kB more";
   scene.bound = 64;  // what allocators and the sizes of hash tables may come to, but not a byte a tick
-  scene.holds = "It needs no more memory as time goes on.";
-  scene.fails = "It needs more and more memory.";
+  scene.holds = "Its memory does not grow over time.";
+  scene.fails = "Its memory keeps growing.";
   return scene;
 }
 

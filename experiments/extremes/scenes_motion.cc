@@ -110,7 +110,7 @@ Scene flight_scene(double speed) {
   };
   scene.unit = "m off its way";
   scene.bound = kResolutionWanted * static_cast<double>(scene.ticks);
-  scene.holds = "It flies straight on, over several sectors a tick.";
+  scene.holds = "It flies straight on, over several sectors per tick.";
   scene.fails = "It strays from its way.";
   return scene;
 }
@@ -241,8 +241,8 @@ void add_free_spin(std::vector<Scene>& scenes, const std::string& name, const Ei
   };
   scene.unit = "rad off";
   scene.bound = 0.1;
-  scene.holds = "It is turned as its spin says.";
-  scene.fails = "It is not turned as its spin says.";
+  scene.holds = "It turns at its full spin.";
+  scene.fails = "It does not turn at its full spin.";
   scenes.push_back(scene);
 }
 

@@ -132,7 +132,7 @@ Scene overlap_scene(const std::string& name, const Start& start) {
   scene.figure = fastest;
   scene.unit = "m/s";
   scene.bound = fall_speed(1);
-  scene.holds = "They part gently, or stay.";
+  scene.holds = "They separate gently, or stay.";
   scene.fails = "They are thrown apart.";
   return scene;
 }
@@ -153,7 +153,7 @@ Scene parting_scene(const std::string& name, const Start& start) {
   scene.unit = "m of overlap left";
   scene.bound = 0.05;
   scene.holds = "They end side by side.";
-  scene.fails = "They stay in each other.";
+  scene.fails = "They stay inside each other.";
   return scene;
 }
 

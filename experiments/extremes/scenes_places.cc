@@ -106,7 +106,7 @@ void add_leaving(std::vector<Scene>& scenes, const std::string& name, double spe
   scene.unit = "m outside";
   scene.bound = lateness(std::hypot(speed, std::sqrt(2 * gravity * kFromBorder)));
   scene.holds = "It stops at the end of the world.";
-  scene.fails = "It goes on beyond the end of the world.";
+  scene.fails = "It continues beyond the end of the world.";
   scenes.push_back(scene);
 
   scene.name = absl::StrCat(name, "_is_reported");
@@ -114,8 +114,8 @@ void add_leaving(std::vector<Scene>& scenes, const std::string& name, double spe
   scene.figure = [](const Moment&, const Moment& now) { return now.stopped > 0 ? 0.0 : 1.0; };
   scene.unit = "events missing";
   scene.bound = 0;
-  scene.holds = "An event says that it was stopped.";
-  scene.fails = "Nothing says what happened to it.";
+  scene.holds = "An event reports that it was stopped.";
+  scene.fails = "No event reports what happened to it.";
   scenes.push_back(scene);
 }
 

@@ -1,15 +1,15 @@
-// The paper's Fig. 5: what the distance from the origin does to a collision.
+// The paper's Fig. 5: the effect of the distance from the origin on a collision.
 #pragma once
 
 #include "experiments/catalogue.h"
 
 namespace tessera {
 
-// Two balls collide at 0 and 2^k m along x; after 1 s, how far is the worst of them from where it is at the
-// origin?
+// Two balls collide at 0 and 2^k m along x. The error is the distance of the worse ball, after 1 s, from its
+// position in the scene at the origin.
 //
 // Table "rows": {system, engine, sector_size, observers, distance_log2, distance_m, whole_sectors, error_m,
-// same_bits}; distance_log2 is null at the origin, error_m where a position is no number. `system` is
+// same_bits}; distance_log2 is null at the origin, error_m if a position is not a number. `system` is
 //   lpss          sectors of `sector_size` m;
 //   one-world     one world with all at absolute coordinates;
 //   origin-shift  one world whose origin stays at the first of `observers`, one at the scene or, where there

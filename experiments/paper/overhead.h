@@ -1,4 +1,4 @@
-// The paper's Fig. 7: where the time of a tick goes, and what it is beside plain Bullet.
+// The paper's Fig. 7: the time of a tick by phase, compared with plain Bullet.
 #pragma once
 
 #include <span>
@@ -10,11 +10,11 @@ namespace tessera {
 
 // Towers of eight boxes on a floor, a gap of 1 m between them, in sectors of 16 m: at every eighth row and
 // column of towers a border goes through their boxes. Nothing sleeps. The same bodies under three settings,
-// and in one world of plain Bullet (plain_world.h), are stepped in turns, tick by tick, for 128 to 32,768
+// and in one world of plain Bullet (plain_world.h), are stepped alternately, tick by tick, for 128 to 32,768
 // bodies. All have the same number of passes over the rows of an island; with 1 small step, the solver is
 // plain Bullet's own.
 //
-// Times are those of the processor, on one thread, so that what else the machine does is not in them.
+// Times are processor times on one thread, so that other load on the machine does not count.
 //
 // Table "rows": {engine, seams, substeps, bodies, phase, us, share}. `us` is the median over the ticks,
 // `share` that of the whole tick. The phases are those of a tick (lpss/tick/phase_clock.h says what is in

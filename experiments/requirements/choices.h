@@ -1,4 +1,4 @@
-// What is left undone where nothing in a world requires it, and the same world with it.
+// Work that is skipped where nothing in a world requires it, and the same world with that work.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,7 @@
 
 namespace tessera {
 
-// A choice that is made for every body, island or sector by what is there. Without it the others are made all
-// the same.
+// An automatic choice for every body, island or sector. Without it, all other choices are still made.
 struct Choice {
   std::string name;
   bool free_flight = true;  // as in PartitionOptions, without the choice
@@ -19,12 +18,12 @@ struct Choice {
 };
 
 // The choices that matter in this world:
-//   "sleep"     what has come to rest sleeps; without it nothing does
-//   "coast"     a body that touches nothing flies without a solver
-//   "adapt"     as many small steps as an island needs; without it, those of the settings for all
-//   "sweep"     what is fast for its size is swept; without it nothing is: a price and no saving
+//   "sleep"     bodies at rest sleep; without it none does
+//   "coast"     a body in free flight needs no solver
+//   "adapt"     as many substeps as an island needs; without it, those of the settings for all
+//   "sweep"     bodies that are fast for their size are swept; without it none is: a cost, not a saving
 // and where no body is static:
-//   "no-search" a body alone in its sector has nothing that searches for pairs; without it it is not alone
+//   "no-search" a body alone in its sector has no pair search; without it, it is not alone
 //               (add_pebbles())
 //   "no-world"  a sector without a body that can move has no engine world; without it all have one
 //               (add_keepers())
@@ -38,7 +37,7 @@ void add_pebbles(WorldDescription& world);
 void add_keepers(WorldDescription& world);
 
 // `count` balls and bricks in a lattice that is wider than sectors of the default size, so that no two share
-// one. They drift and tumble, and nothing pulls at them.
+// one. They drift and tumble, without gravity.
 WorldDescription sparse_world(const WorldSettings& settings, int count);
 
 // The same world with every body that moves displaced by `distance` (m) along x, every other one to the other

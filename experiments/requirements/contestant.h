@@ -1,4 +1,4 @@
-// One of the worlds that are stepped in turns.
+// One of the worlds that are stepped alternately.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// What it saves to model only what a scene requires, and what error it leaves.
+// The savings of computing only what a scene requires, and the remaining error.
 #pragma once
 
 #include <span>
@@ -10,8 +10,8 @@
 namespace tessera {
 
 // Worlds with each automatic choice (choices.h), and without it: worlds/earth.sdf of the working directory, a
-// sparse world of 10,000 lone bodies, and gazebo/3k_shapes.sdf of `options.worlds`. All are stepped in turns,
-// tick by tick, in one process and on one thread, with the time step of the defaults.
+// sparse world of 10,000 lone bodies, and gazebo/3k_shapes.sdf of `options.worlds`. All are stepped
+// alternately, tick by tick, in one process and on one thread, with the time step of the defaults.
 //
 // Table "rows": {world, choice, engine, cpu_us_on, cpu_us_off, saving, saving_at_end, peak_kb_on,
 // peak_kb_off, error_m, hash_on, hash_off}. "on" is with all choices, "off" without this one. `cpu_us` is

@@ -108,7 +108,7 @@ Activity Body::activity() const {
       return Activity::kAwake;
     case WANTS_DEACTIVATION:
       return Activity::kWantsSleep;
-    default:  // asleep, or taken out by Bullet since its box is not finite
+    default:  // asleep, or removed by Bullet because its box is not finite
       return Activity::kAsleep;
   }
 }

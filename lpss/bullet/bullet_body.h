@@ -16,8 +16,8 @@ struct Box {
   btVector3 high{0, 0, 0};
 };
 
-// How a body flies that nothing touches, finer than the engine's numbers (EngineSettings::fine_flight); what
-// the engine has is this, rounded.
+// The state of a body in free flight, finer than the engine's numbers (EngineSettings::fine_flight), which
+// are this state rounded.
 struct FineFlight {
   Eigen::Vector3d position;
   Eigen::Vector3d velocity;
@@ -49,9 +49,9 @@ struct Body {
   const CollisionShapeRef shape;
   BodySlot slot = -1;
   BodyState static_state;     // of static bodies, whose Bullet pose includes the offset of their shape
-  btScalar swept_beyond = 0;  // m a step; 0: never swept
+  btScalar swept_beyond = 0;  // m per step; 0: never swept
   btScalar swept_radius = 0;
-  std::optional<FineFlight> fine;  // nothing where the engine's numbers are all there is
+  std::optional<FineFlight> fine;  // none if the engine's numbers are the exact state
   bool jointed = false;
   bool coasts = false;  // until integrate()
   btTransform next;     // where integrate() moves the body
@@ -60,10 +60,10 @@ struct Body {
 
 Box box_at(const Body& body, const btTransform& pose);
 
-// Whether the box is finite and of a size that bodies have.
+// Whether the box is finite and of a reasonable size.
 bool is_sensible(const Box& box);
 
-// Whether contacts of the pair are looked for, as far as properties and roles decide it.
+// Whether contacts of the pair are detected, as far as properties and roles decide.
 bool is_wanted_pair(const Body& a, const Body& b, CloneContacts clone_contacts);
 
 }  // namespace tessera::bullet

@@ -1,4 +1,4 @@
-// Contacts, and moving them from world to world.
+// Contacts, and their transfer between worlds.
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
@@ -99,7 +99,8 @@ ContactDetail BulletWorld::contact_detail(std::size_t pair) const {
       detail.impulse += point.getAppliedImpulse();
       if (-point.getDistance() <= detail.depth) continue;
       detail.depth = -point.getDistance();
-      // By the local point: the one in the sector's frame is of another sector while an imported pair sleeps.
+      // By the local point: the point in the sector's frame belongs to another sector while an imported pair
+      // sleeps.
       const btVector3& local = is_swapped ? point.m_localPointA : point.m_localPointB;
       detail.position = to_eigen(b.rigid.getWorldTransform() * local);
       detail.normal = to_eigen(is_swapped ? -point.m_normalWorldOnB : point.m_normalWorldOnB);
@@ -146,7 +147,7 @@ void BulletWorld::import_manifold(const ManifoldState& state) {
                                         b.rigid.getWorldTransform(), -1, -1);
   dispatcher.is_importing = true;
   if (!pair.m_algorithm) {
-    // Only a detection makes all manifolds; what it finds is then replaced.
+    // Only a detection creates all manifolds; its points are then replaced.
     pair.m_algorithm = dispatcher.findAlgorithm(&first, &second, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     btManifoldResult result(&first, &second);
     pair.m_algorithm->processCollision(&first, &second, info, &result);
@@ -157,7 +158,7 @@ void BulletWorld::import_manifold(const ManifoldState& state) {
   const bool is_compound =
       a.rigid.getCollisionShape()->isCompound() || b.rigid.getCollisionShape()->isCompound();
   for (const ManifoldRecord& record : records) {
-    if (record.is_predictive) continue;  // made anew by every detection
+    if (record.is_predictive) continue;  // recreated by every detection
     btPersistentManifold* manifold = nullptr;
     if (is_compound) {
       manifold = static_cast<CompoundAlgorithm*>(pair.m_algorithm)

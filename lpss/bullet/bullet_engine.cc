@@ -61,8 +61,8 @@ CollisionShapeRef BulletEngine::shape_of(const BodyProperties& properties) {
 
 }  // namespace tessera::bullet
 
-// The one symbol of the module: the engine in this module's precision, owned by the caller; null where the
-// settings ask for another.
+// The only symbol of the module: creates the engine in this module's precision, owned by the caller; null if
+// the settings specify another precision.
 extern "C" __attribute__((visibility("default"))) tessera::Engine* tessera_make_engine(
     const tessera::EngineSettings* settings) {
   if (settings->precision != tessera::bullet::kPrecision) return nullptr;

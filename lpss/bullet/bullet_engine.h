@@ -28,11 +28,11 @@ class BulletEngine final : public Engine {
   std::unique_ptr<IslandSolver> make_solver() override;
   std::unique_ptr<PartSolver> make_part_solver() override;
 
-  // Counts: as many joints may keep a pair apart as tie it, and each takes back only its own.
+  // Reference-counted: several joints may exclude the same pair, and each removes only its own exclusion.
   void set_apart(BodyId a, BodyId b, bool apart) override;
   bool are_apart(BodyId a, BodyId b) const { return !apart_.empty() && apart_.contains(pair_key(a, b)); }
 
-  // All threads. Stops the process where the shape is not known.
+  // Safe to call from any thread. Stops the process if the shape is unknown.
   CollisionShapeRef shape_of(const BodyProperties& properties);
 
  private:
@@ -44,13 +44,13 @@ class BulletEngine final : public Engine {
   }
 
   const EngineSettings settings_;
-  absl::flat_hash_map<std::uint64_t, int> apart_;  // how many joints keep the pair apart; > 0
-  std::mutex mutex_;                               // guards all below
+  absl::flat_hash_map<std::uint64_t, int> apart_;  // number of joints that exclude the pair; > 0
+  std::mutex mutex_;                               // guards all members below
   std::map<ShapeId, Shape> shapes_;
   std::map<ShapeKey, CollisionShapeRef> built_;
 };
 
-// Stops the process with a message where the caller broke a rule of the interface.
+// Stops the process with a message if the caller violated the interface.
 void require(bool holds, const char* rule);
 
 }  // namespace tessera::bullet

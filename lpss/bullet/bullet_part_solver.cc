@@ -20,7 +20,7 @@ VelocityChange BulletPartSolver::change(std::size_t n) const {
   return change;
 }
 
-// All copies round alike, and remember what was rounded.
+// All copies are rounded in the same way, and keep the rounding error.
 void BulletPartSolver::agree(std::size_t n, const VelocityChange& change) {
   Shared& shared = shared_[n];
   shared.agreed += change;

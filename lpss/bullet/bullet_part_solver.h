@@ -1,4 +1,4 @@
-// One part of an island, solved beside the others.
+// One part of an island, solved coupled with the others.
 #pragma once
 
 #include <vector>
@@ -21,9 +21,9 @@ class BulletPartSolver final : public PartSolver {
   void end() override;
 
  private:
-  // A body that other parts have, too, and what all have agreed on so far.
+  // A body that other parts share, and its common change so far.
   struct Shared {
-    std::size_t body;  // a place in the task's bodies
+    std::size_t body;  // an index into the task's bodies
     VelocityChange agreed;
   };
 

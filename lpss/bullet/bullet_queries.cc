@@ -86,7 +86,7 @@ void BulletWorld::set_box(const Body& boxed, const Box& box) const {
 
 void BulletWorld::set_box_to_pose(const Body& boxed) const {
   const Box box = box_at(boxed, boxed.rigid.getWorldTransform());
-  // As in Bullet's own update: what has no sensible box keeps its last one.
+  // As in Bullet's own update: a body without a valid box keeps its last one.
   if (boxed.motion == Motion::kStatic || is_sensible(box)) set_box(boxed, box);
 }
 
@@ -113,7 +113,7 @@ std::optional<BulletWorld::SweepHit> BulletWorld::sweep(Body& swept, const btTra
   if (candidates.found.empty()) return std::nullopt;
 
   const btSphereShape ball(swept.swept_radius);
-  // The ball does not turn: the cast is then one of pure translation.
+  // The ball does not rotate: the cast is then a pure translation.
   const btTransform ball_to(from.getBasis(), to.getOrigin());
   NearestHit nearest(to.getOrigin() - from.getOrigin());
   for (Body* other : candidates.sorted()) {

@@ -1,4 +1,4 @@
-// Islands over any number of worlds, solved whole.
+// Solves whole islands over any number of worlds.
 #pragma once
 
 #include "lpss/bullet/task_solver.h"
@@ -6,7 +6,7 @@
 
 namespace tessera::bullet {
 
-// In small steps, where the settings ask for them, as many as each island needs.
+// With substeps, if the settings specify them, as many as each island needs.
 class BulletSolver final : public IslandSolver {
  public:
   explicit BulletSolver(const EngineSettings& settings) : settings_(settings), solver_(settings) {}

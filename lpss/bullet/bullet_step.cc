@@ -8,9 +8,9 @@
 namespace tessera::bullet {
 namespace {
 
-// A tick at the sleeping speed takes back as much stillness as this many still ticks gave; one at twice that
-// speed four times as much. What moves is awake at once, but in a pile of thousands something slips for a
-// tick every now and then, and may not keep all the others awake.
+// A tick at the sleeping speed cancels the time at rest of this many ticks; one at twice that speed four
+// times as much. A moving body is awake immediately, but a body of a large pile that slips for a tick now and
+// then must not keep all the others awake.
 constexpr btScalar kSlipSetback = 4;
 
 }  // namespace
@@ -26,8 +26,8 @@ void BulletWorld::detect(double dt) {
   space_->detect(dt);
 }
 
-// Forces and damping, and where bodies would be after the step if nothing stopped them. Clones are damped,
-// too, since they are swept like their originals.
+// Forces and damping, and the poses of bodies after the step without contacts. Clones are damped, too, since
+// they are swept like their originals.
 void BulletWorld::predict(double dt) {
   const auto step = btScalar(dt);
   for (const std::unique_ptr<Body>& slot : bodies_) {
@@ -40,7 +40,7 @@ void BulletWorld::predict(double dt) {
   }
 }
 
-// As Bullet's updateAabbs(): a body whose box is not finite, or beyond all sense, is taken out.
+// As Bullet's updateAabbs(): a body whose box is not finite, or far too large, is removed.
 void BulletWorld::set_boxes_to_predictions() {
   for (const std::unique_ptr<Body>& slot : bodies_) {
     if (!slot || !slot->is_awake()) continue;
@@ -71,7 +71,7 @@ void BulletWorld::make_predictive_contacts() {
   }
 }
 
-// A contact ahead: the solver lets the body come as far as the hit, and no farther, in this step.
+// A predicted contact: the solver lets the body move as far as the hit, and no farther, in this step.
 void BulletWorld::make_predictive_contact(Body& swept, const SweepHit& hit, const btVector3& motion) {
   const btVector3 to_hit = motion * hit.fraction;
   const btVector3 start = swept.rigid.getWorldTransform().getOrigin();
@@ -87,8 +87,8 @@ void BulletWorld::make_predictive_contact(Body& swept, const SweepHit& hit, cons
   predictive_.push_back(manifold);
 }
 
-// To the last bit what Bullet's solver makes of a body without rows: it adds the changes that rows have made,
-// none here, before those of forces.
+// The same bits as Bullet's solver for a body without rows: it adds the changes of rows, none here, before
+// those of forces.
 void BulletWorld::fly(BodySlot slot, double dt) {
   Body& flier = body(slot);
   btRigidBody& rigid = flier.rigid;

@@ -23,7 +23,7 @@ CollisionSpace& BulletWorld::space() const {
   return *space_;
 }
 
-// A body alone is as well off without a space.
+// A lone body needs no space.
 void BulletWorld::leave_space() {
   if (!space_ || slots_.size() > 1 || !adopted_.empty()) return;
   for (const std::unique_ptr<Body>& only : bodies_) {

@@ -1,21 +1,20 @@
 // One sector's world in Bullet.
 //
-// Bullet's own stepSimulation() is not used, nor its dynamics world: forces, prediction, sweeps, integration
-// and sleeping are loops of ours, so that nothing in them depends on the order in which bodies came to be
-// here. What makes the bits free of history:
+// Bullet's own stepSimulation() and dynamics world are not used: forces, prediction, sweeps, integration and
+// sleeping are our own loops, so that nothing in them depends on the order in which bodies were added. The
+// bits do not depend on history because:
 //   * The unique id of a body's broadphase proxy is its BodyId, so the two sides of a pair are always the
 //     same.
-//   * A pair is looked at when the tight boxes of its bodies overlap, and forgets its points when they do
-//     not. Bullet's broadphase alone would keep a pair while its padded boxes overlap, which are a matter of
-//     history.
+//   * A pair is detected while the tight boxes of its bodies overlap, and loses its points when they do not.
+//     Bullet's broadphase alone would keep a pair while its padded boxes overlap, which depend on history.
 //   * The boxes are functions of the bodies' states: pose and prediction at detect(), pose alone for bodies
 //     that are asleep or were just set.
-//   * Compounds have an algorithm of our own (compound_algorithm.h).
-//   * Sweeps and rays look at bodies in the order of their ids, and sweeps see all others unmoved.
-//   * Manifolds are handed out sorted.
+//   * Compounds have our own algorithm (compound_algorithm.h).
+//   * Sweeps and rays test bodies in the order of their ids, and sweeps see all others unmoved.
+//   * Manifolds are returned sorted.
 //
-// A body whose state is not finite, or whose box is larger than 1000 km, is taken out by Bullet's broadphase:
-// it is reported as asleep, is not moved any more and must be looked for by its state.
+// A body whose state is not finite, or whose box is larger than 1000 km, is removed by Bullet's broadphase:
+// it is reported as asleep and no longer moved, and must be detected by its state.
 #pragma once
 
 #include <memory>
@@ -115,8 +114,8 @@ class BulletWorld final : public SectorWorld {
 
   BulletEngine& engine_;
   const EngineSettings& settings_;
-  mutable std::unique_ptr<CollisionSpace> space_;  // while there are two bodies, or somebody asks
-  mutable Box lone_box_;                           // of the only body, where there is no space
+  mutable std::unique_ptr<CollisionSpace> space_;  // while there are two bodies, or after a query
+  mutable Box lone_box_;                           // of the only body, without a space
 
   std::vector<std::unique_ptr<Body>> bodies_;  // by slot; null where free
   std::vector<BodySlot> free_slots_;
@@ -132,7 +131,7 @@ class BulletWorld final : public SectorWorld {
   mutable bool boxes_are_old_ = false;  // bodies moved since their boxes were made
 };
 
-// What a task's body is in Bullet.
+// The Bullet body of a task's body.
 inline Body& body_of(const WorldBody& body) { return static_cast<BulletWorld*>(body.world)->body(body.slot); }
 inline btRigidBody& rigid_of(const WorldBody& body) { return body_of(body).rigid; }
 

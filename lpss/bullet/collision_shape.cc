@@ -30,14 +30,14 @@ btScalar safe_margin(double smallest_extent) {
 }
 
 std::unique_ptr<btCollisionShape> make_hull(const ConvexHull& hull) {
-  // Three doubles a point, packed.
+  // Three doubles per point, packed.
   btConvexHullComputer computer;
   const btScalar margin = safe_margin(smallest_extent(Shape{{{hull, {}}}}));
   const double* points = hull.points.front().data();
   const int count = static_cast<int>(hull.points.size());
   btScalar shrunk = computer.compute(points, 3 * sizeof(double), count, margin, btScalar(0.5));
   if (shrunk < 0 || computer.vertices.size() < 4) {
-    // Too thin for a core: then the points themselves, with next to no margin.
+    // Too thin for a core: use the points themselves, with a tiny margin.
     shrunk = margin * btScalar(0.01);
     auto shape = std::make_unique<btConvexHullShape>();
     for (const Eigen::Vector3d& p : hull.points) shape->addPoint(to_bullet(p), false);
@@ -82,7 +82,7 @@ std::unique_ptr<btCollisionShape> make_mesh(const TriangleMesh& mesh, Data& data
   return shape;
 }
 
-// Bullet puts the middle of the heights at the shape's origin; `pose` is moved to make up for it.
+// Bullet puts the middle of the heights at the shape's origin; `pose` is moved to compensate.
 std::unique_ptr<btCollisionShape> make_height_field(const HeightField& field, btTransform& pose, Data& data) {
   auto heights = std::make_shared<std::vector<btScalar>>(field.heights.begin(), field.heights.end());
   const auto [low, high] = std::minmax_element(heights->begin(), heights->end());

@@ -1,7 +1,7 @@
 // Bullet's shapes for the shapes of a world.
 //
-// What a body touches is its exact size: margins, which Bullet's distance algorithms want, are taken off the
-// inside of a shape, and are small enough that also a body of a millimetre keeps a core.
+// Shapes have their exact size: margins, which Bullet's distance algorithms need, are inside the shape, and
+// small enough that even a body of a millimetre keeps a core.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
@@ -14,20 +14,20 @@
 
 namespace tessera::bullet {
 
-// A shape as Bullet wants it; immutable, so worlds and threads share it.
+// A shape in Bullet's form; immutable, so worlds and threads share it.
 class CollisionShape {
  public:
   // `centre` is the centre frame in the body frame. Moving bodies get their parts posed in the centre frame.
   // A static body of one part (`is_static`) gets the bare part and the pose of it in `offset`, to be applied
-  // to the body's own pose: large terrain is then searched without the detour through a compound.
+  // to the body's own pose: large terrain is then searched without an intermediate compound.
   CollisionShape(const Shape& shape, const Pose& centre, bool is_static);
 
-  // Bullet takes shapes by pointers to what is not constant, but does not change them.
+  // Bullet takes non-constant pointers to shapes, but does not change them.
   btCollisionShape* root() const { return root_; }
   const btTransform& offset() const { return offset_; }
 
-  // The scale for sweeps, in metres; 0 for what is not swept: compounds (a ring's centre is outside of it,
-  // and only a ball at the centre is swept) and surfaces.
+  // The scale for sweeps, in metres; 0 for shapes that are not swept: compounds (a ring's centre is outside
+  // of it, and only a ball at the centre is swept) and surfaces.
   btScalar swept_extent() const { return swept_extent_; }
 
  private:

@@ -5,7 +5,7 @@
 namespace tessera::bullet {
 namespace {
 
-// Pools that cost a world little; what does not fit comes from the heap.
+// Small pools; the rest comes from the heap.
 constexpr int kPoolSize = 8;
 
 constexpr int kTilts = 3;
@@ -35,8 +35,8 @@ CollisionSpace::CollisionSpace(const BulletEngine& engine)
     dispatcher_.registerCollisionCreateFunc(COMPOUND_SHAPE_PROXYTYPE, type, &compound_algorithms_);
     dispatcher_.registerCollisionCreateFunc(type, COMPOUND_SHAPE_PROXYTYPE, &compound_algorithms_);
   }
-  // Bullet finds one point a step for all but two boxes, and a small body falls through its own corner before
-  // there are three; tilting the pair a little finds more at once. Not for round shapes, which would not
+  // Except for two boxes, Bullet finds one point per step, and a small body sinks in at a corner before there
+  // are three; tilting the pair a little finds more points at once. Not for round shapes, which would not
   // roll.
   flat_face_algorithms_.m_numPerturbationIterations = kTilts;
   flat_face_algorithms_.m_minimumPointsPerturbationThreshold = kTilts;
@@ -52,7 +52,7 @@ CollisionSpace::CollisionSpace(const BulletEngine& engine)
 }
 
 CollisionSpace::~CollisionSpace() {
-  // All pairs first: taking them out body by body would walk all pairs for each.
+  // Remove all pairs first: removing them body by body would iterate over all pairs for each.
   btOverlappingPairCache& cache = *broadphase_.getOverlappingPairCache();
   while (cache.getNumOverlappingPairs() > 0) {
     const btBroadphasePair& last = cache.getOverlappingPairArray()[cache.getNumOverlappingPairs() - 1];
@@ -64,7 +64,7 @@ CollisionSpace::~CollisionSpace() {
 }
 
 void CollisionSpace::add(Body& body, const Box& box) {
-  // The next proxy takes the next number, so this names it by its body.
+  // The next proxy takes the next number, so this makes it the body's id.
   broadphase_.m_gid = static_cast<int>(body.id.value) - 1;
   world_.addCollisionObject(&body.rigid);
   set_box(body, box);
@@ -90,7 +90,7 @@ void CollisionSpace::detect(double dt) {
   dispatcher_.dispatchAllCollisionPairs(broadphase_.getOverlappingPairCache(), info, &dispatcher_);
 }
 
-// The broadphase goes on noting pairs that joints keep apart: they meet again when the joints are gone.
+// The broadphase keeps pairs that joints exclude: they collide again once the joints are removed.
 void CollisionSpace::detect_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
                                  const btDispatcherInfo& info) {
   const btBroadphaseProxy& a = *pair.m_pProxy0;
@@ -107,8 +107,8 @@ void CollisionSpace::detect_pair(btBroadphasePair& pair, btCollisionDispatcher& 
   }
 }
 
-// The broadphase may not have noted a pair, where the bodies have come closer by their prediction only: the
-// pair is noted now, and the next detection decides.
+// The broadphase may lack a pair whose bodies have only come closer by their prediction: the pair is added
+// now, and the next detection decides.
 btBroadphasePair& CollisionSpace::pair_of(Body& a, Body& b) {
   btOverlappingPairCache& cache = *broadphase_.getOverlappingPairCache();
   btBroadphaseProxy* proxy_a = a.rigid.getBroadphaseHandle();

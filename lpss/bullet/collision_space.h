@@ -1,5 +1,5 @@
-// What Bullet needs to find the pairs of one world and their contacts. It weighs ten times what a body does,
-// so a world has one only while it holds two bodies or more: one alone touches nothing.
+// Bullet's data for finding the pairs of one world and their contacts. It takes ten times the memory of a
+// body, so a world has one only while it has two bodies or more: a lone body touches nothing.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -22,23 +22,23 @@ class CollisionSpace {
   CollisionSpace(const CollisionSpace&) = delete;
   CollisionSpace& operator=(const CollisionSpace&) = delete;
 
-  // `box` is what pairs are looked for by until it is set again. Bodies must outlive the space or be removed.
+  // `box` is used for finding pairs until it is set again. Bodies must outlive the space or be removed.
   void add(Body& body, const Box& box);
   void remove(Body& body);
 
   static Box box_of(const Body& body);
   void set_box(const Body& body, const Box& box);
 
-  // Revises the contacts of all pairs whose boxes overlap.
+  // Updates the contacts of all pairs whose boxes overlap.
   void detect(double dt);
 
-  // The space's entry of a pair; it is made where there is none.
+  // The space's entry of a pair; it is created if missing.
   btBroadphasePair& pair_of(Body& a, Body& b);
 
   btCollisionWorld& world() { return world_; }
   btDbvtBroadphase& broadphase() { return broadphase_; }
 
-  // Bullet makes no manifolds for two sleeping bodies, but those that come from elsewhere need one.
+  // Bullet creates no manifolds for two sleeping bodies, but imported pairs need one.
   struct Dispatcher final : btCollisionDispatcher {
     Dispatcher(btCollisionConfiguration* configuration, const BulletEngine& e)
         : btCollisionDispatcher(configuration), engine(e) {}
@@ -51,7 +51,7 @@ class CollisionSpace {
   Dispatcher& dispatcher() { return dispatcher_; }
 
  private:
-  // Decides which pairs the broadphase notes.
+  // Decides which pairs the broadphase keeps.
   struct PairFilter final : btOverlapFilterCallback {
     explicit PairFilter(CloneContacts contacts) : clone_contacts(contacts) {}
     bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;

@@ -17,7 +17,7 @@ const btCompoundShape* compound_of(const btCollisionObjectWrapper& body) {
   return shape->isCompound() ? static_cast<const btCompoundShape*>(shape) : nullptr;
 }
 
-// One child of a body, or the body itself where its shape is no compound.
+// One child of a body, or the body itself if its shape is not a compound.
 class ChildWrapper {
  public:
   ChildWrapper(const btCollisionObjectWrapper& body, int child)
@@ -51,7 +51,7 @@ void children_near(const btCompoundShape& compound, const btCollisionShape& shap
   btVector3 low;
   btVector3 high;
   shape.getAabb(pose, low, high);
-  // Points further apart than this are no contacts, whatever the shapes.
+  // Points further apart than this are never contacts, whatever the shapes.
   const btVector3 reach(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold);
   Collector collector(found);
   const btDbvt& tree = *compound.getDynamicAabbTree();

@@ -1,8 +1,8 @@
-// Contacts of compound shapes, without memory of history.
+// Contacts of compound shapes, independent of history.
 //
 // Bullet's own algorithms for compounds keep their children's contact manifolds in an order that depends on
-// which of them touched first, and give no way to say which manifold belongs to which children. Both would
-// break the promise that a world can be taken apart and rebuilt without changing a bit.
+// which of them touched first, and do not tell which manifold belongs to which children. Both would
+// break the guarantee that a world can be taken apart and rebuilt without changing a bit.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
@@ -14,7 +14,7 @@
 
 namespace tessera::bullet {
 
-// Which children of a pair's two shapes a manifold belongs to; 0 for a shape that is no compound.
+// Which children of a pair's two shapes a manifold belongs to; 0 for a shape that is not a compound.
 struct ChildPair {
   int first = 0;  // of the body with the lower id
   int second = 0;
@@ -38,8 +38,8 @@ inline void mark_predictive(btPersistentManifold& manifold, bool is_first_swept)
 }
 inline bool is_predictive(const btPersistentManifold& manifold) { return manifold.m_companionIdA < 0; }
 
-// A pair in which at least one shape is a (flat) compound. Which children are looked at is a function of the
-// present poses alone; they are looked at in ascending order.
+// A pair in which at least one shape is a (flat) compound. Which children are tested is a function of the
+// current poses alone; they are tested in ascending order.
 class CompoundAlgorithm final : public btCollisionAlgorithm {
  public:
   explicit CompoundAlgorithm(const btCollisionAlgorithmConstructionInfo& info) : btCollisionAlgorithm(info) {}
@@ -53,7 +53,7 @@ class CompoundAlgorithm final : public btCollisionAlgorithm {
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
-  // The manifold of two children, made if it is not there; null where the shapes have no such children.
+  // The manifold of two children, created if missing; null if the shapes have no such children.
   btPersistentManifold* manifold_of(ChildPair children, const btCollisionObjectWrapper* first,
                                     const btCollisionObjectWrapper* second, const btDispatcherInfo& info);
 

@@ -1,6 +1,6 @@
-// Between the numbers of the engine interface (doubles, Eigen) and Bullet's (btScalar).
+// Conversion between the numbers of the engine interface (doubles, Eigen) and Bullet's (btScalar).
 //
-// A double that came out of Bullet goes in again without rounding, whatever btScalar is.
+// A double from Bullet converts back without rounding, whatever btScalar is.
 #pragma once
 
 #include <LinearMath/btTransform.h>
@@ -22,7 +22,7 @@ inline btVector3 to_bullet(const Eigen::Vector3d& v) {
 }
 
 inline btTransform to_bullet(const Pose& pose) {
-  // The matrix is made in double precision, so that only the end result is rounded.
+  // The matrix is computed in double precision, so that only the end result is rounded.
   const Eigen::Matrix3d m = pose.orientation.normalized().toRotationMatrix();
   const btMatrix3x3 basis(btScalar(m(0, 0)), btScalar(m(0, 1)), btScalar(m(0, 2)), btScalar(m(1, 0)),
                           btScalar(m(1, 1)), btScalar(m(1, 2)), btScalar(m(2, 0)), btScalar(m(2, 1)),

@@ -11,7 +11,7 @@ constexpr double kUsualBurden = 20;
 constexpr double kTurnMax = 0.125;  // rad, in one step
 constexpr int kStepsMax = 64;
 
-// Who touches whom, body by body, in the order of the touches.
+// The neighbours of each body, in the order of the touches.
 class Neighbours {
  public:
   Neighbours(std::size_t bodies, std::span<const Touch> touches) : begin_(bodies + 1, 0) {

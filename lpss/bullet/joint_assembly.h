@@ -1,4 +1,4 @@
-// The bodies that joints tie together, whose rows are solved at once (joint_solver.h).
+// The bodies that joints connect, whose rows are solved at once (joint_solver.h).
 #pragma once
 
 #include <LinearMath/btVector3.h>
@@ -15,17 +15,17 @@
 
 namespace tessera::bullet {
 
-// What the solver around keeps of a body.
+// The solver's data of a body.
 struct JointedBody {
-  double inverse_mass = 0;  // 1/kg; 0 for what cannot be pushed, whose motion is in the rows
+  double inverse_mass = 0;  // 1/kg; 0 for an immovable body, whose motion is in the rows
   Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  // world axes
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();           // m/s, when the passes begin
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();           // m/s, at the start of the passes
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();          // rad/s
-  btVector3* linear_change = nullptr;  // since then; stays where it is until the last pass
+  btVector3* linear_change = nullptr;  // since then; its address is stable until the last pass
   btVector3* angular_change = nullptr;
 };
 
-// Bodies by their places in a list; a parent only where it can be pushed.
+// Bodies by their indices in a list; a parent only if it is movable.
 struct SolvedJoint {
   int child;
   std::optional<int> parent;
@@ -34,7 +34,7 @@ struct SolvedJoint {
   PosedJoint posed;
 };
 
-// How a body moves in a tick, other than by the velocity that it ends with.
+// The motion of a body in a tick, apart from its final velocity.
 struct MovedBody {
   int body;
   Eigen::Vector3d way;      // m
@@ -55,7 +55,7 @@ class JointAssembly {
  private:
   using Matrix = Eigen::SparseMatrix<double>;
 
-  // A joint, with the places of its bodies in bodies_.
+  // A joint, with the indices of its bodies in bodies_.
   struct Tie {
     SolvedJoint joint;
     Eigen::Index child;
@@ -63,7 +63,7 @@ class JointAssembly {
     std::vector<JointRow> rows;
   };
 
-  // A row over the velocities of all bodies whose impulses leave alone what is held.
+  // A row over the velocities of all bodies whose impulses do not affect the held directions.
   struct FreeRow {
     Eigen::VectorXd row;
     Eigen::VectorXd response;  // of the velocities to a unit of impulse

@@ -10,19 +10,19 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The share of the way to its target that a position drive wants to go in one tick.
+// The fraction of the distance to its target that a position drive moves in one tick.
 constexpr double kServoGain = 0.2;
 
-// A limit is looked at when an axis could be there after the step, were it faster by this: rad/s or m/s.
+// A limit gets a row if the axis could reach it in the step at a speed increased by this: rad/s or m/s.
 constexpr double kSpeedGained = 10;
 
-// How fast an axis comes back from beyond a limit, at most: it keeps that speed. rad/s or m/s.
+// The maximum speed of an axis returning from beyond a limit, which it keeps. rad/s or m/s.
 constexpr double kReturnSpeed = 0.2;
 
 bool is_limited(const JointAxis& axis) { return axis.lower > -kUnbounded || axis.upper < kUnbounded; }
 
-// A coordinate as rows see it: an angle has no limits beyond half a turn, and is the one of its values that
-// is nearest to the middle of what its limits leave.
+// A coordinate for rows: an angle has no limits beyond half a turn, and takes the equivalent value nearest to
+// the middle of its limits.
 struct Coordinate {
   JointAxis axis;
   double position;
@@ -76,14 +76,14 @@ class RowMaker {
     for (int i = 0; i < 3; ++i) hold_point(Vector3d::Unit(i));
   }
 
-  // No turn at all.
+  // No rotation.
   void hold_all_angles(const Eigen::Matrix3d& axes) {
     const Eigen::Quaterniond turn = parent_frame_.orientation.conjugate() * child_frame_.orientation;
     const double sign = turn.w() < 0 ? -1 : 1;
     for (int i = 0; i < 3; ++i) hold_angle(axes.col(i), 2 * sign * turn.vec()[i]);
   }
 
-  // No turn but about the parent's x.
+  // Rotation only about the parent's x.
   void hold_axis(const Eigen::Matrix3d& axes) {
     const Vector3d tilt = axes.col(0).cross(child_frame_.orientation * Vector3d::UnitX());
     hold_angle(axes.col(1), axes.col(1).dot(tilt));
@@ -96,7 +96,8 @@ class RowMaker {
     hold(about(n), -x.dot(child_y));
   }
 
-  // So far along x as it is turned about x. How many whole turns there were is seen by the way.
+  // The displacement along x follows the rotation about x. The displacement determines the number of whole
+  // turns.
   void hold_thread(const Vector3d& x, double angle, double pitch) {
     JointRow row = along(x);
     row.angular_child -= pitch * x;
@@ -139,7 +140,7 @@ class RowMaker {
 // Damping and friction.
 void RowMaker::resist(JointRow row, const JointAxis& axis) {
   row.velocity = 0;
-  // Less has no inverse, and no effect.
+  // Smaller values have no inverse, and no effect.
   if (axis.damping * dt_ >= std::numeric_limits<double>::min()) {
     row.compliance = 1 / (axis.damping * dt_);
     rows_.push_back(row);
@@ -177,7 +178,7 @@ void RowMaker::drive(const JointRow& motion, const Coordinate& at, const JointDr
   rows_.push_back(row);
 }
 
-// An axis may come as far as a limit in one step, and no farther: no bounce.
+// An axis may reach a limit in one step, but not exceed it: no bounce.
 void RowMaker::limit(const JointRow& motion, const Coordinate& at) {
   const double above = at.position - at.axis.lower;
   const double below = at.axis.upper - at.position;

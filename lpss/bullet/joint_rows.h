@@ -1,4 +1,4 @@
-// What a joint asks of the velocities of its two bodies: rows for a solver, in double precision whatever the
+// The rows of a joint, which constrain the velocities of its two bodies, in double precision whatever the
 // engine computes with.
 #pragma once
 
@@ -13,18 +13,18 @@ namespace tessera::bullet {
 //
 //   linear . (v_c - v_p) + angular_child . w_c - angular_parent . w_p + compliance * impulse = velocity
 //
-// as far as the impulse stays within its bounds. World axes; units of a way, or of an angle (then also where
-// the words say linear).
+// as long as the impulse is within its bounds. World axes; units of a displacement, or of an angle (then also
+// for members called linear).
 struct JointRow {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_child = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_parent = Eigen::Vector3d::Zero();
-  double velocity = 0;    // m/s or rad/s
-  double compliance = 0;  // velocity by which an impulse is given way to: m/s per N s, or rad/s per N m s
+  double velocity = 0;               // m/s or rad/s
+  double compliance = 0;             // velocity per impulse: m/s per N s, or rad/s per N m s
   double impulse_min = -kUnbounded;  // N s or N m s
   double impulse_max = kUnbounded;
-  bool is_held = false;  // of what is not free: whatever it takes
-  double error = 0;      // of what is held: m or rad, to be taken back
+  bool is_held = false;  // a direction that is not free: unbounded impulse
+  double error = 0;      // for held rows: m or rad, to be corrected
 };
 
 // A joint at one time, relative to one origin near both of its bodies.
@@ -38,15 +38,14 @@ struct PosedJoint {
   Pose child_frame() const { return child.pose * in_child; }
 };
 
-// A turn about the direction of `turn` by its length, rad.
+// A rotation about the direction of `turn` by its length, rad.
 Eigen::Quaterniond rotation(const Eigen::Vector3d& turn);
 
-// Where a body is after `dt` seconds at its velocities.
+// The pose of a body after `dt` seconds at its velocities.
 JointSide moved(const JointSide& side, double dt);
 
-// Appends the rows of one step of `dt` seconds, of which a tick has `steps`: first what is not free, whose
-// errors are seen and taken back in the next step, then damping, friction and drives, whose errors would add
-// up, then limits.
+// Appends the rows of one step of `dt` seconds, of which a tick has `steps`: first held rows, whose errors
+// are corrected in the next step, then damping, friction and drives, whose errors would add up, then limits.
 void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
                        double dt, int steps, std::vector<JointRow>& rows);
 
@@ -54,7 +53,7 @@ void append_joint_rows(const JointProperties& joint, const JointDrives& drives, 
 void append_held_rows(const JointProperties& joint, const PosedJoint& posed, double dt,
                       std::vector<JointRow>& rows);
 
-// The share of an error that is left after a step.
+// The fraction of an error that remains after a step.
 inline constexpr double kErrorLeft = 0.7;
 
 }  // namespace tessera::bullet

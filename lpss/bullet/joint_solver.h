@@ -1,14 +1,14 @@
 // Solves the rows of the joints of one task, in double precision whatever the engine computes with.
 //
-// What joints hold, they hold exactly: the bodies that joints tie together are an assembly, whose rows are
+// Joints hold exactly: the bodies that joints connect form an assembly, whose rows are
 // solved at once by a sparse factorisation (Baraff, Linear-time dynamics using Lagrange multipliers, 1996;
-// here with closed loops, too), so that they hold where the bodies are at the end of the tick (Ryckaert,
+// here with closed loops, too), so that they hold for the poses at the end of the tick (Ryckaert,
 // Ciccotti and Berendsen, Numerical integration of the cartesian equations of motion of a system with
 // constraints, 1977). Limits, drives and friction act one after the other on the motions that are left free,
 // with the inertia of all that they move.
 //
-// An assembly that turns far in a tick moves from small step to small step, with rows of its own in each: a
-// row at the start of the tick says little of where such bodies end.
+// An assembly that turns far in a tick moves substep by substep, with new rows in each: rows at the start of
+// the tick predict the end of such a motion badly.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSolverBody.h>
@@ -22,11 +22,11 @@
 
 namespace tessera::bullet {
 
-// As Bullet has set it up, without the forces of the tick; changes go where Bullet's own solver puts them.
+// As set up by Bullet, without the forces of the tick; changes go where Bullet's own solver writes them.
 JointedBody jointed(btSolverBody& body);
 
-// One task at a time: clear(), add(), set_up(), then for each small step start_step() and passes, with a
-// move() among them; or passes alone, where a tick is one step.
+// One task at a time: clear(), add(), set_up(), then for each substep start_step() and passes, with a
+// move() among them; or passes alone, if a tick is one step.
 class JointSolver {
  public:
   void clear();
@@ -34,7 +34,7 @@ class JointSolver {
 
   void add(SolvedJoint joint) { joints_.push_back(std::move(joint)); }
 
-  // The bodies that were added, some more than once.
+  // The added bodies, possibly with duplicates.
   std::vector<int> bodies() const;
 
   // For a tick of `dt` seconds in so many steps, which share the bounds of impulses.

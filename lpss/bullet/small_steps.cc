@@ -13,12 +13,12 @@ namespace tessera::bullet {
 namespace {
 
 // A contact is a spring that its load compresses: at 30 Hz, as in Box2D, a tower of ten boxes is 27 mm lower,
-// and one of twenty buckles; at 60 Hz 7 mm, and both stand. Stiffer ones need more passes than most can pay
-// for.
+// and one of twenty buckles; at 60 Hz 7 mm, and both stand. Stiffer ones need more passes than is
+// practical.
 constexpr btScalar kFrequencyTick = 1;     // of the rate of ticks, at most
 constexpr btScalar kFrequencyStep = 0.25;  // of the rate of steps, at most
 constexpr btScalar kContactDamping = 10;   // of critical damping
-constexpr btScalar kPushSpeedMax = 3;      // m/s, by which overlaps are taken back
+constexpr btScalar kPushSpeedMax = 3;      // m/s, at which overlaps are corrected
 
 // The velocity that a row sees before the tick, without its forces.
 btScalar velocity_at_start(const btSolverConstraint& row, std::span<const btSolverBody> bodies) {
@@ -32,7 +32,7 @@ const btManifoldPoint& point_of(const btSolverConstraint& contact) {
   return *static_cast<const btManifoldPoint*>(contact.m_originalContactPoint);
 }
 
-// The direction of a row, also where its first body cannot move.
+// The direction of a row, even if its first body cannot move.
 btVector3 direction_of(const btSolverConstraint& row) {
   return row.m_contactNormal1.isZero() ? -row.m_contactNormal2 : row.m_contactNormal1;
 }
@@ -116,8 +116,8 @@ void SmallSteps::begin_joints() {
   joints_->set_up(bodies, info_.m_timeStep, steps_);
 }
 
-// Those of the last tick, as far as a step needs them. Rows of friction follow the sliding velocity; what is
-// kept of them lies along directions that depend on the normal alone.
+// The impulses of the last tick, scaled to a step. Friction rows follow the sliding velocity; their stored
+// impulses are along directions that depend on the normal alone.
 void SmallSteps::recall_impulses() {
   const btScalar share = 1 / static_cast<btScalar>(steps_);
   for (btSolverConstraint& row : pools_.contacts) {
@@ -193,8 +193,7 @@ void SmallSteps::pass(bool corrects) {
   joints_->pass();
 }
 
-// A gap may close by the end of the tick; an overlap is pushed open like a spring that is damped far beyond
-// critical.
+// A gap may close by the end of the tick; an overlap is opened like an overdamped spring.
 void SmallSteps::solve_contact(btSolverConstraint& row, const Contact& contact, bool corrects) {
   btScalar velocity = contact.approach_max;
   btScalar mass_share = 1;
@@ -264,7 +263,7 @@ void SmallSteps::end() {
     btSolverBody& body = pools_.bodies[i];
     body.m_deltaLinearVelocity.setZero();
     body.m_deltaAngularVelocity.setZero();
-    // What nothing touches flies as Bullet has it fly, to the last bit.
+    // Bodies without rows move as in Bullet, bit for bit.
     if (!motion.is_pushed) continue;
     body.m_deltaLinearVelocity = motion.linear - body.m_externalForceImpulse;
     body.m_deltaAngularVelocity = motion.angular - body.m_externalTorqueImpulse;

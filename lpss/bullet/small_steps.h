@@ -14,7 +14,7 @@
 
 namespace tessera::bullet {
 
-// Where Bullet keeps what it has set up.
+// Bullet's data from its setup.
 struct RowPools {
   std::span<btSolverBody> bodies;
   std::span<btSolverConstraint> contacts;
@@ -22,15 +22,15 @@ struct RowPools {
   int friction_directions = 1;
 };
 
-// begin(), then for each n below rounds() round(n), then end(). In between, the solvers of parts of an island
-// may agree on bodies that they share.
+// begin(), then for each n below rounds() round(n), then end(). In between, the solvers of the parts of an
+// island may couple the bodies that they share.
 class SmallSteps {
  public:
-  // `passes` (>= 1) over all rows are divided among `steps` (>= 2), two each at least.
+  // `passes` (>= 1) over all rows are divided among `steps` (>= 2), at least two each.
   SmallSteps(int steps, int passes);
 
-  // With other steps (>= 2), as many passes each. Where they are more, contacts are stiffer by that factor,
-  // squared.
+  // With another number of steps (>= 2), with as many passes each. With more steps, contacts are stiffer by
+  // the square of the ratio.
   void set_steps(int steps) { steps_ = steps; }
 
   int rounds() const { return steps_ * rounds_per_step() + 1; }
@@ -39,19 +39,19 @@ class SmallSteps {
   void begin(const RowPools& pools, JointSolver& joints, const btContactSolverInfo& info);
   void round(int n);
 
-  // Leaves velocities and impulses where Bullet's own solver would, and what took back overlaps in the push
-  // velocities. A body then moves by the velocity that it ends with, as without small steps, which keeps the
-  // energy of falls and orbits. What no row touches is left as it was.
+  // Writes velocities and impulses where Bullet's own solver would, and the correction of overlaps to the
+  // push velocities. A body then moves by its final velocity, as without substeps, which conserves the energy
+  // of falls and orbits. Bodies without rows are not changed.
   void end();
 
-  // What rows have changed of a body's velocities so far, by its place in the pool.
+  // The change of a body's velocities by rows so far, by its index in the pool.
   btVector3 linear_change(std::size_t body) const { return motions_[body].linear - linear_force(body); }
   btVector3 angular_change(std::size_t body) const { return motions_[body].angular - angular_force(body); }
   void set_change(std::size_t body, const btVector3& linear, const btVector3& angular);
 
  private:
-  // By how much a body's velocities have changed since the tick began, which loses less in rounding than the
-  // velocities themselves would, and the way so far that only takes back overlaps.
+  // The change of a body's velocities since the start of the tick, which is rounded less than the velocities
+  // themselves would be, and the displacement so far that only corrects overlaps.
   struct Motion {
     btVector3 linear;
     btVector3 angular;
@@ -62,9 +62,9 @@ class SmallSteps {
   };
   struct Contact {
     btScalar start;         // m/s, before the tick
-    btScalar gap;           // m, as it is in this step
+    btScalar gap;           // m, in this step
     btScalar approach_max;  // m/s, at most 0: what closes the gap by the end of the tick
-    btScalar rebound;       // m/s, asked for where the two have touched
+    btScalar rebound;       // m/s, required if the two have touched
     btScalar total = 0;     // N s, of all steps
   };
 
@@ -104,7 +104,7 @@ class SmallSteps {
   JointSolver* joints_ = nullptr;
   btContactSolverInfo info_;
   btScalar step_ = 0;    // s
-  btScalar forced_ = 0;  // the share of the tick's forces that has acted
+  btScalar forced_ = 0;  // the fraction of the tick's forces applied so far
   // Of soft contacts.
   btScalar push_rate_ = 0;  // 1/s: velocity by overlap
   btScalar mass_share_ = 1;

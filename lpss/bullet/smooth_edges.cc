@@ -24,10 +24,10 @@ btVector3 face_normal(const btCollisionObjectWrapper& triangle) {
   return triangle.getWorldTransform().getBasis() * normal;
 }
 
-// A triangle answers for its own face and for outer edges. Towards an inner edge Bullet turns the normal to
-// the face's, but a point that it still has a way to go to, or that is on the flank of a ball, is the
-// neighbour's: a rolling ball comes down on it from above, and would be thrown up. Such a point is moved out
-// of reach, where the algorithm that found it will drop it. Bullet's algorithms put the triangle second.
+// A triangle handles its own face and outer edges. Towards an inner edge Bullet turns the normal to that of
+// the face. But a point that is not reached yet, or on the flank of a ball, belongs to the neighbour: a
+// rolling ball meets it from above, and would be thrown up. Such a point is moved out of reach, where the
+// algorithm that found it drops it. Bullet's algorithms put the triangle second.
 bool correct(btManifoldPoint& point, const btCollisionObjectWrapper* other, int, int,
              const btCollisionObjectWrapper* triangle, int part, int index) {
   if (triangle->getCollisionShape()->getShapeType() != TRIANGLE_SHAPE_PROXYTYPE) return true;

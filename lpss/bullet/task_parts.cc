@@ -10,7 +10,7 @@
 namespace tessera::bullet {
 namespace {
 
-// While it lives, the bodies of a task and their clones know their places in it.
+// While it lives, the bodies of a task and their clones store their indices in it.
 class Places {
  public:
   explicit Places(const SolveTask& task) : task_(task) {
@@ -28,7 +28,7 @@ class Places {
   Places(const Places&) = delete;
   Places& operator=(const Places&) = delete;
 
-  // kGround for what does not move, or is not the task's.
+  // kGround for bodies that do not move, or are not in the task.
   static std::size_t of(const WorldBody& body) {
     if (body.world == nullptr) return Touch::kGround;
     const btRigidBody& rigid = rigid_of(body);
@@ -104,7 +104,7 @@ class Parting {
       int& most = steps[islands_.find(i)];
       most = std::max(most, steps_for(carried[i], usual_steps_));
     }
-    // What hangs on joints is not among what is carried.
+    // Bodies that hang on joints do not count as load.
     for (const TaskJoint& joint : task_.joints) {
       for (const WorldBody& side : {joint.child, joint.parent}) {
         const std::size_t body = Places::of(side);

@@ -1,4 +1,4 @@
-// A task cut into parts that take different numbers of small steps, by what the islands need.
+// Divides a task into parts with different numbers of substeps, according to the needs of the islands.
 #pragma once
 
 #include <vector>
@@ -7,10 +7,10 @@
 
 namespace tessera::bullet {
 
-// Islands, each whole, with their contacts and joints. What is no dynamic body or clone of the task connects
-// nothing.
+// Islands, each whole, with their contacts and joints. Only dynamic bodies and clones of the task
+// connect islands.
 struct TaskPart {
-  int steps = 1;   // small steps of the tick, for each of its islands
+  int steps = 1;   // substeps of the tick, for each of its islands
   SolveTask task;  // in the order of the whole task
 };
 

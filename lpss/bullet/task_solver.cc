@@ -44,7 +44,7 @@ std::span<T> span_of(btAlignedObjectArray<T>& array) {
   return {&array[0], static_cast<std::size_t>(array.size())};
 }
 
-// Makes one side of a row that many times easier to move.
+// Makes one side of a row this many times lighter.
 void lighten(btSolverConstraint& row, int id, const btSolverBody& body, double times) {
   const bool is_a = row.m_solverBodyIdA == id;
   if (!is_a && row.m_solverBodyIdB != id) return;
@@ -70,7 +70,7 @@ TaskSolver::TaskSolver(const EngineSettings& settings) {
   info_.m_numIterations = settings.solver_iterations;
   info_.m_solverMode = SOLVER_USE_WARMSTARTING;
   if (settings.friction_in_two_directions) info_.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
-  // No early exit: how many passes an island gets must not depend on what else is in the task.
+  // No early exit: the number of passes of an island must not depend on other islands in the task.
   info_.m_leastSquaresResidualThreshold = -1;
   one_pass_ = info_;
   one_pass_.m_numIterations = 1;
@@ -131,7 +131,7 @@ void TaskSolver::pass(int n) {
 
 void TaskSolver::finish() {
   if (small_steps_) small_steps_->end();
-  // It takes the companion back from every body that has a solver body: the originals.
+  // It resets the companion of every body with a solver body: the originals.
   solveGroupCacheFriendlyFinish(bodies_.data(), static_cast<int>(bodies_.size()), info_);
   for (const Link& link : links_) link.clone->setCompanionId(-1);
 }

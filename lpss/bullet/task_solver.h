@@ -14,8 +14,8 @@
 
 namespace tessera::bullet {
 
-// One task at a time: set_up(), then passes() times pass(), then finish(). Nothing of a task stays for
-// the next.
+// One task at a time: set_up(), then passes() times pass(), then finish(). No state is kept for the
+// next task.
 class TaskSolver final : public btSequentialImpulseConstraintSolver {
  public:
   explicit TaskSolver(const EngineSettings& settings);
@@ -23,7 +23,7 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   // Of all rows, or the rounds of small steps.
   int passes() const { return small_steps_ ? small_steps_->rounds() : info_.m_numIterations; }
 
-  // How many small steps (>= 2) follow, where the settings ask for some.
+  // The number of substeps (>= 2), if the settings specify substeps.
   void take_small_steps(int steps) { small_steps_->set_steps(steps); }
 
   // Makes the rows. The task must hold at least one body.
@@ -39,13 +39,13 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   // Writes velocities, corrected poses and impulses back.
   void finish();
 
-  // What rows have changed of a body so far, from set_up() to finish(); `body` is a place in the task's
-  // bodies. Without small steps they have started warm when set_up() ends.
+  // The change of a body by rows so far, from set_up() to finish(); `body` is an index into the task's
+  // bodies. Without substeps it includes warm starting after set_up().
   VelocityChange change(std::size_t body) const;
   void set_change(std::size_t body, const VelocityChange& change);
 
  private:
-  // A clone stands for the solver body of its original.
+  // A clone maps to the solver body of its original.
   struct Link {
     btCollisionObject* clone;
     btCollisionObject* original;

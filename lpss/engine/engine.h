@@ -1,12 +1,12 @@
-// What Tessera needs of a physics engine: small worlds near their own origin that find contacts, a solver
-// that takes islands over any number of them, and the promise of the same bits for the same input.
+// The interface of a physics engine: small worlds near their own origin that find contacts, a solver for
+// islands over any number of worlds, and the guarantee of the same bits for the same input.
 //
 // Frames: everything is relative to the centre of the world's sector, in the world's axes; bodies are given
-// by their centre frames (body.h). Numbers are doubles here whatever the engine computes with; a float engine
-// rounds what comes in once, and what goes out is exact.
+// by their centre frames (body.h). Numbers are doubles, whatever the engine computes with: a float engine
+// rounds its input once, and its output is exact.
 //
-// The order in which bodies were added must not matter for any bit of the result: engines order their pairs
-// by BodyId, never by history.
+// No bit of the result may depend on the order in which bodies were added: engines order their pairs by
+// BodyId, never by history.
 //
 // Threads: different worlds may be used on different threads at the same time, one world on one thread at a
 // time. A solver may run beside other solvers as long as no dynamic body or clone is in two tasks.
@@ -29,24 +29,23 @@
 
 namespace tessera {
 
-// A body's place in one engine world. Slots of removed bodies are given again.
+// The index of a body in one engine world. Slots of removed bodies are reused.
 using BodySlot = std::int32_t;
 
-// What a body is in this engine world.
+// The role of a body in this engine world.
 enum class Role : std::uint8_t {
   kHome,    // it lives here
   kClone,   // a copy of a body that lives in another sector
   kStatic,  // the part of a static body that this sector needs
 };
 
-// Which pairs a world looks at besides home-home, home-clone and home-static.
+// The pairs that a world detects besides home-home, home-clone and home-static.
 enum class CloneContacts : std::uint8_t {
-  kNone,  // policy island: what touches only clones is some other sector's business
-  kAll,   // policy clone: a clone needs what supports it
+  kNone,  // policy island: another sector detects contacts among clones
+  kAll,   // policy clone: a clone needs its supports
 };
 
-// What an engine world and its solver are made from, the same for all sectors of a world: its settings, and
-// what follows from them.
+// The settings of engine worlds and their solvers; the same for all sectors of a world.
 struct EngineSettings : WorldSettings {
   CloneContacts clone_contacts = CloneContacts::kNone;
   bool clones_are_solved = false;  // policy clone: clones take part in the solution of their sector as bodies
@@ -59,19 +58,19 @@ struct ContactPair {
   BodyId b;
   BodySlot slot_a = 0;
   BodySlot slot_b = 0;
-  bool touching = false;  // some point has no gap left, or carried an impulse at the last solution
+  bool touching = false;  // a point has no gap, or had an impulse in the last solution
 };
 
 // The deepest point of a pair, for events.
 struct ContactDetail {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // on b, m, relative to the sector's centre
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // on b, pointing to a
-  double depth = 0;                                    // m, > 0 where the bodies overlap
+  double depth = 0;                                    // m, > 0 if the bodies overlap
   double impulse = 0;  // N s, all normal impulses of the pair at the last solution
 };
 
-// The contact points of a pair with all that the solver starts warm from; the bytes mean something only to
-// the engine that wrote them. Independent of the sector that the pair was detected in.
+// The contact points of a pair with all data for warm starting. Only the engine that wrote the bytes can read
+// them. Independent of the sector in which the pair was detected.
 struct ManifoldState {
   BodyId a;
   BodyId b;
@@ -87,7 +86,7 @@ struct RayHit {
 // A body near a probe.
 struct NearBody {
   BodyId body;
-  double distance = 0;  // m, between the surfaces; 0 where they overlap
+  double distance = 0;  // m, between the surfaces; 0 if they overlap
 };
 
 // One sector's engine world.
@@ -95,8 +94,8 @@ class SectorWorld {
  public:
   virtual ~SectorWorld() = default;
 
-  // Adds a body with the shared shape of its properties. `record.home` is not looked at: the state is
-  // relative to this sector. A body may be in a world once.
+  // Adds a body with the shared shape of its properties. `record.home` is ignored: the state is
+  // relative to this sector. A body may be in a world only once.
   virtual BodySlot add(const BodyRecord& record, Role role) = 0;
 
   // Adds the part of a static body that this sector needs: a shape of its own, posed in this sector's frame.
@@ -109,35 +108,35 @@ class SectorWorld {
   virtual BodyState state(BodySlot slot) const = 0;
 
   // Sets pose, velocities and activity: clones before every step, teleports, kinematic targets. Contacts stay
-  // and are revised by the next detection.
+  // and are updated by the next detection.
   virtual void set_state(BodySlot slot, const BodyState& state) = 0;
 
-  // Cheap parts of state().
+  // Parts of state() that are cheap to get.
   virtual Eigen::Vector3d position(BodySlot slot) const = 0;
   virtual Eigen::Vector3d linear_velocity(BodySlot slot) const = 0;
   virtual Activity activity(BodySlot slot) const = 0;
 
   virtual void set_velocity(BodySlot slot, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) = 0;
 
-  // Changes velocities at once by an impulse (N s) that acts at `lever` (m, from the centre of mass).
+  // Changes velocities immediately by an impulse (N s) that acts at `lever` (m, from the centre of mass).
   virtual void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) = 0;
 
   // A force and torque for the next step only, in addition to gravity. Adds up.
   virtual void add_wrench(BodySlot slot, const Wrench& wrench) = 0;
 
-  // The acceleration (m/s^2) that the next detections start with; stays until it is set again. Ignored for
-  // bodies that feel no gravity.
+  // The acceleration (m/s^2) for the next detections, until it is set again. Ignored for bodies without
+  // gravity.
   virtual void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) = 0;
 
-  // Whether joints hold the body. integrate() does not stop such a one short of what it would hit, which
-  // would tear them: it relies on the contacts that detect() has foreseen.
+  // Whether joints hold the body. integrate() does not stop such a body short of an obstacle, which would
+  // tear its joints: it relies on the contacts predicted by detect().
   virtual void set_jointed(BodySlot slot, bool jointed) = 0;
 
-  // Puts to sleep (velocities become zero) or wakes (with its clock of stillness at zero).
+  // Puts the body to sleep (velocities become zero), or wakes it (and resets its time at rest).
   virtual void sleep(BodySlot slot) = 0;
   virtual void wake(BodySlot slot) = 0;
 
-  // The box that the body's shape can reach within `dt` seconds at its present velocity, including the
+  // The box that the body's shape can reach within `dt` seconds at its current velocity, including the
   // distance at which contacts are found.
   virtual Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const = 0;
 
@@ -149,31 +148,32 @@ class SectorWorld {
   virtual void detect(double dt) = 0;
 
   // The pairs with contact points, in ascending order of (a, b), as of the last detect(), import_manifold(),
-  // or remove(). Pairs of bodies that all sleep keep their points.
+  // or remove(). Pairs of sleeping bodies keep their points.
   virtual std::span<const ContactPair> contacts() = 0;
   virtual ContactDetail contact_detail(std::size_t pair) const = 0;
 
   virtual ManifoldState export_manifold(std::size_t pair) const = 0;
 
-  // Gives a pair of bodies in this world the contact points it had elsewhere, before the next detection. The
-  // pair is left out if the two are not near each other. Call on bodies that were just added or moved.
+  // Sets the contact points of a pair to those that it had in another world, before the next detection. The
+  // pair is skipped if the two are not near each other. Call on bodies that were just added or moved.
   virtual void import_manifold(const ManifoldState& manifold) = 0;
 
-  // Replaces the points of a pair by others of the same pair: what a solver elsewhere made of them. No
-  // detection takes place.
+  // Replaces the points of a pair by those of the same pair from a solver elsewhere. No detection takes
+  // place.
   virtual void set_manifold(std::size_t pair, const ManifoldState& manifold) = 0;
 
-  // As import_manifold(), but for a world that only carries an island to a solver: takes the points as they
-  // are, without any detection, and appends the pair to contacts() (call in ascending order of pairs).
+  // As import_manifold(), but for a world that only passes an island to a solver: takes the points as they
+  // are, without detection, and appends the pair to contacts() (call in ascending order of pairs).
   virtual void adopt_manifold(const ManifoldState& manifold) = 0;
 
-  // The forces and torques that detect() gathered for the solver, and a way to set them in a world that only
-  // carries an island.
+  // The forces and torques that detect() gathered for the solver, and their setter for a world that only
+  // passes an island to a solver.
   virtual Wrench total_wrench(BodySlot slot) const = 0;
   virtual void set_total_wrench(BodySlot slot, const Wrench& wrench) = 0;
 
-  // What a solver would make of a body that lives here, is in no contact and on no joint: forces become
-  // velocity. Between detect() and integrate(), instead of a task for the solver.
+  // Free flight of a body that lives here, without contacts and joints: forces become velocity, with the same
+  // result as by the solver. Call between detect() and integrate(), instead of passing the body to the
+  // solver.
   virtual void fly(BodySlot slot, double dt) = 0;
 
   // Second half of a step: moves the awake bodies that live here with their solved velocities, sweeping the
@@ -197,7 +197,7 @@ struct WorldBody {
 
 struct WorldPair {
   SectorWorld* world = nullptr;
-  std::size_t pair = 0;  // a place in world->contacts()
+  std::size_t pair = 0;  // an index into world->contacts()
 };
 
 // A joint needs no clone: only relative quantities go into its rows, so its bodies may be in any two worlds.
@@ -206,20 +206,20 @@ struct TaskJoint {
   const JointDrives* drives = nullptr;
   WorldBody child;
   WorldBody parent;  // dynamic; world == nullptr for the world, static and kinematic bodies
-  // Only then: the joint frame on the parent's side, relative to the centre of the child's sector, and how it
-  // moves.
+  // Only if parent.world is null: the joint frame of the parent, relative to the centre of the child's
+  // sector, and its motion.
   Pose fixed_parent;
   Eigen::Vector3d fixed_velocity = Eigen::Vector3d::Zero();  // m/s, of its origin
   Eigen::Vector3d fixed_spin = Eigen::Vector3d::Zero();      // rad/s
   Eigen::Vector3d parent_origin = Eigen::Vector3d::Zero();   // the parent's sector from the child's, m
 };
 
-// Islands to solve in one go. The solver works through bodies, contacts and joints in the order given here,
-// which the caller keeps canonical: ascending ids.
+// Islands to solve together. The solver processes bodies, contacts and joints in this order, which the caller
+// keeps canonical: ascending ids.
 struct SolveTask {
   struct CloneOf {
     WorldBody clone;
-    std::size_t original;  // a place in `bodies`
+    std::size_t original;  // an index into `bodies`
   };
 
   std::vector<WorldBody> bodies;  // dynamic bodies in their home worlds, each once
@@ -236,7 +236,7 @@ class IslandSolver {
   virtual void solve(const SolveTask& task, double dt) = 0;
 };
 
-// What a solver did to a body: changes of its velocities, and of the velocities that only correct its
+// The effect of a solver on a body: changes of its velocities, and of the velocities that only correct its
 // position.
 struct VelocityChange {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // m/s
@@ -257,31 +257,31 @@ inline VelocityChange scaled(const VelocityChange& change, double factor) {
   return {change.linear * factor, change.angular * factor, change.push * factor, change.turn * factor};
 }
 
-// Solves one part of an island beside the others, for islands too large to be solved whole. Every part has
-// its own rows, and its own copies of the bodies that it shares with others; after each pass the copies agree
-// (as in Preclik and Ruede, Ultrascale simulations of non-smooth granular dynamics, 2015; with the split
-// masses of Tonge, Benevolenski and Voroshilov, Mass splitting for jitter-free parallel rigid body
-// simulation, 2012):
+// Solves one part of an island, coupled with the others, for islands too large to be solved as a unit. Every
+// part has its own rows, and its own copies of the bodies that it shares with others; after each pass the
+// copies are coupled (as in Preclik and Ruede, Ultrascale simulations of non-smooth granular dynamics, 2015;
+// with the split masses of Tonge, Benevolenski and Voroshilov, Mass splitting for jitter-free parallel rigid
+// body simulation, 2012):
 //
 //   begin(task); agree() on the sum of all copies' change(); split(n, times); then for each pass: pass(n),
 //   and agree() on that sum divided by `times`; end()
 //
-// A lighter copy is moved by its own rows `times` more than the body would be, so what is agreed on is what
-// all rows together do to the body: no impulse is lost, and parts that push the same body do not overshoot.
+// The rows of a part move its lighter copy `times` as much as the body, so the common change is the effect of
+// all rows on the body: no impulse is lost, and parts that push the same body do not overshoot.
 class PartSolver {
  public:
   virtual ~PartSolver() = default;
 
-  // `task.bodies` holds the part's own bodies and its copies of others; the copies may be clones, with the
-  // state and forces of their originals. `shared` are the places in `task.bodies` of all bodies that others
-  // have, too. Sets up the rows and applies what they start warm from.
+  // `task.bodies` has the part's own bodies and its copies of others; the copies may be clones, with the
+  // state and forces of their originals. `shared` has the indices into `task.bodies` of all bodies that other
+  // parts share. Sets up the rows and applies warm starting.
   virtual void begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) = 0;
 
   // One pass over all rows; n counts from 0 to passes(), which is the same for all solvers of an engine.
   virtual void pass(int n) = 0;
   virtual int passes() const = 0;
 
-  // What happened to a shared body since it was last agreed on; `n` is a place in `shared`.
+  // The change of a shared body since the last agree(); `n` is an index into `shared`.
   virtual VelocityChange change(std::size_t n) const = 0;
   virtual void agree(std::size_t n, const VelocityChange& change) = 0;
 
@@ -299,16 +299,16 @@ class Engine {
 
   virtual const EngineSettings& settings() const = 0;
 
-  // Makes the shape known under its id, before bodies use it. An id is set once.
+  // Registers a shape under its id, before bodies use it. An id is set once.
   virtual void add_shape(ShapeId id, const Shape& shape) = 0;
 
-  // All threads: may be called at any time after the shapes that are used were added.
+  // Safe to call from any thread, once the shapes in use have been added.
   virtual std::unique_ptr<SectorWorld> make_world() = 0;
   virtual std::unique_ptr<IslandSolver> make_solver() = 0;
   virtual std::unique_ptr<PartSolver> make_part_solver() = 0;
 
-  // Whether two bodies collide with each other, in every world: not, while a joint says so. Not while
-  // anything is detected. Holds from the next detection.
+  // Sets whether two bodies collide with each other, in every world; joints use it to exclude their bodies.
+  // Must not be called during a detection. Takes effect with the next detection.
   virtual void set_apart(BodyId a, BodyId b, bool apart) = 0;
 };
 

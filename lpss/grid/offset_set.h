@@ -1,4 +1,4 @@
-// A set of sectors around a sector, small enough to travel with every body.
+// A set of sectors around a sector, small enough to be sent with every body.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace tessera {
 
-// Sectors up to two away from a home sector in each direction: where clones of its bodies can be wanted.
-// Neighbours (distance 1) are the rule; distance 2 occurs for bodies of nearly a sector's size.
+// Sectors up to two away from a home sector in each direction: where clones of its bodies may be needed.
+// Usually these are neighbours (distance 1); distance 2 occurs for bodies of nearly a sector's size.
 class OffsetSet {
  public:
   static constexpr int kReach = 2;

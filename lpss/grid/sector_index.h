@@ -24,7 +24,7 @@ struct SectorOffset {
 // sector of that world. Any 64-bit value is a valid index; arithmetic that would leave the range is refused.
 //
 // The order is lexicographic. As long as nothing overflows it does not change when a world is moved by whole
-// sectors, so it is safe to let it decide who detects and who solves.
+// sectors, so it may decide which sector detects and which server solves.
 struct SectorIndex {
   std::int64_t i = 0;
   std::int64_t j = 0;

@@ -20,10 +20,10 @@ struct Split {
   double rest = 0;
 };
 
-// Eq. (1). Division and product round, and for an L that is no power of two the error grows with x. What a
-// rounded quotient leaves over is a double, though: both are multiples of the same unit, and it is small. So
-// a fused multiply-add finds it exactly, a second quotient finds what the first one lacks, and the sum of the
-// two is an integer.
+// Eq. (1). Division and product round, and for an L that is not a power of two the error grows with x. The
+// remainder of a rounded quotient is a double, though: both are multiples of the same unit, and it is small.
+// So a fused multiply-add computes it exactly, a second quotient corrects the first one, and their sum is an
+// integer.
 Split split(double x, double sector_size) {
   const double half = sector_size / 2;
   if (x >= -half && x < half) return {0, x};
@@ -41,7 +41,7 @@ Split split(double x, double sector_size) {
   return {static_cast<Int128>(coarse) + static_cast<Int128>(fine), rest};
 }
 
-// split() for three components, refusing what does not fit in 64 bits.
+// split() for three components; refuses results that do not fit in 64 bits.
 absl::Status split(const Eigen::Vector3d& x, double sector_size, SectorOffset& whole, Eigen::Vector3d& rest) {
   std::int64_t* const whole_of_axis[] = {&whole.i, &whole.j, &whole.k};
   for (int axis = 0; axis < 3; ++axis) {

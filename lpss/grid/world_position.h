@@ -1,4 +1,4 @@
-// Positions of any size without any loss: a sector index and a small displacement.
+// Lossless positions of any size: a sector index and a small displacement.
 #pragma once
 
 #include <absl/status/status.h>
@@ -40,17 +40,17 @@ struct Pose {
 };
 
 // The number of whole sectors that a displacement `x` (metres, from some sector's centre) lies away from that
-// sector, per axis: Eq. (1). OUT_OF_RANGE where it is not finite or the result does not fit in 64 bits.
+// sector, per axis: Eq. (1). OUT_OF_RANGE if it is not finite or the result does not fit in 64 bits.
 absl::StatusOr<SectorOffset> sectors_from(const Eigen::Vector3d& x, double sector_size);
 
-// The canonical form of the point `local` metres from the centre of `sector`; `local` may be of any finite
-// size. The displacement of a point that already is canonical comes back bit for bit.
-// INVALID_ARGUMENT for a component that is not finite, OUT_OF_RANGE where the index leaves 64 bits.
+// The canonical form of the point `local` metres from the centre of `sector`; `local` may have any finite
+// size. The displacement of a point in canonical form is returned bit for bit.
+// INVALID_ARGUMENT for a component that is not finite, OUT_OF_RANGE if the index exceeds 64 bits.
 absl::StatusOr<WorldPosition> canonical(const SectorIndex& sector, const Eigen::Vector3d& local,
                                         double sector_size);
 
-// The displacement of `point` from the centre of `sector`, in metres: exact up to one rounding when the two
-// are close, which is the only case that precision matters in.
+// The displacement of `point` from the centre of `sector`, in metres: exact up to one rounding if the two
+// are close, which is the only case in which precision matters.
 Eigen::Vector3d relative_to(const WorldPosition& point, const SectorIndex& sector, double sector_size);
 
 // `frame` followed by `child`: the world pose of a frame given relative to another. Errors as canonical().

@@ -1,4 +1,4 @@
-// Rigid bodies, as they are described, simulated and sent between servers.
+// Rigid bodies, as described, simulated and sent between servers.
 //
 // Everything here is plain data. Angles in radians, lengths in metres, masses in kilograms, times in seconds.
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace tessera {
 
-// The name of a body for its whole life; 0 names nothing. Ids are given in ascending order and never again.
+// The id of a body for its whole life; 0 is no body. Ids are assigned in ascending order and never reused.
 struct BodyId {
   std::uint64_t value = 0;
 
@@ -34,9 +34,9 @@ enum class Motion : std::uint8_t { kStatic, kDynamic, kKinematic };
 
 const char* name_of(Motion motion);  // "static", "dynamic", "kinematic"
 
-// What does not change while a body lives. The *centre frame* of a body has its origin in the centre of mass
-// and its axes along the principal axes of inertia: the frame that engines integrate in. States are those of
-// the centre frame; clients see the body frame.
+// The properties of a body, which never change. The *centre frame* of a body has its origin in the centre of
+// mass and its axes along the principal axes of inertia: the frame that engines integrate in. States are
+// those of the centre frame; clients see the body frame.
 struct BodyProperties {
   Motion motion = Motion::kDynamic;
   ShapeId shape = 0;
@@ -46,10 +46,10 @@ struct BodyProperties {
   std::array<double, 4> principal_axes{0, 0, 0, 1};  // rotation from the centre to the body frame, x y z w
   double friction = 0.5;            // Coulomb coefficient; the two of a contact are multiplied
   double restitution = 0;           // 0 to 1; the two of a contact are multiplied
-  double linear_damping = 0;        // share of the velocity lost per second, 0 to 1
+  double linear_damping = 0;        // fraction of the velocity lost per second, 0 to 1
   double angular_damping = 0;       // likewise
   std::uint32_t category = 1;       // collision bits: two bodies collide if each one's category
-  std::uint32_t mask = 0xffffffff;  // meets the other one's mask
+  std::uint32_t mask = 0xffffffff;  // matches the other one's mask
   bool gravity = true;
   std::uint64_t assembly = 0;  // bodies of one assembly (not 0) do not collide: the links of a model
 };
@@ -58,15 +58,15 @@ struct BodyProperties {
 // of its island wants to.
 enum class Activity : std::uint8_t { kAwake = 1, kAsleep = 2, kWantsSleep = 3 };
 
-// Motion of the centre frame relative to the centre of the home sector, in the world's axes. Exactly what the
-// engine computes with: every value of a float engine is held here without rounding. What flies on its own
-// around a planet has more digits than a float.
+// Motion of the centre frame relative to the centre of the home sector, in the world's axes. Exactly the
+// numbers that the engine computes with: values of a float engine are stored without rounding. Bodies in free
+// flight around a planet have more digits than a float.
 struct BodyState {
   std::array<double, 3> position{};                           // m
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // centre frame to world axes, by rows
   std::array<double, 3> linear_velocity{};                    // m/s
   std::array<double, 3> angular_velocity{};                   // rad/s
-  double still_for = 0;  // s below the sleeping speeds, less what slips took back
+  double still_for = 0;                                       // s below the sleeping speeds, reduced by slips
   Activity activity = Activity::kAwake;
 };
 
@@ -76,7 +76,7 @@ struct Wrench {
   std::array<double, 3> torque{};
 };
 
-// A body as one record: all that another sector needs to take it over.
+// A body as one record, with everything that another sector needs to take it over.
 struct BodyRecord {
   BodyId id;
   SectorIndex home;

@@ -1,5 +1,4 @@
-// The small checks that validation is made of: each is OK, or INVALID_ARGUMENT with what was found and the
-// bound.
+// Elementary checks for validation: each returns OK, or INVALID_ARGUMENT with the value and its bound.
 #pragma once
 
 #include <absl/status/status.h>
@@ -19,13 +18,13 @@ absl::Status refused(const Args&... args) {
   return absl::InvalidArgumentError(absl::StrCat(args...));
 }
 
-// The same status, its message headed by what it is about.
+// The same status, with the subject in front of its message.
 inline absl::Status in(const std::string& what, const absl::Status& status) {
   if (status.ok()) return status;
   return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
 }
 
-// A finite value in [least, most], or a message with the value, its unit and the bound that it breaks.
+// A finite value in [least, most], or a message with the value, its unit and the bound that it violates.
 inline absl::Status bounded(absl::string_view what, double value, double least, double most,
                             absl::string_view unit = "") {
   if (!std::isfinite(value)) return refused(what, " = ", value, " must be finite");

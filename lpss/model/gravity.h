@@ -1,4 +1,4 @@
-// The pull on a body, from exact relative positions.
+// The gravity on a body, from exact relative positions.
 #pragma once
 
 #include <Eigen/Core>

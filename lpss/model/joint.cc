@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
-// The angle about x of a rotation, whatever it does besides.
+// The angle about x of a rotation, whatever its other components.
 double turn_about_x(const Quaterniond& q) { return wrapped(2 * std::atan2(q.x(), q.w())); }
 
 }  // namespace

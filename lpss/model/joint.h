@@ -1,7 +1,7 @@
-// Joints: what ties two bodies together, and what drives them.
+// Joints, which connect two bodies, and their drives.
 //
-// Plain data, as bodies are. A joint has a frame on each of its two bodies; where it is at rest, the two
-// frames coincide. Its axes are those of the joint frame: the first is x, the second (universal) is y.
+// Plain data, like bodies. A joint has a frame on each of its two bodies; at its zero, the two frames
+// coincide. Its axes are those of the joint frame: the first is x, the second (universal) is y.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace tessera {
 
-// The name of a joint for its whole life; 0 names nothing.
+// The id of a joint for its whole life; 0 is no joint.
 struct JointId {
   std::uint64_t value = 0;
 
@@ -27,21 +27,21 @@ struct JointId {
   }
 };
 
-// What is left free:
+// The free motions:
 enum class JointType : std::uint8_t {
   kFixed,      // nothing
   kRevolute,   // the angle about the axis
-  kPrismatic,  // the way along the axis
+  kPrismatic,  // the displacement along the axis
   kBall,       // all angles
   kUniversal,  // the angles about the first axis (of the parent) and the second (of the child)
-  kScrew,      // the angle about the axis, and with it the way along it
+  kScrew,      // the angle about the axis, coupled with the displacement along it
 };
 
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
-// One degree of freedom. Units: rad, N m and rad/s of an angle; m, N and m/s of a way.
+// One degree of freedom. Units: rad, N m and rad/s for an angle; m, N and m/s for a displacement.
 struct JointAxis {
-  double lower = -kUnbounded;  // of an angle: within [-pi, pi] where it is bounded; above that it is free
+  double lower = -kUnbounded;  // for an angle: within [-pi, pi] if bounded; beyond that it is free
   double upper = kUnbounded;
   double velocity_max = kUnbounded;  // of the position drive; > 0
   double effort_max = kUnbounded;    // of every drive; >= 0
@@ -64,11 +64,11 @@ struct JointProperties {
 enum class DriveMode : std::uint8_t {
   kFree,
   kVelocity,  // holds a velocity, with at most effort_max
-  kPosition,  // goes to a position and holds it, with at most velocity_max and effort_max
+  kPosition,  // moves to a position and holds it, with at most velocity_max and effort_max
   kEffort,    // applies an effort
 };
 
-// What drives one axis of a joint; stays until it is changed.
+// The drive of one axis of a joint; stays until it is changed.
 struct JointDrive {
   DriveMode mode = DriveMode::kFree;
   double target = 0;  // rad/s or m/s; rad or m; N m or N
@@ -89,15 +89,15 @@ struct JointRecord {
 // How many axes of the joint have a coordinate: 0 (fixed, ball), 1 or 2 (universal).
 int axis_count(JointType type);
 
-// Where a body is and how it moves, in a frame that two bodies share.
+// The pose and velocity of a body, in a frame common to two bodies.
 struct JointSide {
   Pose pose;  // of the centre frame
   Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
 };
 
-// The coordinates of a joint: angles in (-pi, pi], ways in m, their rates, and by how much the two frames
-// have come apart where they should not.
+// The coordinates of a joint: angles in (-pi, pi], displacements in m, their rates, and the separation of
+// the two frames in the directions that are not free.
 struct JointState {
   std::array<double, 2> position{};
   std::array<double, 2> velocity{};

@@ -1,4 +1,4 @@
-// What happens at a border between sectors.
+// How contacts across borders between sectors are solved.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 namespace tessera {
 
 enum class SeamPolicy : std::uint8_t {
-  kIsland,  // contacts are found in sectors, islands are solved whole, over any number of them
+  kIsland,  // contacts are found in sectors; each island is solved as a unit, over any number of sectors
   kClone,   // the paper's Cloning Manager: every sector solves its own bodies and its clones
 };
 

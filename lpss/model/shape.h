@@ -17,7 +17,7 @@ struct Box {
 struct Sphere {
   double radius = 0.5;
 };
-// A cylinder along z closed by two half spheres; `length` is that of the cylinder without them.
+// A cylinder along z closed by two hemispheres; `length` is that of the cylinder without them.
 struct Capsule {
   double radius = 0.5;
   double length = 1;
@@ -30,14 +30,14 @@ struct Cylinder {
 struct Ellipsoid {
   Eigen::Vector3d radii{0.5, 0.5, 0.5};
 };
-// The half space below the plane through the part's origin; without end. Static bodies only.
+// The half space below the plane through the part's origin, infinite. Static bodies only.
 struct Plane {
   Eigen::Vector3d normal{0, 0, 1};  // unit length, pointing out
 };
 struct ConvexHull {
   std::vector<Eigen::Vector3d> points;  // at least 4, not all in a plane
 };
-// A surface without inside; static bodies only.
+// A surface without interior; static bodies only.
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::uint32_t> indices;  // three per triangle
@@ -68,20 +68,20 @@ struct Shape {
 
 using ShapeRef = std::shared_ptr<const Shape>;
 
-// A place in the shape table of a world.
+// An index into the shape table of a world.
 using ShapeId = std::uint32_t;
 
 // Whether the shape has a finite extent (no planes).
 bool is_bounded(const Shape& shape);
 
-// The radius of a sphere around `centre` (in the body's frame) that holds the whole shape; infinite where the
+// The radius of a sphere around `centre` (in the body's frame) that contains the whole shape; infinite if the
 // shape is not bounded.
 double bounding_radius(const Shape& shape, const Eigen::Vector3d& centre);
 
 // The same radius for one geometry around the origin of its own frame.
 double bounding_radius(const Geometry& geometry);
 
-// The shortest way through the shape, roughly: the scale that a fast body must not pass in one step.
+// The approximate smallest thickness of the shape: a fast body must not move farther than this in one step.
 double smallest_extent(const Shape& shape);
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-// What people do without Tessera: one Bullet world, every body at its absolute coordinates.
+// The baseline without Tessera: one Bullet world with every body at its absolute coordinates.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>

@@ -28,7 +28,7 @@ constexpr absl::string_view kHeightFieldPrefix = "tessera:heightfield/";
 
 Pose pose_in_link(const sdf::Collision& collision) {
   ignition::math::Pose3d pose = collision.RawPose();
-  // Only where a frame is named: the way over the model and back rounds, and equal shapes would differ.
+  // Only if a frame is named: the conversion through the model and back rounds, so equal shapes would differ.
   // That the frame exists was checked when the model was loaded.
   if (!collision.PoseRelativeTo().empty() && !collision.SemanticPose().Resolve(pose).empty()) {
     pose = collision.RawPose();
@@ -36,7 +36,7 @@ Pose pose_in_link(const sdf::Collision& collision) {
   return {convert(pose.Pos()), convert(pose.Rot()).normalized()};
 }
 
-// The chosen objects of a mesh file, scaled, and centred where the file asks for it.
+// The chosen objects of a mesh file, scaled, and centred if the file requests it.
 absl::StatusOr<std::vector<SubMesh>> chosen_objects(const sdf::Mesh& mesh, const std::vector<SubMesh>& all) {
   std::vector<SubMesh> chosen;
   for (const SubMesh& part : all) {
@@ -99,14 +99,14 @@ absl::StatusOr<std::vector<Geometry>> geometries_of_mesh(const sdf::Mesh& mesh, 
   for (const SubMesh& part : *objects) {
     ConvexHull hull{hull_points(part.vertices, kHullPointsMax)};
     if (part.vertices.size() > kHullPointsMax && hull.points.size() < part.vertices.size()) {
-      notices.count("mesh object made simpler for its convex hull");
+      notices.count("mesh object simplified for its convex hull");
     }
     result.emplace_back(std::move(hull));
   }
   return result;
 }
 
-// Nothing for a kind that cannot be simulated.
+// Empty for an unsupported kind.
 absl::StatusOr<std::vector<Geometry>> geometries_of(const sdf::Geometry& geometry, bool moves,
                                                     MeshLibrary& meshes, Notices& notices) {
   switch (geometry.Type()) {
@@ -127,7 +127,7 @@ absl::StatusOr<std::vector<Geometry>> geometries_of(const sdf::Geometry& geometr
     case sdf::GeometryType::MESH:
       return geometries_of_mesh(*geometry.MeshShape(), moves, meshes, notices);
     default:
-      notices.count("collision without a geometry that can be simulated, skipped");
+      notices.count("collision with unsupported geometry, skipped");
       return std::vector<Geometry>{};
   }
 }

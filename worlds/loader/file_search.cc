@@ -47,7 +47,7 @@ absl::StatusOr<path> first_of(const std::string& uri, const std::vector<path>& c
   return absl::NotFoundError(absl::StrCat("'", uri, "' was not found; searched: ", places));
 }
 
-// The places where a URI may be, in order. `suffix` is one that may be left out.
+// The candidate places of a URI, in order. `suffix` may be omitted in the URI.
 absl::StatusOr<std::vector<path>> candidates_of(const std::string& uri, const path& directory,
                                                 const char* suffix) {
   absl::string_view rest = uri;
@@ -62,13 +62,13 @@ absl::StatusOr<std::vector<path>> candidates_of(const std::string& uri, const pa
   }
   absl::ConsumePrefix(&rest, "file://");
   if (absl::StrContains(rest, "://")) {
-    return absl::InvalidArgumentError(absl::StrCat("'", uri, "': only file:// and model:// can be read"));
+    return absl::InvalidArgumentError(absl::StrCat("'", uri, "': only file:// and model:// are supported"));
   }
   candidates.push_back(directory / std::string(rest));
   return candidates;
 }
 
-// The file that a model's folder stands for.
+// The file that represents a model's folder.
 absl::StatusOr<path> file_of_folder(const path& folder) {
   if (is_there(folder / "model.config")) {
     auto config = xml::File::read(folder / "model.config");

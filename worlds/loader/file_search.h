@@ -1,4 +1,4 @@
-// Where the files are that a world file names.
+// Finds the files that a world file refers to.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -15,12 +15,12 @@ namespace tessera {
 absl::StatusOr<std::filesystem::path> find_uri(const std::string& uri,
                                                const std::filesystem::path& directory);
 
-// The same for a model: a folder stands for the SDF file that its model.config names, or its model.sdf;
+// The same for a model: a folder means the SDF file that its model.config names, or its model.sdf;
 // model://name also finds name.sdf.
 absl::StatusOr<std::filesystem::path> find_model(const std::string& uri,
                                                  const std::filesystem::path& directory);
 
-// http:// and https:// are not read.
+// Whether a URI is http:// or https://, which are not supported.
 bool is_remote(const std::string& uri);
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-// Mass properties: from the tensor of a file to the principal moments that engines want.
+// Mass properties: converts the tensor of a file to the principal moments that engines need.
 #pragma once
 
 #include <absl/status/status.h>
@@ -13,8 +13,8 @@
 namespace tessera {
 
 // The principal moments of a symmetric tensor (kg m^2), and the rotation from its principal axes to the axes
-// it was given in. A tensor that is diagonal already keeps its axes, so that equal boxes stay alike.
-// The same bits for the same tensor, always.
+// it was given in. A tensor that is diagonal already keeps its axes, so that equal boxes stay equal.
+// Deterministic: the same tensor gives the same bits.
 struct PrincipalInertia {
   Eigen::Vector3d moments;
   Eigen::Quaterniond axes;
@@ -25,7 +25,7 @@ PrincipalInertia principal_inertia(const Eigen::Matrix3d& tensor);
 // body: principal moments above 0, and none larger than the other two together.
 absl::Status check_inertia(const Eigen::Vector3d& moments, const Eigen::Vector3d& products);
 
-// Puts mass, moments, centre of mass and principal axes into `properties`. `inertial` is in the link's frame.
+// Sets mass, moments, centre of mass and principal axes in `properties`. `inertial` is in the link's frame.
 void set_inertia(const ignition::math::Inertiald& inertial, BodyProperties& properties);
 
 // Mass properties from the link's collision shapes and their densities (SDF 1.11's <inertial auto="true">).

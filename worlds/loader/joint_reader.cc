@@ -26,7 +26,7 @@ using std::numbers::pi;
 // Two axes are at right angles if the cosine between them is at most this.
 constexpr double kRightAngleTolerance = 1e-3;
 
-// SDF's word for no limit; files write 1e16 and 1e308, too.
+// SDF's value for no limit; files also use 1e16 and 1e308.
 constexpr double kNoLimit = 1e16;
 
 std::optional<JointType> simulated_as(sdf::JointType type) {
@@ -56,7 +56,7 @@ double bounded(double limit) {
   return std::abs(limit) >= kNoLimit ? std::copysign(kUnbounded, limit) : limit;
 }
 
-// An angle is known up to whole turns only: what lies beyond half a turn is not a limit.
+// An angle is known up to whole turns only: a value beyond half a turn is not a limit.
 void set_angle_limits(double lower, double upper, JointAxis& axis, Notices& notices) {
   if (lower >= -pi && upper <= pi) {
     axis.lower = lower;
@@ -180,7 +180,7 @@ absl::Status prepare_joint(xml::Element& joint) {
   for (const xml::Element* child = joint.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
     if (!absl::StartsWith(child->Name(), "tessera:")) continue;
-    return xml::invalid(*child, "there is no such element of tessera here");
+    return xml::invalid(*child, "unknown or misplaced tessera: element");
   }
   if (*drives != JointDrives{}) {
     std::string text;

@@ -1,4 +1,4 @@
-// Joints: from libsdformat's to ours.
+// Converts libsdformat's joints to ours.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -14,29 +14,29 @@
 
 namespace tessera {
 
-// What libsdformat has no word for, in a <joint> that has been made ready for it.
+// Data that libsdformat does not support, in a <joint> that has been prepared for it.
 inline constexpr absl::string_view kKeptDrives = "tessera:drives";
 inline constexpr absl::string_view kKeptThreadPitch = "tessera:screw_thread_pitch";
 
-// Makes a <joint> of a file ready: <tessera:drive> and SDF 1.10's <screw_thread_pitch> survive in it.
-// INVALID_ARGUMENT, naming the place, for what they must not say.
+// Prepares a <joint> of a file so that <tessera:drive> and SDF 1.10's <screw_thread_pitch> survive parsing.
+// INVALID_ARGUMENT, naming the place, if they are invalid.
 absl::Status prepare_joint(xml::Element& joint);
 
-// SDF's word for a type of joint: "revolute".
+// SDF's name of a type of joint: "revolute".
 const char* type_name(sdf::JointType type);
 
-// A joint without its place and its bodies.
+// A joint without its position and its bodies.
 struct JointKind {
   JointProperties properties;  // type, axes and pitch
   JointDrives drives;
   Eigen::Quaterniond axes = Eigen::Quaterniond::Identity();  // our joint frame, x along the axis, in SDF's
 };
 
-// None for a joint that cannot be simulated; `notices` say what is changed or left out.
+// None for an unsupported joint; `notices` gets what is changed or left out.
 absl::StatusOr<std::optional<JointKind>> read_joint(const sdf::Joint& joint, Notices& notices);
 
-// The same joint with parent and child exchanged: its frame is to be turned by what is returned, so that its
-// coordinates stay what they were. Those of a universal joint change places.
+// The same joint with parent and child exchanged: its frame must be rotated by the result, so that its
+// coordinates stay the same. Those of a universal joint are exchanged.
 Eigen::Quaterniond exchange_sides(JointProperties& properties, JointDrives& drives);
 
 }  // namespace tessera

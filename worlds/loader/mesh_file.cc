@@ -31,7 +31,7 @@ void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent
       part.vertices.emplace_back(vertex.x, vertex.y, vertex.z);
     }
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      if (mesh.mFaces[f].mNumIndices != 3) continue;  // points and lines have no inside
+      if (mesh.mFaces[f].mNumIndices != 3) continue;  // points and lines have no interior
       part.indices.insert(part.indices.end(), mesh.mFaces[f].mIndices, mesh.mFaces[f].mIndices + 3);
     }
     if (!part.indices.empty()) result.push_back(std::move(part));
@@ -59,7 +59,7 @@ absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path&
   if (error) return absl::NotFoundError(absl::StrCat("mesh ", file.string(), ": there is no such file"));
   if (bytes > kWorldFileBytesMax) return refused(file, bytes, "bytes", kWorldFileBytesMax);
   Assimp::Importer importer;
-  // Gazebo takes the axes of a Collada file as they are, and so do the worlds that are made for it.
+  // Like Gazebo, ignore the up axis of a Collada file: worlds rely on that.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
                                                           aiComponent_COLORS |

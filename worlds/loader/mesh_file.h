@@ -18,12 +18,12 @@ struct SubMesh {
   std::vector<std::uint32_t> indices;  // three per triangle
 };
 
-// The objects of a file in its order. NOT_FOUND where there is no such file; INVALID_ARGUMENT where it holds
-// no triangle or cannot be read as a mesh, or is above the limits on bytes, vertices and indices.
+// The objects of a file in its order. NOT_FOUND if there is no such file; INVALID_ARGUMENT if it has no
+// triangles, cannot be read as a mesh, or exceeds the limits on bytes, vertices and indices.
 absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path& file);
 
-// At most `points_max` points whose convex hull is nearly that of `points`: those that lie farthest in so
-// many evenly spread directions. All points, without doubles, where they are few enough.
+// At most `points_max` points whose convex hull is nearly that of `points`: the farthest ones in
+// this many evenly distributed directions. All points, without duplicates, if they are few enough.
 std::vector<Eigen::Vector3d> hull_points(const std::vector<Eigen::Vector3d>& points, std::size_t points_max);
 
 }  // namespace tessera

@@ -26,8 +26,7 @@ using xml::Element;
 
 constexpr char kSlot[] = "tessera:slot";
 
-// Of models in the place of nested includes: a few small files can ask for any number of copies of each
-// other.
+// Limit on models from nested includes: a few small files can request any number of copies of each other.
 constexpr std::size_t kIncludedBytesMax = std::size_t{32} << 20;
 
 template <std::size_t N>
@@ -40,10 +39,10 @@ constexpr std::array<absl::string_view, 12> kNoPhysics = {
     "audio_sink", "projector", "battery", "particle_emitter", "enable_wind", "allow_auto_disable"};
 constexpr std::array<absl::string_view, 8> kKnownGeometries = {
     "box", "sphere", "capsule", "cylinder", "ellipsoid", "plane", "mesh", "tessera:heightfield"};
-// Of our own making, in the place of what libsdformat has no word for.
+// Elements of our own, in place of what libsdformat does not support.
 constexpr std::array<absl::string_view, 4> kKept = {"tessera:auto_inertia", "tessera:density", kKeptDrives,
                                                     kKeptThreadPitch};
-// Numbers that libsdformat would take as they are, NaN included; here they still have a line.
+// libsdformat would accept any number, even NaN; here the error can still name the line.
 constexpr std::array<absl::string_view, 13> kNumbers = {"mass",
                                                         "ixx",
                                                         "ixy",
@@ -59,7 +58,7 @@ constexpr std::array<absl::string_view, 13> kNumbers = {"mass",
                                                         "restitution_coefficient"};
 constexpr std::array<absl::string_view, 4> kSizes = {"size", "radius", "length", "radii"};
 
-// The children that are not there have the values that SDF gives them.
+// Missing children have SDF's default values.
 absl::StatusOr<Eigen::Vector3d> three_numbers(const Element& parent, const std::array<const char*, 3>& names,
                                               double otherwise) {
   Eigen::Vector3d numbers = Eigen::Vector3d::Constant(otherwise);
@@ -83,7 +82,7 @@ absl::Status check_inertia_numbers(const Element& inertia) {
 }
 
 absl::Status check_mass(const Element& mass, double kilograms) {
-  // Of a static body it may be 0: nobody asks.
+  // It may be 0 for a static body, which does not use it.
   if (kilograms >= 0) return absl::OkStatus();
   return xml::invalid(mass, "mass = ", kilograms, " kg must be at least ", kMassMin, " kg");
 }
@@ -97,7 +96,7 @@ absl::Status check_numbers(const Element& element) {
   if (!numbers.ok()) return numbers.status();
   if (xml::is(element, "mass") && !numbers->empty()) return check_mass(element, numbers->front());
   const Element* parent = element.Parent()->ToElement();
-  // The size of a plane is for the eye; physics has no end to it.
+  // The size of a plane is for display only; its collision shape is infinite.
   if (!is_size || parent == nullptr || xml::is(*parent, "plane")) return absl::OkStatus();
   for (double number : *numbers) {
     if (number < kExtentMin) return xml::invalid(element, number, " m must be at least ", kExtentMin, " m");
@@ -110,18 +109,18 @@ absl::Status check_numbers(const Element& element) {
 
 absl::Status check_prefix(const Element& element) {
   if (absl::StartsWith(element.Name(), "tessera:")) {
-    return xml::invalid(element, "there is no such element of tessera here");
+    return xml::invalid(element, "unknown or misplaced tessera: element");
   }
   for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
        attribute = attribute->Next()) {
     if (absl::StartsWith(attribute->Name(), "tessera:")) {
-      return xml::invalid(element, "there is no attribute ", attribute->Name(), " of tessera here");
+      return xml::invalid(element, "unknown attribute ", attribute->Name());
     }
   }
   return absl::OkStatus();
 }
 
-// "<visual>"; a plugin, which may well move things, with the name of its code.
+// "<visual>"; for a plugin, which may move things, with the name of its library.
 std::string described(const Element& element) {
   const char* file = xml::is(element, "plugin") ? element.Attribute("filename") : nullptr;
   return file == nullptr ? absl::StrCat("<", element.Name(), ">") : absl::StrCat("<plugin> ", file);
@@ -182,12 +181,12 @@ absl::Status check_include(const Element& include) {
   for (const Element* child = include.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
     if (absl::Status status = check_prefix(*child); !status.ok()) return status;
-    if (!is_one_of(*child, kKnown)) return xml::invalid(*child, "there is no such element in an <include>");
+    if (!is_one_of(*child, kKnown)) return xml::invalid(*child, "unknown element in an <include>");
   }
   return absl::OkStatus();
 }
 
-// Whether a collision can be simulated at all; what cannot be is counted.
+// Whether a collision is supported; unsupported ones are counted.
 bool has_known_geometry(const Element& collision, Notices& notices) {
   const Element* geometry = collision.FirstChildElement("geometry");
   const Element* kind = geometry == nullptr ? nullptr : geometry->FirstChildElement();
@@ -195,7 +194,7 @@ bool has_known_geometry(const Element& collision, Notices& notices) {
   notices.count(kind == nullptr || xml::is(*kind, "empty")
                     ? std::string("collision without geometry, skipped")
                     : absl::StrCat("collision with the geometry <", kind->Name(),
-                                   ">, which cannot be simulated yet, skipped"));
+                                   ">, which is not supported, skipped"));
   return false;
 }
 
@@ -372,7 +371,7 @@ absl::StatusOr<Element*> ModelSources::to_latest(const Element& model, const std
   if (!file.ok()) return file.status();
   converted_.push_back(*std::move(file));
   Element* result = converted_.back()->root().FirstChildElement("model");
-  if (result == nullptr) return absl::InvalidArgumentError("libsdformat left nothing of the model");
+  if (result == nullptr) return absl::InvalidArgumentError("libsdformat returned no model");
   return result;
 }
 

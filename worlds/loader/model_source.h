@@ -1,4 +1,5 @@
-// Models of SDF files, made ready for libsdformat: without what is no physics, with their includes in place.
+// Prepares models of SDF files for libsdformat: without elements that are not physics, with includes
+// resolved.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -16,15 +17,15 @@
 
 namespace tessera {
 
-// A <model> element that has been made ready. It lives in its document.
+// A prepared <model> element, owned by its document.
 struct ModelSource {
   std::string version;  // of SDF
   std::string name;
-  std::optional<xml::RelativePose> pose;  // its own; an include may say otherwise
+  std::optional<xml::RelativePose> pose;  // its own; an include may override it
   std::string pose_xml;                   // the same as it was written
   std::string placement_frame;
   xml::Element* element = nullptr;  // named "m", without pose and placement frame
-  Notices notices;                  // what was taken out
+  Notices notices;                  // what was removed
 
   // A whole document with this model in it, for ModelTemplates: equal for models equal but for name and pose.
   std::string document(std::optional<bool> is_static) const;
@@ -34,14 +35,14 @@ class ModelSources {
  public:
   explicit ModelSources(MeshLibrary& meshes) : meshes_(meshes) {}
 
-  // Makes a <model> of `directory`'s file ready, changing it. `version` is that of its file.
-  // Errors name file, line and element: INVALID_ARGUMENT for numbers that are none or out of bounds, unknown
+  // Prepares a <model> of a file in `directory`, in place. `version` is that of its file.
+  // Errors name file, line and element: INVALID_ARGUMENT for invalid or out-of-bounds numbers, unknown
   // tessera: elements, includes nested too deeply or in a circle; NOT_FOUND for includes and meshes.
   absl::StatusOr<ModelSource> prepare(xml::Element& model, const std::string& version,
                                       const std::filesystem::path& directory);
 
-  // The model that an <include> of a file in `directory` names, read once. nullptr, and a notice, for what
-  // cannot be read (the network) or is no model (a light). Pointers stay valid.
+  // The model that an <include> of a file in `directory` names, read once. nullptr, and a notice, for an
+  // unsupported URI (the network) or another element (a light). Pointers stay valid.
   absl::StatusOr<const ModelSource*> included(const xml::Element& include,
                                               const std::filesystem::path& directory, Notices& notices);
 

@@ -51,7 +51,7 @@ SurfaceOfCollision surface_of(const sdf::Collision& collision) {
     find_value(element, {"surface", "friction", "bullet", "friction"}, result.friction);
   }
   find_value(element, {"surface", "bounce", "restitution_coefficient"}, result.restitution);
-  // Not through libsdformat's Contact: where the file says nothing, that has 0xff.
+  // Not through libsdformat's Contact, whose default is 0xff.
   unsigned bitmask = result.bitmask;
   find_value(element, {"surface", "contact", "collide_bitmask"}, bitmask);
   result.bitmask = bitmask;
@@ -69,7 +69,7 @@ void set_surface(const sdf::Link& link, BodyProperties& properties, Notices& not
     differ = differ || surface != first;
     bits |= surface.bitmask;
   }
-  if (differ) notices.count("link whose collisions differ in their surface: the first one's counts");
+  if (differ) notices.count("link whose collisions differ in their surface: the first one is used");
   properties.friction = first.friction;
   properties.restitution = first.restitution;
   // In SDF two collisions meet if their bitmasks have a bit in common.
@@ -123,7 +123,7 @@ class Reader {
     }
   }
 
-  // What a fixed joint ties to the world, and what others tie to that, cannot move: it is static.
+  // Links that fixed joints connect to the world, directly or through others, cannot move: they are static.
   void find_fixed_links() {
     for (bool grown = true; grown;) {
       grown = false;
@@ -152,7 +152,7 @@ class Reader {
       const sdf::Link& link = *model.LinkByIndex(n);
       const std::string name = prefix + link.Name();
       if (link.PoseRelativeTo().empty()) {
-        // As it stands in the file, without libsdformat's rounding.
+        // As in the file, without libsdformat's rounding.
         result_.frames[name] = prefix.empty() ? to_pose(link.RawPose()) : frame * to_pose(link.RawPose());
       } else if (absl::Status status = add_frame(name, link.SemanticPose(), frame); !status.ok()) {
         return status;
@@ -200,7 +200,7 @@ class Reader {
         result_.notices.count("link without collision shape, skipped");
         return absl::OkStatus();
       }
-      // A joint holds the body; nothing else meets it.
+      // A joint holds the body; it collides with nothing.
       result_.notices.count("link without collision shape, collides with nothing");
       constexpr double kPlaceholderRadius = 0.01;
       shape->parts.push_back({Sphere{kPlaceholderRadius}, Pose{}});
@@ -232,7 +232,7 @@ class Reader {
     const std::size_t child = places_.at(found.child);
     if (motion_of(parent) == Motion::kStatic && motion_of(child) == Motion::kStatic) {
       const bool fixed = found.joint->Type() == sdf::JointType::FIXED && fixed_.contains(found.child);
-      if (fixed) result_.notices.count("link fixed to the world, taken as static");
+      if (fixed) result_.notices.count("link fixed to the world, treated as static");
       return absl::OkStatus();
     }
     if (motion_of(parent) != Motion::kDynamic && motion_of(child) != Motion::kDynamic) {
@@ -256,7 +256,7 @@ class Reader {
     entry.properties.in_parent = parent ? result_.links[*parent].pose.inverse() * frame : frame;
     entry.properties.in_child = result_.links[child].pose.inverse() * frame;
     if (found.joint->PoseRelativeTo().empty() && is_link(found.joint->ChildLinkName(), found)) {
-      // As it stands in the file, without the rounding of a way there and back.
+      // As in the file, without the rounding of converting it back and forth.
       entry.properties.in_child = turned(to_pose(found.joint->RawPose()), kind.axes);
     }
     if (motion_of(child) == Motion::kDynamic) return entry;
@@ -269,7 +269,7 @@ class Reader {
     return entry;
   }
 
-  // Whether a joint names its child by the link itself, not by a frame on it.
+  // Whether a joint names its child link itself, not a frame on it.
   static bool is_link(const std::string& name, const FoundJoint& found) {
     return found.child == name || found.child.ends_with(absl::StrCat("::", name));
   }

@@ -1,5 +1,5 @@
-// A model as libsdformat understands it, without its place in the world: made once, used by every model that
-// is equal but for name and pose.
+// A model as parsed by libsdformat, without its pose in the world: made once, and shared by all models that
+// are equal except for name and pose.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -28,7 +28,7 @@ struct JointTemplate {
   std::string name;                   // "joint", "nested::joint"
   std::optional<std::size_t> parent;  // a place in the links; none: the world
   std::size_t child = 0;              // likewise
-  // Without bodies; where the parent is the world, `in_parent` is in the model's frame.
+  // Without bodies; if the parent is the world, `in_parent` is in the model's frame.
   JointProperties properties;
   JointDrives drives;
 };
@@ -46,7 +46,7 @@ class ModelTemplates {
 
   // `xml` is one whole document <sdf version=".."><model name="..">..</model></sdf> without includes, its
   // mesh URIs being paths. Each different text is parsed once. Pointers stay valid. INVALID_ARGUMENT with
-  // what libsdformat says; NOT_FOUND for meshes.
+  // libsdformat's errors; NOT_FOUND for meshes.
   absl::StatusOr<const ModelTemplate*> get(const std::string& xml);
 
  private:

@@ -1,5 +1,4 @@
-// What a loader made of a file and what it left out, counted by kind: said once at the end, not once an
-// element.
+// Notices about unsupported and changed elements of a file, counted by kind and reported once at the end.
 #pragma once
 
 #include <absl/strings/str_cat.h>
@@ -13,22 +12,22 @@ namespace tessera {
 
 class Notices {
  public:
-  // `kind` reads on after the number: "<visual> skipped".
+  // `kind` continues after the number: "<visual> skipped".
   void count(const std::string& kind, std::size_t times = 1) { kinds_[kind] += times; }
-  // Joints have lines of their own, with their types.
+  // Joints have separate lines, with their types.
   void count_joint(const std::string& type, std::size_t times = 1) { joints_[type] += times; }
   void count_joint_left_out(const std::string& type, std::size_t times = 1) {
     joints_left_out_[type] += times;
   }
 
-  // Adds all of `other`, `times` over.
+  // Adds `other`, `times` times.
   void add(const Notices& other, std::size_t times = 1) {
     for (const auto& [kind, n] : other.kinds_) kinds_[kind] += n * times;
     for (const auto& [type, n] : other.joints_) joints_[type] += n * times;
     for (const auto& [type, n] : other.joints_left_out_) joints_left_out_[type] += n * times;
   }
 
-  // One line a kind, in alphabetical order of the kinds.
+  // One line per kind, in alphabetical order of the kinds.
   std::vector<std::string> lines() const {
     std::vector<std::string> result;
     for (const auto& [kind, n] : kinds_) result.push_back(absl::StrCat(n, " x ", kind));

@@ -27,7 +27,7 @@ absl::Mutex& parser_mutex() {
   return mutex;
 }
 
-// Catches what libsdformat and urdfdom would print, for as long as it lives.
+// Captures the output of libsdformat and urdfdom while it lives.
 class Console : public console_bridge::OutputHandler {
  public:
   Console() {
@@ -57,7 +57,8 @@ class Console : public console_bridge::OutputHandler {
       if (const std::size_t end = line.find("\033[0m"); end != absl::string_view::npos)
         line = line.substr(end + 4);
       line = absl::StripAsciiWhitespace(line);
-      // What failed as SDF is then tried as URDF and as an old format: what those say confuses.
+      // A text that is not valid SDF is then tried as URDF and as an old format; messages of those attempts
+      // confuse.
       if (line.empty() || absl::StrContains(line, "parseURDF") || absl::StrContains(line, "old deprecated"))
         continue;
       result.emplace_back(line);
@@ -93,12 +94,12 @@ sdf::ParserConfig config() {
   return result;
 }
 
-// The most telling of all errors, few enough to read.
+// The most useful errors, few enough to read.
 absl::Status failure(const sdf::Errors& errors, const Console& console, bool urdf) {
   constexpr std::size_t kMessagesMax = 4;
   std::vector<std::string> texts = console.messages("Error");
   for (const sdf::Error& error : errors) {
-    // Each ancestor of a bad element repeats that it is bad; a text that cannot be read is repeated whole.
+    // Each ancestor of a bad element repeats the error; unreadable text is repeated in full.
     if (absl::StartsWith(error.Message(), "Error reading element") && !texts.empty()) continue;
     if (absl::StartsWith(error.Message(), "Unable to read SDF string")) continue;
     texts.push_back(error.Message());

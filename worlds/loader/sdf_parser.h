@@ -1,4 +1,4 @@
-// The one door to libsdformat's parser: quiet, one thread at a time, errors as a status.
+// The only interface to libsdformat's parser: no output, one thread at a time, errors as a status.
 #pragma once
 
 #include <absl/status/status.h>
@@ -14,11 +14,11 @@ namespace tessera {
 // The version of SDF that libsdformat converts everything to, "1.9".
 const std::string& latest_sdf_version();
 
-// Reads the text of one SDF model into `root`, and counts what libsdformat warns of.
+// Reads the text of one SDF model into `root`, and counts libsdformat's warnings.
 // INVALID_ARGUMENT with libsdformat's errors.
 absl::Status parse_sdf(const std::string& xml, sdf::Root& root, Notices& notices);
 
-// SDF of any version, or URDF, as text in the latest version of SDF. Includes must have been taken out.
+// SDF of any version, or URDF, as text in the latest version of SDF. Includes must have been removed.
 absl::StatusOr<std::string> to_latest_sdf(const std::string& xml);
 
 }  // namespace tessera

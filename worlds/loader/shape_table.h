@@ -1,4 +1,4 @@
-// The shapes of a world under construction, each different one once.
+// The shapes of a world under construction, without duplicates.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -12,7 +12,7 @@ namespace tessera {
 
 class ShapeTable {
  public:
-  // The place of a shape that is equal to `shape` bit for bit; added where there was none.
+  // The index of the shape that is equal to `shape`, bit for bit; adds it if there is none.
   ShapeId add(Shape shape);
 
   std::vector<Shape> take() { return std::move(shapes_); }

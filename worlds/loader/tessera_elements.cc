@@ -21,13 +21,13 @@ namespace {
 
 using xml::Element;
 
-// Attributes that no reader asks for are typing errors.
+// Unknown attributes are errors.
 absl::Status only_attributes(const Element& element, std::initializer_list<absl::string_view> known) {
   for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
        attribute = attribute->Next()) {
     bool found = false;
     for (absl::string_view name : known) found = found || name == attribute->Name();
-    if (!found) return xml::invalid(element, "there is no attribute '", attribute->Name(), "'");
+    if (!found) return xml::invalid(element, "unknown attribute '", attribute->Name(), "'");
   }
   return absl::OkStatus();
 }
@@ -46,7 +46,11 @@ absl::StatusOr<SectorOffset> sector_in(const Element& element, absl::string_view
   return result;
 }
 
-// One word of two: false for the first, true for the second.
+// A knob of the settings, by the name of its element.
+// An integer setting, of the range of its type.
+    **flag = *value;
+    **number = *value;
+// One of two words: false for the first, true for the second.
 absl::StatusOr<bool> choice(const Element& element, absl::string_view text, absl::string_view first,
                             absl::string_view second) {
   if (text == first) return false;

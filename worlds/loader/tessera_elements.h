@@ -1,4 +1,4 @@
-// The elements of our own in SDF worlds: their prefix is `tessera:`.
+// Tessera's own elements in SDF worlds, with the prefix `tessera:`.
 // worlds/README.md says what each means, with defaults and bounds.
 //
 //   <tessera:settings> in <world>: <sector_size>, <precision>, <time_step>, <seams>, <clone_depth>,
@@ -30,7 +30,7 @@ absl::StatusOr<CentralGravity> read_central_gravity(const xml::Element& element,
 
 absl::StatusOr<WorldPose> read_site(const xml::Element& element, double sector_size);
 
-// What a model has of ours, taken out of it.
+// Tessera's elements of a model, which are removed from it.
 struct PlacementExtras {
   SectorOffset sector;
   Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();
@@ -38,7 +38,7 @@ struct PlacementExtras {
 };
 absl::StatusOr<PlacementExtras> take_extras(xml::Element& element);
 
-// What drives a <joint>, taken out of it.
+// The drives of a <joint>, which are removed from it.
 absl::StatusOr<JointDrives> take_drives(xml::Element& joint);
 
 }  // namespace tessera

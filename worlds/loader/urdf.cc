@@ -27,7 +27,7 @@ std::string link_of(const Element& joint, const char* side) {
   return name == nullptr ? "" : name;
 }
 
-// Ties a link to the world, in the way that URDF has for it.
+// Fixes a link to the world with a URDF joint.
 void fix_to_world(Element& robot, const std::string& link) {
   bool has_world = false;
   for (const Element* other = robot.FirstChildElement("link"); other != nullptr;
@@ -42,7 +42,7 @@ void fix_to_world(Element& robot, const std::string& link) {
   joint->InsertNewChildElement("child")->SetAttribute("link", link.c_str());
 }
 
-// libsdformat drops links without mass, and all that hangs on them.
+// libsdformat drops links without mass, and all their children.
 absl::Status treat_massless_links(Element& robot, const absl::flat_hash_set<std::string>& children) {
   for (Element* link = robot.FirstChildElement("link"); link != nullptr;
        link = link->NextSiblingElement("link")) {
@@ -67,7 +67,7 @@ absl::Status treat_massless_links(Element& robot, const absl::flat_hash_set<std:
   return absl::OkStatus();
 }
 
-// urdfdom drops capsules: they travel as cylinders whose collision has a telling name.
+// urdfdom drops capsules: they are passed as cylinders with a marked collision name.
 constexpr char kCapsule[] = "tessera_capsule";
 
 void hide_capsules(Element& robot) {
@@ -98,7 +98,7 @@ void restore_capsules(Element& model) {
   }
 }
 
-// Spherical joints become ball joints. What hangs on a planar or floating one is free, and keeps its place.
+// Spherical joints become ball joints. Children of planar or floating joints are free, and keep their poses.
 void restore_joints(Element& model, const absl::flat_hash_map<std::string, std::string>& types) {
   for (Element* joint = model.FirstChildElement("joint"); joint != nullptr;) {
     Element& element = *joint;

@@ -10,10 +10,10 @@
 
 namespace tessera {
 
-// The <robot> of `file` as a document <sdf><model>. Links that fixed joints connect become one, as
-// libsdformat does it. Three habits of robots written for Bullet are understood: a root link of mass 0 is
+// The <robot> of `file` as a document <sdf><model>. Links that fixed joints connect become one, as in
+// libsdformat. Three conventions of robots written for Bullet are supported: a root link of mass 0 is
 // fixed to the world, a joint of type `spherical` is a ball joint, and there are capsules.
-// INVALID_ARGUMENT for links that have no mass anywhere else, and for what libsdformat refuses.
+// INVALID_ARGUMENT for other links without mass, and for errors of libsdformat.
 absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices& notices);
 
 }  // namespace tessera

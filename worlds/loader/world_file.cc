@@ -16,7 +16,7 @@ namespace {
 absl::StatusOr<LoadedWorld> load(xml::File& file) {
   Notices notices;
   LoadedWorld result;
-  // libsdformat and assimp throw where they meet what their authors did not think of.
+  // libsdformat and assimp throw on unexpected input.
   try {
     absl::StatusOr<WorldDescription> world = read_world(file, notices);
     if (!world.ok()) return world.status();

@@ -13,18 +13,18 @@ namespace tessera {
 
 struct LoadedWorld {
   WorldDescription world;            // has passed validate()
-  std::vector<std::string> notices;  // the joints, and what was left out: one line a kind, with its count
+  std::vector<std::string> notices;  // joints, and unsupported elements: one line per kind, with its count
 };
 
-// Reads an SDF world, an SDF model or a URDF robot; which one it is, the content says. A model or a robot
-// becomes a world with default settings that holds nothing else. Includes and meshes are files of this
-// machine; whatever is no physics (lights, visuals, sensors, plugins) is skipped and counted.
+// Reads an SDF world, an SDF model or a URDF robot; the content decides which. A model or a robot becomes a
+// world of its own with default settings. Includes and meshes are files of this machine; elements that are
+// not physics (lights, visuals, sensors, plugins) are skipped and counted.
 //
-// Beside SDF's own elements, those of the prefix `tessera:` are read; tessera_elements.h lists them.
+// Elements with the prefix `tessera:` are read as well; tessera_elements.h lists them.
 //
-// NOT_FOUND where the file, an include or a mesh does not exist; INVALID_ARGUMENT, with file, line and
-// element, for all that cannot be simulated: malformed, too large or too deeply nested XML, numbers out of
-// bounds, names used twice; OUT_OF_RANGE for positions outside the 64-bit range of sectors.
+// NOT_FOUND if the file, an include or a mesh does not exist; INVALID_ARGUMENT, with file, line and element,
+// for invalid input: malformed, too large or too deeply nested XML, numbers out of bounds, names used twice;
+// OUT_OF_RANGE for positions outside the 64-bit range of sectors.
 //
 // Thread-safe; libsdformat is used by one thread at a time.
 absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file);

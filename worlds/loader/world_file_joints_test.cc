@@ -113,7 +113,7 @@ TEST(Joints, AChildThatCannotMoveBecomesTheParent) {
   EXPECT_EQ(hinge.properties.axes[0].lower, -1);
   EXPECT_EQ(hinge.properties.axes[0].upper, 2);
   expect_near(frame_of(loaded, hinge.properties).orientation * Eigen::Vector3d::UnitX(), {-1, 0, 0});
-  EXPECT_THAT(loaded.notices, Contains("1 x link fixed to the world, taken as static"));
+  EXPECT_THAT(loaded.notices, Contains("1 x link fixed to the world, treated as static"));
 }
 
 TEST(Joints, AxesOfAUniversalJointThatChangesItsSides) {

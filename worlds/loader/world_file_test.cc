@@ -301,7 +301,7 @@ TEST(NoticeLines, CountByKind) {
       loaded.notices,
       ElementsAre("1 x <light> skipped", "1 x <plugin> f skipped", "1 x <plugin> skipped",
                   "1 x <scene> skipped", "1 x <sensor> skipped", "3 x <visual> skipped",
-                  "1 x collision with the geometry <cone>, which cannot be simulated yet, skipped",
+                  "1 x collision with the geometry <cone>, which is not supported, skipped",
                   "1 x collision without geometry, skipped", "3 x link without collision shape, skipped"));
 }
 
@@ -321,7 +321,7 @@ TEST(NoticeLines, JointsAndLinksFixedToTheWorld) {
   EXPECT_EQ(body_named(loaded, "m::a").properties.motion, Motion::kStatic);
   EXPECT_EQ(body_named(loaded, "m::b").properties.motion, Motion::kStatic);
   EXPECT_EQ(body_named(loaded, "m::c").properties.motion, Motion::kDynamic);
-  EXPECT_THAT(loaded.notices, ElementsAre("2 x link fixed to the world, taken as static",
+  EXPECT_THAT(loaded.notices, ElementsAre("2 x link fixed to the world, treated as static",
                                           "2 joints (1 prismatic, 1 revolute) simulated"));
 }
 

@@ -22,7 +22,7 @@ namespace {
 
 using xml::Element;
 
-// Something of the world or of a site that has a name and a place: a model, a frame or the site itself.
+// A named element of the world or of a site with a pose: a model, a frame or the site itself.
 struct Placed {
   enum class State { kNew, kResolving, kResolved };
 
@@ -32,7 +32,7 @@ struct Placed {
   xml::RelativePose pose;
   std::string placement_frame;
   PlacementExtras extras;
-  const ModelTemplate* model = nullptr;  // null for what is no model
+  const ModelTemplate* model = nullptr;  // null if it is not a model
   State state = State::kNew;
   WorldPose resolved;
 };
@@ -94,7 +94,7 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
 
   Element* world = root->FirstChildElement("world");
   if (world == nullptr) {
-    // A file of models is a world that holds nothing else.
+    // A file of models is a world with nothing else in it.
     world = root;
     const Element* model = root->FirstChildElement("model");
     if (model == nullptr) return xml::invalid(*root, "there is neither a <world> nor a <model>");
@@ -132,7 +132,7 @@ absl::Status WorldReader::read_world_settings(const Element& world) {
   if (const Element* settings = world.FirstChildElement("tessera:settings")) {
     if (absl::Status status = read_settings(*settings, world_.settings); !status.ok()) return status;
   }
-  // Every position is put into sectors from here on, so that L has to make sense first.
+  // From here on every position is converted to sectors, so L must be valid.
   if (absl::Status status = validate(world_.settings); !status.ok()) return at(world, status);
   if (const Element* planet = world.FirstChildElement("tessera:central_gravity")) {
     absl::StatusOr<CentralGravity> gravity = read_central_gravity(*planet, world_.settings.sector_size);
@@ -149,7 +149,7 @@ absl::Status WorldReader::read_physics(const Element& physics) {
     if (!value.ok()) return value.status();
     world_.settings.time_step = *value;
   }
-  // Before SDF 1.6 the gravity stood in here.
+  // Before SDF 1.6 the gravity was in this element.
   if (const Element* gravity = physics.FirstChildElement("gravity")) {
     const absl::StatusOr<Eigen::Vector3d> value = xml::vector_in(*gravity, xml::text_of(*gravity));
     if (!value.ok()) return value.status();
@@ -170,16 +170,16 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
   if (xml::is(element, "model")) return read_model(element, scope);
   if (xml::is(element, "include")) return read_include(element, scope);
   if (xml::is(element, "frame")) return read_frame(element, scope);
-  if (in_site) return xml::invalid(element, "there is no such element in a <tessera:site>");
+  if (in_site) return xml::invalid(element, "this element is not allowed in a <tessera:site>");
   if (xml::is(element, "tessera:site")) return read_site_group(element);
   for (absl::string_view known : {"gravity", "physics", "tessera:settings", "tessera:central_gravity"}) {
     if (!xml::is(element, known)) continue;
     const Element* first = element.Parent()->FirstChildElement(element.Name());
     if (first == &element || known == "physics") return absl::OkStatus();
-    return xml::invalid(element, "the element stands in a world twice");
+    return xml::invalid(element, "the element may occur only once in a world");
   }
   if (absl::StartsWith(element.Name(), "tessera:")) {
-    return xml::invalid(element, "there is no such element of tessera here");
+    return xml::invalid(element, "unknown or misplaced tessera: element");
   }
   if (xml::is(element, "joint")) {
     const char* type = element.Attribute("type");
@@ -294,7 +294,7 @@ absl::Status WorldReader::add(Placed placed) {
                       other->second->element->GetLineNum(), " has it too");
 }
 
-// A frame by its name: "world", or something placed, or what is inside a model: "model::link".
+// A frame by its name: "world", a placed element, or an element inside a model: "model::link".
 absl::StatusOr<WorldPose> WorldReader::frame_named(const Element& element, const std::string& name) {
   if (name == "world") return WorldPose{};
   const std::size_t colons = name.find("::");
@@ -368,7 +368,7 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
   return absl::OkStatus();
 }
 
-// `first_body` is what joints call the first body of the model.
+// `first_body` is the id that joints use for the first body of the model.
 absl::Status WorldReader::add_joints(const Placed& placed, std::uint64_t first_body) {
   for (const JointTemplate& from : placed.model->joints) {
     JointDescription joint{absl::StrCat(placed.name, "::", from.name), from.properties, from.drives};

@@ -1,4 +1,4 @@
-// Walks an SDF world: settings first, then everything that has a place, then bodies.
+// Reads an SDF world: settings first, then everything with a pose, then bodies.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -9,7 +9,7 @@
 
 namespace tessera {
 
-// The world in `file`, which is changed on the way. `notices` says what was left out. Not validated yet.
+// The world in `file`, which is modified. `notices` gets what was left out. Not validated yet.
 absl::StatusOr<WorldDescription> read_world(xml::File& file, Notices& notices);
 
 }  // namespace tessera

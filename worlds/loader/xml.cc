@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kQuotedBytesMax = 64;  // of a file's text, in messages
 
-// Refuses document types wherever they stand, and depth.
+// Refuses document types anywhere, and excessive depth.
 class Guard : public tinyxml2::XMLVisitor {
  public:
   bool VisitEnter(const Element& element, const tinyxml2::XMLAttribute*) override {
@@ -53,7 +53,7 @@ absl::Status too_large(const std::string& name, std::uintmax_t bytes) {
                                                  " bytes) must be at most ", mebibytes(kWorldFileBytesMax)));
 }
 
-// The tag of the element that tinyxml2's own message speaks of; "<...>" where it names none.
+// The tag of the element in tinyxml2's message; "<...>" if it names none.
 std::string tag_in(absl::string_view said) {
   constexpr absl::string_view kBefore = "XMLElement name=";
   const std::size_t place = said.rfind(kBefore);
@@ -65,23 +65,23 @@ std::string tag_in(absl::string_view said) {
 std::string what_is_wrong(const tinyxml2::XMLDocument& document) {
   switch (document.ErrorID()) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
-      return "there is nothing in it";
+      return "the text is empty";
     case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
       return absl::StrCat(tag_in(document.ErrorStr()),
                           " is not closed, or another tag is closed in its place");
     case tinyxml2::XML_ERROR_PARSING_ELEMENT:
-      return absl::StrCat("the tag ", tag_in(document.ErrorStr()), " has no end, or a wrong character in it");
+      return absl::StrCat("the tag ", tag_in(document.ErrorStr()), " has no end, or an invalid character");
     case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:
       return absl::StrCat("each attribute of ", tag_in(document.ErrorStr()),
-                          " must stand there once, as name=\"value\"");
+                          " must occur once, as name=\"value\"");
     case tinyxml2::XML_ERROR_PARSING_TEXT:
-      return "text stands outside of all elements, or in one that is not closed";
+      return "there is text outside of all elements, or in one that is not closed";
     case tinyxml2::XML_ERROR_PARSING_CDATA:
       return "a <![CDATA[ has no ]]>";
     case tinyxml2::XML_ERROR_PARSING_COMMENT:
       return "a comment has no -->";
     case tinyxml2::XML_ERROR_PARSING_DECLARATION:
-      return "a <?...?> has no end, or stands after an element";
+      return "a <?...?> has no end, or comes after an element";
     case tinyxml2::XML_ERROR_PARSING_UNKNOWN:
       return "a <!...> has no end";
     default:
@@ -179,7 +179,7 @@ std::string title(const Element& element) {
 absl::Status error_at(const Element& element, absl::StatusCode code, absl::string_view message) {
   const auto* file = static_cast<const File*>(element.GetDocument()->GetUserData());
   std::string what = title(element);
-  // Most elements have no name of their own; the nearest ancestor that has one tells the reader which it is.
+  // Most elements have no name of their own; the nearest ancestor with one identifies it.
   if (element.Attribute("name") == nullptr) {
     for (const auto* up = element.Parent(); up != nullptr; up = up->Parent()) {
       const Element* parent = up->ToElement();

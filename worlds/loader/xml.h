@@ -19,15 +19,15 @@ namespace tessera::xml {
 
 using Element = tinyxml2::XMLElement;
 
-// A parsed document that knows where it came from.
+// A parsed document that knows its origin.
 class File {
  public:
-  // NOT_FOUND, or INVALID_ARGUMENT for what parse() refuses.
+  // NOT_FOUND, or INVALID_ARGUMENT as for parse().
   static absl::StatusOr<std::unique_ptr<File>> read(const std::filesystem::path& path);
 
-  // `name` is what messages call the text. INVALID_ARGUMENT for malformed XML, text above
-  // kWorldFileBytesMax, elements nested deeper than kXmlDepthMax, and document types: entities that expand
-  // to gigabytes come in those.
+  // `name` identifies the text in messages. INVALID_ARGUMENT for malformed XML, text above
+  // kWorldFileBytesMax, elements nested deeper than kXmlDepthMax, and document types, which could
+  // define entities that expand to gigabytes.
   static absl::StatusOr<std::unique_ptr<File>> parse(absl::string_view text, const std::string& name,
                                                      const std::filesystem::path& directory);
 
@@ -59,16 +59,16 @@ absl::Status invalid(const Element& element, const Args&... args) {
 
 bool is(const Element& element, absl::string_view name);
 
-// The element's text without white space around it; empty where it has none.
+// The element's text without surrounding white space; empty if it has none.
 std::string text_of(const Element& element);
 
-// The text of the first child of that name; empty where there is none.
+// The text of the first child of that name; empty if there is none.
 std::string child_text(const Element& element, const char* name);
 
-// INVALID_ARGUMENT where the attribute is missing or empty.
+// INVALID_ARGUMENT if the attribute is missing or empty.
 absl::StatusOr<std::string> required_attribute(const Element& element, const char* name);
 
-// Attributes and elements as finite numbers, errors naming the place.
+// Attributes and elements as finite numbers; errors name the place.
 absl::StatusOr<double> number_attribute(const Element& element, const char* name);
 absl::StatusOr<double> number_of(const Element& element);
 absl::StatusOr<bool> bool_of(const Element& element);
@@ -76,14 +76,14 @@ absl::StatusOr<std::int64_t> integer_in(const Element& element, absl::string_vie
 absl::StatusOr<std::vector<double>> numbers_in(const Element& element, absl::string_view text);
 absl::StatusOr<Eigen::Vector3d> vector_in(const Element& element, absl::string_view text);
 
-// A <pose> element: what it says, and relative to which frame (empty: the enclosing one).
+// A <pose> element: its pose, and the frame that it is relative to (empty: the enclosing one).
 struct RelativePose {
   Pose pose;
   std::string relative_to;
 };
 absl::StatusOr<RelativePose> pose_of(const Element& pose);
 
-// The element with all that is in it, on one line.
+// The element with all its contents, on one line.
 std::string print(const Element& element);
 
 }  // namespace tessera::xml

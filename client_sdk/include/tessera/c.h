@@ -6,11 +6,10 @@
  * Units: m, kg, s, rad, N. Positions are a sector, three 64-bit integers, and a displacement from its centre,
  * exact at any distance. Vectors are along the world's axes, rotations are quaternions x y z w.
  *
- * Every call that can fail returns a code; what it gives is written only where that is TESSERA_OK. Pointers
- * must not be null where nothing else is said. What the caller passes is copied; what the library makes is
- * given back by the call that its comment names. A client may be used by any thread, a stream by one at a
- * time. Calls block until the cluster has answered, for at most 10 s (a load: 120 s) unless they take a time
- * or say otherwise.
+ * Every call that can fail returns a code; results are written only if that is TESSERA_OK. Pointers must not
+ * be null unless stated otherwise. Arguments are copied; objects made by the library are released by the call
+ * named in their comment. A client may be used by any thread, a stream by one at a time. Calls block until
+ * the cluster has answered, for at most 10 s (a load: 120 s), unless they take a timeout or state otherwise.
  */
 #ifndef TESSERA_C_H
 #define TESSERA_C_H
@@ -35,18 +34,18 @@ typedef enum tessera_code {
   TESSERA_NOT_FOUND = 5,         /* no such body or file */
   TESSERA_ALREADY_EXISTS = 6,    /* a name is in use, or a world is loaded */
   TESSERA_PERMISSION_DENIED = 7,
-  TESSERA_RESOURCE_EXHAUSTED = 8,  /* a limit is reached: a stream is read too slowly */
-  TESSERA_FAILED_PRECONDITION = 9, /* something is missing: a world, or servers */
+  TESSERA_RESOURCE_EXHAUSTED = 8,  /* a limit is exceeded, or a stream is read too slowly */
+  TESSERA_FAILED_PRECONDITION = 9, /* no world is loaded, or servers are missing */
   TESSERA_ABORTED = 10,            /* the world was unloaded or replaced */
   TESSERA_OUT_OF_RANGE = 11,       /* a position outside the 64-bit range of sectors */
   TESSERA_UNIMPLEMENTED = 12,
   TESSERA_INTERNAL = 13,
-  TESSERA_UNAVAILABLE = 14, /* a process of the cluster is gone */
+  TESSERA_UNAVAILABLE = 14, /* a process of the cluster is gone or does not answer */
   TESSERA_DATA_LOSS = 15,
   TESSERA_UNAUTHENTICATED = 16
 } tessera_code;
 
-/* Why the last call of this thread failed, in UTF-8; empty where it did not. It belongs to the library and is
+/* The error message of the last call on this thread, in UTF-8; empty if it succeeded. Owned by the library,
  * valid until the next call on the same thread. */
 TESSERA_API const char* tessera_error_message(void);
 
@@ -57,25 +56,25 @@ typedef struct tessera_position {
 } tessera_position;
 
 /* The displacement of `point` from the centre of `sector` in m: sector indices are subtracted as integers
- * before anything is rounded, so that what is near keeps all its digits. */
+ * before anything is rounded, so nearby points keep full precision. */
 TESSERA_API void tessera_relative_to(const tessera_position* point, const int64_t sector[3],
                                      double sector_size, double metres[3]);
 
 typedef struct tessera_client tessera_client;
 typedef struct tessera_stream tessera_stream;
 
-/* Connects to the coordinator at host:port. UNAVAILABLE where none answers within `timeout` s. The client is
- * given back by tessera_disconnect(). */
+/* Connects to the coordinator at host:port. UNAVAILABLE if there is no answer within `timeout` s. Release the
+ * client with tessera_disconnect(). */
 TESSERA_API tessera_code tessera_connect(const char* address, double timeout, tessera_client** client);
 
-/* Streams of the client go on. Null does nothing. */
+/* Streams of the client stay open. Does nothing for null. */
 TESSERA_API void tessera_disconnect(tessera_client* client);
 
-/* Loads a world, as `tessera convert` has written it to a file; it starts paused at tick 0. NOT_FOUND and
- * INVALID_ARGUMENT of the file, ALREADY_EXISTS where a world is loaded and `replace` is not set. */
+/* Loads a world file written by `tessera convert`; the world starts paused at tick 0. NOT_FOUND or
+ * INVALID_ARGUMENT for the file, ALREADY_EXISTS if a world is loaded and `replace` is not set. */
 TESSERA_API tessera_code tessera_load(tessera_client* client, const char* file, bool replace);
 
-/* Puts a dynamic body of even density into the world; `name` is unique in it. */
+/* Adds a dynamic body of uniform density to the world; `name` must be unique in it. */
 TESSERA_API tessera_code tessera_spawn_box(tessera_client* client, const char* name, const double size[3],
                                            double mass, const tessera_position* position, uint64_t* id);
 TESSERA_API tessera_code tessera_spawn_sphere(tessera_client* client, const char* name, double radius,
@@ -88,14 +87,14 @@ TESSERA_API tessera_code tessera_find(tessera_client* client, const char* name, 
 TESSERA_API tessera_code tessera_apply_impulse(tessera_client* client, uint64_t id, const double impulse[3],
                                                const double lever[3]);
 
-/* Does that many ticks, however long they take. `tick`, the last of them, may be null, here and below.
+/* Runs that many ticks, however long they take. `tick`, the last of them, may be null, here and below.
  * FAILED_PRECONDITION unless the world is paused. */
 TESSERA_API tessera_code tessera_step(tessera_client* client, uint64_t ticks, uint64_t* tick);
 
-/* Returns when the world stands still. */
+/* Returns when the world has paused. */
 TESSERA_API tessera_code tessera_pause(tessera_client* client, uint64_t* tick);
 
-/* Lets the world run, `real_time_factor` simulated seconds per second; 0: as fast as possible. */
+/* Runs the world, `real_time_factor` simulated seconds per second; 0: as fast as possible. */
 TESSERA_API tessera_code tessera_resume(tessera_client* client, double real_time_factor, uint64_t* tick);
 
 typedef enum tessera_state {
@@ -124,18 +123,18 @@ typedef struct tessera_status {
 
 TESSERA_API tessera_code tessera_get_status(tessera_client* client, tessera_status* status);
 
-/* The hash of the world's state as 32 hexadecimal digits and a null: equal bits have equal hashes, on any
+/* The hash of the world's state as 32 hexadecimal digits and a null: equal states have equal hashes, on any
  * number of servers. */
 TESSERA_API tessera_code tessera_hash(tessera_client* client, char hash[33], uint64_t* tick);
 
 typedef struct tessera_hit {
-  uint64_t body; /* 0: nothing is hit, and nothing else here is set */
+  uint64_t body; /* 0: no hit, and no other field is set */
   double distance;
   tessera_position position;
   double normal[3];
 } tessera_hit;
 
-/* What a ray hits first within `length` m; `direction` may be of any length but zero. */
+/* The first hit of a ray within `length` m; `direction` may have any length but zero. */
 TESSERA_API tessera_code tessera_raycast(tessera_client* client, const tessera_position* origin,
                                          const double direction[3], double length, tessera_hit* hit);
 
@@ -148,21 +147,20 @@ typedef struct tessera_body {
   bool asleep;
 } tessera_body;
 
-/* Subscribes to the states of bodies, merged over all servers; with no ids to those of all that are not
- * static. The stream is given back by tessera_unwatch(). FAILED_PRECONDITION where there is nothing to watch.
- */
+/* Subscribes to the states of bodies, merged over all servers; without ids, of all bodies that are not
+ * static. Release the stream with tessera_unwatch(). FAILED_PRECONDITION if there is nothing to watch. */
 TESSERA_API tessera_code tessera_watch(tessera_client* client, const uint64_t* ids, size_t count,
                                        tessera_stream** stream);
 
-/* Waits for at most `timeout` s (0 polls, a negative one waits without end) for the next tick, and writes the
- * first `capacity` of its bodies, ascending by id, to `bodies`, and to `count` how many there are.
+/* Waits at most `timeout` s (0 polls, a negative value waits indefinitely) for the next tick. Writes the
+ * first `capacity` of its bodies, ascending by id, to `bodies`, and the number of all its bodies to `count`.
  *
- * DEADLINE_EXCEEDED where no tick is complete in time: call again. Any other code ends the stream for good:
- * UNAVAILABLE where a server was lost, ABORTED where the world was unloaded or replaced. */
+ * DEADLINE_EXCEEDED if no tick is complete in time: call again. Any other error ends the stream for good:
+ * UNAVAILABLE if a server was lost, ABORTED if the world was unloaded or replaced. */
 TESSERA_API tessera_code tessera_next(tessera_stream* stream, double timeout, uint64_t* tick,
                                       tessera_body* bodies, size_t capacity, size_t* count);
 
-/* Null does nothing. */
+/* Does nothing for null. */
 TESSERA_API void tessera_unwatch(tessera_stream* stream);
 
 #ifdef __cplusplus

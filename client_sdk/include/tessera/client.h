@@ -1,4 +1,4 @@
-// The client of a Tessera cluster: load a world, change it, drive it, watch it.
+// The client of a Tessera cluster: loads a world, changes it, controls its time, watches it.
 //
 //   auto client = tessera::Client::connect("127.0.0.1:7300").value();
 //   const auto crate_design = tessera::solid("crate", tessera::box(1, 1, 1), 10, {{0, 0, 0}, {0, 0, 5}});
@@ -8,10 +8,10 @@
 //   for (auto frame = frames->next(); frame.ok(); frame = frames->next()) print(*frame);
 //
 // Units: m, kg, s, rad, N; positions are sector index and displacement, exact at any distance. Calls block
-// until the cluster has answered or their time is up. Errors carry the message of the cluster:
-// INVALID_ARGUMENT names the field and the bound, NOT_FOUND a body or joint that is not there, ALREADY_EXISTS
-// a name or a world, FAILED_PRECONDITION what is missing (no world, not enough servers), DEADLINE_EXCEEDED an
-// answer that did not come in time, UNAVAILABLE a process that is gone.
+// until the cluster has answered or their timeout has passed. Errors carry the message of the cluster:
+// INVALID_ARGUMENT names the field and the bound; NOT_FOUND: no such body or joint; ALREADY_EXISTS: a name is
+// in use, or a world is loaded; FAILED_PRECONDITION: no world, or not enough servers; DEADLINE_EXCEEDED: no
+// answer in time; UNAVAILABLE: a process is gone.
 #pragma once
 
 #include <absl/status/status.h>
@@ -40,16 +40,16 @@ inline constexpr absl::Duration kLoadTimeout = absl::Seconds(120);
 // A body by its id or by its name.
 using BodyName = std::variant<BodyId, std::string>;
 
-// A body to spawn. `body.properties.shape` is not looked at: `shape` is the shape.
+// A body to spawn. `body.properties.shape` is ignored: `shape` is used.
 struct NewBody {
   BodyDescription body;
   Shape shape;
 };
 
-// A joint to add, its frames in body frames. The bodies of `joint.properties` are not looked at: these are
-// its.
+// A joint to add, with its frames in body frames. The bodies of `joint.properties` are ignored: `parent` and
+// `child` are used.
 struct NewJoint {
-  JointDescription joint;          // without a name it gets one
+  JointDescription joint;          // a missing name is generated
   std::optional<BodyName> parent;  // none: the world
   BodyName child;
 };
@@ -60,11 +60,11 @@ Shape sphere(double radius);
 Shape capsule(double radius, double length);
 Shape cylinder(double radius, double length);
 
-// A dynamic body of even density with the inertia of its shape: of one box, sphere, capsule, cylinder or
-// ellipsoid; the inertia of other shapes is that of their bounding sphere.
+// A dynamic body of uniform density, with the inertia of its shape if that is one box, sphere, capsule,
+// cylinder or ellipsoid, and otherwise that of its bounding sphere.
 NewBody solid(std::string name, Shape shape, double mass, const WorldPosition& position);
 
-// Where a body is to be; without an orientation, it stays turned as it is.
+// The target of a body; without an orientation, it keeps its own.
 struct TargetPose {
   WorldPosition position;
   std::optional<Eigen::Quaterniond> orientation = std::nullopt;
@@ -86,11 +86,11 @@ struct AddedJoint {
   Tick tick = 0;  // the first that it takes part in
 };
 
-// Which bodies overlap a probe, or are nearest to it.
+// Finds the bodies that overlap a probe, or are nearest to it.
 struct NearQuery {
   WorldPose pose;
   std::optional<Geometry> probe;  // convex; none: a point
-  double reach = 0;               // m from the probe's surface, up to 4 sectors; 0: what overlaps
+  double reach = 0;               // m from the probe's surface, up to 4 sectors; 0: overlaps only
   std::uint32_t mask = 0;         // collision categories that count; 0: all
   std::uint64_t limit = 0;        // how many at most; 0: 1000
 };
@@ -98,7 +98,7 @@ struct NearQuery {
 struct Neighbour {
   BodyId body;
   std::string name;
-  double distance = 0;  // m, between the surfaces; 0 where they overlap
+  double distance = 0;  // m, between the surfaces; 0 if they overlap
 };
 
 struct RayQuery {
@@ -127,10 +127,10 @@ struct FoundBody {
   BodyProperties properties;
 };
 
-// Which bodies to find: those that meet all that is set.
+// Finds the bodies that meet all conditions that are set.
 struct BodyQuery {
   std::string prefix;       // of the name
-  std::vector<BodyId> ids;  // empty: all; those that no body has are passed over
+  std::vector<BodyId> ids;  // empty: all; unknown ids are skipped
   bool only_static = false;
   bool with_shapes = false;
   std::uint64_t limit = 0;  // how many at most; 0: 1000
@@ -139,7 +139,7 @@ struct BodyQuery {
 struct FoundBodies {
   std::vector<FoundBody> bodies;    // ascending by id
   bool truncated = false;           // there are more
-  std::map<ShapeId, Shape> shapes;  // where they were asked for: by BodyProperties::shape
+  std::map<ShapeId, Shape> shapes;  // if requested: by BodyProperties::shape
 };
 
 struct ServerStatus {
@@ -155,8 +155,8 @@ struct ServerStatus {
   double tick_ms_p99 = 0;
   double tick_ms_max = 0;
   std::uint64_t exchange_bytes = 0;  // sent to other servers so far
-  bool takes_part = false;           // in the world; others wait for one that needs them
-  bool suspect = false;              // gives no sign of life: it has ended or stalled
+  bool takes_part = false;           // in the world; idle servers do not
+  bool suspect = false;              // does not respond: it has ended or stalled
 };
 
 struct ClusterStatus {
@@ -173,25 +173,25 @@ struct ClusterStatus {
   double tick_ms_max = 0;
   std::uint64_t map_epoch = 0;
   std::vector<ServerStatus> servers;
-  std::string failure;  // what ended the world, in state "failed"
+  std::string failure;  // why the world ended, in state "failed"
   std::uint64_t coordinator_peak_rss_bytes = 0;
-  std::optional<WorldSettings> settings;  // of the world, where there is one
+  std::optional<WorldSettings> settings;  // of the world, if there is one
   SectorIndex anchor;
 };
 
-// One connection to a coordinator. All calls from any thread. Streams may outlive the client.
+// One connection to a coordinator. Safe to use from any thread. Streams may outlive the client.
 class Client {
  public:
-  // `address` is host:port. UNAVAILABLE, with it, where none answers in `timeout`, or a busy one in ten of
-  // it.
+  // `address` is host:port. UNAVAILABLE, with the address, if there is no answer within `timeout`, or from a
+  // busy coordinator within ten times that.
   static absl::StatusOr<std::unique_ptr<Client>> connect(const std::string& address,
                                                          absl::Duration timeout = kCallTimeout);
   ~Client();
 
   // --- worlds ---
 
-  // Gives the world to the servers; it starts paused at tick 0. A world that is there already is an error
-  // unless `replace` is set.
+  // Loads the world on the servers; it starts paused at tick 0. ALREADY_EXISTS if a world is loaded, unless
+  // `replace` is set.
   absl::StatusOr<LoadSummary> load(const WorldDescription& world, bool replace = false,
                                    absl::Duration timeout = kLoadTimeout);
   absl::Status unload(absl::Duration timeout = kCallTimeout);
@@ -206,16 +206,16 @@ class Client {
   absl::StatusOr<Tick> apply_impulse(const BodyName& body, const Eigen::Vector3d& impulse,
                                      const Eigen::Vector3d& lever = Eigen::Vector3d::Zero(),
                                      absl::Duration timeout = kCallTimeout);
-  // For one tick.
+  // For the duration of one tick.
   absl::StatusOr<Tick> apply_force(const BodyName& body, const Eigen::Vector3d& force,
                                    const Eigen::Vector3d& torque = Eigen::Vector3d::Zero(),
                                    absl::Duration timeout = kCallTimeout);
-  // Puts the body frame there, with these velocities; what is not given stays as it is.
+  // Moves the body frame to `pose`, with these velocities; values that are not given stay the same.
   absl::StatusOr<Tick> teleport(const BodyName& body, const TargetPose& pose,
                                 const std::optional<Eigen::Vector3d>& linear_velocity = std::nullopt,
                                 const std::optional<Eigen::Vector3d>& angular_velocity = std::nullopt,
                                 absl::Duration timeout = kCallTimeout);
-  // A kinematic body moves so that it arrives there at the end of the tick.
+  // A kinematic body moves so that it reaches `pose` at the end of the tick.
   absl::StatusOr<Tick> set_kinematic_target(const BodyName& body, const TargetPose& pose,
                                             absl::Duration timeout = kCallTimeout);
 
@@ -226,17 +226,17 @@ class Client {
   // `axis` is 1, or 2 of a universal joint; the other one keeps its drive.
   absl::StatusOr<Tick> set_drive(const JointName& joint, const JointDrive& drive, int axis = 1,
                                  absl::Duration timeout = kCallTimeout);
-  // Of both axes of a universal joint.
+  // Sets the drives of both axes of a universal joint.
   absl::StatusOr<Tick> set_drives(const JointName& joint, const JointDrives& drives,
                                   absl::Duration timeout = kCallTimeout);
 
   // --- time ---
 
-  // Returns when the world stands still, with its tick.
+  // Returns the tick at which the world has paused.
   absl::StatusOr<Tick> pause(absl::Duration timeout = kCallTimeout);
   // `real_time_factor` in simulated seconds per second; 0: as fast as possible.
   absl::StatusOr<Tick> resume(double real_time_factor = 1, absl::Duration timeout = kCallTimeout);
-  // Returns when the ticks are done, with the last one. They take as long as they take.
+  // Returns the last tick once all are done, however long they take.
   absl::StatusOr<Tick> step(std::uint64_t ticks = 1, absl::Duration timeout = absl::InfiniteDuration());
 
   // --- questions ---
@@ -246,10 +246,10 @@ class Client {
   // The bodies near a probe, in any number of sectors on any number of servers, ascending by distance and id.
   absl::StatusOr<std::vector<Neighbour>> near(const NearQuery& query, absl::Duration timeout = kCallTimeout);
 
-  // The nearest hit, in any number of sectors on any number of servers; nullopt where nothing is hit.
+  // The nearest hit, in any number of sectors on any number of servers; nullopt if nothing is hit.
   absl::StatusOr<std::optional<RayResult>> raycast(const RayQuery& ray,
                                                    absl::Duration timeout = kCallTimeout);
-  // NOT_FOUND where no body has that name.
+  // NOT_FOUND if no body has that name.
   absl::StatusOr<FoundBody> find(const std::string& name, absl::Duration timeout = kCallTimeout);
   // Bodies whose names begin with `prefix`, at most `limit`; 0: 1000.
   absl::StatusOr<FoundBodies> find_bodies(const std::string& prefix, std::uint64_t limit = 0,
@@ -259,10 +259,10 @@ class Client {
   // Joints whose names begin with `prefix`, at most `limit`; 0: 1000.
   absl::StatusOr<FoundJoints> find_joints(const std::string& prefix, std::uint64_t limit = 0,
                                           absl::Duration timeout = kCallTimeout);
-  // NOT_FOUND where no joint has that name.
+  // NOT_FOUND if no joint has that name.
   absl::StatusOr<FoundJoint> find_joint(const std::string& name, absl::Duration timeout = kCallTimeout);
 
-  // --- streams: one frame a tick, merged over all servers. FAILED_PRECONDITION where no server is there. ---
+  // --- streams: one frame per tick, merged over all servers. FAILED_PRECONDITION without a loaded world ---
 
   absl::StatusOr<std::unique_ptr<BodyStream>> watch_bodies(const BodyFilter& filter = {},
                                                            absl::Duration timeout = kCallTimeout);
@@ -272,7 +272,8 @@ class Client {
   absl::StatusOr<std::unique_ptr<SeamStream>> watch_seams(const SeamFilter& filter = {},
                                                           absl::Duration timeout = kCallTimeout);
 
-  // Where `joints` stand, from the states of their bodies at one tick each. INVALID_ARGUMENT for none.
+  // The positions of `joints`, from the states of their bodies at each tick. INVALID_ARGUMENT if there are
+  // none.
   absl::StatusOr<std::unique_ptr<JointStream>> watch_joints(const std::vector<FoundJoint>& joints,
                                                             std::uint32_t every_ticks = 1,
                                                             absl::Duration timeout = kCallTimeout);

@@ -1,4 +1,4 @@
-// Joints of a running world: what they are, and where they stand, tick by tick.
+// Joints of a running world: their properties, and their positions tick by tick.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,10 +16,10 @@ namespace tessera {
 // A joint by its id or by its name.
 using JointName = std::variant<JointId, std::string>;
 
-// A joint of the world. `joint.properties` names bodies by their ids, and its frames are in body frames.
+// A joint of the world. `joint.properties` refers to bodies by their ids, and its frames are in body frames.
 struct FoundJoint {
   JointId id;
-  JointDescription joint;  // with its drives as they were set last
+  JointDescription joint;  // with its latest drives
   std::string parent;      // name of the body; empty: the world
   std::string child;
   // Centres of mass in the body frames: the velocities of a BodySample are of these points.
@@ -40,13 +40,12 @@ struct JointSample {
 
 struct JointFrame {
   Tick tick = 0;
-  std::vector<JointSample>
-      joints;  // in the order that they were asked for; without those whose bodies are gone
+  std::vector<JointSample> joints;  // in the requested order; without joints whose bodies are gone
 };
 
 using JointStream = Stream<JointFrame>;
 
-// Where a joint stands, from its bodies at one tick; `parent` is null where it is the world.
+// The position of a joint, from its bodies at one tick; `parent` is null if it is the world.
 JointState joint_state(const FoundJoint& joint, const BodySample* parent, const BodySample& child,
                        double sector_size);
 

@@ -1,7 +1,7 @@
-// What a cluster tells as it goes: the states of bodies, contacts and what happens at seams, tick by tick.
+// Streams of a cluster: states of bodies, contacts, and clones and islands at seams, tick by tick.
 //
-// Every server streams what its sectors hold; here the parts of one tick become one frame. A body that goes
-// from one server to another is in each frame exactly once.
+// Every server streams the contents of its sectors; the parts of one tick are merged into one frame. A body
+// that changes servers is in each frame exactly once.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -68,20 +68,20 @@ struct ContactFrame {
   std::vector<Touch> contacts;  // ascending by (a, b)
 };
 
-// What to see of seams: copies of bodies, and islands that reach over borders.
+// Selects what to watch at seams: clones of bodies, and islands across borders.
 struct SeamFilter {
   std::optional<WatchedRegion> region;  // none: everywhere
   std::uint32_t every_ticks = 1;        // only ticks that are multiples of this
 };
 
-// A copy of a body in a sector that is not its home, where contact with it is imminent.
+// A copy of a body in a sector other than its home, where contact with it is imminent.
 struct CloneSample {
   BodyId body;
   SectorIndex sector;
   std::uint64_t server = 0;  // the node that hosts the sector
 };
 
-// An awake island that reaches over a border.
+// An awake island across a border.
 struct IslandSample {
   BodyId name;                 // the smallest id of its bodies
   std::vector<BodyId> bodies;  // those in the region, ascending
@@ -93,22 +93,22 @@ struct SeamFrame {
   std::vector<IslandSample> islands;  // ascending by name
 };
 
-// A subscription; ends when it is destroyed. At most kFramesQueuedMax ticks of a server wait here: who reads
-// more slowly than the world runs misses ticks, always whole ones, and skipped() counts those that the
-// servers had begun to send. One thread reads; cancel() from any.
+// A subscription; ends when it is destroyed. At most kFramesQueuedMax ticks per server are buffered here, and
+// some thousands at the server; a reader that falls further behind loses the subscription
+// (RESOURCE_EXHAUSTED). For one reading thread; any thread may call cancel().
 template <typename Frame>
 class Stream {
  public:
   virtual ~Stream() = default;
 
-  // The next tick that every server has told of. DEADLINE_EXCEEDED when none is complete in time (call
-  // again); any other status ends the stream for good: UNAVAILABLE, naming the server, when one was lost,
-  // CANCELLED after cancel(), ABORTED when the world was unloaded or replaced, DATA_LOSS for broken messages.
+  // The next tick that all servers have reported. DEADLINE_EXCEEDED if none is complete in time (call again);
+  // any other error ends the stream for good: UNAVAILABLE, naming the server, if one was lost, CANCELLED
+  // after cancel(), ABORTED if the world was unloaded or replaced, DATA_LOSS for corrupt messages.
   virtual absl::StatusOr<Frame> next(absl::Duration timeout = absl::InfiniteDuration()) = 0;
 
   virtual void cancel() = 0;
 
-  // Ticks that came from some servers and not from all, so far.
+  // The number of ticks so far that only some of the servers reported.
   virtual std::uint64_t skipped() const = 0;
 };
 

@@ -1,5 +1,5 @@
-// Worlds as message files: a tessera.v1.World, as `tessera convert` writes it, for programs that load worlds
-// without reading SDF.
+// Worlds as message files: a tessera.v1.World, as written by `tessera convert`, for programs that do not read
+// SDF.
 #pragma once
 
 #include <absl/status/status.h>
@@ -13,11 +13,11 @@ namespace tessera {
 
 inline constexpr const char* kWorldMessageExtension = ".pb";
 
-// UNAVAILABLE where the file cannot be written.
+// UNAVAILABLE if the file cannot be written.
 absl::Status write_world_message(const std::filesystem::path& file, const WorldDescription& world);
 
-// NOT_FOUND where there is no such file, INVALID_ARGUMENT, naming the file, where it is no world. Bounds are
-// validate()'s business.
+// NOT_FOUND if there is no such file, INVALID_ARGUMENT, naming the file, if it is not a world. Does not check
+// bounds: see validate().
 absl::StatusOr<WorldDescription> read_world_message(const std::filesystem::path& file);
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-"""Load a world, push, plot: how high the crates of a tower are while it falls."""
+"""Loads a world, pushes a crate, and plots the height of a tower's crates while it falls."""
 
 import matplotlib.pyplot as plt
 

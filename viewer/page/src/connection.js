@@ -1,4 +1,4 @@
-// The WebSocket to tessera-viewer: opened again whenever it is lost; questions get their answers as promises.
+// The WebSocket to tessera-viewer, reopened whenever it is lost. Answers to questions are promises.
 import {decode} from './frame.js';
 
 const kRetryAfterMs = [250, 500, 1000, 2000];
@@ -9,7 +9,7 @@ export class Connection extends EventTarget {
   #failures = 0;
   #retry = 0;
   #asked = 0;
-  #open = new Map();  // questions without an answer yet
+  #open = new Map();  // unanswered questions
 
   constructor(url) {
     super();
@@ -24,7 +24,7 @@ export class Connection extends EventTarget {
     if (this.isOpen) this.#socket.send(JSON.stringify(message));
   }
 
-  // Ends it, until open(). What is said after that begins from the beginning.
+  // Closes it until open(), after which all state is sent again.
   close() {
     clearTimeout(this.#retry);
     if (!this.#socket) return;
@@ -38,11 +38,11 @@ export class Connection extends EventTarget {
     if (!this.#socket) this.#connect();
   }
 
-  // What the cluster answers; an Error with its words where it refuses.
+  // The answer of the cluster; an Error with its message if it refuses.
   ask(what, details = {}) {
     const id = ++this.#asked;
     return new Promise((resolve, reject) => {
-      if (!this.isOpen) return reject(new Error('the page has no connection'));
+      if (!this.isOpen) return reject(new Error('there is no connection to the viewer'));
       const timer = setTimeout(() => this.#answered({id, error: 'no answer came in time'}), kAnswerTimeoutMs);
       this.#open.set(id, {resolve, reject, timer});
       this.send({type: 'ask', id, do: what, ...details});

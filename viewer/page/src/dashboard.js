@@ -1,4 +1,4 @@
-// The right side: how the cluster does, now and in the last minutes.
+// The right panel: the figures of the cluster, now and over the last minutes.
 import {serverColour} from './colours.js';
 import {number, Plot} from './plot.js';
 
@@ -51,7 +51,7 @@ class ServerRow {
       this.load.textContent = 'has left';
       return;
     }
-    const note = server.suspect ? ' (silent)' : server.takes_part ? '' : ' (idle)';
+    const note = server.suspect ? ' (not responding)' : server.takes_part ? '' : ' (idle)';
     this.name.textContent = `server ${place + 1}${note}`;
     this.load.textContent = `${number(server.bodies)} bodies`;
     fill(this.facts, [
@@ -84,7 +84,7 @@ export class Dashboard {
         {name: 'across servers', colour: kAmber}, {name: 'cut', colour: kRose});
     this.exchange = plot('exchange between servers', 'kB/s', {name: 'sent', colour: kBlue});
     this.page = plot(
-        'this page', 'fps, kB/s', {name: 'frames per second', colour: kTeal},
+        'this web UI', 'fps, kB/s', {name: 'frames per second', colour: kTeal},
         {name: 'kB per second', colour: kBlue});
     this.rows = new Map();
     this.last = null;

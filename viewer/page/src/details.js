@@ -1,4 +1,4 @@
-// What was clicked: a body, or a sector, with its figures and how they have been since then.
+// The clicked body or sector, with its figures and their history since the click.
 import {fill} from './dashboard.js';
 import {describe} from './geometry.js';
 import {number, Plot} from './plot.js';

@@ -1,4 +1,4 @@
-// Positions of any size without any loss: {sector: [i, j, k] of BigInt, local: [x, y, z] in metres from its
+// Lossless positions of any size: {sector: [i, j, k] of BigInt, local: [x, y, z] in metres from its
 // centre}.
 
 export const position = (sector, local = [0, 0, 0]) => ({sector, local});

@@ -254,7 +254,7 @@ test('says what is wrong with a file, and goes on', async () => {
   await writeFile(file, 'precious');
   await (await page.$('#file')).uploadFile(file);
   await page.waitForFunction(
-      () => document.getElementById('notice').textContent === 'note.mcap is no MCAP file');
+      () => document.getElementById('notice').textContent === 'note.mcap is not an MCAP file');
   await isInState('paused');
 });
 
@@ -284,7 +284,7 @@ test('comes back by itself after the connection was lost', async () => {
       await page.$eval('#play', (button) => button.disabled), true, 'read-only pages have no controls');
   const refused =
       await page.evaluate(() => window.tessera.connection.ask('pause').catch((error) => error.message));
-  assert.match(refused, /for reading only/);
+  assert.match(refused, /read-only/);
   await goCoarsely(cluster.url);
   await again.stop();
 });

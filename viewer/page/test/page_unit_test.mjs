@@ -345,8 +345,8 @@ test('places and bodies are found, and nothing can be changed', async () => {
     assert.deepEqual(
         await playback.ask('find', {body}), {sector, local: [-63, 1, 0], body: kCrate, name: 'crate'});
   }
-  await assert.rejects(playback.ask('find', {body: 'nobody'}), /nobody is called "nobody"/);
-  await assert.rejects(playback.ask('push', {body: kBall}), /can only be looked at/);
+  await assert.rejects(playback.ask('find', {body: 'nobody'}), /no body is called "nobody"/);
+  await assert.rejects(playback.ask('push', {body: kBall}), /recordings cannot be changed/);
 });
 
 test('of a large file only what is shown is read', async () => {
@@ -363,19 +363,19 @@ test('of a large file only what is shown is read', async () => {
 
 test('files that are no recordings are refused by name', async () => {
   const refuses = async (file, message) => assert.rejects(Recording.open(await file), {message});
-  await refuses(fileOf(), 'test.mcap is no MCAP file');
-  await refuses(fileOf('precious'), 'test.mcap is no MCAP file');
+  await refuses(fileOf(), 'test.mcap is not an MCAP file');
+  await refuses(fileOf('precious'), 'test.mcap is not an MCAP file');
   const whole = await recordingOf(fallingBall());
   for (const size of [8 + 1, whole.size >> 1, whole.size - 1])
     await refuses(
-        fileOf(whole.slice(0, size)), 'test.mcap is cut off and has no index: "mcap recover" adds one');
+        fileOf(whole.slice(0, size)), 'test.mcap is truncated and has no index: "mcap recover" adds one');
   const {'/tessera/bodies': bodies, ...others} = kTopics;
-  const kNoWorld = 'test.mcap is no recording of a world';
+  const kNoWorld = 'test.mcap is not a recording of a world';
   await refuses(recordingOf([], {topics: others}), `${kNoWorld}: it has no /tessera/bodies`);
   await refuses(
       recordingOf([], {topics: {...kTopics, '/tessera/contacts': bodies}}),
       `${kNoWorld}: /tessera/contacts has tessera.v1.BodyBatch, not tessera.v1.ContactBatch`);
-  await refuses(recordingOf([], {metadata: null}), `${kNoWorld}: it has no metadata of the name tessera`);
+  await refuses(recordingOf([], {metadata: null}), `${kNoWorld}: it has no metadata named tessera`);
   await refuses(recordingOf([]), `${kNoWorld}: it has no tick`);
 });
 

@@ -1,4 +1,4 @@
-"""Bodies: to put into a world before it is loaded, and to spawn into one that runs."""
+"""Bodies, to add to a world before it is loaded, or to spawn into a running one."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from tessera.shape import moments_of
 
 
 class Motion(enum.IntEnum):
-    """What moves a body."""
+    """How a body moves."""
 
     DYNAMIC = world_pb2.MOTION_DYNAMIC  # forces, contacts and joints
-    STATIC = world_pb2.MOTION_STATIC  # nothing, ever
-    KINEMATIC = world_pb2.MOTION_KINEMATIC  # only its targets; others cannot push it
+    STATIC = world_pb2.MOTION_STATIC  # never moves
+    KINEMATIC = world_pb2.MOTION_KINEMATIC  # moved by its kinematic targets only; other bodies cannot push it
 
 
 @dataclass
 class Body:
-    """One rigid body as it begins. Units: m, kg, s, rad; velocities are along the world's axes.
+    """The initial state of one rigid body. Units: m, kg, s, rad; velocities are along the world's axes.
 
-    `inertia` not given: that of a solid of even density, see `moments_of()`; it then has its centre of mass
-    in the origin of the body frame. Bounds are checked by the cluster, which names the field.
+    Without `inertia`, the body is a solid of uniform density (see `moments_of()`) with its centre of mass at
+    the origin of the body frame. Bounds are checked by the cluster, which names the field.
     """
 
     name: str  # unique in the world
@@ -50,15 +50,15 @@ class Body:
     principal_axes: VectorLike = IDENTITY  # rotation to the body frame, x y z w
     friction: float = 0.5  # Coulomb coefficient; the two of a contact are multiplied
     restitution: float = 0.0  # 0 to 1; the two of a contact are multiplied
-    linear_damping: float = 0.0  # share of the velocity lost per second, 0 to 1
+    linear_damping: float = 0.0  # fraction of the velocity lost per second, 0 to 1
     angular_damping: float = 0.0  # likewise
     category: int = 1  # collision bits: two bodies collide if each one's category ...
-    mask: int = 0xFFFFFFFF  # ... meets the other one's mask
+    mask: int = 0xFFFFFFFF  # ... matches the other one's mask
     gravity: bool = True
-    assembly: int = 0  # bodies of the same, not 0, do not collide
+    assembly: int = 0  # bodies of the same assembly, not 0, do not collide
 
     def message(self, shape_place: int = 0) -> world_pb2.Body:
-        """The body on the wire; `shape_place` is that of its shape in the table of a world."""
+        """The body on the wire; `shape_place` is the index of its shape in the table of a world."""
         return world_pb2.Body(
             name=self.name,
             properties=world_pb2.BodyProperties(
@@ -85,7 +85,7 @@ class Body:
     def _moments(self) -> VectorLike:
         if self.inertia is not None:
             return self.inertia
-        moments: Vector = (1.0, 1.0, 1.0)  # of bodies that no force moves, nobody looks at it
+        moments: Vector = (1.0, 1.0, 1.0)  # ignored for bodies that no force moves
         if self.motion is Motion.DYNAMIC:
             moments = moments_of(self.shape, self.mass)
         return moments if all(map(math.isfinite, moments)) else (1.0, 1.0, 1.0)

@@ -1,4 +1,4 @@
-"""The client of a cluster: load a world, change it, drive it, watch it."""
+"""The client of a cluster: loads a world, changes it, controls its time, watches it."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ ADDRESS_VARIABLE = "TESSERA_ADDRESS"
 ADDRESS_DEFAULT = "127.0.0.1:7300"
 CALL_TIMEOUT_S = 10.0
 LOAD_TIMEOUT_S = 120.0
-BODIES_ASKED = 100_000  # of a coordinator in one go
+BODIES_ASKED = 100_000  # per request: the coordinator's maximum
 
 BodyName: TypeAlias = int | str
 """A body by its id or by its name."""
 
 Status: TypeAlias = tessera_pb2.StatusReply
-"""What a cluster does; its fields are described in proto/tessera.proto."""
+"""The status of a cluster; proto/tessera.proto documents its fields."""
 
 Catalogue: TypeAlias = tessera_pb2.FindBodiesReply
-"""Bodies with their names and properties, and their shapes by the numbers that the properties have."""
+"""Bodies with their names and properties, and their shapes by the ids in the properties."""
 
 BodyStream: TypeAlias = Stream[tessera_pb2.BodyBatch, BodyFrame]
 ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
@@ -67,17 +67,16 @@ class Client:
             client.load("worlds/tower.sdf")
             client.step(60)
 
-    Units: m, kg, s, rad, N. Bodies are named by their names or ids. Calls block until the cluster has
-    answered, or `timeout` seconds have passed; None waits without end. Errors are those of `tessera.errors`
-    and carry the message of the cluster; beside what a method lists, each can raise DeadlineExceeded, and
-    Unavailable when a process is gone. Calls may come from any thread.
+    Units: m, kg, s, rad, N. Bodies are given by name or id. Calls block until the cluster has answered
+    or `timeout` seconds have passed; None waits indefinitely. Errors are those of `tessera.errors` and carry
+    the message of the cluster. In addition to the errors that a method lists, each can raise
+    DeadlineExceeded, and Unavailable if a process is gone. Safe to use from any thread.
     """
 
     def __init__(self, address: str | None = None, *, timeout: float = CALL_TIMEOUT_S) -> None:
-        """Connects to host:port; not given: to what TESSERA_ADDRESS says, or else to port 7300 of this
-        machine.
+        """Connects to host:port. The default is TESSERA_ADDRESS, or else port 7300 of this machine.
 
-        Unavailable where no coordinator answers within `timeout` s.
+        Unavailable if no coordinator answers within `timeout` s.
         """
         self.address = address or os.environ.get(ADDRESS_VARIABLE, ADDRESS_DEFAULT)
         self._channel = grpc.insecure_channel(
@@ -91,7 +90,7 @@ class Client:
             raise Unavailable(f"no coordinator answers at {self.address} within {timeout:g} s") from None
 
     def close(self) -> None:
-        """Ends the connection; the cluster and its world stay."""
+        """Closes the connection; the cluster and its world stay."""
         self._channel.close()
 
     def __enter__(self) -> Client:
@@ -113,27 +112,27 @@ class Client:
     ) -> LoadSummary:
         """Loads a world, or the file of one (see `World.read()`), and waits until every server has it.
 
-        It starts paused at tick 0. AlreadyExists where a world is loaded and `replace` is not set,
-        InvalidArgument for what cannot be simulated, FailedPrecondition where servers are missing.
+        It starts paused at tick 0. AlreadyExists if a world is loaded and `replace` is not set,
+        InvalidArgument for an invalid world, FailedPrecondition if servers are missing.
         """
         loaded = world if isinstance(world, World) else World.read(world)
         reply = self._call("Load", tessera_pb2.LoadRequest(world=loaded.message, replace=replace), timeout)
         return LoadSummary(reply.bodies, reply.sectors, reply.servers)
 
     def unload(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
-        """Forgets the world; servers stay."""
+        """Unloads the world; servers stay."""
         self._call("Unload", tessera_pb2.UnloadRequest(), timeout)
 
-    # --- bodies: each returns the tick that it takes effect at; NotFound where there is no such body ---
+    # --- bodies: each returns the tick at which it takes effect; NotFound if there is no such body ---
 
     def spawn(self, body: Body, timeout: float | None = CALL_TIMEOUT_S) -> Added:
-        """Puts a new body into the world. AlreadyExists for a name in use, InvalidArgument, OutOfRange."""
+        """Adds a new body to the world. AlreadyExists for a name in use, InvalidArgument, OutOfRange."""
         request = tessera_pb2.SpawnRequest(body=body.message(), shape=body.shape)
         reply = self._call("Spawn", request, timeout)
         return Added(reply.id, reply.tick)
 
     def remove(self, body: BodyName, timeout: float | None = CALL_TIMEOUT_S) -> int:
-        """Takes a body out of the world."""
+        """Removes a body from the world."""
         return self._command("Remove", tessera_pb2.RemoveRequest(body=_body_ref(body)), timeout)
 
     def set_velocity(
@@ -163,7 +162,7 @@ class Client:
         lever: VectorLike = _ZERO,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> int:
-        """Pushes: `impulse` in N s and `lever` in m from the centre of mass, along the world's axes."""
+        """Applies `impulse` in N s and `lever` in m from the centre of mass, along the world's axes."""
         return self._command(
             "ApplyImpulse",
             tessera_pb2.ApplyImpulseRequest(
@@ -181,7 +180,7 @@ class Client:
         torque: VectorLike = _ZERO,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> int:
-        """Pulls for one tick: `force` in N and `torque` in N m, along the world's axes."""
+        """Applies, for one tick, `force` in N and `torque` in N m, along the world's axes."""
         return self._command(
             "ApplyForce",
             tessera_pb2.ApplyForceRequest(
@@ -201,7 +200,7 @@ class Client:
         angular_velocity: VectorLike | None = None,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> int:
-        """Puts the body frame elsewhere at once, with these velocities; what is not given stays as it is.
+        """Moves the body frame to a new pose, with these velocities; values that are not given stay the same.
         OutOfRange beyond 64-bit sectors.
         """
         request = tessera_pb2.TeleportRequest(
@@ -224,8 +223,8 @@ class Client:
         orientation: VectorLike | None = None,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> int:
-        """Has a kinematic body move so that it is there at the end of the tick; without an orientation, it
-        keeps its own.
+        """Makes a kinematic body move so that it reaches the pose at the end of the tick; without an
+        orientation, it keeps its own.
         """
         return self._command(
             "SetKinematicTarget",
@@ -240,7 +239,7 @@ class Client:
     # --- joints: likewise ---
 
     def add_joint(self, joint: Joint, timeout: float | None = CALL_TIMEOUT_S) -> Added:
-        """Ties two bodies of the world together. AlreadyExists for a name in use, NotFound,
+        """Connects two bodies of the world. AlreadyExists for a name in use, NotFound,
         InvalidArgument.
         """
         request = tessera_pb2.AddJointRequest(joint=joint.message(), child=_body_ref(joint.child))
@@ -250,13 +249,13 @@ class Client:
         return Added(reply.id, reply.tick)
 
     def remove_joint(self, joint: int | str, timeout: float | None = CALL_TIMEOUT_S) -> int:
-        """Lets the two bodies of a joint go."""
+        """Removes a joint."""
         return self._command("RemoveJoint", tessera_pb2.RemoveJointRequest(joint=joint_ref(joint)), timeout)
 
     def set_drive(
         self, joint: int | str, drive: Drive, axis: int = 1, timeout: float | None = CALL_TIMEOUT_S
     ) -> int:
-        """Drives axis 1, or 2 of a universal joint; the other one keeps its drive."""
+        """Sets the drive of axis 1, or 2 of a universal joint; the other axis keeps its drive."""
         given = tessera_pb2.AxisDrive(axis=axis, drive=drive.message())
         request = tessera_pb2.SetJointDrivesRequest(joint=joint_ref(joint), drives=[given])
         return self._command("SetJointDrives", request, timeout)
@@ -264,25 +263,25 @@ class Client:
     # --- time ---
 
     def pause(self, timeout: float | None = CALL_TIMEOUT_S) -> int:
-        """Returns when the world stands still, with its tick."""
+        """Pauses the world and returns the tick at which it has stopped."""
         return self._command("Pause", tessera_pb2.PauseRequest(), timeout)
 
     def resume(self, real_time_factor: float = 1.0, timeout: float | None = CALL_TIMEOUT_S) -> int:
-        """Lets the world run, so many simulated seconds per second; 0: as fast as possible."""
+        """Runs the world at this many simulated seconds per second; 0: as fast as possible."""
         return self._command("Resume", tessera_pb2.ResumeRequest(real_time_factor=real_time_factor), timeout)
 
     def step(self, ticks: int = 1, timeout: float | None = None) -> int:
-        """Does that many ticks and returns the last one. FailedPrecondition unless the world is paused."""
+        """Runs that many ticks and returns the last one. FailedPrecondition unless the world is paused."""
         return self._command("Step", tessera_pb2.StepRequest(ticks=ticks), timeout)
 
     def trajectory(
         self, bodies: BodyName | Sequence[BodyName], ticks: int, *, every_ticks: int = 1
     ) -> Trajectory:
-        """Steps a paused world and returns where bodies went.
+        """Steps a paused world and returns the states of bodies over time.
 
-        It begins with the state they are in, or with the first tick of those that were just spawned, and has
-        every `every_ticks`-th of the `ticks` that follow, as far as the tick is a multiple of it. NotFound
-        for a body that is not there, or no longer; errors as `step()`.
+        It begins with the current state, or with the first tick of bodies that were just spawned, and has
+        those of the following `ticks` that are multiples of `every_ticks`. NotFound for a body that does not
+        exist, or no longer exists; errors as `step()`.
         """
         names = [bodies] if isinstance(bodies, (int, str)) else bodies
         ids = {name if isinstance(name, int) else self.find(name).id for name in names}
@@ -295,13 +294,13 @@ class Client:
                     frames.append(stream.next(CALL_TIMEOUT_S))
         begun = list(dropwhile(lambda frame: len(frame) < len(ids), frames))
         if not begun or any(len(frame) < len(ids) for frame in begun):
-            raise NotFound(f"bodies: not all of {names} were there to the end")
+            raise NotFound(f"bodies: not all of {names} existed until the end")
         return trajectory(begun, self.status().settings.time_step)
 
     # --- questions ---
 
     def status(self, timeout: float | None = CALL_TIMEOUT_S) -> Status:
-        """What the cluster does: `state` ("empty", "loading", "paused", "running", "failed"), `world`,
+        """The status of the cluster: `state` ("empty", "loading", "paused", "running", "failed"), `world`,
         `tick`, `time`, `bodies`, `settings`, `servers` and more: the fields of StatusReply in
         proto/tessera.proto.
         """
@@ -322,9 +321,9 @@ class Client:
         mask: int = 0,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> RayHit | None:
-        """The nearest hit within `length` m, in any sectors on any servers; None where nothing is hit.
+        """The nearest hit within `length` m, in any sectors on any servers; None if nothing is hit.
 
-        `direction` may be of any length but zero; `mask` says which collision categories count, 0: all.
+        `direction` may have any length but zero; `mask` selects the collision categories, 0: all.
         """
         reply = self._call(
             "Raycast",
@@ -355,7 +354,7 @@ class Client:
     ) -> list[Neighbour]:
         """The bodies within `reach` m of a convex probe of one part (not given: a point), by distance and id.
 
-        With reach 0 those that it overlaps. `reach` is at most 4 sectors; `limit` 0: at most 1000 bodies.
+        With reach 0, the bodies that it overlaps. `reach` is at most 4 sectors; `limit` 0: 1000 bodies.
         """
         request = tessera_pb2.NearRequest(
             pose=world_pose_message(position, orientation), reach=reach, mask=mask, limit=limit
@@ -389,7 +388,7 @@ class Client:
         with_shapes: bool = True,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> Catalogue:
-        """Those of the bodies `ids` that are there; not given: the first 100,000 of all."""
+        """The existing bodies of `ids`; without `ids`, the first 100,000 of all."""
         result = tessera_pb2.FindBodiesReply()
         for begin in range(0, max(1, len(ids)), BODIES_ASKED):
             request = tessera_pb2.FindBodiesRequest(
@@ -410,7 +409,7 @@ class Client:
         )
         return [FoundJoint(j.id, j.joint.name, j.parent, j.child, j.joint) for j in reply.joints]
 
-    # --- streams: one frame a tick, merged over all servers; FailedPrecondition where no server is there ---
+    # --- streams: one frame per tick, merged over all servers; FailedPrecondition without a world ---
 
     def watch_bodies(
         self,
@@ -421,9 +420,9 @@ class Client:
         only_awake: bool = False,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> BodyStream:
-        """The states of bodies, from the next tick on, and at once where the world stands still.
+        """The states of bodies, from the next tick on, and immediately if the world is paused.
 
-        `ids` not given: of all that are not static; `region` not given: everywhere; only ticks that are
+        Without `ids`, all bodies that are not static; without `region`, everywhere; only ticks that are
         multiples of `every_ticks`.
         """
         request = tessera_pb2.WatchBodiesRequest(
@@ -437,7 +436,7 @@ class Client:
     def stream_bodies(
         self, request: tessera_pb2.WatchBodiesRequest, timeout: float | None = CALL_TIMEOUT_S
     ) -> BodyStream:
-        """As `watch_bodies()`, by a message of proto/tessera.proto."""
+        """As `watch_bodies()`, with a message of proto/tessera.proto."""
         status = self._watchable(timeout)
         sector_size = status.settings.sector_size
         return Stream(
@@ -451,10 +450,10 @@ class Client:
     def watch_contacts(
         self, *, ids: Iterable[int] = (), persisting: bool = False, timeout: float | None = CALL_TIMEOUT_S
     ) -> ContactStream:
-        """Contacts that begin or end, each once; with `persisting` also those that go on.
+        """Contacts that begin or end, each once; with `persisting` also continuing ones.
 
-        `ids` not given: all; else those with any of these bodies. The first frame is empty: it only says
-        from which tick on nothing is missed.
+        Without `ids`, all contacts; otherwise those with any of these bodies. The first frame is empty: its
+        tick is the one from which on the stream is complete.
         """
         status = self._watchable(timeout)
         request = tessera_pb2.WatchContactsRequest(ids=ids, persisting=persisting)
@@ -486,7 +485,7 @@ class Client:
             raise FailedPrecondition("no world is loaded: there is nothing to watch")
         if not _addresses(status):
             raise FailedPrecondition(
-                f"the world is {status.state}: no server takes part in it that could be watched"
+                f"the world is {status.state}: it has no server that could be watched"
             )
         return status
 

@@ -18,18 +18,18 @@ PATIENCE_S = 15.0  # for the daemons to end
 class Cluster:
     """A coordinator and its sector servers, started by `tessera up`.
 
-    It ends with `stop()`, with the end of a `with` block, or with this process. What interrupts this
-    process, as a notebook does, does not reach it.
+    It ends with `stop()`, with the end of a `with` block, or with this process. Interrupts of this process,
+    as in a notebook, do not reach it.
     """
 
     def __init__(
         self, servers: int = 2, *, threads: int | None = None, precision: Precision = Precision.FLOAT32
     ) -> None:
-        """Returns when clients can connect; `threads` are those of each server, not given: the cores,
-        shared out.
+        """Returns when clients can connect. `threads` is the number per server; by default the cores are
+        divided evenly.
 
-        Raises NotFound where the program `tessera` is not there (see `tessera.command`), Unavailable, with
-        its message, where it does not start a cluster.
+        Raises NotFound if the program `tessera` is missing (see `tessera.command`), and Unavailable, with its
+        message, if it does not start a cluster.
         """
         engine = "f32" if precision is Precision.FLOAT32 else "f64"
         arguments = ["up", "--listen", "127.0.0.1:0", "--servers", str(servers), "--engine", engine]
@@ -51,7 +51,7 @@ class Cluster:
         return Client(self.address)
 
     def stop(self) -> None:
-        """Ends all processes of the cluster; does nothing where they have ended."""
+        """Ends all processes of the cluster; does nothing if they have ended."""
         self._finalizer()
 
     def __enter__(self) -> Cluster:
@@ -63,7 +63,7 @@ class Cluster:
         self.stop()
 
     def _await_address(self) -> str:
-        """host:port of the coordinator, which the first line names."""
+        """host:port of the coordinator, from the first line."""
         assert self._process.stdout is not None
         first = self._process.stdout.readline()
         found = re.search(r"cluster is up.* on (\S+:\d+)", first)
@@ -74,7 +74,7 @@ class Cluster:
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    """Ends a cluster, which goes by its input, and waits until it has ended."""
+    """Ends a cluster by closing its input, and waits until it has ended."""
     assert process.stdin is not None and process.stdout is not None
     process.stdin.close()
     try:

@@ -1,6 +1,6 @@
-"""What can go wrong, as exceptions that carry the message of the cluster.
+"""Exceptions, which carry the message of the cluster.
 
-Each belongs to a status code of gRPC, and to the built-in exception that comes nearest to it.
+Each corresponds to a status code of gRPC, and derives from the closest built-in exception.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import grpc
 
 
 class TesseraError(Exception):
-    """The root of all errors of this package."""
+    """The base class of all errors of this package."""
 
 
 class InvalidArgument(TesseraError, ValueError):
@@ -67,7 +67,7 @@ _BY_CODE: dict[grpc.StatusCode, type[TesseraError]] = {
 
 
 def from_grpc(error: grpc.RpcError, where: str = "") -> TesseraError:
-    """The exception for a failed call; `where` says who failed, if it did not speak itself."""
+    """The exception for a failed call; `where` names the failing party if the message does not."""
     kind = _BY_CODE.get(error.code(), TesseraError)
     spoken = kind not in (Unavailable, DeadlineExceeded)
     return kind(error.details() if spoken or not where else f"{where}: {error.details()}")

@@ -1,4 +1,4 @@
-"""Many bodies at once, as arrays: one tick (`BodyFrame`), or a stretch of time (`Trajectory`)."""
+"""Many bodies as arrays: of one tick (`BodyFrame`), or over time (`Trajectory`)."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ class BodyFrame:
         return len(self.ids)
 
     def row(self, body: int) -> int:
-        """The row of the body with this id. KeyError where it is not in the frame."""
+        """The row of the body with this id. KeyError if it is not in the frame."""
         row = int(np.searchsorted(self.ids, np.uint64(body)))
         if row == len(self.ids) or self.ids[row] != body:
             raise KeyError(body)
         return row
 
     def of(self, bodies: Iterable[int]) -> BodyFrame:
-        """The same for these bodies alone, in their order. KeyError where one is not in the frame."""
+        """The frame of these bodies only, in this order. KeyError if one is not in the frame."""
         rows = [self.row(body) for body in bodies]
         return replace(
             self,
@@ -86,15 +86,15 @@ class Trajectory:
     sector_size: float  # m
 
     def relative_to(self, sector: SectorLike | None = None) -> Floats:
-        """Positions [t, n, 3] in metres from the centre of `sector`; not given: of where the first body
-        began.
+        """Positions [t, n, 3] in metres from the centre of `sector`, by default the sector where the
+        first body began.
         """
         origin = self.sectors[0, 0] if sector is None else sector
         return relative_to(self.sectors, self.local, origin, self.sector_size)
 
 
 class Phase(enum.IntEnum):
-    """What a contact did in a tick."""
+    """The phase of a contact in a tick."""
 
     BEGIN = tessera_pb2.Contact.BEGIN
     PERSIST = tessera_pb2.Contact.PERSIST
@@ -103,7 +103,7 @@ class Phase(enum.IntEnum):
 
 @dataclass(frozen=True)
 class Contact:
-    """Two bodies, `a` < `b`, that touch."""
+    """A contact of two bodies, `a` < `b`."""
 
     phase: Phase
     a: int
@@ -122,7 +122,7 @@ class ContactFrame:
 
 
 def body_frame(tick: int, parts: Iterable[tessera_pb2.BodyBatch], sector_size: float) -> BodyFrame:
-    """One frame out of what each server says of a tick, body by body or in columns."""
+    """Merges the parts of all servers for a tick, body by body or in columns, into one frame."""
     columns = [_columns(part) for part in parts] or [_columns(tessera_pb2.BodyBatch())]
     ids, sectors, motion, asleep = (np.concatenate(column) for column in zip(*columns))
     order = np.argsort(ids)

@@ -1,7 +1,7 @@
-"""Joints: what ties two bodies together, and what drives them.
+"""Joints, which connect two bodies, and their drives.
 
-A joint has a frame on each of its two bodies; where it is at rest, the two coincide. Its first axis is x of
-that frame, the second one, of a universal joint, is y.
+A joint has a frame on each of its two bodies; at its zero, the two coincide. Its first axis is the x axis of
+that frame; the second axis of a universal joint is the y axis.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ from tessera.position import IDENTITY, ORIGIN, SectorLike, VectorLike, pose_mess
 
 
 class JointType(enum.IntEnum):
-    """What a joint leaves free."""
+    """The type of a joint, which determines the free motions."""
 
-    FIXED = world_pb2.JOINT_FIXED  # nothing
+    FIXED = world_pb2.JOINT_FIXED  # no free motion
     REVOLUTE = world_pb2.JOINT_REVOLUTE  # the angle about the axis
-    PRISMATIC = world_pb2.JOINT_PRISMATIC  # the way along the axis
+    PRISMATIC = world_pb2.JOINT_PRISMATIC  # the displacement along the axis
     BALL = world_pb2.JOINT_BALL  # all angles
     UNIVERSAL = world_pb2.JOINT_UNIVERSAL  # the angles about two axes
-    SCREW = world_pb2.JOINT_SCREW  # the angle about the axis, and with it the way along it
+    SCREW = world_pb2.JOINT_SCREW  # the angle about the axis, coupled with the displacement along it
 
 
 class DriveMode(enum.IntEnum):
-    """What drives an axis."""
+    """How an axis is driven."""
 
     FREE = world_pb2.JointDrive.FREE
     VELOCITY = world_pb2.JointDrive.VELOCITY  # holds a velocity, with at most `effort_max`
-    POSITION = world_pb2.JointDrive.POSITION  # goes to a position, with at most `velocity_max`, and holds it
+    POSITION = world_pb2.JointDrive.POSITION  # moves to a position, with at most `velocity_max`, and holds it
     EFFORT = world_pb2.JointDrive.EFFORT  # applies an effort
 
 
 @dataclass
 class Drive:
-    """`target` in rad/s or m/s, rad or m, N m or N, by `mode` and by what the axis leaves free."""
+    """`target` in rad/s or m/s, rad or m, N m or N, depending on `mode` and the type of axis."""
 
     mode: DriveMode = DriveMode.FREE
     target: float = 0.0
@@ -48,9 +48,9 @@ class Drive:
 
 @dataclass
 class Axis:
-    """One degree of freedom. Units: rad, N m and rad/s of an angle; m, N and m/s of a way."""
+    """One degree of freedom. Units: rad, N m and rad/s for an angle; m, N and m/s for a displacement."""
 
-    lower: float = -math.inf  # of an angle within [-pi, pi] where it is bounded
+    lower: float = -math.inf  # for an angle, within [-pi, pi] if bounded
     upper: float = math.inf
     velocity_max: float = math.inf  # of a position drive
     effort_max: float = math.inf  # of every drive
@@ -72,12 +72,12 @@ class Joint:
     type: JointType
     child: str | int  # a dynamic body, by its name or its id
     parent: str | int | None = None  # none: the world
-    name: str = ""  # without one it gets one
+    name: str = ""  # a missing name is generated
     in_parent: VectorLike = (0.0, 0.0, 0.0)  # the joint frame's origin in the parent, m
     in_parent_turned: VectorLike = IDENTITY  # its rotation there, x y z w
     in_child: VectorLike = (0.0, 0.0, 0.0)
     in_child_turned: VectorLike = IDENTITY
-    sector: SectorLike = ORIGIN  # where the parent is the world: `in_parent` counts from its centre
+    sector: SectorLike = ORIGIN  # if the parent is the world: `in_parent` is relative to its centre
     axes: Sequence[Axis] = field(default_factory=list)  # missing ones are free
     drives: Sequence[Drive] = field(default_factory=list)  # likewise
     pitch: float = 0.0  # of a screw, m/rad

@@ -1,7 +1,7 @@
-"""Positions of any size without any loss: a sector and a small displacement.
+"""Lossless positions of any size: a sector and a small displacement.
 
 The sector (i, j, k), three 64-bit integers, has its centre at (i, j, k) * L metres from the world's origin;
-L is the sector size of the world. A displacement counts in metres from there, along the world's axes. No
+L is the sector size of the world. A displacement is in metres from there, along the world's axes. No
 position is ever one floating-point number: differences are taken with `relative_to()`, integers first.
 """
 
@@ -31,7 +31,7 @@ IDENTITY = (0.0, 0.0, 0.0, 1.0)  # a rotation, x y z w
 class WorldPosition:
     """A point: `local` metres from the centre of `sector`, along the world's axes.
 
-    `local` may be of any finite size; the cluster carries it over to the sector that it lies in.
+    `local` may have any finite size; the cluster converts it to the sector that contains the point.
     """
 
     local: Vector = (0.0, 0.0, 0.0)
@@ -46,8 +46,8 @@ def relative_to(sectors: ArrayLike, local: ArrayLike, sector: SectorLike, sector
     """The displacement of points from the centre of `sector`, in metres.
 
     `sectors` is [..., 3] of 64-bit integers and `local` [..., 3] in metres. Sector indices are subtracted
-    as integers before anything is rounded: what is near `sector` keeps all its digits, wherever in the
-    world it is.
+    as integers before anything is rounded, so points near `sector` keep full precision, wherever in the world
+    it is.
     """
     whole = _difference(np.asarray(sectors, dtype=np.int64), np.asarray(sector, dtype=np.int64))
     metres = whole * np.longdouble(sector_size) + np.asarray(local, dtype=np.float64)
@@ -55,7 +55,7 @@ def relative_to(sectors: ArrayLike, local: ArrayLike, sector: SectorLike, sector
 
 
 def _difference(a: Integers, b: Integers) -> NDArray[Any]:
-    """a - b, also where that needs 65 bits."""
+    """a - b, even if that needs 65 bits."""
     up, down = (x.astype(np.uint64).astype(np.longdouble) for x in (a - b, b - a))
     return np.where(a >= b, up, -down)
 
@@ -108,7 +108,7 @@ def pose_message(position: VectorLike, orientation: VectorLike) -> world_pb2.Pos
 
 
 def numbers(values: VectorLike, count: int, name: str) -> list[float]:
-    """`values` as that many floats. ValueError, naming the field, where they are not."""
+    """`values` as that many floats. ValueError, naming the field, if they are not."""
     result = [float(value) for value in values]
     if len(result) != count:
         raise ValueError(f"{name}: {count} numbers are expected, not {len(result)}")

@@ -1,4 +1,4 @@
-"""What a cluster answers, and what it is asked for."""
+"""Answers of a cluster, and types of queries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tessera.position import PositionLike, Vector, VectorLike, WorldPosition
 
 @dataclass(frozen=True)
 class LoadSummary:
-    """What a cluster has loaded."""
+    """The summary of a load."""
 
     bodies: int
     sectors: int  # with a body that can move
@@ -28,7 +28,7 @@ class Added:
 
 @dataclass(frozen=True)
 class HashAt:
-    """The hash of a world's state: equal bits have equal hashes, on any number of servers."""
+    """The hash of a world's state: equal states have equal hashes, on any number of servers."""
 
     tick: int
     hash: str  # 32 hexadecimal digits
@@ -55,7 +55,7 @@ class FoundJoint:
     name: str
     parent: str  # name of the body; empty: the world
     child: str
-    joint: world_pb2.Joint  # with its drives as they were set last; proto/world.proto has its fields
+    joint: world_pb2.Joint  # with its latest drives; proto/world.proto has its fields
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class Neighbour:
 
     id: int
     name: str
-    distance: float  # m, between the surfaces; 0 where they overlap
+    distance: float  # m, between the surfaces; 0 if they overlap
 
 
 @dataclass(frozen=True)
 class RayHit:
-    """What a ray hits first."""
+    """The first hit of a ray."""
 
     id: int
     name: str

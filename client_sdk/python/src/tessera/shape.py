@@ -13,7 +13,7 @@ from tessera._proto.world_pb2 import Geometry, Shape
 from tessera.position import IDENTITY, Vector, VectorLike, pose_message, vector_message
 
 Placed: TypeAlias = tuple[Shape, VectorLike] | tuple[Shape, VectorLike, VectorLike]
-"""A shape, where it lies in the body frame (m), and how it is turned there (x y z w; not if not given)."""
+"""A shape with its position (m) and orientation (x y z w, default identity) in the body frame."""
 
 
 def box(x: float, y: float, z: float) -> Shape:
@@ -26,7 +26,7 @@ def sphere(radius: float) -> Shape:
 
 
 def capsule(radius: float, length: float) -> Shape:
-    """A cylinder along z closed by two half spheres; `length` is that of the cylinder without them."""
+    """A cylinder along z closed by two hemispheres; `length` is that of the cylinder without them."""
     return _one(Geometry(capsule=Geometry.Capsule(radius=radius, length=length)))
 
 
@@ -41,7 +41,7 @@ def ellipsoid(x: float, y: float, z: float) -> Shape:
 
 
 def plane(normal: VectorLike = (0, 0, 1)) -> Shape:
-    """The half space below a plane through the origin; `normal` is of unit length. Of static bodies only."""
+    """The half space below a plane through the origin; `normal` has unit length. For static bodies only."""
     return _one(Geometry(plane=Geometry.Plane(normal=vector_message(normal, "normal"))))
 
 
@@ -51,13 +51,13 @@ def convex_hull(points: ArrayLike) -> Shape:
 
 
 def triangle_mesh(vertices: ArrayLike, triangles: ArrayLike) -> Shape:
-    """A surface without inside, of vertices [n, 3] and triangles [m, 3]. Of static bodies only."""
+    """A surface without interior, of vertices [n, 3] and triangles [m, 3]. For static bodies only."""
     indices = np.asarray(triangles, dtype=np.uint32).ravel().tolist()
     return _one(Geometry(triangle_mesh=Geometry.TriangleMesh(vertices=_rows(vertices), indices=indices)))
 
 
 def height_field(heights: ArrayLike, spacing_x: float, spacing_y: float) -> Shape:
-    """A terrain of heights [rows, columns], centred in x (along columns) and y. Of static bodies only."""
+    """A terrain of heights [rows, columns], centred in x (along columns) and y. For static bodies only."""
     samples = np.asarray(heights, dtype=np.float64)
     if samples.ndim != 2:
         raise ValueError(
@@ -90,7 +90,7 @@ def compound(parts: Iterable[Placed]) -> Shape:
 
 
 def moments_of(shape: Shape, mass: float) -> Vector:
-    """The principal moments of inertia (kg m^2) of a solid of even density.
+    """The principal moments of inertia (kg m^2) of a solid of uniform density.
 
     Exact for one box, sphere, capsule, cylinder or ellipsoid; others have those of their bounding sphere.
     """
@@ -113,7 +113,7 @@ def moments_of(shape: Shape, mass: float) -> Vector:
 
 
 def bounding_radius(shape: Shape) -> float:
-    """The radius of a sphere around the body frame's origin that holds the shape; infinite for a plane."""
+    """The radius of a sphere around the body frame's origin that contains the shape; infinite for a plane."""
     radius = 0.0
     for part in shape.parts:
         p = part.pose.position
@@ -169,4 +169,4 @@ def _radius(geometry: Geometry) -> float:
     if kind == "convex_hull":
         points = np.asarray(geometry.convex_hull.points).reshape(-1, 3)
         return float(np.linalg.norm(points, axis=1).max(initial=0))
-    return math.inf  # what only static bodies have needs no moments
+    return math.inf  # shapes of static bodies only need no moments

@@ -1,7 +1,7 @@
-"""What a cluster tells as it goes, tick by tick.
+"""Streams of a cluster, tick by tick.
 
-Every server streams what its sectors hold; here the parts of one tick become one frame. A body that goes
-from one server to another is in each frame exactly once.
+Every server streams the contents of its sectors; the parts of one tick are merged into one frame. A body that
+changes servers is in each frame exactly once.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from tessera.errors import (
     from_grpc,
 )
 
-FRAMES_QUEUED_MAX = 256  # of each server; it waits while it is that far ahead of the reader
+FRAMES_QUEUED_MAX = 256  # per server, which waits while it is that far ahead of the reader
 
 
 class Batch(Protocol):
-    """What one server says of one tick."""
+    """One server's part of one tick."""
 
     @property
     def tick(self) -> int:
@@ -42,9 +42,9 @@ Frame = TypeVar("Frame")
 
 
 class StreamMerger(Generic[Part]):
-    """The parts of ticks that several sources tell of, put together again.
+    """Merges the parts of ticks of several sources.
 
-    Sources push their parts, ascending by tick; one reader gets whole ticks. All methods from any thread.
+    Sources push their parts, ascending by tick; one reader gets whole ticks. Safe to use from any thread.
     """
 
     def __init__(self, sources: int) -> None:
@@ -55,8 +55,8 @@ class StreamMerger(Generic[Part]):
         self._skipped = 0
 
     def push(self, source: int, part: Part, is_whole: bool = True) -> bool:
-        """Waits while the source is too far ahead. `is_whole` is not set where the source cannot vouch for
-        the tick: then the frame is empty. False once the stream has ended.
+        """Waits while the source is too far ahead. `is_whole` is false if the source does not have the
+        complete tick: then the frame is empty. False once the stream has ended.
         """
         with self._changed:
             last = self._last[source]
@@ -71,22 +71,22 @@ class StreamMerger(Generic[Part]):
             return True
 
     def end(self, error: TesseraError) -> None:
-        """The first end is the one that counts. Whole ticks that are here already can still be read."""
+        """Only the first end counts. Whole ticks that have arrived can still be read."""
         with self._changed:
             self._finish(error)
 
     def wait_for_all(self, timeout: float | None) -> None:
-        """Until every source has pushed something."""
+        """Waits until every source has pushed something."""
         with self._changed:
             told = self._changed.wait_for(lambda: self._end or None not in self._last, timeout)
             if None not in self._last:
                 return
             if told and self._end:
                 raise self._end
-            raise DeadlineExceeded("not every server has answered to the subscription in time")
+            raise DeadlineExceeded("not every server has answered the subscription in time")
 
     def next(self, timeout: float | None) -> tuple[int, list[Part]]:
-        """The next tick that all sources have told of, and its parts."""
+        """The next tick that all sources have pushed, and its parts."""
         deadline = None if timeout is None else time.monotonic() + timeout
         with self._changed:
             while not self._ready():
@@ -108,7 +108,7 @@ class StreamMerger(Generic[Part]):
         self._changed.notify_all()
 
     def _ready(self) -> bool:
-        """Whether all sources have the same tick in front; what only some have is dropped."""
+        """Whether all sources have the same tick in front; ticks that only some have are dropped."""
         while all(self._parts):
             ticks = [parts[0][0].tick for parts in self._parts]
             if min(ticks) == max(ticks):
@@ -128,11 +128,11 @@ class StreamMerger(Generic[Part]):
 
 
 class Stream(Generic[Part, Frame]):
-    """A subscription; iterating over it gives frame after frame and waits for each.
+    """A subscription; iterating over it waits for frame after frame.
 
-    At most 256 ticks of a server wait here, and some thousands at the server: who reads more slowly for
-    longer loses the subscription (ResourceExhausted). One thread reads; `cancel()` from any. It ends with
-    `cancel()` or with the end of a `with` block.
+    At most 256 ticks per server are buffered here, and some thousands at the server; a reader that falls
+    further behind loses the subscription (ResourceExhausted). For one reading thread; any thread may call
+    `cancel()`. It ends with `cancel()` or with the end of a `with` block.
     """
 
     def __init__(
@@ -144,8 +144,8 @@ class Stream(Generic[Part, Frame]):
         first_is_whole: bool,
         timeout: float | None,
     ) -> None:
-        """Subscribes by `open_at` at every server and waits until all have answered; `read` makes a frame
-        of the parts of a tick. DeadlineExceeded, Unavailable.
+        """Subscribes with `open_at` at every server and waits until all have answered; `read` makes a frame
+        from the parts of a tick. DeadlineExceeded, Unavailable.
         """
         self._merger: StreamMerger[Part] = StreamMerger(len(addresses))
         self._read = read
@@ -163,17 +163,16 @@ class Stream(Generic[Part, Frame]):
             raise
 
     def next(self, timeout: float | None = None) -> Frame:
-        """The next tick that every server has told of; waits for at most `timeout` s, without end if not
-        given.
+        """The next tick that all servers have streamed; waits at most `timeout` s, by default indefinitely.
 
-        Raises DeadlineExceeded when none is complete in time (call again). Any other error ends the stream
-        for good: Unavailable, naming the server, when one was lost, Cancelled after `cancel()`, Aborted
-        when the world was unloaded or replaced.
+        Raises DeadlineExceeded if none is complete in time (call again). Any other error ends the stream for
+        good: Unavailable, naming the server, if one was lost, Cancelled after `cancel()`, Aborted if the
+        world was unloaded or replaced.
         """
         return self._read(*self.next_parts(timeout))
 
     def next_parts(self, timeout: float | None = None) -> tuple[int, list[Part]]:
-        """As `next()`, but the tick and what each server says of it, as messages."""
+        """As `next()`, but returns the tick and each server's part of it, as messages."""
         return self._merger.next(timeout)
 
     def __iter__(self) -> Iterator[Frame]:
@@ -185,7 +184,7 @@ class Stream(Generic[Part, Frame]):
 
     @property
     def skipped(self) -> int:
-        """Ticks that came from some servers and not from all, so far."""
+        """The number of ticks so far that only some of the servers streamed."""
         return self._merger.skipped
 
     def cancel(self) -> None:
@@ -202,7 +201,7 @@ class Stream(Generic[Part, Frame]):
 
 
 def _listen(merger: StreamMerger[Part], source: int, address: str, call: Any, is_whole: bool) -> None:
-    """Hands on what a server says, until it or the reader ends."""
+    """Passes on the messages of a server, until it or the reader ends."""
     why = TesseraError("it ended the stream")
     try:
         for batch in call:

@@ -1,4 +1,4 @@
-"""Worlds as data: built here, or read from files."""
+"""Worlds as data: built in Python, or read from files."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ from tessera.position import (
     vector_message,
 )
 
-NOTE = "note: "  # how the program begins a line about what it left out
+NOTE = "note: "  # how the program begins a line about an unsupported element
 
 
 class Precision(enum.IntEnum):
-    """The numbers that a world is simulated in."""
+    """The floating-point precision of a simulation."""
 
     FLOAT32 = world_pb2.PRECISION_FLOAT32
     FLOAT64 = world_pb2.PRECISION_FLOAT64
 
 
 class SeamPolicy(enum.IntEnum):
-    """What happens at a border between sectors."""
+    """How contacts across borders between sectors are solved."""
 
-    ISLAND = world_pb2.SEAM_POLICY_ISLAND  # islands are solved whole, over any number of sectors
+    ISLAND = world_pb2.SEAM_POLICY_ISLAND  # each island is solved as a unit, over any number of sectors
     CLONE = world_pb2.SEAM_POLICY_CLONE  # every sector solves its own bodies and clones, for comparison
 
 
 @dataclass
 class CentralGravity:
-    """A planet: `surface` m/s^2 towards `centre` at `radius` metres from it, less by the square outside."""
+    """A planet: `surface` m/s^2 towards `centre` at `radius` metres; decreases with the square outside."""
 
     centre: PositionLike
     surface: float = 9.81
@@ -87,15 +87,15 @@ class Settings:
 
 
 class World:
-    """A world at its start, before it is loaded.
+    """The initial state of a world, before it is loaded.
 
         world = tessera.World("yard", tessera.Settings(sector_size=64))
         world.add(tessera.Body("ground", tessera.plane(), motion=tessera.Motion.STATIC))
         world.add(tessera.Body("crate", tessera.box(1, 1, 1), mass=10, position=(0, 0, 5)))
         client.load(world)
 
-    `anchor` is the sector that the world lies around. `message` is the world on the wire (proto/world.proto):
-    whoever wants to may change it there. `notices` name what a file has that is not simulated.
+    `anchor` is the sector around which the world is located. `message` is the serialisable world
+    (proto/world.proto), and may be changed directly. `notices` lists the unsupported elements of the file.
     """
 
     def __init__(
@@ -105,17 +105,17 @@ class World:
             name=name, settings=(settings or Settings()).message(), anchor=sector_message(anchor)
         )
         self.notices: list[str] = []
-        self._shapes: dict[bytes, int] = {}  # places of those that were added here
+        self._shapes: dict[bytes, int] = {}  # indices of the shapes added here
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], options: Sequence[str] = ()) -> World:
         """Reads an SDF or URDF file, or NAME.pb, which `write()` and `tessera convert` write.
 
-        The program `tessera` reads it (see `tessera.command`): there is one reader of such files, so a
-        world is the same, bit for bit, whoever loads it. `options` are those of `tessera convert`, such as
+        The program `tessera` reads it (see `tessera.command`), so a world is the same, bit for bit, whoever
+        loads it. `options` are those of `tessera convert`, such as
         `("--shift", "2^40,0,0")`.
 
-        Raises NotFound where the program is not there, InvalidArgument, with its message, where it refuses.
+        Raises NotFound if the program is missing, and InvalidArgument, with its message, if it refuses.
         """
         with tempfile.TemporaryDirectory(prefix="tessera-") as folder:
             converted = Path(folder) / "world.pb"
@@ -126,7 +126,7 @@ class World:
         return world
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the world to NAME.pb, which `tessera load` and `tessera run` take."""
+        """Writes the world to NAME.pb, which `tessera load` and `tessera run` accept."""
         Path(path).write_bytes(self.message.SerializeToString())
 
     def add(self, body: Body) -> None:
@@ -134,7 +134,7 @@ class World:
         self.message.bodies.append(body.message(self._place_of(body.shape)))
 
     def add_joint(self, joint: Joint) -> None:
-        """Adds a joint between bodies of this world. NotFound where it names another."""
+        """Adds a joint between bodies of this world. NotFound if it refers to another body."""
         message = joint.message()
         message.properties.child = self._body_number(joint.child)
         if joint.parent is not None:
@@ -149,7 +149,7 @@ class World:
         return self._shapes[key]
 
     def _body_number(self, name: str | int) -> int:
-        """The place of a body plus one, by which joints of a world name it."""
+        """The index of a body plus one, by which joints of a world refer to it."""
         for place, body in enumerate(self.message.bodies):
             if body.name == name:
                 return place + 1

@@ -43,7 +43,7 @@ export class BodyStates {
     this.asleep = new Uint8Array(count);
   }
 
-  // An Error where the bytes are no such message.
+  // An Error if the bytes are not such a message.
   static decode(data) {
     const states = new BodyStates(countBodies(data));
     const reader = new BinaryReader(data);

@@ -1,5 +1,5 @@
-// Plays a recording. Towards the page it is what the connection to tessera-viewer is: it hears where the
-// camera looks, says what is seen there, and answers questions, as far as a recording can.
+// Plays a recording. To the web UI it looks like the connection to tessera-viewer: it receives the position
+// of the camera, sends what is visible there, and answers questions, as far as a recording can.
 import {fromJson, toJson} from '../position.js';
 
 import {BodyStates} from './body_states.js';
@@ -70,7 +70,7 @@ export class Playback extends EventTarget {
     if (what === 'places') return {places: this.#places()};
     if (what === 'find') return this.#find(details.body);
     if (what === 'pick') return this.#pick(details);
-    throw new Error(`${what}: a recording can only be looked at`);
+    throw new Error(`${what}: recordings cannot be changed`);
   }
 
   #places() {
@@ -87,7 +87,7 @@ export class Playback extends EventTarget {
           return {...toJson(states.positionOf(n)), body: states.ids[n], name};
       }
     }
-    throw new Error(`nobody is called "${wanted}" at this tick`);
+    throw new Error(`no body is called "${wanted}" at this tick`);
   }
 
   // --- time ---

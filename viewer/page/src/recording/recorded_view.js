@@ -1,5 +1,5 @@
-// A recording as a page sees it: relative to the sector that the camera is in, and only what is near enough,
-// like what tessera-viewer shows of a cluster (viewer/page_view.cc).
+// The view of a recording: relative to the sector of the camera, and only what is near enough, like the view
+// of a cluster (viewer/page_view.cc).
 import {Quaternion, Vector3} from 'three';
 
 import {drawnAs, radiusOf} from '../geometry.js';

@@ -1,4 +1,4 @@
-// A recording of tessera-record: an MCAP file, of which nothing is read that is not asked for.
+// A recording of tessera-record: an MCAP file, of which only the requested data is read.
 import {createFileRegistry, fromBinary, fromJsonString} from '@bufbuild/protobuf';
 import {FileDescriptorSetSchema} from '@bufbuild/protobuf/wkt';
 import {hasMcapPrefix, MCAP_MAGIC, McapIndexedReader} from '@mcap/core';
@@ -20,7 +20,7 @@ const kTypes = {
 };
 const kMetadata = 'tessera';
 
-// A file as the reader wants it, which counts what is read.
+// A file in the reader's interface, which counts the bytes read.
 class ReadableBlob {
   constructor(blob) {
     this.blob = blob;
@@ -39,9 +39,9 @@ class ReadableBlob {
 
 async function readerOf(file) {
   const readable = new ReadableBlob(file);
-  if (!await readable.hasMagic(0)) throw new Error(`${file.name} is no MCAP file`);
+  if (!await readable.hasMagic(0)) throw new Error(`${file.name} is not an MCAP file`);
   if (!await readable.hasMagic(Math.max(0, file.size - MCAP_MAGIC.length)))
-    throw new Error(`${file.name} is cut off and has no index: "mcap recover" adds one`);
+    throw new Error(`${file.name} is truncated and has no index: "mcap recover" adds one`);
   const decoder = new ZSTDDecoder();
   await decoder.init();
   try {
@@ -55,8 +55,7 @@ async function readerOf(file) {
   }
 }
 
-// The types of the messages of each topic, and that of the settings; an Error where one that is needed is
-// another one.
+// The types of the messages of each topic, and that of the settings; an Error if a required one differs.
 function typesOf(reader) {
   const channels = [...reader.channelsById.values()];
   const types = {};
@@ -75,17 +74,17 @@ function typesOf(reader) {
 
 async function metadataOf(reader) {
   for await (const {metadata} of reader.readMetadata({name: kMetadata})) return metadata;
-  throw new Error(`it has no metadata of the name ${kMetadata}`);
+  throw new Error(`it has no metadata named ${kMetadata}`);
 }
 
 export class Recording {
   #reader;
   #readable;
   #types;
-  #unnamed = new Set();  // bodies that were looked for in vain
+  #unnamed = new Set();  // bodies that were not found
 
-  // `file` is a File, or a Blob with a name. An Error that names it and says why where it is none, is cut
-  // off, or has something else in it.
+  // `file` is a File, or a Blob with a name. An Error with its name and the reason if it is not a recording,
+  // is truncated, or has other contents.
   static async open(file) {
     const {reader, readable} = await readerOf(file);
     const recording = new Recording();
@@ -95,7 +94,7 @@ export class Recording {
     try {
       await recording.#begin();
     } catch (error) {
-      throw new Error(`${file.name} is no recording of a world: ${error.message}`);
+      throw new Error(`${file.name} is not a recording of a world: ${error.message}`);
     }
     return recording;
   }
@@ -106,11 +105,11 @@ export class Recording {
     this.world = said.get('world');
     this.everyTicks = Number(said.get('every_ticks'));
     this.settings = fromJsonString(this.#types.settings, said.get('settings'), {ignoreUnknownFields: true});
-    this.bodies = new Map();  // those that were asked for, by id
+    this.bodies = new Map();  // the requested ones, by id
     this.shapes = new Map();  // and their shapes: parts by id
     const topics = [kBodies];
     const first = await this.#one({topics});
-    if (!first) throw new Error('it has no tick');
+    if (!first) throw new Error('it has no ticks');
     this.first = first.tick;
     this.last = (await this.#one({topics, reverse: true})).tick;
   }
@@ -122,8 +121,7 @@ export class Recording {
   // The messages of these topics after a tick, as {topic, tick, data}, ascending.
   async * after(tick, topics) { yield* this.#messages({topics, startTime: this.#nanoseconds(tick + 0.5)}); }
 
-  // The last message of a topic at a tick, or before it where it has none then; undefined where there is
-  // none.
+  // The last message of a topic at or before a tick; undefined if there is none.
   lastAt(topic, tick) {
     return this.#one({topics: [topic], endTime: this.#nanoseconds(tick + 0.5), reverse: true});
   }
@@ -133,13 +131,13 @@ export class Recording {
     return (await this.#one({topics: [kBodies], startTime: this.#nanoseconds(tick + 0.5)}))?.tick;
   }
 
-  // What a message says: the states of bodies, or what protobuf makes of it.
+  // Decodes a message: the states of bodies, or a protobuf object.
   read({topic, data}) {
     if (topic === kBodies || topic === kStatics) return BodyStates.decode(data);
     return fromBinary(this.#types[topic], data);
   }
 
-  // Learns names, properties and shapes of bodies that are there at a tick.
+  // Reads names, properties and shapes of the bodies at a tick.
   async learn(ids, tick) {
     const missing = new Set(ids.filter((id) => !this.bodies.has(id) && !this.#unnamed.has(id)));
     if (missing.size === 0) return;

@@ -1,4 +1,4 @@
-// What messages of a recording say, in the words that tessera-viewer has for it (viewer/json.cc).
+// Converts messages of a recording to the JSON of tessera-viewer (viewer/json.cc).
 
 const kMotions = ['dynamic', 'static', 'kinematic'];
 

@@ -21,7 +21,7 @@ example:
   tessera load worlds/falling.sdf && tessera resume
   tessera-record --output run.mcap --seconds 2
 
-The file opens in Foxglove and PlotJuggler; tessera.record.read() gives it to Python.
+The file opens in Foxglove and PlotJuggler; tessera.record.read() reads it in Python.
 """
 
 
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _record(recorder: Recorder, options: argparse.Namespace) -> None:
-    """On a thread of its own, so that nothing is interrupted half way."""
+    """Handles signals on a separate thread, so that no operation is interrupted."""
     ticks = options.ticks
     if options.seconds is not None:
         ticks = math.ceil(options.seconds / recorder.time_step)
@@ -57,7 +57,7 @@ def _record(recorder: Recorder, options: argparse.Namespace) -> None:
 
 
 def _follow(recorder: Recorder, ticks: int | None) -> None:
-    """Says on a terminal how far it is, once a second of simulated time."""
+    """Prints the progress on a terminal, once a second of simulated time."""
     said = -1
     for tick in recorder.follow(ticks):
         second = int(tick * recorder.time_step)
@@ -84,20 +84,20 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         metavar="N",
         type=int,
         default=1,
-        help=f"only ticks that are multiples of it, 1 to {EVERY_MAX} (default: 1)",
+        help=f"record only ticks that are multiples of N, 1 to {EVERY_MAX} (default: 1)",
     )
     parser.add_argument(
-        "--bodies", metavar="NAME", nargs="+", default=[], help="only these, and contacts with them"
+        "--bodies", metavar="NAME", nargs="+", default=[], help="only these bodies, and contacts with them"
     )
     parser.add_argument(
         "--sector",
         metavar="I,J,K",
         type=_sector,
-        help="what is drawn is relative to its centre; --sector=-1,0,2^62 (default: that of the first body)",
+        help="draw relative to this sector's centre, as in --sector=-1,0,2^62 (default: the first body's)",
     )
     end = parser.add_mutually_exclusive_group()
-    end.add_argument("--seconds", metavar="S", type=float, help="of simulated time, then it ends")
-    end.add_argument("--ticks", metavar="N", type=int, help="likewise")
+    end.add_argument("--seconds", metavar="S", type=float, help="stop after this much simulated time")
+    end.add_argument("--ticks", metavar="N", type=int, help="stop after this many ticks")
     options = parser.parse_args(arguments)
     for name in ("seconds", "ticks"):
         value = getattr(options, name)
@@ -107,7 +107,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _sector(text: str) -> Sector:
-    """Three integers; 2^62 is one."""
+    """Three integers, also in the form 2^62."""
     i, j, k = (_integer(part) for part in text.split(","))
     return (i, j, k)
 

@@ -1,4 +1,4 @@
-"""Reads files in the MCAP format by topic and time, whole ones and those whose writer was interrupted."""
+"""Reads MCAP files by topic and time, including files whose writer was interrupted."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Message(NamedTuple):
 
 @dataclass
 class _Chunk:
-    """Where a chunk lies in the file, and its message index behind it."""
+    """The position of a chunk in the file, and of the message index after it."""
 
     start: int
     index_start: int
@@ -55,14 +55,14 @@ class _Chunk:
 
 
 class McapReader:
-    """Finds messages without reading those between. One thread at a time.
+    """Finds messages without reading those in between. For one thread at a time.
 
-    `is_whole` is not set where the writer was interrupted: then the file ends with its last whole chunk.
-    `metadata` has the values of each record of metadata by its name.
+    `is_whole` is false if the writer was interrupted: then the file ends with its last whole chunk.
+    `metadata` has the values of each metadata record by its name.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        """InvalidArgument where it is no such file; OSError where it cannot be opened."""
+        """InvalidArgument if it is not an MCAP file; OSError if it cannot be opened."""
         self._path = os.fspath(path)
         self._file = open(path, "rb")
         self._size = os.fstat(self._file.fileno()).st_size
@@ -84,11 +84,11 @@ class McapReader:
         self._file.close()
 
     def times(self, topic: str) -> NDArray[np.uint64]:
-        """The log times of the topic's messages in ns, ascending; none where there is no such topic."""
+        """The log times of the topic's messages in ns, ascending; empty if there is no such topic."""
         return self._of(topic)[:, 0]
 
     def messages(self, topic: str, start: int = 0, stop: int | None = None) -> Iterator[Message]:
-        """The topic's messages from place `start` on, up to place `stop`, in the order of `times()`."""
+        """The topic's messages with indices from `start` up to `stop`, in the order of `times()`."""
         for time, chunk, offset in self._of(topic)[start:stop].tolist():
             data = self._chunk_data(chunk)
             _, length = RECORD.unpack_from(data, offset)
@@ -100,7 +100,7 @@ class McapReader:
         return self._places.get(self._channels.get(topic, 0), none)
 
     def _summary_start(self) -> int | None:
-        """Where the summary begins; None where the file has no end."""
+        """Where the summary begins; None if the file has no end."""
         length = RECORD.size + FOOTER.size + len(MAGIC)
         end = self._at(max(0, self._size - length), length)
         if len(end) < length or not end.endswith(MAGIC) or end[0] != Opcode.FOOTER:
@@ -109,7 +109,7 @@ class McapReader:
         return start or None
 
     def _scan(self, at: int) -> None:
-        """Notes what the records from `at` on say, up to the end of their section or of the file."""
+        """Processes the records from `at` to the end of their section or of the file."""
         while at + RECORD.size <= self._size:
             opcode, length = RECORD.unpack(self._at(at, RECORD.size))
             begin, at = at + RECORD.size, at + RECORD.size + length
@@ -138,7 +138,7 @@ class McapReader:
             self._chunks.append(_Chunk(start + RECORD.size, start + length, *fields.take(UINT64)))
 
     def _read_places(self) -> dict[int, Places]:
-        """The places of the messages of each channel, ascending by time."""
+        """The positions of the messages of each channel, ascending by time."""
         parts: dict[int, list[Places]] = {}
         for number, chunk in enumerate(self._chunks):
             index = self._at(chunk.index_start, chunk.index_length)
@@ -159,16 +159,16 @@ class McapReader:
         _, _, size, crc = fields.take(CHUNK)
         compression, data = fields.string(), fields.prefixed(UINT64)
         if compression not in ("", COMPRESSION):
-            raise self._broken(f"its chunks are compressed by {compression}; {COMPRESSION} alone is read")
+            raise self._broken(f"its chunks use {compression} compression; only {COMPRESSION} is supported")
         if size > CHUNK_SIZE_MAX:
-            raise self._broken(f"it has a chunk of {size} bytes; at most {CHUNK_SIZE_MAX} are read")
+            raise self._broken(f"it has a chunk of {size} bytes; at most {CHUNK_SIZE_MAX} are supported")
         if compression == COMPRESSION:
             try:
                 data = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
             except zstandard.ZstdError as error:
                 raise self._broken(f"a chunk is damaged: {error}") from None
         if crc and zlib.crc32(data) != crc:
-            raise self._broken("a chunk is damaged: its CRC is another one")
+            raise self._broken("a chunk is damaged: its CRC does not match")
         return data
 
     def _at(self, start: int, length: int) -> bytes:

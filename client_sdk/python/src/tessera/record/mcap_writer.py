@@ -1,6 +1,6 @@
-"""Writes files in the MCAP format: chunks that are compressed, and an index over them.
+"""Writes MCAP files: compressed chunks with an index.
 
-No package of Debian 12 does, and the part of the format that recordings need is small.
+Debian 12 has no package for this, and recordings need only a small part of the format.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from tessera.record.mcap_format import (
 )
 from tessera.record.zstd import zstandard
 
-CHUNK_SIZE = 4 << 20  # bytes, from which on a chunk is ended
+CHUNK_SIZE = 4 << 20  # bytes, at which a chunk is ended
 
 _SUMMARY = (
     Opcode.SCHEMA,
@@ -50,15 +50,15 @@ class _Chunk:
     """Messages that are not in the file yet."""
 
     data: bytearray = field(default_factory=bytearray)
-    places: dict[int, bytearray] = field(default_factory=dict)  # of the messages of each channel
+    places: dict[int, bytearray] = field(default_factory=dict)  # positions of the messages of each channel
     times: list[int] = field(default_factory=list)
 
 
 class McapWriter:
-    """Writes a new file; `finish()` makes it whole. Without that, what `end_chunk()` wrote can be read."""
+    """Writes a new file; `finish()` completes it. Before, the chunks that `end_chunk()` wrote can be read."""
 
     def __init__(self, path: str | os.PathLike[str], library: str) -> None:
-        """`library` says who writes. FileExistsError where there is a file already."""
+        """`library` names the writer. FileExistsError if the file exists."""
         self._file = open(path, "xb")
         self._compressor = zstandard.ZstdCompressor()
         self._chunk = _Chunk()
@@ -69,7 +69,7 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """Bytes that are in the file."""
+        """Bytes written to the file."""
         return self._file.tell()
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
@@ -79,7 +79,7 @@ class McapWriter:
         self._file.write(content)
 
     def add_channel(self, topic: str, schema: str, definition: bytes) -> int:
-        """A channel of protobuf messages of type `schema`, which `definition`, a FileDescriptorSet, has."""
+        """A channel of protobuf messages of type `schema`, defined in `definition`, a FileDescriptorSet."""
         number = len(self._counts) + 1
         self._define(
             Opcode.SCHEMA, UINT16.pack(number) + string(schema) + string("protobuf") + prefixed(definition)
@@ -104,7 +104,7 @@ class McapWriter:
             self.end_chunk()
 
     def end_chunk(self) -> None:
-        """From here on, what was written can be read, whatever becomes of this process."""
+        """Ends the chunk: all messages so far can be read, even if this process is killed."""
         chunk, self._chunk = self._chunk, _Chunk()
         if not chunk.times:
             return
@@ -129,7 +129,7 @@ class McapWriter:
         self._times = [min(self._times + [first]), max(self._times + [last])]
 
     def finish(self) -> None:
-        """Ends the file with its index. Once."""
+        """Ends the file with its index. Call it once."""
         self.end_chunk()
         self._file.write(record(Opcode.DATA_END, UINT32.pack(0)))
         self._summary[Opcode.STATISTICS].append(self._statistics())

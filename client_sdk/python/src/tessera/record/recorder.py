@@ -1,4 +1,4 @@
-"""Records what a client could have seen of a cluster, tick by tick."""
+"""Records what a client sees of a cluster, tick by tick."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from tessera.record.mcap_writer import McapWriter
 from tessera.record.scene import scene, transforms
 from tessera.record.schema import definition_of
 
-EVERY_MAX = 1000  # ticks; the contacts of those between wait at the servers meanwhile
+EVERY_MAX = 1000  # ticks; contacts of the ticks in between are buffered at the servers
 
 
 class Recorder:
-    """A recording of the world that is loaded.
+    """A recording of the loaded world.
 
         with tessera.record.Recorder(client, "run.mcap") as recorder:
             client.step(120)
             recorder.run(ticks=120)
 
-    It subscribes when it is made, and nothing is missed from then on. Each tick has the states of bodies and
-    their contacts, each second of simulated time the status of the cluster and the static bodies, as far as
-    they have changed. The end of the `with` block makes the file whole; an interrupted one can be read up to
-    its last second.
+    It subscribes when it is constructed, and is complete from then on. Each tick has the states of bodies and
+    their contacts. Each second of simulated time has the status of the cluster, and the static bodies if they
+    have changed. The end of the `with` block completes the file; an interrupted file can be read up to its
+    last second.
     """
 
     def __init__(
@@ -49,11 +49,10 @@ class Recorder:
         sector: SectorLike | None = None,
     ) -> None:
         """Records ticks that are multiples of `every`, at most 1000. Contacts that begin or end are recorded
-        at each tick; those that go on only where `every` is 1. `bodies` not given: all, else these, and
-        contacts with them. What is drawn is drawn relative to the centre of `sector`; not given: of the one
-        that the first body is in.
+        at each tick; continuing ones only if `every` is 1. With `bodies`, only these bodies and contacts with
+        them are recorded. Drawings are relative to the centre of `sector`, by default that of the first body.
 
-        FileExistsError, FailedPrecondition where no world is loaded, NotFound for a body that is not there,
+        FileExistsError, FailedPrecondition if no world is loaded, NotFound for a body that does not exist,
         InvalidArgument for `every`.
         """
         if not 1 <= every <= EVERY_MAX:
@@ -79,9 +78,9 @@ class Recorder:
         self._present: Ids = np.empty(0, dtype=np.uint64)
         self._statics = tessera_pb2.BodyBatch()
         self._contact_tick: int | None = None  # the last that was read
-        self._second = -1  # the last that a status was recorded in
-        self.tick: int | None = None  # the last that was recorded
-        self.count = 0  # of the ticks that were recorded
+        self._second = -1  # the last with a recorded status
+        self.tick: int | None = None  # the last recorded one
+        self.count = 0  # of recorded ticks
 
     @property
     def size(self) -> int:
@@ -89,15 +88,15 @@ class Recorder:
         return self._file.size
 
     def run(self, ticks: int | None = None) -> None:
-        """Records until the world is that many ticks older than when it began, or until `stop()`.
+        """Records that many ticks from the current one on, or until `stop()`.
 
-        Errors as those of `Stream.next()`: with them, the recording ends, and what it has is kept.
+        Errors as `Stream.next()`: they end the recording, and the data so far is kept.
         """
         for _ in self.follow(ticks):
             pass
 
     def follow(self, ticks: int | None = None) -> Iterator[int]:
-        """As `run()`, giving each tick when it is recorded."""
+        """As `run()`, yielding each tick when it is recorded."""
         end: int | None = None
         while end is None or self._next_tick() <= end:
             try:
@@ -110,11 +109,11 @@ class Recorder:
             yield tick
 
     def stop(self) -> None:
-        """Ends `run()`. From any thread."""
+        """Ends `run()`. Safe to call from any thread."""
         self._bodies.cancel()
 
     def close(self) -> None:
-        """Makes the file whole."""
+        """Completes the file."""
         self._ending.close()
 
     def __enter__(self) -> Recorder:
@@ -148,7 +147,7 @@ class Recorder:
         return (self.tick // self._every + 1) * self._every
 
     def _first_sector(self, status: Status) -> Sector:
-        """Where the first body is that is recorded; the anchor of a world without any."""
+        """The sector of the first recorded body, or the anchor of a world without bodies."""
         first = self._ids[:1] or [body.id for body in self._client.find_bodies(limit=1)]
         for state in self._states_of(first).bodies:
             return to_sector(state.pose.position.sector)
@@ -157,14 +156,14 @@ class Recorder:
         return to_sector(status.anchor)
 
     def _states_of(self, ids: list[int]) -> tessera_pb2.BodyBatch:
-        """The states of these bodies, static or not, as they are now."""
+        """The current states of these bodies, static or not."""
         if not ids:
             return tessera_pb2.BodyBatch()
         with self._watch(ids) as stream:
             return _bodies_of(*stream.next_parts(CALL_TIMEOUT_S))
 
     def _watch(self, ids: list[int], every: int = 1) -> BodyStream:
-        """Body by body: in recordings they have their fields by name, for the tools that read them."""
+        """Converts columns to bodies: in recordings, bodies have named fields, for tools that read them."""
         return self._client.stream_bodies(tessera_pb2.WatchBodiesRequest(ids=ids, every_ticks=every))
 
     def _record(self, tick: int, parts: list[tessera_pb2.BodyBatch]) -> None:
@@ -188,7 +187,7 @@ class Recorder:
         self.count += 1
 
     def _learn(self, tick: int, ids: list[int]) -> None:
-        """Asks for the names and shapes of those bodies that were not there before."""
+        """Requests the names and shapes of new bodies."""
         new = [body for body in ids if body not in self._catalogue]
         if not new:
             return
@@ -199,7 +198,7 @@ class Recorder:
         self._write(topics.CATALOGUE, tick, found)
 
     def _look(self, tick: int) -> bool:
-        """Records what is looked at once a second. Whether static bodies have changed since the last time."""
+        """Records the once-a-second topics. Returns whether static bodies have changed since last time."""
         self._file.end_chunk()
         status = self._client.status()
         self._write(topics.STATUS, status.tick, status)
@@ -217,15 +216,15 @@ class Recorder:
         return True
 
     def _draw(self, tick: int) -> None:
-        """Records the shapes of all bodies that are there."""
+        """Records the shapes of all existing bodies."""
         ids = [state.id for state in self._statics.bodies] + self._present.tolist()
         bodies = [self._catalogue[body] for body in ids if body in self._catalogue]
         self._write(topics.SCENE, tick, scene(bodies, self._shapes, self._time_of(tick)))
 
     def _record_contacts(self, tick: int) -> None:
-        """Records those after the last tick that was recorded, up to `tick`."""
+        """Records the contacts after the last recorded tick, up to `tick`."""
         while self._contact_tick is None or self._contact_tick < tick:
-            is_first = self._contact_tick is None  # nobody vouches for that one
+            is_first = self._contact_tick is None  # it may be incomplete
             self._contact_tick, parts = self._contacts.next_parts()
             if is_first or (self.tick is None and self._contact_tick < tick):
                 continue
@@ -242,7 +241,7 @@ class Recorder:
 
 
 def _bodies_of(tick: int, parts: list[tessera_pb2.BodyBatch]) -> tessera_pb2.BodyBatch:
-    """What all servers say of a tick."""
+    """The parts of all servers for a tick, merged."""
     result = tessera_pb2.BodyBatch(tick=tick)
     for part in parts:
         result.bodies.extend(part.bodies)

@@ -1,4 +1,4 @@
-"""Recordings, read back as what the client gives of a cluster that runs."""
+"""Reads recordings, with the same data types as the client of a running cluster."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ class Recording:
             path = recording.trajectory("tower::box_10")
             plt.plot(path.time, path.relative_to()[:, 0, 2])
 
-    Nothing is read that is not asked for. One thread at a time.
+    Reads only the requested data. For one thread at a time.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        """OSError where the file cannot be opened, InvalidArgument where it is no recording."""
+        """OSError if the file cannot be opened, InvalidArgument if it is not a recording."""
         self._reader = McapReader(path)
         said = self._reader.metadata.get(topics.METADATA)
         if said is None:
             self._reader.close()
-            raise InvalidArgument(f"{os.fspath(path)} is no recording of a world")
+            raise InvalidArgument(f"{os.fspath(path)} is not a recording of a world")
         self.world = said[topics.WORLD]
         self.settings = json_format.Parse(said[topics.SETTINGS], world_pb2.WorldSettings())
         self.anchor = _sector(said[topics.ANCHOR])
-        self.sector = _sector(said[topics.SECTOR])  # that drawings are relative to
+        self.sector = _sector(said[topics.SECTOR])  # which drawings are relative to
         self.every_ticks = int(said[topics.EVERY])
         self.time_step: float = self.settings.time_step  # s
-        self.is_whole = self._reader.is_whole  # not set where the recorder was interrupted
+        self.is_whole = self._reader.is_whole  # false if the recorder was interrupted
         self.ticks = self._ticks_of(topics.BODIES)  # ascending
         self.bodies: dict[int, FoundBody] = {}  # all that were seen, by id
         self.shapes: dict[int, world_pb2.Shape] = {}  # by `properties.shape` of bodies
@@ -65,38 +65,38 @@ class Recording:
         self.close()
 
     def __len__(self) -> int:
-        """How many ticks were recorded."""
+        """The number of recorded ticks."""
         return len(self.ticks)
 
     def find(self, name: str) -> FoundBody:
-        """The body of that name. NotFound where none was seen."""
+        """The body of that name. NotFound if none was recorded."""
         for body in self.bodies.values():
             if body.name == name:
                 return body
         raise NotFound(f'no body was called "{name}"')
 
     def frame(self, tick: int) -> BodyFrame:
-        """The bodies at a tick that was recorded: those that are not static, or those that were asked for.
-        KeyError for another tick.
+        """The bodies at a recorded tick: all that are not static, or those selected for the recording.
+        KeyError for any other tick.
         """
         place = _place(self.ticks, tick)
         return next(self._frames(topics.BODIES, place, place + 1))
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[BodyFrame]:
-        """Those of ticks from `start` on, before `stop`."""
+        """The frames of ticks from `start` on, before `stop`."""
         first, last = np.searchsorted(self.ticks, (start, np.iinfo(np.int64).max if stop is None else stop))
         return self._frames(topics.BODIES, int(first), int(last))
 
     def contacts(self, tick: int) -> ContactFrame:
-        """The contacts of a tick: where `every_ticks` is 1 all, else those that begin or end. KeyError where
-        none were recorded, as for the first tick of a world that stood still: contacts are told by ticks.
+        """The contacts of a tick: all if `every_ticks` is 1, otherwise those that begin or end. KeyError if
+        none were recorded, as for the first tick of a paused world: contacts belong to completed ticks.
         """
         place = _place(self._ticks_of(topics.CONTACTS), tick)
         (message,) = self._reader.messages(topics.CONTACTS, place, place + 1)
         return contact_frame(tick, [tessera_pb2.ContactBatch.FromString(message.data)])
 
     def static_bodies(self, tick: int) -> BodyFrame:
-        """The static bodies as they were seen last at this tick. KeyError before the first."""
+        """The latest recorded static bodies at this tick. KeyError before the first."""
         seen = self._ticks_of(topics.STATIC_BODIES)
         place = int(np.searchsorted(seen, tick, side="right"))
         if place == 0:
@@ -111,15 +111,15 @@ class Recording:
     def trajectory(
         self, bodies: BodyName | Sequence[BodyName], start: int = 0, stop: int | None = None
     ) -> Trajectory:
-        """Where bodies went in the recorded ticks from `start` on, before `stop`. NotFound for a body that
-        was not there in all of them; InvalidArgument where there are none.
+        """The states of bodies over the recorded ticks from `start` on, before `stop`. NotFound for a body
+        that is missing in any of them; InvalidArgument if there are none.
         """
         names = [bodies] if isinstance(bodies, (int, str)) else bodies
         ids = sorted({name if isinstance(name, int) else self.find(name).id for name in names})
         try:
             frames = [frame.of(ids) for frame in self.frames(start, stop)]
         except KeyError as missing:
-            raise NotFound(f"bodies: {missing} was not there all the time") from None
+            raise NotFound(f"bodies: {missing} is missing in some of the ticks") from None
         if not frames:
             raise InvalidArgument(f"start, stop: no tick from {start} to {stop} was recorded")
         return trajectory(frames, self.time_step)

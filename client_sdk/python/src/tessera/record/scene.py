@@ -1,12 +1,11 @@
-"""What drawing tools are told of bodies: frames that move, and shapes that are fixed to them.
+"""Messages for drawing tools: moving frames, and shapes that are fixed to them.
 
-Of Foxglove's well-known schemas, `SceneUpdate` has the shapes once, each locked to the frame that has the
-name of its body, and `FrameTransforms` moves the frames tick by tick. A `SceneUpdate` a tick would say the
-same with all shapes over again, and tools can follow a frame and measure from it, which they cannot do with a
-shape.
+Of Foxglove's well-known schemas, `SceneUpdate` has the shapes once, each locked to the frame named after its
+body, and `FrameTransforms` moves the frames tick by tick. A `SceneUpdate` per tick would repeat all shapes.
+Besides, tools can follow a frame and measure from it, but not from a shape.
 
-All is told relative to the centre of one sector, for such tools know a single floating-point number for a
-coordinate: what is near that sector keeps all its digits, what is far from it is rounded.
+All positions are relative to the centre of one sector, because such tools have a single floating-point number
+per coordinate: positions near that sector keep full precision, distant ones are rounded.
 """
 
 from __future__ import annotations
@@ -27,13 +26,13 @@ GOLDEN_RATIO = 0.618034  # neighbours get colours far from each other
 
 
 def frame_of(sector: SectorLike) -> str:
-    """The name of the frame that lies in the centre of a sector."""
+    """The name of the frame at the centre of a sector."""
     i, j, k = sector
     return f"sector {i},{j},{k}"
 
 
 def transforms(frame: BodyFrame, names: Mapping[int, str], sector: Sector, time: int) -> Any:
-    """Where the frames of bodies are at `time` ns; those without a name are left out."""
+    """Where the frames of bodies are at `time` ns; bodies without a name are left out."""
     result = FrameTransforms()
     parent = frame_of(sector)
     seconds, nanos = divmod(time, NANOSECONDS)
@@ -52,7 +51,7 @@ def transforms(frame: BodyFrame, names: Mapping[int, str], sector: Sector, time:
 def scene(
     bodies: Iterable[tessera_pb2.FindBodiesReply.Found], shapes: Mapping[int, world_pb2.Shape], time: int
 ) -> Any:
-    """The shapes of all bodies, in the place of all that was told before."""
+    """The shapes of all bodies, which replace all previous ones."""
     result = SceneUpdate()
     seconds, nanos = divmod(time, NANOSECONDS)
     deletion = result.deletions.add(type=SceneEntityDeletion.ALL)

@@ -1,7 +1,7 @@
-"""Types of messages as recordings name them: for each, a set of files that any reader can decode it by.
+"""Message types in recordings: for each, a set of files with which any reader can decode it.
 
-Those of Foxglove come from a description and not from a module, so that packages that register messages of
-the same names can be imported beside this one.
+Those of Foxglove come from a descriptor and not from a module, so that packages that register messages of the
+same names can be imported as well.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from google.protobuf import descriptor_pb2, message_factory
 
 
 def definition_of(kind: Any) -> bytes:
-    """The FileDescriptorSet of a message class, with all that its file imports."""
+    """The FileDescriptorSet of a message class, with all imports of its file."""
     result = descriptor_pb2.FileDescriptorSet()
     named: set[str] = set()
 

@@ -1,4 +1,4 @@
-"""Shapes that no drawing tool knows by name, as triangles in the frame of the body."""
+"""Triangles, in the body frame, for shapes that drawing tools do not support."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tessera._proto.world_pb2 import Geometry
 from tessera.position import Floats, Vector
 
-PLANE_SIZE = 200.0  # m: of a plane, which has no end, that much is drawn
+PLANE_SIZE = 200.0  # m: the drawn part of an infinite plane
 
 
 class Surface(NamedTuple):
@@ -60,7 +60,7 @@ def hull(points: Floats) -> Surface:
 
 
 def _tetrahedron(points: Floats) -> list[int]:
-    """Four points that span as much as is easily found."""
+    """Four points that span a large tetrahedron, found heuristically."""
     a = int(np.argmin(points[:, 0]))
     b = int(np.argmax(np.linalg.norm(points - points[a], axis=1)))
     along = points[b] - points[a]

@@ -1,4 +1,4 @@
-"""What is in a recording: its topics, their messages, and how ticks become times."""
+"""The contents of a recording: its topics, their messages, and the times of ticks."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from tessera._proto import tessera_pb2
 from tessera.record.schema import FrameTransforms, SceneUpdate
 
-BODIES = "/tessera/bodies"  # every tick that is recorded: states, ascending by id
-STATIC_BODIES = "/tessera/static_bodies"  # likewise, when they have changed
+BODIES = "/tessera/bodies"  # states at every recorded tick, ascending by id
+STATIC_BODIES = "/tessera/static_bodies"  # likewise, after changes
 CONTACTS = "/tessera/contacts"  # ascending by (a, b)
 STATUS = "/tessera/status"  # once a second
-CATALOGUE = "/tessera/catalogue"  # bodies that were not there before: names, properties, shapes
+CATALOGUE = "/tessera/catalogue"  # new bodies: names, properties, shapes
 TF = "/tf"  # for drawing, see tessera.record.scene: frames of bodies
 TF_STATIC = "/tf_static"
 SCENE = "/scene"
@@ -42,6 +42,6 @@ def time_of(tick: int, time_step: float) -> int:
 
 
 def ticks_of(times: NDArray[np.uint64], time_step: float) -> NDArray[np.uint64]:
-    """The ticks that have these times."""
+    """The ticks at these times."""
     ticks: NDArray[np.uint64] = np.rint(times / (time_step * NANOSECONDS)).astype(np.uint64)
     return ticks

@@ -1,4 +1,4 @@
-"""The package zstandard, or what to do where it is missing."""
+"""The package zstandard, or an error that says how to install it."""
 
 try:
     import zstandard
