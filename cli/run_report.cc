@@ -13,7 +13,7 @@
 #include "cli/terminal.h"
 #include "cli/text.h"
 #include "proto/peak_memory.h"
-#include "worlds/settings_json.h"
+#include "proto/settings_json.h"
 
 namespace tessera::cli {
 namespace {

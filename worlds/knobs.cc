@@ -8,7 +8,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/validate.h"
-#include "worlds/settings_json.h"
+#include "proto/settings_json.h"
 
 namespace tessera {
 namespace {

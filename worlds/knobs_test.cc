@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "worlds/settings_json.h"
+#include "proto/settings_json.h"
 
 namespace tessera {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "worlds/settings_json.h"
+#include "proto/settings_json.h"
 
 namespace tessera {
 namespace {

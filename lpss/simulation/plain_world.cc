@@ -4,7 +4,7 @@
 #include "lpss/engine/load_engine.h"
 #include "lpss/model/gravity.h"
 #include "lpss/simulation/simulation.h"
-#include "lpss/tick/share.h"
+#include "lpss/partition/partition.h"
 
 namespace tessera {
 

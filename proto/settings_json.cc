@@ -1,4 +1,4 @@
-#include "worlds/settings_json.h"
+#include "proto/settings_json.h"
 
 #include <limits>
 #include <string>
