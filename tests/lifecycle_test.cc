@@ -108,7 +108,7 @@ TEST(LifecycleTest, ServerThatStallsForAWhileIsTakenBack) {
                          [](const ServerStatus& server) { return server.suspect; });
   };
   ASSERT_EQ(kill(cluster.processes->server(1), SIGSTOP), 0);
-  ASSERT_TRUE(await_log(cluster, "gives no sign of life"));
+  ASSERT_TRUE(await_log(cluster, "is not responding"));
   EXPECT_EQ(suspects(), 1);
   ASSERT_EQ(kill(cluster.processes->server(1), SIGCONT), 0);
   EXPECT_EQ(client.step(20, kPatience).value(), 30u);
