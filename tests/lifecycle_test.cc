@@ -58,7 +58,7 @@ TEST(LifecycleTest, ServerThatNeverComesIsMissed) {
   ASSERT_TRUE(cluster.client);
   EXPECT_THAT(cluster.client->load(read_world("falling.sdf"), false, kPatience).status(),
               IsStatus(absl::StatusCode::kFailedPrecondition,
-                       "needs 2 servers of precision f32, and there are 1 after waiting for 1 s"));
+                       "needs 2 servers of precision f32, but there are 1 after waiting for 1 s"));
   EXPECT_EQ(cluster.client->status().value().state, "empty");
 
   // It may still come.
