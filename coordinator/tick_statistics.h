@@ -41,7 +41,7 @@ struct TickSums {
   Tick tick = 0;
   std::uint64_t work_us = 0;
   TickCounts counts;
-  WorldHash hash;                // nothing unless the world hashes its ticks
+  WorldHash hash;                // empty unless the world hashes its ticks
   std::uint64_t heard_from = 0;  // a bit per rank
 };
 

@@ -18,7 +18,8 @@ namespace tessera {
 
 inline constexpr std::uint32_t kClusterProtocol = 3;
 
-// A hash of the sizes and versions of the packed structs; equal in compatible processes.
+// A hash of the sizes and versions of the packed structs and of the names of the counters; equal in
+// compatible processes.
 std::uint64_t wire_layout();
 
 std::string pack(std::span<const BodyRecord> records);

@@ -23,7 +23,7 @@ ServerMetrics::ServerMetrics(const SectorServerArguments& arguments)
                          .Help("Duration of ticks, including waiting for other servers, without pacing")
                          .Register(registry_)
                          .Add({}, kTickBuckets)),
-      bodies_(gauge("tessera_server_bodies", "Bodies that live here and can move")),
+      bodies_(gauge("tessera_server_bodies", "Movable bodies on this server")),
       exchange_(counter("tessera_server_exchange_bytes_total", "Bytes sent to other sector servers")) {
   for (std::size_t n = 0; n < counts_.size(); ++n) {
     const TickCounter& count = kTickCounters[n];

@@ -182,7 +182,7 @@ TEST_F(LostCoordinator, IsAskedWhetherItStillHasTheServer) {
   const auto hellos = server_.take(Kind::kHello);
   ASSERT_EQ(hellos.size(), 1u);
   EXPECT_TRUE(hellos[0].hello().again());
-  EXPECT_THAT(server_.log, Contains(HasSubstr("no sign of life")));
+  EXPECT_THAT(server_.log, Contains(HasSubstr("not responding")));
   server_.suspect(kCoordinatorNode);
   EXPECT_THAT(server_.take(Kind::kHello), IsEmpty()) << "once is enough";
 }

@@ -168,7 +168,7 @@ TEST_F(WorldLoad, ARoundOfAStrangerEndsTheServerWithTheReason) {
   EXPECT_THAT(std::string(server_.failure().message()), HasSubstr("77"));
   const auto goodbyes = server_.take(Kind::kGoodbye);
   ASSERT_EQ(goodbyes.size(), 1u);
-  EXPECT_THAT(goodbyes[0].goodbye().reason(), HasSubstr("no server of this world"));
+  EXPECT_THAT(goodbyes[0].goodbye().reason(), HasSubstr("not a server of this world"));
 }
 
 TEST_F(WorldLoad, ARoundThatComesTwiceOrTooLateEndsTheServer) {

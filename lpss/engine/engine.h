@@ -48,8 +48,8 @@ enum class CloneContacts : std::uint8_t {
 // The settings of engine worlds and their solvers; the same for all sectors of a world.
 struct EngineSettings : WorldSettings {
   CloneContacts clone_contacts = CloneContacts::kNone;
-  bool clones_are_solved = false;  // policy clone: clones take part in the solution of their sector as bodies
-  bool fine_flight = false;  // bodies that fly() fly in double precision, whatever the engine computes with
+  bool clones_are_solved = false;  // policy clone: a sector solves its clones like bodies
+  bool fine_flight = false;  // free flight (fly()) in double precision, whatever the engine computes with
 };
 
 // All contact points of one pair of bodies after detection; `a` < `b`.

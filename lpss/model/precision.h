@@ -13,7 +13,7 @@ enum class Precision : std::uint8_t { kFloat32, kFloat64 };
 inline constexpr std::array kPrecisions = {Precision::kFloat32, Precision::kFloat64};
 constexpr const auto& all_of(Precision) { return kPrecisions; }
 
-// As files and people write it: "f32" and "f64". Nothing for another name.
+// The names in files and options: "f32" and "f64". Empty for any other name.
 const char* name_of(Precision precision);
 std::optional<Precision> precision_named(std::string_view name);
 

@@ -16,7 +16,7 @@ enum class SeamPolicy : std::uint8_t {
 inline constexpr std::array kSeamPolicies = {SeamPolicy::kIsland, SeamPolicy::kClone};
 constexpr const auto& all_of(SeamPolicy) { return kSeamPolicies; }
 
-// As files and people write it: "island" and "clone". Nothing for another name.
+// The names in files and options: "island" and "clone". Empty for any other name.
 const char* name_of(SeamPolicy seams);
 std::optional<SeamPolicy> seams_named(std::string_view name);
 

@@ -34,7 +34,7 @@ struct CentralGravity {
 
 using Gravity = std::variant<UniformGravity, CentralGravity>;
 
-// Meanings, units and bounds: kSettings. Defaults are a good start for bodies of 0.1 to 10 m.
+// Meanings, units and bounds: kSettings. The defaults suit bodies of 0.1 to 10 m.
 struct WorldSettings {
   Precision precision = Precision::kFloat32;
   double sector_size = 128;
@@ -53,7 +53,7 @@ struct WorldSettings {
   double sleep_linear_speed = 0.05;
   double sleep_angular_speed = 0.1;
   double sleep_after = 1.0;
-  Gravity gravity;  // no scalar, and not in the list: files, messages and JSON have ways of their own for it
+  Gravity gravity;  // not a scalar, and not in the list: files, messages and JSON handle it separately
 };
 
 // One setting: the name that it has in files, flags, JSON and messages, and what it may be.
@@ -74,30 +74,30 @@ struct WorldSetting {
 inline constexpr auto kSettings = std::to_array<WorldSetting>({
     {"sector_size", &WorldSettings::sector_size, "m", kSectorSizeMin, kNoBound,
      "edge L of a sector; at most 788 m in f32 and 4.2e11 m in f64"},
-    {"precision", &WorldSettings::precision, "", 0, 0, "numbers of the physics engine"},
+    {"precision", &WorldSettings::precision, "", 0, 0, "floating-point precision of the physics engine"},
     {"time_step", &WorldSettings::time_step, "s", kTimeStepMin, kTimeStepMax, "simulated time of a tick"},
     {"seams", &WorldSettings::seams, "", 0, 0,
      "at borders, solve each island as a unit (`island`), or let every sector solve its own bodies and clones of "
-     "others, as the paper does (`clone`)"},
+     "others, as in the paper (`clone`)"},
     {"clone_depth", &WorldSettings::clone_depth, "contacts", 0, kCloneDepthMax,
-     "with `clone`: how far into a pile clones reach; 1 is the paper, 0 is no clones at all"},
+     "with `clone`: how many contacts deep bodies are cloned; 1: as in the paper; 0: no clones"},
     {"island_cap", &WorldSettings::island_cap, "bodies", kIslandCapMin, kIslandCapMax,
-     "with `island`: larger islands across seams are coupled pass by pass instead of being solved as a unit"},
+     "with `island`: larger islands across seams are solved in parts that are coupled pass by pass"},
     {"shuffle", &WorldSettings::shuffle, "", 0, kNoBound,
-     "a seed, for tests: sectors change servers, and islands their solvers, at random; 0: never"},
+     "a seed, for tests: sectors change servers at random, and islands their solvers; 0: off"},
     {"solver_iterations", &WorldSettings::solver_iterations, "", 1, kSolverIterationsMax,
-     "passes over the contacts and joints of an island; more is stiffer and slower"},
+     "passes over the contacts of an island; more is stiffer and slower"},
     {"substeps", &WorldSettings::substeps, "", 1, kSubstepsMax,
-     "small steps of a tick that those passes are divided among, two each at least; 1 is Bullet's own solver"},
+     "small steps of a tick, which share these passes, at least two each; 1: Bullet's own solver"},
     {"adapt", &WorldSettings::adapt, "", 0, 0,
-     "an island in which nothing carries more than its own weight takes half as many small steps, one in which "
-     "something carries more than twenty times its own takes twice as many, or more"},
+     "adapt the number of substeps to each island: half as many if no body carries more than one and a half times its "
+     "own weight, twice as many or more if one carries more than twenty times its own"},
     {"warm_starting", &WorldSettings::warm_starting, "", 0, 1,
-     "with 1 substep: share of the last tick's impulses that the solver starts from"},
+     "with 1 substep: fraction of the last tick's impulses that the solver starts from"},
     {"split_from", &WorldSettings::split_from, "m", 0, kSplitFromMax,
-     "with 1 substep: deeper overlaps are pushed apart without a lasting velocity"},
+     "with 1 substep: deeper overlaps are pushed apart without adding velocity"},
     {"friction_in_two_directions", &WorldSettings::friction_in_two_directions, "", 0, 0,
-     "a stack drifts far less, for about 1.3 times the solver's time"},
+     "stacks drift far less, for about 1.3 times the solver's time"},
     {"continuous_collision", &WorldSettings::continuous_collision, "", 0, 0,
      "sweep bodies that move farther in a tick than they are thick"},
     {"sleep_linear_speed", &WorldSettings::sleep_linear_speed, "m/s", 0, kSpeedMax,
@@ -105,15 +105,15 @@ inline constexpr auto kSettings = std::to_array<WorldSetting>({
     {"sleep_angular_speed", &WorldSettings::sleep_angular_speed, "rad/s", 0, kAngularSpeedMax,
      "see `sleep_linear_speed`"},
     {"sleep_after", &WorldSettings::sleep_after, "s", 0, kNoBound,
-     "see `sleep_linear_speed`; 0: nothing ever sleeps"},
+     "see `sleep_linear_speed`; 0: bodies never sleep"},
 });
 // clang-format on
 
-// Null where there is none of that name.
+// Null if there is none of that name.
 const WorldSetting* find_setting(absl::string_view name);
 
-// Reads a value as files and command lines write it: true or false, a number, a word. INVALID_ARGUMENT with
-// what it must be for text of another kind; bounds are the business of validate().
+// Reads a value as files and command lines write it: true or false, a number, a word. INVALID_ARGUMENT for
+// other text, with the expected kind; validate() checks bounds.
 absl::Status set_from_text(const WorldSetting& setting, absl::string_view text, WorldSettings& settings);
 
 // The value as set_from_text() takes it, numbers with six digits.

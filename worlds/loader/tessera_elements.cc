@@ -46,11 +46,7 @@ absl::StatusOr<SectorOffset> sector_in(const Element& element, absl::string_view
   return result;
 }
 
-// A knob of the settings, by the name of its element.
-// An integer setting, of the range of its type.
-    **flag = *value;
-    **number = *value;
-// One of two words: false for the first, true for the second.
+// One word of two: false for the first, true for the second.
 absl::StatusOr<bool> choice(const Element& element, absl::string_view text, absl::string_view first,
                             absl::string_view second) {
   if (text == first) return false;
@@ -60,7 +56,7 @@ absl::StatusOr<bool> choice(const Element& element, absl::string_view text, absl
 
 absl::Status read_setting(const Element& element, WorldSettings& settings) {
   const WorldSetting* setting = find_setting(element.Name());
-  if (setting == nullptr) return xml::invalid(element, "there is no such setting");
+  if (setting == nullptr) return xml::invalid(element, "unknown setting");
   const absl::Status status = set_from_text(*setting, xml::text_of(element), settings);
   if (!status.ok()) return xml::error_at(element, status.code(), status.message());
   return absl::OkStatus();

@@ -242,7 +242,7 @@ std::vector<Row> tessera_rows() {
       {"Attribute",
        world("<model name='m' tessera:colour='red'><link name='l'/></model>"),
        {"<model", "tessera:colour"}},
-      {"Setting", settings("<magic>1</magic>"), {"<magic>", "no such setting"}},
+      {"Setting", settings("<magic>1</magic>"), {"<magic>", "unknown setting"}},
       {"SectorSizeFloat",
        settings("<sector_size>1024</sector_size>"),
        {"sector_size = 1024 m", "788.27", "f64"}},
