@@ -15,7 +15,7 @@ MAY_INCLUDE = {
     "lpss": "",
     "transport": "",
     "proto": "lpss",
-    "worlds": "lpss",
+    "worlds": "lpss proto",
     "daemon": "proto transport",
     "coordinator": "daemon lpss proto transport",
     "sector_server": "daemon lpss proto transport",
