@@ -4,7 +4,6 @@
 #include "lpss/engine/load_engine.h"
 #include "lpss/model/gravity.h"
 #include "lpss/simulation/simulation.h"
-#include "lpss/tick/share.h"
 
 namespace tessera {
 
