@@ -34,7 +34,7 @@ foreach(target ${targets})
   endif()
 endforeach()
 tessera_install(simulation ${layer})
-tessera_install(world_files world_files)
+tessera_install(world_files settings_json world_files)
 
 target_include_directories(tessera_base INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_include_directories(tessera_c PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
