@@ -119,7 +119,9 @@ TEST(Commands, ATeleportIntoOthersAcrossSeamsGivesTheSameBitsOnOnePartitionAndOn
     one->step(commands);
     three->step(commands);
     ASSERT_EQ(one->hash(), three->hash()) << "tick " << tick;
-    if (tick == 12) EXPECT_EQ(three->counts().islands_shipped, 1u);
+    if (tick == 12) {
+      EXPECT_EQ(three->counts().islands_shipped, 1u);
+    }
   }
 }
 
