@@ -119,7 +119,7 @@ TEST(Commands, ATeleportIntoOthersAcrossSeamsGivesTheSameBitsOnOnePartitionAndOn
     one->step(commands);
     three->step(commands);
     ASSERT_EQ(one->hash(), three->hash()) << "tick " << tick;
-    if (tick == 12) EXPECT_EQ(three->counts().islands_shipped, 1u);
+    EXPECT_TRUE(tick != 12 || three->counts().islands_shipped == 1u) << "the island is over several servers";
   }
 }
 
