@@ -21,7 +21,10 @@ constexpr std::uint32_t kStream = 3;
 // About what a tick takes, so that most faults begin while ticks are under way.
 constexpr std::uint64_t kNsPerTick = 4'000'000;
 
-absl::Status broken(const absl::Status& status) { return absl::AbortedError(status.message()); }
+// What must not have happened, unless the user wanted it.
+absl::Status broken(const absl::Status& status) {
+  return absl::IsCancelled(status) ? status : absl::AbortedError(status.message());
+}
 
 // The ticks of a scenario, and the requests of its clients in between. UNAVAILABLE where the world ends.
 absl::Status drive(SimulatedCluster& cluster, const WorldDescription& world, const Scenario& scenario,
