@@ -1,7 +1,5 @@
 #include "lpss/bullet/bullet_solver.h"
 
-#include <algorithm>
-
 #include "lpss/bullet/task_parts.h"
 
 namespace tessera::bullet {
@@ -9,7 +7,7 @@ namespace tessera::bullet {
 void BulletSolver::solve(const SolveTask& task, double dt) {
   if (settings_.substeps == 1 || !settings_.adapt) return run(task, dt);
   for (const TaskPart& part : parts_of(task, settings_.substeps, dt)) {
-    solver_.take_small_steps(std::min(part.steps, settings_.substeps_max));
+    solver_.take_small_steps(part.steps);
     run(part.task, dt);
   }
 }

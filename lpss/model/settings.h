@@ -46,7 +46,6 @@ struct WorldSettings {
   int solver_iterations = 12;
   int substeps = 4;
   bool adapt = true;
-  int substeps_max = kSubstepsMax;
   double warm_starting = 0.85;
   double split_from = 0.04;
   bool friction_in_two_directions = true;
@@ -93,8 +92,6 @@ inline constexpr auto kSettings = std::to_array<WorldSetting>({
     {"adapt", &WorldSettings::adapt, "", 0, 0,
      "adapt the number of substeps to each island: half as many if no body carries more than one and a half times its "
      "own weight, twice as many or more if one carries more than twenty times its own"},
-    {"substeps_max", &WorldSettings::substeps_max, "", 1, kSubstepsMax,
-     "with `adapt`: the most small steps that an island takes"},
     {"warm_starting", &WorldSettings::warm_starting, "", 0, 1,
      "with 1 substep: fraction of the last tick's impulses that the solver starts from"},
     {"split_from", &WorldSettings::split_from, "m", 0, kSplitFromMax,

@@ -14,7 +14,6 @@ struct TickCounts {
   std::uint64_t sectors = 0;
   std::uint64_t sectors_awake = 0;
   std::uint64_t bodies_awake = 0;
-  std::uint64_t bodies_asleep = 0;
   std::uint64_t clones = 0;
   std::uint64_t contacts = 0;
   std::uint64_t islands_across_seams = 0;
@@ -51,8 +50,6 @@ inline constexpr auto kTickCounters = std::to_array<TickCounter>({
      "Sectors that were stepped"},
     {"bodies_awake", &TickCounts::bodies_awake, OverTicks::kMost, "bodies_awake_max",
      "Bodies that moved"},
-    {"bodies_asleep", &TickCounts::bodies_asleep, OverTicks::kMost, "bodies_asleep_max",
-     "Bodies at rest in sectors that were stepped"},
     {"clones", &TickCounts::clones, OverTicks::kMost, "clones_max",
      "Clones in engine worlds"},
     {"contacts", &TickCounts::contacts, OverTicks::kMost, "contacts_max",

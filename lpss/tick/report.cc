@@ -9,7 +9,7 @@ void count(const Partition& partition, const std::vector<Sector*>& stepped, Tick
   for (const Sector* sector : stepped) {
     counts.contacts += sector->world->contacts().size();
     for (const HomeBody* body : sector->homes) {
-      ++(sector->world->activity(body->slot) == Activity::kAsleep ? counts.bodies_asleep : counts.bodies_awake);
+      counts.bodies_awake += sector->world->activity(body->slot) != Activity::kAsleep ? 1 : 0;
     }
   }
 }
