@@ -28,6 +28,8 @@ function(tessera_compile_fast target headers)
     target_compile_options(${target} PRIVATE -fPIC)
   else()
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    # A local type is local, though the file comes by #include.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
   target_precompile_headers(${target} REUSE_FROM tessera_precompiled_${headers})
 endfunction()
