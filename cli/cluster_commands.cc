@@ -22,6 +22,7 @@ struct UpOptions {
   std::filesystem::path world;  // empty: none yet
   WorldOverrides overrides;
   bool end_with_input = false;
+  bool without_viewer = false;  // nobody asked for a page, and what shows it is not there
 };
 
 absl::Status load_into(const LocalCluster& cluster, const WorldDescription& world) {
@@ -55,6 +56,9 @@ absl::Status up(UpOptions options) {
                wanted.servers == 1 ? "" : "s");
   if (!(*cluster)->page_url().empty()) {
     absl::PrintF("%s: %s\n", coloured("see it in a browser", Colour::kGreen), (*cluster)->page_url());
+  } else if (options.without_viewer) {
+    absl::PrintF(
+        "without the web UI: in the source tree, deploy/build.sh release tessera-viewer builds it\n");
   }
   if (!world) absl::PrintF("try: tessera load worlds/seam.sdf --connect %s\n", (*cluster)->address());
   std::fflush(stdout);
@@ -100,7 +104,9 @@ void add_up(CLI::App& app, Action& action) {
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     LocalClusterOptions& wanted = options->cluster;
     if (wanted.threads == 0) wanted.threads = std::max(1, cores / wanted.servers);
-    if (no_page->count() > 0) wanted.page.clear();
+    options->without_viewer =
+        page->count() + no_page->count() == 0 && !std::filesystem::exists(executable_folder() / kViewer);
+    if (no_page->count() > 0 || options->without_viewer) wanted.page.clear();
     wanted.page_on_any_port = page->count() == 0;
     action = [options] { return up(*options); };
   });

@@ -89,7 +89,7 @@ absl::Status LocalCluster::start_page(int inotify) {
                                         "--exit-with-parent"};
   if (options_.page_on_any_port) arguments.push_back("--any-port");
   absl::StatusOr<ChildProcess> page =
-      ChildProcess::start(options_.daemons / "tessera-viewer", arguments, folder_ / "viewer.log");
+      ChildProcess::start(options_.daemons / kViewer, arguments, folder_ / "viewer.log");
   if (!page.ok()) return page.status();
   page_ = *std::move(page);
   absl::StatusOr<std::string> url = await_ready(kPageReadyFile, *page_, inotify);

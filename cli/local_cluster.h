@@ -18,6 +18,8 @@
 
 namespace tessera::cli {
 
+inline constexpr const char* kViewer = "tessera-viewer";  // the program that serves the web UI
+
 struct LocalClusterOptions {
   int servers = 2;            // a world is loaded on this many
   int servers_to_start = -1;  // others join later, or never; negative: all of them

@@ -14,6 +14,26 @@ endif()
 # The same bits on every machine of one architecture: no contraction to fused multiply-add.
 add_compile_options(-ffp-contract=off)
 
+# tessera_compile_fast(TARGET HEADERS): TARGET reads cmake/precompiled/HEADERS.h compiled, and up to eight files of a
+# library are compiled as one: most of the time goes into headers, and into templates that every file would
+# instantiate. A file whose local names would clash with those of others has SKIP_UNITY_BUILD_INCLUSION.
+function(tessera_compile_fast target headers)
+  if(NOT TESSERA_FAST_BUILD)
+    return()
+  endif()
+  # GCC takes compiled headers only where code is made the same way: that of tests is, like that of libraries.
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL EXECUTABLE)
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+    target_compile_options(${target} PRIVATE -fPIC)
+  else()
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    # A local type is local, though the file comes by #include.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
+  target_precompile_headers(${target} REUSE_FROM tessera_precompiled_${headers})
+endfunction()
+
 # tessera_library(NAME SOURCES... [PUBLIC libs...] [PRIVATE libs...]) -> target tessera_NAME, alias tessera::NAME
 function(tessera_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
@@ -22,6 +42,7 @@ function(tessera_library name)
   target_include_directories(tessera_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
   target_compile_options(tessera_${name} PRIVATE ${tessera_warnings})
   target_link_libraries(tessera_${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+  tessera_compile_fast(tessera_${name} core)
 endfunction()
 
 # tessera_test(NAME SOURCES... LIBS...): one test program; every case in it is one CTest case.
@@ -37,6 +58,7 @@ function(tessera_test name)
   add_executable(${name} ${arg_SOURCES})
   target_compile_options(${name} PRIVATE ${tessera_warnings})
   target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gmock_main)
+  tessera_compile_fast(${name} test)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT ${arg_TIMEOUT})
 endfunction()

@@ -59,8 +59,9 @@ absl::StatusOr<Target> dynamic_target(const v1::BodyRef& reference, const WorldR
   return refused(body->title(), ": it is ", name_of(body->entry->properties.motion), ", and must be dynamic");
 }
 
-// The centre frame of a body whose body frame is at the pose of `request`, with the same checks as for a body of
-// a loaded world. If the body keeps its orientation, which is unknown here: its body frame without rotation.
+// The centre frame of a body whose body frame is at the pose of `request`, with the same checks as for a body
+// of a loaded world. If the body keeps its orientation, which is unknown here: its body frame without
+// rotation.
 template <typename Request>
 absl::StatusOr<BodyRecord> placed(const Target& target, const Request& request, const Eigen::Vector3d& linear,
                                   const Eigen::Vector3d& angular, const WorldRegistry& world) {

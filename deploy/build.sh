@@ -1,22 +1,42 @@
 #!/usr/bin/env bash
-# deploy/build.sh PRESET [TARGET]...: configures and builds, quietly while all goes well.
+# deploy/build.sh PRESET [TARGET]...: installs what is missing, configures and builds, quietly while all goes well.
+# Without targets: everything, tests included. Else only what the targets need is installed, and configured in a new
+# build folder; what a build folder has been configured for, it keeps.
+#
+#   deploy/build.sh release tessera-viewer     the web UI
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+# shellcheck source=deploy/progress.sh
+. "$top/deploy/progress.sh"
 preset=$1
 shift
 build=$top/build/$preset
-mkdir -p "$build"
 log=$build/build.log
+mkdir -p "$build"
 
-cd "$top"
-if [ ! -f "$build/build.ninja" ]; then
-  echo "configuring and building in $build (the first time takes some minutes) ..." >&2
-  cmake --preset "$preset" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
-fi
-# Ninja's own status line is the progress bar; warnings and errors are shown whole.
-if [ -t 2 ]; then
-  NINJA_STATUS='[%f/%t, %w] ' ninja -C "$build" "$@" >&2 || exit 1
+has() { grep -qs "^TESSERA_$1:BOOL=ON" "$build/CMakeCache.txt"; }
+group=run options=()
+if [ $# -eq 0 ] || has TESTS; then
+  group=test options=(-DTESSERA_TESTS=ON -DTESSERA_VIEWER=ON)
+elif [[ " $* " == *" tessera-viewer "* ]] || has VIEWER; then
+  group=web options=(-DTESSERA_TESTS=OFF -DTESSERA_VIEWER=ON)
 else
-  ninja -C "$build" "$@" >"$log" 2>&1 || { grep -v '^\[' "$log" | tail -100 >&2; exit 1; }
+  options=(-DTESSERA_TESTS=OFF -DTESSERA_VIEWER=OFF)
 fi
+"$top/deploy/install_dependencies.sh" "$group"
+
+configured() {
+  local option
+  [ -f "$build/build.ninja" ] || return 1
+  for option in "${options[@]}"; do grep -qxF -- "${option#-D}" <(sed 's/:BOOL=/=/' "$build/CMakeCache.txt") || return 1; done
+}
+cd "$top"
+if ! configured; then
+  echo "configuring in $build ..." >&2
+  cmake --preset "$preset" "${options[@]}" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
+fi
+ninja -C "$build" "$@" 2>&1 | tee "$log" | progress "building" || {
+  grep -v '^\[' "$log" | tail -100 >&2
+  exit 1
+}

@@ -1,32 +1,52 @@
 #!/usr/bin/env bash
-# Installs what Tessera is built from and with, on Debian 12 (bookworm): only what is missing, nothing if all is
-# there. Asks for root by sudo where it is needed.
+# deploy/install_dependencies.sh [run|web|test]: installs what Tessera is built from and with, on Debian 12 (bookworm):
+# only what is missing, nothing if all is there. Asks for root by sudo where it is needed. Each group includes those
+# before it:
+#
+#   run    what building and running worlds takes (the default)
+#   web    and the web UI: Node.js bundles its page
+#   test   and the tests: test libraries, Python, a browser, clang's tools
 set -euo pipefail
+
+top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+# shellcheck source=deploy/progress.sh
+. "$top/deploy/progress.sh"
 
 packages=(
   # to build
-  build-essential ccache cmake mold ninja-build pkg-config
-  cyclonedds-tools file protobuf-compiler protobuf-compiler-grpc
+  cmake cyclonedds-tools g++ mold ninja-build pkgconf protobuf-compiler protobuf-compiler-grpc
   # the physics, the network, the files
   libbullet-dev cyclonedds-dev libgrpc++-dev libprotobuf-dev
   libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libgeographiclib-dev
   # what the code stands on
-  libabsl-dev libcli11-dev libeigen3-dev libspdlog-dev libtbb-dev libxxhash-dev nlohmann-json3-dev
+  libabsl-dev libcli11-dev libcivetweb-dev libeigen3-dev libspdlog-dev libtbb-dev libxxhash-dev nlohmann-json3-dev
   prometheus-cpp-dev
-  # the page
-  libcivetweb-dev
-  # to test
-  chromium libgmock-dev libgtest-dev libyaml-cpp-dev
+)
+web_packages=()
+# A Node.js of another origin brings npm along, and the distribution's would not go with it.
+command -v node >/dev/null && command -v npm >/dev/null || web_packages+=(nodejs npm)
+test_packages=(
+  ccache clang-format-14 clang-tidy-14 file libgmock-dev libgtest-dev libyaml-cpp-dev
   # the Python client
   mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
   python3-zstandard
+  # the web UI
+  chromium
 )
-# A Node.js of another origin brings npm along, and the distribution's would not go with it.
-command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)
+case ${1:-run} in
+  run) ;;
+  web) packages+=("${web_packages[@]}") ;;
+  test) packages+=("${web_packages[@]}" "${test_packages[@]}") ;;
+  *)
+    sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+    exit 2
+    ;;
+esac
 
 missing=()
+installed=$(dpkg-query -W -f '${binary:Package} ${db:Status-Status}\n' | sed -n 's/\(:[a-z0-9]*\)\? installed$//p')
 for package in "${packages[@]}"; do
-  [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || missing+=("$package")
+  grep -qxF -- "$package" <<<"$installed" || missing+=("$package")
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
 
@@ -43,12 +63,25 @@ fi
 echo "installing ${missing[*]}" >&2
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
+# Of a thousand: a third for what is fetched, the rest for what is unpacked and set up. As apt says it, on its
+# standard output: "pmstatus:PACKAGE:PERCENT:WHAT", "dlstatus:...".
+shares() {
+  local kind percent
+  while IFS=: read -r kind _ percent _; do
+    percent=${percent%.*}
+    case $kind in
+      dlstatus) echo "[$((percent * 10 / 3))/1000]" ;;
+      pmstatus) echo "[$((333 + percent * 20 / 3))/1000]" ;;
+    esac
+  done
+}
 install() {
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-    apt-get install -y -qq --no-install-recommends "${missing[@]}" >"$log" 2>&1
+    apt-get install -y -qq --no-install-recommends -o APT::Status-Fd=1 "${missing[@]}" 2>"$log" |
+    tee -a "$log" | shares | progress "installing"
 }
 # Package lists may be absent or old: fetched only where the first try fails.
 install || { "${as_root[@]}" apt-get update -qq >"$log" 2>&1 && install; } || {
-  tail -20 "$log" >&2
+  grep -v 'status:' "$log" | tail -20 >&2
   exit 1
 }

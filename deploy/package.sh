@@ -4,7 +4,6 @@ set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$top/build/release
-"$top/deploy/install_dependencies.sh"
 "$top/deploy/build.sh" release tessera tessera-coordinator tessera-experiments tessera-sector-server \
   tessera-viewer tessera-ros tessera_c
 rm -f "$build"/package/*.deb

@@ -3,8 +3,8 @@
 #include "lpss/base/disjoint_sets.h"
 #include "lpss/engine/load_engine.h"
 #include "lpss/model/gravity.h"
-#include "lpss/simulation/simulation.h"
 #include "lpss/partition/partition.h"
+#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 

@@ -1,0 +1,7 @@
+// What tests read beyond core.h.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cmake/precompiled/core.h"

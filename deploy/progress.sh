@@ -1,0 +1,23 @@
+# To be read by scripts: progress WHAT shows how far something has come, and about how long it goes on.
+#
+# Reads lines that begin with "[DONE/TOTAL]", as ninja writes them, and passes over others. A terminal has one line that
+# changes; elsewhere a line is written every half a minute.
+progress() {
+  local what=$1 start=$SECONDS said=$SECONDS line elapsed left text
+  while IFS= read -r line; do
+    [[ $line =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
+    local done=${BASH_REMATCH[1]} total=${BASH_REMATCH[2]}
+    elapsed=$((SECONDS - start))
+    [ "$done" -gt 0 ] && [ "$elapsed" -gt 0 ] || continue
+    left=$((elapsed * (total - done) / done))
+    printf -v text '%s: %d%%, about %d:%02d left' "$what" $((100 * done / total)) $((left / 60)) $((left % 60))
+    if [ -t 2 ]; then
+      [ "$SECONDS" -eq "$said" ] || printf '\r\033[K%s' "$text" >&2
+      said=$SECONDS
+    elif [ $((SECONDS - said)) -ge 30 ]; then
+      said=$SECONDS
+      printf '%s\n' "$text" >&2
+    fi
+  done
+  if [ -t 2 ]; then printf '\r\033[K' >&2; fi
+}
