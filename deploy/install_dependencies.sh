@@ -5,7 +5,7 @@
 #
 #   run    what building and running worlds takes (the default)
 #   web    and the web UI: Node.js bundles its page
-#   test   and the tests: test libraries, Python, a browser, clang's tools
+#   test   and the tests: test libraries, Python, a browser, the formatter
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -26,7 +26,7 @@ web_packages=()
 # A Node.js of another origin brings npm along, and the distribution's would not go with it.
 command -v node >/dev/null && command -v npm >/dev/null || web_packages+=(nodejs npm)
 test_packages=(
-  ccache clang-format-14 clang-tidy-14 file libgmock-dev libgtest-dev libyaml-cpp-dev
+  ccache clang-format-14 file libgmock-dev libgtest-dev libyaml-cpp-dev
   # the Python client
   mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
   python3-zstandard
