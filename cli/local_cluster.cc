@@ -101,7 +101,7 @@ absl::Status LocalCluster::start_page(int inotify) {
 absl::StatusOr<ChildProcess> LocalCluster::start_daemon(const std::string& name,
                                                         std::vector<std::string> arguments) {
   for (const std::string& argument : identity()) arguments.push_back(argument);
-  arguments.push_back("--exit-with-parent");
+  arguments.emplace_back("--exit-with-parent");
   const std::string log = absl::StrCat(name, "-", daemons_.size(), ".log");
   return ChildProcess::start(options_.daemons / absl::StrCat("tessera-", name), arguments, folder_ / log);
 }

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "proto/convert.h"
+#include "proto/convert_counts.h"
 #include "sector_server/test_server.h"
 
 namespace tessera {
@@ -63,7 +64,7 @@ TEST_F(OneServer, ReportsTicksInBundlesWithoutAGap) {
   EXPECT_THAT(sizes, ElementsAre(8, 8, 4));
   ASSERT_NE(server_.machine.last_tick(), nullptr);
   EXPECT_EQ(server_.machine.last_tick()->tick(), 20u);
-  EXPECT_GT(server_.machine.last_tick()->contacts(), 0u);
+  EXPECT_GT(counts_from(server_.machine.last_tick()->counts()).contacts, 0u);
 }
 
 TEST_F(OneServer, StandsStillWhileNothingIsGranted) {
@@ -317,7 +318,9 @@ TEST_F(TwoServers, NeedNoMessagesInAWorldAtRest) {
   carry_all();
   EXPECT_EQ(first_.machine.tick(), 71u);
   EXPECT_EQ(second_.machine.tick(), 71u);
-  EXPECT_GT(first_.machine.last_tick()->bodies_awake() + second_.machine.last_tick()->bodies_awake(), 0u);
+  TickCounts counts = counts_from(first_.machine.last_tick()->counts());
+  counts += counts_from(second_.machine.last_tick()->counts());
+  EXPECT_GT(counts.bodies_awake, 0u);
 }
 
 TEST_F(TwoServers, AnUnloadInTheMiddleOfATickEndsItForBoth) {

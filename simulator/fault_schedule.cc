@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kStream = 1;
+constexpr std::uint32_t kFaultStream = 1;
 constexpr std::uint64_t kSecond = 1'000'000'000;
 
 std::uint64_t timeout_ns() {
@@ -47,7 +47,7 @@ std::vector<NodeId> FaultSchedule::lost_servers() const {
 }
 
 FaultSchedule draw_faults(std::uint64_t seed, const FaultOptions& options, std::span<const NodeId> servers) {
-  Dice dice(seed, kStream);
+  Dice dice(seed, kFaultStream);
   std::vector<std::pair<NodeId, NodeId>> links;
   for (std::size_t i = 0; i < servers.size(); ++i) {
     links.emplace_back(kCoordinatorNode, servers[i]);

@@ -16,7 +16,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kStream = 3;
+constexpr std::uint32_t kScenarioStream = 3;
 
 // About what a tick takes, so that most faults begin while ticks are under way.
 constexpr std::uint64_t kNsPerTick = 4'000'000;
@@ -30,7 +30,7 @@ absl::Status broken(const absl::Status& status) {
 absl::Status drive(SimulatedCluster& cluster, const WorldDescription& world, const Scenario& scenario,
                    Tick ticks) {
   using Step = SimulatedCluster::Pending<v1::StepReply>;
-  Dice dice(scenario.seed, kStream);
+  Dice dice(scenario.seed, kScenarioStream);
   Workload workload(scenario.seed, world);
   const Tick longest = 2 * (ticks / (scenario.commands + 1)) + 1;
   Step step;

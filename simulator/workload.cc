@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kStream = 2;
+constexpr std::uint32_t kWorkloadStream = 2;
 
 // Bodies are put so far from where others started, m: some into them, some out of their sector.
 constexpr double kAround = 3;
@@ -28,7 +28,7 @@ void drop(std::vector<std::uint64_t>& ids, std::uint64_t id) { std::erase(ids, i
 }  // namespace
 
 Workload::Workload(std::uint64_t seed, const WorldDescription& world)
-    : dice_(seed, kStream), settings_(world.settings) {
+    : dice_(seed, kWorkloadStream), settings_(world.settings) {
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {
     if (world.bodies[i].properties.motion != Motion::kDynamic) continue;
     dynamic_.push_back(i + 1);
