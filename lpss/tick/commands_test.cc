@@ -1,0 +1,95 @@
+// Commands take effect where the body lives, and what they concern wakes up.
+#include "lpss/tick/commands.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "lpss/tick/test_world.h"
+
+namespace tessera {
+namespace {
+
+using testing::ElementsAre;
+
+// As it is once everyone knows it, at the end of a tick.
+void settle_down(Partition& partition) {
+  for (auto& [id, body] : partition.bodies) body->dirty = false;
+  for (Sector* sector : partition.active) sector->active = false;
+  partition.active.clear();
+}
+
+TEST(Commands, AVelocityWakesItsBodyAndPutsTheSectorOnTheList) {
+  TestPartition partition;
+  add_body(*partition, in_state(box(1, kHigh, {0, 0, 0}), Activity::kAsleep));
+  settle_down(*partition);
+  const std::vector<Command> commands{SetVelocity{BodyId{1}, {1, 2, 3}, {4, 5, 6}}, SetVelocity{BodyId{2}}};
+  EXPECT_TRUE(apply_commands(*partition, commands).empty());
+  const BodyState state = state_of(*partition, 1);
+  EXPECT_THAT(state.linear_velocity, ElementsAre(1, 2, 3));
+  EXPECT_THAT(state.angular_velocity, ElementsAre(4, 5, 6));
+  EXPECT_EQ(state.activity, Activity::kAwake);
+  EXPECT_TRUE(body(*partition, 1).dirty);
+  EXPECT_THAT(partition->active, ElementsAre(&sector(*partition, kHigh)));
+}
+
+TEST(Commands, ATeleportTakesTheBodyOutAndHandsItToTheChangeOfHomes) {
+  TestPartition partition;
+  add_body(*partition, moving(box(1, kLow, {1, 1, 1}), {7, 0, 0}));
+  Teleport jump{BodyId{1}, kHigh, {}};
+  jump.state.position = {2, 3, 4};
+  jump.state.linear_velocity = {9, 9, 9};
+  jump.keeps_linear_velocity = true;
+  const std::vector<HomeChange> changes = apply_commands(*partition, std::vector<Command>{jump});
+  ASSERT_EQ(changes.size(), 1u);
+  EXPECT_EQ(changes[0].old_home, kLow);
+  EXPECT_EQ(changes[0].handover.record.home, kHigh);
+  EXPECT_THAT(changes[0].handover.record.state.position, ElementsAre(2, 3, 4));
+  EXPECT_THAT(changes[0].handover.record.state.linear_velocity, ElementsAre(7, 0, 0));
+  EXPECT_TRUE(partition->bodies.empty());
+}
+
+TEST(Commands, WhatRestsOnABodyThatIsRemovedWakesUp) {
+  TestWorld world;
+  world.add(box(1, kHigh, {0, 0, 0}));
+  world.add(box(2, kHigh, {0, 0, 0.984375}));
+  world.add(box(3, kHigh, {5, 0, 0}));
+  world.exchange();
+  world.detect();
+  for (const std::uint64_t id : {1, 2, 3}) {
+    body(world[0], id).sector->world->sleep(body(world[0], id).slot);
+  }
+  apply_commands(world[0], std::vector<Command>{RemoveBody{BodyId{1}}});
+  EXPECT_FALSE(world[0].bodies.contains(BodyId{1}));
+  EXPECT_EQ(activity_of(world[0], 2), Activity::kAwake);
+  EXPECT_EQ(activity_of(world[0], 3), Activity::kAsleep);
+}
+
+TEST(Commands, AKinematicTargetIsReachedInOneTick) {
+  TestPartition partition;
+  add_body(*partition, box(1, kHigh, {1, 0, 0}, Motion::kKinematic));
+  KinematicTarget target{BodyId{1}, kLow, {}};
+  target.state.position = {16.5, 0, 0};
+  apply_commands(*partition, std::vector<Command>{target});
+  EXPECT_THAT(state_of(*partition, 1).linear_velocity, ElementsAre(-32, 0, 0)) << "0.5 m in 1/64 s";
+  ASSERT_TRUE(body(*partition, 1).kinematic_target);
+  EXPECT_THAT(body(*partition, 1).kinematic_target->position, ElementsAre(0.5, 0, 0)) << "seen from its home";
+}
+
+TEST(Commands, ALargerBodyMakesEveryoneLookAgain) {
+  TestPartition partition;
+  add_body(*partition, in_state(box(1, kLow, {0, 0, 0}), Activity::kAsleep));
+  settle_down(*partition);
+  const double reach = partition->margins.reach;
+  BodyRecord larger = box(2, kHigh, {0, 0, 0});
+  larger.properties.shape = 3;
+  add_shape(*partition, 3, Shape{{ShapePart{Sphere{2}, {}}}});
+  apply_commands(*partition, std::vector<Command>{SpawnBody{box(3, kHigh, {5, 0, 0})}});
+  EXPECT_FALSE(body(*partition, 1).dirty);
+  apply_commands(*partition, std::vector<Command>{SpawnBody{larger}});
+  EXPECT_TRUE(body(*partition, 1).dirty);
+  EXPECT_TRUE(sector(*partition, kLow).active);
+  EXPECT_GT(partition->margins.reach, reach);
+}
+
+}  // namespace
+}  // namespace tessera

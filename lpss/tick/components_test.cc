@@ -1,0 +1,120 @@
+// What contacts and joints connect in a sector, and what of it reaches over a border.
+#include "lpss/tick/components.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "lpss/tick/test_world.h"
+
+namespace tessera {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// The bodies of each component that live in the sector.
+std::vector<std::vector<std::uint64_t>> bodies_of_components(const Sector& sector) {
+  std::vector<std::vector<std::uint64_t>> result;
+  for (const Component& component : sector.components) {
+    std::vector<std::uint64_t>& ids = result.emplace_back();
+    for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
+      ids.push_back(sector.component_bodies[i]->id.value);
+    }
+  }
+  return result;
+}
+
+TEST(Components, BoxesThatTouchAreOneInTheOrderOfTheirSmallestBodies) {
+  TestWorld world;
+  world.add(box(3, kHigh, {0, 0, 0}));
+  world.add(box(1, kHigh, {0, 0, 0.984375}));
+  world.add(box(2, kHigh, {5, 0, 0}));
+  world.exchange();
+  world.detect();
+  world.connect();
+  EXPECT_THAT(bodies_of_components(world.sector(kHigh)), ElementsAre(ElementsAre(1, 3), ElementsAre(2)));
+  EXPECT_EQ(world.sector(kHigh).components[0].part, Component::kInterior);
+  EXPECT_THAT(world.seams[0].sectors, IsEmpty());
+}
+
+TEST(Components, AStaticBodyConnectsNothing) {
+  TestWorld world;
+  world.add(box(1, kHigh, {-0.45, 0, 0.984375}));
+  world.add(box(2, kHigh, {0.6, 0, 0.984375}));
+  world.add(box(3, kHigh, {0, 0, 0}, Motion::kStatic));
+  world.exchange();
+  world.detect();
+  ASSERT_EQ(world.sector(kHigh).world->contacts().size(), 2u);
+  world.connect();
+  EXPECT_THAT(bodies_of_components(world.sector(kHigh)), ElementsAre(ElementsAre(1), ElementsAre(2)));
+}
+
+TEST(Components, OverABorderBothSidesNameTheBodyThatIsCloned) {
+  TestWorld world(2);
+  world.add(box(1, kLow, kBeforeBorder));
+  world.add(box(2, kHigh, kBehindBorder));
+  world.exchange();
+  world.detect();
+  world.connect();
+  ASSERT_EQ(world.seams[0].sectors.size(), 1u);
+  ASSERT_EQ(world.seams[1].sectors.size(), 1u);
+  const std::vector<IslandPart>& low = world.seams[0].sectors[0].parts;
+  const std::vector<IslandPart>& high = world.seams[1].sectors[0].parts;
+  ASSERT_EQ(low.size(), 1u);
+  ASSERT_EQ(high.size(), 1u);
+  EXPECT_THAT(low[0].links, ElementsAre(BodyId{2}));
+  EXPECT_THAT(high[0].links, ElementsAre(BodyId{2}));
+  EXPECT_EQ(low[0].first, BodyId{1});
+  EXPECT_EQ(low[0].contacts, 1u);
+  EXPECT_EQ(high[0].first, BodyId{2});
+  EXPECT_EQ(high[0].contacts, 0u);
+}
+
+TEST(Components, AJointConnectsInASectorAndOverABorderByBothNames) {
+  TestWorld world(2);
+  world.add(box(1, kLow, {0, 0, 0}));
+  world.add(box(2, kLow, {1, 0, 0}));
+  world.add(box(3, kHigh, {0, 0, 0}));
+  world.add(hinge(1, 1, 2));
+  world.add(hinge(2, 2, 3));
+  world.exchange();
+  world.detect();
+  world.connect();
+  EXPECT_THAT(bodies_of_components(world.sector(kLow)), ElementsAre(ElementsAre(1, 2)));
+  EXPECT_THAT(world.seams[0].sectors.at(0).parts.at(0).links, ElementsAre(BodyId{2}, BodyId{3}));
+  EXPECT_THAT(world.seams[1].sectors.at(0).parts.at(0).links, ElementsAre(BodyId{2}, BodyId{3}));
+}
+
+TEST(Components, ASectorSaysOnceThatNothingReachesOverItsBorderAnyLonger) {
+  TestWorld world(2);
+  world.add(box(1, kHigh, kBehindBorder));
+  const auto said = [&] {
+    world.exchange();
+    world.detect();
+    world.connect();
+    return world.seams[1].sectors;
+  };
+  EXPECT_EQ(said().at(0).parts.size(), 1u);
+  put(world[1], 1, {0, 0, 0});
+  EXPECT_THAT(said().at(0).parts, IsEmpty());
+  EXPECT_THAT(said(), IsEmpty());
+  world.contexts[1].vacated.sectors = {kHigh};
+  EXPECT_EQ(said().at(0).sector, kHigh);
+}
+
+TEST(Components, WhatAKinematicBodyOnItsWayTouchesStaysAwake) {
+  for (const Activity pusher : {Activity::kAwake, Activity::kAsleep}) {
+    TestWorld world;
+    world.add(in_state(box(1, kHigh, {0, 0, 0}), Activity::kWantsSleep));
+    world.add(in_state(box(2, kHigh, {0, 0, -0.984375}, Motion::kKinematic), pusher));
+    world.exchange();
+    world.detect();
+    world.connect();
+    const Sector& high = world.sector(kHigh);
+    ASSERT_EQ(high.components.size(), 1u);
+    EXPECT_EQ(high.components[0].all_want_sleep, pusher == Activity::kAsleep);
+  }
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,82 @@
+// A body beyond the hysteresis is announced, and moves one tick later.
+#include "lpss/tick/homes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "lpss/tick/test_world.h"
+
+namespace tessera {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr double kLimit = 8 + 1.0 / 32;  // m: half a sector and the hysteresis
+constexpr double kLittle = 1.0 / 1024;   // m
+
+TEST(Homes, AChangeIsAnnouncedOnlyBeyondTheHysteresis) {
+  TestPartition partition;
+  add_body(*partition, box(1, kLow, {kLimit, 0, 0}));
+  add_body(*partition, box(2, kLow, {kLimit + kLittle, 3, 0}));
+  EXPECT_EQ(announce_home_changes(*partition), 0u);
+  EXPECT_FALSE(body(*partition, 1).next_home);
+  EXPECT_EQ(body(*partition, 2).next_home, kHigh);
+  EXPECT_THAT(partition->leaving, ElementsAre(BodyId{2}));
+  EXPECT_EQ(body(*partition, 2).sector->index, kLow) << "it still lives where it lived";
+}
+
+TEST(Homes, WhatWasAnnouncedIsHandedToTheServerOfTheNewHome) {
+  TestWorld world(2);
+  world.add(moving(box(2, kLow, {kLimit + kLittle, 3, 0}), {1, 0, 0}));
+  world.exchange();
+  announce_home_changes(world[0]);
+  std::vector<std::vector<Exchange>> outboxes(2, std::vector<Exchange>(2));
+  change_homes(world[0], {}, outboxes[0]);
+  EXPECT_THAT(world[0].bodies, IsEmpty());
+  EXPECT_THAT(world[0].leaving, IsEmpty());
+  EXPECT_THAT(outboxes[0][0].handovers, IsEmpty());
+  ASSERT_EQ(outboxes[0][1].handovers.size(), 1u);
+  ASSERT_EQ(outboxes[0][0].replicas.size(), 1u) << "the old home speaks for it once more";
+  EXPECT_EQ(outboxes[0][0].introductions.size(), 1u) << "it is near the border, seen from above";
+
+  std::vector<Exchange> inbox = received(outboxes, 1);
+  take_homes(world[1], inbox);
+  const HomeBody& moved = body(world[1], 2);
+  EXPECT_EQ(moved.sector->index, kHigh);
+  EXPECT_TRUE(moved.dirty);
+  const BodyState state = state_of(world[1], 2);
+  EXPECT_THAT(state.position, ElementsAre(kLimit + kLittle - 16, 3, 0));
+  EXPECT_THAT(state.linear_velocity, ElementsAre(1, 0, 0));
+}
+
+TEST(Homes, ABodyThatArrivesAsleepWakesUp) {
+  TestPartition partition;
+  std::vector<Exchange> inbox(1);
+  inbox[0].handovers.push_back({in_state(box(1, kHigh, {0, 0, 0}), Activity::kAsleep), {}, true});
+  take_homes(*partition, inbox);
+  EXPECT_EQ(activity_of(*partition, 1), Activity::kAwake);
+  EXPECT_TRUE(body(*partition, 1).known_everywhere);
+}
+
+TEST(Homes, ABodyIsStoppedAtTheEdgeOfTheWorld) {
+  TestPartition partition;
+  const SectorIndex last{std::numeric_limits<std::int64_t>::max(), 0, 0};
+  add_body(*partition, moving(box(1, last, {9, 0, 0}), {100, 0, 0}));
+  EXPECT_EQ(announce_home_changes(*partition), 1u);
+  EXPECT_FALSE(body(*partition, 1).next_home);
+  EXPECT_THAT(partition->leaving, IsEmpty());
+  EXPECT_THAT(state_of(*partition, 1).linear_velocity, ElementsAre(0, 0, 0));
+}
+
+TEST(HomesDeathTest, ABodyForAnotherServerStopsTheProcess) {
+  TestPartition low(test_settings(), 2, 0);
+  std::vector<Exchange> inbox(2);
+  inbox[0].handovers.push_back({box(1, kHigh, {0, 0, 0}), {}});
+  EXPECT_DEATH(take_homes(*low, inbox), "handed to the server that hosts its new home");
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,66 @@
+// Velocities become motion.
+#include "lpss/tick/integrate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "lpss/model/limits.h"
+#include "lpss/tick/test_world.h"
+
+namespace tessera {
+namespace {
+
+using testing::Each;
+using testing::ElementsAre;
+
+// A tick in which nothing is solved.
+std::uint32_t detect_and_integrate(TestWorld& world) {
+  world.exchange();
+  world.detect();
+  return integrate(world[0], world.contexts[0].stepped, {});
+}
+
+TEST(Integrate, BodiesGoAsFarAsTheirVelocitiesSay) {
+  TestWorld world;
+  world.add(moving(box(1, kHigh, {1, 2, 3}), {64, -32, 0}));
+  world.add(moving(box(2, kLow, {1, 2, 3}, Motion::kKinematic), {0, 0, 16}));
+  EXPECT_EQ(detect_and_integrate(world), 0u);
+  EXPECT_THAT(world.state(1).position, ElementsAre(2, 1.5, 3));
+  EXPECT_THAT(world.state(2).position, ElementsAre(1, 2, 3.25));
+}
+
+TEST(Integrate, AKinematicBodyArrivesAtItsTargetAndThenSleeps) {
+  TestWorld world;
+  world.add(box(1, kHigh, {0, 0, 0}, Motion::kKinematic));
+  HomeBody& moved = body(world[0], 1);
+  moved.kinematic_target = BodyState{};
+  moved.kinematic_target->position = {1, 2, 3};
+  detect_and_integrate(world);
+  EXPECT_THAT(world.state(1).position, ElementsAre(1, 2, 3));
+  EXPECT_EQ(world.state(1).activity, Activity::kAwake);
+  EXPECT_FALSE(moved.kinematic_target);
+  EXPECT_FALSE(moved.dirty);
+  detect_and_integrate(world);
+  EXPECT_EQ(world.state(1).activity, Activity::kAsleep);
+  EXPECT_TRUE(moved.dirty) << "others have to hear of it";
+}
+
+TEST(Integrate, ABodyBeyondAllSpeedIsStopped) {
+  TestWorld world;
+  world.add(moving(box(1, kHigh, {0, 0, 0}), {2 * kSpeedMax, 0, 0}));
+  world.add(moving(box(2, kLow, {1, 2, 3}), {1, 0, 0}));
+  world.exchange();
+  world.detect();
+  const HomeBody& lost = body(world[0], 2);
+  lost.sector->world->set_velocity(lost.slot, {0, std::numeric_limits<double>::infinity(), 0}, {0, 0, 0});
+  EXPECT_EQ(integrate(world[0], world.contexts[0].stepped, {}), 2u);
+  EXPECT_THAT(world.state(1).linear_velocity, Each(0));
+  EXPECT_THAT(world.state(2).linear_velocity, Each(0));
+  EXPECT_NEAR(world.state(2).position[0], 1, 0.1) << "where it was last known to be";
+  EXPECT_NEAR(world.state(2).position[1], 2, 0.1);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,72 @@
+// Islands become new velocities, in any order and on any threads.
+#include "lpss/tick/solve.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "lpss/tick/test_world.h"
+
+namespace tessera {
+namespace {
+
+void add_crash(TestWorld& world, std::uint64_t first, const SectorIndex& home) {
+  world.add(moving(box(first, home, {0, 0, 0}), {1, 0, 0}));
+  world.add(moving(box(first + 1, home, {0.984375, 0, 0}), {-1, 0.5, 0}));
+}
+
+TEST(Solve, TheOrderOfIslandsDoesNotMatter) {
+  TestWorld forwards;
+  TestWorld backwards;
+  for (TestWorld* world : {&forwards, &backwards}) {
+    add_crash(*world, 1, kLow);
+    add_crash(*world, 3, kHigh);
+    world->exchange();
+    world->detect();
+    world->connect();
+    world->plan();
+    ASSERT_EQ(world->contexts[0].plan.jobs.size(), 2u);
+  }
+  forwards.solve();
+  const ParallelFor last_first = [](std::size_t count, const std::function<void(std::size_t)>& job) {
+    while (count > 0) job(--count);
+  };
+  SolverPool solvers(backwards[0].engine);
+  solve(backwards[0], backwards.contexts[0].plan, backwards.shipments[0], last_first, solvers);
+  for (const std::uint64_t id : {1, 2, 3, 4}) {
+    EXPECT_EQ(bits(forwards.state(id)), bits(backwards.state(id))) << "body " << id;
+  }
+  EXPECT_LE(forwards.state(1).linear_velocity[0], forwards.state(2).linear_velocity[0] + 1e-6)
+      << "they no longer approach each other";
+}
+
+TEST(Solve, JobsThatTouchTheSameKinematicBodyAreNotRunBesideEachOther) {
+  TestWorld world;
+  world.add(box(1, kHigh, {0, 0, 0}, Motion::kKinematic));
+  const HomeBody& pusher = body(world[0], 1);
+  IslandPlan plan;
+  plan.jobs.resize(3);
+  plan.jobs[0].kinematics = {{pusher.sector->world.get(), pusher.slot}};
+  plan.jobs[2].kinematics = plan.jobs[0].kinematics;
+  std::size_t groups = 0;
+  const ParallelFor counted = [&](std::size_t count, const std::function<void(std::size_t)>& job) {
+    groups = count;
+    for (std::size_t n = 0; n < count; ++n) job(n);
+  };
+  SolverPool solvers(world[0].engine);
+  solve(world[0], plan, {}, counted, solvers);
+  EXPECT_EQ(groups, 2u);
+}
+
+TEST(Solve, ASolverThatWasPutBackIsTakenAgain) {
+  TestPartition partition;
+  SolverPool solvers(partition->engine);
+  std::unique_ptr<IslandSolver> first = solvers.take();
+  const std::unique_ptr<IslandSolver> second = solvers.take();
+  EXPECT_NE(first, second);
+  const IslandSolver* known = first.get();
+  solvers.put_back(std::move(first));
+  EXPECT_EQ(solvers.take().get(), known);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,113 @@
+#include "lpss/tick/test_world.h"
+
+#include "lpss/partition/joints.h"
+#include "lpss/tick/cloning.h"
+#include "lpss/tick/components.h"
+#include "lpss/tick/couple.h"
+#include "lpss/tick/detect.h"
+#include "lpss/tick/exchange.h"
+#include "lpss/tick/islands.h"
+#include "lpss/tick/seam_search.h"
+#include "lpss/tick/ship.h"
+#include "lpss/tick/solve.h"
+
+namespace tessera {
+
+TestWorld::TestWorld(std::uint32_t servers, const WorldSettings& settings) {
+  for (Rank rank = 0; rank < servers; ++rank) partitions_.emplace_back(settings, servers, rank);
+  contexts.resize(servers);
+  for (TickContext& context : contexts) context.tick = 1;
+}
+
+void TestWorld::add(const BodyRecord& record) {
+  for (TestPartition& partition : partitions_) add_body(*partition, record);
+}
+
+void TestWorld::add(const JointRecord& record) {
+  for (TestPartition& partition : partitions_) add_joint(*partition, record);
+}
+
+Partition& TestWorld::host(const SectorIndex& index) {
+  return *partitions_[partitions_[0]->map.owner(index)];
+}
+
+BodyState TestWorld::state(std::uint64_t id) {
+  Rank rank = 0;
+  while (!partitions_[rank]->bodies.contains(BodyId{id})) ++rank;
+  return state_of(*partitions_[rank], id);
+}
+
+void TestWorld::exchange() {
+  std::vector<std::vector<Exchange>> outboxes(servers(), std::vector<Exchange>(servers()));
+  for (Rank rank = 0; rank < servers(); ++rank) {
+    search_seams(*partitions_[rank]);
+    tell_of_replicas(*partitions_[rank], outboxes[rank]);
+  }
+  for (Rank rank = 0; rank < servers(); ++rank) {
+    std::vector<Exchange> inbox = received(outboxes, rank);
+    take_replicas(*partitions_[rank], inbox);
+    update_clones(*partitions_[rank], {});
+  }
+}
+
+void TestWorld::detect() {
+  for (Rank rank = 0; rank < servers(); ++rank) {
+    contexts[rank].stepped = tessera::detect(*partitions_[rank], {});
+  }
+}
+
+void TestWorld::connect() {
+  seams.clear();
+  for (Rank rank = 0; rank < servers(); ++rank) {
+    seams.push_back(find_components(*partitions_[rank], {}, contexts[rank].vacated));
+  }
+}
+
+void TestWorld::plan() {
+  std::vector<const Seams*> said;
+  for (const Seams& message : seams) said.push_back(&message);
+  shipments.clear();
+  for (Rank rank = 0; rank < servers(); ++rank) {
+    shipments.push_back(plan_islands(*partitions_[rank], contexts[rank], said));
+  }
+}
+
+void TestWorld::solve() {
+  solutions.clear();
+  for (Rank rank = 0; rank < servers(); ++rank) {
+    Partition& partition = *partitions_[rank];
+    IslandPlan& islands = contexts[rank].plan;
+    const std::vector<Shipment> inbox = received(shipments, rank);
+    begin_parts(partition, islands.coupled, inbox, {});
+    SolverPool solvers(partition.engine);
+    solutions.push_back(tessera::solve(partition, islands, inbox, {}, solvers));
+  }
+  for (bool more = true; more;) {
+    std::vector<std::vector<Coupling>> changes;
+    for (TickContext& context : contexts)
+      changes.push_back(changes_of_parts(servers(), context.plan.coupled));
+    more = false;
+    for (Rank rank = 0; rank < servers(); ++rank) {
+      TickContext& context = contexts[rank];
+      if (context.plan.coupled.empty()) continue;
+      more |= next_pass(context.plan.coupled, received(changes, rank), context.pass++, {});
+    }
+  }
+  for (Rank rank = 0; rank < servers(); ++rank) {
+    for (const Solution& solution : received(solutions, rank)) take_solution(*partitions_[rank], solution);
+  }
+}
+
+JointRecord hinge(std::uint64_t id, std::uint64_t parent, std::uint64_t child) {
+  JointRecord record;
+  record.id = JointId{id};
+  record.properties.type = JointType::kRevolute;
+  record.properties.parent = BodyId{parent};
+  record.properties.child = BodyId{child};
+  record.properties.in_parent.position = {0.5, 0, 0};
+  record.properties.in_child.position = {-0.5, 0, 0};
+  record.parent_motion = Motion::kDynamic;
+  return record;
+}
+
+}  // namespace tessera
