@@ -21,7 +21,7 @@ TEST(PageTest, UpWithAWorldNamesItsPageAndEndsWithIt) {
   Processes children(children_of(up.process().pid()));
   EXPECT_EQ(children.ids().size(), 4u);  // coordinator, two servers, page
   up.process().signal(SIGINT);
-  EXPECT_EQ(up.wait(), 0) << up.output();
+  EXPECT_EQ(up.wait(), kSignalled + SIGINT) << up.output();
   EXPECT_TRUE(children.await_end());
 }
 
@@ -36,7 +36,7 @@ TEST(PageTest, ClusterGoesOnWithoutItsPage) {
   kill(*page, SIGKILL);
   ASSERT_TRUE(up.await_output("the page is lost; the cluster goes on: tessera-viewer")) << up.output();
   up.process().signal(SIGINT);
-  EXPECT_EQ(up.wait(), 0) << up.output();
+  EXPECT_EQ(up.wait(), kSignalled + SIGINT) << up.output();
 }
 
 TEST(PageTest, PortInUseIsAnErrorOnlyWhereItWasAskedFor) {

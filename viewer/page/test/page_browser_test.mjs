@@ -268,14 +268,14 @@ test('sectors 2^62 away are reached by typing them', async () => {
 test('comes back by itself after the connection was lost', async () => {
   // Of a viewer of its own, which can be ended and started again at the same address.
   const viewer = await start(
-      'tessera-viewer', ['--connect', cluster.address, '--listen', '127.0.0.1:0'], /on (http\S+)/);
+      'tessera-viewer', ['--connect', cluster.address, '--listen', '127.0.0.1:0'], /at (http\S+)/);
   const [url] = viewer.found;
   await goCoarsely(url);
   await viewer.stop();
   await page.waitForFunction(() => document.getElementById('state').textContent === 'no connection');
   const again = await start(
       'tessera-viewer', ['--connect', cluster.address, '--listen', new URL(url).host, '--read-only'],
-      /on (http\S+)/);
+      /at (http\S+)/);
   await page.waitForFunction(() => document.getElementById('state').textContent === 'paused');
   const tick = await page.evaluate(() => window.tessera.bodies.tick);
   await tessera(cluster.address, 'step', '7');

@@ -376,7 +376,7 @@ test('files that are no recordings are refused by name', async () => {
       recordingOf([], {topics: {...kTopics, '/tessera/contacts': bodies}}),
       `${kNoWorld}: /tessera/contacts has tessera.v1.BodyBatch, not tessera.v1.ContactBatch`);
   await refuses(recordingOf([], {metadata: null}), `${kNoWorld}: it has no metadata named tessera`);
-  await refuses(recordingOf([]), `${kNoWorld}: it has no tick`);
+  await refuses(recordingOf([]), `${kNoWorld}: it has no ticks`);
 });
 
 test('damage within a recording is told when it is met', async () => {
