@@ -63,25 +63,28 @@ fi
 echo "installing ${missing[*]}" >&2
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-# Of a thousand: a third for what is fetched, the rest for what is unpacked and set up. As apt says it, on its
-# standard output: "pmstatus:PACKAGE:PERCENT:WHAT", "dlstatus:...".
+# Of a thousand: a third for what is fetched, the rest for what is unpacked and set up. As apt says it:
+# "pmstatus:PACKAGE:PERCENT:WHAT" or "dlstatus:...", where PACKAGE may end with ":ARCHITECTURE".
 shares() {
-  local kind percent
-  while IFS=: read -r kind _ percent _; do
-    percent=${percent%.*}
-    case $kind in
-      dlstatus) echo "[$((percent * 10 / 3))/1000]" ;;
-      pmstatus) echo "[$((333 + percent * 20 / 3))/1000]" ;;
-    esac
+  local line
+  while IFS= read -r line; do
+    [[ $line =~ ^(dl|pm)status:[^:]*(:[a-z][a-z0-9]*)?:([0-9]+) ]] || continue
+    if [ "${BASH_REMATCH[1]}" = dl ]; then
+      echo "[$((10#${BASH_REMATCH[3]} * 10 / 3))/1000]"
+    else
+      echo "[$((333 + 10#${BASH_REMATCH[3]} * 20 / 3))/1000]"
+    fi
   done
 }
+# apt's status has a descriptor of its own: what packages print as they are set up goes to the log, so that nothing
+# here can fail them. A shell as root opens it, since sudo passes on the first three only.
 install() {
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-    apt-get install -y -qq --no-install-recommends -o APT::Status-Fd=1 "${missing[@]}" 2>"$log" |
-    tee -a "$log" | shares | progress "installing"
+  "${as_root[@]}" sh -c 'exec 3>&1 >"$0" 2>&1
+    DEBIAN_FRONTEND=noninteractive exec apt-get install -y -qq --no-install-recommends -o APT::Status-Fd=3 "$@"' \
+    "$log" "${missing[@]}" | shares | progress "installing"
 }
 # Package lists may be absent or old: fetched only where the first try fails.
 install || { "${as_root[@]}" apt-get update -qq >"$log" 2>&1 && install; } || {
-  grep -v 'status:' "$log" | tail -20 >&2
+  tail -20 "$log" >&2
   exit 1
 }

@@ -7,7 +7,7 @@ namespace tessera::bullet {
 void BulletSolver::solve(const SolveTask& task, double dt) {
   if (settings_.substeps == 1 || !settings_.adapt) return run(task, dt);
   for (const TaskPart& part : parts_of(task, settings_.substeps, dt)) {
-    solver_.take_small_steps(part.steps);
+    solver_.take_substep_solver(part.steps);
     run(part.task, dt);
   }
 }

@@ -14,7 +14,7 @@ constexpr int kStepsMax = 64;
 // The neighbours of each body, in the order of the touches.
 class Neighbours {
  public:
-  Neighbours(std::size_t bodies, std::span<const Touch> touches) : begin_(bodies + 1, 0) {
+  Neighbours(std::size_t bodies, std::span<const ContactEdge> touches) : begin_(bodies + 1, 0) {
     for_each(touches, [&](std::size_t body, std::size_t) { ++begin_[body + 1]; });
     for (std::size_t body = 0; body < bodies; ++body) begin_[body + 1] += begin_[body];
     all_.resize(begin_.back());
@@ -28,9 +28,9 @@ class Neighbours {
 
  private:
   template <typename Visit>
-  static void for_each(std::span<const Touch> touches, const Visit& visit) {
-    for (const Touch& touch : touches) {
-      if (touch.a == Touch::kGround || touch.b == Touch::kGround) continue;
+  static void for_each(std::span<const ContactEdge> touches, const Visit& visit) {
+    for (const ContactEdge& touch : touches) {
+      if (touch.a == ContactEdge::kGround || touch.b == ContactEdge::kGround) continue;
       visit(touch.a, touch.b);
       visit(touch.b, touch.a);
     }
@@ -42,7 +42,7 @@ class Neighbours {
 
 }  // namespace
 
-std::vector<double> burdens(std::span<const double> masses, std::span<const Touch> touches) {
+std::vector<double> load_ratios(std::span<const double> masses, std::span<const ContactEdge> touches) {
   constexpr std::uint32_t kUnknown = ~std::uint32_t{0};
   const Neighbours neighbours(masses.size(), touches);
   std::vector<std::uint32_t> height(masses.size(), kUnknown);  // contacts from the ground
@@ -53,9 +53,9 @@ std::vector<double> burdens(std::span<const double> masses, std::span<const Touc
     height[body] = at;
     order.push_back(body);
   };
-  for (const Touch& touch : touches) {
-    if (touch.a == Touch::kGround && touch.b != Touch::kGround) reach(touch.b, 0);
-    if (touch.b == Touch::kGround && touch.a != Touch::kGround) reach(touch.a, 0);
+  for (const ContactEdge& touch : touches) {
+    if (touch.a == ContactEdge::kGround && touch.b != ContactEdge::kGround) reach(touch.b, 0);
+    if (touch.b == ContactEdge::kGround && touch.a != ContactEdge::kGround) reach(touch.a, 0);
   }
   for (std::size_t n = 0; n < order.size(); ++n) {
     for (const std::size_t other : neighbours.of(order[n])) reach(other, height[order[n]] + 1);
@@ -76,10 +76,10 @@ std::vector<double> burdens(std::span<const double> masses, std::span<const Touc
   return carried;
 }
 
-int steps_for(double burden, int usual) {
-  if (burden <= kLightBurden) return std::max(2, usual / 2);
+int steps_for(double load_ratio, int usual) {
+  if (load_ratio <= kLightBurden) return std::max(2, usual / 2);
   int steps = usual;
-  for (double most = kUsualBurden; burden > most && 2 * steps <= kStepsMax; most *= 4) steps *= 2;
+  for (double most = kUsualBurden; load_ratio > most && 2 * steps <= kStepsMax; most *= 4) steps *= 2;
   return steps;
 }
 

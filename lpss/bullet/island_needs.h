@@ -8,7 +8,7 @@
 namespace tessera::bullet {
 
 // Two bodies that touch, or a body that touches the ground; indices into a list of bodies.
-struct Touch {
+struct ContactEdge {
   static constexpr std::size_t kGround = ~std::size_t{0};
   std::size_t a = kGround;
   std::size_t b = kGround;
@@ -19,11 +19,11 @@ struct Touch {
 // on. 0 without a connection to the ground. An impulse propagates by one contact per pass, and is attenuated
 // by this ratio: the lowest of a tower of ten equal boxes has 9, and a box of 1 kg under one of 1000 kg has
 // 1000. The result for a body depends on its island alone.
-std::vector<double> burdens(std::span<const double> masses, std::span<const Touch> touches);
+std::vector<double> load_ratios(std::span<const double> masses, std::span<const ContactEdge> touches);
 
 // The number of substeps for an island with this largest load ratio; `usual` (>= 2) is the number in the
 // settings.
-int steps_for(double burden, int usual);
+int steps_for(double load_ratio, int usual);
 
 // The number of substeps for jointed bodies that turn by this angle in a tick, rad.
 int steps_for_turn(double turn, int usual);

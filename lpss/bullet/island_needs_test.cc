@@ -14,32 +14,32 @@ namespace {
 
 using ::testing::ElementsAre;
 
-constexpr std::size_t kGround = Touch::kGround;
+constexpr std::size_t kGround = ContactEdge::kGround;
 
 TEST(BurdensTest, OfATowerAreWhatIsAbove) {
-  const std::vector<Touch> touches = {{0, 1}, {1, 2}, {kGround, 0}};
-  EXPECT_THAT(burdens(std::vector<double>{1, 1, 1}, touches), ElementsAre(2, 1, 0));
-  EXPECT_THAT(burdens(std::vector<double>{1, 2, 1000}, touches), ElementsAre(1002, 500, 0));
-  EXPECT_THAT(burdens(std::vector<double>{1000, 2, 1}, touches), ElementsAre(0.003, 0.5, 0));
+  const std::vector<ContactEdge> touches = {{0, 1}, {1, 2}, {kGround, 0}};
+  EXPECT_THAT(load_ratios(std::vector<double>{1, 1, 1}, touches), ElementsAre(2, 1, 0));
+  EXPECT_THAT(load_ratios(std::vector<double>{1, 2, 1000}, touches), ElementsAre(1002, 500, 0));
+  EXPECT_THAT(load_ratios(std::vector<double>{1000, 2, 1}, touches), ElementsAre(0.003, 0.5, 0));
 }
 
 TEST(BurdensTest, AreSharedAmongThoseBelow) {
-  EXPECT_THAT(
-      burdens(std::vector<double>{1, 1, 8}, std::vector<Touch>{{0, 2}, {1, 2}, {0, kGround}, {1, kGround}}),
-      ElementsAre(4, 4, 0));
+  EXPECT_THAT(load_ratios(std::vector<double>{1, 1, 8},
+                          std::vector<ContactEdge>{{0, 2}, {1, 2}, {0, kGround}, {1, kGround}}),
+              ElementsAre(4, 4, 0));
 }
 
 TEST(BurdensTest, NobodyCarriesWhatFloats) {
-  EXPECT_THAT(burdens(std::vector<double>{1, 1000}, std::vector<Touch>{{0, 1}}), ElementsAre(0, 0));
-  EXPECT_TRUE(burdens({}, {}).empty());
+  EXPECT_THAT(load_ratios(std::vector<double>{1, 1000}, std::vector<ContactEdge>{{0, 1}}), ElementsAre(0, 0));
+  EXPECT_TRUE(load_ratios({}, {}).empty());
 }
 
 TEST(StepsForTest, GrowWithTheBurdenFromHalfTheUsualOn) {
   EXPECT_EQ(steps_for(0, 4), 2);
   EXPECT_EQ(steps_for(9, 4), 4);
   int last = 0;
-  for (double burden = 0.1; burden < 1e9; burden *= 2) {
-    const int steps = steps_for(burden, 4);
+  for (double load_ratio = 0.1; load_ratio < 1e9; load_ratio *= 2) {
+    const int steps = steps_for(load_ratio, 4);
     EXPECT_GE(steps, last);
     EXPECT_GE(steps, 2);
     EXPECT_LE(steps, 64);

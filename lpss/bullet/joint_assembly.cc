@@ -277,7 +277,7 @@ void JointAssembly::advance() {
   ways_.clear();
 }
 
-void JointAssembly::end(std::vector<MovedBody>& moved) {
+void JointAssembly::end(std::vector<BodyMotion>& moved) {
   if (!moves_) return;
   advance();
   for (const Body& body : bodies_) moved.push_back(body.moved);

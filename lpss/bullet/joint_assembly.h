@@ -35,7 +35,7 @@ struct SolvedJoint {
 };
 
 // The motion of a body in a tick, apart from its final velocity.
-struct MovedBody {
+struct BodyMotion {
   int body;
   Eigen::Vector3d way;      // m
   Eigen::Quaterniond turn;  // world axes
@@ -50,7 +50,7 @@ class JointAssembly {
   void start_step();
   void pass();
   void move();
-  void end(std::vector<MovedBody>& moved);
+  void end(std::vector<BodyMotion>& moved);
 
  private:
   using Matrix = Eigen::SparseMatrix<double>;
@@ -78,7 +78,7 @@ class JointAssembly {
 
   struct Body {
     JointedBody now;
-    MovedBody moved;
+    BodyMotion moved;
   };
 
   void find_whether_to_move();

@@ -66,8 +66,8 @@ void JointSolver::move() {
   for (const auto& assembly : assemblies_) assembly->move();
 }
 
-std::vector<MovedBody> JointSolver::end() {
-  std::vector<MovedBody> moved;
+std::vector<BodyMotion> JointSolver::end() {
+  std::vector<BodyMotion> moved;
   for (const auto& assembly : assemblies_) assembly->end(moved);
   return moved;
 }

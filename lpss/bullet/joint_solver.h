@@ -48,7 +48,7 @@ class JointSolver {
   void move();
 
   // Ends the tick. Those that have moved step by step.
-  std::vector<MovedBody> end();
+  std::vector<BodyMotion> end();
 
  private:
   std::vector<SolvedJoint> joints_;

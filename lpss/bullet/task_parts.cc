@@ -30,13 +30,13 @@ class Places {
 
   // kGround for bodies that do not move, or are not in the task.
   static std::size_t of(const WorldBody& body) {
-    if (body.world == nullptr) return Touch::kGround;
+    if (body.world == nullptr) return ContactEdge::kGround;
     const btRigidBody& rigid = rigid_of(body);
-    if (rigid.isStaticOrKinematicObject() || rigid.getCompanionId() < 0) return Touch::kGround;
+    if (rigid.isStaticOrKinematicObject() || rigid.getCompanionId() < 0) return ContactEdge::kGround;
     return static_cast<std::size_t>(rigid.getCompanionId());
   }
 
-  static Touch of(const WorldPair& contact) {
+  static ContactEdge of(const WorldPair& contact) {
     const ContactPair& pair = contact.world->contacts()[contact.pair];
     return {of(WorldBody{contact.world, pair.slot_a}), of(WorldBody{contact.world, pair.slot_b})};
   }
@@ -70,10 +70,10 @@ class Parting {
     }
     for (std::size_t i = 0; i < task_.contacts.size(); ++i) {
       const std::size_t body = std::min(touches_[i].a, touches_[i].b);
-      if (body != Touch::kGround) part_of(body).contacts.push_back(task_.contacts[i]);
+      if (body != ContactEdge::kGround) part_of(body).contacts.push_back(task_.contacts[i]);
     }
     for (const TaskJoint& joint : task_.joints) {
-      if (const std::size_t child = Places::of(joint.child); child != Touch::kGround) {
+      if (const std::size_t child = Places::of(joint.child); child != ContactEdge::kGround) {
         part_of(child).joints.push_back(joint);
       }
     }
@@ -83,7 +83,7 @@ class Parting {
  private:
   void connect() {
     const auto unite = [&](std::size_t a, std::size_t b) {
-      if (a != Touch::kGround && b != Touch::kGround) islands_.unite(a, b);
+      if (a != ContactEdge::kGround && b != ContactEdge::kGround) islands_.unite(a, b);
     };
     touches_.reserve(task_.contacts.size());
     for (const WorldPair& contact : task_.contacts) {
@@ -98,7 +98,7 @@ class Parting {
     std::vector<double> masses;
     masses.reserve(task_.bodies.size());
     for (const WorldBody& body : task_.bodies) masses.push_back(1 / double(rigid_of(body).getInvMass()));
-    const std::vector<double> carried = burdens(masses, touches_);
+    const std::vector<double> carried = load_ratios(masses, touches_);
     std::vector<int> steps(task_.bodies.size(), 0);
     for (std::size_t i = 0; i < carried.size(); ++i) {
       int& most = steps[islands_.find(i)];
@@ -108,7 +108,7 @@ class Parting {
     for (const TaskJoint& joint : task_.joints) {
       for (const WorldBody& side : {joint.child, joint.parent}) {
         const std::size_t body = Places::of(side);
-        if (body == Touch::kGround) continue;
+        if (body == ContactEdge::kGround) continue;
         int& most = steps[islands_.find(body)];
         const double turn = double(rigid_of(side).getAngularVelocity().length()) * dt_;
         most = std::max(most, steps_for_turn(turn, usual_steps_));
@@ -122,7 +122,7 @@ class Parting {
   const double dt_;  // s
   const Places places_;
   DisjointSets islands_;
-  std::vector<Touch> touches_;  // of the task's contacts
+  std::vector<ContactEdge> touches_;  // of the task's contacts
 };
 
 }  // namespace

@@ -64,7 +64,7 @@ void lighten(btSolverConstraint& row, int id, const btSolverBody& body, double t
 }  // namespace
 
 TaskSolver::TaskSolver(const EngineSettings& settings) {
-  if (settings.substeps > 1) small_steps_.emplace(settings.substeps, settings.solver_iterations);
+  if (settings.substeps > 1) substep_solver_.emplace(settings.substeps, settings.solver_iterations);
   info_.m_warmstartingFactor = btScalar(settings.warm_starting);
   info_.m_splitImpulsePenetrationThreshold = btScalar(-settings.split_from);
   info_.m_numIterations = settings.solver_iterations;
@@ -117,32 +117,32 @@ void TaskSolver::begin_steps() {
   pools.contacts = span_of(m_tmpSolverContactConstraintPool);
   pools.frictions = span_of(m_tmpSolverContactFrictionConstraintPool);
   pools.friction_directions = info_.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS ? 2 : 1;
-  small_steps_->begin(pools, joints_, info_);
+  substep_solver_->begin(pools, joints_, info_);
 }
 
 void TaskSolver::pass(int n) {
-  if (!has_begun_) small_steps_ ? begin_steps() : begin_joints();
+  if (!has_begun_) substep_solver_ ? begin_steps() : begin_joints();
   has_begun_ = true;
-  if (small_steps_) return small_steps_->round(n);
+  if (substep_solver_) return substep_solver_->round(n);
   solveGroupCacheFriendlySplitImpulseIterations(nullptr, 0, nullptr, 0, nullptr, 0, one_pass_, nullptr);
   solveSingleIteration(n, nullptr, 0, nullptr, 0, nullptr, 0, info_, nullptr);
   joints_.pass();
 }
 
 void TaskSolver::finish() {
-  if (small_steps_) small_steps_->end();
+  if (substep_solver_) substep_solver_->end();
   // It resets the companion of every body with a solver body: the originals.
   solveGroupCacheFriendlyFinish(bodies_.data(), static_cast<int>(bodies_.size()), info_);
   for (const Link& link : links_) link.clone->setCompanionId(-1);
 }
 
 VelocityChange TaskSolver::change(std::size_t body) const {
-  if (small_steps_) {
+  if (substep_solver_) {
     if (!has_begun_) return {};
     const auto place = static_cast<std::size_t>(place_of(body));
     VelocityChange change;
-    change.linear = to_eigen(small_steps_->linear_change(place));
-    change.angular = to_eigen(small_steps_->angular_change(place));
+    change.linear = to_eigen(substep_solver_->linear_change(place));
+    change.angular = to_eigen(substep_solver_->angular_change(place));
     return change;
   }
   const btSolverBody& solved = m_tmpSolverBodyPool[place_of(body)];
@@ -151,10 +151,10 @@ VelocityChange TaskSolver::change(std::size_t body) const {
 }
 
 void TaskSolver::set_change(std::size_t body, const VelocityChange& change) {
-  if (small_steps_) {
+  if (substep_solver_) {
     if (!has_begun_) return;
     const auto place = static_cast<std::size_t>(place_of(body));
-    return small_steps_->set_change(place, to_bullet(change.linear), to_bullet(change.angular));
+    return substep_solver_->set_change(place, to_bullet(change.linear), to_bullet(change.angular));
   }
   btSolverBody& solved = m_tmpSolverBodyPool[place_of(body)];
   solved.m_deltaLinearVelocity = to_bullet(change.linear);

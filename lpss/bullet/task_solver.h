@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "lpss/bullet/joint_solver.h"
-#include "lpss/bullet/small_steps.h"
+#include "lpss/bullet/substep_solver.h"
 #include "lpss/engine/engine.h"
 
 namespace tessera::bullet {
@@ -21,10 +21,10 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   explicit TaskSolver(const EngineSettings& settings);
 
   // Of all rows, or the rounds of small steps.
-  int passes() const { return small_steps_ ? small_steps_->rounds() : info_.m_numIterations; }
+  int passes() const { return substep_solver_ ? substep_solver_->rounds() : info_.m_numIterations; }
 
   // The number of substeps (>= 2), if the settings specify substeps.
-  void take_small_steps(int steps) { small_steps_->set_steps(steps); }
+  void take_substep_solver(int steps) { substep_solver_->set_steps(steps); }
 
   // Makes the rows. The task must hold at least one body.
   void set_up(const SolveTask& task, double dt);
@@ -58,7 +58,7 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   int place_of(std::size_t body) const { return bodies_[body]->getCompanionId(); }
   void release_kinematic_bodies();
 
-  std::optional<SmallSteps> small_steps_;
+  std::optional<SubstepSolver> substep_solver_;
   bool has_begun_ = false;  // to pass
   btContactSolverInfo info_;
   btContactSolverInfo one_pass_;

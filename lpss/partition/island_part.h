@@ -19,7 +19,8 @@ struct IslandPart {
   bool all_want_sleep = true;  // every own body wants to sleep or sleeps
 };
 
-// The parts of islands in one sector that reach over a border; replaces what was said of the sector before.
+// The parts of islands in one sector that reach over a border; replaces what was reported of the sector
+// before.
 struct SectorSeams {
   SectorIndex sector;
   std::vector<IslandPart> parts;

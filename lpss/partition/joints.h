@@ -13,13 +13,13 @@ void remove_joint(Partition& partition, JointId id);
 void remove_joints_of(Partition& partition, BodyId body);
 void set_drives(Partition& partition, JointId id, const JointDrives& drives);
 
-// What hangs on a joint that changes must notice.
+// Wakes the bodies of a joint that changes.
 void wake_jointed(Partition& partition, const JointRecord& joint);
 
 // A kinematic body may lead a joint whose other side lives anywhere, so all servers are told where it is.
 bool is_everywhere(const HomeBody& body);
 
-// Whether the joint's parent is kinematic and on its way: it lets nothing sleep that hangs on it.
+// Whether the joint's parent is kinematic and on its way: it keeps the child awake.
 bool is_pushed_by(const Partition& partition, const JointRecord& joint);
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-// Islands that reach over borders, joined from what all servers said of their sectors.
+// Islands that reach over borders, joined from the parts that all servers report.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-// One part of an island: the `part`-th of what was last said of `sector`.
+// One part of an island: the `part`-th that was last reported of `sector`.
 struct PartRef {
   SectorIndex sector;
   std::uint32_t part = 0;
@@ -26,7 +26,7 @@ struct SeamIsland {
   bool all_want_sleep = true;  // it may fall asleep
 };
 
-// The parts of all sectors of the world that reach over borders. What was said of a sector holds until
+// The parts of all sectors of the world that reach over borders. What was reported of a sector holds until
 // something else is: sleeping sectors stay silent, and cost nothing until an awake part touches one of
 // theirs.
 class SeamGraph {

@@ -33,7 +33,7 @@ struct HomeBody {
   std::optional<SectorIndex> next_home;       // announced; takes effect at the next tick
   bool dirty = true;                          // others do not know its present state yet
   bool jointed = false;                       // some joint has it as parent or child
-  bool known_everywhere = false;              // by all servers: it is kinematic, and a joint hangs on it
+  bool known_everywhere = false;              // by all servers: it is kinematic, and the parent of a joint
   std::optional<BodyState> kinematic_target;  // where it arrives at the end of this tick
 };
 

@@ -17,7 +17,7 @@ namespace tessera {
 
 // One engine world whose "sector" is the whole world: coordinates are metres from the anchor's centre,
 // rounded to what the engine computes with, whatever precision the world asks for. The same bodies, settings
-// and sleeping as in Tessera, but no sectors, no joints, and Bullet's own solver without small steps. Not for
+// and sleeping as in Tessera, but no sectors, no joints, and Bullet's own solver without substeps. Not for
 // several threads at a time.
 class PlainWorld {
  public:

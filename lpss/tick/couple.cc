@@ -147,7 +147,7 @@ void begin_parts(Partition& partition, std::vector<CoupledPart>& coupled, const 
       builder.add_copy(parent, {part.copies.get(), slot}, original.record.home);
     }
     part.job = build_job(partition, builder);
-    // What only hangs on a joint of another part has no rows here.
+    // A body that only a joint of another part connects has no rows here.
     std::erase_if(part.shared, [&](CoupledPart::Shared& shared) {
       const std::optional<std::size_t> place = builder.place_of(shared.id);
       shared.place = place.value_or(0);

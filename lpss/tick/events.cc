@@ -20,7 +20,7 @@ ContactEvent end_of(Tick tick, BodyId a, BodyId b) {
   return event;
 }
 
-// Whether this sector speaks for the pair. Under the policy clone both sectors of a pair detect it; the one
+// Whether this sector reports the pair. Under the policy clone both sectors of a pair detect it; the one
 // that would under the policy island reports it, and nobody reports what two clones do.
 bool reports(const Partition& partition, const Sector& sector, const ContactPair& pair) {
   if (partition.settings.seams == SeamPolicy::kIsland) return true;

@@ -78,7 +78,7 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
   }
 }
 
-std::uint32_t announce_home_changes(Partition& partition) {
+std::uint64_t announce_home_changes(Partition& partition) {
   std::uint64_t stopped = 0;
   for (Sector* sector : partition.active) {
     for (HomeBody* body : sector->homes) {

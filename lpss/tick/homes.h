@@ -18,7 +18,7 @@ struct HomeChange {
 };
 
 // Carries out the changes that were announced in the last tick, and the `jumps` that commands asked for. The
-// old home speaks for the body once more, as nobody else knows who has clones of it.
+// old home announces the body once more, since no other server knows who has replicas of it.
 void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vector<Exchange>& outbox);
 
 // Takes the bodies in that come to live here.
@@ -26,6 +26,6 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox);
 
 // Decides which bodies change home at the next tick. Returns how many were stopped at the edge of the
 // representable world instead.
-std::uint32_t announce_home_changes(Partition& partition);
+std::uint64_t announce_home_changes(Partition& partition);
 
 }  // namespace tessera

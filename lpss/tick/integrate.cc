@@ -47,7 +47,7 @@ void move_kinematics(Sector& sector, double dt) {
 }
 
 // A body that has left the range in which numbers mean something is stopped where it was last known to be.
-std::uint32_t stop_runaways(Sector& sector) {
+std::uint64_t stop_runaways(Sector& sector) {
   std::uint64_t stopped = 0;
   for (HomeBody* body : sector.homes) {
     SectorWorld& world = *sector.world;
@@ -71,10 +71,10 @@ std::uint32_t stop_runaways(Sector& sector) {
 
 }  // namespace
 
-std::uint32_t integrate(Partition& partition, const std::vector<Sector*>& stepped,
+std::uint64_t integrate(Partition& partition, const std::vector<Sector*>& stepped,
                         const ParallelFor& parallel) {
   const double dt = partition.dt();
-  std::vector<std::uint32_t> stopped(stepped.size(), 0);
+  std::vector<std::uint64_t> stopped(stepped.size(), 0);
   run_parallel(parallel, stepped.size(), [&](std::size_t i) {
     Sector& sector = *stepped[i];
     for (const BodySlot slot : sector.in_free_flight) sector.world->fly(slot, dt);
@@ -83,7 +83,7 @@ std::uint32_t integrate(Partition& partition, const std::vector<Sector*>& steppe
     move_kinematics(sector, dt);
     stopped[i] = stop_runaways(sector);
   });
-  return std::accumulate(stopped.begin(), stopped.end(), std::uint32_t{0});
+  return std::accumulate(stopped.begin(), stopped.end(), std::uint64_t{0});
 }
 
 }  // namespace tessera

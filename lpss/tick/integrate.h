@@ -12,7 +12,7 @@ namespace tessera {
 // Moves what is awake in the sectors that take part in the tick: bodies by their solved velocities, bodies
 // alone in free flight, kinematic ones to where they were told. Returns how many left the range of numbers
 // and were stopped.
-std::uint32_t integrate(Partition& partition, const std::vector<Sector*>& stepped,
+std::uint64_t integrate(Partition& partition, const std::vector<Sector*>& stepped,
                         const ParallelFor& parallel);
 
 }  // namespace tessera

@@ -16,7 +16,7 @@ using testing::Each;
 using testing::ElementsAre;
 
 // A tick in which nothing is solved.
-std::uint32_t detect_and_integrate(TestWorld& world) {
+std::uint64_t detect_and_integrate(TestWorld& world) {
   world.exchange();
   world.detect();
   return integrate(world[0], world.contexts[0].stepped, {});

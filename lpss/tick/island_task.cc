@@ -98,7 +98,7 @@ void fix_parent(const Partition& partition, const JointRecord& record, const Sec
     } else {
       const auto replica = partition.replicas.find(joint.parent);
       invariant(replica != partition.replicas.end(),
-                "all servers know a kinematic body that a joint hangs on");
+                "all servers know a kinematic body that is the parent of a joint");
       home = replica->second->home;
       parent = side_of(replica->second->state);
     }

@@ -8,7 +8,7 @@
 
 namespace tessera {
 
-// Joins what all servers said of their seams, lets islands wake up or fall asleep, and plans what is solved
+// Joins the parts that all servers reported, lets islands wake up or fall asleep, and plans what is solved
 // where
 // (`context.plan`). All servers come to the same islands and solvers. Returns the parts to be shipped, by
 // rank.

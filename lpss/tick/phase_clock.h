@@ -21,7 +21,7 @@ enum class TickPhase : std::uint8_t {
   kCloning,        // clones, and statics that a sector needs, enter and leave engine worlds and follow their
                    // originals
   kDetection,      // gravity, and contacts in every awake sector
-  kIslands,  // what hangs together in sectors and across borders, who solves it, and what the solver is given
+  kIslands,  // connected bodies in sectors and across borders, who solves them, and what the solver is given
   kSolving,  // islands, whole or in parts that agree pass by pass
   kIntegration,  // velocities become motion; contact events; what is at rest leaves the list
 };

@@ -1,4 +1,4 @@
-// Solves contact rows that Bullet has set up for a tick in several small steps of it. Contacts are found once
+// Solves contact rows that Bullet has set up for a tick in several substeps. Contacts are found once
 // a tick, forces act step by step, and impulses carry over from step to step (Macklin et al., Small Steps in
 // Physics Simulation, 2019; soft contacts and relaxation as in Catto, Solver2D, 2024).
 #pragma once
@@ -24,10 +24,10 @@ struct RowPools {
 
 // begin(), then for each n below rounds() round(n), then end(). In between, the solvers of the parts of an
 // island may couple the bodies that they share.
-class SmallSteps {
+class SubstepSolver {
  public:
   // `passes` (>= 1) over all rows are divided among `steps` (>= 2), at least two each.
-  SmallSteps(int steps, int passes);
+  SubstepSolver(int steps, int passes);
 
   // With another number of steps (>= 2), with as many passes each. With more steps, contacts are stiffer by
   // the square of the ratio.
@@ -95,7 +95,7 @@ class SmallSteps {
   void add_way(btScalar time);
   void end_step();
   void rebound();
-  void set_way(const MovedBody& moved);
+  void set_way(const BodyMotion& moved);
 
   int usual_steps_;
   int steps_;

@@ -1,4 +1,4 @@
-#include "lpss/bullet/small_steps.h"
+#include "lpss/bullet/substep_solver.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btManifoldPoint.h>
 
@@ -39,10 +39,10 @@ btVector3 direction_of(const btSolverConstraint& row) {
 
 }  // namespace
 
-SmallSteps::SmallSteps(int steps, int passes)
+SubstepSolver::SubstepSolver(int steps, int passes)
     : usual_steps_(steps), steps_(steps), passes_(std::max(2, (passes + steps - 1) / steps)) {}
 
-void SmallSteps::begin(const RowPools& pools, JointSolver& joints, const btContactSolverInfo& info) {
+void SubstepSolver::begin(const RowPools& pools, JointSolver& joints, const btContactSolverInfo& info) {
   pools_ = pools;
   joints_ = &joints;
   info_ = info;
@@ -82,7 +82,7 @@ void SmallSteps::begin(const RowPools& pools, JointSolver& joints, const btConta
   begin_joints();
 }
 
-void SmallSteps::round(int n) {
+void SubstepSolver::round(int n) {
   if (n + 1 == rounds()) {
     end_step();
     rebound();
@@ -102,7 +102,7 @@ void SmallSteps::round(int n) {
   pass(corrects);
 }
 
-void SmallSteps::begin_joints() {
+void SubstepSolver::begin_joints() {
   if (joints_->is_empty()) return;
   std::vector<JointedBody> bodies(pools_.bodies.size());
   for (const int body : joints_->bodies()) {
@@ -118,7 +118,7 @@ void SmallSteps::begin_joints() {
 
 // The impulses of the last tick, scaled to a step. Friction rows follow the sliding velocity; their stored
 // impulses are along directions that depend on the normal alone.
-void SmallSteps::recall_impulses() {
+void SubstepSolver::recall_impulses() {
   const btScalar share = 1 / static_cast<btScalar>(steps_);
   for (btSolverConstraint& row : pools_.contacts) {
     const btManifoldPoint& point = point_of(row);
@@ -134,14 +134,14 @@ void SmallSteps::recall_impulses() {
   }
 }
 
-btScalar SmallSteps::velocity_change(const btSolverConstraint& row) const {
+btScalar SubstepSolver::velocity_change(const btSolverConstraint& row) const {
   const Motion& a = motions_[static_cast<std::size_t>(row.m_solverBodyIdA)];
   const Motion& b = motions_[static_cast<std::size_t>(row.m_solverBodyIdB)];
   return row.m_contactNormal1.dot(a.linear) + row.m_relpos1CrossNormal.dot(a.angular) +
          row.m_contactNormal2.dot(b.linear) + row.m_relpos2CrossNormal.dot(b.angular);
 }
 
-void SmallSteps::push(const btSolverConstraint& row, btScalar impulse) {
+void SubstepSolver::push(const btSolverConstraint& row, btScalar impulse) {
   Motion& a = motions_[static_cast<std::size_t>(row.m_solverBodyIdA)];
   Motion& b = motions_[static_cast<std::size_t>(row.m_solverBodyIdB)];
   a.linear += row.m_contactNormal1 * (a.inverse_mass * impulse);
@@ -150,12 +150,12 @@ void SmallSteps::push(const btSolverConstraint& row, btScalar impulse) {
   b.angular += row.m_angularComponentB * impulse;
 }
 
-void SmallSteps::set_impulse(btSolverConstraint& row, btScalar impulse) {
+void SubstepSolver::set_impulse(btSolverConstraint& row, btScalar impulse) {
   push(row, impulse - row.m_appliedImpulse);
   row.m_appliedImpulse = impulse;
 }
 
-void SmallSteps::set_change(std::size_t body, const btVector3& linear, const btVector3& angular) {
+void SubstepSolver::set_change(std::size_t body, const btVector3& linear, const btVector3& angular) {
   Motion& motion = motions_[body];
   motion.linear = linear + linear_force(body);
   motion.angular = angular + angular_force(body);
@@ -163,7 +163,7 @@ void SmallSteps::set_change(std::size_t body, const btVector3& linear, const btV
 }
 
 // Forces of one step, and the impulses of the step before.
-void SmallSteps::start_step() {
+void SubstepSolver::start_step() {
   const btScalar share = 1 / static_cast<btScalar>(steps_);
   forced_ += share;
   for (std::size_t i = 0; i < motions_.size(); ++i) {
@@ -176,7 +176,7 @@ void SmallSteps::start_step() {
   joints_->start_step();
 }
 
-void SmallSteps::pass(bool corrects) {
+void SubstepSolver::pass(bool corrects) {
   for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
     solve_contact(pools_.contacts[i], contacts_[i], corrects);
   }
@@ -194,7 +194,7 @@ void SmallSteps::pass(bool corrects) {
 }
 
 // A gap may close by the end of the tick; an overlap is opened like an overdamped spring.
-void SmallSteps::solve_contact(btSolverConstraint& row, const Contact& contact, bool corrects) {
+void SubstepSolver::solve_contact(btSolverConstraint& row, const Contact& contact, bool corrects) {
   btScalar velocity = contact.approach_max;
   btScalar mass_share = 1;
   btScalar impulse_share = 0;
@@ -209,13 +209,13 @@ void SmallSteps::solve_contact(btSolverConstraint& row, const Contact& contact, 
   set_impulse(row, std::max(impulse, btScalar(0)));
 }
 
-void SmallSteps::close_gaps() {
+void SubstepSolver::close_gaps() {
   for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
     contacts_[i].gap += (contacts_[i].start + velocity_change(pools_.contacts[i])) * step_;
   }
 }
 
-void SmallSteps::add_way(btScalar time) {
+void SubstepSolver::add_way(btScalar time) {
   for (Motion& motion : motions_) {
     motion.way += motion.linear * time;
     motion.turn += motion.angular * time;
@@ -223,7 +223,7 @@ void SmallSteps::add_way(btScalar time) {
 }
 
 // The way of the last correcting pass without that of the velocities that stay is what took back overlaps.
-void SmallSteps::end_step() {
+void SubstepSolver::end_step() {
   add_way(-step_);
   for (std::size_t i = 0; i < pools_.contacts.size(); ++i)
     contacts_[i].total += pools_.contacts[i].m_appliedImpulse;
@@ -232,7 +232,7 @@ void SmallSteps::end_step() {
   }
 }
 
-void SmallSteps::rebound() {
+void SubstepSolver::rebound() {
   for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
     Contact& contact = contacts_[i];
     if (!(contact.rebound > 0) || !(contact.total > 0)) continue;
@@ -245,7 +245,7 @@ void SmallSteps::rebound() {
 }
 
 // Bodies then move on by the velocity that they end with: what is corrected is all but that.
-void SmallSteps::set_way(const MovedBody& moved) {
+void SubstepSolver::set_way(const BodyMotion& moved) {
   const double time = info_.m_timeStep;
   btSolverBody& body = pools_.bodies[static_cast<std::size_t>(moved.body)];
   const Motion& motion = motions_[static_cast<std::size_t>(moved.body)];
@@ -257,7 +257,7 @@ void SmallSteps::set_way(const MovedBody& moved) {
       to_bullet(Eigen::Vector3d(turn.axis() * turn.angle() / (time * info_.m_splitImpulseTurnErp)));
 }
 
-void SmallSteps::end() {
+void SubstepSolver::end() {
   for (std::size_t i = 0; i < motions_.size(); ++i) {
     const Motion& motion = motions_[i];
     btSolverBody& body = pools_.bodies[i];
@@ -270,7 +270,7 @@ void SmallSteps::end() {
     body.m_pushVelocity = motion.way / info_.m_timeStep;
     body.m_turnVelocity = motion.turn / (info_.m_timeStep * info_.m_splitImpulseTurnErp);
   }
-  for (const MovedBody& moved : joints_->end()) set_way(moved);
+  for (const BodyMotion& moved : joints_->end()) set_way(moved);
   for (std::size_t i = 0; i < pools_.contacts.size(); ++i) {
     btSolverConstraint& row = pools_.contacts[i];
     row.m_appliedImpulse = contacts_[i].total;
