@@ -10,7 +10,7 @@ file(REMOVE_RECURSE ${folder})
 foreach(component sdk engines)
   must_run(said ${CMAKE_COMMAND} --install ${build} --prefix ${folder}/prefix --component ${component})
 endforeach()
-must_run(said ${CMAKE_COMMAND} -S ${source} -B ${folder}/build -D CMAKE_PREFIX_PATH=${folder}/prefix
+must_run(said ${CMAKE_COMMAND} -G Ninja -S ${source} -B ${folder}/build -D CMAKE_PREFIX_PATH=${folder}/prefix
   -D CMAKE_CXX_COMPILER=${compiler} -D CMAKE_CXX_FLAGS=${flags})
 must_run(said ${CMAKE_COMMAND} --build ${folder}/build)
 
