@@ -152,6 +152,7 @@ class SectorWorld {
   virtual std::span<const ContactPair> contacts() = 0;
   virtual ContactDetail contact_detail(std::size_t pair) const = 0;
 
+  // `pair` is a place in contacts(), which must have been called since the last detect().
   virtual ManifoldState export_manifold(std::size_t pair) const = 0;
 
   // Sets the contact points of a pair to those that it had in another world, before the next detection. The
