@@ -53,17 +53,22 @@ bool anything_awake(const Sector& sector) {
          });
 }
 
+void clear_components(Sector& sector) {
+  sector.components_stale = false;
+  sector.components.clear();
+  sector.component_bodies.clear();
+  sector.component_clones.clear();
+  sector.component_pairs.clear();
+  sector.parts.clear();
+  sector.part_components.clear();
+}
+
 void drop_if_empty(Partition& partition, Sector& sector, Vacated& vacated) {
   if (!sector.homes.empty()) return;
   if (sector.world) {
     if (sector.parts_reported) vacated.sectors.push_back(sector.index);
     sector.parts_reported = false;
-    sector.components.clear();
-    sector.component_bodies.clear();
-    sector.component_clones.clear();
-    sector.component_pairs.clear();
-    sector.parts.clear();
-    sector.part_components.clear();
+    clear_components(sector);
     for (const auto& [a, b] : sector.touching) vacated.ended_contacts.push_back({a, b});
     sector.touching.clear();
     sector.statics.clear();

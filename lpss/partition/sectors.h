@@ -23,6 +23,9 @@ void wake_touching(Partition& partition, Sector& sector, BodySlot slot);
 // Whether a body that lives in the sector, or a clone in its engine world, is awake.
 bool anything_awake(const Sector& sector);
 
+// Forgets the components of the last detection.
+void clear_components(Sector& sector);
+
 // What sectors leave behind when they lose their last body.
 struct Vacated {
   std::vector<SectorIndex> sectors;                       // of which others know island parts

@@ -186,16 +186,6 @@ void list_parts(const Partition& partition, Sector& sector) {
   }
 }
 
-void clear_components(Sector& sector) {
-  sector.components_stale = false;
-  sector.components.clear();
-  sector.component_bodies.clear();
-  sector.component_clones.clear();
-  sector.component_pairs.clear();
-  sector.parts.clear();
-  sector.part_components.clear();
-}
-
 void find_components_of(const Partition& partition, Sector& sector) {
   clear_components(sector);
   const bool clones_are_solved = partition.settings.seams == SeamPolicy::kClone;
