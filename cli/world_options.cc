@@ -5,7 +5,9 @@
 #include <absl/strings/string_view.h>
 
 #include <cerrno>
+#include <filesystem>
 #include <fstream>
+#include <system_error>
 #include <utility>
 
 #include "cli/command.h"
@@ -19,6 +21,10 @@ absl::StatusOr<Precision> parse_precision(const std::string& text) {
 }
 
 absl::StatusOr<Knobs> read_knobs(const std::string& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    return absl::InvalidArgumentError(absl::StrCat(file, " is a folder, not a file of settings"));
+  }
   std::ifstream in(file);
   if (!in) return absl::ErrnoToStatus(errno, absl::StrCat("cannot read ", file));
   const auto json = nlohmann::ordered_json::parse(in, nullptr, /*allow_exceptions=*/false);

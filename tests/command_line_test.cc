@@ -135,6 +135,13 @@ TEST(CommandLineTest, ASignalEndsLongWorkAtOnce) {
   }
 }
 
+TEST(CommandLineTest, AFolderIsNoFileOfSettings) {
+  const std::string folder = world_file("falling.sdf").parent_path().string();
+  const Outcome outcome = run_tessera({"run", world_file("falling.sdf").string(), "--settings", folder});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.output, HasSubstr("is a folder, not a file of settings"));
+}
+
 TEST(CommandLineTest, FilesThatCannotBeWrittenAreRefusedBeforeAnythingRuns) {
   const std::string world = world_file("falling.sdf").string();
   const std::string file = "/no/such/folder/report.json";

@@ -208,7 +208,7 @@ TEST(Events, EachContactIsReportedOnce) {
   }
 }
 
-TEST(Raycast, FindsTheNearestBodyThroughManySectorsOnAnyShare) {
+TEST(Raycast, FindsTheNearestBodyThroughManySectorsInAnyPartition) {
   WorldBuilder builder(sectors_of(8));
   builder.add_floor(40, -2);
   builder.add("near", builder.shape(Sphere{0.5}), 1, {20, 0, 1});
@@ -237,7 +237,7 @@ TEST(Raycast, FindsTheNearestBodyThroughManySectorsOnAnyShare) {
   }
 }
 
-TEST(Near, FindsShapesAcrossSectorsWithTheSameDistancesOnAnyShares) {
+TEST(Near, FindsShapesAcrossSectorsWithTheSameDistancesInAnyPartitions) {
   WorldBuilder builder(sectors_of(8));
   builder.add_floor(40, -2);
   builder.add("ball", builder.shape(Sphere{0.5}), 1, {5, 0, 1});

@@ -70,7 +70,7 @@ TEST(Joints, ALongChainComesToRestAndSleepsAsOne) {
   EXPECT_EQ(cluster->counts().bodies_awake, 4u);
 }
 
-TEST(Joints, CommandsAddDriveAndRemoveThemOnEveryShare) {
+TEST(Joints, CommandsAddDriveAndRemoveThemInEveryPartition) {
   WorldDescription world = chain_world(sectors_of(2), 4, {0.3, 0.2, 0.4});
   JointRecord weld = (*joint_records_of(world))[0];
   std::vector<std::vector<WorldHash>> runs;
