@@ -91,25 +91,25 @@ Qos inbox_qos() {
   return qos;
 }
 
-tessera_Message to_message(NodeId from, NodeId to, const Frame& frame) {
+tessera_Message to_message(NodeId from, NodeId to, const Packet& packet) {
   tessera_Message message{};
   message.from = from.value;
-  message.from_session = frame.from_session;
+  message.from_session = packet.from_session;
   message.to = to.value;
-  message.to_session = frame.to_session;
-  message.sequence_number = frame.sequence;
-  message.acknowledged = frame.acknowledged;
-  message.rest = frame.rest;
-  message.control = static_cast<std::uint8_t>((frame.sync ? tessera_CONTROL_SYNC : 0) |
-                                              (frame.welcome ? tessera_CONTROL_WELCOME : 0));
+  message.to_session = packet.to_session;
+  message.sequence_number = packet.sequence;
+  message.acknowledged = packet.acknowledged;
+  message.rest = packet.rest;
+  message.control = static_cast<std::uint8_t>((packet.sync ? tessera_CONTROL_SYNC : 0) |
+                                              (packet.welcome ? tessera_CONTROL_WELCOME : 0));
   // DDS only reads what it writes.
-  message.payload._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(frame.payload.data()));
-  message.payload._length = static_cast<std::uint32_t>(frame.payload.size());
+  message.payload._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(packet.payload.data()));
+  message.payload._length = static_cast<std::uint32_t>(packet.payload.size());
   message.payload._maximum = message.payload._length;
   return message;
 }
 
-Frame to_frame(const tessera_Message& message) {
+Packet to_packet(const tessera_Message& message) {
   return {.from_session = message.from_session,
           .to_session = message.to_session,
           .sequence = message.sequence_number,
@@ -157,7 +157,7 @@ class DdsLink::Impl {
     PeerStream stream;
     dds_entity_t topic = 0;
     dds_entity_t writer = 0;
-    // DDS did not accept the next frame: try again later.
+    // DDS did not accept the next packet: try again later.
     bool stalled = false;
   };
 
@@ -264,15 +264,15 @@ void DdsLink::Impl::forget(NodeId node) {
 
 void DdsLink::Impl::pump(Peer& peer) {
   peer.stalled = false;
-  while (const std::optional<Frame> frame = peer.stream.next()) {
-    const tessera_Message message = to_message(options_.self, peer.stream.peer(), *frame);
+  while (const std::optional<Packet> packet = peer.stream.next()) {
+    const tessera_Message message = to_message(options_.self, peer.stream.peer(), *packet);
     const dds_return_t rc = dds_write(peer.writer, &message);
     if (rc == DDS_RETCODE_TIMEOUT) {
       peer.stalled = true;
       return;
     }
     must(rc, "cannot send");
-    peer.stream.sent(*frame);
+    peer.stream.sent(*packet);
   }
 }
 
@@ -421,7 +421,7 @@ void DdsLink::Impl::take(std::vector<Delivery>& deliveries) {
       if (!infos[i].valid_data) continue;
       const auto& message = *static_cast<const tessera_Message*>(samples[i]);
       Peer& sender = peer(NodeId{message.from});
-      sender.stream.accept(to_frame(message), deliveries);
+      sender.stream.accept(to_packet(message), deliveries);
       if (touched_.empty() || touched_.back() != &sender) touched_.push_back(&sender);
     }
     if (count > 0) must(dds_return_loan(reader_, samples, count), "cannot give samples back");

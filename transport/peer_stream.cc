@@ -58,90 +58,90 @@ void PeerStream::heard_of() {
 
 bool PeerStream::take_loss() { return std::exchange(lost_, false); }
 
-std::optional<Frame> PeerStream::next() const {
+std::optional<Packet> PeerStream::next() const {
   if (!connected_) return std::nullopt;
-  Frame frame{.from_session = self_,
-              .to_session = session_,
-              .acknowledged = received_sequence_,
-              .sync = owes_sync_,
-              .welcome = owes_welcome_ && session_ != 0};
+  Packet packet{.from_session = self_,
+                .to_session = session_,
+                .acknowledged = received_sequence_,
+                .sync = owes_sync_,
+                .welcome = owes_welcome_ && session_ != 0};
   if (owes_sync_) {
     // The process that listens now need not be the same as before.
-    if (!frame.welcome) frame.to_session = 0;
-    return frame;
+    if (!packet.welcome) packet.to_session = 0;
+    return packet;
   }
-  if (frame.welcome) return frame;
+  if (packet.welcome) return packet;
   if (open_ && cursor_ < outgoing_.size()) {
     const Outgoing& message = outgoing_[cursor_];
     const std::uint64_t begin = (sent_sequence_ + 1 - message.first_sequence) * kPartBytes;
     const std::uint64_t size = std::min<std::uint64_t>(kPartBytes, message.payload.size() - begin);
     const std::uint64_t under_way = sent_bytes_ - acknowledged_bytes_;
     if (under_way == 0 || under_way + size <= window_bytes_) {
-      frame.sequence = sent_sequence_ + 1;
-      frame.payload = std::string_view(message.payload).substr(begin, size);
-      frame.rest = message.payload.size() - begin - size;
-      return frame;
+      packet.sequence = sent_sequence_ + 1;
+      packet.payload = std::string_view(message.payload).substr(begin, size);
+      packet.rest = message.payload.size() - begin - size;
+      return packet;
     }
   }
-  if (unacknowledged_bytes_ >= kAcknowledgeBytes || unacknowledged_parts_ >= kAcknowledgeParts) return frame;
+  if (unacknowledged_bytes_ >= kAcknowledgeBytes || unacknowledged_parts_ >= kAcknowledgeParts) return packet;
   return std::nullopt;
 }
 
-void PeerStream::sent(const Frame& frame) {
-  if (frame.sync) owes_sync_ = false;
-  if (frame.welcome) owes_welcome_ = false;
-  if (frame.to_session != 0) {
+void PeerStream::sent(const Packet& packet) {
+  if (packet.sync) owes_sync_ = false;
+  if (packet.welcome) owes_welcome_ = false;
+  if (packet.to_session != 0) {
     unacknowledged_bytes_ = 0;
     unacknowledged_parts_ = 0;
   }
-  if (frame.sequence == 0) return;
-  sent_sequence_ = frame.sequence;
+  if (packet.sequence == 0) return;
+  sent_sequence_ = packet.sequence;
   sent_sequence_max_ = std::max(sent_sequence_max_, sent_sequence_);
-  sent_bytes_ += frame.payload.size();
-  if (frame.rest == 0) ++cursor_;
+  sent_bytes_ += packet.payload.size();
+  if (packet.rest == 0) ++cursor_;
 }
 
-void PeerStream::accept(const Frame& frame, std::vector<Delivery>& deliveries) {
-  if (frame.to_session != self_ && !(frame.to_session == 0 && frame.sync)) return;
-  if (std::find(dead_sessions_.begin(), dead_sessions_.end(), frame.from_session) != dead_sessions_.end())
+void PeerStream::accept(const Packet& packet, std::vector<Delivery>& deliveries) {
+  if (packet.to_session != self_ && !(packet.to_session == 0 && packet.sync)) return;
+  if (std::find(dead_sessions_.begin(), dead_sessions_.end(), packet.from_session) != dead_sessions_.end())
     return;
-  if (frame.from_session != session_) replaced_by(frame.from_session);
+  if (packet.from_session != session_) replaced_by(packet.from_session);
   // Without a connection to it, this may be its last message.
   if (connected_) before_loss_.reset();
-  if (frame.to_session != 0) {
-    take_acknowledgement(frame.acknowledged);
-    if (frame.welcome) {
+  if (packet.to_session != 0) {
+    take_acknowledgement(packet.acknowledged);
+    if (packet.welcome) {
       rewind();
-      // An answer that was in transit before the connection broke does no harm: frames sent because of it are
-      // dropped as repetitions, and lost ones are sent again after the pending answer.
+      // An answer that was in transit before the connection broke does no harm: packets sent because of it
+      // are dropped as repetitions, and lost ones are sent again after the pending answer.
       open_ = connected_;
     }
-    if (frame.sequence != 0) accept_part(frame, deliveries);
+    if (packet.sequence != 0) accept_part(packet, deliveries);
   }
-  if (frame.sync) {
+  if (packet.sync) {
     owes_welcome_ = true;
     // The peer has restarted, so it may have missed our question.
     if (connected_ && !open_) owes_sync_ = true;
   }
 }
 
-void PeerStream::accept_part(const Frame& frame, std::vector<Delivery>& deliveries) {
-  if (frame.sequence <= received_sequence_) return;
-  if (frame.sequence > received_sequence_ + 1) {
+void PeerStream::accept_part(const Packet& packet, std::vector<Delivery>& deliveries) {
+  if (packet.sequence <= received_sequence_) return;
+  if (packet.sequence > received_sequence_ + 1) {
     if (complained_ != received_sequence_ + 1) owes_welcome_ = true;
     complained_ = received_sequence_ + 1;
     return;
   }
-  received_sequence_ = frame.sequence;
+  received_sequence_ = packet.sequence;
   ++unacknowledged_parts_;
-  unacknowledged_bytes_ += frame.payload.size();
-  if (partial_rest_ != 0 && partial_rest_ != frame.payload.size() + frame.rest) {
-    broken("a message changes its size on the way", frame.sequence);
+  unacknowledged_bytes_ += packet.payload.size();
+  if (partial_rest_ != 0 && partial_rest_ != packet.payload.size() + packet.rest) {
+    broken("a message changes its size on the way", packet.sequence);
   }
-  if (partial_rest_ == 0 && frame.rest != 0) partial_.reserve(frame.payload.size() + frame.rest);
-  partial_.append(frame.payload);
-  partial_rest_ = frame.rest;
-  if (frame.rest == 0) deliveries.push_back({peer_, std::exchange(partial_, {})});
+  if (partial_rest_ == 0 && packet.rest != 0) partial_.reserve(packet.payload.size() + packet.rest);
+  partial_.append(packet.payload);
+  partial_rest_ = packet.rest;
+  if (packet.rest == 0) deliveries.push_back({peer_, std::exchange(partial_, {})});
 }
 
 void PeerStream::take_acknowledgement(std::uint64_t sequence) {

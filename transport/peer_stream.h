@@ -1,6 +1,6 @@
 // The state of the exchange between this process and one peer, which delivers every message exactly once
-// while both live, whatever the connection between them does. Pure logic: takes frames and events, returns
-// frames.
+// while both live, whatever the connection between them does. Pure logic: takes packets and events, returns
+// packets.
 #pragma once
 
 #include <cstddef>
@@ -25,9 +25,9 @@ inline constexpr std::size_t kPartBytes = 60 * 1024;
 inline constexpr std::size_t kWindowBytesMin = 256 * 1024;
 inline constexpr std::size_t kWindowBytesMax = 1024 * 1024;
 
-// A part of a message, or a control frame between two links: proto/cluster.idl defines each field. `payload`
+// A part of a message, or a control packet between two links: proto/cluster.idl defines each field. `payload`
 // is a view of the sender's memory, valid until its next call.
-struct Frame {
+struct Packet {
   Session from_session = 0;
   Session to_session = 0;
   std::uint64_t sequence = 0;
@@ -41,9 +41,9 @@ struct Frame {
 // Both directions between this process and one peer.
 //
 // The connection below may come and go. While it stands it keeps order and loses nothing; when it breaks, any
-// frame may be lost, even if one end does not notice the break. So each new connection starts with a question
-// (sync) and an answer (welcome) about what has arrived, and the sender keeps what has not. A receiver that
-// sees a gap, or a new connection from a known peer, reports it unasked.
+// packet may be lost, even if one end does not notice the break. So each new connection starts with a
+// question (sync) and an answer (welcome) about what has arrived, and the sender keeps what has not. A
+// receiver that sees a gap, or a new connection from a known peer, reports it unasked.
 //
 // When the peer's process is replaced by another at the same address, messages sent before the loss was
 // noticed are dropped, because it is unknown which of them the old process acted upon. For one thread.
@@ -67,14 +67,14 @@ class PeerStream {
   // The process of `session` has been silent for too long; its connections may still exist.
   void fell_silent(Session session);
 
-  // Processes a frame from the peer and appends the message that it completes, if any. Frames to or from
-  // other sessions are ignored. A frame that no correct peer sends stops the process.
-  void accept(const Frame& frame, std::vector<Delivery>& deliveries);
+  // Processes a packet from the peer and appends the message that it completes, if any. Packets to or from
+  // other sessions are ignored. A packet that no correct peer sends stops the process.
+  void accept(const Packet& packet, std::vector<Delivery>& deliveries);
 
-  // The next frame to send, if there is one now. Call sent() once it has been sent; otherwise the same frame
-  // is returned again.
-  std::optional<Frame> next() const;
-  void sent(const Frame& frame);
+  // The next packet to send, if there is one now. Call sent() once it has been sent; otherwise the same
+  // packet is returned again.
+  std::optional<Packet> next() const;
+  void sent(const Packet& packet);
 
   // Drops all messages kept for the peer's current process and ignores that process from now on; a successor
   // at its address is accepted.
@@ -97,7 +97,7 @@ class PeerStream {
   void replaced_by(Session session);
   void start_over();
   void note_loss();
-  void accept_part(const Frame& frame, std::vector<Delivery>& deliveries);
+  void accept_part(const Packet& packet, std::vector<Delivery>& deliveries);
   [[noreturn]] void broken(const char* what, std::uint64_t number) const;
 
   NodeId peer_;

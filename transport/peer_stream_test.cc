@@ -14,13 +14,13 @@ namespace {
 constexpr NodeId kA{1};
 constexpr NodeId kB{2};
 
-// A frame on the wire, with a payload of its own.
+// A packet on the wire, with a payload of its own.
 struct Sent {
-  Frame frame;
+  Packet packet;
   std::string payload;
 
-  Frame view() const {
-    Frame result = frame;
+  Packet view() const {
+    Packet result = packet;
     result.payload = payload;
     return result;
   }
@@ -31,9 +31,9 @@ struct End {
   End(NodeId other, Session session) : stream(other, session) {}
 
   void pump() {
-    while (const std::optional<Frame> frame = stream.next()) {
-      wire.push_back({*frame, std::string(frame->payload)});
-      stream.sent(*frame);
+    while (const std::optional<Packet> packet = stream.next()) {
+      wire.push_back({*packet, std::string(packet->payload)});
+      stream.sent(*packet);
     }
   }
 
