@@ -63,5 +63,23 @@ TEST(BodiesNear, AreInTheOrderOfTheirDistancesEachOnce) {
   EXPECT_NEAR(found[2].distance, 1.75, 1e-3);
 }
 
+// Each sector has only those parts of a large body that are near it.
+TEST(BodiesNear, OfAStaticBodyTheNearestPartCountsThatAnySectorHas) {
+  for (const double side : {-1.0, 1.0}) {
+    const auto part_at = [&](double x) {
+      return ShapePart{Box{}, {{side * x, 0, 0}, Eigen::Quaterniond::Identity()}};
+    };
+    TestWorld world;
+    add_shape(world[0], 3, Shape{{part_at(5), part_at(26), part_at(40)}});
+    BodyRecord rocks = box(1, kHigh, {0, 0, 0}, Motion::kStatic);
+    rocks.properties.shape = 3;
+    world.add(rocks);
+    const std::vector<NearBody> found =
+        bodies_near(world[0], Sphere{0.5}, {{kHigh, {side * 18, 0, 0}}}, 14, kAll);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NEAR(found[0].distance, 7, 1e-3) << side << ": of the sector around it, 12 of kHigh";
+  }
+}
+
 }  // namespace
 }  // namespace tessera

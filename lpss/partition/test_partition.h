@@ -32,6 +32,14 @@ inline WorldSettings test_settings() {
   return settings;
 }
 
+// The same under the policy clone.
+inline WorldSettings clone_settings(int depth = 1) {
+  WorldSettings settings = test_settings();
+  settings.seams = SeamPolicy::kClone;
+  settings.clone_depth = depth;
+  return settings;
+}
+
 // Server `self` of one or two, with an engine of its own.
 class TestPartition {
  public:

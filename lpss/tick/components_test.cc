@@ -10,6 +10,7 @@ namespace tessera {
 namespace {
 
 using testing::ElementsAre;
+using testing::ElementsAreArray;
 using testing::IsEmpty;
 
 // The bodies of each component that live in the sector.
@@ -20,6 +21,16 @@ std::vector<std::vector<std::uint64_t>> bodies_of_components(const Sector& secto
     for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
       ids.push_back(sector.component_bodies[i]->id.value);
     }
+  }
+  return result;
+}
+
+// The same of clones.
+std::vector<std::vector<BodyId>> clones_of_components(const Sector& sector) {
+  std::vector<std::vector<BodyId>> result;
+  for (const Component& component : sector.components) {
+    const auto first = sector.component_clones.begin();
+    result.emplace_back(first + component.clones_begin, first + component.clones_end);
   }
   return result;
 }
@@ -113,6 +124,54 @@ TEST(Components, WhatAKinematicBodyOnItsWayTouchesStaysAwake) {
     const Sector& high = world.sector(kHigh);
     ASSERT_EQ(high.components.size(), 1u);
     EXPECT_EQ(high.components[0].all_want_sleep, pusher == Activity::kAsleep);
+  }
+}
+
+TEST(Components, UnderThePolicyCloneNothingReachesOverABorder) {
+  TestWorld world(2, clone_settings());
+  world.add(box(1, kLow, kBeforeBorder));
+  world.add(box(2, kHigh, kBehindBorder));
+  world.exchange();
+  world.detect();
+  world.connect();
+  for (const Rank rank : {0, 1}) {
+    const Sector& sector = world.sector(rank == 0 ? kLow : kHigh);
+    EXPECT_THAT(clones_of_components(sector), ElementsAre(ElementsAre(BodyId{rank == 0 ? 2u : 1u})));
+    EXPECT_EQ(sector.components.at(0).part, Component::kInterior);
+    EXPECT_THAT(world.seams[rank].sectors, IsEmpty());
+  }
+}
+
+TEST(Components, OnlyUnderThePolicyCloneAJointConnectsWithTheClone) {
+  for (const bool clone : {false, true}) {
+    TestWorld world(1, clone ? clone_settings() : test_settings());
+    world.add(box(1, kLow, kBeforeBorder));
+    world.add(box(2, kHigh, {-7.25, 0, 0}));
+    world.add(hinge(1, 1, 2));
+    world.exchange();
+    world.detect();
+    world.connect();
+    const Sector& low = world.sector(kLow);
+    ASSERT_EQ(low.clones_placed, 1u);
+    ASSERT_THAT(low.world->contacts(), IsEmpty());
+    EXPECT_THAT(clones_of_components(low).at(0),
+                ElementsAreArray(clone ? std::vector{BodyId{2}} : std::vector<BodyId>{}));
+  }
+}
+
+TEST(Components, UnderThePolicyCloneACloneThatIsAwakeKeepsAwakeWhatItTouches) {
+  for (const bool clone : {false, true}) {
+    TestWorld world(1, clone ? clone_settings() : test_settings());
+    world.add(in_state(box(1, kLow, kBeforeBorder), Activity::kAsleep));
+    world.add(box(2, kHigh, kBehindBorder));
+    world.exchange();
+    world.detect();
+    world.connect();
+    const Sector& low = world.sector(kLow);
+    ASSERT_EQ(low.components.size(), 1u);
+    EXPECT_THAT(clones_of_components(low), ElementsAre(ElementsAre(BodyId{2})));
+    EXPECT_EQ(low.components[0].any_awake, clone);
+    EXPECT_EQ(low.components[0].all_want_sleep, !clone);
   }
 }
 

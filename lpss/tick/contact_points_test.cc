@@ -61,6 +61,20 @@ TEST(ContactPoints, OfPairsThatStayAreNotSent) {
   EXPECT_THAT(outbox[1].manifolds, IsEmpty());
 }
 
+TEST(ContactPoints, UnderThePolicyCloneOnlyAContactThatHasBegunIsHandedOver) {
+  for (const bool touching : {false, true}) {
+    TestWorld world(2, clone_settings());
+    add_touching_pair(world, kHigh, kLow);
+    if (!touching) world.sector(kHigh).touching.clear();
+    std::vector<Exchange> outbox(2);
+    send_contact_points(world[1], outbox);
+    ASSERT_EQ(outbox[0].manifolds.size(), touching ? 1u : 0u);
+    if (!touching) continue;
+    EXPECT_TRUE(outbox[0].manifolds[0].was_touching);
+    EXPECT_THAT(outbox[0].manifolds[0].manifold.points, IsEmpty()) << "both sectors have points of their own";
+  }
+}
+
 TEST(ContactPoints, AreTakenOverWhereTheSectorHasAWorld) {
   TestWorld world;
   add_touching_pair(world, kHigh, kLow);

@@ -14,13 +14,6 @@ OffsetSet only(int i) {
   return set;
 }
 
-WorldSettings clone_settings(int depth) {
-  WorldSettings settings = test_settings();
-  settings.seams = SeamPolicy::kClone;
-  settings.clone_depth = depth;
-  return settings;
-}
-
 TEST(SeamSearch, DynamicBodiesAreWantedBelowABorderAndKinematicOnesOnBothSides) {
   TestPartition partition;
   add_body(*partition, box(1, kLow, {7, 0, 0}));
