@@ -135,17 +135,17 @@ nlohmann::json to_json(const BodyFrame& frame) {
   return {{"tick", frame.tick}, {"bodies", std::move(bodies)}};
 }
 
-const char* name_of(TouchPhase phase) {
-  return phase == TouchPhase::kBegin ? "begin" : phase == TouchPhase::kEnd ? "end" : "on";
+const char* name_of(ContactPhase phase) {
+  return phase == ContactPhase::kBegin ? "begin" : phase == ContactPhase::kEnd ? "end" : "on";
 }
 
 nlohmann::json to_json(const ContactFrame& frame) {
   nlohmann::json contacts = nlohmann::json::array();
-  for (const Touch& touch : frame.contacts) {
-    contacts.push_back({{"phase", name_of(touch.phase)},
-                        {"a", touch.a.value},
-                        {"b", touch.b.value},
-                        {"impulse", touch.impulse}});
+  for (const ContactSample& contact : frame.contacts) {
+    contacts.push_back({{"phase", name_of(contact.phase)},
+                        {"a", contact.a.value},
+                        {"b", contact.b.value},
+                        {"impulse", contact.impulse}});
   }
   return {{"tick", frame.tick}, {"contacts", std::move(contacts)}};
 }
@@ -159,13 +159,13 @@ void print(const BodyFrame& frame) {
 }
 
 void print(const ContactFrame& frame) {
-  for (const Touch& touch : frame.contacts) {
-    absl::PrintF("%d  %s  %d-%d", frame.tick, name_of(touch.phase), touch.a.value, touch.b.value);
-    if (touch.phase == TouchPhase::kEnd) {
+  for (const ContactSample& contact : frame.contacts) {
+    absl::PrintF("%d  %s  %d-%d", frame.tick, name_of(contact.phase), contact.a.value, contact.b.value);
+    if (contact.phase == ContactPhase::kEnd) {
       absl::PrintF("\n");
     } else {
-      absl::PrintF("  %s + (%s) m  %.4g N s\n", to_string(touch.position.sector),
-                   to_string(touch.position.local), touch.impulse);
+      absl::PrintF("  %s + (%s) m  %.4g N s\n", to_string(contact.position.sector),
+                   to_string(contact.position.local), contact.impulse);
     }
   }
 }

@@ -188,7 +188,7 @@ v1::SeamBatch Streams::seams_for(const v1::WatchSeamsRequest& request, Tick tick
   }
   for (const IslandHere& island : islands_across_seams(partition)) {
     v1::SeamBatch::Island added;
-    added.set_name(island.id.value);
+    added.set_id(island.id.value);
     for (const BodyId id : island.bodies) {
       if (box.holds(position_of(*body_of(partition, id)))) added.add_bodies(id.value);
     }

@@ -115,7 +115,7 @@ SeamsSeen seams_after(Client& client, Tick ticks) {
     EXPECT_EQ(frame->tick, tick);
     if (tick < ticks) continue;
     for (const CloneSample& clone : frame->clones) seen.first.emplace_back(clone.body, clone.sector);
-    for (const IslandSample& island : frame->islands) seen.second.emplace_back(island.name, island.bodies);
+    for (const IslandSample& island : frame->islands) seen.second.emplace_back(island.id, island.bodies);
   }
   return seen;
 }
@@ -166,8 +166,8 @@ TEST(ContactStreamTest, EachContactEventIsToldOnceAsInOneProcess) {
     const absl::StatusOr<ContactFrame> frame = stream->next(kPatience);
     ASSERT_THAT(frame.status(), IsOk());
     tick = frame->tick;
-    for (const Touch& touch : frame->contacts) {
-      told.emplace_back(tick, touch.phase == TouchPhase::kEnd, touch.a.value, touch.b.value);
+    for (const ContactSample& contact : frame->contacts) {
+      told.emplace_back(tick, contact.phase == ContactPhase::kEnd, contact.a.value, contact.b.value);
     }
   }
   std::sort(expected.begin(), expected.end());

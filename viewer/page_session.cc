@@ -274,7 +274,7 @@ json PageSession::seen(const live::ClusterReport& report, const SeamFrame& frame
   for (const IslandSample& island : frame.islands) {
     json bodies = json::array();
     for (const BodyId id : island.bodies) bodies.push_back(id.value);
-    islands.push_back({{"name", island.name.value}, {"bodies", std::move(bodies)}});
+    islands.push_back({{"id", island.id.value}, {"bodies", std::move(bodies)}});
   }
   return {{"type", "seams"}, {"clones", std::move(clones)}, {"islands", std::move(islands)}};
 }

@@ -80,11 +80,11 @@ std::vector<SeenBody> PageView::see_statics(const live::BodyCatalogue& catalogue
 
 std::vector<SeenContact> PageView::see(const ContactFrame& frame) const {
   std::vector<SeenContact> seen;
-  for (const Touch& touch : frame.contacts) {
-    if (touch.phase == TouchPhase::kEnd) continue;
-    const Eigen::Vector3d point = offset(touch.position);
+  for (const ContactSample& contact : frame.contacts) {
+    if (contact.phase == ContactPhase::kEnd) continue;
+    const Eigen::Vector3d point = offset(contact.position);
     if (((point - interest_.centre.local).cwiseAbs().array() > interest_.half).any()) continue;
-    seen.push_back({floats(point), floats(touch.normal), static_cast<float>(touch.impulse)});
+    seen.push_back({floats(point), floats(contact.normal), static_cast<float>(contact.impulse)});
   }
   return seen;
 }

@@ -40,7 +40,7 @@ TEST(PageViewTest, ContactsOutsideOfTheViewAreLeftOut) {
   frame.contacts[0].position = {{kFar, 0, 0}, {1, 2, 3}};
   frame.contacts[1].position = {{0, 0, 0}, {1, 2, 3}};
   frame.contacts[2] = frame.contacts[0];
-  frame.contacts[2].phase = TouchPhase::kEnd;
+  frame.contacts[2].phase = ContactPhase::kEnd;
   EXPECT_EQ(view.see(frame).size(), 1u);
 }
 

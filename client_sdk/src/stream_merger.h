@@ -16,6 +16,7 @@
 #include <iterator>
 #include <mutex>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -43,8 +44,9 @@ inline void join(BodyFrame& whole, BodyFrame part) {
 }
 
 inline void join(ContactFrame& whole, ContactFrame part) {
-  join(whole.contacts, std::move(part.contacts),
-       [](const auto& a, const auto& b) { return std::pair(a.a, a.b) < std::pair(b.a, b.b); });
+  join(whole.contacts, std::move(part.contacts), [](const auto& x, const auto& y) {
+    return std::tie(x.a, x.b, x.phase) < std::tie(y.a, y.b, y.phase);
+  });
 }
 
 // Merges the parts of an island.
@@ -52,10 +54,10 @@ inline void join(SeamFrame& whole, SeamFrame part) {
   join(whole.clones, std::move(part.clones), [](const auto& a, const auto& b) {
     return std::pair(a.body, a.sector) < std::pair(b.body, b.sector);
   });
-  join(whole.islands, std::move(part.islands), [](const auto& a, const auto& b) { return a.name < b.name; });
+  join(whole.islands, std::move(part.islands), [](const auto& a, const auto& b) { return a.id < b.id; });
   std::vector<IslandSample> parts = std::exchange(whole.islands, {});
   for (IslandSample& island : parts) {
-    if (whole.islands.empty() || whole.islands.back().name != island.name) {
+    if (whole.islands.empty() || whole.islands.back().id != island.id) {
       whole.islands.push_back(std::move(island));
     } else {
       join(whole.islands.back().bodies, std::move(island.bodies), std::less());

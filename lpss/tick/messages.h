@@ -20,6 +20,7 @@
 
 #include "lpss/engine/engine.h"
 #include "lpss/model/body.h"
+#include "lpss/model/contact_phase.h"
 #include "lpss/model/joint.h"
 #include "lpss/partition/island_part.h"
 #include "lpss/partition/moved_sector.h"
@@ -165,8 +166,6 @@ using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, A
 
 using RoundMessage =
     std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Coupling, Solution>;
-
-enum class ContactPhase : std::uint8_t { kBegin, kPersist, kEnd };
 
 // A contact of two bodies, reported once, by the sector that detected it.
 struct ContactEvent {

@@ -15,6 +15,7 @@
 
 #include "lpss/grid/world_position.h"
 #include "lpss/model/body.h"
+#include "lpss/model/contact_phase.h"
 
 namespace tessera {
 
@@ -52,10 +53,8 @@ struct ContactFilter {
   bool persisting = false;  // also contacts that neither begin nor end
 };
 
-enum class TouchPhase : std::uint8_t { kBegin, kPersist, kEnd };
-
-struct Touch {
-  TouchPhase phase = TouchPhase::kBegin;
+struct ContactSample {
+  ContactPhase phase = ContactPhase::kBegin;
   BodyId a;  // a < b
   BodyId b;
   WorldPosition position;                             // on b; not set for kEnd
@@ -65,7 +64,7 @@ struct Touch {
 
 struct ContactFrame {
   Tick tick = 0;
-  std::vector<Touch> contacts;  // ascending by (a, b)
+  std::vector<ContactSample> contacts;  // ascending by (a, b, phase)
 };
 
 // Selects what to watch at seams: clones of bodies, and islands across borders.
@@ -83,14 +82,14 @@ struct CloneSample {
 
 // An awake island across a border.
 struct IslandSample {
-  BodyId name;                 // the smallest id of its bodies
+  BodyId id;                   // the smallest id of its bodies
   std::vector<BodyId> bodies;  // those in the region, ascending
 };
 
 struct SeamFrame {
   Tick tick = 0;
   std::vector<CloneSample> clones;    // ascending by (body, sector)
-  std::vector<IslandSample> islands;  // ascending by name
+  std::vector<IslandSample> islands;  // ascending by id
 };
 
 // A subscription; ends when it is destroyed. At most kFramesQueuedMax ticks per server are buffered here, and

@@ -141,7 +141,7 @@ export class Seams {
       this.#shells.push({mesh, id: body});
     }
     this.#islands = islands.map((island) => ({
-                                  colour: new Color().setHSL(island.name * kGoldenShare % 1, 0.75, 0.65),
+                                  colour: new Color().setHSL(island.id * kGoldenShare % 1, 0.75, 0.65),
                                   bodies: island.bodies
                                 }));
     this.advance(bodies);
