@@ -34,6 +34,11 @@ double counted(const ServerLoad& server) {
   return static_cast<double>(server.counts.*kMember);
 }
 
+template <double TickTimes::*kMember>
+double time(const ServerLoad& server) {
+  return server.tick_ms.*kMember;
+}
+
 std::string count(double amount) { return grouped(static_cast<std::uint64_t>(amount)); }
 std::string milliseconds(double amount) { return absl::StrFormat("%.2f ms", amount); }
 
@@ -42,8 +47,8 @@ constexpr Column<ServerLoad> kServerColumns[] = {
     {"bodies", amount<&ServerLoad::bodies>, count},
     {"clones", counted<&TickCounts::clones>, count},
     {"sectors", counted<&TickCounts::sectors>, count},
-    {"p50", amount<&ServerLoad::tick_ms_p50>, milliseconds},
-    {"p99", amount<&ServerLoad::tick_ms_p99>, milliseconds},
+    {"p50", time<&TickTimes::p50>, milliseconds},
+    {"p99", time<&TickTimes::p99>, milliseconds},
     {"sent", amount<&ServerLoad::exchange_bytes>, megabytes},
     {"memory", amount<&ServerLoad::peak_rss_bytes>, megabytes},
 };

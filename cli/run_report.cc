@@ -8,10 +8,12 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <numeric>
 #include <thread>
 
 #include "cli/terminal.h"
 #include "cli/text.h"
+#include "client_sdk/src/status_json.h"
 #include "proto/peak_memory.h"
 #include "proto/settings_json.h"
 
@@ -48,7 +50,11 @@ int threads_of(const RunOptions& options, int processes) {
 
 TickTimes tick_times(std::vector<double> milliseconds) {
   std::sort(milliseconds.begin(), milliseconds.end());
-  return {percentile(milliseconds, 0.5), percentile(milliseconds, 0.99), percentile(milliseconds, 1)};
+  const double sum = std::accumulate(milliseconds.begin(), milliseconds.end(), 0.0);
+  return {.mean = milliseconds.empty() ? 0 : sum / static_cast<double>(milliseconds.size()),
+          .p50 = percentile(milliseconds, 0.5),
+          .p99 = percentile(milliseconds, 0.99),
+          .max = percentile(milliseconds, 1)};
 }
 
 void RunReport::describe(const LoadedWorld& loaded, const RunOptions& options, std::uint64_t tick_count) {
@@ -83,7 +89,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"bodies", report.bodies},
       {"sectors", report.sectors},
       {"real_time_factor", report.real_time_factor},
-      {"tick_ms", {{"p50", report.tick_ms.p50}, {"p99", report.tick_ms.p99}, {"max", report.tick_ms.max}}},
+      {"tick_ms", to_json(report.tick_ms)},
       {"peak_rss_mb", report.peak_rss_mb},
       {"servers", report.servers},
       {"threads", report.threads},
@@ -140,8 +146,8 @@ std::string to_text(const RunReport& report) {
   row("simulated", absl::StrFormat("%g s in %s ticks, in %.2f s (and %.2f s to load)", simulated,
                                    grouped(report.ticks), report.wall_seconds, report.load_seconds));
   row("real-time factor", absl::StrFormat("%.2f", report.real_time_factor));
-  row("tick", absl::StrFormat("p50 %.2f ms, p99 %.2f ms, max %.2f ms", report.tick_ms.p50, report.tick_ms.p99,
-                              report.tick_ms.max));
+  row("tick", absl::StrFormat("mean %.2f ms, p50 %.2f ms, p99 %.2f ms, max %.2f ms", report.tick_ms.mean,
+                              report.tick_ms.p50, report.tick_ms.p99, report.tick_ms.max));
   row("peak memory", absl::StrFormat("%.0f MB (largest process)", report.peak_rss_mb));
   row("world hash", report.world_hash);
   std::string text = table(rows, {}, false);

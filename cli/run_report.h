@@ -17,6 +17,7 @@
 #include "cli/world_overrides.h"
 #include "lpss/model/settings.h"
 #include "lpss/model/tick_counts.h"
+#include "lpss/model/tick_times.h"
 
 namespace tessera::cli {
 
@@ -39,12 +40,6 @@ absl::StatusOr<std::uint64_t> ticks_of(double seconds, double time_step);
 
 // Threads of each process of a run on `processes` of them.
 int threads_of(const RunOptions& options, int processes);
-
-struct TickTimes {
-  double p50 = 0;  // ms
-  double p99 = 0;
-  double max = 0;
-};
 
 // Of the times of single ticks (ms, in any order).
 TickTimes tick_times(std::vector<double> milliseconds);

@@ -32,8 +32,8 @@ std::string to_text(const ClusterStatus& status) {
     rows.push_back({label(server), server.stream_address, name_of(server.precision),
                     absl::StrCat(server.threads), grouped(server.tick), grouped(server.bodies),
                     grouped(server.counts.sectors), grouped(server.counts.sectors_awake),
-                    grouped(server.counts.clones), absl::StrFormat("%.2f", server.tick_ms_p50),
-                    absl::StrFormat("%.2f", server.tick_ms_p99),
+                    grouped(server.counts.clones), absl::StrFormat("%.2f", server.tick_ms.p50),
+                    absl::StrFormat("%.2f", server.tick_ms.p99),
                     megabytes(static_cast<double>(server.exchange_bytes)),
                     megabytes(static_cast<double>(server.peak_rss_bytes))});
   }

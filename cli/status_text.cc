@@ -29,8 +29,8 @@ std::string summary(const ClusterStatus& status) {
     absl::StrAppend(&text, ", ", title_of(counter), " ", grouped(counts.*counter.value));
   }
   absl::StrAppend(&text, "\n");
-  absl::StrAppendFormat(&text, "tick p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n",
-                        status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max,
+  absl::StrAppendFormat(&text, "tick mean %.2f ms, p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n",
+                        status.tick_ms.mean, status.tick_ms.p50, status.tick_ms.p99, status.tick_ms.max,
                         megabytes(static_cast<double>(status.coordinator_peak_rss_bytes)));
   return text;
 }

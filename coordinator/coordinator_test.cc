@@ -250,7 +250,7 @@ TEST(Stepping, RunsExactlyTheTicksAndAnswersWhenAllServersAreDone) {
   EXPECT_DOUBLE_EQ(status.time(), 1.0);
   EXPECT_EQ(status.counts().at("clones"), 2u);
   EXPECT_EQ(status.bodies(), 4u);
-  EXPECT_NEAR(status.tick_ms_p50(), 1.0, 0.01);
+  EXPECT_NEAR(status.tick_ms().p50(), 1.0, 0.01);
   EXPECT_EQ(status.servers(0).counts().at("clones"), 1u);
 }
 

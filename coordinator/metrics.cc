@@ -36,9 +36,9 @@ prometheus::MetricFamily tick_durations(const CoordinatorFigures& figures) {
   prometheus::ClientMetric metric;
   metric.summary = {.sample_count = figures.ticks,
                     .sample_sum = figures.ticks_s,
-                    .quantile = {{0.5, figures.status.tick_ms_p50() / 1e3},
-                                 {0.99, figures.status.tick_ms_p99() / 1e3},
-                                 {1, figures.status.tick_ms_max() / 1e3}}};
+                    .quantile = {{0.5, figures.status.tick_ms().p50() / 1e3},
+                                 {0.99, figures.status.tick_ms().p99() / 1e3},
+                                 {1, figures.status.tick_ms().max() / 1e3}}};
   return {"tessera_world_tick_duration_seconds",
           "Duration of ticks of the loaded world on the slowest server, without pacing",
           prometheus::MetricType::Summary,

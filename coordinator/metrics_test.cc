@@ -15,7 +15,7 @@ CoordinatorFigures figures_of_a_run() {
   status.set_world("earth");
   status.set_tick(121);
   status.set_time(2.0);
-  status.set_tick_ms_p50(4);
+  status.mutable_tick_ms()->set_p50(4);
   (*status.mutable_counts())["clones"] = 7;
   (*status.mutable_counts_since_load())["clones"] = 9;
   (*status.mutable_counts_since_load())["bodies_stopped"] = 3;

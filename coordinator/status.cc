@@ -43,9 +43,7 @@ void Coordinator::Impl::describe_world(v1::StatusReply& reply, Nanoseconds now) 
   if (last.tick == 0) counts.sectors = world_->sectors;
   write(counts, *reply.mutable_counts());
   write(statistics.counts_since_load(), *reply.mutable_counts_since_load());
-  reply.set_tick_ms_p50(statistics.durations().quantile_ms(0.5));
-  reply.set_tick_ms_p99(statistics.durations().quantile_ms(0.99));
-  reply.set_tick_ms_max(statistics.durations().max_ms());
+  write(statistics.durations().times(), *reply.mutable_tick_ms());
   reply.set_map_epoch(world_->map.epoch());
   *reply.mutable_settings() = to_proto(world_->settings);
   *reply.mutable_anchor() = to_proto(world_->anchor);
@@ -62,13 +60,10 @@ void Coordinator::Impl::describe_server(const Server& server, v1::ServerStatus& 
   status.set_takes_part(rank.has_value());
   if (!rank) return;
   const v1::TickReport& last = world_->statistics.last_of(*rank);
-  const DurationHistogram& durations = world_->statistics.durations_of(*rank);
   status.set_tick(server.tick);
   status.set_bodies(server.bodies);
   write(counts_from(last.counts()), *status.mutable_counts());
-  status.set_tick_ms_p50(durations.quantile_ms(0.5));
-  status.set_tick_ms_p99(durations.quantile_ms(0.99));
-  status.set_tick_ms_max(durations.max_ms());
+  write(world_->statistics.durations_of(*rank).times(), *status.mutable_tick_ms());
   status.set_exchange_bytes(server.exchange_bytes);
 }
 

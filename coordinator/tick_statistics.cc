@@ -44,6 +44,13 @@ void DurationHistogram::add(std::uint64_t microseconds) {
   max_us_ = std::max(max_us_, microseconds);
 }
 
+TickTimes DurationHistogram::times() const {
+  return {.mean = count_ == 0 ? 0 : static_cast<double>(sum_us_) / static_cast<double>(count_) / 1e3,
+          .p50 = quantile_ms(0.5),
+          .p99 = quantile_ms(0.99),
+          .max = max_ms()};
+}
+
 double DurationHistogram::quantile_ms(double share) const {
   const auto wanted = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(count_)));
   std::uint64_t seen = 0;

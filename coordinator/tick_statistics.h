@@ -12,6 +12,7 @@
 
 #include "cluster.pb.h"
 #include "lpss/model/tick_counts.h"
+#include "lpss/model/tick_times.h"
 #include "lpss/observe/world_hash.h"
 #include "lpss/tick/messages.h"
 
@@ -22,14 +23,17 @@ class DurationHistogram {
  public:
   void add(std::uint64_t microseconds);
 
-  // The quantile `share` (0 to 1) of the durations, ms; 0 if there are none.
-  double quantile_ms(double share) const;
-  double max_ms() const { return static_cast<double>(max_us_) / 1e3; }
+  // All 0 if there are none.
+  TickTimes times() const;
 
   std::uint64_t count() const { return count_; }
   double sum_s() const { return static_cast<double>(sum_us_) / 1e6; }
 
  private:
+  // The quantile `share` (0 to 1), ms; 0 if there are none.
+  double quantile_ms(double share) const;
+  double max_ms() const { return static_cast<double>(max_us_) / 1e3; }
+
   std::vector<std::uint64_t> buckets_;
   std::uint64_t count_ = 0;
   std::uint64_t sum_us_ = 0;

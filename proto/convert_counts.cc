@@ -29,4 +29,15 @@ TickCounts counts_from(const CountsByName& message) {
   return counts;
 }
 
+void write(const TickTimes& times, v1::TickTimes& message) {
+  message.set_mean(times.mean);
+  message.set_p50(times.p50);
+  message.set_p99(times.p99);
+  message.set_max(times.max);
+}
+
+TickTimes times_from(const v1::TickTimes& message) {
+  return {.mean = message.mean(), .p50 = message.p50(), .p99 = message.p99(), .max = message.max()};
+}
+
 }  // namespace tessera

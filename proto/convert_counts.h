@@ -1,5 +1,5 @@
-// The counters of a tick as messages: between servers by their places in kTickCounters, since both ends are
-// of one build; for clients by name.
+// The counters and times of ticks as messages. Counters go between servers by their places in kTickCounters,
+// since both ends are of one build, and to clients by name.
 #pragma once
 
 #include <google/protobuf/map.h>
@@ -9,6 +9,8 @@
 #include <string>
 
 #include "lpss/model/tick_counts.h"
+#include "lpss/model/tick_times.h"
+#include "tessera.pb.h"
 
 namespace tessera {
 
@@ -21,5 +23,8 @@ void write(const TickCounts& counts, CountsByName& message);
 // What is absent is 0; what is not in the list is left out.
 TickCounts counts_from(const CountsByPlace& message);
 TickCounts counts_from(const CountsByName& message);
+
+void write(const TickTimes& times, v1::TickTimes& message);
+TickTimes times_from(const v1::TickTimes& message);
 
 }  // namespace tessera

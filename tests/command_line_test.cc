@@ -48,6 +48,10 @@ TEST_F(RunTest, ReportsTheSameFieldsWithAndWithoutServers) {
     EXPECT_TRUE(alone.contains(field)) << field;
     EXPECT_TRUE(cluster.contains(field)) << field;
   }
+  for (const char* of : {"mean", "p50", "p99", "max"}) {
+    EXPECT_TRUE(alone["tick_ms"].contains(of)) << of;
+    EXPECT_TRUE(cluster["tick_ms"].contains(of)) << of;
+  }
   for (const TickCounter& counter : kTickCounters) EXPECT_TRUE(cluster.contains(counter.name_in_run));
   for (const WorldSetting& setting : kSettings) EXPECT_TRUE(cluster["settings"].contains(setting.name));
   for (const char* field : {"world_hash", "ticks", "bodies", "sectors", "clones_max", "contacts_max",

@@ -88,8 +88,9 @@ tessera_status status_for_c(const tessera::ClusterStatus& status) {
       .bodies_awake = status.counts.bodies_awake,
       .sectors = status.counts.sectors,
       .contacts = status.counts.contacts,
-      .tick_ms_p50 = status.tick_ms_p50,
-      .tick_ms_p99 = status.tick_ms_p99,
+      .tick_ms_mean = status.tick_ms.mean,
+      .tick_ms_p50 = status.tick_ms.p50,
+      .tick_ms_p99 = status.tick_ms.p99,
       .time_step = status.settings ? status.settings->time_step : 0,
       .sector_size = status.settings ? status.settings->sector_size : 0,
   };

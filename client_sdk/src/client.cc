@@ -108,9 +108,9 @@ struct ContactTraits {
   static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
     return stub.WatchContacts(context, request);
   }
-  static TouchPhase phase_of(v1::Contact::Phase phase) {
-    if (phase == v1::Contact::BEGIN) return TouchPhase::kBegin;
-    return phase == v1::Contact::END ? TouchPhase::kEnd : TouchPhase::kPersist;
+  static ContactPhase phase_of(v1::Contact::Phase phase) {
+    if (phase == v1::Contact::BEGIN) return ContactPhase::kBegin;
+    return phase == v1::Contact::END ? ContactPhase::kEnd : ContactPhase::kPersist;
   }
   static Frame read(const Batch& batch) {
     Frame frame{batch.tick(), {}};
@@ -138,7 +138,7 @@ struct SeamTraits {
       frame.clones.push_back({BodyId{clone.body()}, from_proto(clone.sector()), batch.node()});
     }
     for (const v1::SeamBatch::Island& island : batch.islands()) {
-      IslandSample& sample = frame.islands.emplace_back(IslandSample{BodyId{island.name()}, {}});
+      IslandSample& sample = frame.islands.emplace_back(IslandSample{BodyId{island.id()}, {}});
       for (const std::uint64_t id : island.bodies()) sample.bodies.push_back(BodyId{id});
     }
     return frame;
@@ -162,9 +162,7 @@ ServerStatus read(const v1::ServerStatus& status) {
   server.bodies = status.bodies();
   server.counts = counts_from(status.counts());
   server.peak_rss_bytes = status.peak_rss_bytes();
-  server.tick_ms_p50 = status.tick_ms_p50();
-  server.tick_ms_p99 = status.tick_ms_p99();
-  server.tick_ms_max = status.tick_ms_max();
+  server.tick_ms = times_from(status.tick_ms());
   server.exchange_bytes = status.exchange_bytes();
   server.takes_part = status.takes_part();
   server.suspect = status.suspect();
@@ -181,9 +179,7 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.bodies = reply.bodies();
   status.counts = counts_from(reply.counts());
   status.counts_since_load = counts_from(reply.counts_since_load());
-  status.tick_ms_p50 = reply.tick_ms_p50();
-  status.tick_ms_p99 = reply.tick_ms_p99();
-  status.tick_ms_max = reply.tick_ms_max();
+  status.tick_ms = times_from(reply.tick_ms());
   status.map_epoch = reply.map_epoch();
   for (const v1::ServerStatus& server : reply.servers()) status.servers.push_back(read(server));
   status.failure = reply.failure();

@@ -11,8 +11,6 @@ namespace {
 
 using nlohmann::json;
 
-json times(double p50, double p99, double max) { return {{"p50", p50}, {"p99", p99}, {"max", max}}; }
-
 json described(const ServerStatus& server) {
   json one = {{"node", absl::StrCat(absl::Hex(server.node))},
               {"stream_address", server.stream_address},
@@ -24,7 +22,7 @@ json described(const ServerStatus& server) {
               {"bodies", server.bodies},
               {"exchange_bytes", server.exchange_bytes},
               {"peak_rss_bytes", server.peak_rss_bytes},
-              {"tick_ms", times(server.tick_ms_p50, server.tick_ms_p99, server.tick_ms_max)}};
+              {"tick_ms", to_json(server.tick_ms)}};
   for (const TickCounter& counter : kTickCounters) {
     if (counter.over_ticks != OverTicks::kTotal) one[counter.name] = server.counts.*counter.value;
   }
@@ -32,6 +30,10 @@ json described(const ServerStatus& server) {
 }
 
 }  // namespace
+
+json to_json(const TickTimes& times) {
+  return {{"mean", times.mean}, {"p50", times.p50}, {"p99", times.p99}, {"max", times.max}};
+}
 
 json to_json(const ClusterStatus& status) {
   json servers = json::array();
@@ -43,7 +45,7 @@ json to_json(const ClusterStatus& status) {
               {"time", status.time},
               {"real_time_factor", status.real_time_factor},
               {"bodies", status.bodies},
-              {"tick_ms", times(status.tick_ms_p50, status.tick_ms_p99, status.tick_ms_max)},
+              {"tick_ms", to_json(status.tick_ms)},
               {"coordinator_peak_rss_bytes", status.coordinator_peak_rss_bytes},
               {"servers", std::move(servers)}};
   for (const TickCounter& counter : kTickCounters) {

@@ -89,7 +89,7 @@ class TwoServers {
       contacts += status->counts.contacts;
       ++looks;
     }
-    run.tick_ms = status->tick_ms_p50;
+    run.tick_ms = status->tick_ms.p50;
     run.exchange_bytes = bytes(*status) - bytes_before;
     run.contacts = static_cast<double>(contacts) / static_cast<double>(std::max<std::uint64_t>(looks, 1));
     run.islands_shipped = status->counts_since_load.islands_shipped;

@@ -115,7 +115,8 @@ typedef struct tessera_status {
   uint64_t bodies_awake;
   uint64_t sectors;
   uint64_t contacts;
-  double tick_ms_p50; /* of the slowest server of each tick */
+  double tick_ms_mean; /* of the slowest server of each tick */
+  double tick_ms_p50;
   double tick_ms_p99;
   double time_step;   /* s; 0 without a world */
   double sector_size; /* m; likewise */

@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "lpss/model/tick_counts.h"
+#include "lpss/model/tick_times.h"
 #include "lpss/model/world_description.h"
 #include "tessera/joints.h"
 #include "tessera/stream.h"
@@ -151,9 +152,7 @@ struct ServerStatus {
   std::uint64_t bodies = 0;
   TickCounts counts;  // of its last tick
   std::uint64_t peak_rss_bytes = 0;
-  double tick_ms_p50 = 0;
-  double tick_ms_p99 = 0;
-  double tick_ms_max = 0;
+  TickTimes tick_ms;                 // since the load
   std::uint64_t exchange_bytes = 0;  // sent to other servers so far
   bool takes_part = false;           // in the world; idle servers do not
   bool suspect = false;              // does not respond: it has ended or stalled
@@ -168,9 +167,7 @@ struct ClusterStatus {
   std::uint64_t bodies = 0;
   TickCounts counts;             // of the last tick
   TickCounts counts_since_load;  // the most of any tick, or the total: see kTickCounters
-  double tick_ms_p50 = 0;        // of the slowest server of each tick, without pacing
-  double tick_ms_p99 = 0;
-  double tick_ms_max = 0;
+  TickTimes tick_ms;             // of the slowest server of each tick, since the load
   std::uint64_t map_epoch = 0;
   std::vector<ServerStatus> servers;
   std::string failure;  // why the world ended, in state "failed"
