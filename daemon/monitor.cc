@@ -73,8 +73,8 @@ absl::StatusOr<std::unique_ptr<Monitor>> Monitor::open(const std::string& addres
     monitor->server_ = std::make_unique<CivetServer>(std::vector<std::string>{
         "listening_ports", address, "num_threads", "2", "request_timeout_ms", "10000"});
   } catch (const CivetException&) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot serve metrics on ", address, ": the address is in use or not of this machine"));
+    return absl::UnavailableError(absl::StrCat("cannot serve metrics on ", address,
+                                               ": the address is in use or does not belong to this machine"));
   }
   const auto serve = [&](const char* path, std::function<Page()> page) {
     monitor->handlers_.push_back(std::make_unique<Handler>(std::move(page)));

@@ -103,7 +103,8 @@ int run(SectorServerArguments& arguments) {
   builder.RegisterService(&streams);
   const std::unique_ptr<grpc::Server> edge = builder.BuildAndStart();
   if (!edge || port == 0) {
-    spdlog::error("cannot listen on {}: the address is in use or not of this machine", arguments.listen);
+    spdlog::error("cannot listen on {}: the address is in use or does not belong to this machine",
+                  arguments.listen);
     return 1;
   }
   arguments.server.stream_address = with_port(arguments.listen, port);

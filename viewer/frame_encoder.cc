@@ -7,7 +7,7 @@
 namespace tessera::viewer {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "frames are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little, "frames are written in memory layout");
 
 template <typename T>
 void put(std::string& bytes, const T& value) {

@@ -1,4 +1,4 @@
-// The view of one browser tab (page) as binary frames that contain only changes.
+// Encodes the view of one tab of the web UI as binary frames that contain only changes.
 //
 // A frame is little-endian: a FrameHeader, then one array after the other, each over all bodies (or
 // contacts):
@@ -7,7 +7,7 @@
 //              u8 index of the server | u8 flags
 //   kContacts  f32 x y z of the point | f32 x y z of the normal | f32 N s
 //
-// Points are in metres from the centre of the page's sector (page_view.h), along the world's axes.
+// Points are in metres from the centre of the view's sector (page_view.h), along the world's axes.
 #pragma once
 
 #include <array>
@@ -52,7 +52,7 @@ struct SeenContact {
   float impulse = 0;  // N s
 };
 
-// The frames of one page, in order. For one thread at a time.
+// The frames of one tab, in order. For one thread at a time.
 class FrameEncoder {
  public:
   // The next frame is a key frame.

@@ -80,10 +80,10 @@ json to_json(const FoundBody& body) {
 }
 
 absl::StatusOr<Eigen::Vector3d> vector_from(const json& given) {
-  if (!given.is_array() || given.size() != 3) return absl::InvalidArgumentError("three numbers are wanted");
+  if (!given.is_array() || given.size() != 3) return absl::InvalidArgumentError("expected three numbers");
   Eigen::Vector3d vector;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!given[axis].is_number()) return absl::InvalidArgumentError("three numbers are wanted");
+    if (!given[axis].is_number()) return absl::InvalidArgumentError("expected three numbers");
     vector[static_cast<Eigen::Index>(axis)] = given[axis].get<double>();
   }
   return vector;
@@ -91,7 +91,7 @@ absl::StatusOr<Eigen::Vector3d> vector_from(const json& given) {
 
 absl::StatusOr<WorldPosition> position_from(const json& given) {
   const absl::Status no_sector =
-      absl::InvalidArgumentError("sector: three 64-bit integers as strings are wanted");
+      absl::InvalidArgumentError("sector: expected three 64-bit integers as strings");
   const auto sector = given.find("sector");
   const auto local = given.find("local");
   if (sector == given.end() || !sector->is_array() || sector->size() != 3) return no_sector;

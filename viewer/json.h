@@ -23,7 +23,7 @@ nlohmann::json to_json(const FoundBody& body);
 absl::StatusOr<WorldPosition> position_from(const nlohmann::json& json);
 absl::StatusOr<Eigen::Vector3d> vector_from(const nlohmann::json& json);
 
-// Text of any bytes, in one line.
+// One line of JSON; invalid UTF-8 in strings is replaced.
 std::string dump(const nlohmann::json& json);
 
 }  // namespace tessera::viewer

@@ -35,7 +35,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--listen", arguments.listen, "Address for browsers, host:port; port 0: any free port")
       ->check(complaint_of_address)
       ->capture_default_str();
-  app.add_flag("--any-port", arguments.any_port, "Use any free port if the one of --listen is in use");
+  app.add_flag("--any-port", arguments.any_port, "Use any free port if that of --listen is in use");
   app.add_flag("--read-only", arguments.page.read_only, "Refuse requests that would change the world");
   app.add_option("--fps", arguments.page.frames_per_second,
                  "Maximum number of frames per second for each browser")

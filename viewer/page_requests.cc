@@ -48,7 +48,7 @@ absl::StatusOr<Shape> shape_from(const json& request) {
     return capsule(request.at("radius").get<double>(), request.at("length").get<double>());
   if (kind == "cylinder")
     return cylinder(request.at("radius").get<double>(), request.at("length").get<double>());
-  if (kind != "box") return absl::InvalidArgumentError(absl::StrCat("kind: there is no shape '", kind, "'"));
+  if (kind != "box") return absl::InvalidArgumentError(absl::StrCat("kind: unknown shape '", kind, "'"));
   const absl::StatusOr<Eigen::Vector3d> size = vector_from(request.at("size"));
   if (!size.ok()) return size.status();
   return box(size->x(), size->y(), size->z());
@@ -165,7 +165,7 @@ absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report
   if (what == "spawn") return spawn(client, sector_size, request);
   if (what == "push") return push(client, request);
   if (what == "remove") return tick_of(client.remove(body_of(request), kTimeout));
-  return absl::InvalidArgumentError(absl::StrCat("do: '", what, "' is unknown"));
+  return absl::InvalidArgumentError(absl::StrCat("do: unknown request '", what, "'"));
 }
 
 }  // namespace
@@ -176,7 +176,7 @@ json answer(Client& client, const live::ClusterReport& report, bool read_only, c
     if (done.ok()) return *std::move(done);
     return {{"error", std::string(done.status().message())}};
   } catch (const json::exception& error) {
-    return {{"error", absl::StrCat("the request cannot be read: ", error.what())}};
+    return {{"error", absl::StrCat("cannot parse the request: ", error.what())}};
   }
 }
 

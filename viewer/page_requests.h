@@ -1,4 +1,4 @@
-// Requests of a page to the cluster, one at a time: {"do": "pause" | "resume" | "step" | "spawn" |
+// Requests of the web UI to the cluster, one at a time: {"do": "pause" | "resume" | "step" | "spawn" |
 // "push" | "remove" | "pick" | "find" | "places", ...}.
 #pragma once
 

@@ -145,7 +145,7 @@ void PageSession::watch() {
   filter.region = region;
   filter.every_ticks = every_ticks_;
   bodies_.watch([this, filter] { return client_.watch_bodies(filter, kSubscribeTimeout); });
-  // Contacts are of the whole world: another view needs no new stream, which would begin empty.
+  // The contact stream covers the whole world: a new view keeps it, as a new stream would start empty.
   if (!wants_contacts_) {
     contacts_.watch({});
   } else if (!watches_contacts_) {

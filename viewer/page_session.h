@@ -1,11 +1,11 @@
-// The session of one browser tab (page): what it looks at, and what it has been sent.
+// The session of one tab of the web UI: what it looks at, and what it has been sent.
 //
-// The page sends as JSON {"type": "look", position, "half"} for its camera, {"type": "contacts" or "seams",
+// The tab sends as JSON {"type": "look", position, "half"} for its camera, {"type": "contacts" or "seams",
 // "on"} for optional marks, {"type": "seen"} for every frame that it has drawn, and {"type": "ask", "id",
-// "do", ...} (page_requests.h). It receives "hello", "status", "world" (a new one: all before is void),
-// "view" (the sector that points are relative to), "bodies" and "shapes" (when they come into view for the
-// first time), "answer", and frames: binary ones (frame_encoder.h), and "seams". At most two frames are in
-// flight: a page that draws slowly gets fewer.
+// "do", ...} (page_requests.h). It receives "hello", "status", "world" (a new world voids all earlier
+// messages), "view" (the sector that points are relative to), "bodies" and "shapes" (when they first come
+// into view), "answer", and frames: binary ones (frame_encoder.h) and "seams". At most two frames are in
+// flight, so a tab that draws slowly gets fewer.
 #pragma once
 
 #include <absl/container/flat_hash_set.h>
@@ -38,7 +38,7 @@ struct PageOptions {
   double states_per_second = 1e5;  // of bodies: with more in view, fewer frames
 };
 
-// Send to the page; both block while the network does.
+// Send to the tab; both block while the network does.
 struct PageSocket {
   std::function<void(const std::string&)> send_text;
   std::function<void(const std::string&)> send_binary;
@@ -51,7 +51,7 @@ class PageSession {
               std::shared_ptr<const live::ClusterReport> report);
   ~PageSession();
 
-  // Handles a text message of the page. False if it is invalid.
+  // Handles a text message of the tab. False if it is invalid.
   bool hear(const std::string& text);
 
   void report(std::shared_ptr<const live::ClusterReport> report);

@@ -1,5 +1,5 @@
-// The view of one page: relative to the centre of a sector near the camera, so that numbers are small and the
-// picture is crisp at any distance from the world's origin.
+// The view of one tab: relative to the centre of a sector near the camera, so that numbers are small and the
+// picture is sharp at any distance from the world's origin.
 #pragma once
 
 #include <Eigen/Core>

@@ -82,7 +82,8 @@ class LiveHandler final : public CivetWebSocketHandler {
     for (const auto& [connection, session] : sessions_) session->report(report);
   }
 
-  // Only accept pages from this server: other sites must not control the world through a visitor's browser.
+  // Accept only the web UI of this server: other sites must not control the world through a visitor's
+  // browser.
   bool handleConnection(CivetServer*, const mg_connection* connection) override {
     const char* origin = mg_get_header(connection, "Origin");
     const char* host = mg_get_header(connection, "Host");
@@ -171,8 +172,8 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::open(const std::string& ad
   try {
     return std::unique_ptr<WebServer>(new WebServer(std::make_unique<Impl>(address, client, options)));
   } catch (const CivetException&) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot listen on ", address, ": the address is in use or not of this machine"));
+    return absl::UnavailableError(absl::StrCat("cannot listen on ", address,
+                                               ": the address is in use or does not belong to this machine"));
   }
 }
 

@@ -1,5 +1,5 @@
-// Serves the web UI over HTTP and its data over WebSockets: "/" the page, "/status" the state of the cluster
-// as JSON, "/live" a WebSocket for every open tab.
+// Serves the web UI over HTTP and its data over WebSockets: "/" the web UI, "/status" the state of the
+// cluster as JSON, "/live" a WebSocket for every open tab.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,5 +1,5 @@
-// node bundle.mjs NODE_MODULES OUTPUT: the page as one compressed HTML file, with nothing to fetch at run
-// time.
+// node bundle.mjs NODE_MODULES OUTPUT: bundles the web UI into one compressed HTML file that fetches nothing
+// at run time.
 import {readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {dirname, join} from 'node:path';

@@ -1,4 +1,4 @@
-// Bodies that are drawn in one call: all with one geometry, or all as points.
+// Bodies drawn in one call: all with the same geometry, or all as points.
 import {BufferAttribute, BufferGeometry, DynamicDrawUsage, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, Points,} from 'three';
 
 import {bodyMaterial, pointMaterial, pointShadowMaterial, shadowMaterial} from './body_material.js';
@@ -52,7 +52,7 @@ class Batch {
       this.#geometry.instanceCount = count;
   }
 
-  // The slot of one more body.
+  // Returns the slot of the new body.
   add(id) {
     if (this.count === this.capacity) this.#reserve(2 * this.capacity);
     const slot = this.count;
@@ -66,7 +66,7 @@ class Batch {
     this.touch('size');
   }
 
-  // All that another batch has of a body, but for its size.
+  // Copies the data of a body from another batch, except its size.
   copy(slot, other, otherSlot) {
     for (const [name, width] of Object.entries(kFields)) {
       if (name === 'size') continue;
@@ -75,7 +75,7 @@ class Batch {
     }
   }
 
-  // The last one takes the place: its id, or undefined.
+  // The last body moves into the freed slot. Returns its id, or undefined if it was the one removed.
   remove(slot) {
     const last = this.count - 1;
     for (const [name, width] of Object.entries(kFields)) {
@@ -92,7 +92,7 @@ class Batch {
     this.dirty.add(name);
   }
 
-  // Hands what has changed to the graphics card.
+  // Uploads the dirty fields to the graphics card.
   flush() {
     for (const name of this.dirty) {
       const attribute = this.#geometry.attributes[name];
@@ -103,7 +103,7 @@ class Batch {
     this.dirty.clear();
   }
 
-  // The poses so far become those that motion starts from.
+  // The current poses become the start of the next interpolation.
   advance() {
     this.position0.set(this.position1.subarray(0, 3 * this.count));
     this.rotation0.set(this.rotation1.subarray(0, 4 * this.count));
@@ -125,7 +125,7 @@ export function meshBatch({make, isBox}, level) {
   return new Batch(mesh, InstancedBufferAttribute);
 }
 
-// Bodies of a few pixels, each a ball of radius size[0]: hardly more work than so many vertices.
+// Bodies a few pixels across, each drawn as a ball of radius size[0] from a single vertex.
 export function pointBatch() {
   const points = new Points(new BufferGeometry(), pointMaterial());
   points.customDepthMaterial = pointShadowMaterial();

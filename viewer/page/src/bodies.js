@@ -1,5 +1,5 @@
-// The bodies in view: their poses as the frames tell them, drawn in one call for each kind of shape and level
-// of detail.
+// The bodies in view, with their poses from the frames. One draw call for each kind of shape and level of
+// detail.
 import {Group, Mesh, Quaternion, Raycaster, Vector3} from 'three';
 
 import {meshBatch, pointBatch} from './batch.js';
@@ -11,10 +11,10 @@ import {between, fromJson, moved, toJson} from './position.js';
 export const kPointPixels = 5;  // bodies of a smaller radius are drawn as points
 
 export class Bodies {
-  #known = new Map();   // id -> what the server said of the body
+  #known = new Map();   // id -> description from the server
   #shapes = new Map();  // shape id -> {parts, drawn, radius, pointRadius}
-  #batches = new Map();  // by what is drawn
-  #forms = new Map();  // of batches: geometries by key, for those who draw a body a second time
+  #batches = new Map();  // by geometry and level of detail
+  #forms = new Map();  // geometries by key, for drawing a body a second time
   #shown = new Map();  // id -> {batch, slot, shape, level, info, speed, server, isAsleep}
   #moved = new Set();  // batches with motion in the last frame
   #mode = 'server';
@@ -22,7 +22,7 @@ export class Bodies {
 
   constructor() {
     this.group = new Group();
-    this.view = null;  // {sector, sector_size, ...}: where positions count from
+    this.view = null;  // {sector, sector_size, ...}: positions are relative to its sector
     this.tick = 0;
     this.frameMs = 33;  // between frames, smoothed
     this.pointPixels = kPointPixels;
@@ -50,7 +50,7 @@ export class Bodies {
     }
   }
 
-  // Another world: nothing of before counts.
+  // For a new world.
   clear() {
     for (const id of [...this.#shown.keys()]) this.#remove(id);
     for (const batch of this.#batches.values()) this.group.remove(batch.object);
@@ -71,7 +71,7 @@ export class Bodies {
     for (const body of bodies) this.#known.set(body.id, body);
   }
 
-  // `view` is where the positions of a key frame count from.
+  // The positions of a key frame are relative to `view`.
   apply(frame, view) {
     const now = performance.now();
     this.frameMs += 0.2 * (Math.min(now - this.#arrived, 200) - this.frameMs);
@@ -97,13 +97,13 @@ export class Bodies {
     }
   }
 
-  // Between the last two frames, as far as time has gone.
+  // Interpolates between the last two frames.
   blend(now) { uniforms.uBlend.value = Math.min((now - this.#arrived) / this.frameMs, 1); }
 
-  // For a picture of that many pixels in height: bodies get the detail that can be seen.
+  // Chooses the level of detail of each body for a picture `height` pixels high.
   prepare({position: eye, fov}, height) {
     uniforms.uHeight.value = height;
-    const pixels = height / 2 / Math.tan(fov * Math.PI / 360);  // of a metre at a distance of a metre
+    const pixels = height / 2 / Math.tan(fov * Math.PI / 360);  // per metre at a distance of 1 m
     for (const [id, body] of this.#shown) {
       const {shape: {drawn, radius}, batch: {position1}, slot} = body;
       if (body.info.motion === 'static') continue;
@@ -148,7 +148,7 @@ export class Bodies {
     return body;
   }
 
-  // In a level of detail, from now on.
+  // Moves the body to the batch of this level of detail.
   #draw(id, body, level) {
     const {batch: before, slot: slotBefore, shape: {drawn, pointRadius}} = body;
     const batch = this.#batch(drawn, level);
@@ -184,7 +184,7 @@ export class Bodies {
     this.#free(body.batch, body.slot);
   }
 
-  // The sector of a body, in sectors from that of the view.
+  // The sector of a body, relative to the sector of the view.
   #sectorOffset({batch, slot}) {
     const size = this.view.sector_size;
     return [0, 1, 2].map((axis) => Math.floor(batch.position1[3 * slot + axis] / size + 0.5));
@@ -206,7 +206,7 @@ export class Bodies {
     batch.touch('tint');
   }
 
-  // What is known and shown of a body, with its place in metres from the sector of the view; null if it is
+  // Description and state of a body, with its position relative to the sector of the view (m); null if it is
   // not in view.
   look(id) {
     const body = this.#shown.get(id);
@@ -226,8 +226,8 @@ export class Bodies {
     };
   }
 
-  // What a body is drawn as: a geometry, its size along each axis, and the radius (m) of a ball that holds it; null if
-  // it is not in view.
+  // What a body is drawn as: a geometry, its size along each axis, and its bounding radius (m); null if it is
+  // not in view.
   formOf(id) {
     const body = this.#shown.get(id);
     if (!body) return null;
@@ -240,8 +240,8 @@ export class Bodies {
     return this.#forms.get(drawn.key);
   }
 
-  // What is drawn first under a ray, in the words of a "pick" of the server: for worlds that only the page
-  // has.
+  // The first body that a ray hits, in the format of the server's answer to "pick". For recordings, which have
+  // no server.
   pick({direction, length, ...from}) {
     const origin = between(this.#origin, fromJson(from), this.view.sector_size);
     const caster = new Raycaster(new Vector3(...origin), new Vector3(...direction).normalize(), 0, length);
@@ -261,7 +261,7 @@ export class Bodies {
 
   get #origin() { return {sector: this.view.sector, local: [0, 0, 0]}; }
 
-  // Sectors with bodies that can move: {offset, server, bodies} each.
+  // Sectors with movable bodies, as {offset, server, bodies}.
   occupiedSectors() {
     const sectors = new Map();
     for (const body of this.#moving()) {
@@ -276,8 +276,8 @@ export class Bodies {
     return [...sectors.values()];
   }
 
-  // Of the bodies in view that can move and are there: how many, how many awake, the fastest (m/s), and whose
-  // they are.
+  // The movable bodies in view in this sector: their number, how many are awake, the highest speed (m/s), and
+  // their server.
   inSector(sector) {
     const key = sector.map((index, axis) => index - this.view.sector[axis]).join();
     const there = [...this.#moving()].filter((body) => this.#sectorOffset(body).join() === key);

@@ -1,10 +1,9 @@
-// How bodies are shaded: many at once, each between two poses that the server told, with a colour of its own;
-// boxes with fine edges, and what never moves with a grid that is part of the sectors.
+// Shading of bodies: instanced, each interpolated between two poses from the server and with its own colour.
+// Boxes have thin edge lines; static bodies have a grid aligned with the sectors.
 import {MeshDepthMaterial, MeshLambertMaterial, RGBADepthPacking} from 'three';
 
-// Shared by all bodies.
 export const uniforms = {
-  uBlend: {value: 1},  // from the pose before (0) to the last one (1)
+  uBlend: {value: 1},  // from the previous pose (0) to the latest (1)
   uSectorSize: {value: 128},
   uHeight: {value: 800},  // of the picture, in pixels
 };
@@ -46,7 +45,6 @@ const kFragmentHead = `
   uniform float uSectorSize;
   varying vec3 vTint, vLocal, vSize, vPlace, vFacing;
   varying float vGround;
-  // A pixel reaches so far.
   float lines(vec2 at, vec2 pixel, float spacing) {
     float wide = max(pixel.x, pixel.y) / spacing;
     if (wide > 0.5) return 0.0;

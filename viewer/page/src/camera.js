@@ -1,5 +1,5 @@
-// A camera that circles a point of the world, the focus, and moves with it: drag to turn, drag with the right
-// button (or Shift) to move, wheel to come nearer, W A S D Q E to fly.
+// A camera that orbits a point of the world, the focus, and moves with it: drag to turn, drag with the right
+// button (or Shift) to move, wheel to zoom, W A S D Q E to fly.
 import {PerspectiveCamera, Quaternion, Vector3} from 'three';
 
 import {between, moved} from './position.js';
@@ -19,17 +19,17 @@ export class Camera {
     this.distance = 30;
     this.up = new Vector3(0, 0, 1);
     this.onClick = () => {};
-    this.onMove = () => {};  // by hand
+    this.onMove = () => {};  // called when the user moves the camera
     this.#keys = new Set();
     this.#listen(canvas);
   }
   #keys;
   #glide = null;
 
-  // From the world's z to the way up here.
+  // Rotates the world's z axis to the local up direction.
   #frame() { return new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), this.up); }
 
-  // Unit vectors of the world: from the focus to the eye, to the right, and forward along the ground.
+  // Unit vectors in world axes: from the focus to the eye, right, and forward along the ground.
   directions() {
     const frame = this.#frame();
     const out = new Vector3(
@@ -47,7 +47,7 @@ export class Camera {
     this.#glide = null;
   }
 
-  // Moves the focus there in the next moments, if that is near.
+  // Moves the focus there smoothly, or at once if it is far away.
   glideTo(focus) {
     if (!this.focus || Math.hypot(...between(this.focus, focus, this.sectorSize)) > 50 * this.distance)
       this.jump(focus);
@@ -79,7 +79,7 @@ export class Camera {
     }
   }
 
-  // Sets the camera of three.js in metres from the centre of `sector`.
+  // Places the three.js camera, in metres from the centre of `sector`.
   place(sector, aspect, reach) {
     const target = new Vector3(...between({sector, local: [0, 0, 0]}, this.focus, this.sectorSize));
     const {out} = this.directions();

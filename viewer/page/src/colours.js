@@ -1,4 +1,4 @@
-// What colours mean: servers, sectors, speed, sleep.
+// Colours for servers, sectors, speed and sleep.
 
 export const kServerColours = [
   '#6ea8fe', '#f2a65a', '#7ccf9a', '#d58bd6', '#e3c567', '#6fc7d6', '#e58080', '#a99cf0', '#b5c77a', '#e89ac0'
@@ -33,7 +33,7 @@ function bySpeed(speed) {
   return speeds.at(-1)[1];
 }
 
-// Three bytes. `sector` is three small whole numbers that tell neighbouring sectors apart.
+// Returns three bytes. `sector` is three small integers that differ between neighbouring sectors.
 export function colourOf(mode, {isStatic, server, sector, speed, isAsleep}) {
   if (isStatic) return still;
   switch (mode) {
@@ -53,7 +53,7 @@ export function colourOf(mode, {isStatic, server, sector, speed, isAsleep}) {
 }
 
 export const kLegends = {
-  server: null,  // made of the servers that there are
+  server: null,  // built from the list of servers
   sector: [['neighbouring sectors', kSectorColours.slice(0, 5)]],
   speed: kSpeeds.map(([speed, hex]) => [`${speed} m/s`, [hex]]),
   sleep: [['awake', [kAwake]], ['asleep', [kAsleep]]],

@@ -1,4 +1,4 @@
-// The WebSocket to tessera-viewer, reopened whenever it is lost. Answers to questions are promises.
+// The WebSocket to tessera-viewer, reopened whenever it is lost. Requests return promises.
 import {decode} from './frame.js';
 
 const kRetryAfterMs = [250, 500, 1000, 2000];
@@ -9,7 +9,7 @@ export class Connection extends EventTarget {
   #failures = 0;
   #retry = 0;
   #asked = 0;
-  #open = new Map();  // unanswered questions
+  #open = new Map();  // pending requests
 
   constructor(url) {
     super();
@@ -24,7 +24,7 @@ export class Connection extends EventTarget {
     if (this.isOpen) this.#socket.send(JSON.stringify(message));
   }
 
-  // Closes it until open(), after which all state is sent again.
+  // Closes it until open(); the server then sends all state again.
   close() {
     clearTimeout(this.#retry);
     if (!this.#socket) return;
@@ -38,12 +38,12 @@ export class Connection extends EventTarget {
     if (!this.#socket) this.#connect();
   }
 
-  // The answer of the cluster; an Error with its message if it refuses.
+  // Resolves to the cluster's answer; rejects with the cluster's message if it refuses.
   ask(what, details = {}) {
     const id = ++this.#asked;
     return new Promise((resolve, reject) => {
-      if (!this.isOpen) return reject(new Error('there is no connection to the viewer'));
-      const timer = setTimeout(() => this.#answered({id, error: 'no answer came in time'}), kAnswerTimeoutMs);
+      if (!this.isOpen) return reject(new Error('not connected to tessera-viewer'));
+      const timer = setTimeout(() => this.#answered({id, error: 'the request timed out'}), kAnswerTimeoutMs);
       this.#open.set(id, {resolve, reject, timer});
       this.send({type: 'ask', id, do: what, ...details});
     });

@@ -1,4 +1,4 @@
-// The right panel: the figures of the cluster, now and over the last minutes.
+// The right panel: metrics of the cluster, now and over the last minutes.
 import {serverColour} from './colours.js';
 import {number, Plot} from './plot.js';
 
@@ -21,7 +21,7 @@ export function fill(list, facts) {
 const megabytes = (bytes) => `${number(bytes / 1e6)} MB`;
 const times = ({p50, p99, max}) => [p50, p99, max].map((ms) => ms.toFixed(2)).join(' / ');
 
-// One row for each server; a click shows the rest.
+// One row for each server; a click shows the details.
 class ServerRow {
   constructor(parent, place) {
     this.element = element('div');

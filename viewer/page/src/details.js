@@ -1,4 +1,4 @@
-// The clicked body or sector, with its figures and their history since the click.
+// The selected body or sector: its properties and their history since it was selected.
 import {fill} from './dashboard.js';
 import {describe} from './geometry.js';
 import {number, Plot} from './plot.js';
@@ -42,7 +42,7 @@ export class Details {
     this.actions.hidden = shown?.body === undefined;
   }
 
-  // As they are now.
+  // Shows the current values.
   refresh(hasServers) {
     if (!this.#shown || !this.bodies.view) return;
     if (this.#shown.sector)
@@ -64,7 +64,7 @@ export class Details {
       ['mass', info.motion === 'dynamic' ? `${rounded(info.mass)} kg` : info.motion],
       ['friction', String(rounded(info.friction))],
       ['sector', sectorText(place.sector)],
-      ['in it', `${place.local.map((x) => x.toFixed(3)).join(', ')} m`],
+      ['position', `${place.local.map((x) => x.toFixed(3)).join(', ')} m`],
       ['speed', `${speed.toFixed(3)} m/s`],
       ['state', isAsleep ? 'asleep' : 'awake'],
       ...(hasServers ? [['server', String(server + 1)]] : []),

@@ -1,4 +1,4 @@
-// Binary frames of tessera-viewer; viewer/frame_encoder.h has their layout.
+// Decodes binary frames of tessera-viewer; viewer/frame_encoder.h describes their layout.
 
 const kHeaderBytes = 24;
 const kKeyFrame = 1;

@@ -1,4 +1,4 @@
-// Shapes of the world as geometries to draw: common ones as one unit shape with a size for each body.
+// Geometries for the world's shapes; common shapes share a unit geometry, scaled for each body.
 import {
   BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CylinderGeometry, Matrix4, PlaneGeometry,
   Quaternion, SphereGeometry, Vector3,
@@ -6,14 +6,14 @@ import {
 import {ConvexGeometry} from 'three/addons/geometries/ConvexGeometry.js';
 import {mergeGeometries} from 'three/addons/utils/BufferGeometryUtils.js';
 
-const kPlaneHalf = 5e4;     // m: as far as anyone sees
-const kPlaneParts = 32;     // along each side, the smaller the nearer to the middle,
-const kPlaneGrowth = 2000;  // the outermost by this compared to the innermost
+const kPlaneHalf = 5e4;     // m: beyond what can be seen
+const kPlaneParts = 32;     // along each side, smaller towards the middle
+const kPlaneGrowth = 2000;  // size of the outermost part relative to the innermost
 
 const triples = (flat) =>
     Array.from({length: flat.length / 3}, (_, n) => new Vector3(...flat.slice(3 * n, 3 * n + 3)));
 
-// Cylinders and capsules of the world lie along z, those of three.js along y.
+// Cylinders and capsules have their axis along z in Tessera, along y in three.js.
 const alongZ = (geometry) => geometry.rotateX(Math.PI / 2);
 
 function heightField({columns, rows, spacing, heights}) {
@@ -38,7 +38,7 @@ function mesh({vertices, indices}) {
   return flat;
 }
 
-// In parts, since the depth of one triangle of that size is too coarse for what lies on it.
+// Subdivided: the depth values of a single triangle of that size are too coarse for bodies lying on it.
 function plane({normal}) {
   const geometry = new PlaneGeometry(2, 2, kPlaneParts, kPlaneParts);
   const {array} = geometry.attributes.position;
@@ -48,8 +48,8 @@ function plane({normal}) {
       new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...normal)));
 }
 
-// Levels of detail of what is round, the finest first: each for radii of so many pixels and more. After them
-// come points.
+// Levels of detail of round shapes, finest first; each applies from a radius of `pixels`. The coarsest level
+// is a point.
 const kLevels = [
   {pixels: 48, around: 28, along: 18, cap: 8},
   {pixels: 12, around: 16, along: 10, cap: 4},
@@ -99,7 +99,7 @@ function placed(part, level) {
 const isRound = ({kind}) => ['sphere', 'ellipsoid', 'cylinder', 'capsule'].includes(kind);
 
 // {key, size, make, levels, isBox} of a shape; bodies with equal keys are drawn together, each with its size.
-// `make` gives the geometry of a level of detail, of which there are `levels`; the finest is 0.
+// `make` returns the geometry of a level of detail, from 0 (the finest) to `levels` - 1.
 export function drawnAs(id, parts) {
   const levels = parts.some(isRound) ? kLevels.length : 1;
   if (parts.length === 1 && isAtOrigin(parts[0])) {
@@ -113,20 +113,20 @@ export function drawnAs(id, parts) {
   return {key: `shape ${id}`, size: [1, 1, 1], make, levels, isBox: false};
 }
 
-// The level of detail of a body with a radius of so many pixels, where those of less than `point` are points.
+// The level of detail of a body with a radius of `pixels`; bodies smaller than `point` are points.
 export function levelFor({levels}, pixels, point) {
   if (pixels < point) return kPointLevel;
   return Math.min(kLevels.findIndex((level) => pixels >= level.pixels), levels - 1);
 }
 
-// The radius (m) of a ball around the origin that holds a geometry of that size along each axis.
+// The radius (m) of a ball around the origin that contains the geometry scaled by `size`.
 export function radiusOf(geometry, size) {
   if (geometry.boundingSphere === null) geometry.computeBoundingSphere();
   const {center, radius} = geometry.boundingSphere;
   return (center.length() + radius) * Math.max(...size);
 }
 
-// The radius (m) of a ball that is about as large.
+// The radius (m) of a ball of about the same volume.
 export function meanRadiusOf(geometry, size) {
   if (geometry.boundingBox === null) geometry.computeBoundingBox();
   const edges = geometry.boundingBox.getSize(new Vector3()).toArray();
@@ -135,7 +135,7 @@ export function meanRadiusOf(geometry, size) {
 
 const round = (x) => Number(x.toPrecision(4));
 
-// In a few words, for people.
+// A short description for users.
 export function describe(parts) {
   if (parts.length > 1) return `${parts.length} parts`;
   const {kind, size, radius, radii, length, points, indices, columns, rows} = parts[0];

@@ -1,4 +1,4 @@
-// Names in the picture: of the selected body, and of places that are too far away to be seen.
+// Labels in the picture: the selected body, and places too far away to be seen.
 export class Labels {
   constructor(parent) {
     this.parent = parent;

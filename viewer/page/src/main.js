@@ -1,4 +1,4 @@
-// The page: a window on the world of a cluster, as tessera-viewer tells of it.
+// The web UI: shows the world of a cluster, as received from tessera-viewer.
 import {Vector3} from 'three';
 
 import {Bodies} from './bodies.js';
@@ -15,11 +15,11 @@ import {Picture} from './scene.js';
 import {Source} from './source.js';
 import {Tools} from './tools.js';
 
-const kHalfMin = 120;    // m: what is asked for around the focus, at least
-const kHalfMax = 20000;  // and at most
+const kHalfMin = 120;    // m: smallest region requested around the focus
+const kHalfMax = 20000;  // m: largest
 const kLookEveryMs = 250;
 const kPlacesEveryMs = 30000;
-const kDrawForMs = 300;  // after a change: bodies are on their way from frame to frame
+const kDrawForMs = 300;  // after a change, while bodies move between frames
 
 const $ = (id) => document.getElementById(id);
 
@@ -44,7 +44,7 @@ const state = {
   framesPerSecond: 0,
   bytesPerSecond: 0,
   readOnly: false,
-  live: null,  // how the cluster was looked at, while a recording is shown
+  live: null,  // the camera and colours of the cluster's view, while a recording is shown
 };
 
 let noticeTimer = 0;
@@ -61,7 +61,7 @@ const command = (what, details) => source.ask(what, details).catch((error) => no
 
 function wantedHalf() { return Math.min(Math.max(3 * camera.distance, kHalfMin), kHalfMax); }
 
-// Asks for another region when the focus nears the border of the last one, or comes nearer or goes away.
+// Requests a new region when the focus nears the border of the last one, or the camera zooms in or out.
 function lookWhereNeeded(force = false) {
   if (!camera.focus) return;
   const half = wantedHalf();
@@ -88,7 +88,7 @@ async function refreshPlaces() {
     const {places} = await source.ask('places');
     state.places = places.map((place) => ({...place, ...fromJson(place)}));
   } catch {
-    return;  // asked again soon
+    return;  // will be retried soon
   }
   if (state.wantsPlace && state.places.length > 0) {
     state.wantsPlace = false;
@@ -148,7 +148,7 @@ function select(id) {
   refreshDetails();
 }
 
-// Where sectors are shown, those that were clicked beside all bodies.
+// A click on a static body selects the sector there, if sectors are shown.
 function selectPlace({sector}) {
   select(null);
   if (!$('gridOn').checked) return;
@@ -171,7 +171,7 @@ function followSelected() {
   if (body) camera.glideTo(moved(body.position, [0, 0, 0], bodies.view.sector_size));
 }
 
-// --- what the server says ---
+// --- messages from the server ---
 
 source.addEventListener('open', () => {
   state.looked = null;
@@ -201,7 +201,7 @@ source.addEventListener('world', ({detail}) => {
 
 source.addEventListener('view', ({detail}) => {
   const sector = detail.sector.map(BigInt);
-  // Small whole numbers that tell neighbouring sectors apart wherever the view is.
+  // Small integers that differ between neighbouring sectors, wherever the view is.
   const low = sector.map((index) => Number(BigInt.asIntN(16, index)));
   state.pendingView = {...detail, sector, low};
   camera.sectorSize = detail.sector_size;
@@ -228,7 +228,7 @@ source.addEventListener('status', ({detail}) => {
   const before = state.status?.status;
   state.status = detail;
   const {status, answers} = detail;
-  showState(answers ? status.state : 'lost', answers ? status.state : 'cluster does not answer');
+  showState(answers ? status.state : 'lost', answers ? status.state : 'cluster not responding');
   if (status.failure && status.failure !== before?.failure) notify(status.failure, true);
   $('worldName').textContent = status.world;
   $('clock').textContent = status.settings ? `${status.time.toFixed(1)} s` : '';
@@ -261,7 +261,7 @@ function enableControls() {
     button.disabled = (['push', 'spawn'].includes(tool) && !mayChange) || (tool !== 'select' && player.isOn);
   }
   for (const control of [$('seamsOn'), ...$('modes').querySelectorAll('[data-mode=server]')])
-    control.disabled = player.isOn;  // nobody recorded them
+    control.disabled = player.isOn;  // recordings do not contain them
 }
 
 function togglePlay() {
@@ -318,7 +318,7 @@ function sendMarks() {
 
 // --- recordings ---
 
-// The cluster goes on meanwhile, and the page sees it again where it left it.
+// The cluster continues meanwhile; closing the recording restores the camera.
 player.onBegin = () => {
   state.live ??= {focus: camera.focus, pose: [camera.yaw, camera.pitch, camera.distance], mode: bodies.mode};
   state.wantsPlace = true;
@@ -440,13 +440,13 @@ function showFooter() {
   const {focus} = camera;
   $('where').textContent = focus ? `sector ${sectorText(focus.sector)}` : '';
   $('view').textContent = focus ?
-      `${focus.local.map((x) => x.toFixed(1)).join(', ')} m in it · ${number(camera.distance)} m away` :
+      `at ${focus.local.map((x) => x.toFixed(1)).join(', ')} m · camera ${number(camera.distance)} m away` :
       '';
   $('pace').textContent = `${number(bodies.countMoving)} bodies in view · tick ${bodies.tick} · ${
       number(state.framesPerSecond)} fps · ${number(state.bytesPerSecond / 1000)} kB/s`;
 }
 
-// A picture in which nothing changes is not drawn again, once it has been drawn as it is in the end.
+// A picture that no longer changes is not drawn again.
 let drawUntil = 0;
 let drawnAt = 0;
 function redraw() { drawUntil = performance.now() + kDrawForMs; }
@@ -494,7 +494,7 @@ colourBy('server');
 enableControls();
 requestAnimationFrame(draw);
 
-// For those who drive the page by a program: tests, screenshots, measurements.
+// For scripts that control the web UI: tests, screenshots, measurements.
 window.tessera = {
   state,
   bodies,

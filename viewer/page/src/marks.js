@@ -1,4 +1,4 @@
-// What is drawn beside the bodies: borders of sectors, contacts, the ray that was cast, the planet.
+// What is drawn in addition to bodies: sector borders, contacts, seams, the ray, the planet.
 import {
   AdditiveBlending, Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial,
   LineSegments, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, Vector3,
@@ -10,9 +10,9 @@ const kSectorsMax = 600;
 const kNormalLength = 0.35;  // m
 const kRaySeconds = 4;
 const kShellsMax = 500;
-const kShellScale = 1.08;  // so that a copy can be seen around its body
+const kShellScale = 1.08;  // so that a clone is visible around its body
 const kGoldenShare = 0.618034;  // of the circle of hues, from one island to the next
-const kPlanetFrom = 2000;  // m from its surface: nearer, the bodies that lie there are its ground
+const kPlanetFrom = 2000;  // m above its surface: any closer, static bodies form the ground
 
 const kCorners = [0, 1, 2, 3, 4, 5, 6, 7].map((n) => [(n & 1) - 0.5, (n >> 1 & 1) - 0.5, (n >> 2) - 0.5]);
 const kEdges = [];
@@ -46,7 +46,7 @@ function shellMaterial(colour) {
   return shellMaterials.get(colour);
 }
 
-// A cube for each sector that has bodies, in the colour of its server, and one for the sector of the focus.
+// A cube for each sector with bodies, in the colour of its server, and one for the sector of the focus.
 export class SectorGrid {
   constructor() { this.object = lines({vertexColors: true, opacity: 0.55, depthWrite: false}); }
 
@@ -72,7 +72,7 @@ export class SectorGrid {
   }
 }
 
-// A point where two bodies touch, brighter the harder, with the normal.
+// Contact points, brighter for larger impulses, with their normals.
 export class Contacts {
   constructor() {
     this.points = new Points(new BufferGeometry(), new PointsMaterial({
@@ -111,8 +111,8 @@ export class Contacts {
   }
 }
 
-// What happens at borders: copies of bodies as shells in the colours of the servers that have them, and a box around
-// each island that reaches over a border, in a colour of its own.
+// Seams: clones as shells in the colours of their servers, and a box around each island that crosses a border,
+// in its own colour.
 export class Seams {
   #shells = [];   // {mesh, id}
   #islands = [];  // {colour, bodies}
@@ -147,7 +147,7 @@ export class Seams {
     this.advance(bodies);
   }
 
-  // Copies and boxes go where the bodies are.
+  // Moves shells and boxes to their bodies.
   advance(bodies) {
     for (const {mesh, id} of this.#shells) {
       const body = bodies.look(id);
@@ -179,7 +179,7 @@ export class Seams {
   }
 }
 
-// The last ray that was cast, for some seconds.
+// The last ray cast, shown for kRaySeconds.
 export class Ray {
   constructor() {
     this.object = lines({color: '#ff8fb1', blending: AdditiveBlending, depthTest: false});
@@ -200,7 +200,7 @@ export class Ray {
   }
 }
 
-// Meridians and parallels of a ball of radius 1, ten degrees apart, as short lines a little above it.
+// Meridians and parallels of a ball of radius 1, ten degrees apart, as short lines slightly above it.
 function globeNet() {
   const [degree, above] = [Math.PI / 180, 1.0005];
   const points = [];
@@ -234,7 +234,7 @@ export class Planet {
     this.object.visible = false;
   }
 
-  // Distances of the eye in m.
+  // `eye` in metres from the centre of the view's sector.
   show(planet, eye) {
     if (!planet) {
       this.object.visible = false;

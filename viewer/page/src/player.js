@@ -1,4 +1,4 @@
-// Recordings in the page: how they are opened and closed, and the panel with the time slider.
+// Opens and closes recordings, and runs the panel with the time slider.
 import {Playback} from './recording/playback.js';
 import {Recording} from './recording/recording.js';
 
@@ -22,12 +22,12 @@ export class Player {
     $('back').onclick = () => this.step(-1);
     $('next').onclick = () => this.step(1);
     $('timeline').oninput = () => this.#playback.seek(Number($('timeline').value));
-    $('timeline').onpointerup = () => $('timeline').blur();  // keys are those of the page again
+    $('timeline').onpointerup = () => $('timeline').blur();  // gives the keyboard back to the web UI
     $('live').onclick = () => this.close();
     $('open').onclick = () => $('file').click();
     $('file').onchange = () => {
       this.open($('file').files[0]);
-      $('file').value = '';  // so that the same one can be chosen again
+      $('file').value = '';  // so that the same file can be chosen again
     };
     this.#takeDropped();
   }
@@ -35,7 +35,7 @@ export class Player {
   get isOn() { return this.#playback !== null; }
   get isPlaying() { return this.#playback?.isPlaying ?? false; }
 
-  // Shows a recording in the place of what is shown; what is none is told, and changes nothing.
+  // Shows a recording instead of the current source. A file that is no recording is reported and changes nothing.
   async open(file) {
     let recording;
     try {

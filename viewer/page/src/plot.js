@@ -1,4 +1,4 @@
-// A small plot of the last minutes: one or more lines over time, with the newest values beside their names.
+// A small plot of the last minutes: one or more lines over time, with their names and latest values.
 
 const kSamplesMax = 240;
 

@@ -3,17 +3,17 @@
 
 export const position = (sector, local = [0, 0, 0]) => ({sector, local});
 
-// As the server writes them: indices as strings.
+// The server's format, with indices as strings.
 export const fromJson = ({sector, local}) => ({sector: sector.map(BigInt), local});
 export const toJson = ({sector, local}) => ({sector: sector.map(String), local});
 
-// The vector from one position to the other, in metres: exact while they are near each other.
+// The vector between two positions, in metres: exact while they are near each other.
 export function between(from, to, sectorSize) {
   return to.local.map(
       (x, axis) => Number(to.sector[axis] - from.sector[axis]) * sectorSize + x - from.local[axis]);
 }
 
-// `from` moved by metres, with the displacement within its sector again.
+// `from` moved by a vector in metres, with the displacement normalised to its new sector.
 export function moved(from, way, sectorSize) {
   const sector = [...from.sector];
   const local = from.local.map((x, axis) => {
@@ -44,7 +44,7 @@ export function parseSector(text) {
 
 const superscript = (number) => [...String(number)].map((digit) => '⁰¹²³⁴⁵⁶⁷⁸⁹'[digit]).join('');
 
-// A large index as a power of two and what is beside it.
+// A large index as a power of two plus or minus the rest.
 function indexText(index) {
   const size = index < 0n ? -index : index;
   if (size < 1n << 32n) return String(index);

@@ -1,4 +1,4 @@
-// The picture: light, shadows, fog, and what stands in it.
+// The picture: light, shadows, fog, and everything drawn in it.
 import {
   Color, DirectionalLight, Fog, HemisphereLight, PCFSoftShadowMap, Raycaster, Scene, Vector2, Vector3,
   WebGLRenderer,
@@ -9,7 +9,7 @@ import {Contacts, Planet, Ray, Seams, SectorGrid} from './marks.js';
 
 const kSky = '#0e1217';
 const kSlowFrameMs = 36;
-const kSlowForMs = 1200;  // of slow frames: then the next of these is given up
+const kSlowForMs = 1200;  // of slow frames before the next economy applies
 const kEconomies = [
   (picture) => {
     picture.shadows = false;
@@ -21,7 +21,7 @@ const kEconomies = [
   (picture) => picture.ratioMax = 0.5,
 ];
 
-// Whether there is a graphics processor to draw with, as far as the browser tells.
+// Whether rendering is done by the CPU, as far as the browser tells.
 function drawsInSoftware() {
   const gl = document.createElement('canvas').getContext('webgl2');
   const told = gl?.getExtension('WEBGL_debug_renderer_info');
@@ -31,7 +31,7 @@ function drawsInSoftware() {
 }
 
 export class Picture {
-  // `detail` is "fine", with smooth edges and shadows however long that takes, or "fast"; null: as what draws can.
+  // `detail` is "fine" (smooth edges and shadows, however slow) or "fast"; null: chosen by the renderer.
   constructor(canvas, bodies, detail) {
     this.canvas = canvas;
     this.bodies = bodies;
@@ -56,12 +56,12 @@ export class Picture {
         this.seams.object, this.ray.object, this.planet.object);
     this.shadows = isFine;
     this.#economies = isFine ? 0 : 1;
-    this.mayCoarsen = detail !== 'fine';  // where drawing takes too long
+    this.mayCoarsen = detail !== 'fine';  // if drawing is too slow
     this.onTooSlow = () => {};
     this.ratioMax = 2;
   }
   #slowMs = 0;
-  #economies;  // how many have been made
+  #economies;  // number applied so far
 
   set shadows(on) {
     this.renderer.shadowMap.enabled = on;
@@ -70,11 +70,11 @@ export class Picture {
   }
   get shadows() { return this.sun.castShadow; }
 
-  // The whole way of a frame; `frameMs` is what the last one took.
+  // Draws one frame; `frameMs` is the duration of the last.
   draw(camera, view, half, frameMs) {
     const {clientWidth: width, clientHeight: height} = this.canvas;
     const ratio = Math.min(devicePixelRatio, this.ratioMax);
-    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);  // makes a new canvas
+    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);  // reallocates the canvas
     const size = this.renderer.getSize(new Vector2());
     if (size.x !== width || size.y !== height) this.renderer.setSize(width, height, false);
     const isFar = view.planet && camera.distance > 2000;
@@ -100,7 +100,7 @@ export class Picture {
     const {right, forward} = camera.directions();
     const fixed = new Vector3(0.45, 0.3, 0.84);
     const up = camera.up;
-    // Fixed to the world where that shines from above; on the far side of a planet, to the camera.
+    // The light is fixed to the world where it shines from above, and to the camera on the far side of a planet.
     const direction =
         fixed.dot(up) > 0.3 ? fixed : up.clone().addScaledVector(right, 0.5).addScaledVector(forward, -0.3);
     const width = Math.min(Math.max(camera.distance * 1.3, 6), 400);
@@ -122,7 +122,7 @@ export class Picture {
     kEconomies[this.#economies++](this);
   }
 
-  // From the eye through a point of the window, in metres from the centre of the view's sector.
+  // The ray from the eye through a point of the window, in metres from the centre of the view's sector.
   rayThrough(camera, view, {clientX, clientY}) {
     this.aim(camera, view);
     const box = this.canvas.getBoundingClientRect();
@@ -133,7 +133,7 @@ export class Picture {
     return {origin: caster.ray.origin.toArray(), direction: caster.ray.direction.toArray()};
   }
 
-  // Where a point of the world is in the window, in pixels; null behind the camera.
+  // Projects a point of the world into the window, in pixels; null if it is outside or behind the camera.
   toWindow(camera, local) {
     const point = new Vector3(...local).project(camera.three);
     if (point.z > 1 || Math.abs(point.x) > 1.1 || Math.abs(point.y) > 1.1) return null;

@@ -1,5 +1,5 @@
-// Where what is shown comes from: the cluster, by the connection, or a recording. Both hear and say the same
-// messages, so whoever listens here need not know which of them speaks.
+// The source of what is shown: the connection to the cluster, or a recording. Both accept and send the same
+// messages, so listeners need not know which is in use.
 const kMessages = ['open', 'lost', 'hello', 'world', 'view', 'bodies', 'frame', 'seams', 'status'];
 
 export class Source extends EventTarget {
@@ -15,7 +15,7 @@ export class Source extends EventTarget {
   get isOpen() { return this.#current.isOpen; }
   get bytes() { return this.#current.bytes; }
 
-  // From now on nothing is heard of the one before.
+  // Switches to another source and detaches the previous one.
   use(next) {
     for (const message of kMessages) {
       this.#current?.removeEventListener(message, this.#forward);

@@ -1,5 +1,5 @@
-// What a click into the world does: select, push, spawn, cast a ray. All by the cluster's own ray cast, so
-// that what is hit is what physics knows.
+// Click tools: select, push, spawn, cast a ray. All use the cluster's own ray cast, so a click hits the
+// physical shape.
 import {Quaternion, Vector3} from 'three';
 
 import {between, moved, toJson} from './position.js';
@@ -20,8 +20,8 @@ export class Tools {
   constructor({source, picture, camera, bodies, options, notify, select, selectPlace}) {
     Object.assign(this, {source, picture, camera, bodies, options, notify, select, selectPlace});
     this.tool = 'select';
-    this.speed = 3;  // m/s that a push gives
-    this.size = 1;   // m of what is spawned
+    this.speed = 3;  // m/s that a push adds
+    this.size = 1;   // m, of a spawned body
     this.kind = 'box';
   }
 
@@ -48,7 +48,7 @@ export class Tools {
     this.options.append(label);
   }
 
-  // What lies under the pointer, with the ray; null where nothing does.
+  // The hit under the pointer and the ray; `hit` is null if there is none.
   async #pick(event) {
     const {view} = this.bodies;
     const {origin, direction} = this.picture.rayThrough(this.camera, view, event);
@@ -77,7 +77,7 @@ export class Tools {
 
   async _push({hit, direction}) {
     const body = hit && this.bodies.look(hit.body);
-    if (body?.info.motion !== 'dynamic') return this.notify('only bodies that can move can be pushed');
+    if (body?.info.motion !== 'dynamic') return this.notify('only dynamic bodies can be pushed');
     const centre = new Vector3(...body.info.centre).applyQuaternion(new Quaternion(...body.orientation));
     const arm = between(body.position, hit, this.bodies.view.sector_size);
     await this.source.ask('push', {
@@ -96,7 +96,7 @@ export class Tools {
   }
 
   async _spawn({hit}) {
-    if (!hit) return this.notify('click on something: it is put there');
+    if (!hit) return this.notify('click a surface to place the body on it');
     const {shape, volume} = kSpawned[this.kind];
     const above = hit.normal.map((x) => x * (this.size * 0.55 + 0.01));
     const place = moved(hit, above, this.bodies.view.sector_size);
@@ -109,10 +109,10 @@ export class Tools {
     const {view} = this.bodies;
     const start = between({sector: view.sector, local: [0, 0, 0]}, from, view.sector_size);
     const reach = hit ? hit.distance : length;
-    // From a little beside the eye, so that the ray is seen from the side.
+    // Starts slightly beside the eye, so that the ray is visible from the side.
     const beside = this.camera.directions().right.multiplyScalar(0.02 * this.camera.distance).toArray();
     this.picture.ray.show(start.map((x, n) => x + beside[n]), start.map((x, n) => x + direction[n] * reach));
     this.notify(
-        hit ? `${hit.name} after ${hit.distance.toFixed(3)} m` : `nothing within ${length.toFixed(0)} m`);
+        hit ? `${hit.name} at ${hit.distance.toFixed(3)} m` : `nothing within ${length.toFixed(0)} m`);
   }
 }

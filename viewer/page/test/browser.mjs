@@ -1,17 +1,17 @@
-// A cluster with its page and a browser without a window, for tests, pictures and measurements.
+// A cluster with its web UI in a headless browser, for tests, pictures and measurements.
 import {spawn} from 'node:child_process';
 import {once} from 'node:events';
 import {createRequire} from 'node:module';
 import {join, resolve} from 'node:path';
 import {createInterface} from 'node:readline';
 
-const kPatienceMs = 120_000;              // for machines that are busy otherwise
-const kDrawingPatienceMs = 5 * kPatienceMs;  // for pictures that a processor draws
+const kPatienceMs = 120_000;              // for busy machines
+const kDrawingPatienceMs = 5 * kPatienceMs;  // for rendering on the CPU
 const [packages, programs] = [process.env.TESSERA_PAGE_PACKAGES, process.env.TESSERA_PROGRAMS];
 const puppeteer = createRequire(join(packages, 'index.js'))('puppeteer-core');
 
-// Runs a program beside the others; awaits the lines of its output that match, and gives their first groups.
-// `ended` awaits its end and gives the exit code.
+// Starts a program and waits until its output matches all patterns; returns their first groups. `ended` waits for
+// its end and returns the exit code.
 export async function start(name, args, ...patterns) {
   const child = spawn(resolve(programs, name), args, {stdio: ['ignore', 'pipe', 'inherit']});
   const exit = once(child, 'exit');
@@ -24,7 +24,7 @@ export async function start(name, args, ...patterns) {
   }
   clearTimeout(deadline);
   if (found.length < patterns.length)
-    throw new Error(`${name} ended without a word of ${patterns[found.length]}`);
+    throw new Error(`${name} ended without printing ${patterns[found.length]}`);
   child.stdout.resume();
   const stop = async (signal = 'SIGTERM') => {
     if (child.exitCode !== null || child.signalCode !== null) return;
@@ -65,7 +65,7 @@ export function openBrowser(width = 1280, height = 800) {
   });
 }
 
-// `isPatient` for large windows, which take a processor seconds to draw.
+// `isPatient` for large windows, which take seconds to render on the CPU.
 export async function openPage(browser, url, isPatient = false) {
   const page = await browser.newPage();
   page.setDefaultTimeout(isPatient ? kDrawingPatienceMs : kPatienceMs);
@@ -74,7 +74,7 @@ export async function openPage(browser, url, isPatient = false) {
   page.on('console', (message) => {
     if (message.type() === 'error') page.errors.push(message.text());
   });
-  await page.bringToFront();  // pages behind others draw nothing
+  await page.bringToFront();  // background tabs draw nothing
   await page.goto(url);
   return page;
 }

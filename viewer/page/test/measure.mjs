@@ -1,10 +1,10 @@
-// What the page costs: 10,000 bodies that move, all in view. The time of ticks (ms) and ticks per second
-// without a page, with one that draws nothing, and with one in a browser, frames and megabytes per second, and
-// pictures drawn per second, of the world as it moves and of one that stands still (`turning`): for balls that
-// roll on the ground at 60 ticks a second, and for crates that drift and turn without any weight at 30.
+// Measures the cost of the web UI with 10,000 moving bodies, all in view: tick time (ms) and ticks per second
+// without a client, with one that draws nothing, and with a browser; frames and megabytes per second; and
+// pictures drawn per second, of the moving world and of a paused one seen from a turning camera (`turning`).
+// The bodies are balls that roll on the ground at 60 ticks/s, and crates that drift and turn weightlessly at 30.
 //
 //   TESSERA_PAGE_PACKAGES=$PWD/build/release/viewer/node_modules TESSERA_PROGRAMS=build/release/bin \
-//     TESSERA_WORLDS_FOLDER=worlds node viewer/page/test/measure.mjs [rounds, else 3]
+//     TESSERA_WORLDS_FOLDER=worlds node viewer/page/test/measure.mjs [rounds, default 3]
 import {mkdtemp, rm, writeFile} from 'node:fs/promises';
 import {createRequire} from 'node:module';
 import {tmpdir} from 'node:os';
@@ -19,13 +19,13 @@ const kSeconds = 10;
 const WebSocket = createRequire(join(process.env.TESSERA_PAGE_PACKAGES, 'index.js'))('ws');
 const models = resolve(process.env.TESSERA_WORLDS_FOLDER, 'models');
 
-// All with the same velocity: they never meet.
+// All have the same velocity, so they never collide.
 function thing(model, n, place, linear, angular) {
   return `<include><uri>${models}/${model}.sdf</uri><name>${model}_${n}</name><pose>${place.join(' ')} 0 0 0</pose>
       <tessera:velocity linear="${linear}" angular="${angular.join(' ')}"/></include>`;
 }
 
-// The places of `count` things `spacing` apart, `edge` in a row.
+// Positions of `count` things `spacing` apart, `edge` in a row.
 const places = (count, edge, spacing) => Array.from({length: count}, (_, n) => [
   n % edge, Math.floor(n / edge) % edge, Math.floor(n / edge ** 2),
 ].map((place, axis) => (axis < 2 ? place - (edge - 1) / 2 : place) * spacing));
@@ -54,13 +54,13 @@ const status = async (url) => (await fetch(new URL('status', url))).json();
 
 const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 
-// {p50, p99: ms, ticks: a second} of a run at real time with `watch` going on, and what that saw.
+// {p50, p99: ms, ticks: per second} of a real-time run with `watch` in parallel, and the result of `watch`.
 async function measure(file, watch) {
   const cluster = await upCluster(file, '--servers', '2');
   try {
     const watcher = await watch(cluster.url);
     await tessera(cluster.address, 'resume');
-    await pause(4);  // until all is under way
+    await pause(4);  // until everything is running
     const {tick: before} = await status(cluster.url);
     await watcher.begin();
     await pause(kSeconds);
@@ -75,7 +75,7 @@ async function measure(file, watch) {
 
 const nobody = async () => ({begin: async () => {}, end: async () => ({}), close: async () => {}});
 
-// Takes frames as fast as they come, as a page on another machine would.
+// Receives frames as fast as they come, like a browser on another machine.
 async function reader(url) {
   const socket = new WebSocket(new URL('live', url.replace('http', 'ws')));
   let frames = 0;
@@ -97,12 +97,12 @@ async function reader(url) {
   };
 }
 
-// Pictures a second of a world that stands still, from a camera that circles it: what drawing alone takes.
+// Pictures per second of a paused world from a circling camera: the cost of drawing alone.
 const drawnWhileTurning = (page) => page.evaluate(async (seconds) => {
   const {camera, state} = window.tessera;
   const timer = setInterval(() => camera.yaw += 0.002, 15);
   const wait = (time) => new Promise((done) => setTimeout(done, 1000 * time));
-  await wait(seconds);  // until it draws no finer than it can
+  await wait(seconds);  // until the level of detail has settled
   const [before, start] = [state.framesDrawn, performance.now()];
   await wait(seconds);
   const rate = 1000 * (state.framesDrawn - before) / (performance.now() - start);
@@ -140,8 +140,8 @@ async function browserPage(url) {
 
 const kWatchers = {
   'no page': nobody,
-  'a page that draws nothing': reader,
-  'a page in a browser': browserPage,
+  'a client that draws nothing': reader,
+  'a browser': browserPage,
 };
 
 const folder = await mkdtemp(join(tmpdir(), 'tessera-page-'));

@@ -1,4 +1,4 @@
-// The page in a browser against a real cluster.
+// The web UI in a browser with a real cluster.
 import assert from 'node:assert/strict';
 import {mkdtemp, rm, writeFile} from 'node:fs/promises';
 import {tmpdir} from 'node:os';
@@ -14,7 +14,7 @@ let browser;
 let page;
 let folder;
 
-// Drawn by a processor: coarse, so that the tests take seconds.
+// Coarse, so that CPU rendering takes only seconds.
 async function goCoarsely(url) {
   await page.goto(url);
   await page.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
@@ -43,7 +43,7 @@ const selected = () => page.evaluate(() => {
 const isInState = (name) =>
     page.waitForFunction((text) => document.getElementById('state').textContent === text, {}, name);
 
-// Moves the camera to a body and waits until it has drawn what is there.
+// Moves the camera to a body and waits until the view there is drawn.
 async function jumpTo(name) {
   const drawn = await page.evaluate(async (body) => {
     await window.tessera.jump(body);
@@ -60,7 +60,7 @@ async function clickInTheMiddle() {
   await page.mouse.click(width / 2, height / 2);
 }
 
-test('shows every body of the world that can move', async () => {
+test('shows every movable body of the world', async () => {
   const expected = cluster.bodies - 1;  // the ground does not move
   await page.waitForFunction((count) => window.tessera.bodies.countMoving === count, {}, expected);
   assert.match(
@@ -90,21 +90,21 @@ async function playUntil(condition, ...args) {
   await isInState('paused');
 }
 
-// Tick by tick: what a click asked for takes effect in one of the next.
+// Steps tick by tick: a click takes effect in one of the next ticks.
 async function stepUntil(condition, ...args) {
   const deadline = Date.now() + 60_000;
   while (!await page.evaluate(condition, ...args)) {
-    assert.ok(Date.now() < deadline, `${condition} does not come true`);
+    assert.ok(Date.now() < deadline, `${condition} does not become true`);
     await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 1}));
   }
 }
 
-test('runs and pauses by its button', async () => {
+test('the button runs and pauses the world', async () => {
   const tick = await page.evaluate(() => window.tessera.bodies.tick);
   await playUntil((from) => window.tessera.bodies.tick > from + 10, tick);
 });
 
-test('a click selects a box, and another one pushes it', async () => {
+test('a click selects a box, another pushes it', async () => {
   await jumpTo('crate_face::crate');
   await page.keyboard.press('Escape');
   assert.equal(await selected(), null);
@@ -119,7 +119,7 @@ test('a click selects a box, and another one pushes it', async () => {
   await page.click('[data-tool=select]');
 });
 
-test('a click puts a body into the world', async () => {
+test('a click spawns a body', async () => {
   const count = await page.evaluate(() => window.tessera.bodies.countMoving);
   await page.click('[data-tool=spawn]');
   await clickInTheMiddle();
@@ -127,10 +127,10 @@ test('a click puts a body into the world', async () => {
   await page.click('[data-tool=select]');
 });
 
-test('shows contacts, the borders of sectors and what happens there', async () => {
+test('shows contacts, sector borders and seams', async () => {
   for (const mark of ['#gridOn', '#contactsOn', '#seamsOn']) await page.click(mark);
   await page.waitForFunction(() => window.tessera.picture.grid.object.visible);
-  // What has come to rest has no island any more.
+  // Bodies at rest have no island.
   await page.evaluate(
       () => window.tessera.connection.ask(
           'push', {body: 'tower_2::box_1', impulse: [1, 0, 0], lever: [0, 0, 0]}));
@@ -140,7 +140,7 @@ test('shows contacts, the borders of sectors and what happens there', async () =
   });
 });
 
-test('contacts are there from wherever a world is looked at that stands still', async () => {
+test('contacts of a paused world are shown from any view', async () => {
   for (const name of ['tower_1::box_1', 'crate_face::crate', 'tower_2::box_1']) {
     await page.evaluate(() => window.tessera.picture.contacts.count = -1);
     await jumpTo(name);
@@ -149,14 +149,14 @@ test('contacts are there from wherever a world is looked at that stands still', 
   }
 });
 
-test('a click on the ground tells of the sector, where sectors are shown', async () => {
+test('a click on the ground selects the sector, if sectors are shown', async () => {
   await jumpTo('crate_face::crate');
   const ground = await page.evaluate(() => {
     const {bodies, camera, picture, state} = window.tessera;
     const {position} = bodies.look(state.selected);
     const box = document.getElementById('world').getBoundingClientRect();
     const [x, y, z] = position.local;
-    picture.aim(camera, bodies.view);  // which may have come after the last picture
+    picture.aim(camera, bodies.view);  // `view` may be newer than the last picture
     const [left, top] = picture.toWindow(camera, [x, y - 2, z - 0.5]);
     return [left + box.left, top + box.top];
   });
@@ -171,8 +171,8 @@ test('a click on the ground tells of the sector, where sectors are shown', async
   await page.click('#gridOn');
 });
 
-// Where all bodies are that can move, by id, in m from the middle of sector 0, 0, 0: as they are drawn, or as
-// the cluster says.
+// The positions of all movable bodies by id, in m from the centre of sector 0, 0, 0: as drawn, or as reported
+// by the cluster.
 const places = (isDrawn) => page.evaluate(async (drawn) => {
   const {bodies, connection} = window.tessera;
   const moving =
@@ -196,7 +196,7 @@ function assertNear(found, expected) {
 
 async function dragTimeline(from, to) {
   const {x, y, width, height} = await (await page.$('#timeline')).boundingBox();
-  const at = (share) => [x + 7 + share * (width - 14), y + height / 2];  // the middle of its thumb
+  const at = (share) => [x + 7 + share * (width - 14), y + height / 2];  // the middle of the slider's thumb
   await page.mouse.move(...at(from));
   await page.mouse.down();
   await page.mouse.move(...at((from + to) / 2));
@@ -249,7 +249,7 @@ test('opens a recording, moves through it and comes back', async () => {
   assert.deepEqual([await isVisible('#player'), await isVisible('#play')], [false, true]);
 });
 
-test('says what is wrong with a file, and goes on', async () => {
+test('reports what is wrong with a file, and continues', async () => {
   const file = join(folder, 'note.mcap');
   await writeFile(file, 'precious');
   await (await page.$('#file')).uploadFile(file);
@@ -258,15 +258,15 @@ test('says what is wrong with a file, and goes on', async () => {
   await isInState('paused');
 });
 
-test('sectors 2^62 away are reached by typing them', async () => {
+test('a typed sector 2^62 away is reached', async () => {
   await page.$eval('#jumpText', (input) => input.value = '2^62, -2^62, 0');
   await page.$eval('#jump', (form) => form.requestSubmit());
   await page.waitForFunction(() => window.tessera.bodies.view.sector[0] === 1n << 62n);
   await page.waitForFunction(() => document.getElementById('where').textContent === 'sector 2⁶², −2⁶², 0');
 });
 
-test('comes back by itself after the connection was lost', async () => {
-  // Of a viewer of its own, which can be ended and started again at the same address.
+test('reconnects by itself after the connection is lost', async () => {
+  // Uses a separate viewer, which can be stopped and restarted at the same address.
   const viewer = await start(
       'tessera-viewer', ['--connect', cluster.address, '--listen', '127.0.0.1:0'], /at (http\S+)/);
   const [url] = viewer.found;
@@ -281,7 +281,7 @@ test('comes back by itself after the connection was lost', async () => {
   await tessera(cluster.address, 'step', '7');
   await page.waitForFunction((from) => window.tessera.bodies.tick === from + 7, {}, tick);
   assert.equal(
-      await page.$eval('#play', (button) => button.disabled), true, 'read-only pages have no controls');
+      await page.$eval('#play', (button) => button.disabled), true, 'the read-only web UI has no controls');
   const refused =
       await page.evaluate(() => window.tessera.connection.ask('pause').catch((error) => error.message));
   assert.match(refused, /read-only/);
@@ -289,18 +289,18 @@ test('comes back by itself after the connection was lost', async () => {
   await again.stop();
 });
 
-test('another world takes the place of the first', async () => {
+test('another world replaces the first', async () => {
   await tessera(cluster.address, 'load', join(process.env.TESSERA_WORLDS_FOLDER, 'tower.sdf'), '--replace');
   await page.waitForFunction(() => document.getElementById('worldName').textContent === 'tower');
   await page.waitForFunction(() => window.tessera.bodies.countMoving === 10);
 });
 
-test('tells when the cluster has gone', async () => {
+test('reports that the cluster has gone', async () => {
   await cluster.stop('SIGKILL');
   await page.waitForFunction(() => document.getElementById('state').className.includes('lost'));
 });
 
-test('makes no errors', () => {
+test('causes no errors', () => {
   const errors = page.errors.filter((text) => !/WebSocket|ERR_CONNECTION/.test(text));
   assert.deepEqual(errors, []);
 });

@@ -1,4 +1,4 @@
-// Positions, frames, detail and recordings, without a browser.
+// Positions, frames, levels of detail and recordings, without a browser.
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
 
@@ -8,7 +8,7 @@ import {between, fromJson, moved, parseSector, sectorText, toJson} from '../src/
 import {fileOf, kTimeStep, kTopics, recordingOf} from './recordings.mjs';
 import {sources} from './sources.mjs';
 
-// Node.js 18 has events, and no custom ones.
+// Node.js 18 has Event but no CustomEvent.
 globalThis.CustomEvent ??= class extends Event {
   constructor(type, {detail}) {
     super(type);
@@ -21,7 +21,7 @@ const {Bodies, Playback, Recording} =
 
 const far = 1n << 62n;
 
-test('sectors are read as numbers and as powers of two', () => {
+test('sectors are parsed as numbers and as powers of two', () => {
   assert.deepEqual(parseSector('1, -2 3'), [1n, -2n, 3n]);
   assert.deepEqual(parseSector('(2^62,-2^62,+0)'), [far, -far, 0n]);
   assert.deepEqual(parseSector('-2^63 9223372036854775807 0'), [-(1n << 63n), (1n << 63n) - 1n, 0n]);
@@ -50,7 +50,7 @@ test('moving and measuring are exact far away', () => {
   }
 });
 
-test('frames of bodies are read', () => {
+test('frames of bodies are decoded', () => {
   const buffer = new ArrayBuffer(24 + 4 + 8 + 12 + 16 + 4 + 1 + 1);
   const data = new DataView(buffer);
   data.setUint32(0, 1, true);
@@ -74,7 +74,7 @@ test('frames of bodies are read', () => {
       [...frame.orientations, ...frame.speeds, ...frame.servers, ...frame.asleep], [0, 0, 0, 1, 3, 2, 1]);
 });
 
-// A row of bodies along x, each of another distance and kind.
+// A row of bodies along x, of different distances and kinds.
 const kRow = [
   {id: 1, x: 2, shape: {kind: 'sphere', radius: 0.5}},
   {id: 2, x: 100, shape: {kind: 'sphere', radius: 0.5}},
@@ -107,7 +107,7 @@ function rowOfBodies() {
   return bodies;
 }
 
-// How many bodies are drawn as meshes, and how many as points.
+// The number of bodies drawn as meshes and as points.
 function drawn({group}) {
   const counts = {meshes: 0, points: 0};
   for (const {isPoints, geometry} of group.children) {
@@ -119,7 +119,7 @@ function drawn({group}) {
   return counts;
 }
 
-test('what is far away is drawn as points, but for what never moves', () => {
+test('distant bodies are drawn as points, except static ones', () => {
   const bodies = rowOfBodies();
   for (const [x, meshes, points] of [[0, 2, 3], [5000, 3, 2], [100, 2, 3], [1e6, 1, 4], [0, 2, 3]]) {
     bodies.prepare({position: {x, y: 0, z: 0}, fov: 50}, 800);
@@ -127,7 +127,7 @@ test('what is far away is drawn as points, but for what never moves', () => {
   }
 });
 
-test('bodies keep their poses and colours whatever their detail', () => {
+test('bodies keep their poses and colours at every level of detail', () => {
   const bodies = rowOfBodies();
   const look = () => kRow.map(({id}) => bodies.look(id));
   const before = look();
@@ -138,8 +138,7 @@ test('bodies keep their poses and colours whatever their detail', () => {
   }
 });
 
-// --- recordings: a ball that falls 1 cm a tick on a plane, 2^62 sectors away, and a crate that comes later
-// ---
+// --- recordings: a ball that falls 1 cm per tick above a plane, 2^62 sectors away, and a crate added later ---
 
 const kBall = 5;
 const kCrate = 9;
@@ -202,7 +201,7 @@ function fallingBall({ticks = kTicks, every = 1, weight = 0} = {}) {
   return messages;
 }
 
-// A page of its own: what it was told last of everything.
+// A stand-in for the web UI that keeps the last message of each type.
 async function playbackOf(messages, options) {
   const playback =
       new Playback(await Recording.open(await recordingOf(messages, options)), () => ({hit: false}));
@@ -223,7 +222,7 @@ const placeOf = (frame, id) => {
   return n < 0 ? null : [...frame.positions.subarray(3 * n, 3 * n + 3)];
 };
 
-test('a recording says which world it is of, and shows it from its first tick', async () => {
+test('a recording names its world and starts at its first tick', async () => {
   const {playback, heard, last} = await playbackOf(fallingBall());
   assert.deepEqual([heard.world, heard.hello], [{world: 'test'}, {read_only: true}]);
   assert.equal(heard.status.status.state, 'recording');
@@ -245,7 +244,7 @@ test('a recording says which world it is of, and shows it from its first tick', 
   assert.deepEqual(playback.counts, {bodies: 1, awake: 1, statics: 1});
 });
 
-test('any tick is reached from any other, with the bodies that are there then', async () => {
+test('any tick is reached from any other, with the bodies of that tick', async () => {
   const {playback, heard, last} = await playbackOf(fallingBall(), {chunkSize: 1000});
   lookHome(playback);
   for (const tick of [77, 3, kTicks, 59, kCrateComes, 0]) {
@@ -266,7 +265,7 @@ test('any tick is reached from any other, with the bodies that are there then', 
   assert.deepEqual(heard.failures, []);
 });
 
-test('steps go to the ticks that were recorded', async () => {
+test('steps go to recorded ticks', async () => {
   const {playback, last} = await playbackOf(fallingBall({every: 4}), {metadata: {every_ticks: '4'}});
   lookHome(playback);
   await playback.seek(50);
@@ -284,7 +283,7 @@ test('steps go to the ticks that were recorded', async () => {
   assert.equal(last().tick, kTicks);
 });
 
-test('plays at its speed up to the end, and from the beginning again', async () => {
+test('plays at its speed to the end, then again from the beginning', async () => {
   const {playback, heard, last} = await playbackOf(fallingBall(), {chunkSize: 3000});
   lookHome(playback);
   const moved = (until) => new Promise((done) => playback.addEventListener('moved', () => until() && done()));
@@ -293,7 +292,7 @@ test('plays at its speed up to the end, and from the beginning again', async () 
     const arrived = moved(() => playback.tick >= Math.min(to, kTicks));
     playback.advance(seconds);
     await arrived;
-    await new Promise(setImmediate);  // until it waits for more
+    await new Promise(setImmediate);  // until it waits for more time
   };
   playback.play();
   await go(0.1);
@@ -306,13 +305,13 @@ test('plays at its speed up to the end, and from the beginning again', async () 
   const ended = moved(() => !playback.isPlaying);
   await go(0.25);
   await ended;
-  assert.deepEqual([last().tick, heard.frames.length], [kTicks, 1], 'those between are left out');
+  assert.deepEqual([last().tick, heard.frames.length], [kTicks, 1], 'intermediate ticks are skipped');
   playback.play();
   await playback.seek(0);
   assert.deepEqual([playback.isPlaying, last().tick], [true, 0]);
 });
 
-test('only what is near is seen, and the view moves with the camera', async () => {
+test('only what is near is visible, and the view moves with the camera', async () => {
   const {playback, heard, last} = await playbackOf(fallingBall());
   lookHome(playback);
   await playback.seek(kTicks);
@@ -345,11 +344,11 @@ test('places and bodies are found, and nothing can be changed', async () => {
     assert.deepEqual(
         await playback.ask('find', {body}), {sector, local: [-63, 1, 0], body: kCrate, name: 'crate'});
   }
-  await assert.rejects(playback.ask('find', {body: 'nobody'}), /no body is called "nobody"/);
+  await assert.rejects(playback.ask('find', {body: 'nobody'}), /no body is named "nobody"/);
   await assert.rejects(playback.ask('push', {body: kBall}), /recordings cannot be changed/);
 });
 
-test('of a large file only what is shown is read', async () => {
+test('only the shown part of a large file is read', async () => {
   const messages = fallingBall({ticks: 1200, weight: 10_000});
   const file = await recordingOf(messages, {chunkSize: 10_000});
   const recording = await Recording.open(file);
@@ -361,7 +360,7 @@ test('of a large file only what is shown is read', async () => {
   assert.ok(Math.max(...read) < file.size / 4, `${read} of ${file.size} bytes`);
 });
 
-test('files that are no recordings are refused by name', async () => {
+test('files that are not recordings are refused, with their name', async () => {
   const refuses = async (file, message) => assert.rejects(Recording.open(await file), {message});
   await refuses(fileOf(), 'test.mcap is not an MCAP file');
   await refuses(fileOf('precious'), 'test.mcap is not an MCAP file');
@@ -379,7 +378,7 @@ test('files that are no recordings are refused by name', async () => {
   await refuses(recordingOf([]), `${kNoWorld}: it has no ticks`);
 });
 
-test('damage within a recording is told when it is met', async () => {
+test('damage within a recording is reported when it is reached', async () => {
   const whole = new Uint8Array(await (await recordingOf(fallingBall(), {chunkSize: 2000})).arrayBuffer());
   const damaged = whole.slice();
   damaged.fill(0, whole.length >> 1, (whole.length >> 1) + 2000);
@@ -391,7 +390,7 @@ test('damage within a recording is told when it is met', async () => {
   for (let tick = 0; tick <= kTicks && failures.length === 0; tick += 5) await playback.seek(tick);
   assert.equal(failures.length, 1);
   await playback.seek(kTicks);
-  assert.equal(playback.tick, kTicks, 'the rest can be seen');
+  assert.equal(playback.tick, kTicks, 'the rest can be shown');
   const foot = whole.slice();
   foot.fill(0, whole.length - 200, whole.length - 100);
   await assert.rejects(Recording.open(fileOf(foot)), /^Error: test.mcap is damaged: /);

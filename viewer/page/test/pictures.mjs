@@ -1,10 +1,10 @@
-// The pictures of docs/viewer.md, taken in a browser:
+// Takes the pictures of docs/viewer.md in a browser:
 //
 //   TESSERA_PAGE_PACKAGES=$PWD/build/release/viewer/node_modules TESSERA_PROGRAMS=build/release/bin \
 //     TESSERA_WORLDS_FOLDER=worlds TESSERA_RECORD=$PWD/build/release/client_sdk/python/environment/bin/tessera-record \
 //     node viewer/page/test/pictures.mjs docs/pictures [NAME ...]
 //
-// NAMES of worlds below: only their pictures.
+// With NAMEs of worlds below, takes only their pictures.
 import {mkdtemp, rm} from 'node:fs/promises';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
@@ -16,7 +16,7 @@ const world = (name) => join(process.env.TESSERA_WORLDS_FOLDER, name);
 
 const browser = await openBrowser(1440, 900);
 
-// Waits until what the camera asked for is there and has been drawn a few times.
+// Waits until the requested view has arrived and been drawn a few times.
 async function settle(page) {
   await page.evaluate(() => {
     const {state} = window.tessera;
@@ -30,7 +30,7 @@ async function settle(page) {
   });
 }
 
-// A processor takes seconds to draw as finely as pictures are: only they are, and of worlds that stand still.
+// Rendering in full detail takes seconds on the CPU: only the pictures use it, of paused worlds.
 const draw = (page, isFine) => page.evaluate(
     (fine) =>
         Object.assign(window.tessera.picture, {shadows: fine, ratioMax: fine ? 1 : 0.1}),

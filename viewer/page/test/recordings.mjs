@@ -1,4 +1,4 @@
-// Small recordings, made with the libraries that Foxglove reads them with.
+// Small recordings, written with Foxglove's own libraries.
 import {execFileSync} from 'node:child_process';
 import {mkdtempSync, readFileSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
@@ -35,7 +35,7 @@ export const kTopics = {
 };
 export const kTimeStep = 1 / 60;
 
-// A zstd frame of blocks that are not compressed.
+// A zstd frame of uncompressed blocks.
 function stored(data) {
   const kBlock = 1 << 17;
   const head = Buffer.from([0x28, 0xb5, 0x2f, 0xfd, 0xa0, 0, 0, 0, 0]);
@@ -61,7 +61,7 @@ class Bytes {
   }
 }
 
-// A File of these messages, [tick, topic, content] each, ascending by tick.
+// A File with these messages, as [tick, topic, content], ascending by tick.
 export async function recordingOf(
     messages, {topics = kTopics, metadata = {}, settings = {}, chunkSize = 1 << 16} = {}) {
   const writable = new Bytes();

@@ -1,4 +1,4 @@
-// Modules of the page for tests in node, bundled as they are for browsers.
+// Modules of the web UI for tests in node, bundled as for browsers.
 import {createRequire} from 'node:module';
 import {dirname, join} from 'node:path';
 import {fileURLToPath} from 'node:url';
@@ -6,7 +6,7 @@ import {fileURLToPath} from 'node:url';
 export const packages = createRequire(join(process.env.TESSERA_PAGE_PACKAGES, 'index.js'));
 const folder = join(dirname(fileURLToPath(import.meta.url)), '..', 'src');
 
-// All that the modules of these names export.
+// All exports of the named modules.
 export async function sources(...names) {
   const {outputFiles: [{text}]} = await packages('esbuild').build({
     stdin: {contents: names.map((name) => `export * from './${name}';`).join('\n'), resolveDir: folder},

@@ -1,8 +1,8 @@
-// The states of bodies as a recording has them (tessera.v1.BodyBatch), read into arrays: with thousands of
-// them in every tick, one object for each message within would take most of the time.
+// The body states of a recording (tessera.v1.BodyBatch), decoded into arrays: with thousands of them in every
+// tick, one object for each nested message would take most of the time.
 import {BinaryReader} from '@bufbuild/protobuf/wire';
 
-// Calls `take(field)` for each field of a message that ends there; those for which it says no are left out.
+// Calls `take(field)` for each field of the message that ends at `end`; skips those for which it returns false.
 function readUntil(end, reader, take) {
   while (reader.pos < end) {
     const [field, type] = reader.tag();
@@ -91,7 +91,7 @@ export class BodyStates {
       if (field === 1) {
         this.#readPosition(reader, n);
       } else if (field === 2) {
-        this.orientations[4 * n + 3] = 0;  // numbers that are zero are left out
+        this.orientations[4 * n + 3] = 0;  // protobuf omits zeros
         readVector(reader, this.orientations, 4 * n, 4, reader.double);
       } else {
         return false;

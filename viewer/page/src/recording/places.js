@@ -1,5 +1,5 @@
-// Where in a recording there is something to see: clusters of sectors with bodies, like those that
-// tessera-viewer tells of a cluster (viewer/places.cc).
+// Places of interest in a recording: clusters of sectors with bodies, as tessera-viewer finds them in a live
+// world (viewer/places.cc).
 import {between, moved} from '../position.js';
 
 const kPlacesMax = 200;
@@ -18,7 +18,7 @@ function bySector(states) {
   return sectors;
 }
 
-// Takes the sector of that key and all that hang together with it out of `sectors`.
+// Removes the sector with this key and all sectors connected to it from `sectors`.
 function takeCluster(sectors, first) {
   const cluster = [];
   const take = (key) => {
@@ -53,8 +53,8 @@ function placeOf(cluster, sectorSize) {
   return {...centre, half, bodies: count, sectors: cluster.length, first};
 }
 
-// Sectors with bodies that touch, also at a corner, are one place: a position, in m how far bodies are from
-// it along an axis at most, how many they are, the smallest id. Those with the most bodies first.
+// Adjacent sectors with bodies, also at a corner, form one place: its centre, the largest distance of a body
+// from it along an axis (m), the number of bodies, the smallest id. Places with the most bodies come first.
 export function placesOf(states, sectorSize) {
   const sectors = bySector(states);
   const places = [];

@@ -7,7 +7,7 @@ import {placesOf} from './places.js';
 import {RecordedView} from './recorded_view.js';
 import {kBodies, kContacts, kStatics} from './recording.js';
 
-const kBehindMax = 0.25;  // s of the wall clock: what is not made up for
+const kBehindMax = 0.25;  // s of wall-clock time; a longer delay is not caught up
 const kRounding = 1e-6;   // ticks
 const kStatusEveryMs = 250;
 const kNothing = new BodyStates(0);
@@ -19,18 +19,18 @@ export class Playback extends EventTarget {
   #wantsContacts = false;
   #bodies = kNothing;  // at this tick
   #statics = kNothing;
-  #contacts = null;    // the last that were read
-  #told = new Set();   // ids of bodies that were introduced
-  #shown = new Set();  // and of those in the last frame
-  #stream = null;      // the messages after this tick, as far as they were played
-  #pending = null;     // the one that comes next of it
+  #contacts = null;    // last read
+  #told = new Set();   // ids of bodies already described
+  #shown = new Set();  // ids in the last frame
+  #stream = null;      // the messages after this tick
+  #pending = null;     // the next message of #stream
   #clock = 0;          // in ticks
-  #behind = 0;         // s of the wall clock
-  #statusSaid = 0;     // ms of it
-  #waiting = null;     // what to do next
+  #behind = 0;         // s of wall-clock time to catch up
+  #statusSaid = 0;     // ms of wall-clock time
+  #waiting = null;     // the next task
   #working = null;
 
-  // `pick` finds what is drawn under a ray: as Bodies.pick().
+  // `pick` finds the body that a ray hits, like Bodies.pick().
   constructor(recording, pick) {
     super();
     this.#recording = recording;
@@ -56,7 +56,7 @@ export class Playback extends EventTarget {
     await this.seek(this.#recording.first);
   }
 
-  // --- what the page says ---
+  // --- messages from the web UI ---
 
   send({type, on, half, ...place}) {
     if (type === 'look') this.#look(fromJson(place), half);
@@ -87,7 +87,7 @@ export class Playback extends EventTarget {
           return {...toJson(states.positionOf(n)), body: states.ids[n], name};
       }
     }
-    throw new Error(`no body is called "${wanted}" at this tick`);
+    throw new Error(`no body is named "${wanted}" at this tick`);
   }
 
   // --- time ---
@@ -107,10 +107,10 @@ export class Playback extends EventTarget {
     this.#say('moved');
   }
 
-  // Goes to the last tick that was recorded at `tick` or before.
+  // Goes to the last recorded tick at or before `tick`.
   seek(tick) { return this.#do(() => this.#goTo(tick)); }
 
-  // To the tick before (-1) or after (1) this one.
+  // Goes to the previous (-1) or next (1) tick.
   step(way) {
     this.pause();
     return this.#do(async () => {
@@ -120,14 +120,14 @@ export class Playback extends EventTarget {
     });
   }
 
-  // So many s of the wall clock have gone.
+  // `seconds` of wall-clock time have passed.
   advance(seconds) {
     if (!this.isPlaying) return;
     this.#behind = Math.min(this.#behind + seconds, kBehindMax);
     if (!this.#working) this.#do(() => this.#goOn());
   }
 
-  // One thing at a time; of those that wait the newest.
+  // Runs one task at a time; a newer task replaces the one that waits.
   #do(work) {
     this.#waiting = work;
     this.#working ??= this.#work();
@@ -182,7 +182,7 @@ export class Playback extends EventTarget {
     return this.#pending;
   }
 
-  // --- what the page is told ---
+  // --- messages to the web UI ---
 
   async #show(messages, isJump) {
     for (const message of messages) {

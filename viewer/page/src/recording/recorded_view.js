@@ -1,5 +1,5 @@
-// The view of a recording: relative to the sector of the camera, and only what is near enough, like the view
-// of a cluster (viewer/page_view.cc).
+// The view of a recording: relative to the camera's sector, and only what is near it, like the view of a
+// cluster (viewer/page_view.cc).
 import {Quaternion, Vector3} from 'three';
 
 import {drawnAs, radiusOf} from '../geometry.js';
@@ -7,13 +7,13 @@ import {between} from '../position.js';
 
 import {positionOf, vectorOf} from './words.js';
 
-const kNoServer = 255;  // nobody recorded which one has a body
+const kNoServer = 255;  // recordings do not say which server hosts a body
 const kEnd = 2;         // the phase of a contact that ends
 
 const turned = (vector, ...orientations) =>
     orientations.reduce((v, q) => v.applyQuaternion(new Quaternion(...q)), new Vector3(...vector));
 
-// Moves a body along its plane until the plane's own origin is the point of it that is next to zero.
+// Moves a body along its plane so that the plane's origin is its point closest to zero.
 function slidToZero(local, orientation, part) {
   const normal = turned(part.normal, part.orientation, orientation);
   const origin = turned(part.position, orientation);
@@ -21,7 +21,7 @@ function slidToZero(local, orientation, part) {
   return normal.multiplyScalar(height).sub(origin).toArray();
 }
 
-// What all frames of bodies have, with room for so many.
+// An empty frame with room for `room` bodies.
 const emptyFrame = (tick, room) => ({
   kind: 'bodies',
   tick,
@@ -39,13 +39,13 @@ const emptyFrame = (tick, room) => ({
 export class RecordedView {
   #radii = new Map();  // of shapes, in m
 
-  // `focus` is a position of the world; what is farther than `half` m from it along an axis is not seen.
+  // `focus` is a position of the world; only what is within `half` m of it along each axis is visible.
   constructor(recording, focus, half) {
     Object.assign(this, {recording, focus, half});
     this.origin = {sector: focus.sector, local: [0, 0, 0]};
   }
 
-  // The sector that points count from, which way is up there, and the planet where there is one.
+  // The sector that points are relative to, the up direction there, and the planet if there is one.
   describe() {
     const {sectorSize, gravity} = this.recording.settings;
     const view = {sector: this.focus.sector.map(String), sector_size: sectorSize};
@@ -61,7 +61,7 @@ export class RecordedView {
     return view;
   }
 
-  // A frame (frame.js) with the bodies that are seen.
+  // A frame (frame.js) with the visible bodies.
   see(bodies, statics) {
     const frame = emptyFrame(bodies.tick, bodies.count + statics.count);
     for (const states of [bodies, statics]) {
@@ -71,7 +71,7 @@ export class RecordedView {
     return frame;
   }
 
-  // Likewise, with the contacts of a tessera.v1.ContactBatch that go on.
+  // A frame with the visible contacts of a tessera.v1.ContactBatch that have not ended.
   seeContacts(tick, contacts) {
     const seen = contacts.map((contact) => ({...contact, local: this.#offset(positionOf(contact.position))}))
                      .filter(({phase, local}) => phase !== kEnd && this.#reaches(local, 0));

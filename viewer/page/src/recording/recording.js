@@ -20,7 +20,7 @@ const kTypes = {
 };
 const kMetadata = 'tessera';
 
-// A file in the reader's interface, which counts the bytes read.
+// Adapts a file to the reader's interface and counts the bytes read.
 class ReadableBlob {
   constructor(blob) {
     this.blob = blob;
