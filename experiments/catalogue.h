@@ -1,4 +1,4 @@
-// The experiments that `tessera experiment` offers, besides that of the seams, which needs servers.
+// The experiments of `tessera experiment`, except `seams`, which needs servers.
 #pragma once
 
 #include <functional>
@@ -13,15 +13,15 @@ namespace tessera {
 struct ExperimentOptions {
   Precision precision = Precision::kFloat32;
   bool quick = false;
-  std::string worlds;  // folder of worlds of other projects; empty: there are none
+  std::string worlds;  // folder with worlds of other projects; empty: none
 };
 
 struct Experiment {
   std::string name;
   std::string about;  // one sentence
 
-  // In a process that has loaded no engine, or that of `options.precision`. Errors: CANCELLED, those of the
-  // worlds.
+  // Call in a process that has loaded no engine, or the one for `options.precision`. Errors: CANCELLED, those
+  // of the worlds.
   std::function<absl::StatusOr<Report>(const ExperimentOptions& options, const Progress& progress)> measure;
 };
 

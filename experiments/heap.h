@@ -8,13 +8,13 @@
 
 namespace tessera {
 
-// What is allocated and not freed.
+// Bytes allocated and not freed.
 inline std::size_t heap_bytes() {
   const struct mallinfo2 info = mallinfo2();
   return info.uordblks + info.hblkhd;
 }
 
-// The most that was in memory at any time.
+// Peak resident memory.
 inline std::size_t peak_bytes() {
   constexpr std::size_t kUnit = 1024;
   rusage usage{};

@@ -1,4 +1,4 @@
-// tessera-experiments: what Tessera claims, measured. `tessera experiment` runs it.
+// tessera-experiments: measures what Tessera claims. `tessera experiment` runs it.
 #include <absl/strings/str_format.h>
 #include <malloc.h>
 
@@ -35,7 +35,7 @@ std::vector<Precision> precisions(const CommandOptions& options) {
 
 void print(const Report& report) {
   constexpr int kDigits = 4;
-  constexpr std::size_t kRowsMax = 400;  // what a person might read
+  constexpr std::size_t kRowsMax = 400;  // more are not printed
   for (const Table& rows : report.tables) {
     const bool printed = rows.rows.size() <= kRowsMax;
     absl::PrintF("%s\n%s\n", cli::coloured(rows.name, cli::Colour::kBold),
@@ -83,11 +83,11 @@ void add_experiment(CLI::App& app, const Experiment& experiment, cli::Action& ac
       app, experiment.name, experiment.about,
       absl::StrFormat("tessera experiment %s --quick --json %s.json", experiment.name, experiment.name));
   const auto options = std::make_shared<CommandOptions>();
-  add_parsed(command, "--engine", options->precision, cli::parse_precision, "f32 or f64; both if not given");
+  add_parsed(command, "--engine", options->precision, cli::parse_precision, "f32 or f64; default: both");
   command.add_flag("--quick", options->quick, "fewer or shorter runs");
   add_parsed(command, "--json", options->json, cli::parse_output_file, "write all tables to this file");
   add_parsed(command, "--csv", options->csv, cli::parse_output_file,
-             "write the rows to this file, other tables to FILE_table beside it");
+             "write the rows to this file, other tables to FILE_table next to it");
   command.callback([&experiment, options, &action] {
     action = [&experiment, options] { return measure(experiment, *options); };
   });
@@ -107,7 +107,7 @@ int run(int argc, char** argv) {
 }  // namespace tessera::experiments
 
 int main(int argc, char** argv) {
-  // What a tick frees, the next one wants again: keep it instead of handing it to the kernel and back.
+  // Keep freed memory for the next tick instead of returning it to the kernel.
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
   return tessera::experiments::run(argc, argv);
 }

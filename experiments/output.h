@@ -1,4 +1,4 @@
-// Where experiments write what they measured.
+// Output files of experiments.
 #pragma once
 
 #include <filesystem>
@@ -6,7 +6,7 @@
 
 namespace tessera::experiments {
 
-// FILE_name.csv beside FILE.csv, for tables besides the main one.
+// FILE_name.csv next to FILE.csv, for tables other than the main one.
 std::filesystem::path beside(const std::filesystem::path& file, const std::string& name);
 
 }  // namespace tessera::experiments

@@ -1,4 +1,4 @@
-// Rows of the experiment say what happened, whatever that is.
+// Rows of the experiment describe what happened, including crashes and refusals.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ Scene scene_of(const std::string& group, const std::string& name) {
   return found == scenes.end() ? Scene() : *found;
 }
 
-// A ball that falls for some ticks.
+// A ball that falls for a few ticks.
 Scene falling(const Figure& figure) {
   Scene scene;
   scene.group = "test";
@@ -119,7 +119,7 @@ TEST(ExtremesExperiment, FarAwayIsAsAtTheOrigin) {
   EXPECT_EQ(row["within"], true);
   EXPECT_EQ(row["figure"], 0.0);
   EXPECT_EQ(row["ticks"], scene.quick_ticks);
-  // A body that is not where it is at the origin is noticed.
+  // A body that moves differently from the scene at the origin is detected.
   scene.world = [far = scene.world](const WorldSettings& settings) {
     WorldDescription world = far(settings);
     world.bodies.back().pose.position.local.x() += 1e-5;

@@ -19,7 +19,7 @@
 namespace tessera::extremes {
 namespace {
 
-// s of a processor, whatever else this machine does; some times what the slowest scenes need.
+// Processor time in s, independent of other load; several times what the slowest scenes need.
 constexpr rlim_t kSecondsMax = 60;
 constexpr rlim_t kQuickSecondsMax = 8;
 
@@ -44,7 +44,7 @@ Moment moment_of(const Simulation& simulation, const WorldDescription& world, st
   return moment;
 }
 
-// A scene on its way.
+// A running scene.
 class Run {
  public:
   Run(const Scene& scene, const WorldDescription& world, Simulation& simulation)
@@ -130,7 +130,7 @@ Report measure(const Scene& scene, const ExperimentOptions& options) {
 Report measure_apart(const Scene& scene, const ExperimentOptions& options) {
   const Stopwatch watch;
   absl::StatusOr<Report> report = in_own_process([&]() -> absl::StatusOr<Report> {
-    // Whoever started this process waits for its end, and hears of an interrupt itself.
+    // The parent process waits for the end of this one and handles interrupts itself.
     std::signal(SIGINT, SIG_DFL);
     std::signal(SIGTERM, SIG_DFL);
     const rlim_t seconds = options.quick ? kQuickSecondsMax : kSecondsMax;

@@ -42,7 +42,7 @@ void measure_stretch(Scene& scene, double length) {
   scene.figure = [length](const Moment&, const Moment& now) {
     return std::max(0.0, now.positions.back().norm() - length) / length;
   };
-  scene.unit = "of its length longer";
+  scene.unit = "relative elongation";
   scene.bound = 0.01;
   scene.holds = "The chain keeps its length.";
   scene.fails = "The chain stretches.";

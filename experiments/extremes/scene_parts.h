@@ -1,4 +1,4 @@
-// What scenes of several groups are made of.
+// Building blocks of scenes in several groups.
 #pragma once
 
 #include "experiments/extremes/scene.h"
@@ -8,14 +8,14 @@ namespace tessera::extremes {
 WorldSettings sleepless(WorldSettings settings);
 WorldSettings weightless(WorldSettings settings);  // and sleepless
 
-// The world under settings of its own, but for the precision.
+// The world with its own settings, except the precision.
 Build with_settings(const WorldSettings& own, Build world);
 
-// A world that there must not be.
+// A world that must be refused.
 Scene refused_scene(const std::string& group, const std::string& name, Build world, const std::string& fails);
 
-// Measures by which share a chain of `length` m is longer: its last body is on a ball around the world's
-// origin, where it hangs.
+// Measures the relative elongation of a chain of `length` m, which hangs from the world's origin, by the
+// distance of its last body.
 void measure_stretch(Scene& scene, double length);
 
 }  // namespace tessera::extremes

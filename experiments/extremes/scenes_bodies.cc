@@ -1,4 +1,4 @@
-// What bodies are: ratios of masses and sizes.
+// Ratios of masses and sizes.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -15,9 +15,9 @@ namespace {
 
 // --- masses ---
 
-constexpr double kTolerance = 0.05;  // of the size of what stands or hangs
+constexpr double kTolerance = 0.05;  // relative to the size of the stack or chain
 
-// Boxes of 1 m, from the lowest one on; `masses` in kg.
+// Boxes of 1 m, from the bottom up; `masses` in kg.
 WorldDescription stack(const WorldSettings& settings, const std::vector<double>& masses) {
   WorldBuilder builder(settings);
   builder.add_floor(20, 0);
@@ -39,14 +39,14 @@ Scene stack_scene(const std::string& name, const std::vector<double>& masses) {
   scene.unit = "m moved";
   scene.bound = kTolerance;
   scene.holds = "The stack stands.";
-  scene.fails = "The stack sinks in, leans or falls.";
+  scene.fails = "The stack sinks, leans or falls.";
   return scene;
 }
 
 constexpr int kLinks = 10;
 constexpr double kChain = kLinks * kChainLink;  // m
 
-// Links of 1 kg with a load of `mass` kg at the end, along `way` from the world's origin.
+// Links of 1 kg with a load of `mass` kg at the end, along direction `way` from the world's origin.
 WorldDescription loaded_chain(const WorldSettings& settings, double mass, const Eigen::Vector3d& way) {
   WorldBuilder builder(settings);
   const std::string last = builder.add_chain(kLinks, Eigen::Vector3d::Zero(), way);
@@ -88,10 +88,10 @@ WorldSettings with_wide_sectors(const WorldSettings& given) {
   return settings;
 }
 
-// kg; of water where that is allowed.
+// kg; with the density of water within the limits on masses.
 double mass_of(double size) { return std::clamp(1000 * size * size * size, kMassMin, kMassMax); }
 
-// Cubes of all sizes, side by side or each on the next larger one.
+// Cubes of all sizes, side by side or stacked with the largest at the bottom.
 WorldDescription cubes(const WorldSettings& given, bool stacked) {
   WorldBuilder builder(with_wide_sectors(given));
   builder.add("ground", builder.shape(Plane{}), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
@@ -116,10 +116,10 @@ void add_cubes(std::vector<Scene>& scenes, bool stacked) {
     scene.figure = [i](const Moment& start, const Moment& now) {
       return (now.positions[i] - start.positions[i]).norm() / kSizes[i];
     };
-    scene.unit = "of its size moved";
+    scene.unit = "m moved per m of size";
     scene.bound = kTolerance;
-    scene.holds = "It rests where it was put.";
-    scene.fails = "It does not stay where it was put.";
+    scene.holds = "It stays in place.";
+    scene.fails = "It does not stay in place.";
     scenes.push_back(scene);
   }
 }
@@ -143,10 +143,10 @@ Scene beam() {
   scene.ticks = 1200;
   scene.quick_ticks = 300;
   scene.figure = [](const Moment& start, const Moment& now) { return farthest(start, now) / kThickness; };
-  scene.unit = "of its thickness moved";
+  scene.unit = "m moved per m of thickness";
   scene.bound = kTolerance;
   scene.holds = "The beam rests on its cubes.";
-  scene.fails = "The beam sinks in or falls off.";
+  scene.fails = "The beam sinks or falls off.";
   return scene;
 }
 
@@ -157,7 +157,7 @@ Scene larger_than_a_sector() {
     return builder.world();
   };
   return refused_scene("size", "cube_larger_than_a_sector", world,
-                       "It runs, though contacts beyond the neighbours would be missed.");
+                       "It runs, although contacts beyond neighbouring sectors would be missed.");
 }
 
 }  // namespace

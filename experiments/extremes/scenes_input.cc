@@ -1,4 +1,4 @@
-// Numbers at the ends of their range: the world is refused with a message, or it runs and no number is lost.
+// Numbers at the limits of their range: the world is refused with a message, or runs without losing a number.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 using Limits = std::numeric_limits<double>;
 
-// A box on a floor with a slider at its side.
+// A box on a floor with a slider beside it.
 WorldDescription small_world(const WorldSettings& settings) {
   WorldBuilder builder(settings);
   builder.add_floor(10, 0);
@@ -24,13 +24,13 @@ WorldDescription small_world(const WorldSettings& settings) {
   return builder.world();
 }
 
-// A body may be stopped once, which is reported; one that is stopped again and again does not run.
+// A body may be stopped once, which is reported; being stopped repeatedly is a failure.
 double numbers_lost_or_stops(const Moment& start, const Moment& now) {
   const double stopped_again = static_cast<double>(now.stopped) - static_cast<double>(now.bodies.size());
   return numbers_lost(start, now) + std::max(0.0, stopped_again);
 }
 
-// Puts one number into the world.
+// Sets one number of the world.
 using Change = std::function<void(WorldDescription& world, double number)>;
 
 BodyDescription& box(WorldDescription& world) { return world.bodies[1]; }
@@ -134,7 +134,7 @@ const std::pair<const char*, Change> kChanges[] = {
 const std::pair<const char*, double> kNumbers[] = {
     {"denormal", Limits::denorm_min()},  // of double
     {"denormal_in_f32", 1e-40},
-    {"huge_in_f32", 1e30},  // its square is no number of f32
+    {"huge_in_f32", 1e30},  // its square overflows f32
     {"huge", Limits::max()},
     {"huge_negative", Limits::lowest()},
     {"no_number", Limits::quiet_NaN()},
@@ -151,14 +151,14 @@ Scene input_scene(const std::string& name, const std::function<void(WorldDescrip
   };
   scene.ticks = scene.quick_ticks = 120;
   scene.figure = numbers_lost_or_stops;
-  scene.unit = "numbers lost, or stops again";
+  scene.unit = "numbers lost, or repeated stops";
   scene.holds = "It runs.";
-  scene.fails = "It loses numbers, or is stopped again and again.";
+  scene.fails = "It loses numbers, or is stopped repeatedly.";
   scene.may_be_refused = true;
   return scene;
 }
 
-// What a coordinator lets through, to the box.
+// Commands for the box that a coordinator accepts.
 Scene command_scene(const std::string& name, const Command& command) {
   Scene scene = input_scene(name, [](WorldDescription&) {});
   scene.commands = {command};

@@ -1,4 +1,4 @@
-// What comes of a great many ticks in one run.
+// Runs of very many ticks.
 #include <absl/strings/str_cat.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ Scene long_scene(const std::string& name, Build world) {
   return scene;
 }
 
-// From where it has settled: nothing pushes it, so that it has no reason to move.
+// Starts after it has settled: nothing pushes it, so it must not move.
 Scene rest_scene(const std::string& name, int boxes) {
   Scene scene = long_scene(name, [boxes](const WorldSettings& settings) {
     return tower_world(settings, boxes, Eigen::Vector3d::Zero());
@@ -34,12 +34,12 @@ Scene rest_scene(const std::string& name, int boxes) {
   scene.figure = farthest;
   scene.unit = "m crept";
   scene.bound = 0.01;
-  scene.holds = "It stays where it is.";
-  scene.fails = "It creeps, though nothing pushes it.";
+  scene.holds = "It stays in place.";
+  scene.fails = "It creeps, although nothing pushes it.";
   return scene;
 }
 
-constexpr double kSwing = 0.25;  // m, of the pendulum's centre at the start above where it is lowest
+constexpr double kSwing = 0.25;  // m, height of the pendulum's centre at the start above its lowest point
 
 Scene pendulum_scene() {
   Scene scene = long_scene("pendulum_keeps_its_energy", [](const WorldSettings& settings) {
@@ -47,14 +47,14 @@ Scene pendulum_scene() {
   });
   scene.warm_up = 0;
   scene.figure = energy_change(kStandardGravity);
-  scene.unit = "of its energy changed";
+  scene.unit = "relative energy change";
   scene.bound = 0.05;
-  scene.holds = "It swings on.";
-  scene.fails = "It swings with another energy than it had.";
+  scene.holds = "It keeps its energy.";
+  scene.fails = "Its energy changes.";
   return scene;
 }
 
-// A ball between two walls on either side of a border: homes, clones and contacts come and go.
+// A ball between two walls on either side of a border: its home changes, clones and contacts come and go.
 Scene memory_scene() {
   Scene scene = long_scene("ball_over_a_seam_keeps_its_memory", [](const WorldSettings& given) {
     WorldBuilder builder(weightless(given));
@@ -70,7 +70,7 @@ Scene memory_scene() {
     return (static_cast<double>(now.heap_bytes) - static_cast<double>(start.heap_bytes)) / 1000;
   };
   scene.unit = "kB more";
-  scene.bound = 64;  // what allocators and the sizes of hash tables may come to, but not a byte a tick
+  scene.bound = 64;  // room for allocators and growing hash tables, but less than one byte per tick
   scene.holds = "Its memory does not grow over time.";
   scene.fails = "Its memory keeps growing.";
   return scene;

@@ -23,13 +23,13 @@ std::string in_words(double speed) {
 
 struct Shot {
   std::string name;
-  std::function<void(WorldBuilder& builder)> add_target;  // at the origin, in the way of what flies along x
+  std::function<void(WorldBuilder& builder)> add_target;  // at the origin, in the path of the ball along x
   bool target_moves = false;
   double radius = 0.5;  // m, of the ball
   int direction = 1;    // along x
 };
 
-// The ball comes from some ticks away, such that it meets the target between two of them.
+// The ball starts some ticks away, such that it hits the target between two ticks.
 Scene shot_scene(const Shot& shot, double speed) {
   Scene scene;
   scene.group = "speed";
@@ -46,12 +46,12 @@ Scene shot_scene(const Shot& shot, double speed) {
   };
   scene.ticks = scene.quick_ticks = 120;
   if (shot.target_moves) {
-    // Both go on at half the speed where the ball, which is as heavy, has hit and does not bounce.
+    // After a hit without bounce, ball and target, which are equally heavy, move on at half the speed.
     scene.sample_every = 0;
     scene.figure = [shot, speed](const Moment&, const Moment& now) {
       return std::abs(shot.direction * now.velocity(0).x() / speed - 0.5);
     };
-    scene.unit = "of its speed off the half";
+    scene.unit = "relative deviation from half its speed";
     scene.bound = 0.1;
     scene.holds = "It hits.";
   } else {
@@ -94,7 +94,7 @@ void add_shots(std::vector<Scene>& scenes) {
 
 // --- free flight and orbits ---
 
-// Numbers may be rounded by the wanted resolution in every tick.
+// Rounding in every tick may add up to the required resolution.
 Scene flight_scene(double speed) {
   Scene scene;
   scene.group = "speed";
@@ -108,18 +108,18 @@ Scene flight_scene(double speed) {
   scene.figure = [speed](const Moment&, const Moment& now) {
     return (now.positions[0] - Eigen::Vector3d(speed * now.time, 0, 0)).norm();
   };
-  scene.unit = "m off its way";
+  scene.unit = "m off its path";
   scene.bound = kResolutionWanted * static_cast<double>(scene.ticks);
-  scene.holds = "It flies straight on, over several sectors per tick.";
-  scene.fails = "It strays from its way.";
+  scene.holds = "It flies straight, through several sectors per tick.";
+  scene.fails = "It leaves its path.";
   return scene;
 }
 
-// A circle around a planet, in a plane that lies along no axis.
+// A circular orbit around a planet, in a plane not aligned with any axis.
 struct Orbit {
   std::string name;
   double radius = 0;  // m
-  double pull = 0;    // m/s^2, there
+  double pull = 0;    // m/s^2, at that radius
 
   double speed() const { return std::sqrt(pull * radius); }
   double rate() const { return speed() / radius; }  // rad/s
@@ -130,7 +130,7 @@ constexpr double kOrbitTimeStep = 0.02;                         // s
 const Eigen::Vector3d kOutward = Eigen::Vector3d(1, 2, 2) / 3;  // from the planet to the start
 const Eigen::Vector3d kAhead = Eigen::Vector3d(2, 1, -2) / 3;
 
-// From the start. 1 - cos is written such that it keeps its digits.
+// Displacement from the start. 1 - cos is written such that no digits cancel.
 Eigen::Vector3d way_on(const Orbit& orbit, double time) {
   const double angle = orbit.rate() * time;
   return orbit.radius * (std::sin(angle) * kAhead - 2 * std::pow(std::sin(angle / 2), 2) * kOutward);
@@ -159,15 +159,15 @@ Scene orbit_scene(const Orbit& orbit, double orbits, double quick_orbits) {
   scene.figure = [orbit](const Moment&, const Moment& now) {
     return std::abs((now.positions[0] + orbit.radius * kOutward).norm() / orbit.radius - 1);
   };
-  scene.unit = "of its radius higher or lower";
-  // The first-order error of the time step, which does not grow: 2e-5 in the lowest orbit.
+  scene.unit = "relative deviation from its radius";
+  // First-order error of the time step, which does not accumulate: 2e-5 in the lowest orbit.
   scene.bound = std::max(1e-4, 2 * orbit.rate() * kOrbitTimeStep);
   scene.holds = "It keeps its orbit.";
   scene.fails = "It leaves its orbit.";
   return scene;
 }
 
-// Part of an orbit that takes too long: how much of the fall towards the planet is missing or too much.
+// Part of an orbit that is too long to simulate: the relative error of the fall towards the planet.
 Scene arc_scene(const Orbit& orbit, Tick ticks, Tick quick_ticks) {
   Scene scene = orbit_scene(orbit, 0, 0);
   scene.ticks = ticks;
@@ -178,7 +178,7 @@ Scene arc_scene(const Orbit& orbit, Tick ticks, Tick quick_ticks) {
     const Eigen::Vector3d fall = expected - orbit.speed() * now.time * kAhead;
     return (now.positions[0] - expected).norm() / fall.norm();
   };
-  scene.unit = "of its fall wrong";
+  scene.unit = "relative error of its fall";
   scene.bound = 0.01;
   scene.holds = "It falls along its orbit.";
   scene.fails = "It does not fall along its orbit.";
@@ -218,7 +218,7 @@ Scene spin_scene(const std::string& name, const Eigen::Vector3d& spin) {
   return scene;
 }
 
-// Free spin about a principal axis does not change, and turns the body by the rate times the time.
+// Free spin about a principal axis is constant; the body turns by rate times time.
 void add_free_spin(std::vector<Scene>& scenes, const std::string& name, const Eigen::Vector3d& axis,
                    double rate) {
   Scene scene = spin_scene(name, rate * axis);
@@ -226,10 +226,10 @@ void add_free_spin(std::vector<Scene>& scenes, const std::string& name, const Ei
   scene.figure = [spin = Eigen::Vector3d(rate * axis)](const Moment&, const Moment& now) {
     return (now.spin(0) - spin).norm() / spin.norm();
   };
-  scene.unit = "of its rate changed";
+  scene.unit = "relative change of its rate";
   scene.bound = 1e-3;
-  scene.holds = "It spins on.";
-  scene.fails = "Its spin changes, though nothing touches it.";
+  scene.holds = "Its spin stays constant.";
+  scene.fails = "Its spin changes, although nothing touches it.";
   scenes.push_back(scene);
 
   scene = spin_scene(name, rate * axis);
@@ -246,7 +246,7 @@ void add_free_spin(std::vector<Scene>& scenes, const std::string& name, const Ei
   scenes.push_back(scene);
 }
 
-// A brick that is set spinning about its middle axis tumbles, and keeps its angular momentum and its energy.
+// A brick spinning about its intermediate axis tumbles, but keeps its angular momentum and energy.
 void add_tumbling(std::vector<Scene>& scenes, double rate) {
   Scene scene;
   scene.group = "spin";
@@ -264,19 +264,19 @@ void add_tumbling(std::vector<Scene>& scenes, double rate) {
     const Eigen::Vector3d before = angular_momentum(start.bodies[0]);
     return (angular_momentum(now.bodies[0]) - before).norm() / before.norm();
   };
-  scene.unit = "of it changed";
-  scene.holds = "Its angular momentum stays.";
-  scene.fails = "Its angular momentum changes, though nothing touches it.";
+  scene.unit = "relative change";
+  scene.holds = "Its angular momentum stays constant.";
+  scene.fails = "Its angular momentum changes, although nothing touches it.";
   scenes.push_back(scene);
 
   scene.name = absl::StrCat("tumbling_brick_at_", rate, "_rad/s_keeps_its_energy");
   scene.figure = energy_change(0);
-  scene.holds = "Its energy stays.";
-  scene.fails = "Its energy changes, though nothing touches it.";
+  scene.holds = "Its energy stays constant.";
+  scene.fails = "Its energy changes, although nothing touches it.";
   scenes.push_back(scene);
 }
 
-// Contacts may take energy from a body, never give it any.
+// Contacts may take energy from a body, but never add any.
 Scene spin_on_floor(const std::string& name, const Eigen::Vector3d& spin) {
   Scene scene;
   scene.group = "spin";
@@ -290,7 +290,7 @@ Scene spin_on_floor(const std::string& name, const Eigen::Vector3d& spin) {
   scene.ticks = 1200;
   scene.quick_ticks = 300;
   scene.figure = energy_gain(kStandardGravity);
-  scene.unit = "of its energy gained";
+  scene.unit = "relative energy gain";
   scene.bound = 0.01;
   scene.holds = "It gains no energy from hitting the floor.";
   scene.fails = "It gains energy from hitting the floor.";
@@ -323,10 +323,10 @@ Scene bounce_scene(const std::string& name, Build world, double ticks_per_bounce
   scene.quick_ticks = static_cast<Tick>(kQuickBounces * ticks_per_bounce);
   scene.sample_every = 100;
   scene.figure = energy_change(gravity);
-  scene.unit = "of its energy changed";
+  scene.unit = "relative energy change";
   scene.bound = 0.01;
-  scene.holds = "It bounces on with the energy it had.";
-  scene.fails = "It bounces with another energy than it had.";
+  scene.holds = "It keeps its energy.";
+  scene.fails = "Its energy changes.";
   return scene;
 }
 
@@ -348,7 +348,7 @@ WorldDescription elastic(WorldDescription world) {
 void add_bounces(std::vector<Scene>& scenes) {
   constexpr double kHeight = 1;      // m, of the fall
   constexpr double kSpeed = 10;      // m/s, between the walls
-  constexpr double kBetween = 2.03;  // m; a bounce in every 6.2 ticks
+  constexpr double kBetween = 2.03;  // m; one bounce every 6.2 ticks
   const double ticks_per_second = 1 / WorldSettings().time_step;
   scenes.push_back(bounce_scene(
       "under_gravity",

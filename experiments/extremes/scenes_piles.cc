@@ -1,4 +1,4 @@
-// How bodies stand and lie together: time steps, gravity, heights, overlaps, crowds.
+// Stacks and piles: time steps, gravity, heights, overlaps, crowds.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace tessera::extremes {
 namespace {
 
-constexpr double kStandingMax = 0.5;  // m: half a box; what moves more has fallen or will
+constexpr double kStandingMax = 0.5;  // m: half a box; a box that moves further has fallen or will fall
 
 // A tower of boxes of 1 m for 10 s.
 Scene tower_scene(const std::string& group, const std::string& name, const WorldSettings& changed,
@@ -30,13 +30,13 @@ Scene tower_scene(const std::string& group, const std::string& name, const World
   scene.unit = "m moved";
   scene.bound = kStandingMax;
   scene.holds = "The tower stands.";
-  scene.fails = "The tower falls, sinks in or flies apart.";
+  scene.fails = "The tower falls, sinks or flies apart.";
   return scene;
 }
 
 // --- time steps ---
 
-// Falling steps of first order are behind by g t dt / 2.
+// First-order integration of a fall is off by g t dt / 2.
 Scene fall_scene(const std::string& name, const WorldSettings& changed) {
   Scene scene;
   scene.group = "time_step";
@@ -52,7 +52,7 @@ Scene fall_scene(const std::string& name, const WorldSettings& changed) {
   };
   scene.unit = "m off the parabola";
   scene.bound = kStandardGravity * changed.time_step;
-  scene.holds = "It falls as far as first order allows.";
+  scene.holds = "It falls as far as first-order integration allows.";
   scene.fails = "It falls too far or not far enough.";
   return scene;
 }
@@ -99,15 +99,15 @@ void add_gravities(std::vector<Scene>& scenes) {
 
 // --- overlaps ---
 
-// m/s: what falls from its own height, or that of its crowd, arrives with. Overlaps may not throw bodies
-// faster.
+// m/s: the impact speed after a fall from the height of a body or of a crowd. Overlaps must not throw bodies
+// faster than that.
 double fall_speed(double height) { return std::sqrt(2 * kStandardGravity * height); }
 
 struct Start {
   Geometry shape;  // about 1 m across
   int count = 2;
-  Eigen::Vector3d apart = Eigen::Vector3d::Zero();  // m, of each from the one before
-  bool in_floor = false;                            // which is 2 m thick, below 0
+  Eigen::Vector3d apart = Eigen::Vector3d::Zero();  // m, between successive bodies
+  bool in_floor = false;                            // a floor 2 m thick with its top at 0
   Eigen::Vector3d first = Eigen::Vector3d::Zero();  // m
   double gravity = 0;                               // m/s^2
 };
@@ -137,7 +137,7 @@ Scene overlap_scene(const std::string& name, const Start& start) {
   return scene;
 }
 
-// Of the given balls, at the end: how deep the worst two still are in each other.
+// The deepest overlap of two of the given balls at the end.
 Scene parting_scene(const std::string& name, const Start& start) {
   Scene scene = overlap_scene(name, start);
   scene.name = absl::StrCat(name, "_part");
@@ -157,13 +157,13 @@ Scene parting_scene(const std::string& name, const Start& start) {
   return scene;
 }
 
-// Half of it in the floor, under gravity, at the end.
+// A body that starts half inside the floor, under gravity.
 Scene rising_scene(const std::string& name, const Geometry& shape) {
   Scene scene = overlap_scene(name, {shape, 1, {}, true, {0, 0, 0}, kStandardGravity});
   scene.name = absl::StrCat(name, "_half_in_the_floor_comes_out");
   scene.sample_every = 0;
   scene.figure = [](const Moment&, const Moment& now) { return std::abs(now.positions[0].z() - 0.5); };
-  scene.unit = "m from lying on it";
+  scene.unit = "m from resting on it";
   scene.bound = 0.05;
   scene.holds = "It ends on the floor.";
   scene.fails = "It does not end on the floor.";
@@ -187,7 +187,7 @@ void add_overlaps(std::vector<Scene>& scenes) {
   scenes.push_back(parting_scene("ten_in_the_same_place_balls", {Sphere{0.5}, 10}));
 }
 
-// Balls of 0.2 m in one point; as a heap, they would fill a ball of about `size` m.
+// Balls of 0.2 m at one point; as a heap they would fill a ball of about `size` m.
 Scene crowd_scene(int count, double size, Tick ticks, Tick quick_ticks) {
   Scene scene = overlap_scene("", {Sphere{0.1}, count});
   scene.group = "crowd";

@@ -1,4 +1,4 @@
-// Where things are: far away, at the end of the indices, on a planet.
+// Places: far away, at the last sector index, on a planet.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
 Build moved(const Build& build, const SectorOffset& offset) {
   return [build, offset](const WorldSettings& settings) {
     WorldDescription world = build(settings);
-    invariant(move_by(world, offset).ok(), "scenes are moved to sectors that exist");
+    invariant(move_by(world, offset).ok(), "scenes are moved to valid sectors");
     return world;
   };
 }
@@ -37,7 +37,7 @@ WorldDescription chain(const WorldSettings& settings) {
   return chain_world(settings, 10, Eigen::Vector3d::Zero());
 }
 
-// Against the same scene at the origin: the largest difference of a coordinate (m) or a velocity (m/s).
+// The largest difference of a coordinate (m) or velocity (m/s) from the same scene at the origin.
 Figure difference_from_origin(const Build& build) {
   return [build](const Moment& start, const Moment& now) {
     const WorldDescription world = build(now.settings);
@@ -64,18 +64,18 @@ Scene far_scene(const std::string& name, const Build& build, std::int64_t sector
   scene.sample_every = 0;
   scene.figure = difference_from_origin(build);
   scene.unit = "m or m/s";
-  scene.holds = "It moves bit for bit as at the origin.";
-  scene.fails = "It does not move as at the origin.";
+  scene.holds = "It moves as at the origin, bit for bit.";
+  scene.fails = "It moves differently than at the origin.";
   return scene;
 }
 
 // --- the last sector of an axis ---
 
 constexpr double kSectorSize = 128;             // m
-constexpr double kFromBorder = 4;               // m, where a body starts that leaves the range
-constexpr double kHomeLag = kSectorSize / 512;  // m, that a body may be outside of its home
+constexpr double kFromBorder = 4;               // m, start of a body that leaves the range
+constexpr double kHomeLag = kSectorSize / 512;  // m, how far a body may be outside its home sector
 
-// A ball in the first or last sector of the axis z, that moves out of it.
+// A ball that moves out of the first or last sector along the z axis.
 Build leaving(double speed, double gravity, int side) {
   const auto build = [=](const WorldSettings& given) {
     WorldSettings settings = given;
@@ -89,8 +89,8 @@ Build leaving(double speed, double gravity, int side) {
   return moved(build, {0, 0, side > 0 ? kLast : kFirst});
 }
 
-// A body may be late by what homes lag behind, and by the ticks in which its move is announced, refused and
-// undone.
+// A body may be outside by the lag of its home sector and by its way during the ticks in which its move is
+// announced, refused and undone.
 double lateness(double speed) { return kHomeLag + 3 * speed * WorldSettings().time_step; }
 
 void add_leaving(std::vector<Scene>& scenes, const std::string& name, double speed, double gravity,
@@ -115,7 +115,7 @@ void add_leaving(std::vector<Scene>& scenes, const std::string& name, double spe
   scene.unit = "events missing";
   scene.bound = 0;
   scene.holds = "An event reports that it was stopped.";
-  scene.fails = "No event reports what happened to it.";
+  scene.fails = "No event reports that it was stopped.";
   scenes.push_back(scene);
 }
 
@@ -144,15 +144,15 @@ Scene spawn_outside() {
     world.bodies[0].pose.position.local.z() = 2 * settings.sector_size;
     return world;
   };
-  return refused_scene("last_sector", "start_outside", outside, "It runs, though there is no such place.");
+  return refused_scene("last_sector", "start_outside", outside, "It runs, although there is no such place.");
 }
 
 // --- rest on a planet ---
 
 constexpr double kEarthRadius = 6.371e6;                      // m
-const Eigen::Vector3d kUp = Eigen::Vector3d(-1, -2, -2) / 3;  // a direction along none of the axes
+const Eigen::Vector3d kUp = Eigen::Vector3d(-1, -2, -2) / 3;  // not aligned with any axis
 
-// A box at the anchor, on the far side of a planet; `plate`: on level ground, and not on a ball of the
+// A box at the anchor, on the far side of a planet; `plate`: on level ground instead of a ball of the
 // planet's size.
 Build on_planet(double radius, bool plate, bool sleeps) {
   return [=](const WorldSettings& given) {
@@ -188,7 +188,7 @@ Scene rest_on_planet(const std::string& name, const Build& world, double hours, 
   };
   scene.unit = "m crept";
   scene.bound = 1e-3;
-  scene.holds = "It stays where it is.";
+  scene.holds = "It stays in place.";
   scene.fails = "It creeps over the ground.";
   return scene;
 }

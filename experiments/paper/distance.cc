@@ -14,11 +14,11 @@
 namespace tessera {
 namespace {
 
-constexpr double kOneWorldSectorSize = 128;  // m, of what describes the world, which then ignores it
+constexpr double kOneWorldSectorSize = 128;  // m, in the description of the world, which ignores it
 constexpr int kNearest = 7;                  // 2^7 m
 constexpr int kFarthest = 62;                // 2^62 m in one world; in sectors, 2^62 of them
 constexpr int kStepsInside = 64;             // per sector
-constexpr double kSceneExtent = 2.57;        // m: what the balls reach from the scene's origin
+constexpr double kSceneExtent = 2.57;        // m: how far the balls get from the scene's origin
 constexpr int kSectorsInside = 3;
 constexpr Tick kTicks = 60;
 
@@ -32,7 +32,7 @@ struct End {
   WorldHash hash;
 };
 
-// Runs that differ in where the scene is, against the one at the origin.
+// Runs at different places, compared with the one at the origin.
 class DistanceMeasurement {
  public:
   DistanceMeasurement(const ExperimentOptions& options, const Progress& progress)
@@ -69,7 +69,7 @@ class DistanceMeasurement {
     return End{positions_from(origin, (*world)->bodies(), sector_size), (*world)->hash()};
   }
 
-  // Moved by whole sectors with its anchor, so that nothing of it is rounded.
+  // Moved with its anchor by whole sectors, so that nothing is rounded.
   absl::StatusOr<End> run_at_sector(double sector_size, const SectorOffset& offset) const {
     WorldDescription world = scene(sector_size);
     if (absl::Status status = move_by(world, offset); !status.ok()) return status;
@@ -84,7 +84,7 @@ class DistanceMeasurement {
     return run(in_sectors(world), sector_size, *origin);
   }
 
-  // One world with its origin at `distance` m from the scene's.
+  // One world with its origin `distance` m from that of the scene.
   absl::StatusOr<End> run_plain_at(double distance, bool with_scene_at_origin = false) const {
     WorldDescription world = scene(kOneWorldSectorSize);
     const std::size_t bodies = world.bodies.size();
@@ -144,7 +144,7 @@ class DistanceMeasurement {
     return progress_.advance();
   }
 
-  // One world whose origin went along with the scene's observer.
+  // One world whose origin followed the scene's observer.
   absl::StatusOr<End> run_plain_with_observer(double distance) const {
     WorldDescription world = scene(kOneWorldSectorSize);
     const absl::StatusOr<SectorOffset> offset = sectors_from({distance, 0, 0}, kOneWorldSectorSize);
@@ -169,7 +169,7 @@ class DistanceMeasurement {
   void add(const char* system, std::optional<double> sector_size, int observers, std::optional<int> log2,
            bool whole, const End& end, const End& reference) {
     const double error = largest_distance(end.positions, reference.positions);
-    // The hash of one world knows where in it the scene is.
+    // The hash of one world depends on where the scene is in it.
     const bool same_bits = error == 0 && (!sector_size || end.hash == reference.hash);
     Row row = {{"system", system}, {"engine", engine_}};
     row["sector_size"] = sector_size ? Row(*sector_size) : Row();
@@ -181,7 +181,7 @@ class DistanceMeasurement {
     row["same_bits"] = same_bits;
     report_.table("rows").push_back(std::move(row));
     if (sector_size && whole && !same_bits) {
-      report_.misses.push_back(absl::StrFormat("%s, sectors of %g m: other bits at 2^%d m, error %g m",
+      report_.misses.push_back(absl::StrFormat("%s, sectors of %g m: different bits at 2^%d m, error %g m",
                                                engine_, *sector_size, log2.value_or(0), error));
     }
   }
@@ -207,7 +207,7 @@ class DistanceMeasurement {
   void judge_inside() {
     for (const double size : sector_sizes_) {
       const double ours = worst_inside("lpss", size, kSectorsInside * size);
-      // The balls of a scene in the very corner of a sector are a little beyond it.
+      // The balls of a scene at the corner of a sector reach slightly beyond it.
       const double bound = worst_inside("one-world", size, size / 2 + kSceneExtent);
       if (ours <= bound) continue;
       report_.misses.push_back(

@@ -14,10 +14,10 @@ namespace {
 
 constexpr int kBodies = 128;
 constexpr double kSectorSize = 128;  // m
-constexpr double kApart = 4;         // m, of neighbours in a sector
+constexpr double kApart = 4;         // m, between neighbours in a sector
 constexpr int kPerRow = 16;
 
-// Sectors in a row along x, each with its part of the balls around its middle.
+// Sectors in a row along x, each with its share of the balls around its centre.
 WorldDescription balls_in_sectors(const WorldSettings& settings, int sectors) {
   WorldBuilder builder(settings);
   builder.add("floor", builder.shape(Plane{}), 1, Eigen::Vector3d::Zero(), Motion::kStatic);

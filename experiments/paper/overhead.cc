@@ -19,8 +19,8 @@ namespace {
 constexpr double kSectorSize = 16;  // m
 constexpr int kHeight = 8;          // boxes of 1 m
 constexpr double kApart = 2;        // m, from tower to tower
-constexpr double kFloor = -4;       // m, of its top: towers stand in one layer of sectors
-constexpr Tick kUnmeasured = 5;     // the first ones find all contacts anew
+constexpr double kFloor = -4;       // m, height of its top: towers stand in one layer of sectors
+constexpr Tick kUnmeasured = 5;     // the first ticks find all contacts anew
 
 struct Setting {
   SeamPolicy seams;
@@ -29,7 +29,7 @@ struct Setting {
 const Setting kSettings[] = {
     {SeamPolicy::kIsland, 1}, {SeamPolicy::kClone, 1}, {SeamPolicy::kIsland, WorldSettings().substeps}};
 
-// In a square, or two of them side by side, around the edge where four sectors meet.
+// Towers in one square, or two side by side, around the edge where four sectors meet.
 WorldDescription towers(const WorldSettings& settings, int count) {
   int columns = 1;
   while (columns * columns < count) columns *= 2;
@@ -42,7 +42,7 @@ WorldDescription towers(const WorldSettings& settings, int count) {
     const double x = corner + kApart * (tower % columns - columns / 2);
     const double y = corner + kApart * (tower / columns - rows / 2);
     for (int level = 0; level < kHeight; ++level) {
-      // Slightly out of line, so that a border has boxes of either side.
+      // Slightly offset, so that a border has boxes on either side.
       const Eigen::Vector3d place(x + 0.02 * ((level * 7 + tower) % 5 - 2),
                                   y + 0.02 * ((level * 3 + tower) % 5 - 2), kFloor + level + 0.5);
       builder.add(absl::StrCat("box", tower * kHeight + level), box, 1, place);
@@ -57,7 +57,7 @@ double processor_us(const std::function<void()>& work) {
   return microseconds(processor_time() - start);
 }
 
-// The bodies under one setting, and what each tick took.
+// The bodies with one setting, and the time of each tick.
 class Timed {
  public:
   Timed(const Setting& setting, std::unique_ptr<Simulation> simulation)

@@ -1,4 +1,4 @@
-// What is measured is there for every phase, and of bodies that rest on seams.
+// Every phase has a measurement, and the bodies rest on seams.
 #include "experiments/paper/overhead.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +55,7 @@ TEST(OverheadExperiment, TowersStandOnSeams) {
     }
     hashes.insert(row["hash"]);
   }
-  EXPECT_EQ(hashes.size(), 6u) << "settings and numbers of bodies have bits of their own";
+  EXPECT_EQ(hashes.size(), 6u) << "each setting and number of bodies has its own hash";
   absl::StatusOr<Report> again = measure_overhead_of(Precision::kFloat32, kBodies, 2, kSilent);
   ASSERT_TRUE(again.ok()) << again.status();
   for (const Row& row : again->table("ticks")) EXPECT_TRUE(hashes.contains(row["hash"])) << row;

@@ -8,13 +8,13 @@
 
 namespace tessera {
 
-// Two balls of 0.5 m radius that fly at each other at 5 m/s each and graze. They meet between two ticks: a
-// pair that meets exactly on one is decided by the last digit of its place (by 0.157 m, where that was
+// Two balls of 0.5 m radius that approach each other at 5 m/s each and graze. They meet between two ticks:
+// for a pair that meets exactly on a tick, the last digit of its position decides the result (0.157 m,
 // measured).
 WorldDescription collision_scene(const WorldSettings& settings);
 
-// Moves all bodies, and all joints to the world, such that what is at the centre of sector (0, 0, 0) comes to
-// `place`, whose local part may be beyond its sector. The anchor stays. Errors as canonical().
+// Moves all bodies, and all joints to the world, such that the centre of sector (0, 0, 0) moves to `place`,
+// whose local part may be outside its sector. The anchor stays. Errors as canonical().
 absl::Status move_to(WorldDescription& world, const WorldPosition& place);
 
 }  // namespace tessera

@@ -53,7 +53,7 @@ class StackMeasurement {
     const std::int64_t sectors = place.at_origin ? 0 : std::int64_t{1} << (place.log2 - kSectorLog2);
     if (absl::Status status = move_by(world, {sectors, sectors, sectors}); !status.ok()) return status;
     const SectorIndex foot = world.anchor;
-    // Sectors do not care where the anchor is; one world measures everything from it.
+    // In sectors the place of the anchor does not matter; one world has its origin there.
     if (!sectored) world.anchor = {};
     const absl::StatusOr<std::unique_ptr<LocalWorld>> local =
         sectored ? in_sectors(world) : in_one_world(world);
@@ -90,7 +90,7 @@ class StackMeasurement {
     row["same_bits"] = sectored && hash == reference_hash_;
     report_.table("rows").push_back(std::move(row));
     if (sectored && hash != reference_hash_) {
-      report_.misses.push_back(absl::StrCat(engine_, ": other bits at ", place.name));
+      report_.misses.push_back(absl::StrCat(engine_, ": different bits at ", place.name));
     }
     for (std::size_t box = 0; box < end.size(); ++box) {
       add_edges(system, place, box, positions[box], end[box].state);

@@ -9,7 +9,7 @@ set datafile separator ","
 set grid
 set key outside bottom center horizontal
 
-# Fig. 5: error against distance. No error at all is drawn at the bottom.
+# Fig. 5: error against distance. Zero error is drawn at the bottom.
 distance = folder . "/distance.csv"
 none = 1e-16
 shown(x) = x < none ? none : x
@@ -28,7 +28,7 @@ plot pick("one-world", "f32", "", 1) using 5:(shown($8)) with linespoints pt 7 p
      pick("lpss", "f32", "128", 1) using 5:(shown($8)) with linespoints pt 5 ps 0.6 lc "blue" title "sectors of 128 m, f32", \
      pick("lpss", "f64", "128", 1) using 5:(shown($8)) with points pt 4 lc "dark-green" title "sectors of 128 m, f64"
 
-# The same inside a sector: numbers get coarser away from its centre, and fine again in the next.
+# The same inside a sector: precision decreases away from its centre and recovers in the next.
 inside = folder . "/distance_inside.csv"
 set output folder . "/distance_inside.svg"
 set title "The same collision across three sectors of 128 m, f32"
@@ -38,7 +38,7 @@ set yrange [1e-9:1e-2]
 plot sprintf("< awk -F, '$1==\"one-world\" && $2==\"f32\" && $3==128' %s", inside) using 4:($5 < 1e-9 ? 1e-9 : $5) with lines lc "red" title "one world", \
      sprintf("< awk -F, '$1==\"lpss\" && $2==\"f32\" && $3==128' %s", inside) using 4:($5 < 1e-9 ? 1e-9 : $5) with lines lc "blue" title "sectors"
 
-# Fig. 6: the price of more sectors.
+# Fig. 6: the cost of more sectors.
 instances = folder . "/instances.csv"
 set output folder . "/instances.svg"
 set title "128 balls in 1 to 128 sectors: time of a tick, by that of one sector"
@@ -51,7 +51,7 @@ set yrange [0:*]
 plot sprintf("< awk -F, '$1==\"f32\"' %s", instances) using 2:6 with linespoints pt 7 lc "blue" title "f32", \
      sprintf("< awk -F, '$1==\"f64\"' %s", instances) using 2:6 with linespoints pt 5 lc "dark-green" title "f64"
 
-# Fig. 7: where the time of a tick goes, and what the whole is beside plain Bullet.
+# Fig. 7: the time of a tick by phase, and the whole tick compared with plain Bullet.
 overhead = folder . "/overhead.csv"
 ticks = folder . "/overhead_ticks.csv"
 array phases[8] = ["sectorization", "seam search", "exchange", "cloning", "detection", "islands", "solving", "integration"]

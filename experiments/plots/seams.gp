@@ -11,7 +11,7 @@ set terminal svg size 900,480 font "sans,12" noenhanced background "white"
 set grid ytics
 set key outside top horizontal
 
-# Errors after 1 s under the policy island beside what rounding alone does.
+# Errors after 1 s under policy `island`, compared with the noise of rounding.
 set output folder . "/seams_error.svg"
 set title "Error after 1 s against the run without a seam, policy island, f32"
 set ylabel "m"
@@ -25,7 +25,7 @@ plot pick("local") using 0:(few($7)):xtic(1) with boxes fill solid 0.25 lc "gray
      pick("local") using 0:(few($6)) with points pt 7 lc "blue" title "seam", \
      pick("corner") using 0:(few($6)) with points pt 5 lc "red" title "corner of eight sectors"
 
-# How many scenes stand.
+# Number of scenes that stand.
 set output folder . "/seams_stand.svg"
 set title "Scenes that stand, f32"
 unset logscale y
@@ -42,7 +42,7 @@ plot count("reference") using 2:xtic(1) title "without a seam", \
      count("remote") using 2 title "seam between two servers", \
      count("corner") using 2 title "corner of eight sectors"
 
-# Where the cap pays.
+# Where the cap pays off.
 set output folder . "/seams_cap.svg"
 set title "A pile of 2,000 on two servers: cap of islands"
 set ylabel "ms per tick"

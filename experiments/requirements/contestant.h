@@ -38,7 +38,7 @@ class Contestant {
     return std::accumulate(ticks_us_.end() - static_cast<std::ptrdiff_t>(ticks), ticks_us_.end(), 0.0);
   }
 
-  // Dynamic bodies, in the order of their ids.
+  // Dynamic bodies, ascending by id.
   std::vector<BodyRecord> bodies() const {
     std::vector<BodyRecord> records;
     for_each_body(cluster_->partition(0), [&](const BodyRecord& record) {
@@ -46,10 +46,10 @@ class Contestant {
     });
     return records;
   }
-  // Likewise; m, from the centre of the anchor's sector.
+  // Of the same bodies; m, from the centre of the anchor's sector.
   Positions positions() const { return positions_from(origin_, bodies(), sector_size_); }
 
-  // With a body that can move.
+  // Sectors with a movable body.
   std::uint64_t sectors() const { return cluster_->counts().sectors; }
   std::string hash() const { return cluster_->hash().to_string(); }
 

@@ -23,13 +23,13 @@
 namespace tessera {
 namespace {
 
-constexpr double kDisturbance = 1e-5;  // m: the last digit of a float 128 m away
+constexpr double kDisturbance = 1e-5;  // m: the resolution of a float at 128 m
 constexpr Tick kTicksForMemory = 3;
 constexpr char kPeak[] = "peak_kb";
 constexpr char kReference[] = "reference";
 constexpr char kCoarser[] = "coarser";
 
-// One world, with all choices and without each of them.
+// Compares one world with all choices and without each of them.
 class Comparison {
  public:
   Comparison(const RequirementsSubject& subject, ProgressCount& count)
@@ -43,17 +43,17 @@ class Comparison {
     }
   }
 
-  // Pieces of work, of which `measure` tells.
+  // Number of tasks in measure(), for the progress display.
   std::uint64_t work() const { return work_for_references() + work_for_memory() + ticks_; }
 
   absl::StatusOr<Report> measure() {
-    malloc_trim(0);  // what was freed before would not count in what the processes take
+    malloc_trim(0);  // otherwise memory freed earlier would hide what the processes need
     absl::StatusOr<Report> peaks = measure_memory();
     if (!peaks.ok()) return peaks.status();
     absl::StatusOr<Report> references = in_own_process([this] { return measure_references(); });
     if (!references.ok()) return references.status();
     count_.skip(work_for_references());
-    // In a thread, whose heap is new: holes in the old one would slow down who comes first.
+    // In a thread with a new heap: holes in the old one would slow down the first contestant.
     absl::StatusOr<Report> report = in_own_process([&] {
       return std::async(std::launch::async, [&] { return measure_turns(peaks->table(kPeak), *references); })
           .get();
@@ -84,7 +84,7 @@ class Comparison {
     return report;
   }
 
-  // The world with all choices (0), without one of them (1 and more), and disturbed (the last).
+  // The world with all choices (0), without one of them (1 and up), and disturbed (the last).
   absl::StatusOr<WorldDescription> variant(std::size_t n) const {
     WorldDescription world = subject_.world;
     if (n > choices_.size()) {
@@ -98,7 +98,7 @@ class Comparison {
     return n == 0 || n > choices_.size() || choices_[n - 1].free_flight;
   }
 
-  // What the world takes at most, beyond its description.
+  // Peak memory of the world, without its description.
   absl::StatusOr<Report> measure_peak(std::size_t n) const {
     constexpr double kUnit = 1000;
     const absl::StatusOr<WorldDescription> world = variant(n);
@@ -138,7 +138,7 @@ class Comparison {
     if (absl::Status status = create_contestants(); !status.ok()) return status;
     for (Tick tick = 1; tick <= ticks_; ++tick) {
       for (std::size_t n = 0; n < contestants_.size(); ++n) {
-        contestants_[(n + tick) % contestants_.size()].step();  // no one always comes first
+        contestants_[(n + tick) % contestants_.size()].step();  // in rotating order
       }
       if (tick == horizon_) {
         for (const Contestant& contestant : contestants_) at_horizon_.push_back(contestant.positions());
@@ -148,7 +148,7 @@ class Comparison {
     return report(peaks, references);
   }
 
-  // How far each body that sleeps at the end is from itself in another run.
+  // The distance of each body asleep at the end from its position in another run.
   std::vector<double> distances_at_rest(const Contestant& other) const {
     const std::vector<BodyRecord> bodies = contestants_.front().bodies();
     std::vector<double> all = distances(contestants_.front().positions(), other.positions());
@@ -167,7 +167,7 @@ class Comparison {
       const Contestant& off = contestants_[n + 1];
       const std::string hash_off = off.hash();
       if (!choices_[n].free_flight && !has_fine_orbits() && hash != hash_off) {
-        report.misses.push_back(absl::StrCat(subject_.name, " ends in other bits where lone bodies coast"));
+        report.misses.push_back(absl::StrCat(subject_.name, " ends in different bits if lone bodies coast"));
       }
       Row row = first_columns(choices_[n].name);
       row["cpu_us_on"] = cpu_us(on());
@@ -230,7 +230,7 @@ class Comparison {
   const Contestant& on() const { return contestants_.front(); }
   const Contestant& disturbed() const { return contestants_.back(); }
 
-  // Where lone bodies fly in more digits than those of the engine.
+  // Lone bodies fly in a higher precision than the engine's.
   bool has_fine_orbits() const { return engine_settings(subject_.world.settings).fine_flight; }
 
   const RequirementsSubject& subject_;
@@ -238,9 +238,9 @@ class Comparison {
   std::vector<Choice> choices_;
   Tick ticks_;
   Tick horizon_;
-  double bodies_ = 0;                    // that are dynamic
+  double bodies_ = 0;                    // dynamic ones
   std::vector<Contestant> contestants_;  // with all choices, without each, and disturbed
-  std::vector<Positions> at_horizon_;    // of these
+  std::vector<Positions> at_horizon_;    // of contestants_
 };
 
 struct WorldFile {
@@ -289,8 +289,7 @@ absl::StatusOr<Report> measure_requirements(const ExperimentOptions& options, co
   for (const WorldFile& file : {WorldFile{"earth", ".", "the working directory", "worlds/earth.sdf"},
                                 {"3k_shapes", options.worlds, "$TESSERA_WORLDS", "gazebo/3k_shapes.sdf"}}) {
     if (file.folder.empty() || !std::filesystem::exists(file.folder / file.file)) {
-      misses.push_back(
-          absl::StrCat(file.name, " is skipped: there is no ", file.file, " in ", file.folder_name));
+      misses.push_back(absl::StrCat(file.name, " is skipped: ", file.folder_name, " has no ", file.file));
       continue;
     }
     absl::StatusOr<WorldDescription> world = load(file, options.precision);

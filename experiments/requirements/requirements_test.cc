@@ -1,4 +1,4 @@
-// Worlds differ only in the choice that they are without, and the rows say what that did.
+// Worlds differ only in the omitted choice, and the rows show its effect.
 #include "experiments/requirements/requirements.h"
 
 #include <gmock/gmock.h>
@@ -62,7 +62,7 @@ TEST(Choices, PebblesAreWhereBodiesAreAndKeepersWhereNoneIs) {
   EXPECT_TRUE(validate(pebbles).ok()) << validate(pebbles);
   WorldDescription keepers = world;
   add_keepers(keepers);
-  // Ten bodies 150 m apart reach over 12 sectors of 128 m.
+  // Ten bodies 150 m apart span 12 sectors of 128 m.
   EXPECT_EQ(keepers.bodies.size(), 12u * 12 * 12);
   EXPECT_EQ(sectors_of(keepers).size(), keepers.bodies.size());
   EXPECT_TRUE(validate(keepers).ok()) << validate(keepers);

@@ -1,4 +1,4 @@
-// How far the bodies of two runs are apart, in two figures.
+// The distances between the bodies of two runs, in two figures.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +11,14 @@
 
 namespace tessera {
 
-// How far each body is from itself in another run, m.
+// The distance of each body from its position in another run, m.
 inline std::vector<double> distances(const Positions& a, const Positions& b) {
   std::vector<double> all;
   for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) all.push_back((a[i] - b[i]).norm());
   return all;
 }
 
-// Null where there are no distances, or one is no number.
+// Null if there are no distances, or one is not a number.
 struct Spread {
   explicit Spread(const std::vector<double>& all) {
     if (all.empty() || !std::ranges::all_of(all, [](double d) { return std::isfinite(d); })) return;

@@ -24,7 +24,7 @@ class Battery {
   }
 
  private:
-  // The policies of which the same bits are promised.
+  // The policies that promise identical bits.
   std::vector<Policy> equal_policies() const {
     std::vector<Policy> policies;
     for (const Policy policy : options_.policies) {
@@ -58,7 +58,7 @@ class Battery {
   }
 
   absl::Status run_policy(const Scene& scene, Policy policy, const Course& reference) {
-    std::optional<Row> local;  // the same world as that of the remote placement
+    std::optional<Row> local;  // the same world as in the remote placement
     for (const Placement placement : options_.placements) {
       const absl::StatusOr<Stage> stage = seams::stage(scene, placement, policy, options_.precision);
       if (!stage.ok()) return stage.status();

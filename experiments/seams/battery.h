@@ -1,4 +1,5 @@
-// The whole experiment: every scene in every placement under every policy, against its run without a seam.
+// The whole experiment: every scene in every placement under every policy, compared with its run without a
+// seam.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -26,7 +27,7 @@ struct BatteryOptions {
   HashOptions hashes;
 };
 
-// A run on servers that are processes of their own.
+// A run on servers in separate processes.
 struct RemoteRun {
   std::string world_hash;
   double tick_ms = 0;                // median, of the slowest server
@@ -46,10 +47,10 @@ struct Row {
   Policy policy = Policy::kIsland;
   bool stands = false;
   double max_error_m = 0;  // after 1 s, against the reference
-  double end_error_m = 0;  // in the end
-  double top_error_m = 0;  // of the highest body's height in the end
-  bool asleep = false;     // all, in the end
-  Course course;           // without its samples; of the run in this process where the placement is remote
+  double end_error_m = 0;  // at the end
+  double top_error_m = 0;  // of the highest body's height at the end
+  bool asleep = false;     // all bodies, at the end
+  Course course;           // without its samples; if the placement is remote, of the run in this process
   std::optional<bool> same_bits;  // remote: whether the servers ended in the same hash
 };
 

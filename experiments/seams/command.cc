@@ -27,13 +27,13 @@ struct SeamOptions {
   std::vector<std::string> placements;
   Precision precision = Precision::kFloat32;
   bool quick = false;
-  int seeds = -1;  // of simulated networks; negative: as many as the battery wants
+  int seeds = -1;  // of simulated networks; negative: the battery's default
   bool no_costs = false;
   std::filesystem::path json;
   std::filesystem::path csv;
 };
 
-// Two servers, started when the first world comes, that take world after world.
+// Two servers, started for the first world and reused for all others.
 class TwoServers {
  public:
   explicit TwoServers(Precision precision) : precision_(precision) {}
@@ -74,7 +74,7 @@ class TwoServers {
   }
 
   absl::Status measure(Tick ticks, RemoteRun& run) {
-    constexpr Tick kBetween = 10;  // ticks between two looks at the contacts, at least
+    constexpr Tick kBetween = 10;  // minimum number of ticks between two samples of the contacts
     const Tick stride = std::max(kBetween, ticks / 15);
     absl::StatusOr<ClusterStatus> status = client_->status();
     if (!status.ok()) return status.status();
@@ -110,11 +110,11 @@ class TwoServers {
 template <typename All, typename NameOf>
 absl::Status no_such(const char* what, const std::string& name, const All& all, NameOf name_of) {
   const auto append_name = [&](std::string* text, const auto& one) { text->append(name_of(one)); };
-  return absl::InvalidArgumentError(absl::StrCat("there is no ", what, " \"", name, "\"; there are ",
-                                                 absl::StrJoin(all, ", ", append_name)));
+  return absl::InvalidArgumentError(
+      absl::StrCat("unknown ", what, " \"", name, "\"; known are ", absl::StrJoin(all, ", ", append_name)));
 }
 
-// The values of `all` that `wanted` names, all of them where it is empty.
+// The values of `all` that `wanted` names, or all of them if it is empty.
 template <typename T, std::size_t n, typename Parse>
 absl::StatusOr<std::vector<T>> chosen(const char* what, const T (&all)[n],
                                       const std::vector<std::string>& wanted, Parse parse) {
@@ -164,7 +164,7 @@ absl::StatusOr<BatteryOptions> battery_of(const SeamOptions& options, const std:
 
 std::string short_number(double value) { return std::isfinite(value) ? absl::StrFormat("%.2g", value) : "-"; }
 
-// One line a row; what does not stand is red.
+// One line per row; a "no" under "stands" is red.
 std::string to_text(const Results& results) {
   std::vector<std::vector<std::string>> lines = {{"scene", "placement", "policy", "stands", "error, m",
                                                   "momentum", "energy", "overlap, m", "joint gap, m", "twice",
@@ -202,9 +202,9 @@ void print(const Results& results, const Costs& costs, Precision precision) {
     absl::PrintF("noise floor of %-24s %.2g m\n", noise.scene, noise.error_m);
   }
   for (const Equality& equality : results.equalities) {
-    absl::PrintF("%-26s %-7s the same bits: %d of %d seeds, %d of %d shuffles, ten shares: %s\n",
-                 equality.scene, name_of(equality.policy), equality.seeds_equal, equality.seeds,
-                 equality.shuffles_equal, equality.shuffles, equality.ten_shares_equal ? "yes" : "no");
+    absl::PrintF("%-26s %-7s same bits: %d of %d seeds, %d of %d shuffles, ten servers: %s\n", equality.scene,
+                 name_of(equality.policy), equality.seeds_equal, equality.seeds, equality.shuffles_equal,
+                 equality.shuffles, equality.ten_shares_equal ? "yes" : "no");
   }
   absl::PrintF("%s", to_csv(costs));
   const std::vector<std::string> missed = misses(results, precision);
@@ -238,7 +238,7 @@ absl::Status measure_seams(const SeamOptions& options) {
   }
   if (!costs.ok()) return costs.status();
   print(*results, *costs, options.precision);
-  if (worlds.empty()) absl::PrintF("without $TESSERA_WORLDS: no diff_drive, no r2d2, no 3k_shapes\n");
+  if (worlds.empty()) absl::PrintF("$TESSERA_WORLDS is not set: skipping diff_drive, r2d2 and 3k_shapes\n");
   return write_files(options, *results, *costs);
 }
 
@@ -250,20 +250,20 @@ void add_seams_command(CLI::App& app, cli::Action& action) {
       "Run scenes with and without borders of sectors through them, on one server and on two, and compare.",
       "tessera experiment seams --quick --scene tower_level --policy island --json seams.json");
   const auto options = std::make_shared<SeamOptions>();
-  command.add_option("--scene", options->scenes, "only this scene; may be given several times");
+  command.add_option("--scene", options->scenes, "only this scene; repeatable");
   command.add_option("--policy", options->policies,
-                     "only none, clone-1, clone-2, clone-4, island or cut; likewise");
-  command.add_option("--placement", options->placements, "only reference, local, remote or corner; likewise");
-  add_parsed(command, "--engine", options->precision, cli::parse_precision, "f32 or f64; f32 if not given");
+                     "only none, clone-1, clone-2, clone-4, island or cut; repeatable");
+  command.add_option("--placement", options->placements,
+                     "only reference, local, remote or corner; repeatable");
+  add_parsed(command, "--engine", options->precision, cli::parse_precision, "f32 or f64; default: f32");
   command.add_flag("--quick", options->quick, "fewer seeds, no large pile, short costs");
   command
-      .add_option("--seeds", options->seeds,
-                  "simulated networks per scene; 100, with --quick 3, if not given")
+      .add_option("--seeds", options->seeds, "simulated networks per scene; default: 100, or 3 with --quick")
       ->check(CLI::Range(0, 1'000'000));
-  command.add_flag("--no-costs", options->no_costs, "leave out the times and bytes");
+  command.add_flag("--no-costs", options->no_costs, "skip measuring times and bytes");
   add_parsed(command, "--json", options->json, cli::parse_output_file, "write all results to this file");
   add_parsed(command, "--csv", options->csv, cli::parse_output_file,
-             "write the rows to this file, and the costs to one beside it");
+             "write the rows to this file, and the costs to one next to it");
   command.callback([options, &action] { action = [options] { return measure_seams(*options); }; });
 }
 

@@ -1,4 +1,4 @@
-// `tessera experiment seams`: what a border between sectors does, on one server and on two.
+// `tessera experiment seams`: the effect of borders between sectors, on one server and on two.
 #pragma once
 
 #include "cli/command.h"

@@ -14,7 +14,7 @@
 namespace tessera::seams {
 namespace {
 
-// One of several worlds that are stepped in turns.
+// One of several worlds that are stepped alternately.
 struct Contestant {
   std::string policy;
   std::unique_ptr<LocalWorld> world;
@@ -39,7 +39,7 @@ absl::StatusOr<std::unique_ptr<LocalWorld>> under(SeamPolicy seams, WorldDescrip
   return in_sectors(world);
 }
 
-// Over the corner of eight sectors. It never sleeps, so that every tick is work.
+// Over the corner of eight sectors. It never sleeps, so that every tick has work to do.
 absl::StatusOr<WorldDescription> awake_pile(const CostOptions& options, double sector_size) {
   Scene scene = pile_scenes().front();
   scene.sector_size = sector_size;

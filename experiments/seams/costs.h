@@ -1,4 +1,4 @@
-// What the policies cost: time per tick, bytes between servers, and where the cap of islands pays.
+// The cost of the policies: time per tick, bytes between servers, and where the cap on islands pays off.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -11,13 +11,13 @@
 
 namespace tessera::seams {
 
-// Paired: the worlds are stepped in turns, tick by tick, in the same process on one thread.
+// Paired: the worlds are stepped alternately, tick by tick, in the same process on one thread.
 struct TimeCost {
   std::string world;
   std::string policy;  // "plain": one Bullet world without sectors
   Tick ticks = 0;
   double tick_ms = 0;  // median
-  std::string hash;    // of what was computed; "plain" has no sectors, and so a hash of its own
+  std::string hash;    // of the result; that of "plain" differs, since it has no sectors
 };
 
 // On two servers.

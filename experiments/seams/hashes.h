@@ -1,4 +1,4 @@
-// The same bits however the work is spread: the second promise of the design, scene by scene.
+// Whether the bits are the same however the work is distributed, for each scene.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -13,12 +13,13 @@ namespace tessera::seams {
 
 struct HashOptions {
   int seeds = 100;   // of simulated networks
-  int shuffles = 5;  // of random authority
+  int shuffles = 5;  // with random owners of sectors and islands
   Tick ticks = 120;
   Tick ticks_heavy = 20;
 };
 
-// How many runs of the scene at the corner of eight sectors ended in the bits of one process.
+// The number of runs of the scene, at the corner of eight sectors, that ended in the same bits as one
+// process.
 struct Equality {
   std::string scene;
   Policy policy = Policy::kIsland;
@@ -26,7 +27,7 @@ struct Equality {
   std::string world_hash;  // of one process
   int seeds = 0;           // whole clusters of 3 servers on a simulated network
   int seeds_equal = 0;
-  int shuffles = 0;  // 4 shares whose sectors and islands change hands every few ticks
+  int shuffles = 0;  // 4 partitions whose sectors and islands move every few ticks
   int shuffles_equal = 0;
   bool ten_shares_equal = false;
 

@@ -1,4 +1,4 @@
-// A pile that stays where it is poured.
+// A pile in a bin.
 #pragma once
 
 #include "lpss/model/world_description.h"

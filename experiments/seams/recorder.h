@@ -22,7 +22,7 @@ class Recorder {
   // The state after `tick` ticks, 0 included.
   void observe(Tick tick, const Simulation& simulation);
 
-  // What was measured; `simulation` is at the end of the run.
+  // The measurements; `simulation` is at the end of the run.
   Course finish(const Simulation& simulation);
 
  private:

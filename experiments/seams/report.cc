@@ -10,7 +10,7 @@
 namespace tessera::seams {
 namespace {
 
-// JSON has no word for infinity.
+// JSON has no infinity.
 nlohmann::json number(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
 }
@@ -90,7 +90,7 @@ nlohmann::json equal_hashes(const Results& results) {
   return json;
 }
 
-// The row of the same scene and policy without a seam; null where it was not run.
+// The row of the same scene and policy without a seam; null if it was not run.
 const Row* reference_of(const Results& results, const Row& row) {
   const auto found = std::find_if(results.rows.begin(), results.rows.end(), [&](const Row& other) {
     return other.scene == row.scene && other.policy == row.policy && other.placement == Placement::kReference;
@@ -111,7 +111,7 @@ void judge_island(const Row& row, double noise, Precision precision, std::vector
 void judge_cut(const Row& row, const Row* reference, std::vector<std::string>& reasons) {
   constexpr double kTopMax = 0.02;  // m
   constexpr double kPenetrationRatioMax = 2;
-  constexpr double kPenetrationNoise = 1e-3;  // m: below this, nobody counts
+  constexpr double kPenetrationNoise = 1e-3;  // m: anything below this is ignored
   if (row.number == 2 && row.top_error_m > kTopMax) {
     reasons.push_back(absl::StrFormat("top %.3g m off", row.top_error_m));
   }
@@ -185,10 +185,11 @@ std::vector<std::string> misses(const Results& results, Precision precision) {
     std::vector<std::string> reasons;
     const Row* reference = reference_of(results, row);
     if (!row.stands)
-      reasons.push_back(reference != nullptr && !reference->stands ? "nor does the reference" : "falls");
+      reasons.push_back(reference != nullptr && !reference->stands ? "falls, as does the reference"
+                                                                   : "falls");
     if (row.course.duplicate_events > 0) reasons.push_back("duplicate events");
     if (row.course.broken_events > 0) reasons.push_back("broken events");
-    if (row.same_bits == false) reasons.push_back("other bits on two servers");
+    if (row.same_bits == false) reasons.push_back("different bits on two servers");
     if (row.policy == Policy::kIsland) judge_island(row, noise_of(results, row.scene), precision, reasons);
     if (row.policy == Policy::kCut) judge_cut(row, reference, reasons);
     if (reasons.empty()) continue;
@@ -197,10 +198,10 @@ std::vector<std::string> misses(const Results& results, Precision precision) {
   }
   for (const Equality& equality : results.equalities) {
     if (equality.holds()) continue;
-    list.push_back(absl::StrCat(equality.scene, " ", name_of(equality.policy), ": the same bits in ",
+    list.push_back(absl::StrCat(equality.scene, " ", name_of(equality.policy), ": same bits in ",
                                 equality.seeds_equal, " of ", equality.seeds, " seeds, ",
                                 equality.shuffles_equal, " of ", equality.shuffles, " shuffles",
-                                equality.ten_shares_equal ? "" : ", not on ten shares"));
+                                equality.ten_shares_equal ? "" : ", not on ten servers"));
   }
   return list;
 }

@@ -1,4 +1,4 @@
-// The results as data.
+// The results as JSON and CSV.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,11 +12,11 @@ namespace tessera::seams {
 // {"engine", "rows", "noise", "costs", "equal_hashes"}. What was not measured is null.
 nlohmann::json to_json(const Results& results, const Costs& costs, Precision precision);
 
-// The rows, a line each under a line of names, with the noise of their scene; for gnuplot.
+// The rows as CSV with a header line, with the noise of their scene; for gnuplot.
 std::string to_csv(const Results& results, Precision precision);
 std::string to_csv(const Costs& costs);
 
-// The rows of policies `island` and `cut` that miss what the issue asks for, each with its reasons.
+// The rows of policies `island` and `cut` that miss their requirements, each with its reasons.
 std::vector<std::string> misses(const Results& results, Precision precision);
 
 }  // namespace tessera::seams

@@ -1,4 +1,4 @@
-// The scenes of the seam experiment: small worlds around an origin of their own, and what each must do.
+// The scenes of the seam experiment: small worlds around their own origin, and what each must do.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -15,28 +15,28 @@
 
 namespace tessera::seams {
 
-// What the scene says of mechanical energy.
+// What must hold for the mechanical energy.
 enum class EnergyRule : std::uint8_t {
   kOpen,    // motors, or dampers: nothing
-  kKept,    // stays as it was at the start
+  kKept,    // stays constant
   kNoGain,  // falls, or stays
 };
 
 struct Scene {
   std::string name;
-  int number = 0;  // of the issue's list
+  int number = 0;  // of its group
   std::string about;
-  double sector_size = 128;       // L, m, where there are to be seams
+  double sector_size = 128;       // L, m, in placements with seams
   double reference_size = 128;    // L, m, so large that the whole scene is in one sector
-  double extent = 8;              // m from the origin: what moves stays within this in the first second
+  double extent = 8;              // m from the origin: moving bodies stay within this for the first second
   Eigen::Vector3d seam{1, 0, 0};  // 1 along the axes whose borders pass through the origin at a single seam
   Tick ticks = 600;
   int solver_iterations = WorldSettings().solver_iterations;
-  double lowest = 0;      // m: height of no potential energy, from the origin
+  double lowest = 0;      // m: height of zero potential energy, from the origin
   std::uint32_t cap = 2;  // bodies: a third of the largest island
-  bool free = false;      // nothing pushes from outside, so that momentum is kept
+  bool free = false;      // no external forces, so momentum is conserved
   EnergyRule energy = EnergyRule::kOpen;
-  bool heavy = false;  // costs much: fewer repetitions of it are enough
+  bool heavy = false;  // expensive: repeated less often
 
   // The scene with its origin at the centre of the anchor's sector. Errors: those of world files.
   std::function<absl::StatusOr<WorldDescription>(const WorldSettings&)> build;
@@ -45,11 +45,11 @@ struct Scene {
   std::function<bool(const Course& run, const Course& reference)> stands;
 };
 
-// All scenes, in the order of the issue. Vehicles are files of other projects in the folder `worlds`
-// ($TESSERA_WORLDS); without it (empty) they are left out.
+// All scenes. Vehicles are files of other projects in the folder `worlds` ($TESSERA_WORLDS); if it is empty,
+// they are left out.
 std::vector<Scene> all_scenes(const std::string& worlds);
 
-// By groups, each in a file of its own.
+// By group.
 std::vector<Scene> collision_scenes();
 std::vector<Scene> stack_scenes();
 std::vector<Scene> toppling_scenes();

@@ -17,7 +17,7 @@ struct Collision {
   double speed_right;  // m/s, to the left
   double restitution;
 
-  // Of the left sphere and the right one after the collision, m/s along x.
+  // Velocities of the left and the right sphere after the collision, m/s along x.
   std::pair<double, double> speeds_after() const {
     const double common = (mass_left * speed_left - mass_right * speed_right) / (mass_left + mass_right);
     const double apart = restitution * (speed_left + speed_right) / (mass_left + mass_right);
@@ -25,8 +25,8 @@ struct Collision {
   }
 };
 
-// They meet between two ticks, far from a tick at which one of them is just within the distance at which
-// Bullet finds contacts: there a shift of one ulp decides on a whole tick.
+// They meet between two ticks, and are not near Bullet's contact distance at either: there, one ulp could
+// shift the contact by a whole tick.
 constexpr Collision kCollisions[] = {
     {"collision_equal_soft", 1, 1, 5.03, 5.03, 0},
     {"collision_equal_hard", 1, 1, 5.03, 5.03, 1},
@@ -64,7 +64,7 @@ std::vector<Scene> collision_scenes() {
     scene.build = [collision](const WorldSettings& settings) { return world_of(collision, settings); };
     scene.stands = [collision](const Course& run, const Course&) {
       const auto [left, right] = collision.speeds_after();
-      // Bullet pushes overlapping spheres apart by up to half a metre a second, also where restitution is 0.
+      // Bullet pushes overlapping spheres apart at up to 0.5 m/s, even with restitution 0.
       const double tolerance = 0.1 * (collision.speed_left + collision.speed_right);
       return std::abs(run.end[0].linear_velocity.x() - left) < tolerance &&
              std::abs(run.end[1].linear_velocity.x() - right) < tolerance;

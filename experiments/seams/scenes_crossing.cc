@@ -1,4 +1,4 @@
-// Scenes 6 and 7: what rests on a seam, crosses it all the time, reaches over a corner, or is shot through
+// Scenes 6 and 7: bodies that rest on a seam, cross it repeatedly, extend over a corner, or are shot through
 // sectors.
 #include <cmath>
 
@@ -14,7 +14,7 @@ WorldSettings weightless(WorldSettings settings) {
   return settings;
 }
 
-// Exactly on the seam, on purpose: its centre is on an upright seam, its bottom on a level one.
+// Exactly on the seam, on purpose: its centre is on a vertical seam, its bottom on a horizontal one.
 WorldDescription resting(const WorldSettings& settings) {
   WorldBuilder builder(settings);
   builder.add("floor", builder.shape(Box{{100, 100, 2}}), 1, {0, 0, -1}, Motion::kStatic);
@@ -24,7 +24,7 @@ WorldDescription resting(const WorldSettings& settings) {
 
 constexpr double kWall = 0.2;  // m from the seam
 
-// A hard ball between two hard walls, 0.2 m of room for its centre and 0.17 m a tick.
+// A hard ball between two hard walls: 0.2 m of room for its centre, at 0.17 m per tick.
 WorldDescription to_and_fro(const WorldSettings& settings) {
   WorldBuilder builder(weightless(settings));
   const ShapeId wall = builder.shape(Box{{0.4, 1, 1}});
@@ -43,7 +43,7 @@ bool stays_between_walls(const Course& run, const Course&) {
   return std::abs(ball.position.x()) < kWall && std::abs(ball.linear_velocity.x()) > 1;
 }
 
-// A rod of 8 m turns about a corner in free space and hits a ball.
+// A rod of 8 m rotates about a corner in free space and hits a ball.
 WorldDescription spinning_rod(const WorldSettings& settings) {
   WorldBuilder builder(weightless(settings));
   BodyDescription& rod = builder.add("rod", builder.shape(Box{{8, 0.2, 0.2}}), 2, {0.013, 0.021, 0.017});

@@ -1,4 +1,4 @@
-// Scene 4: what joints hold together.
+// Scene 4: mechanisms with joints.
 #include <absl/strings/str_cat.h>
 
 #include <cmath>
@@ -9,16 +9,16 @@
 namespace tessera::seams {
 namespace {
 
-constexpr double kGapMore = 1e-3;  // m, beyond the reference's
+constexpr double kGapMore = 1e-3;  // m, more than the reference
 
 bool joints_hold(const Course& run, const Course& reference) {
   return run.joint_gap_max <= reference.joint_gap_max + kGapMore;
 }
 
-// 10 m of links that hang level from the world and fall into a swing.
+// 10 m of links, fixed to the world at one end, that start horizontal and swing down.
 WorldDescription chain(const WorldSettings& settings) { return chain_world(settings, 20, {-5, 0.013, 4}); }
 
-// A leaf of 1 x 2 m on a hinge at the seam, on its way to its stop.
+// A door of 1 x 2 m on a hinge at the seam, swinging towards its stop.
 WorldDescription door(const WorldSettings& settings) {
   WorldBuilder builder(settings);
   BodyDescription& leaf = builder.add("leaf", builder.shape(Box{{1, 0.05, 2}}), 20, {0.5, 0, 0});
@@ -31,7 +31,7 @@ WorldDescription door(const WorldSettings& settings) {
   return builder.world();
 }
 
-// Two rods of 2 m, let go at an angle.
+// Two rods of 2 m, released at an angle.
 WorldDescription double_pendulum(const WorldSettings& settings) {
   constexpr double kRod = 2;
   constexpr double kAngle = 1.1;  // rad from hanging
@@ -58,7 +58,7 @@ struct Limb {
   JointType type;
 };
 
-// A figure of 1.8 m, astride of the seam, that falls on its feet and then over. The origin is where it
+// A figure 1.8 m tall, astride the seam, that lands on its feet and falls over. The origin is where it
 // stands.
 WorldDescription figure(const WorldSettings& settings) {
   const Limb limbs[] = {
@@ -124,7 +124,7 @@ std::vector<Scene> joint_scenes() {
   return {
       jointed("chain", "a chain of 20 links swings through sectors of 4 m", 4, 20, built<chain>),
       jointed("door", "a door on its hinge swings through the seam to its stop", 128, 2, built<door>),
-      jointed("figure", "a figure of 8 limbs falls astride of the seam", 128, 8, built<figure>),
+      jointed("figure", "a figure of 8 limbs falls astride the seam", 128, 8, built<figure>),
       jointed("double_pendulum", "a double pendulum swings through the seam", 128, 2, built<double_pendulum>),
   };
 }

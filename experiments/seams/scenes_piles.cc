@@ -9,7 +9,7 @@ namespace tessera::seams {
 namespace {
 
 constexpr double kBin = 16;   // m, inside
-constexpr double kDeep = -4;  // m: its floor, so that the pile reaches over a level seam, too
+constexpr double kDeep = -4;  // m: its floor, so that the pile also crosses a horizontal seam
 
 void add_bin(WorldBuilder& builder) {
   builder.add("floor", builder.shape(Box{{kBin + 8, kBin + 8, 2}}), 1, {0, 0, kDeep - 1}, Motion::kStatic);
@@ -23,7 +23,7 @@ void add_bin(WorldBuilder& builder) {
   }
 }
 
-// The largest rise of a pile that only falls is what the solver pushes out of overlaps.
+// A pile that only falls rises at most as far as the solver pushes bodies out of overlaps.
 bool lies_in_bin(const Course& run, const Course&) {
   for (const Sample& sample : run.end) {
     if (sample.position.head<2>().cwiseAbs().maxCoeff() > kBin / 2) return false;
@@ -48,7 +48,7 @@ WorldDescription bin_world(const WorldSettings& settings, int count) {
                                 1.25 * (row - 0.5 * (kSide - 1)) + 0.027 * ((layer + i) % 5 - 2),
                                 kDeep + 0.7 + 1.3 * layer);
     BodyDescription& body = builder.add(absl::StrCat("body", i), shapes[(i + layer) % 4], 1, place);
-    // What rolls comes to rest as on a soft floor: contacts themselves resist no rolling.
+    // Rolling bodies come to rest as on a soft floor: contacts alone do not resist rolling.
     body.properties.angular_damping = 0.5;
   }
   return builder.world();

@@ -1,4 +1,4 @@
-// Scene 5: a sphere rolls over many borders, and none of them may be a bump.
+// Scene 5: a sphere rolls over many borders without a bump.
 #include <absl/strings/str_cat.h>
 
 #include <cmath>
@@ -12,15 +12,15 @@ namespace {
 constexpr double kSpeed = 22;      // m/s
 constexpr double kRadius = 0.5;    // m
 constexpr double kHalfWay = 110;   // m
-constexpr double kHalfWidth = 12;  // m, of a terrain that is rolled over along x
-// A bump is a change of the vertical velocity in a tick beyond this. On hills of triangles the sphere jumps a
-// little from face to face, in the reference, too: how far is a matter of rounding.
-constexpr double kBumpMax = 0.01;      // m/s, and
-constexpr double kBumpRatioMax = 1.5;  // by the largest of the reference
+constexpr double kHalfWidth = 12;  // m, of the terrain, which extends along x
+// A bump is a larger change of the vertical velocity in one tick. On hills of triangles the sphere jumps
+// slightly from face to face, also in the reference; how far depends on rounding.
+constexpr double kBumpMax = 0.01;      // m/s
+constexpr double kBumpRatioMax = 1.5;  // relative to the largest in the reference
 
 enum class Ground { kBox, kMesh, kHeights };
 
-// Gentle hills, in steps of 1 m: steep enough to tell, not so steep that the sphere leaves the ground.
+// Gentle hills, in steps of 1 m: steep enough to matter, not so steep that the sphere leaves the ground.
 double hill(double x, double y) { return 0.1 * std::sin(0.1 * x + 0.3) + 0.1 * std::sin(0.09 * y); }
 
 HeightField heights(int half_x, int half_y) {

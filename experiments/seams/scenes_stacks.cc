@@ -1,4 +1,4 @@
-// Scene 2: what stands because everything rests on something else.
+// Scene 2: stacks.
 #include <absl/strings/str_cat.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@ constexpr double kStandingDisplacementMax = 0.25;  // m
 
 bool stands_still(const Course& run, const Course&) { return displacement(run) < kStandingDisplacementMax; }
 
-// Ten boxes whose middle is at the origin, `width` m wide and out of line in proportion.
+// Ten boxes centred at the origin, `width` m wide and slightly offset in proportion.
 WorldDescription slim_tower(const WorldSettings& settings, double width) {
   WorldBuilder builder(settings);
   builder.add("floor", builder.shape(Box{{100, 100, 2}}), 1, {0, 0, -6}, Motion::kStatic);
@@ -43,10 +43,10 @@ WorldDescription pyramid(const WorldSettings& settings) {
 
 constexpr double kCardLean = 0.28;  // rad from upright
 
-// Two cards that lean on each other, with their feet at height `foot`.
+// Two cards that lean against each other, with their feet at height `foot`.
 void lean_cards(WorldBuilder& builder, ShapeId card, double x, double foot, const Eigen::Vector3d& size) {
   for (const int side : {-1, 1}) {
-    // The lower outer edge stands on the ground, the upper inner edges meet.
+    // The lower outer edges stand on the ground, the upper inner edges meet.
     const double sine = std::sin(kCardLean), cosine = std::cos(kCardLean);
     const double half_width = 0.5 * (size.z() * sine + size.x() * cosine);
     const double half_height = 0.5 * (size.z() * cosine + size.x() * sine);
@@ -57,7 +57,7 @@ void lean_cards(WorldBuilder& builder, ShapeId card, double x, double foot, cons
   }
 }
 
-// Two storeys: three pairs of cards and two flat ones, held by friction alone.
+// Two storeys: three pairs of cards and one flat card between them, held by friction alone.
 WorldDescription card_house(const WorldSettings& settings) {
   const Eigen::Vector3d size(0.1, 1, 1.6);
   WorldBuilder builder(settings);
@@ -95,14 +95,15 @@ Scene tower(const std::string& name, const std::string& about) {
 }  // namespace
 
 std::vector<Scene> stack_scenes() {
-  Scene level = tower("tower_level", "tower of 10 boxes, the seam level through its middle");
+  Scene level = tower("tower_level", "tower of 10 boxes, with a horizontal seam through its middle");
   level.seam = {0, 0, 1};
-  Scene upright = tower("tower_upright", "the same tower, the seam upright through its middle");
-  Scene small = tower("tower_small", "the same tower in sectors of 1.75 m, the smallest that hold its boxes");
+  Scene upright = tower("tower_upright", "the same tower, with a vertical seam through its middle");
+  Scene small =
+      tower("tower_small", "the same tower in sectors of 1.75 m, the smallest possible for its boxes");
   small.seam = {0, 0, 1};
   small.sector_size = 1.75;
-  // A sector is at least as long as the diagonal of what moves in it: only slim boxes are that much taller.
-  Scene own = standing("tower_own", "ten slim boxes, each in a sector of its own", 10);
+  // A sector is at least as long as the diagonal of its moving bodies, so only slim boxes fit one per sector.
+  Scene own = standing("tower_own", "ten slim boxes, each in its own sector", 10);
   own.seam = {0, 0, 1};
   own.sector_size = 1.116;
   own.solver_iterations = 30;

@@ -1,4 +1,4 @@
-// Scene 3: what passes a push on, from sector to sector.
+// Scene 3: bodies that pass a push on, from sector to sector.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -36,8 +36,8 @@ bool all_have_fallen(const Course& run, const Course&) {
 constexpr int kBalls = 5;
 constexpr double kRod = 4;  // m
 
-// Five balls on rods of no weight, 3 mm apart, so that pair after pair collides. The first is let go at 30
-// degrees.
+// Five balls on massless rods, 3 mm apart, so that pairs collide one after another. The first is released at
+// 30 degrees.
 WorldDescription cradle(const WorldSettings& settings) {
   WorldBuilder builder(settings);
   const ShapeId ball = builder.shape(Sphere{0.5});
@@ -55,7 +55,7 @@ WorldDescription cradle(const WorldSettings& settings) {
   return builder.world();
 }
 
-// The last ball rises at least half as high as the first one fell.
+// The last ball must rise at least half as high as the first one fell.
 bool last_swings_up(const Course& run, const Course&) {
   const double fall = run.start.front().position.z();
   return run.highest.back().z() > 0.5 * fall;

@@ -1,4 +1,4 @@
-// Scene 4: vehicles of other projects, driven across the seam. Their files are not part of this tree.
+// Scene 4: vehicles of other projects, driven across the seam. Their files are not part of this repository.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -11,10 +11,10 @@
 namespace tessera::seams {
 namespace {
 
-constexpr double kGapMore = 1e-3;  // m, of a joint, beyond the reference's
+constexpr double kGapMore = 1e-3;  // m, of a joint, more than the reference
 constexpr double kWayMin = 1;      // m
 
-// The bodies and joints of a file as if its origin were at `place`.
+// The bodies and joints of a file, with its origin moved to `place`.
 absl::StatusOr<WorldDescription> from_file(const std::string& file, const WorldSettings& settings,
                                            const Eigen::Vector3d& place) {
   absl::StatusOr<LoadedWorld> loaded = load_world_file(file);
@@ -45,7 +45,7 @@ absl::StatusOr<WorldDescription> diff_drive(const std::string& file, const World
   return world;
 }
 
-// A URDF robot has no ground: it gets one under its wheels.
+// A URDF robot has no ground: add one under its wheels.
 absl::StatusOr<WorldDescription> r2d2(const std::string& file, const WorldSettings& settings) {
   constexpr double kWheelRadius = 0.035;  // m
   absl::StatusOr<WorldDescription> world = from_file(file, settings, {0.013, 0, 0});

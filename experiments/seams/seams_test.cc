@@ -1,4 +1,4 @@
-// Borders that physics cannot feel, on the quick scenes of the experiment; the rest is in docs/seams.md.
+// Borders do not affect physics, tested with the quick scenes of the experiment; docs/seams.md has the rest.
 #include <gtest/gtest.h>
 
 #include "experiments/seams/hashes.h"

@@ -58,8 +58,8 @@ absl::StatusOr<Stage> stage(const Scene& scene, Placement placement, Policy poli
 }
 
 absl::StatusOr<Stage> stage_elsewhere(const Scene& scene, int place, Precision precision) {
-  // Where numbers are as coarse as they are at a border: in a sector of twice the size, just beyond where the
-  // border would be, unless that is beyond what single precision allows; then as far out as the scene goes.
+  // Where numbers are as coarse as at a border: in a sector of twice the size, just beyond the place of the
+  // border, unless single precision does not allow that; then as far out as the scene fits.
   constexpr double kSizeMax = 512;  // m
   const bool doubled = 2 * scene.reference_size <= kSizeMax;
   const double size = doubled ? 2 * scene.reference_size : scene.reference_size;

@@ -1,5 +1,4 @@
-// Where a scene is put: the placement decides where the borders of sectors are, the policy what happens
-// there.
+// Places a scene: the placement determines where the borders of sectors are, the policy what happens there.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -21,7 +20,7 @@ enum class Placement : std::uint8_t {
 };
 
 enum class Policy : std::uint8_t {
-  kNone,  // sectors know nothing of each other
+  kNone,  // sectors ignore each other
   kClone1,
   kClone2,
   kClone4,
@@ -39,7 +38,7 @@ const char* name_of(Policy policy);
 std::optional<Placement> placement_named(const std::string& name);
 std::optional<Policy> policy_named(const std::string& name);
 
-// A world with a scene in it, and where the scene's origin is: metres from the centre of the anchor's sector.
+// A world with a scene, and the scene's origin in metres from the centre of the anchor's sector.
 struct Stage {
   WorldDescription world;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
@@ -48,8 +47,8 @@ struct Stage {
 // Errors: those of the scene's files, and of validate().
 absl::StatusOr<Stage> stage(const Scene& scene, Placement placement, Policy policy, Precision precision);
 
-// The reference with its origin elsewhere in one sector, so that numbers are rounded otherwise. `place`
-// counts from 0 to kReferencesElsewhere - 1.
+// The reference with its origin elsewhere in the same sector, so that numbers are rounded differently.
+// `place` is 0 to kReferencesElsewhere - 1.
 absl::StatusOr<Stage> stage_elsewhere(const Scene& scene, int place, Precision precision);
 inline constexpr int kReferencesElsewhere = 8;
 

@@ -21,11 +21,11 @@ struct Subject {
   std::string name;
   std::function<absl::StatusOr<WorldDescription>(const WorldSettings&)> build;
   double horizon = 1;       // s
-  bool is_chaotic = false;  // its overlap is the measure
+  bool is_chaotic = false;  // measured by overlap instead of error
   bool has_joints = false;
 };
 
-// A satellite 630 km above a planet: nothing but gravity, whose changes are small against its speed.
+// A satellite 630 km above a planet: only gravity, which changes slowly.
 WorldDescription orbit_scene(const WorldSettings& settings) {
   constexpr double kRadius = 7e6;  // m
   constexpr double kSurface = 9.81;
@@ -72,7 +72,7 @@ std::vector<Subject> subjects(const ExperimentOptions& options) {
 }
 
 struct Setting {
-  std::string knob;  // "default", "grid", or what is turned
+  std::string knob;  // "default", "grid", or the setting that is changed
   std::string value;
   Knobs knobs;
 };
@@ -105,7 +105,7 @@ std::vector<Setting> single_knobs() {
     k.set(&WorldSettings::seams, SeamPolicy::kClone);
     k.set(&WorldSettings::clone_depth, static_cast<int>(v));
   });
-  // Of Bullet's own solver alone.
+  // For Bullet's own solver only.
   turn(list, "warm_starting", {0, 0.85, 1}, [](Knobs& k, double v) {
     k.set(&WorldSettings::substeps, 1);
     k.set(&WorldSettings::warm_starting, v);
@@ -143,7 +143,7 @@ class Tradeoff {
   }
 
   absl::StatusOr<Report> measure() {
-    // Before this process has loaded the precision that is asked for.
+    // Before this process has loaded the engine for the requested precision.
     absl::StatusOr<Report> references = in_own_process([this] { return measure_references(); });
     if (!references.ok()) return references.status();
     progress_.skip(2 * subjects_.size());
@@ -155,7 +155,7 @@ class Tradeoff {
       if (absl::Status status = measure(subject, reference); !status.ok()) return status;
     }
     mark_front(report_.table("rows"), {"scene"});
-    if (options_.worlds.empty()) report_.misses.push_back("without $TESSERA_WORLDS there is no vehicle");
+    if (options_.worlds.empty()) report_.misses.push_back("the vehicle needs $TESSERA_WORLDS");
     return std::move(report_);
   }
 
@@ -193,7 +193,7 @@ class Tradeoff {
     return report;
   }
 
-  // What plain Bullet costs at this time step, its own solver with ten passes.
+  // The cost of plain Bullet at this time step, with ten passes of its own solver.
   absl::StatusOr<double> plain_cost(const Subject& subject, const Knobs& knobs) const {
     Knobs plain;
     if (const auto step = knobs.get(&WorldSettings::time_step)) plain.set(&WorldSettings::time_step, *step);
@@ -210,7 +210,7 @@ class Tradeoff {
     Row base;
     for (const Setting& setting : settings_) {
       const absl::StatusOr<Trial> trial = run_with(subject, setting.knobs);
-      // A sector may be too small for a body, or too large for the precision: such settings do not exist.
+      // A sector may be too small for a body, or too large for the precision: such settings are skipped.
       if (trial.status().code() == absl::StatusCode::kInvalidArgument) continue;
       if (!trial.ok()) return trial.status();
       Row ratio;
