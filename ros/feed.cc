@@ -108,7 +108,8 @@ void Feed::enter(const live::ClusterReport& report) {
 
 absl::Status Feed::look_up(Tick tick) {
   std::vector<BodyId> ids;
-  // An id that no body has: a stream of no bodies tells the time, while one without ids has all bodies.
+  // An unused id: a stream without bodies still carries the time, while a filter without ids selects all
+  // bodies.
   if (!options_.bodies.empty()) ids.push_back(BodyId{});
   for (const std::string& name : options_.bodies) {
     const absl::StatusOr<FoundBody> body = client_.find(name, kTimeout);
@@ -158,7 +159,7 @@ void Feed::publish(Clock::time_point now) {
   introduce(*frame_);
   std::vector<TransformStamped> transforms = transforms_->changed(*frame_);
   if (is_repetition) transforms = transforms_->all(*frame_);
-  // Transforms first, then the clock: whoever waits for the time finds its transforms.
+  // Transforms first, then the clock: once a time is published, its transforms are available.
   if (!transforms.empty()) warn(publisher_.publish_transforms(transforms));
   warn(publisher_.publish_clock(time_at(frame_->tick, time_step_)));
 }

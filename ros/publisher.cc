@@ -9,7 +9,7 @@
 namespace tessera::ros {
 namespace {
 
-// A node would wait for slow readers forever; we continue with newer messages.
+// A ROS node would wait for slow readers forever; we continue with newer messages.
 constexpr dds_duration_t kWriteWait = DDS_MSECS(100);
 
 // A QoS profile, in ROS terms, of a reliable topic.

@@ -14,7 +14,7 @@
 namespace tessera::ros {
 namespace {
 
-// The next message of a topic in hexadecimal digits, as it comes over the wire.
+// The next message of a topic as received, in hexadecimal digits.
 std::string next_message(dds_entity_t reader) {
   dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);
   const dds_entity_t participant = dds_get_participant(reader);
@@ -31,7 +31,7 @@ std::string next_message(dds_entity_t reader) {
   return absl::BytesToHexString(bytes);
 }
 
-// Written out as ROS 2 has it: little-endian CDR, version 1.
+// As ROS 2 encodes it: little-endian CDR, version 1.
 TEST(PublisherTest, MessagesAreThoseOfRosToTheByte) {
   setenv("CYCLONEDDS_URI", dds_configuration({}).c_str(), 1);
   const auto domain = static_cast<std::uint32_t>(getpid() % 100);
@@ -53,7 +53,7 @@ TEST(PublisherTest, MessagesAreThoseOfRosToTheByte) {
             absl::StrCat("00010000",                                      // encoding
                          "01000000", "02000000", "0065cd1d",              // 1 transform, 2 s, 5e8 ns
                          "04000000", "6d617000", "04000000", "612f6200",  // "map", "a/b"
-                         "00000000",                                      // to the next multiple of 8
+                         "00000000",                                      // padding to a multiple of 8
                          "000000000000f03f", "00000000000000c0", "000000000000e03f",  // x y z
                          "0000000000000000", "0000000000000000", "0000000000000000", "000000000000f03f"));
   dds_delete_qos(qos);

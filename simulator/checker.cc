@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-// A world in one process, to which commands are given as they were recorded.
+// A world in one process that executes recorded commands.
 class Playback {
  public:
   static absl::StatusOr<Playback> create(const WorldDescription& world) {
@@ -26,7 +26,7 @@ class Playback {
     return Playback(WorldRegistry(world, *records, *joints), *std::move(simulation));
   }
 
-  // For the next tick.
+  // Gives a command for the next tick.
   absl::Status give(const v1::RecordedCommand& recorded) {
     absl::StatusOr<Command> command = command_from(recorded);
     if (!command.ok()) return command.status();
@@ -69,7 +69,7 @@ class Playback {
       case Kind::REQUEST_NOT_SET:
         break;
     }
-    return absl::DataLossError("a command of an unknown kind");
+    return absl::DataLossError("unknown kind of command");
   }
 
   absl::StatusOr<Command> spawned(const v1::RecordedCommand& recorded) {
@@ -91,7 +91,8 @@ class Playback {
   }
 
   static absl::Status other_id(std::uint64_t here, std::uint64_t recorded) {
-    return absl::InternalError(absl::StrCat("what is new has the id ", here, ", and had ", recorded));
+    return absl::InternalError(
+        absl::StrCat("the new body or joint has the id ", here, ", recorded was ", recorded));
   }
 
   WorldRegistry registry_;
@@ -123,7 +124,7 @@ absl::StatusOr<std::string> Checker::untouched_hash(Tick tick) {
 
 absl::Status Checker::check(std::span<const v1::RecordedInput> log) {
   std::vector<const v1::RecordedCommand*> commands;
-  absl::btree_map<Tick, std::string> hashes;  // these come in later than commands that were given meanwhile
+  absl::btree_map<Tick, std::string> hashes;  // may arrive after commands of later ticks
   for (const v1::RecordedInput& input : log) {
     if (input.has_command()) commands.push_back(&input.command());
     if (input.has_hash()) hashes[input.hash().tick()] = input.hash().hash();

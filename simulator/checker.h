@@ -1,4 +1,4 @@
-// What a cluster has made of a world, held against the same in one process.
+// Compares what a cluster computed with the same world in one process.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -20,15 +20,14 @@ class Checker {
  public:
   explicit Checker(const WorldDescription& world) : world_(world) {}
 
-  // Asked after each tick from now on: true ends what runs with CANCELLED.
+  // Called after each tick from now on: true ends the running check with CANCELLED.
   void end_when(std::function<bool()> is_ended) { is_ended_ = std::move(is_ended); }
 
-  // The hash after so many ticks in which nobody touches the world. Computed once for each tick that is asked
-  // for.
+  // The hash after `tick` ticks without commands. Computed once for each tick.
   absl::StatusOr<std::string> untouched_hash(Tick tick);
 
-  // Plays the commands of a log. ABORTED, with the tick, where a hash of the log is another one here, or a
-  // command is refused or makes something else.
+  // Plays the commands of a log. ABORTED, with the tick, if a hash differs from that of the log, or a command
+  // is refused or has a different result.
   absl::Status check(std::span<const v1::RecordedInput> log);
 
  private:

@@ -20,7 +20,7 @@ std::uint64_t timeout_ns() {
 // Heartbeats come once a second, and servers notice a second later than the coordinator.
 constexpr std::uint64_t kMargin = 2 * kSecond;
 
-// As many of short cuts are shorter than a tick as last for seconds.
+// Short cuts are spread over all magnitudes, from less than a tick to seconds.
 std::uint64_t draw_length_ns(Dice& dice) {
   if (dice.one_in(4)) return dice.between(timeout_ns() + kMargin, 2 * timeout_ns());
   const std::uint64_t longest = (timeout_ns() - kMargin) >> dice.below(14);

@@ -18,15 +18,15 @@ namespace {
 
 constexpr std::uint32_t kScenarioStream = 3;
 
-// About what a tick takes, so that most faults begin while ticks are under way.
+// About the duration of a tick, so that most faults begin while ticks are running.
 constexpr std::uint64_t kNsPerTick = 4'000'000;
 
-// What must not have happened, unless the user wanted it.
+// An unexpected error becomes ABORTED; CANCELLED stays.
 absl::Status broken(const absl::Status& status) {
   return absl::IsCancelled(status) ? status : absl::AbortedError(status.message());
 }
 
-// The ticks of a scenario, and the requests of its clients in between. UNAVAILABLE where the world ends.
+// Runs the ticks of a scenario, and requests of clients in between. UNAVAILABLE if the world ends.
 absl::Status drive(SimulatedCluster& cluster, const WorldDescription& world, const Scenario& scenario,
                    Tick ticks) {
   using Step = SimulatedCluster::Pending<v1::StepReply>;
@@ -58,7 +58,8 @@ absl::Status drive(SimulatedCluster& cluster, const WorldDescription& world, con
   }
 }
 
-// Of a world that has ended: that it had to, that it says why, and that who was cut off knows.
+// Checks of a world that has ended that it had to end, that it states why, and that servers that were cut off
+// have ended as well.
 absl::Status check_end(SimulatedCluster& cluster, const FaultSchedule& faults, std::string& failure) {
   const std::vector<NodeId> lost = faults.lost_servers();
   const absl::StatusOr<v1::StatusReply> status = cluster.status();
@@ -69,7 +70,7 @@ absl::Status check_end(SimulatedCluster& cluster, const FaultSchedule& faults, s
   };
   if (status->state() != "failed" || std::none_of(lost.begin(), lost.end(), names)) {
     return absl::AbortedError(
-        absl::StrCat("the world is ", status->state(), ", because of \"", failure, "\""));
+        absl::StrCat("the world is ", status->state(), "; the reason given is \"", failure, "\""));
   }
   for (const NodeId server : cluster.servers()) {
     const auto is_it = [server](const FaultSchedule::Crash& crash) { return crash.node == server; };
@@ -77,9 +78,9 @@ absl::Status check_end(SimulatedCluster& cluster, const FaultSchedule& faults, s
     const bool was_cut_off = std::find(lost.begin(), lost.end(), server) != lost.end();
     const std::optional<absl::Status> end = cluster.end_of(server);
     if (was_cut_off != end.has_value()) {
-      return absl::AbortedError(
-          absl::StrCat("server ", absl::Hex(server.value),
-                       end ? absl::StrCat(" ended: ", end->message()) : " goes on without its coordinator"));
+      return absl::AbortedError(absl::StrCat(
+          "server ", absl::Hex(server.value),
+          end ? absl::StrCat(" ended: ", end->message()) : " continues without its coordinator"));
     }
   }
   return absl::OkStatus();
@@ -114,7 +115,7 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
   const FaultSchedule faults = draw_faults(
       scenario.seed, {scenario.cuts, scenario.crashes, scenario.ticks * kNsPerTick}, cluster.servers());
   cluster.meet(faults);
-  // The last tick comes after all faults, so that each has had its consequences by the end.
+  // The last tick comes after all faults, so that all their consequences are visible.
   const Tick after_faults = scenario.cuts + scenario.crashes > 0 ? 1 : 0;
   absl::Status outcome = drive(cluster, world_, scenario, scenario.ticks - after_faults);
   cluster.outlast_faults();
@@ -126,7 +127,8 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
   if (must_end && absl::IsUnavailable(outcome)) {
     if (absl::Status end = check_end(cluster, faults, report.failure); !end.ok()) return end;
   } else if (must_end) {
-    return absl::AbortedError(absl::StrCat("the world did not end without a server: ", outcome.ToString()));
+    return absl::AbortedError(
+        absl::StrCat("the world did not end after it lost a server: ", outcome.ToString()));
   } else if (!outcome.ok()) {
     return broken(outcome);
   } else {

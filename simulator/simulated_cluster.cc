@@ -7,7 +7,7 @@
 namespace tessera {
 namespace {
 
-// Its timers are those of the faults.
+// The node whose timers trigger the faults.
 constexpr NodeId kFaultsNode{2};
 constexpr NodeId kFirstServer{100};
 
@@ -20,7 +20,7 @@ CoordinatorOptions options_for(std::uint32_t servers, const SimulatedClusterOpti
 
 v1::ClusterMessage parsed(const Delivery& delivery) {
   v1::ClusterMessage message;
-  invariant(message.ParseFromString(delivery.payload), "simulated processes send what they can read");
+  invariant(message.ParseFromString(delivery.payload), "simulated processes send valid messages");
   return message;
 }
 
@@ -70,7 +70,7 @@ void SimulatedCluster::run_coordinator() {
   keep_timer(kCoordinatorNode, coordinator_timer_ns_, coordinator_.next_deadline());
 }
 
-// A machine that has finished stays where it is, deaf and dumb: its last message may still be on its way.
+// A finished machine is kept but inactive: its last message may still be in transit.
 void SimulatedCluster::run_server(Server& server) {
   if (server.machine->finished()) return;
   for (const Delivery& delivery : server.link->receive({})) {

@@ -1,5 +1,4 @@
-// A whole cluster in one thread, on a simulated network with a seed: the production state machines, nothing
-// else.
+// A whole cluster in one thread on a simulated network with a seed, made of the production state machines.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -29,7 +28,7 @@ struct SimulatedClusterOptions {
 
 class SimulatedCluster {
  public:
-  // What a client waits for.
+  // An answer that a client waits for.
   template <typename Answer>
   using Pending = std::shared_ptr<const std::optional<absl::StatusOr<Answer>>>;
 
@@ -39,10 +38,10 @@ class SimulatedCluster {
                    const SimulatedClusterOptions& options = {});
   ~SimulatedCluster();
 
-  // Asked before each event from now on: true ends the call that waits with CANCELLED.
+  // Called before each event from now on: true ends the waiting call with CANCELLED.
   void end_when(std::function<bool()> is_ended) { is_ended_ = std::move(is_ended); }
 
-  // The cluster runs until the answer is there. DEADLINE_EXCEEDED when nothing more can happen before that.
+  // The cluster runs until the answer arrives. DEADLINE_EXCEEDED if no events are left before that.
   absl::Status load(const WorldDescription& world);
   absl::StatusOr<v1::StepReply> step(std::uint64_t ticks);
   absl::StatusOr<v1::HashReply> hash();
@@ -54,22 +53,22 @@ class SimulatedCluster {
     return wait<Answer>(post<Request, Answer>(std::move(request)));
   }
 
-  // The same in two parts, between which others may call. `wait` as above.
+  // The same in two parts, with other calls allowed in between. Errors of wait() as above.
   template <typename Request, typename Answer>
   Pending<Answer> post(Request request);
   template <typename Answer>
   absl::StatusOr<Answer> wait(const Pending<Answer>& pending);
 
-  // Lets at most so many events happen.
+  // Runs at most `count` events.
   void run_events(std::uint64_t count);
 
-  // From now on these faults happen in their time.
+  // Schedules these faults, relative to now.
   void meet(const FaultSchedule& faults);
   // Runs until the last of them is over.
   void outlast_faults();
 
   std::vector<NodeId> servers() const;
-  // Why a server has ended by itself; nothing while it runs, and of one that has crashed.
+  // Why a server ended by itself; nullopt while it runs, or if it crashed.
   std::optional<absl::Status> end_of(NodeId server) const;
   SimNetwork& network() { return network_; }
   std::uint64_t events() const { return events_; }
@@ -79,7 +78,7 @@ class SimulatedCluster {
     NodeId node;
     std::unique_ptr<Link> link;
     std::unique_ptr<SectorServer> machine;
-    std::uint64_t timer_ns = 0;  // set and not yet run out
+    std::uint64_t timer_ns = 0;  // set and not yet expired
   };
 
   Nanoseconds now() const { return Nanoseconds(static_cast<std::int64_t>(network_.now_ns())); }
@@ -94,7 +93,7 @@ class SimulatedCluster {
   std::unique_ptr<Link> coordinator_link_;
   std::uint64_t coordinator_timer_ns_ = 0;
   std::vector<Server> servers_;
-  std::multimap<std::uint64_t, std::function<void()>> faults_;  // by time: the beginnings and ends to come
+  std::multimap<std::uint64_t, std::function<void()>> faults_;  // pending begins and ends, by time
   std::uint64_t events_ = 0;
   std::function<bool()> is_ended_ = [] { return false; };
 };
@@ -123,7 +122,7 @@ absl::StatusOr<Answer> SimulatedCluster::wait(const Pending<Answer>& pending) {
     if (is_ended_()) return absl::CancelledError("interrupted");
     if (!run_one_event()) break;
   }
-  if (!*pending) return absl::DeadlineExceededError("the simulated cluster came to a halt without an answer");
+  if (!*pending) return absl::DeadlineExceededError("the simulated cluster has no events left and no answer");
   return **pending;
 }
 

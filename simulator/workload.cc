@@ -12,10 +12,10 @@ namespace {
 
 constexpr std::uint32_t kWorkloadStream = 2;
 
-// Bodies are put so far from where others started, m: some into them, some out of their sector.
+// Maximum distance of placed bodies from the start of others, m: some overlap, some leave the sector.
 constexpr double kAround = 3;
 constexpr double kEdge = 0.5;   // m, of new bodies
-constexpr double kApart = 0.7;  // m, of two new bodies that are tied to each other
+constexpr double kApart = 0.7;  // m, between two new bodies with a joint
 
 v1::BodyRef by_id(std::uint64_t id) {
   v1::BodyRef body;
@@ -60,7 +60,7 @@ WorldPosition Workload::any_place() {
   const WorldPosition& start = places_[dice_.below(places_.size())];
   const Eigen::Vector3d there = start.local + from_proto(any_vector(kAround));
   const absl::StatusOr<WorldPosition> place = canonical(start.sector, there, settings_.sector_size);
-  return place.ok() ? *place : start;  // the last sector has none beyond it
+  return place.ok() ? *place : start;  // there is nothing beyond the last sector
 }
 
 absl::StatusOr<std::uint64_t> Workload::spawn(SimulatedCluster& cluster, const WorldPosition& place,

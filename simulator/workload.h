@@ -1,5 +1,4 @@
-// What clients might ask of a world, drawn from a seed: bodies come and go, are pushed, moved and tied to
-// each other.
+// Random requests of clients, drawn from a seed: bodies are spawned, removed, pushed, moved and joined.
 #pragma once
 
 #include <absl/status/status.h>
@@ -15,10 +14,10 @@ namespace tessera {
 
 class Workload {
  public:
-  // For a world that is loaded and that nobody else touches.
+  // For a loaded world that nobody else changes.
   Workload(std::uint64_t seed, const WorldDescription& world);
 
-  // Makes one request and waits for the answer. Errors are the cluster's: no request is one to be refused.
+  // Makes one request and waits for the answer. Errors are the cluster's: every request is valid.
   absl::Status give_next(SimulatedCluster& cluster);
 
  private:

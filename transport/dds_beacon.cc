@@ -59,7 +59,7 @@ absl::Status look_for_rivals(dds_entity_t participant, dds_entity_t reader, cons
   for (;;) {
     if (const std::optional<std::string> endpoint = rival(reader, mine)) {
       return absl::AlreadyExistsError(
-          absl::StrCat("cluster ", mine.cluster, " has a coordinator already: ", *endpoint));
+          absl::StrCat("cluster ", mine.cluster, " already has a coordinator: ", *endpoint));
     }
     const auto left = std::chrono::nanoseconds(deadline - Clock::now()).count();
     if (left <= 0) return absl::OkStatus();

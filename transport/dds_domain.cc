@@ -47,7 +47,7 @@ absl::StatusOr<DdsDomain> DdsDomain::open(std::uint32_t id, const DdsNetwork& ne
       open_domains().erase(id);
       if (entity == DDS_RETCODE_PRECONDITION_NOT_MET) {
         return absl::FailedPreconditionError(
-            absl::StrCat("DDS domain ", id, " is open in this process already"));
+            absl::StrCat("DDS domain ", id, " is already open in this process"));
       }
       return dds_error(entity, absl::StrCat("cannot open DDS domain ", id));
     }

@@ -51,7 +51,8 @@ constexpr dds_attach_t kWakeAttachment = 0;
 constexpr dds_attach_t kReaderAttachment = 1;
 constexpr dds_attach_t kSilenceAttachment = 2;
 
-// Our share of the buffer that the kernel grants a receiver here, and, on hosts that are set up alike, there.
+// Our share of the receive buffer that the kernel grants on this host, assuming that other hosts are
+// configured alike.
 std::size_t choose_window() {
   std::size_t buffer_bytes = 0;
   std::ifstream("/proc/sys/net/core/rmem_max") >> buffer_bytes;
@@ -357,7 +358,7 @@ void DdsLink::Impl::take_silent() {
 
 void DdsLink::Impl::on_writer_event(Peer& peer) {
   dds_publication_matched_status_t status;
-  must(dds_get_publication_matched_status(peer.writer, &status), "cannot ask who listens");
+  must(dds_get_publication_matched_status(peer.writer, &status), "cannot query the matched readers");
   if (status.total_count_change > 0) peer.stream.connected();
   if (status.current_count == 0) peer.stream.disconnected();
   touched_.push_back(&peer);
@@ -365,7 +366,7 @@ void DdsLink::Impl::on_writer_event(Peer& peer) {
 
 void DdsLink::Impl::on_reader_event(std::vector<Delivery>& deliveries) {
   dds_subscription_matched_status_t status;
-  must(dds_get_subscription_matched_status(reader_, &status), "cannot ask who sends");
+  must(dds_get_subscription_matched_status(reader_, &status), "cannot query the matched writers");
   if (status.total_count_change != 0 || status.current_count_change != 0) note_new_senders();
   take(deliveries);
 }
@@ -373,8 +374,8 @@ void DdsLink::Impl::on_reader_event(std::vector<Delivery>& deliveries) {
 void DdsLink::Impl::note_new_senders() {
   std::vector<dds_instance_handle_t> handles(64);
   for (;;) {
-    const dds_return_t count =
-        must(dds_get_matched_publications(reader_, handles.data(), handles.size()), "cannot ask who sends");
+    const dds_return_t count = must(dds_get_matched_publications(reader_, handles.data(), handles.size()),
+                                    "cannot query the matched writers");
     const bool complete = static_cast<std::size_t>(count) <= handles.size();
     handles.resize(count);
     if (complete) break;
@@ -424,7 +425,7 @@ void DdsLink::Impl::take(std::vector<Delivery>& deliveries) {
       sender.stream.accept(to_packet(message), deliveries);
       if (touched_.empty() || touched_.back() != &sender) touched_.push_back(&sender);
     }
-    if (count > 0) must(dds_return_loan(reader_, samples, count), "cannot give samples back");
+    if (count > 0) must(dds_return_loan(reader_, samples, count), "cannot return samples");
   }
 }
 

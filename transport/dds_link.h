@@ -39,8 +39,8 @@ struct DdsOptions {
 class DdsLink : public Link {
  public:
   // Settings come from CYCLONEDDS_URI if that environment variable is set, else from deploy/cyclonedds.xml as
-  // built in, with what `network` says. Errors: INVALID_ARGUMENT for a cluster name or domain out of bounds,
-  // FAILED_PRECONDITION when the domain is in use otherwise, INTERNAL and RESOURCE_EXHAUSTED from DDS (no
+  // built in, adapted to `network`. Errors: INVALID_ARGUMENT for a cluster name or domain out of bounds,
+  // FAILED_PRECONDITION if other code has opened the domain, INTERNAL and RESOURCE_EXHAUSTED from DDS (no
   // network, no free port).
   static absl::StatusOr<std::unique_ptr<DdsLink>> create(const DdsOptions& options);
 
@@ -56,17 +56,17 @@ class DdsLink : public Link {
   // out: after 1 to 1.4 s with the built-in settings. receive() then returns early: call this after
   // each receive().
   //
-  // What was sent to such a process, up to the receive() that noticed, arrives only if that same process
-  // turns up again (a healed cable); a successor at its address gets what is sent afterwards.
+  // Messages sent to such a process, up to the receive() that noticed, arrive only if the same process
+  // reappears (a reconnected cable); a successor at its address gets those sent afterwards.
   std::vector<NodeId> take_lost_peers();
 
-  // Gives up the process that is, or last was, at address `peer`: drops what is kept for it, and ignores it
-  // should it come back after all. What is sent to that address later is for its successor.
+  // Gives up the process that is, or last was, at address `peer`: drops messages kept for it, and ignores it
+  // if it comes back. Messages sent to that address later are for its successor.
   void forget(NodeId peer);
 
-  // Makes this process known as a coordinator of the cluster that clients reach at `endpoint`, unless another
-  // one lives: ALREADY_EXISTS then names its endpoint. Waits for `discovery` to be sure. Of several that
-  // start at the same time, the first wins. Holds until the link is destroyed; must not be called again after
+  // Announces this process as the coordinator of the cluster, with `endpoint` for clients, unless another one
+  // lives: ALREADY_EXISTS then names its endpoint. Waits for `discovery` to be sure. Of several that start at
+  // the same time, the first wins. Effective until the link is destroyed; must not be called again after
   // success.
   absl::Status announce_coordinator(const std::string& endpoint,
                                     std::chrono::milliseconds discovery = std::chrono::milliseconds(500));

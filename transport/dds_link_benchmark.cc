@@ -20,7 +20,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr NodeId kNear{2};
 constexpr NodeId kFar{3};
-// Messages under way in the throughput run, in bytes: a producer that does not run away from its consumer.
+// Bytes in transit in the throughput run, limited so that the producer does not outrun the consumer.
 constexpr std::size_t kAheadBytes = 8 << 20;
 
 struct Plan {
@@ -40,7 +40,7 @@ std::unique_ptr<DdsLink> open(NodeId self, std::uint32_t domain) {
   return *std::move(link);
 }
 
-// The next messages; there are some.
+// The next messages, at least one.
 std::vector<Delivery> next(Link& link) {
   for (;;) {
     std::vector<Delivery> result = link.receive(Clock::now() + std::chrono::seconds(20));
@@ -48,7 +48,7 @@ std::vector<Delivery> next(Link& link) {
   }
 }
 
-// Echoes the round trips, then counts the bulk and says when a good part or all of it is there.
+// Echoes the round trips, then counts the bulk data and reports progress and completion.
 void run_far(const Plan& plan, std::uint32_t domain) {
   auto link = open(kFar, domain);
   int left = plan.round_trips + 1;
@@ -69,7 +69,7 @@ void run_far(const Plan& plan, std::uint32_t domain) {
       }
     }
   }
-  // Stays until the other has heard that all is there.
+  // Waits until the other process knows that everything has arrived.
   next(*link);
 }
 
@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
   if (argc > 1) plan.bytes = std::strtoull(argv[1], nullptr, 10);
   if (argc > 2) plan.round_trips = std::atoi(argv[2]);
   if (argc > 3) plan.megabytes = std::strtoull(argv[3], nullptr, 10);
-  // As the daemons do: memory that messages pass through stays with the process.
+  // As in the daemons: keep freed memory in the process.
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
   const auto domain = static_cast<std::uint32_t>(getpid() % 100);
   const pid_t child = fork();

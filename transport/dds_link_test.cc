@@ -27,10 +27,11 @@ using std::chrono::seconds;
 using Clock = std::chrono::steady_clock;
 using testing::HasSubstr;
 
-// How long anything may take before a test fails: long, for hosts that are busy and for sanitizers.
+// Deadline of every wait: long, for busy hosts and sanitizers.
 constexpr seconds kPatience{60};
 
-// Test programs that run at the same time must not meet: each has a cluster of its own, and most a domain.
+// Test programs that run at the same time must not interfere: each has its own cluster, and most their own
+// domain.
 std::uint32_t domain() { return static_cast<std::uint32_t>(getpid() % 100); }
 std::string cluster() { return "test-" + std::to_string(getpid()); }
 
@@ -40,7 +41,7 @@ std::unique_ptr<DdsLink> open_link(NodeId self, const std::string& of = cluster(
   return link.ok() ? *std::move(link) : nullptr;
 }
 
-// A process of dds_link_test_peer; killed at the end if it still runs.
+// A process of dds_link_test_peer; killed on destruction if it still runs.
 class PeerProcess {
  public:
   PeerProcess(NodeId self, std::vector<std::string> arguments) {
@@ -73,7 +74,7 @@ class PeerProcess {
   pid_t pid_ = 0;
 };
 
-// Receives until `done` says so of all that has arrived.
+// Receives until `done` returns true for all messages so far.
 std::vector<Delivery> receive_until(DdsLink& link,
                                     const std::function<bool(const std::vector<Delivery>&)>& done) {
   const Clock::time_point deadline = Clock::now() + kPatience;
@@ -128,7 +129,7 @@ TEST(DdsLink, TwoLinksInOneProcessKeepOrder) {
   constexpr int kCount = 1000;
   for (int i = 0; i < kCount; ++i) a->send(kOther, std::to_string(i));
   b->send(kSelf, "");
-  // Both ends have to run: the first messages wait for the other's answer.
+  // Both ends must run: the first messages wait for the other's answer.
   std::thread other([&] {
     const std::vector<Delivery> got = receive_count(*b, kCount);
     ASSERT_EQ(got.size(), static_cast<std::size_t>(kCount));
@@ -145,7 +146,7 @@ TEST(DdsLink, TwoLinksInOneProcessKeepOrder) {
   EXPECT_EQ(got[1].payload, "all");
 }
 
-// Two clusters in which the same addresses say different things to each other, until all has been heard.
+// Two clusters in which the same addresses exchange different messages, until all have arrived.
 TEST(DdsLink, OtherClustersAreNotHeard) {
   auto a = open_link(kSelf);
   auto b = open_link(kOther);
@@ -222,7 +223,7 @@ TEST(DdsLink, WakeEndsReceive) {
   about_to_wait.set_value();
   EXPECT_TRUE(link->receive(never).empty());
   waker.join();
-  // Both were used up.
+  // Both wake-ups have been consumed.
   const Clock::time_point soon = Clock::now() + milliseconds(20);
   EXPECT_TRUE(link->receive(soon).empty());
   EXPECT_GE(Clock::now(), soon);
@@ -266,7 +267,7 @@ TEST(DdsLink, AStalledProcessThatComesBackHasMissedNothing) {
   EXPECT_EQ(wait_for_loss(*link), std::vector<NodeId>{kOther});
   send_half(kCount / 2);
   peer.signal(SIGCONT);
-  // What came before the loss was reported is in the hands of wait_for_loss(): the last ones tell.
+  // wait_for_loss() took the messages before the loss was reported: check the last ones.
   const std::vector<Delivery> got = receive_until(*link, [&](const std::vector<Delivery>& all) {
     return !all.empty() && all.back().payload == payload + std::to_string(kCount - 1);
   });
@@ -310,7 +311,7 @@ TEST(DdsLink, ASecondCoordinatorIsRefused) {
   const std::string refusal = receive_count(*link, 1)[0].payload;
   EXPECT_THAT(refusal, HasSubstr("ALREADY_EXISTS"));
   EXPECT_THAT(refusal, HasSubstr("here:10"));
-  // The place of one that was killed is free at once, for one that did not know it.
+  // A newcomer may take the place of a killed coordinator at once.
   first->signal(SIGKILL);
   first->wait();
   PeerProcess third(NodeId{12}, {"coordinate"});
@@ -335,7 +336,7 @@ TEST(DdsLink, LeavesNoThreadAndNoFileBehind) {
     for (const auto& entry : std::filesystem::directory_iterator("/dev/shm")) names.insert(entry.path());
     return names;
   };
-  // Runtimes that watch a program start a thread of theirs with its first.
+  // Sanitizer runtimes start their own thread with the program's first.
   std::thread([] {}).join();
   const auto threads_before = threads();
   const auto shared_before = shared_memory();

@@ -1,9 +1,10 @@
 // The other processes of dds_link_test:
 //   dds_link_test_peer DOMAIN CLUSTER SELF MODE [ARGUMENTS]
 // echo N          answers each message with the same payload, until one says "quit"
-// mesh FIRST LAST sends one message to every other node of the range; when it has heard of all of them, says
-//                 "complete" to node 1, and goes on until that says "quit"
-// coordinate      announces itself as the coordinator at endpoint "here:SELF", tells node 2 what came of it,
+// mesh FIRST LAST sends one message to every other node of the range; when it has received one from each,
+// sends
+//                 "complete" to node 1, and continues until node 1 sends "quit"
+// coordinate      announces itself as the coordinator at endpoint "here:SELF", sends the result to node 2,
 // and
 //                 echoes
 #include <chrono>
@@ -19,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// A test that went wrong must not leave processes behind.
+// A failed test must not leave processes behind.
 constexpr std::chrono::seconds kLifetime{100};
 
 int echo(Link& link) {

@@ -14,7 +14,7 @@ namespace {
 constexpr NodeId kA{1};
 constexpr NodeId kB{2};
 
-// A packet on the wire, with a payload of its own.
+// A packet on the wire, which owns its payload.
 struct Sent {
   Packet packet;
   std::string payload;
@@ -26,7 +26,7 @@ struct Sent {
   }
 };
 
-// One process: its stream to the other, and what is on the wire to that other.
+// One process: its stream to the other, and the packets on the wire to it.
 struct End {
   End(NodeId other, Session session) : stream(other, session) {}
 
@@ -54,7 +54,7 @@ void carry_one(End& from, End& to) {
   to.stream.accept(sent.view(), to.deliveries);
 }
 
-// Lets both talk until neither has anything to say.
+// Exchanges packets until neither has any left.
 void settle(End& a, End& b) {
   for (;;) {
     a.pump();
@@ -79,7 +79,7 @@ void disconnect(End& a, End& b) {
   }
 }
 
-// Tells its parts apart.
+// A payload in which every part is different.
 std::string filled(std::size_t size, char first) {
   std::string result(size, first);
   for (std::size_t i = 0; i < size; i += kPartBytes / 2) result[i] = static_cast<char>(i / kPartBytes);
@@ -172,7 +172,7 @@ TEST(PeerStream, ASuccessorGetsOnlyWhatWasSentAfterTheLoss) {
   settle(a, c);
   EXPECT_EQ(c.got(), std::vector<std::string>{"for the next"});
   EXPECT_FALSE(a.stream.take_loss());
-  // The old one was only paused; it is not listened to any more.
+  // The old process was only paused; its messages are ignored now.
   b->stream.push("from beyond");
   b->stream.connected();
   b->pump();
@@ -247,8 +247,8 @@ TEST(PeerStream, AForgottenProcessIsIgnoredItsSuccessorIsNot) {
   EXPECT_EQ(c.got(), std::vector<std::string>{"for the next"});
 }
 
-// Breaks one direction: what is on the wire vanishes, from some point on. The sender may notice or not; the
-// receiver's DDS meets the sender anew, and may hand out again what it had before.
+// Breaks one direction: packets on the wire are lost from some point on. The sender may or may not notice; the
+// receiver's DDS rediscovers the sender and may deliver earlier packets again.
 void break_wire(End& from, End& to, std::mt19937_64& random) {
   const std::size_t kept = random() % (from.wire.size() + 1);
   for (std::size_t i = 0; i < kept; ++i) {

@@ -14,8 +14,7 @@
 namespace tessera {
 namespace {
 
-// A message, a timer or the news of a loss under way. `order` tells events of the same moment apart: first
-// set, first run.
+// A pending message, timer or loss notice. `order` sorts events of the same moment: first set, first run.
 struct Pending {
   std::uint64_t time_ns = 0;
   std::uint64_t order = 0;
@@ -25,7 +24,7 @@ struct Pending {
   // The incarnations of `from` and `to` that this belongs to: a restarted node does not inherit it.
   std::uint64_t from_life = 0;
   std::uint64_t to_life = 0;
-  std::uint64_t cut = 0;  // of a loss: the cut that it follows from; 0 where `from` was killed
+  std::uint64_t cut = 0;  // of a loss: the cut that caused it; 0 if `from` was killed
   std::string payload;
 };
 
@@ -206,7 +205,7 @@ class SimNetwork::State {
   std::set<NodeId> dead_;
   // Messages to nodes that have not started yet, in order of sending.
   std::map<NodeId, std::vector<Pending>> waiting_;
-  std::map<Pair, Cut> cuts_;  // the links that are cut, with what they hold back
+  std::map<Pair, Cut> cuts_;  // cut links, with the messages that they hold back
   std::uint64_t last_cut_ = 0;
   std::map<Pair, std::uint64_t> newest_ns_;
 };

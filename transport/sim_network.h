@@ -1,5 +1,5 @@
-// A simulated network in one process: virtual time and a seed decide when each message arrives, so that a
-// whole cluster runs in one thread and a fault found there replays exactly.
+// A simulated network in one process: virtual time and a seed determine when each message arrives, so that a
+// whole cluster runs in one thread and any failure can be replayed exactly.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +20,13 @@ struct SimOptions {
   // its order.
   bool reorder = true;
 
-  // How long a node is out of reach of another, cut off or dead, until that one is told (SimEvent::kLoss).
-  // 0: it never is.
+  // How long a node must be unreachable, cut off or dead, before its peers are notified (SimEvent::kLoss).
+  // 0: never.
   std::uint64_t lease_ns = 0;
 };
 
-// What happened at a moment of virtual time: a message reached the inbox of `node`, a timer of it ran out, or
-// it misses signs of life of `peer`.
+// An event in virtual time: a message reached the inbox of `node`, its timer expired, or it has lost contact
+// with `peer`.
 struct SimEvent {
   enum class Kind { kDelivery, kTimer, kLoss };
 
@@ -56,8 +56,8 @@ class SimNetwork {
   // inbox.
   std::unique_ptr<Link> connect(NodeId node);
 
-  // Goes on to the next event, sets the clock to its time and says what it was: the caller then lets that
-  // node run. Nothing, and the clock stays, when nothing is under way.
+  // Processes the next event, sets the clock to its time and returns it: the caller then runs that node.
+  // Nothing, with the clock unchanged, if no event is pending.
   std::optional<SimEvent> step();
 
   // Virtual time since the network began, in nanoseconds.
@@ -67,13 +67,13 @@ class SimNetwork {
   // a separate timer; those of a killed node never expire.
   void set_timer(NodeId node, std::uint64_t time_ns);
 
-  // Stops `node`, as kill -9 would: what is on its way from it or to it vanishes, and so does what others
-  // send to it until it starts anew. Nodes that run then are told of the loss, even if it starts anew before.
+  // Stops `node`, as kill -9 would: messages in transit from it or to it are lost, and so are those sent to
+  // it until it restarts. Running nodes are notified of the loss, even if it restarts before.
   void kill(NodeId node);
 
-  // Cuts the link between two nodes in both directions: messages are kept, not lost, and set out again, with
-  // new delays, once the link is healed. Both nodes are told of the loss if it is not healed before. Both are
-  // no errors when the link is cut or whole already.
+  // Cuts the link between two nodes in both directions: messages are kept, not lost, and sent again, with new
+  // delays, once the link is healed. Both nodes are notified of the loss if it is not healed before. Cutting
+  // a cut link and healing a whole one do nothing.
   void cut(NodeId a, NodeId b);
   void heal(NodeId a, NodeId b);
 

@@ -21,7 +21,7 @@ std::vector<std::string> payloads(const std::vector<Delivery>& deliveries) {
   return result;
 }
 
-// Steps until nothing is under way; what the node of `link` has got, in order of arrival.
+// Steps until no event is pending; returns what the node of `link` has received, in order of arrival.
 std::vector<std::string> run_dry(SimNetwork& network, Link& link) {
   while (network.step()) {
   }
@@ -38,7 +38,7 @@ std::vector<std::string> numbers(int count = kMessages) {
   return result;
 }
 
-// Three nodes that answer each message they get, a few times; everything that happened, as text.
+// Three nodes that answer each message a few times; returns all events as text.
 std::vector<std::string> chatter(std::uint64_t seed) {
   SimNetwork network(seed);
   std::map<NodeId, std::unique_ptr<Link>> links;
@@ -156,7 +156,7 @@ TEST(SimNetwork, ACutLinkKeepsItsMessagesUntilHealed) {
   EXPECT_TRUE(run_dry(network, *b).empty());
 }
 
-// The losses that are told, in order; everything else is passed over.
+// The reported losses, in order; ignores all other events.
 std::vector<SimEvent> losses_of(SimNetwork& network) {
   std::vector<SimEvent> losses;
   while (auto event = network.step()) {
