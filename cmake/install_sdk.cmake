@@ -1,12 +1,12 @@
-# What an application outside of this tree needs: headers, libraries, a CMake package, a pkg-config file. The package has
-# the components `client` (the C++ SDK, and the library for C), `simulation` (a world in the application's own process)
-# and `world_files` (the reader of SDF and URDF); each is a set of exported targets, above that of `model`.
+# Installs what other applications need: headers, libraries, a CMake package, a pkg-config file. The package has the
+# components `client` (the C++ SDK, and the library for C), `simulation` (a world in the application's own process) and
+# `world_files` (the reader of SDF and URDF); each is a set of exported targets that depends on that of `model`.
 include(CMakePackageConfigHelpers)
 
 set(archives ${CMAKE_INSTALL_LIBDIR}/tessera)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tessera)
 
-# tessera_install(SET NAMES...): the targets tessera_NAME, as tessera::NAME in one file of the package.
+# tessera_install(SET NAMES...): exports the targets tessera_NAME as tessera::NAME in one file of the package.
 function(tessera_install set)
   set(targets)
   foreach(name ${ARGN})
@@ -23,7 +23,7 @@ set(model base grid model)
 tessera_install(model ${model})
 tessera_install(client c client proto proto_grpc proto_messages proto_services)
 
-# All other libraries of the layer.
+# All other libraries of lpss/.
 set(layer)
 get_directory_property(targets DIRECTORY ${PROJECT_SOURCE_DIR}/lpss BUILDSYSTEM_TARGETS)
 foreach(target ${targets})
@@ -39,7 +39,7 @@ tessera_install(world_files settings_json world_files)
 target_include_directories(tessera_base INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_include_directories(tessera_c PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_compile_features(tessera_base INTERFACE cxx_std_20)
-# The bits of a world do not depend on how the application is compiled, and its executable finds the engines.
+# The results do not depend on the application's compiler flags, and its executable finds the engines.
 target_compile_options(tessera_simulation INTERFACE $<INSTALL_INTERFACE:-ffp-contract=off>)
 target_link_options(tessera_simulation INTERFACE $<INSTALL_INTERFACE:-Wl,-rpath,$<INSTALL_PREFIX>/${archives}>)
 

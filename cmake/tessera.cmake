@@ -1,11 +1,11 @@
-# How every target of the project is made: one library a folder with an alias, tests beside the code.
+# How every target of the project is made: one library with an alias per folder, tests next to the code.
 
 set(tessera_warnings -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wno-missing-field-initializers)
 if(TESSERA_WERROR)
   list(APPEND tessera_warnings -Werror)
 endif()
 
-# Programs that a sanitizer watches take several times as long.
+# Programs run several times slower under a sanitizer.
 set(tessera_slowness 1)
 if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
   set(tessera_slowness 5)
@@ -14,21 +14,21 @@ endif()
 # The same bits on every machine of one architecture: no contraction to fused multiply-add.
 add_compile_options(-ffp-contract=off)
 
-# tessera_compile_fast(TARGET HEADERS): TARGET reads cmake/precompiled/HEADERS.h compiled, and up to eight files of a
-# library are compiled as one: most of the time goes into headers, and into templates that every file would
+# tessera_compile_fast(TARGET HEADERS): TARGET uses cmake/precompiled/HEADERS.h as a precompiled header, and up to eight
+# files of a library are compiled as one: most of the time goes into headers, and into templates that every file would
 # instantiate. A file whose local names would clash with those of others has SKIP_UNITY_BUILD_INCLUSION.
 function(tessera_compile_fast target headers)
   if(NOT TESSERA_FAST_BUILD)
     return()
   endif()
-  # GCC takes compiled headers only where code is made the same way: that of tests is, like that of libraries.
+  # GCC uses a precompiled header only with the same flags: tests are compiled like libraries.
   get_target_property(type ${target} TYPE)
   if(type STREQUAL EXECUTABLE)
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
     target_compile_options(${target} PRIVATE -fPIC)
   else()
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-    # A local type is local, though the file comes by #include.
+    # Local types stay local, although the file is included by another.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
   target_precompile_headers(${target} REUSE_FROM tessera_precompiled_${headers})
@@ -63,8 +63,8 @@ function(tessera_test name)
     PROPERTIES TIMEOUT ${arg_TIMEOUT})
 endfunction()
 
-# tessera_npm_packages(FOLDER COMMENT): what FOLDER/package-lock.json names is in node_modules of the current
-# binary directory once its packages.stamp is built.
+# tessera_npm_packages(FOLDER COMMENT): building packages.stamp installs the packages of FOLDER/package-lock.json into
+# node_modules of the current binary directory.
 function(tessera_npm_packages folder comment)
   find_program(TESSERA_NPM npm REQUIRED)
   set(files ${folder}/package.json ${folder}/package-lock.json ${folder}/.npmrc)

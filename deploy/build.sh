@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# deploy/build.sh PRESET [TARGET]...: installs what is missing, configures and builds, quietly while all goes well.
-# Without targets: everything, tests included. Else only what the targets need is installed, and configured in a new
-# build folder; what a build folder has been configured for, it keeps.
+# deploy/build.sh PRESET [TARGET]...: installs missing packages, configures and builds; prints output only on failure.
+# Without targets: everything, including tests. With targets, installs and configures only what they need; an existing
+# build folder keeps what it was configured for.
 #
 #   deploy/build.sh release tessera-viewer     the web UI
 set -euo pipefail

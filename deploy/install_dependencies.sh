@@ -1,11 +1,10 @@
 #!/usr/bin/env bash
-# deploy/install_dependencies.sh [run|web|test]: installs what Tessera is built from and with, on Debian 12 (bookworm):
-# only what is missing, nothing if all is there. Asks for root by sudo where it is needed. Each group includes those
-# before it:
+# deploy/install_dependencies.sh [run|web|test]: installs the missing packages that Tessera needs on Debian 12
+# (bookworm), and nothing else. Uses sudo if it does not run as root. Each group includes the previous ones:
 #
-#   run    what building and running worlds takes (the default)
-#   web    and the web UI: Node.js bundles its page
-#   test   and the tests: test libraries, Python, a browser, the formatter
+#   run    to build and run worlds (the default)
+#   web    for the web UI: Node.js and npm
+#   test   for the tests: test libraries, Python, a browser, the formatter
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -13,17 +12,17 @@ top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 . "$top/deploy/progress.sh"
 
 packages=(
-  # to build
+  # build tools
   cmake cyclonedds-tools g++ mold ninja-build pkgconf protobuf-compiler protobuf-compiler-grpc
-  # the physics, the network, the files
+  # physics, network, world files
   libbullet-dev cyclonedds-dev libgrpc++-dev libprotobuf-dev
   libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libgeographiclib-dev
-  # what the code stands on
+  # general libraries
   libabsl-dev libcli11-dev libcivetweb-dev libeigen3-dev libspdlog-dev libtbb-dev libxxhash-dev nlohmann-json3-dev
   prometheus-cpp-dev
 )
 web_packages=()
-# A Node.js of another origin brings npm along, and the distribution's would not go with it.
+# A Node.js from elsewhere includes npm, and the distribution's npm would not match it.
 command -v node >/dev/null && command -v npm >/dev/null || web_packages+=(nodejs npm)
 test_packages=(
   ccache clang-format-14 file libgmock-dev libgtest-dev libyaml-cpp-dev
@@ -38,7 +37,7 @@ case ${1:-run} in
   web) packages+=("${web_packages[@]}") ;;
   test) packages+=("${web_packages[@]}" "${test_packages[@]}") ;;
   *)
-    sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+    sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
     exit 2
     ;;
 esac
@@ -54,7 +53,7 @@ as_root=()
 if [ "$(id -u)" -ne 0 ]; then
   command -v sudo >/dev/null || {
     echo "missing: ${missing[*]}" >&2
-    echo "neither root nor sudo: install them with  apt-get install --no-install-recommends" >&2
+    echo "neither root nor sudo is available; install them with: apt-get install --no-install-recommends" >&2
     exit 1
   }
   as_root=(sudo)
@@ -63,7 +62,7 @@ fi
 echo "installing ${missing[*]}" >&2
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-# Of a thousand: a third for what is fetched, the rest for what is unpacked and set up. As apt says it:
+# Progress out of 1000: a third for downloads, the rest for unpacking and configuration. Reads apt's status lines,
 # "pmstatus:PACKAGE:PERCENT:WHAT" or "dlstatus:...", where PACKAGE may end with ":ARCHITECTURE".
 shares() {
   local line
@@ -76,14 +75,14 @@ shares() {
     fi
   done
 }
-# apt's status has a descriptor of its own: what packages print as they are set up goes to the log, so that nothing
-# here can fail them. A shell as root opens it, since sudo passes on the first three only.
+# apt's status has its own descriptor: the output of packages goes to the log, so nothing here can make them fail.
+# A root shell opens it, since sudo passes on only the first three descriptors.
 install() {
   "${as_root[@]}" sh -c 'exec 3>&1 >"$0" 2>&1
     DEBIAN_FRONTEND=noninteractive exec apt-get install -y -qq --no-install-recommends -o APT::Status-Fd=3 "$@"' \
     "$log" "${missing[@]}" | shares | progress "installing"
 }
-# Package lists may be absent or old: fetched only where the first try fails.
+# Package lists may be missing or outdated: they are updated only if the first attempt fails.
 install || { "${as_root[@]}" apt-get update -qq >"$log" 2>&1 && install; } || {
   tail -20 "$log" >&2
   exit 1

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Runs a cluster on this host as if on several: a network namespace a host, joined by a switch. Then proves the run:
-# the same world hash as in one process. Needs root.
+# Simulates a cluster of several hosts: one network namespace for each, connected by a switch. Then verifies that the
+# world hash is the same as in one process. Needs root.
 #
 #   deploy/network_namespaces.sh                             worlds/seam.sdf, 2 sector servers, 600 ticks
 #   deploy/network_namespaces.sh -n 3 -t 600 -d 1ms worlds/busy.sdf
 #
-#   -n SERVERS   hosts with a sector server each; one more has the coordinator
-#   -t TICKS     how many
-#   -d DELAY     added to every packet on its way into a host, as tc-netem takes it (needs that in the kernel)
-#   -b FOLDER    of the programs, instead of build/release/bin
+#   -n SERVERS   number of hosts with a sector server each; another one runs the coordinator
+#   -t TICKS     number of ticks
+#   -d DELAY     added to every packet towards a host, in the format of tc-netem (needs kernel support)
+#   -b FOLDER    folder of the programs, instead of build/release/bin
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -83,9 +83,9 @@ done
 [ -s "$scratch/ready" ] || fail "the coordinator is not ready"
 
 tessera() { on_host 0 "$bin/tessera" "$@" --connect "$listen" --json "$scratch/$1.json"; }
-tessera load "$world" || fail "the world cannot be loaded"
+tessera load "$world" || fail "cannot load the world"
 began=$(date +%s%N)
-tessera step "$ticks" || fail "the world does not move"
+tessera step "$ticks" || fail "cannot step the world"
 took_ms=$((($(date +%s%N) - began) / 1000000))
 tessera status
 tessera hash >/dev/null
@@ -98,7 +98,7 @@ seconds=$(awk "BEGIN { print $ticks / 60 }")
 here=$(hash_of "$scratch/alone.json")
 echo "$ticks ticks on $servers hosts in $took_ms ms; world hash $there"
 if [ "$there" != "$here" ]; then
-  echo "in one process it is $here" >&2
+  echo "error: in one process it is $here" >&2
   exit 1
 fi
 echo "the same as in one process"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# deploy/package.sh: builds the Debian packages tessera and libtessera-dev, and prints where they are.
+# deploy/package.sh: builds the Debian packages tessera and libtessera-dev, and prints their paths.
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

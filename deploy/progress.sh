@@ -1,7 +1,7 @@
-# To be read by scripts: progress WHAT shows how far something has come, and about how long it goes on.
+# To be sourced by scripts: progress WHAT shows the progress of a task and the estimated time left.
 #
-# Reads lines that begin with "[DONE/TOTAL]", as ninja writes them, and passes over others. A terminal has one line that
-# changes; elsewhere a line is written every half a minute.
+# Reads lines that begin with "[DONE/TOTAL]", as ninja writes them, and ignores others. On a terminal it updates one
+# line; elsewhere it writes a line every 30 s.
 progress() {
   local what=$1 start=$SECONDS said=$SECONDS line elapsed left text
   while IFS= read -r line; do

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Exercises the packages that deploy/package.sh has made, in a bare Debian root of its own: installs them, runs a
-# coordinator and two sector servers by the command lines of their units, builds the SDK's example against what is
-# installed (by CMake and by pkg-config) and runs it, removes all, and looks for what is left. Needs root, debootstrap
-# and some minutes.
+# Tests the packages built by deploy/package.sh in a minimal Debian root: installs them, runs a coordinator and two
+# sector servers with the command lines of their units, builds the SDK's example against the installed files (with CMake
+# and with pkg-config) and runs it, removes the packages, and looks for leftovers. Needs root, debootstrap and some
+# minutes.
 #
 #   deploy/try_package.sh [MIRROR]
 set -euo pipefail
@@ -11,7 +11,7 @@ top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 mirror=${1:-http://deb.debian.org/debian}
 packages=$top/build/release/package
 root=$(mktemp -d)
-chmod 755 "$root"  # for the users in it
+chmod 755 "$root"  # for the users inside
 pids=()
 clean_up() {
   [ "$?" -eq 0 ] || tail -n 5 "$root"/tmp/*.log >&2 || true
@@ -37,12 +37,12 @@ cp "$packages"/*.deb "$root/tmp/"
 apt_get install "/tmp/$(basename "$packages"/tessera_*.deb)"
 say "installed: tessera $(inside dpkg-query -f '${Version}, ${Installed-Size} KB' -W tessera)"
 
-# What systemd would do, as the user that it would make.
+# As systemd would, with a user like the one it would create.
 inside useradd --system --no-create-home tessera-dynamic
 start_unit() {
   local command
   command=$(sed -n 's/^ExecStart=//p' "$root/usr/lib/systemd/system/$1")
-  # shellcheck disable=SC2086  # the unit's words are words
+  # shellcheck disable=SC2086  # split the unit's command into words
   chroot --userspec=tessera-dynamic "$root" /usr/bin/env -i PATH=/usr/bin $command 2>"$root/tmp/$2.log" &
   pids+=($!)
 }
@@ -68,11 +68,11 @@ target_link_libraries(hello PRIVATE tessera::client)
 CMAKE
 inside sh -ec 'cd /tmp/hello && cmake -B build . >/dev/null && cmake --build build >/dev/null'
 answer=$(inside /tmp/hello/build/hello | tail -1)
-say "built by find_package(tessera): $answer"
+say "built with find_package(tessera): $answer"
 inside tessera remove crate
 inside sh -ec 'cd /tmp/hello && g++ -std=c++20 hello.cc $(pkg-config --cflags --libs tessera) -o by_pkg_config'
 answer=$(inside /tmp/hello/by_pkg_config | tail -1)
-say "built by pkg-config: $answer"
+say "built with pkg-config: $answer"
 
 inside tessera shutdown
 for pid in "${pids[@]}"; do wait "$pid" || { say "a daemon ended with an error"; tail "$root"/tmp/*.log; exit 1; }; done

@@ -1,4 +1,4 @@
-// tessera/c.h, used by programs in C.
+// tessera/c.h, used by a C program.
 #include "tessera/world_message.h"
 #include "tests/cluster_fixture.h"
 

@@ -21,7 +21,7 @@
 namespace tessera::testing {
 namespace {
 
-// Logs of daemons that were lost, as tests want them to be, are kept: all in one folder, that goes away.
+// LocalCluster keeps the logs of daemons that fail: collect them in one folder that is removed in the end.
 class TemporaryFolder : public ::testing::Environment {
  public:
   void SetUp() override {
@@ -47,8 +47,8 @@ std::string text_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-// Waits until the text of the file is as wanted, or its writer has ended: a descriptor that is readable then,
-// or -1. Whether it is.
+// Waits until `wanted` accepts the text of the file, or until its writer has ended, which makes the
+// descriptor `writer` readable (-1: none). Returns whether the text was accepted.
 bool await_text(const std::filesystem::path& file, int writer,
                 const std::function<bool(const std::string&)>& wanted) {
   const int inotify = inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
@@ -194,7 +194,7 @@ Program::~Program() {
 
 int Program::wait() {
   if (!cli::wait_readable({process_->descriptor()}, kPatience)) {
-    ADD_FAILURE() << process_->name() << " did not end in time; it said:\n" << output();
+    ADD_FAILURE() << process_->name() << " did not end in time; its output:\n" << output();
     return -1000;
   }
   return *process_->ended();

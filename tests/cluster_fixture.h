@@ -1,5 +1,5 @@
-// Real clusters and small worlds for tests of whole processes. Nothing here waits for time to pass:
-// everything waits for what it wants to see, with a deadline.
+// Real clusters and small worlds for tests of whole processes. Nothing here sleeps: all waits are for a
+// condition, with a deadline.
 #pragma once
 
 #include <absl/status/status.h>
@@ -21,38 +21,38 @@ namespace tessera::testing {
 
 inline constexpr absl::Duration kPatience = absl::Seconds(60 * TESSERA_SLOWNESS);  // the machine may be busy
 
-// A file of the repository's own worlds.
+// A file in worlds/.
 std::filesystem::path world_file(const std::string& name);
 WorldDescription read_world(const std::string& name);
 
 // A plane through z = 0 and nothing else, in sectors of `sector_size`.
 WorldDescription flat_world(double sector_size);
-// Puts the body into a world that is not loaded yet; its position counts from the centre of sector (0, 0, 0)
-// and may be of any size.
+// Adds the body to a world that is not loaded yet; its position is relative to the centre of sector (0, 0, 0)
+// and may be arbitrarily large.
 BodyDescription& add(WorldDescription& world, const NewBody& body);
 
-// The hash after `ticks` in one process.
+// The hash after `ticks` ticks in one process.
 std::string hash_in_process(const WorldDescription& world, std::uint64_t ticks);
 
 struct Cluster {
   std::unique_ptr<cli::LocalCluster> processes;
   std::unique_ptr<Client> client;
 };
-// Fails the test, and gives nothing, where it cannot be started.
+// Fails the test and returns an empty Cluster if it cannot be started.
 Cluster start_cluster(int servers, const cli::LocalClusterOptions& options = {});
 
-// Waits until the coordinator has logged something that contains `text`. Whether it has.
+// Waits until the log of the coordinator contains `text`; false on timeout.
 bool await_log(const Cluster& cluster, const std::string& text);
-// Waits until so many servers in all have joined, one after the other.
+// Waits until `servers` servers have joined, one after the other.
 bool await_joined(const Cluster& cluster, int servers);
 
 // The name of every file in /dev/shm.
 std::set<std::string> shared_memory();
 bool runs(pid_t process);
 std::vector<pid_t> children_of(pid_t process);
-std::string name_of(pid_t process);  // the first 15 characters of its program's
+std::string name_of(pid_t process);  // the first 15 characters of its program's name
 
-// Processes that may be nobody's children any more.
+// Processes that may have lost their parent.
 class Processes {
  public:
   explicit Processes(std::vector<pid_t> ids);
@@ -60,7 +60,7 @@ class Processes {
   ~Processes();
 
   const std::vector<pid_t>& ids() const { return ids_; }
-  // Waits until all have ended. Whether they have.
+  // Waits until all have ended; false on timeout.
   bool await_end() const;
 
  private:
@@ -68,16 +68,16 @@ class Processes {
   std::vector<int> descriptors_;
 };
 
-// A program of the project, beside this one, with its output in a file of its own.
+// A program from the folder of this one, with its output in a file.
 class Program {
  public:
   Program(const std::string& name, const std::vector<std::string>& arguments);
   ~Program();
 
   cli::ChildProcess& process() { return *process_; }
-  // Waits for its end. The exit code, or the negative number of a signal.
+  // Waits for its end. Returns the exit code, or the negative number of a signal.
   int wait();
-  // Waits until it has said something that contains `text`, or has ended. Whether it has said it.
+  // Waits until its output contains `text`, or it has ended; returns whether the output contains it.
   bool await_output(const std::string& text);
   std::string output() const;
 
@@ -86,10 +86,10 @@ class Program {
   absl::StatusOr<cli::ChildProcess> process_;
 };
 
-// And the number of the signal that ended its work in order: an exit code.
+// Plus the number of the signal: the exit code after an orderly end by a signal.
 inline constexpr int kSignalled = 128;
 
-// What `tessera` does with these arguments.
+// The result of `tessera` with these arguments.
 struct Outcome {
   int code;
   std::string output;

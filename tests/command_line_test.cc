@@ -1,4 +1,4 @@
-// The `tessera` command as people use it: exit codes, messages, reports.
+// The `tessera` command as users see it: exit codes, messages, reports.
 #include <csignal>
 #include <cstdint>
 #include <fstream>
@@ -16,7 +16,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// A report that `tessera run` writes, in a folder that goes away.
+// A report written by `tessera run`, in a temporary folder.
 class RunTest : public ::testing::Test {
  protected:
   RunTest() : folder_(cli::make_temporary_folder().value()) {}
@@ -252,7 +252,7 @@ TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
   EXPECT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
 }
 
-// A cluster of two servers with a loaded world, and `tessera top` at it.
+// A cluster of two servers with a loaded world, shown by `tessera top`.
 class TopTest : public RunTest {
  protected:
   void SetUp() override {

@@ -1,4 +1,4 @@
-// The files of deploy/ that no compiler reads, held against the daemons: options, variables, ports, names.
+// Checks the files of deploy/ against the daemons: options, variables, ports, names.
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ std::string text_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// The daemons' options, without running them.
+// The options of the daemons, without running them.
 struct Daemons {
   Daemons() {
     add_options(coordinator, coordinator_arguments);
@@ -90,7 +90,7 @@ TEST(ConfigurationFileTest, IsWhatConfigShowPrints) {
   daemons.parse();
   EXPECT_EQ(text_of(deploy("tessera.toml")),
             configuration_text({&daemons.coordinator, &daemons.sector_server}))
-      << "write it anew: tessera config show >deploy/tessera.toml";
+      << "update it: tessera config show >deploy/tessera.toml";
 }
 
 TEST(ConfigurationFileTest, WithEveryKeySetSaysTheSame) {

@@ -1,15 +1,15 @@
-"""Holds the pages, and the help of the programs, against what is there.
+"""Checks the pages and the help of the programs: links have targets, commands run.
 
     tests/docs_check.py pages build/release/bin
     tests/docs_check.py help build/release/bin
 
-Every relative link and picture of the pages must lead somewhere. Every command of theirs that begins with a
-program of Tessera is run, and so is every example of --help: in a folder that looks like the repository,
-shortened where it would simulate for long, on a cluster of the check's own where it needs one. The commands of a
-page run one after the other, as people type them. Of those that measure for long, that start a daemon, or that
-name something of another place (HOST, FILE), program, subcommand and options must be there.
+Every relative link and picture of the pages must have a target. Every command on a page that begins with a program of
+Tessera is run, and so is every example of --help: in a folder that looks like the repository, shortened if it would
+simulate for long, and on a separate cluster if it needs one. The commands of a page run one after the other, as users
+type them. Commands that measure for long, start a daemon, or contain a placeholder (HOST, FILE) are not run; only
+their program, subcommand and options must exist.
 
-Names each page and line that fails; exit code 1 if any does.
+Prints each page and line that fails; exit code 1 if any does.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PAGES = [
 ]
 PROGRAMS = ("tessera", "tessera-coordinator", "tessera-sector-server", "tessera-viewer")
 
-INSTALLED = {"/usr/share/tessera/": "", "/etc/tessera/": "deploy/"}  # where a package puts what is here
+INSTALLED = {"/usr/share/tessera/": "", "/etc/tessera/": "deploy/"}  # where a package installs files of the repository
 PLACEHOLDER = re.compile(r"\b[A-Z]{4,}\b|/path/to/")
 
 # Enough to see that a command works.
@@ -42,7 +42,7 @@ SHORT = {
     "watch": {"--frames": "1"},
 }
 
-# What the examples of --help speak of. SDF is read once, since that takes its time.
+# What the examples of --help refer to. SDF is read only once, since that is slow.
 READ_STAGE = "tessera convert worlds/machines.sdf stage.pb"
 STAGE_WORLD = "tessera load stage.pb --replace"
 RECORDING = "inputs.rec"
@@ -53,7 +53,7 @@ STAGE_BODIES = {
 
 
 class Check:
-    """Holds pages and helps against what is there, and keeps what fails."""
+    """Checks pages and help texts, and collects the failures."""
 
     def __init__(self, programs: Programs) -> None:
         self.failures: list[str] = []
@@ -67,16 +67,16 @@ class Check:
         for link in links(page):
             self.links += 1
             if not leads_somewhere(link):
-                self.failures.append(f"{name_of(page)}:{link.line}: {link.target} leads nowhere")
+                self.failures.append(f"{name_of(page)}:{link.line}: {link.target} does not exist")
 
     def check_page(self, page: Path) -> None:
-        """Its commands, in their order, on clusters of its own."""
+        """The commands of a page, in order, on separate clusters."""
         for command in shell_commands(page, name_of(page)):
             self._check(command)
         self.stop_cluster(name_of(page))
 
     def check_help(self, words: Words) -> None:
-        """The examples of a subcommand and of those below it."""
+        """The examples of a command and its subcommands."""
         where = f"{' '.join(words)} --help"
         examples = self._programs.examples(words)
         if not examples:
@@ -137,7 +137,7 @@ class Check:
 
 
 def stage_of(example: Words) -> list[Words]:
-    """What is done before an example of --help: the world is loaded, with the body that it speaks of."""
+    """The commands to run before an example of --help: they load the world, with the body that it refers to."""
     commands = [STAGE_WORLD]
     if example[1] == "load":
         commands.append("tessera unload")
@@ -147,7 +147,7 @@ def stage_of(example: Words) -> list[Words]:
 
 
 def leads_somewhere(link: Link) -> bool:
-    """Whether a link names another site, or a file that is there, and in it a heading that is there."""
+    """Whether a link names another site, or an existing file and an existing heading in it."""
     if re.match(r"[a-z]+:", link.target):
         return True
     file, _, anchor = link.target.partition("#")
@@ -156,7 +156,7 @@ def leads_somewhere(link: Link) -> bool:
 
 
 def here(word: str) -> str:
-    """A file of a package, where it is in the repository."""
+    """The place in the repository of a file of a package."""
     for installed, place in INSTALLED.items():
         word = word.replace(installed, place)
     return word

@@ -1,4 +1,4 @@
-"""Pages of Markdown: what they link to, and what they tell people to type."""
+"""Markdown pages: their links, and the commands that they contain."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Link:
 class Command:
     """One simple command of a shell line."""
 
-    page: str  # as people are told of it
+    page: str  # its name in messages
     line: int
     words: tuple[str, ...]
 
@@ -35,20 +35,20 @@ class Command:
 
 
 def links(page: Path) -> Iterator[Link]:
-    """The links and pictures of a page, those in code left out."""
+    """The links and pictures of a page, except those in code."""
     for number, line in _lines(page, in_code=False):
         for target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
             yield Link(page, number, target)
 
 
 def anchors(page: Path) -> set[str]:
-    """What a link may name behind a #: headings, in lower case, with - between words."""
+    """The valid anchors of links: headings, in lower case, with - between words."""
     titles = (line.lstrip("#").strip() for _, line in _lines(page, in_code=False) if line.startswith("#"))
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
 def shell_commands(page: Path, name: str) -> Iterator[Command]:
-    """The commands of indented blocks, and of fenced ones of a shell, in their order."""
+    """The commands in indented blocks and in fenced shell blocks, in order."""
     first, whole = 0, ""
     for number, line in _lines(page, in_code=True):
         first = first if whole else number
@@ -59,7 +59,7 @@ def shell_commands(page: Path, name: str) -> Iterator[Command]:
 
 
 def split(text: str, page: str, line: int) -> Iterator[Command]:
-    """The simple commands of a line, without comments and without variables in front of them."""
+    """The simple commands of a line, without comments and leading variable assignments."""
     lexer = shlex.shlex(text, posix=True, punctuation_chars=True)
     lexer.whitespace_split = True
     words: list[str] = []
@@ -73,12 +73,12 @@ def split(text: str, page: str, line: int) -> Iterator[Command]:
             if words:
                 yield Command(page, line, tuple(words))
             words = []
-    except ValueError:  # an apostrophe: no line of a shell
+    except ValueError:  # an unmatched quote: not a shell line
         return
 
 
 def _lines(page: Path, in_code: bool) -> Iterator[tuple[int, str]]:
-    """The numbered lines inside of shell blocks, or those outside of any code."""
+    """The numbered lines inside shell blocks, or those outside any code."""
     fence, indented, blank = "", False, True
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
         if line.startswith("```"):

@@ -1,4 +1,4 @@
-"""The programs of a build: what their --help says, runs of them, and clusters of `tessera up`."""
+"""The programs of a build: their --help, running them, and clusters of `tessera up`."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from functools import cache
 from pathlib import Path
 
 INTERRUPTED = 128 + signal.SIGINT  # the exit code of a command that Ctrl-C ends
-DEADLINE_S = 120.0  # of one command, on a machine that is busy
+DEADLINE_S = 120.0  # of one command, on a busy machine
 
 Words = tuple[str, ...]
 
 
 class Failed(Exception):
-    """Why a command does not hold."""
+    """Why a command fails."""
 
 
 class Programs:
-    """The programs that are in `folder`; `tessera` and the others are on their PATH.
+    """The programs in `folder`, which is also on their PATH.
 
     They run in `scratch`.
     """
@@ -35,7 +35,7 @@ class Programs:
         self.help = cache(self._help)
 
     def run(self, words: Words, address: str = "") -> str:
-        """What a command prints. Failed unless it ends well; one that watches is interrupted."""
+        """The output of a command. Failed unless it succeeds; a command that watches is interrupted."""
         process = self.start(words, {"TESSERA_ADDRESS": address} if address else {})
         with process, deadline(process):
             assert process.stdin is not None and process.stdout is not None
@@ -60,7 +60,7 @@ class Programs:
         )
 
     def subcommand(self, words: Words) -> Words:
-        """Program and subcommands that begin a command."""
+        """The program and subcommands at the start of a command."""
         for length in range(1, len(words)):
             if words[length] not in self.subcommands(words[:length]):
                 return words[:length]
@@ -76,12 +76,12 @@ class Programs:
         return ",".join(re.findall(r"^  (-\S+)", said, re.MULTILINE)).split(",")
 
     def examples(self, words: Words) -> list[str]:
-        """The command lines at the end of its help."""
+        """The command lines at the end of the help."""
         said = self.help(words).partition("\nExample")[2].partition(":")[2]
         return [line.strip() for line in said.splitlines() if line.strip()]
 
     def check_options(self, words: Words) -> None:
-        """Failed for a subcommand or an option that there is not."""
+        """Failed for an unknown subcommand or option."""
         known = self.subcommand(words)
         given = words[len(known) :]
         options = self.options(known)
@@ -97,10 +97,10 @@ class Programs:
 
 
 class Cluster:
-    """A cluster that `tessera up` starts on a free port, and that ends with its input."""
+    """A cluster that `tessera up` starts on a free port, and that ends when its input is closed."""
 
     def __init__(self, programs: Programs, given: Words = ()) -> None:
-        """`given` are world and options of `up`; Failed where it does not come up."""
+        """`given` are world and options of `up`; Failed if it does not start."""
         arguments = with_option(without_option(given, "--page"), "--listen", "127.0.0.1:0")
         self._process = programs.start(["tessera", "up", "--no-page", "--end-with-input", *arguments])
         assert self._process.stdout is not None
@@ -113,7 +113,7 @@ class Cluster:
         self.address = up.group(1)
 
     def stop(self) -> None:
-        """Ends it. Failed where it does not end well."""
+        """Ends it. Failed if its exit code is not 0."""
         with self._process as process, deadline(process):
             said, _ = process.communicate()
         if process.returncode != 0:
@@ -122,7 +122,7 @@ class Cluster:
 
 @contextlib.contextmanager
 def deadline(process: subprocess.Popen[str]) -> Iterator[None]:
-    """Ends a process that is not done in time, and with it the wait for what it says."""
+    """Kills a process that exceeds the deadline, which also ends the wait for its output."""
     timer = threading.Timer(DEADLINE_S, process.kill)
     timer.start()
     try:
@@ -132,12 +132,12 @@ def deadline(process: subprocess.Popen[str]) -> Iterator[None]:
 
 
 def is_endless(words: Words) -> bool:
-    """Whether a command shows how things are until it is interrupted."""
+    """Whether a command runs until it is interrupted."""
     return "--watch" in words or (words[1] == "top" and not {"--once", "--help"} & set(words))
 
 
 def with_option(words: Words, option: str, value: str) -> Words:
-    """The command with this value of an option instead of any other."""
+    """The command with an option set to this value."""
     return (*without_option(words, option), option, value)
 
 

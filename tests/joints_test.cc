@@ -1,5 +1,5 @@
-// Joints over several servers: motors reach their speed, machines hold together across borders, and joints
-// come and go with commands.
+// Joints over several servers: motors reach their speed, machines hold together across borders, and commands
+// add and remove joints.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -31,7 +31,7 @@ class MachinesTest : public ::testing::Test {
     return stream.ok() ? *std::move(stream) : nullptr;
   }
 
-  // The joints after `ticks` more.
+  // The joints after another `ticks` ticks.
   JointFrame after(std::uint64_t ticks, JointStream& stream) {
     const absl::StatusOr<Tick> tick = client().step(ticks, kPatience);
     EXPECT_THAT(tick.status(), IsOk());
@@ -111,7 +111,7 @@ TEST_F(MachinesTest, JointsComeAndGo) {
               IsStatus(absl::StatusCode::kInvalidArgument, "position = 9 rad"));
 }
 
-// A static parent is streamed, too, by the one server that hosts its sector.
+// A static parent is streamed as well, by the one server that hosts its sector.
 TEST_F(MachinesTest, ParentsThatNeverMove) {
   NewJoint hinge;
   hinge.joint.name = "leash";

@@ -1,5 +1,5 @@
-"""Holds what each folder includes against what it may: dependences point one way. Tests may include what
-they like, but for experiments/, which nothing includes.
+"""Checks what each folder may include: dependences point one way. Tests may include anything except
+experiments/, which nothing includes.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def main() -> int:
     ]
     for line in wrong:
         print(line)
-    print(f"{len(MAY_INCLUDE)} folders, {len(wrong)} includes against the arrows")
+    print(f"{len(MAY_INCLUDE)} folders, {len(wrong)} forbidden includes")
     return 1 if wrong else 0
 
 

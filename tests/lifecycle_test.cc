@@ -1,4 +1,4 @@
-// Clusters as processes: how they begin, what they refuse, and that nothing is left of them.
+// Clusters as processes: how they start, what they refuse, and that they leave nothing behind.
 #include <signal.h>
 
 #include <algorithm>
@@ -61,7 +61,7 @@ TEST(LifecycleTest, ServerThatNeverComesIsMissed) {
                        "needs 2 servers of precision f32, but there are 1 after waiting for 1 s"));
   EXPECT_EQ(cluster.client->status().value().state, "empty");
 
-  // It may still come.
+  // The server may still join.
   ASSERT_THAT(cluster.processes->start_server(), IsOk());
   ASSERT_TRUE(await_joined(cluster, 2));
   const absl::StatusOr<LoadSummary> summary =
@@ -116,13 +116,13 @@ TEST(LifecycleTest, ServerThatStallsForAWhileIsTakenBack) {
   EXPECT_EQ(client.hash(kPatience).value().hash, hash_in_process(world, 30));
 }
 
-// `tessera up` and its daemons, as a user has them.
+// `tessera up` and its daemons, as users run them.
 class UpTest : public ::testing::Test {
  protected:
   void start() {
     ASSERT_TRUE(up_.await_output("a cluster is up")) << up_.output();
     daemons_.emplace(children_of(up_.process().pid()));
-    EXPECT_EQ(daemons_->ids().size(), 4u) << "a coordinator, two servers, the page";
+    EXPECT_EQ(daemons_->ids().size(), 4u) << "a coordinator, two servers, the web UI";
   }
 
   Program up_{"tessera", {"up", "--listen", "127.0.0.1:0", "--servers", "2", "--threads", "1"}};
@@ -145,7 +145,7 @@ TEST_F(UpTest, DaemonsEndWithTheirParentWhateverEndsIt) {
 
 TEST_F(UpTest, LostDaemonEndsAllWithAnError) {
   start();
-  kill(daemons_->ids()[2], SIGKILL);  // a server: they are started after the coordinator, the page is last
+  kill(daemons_->ids()[2], SIGKILL);  // a server: they start after the coordinator and before the web UI
   EXPECT_EQ(up_.wait(), 1);
   EXPECT_THAT(up_.output(), ::testing::HasSubstr("signal 9"));
   EXPECT_TRUE(daemons_->await_end());

@@ -1,4 +1,4 @@
-// What daemons show of themselves while they run: metrics, health, logs.
+// Metrics, health and logs of running daemons.
 #include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
@@ -54,7 +54,7 @@ constexpr const char* kServerMetrics[] = {"tessera_build_info",
                                           "process_resident_memory_max_bytes",
                                           "process_start_time_seconds"};
 
-// With the counters of ticks among them.
+// Including the counters of ticks.
 std::vector<std::string> with_counters(std::span<const char* const> names, const std::string& prefix) {
   std::vector<std::string> all(names.begin(), names.end());
   for (const TickCounter& counter : kTickCounters) {
@@ -68,7 +68,7 @@ std::vector<std::string> coordinator_metrics() {
 }
 std::vector<std::string> server_metrics() { return with_counters(kServerMetrics, "tessera_server_"); }
 
-// A scrape, held to Prometheus' text format and its rules for names as it is read.
+// A scrape, checked for Prometheus' text format and naming rules while it is parsed.
 class Scrape {
  public:
   explicit Scrape(const std::string& text) {
@@ -126,7 +126,7 @@ class Scrape {
     }
     EXPECT_EQ(before, value(name + "_count")) << name;
   }
-  // By their bounds.
+  // By bound.
   std::map<double, double> buckets(const std::string& name) const {
     std::map<double, double> result;
     const std::string start = name + "_bucket{le=\"";
@@ -145,7 +145,7 @@ class Scrape {
   std::map<std::string, double> samples_;
 };
 
-// What follows `before` in what the daemon says, up to the next of these characters.
+// The text after `before` in the daemon's output, up to the next of these characters.
 std::string said(Program& daemon, const std::string& before, const char* end) {
   EXPECT_TRUE(daemon.await_output(before)) << daemon.output();
   const std::string output = daemon.output();
@@ -253,7 +253,7 @@ TEST_F(MetricsTest, AddressThatIsTakenIsNamed) {
   EXPECT_THAT(late.output(), HasSubstr(taken));
 }
 
-// Names in other files that would otherwise fall behind.
+// Names in other files that must follow the daemons.
 TEST(MetricNamesTest, DashboardAndDocumentationKnowThem) {
   std::set<std::string> known;
   for (const std::string& name : coordinator_metrics()) known.insert(name);

@@ -1,4 +1,4 @@
-// A cluster with a page, from the command line.
+// A cluster with the web UI, from the command line.
 #include <absl/strings/str_cat.h>
 #include <signal.h>
 
@@ -19,7 +19,7 @@ TEST(PageTest, UpWithAWorldNamesItsPageAndEndsWithIt) {
   ASSERT_TRUE(up.await_output("11 bodies in 1 sectors, paused")) << up.output();
   EXPECT_THAT(up.output(), HasSubstr("see it in a browser: http://127.0.0.1:"));
   Processes children(children_of(up.process().pid()));
-  EXPECT_EQ(children.ids().size(), 4u);  // coordinator, two servers, page
+  EXPECT_EQ(children.ids().size(), 4u);  // coordinator, two servers, web UI
   up.process().signal(SIGINT);
   EXPECT_EQ(up.wait(), kSignalled + SIGINT) << up.output();
   EXPECT_TRUE(children.await_end());

@@ -1,4 +1,4 @@
-// The state of a world does not depend on how many processes simulate it, nor on where it lies.
+// The state of a world does not depend on the number of processes that simulate it, nor on its position.
 #include "tests/cluster_fixture.h"
 
 namespace tessera {

@@ -1,4 +1,4 @@
-// Questions and commands through the SDK, with their errors.
+// Queries and commands through the SDK, with their errors.
 #include <cmath>
 #include <limits>
 
@@ -12,7 +12,7 @@ using namespace tessera::testing;
 constexpr double kSectorSize = 10;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// One cluster for all of these; each test loads a world of its own.
+// One cluster for all tests; each loads its own world.
 class QueriesTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() { cluster_ = new Cluster(start_cluster(2)); }

@@ -1,4 +1,4 @@
-// A recording of inputs is played again to the same bits, on any number of servers.
+// Replaying recorded inputs gives the same bits, on any number of servers.
 #include "proto/recording_file.h"
 #include "tests/cluster_fixture.h"
 
@@ -26,7 +26,7 @@ class RecordingTest : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-// A thousand commands of all kinds: most while the world stands, ten to a tick, the last hundred while it
+// A thousand commands of all kinds: most while the world is paused, ten per tick, the last hundred while it
 // runs.
 void stir(Client& client) {
   constexpr std::uint64_t kCommands = 1000;
@@ -104,7 +104,7 @@ TEST_F(RecordingTest, EveryWorldIsPlayedAndTheFirstDifferenceTold) {
     ASSERT_THAT(client.load(flat_world(10), true).status(), IsOk());
     ASSERT_THAT(client.spawn(solid("crate", box(1, 1, 1), 123.25, {{0, 0, 0}, {0, 0, 3}})).status(), IsOk());
     ASSERT_THAT(client.step(20, kPatience).status(), IsOk());
-    // Answers come in order: with this one that of the last tick is there.
+    // Answers come in order: after this one, that of the last tick has arrived.
     ASSERT_THAT(client.hash().status(), IsOk());
   }
   EXPECT_THAT(

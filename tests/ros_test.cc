@@ -1,4 +1,4 @@
-// What a node of ROS 2 hears of a cluster: the topics are read here as Cyclone DDS would read them for it.
+// What a ROS 2 node receives from a cluster: reads the topics as Cyclone DDS would for it.
 #include <absl/strings/str_cat.h>
 #include <signal.h>
 #include <unistd.h>
@@ -85,7 +85,7 @@ class RosTest : public ::testing::Test {
                 DDS_DURABILITY_TRANSIENT_LOCAL);
   }
 
-  // Whether `see` is content with one of the next messages.
+  // Whether `see` accepts one of the next messages.
   template <typename Message>
   bool await(dds_entity_t reader, const std::function<bool(const Message&)>& see) const {
     const dds_entity_t waitset = dds_create_waitset(participant_);
@@ -145,7 +145,7 @@ TEST_F(RosTest, BodiesFarAwayAreNearTheirSectorAndWhereTheStreamSays) {
         << "tick " << tick << "\n"
         << ros.output();
   }
-  // The ground has been told long ago.
+  // The ground was published long ago.
   EXPECT_TRUE(await<TransformMessage>(read_static_transforms(), [](const TransformMessage& message) {
     return children(message) == std::set<std::string>{"ground"};
   })) << ros.output();

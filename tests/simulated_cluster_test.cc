@@ -1,8 +1,8 @@
-// The production state machines on a network that delays, reorders and is cut, under clients that change the
-// world: whatever happens, the same bits, or an end with a message.
+// The production state machines on a network with delays, reordering and cuts, with clients that change the
+// world: the result is always the same bits, or an end with a message.
 //
-// Every run draws new seeds. Where one fails, it names the command that runs it again; TESSERA_SEED=N lets
-// every test here use the seed N alone.
+// Every run draws new seeds. If one fails, the test prints the command that repeats it; with TESSERA_SEED=N
+// every test uses only seed N.
 #include "simulator/simulated_cluster.h"
 
 #include <gmock/gmock.h>
@@ -33,8 +33,7 @@ class Seeds : public ::testing::Test {
     std::printf("seeds from %llu on\n", static_cast<unsigned long long>(first_));
   }
 
-  // Calls `run` with so many seeds that no run before has had, or with the one that is given; ends at the
-  // first failure.
+  // Calls `run` with `count` new seeds, or with the one in TESSERA_SEED; stops at the first failure.
   template <typename Run>
   void for_seeds(std::uint64_t count, const Run& run) {
     for (std::uint64_t n = 0; n < (is_given_ ? 1 : count) && !HasFatalFailure(); ++n) run(first_ + n);
@@ -47,7 +46,7 @@ class Seeds : public ::testing::Test {
   bool is_given_ = false;
 };
 
-// Runs scenarios like the one that is given, with other seeds, on 1 to 4 servers.
+// Runs scenarios like the given one, with other seeds, on 1 to 4 servers.
 class Scenarios : public Seeds {
  protected:
   void expect_all_right(std::uint64_t count, Scenario scenario) {
@@ -56,7 +55,7 @@ class Scenarios : public Seeds {
       scenario.seed = seed;
       scenario.servers = 1 + seed % 4;
       const absl::StatusOr<ScenarioReport> report = runner_.run(scenario);
-      ASSERT_TRUE(report.ok()) << report.status() << "\nrun it again: " << command_of(scenario);
+      ASSERT_TRUE(report.ok()) << report.status() << "\nto repeat it: " << command_of(scenario);
     });
   }
 
@@ -87,19 +86,19 @@ TEST_F(Scenarios, TheSameSeedIsTheSameRun) {
   });
 }
 
-// A cluster of two servers whose world is stepped while one thing goes wrong.
+// A cluster of two servers whose world runs while one fault occurs.
 class Faults : public Seeds {
  protected:
   void SetUp() override { ASSERT_TRUE(cluster_.load(corner_pile()).ok()); }
 
-  // From within the first ticks on.
+  // From the first ticks on.
   absl::Status step_through_cut(NodeId node, NodeId peer, seconds length) {
     const std::uint64_t begin_ns = 20'000'000;
     cluster_.meet({.cuts = {{node, peer, begin_ns, begin_ns + std::chrono::nanoseconds(length).count()}},
                    .crashes = {}});
     const absl::Status stepped = cluster_.step(kTicks).status();
     cluster_.outlast_faults();
-    cluster_.run_events(100);  // what was held back arrives
+    cluster_.run_events(100);  // messages that were held back arrive
     return stepped;
   }
   void expect_right_bits() {

@@ -1,4 +1,4 @@
-// Streams over several servers: bodies that cross, contacts that happen once, ends that are told.
+// Streams over several servers: bodies cross borders, contacts occur once, the end of a stream is reported.
 #include <signal.h>
 
 #include <future>
@@ -15,8 +15,8 @@ using namespace tessera::testing;
 
 constexpr double kSectorSize = 8;
 
-// A ball that rolls from the far west to the far east, and crates that rest on both sides, so that the world
-// is cut somewhere between.
+// A ball that rolls from the far west to the far east, and crates at rest on both sides, so that the border
+// between the servers is in between.
 WorldDescription crossing_world() {
   WorldDescription world = flat_world(kSectorSize);
   BodyDescription& ball = add(world, solid("ball", sphere(0.5), 10, {{0, 0, 0}, {-18, 0, 0.5}}));
@@ -28,7 +28,7 @@ WorldDescription crossing_world() {
   return world;
 }
 
-// How many bodies each server has.
+// The number of bodies on each server.
 std::map<std::uint64_t, std::uint64_t> bodies_by_server(Client& client) {
   std::map<std::uint64_t, std::uint64_t> bodies;
   const ClusterStatus status = client.status().value();
@@ -74,7 +74,7 @@ TEST(BodyStreamTest, BodyCrossesFromServerToServerWithoutGapOrJump) {
   EXPECT_EQ(stream->skipped(), 0u);
   const auto after = bodies_by_server(client);
   EXPECT_EQ(before.size(), 2u);
-  EXPECT_NE(before, after);  // it went from one server to the other
+  EXPECT_NE(before, after);  // it moved from one server to the other
 }
 
 TEST(BodyStreamTest, EveryBodyIsInEveryFrameOnceAndEveryTicksHolds) {
@@ -100,7 +100,7 @@ TEST(BodyStreamTest, EveryBodyIsInEveryFrameOnceAndEveryTicksHolds) {
   }
 }
 
-// Copies of bodies and islands after some ticks, without the servers that told of them.
+// Clones and islands after some ticks, without the servers that reported them.
 using SeamsSeen = std::pair<std::vector<std::pair<BodyId, SectorIndex>>,
                             std::vector<std::pair<BodyId, std::vector<BodyId>>>>;
 
@@ -247,7 +247,7 @@ TEST(BodyStreamTest, ServerThatIsKilledEndsStreamAndWorldWithItsName) {
   EXPECT_EQ(status.servers.size(), 1u);
   EXPECT_THAT(cluster.processes->failure(), IsStatus(absl::StatusCode::kUnavailable, "signal 9"));
 
-  // The coordinator goes on: with a server in its place the world can be loaded anew.
+  // The coordinator continues: once another server joins, the world can be loaded again.
   ASSERT_THAT(cluster.processes->start_server(), IsOk());
   ASSERT_THAT(client.load(read_world("busy.sdf"), true).status(), IsOk());
   EXPECT_EQ(client.step(10, kPatience).value(), 10u);

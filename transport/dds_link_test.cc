@@ -311,7 +311,7 @@ TEST(DdsLink, ASecondCoordinatorIsRefused) {
   const std::string refusal = receive_count(*link, 1)[0].payload;
   EXPECT_THAT(refusal, HasSubstr("ALREADY_EXISTS"));
   EXPECT_THAT(refusal, HasSubstr("here:10"));
-  // A newcomer may take the place of a killed coordinator at once.
+  // A process that never knew the killed coordinator may take its place at once.
   first->signal(SIGKILL);
   first->wait();
   PeerProcess third(NodeId{12}, {"coordinate"});

@@ -1,4 +1,4 @@
-// What most files of the layer and of its surroundings read, none of it ours.
+// External headers that most files use.
 #pragma once
 
 #include <absl/container/btree_map.h>

@@ -1,1 +1,1 @@
-// Compiled for the headers that come before it.
+// Compiled only for the precompiled headers.

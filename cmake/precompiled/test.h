@@ -1,4 +1,4 @@
-// What tests read beyond core.h.
+// Headers for tests, in addition to core.h.
 #pragma once
 
 #include <gmock/gmock.h>

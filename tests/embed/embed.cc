@@ -1,5 +1,5 @@
-// An application that runs a world file in its own process: embed WORLD TICKS prints the hash after that
-// tick.
+// An application that runs a world file in its own process: embed WORLD TICKS prints the hash after TICKS
+// ticks.
 #include <cstdlib>
 #include <iostream>
 

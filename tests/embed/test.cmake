@@ -1,5 +1,5 @@
-# Installs the SDK and the engines of `build` into a folder of its own, builds the application in `source` against them,
-# and compares what it says of `world` with what `tessera run` says.
+# Installs the SDK and the engines of `build` into a separate folder, builds the application in `source` against them,
+# and compares its hash of `world` with that of `tessera run`.
 function(must_run result)
   execute_process(COMMAND ${ARGN} COMMAND_ERROR_IS_FATAL ANY OUTPUT_VARIABLE said)
   set(${result} "${said}" PARENT_SCOPE)

@@ -1,4 +1,4 @@
-// No bit changes by accident: the world_hash of named scenes, held against golden_hashes.tsv.
+// No bit changes by accident: compares the world_hash of named scenes with golden_hashes.tsv.
 //
 //   golden_hashes_test --precision=f64   tests in that precision, since a process can load only one
 //   golden_hashes_test --update          computes all hashes and rewrites the file
@@ -88,7 +88,7 @@ absl::StatusOr<std::string> hash_of(const GoldenScene& scene, Precision engine) 
   return (*simulation)->hash().to_string();
 }
 
-// Computes the lines of one engine, and leaves those of the other as they are.
+// Computes the lines of one engine and keeps those of the other.
 absl::Status update(Precision engine) {
   const absl::StatusOr<GoldenFile> before = read_file();
   GoldenFile file = before.ok() ? *before : GoldenFile{};
@@ -115,7 +115,7 @@ int update_in_both_precisions() {
   return 0;
 }
 
-// One test a scene, under the scene's name.
+// One test for each scene, under its name.
 class GoldenHash : public testing::Test {
  public:
   explicit GoldenHash(const GoldenScene& scene) : scene_(scene) {}
@@ -142,7 +142,7 @@ void GoldenHash::TestBody() {
          << "  expected  " << (known ? golden->second.hash : "(not in the file for this number of ticks)")
          << "\n"
          << "  got       " << *hash << "\n"
-         << "If that is intended, say so in the commit, and rewrite the file:\n"
+         << "If that is intended, say so in the commit message and rewrite the file:\n"
          << "  " << program << " --update";
 }
 

@@ -26,7 +26,8 @@ GoldenScene from_file(const std::string& name, Tick ticks) {
           }};
 }
 
-// A box that is pushed across a seam, first at a set speed, later along a curve of targets.
+// A box that is pushed across a seam by a kinematic body, first at a set velocity, later along kinematic
+// targets.
 WorldDescription pusher_world() {
   WorldBuilder builder(sectors_of(8));
   builder.add_floor(30, -2);
@@ -44,7 +45,7 @@ std::vector<Command> pusher_commands(Tick tick) {
   return {KinematicTarget{BodyId{3}, {}, goal}};
 }
 
-// A stack that falls asleep across a seam (before tick 300), and is woken from above.
+// A stack that falls asleep across a seam (before tick 300) and is woken from above.
 WorldDescription sleeping_world() { return tower_world(sectors_of(4), 6, {0, 0, -1}); }
 
 std::vector<Command> sleeping_commands(Tick tick) {
@@ -77,7 +78,7 @@ std::vector<Command> busy_client(Tick tick) {
   }
 }
 
-// Tumbling bodies around a planet, most of them alone, some of which meet.
+// Tumbling bodies around a planet, most of them alone; some collide.
 WorldDescription orbit_world() {
   WorldSettings settings = sectors_of(16);
   settings.gravity = CentralGravity{{{0, 0, -100'000}, {0, 0, 0}}, 9.81, 1.6e6};
@@ -93,7 +94,7 @@ WorldDescription orbit_world() {
   return builder.world();
 }
 
-// One joint of every type with an axis, driven in every way, each across a border between sectors.
+// One joint of every type with an axis, with every kind of drive, each across a border between sectors.
 WorldDescription machine_world() {
   WorldBuilder builder(sectors_of(4));
   builder.add_floor(30, -3);
@@ -123,7 +124,8 @@ WorldDescription machine_world() {
   return builder.world();
 }
 
-// What is not a box, on a terrain that is cut for each sector: a mesh, a height field and a plane below all.
+// Shapes other than boxes on a terrain that is cut for each sector: a mesh, a height field, and a plane
+// below.
 WorldDescription terrain_world() {
   WorldBuilder builder(sectors_of(8));
   HeightField hills{41, 41, {1, 1}, {}};
@@ -155,7 +157,7 @@ WorldDescription terrain_world() {
   return builder.world();
 }
 
-// Balls that would pass a thin wall between two ticks, were they not swept.
+// Balls that would tunnel through a thin wall between two ticks if they were not swept.
 WorldDescription fast_world() {
   WorldBuilder builder(sectors_of(8));
   builder.add("wall", builder.shape(Box{{0.1, 40, 40}}), 1, {5, 0, 0}, Motion::kStatic);

@@ -1,4 +1,4 @@
-// The scenes whose bits are kept in golden_hashes.tsv: our worlds, and small ones made in code.
+// The scenes of golden_hashes.tsv: worlds of the repository, and small ones built in code.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -16,7 +16,7 @@ struct GoldenScene {
   std::string name;
   Tick ticks = 0;  // the hash is that after the last of them
   std::function<absl::StatusOr<WorldDescription>()> world;
-  // What clients ask for at the beginning of a tick (from 1 on); empty: nothing ever.
+  // Commands of clients at the beginning of a tick (from 1 on); empty: none.
   std::function<std::vector<Command>(Tick)> commands{};
 };
 
