@@ -22,7 +22,7 @@ struct UpOptions {
   std::filesystem::path world;  // empty: none yet
   WorldOverrides overrides;
   bool end_with_input = false;
-  bool without_viewer = false;  // nobody asked for a page, and what shows it is not there
+  bool without_viewer = false;  // the web UI was not asked for, and tessera-viewer is not there
 };
 
 absl::Status load_into(const LocalCluster& cluster, const WorldDescription& world) {
@@ -30,8 +30,8 @@ absl::Status load_into(const LocalCluster& cluster, const WorldDescription& worl
   if (!client.ok()) return client.status();
   const absl::StatusOr<LoadSummary> summary = (*client)->load(world);
   if (!summary.ok()) return summary.status();
-  absl::PrintF("%s: %s bodies in %s sectors, paused; the page or tessera resume lets it run\n", world.name,
-               grouped(summary->bodies), grouped(summary->sectors));
+  absl::PrintF("%s: %s bodies in %s sectors, paused; start it in the web UI or with tessera resume\n",
+               world.name, grouped(summary->bodies), grouped(summary->sectors));
   return absl::OkStatus();
 }
 
@@ -68,7 +68,8 @@ absl::Status up(UpOptions options) {
     std::fflush(stdout);
   }
   return (*cluster)->wait_for_interrupt([](const std::string& why) {
-    absl::FPrintF(stderr, "%s; the cluster goes on: %s\n", coloured("the page is lost", Colour::kRed), why);
+    absl::FPrintF(stderr, "%s; the cluster continues: %s\n", coloured("the web UI is lost", Colour::kRed),
+                  why);
   });
 }
 
@@ -88,12 +89,11 @@ void add_up(CLI::App& app, Action& action) {
       .add_option("--threads", cluster.threads, "threads of each server; by default the cores, shared out")
       ->check(CLI::Range(1, 256));
   command.add_option("--listen", cluster.listen, "where clients find the coordinator")->capture_default_str();
-  CLI::Option* page =
-      command
-          .add_option("--page", cluster.page,
-                      "where browsers find the page; by default, if that is in use, any free port")
-          ->capture_default_str();
-  CLI::Option* no_page = command.add_flag("--no-page")->description("without a page")->excludes(page);
+  CLI::Option* page = command
+                          .add_option("--page", cluster.page,
+                                      "address of the web UI; by default, if that is in use, any free port")
+                          ->capture_default_str();
+  CLI::Option* no_page = command.add_flag("--no-page")->description("without the web UI")->excludes(page);
   command.add_option(
       "--record-inputs", cluster.record_inputs,
       "write worlds, commands and the hash of every tick to this new file, for tessera replay");

@@ -39,7 +39,7 @@ struct LocalClusterOptions {
 // One thread at a time.
 class LocalCluster {
  public:
-  // Returns when the coordinator answers to clients, and the page to browsers; servers may still be joining:
+  // Returns when the coordinator answers clients, and the web UI browsers; servers may still be joining:
   // a load waits for them. UNAVAILABLE with the last lines of its log where a daemon ends early, NOT_FOUND
   // where there is none to start, DEADLINE_EXCEEDED, CANCELLED.
   static absl::StatusOr<std::unique_ptr<LocalCluster>> start(const LocalClusterOptions& options);
@@ -49,7 +49,7 @@ class LocalCluster {
 
   // host:port of the coordinator.
   const std::string& address() const { return address_; }
-  // Of the page; empty where there is none.
+  // Of the web UI; empty if there is none.
   const std::string& page_url() const { return page_url_; }
   pid_t coordinator() const { return daemons_.front().pid(); }
   // Of the server that was started as number `place`, from 0 on.
@@ -74,7 +74,7 @@ class LocalCluster {
   absl::Status wait_until_ended(absl::Duration timeout);
 
   // Waits, without any limit, until the user interrupts (OK) or a daemon ends (UNAVAILABLE; OK if in order).
-  // If the page ends, `page_lost` is told why, and the cluster goes on.
+  // If the web UI ends, `page_lost` is called with the reason, and the cluster continues.
   absl::Status wait_for_interrupt(const std::function<void(const std::string&)>& page_lost);
 
   // Asks all daemons to end (SIGTERM), and ends those that have not within `patience`.

@@ -1,4 +1,4 @@
-// The page in the program: what the folder page/ was bundled to.
+// Embeds the bundled web UI (viewer/page/) in the program.
         .section .rodata
         .global tessera_page_begin
         .global tessera_page_end
