@@ -92,7 +92,7 @@ class Playback {
 
   static absl::Status other_id(std::uint64_t here, std::uint64_t recorded) {
     return absl::InternalError(
-        absl::StrCat("the new body or joint has the id ", here, ", recorded was ", recorded));
+        absl::StrCat("a new body or joint has id ", here, ", but the log has ", recorded));
   }
 
   WorldRegistry registry_;

@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::uint32_t kWorkloadStream = 2;
 
-// Maximum distance of placed bodies from the start of others, m: some overlap, some leave the sector.
+// Maximum distance along an axis of placed bodies from the start of others, m: some overlap, some leave the
+// sector.
 constexpr double kAround = 3;
 constexpr double kEdge = 0.5;   // m, of new bodies
 constexpr double kApart = 0.7;  // m, between two new bodies with a joint

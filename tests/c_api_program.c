@@ -1,5 +1,5 @@
-/* What tessera/c.h promises, from C: c_api_program ADDRESS WORLD.pb, on a cluster without a world. WORLD has
- * a plane and ten crates. */
+/* Tests tessera/c.h from C: c_api_program ADDRESS WORLD.pb, on a cluster without a world. WORLD has a plane and
+ * ten crates. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,7 +45,7 @@ static void check_errors(tessera_client* client, const char* world) {
   CHECK(strstr(tessera_error_message(), "mass") != NULL);
 }
 
-/* A ball that flies up in a sector far away, watched. */
+/* Watches a ball that flies up in a distant sector. */
 static void check_flight(tessera_client* client) {
   const int64_t far[3] = {INT64_C(1) << 62, 0, 0};
   const tessera_position at = {{far[0], far[1], far[2]}, {0, 0, 50}};
@@ -74,7 +74,7 @@ static void check_flight(tessera_client* client) {
   tessera_unwatch(NULL);
 }
 
-/* More bodies than there is room for. */
+/* More bodies than fit into the caller's array. */
 static void check_frame(tessera_client* client) {
   tessera_stream* stream;
   CHECK(tessera_watch(client, NULL, 0, &stream) == TESSERA_OK);

@@ -344,7 +344,7 @@ test('places and bodies are found, and nothing can be changed', async () => {
     assert.deepEqual(
         await playback.ask('find', {body}), {sector, local: [-63, 1, 0], body: kCrate, name: 'crate'});
   }
-  await assert.rejects(playback.ask('find', {body: 'nobody'}), /no body is named "nobody"/);
+  await assert.rejects(playback.ask('find', {body: 'nobody'}), /no body is called "nobody"/);
   await assert.rejects(playback.ask('push', {body: kBall}), /recordings cannot be changed/);
 });
 

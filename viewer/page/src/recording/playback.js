@@ -87,7 +87,7 @@ export class Playback extends EventTarget {
           return {...toJson(states.positionOf(n)), body: states.ids[n], name};
       }
     }
-    throw new Error(`no body is named "${wanted}" at this tick`);
+    throw new Error(`no body is called "${wanted}" at this tick`);
   }
 
   // --- time ---
