@@ -61,10 +61,10 @@ bool PeerStream::take_loss() { return std::exchange(lost_, false); }
 std::optional<Packet> PeerStream::next() const {
   if (!connected_) return std::nullopt;
   Packet packet{.from_session = self_,
-              .to_session = session_,
-              .acknowledged = received_sequence_,
-              .sync = owes_sync_,
-              .welcome = owes_welcome_ && session_ != 0};
+                .to_session = session_,
+                .acknowledged = received_sequence_,
+                .sync = owes_sync_,
+                .welcome = owes_welcome_ && session_ != 0};
   if (owes_sync_) {
     // The process that listens now need not be the same as before.
     if (!packet.welcome) packet.to_session = 0;
@@ -112,8 +112,8 @@ void PeerStream::accept(const Packet& packet, std::vector<Delivery>& deliveries)
     take_acknowledgement(packet.acknowledged);
     if (packet.welcome) {
       rewind();
-      // An answer that was in transit before the connection broke does no harm: packets sent because of it are
-      // dropped as repetitions, and lost ones are sent again after the pending answer.
+      // An answer that was in transit before the connection broke does no harm: packets sent because of it
+      // are dropped as repetitions, and lost ones are sent again after the pending answer.
       open_ = connected_;
     }
     if (packet.sequence != 0) accept_part(packet, deliveries);

@@ -247,8 +247,8 @@ TEST(PeerStream, AForgottenProcessIsIgnoredItsSuccessorIsNot) {
   EXPECT_EQ(c.got(), std::vector<std::string>{"for the next"});
 }
 
-// Breaks one direction: packets on the wire are lost from some point on. The sender may or may not notice; the
-// receiver's DDS rediscovers the sender and may deliver earlier packets again.
+// Breaks one direction: packets on the wire are lost from some point on. The sender may or may not notice;
+// the receiver's DDS rediscovers the sender and may deliver earlier packets again.
 void break_wire(End& from, End& to, std::mt19937_64& random) {
   const std::size_t kept = random() % (from.wire.size() + 1);
   for (std::size_t i = 0; i < kept; ++i) {

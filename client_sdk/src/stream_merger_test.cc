@@ -48,6 +48,24 @@ TEST(StreamMergerTest, TicksThatNotAllTellOfAreLeftOut) {
   EXPECT_EQ(merger.skipped(), 2u);
 }
 
+// The end comes from the server that had the two bodies, the begin from the one that has them now.
+TEST(StreamMergerTest, AContactEndsBeforeItBeginsAnew) {
+  StreamMerger<ContactFrame> merger(2);
+  const auto contact = [](ContactPhase phase) {
+    ContactSample sample;
+    sample.phase = phase;
+    sample.a = BodyId{1};
+    sample.b = BodyId{2};
+    return ContactFrame{1, {sample}};
+  };
+  merger.push(0, contact(ContactPhase::kBegin));
+  merger.push(1, contact(ContactPhase::kEnd));
+  const ContactFrame frame = merger.next(kNow).value();
+  ASSERT_EQ(frame.contacts.size(), 2u);
+  EXPECT_EQ(frame.contacts[0].phase, ContactPhase::kEnd);
+  EXPECT_EQ(frame.contacts[1].phase, ContactPhase::kBegin);
+}
+
 TEST(StreamMergerTest, PartsOfAnIslandBecomeOne) {
   StreamMerger<SeamFrame> merger(2);
   merger.push(

@@ -204,7 +204,7 @@ void print(const Results& results, const Costs& costs, Precision precision) {
   for (const Equality& equality : results.equalities) {
     absl::PrintF("%-26s %-7s same bits: %d of %d seeds, %d of %d shuffles, ten servers: %s\n", equality.scene,
                  name_of(equality.policy), equality.seeds_equal, equality.seeds, equality.shuffles_equal,
-                 equality.shuffles, equality.ten_shares_equal ? "yes" : "no");
+                 equality.shuffles, equality.ten_partitions_equal ? "yes" : "no");
   }
   absl::PrintF("%s", to_csv(costs));
   const std::vector<std::string> missed = misses(results, precision);

@@ -8,11 +8,13 @@ namespace tessera::seams {
 namespace {
 
 constexpr std::uint32_t kServers = 3;
-constexpr std::uint32_t kSharesShuffled = 4;
-constexpr std::uint32_t kSharesMany = 10;
+constexpr std::uint32_t kPartitionsShuffled = 4;
+constexpr std::uint32_t kPartitionsMany = 10;
 
-absl::StatusOr<std::string> hash_on_shares(const WorldDescription& world, std::uint32_t shares, Tick ticks) {
-  const absl::StatusOr<std::unique_ptr<PartitionCluster>> cluster = PartitionCluster::create(world, shares);
+absl::StatusOr<std::string> hash_on_partitions(const WorldDescription& world, std::uint32_t partitions,
+                                               Tick ticks) {
+  const absl::StatusOr<std::unique_ptr<PartitionCluster>> cluster =
+      PartitionCluster::create(world, partitions);
   if (!cluster.ok()) return cluster.status();
   for (Tick tick = 0; tick < ticks; ++tick) {
     if (cli::interrupted()) return absl::CancelledError("interrupted");
@@ -42,12 +44,12 @@ absl::StatusOr<Equality> compare_hashes(const Scene& scene, Policy policy, Preci
   equality.scene = scene.name;
   equality.policy = policy;
   equality.ticks = scene.heavy ? options.ticks_heavy : options.ticks;
-  const absl::StatusOr<std::string> alone = hash_on_shares(world, 1, equality.ticks);
+  const absl::StatusOr<std::string> alone = hash_on_partitions(world, 1, equality.ticks);
   if (!alone.ok()) return alone.status();
   equality.world_hash = *alone;
-  const absl::StatusOr<std::string> many = hash_on_shares(world, kSharesMany, equality.ticks);
+  const absl::StatusOr<std::string> many = hash_on_partitions(world, kPartitionsMany, equality.ticks);
   if (!many.ok()) return many.status();
-  equality.ten_shares_equal = *many == *alone;
+  equality.ten_partitions_equal = *many == *alone;
   for (int seed = 1; seed <= options.seeds; ++seed) {
     const absl::StatusOr<std::string> hash =
         hash_on_network(world, static_cast<std::uint64_t>(seed), equality.ticks);
@@ -57,7 +59,7 @@ absl::StatusOr<Equality> compare_hashes(const Scene& scene, Policy policy, Preci
   }
   for (int seed = 1; seed <= options.shuffles; ++seed) {
     world.settings.shuffle = static_cast<std::uint64_t>(seed);
-    const absl::StatusOr<std::string> hash = hash_on_shares(world, kSharesShuffled, equality.ticks);
+    const absl::StatusOr<std::string> hash = hash_on_partitions(world, kPartitionsShuffled, equality.ticks);
     if (!hash.ok()) return hash.status();
     ++equality.shuffles;
     equality.shuffles_equal += *hash == *alone ? 1 : 0;

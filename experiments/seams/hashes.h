@@ -29,9 +29,9 @@ struct Equality {
   int seeds_equal = 0;
   int shuffles = 0;  // 4 partitions whose sectors and islands move every few ticks
   int shuffles_equal = 0;
-  bool ten_shares_equal = false;
+  bool ten_partitions_equal = false;
 
-  bool holds() const { return seeds_equal == seeds && shuffles_equal == shuffles && ten_shares_equal; }
+  bool holds() const { return seeds_equal == seeds && shuffles_equal == shuffles && ten_partitions_equal; }
 };
 
 // Errors: those of runs.

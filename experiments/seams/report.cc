@@ -76,13 +76,14 @@ nlohmann::json to_json(const Costs& costs, const char* engine) {
 nlohmann::json equal_hashes(const Results& results) {
   nlohmann::json json = nlohmann::json::object();
   for (const Equality& equality : results.equalities) {
-    json[equality.scene][name_of(equality.policy)] = {{"ticks", equality.ticks},
-                                                      {"world_hash", equality.world_hash},
-                                                      {"seeds", equality.seeds},
-                                                      {"seeds_equal", equality.seeds_equal},
-                                                      {"shuffles", equality.shuffles},
-                                                      {"shuffles_equal", equality.shuffles_equal},
-                                                      {"ten_shares_equal", equality.ten_shares_equal}};
+    json[equality.scene][name_of(equality.policy)] = {
+        {"ticks", equality.ticks},
+        {"world_hash", equality.world_hash},
+        {"seeds", equality.seeds},
+        {"seeds_equal", equality.seeds_equal},
+        {"shuffles", equality.shuffles},
+        {"shuffles_equal", equality.shuffles_equal},
+        {"ten_partitions_equal", equality.ten_partitions_equal}};
   }
   for (const Row& row : results.rows) {
     if (row.same_bits) json[row.scene][name_of(row.policy)]["two_servers_equal"] = *row.same_bits;
@@ -201,7 +202,7 @@ std::vector<std::string> misses(const Results& results, Precision precision) {
     list.push_back(absl::StrCat(equality.scene, " ", name_of(equality.policy), ": same bits in ",
                                 equality.seeds_equal, " of ", equality.seeds, " seeds, ",
                                 equality.shuffles_equal, " of ", equality.shuffles, " shuffles",
-                                equality.ten_shares_equal ? "" : ", not on ten servers"));
+                                equality.ten_partitions_equal ? "" : ", not on ten servers"));
   }
   return list;
 }

@@ -154,7 +154,7 @@ TEST(Sleep, AStackAcrossASeamSleepsAndIsWokenFromTheOtherSide) {
   }
 }
 
-TEST(Kinematics, APusherMovesABoxAcrossASeamAlikeOnAnyNumberOfShares) {
+TEST(Kinematics, APusherMovesABoxAcrossASeamAlikeOnAnyNumberOfPartitions) {
   WorldBuilder builder(sectors_of(8));
   builder.add_floor(30, -2);
   builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {2, 0, -1.5});

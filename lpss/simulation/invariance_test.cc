@@ -43,14 +43,14 @@ TEST(Clone, ThePapersClonesLetATowerFallThroughItsSeam) {
   EXPECT_LT(static_cast<double>(top.home.k) * 8 + top.state.position[2], 8.0);
 }
 
-TEST(PlacementInvariance, ATowerOverTwoAndFourShares) {
+TEST(PlacementInvariance, ATowerOverTwoAndFourPartitions) {
   const WorldDescription world = tower_world(sectors_of(4), 10, {0, 0, -1});
   const std::vector<WorldHash> one = run(world, 1, 1, 300);
   EXPECT_EQ(first_difference(one, run(world, 2, 1, 300)), 300u);
   EXPECT_EQ(first_difference(one, run(world, 4, 1, 300)), 300u);
 }
 
-TEST(PlacementInvariance, APileOverUpToEightSharesAndTwoThreads) {
+TEST(PlacementInvariance, APileOverUpToEightPartitionsAndTwoThreads) {
   for (const SeamPolicy policy : {SeamPolicy::kIsland, SeamPolicy::kClone}) {
     const WorldDescription world = pile_world(sectors_of(16, policy), 200);
     const std::vector<WorldHash> one = run(world, 1, 1, 240);

@@ -45,7 +45,7 @@ TEST(Joints, AChainOverManySectorsSwingsAsInOne) {
   }
 }
 
-TEST(Joints, AChainIsTheSameOnAnyNumberOfShares) {
+TEST(Joints, AChainIsTheSameOnAnyNumberOfPartitions) {
   const WorldDescription world = chain_world(sectors_of(2), 20, {0.3, 0.2, 0.4});
   const std::vector<WorldHash> one = run(world, 1, 1, 300);
   EXPECT_EQ(first_difference(one, run(world, 2, 1, 300)), 300u);
@@ -124,7 +124,7 @@ TEST(Coupled, ATowerBeyondTheCapStands) {
     EXPECT_NEAR(place(*cluster, world, i + 2).z(), static_cast<double>(i) - 0.5, 0.02);
 }
 
-TEST(Coupled, BitsDoNotDependOnTheShares) {
+TEST(Coupled, BitsDoNotDependOnThePartitions) {
   for (const WorldDescription& world :
        {with_cap(tower_world(sectors_of(4), 10, {0, 0, -1}), 3), with_cap(pile_world(sectors_of(8), 100), 20),
         with_cap(chain_world(sectors_of(2), 12, {0.3, 0.2, 0.4}), 4)}) {

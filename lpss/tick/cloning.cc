@@ -18,9 +18,8 @@ void reach_statics(Partition& partition, Sector& sector) {
 }
 
 // Policy clone, depth k > 1: the clones that a sector was told of are there for other clones, too.
-bool supports_clones(const Partition& partition, const Sector& sector) {
-  return partition.settings.seams == SeamPolicy::kClone && partition.settings.clone_depth > 1 &&
-         !sector.homes.empty();
+bool supports_clones(const Partition& partition) {
+  return partition.settings.seams == SeamPolicy::kClone && partition.settings.clone_depth > 1;
 }
 
 // Policy clone: whether a joint ties a body to one that lives in the sector, so that the sector needs its
@@ -42,7 +41,7 @@ void refresh_clones(Partition& partition, Sector& sector) {
     const Replica& replica = *clone.replica;
     const BodyRecord record = seen_in(partition, sector, replica);
     const bool imminent =
-        supports_clones(partition, sector) || is_jointed_here(partition, id, sector) ||
+        supports_clones(partition) || is_jointed_here(partition, id, sector) ||
         world.reaches_home_body(swept_ball(record.state, replica.radius + kContactMargin, partition.dt()));
     if (!imminent) {
       if (clone.slot != Clone::kNotPlaced) remove_clone(sector, clone);

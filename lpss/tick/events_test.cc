@@ -85,6 +85,19 @@ TEST(Events, ContactsThatAreThereWhenEventsAreSwitchedOnDoNotBegin) {
   EXPECT_THAT(events_of_a_tick(world), IsEmpty());
 }
 
+// Two bodies that are teleported together part where they were, and meet where they are.
+TEST(Events, AContactEndsBeforeItBeginsAnew) {
+  TestWorld world;
+  world.add(box(1, kHigh, {0, 0, 0}));
+  world.add(box(2, kHigh, {0.984375, 0, 0}));
+  report_contacts(world[0], true);
+  world.contexts[0].vacated.ended_contacts = {{BodyId{1}, BodyId{2}}};
+  const std::vector<ContactEvent> events = events_of_a_tick(world);
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0].phase, ContactPhase::kEnd);
+  EXPECT_EQ(events[1].phase, ContactPhase::kBegin);
+}
+
 TEST(Events, WhatTouchedInASectorThatIsGoneEndsInTheOrderOfIds) {
   TestWorld world;
   world.add(box(3, kHigh, {0, 0, 0}));

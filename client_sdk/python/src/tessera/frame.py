@@ -5,7 +5,6 @@ from __future__ import annotations
 import enum
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from typing import TypeAlias
 
 import numpy as np
@@ -179,7 +178,8 @@ def _motion(state: tessera_pb2.BodyState) -> tuple[float, ...]:
 def contact_frame(tick: int, parts: Iterable[tessera_pb2.ContactBatch]) -> ContactFrame:
     """Likewise for contacts."""
     contacts = [_contact(contact) for part in parts for contact in part.contacts]
-    return ContactFrame(tick, sorted(contacts, key=attrgetter("a", "b")))
+    # A contact ends before it begins anew.
+    return ContactFrame(tick, sorted(contacts, key=lambda c: (c.a, c.b, c.phase is not Phase.END)))
 
 
 def trajectory(frames: Sequence[BodyFrame], time_step: float) -> Trajectory:
