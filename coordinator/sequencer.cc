@@ -92,7 +92,8 @@ absl::Status Sequencer::resume(double real_time_factor, Nanoseconds now) {
   mode_ = Mode::kRunning;
   pace_.reset();
   if (real_time_factor != 0) {
-    Pace& pace = pace_.emplace();
+    pace_ = Pace{};
+    Pace& pace = *pace_;
     pace.period_ns = options_.time_step / real_time_factor * 1e9;
     pace.base_tick = granted_;
     pace.base_time = now;

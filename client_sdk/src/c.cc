@@ -37,8 +37,9 @@ tessera_code code_of(const absl::Status& status) {
 // Returns the code, and passes on the result if that is OK.
 template <typename T, typename Give>
 tessera_code give(absl::StatusOr<T> result, Give use) {
+  const tessera_code code = code_of(result.status());
   if (result.ok()) use(*std::move(result));
-  return code_of(result.status());
+  return code;
 }
 
 tessera_code give_tick(const absl::StatusOr<tessera::Tick>& result, uint64_t* tick) {

@@ -39,8 +39,10 @@ WorldDescription towers(const WorldSettings& settings, int count) {
   builder.add_floor(corner + kApart * columns, kFloor);
   const ShapeId box = builder.shape(Box{{1, 1, 1}});
   for (int tower = 0; tower < count; ++tower) {
-    const double x = corner + kApart * (tower % columns - columns / 2);
-    const double y = corner + kApart * (tower / columns - rows / 2);
+    const int column = tower % columns - columns / 2;
+    const int row = tower / columns - rows / 2;
+    const double x = corner + kApart * column;
+    const double y = corner + kApart * row;
     for (int level = 0; level < kHeight; ++level) {
       // Slightly offset, so that a border has boxes on either side.
       const Eigen::Vector3d place(x + 0.02 * ((level * 7 + tower) % 5 - 2),
