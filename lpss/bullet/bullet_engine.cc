@@ -1,5 +1,7 @@
 #include "lpss/bullet/bullet_engine.h"
 
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -34,7 +36,8 @@ std::unique_ptr<IslandSolver> BulletEngine::make_solver() {
 }
 
 std::unique_ptr<PartSolver> BulletEngine::make_part_solver() {
-  return std::make_unique<BulletPartSolver>(settings_);
+  if (settings_.substeps > 1) return std::make_unique<BulletPartSolver<SmallStepSolver>>(settings_);
+  return std::make_unique<BulletPartSolver<TaskSolver>>(settings_);
 }
 
 void BulletEngine::set_apart(BodyId a, BodyId b, bool apart) {
@@ -66,5 +69,6 @@ CollisionShapeRef BulletEngine::shape_of(const BodyProperties& properties) {
 extern "C" __attribute__((visibility("default"))) tessera::Engine* tessera_make_engine(
     const tessera::EngineSettings* settings) {
   if (settings->precision != tessera::bullet::kPrecision) return nullptr;
+  gCalculateCombinedFrictionCallback = &tessera::bullet::smaller_friction;
   return std::make_unique<tessera::bullet::BulletEngine>(*settings).release();
 }

@@ -2,7 +2,8 @@
 
 namespace tessera::bullet {
 
-void BulletPartSolver::begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) {
+template <typename Solver>
+void BulletPartSolver<Solver>::begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) {
   is_empty_ = task.bodies.empty();
   shared_.clear();
   if (is_empty_) return;
@@ -10,28 +11,38 @@ void BulletPartSolver::begin(const SolveTask& task, std::span<const std::size_t>
   solver_.set_up(task, dt);
 }
 
-void BulletPartSolver::pass(int n) {
-  if (!is_empty_) solver_.pass(n);
+template <typename Solver>
+void BulletPartSolver<Solver>::pass(int n) {
+  if (!is_empty_) solver_.round(n);
 }
 
-VelocityChange BulletPartSolver::change(std::size_t n) const {
+template <typename Solver>
+VelocityChange BulletPartSolver<Solver>::change(std::size_t n) const {
   VelocityChange change = solver_.change(shared_[n].body);
   change += scaled(shared_[n].agreed, -1);
   return change;
 }
 
 // All copies are rounded in the same way, and keep the rounding error.
-void BulletPartSolver::agree(std::size_t n, const VelocityChange& change) {
+template <typename Solver>
+void BulletPartSolver<Solver>::agree(std::size_t n, const VelocityChange& change) {
   Shared& shared = shared_[n];
   shared.agreed += change;
   solver_.set_change(shared.body, shared.agreed);
   shared.agreed = solver_.change(shared.body);
 }
 
-void BulletPartSolver::split(std::size_t n, double times) { solver_.split(shared_[n].body, times); }
+template <typename Solver>
+void BulletPartSolver<Solver>::split(std::size_t n, double times) {
+  solver_.split(shared_[n].body, times);
+}
 
-void BulletPartSolver::end() {
+template <typename Solver>
+void BulletPartSolver<Solver>::end() {
   if (!is_empty_) solver_.finish();
 }
+
+template class BulletPartSolver<SmallStepSolver>;
+template class BulletPartSolver<TaskSolver>;
 
 }  // namespace tessera::bullet

@@ -3,16 +3,19 @@
 
 #include <vector>
 
+#include "lpss/bullet/small_step_solver.h"
 #include "lpss/bullet/task_solver.h"
 #include "lpss/engine/engine.h"
 
 namespace tessera::bullet {
 
+// On a solver of whole tasks: SmallStepSolver or TaskSolver.
+template <typename Solver>
 class BulletPartSolver final : public PartSolver {
  public:
   explicit BulletPartSolver(const EngineSettings& settings) : solver_(settings) {}
 
-  int passes() const override { return solver_.passes(); }
+  int passes() const override { return solver_.rounds(); }
   void begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) override;
   void pass(int n) override;
   VelocityChange change(std::size_t n) const override;
@@ -27,9 +30,12 @@ class BulletPartSolver final : public PartSolver {
     VelocityChange agreed;
   };
 
-  TaskSolver solver_;
+  Solver solver_;
   bool is_empty_ = true;
   std::vector<Shared> shared_;
 };
+
+extern template class BulletPartSolver<SmallStepSolver>;
+extern template class BulletPartSolver<TaskSolver>;
 
 }  // namespace tessera::bullet

@@ -1,6 +1,7 @@
 // Solves whole islands over any number of worlds.
 #pragma once
 
+#include "lpss/bullet/small_step_solver.h"
 #include "lpss/bullet/task_solver.h"
 #include "lpss/engine/engine.h"
 
@@ -9,15 +10,15 @@ namespace tessera::bullet {
 // With substeps, if the settings specify them, as many as each island needs.
 class BulletSolver final : public IslandSolver {
  public:
-  explicit BulletSolver(const EngineSettings& settings) : settings_(settings), solver_(settings) {}
+  explicit BulletSolver(const EngineSettings& settings)
+      : settings_(settings), small_steps_(settings), one_step_(settings) {}
 
   void solve(const SolveTask& task, double dt) override;
 
  private:
-  void run(const SolveTask& task, double dt);
-
   EngineSettings settings_;
-  TaskSolver solver_;
+  SmallStepSolver small_steps_;
+  TaskSolver one_step_;
 };
 
 }  // namespace tessera::bullet

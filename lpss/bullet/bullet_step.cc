@@ -80,7 +80,7 @@ void BulletWorld::make_predictive_contact(Body& swept, const SweepHit& hit, cons
   mark_predictive(*manifold, swept.id < hit.other->id);
   btManifoldPoint point(btVector3(0, 0, 0), hit.other->rigid.getWorldTransform().invXform(on_other),
                         hit.normal, to_hit.dot(-hit.normal));
-  point.m_combinedFriction = swept.rigid.getFriction() * hit.other->rigid.getFriction();
+  point.m_combinedFriction = smaller_friction(&swept.rigid, &hit.other->rigid);
   point.m_positionWorldOnA = start;
   point.m_positionWorldOnB = on_other;
   manifold->addManifoldPoint(point, /*isPredictive=*/true);

@@ -2,6 +2,8 @@
 
 #include <LinearMath/btAabbUtil2.h>
 
+#include <algorithm>
+
 namespace tessera::bullet {
 namespace {
 
@@ -19,6 +21,10 @@ btDefaultCollisionConstructionInfo small_pools() {
 }
 
 }  // namespace
+
+btScalar smaller_friction(const btCollisionObject* a, const btCollisionObject* b) {
+  return std::min(a->getFriction(), b->getFriction());
+}
 
 bool CollisionSpace::PairFilter::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
   return is_wanted_pair(Body::of(static_cast<btCollisionObject*>(a->m_clientObject)),
@@ -46,6 +52,7 @@ CollisionSpace::CollisionSpace(const BulletEngine& engine)
   }
   dispatcher_.registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE,
                                           &flat_face_algorithms_);
+  configuration_.setPlaneConvexMultipointIterations(kTilts, kTilts);
   dispatcher_.setNearCallback(&CollisionSpace::detect_pair);
   broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&filter_);
   world_.getDispatchInfo().m_useContinuous = engine.settings().continuous_collision;

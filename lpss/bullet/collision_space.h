@@ -15,6 +15,9 @@
 
 namespace tessera::bullet {
 
+// The friction of a contact is the smaller one of its two bodies, as in Gazebo.
+btScalar smaller_friction(const btCollisionObject* a, const btCollisionObject* b);
+
 class CollisionSpace {
  public:
   explicit CollisionSpace(const BulletEngine& engine);

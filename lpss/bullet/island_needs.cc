@@ -8,7 +8,8 @@ namespace {
 
 constexpr double kLightBurden = 1.5;
 constexpr double kUsualBurden = 20;
-constexpr double kTurnMax = 0.125;  // rad, in one step
+constexpr double kUsualFall = 9.81 / (60 * 60);  // m
+constexpr double kTurnMax = 0.125;               // rad, in one step
 constexpr int kStepsMax = 64;
 
 // The neighbours of each body, in the order of the touches.
@@ -75,6 +76,8 @@ std::vector<double> load_ratios(std::span<const double> masses, std::span<const 
   for (std::size_t body = 0; body < masses.size(); ++body) carried[body] /= masses[body];
   return carried;
 }
+
+double load_in_tick(double load_ratio, double fall) { return load_ratio * std::max(1.0, fall / kUsualFall); }
 
 int steps_for(double load_ratio, int usual) {
   if (load_ratio <= kLightBurden) return std::max(2, usual / 2);

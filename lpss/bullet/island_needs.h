@@ -21,6 +21,10 @@ struct ContactEdge {
 // 1000. The result for a body depends on its island alone.
 std::vector<double> load_ratios(std::span<const double> masses, std::span<const ContactEdge> touches);
 
+// A load ratio for a tick in which forces alone move a body by `fall` (m): the error of a substep grows with
+// it. On Earth, at 60 ticks a second or more, the ratio itself.
+double load_in_tick(double load_ratio, double fall);
+
 // The number of substeps for an island with this largest load ratio; `usual` (>= 2) is the number in the
 // settings.
 int steps_for(double load_ratio, int usual);

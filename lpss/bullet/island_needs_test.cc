@@ -50,6 +50,13 @@ TEST(StepsForTest, GrowWithTheBurdenFromHalfTheUsualOn) {
   EXPECT_EQ(steps_for(1e9, 64), 64);
 }
 
+TEST(StepsForTest, GrowWithWhatABodyFallsInATick) {
+  EXPECT_EQ(load_in_tick(9, 9.81 / 1e6), 9);
+  EXPECT_EQ(load_in_tick(9, 9.81 / 3600), 9);
+  EXPECT_DOUBLE_EQ(load_in_tick(9, 9.81 / 225), 9 * 16);
+  EXPECT_EQ(steps_for(load_in_tick(9, 9.81 / 225), 4), 16);
+}
+
 void add_stack(TestWorld& world, std::uint64_t first, double x, std::initializer_list<double> masses) {
   double height = 0.5;
   for (const double mass : masses) {

@@ -102,7 +102,9 @@ class Parting {
     std::vector<int> steps(task_.bodies.size(), 0);
     for (std::size_t i = 0; i < carried.size(); ++i) {
       int& most = steps[islands_.find(i)];
-      most = std::max(most, steps_for(carried[i], usual_steps_));
+      const btRigidBody& rigid = rigid_of(task_.bodies[i]);
+      const double fall = double(rigid.getTotalForce().length()) / masses[i] * dt_ * dt_;
+      most = std::max(most, steps_for(load_in_tick(carried[i], fall), usual_steps_));
     }
     // Bodies that hang on joints do not count as load.
     for (const TaskJoint& joint : task_.joints) {

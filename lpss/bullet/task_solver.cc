@@ -7,41 +7,15 @@
 
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
+#include "lpss/bullet/task_joint.h"
 
 namespace tessera::bullet {
 namespace {
-
-JointSide side_of(const btRigidBody& rigid) {
-  const btTransform& pose = rigid.getWorldTransform();
-  return {{to_eigen(pose.getOrigin()), Eigen::Quaterniond(to_eigen(pose.getBasis())).normalized()},
-          to_eigen(rigid.getLinearVelocity()),
-          to_eigen(rigid.getAngularVelocity())};
-}
-
-PosedJoint posed(const TaskJoint& joint) {
-  PosedJoint posed;
-  posed.child = side_of(rigid_of(joint.child));
-  posed.in_child = joint.properties->in_child;
-  if (joint.parent.world) {
-    posed.parent = side_of(rigid_of(joint.parent));
-    posed.parent.pose.position += joint.parent_origin;
-    posed.in_parent = joint.properties->in_parent;
-  } else {
-    posed.parent = {joint.fixed_parent, joint.fixed_velocity, joint.fixed_spin};
-  }
-  return posed;
-}
 
 // The change of a row's velocity on one side by a unit of its impulse.
 double mobility(const btSolverBody& body, const btVector3& linear, const btVector3& angular,
                 const btVector3& response) {
   return double(linear.length2()) * body.m_invMass.x() + double(angular.dot(response));
-}
-
-template <typename T>
-std::span<T> span_of(btAlignedObjectArray<T>& array) {
-  if (array.size() == 0) return {};
-  return {&array[0], static_cast<std::size_t>(array.size())};
 }
 
 // Makes one side of a row this many times lighter.
@@ -64,7 +38,6 @@ void lighten(btSolverConstraint& row, int id, const btSolverBody& body, double t
 }  // namespace
 
 TaskSolver::TaskSolver(const EngineSettings& settings) {
-  if (settings.substeps > 1) substep_solver_.emplace(settings.substeps, settings.solver_iterations);
   info_.m_warmstartingFactor = btScalar(settings.warm_starting);
   info_.m_splitImpulsePenetrationThreshold = btScalar(-settings.split_from);
   info_.m_numIterations = settings.solver_iterations;
@@ -77,7 +50,6 @@ TaskSolver::TaskSolver(const EngineSettings& settings) {
 }
 
 void TaskSolver::set_up(const SolveTask& task, double dt) {
-  has_begun_ = false;
   bodies_.clear();
   links_.clear();
   manifolds_.clear();
@@ -111,51 +83,26 @@ void TaskSolver::split(std::size_t body, double times) {
   split.m_invMass *= btScalar(times);
 }
 
-void TaskSolver::begin_steps() {
-  RowPools pools;
-  pools.bodies = span_of(m_tmpSolverBodyPool);
-  pools.contacts = span_of(m_tmpSolverContactConstraintPool);
-  pools.frictions = span_of(m_tmpSolverContactFrictionConstraintPool);
-  pools.friction_directions = info_.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS ? 2 : 1;
-  substep_solver_->begin(pools, joints_, info_);
-}
-
-void TaskSolver::pass(int n) {
-  if (!has_begun_) substep_solver_ ? begin_steps() : begin_joints();
-  has_begun_ = true;
-  if (substep_solver_) return substep_solver_->round(n);
+void TaskSolver::round(int n) {
+  if (n == 0) begin_joints();
   solveGroupCacheFriendlySplitImpulseIterations(nullptr, 0, nullptr, 0, nullptr, 0, one_pass_, nullptr);
   solveSingleIteration(n, nullptr, 0, nullptr, 0, nullptr, 0, info_, nullptr);
   joints_.pass();
 }
 
 void TaskSolver::finish() {
-  if (substep_solver_) substep_solver_->end();
   // It resets the companion of every body with a solver body: the originals.
   solveGroupCacheFriendlyFinish(bodies_.data(), static_cast<int>(bodies_.size()), info_);
   for (const Link& link : links_) link.clone->setCompanionId(-1);
 }
 
 VelocityChange TaskSolver::change(std::size_t body) const {
-  if (substep_solver_) {
-    if (!has_begun_) return {};
-    const auto place = static_cast<std::size_t>(place_of(body));
-    VelocityChange change;
-    change.linear = to_eigen(substep_solver_->linear_change(place));
-    change.angular = to_eigen(substep_solver_->angular_change(place));
-    return change;
-  }
   const btSolverBody& solved = m_tmpSolverBodyPool[place_of(body)];
   return {to_eigen(solved.m_deltaLinearVelocity), to_eigen(solved.m_deltaAngularVelocity),
           to_eigen(solved.m_pushVelocity), to_eigen(solved.m_turnVelocity)};
 }
 
 void TaskSolver::set_change(std::size_t body, const VelocityChange& change) {
-  if (substep_solver_) {
-    if (!has_begun_) return;
-    const auto place = static_cast<std::size_t>(place_of(body));
-    return substep_solver_->set_change(place, to_bullet(change.linear), to_bullet(change.angular));
-  }
   btSolverBody& solved = m_tmpSolverBodyPool[place_of(body)];
   solved.m_deltaLinearVelocity = to_bullet(change.linear);
   solved.m_deltaAngularVelocity = to_bullet(change.angular);
@@ -168,13 +115,7 @@ void TaskSolver::convertBodies(btCollisionObject** bodies, int count, const btCo
   for (const Link& link : links_) link.clone->setCompanionId(link.original->getCompanionId());
 }
 
-void TaskSolver::add_joint(const TaskJoint& joint) {
-  const int child = rigid_of(joint.child).getCompanionId();
-  const btRigidBody* parent = joint.parent.world ? &rigid_of(joint.parent) : nullptr;
-  std::optional<int> pushed;
-  if (parent && !parent->isStaticOrKinematicObject()) pushed = parent->getCompanionId();
-  joints_.add({child, pushed, joint.properties, joint.drives, posed(joint)});
-}
+void TaskSolver::add_joint(const TaskJoint& joint) { joints_.add(solved_joint(joint)); }
 
 void TaskSolver::begin_joints() {
   if (joints_.is_empty()) return;

@@ -1,30 +1,25 @@
-// Bullet's sequential impulses over one task: bodies, clones and contacts of any number of worlds, and
-// joints.
+// Bullet's sequential impulses over one task, for ticks of one step: bodies, clones and contacts of any
+// number of worlds, and joints.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "lpss/bullet/joint_solver.h"
-#include "lpss/bullet/substep_solver.h"
 #include "lpss/engine/engine.h"
 
 namespace tessera::bullet {
 
-// One task at a time: set_up(), then passes() times pass(), then finish(). No state is kept for the
-// next task.
+// One task at a time: set_up(), then round(n) for each n below rounds(), then finish(). No state is kept for
+// the next task.
 class TaskSolver final : public btSequentialImpulseConstraintSolver {
  public:
   explicit TaskSolver(const EngineSettings& settings);
 
-  // Of all rows, or the rounds of small steps.
-  int passes() const { return substep_solver_ ? substep_solver_->rounds() : info_.m_numIterations; }
-
-  // The number of substeps (>= 2), if the settings specify substeps.
-  void take_substep_solver(int steps) { substep_solver_->set_steps(steps); }
+  // A round is a pass over all rows.
+  int rounds() const { return info_.m_numIterations; }
 
   // Makes the rows. The task must hold at least one body.
   void set_up(const SolveTask& task, double dt);
@@ -32,15 +27,15 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   // Makes a body `times` lighter for the passes, after set_up().
   void split(std::size_t body, double times);
 
-  // n counts from 0. Without small steps: one pass of the position correction and one of the velocities; the
-  // two touch different variables, so this is as good as all of the one before all of the other.
-  void pass(int n);
+  // One pass of the position correction and one of the velocities; the two touch different variables, so this
+  // is as good as all of the one before all of the other.
+  void round(int n);
 
   // Writes velocities, corrected poses and impulses back.
   void finish();
 
   // The change of a body by rows so far, from set_up() to finish(); `body` is an index into the task's
-  // bodies. Without substeps it includes warm starting after set_up().
+  // bodies. It includes warm starting.
   VelocityChange change(std::size_t body) const;
   void set_change(std::size_t body, const VelocityChange& change);
 
@@ -53,13 +48,10 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
 
   void convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) override;
   void add_joint(const TaskJoint& joint);
-  void begin_steps();
   void begin_joints();
   int place_of(std::size_t body) const { return bodies_[body]->getCompanionId(); }
   void release_kinematic_bodies();
 
-  std::optional<SubstepSolver> substep_solver_;
-  bool has_begun_ = false;  // to pass
   btContactSolverInfo info_;
   btContactSolverInfo one_pass_;
   std::vector<btCollisionObject*> bodies_;

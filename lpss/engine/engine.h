@@ -216,7 +216,7 @@ struct TaskJoint {
 };
 
 // Islands to solve together. The solver processes bodies, contacts and joints in this order, which the caller
-// keeps canonical: ascending ids.
+// keeps canonical: bodies and joints ascending by ids, contacts as lpss/tick/solve_order.h says.
 struct SolveTask {
   struct CloneOf {
     WorldBody clone;

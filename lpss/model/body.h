@@ -44,7 +44,7 @@ struct BodyProperties {
   std::array<double, 3> inertia{1, 1, 1};  // principal moments about the centre of mass, kg m^2; > 0
   std::array<double, 3> centre{0, 0, 0};   // the centre frame's origin in the body frame
   std::array<double, 4> principal_axes{0, 0, 0, 1};  // rotation from the centre to the body frame, x y z w
-  double friction = 0.5;            // Coulomb coefficient; the two of a contact are multiplied
+  double friction = 0.5;            // Coulomb coefficient; a contact has the smaller of its two
   double restitution = 0;           // 0 to 1; the two of a contact are multiplied
   double linear_damping = 0;        // fraction of the velocity lost per second, 0 to 1
   double angular_damping = 0;       // likewise

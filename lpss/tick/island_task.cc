@@ -5,6 +5,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/partition/bodies.h"
+#include "lpss/tick/solve_order.h"
 
 namespace tessera {
 
@@ -53,7 +54,19 @@ void TaskBuilder::add_joints(const JointIndex& joints, double sector_size, bool 
   std::sort(joints_.begin(), joints_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
 }
 
-SolveJob TaskBuilder::build() {
+std::vector<std::size_t> TaskBuilder::order_of_contacts(const SectorIndex& anchor) const {
+  std::vector<ContactToOrder> contacts;
+  contacts.reserve(contacts_.size());
+  for (const Contact& contact : contacts_) {
+    const std::optional<std::size_t> a = place_of(contact.a);
+    const std::optional<std::size_t> b = place_of(contact.b);
+    const ContactGroup group = a && b ? group_of(bodies_[*a].frame, bodies_[*b].frame, anchor) : kFixedGroup;
+    contacts.push_back({group, a, b});
+  }
+  return solve_order(contacts, bodies_.size());
+}
+
+SolveJob TaskBuilder::build(const SectorIndex& anchor) {
   SolveJob job;
   sort_bodies();
   std::sort(contacts_.begin(), contacts_.end(),
@@ -61,7 +74,7 @@ SolveJob TaskBuilder::build() {
   job.task.bodies.reserve(bodies_.size());
   for (const Body& body : bodies_) job.task.bodies.push_back(body.place);
   job.task.contacts.reserve(contacts_.size());
-  for (const Contact& contact : contacts_) job.task.contacts.push_back(contact.place);
+  for (const std::size_t n : order_of_contacts(anchor)) job.task.contacts.push_back(contacts_[n].place);
   for (const auto& [id, joint] : joints_) job.task.joints.push_back(joint);
   for (const auto& [original, place] : clones_) {
     const Body* body = find(original);
@@ -146,7 +159,7 @@ SolveJob build_job(const Partition& partition, TaskBuilder& builder) {
                          fix_parent(partition, joint, frame, task);
                        });
   }
-  return builder.build();
+  return builder.build(partition.anchor);
 }
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-// Tasks for the solver: bodies, contacts and joints of islands, in the canonical order.
+// Tasks for the solver: bodies, contacts and joints of islands, in the canonical order (solve_order.h).
 #pragma once
 
 #include <functional>
@@ -43,7 +43,8 @@ class TaskBuilder {
   using FixParent = std::function<void(const JointRecord& joint, const SectorIndex& frame, TaskJoint& task)>;
   void add_joints(const JointIndex& joints, double sector_size, bool complete, const FixParent& fix_parent);
 
-  SolveJob build();
+  // `anchor`: of the world.
+  SolveJob build(const SectorIndex& anchor);
   bool empty() const { return bodies_.empty(); }
 
   // The place of a body in the task, if it has it. Once the task is built.
@@ -62,6 +63,7 @@ class TaskBuilder {
     WorldPair place;
   };
   const Body* find(BodyId id) const;
+  std::vector<std::size_t> order_of_contacts(const SectorIndex& anchor) const;
   void sort_bodies();
 
   std::vector<Body> bodies_;

@@ -48,7 +48,7 @@ class Body:
     inertia: VectorLike | None = None  # principal moments about the centre of mass, kg m^2
     centre: VectorLike = (0.0, 0.0, 0.0)  # of mass, in the body frame
     principal_axes: VectorLike = IDENTITY  # rotation to the body frame, x y z w
-    friction: float = 0.5  # Coulomb coefficient; the two of a contact are multiplied
+    friction: float = 0.5  # Coulomb coefficient; a contact has the smaller of its two
     restitution: float = 0.0  # 0 to 1; the two of a contact are multiplied
     linear_damping: float = 0.0  # fraction of the velocity lost per second, 0 to 1
     angular_damping: float = 0.0  # likewise

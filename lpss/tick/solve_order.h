@@ -1,0 +1,48 @@
+// The order in which contacts are solved: a property of the world, whoever solves them.
+//
+// A pass goes through the contacts by group, in a group by colour, and in a colour by ids. The groups:
+//
+//   inside   both bodies have the same home sector. Sectors share no body.
+//   seams    the homes are neighbours: 8 groups. On an axis where the homes differ, the group's bit is the
+//            parity of the lower one, counted from the world's anchor; elsewhere it is 0. So sectors group
+//            into blocks of two by two by two, shifted by the bits: both homes of a contact are in one block,
+//            and blocks share no body.
+//   far      the homes are more than one sector apart.
+//   fixed    one side cannot be pushed (static and kinematic bodies). Last, since what carries everything
+//            must give way least.
+//
+// In a group no body occurs twice in a colour. So contacts of one colour, of different sectors (inside), or
+// of different blocks (seams) commute: who solves them, and in how many threads or lanes, changes no bit.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "lpss/grid/sector_index.h"
+
+namespace tessera {
+
+using ContactGroup = std::uint8_t;
+
+inline constexpr ContactGroup kInsideGroup = 0;
+inline constexpr ContactGroup kSeamGroup = 1;  // and the seven after it
+inline constexpr ContactGroup kFarGroup = 9;
+inline constexpr ContactGroup kFixedGroup = 10;
+inline constexpr std::size_t kContactGroups = 11;
+
+// Of a contact between bodies with these homes, in a world with this anchor.
+ContactGroup group_of(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor);
+
+// A contact to be ordered. `a` and `b` are places in a list of bodies; none for what cannot be pushed.
+struct ContactToOrder {
+  ContactGroup group = kInsideGroup;
+  std::optional<std::size_t> a;
+  std::optional<std::size_t> b;
+};
+
+// The places of `contacts`, which ascend by ids, in the order of solving. `bodies` is the length of the list.
+std::vector<std::size_t> solve_order(std::span<const ContactToOrder> contacts, std::size_t bodies);
+
+}  // namespace tessera
