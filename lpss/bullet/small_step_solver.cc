@@ -21,6 +21,13 @@ using Vector = ContactSolver<btScalar>::Vector;
 Vector vector(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 btVector3 bt(const Vector& v) { return {v.x(), v.y(), v.z()}; }
 
+// None for static bodies: they do not move, and a server that solves an island of others does not know where
+// they are.
+Vector lever(const btRigidBody& body, const btVector3& point) {
+  if (body.isStaticObject()) return Vector::Zero();
+  return vector(point - body.getWorldTransform().getOrigin());
+}
+
 // The friction of a patch is kept at its points, in equal parts.
 Vector friction_of(const btManifoldPoint& point) {
   btVector3 p, q;
@@ -133,16 +140,16 @@ void SmallStepSolver::finish() {
 VelocityChange SmallStepSolver::change(std::size_t body) const {
   if (forced_ == 0) return {};
   VelocityChange change;
-  change.linear = (contacts_[body].linear - bodies_[body].linear - linear_force(body)).cast<double>();
-  change.angular = (contacts_[body].angular - bodies_[body].angular - angular_force(body)).cast<double>();
+  change.linear = (contacts_[body].linear - linear_force(body)).cast<double>();
+  change.angular = (contacts_[body].angular - angular_force(body)).cast<double>();
   return change;
 }
 
 void SmallStepSolver::set_change(std::size_t body, const VelocityChange& change) {
   if (forced_ == 0) return;
   is_pushed_[body] = true;
-  contacts_[body].linear = bodies_[body].linear + linear_force(body) + change.linear.cast<btScalar>();
-  contacts_[body].angular = bodies_[body].angular + angular_force(body) + change.angular.cast<btScalar>();
+  contacts_[body].linear = linear_force(body) + change.linear.cast<btScalar>();
+  contacts_[body].angular = angular_force(body) + change.angular.cast<btScalar>();
 }
 
 std::size_t SmallStepSolver::place_of(const btRigidBody& rigid) {
@@ -183,8 +190,8 @@ void SmallStepSolver::add_manifold(btPersistentManifold& manifold) {
     }
     points_[static_cast<std::size_t>(patch - patches_.begin())].point[patch->points] = &point;
     Contacts::Point& row = patch->point[patch->points++];
-    row.lever_a = vector(point.m_positionWorldOnA - a.getWorldTransform().getOrigin());
-    row.lever_b = vector(point.m_positionWorldOnB - b.getWorldTransform().getOrigin());
+    row.lever_a = lever(a, point.m_positionWorldOnA);
+    row.lever_b = lever(b, point.m_positionWorldOnB);
     row.normal = normal;
     row.gap = point.getDistance();
     row.impulse = point.m_appliedImpulse;
@@ -228,18 +235,17 @@ void SmallStepSolver::begin_joints() {
   joints_.set_up(bodies, dt_, steps_);
 }
 
-// Joints see changes of velocities since the start of the tick.
 template <typename Act>
 void SmallStepSolver::with_joints(Act act) {
   if (joints_.is_empty()) return;
   for (const std::size_t place : jointed_) {
-    linear_changes_[place] = bt(contacts_[place].linear - bodies_[place].linear);
-    angular_changes_[place] = bt(contacts_[place].angular - bodies_[place].angular);
+    linear_changes_[place] = bt(contacts_[place].linear);
+    angular_changes_[place] = bt(contacts_[place].angular);
   }
   act();
   for (const std::size_t place : jointed_) {
-    contacts_[place].linear = bodies_[place].linear + vector(linear_changes_[place]);
-    contacts_[place].angular = bodies_[place].angular + vector(angular_changes_[place]);
+    contacts_[place].linear = vector(linear_changes_[place]);
+    contacts_[place].angular = vector(angular_changes_[place]);
   }
 }
 
@@ -248,8 +254,9 @@ void SmallStepSolver::correct_jointed() {
   if (joints_.is_empty()) return;
   for (const BodyMotion& moved : joints_.end()) {
     Contacts::Moving& moving = contacts_[static_cast<std::size_t>(moved.body)];
-    const Eigen::Vector3d linear = moving.linear.cast<double>();
-    const Eigen::Vector3d angular = moving.angular.cast<double>();
+    const Contacts::Body& body = bodies_[static_cast<std::size_t>(moved.body)];
+    const Eigen::Vector3d linear = (body.linear + moving.linear).cast<double>();
+    const Eigen::Vector3d angular = (body.angular + moving.angular).cast<double>();
     const Eigen::AngleAxisd turn(rotation(angular * dt_).conjugate() * moved.turn);
     moving.way = (moved.way - linear * dt_).cast<btScalar>();
     moving.turn = (turn.axis() * turn.angle()).cast<btScalar>();
@@ -280,8 +287,8 @@ void SmallStepSolver::write_bodies() {
       continue;
     }
     const Contacts::Moving& moving = contacts_[place];
-    rigid.setLinearVelocity(bt(moving.linear));
-    rigid.setAngularVelocity(bt(moving.angular));
+    rigid.setLinearVelocity(bt(body.linear + moving.linear));
+    rigid.setAngularVelocity(bt(body.angular + moving.angular));
     btTransform& pose = rigid.getWorldTransform();
     pose.setOrigin(pose.getOrigin() + bt(moving.way));
     pose.setBasis(turned(pose.getBasis(), moving.turn));

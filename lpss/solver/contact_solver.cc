@@ -52,8 +52,7 @@ void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> 
   mass_share_ = b * impulse_share_;
 
   moving_.clear();
-  for (const Body& body : bodies)
-    moving_.push_back({body.linear, body.angular, Vector::Zero(), Vector::Zero()});
+  moving_.assign(bodies.size(), {Vector::Zero(), Vector::Zero(), Vector::Zero(), Vector::Zero()});
   patches_.clear();
   normals_.clear();
   for (const Patch& patch : patches) add(patch);
@@ -90,8 +89,8 @@ void ContactSolver<Scalar>::add(const Patch& patch) {
                                row.b.angular.dot(row.b.response));
     row.gap = point.gap;
     row.approach_max = std::min(-point.gap / options_.time_step, Scalar(0));
-    const Scalar approach = -velocity(rows, row.normal, row.a, row.b);
-    row.rebound = approach > options_.bounce_from ? patch.restitution * approach : 0;
+    row.start = start(rows, row.normal, row.a, row.b);
+    row.rebound = -row.start > options_.bounce_from ? patch.restitution * -row.start : 0;
     row.impulse = point.impulse * share;
     normals_.push_back(row);
   }
@@ -117,13 +116,18 @@ void ContactSolver<Scalar>::add_friction(const Patch& patch, PatchRows& rows) co
   lever_a /= count;
   lever_b /= count;
   rows.normal.normalize();
-  for (std::size_t n = 0; n < patch.points; ++n)
-    rows.radius += (patch.point[n].lever_b - lever_b).norm() / count;
+  // By the levers of a side that can be pushed: those of the other one say nothing.
+  const bool by_a = a.inverse_mass > 0;
+  for (std::size_t n = 0; n < patch.points; ++n) {
+    const Vector arm = by_a ? patch.point[n].lever_a - lever_a : patch.point[n].lever_b - lever_b;
+    rows.radius += arm.norm() / count;
+  }
 
   span_plane(rows.normal, rows.tangent[0], rows.tangent[1]);
   for (int k = 0; k < 2; ++k) {
     rows.tangent_a[k] = side(a, lever_a, rows.tangent[k]);
     rows.tangent_b[k] = side(b, lever_b, rows.tangent[k]);
+    rows.start[k] = start(rows, rows.tangent[k], rows.tangent_a[k], rows.tangent_b[k]);
   }
   const auto mobility = [&](int i, int j) {
     return rows.tangent_a[i].angular.dot(rows.tangent_a[j].response) +
@@ -138,6 +142,7 @@ void ContactSolver<Scalar>::add_friction(const Patch& patch, PatchRows& rows) co
   rows.mass[1] = -k01 * inverse;
   rows.mass[2] = k00 * inverse;
 
+  rows.twist_start = rows.normal.dot(a.angular - b.angular);
   rows.twist_a = a.inverse_inertia * rows.normal;
   rows.twist_b = b.inverse_inertia * rows.normal;
   rows.twist_mass = inverse_or_zero(rows.normal.dot(rows.twist_a) + rows.normal.dot(rows.twist_b));
@@ -154,8 +159,16 @@ void ContactSolver<Scalar>::add_friction(const Patch& patch, PatchRows& rows) co
 }
 
 template <typename Scalar>
-Scalar ContactSolver<Scalar>::velocity(const PatchRows& rows, const Vector& direction, const Side& a,
-                                       const Side& b) const {
+Scalar ContactSolver<Scalar>::start(const PatchRows& rows, const Vector& direction, const Side& a,
+                                    const Side& b) const {
+  const Body& p = bodies_[rows.a];
+  const Body& q = bodies_[rows.b];
+  return direction.dot(p.linear - q.linear) + a.angular.dot(p.angular) - b.angular.dot(q.angular);
+}
+
+template <typename Scalar>
+Scalar ContactSolver<Scalar>::change(const PatchRows& rows, const Vector& direction, const Side& a,
+                                     const Side& b) const {
   const Moving& p = moving_[rows.a];
   const Moving& q = moving_[rows.b];
   return direction.dot(p.linear - q.linear) + a.angular.dot(p.angular) - b.angular.dot(q.angular);
@@ -217,7 +230,7 @@ void ContactSolver<Scalar>::solve_normal(const PatchRows& rows, NormalRow& row, 
     mass_share = mass_share_;
     impulse_share = impulse_share_;
   }
-  const Scalar missing = wanted - velocity(rows, row.normal, row.a, row.b);
+  const Scalar missing = wanted - (row.start + change(rows, row.normal, row.a, row.b));
   const Scalar impulse =
       std::max(row.impulse * (1 - impulse_share) + missing * row.mass * mass_share, Scalar(0));
   push(rows, row.normal, row.a, row.b, impulse - row.impulse);
@@ -230,8 +243,9 @@ void ContactSolver<Scalar>::solve_friction(PatchRows& rows) {
   for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) most += normals_[n].impulse;
   most *= rows.friction;
 
-  const Scalar slide[2] = {velocity(rows, rows.tangent[0], rows.tangent_a[0], rows.tangent_b[0]),
-                           velocity(rows, rows.tangent[1], rows.tangent_a[1], rows.tangent_b[1])};
+  Scalar slide[2];
+  for (int k = 0; k < 2; ++k)
+    slide[k] = rows.start[k] + change(rows, rows.tangent[k], rows.tangent_a[k], rows.tangent_b[k]);
   Scalar wanted[2] = {rows.impulse[0] - (rows.mass[0] * slide[0] + rows.mass[1] * slide[1]),
                       rows.impulse[1] - (rows.mass[1] * slide[0] + rows.mass[2] * slide[1])};
   const Scalar length = std::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
@@ -242,7 +256,7 @@ void ContactSolver<Scalar>::solve_friction(PatchRows& rows) {
     rows.impulse[k] = wanted[k];
   }
 
-  const Scalar spin = rows.normal.dot(moving_[rows.a].angular - moving_[rows.b].angular);
+  const Scalar spin = rows.twist_start + rows.normal.dot(moving_[rows.a].angular - moving_[rows.b].angular);
   const Scalar twist_max = most * rows.radius;
   const Scalar turned = std::clamp(rows.twist - rows.twist_mass * spin, -twist_max, twist_max);
   twist(rows, turned - rows.twist);
@@ -255,7 +269,7 @@ void ContactSolver<Scalar>::advance() {
   for (PatchRows& rows : patches_) {
     for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) {
       NormalRow& row = normals_[n];
-      row.gap += velocity(rows, row.normal, row.a, row.b) * step_;
+      row.gap += (row.start + change(rows, row.normal, row.a, row.b)) * step_;
     }
   }
   for (Moving& body : moving_) {
@@ -284,7 +298,7 @@ void ContactSolver<Scalar>::rebound() {
     for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) {
       NormalRow& row = normals_[n];
       if (!(row.rebound > 0) || !(row.total > 0)) continue;
-      const Scalar missing = row.rebound - velocity(rows, row.normal, row.a, row.b);
+      const Scalar missing = row.rebound - (row.start + change(rows, row.normal, row.a, row.b));
       const Scalar impulse = std::max(row.impulse + missing * row.mass, Scalar(0));
       push(rows, row.normal, row.a, row.b, impulse - row.impulse);
       row.total += impulse - row.impulse;

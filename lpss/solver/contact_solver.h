@@ -35,7 +35,8 @@ struct SolverTypes {
   };
 
   struct Point {
-    Vector lever_a;  // m, from the centre of mass of a
+    Vector lever_a;  // m, from the centre of mass of a; of no meaning for a body that neither moves nor can
+                     // be pushed
     Vector lever_b;
     Vector normal;       // unit length, pointing from b to a
     Scalar gap = 0;      // m, < 0 where the two overlap
@@ -89,9 +90,10 @@ class ContactSolver : public SolverTypes<Scalar> {
   // Impulses into `patches`, those of begin().
   void end(std::span<Patch> patches) const;
 
-  // The state of a body during the tick. `way` and `turn` (m, rad) are what corrected overlaps beyond the
-  // motion by the velocities that stay: a body moves by them and by its final velocities, which conserves the
-  // energy of falls and orbits.
+  // A body during the tick: the change of its velocities since before it, which is rounded less than the
+  // velocities would be. `way` and `turn` (m, rad) are what corrected overlaps beyond the motion by the
+  // velocities that stay: a body moves by them and by its final velocities, which conserves the energy of
+  // falls and orbits.
   struct Moving {
     Vector linear;
     Vector angular;
@@ -111,6 +113,7 @@ class ContactSolver : public SolverTypes<Scalar> {
     Side a;
     Side b;
     Scalar mass = 0;
+    Scalar start = 0;         // m/s, before the tick
     Scalar gap = 0;           // m, in this step
     Scalar approach_max = 0;  // m/s, at most 0: what closes the gap by the end of the tick
     Scalar rebound = 0;       // m/s, required if the two have touched
@@ -131,9 +134,11 @@ class ContactSolver : public SolverTypes<Scalar> {
     Vector tangent[2];
     Side tangent_a[2];
     Side tangent_b[2];
-    Scalar mass[3];  // of the tangents: the inverse of a symmetric matrix (00, 01, 11)
-    Vector twist_a;  // the response of a's angular velocity to a unit of twist
+    Scalar start[2];  // m/s, along the tangents, before the tick
+    Scalar mass[3];   // of the tangents: the inverse of a symmetric matrix (00, 01, 11)
+    Vector twist_a;   // the response of a's angular velocity to a unit of twist
     Vector twist_b;
+    Scalar twist_start = 0;  // rad/s
     Scalar twist_mass = 0;
     Scalar impulse[2] = {0, 0};  // of a step
     Scalar twist = 0;
@@ -144,7 +149,9 @@ class ContactSolver : public SolverTypes<Scalar> {
   void add(const Patch& patch);
   void add_friction(const Patch& patch, PatchRows& rows) const;
   Side side(const Body& body, const Vector& lever, const Vector& direction) const;
-  Scalar velocity(const PatchRows& rows, const Vector& direction, const Side& a, const Side& b) const;
+  // The velocity of a row before the tick, and its change since then.
+  Scalar start(const PatchRows& rows, const Vector& direction, const Side& a, const Side& b) const;
+  Scalar change(const PatchRows& rows, const Vector& direction, const Side& a, const Side& b) const;
   void push(const PatchRows& rows, const Vector& direction, const Side& a, const Side& b, Scalar impulse);
   void twist(const PatchRows& rows, Scalar impulse);
   void solve_normal(const PatchRows& rows, NormalRow& row, bool biased);

@@ -70,9 +70,9 @@ class Cubes {
     solver_.rebound();
     solver_.end(patches_);
     for (std::size_t n = 1; n < bodies_.size(); ++n) {
-      bodies_[n].linear = solver_[n].linear;
-      bodies_[n].angular = solver_[n].angular;
-      centres_[n] += solver_[n].way + solver_[n].linear * Scalar(kTick);
+      bodies_[n].linear += solver_[n].linear;
+      bodies_[n].angular += solver_[n].angular;
+      centres_[n] += solver_[n].way + bodies_[n].linear * Scalar(kTick);
     }
     for (auto& patch : patches_) {
       const Scalar floor = patch.b == 0 ? 0 : centres_[patch.b].z() + Scalar(0.5);
@@ -195,6 +195,22 @@ TYPED_TEST(ContactSolverTest, PatchesThatShareNoBodyCommute) {
     for (std::size_t n = 1; n <= 5; ++n) cubes.touch(reversed ? 6 - n : n, 0);
     for (int tick = 0; tick < 20; ++tick) cubes.step();
     for (std::size_t n = 1; n <= 5; ++n) ends[reversed].push_back(cubes.centre(n));
+  }
+  EXPECT_EQ(ends[0], ends[1]);
+}
+
+// A server that solves an island of others does not know where static bodies are.
+TYPED_TEST(ContactSolverTest, LeversOfWhatCannotMoveChangeNoBit) {
+  typename Cubes<TypeParam>::Vector ends[2];
+  for (const bool moved : {false, true}) {
+    Cubes<TypeParam> cubes;
+    const std::size_t cube = cubes.add({0, 0, TypeParam(0.49)}, {1, TypeParam(0.3), -1});
+    cubes.body(cube).angular = {0, TypeParam(0.2), 3};
+    for (auto& point : cubes.touch(cube, 0).point)
+      if (moved)
+        point.lever_b += typename Cubes<TypeParam>::Vector(TypeParam(12.3), TypeParam(-45.6), TypeParam(0.7));
+    for (int tick = 0; tick < 20; ++tick) cubes.step();
+    ends[moved] = cubes.body(cube).angular;
   }
   EXPECT_EQ(ends[0], ends[1]);
 }
