@@ -5,6 +5,7 @@
 #include "experiments/paper/instances.h"
 #include "experiments/paper/overhead.h"
 #include "experiments/paper/stacks.h"
+#include "experiments/performance/performance.h"
 #include "experiments/requirements/requirements.h"
 #include "experiments/tradeoff/tradeoff.h"
 
@@ -22,6 +23,8 @@ const std::vector<Experiment>& all_experiments() {
        measure_instances},
       {"overhead", "The time of a tick by phase, for 128 to 32,768 bodies, compared with plain Bullet.",
        measure_overhead},
+      {"performance", "What a core does: piles, towers and a pyramid, compared with plain Bullet.",
+       measure_performance},
       {"requirements", "The savings of computing only what a scene requires, and the remaining error.",
        measure_requirements},
       {"stacks", "Towers near and far from the origin, in one world and in sectors.", measure_stacks},

@@ -1,0 +1,21 @@
+// What a core does: piles, towers and a pyramid of boxes, each beside plain Bullet in the same run.
+#pragma once
+
+#include "experiments/catalogue.h"
+
+namespace tessera {
+
+// One thread. The worlds of a scene are stepped alternately, tick by tick: in sectors of 16 m, in one sector,
+// and as one plain Bullet world with two friction directions.
+//
+//   pile          8,192 boxes dropped in 4 layers, 1.1 m apart, a little out of line; never asleep
+//   pile_to_rest  the same for 10 s, with sleep
+//   towers        800 towers of 10; never asleep
+//   pyramid       30 rows, 465 boxes 1.05 m apart; never asleep
+//
+// Table "rows": {engine, scene, world, bodies, ticks, tick_us, ratio, drift_m, hash}. `tick_us` is the mean
+// of processor times of ticks, `ratio` relative to plain Bullet; `drift_m` is the horizontal way of the body
+// that comes farthest from its start. Plain hashes are not to be compared with the others.
+absl::StatusOr<Report> measure_performance(const ExperimentOptions& options, const Progress& progress);
+
+}  // namespace tessera
