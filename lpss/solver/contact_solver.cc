@@ -167,16 +167,16 @@ Scalar ContactSolver<Scalar>::start(const PatchRows& rows, const Vector& directi
 }
 
 template <typename Scalar>
-Scalar ContactSolver<Scalar>::change(const PatchRows& rows, const Vector& direction, const Side& a,
-                                     const Side& b) const {
+inline Scalar ContactSolver<Scalar>::change(const PatchRows& rows, const Vector& direction, const Side& a,
+                                            const Side& b) const {
   const Moving& p = moving_[rows.a];
   const Moving& q = moving_[rows.b];
   return direction.dot(p.linear - q.linear) + a.angular.dot(p.angular) - b.angular.dot(q.angular);
 }
 
 template <typename Scalar>
-void ContactSolver<Scalar>::push(const PatchRows& rows, const Vector& direction, const Side& a, const Side& b,
-                                 Scalar impulse) {
+inline void ContactSolver<Scalar>::push(const PatchRows& rows, const Vector& direction, const Side& a,
+                                        const Side& b, Scalar impulse) {
   Moving& p = moving_[rows.a];
   Moving& q = moving_[rows.b];
   p.linear += direction * (rows.inverse_mass_a * impulse);
@@ -186,7 +186,7 @@ void ContactSolver<Scalar>::push(const PatchRows& rows, const Vector& direction,
 }
 
 template <typename Scalar>
-void ContactSolver<Scalar>::twist(const PatchRows& rows, Scalar impulse) {
+inline void ContactSolver<Scalar>::twist(const PatchRows& rows, Scalar impulse) {
   moving_[rows.a].angular += rows.twist_a * impulse;
   moving_[rows.b].angular -= rows.twist_b * impulse;
 }
@@ -221,7 +221,7 @@ void ContactSolver<Scalar>::pass(bool biased) {
 
 // A gap may close by the end of the tick; an overlap is opened like an overdamped spring.
 template <typename Scalar>
-void ContactSolver<Scalar>::solve_normal(const PatchRows& rows, NormalRow& row, bool biased) {
+inline void ContactSolver<Scalar>::solve_normal(const PatchRows& rows, NormalRow& row, bool biased) {
   Scalar wanted = row.approach_max;
   Scalar mass_share = 1;
   Scalar impulse_share = 0;
@@ -238,7 +238,7 @@ void ContactSolver<Scalar>::solve_normal(const PatchRows& rows, NormalRow& row, 
 }
 
 template <typename Scalar>
-void ContactSolver<Scalar>::solve_friction(PatchRows& rows) {
+inline void ContactSolver<Scalar>::solve_friction(PatchRows& rows) {
   Scalar most = 0;
   for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) most += normals_[n].impulse;
   most *= rows.friction;
