@@ -93,7 +93,7 @@ absl::Status drive_check(const JointDrive& drive, JointType type) {
       return bounded("velocity", drive.target, -most, most, is_angle(type) ? "rad/s" : "m/s");
     }
     case DriveMode::kPosition: {
-      const double most = is_angle(type) ? std::numbers::pi : kNoBound;
+      const double most = is_angle(type) ? std::numbers::pi : kDriveWayMax;
       return bounded("position", drive.target, -most, most, unit_of(type));
     }
     case DriveMode::kEffort: {

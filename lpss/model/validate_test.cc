@@ -426,6 +426,12 @@ std::vector<Row> joint_axis_rows() {
       {"DriveUnknown", driven(static_cast<DriveMode>(7), 0), {"drive of axis 1", "mode = 7"}},
       {"DriveNan", driven(DriveMode::kVelocity, kNan), {"drive of axis 1", "velocity", "finite"}},
       {"DriveBeyondHalfATurn", driven(DriveMode::kPosition, 4), {"position = 4 rad", "3.14159 rad"}},
+      {"DriveTooFar",
+       hinge([](auto& j) {
+         j.properties.type = JointType::kPrismatic;
+         j.drives[0] = {DriveMode::kPosition, 1e308};
+       }),
+       {"drive of axis 1", "position = 1e+308 m", "1e+06 m"}},
       {"DriveOfNoAxis",
        hinge([](auto& j) { j.drives[1].mode = DriveMode::kVelocity; }),
        {"drive of axis 2", "1 axes"}},
