@@ -16,9 +16,9 @@
 namespace tessera {
 namespace {
 
-constexpr double kSector = 16;       // m
+constexpr double kSector = 16;      // m
 constexpr double kOneSector = 512;  // m: all of a scene is in it
-constexpr double kHalfFloor = 120;   // m
+constexpr double kHalfFloor = 120;  // m
 
 // Numbers in [0, 1), the same on every machine.
 class Scatter {
