@@ -59,8 +59,10 @@ WorldDescription towers(const WorldSettings& settings, int count) {
   const ShapeId box = builder.shape(Box{{1, 1, 1}});
   const int side = static_cast<int>(std::ceil(std::sqrt(count)));
   for (int n = 0; n < count; ++n) {
-    const double x = (n % side - side / 2.0) * kApart;
-    const double y = (n / side - side / 2.0) * kApart;
+    const int column = n % side;
+    const int row = n / side;
+    const double x = (column - side / 2.0) * kApart;
+    const double y = (row - side / 2.0) * kApart;
     for (int level = 0; level < kHeight; ++level) {
       builder.add(absl::StrCat("tower", n, "_", level), box, 1,
                   {x + 0.02 * (level % 3), y + 0.013 * (level % 2), 0.5 + level});
@@ -184,8 +186,9 @@ absl::StatusOr<std::vector<Runner>> runners_of(const Scene& scene, Precision pre
     settings.sector_size = sector_size;
     if (!scene.sleeps) settings.sleep_after = 0;
     absl::StatusOr<Runner> runner = Runner::create(name, scene.make(settings), precision, is_plain);
-    if (runner.ok()) runners.push_back(*std::move(runner));
-    return runner.status();
+    if (!runner.ok()) return runner.status();
+    runners.push_back(*std::move(runner));
+    return absl::OkStatus();
   };
   if (absl::Status status = add("sectors of 16 m", kSector, false); !status.ok()) return status;
   if (absl::Status status = add("one sector", kOneSector, false); !status.ok()) return status;
