@@ -2,8 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <limits>
-#include <span>
 
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
@@ -69,7 +67,7 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
   solveGroupCacheFriendlySetup(bodies_.data(), static_cast<int>(bodies_.size()), manifolds_.data(),
                                static_cast<int>(manifolds_.size()), nullptr, 0, info_, nullptr);
   release_kinematic_bodies();
-  for (const TaskJoint& joint : task.joints) add_joint(joint);
+  for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
 }
 
 void TaskSolver::split(std::size_t body, double times) {
@@ -114,8 +112,6 @@ void TaskSolver::convertBodies(btCollisionObject** bodies, int count, const btCo
   btSequentialImpulseConstraintSolver::convertBodies(bodies, count, info);
   for (const Link& link : links_) link.clone->setCompanionId(link.original->getCompanionId());
 }
-
-void TaskSolver::add_joint(const TaskJoint& joint) { joints_.add(solved_joint(joint)); }
 
 void TaskSolver::begin_joints() {
   if (joints_.is_empty()) return;

@@ -47,7 +47,6 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   };
 
   void convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) override;
-  void add_joint(const TaskJoint& joint);
   void begin_joints();
   int place_of(std::size_t body) const { return bodies_[body]->getCompanionId(); }
   void release_kinematic_bodies();

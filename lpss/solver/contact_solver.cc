@@ -28,6 +28,13 @@ void span_plane(const Vector& normal, Vector& p, Vector& q) {
   q = normal.cross(p);
 }
 
+// The velocity of two sides (Side) along a direction, from the velocities of their bodies or changes of them.
+template <typename Vector, typename Moving, typename Side>
+inline auto relative(const Vector& direction, const Moving& p, const Side& a, const Moving& q,
+                     const Side& b) {
+  return direction.dot(p.linear - q.linear) + a.angular.dot(p.angular) - b.angular.dot(q.angular);
+}
+
 template <typename Scalar>
 Scalar inverse_or_zero(Scalar value) {
   return value > 0 ? 1 / value : 0;
@@ -78,7 +85,7 @@ void ContactSolver<Scalar>::add(const Patch& patch) {
   rows.inverse_mass_b = b.inverse_mass;
   rows.friction = patch.friction;
   rows.is_jointed = patch.is_jointed;
-  const Scalar share = options_.warm_starting / static_cast<Scalar>(options_.steps);
+  const Scalar share = 1 / static_cast<Scalar>(options_.steps);
   for (std::size_t n = 0; n < patch.points; ++n) {
     const Point& point = patch.point[n];
     NormalRow row;
@@ -89,7 +96,7 @@ void ContactSolver<Scalar>::add(const Patch& patch) {
                                row.b.angular.dot(row.b.response));
     row.gap = point.gap;
     row.approach_max = std::min(-point.gap / options_.time_step, Scalar(0));
-    row.start = start(rows, row.normal, row.a, row.b);
+    row.start = relative(row.normal, bodies_[rows.a], row.a, bodies_[rows.b], row.b);
     row.rebound = -row.start > options_.bounce_from ? patch.restitution * -row.start : 0;
     row.impulse = point.impulse * share;
     normals_.push_back(row);
@@ -127,7 +134,8 @@ void ContactSolver<Scalar>::add_friction(const Patch& patch, PatchRows& rows) co
   for (int k = 0; k < 2; ++k) {
     rows.tangent_a[k] = side(a, lever_a, rows.tangent[k]);
     rows.tangent_b[k] = side(b, lever_b, rows.tangent[k]);
-    rows.start[k] = start(rows, rows.tangent[k], rows.tangent_a[k], rows.tangent_b[k]);
+    rows.start[k] =
+        relative(rows.tangent[k], bodies_[rows.a], rows.tangent_a[k], bodies_[rows.b], rows.tangent_b[k]);
   }
   const auto mobility = [&](int i, int j) {
     return rows.tangent_a[i].angular.dot(rows.tangent_a[j].response) +
@@ -147,7 +155,7 @@ void ContactSolver<Scalar>::add_friction(const Patch& patch, PatchRows& rows) co
   rows.twist_b = b.inverse_inertia * rows.normal;
   rows.twist_mass = inverse_or_zero(rows.normal.dot(rows.twist_a) + rows.normal.dot(rows.twist_b));
 
-  const Scalar share = options_.warm_starting / static_cast<Scalar>(options_.steps);
+  const Scalar share = 1 / static_cast<Scalar>(options_.steps);
   Scalar most = 0;
   for (std::size_t n = 0; n < rows.count; ++n) most += rows.friction * normals_[rows.first + n].impulse;
   for (int k = 0; k < 2; ++k) rows.impulse[k] = patch.friction_impulse.dot(rows.tangent[k]) * share;
@@ -156,22 +164,6 @@ void ContactSolver<Scalar>::add_friction(const Patch& patch, PatchRows& rows) co
     for (Scalar& impulse : rows.impulse) impulse *= most / length;
   }
   rows.twist = std::clamp(patch.twist_impulse * share, -most * rows.radius, most * rows.radius);
-}
-
-template <typename Scalar>
-Scalar ContactSolver<Scalar>::start(const PatchRows& rows, const Vector& direction, const Side& a,
-                                    const Side& b) const {
-  const Body& p = bodies_[rows.a];
-  const Body& q = bodies_[rows.b];
-  return direction.dot(p.linear - q.linear) + a.angular.dot(p.angular) - b.angular.dot(q.angular);
-}
-
-template <typename Scalar>
-inline Scalar ContactSolver<Scalar>::change(const PatchRows& rows, const Vector& direction, const Side& a,
-                                            const Side& b) const {
-  const Moving& p = moving_[rows.a];
-  const Moving& q = moving_[rows.b];
-  return direction.dot(p.linear - q.linear) + a.angular.dot(p.angular) - b.angular.dot(q.angular);
 }
 
 template <typename Scalar>
@@ -230,7 +222,8 @@ inline void ContactSolver<Scalar>::solve_normal(const PatchRows& rows, NormalRow
     mass_share = mass_share_;
     impulse_share = impulse_share_;
   }
-  const Scalar missing = wanted - (row.start + change(rows, row.normal, row.a, row.b));
+  const Scalar missing =
+      wanted - (row.start + relative(row.normal, moving_[rows.a], row.a, moving_[rows.b], row.b));
   const Scalar impulse =
       std::max(row.impulse * (1 - impulse_share) + missing * row.mass * mass_share, Scalar(0));
   push(rows, row.normal, row.a, row.b, impulse - row.impulse);
@@ -245,7 +238,8 @@ inline void ContactSolver<Scalar>::solve_friction(PatchRows& rows) {
 
   Scalar slide[2];
   for (int k = 0; k < 2; ++k)
-    slide[k] = rows.start[k] + change(rows, rows.tangent[k], rows.tangent_a[k], rows.tangent_b[k]);
+    slide[k] = rows.start[k] + relative(rows.tangent[k], moving_[rows.a], rows.tangent_a[k], moving_[rows.b],
+                                        rows.tangent_b[k]);
   Scalar wanted[2] = {rows.impulse[0] - (rows.mass[0] * slide[0] + rows.mass[1] * slide[1]),
                       rows.impulse[1] - (rows.mass[1] * slide[0] + rows.mass[2] * slide[1])};
   const Scalar length = std::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
@@ -269,7 +263,7 @@ void ContactSolver<Scalar>::advance() {
   for (PatchRows& rows : patches_) {
     for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) {
       NormalRow& row = normals_[n];
-      row.gap += (row.start + change(rows, row.normal, row.a, row.b)) * step_;
+      row.gap += (row.start + relative(row.normal, moving_[rows.a], row.a, moving_[rows.b], row.b)) * step_;
     }
   }
   for (Moving& body : moving_) {
@@ -298,7 +292,8 @@ void ContactSolver<Scalar>::rebound() {
     for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) {
       NormalRow& row = normals_[n];
       if (!(row.rebound > 0) || !(row.total > 0)) continue;
-      const Scalar missing = row.rebound - (row.start + change(rows, row.normal, row.a, row.b));
+      const Scalar missing =
+          row.rebound - (row.start + relative(row.normal, moving_[rows.a], row.a, moving_[rows.b], row.b));
       const Scalar impulse = std::max(row.impulse + missing * row.mass, Scalar(0));
       push(rows, row.normal, row.a, row.b, impulse - row.impulse);
       row.total += impulse - row.impulse;

@@ -76,8 +76,7 @@ class ContactSolver : public SolverTypes<Scalar> {
     int steps = 4;         // >= 1
     // Of the settings: with more steps, contacts are stiffer by the square of the ratio.
     int usual_steps = 4;
-    Scalar bounce_from = 0;    // m/s, the approach from which two bounce
-    Scalar warm_starting = 1;  // the share of the last tick's impulses
+    Scalar bounce_from = 0;  // m/s, the approach from which two bounce
   };
 
   void begin(const Options& options, std::span<const Body> bodies, std::span<const Patch> patches);
@@ -149,9 +148,6 @@ class ContactSolver : public SolverTypes<Scalar> {
   void add(const Patch& patch);
   void add_friction(const Patch& patch, PatchRows& rows) const;
   Side side(const Body& body, const Vector& lever, const Vector& direction) const;
-  // The velocity of a row before the tick, and its change since then.
-  Scalar start(const PatchRows& rows, const Vector& direction, const Side& a, const Side& b) const;
-  Scalar change(const PatchRows& rows, const Vector& direction, const Side& a, const Side& b) const;
   void push(const PatchRows& rows, const Vector& direction, const Side& a, const Side& b, Scalar impulse);
   void twist(const PatchRows& rows, Scalar impulse);
   void solve_normal(const PatchRows& rows, NormalRow& row, bool biased);
