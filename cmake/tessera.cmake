@@ -14,6 +14,9 @@ endif()
 # The same bits on every machine of one architecture: no contraction to fused multiply-add.
 add_compile_options(-ffp-contract=off)
 
+# The environment of tests that run as on a processor without FMA and AVX2, where the C library has other functions.
+set(tessera_without_fma GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4)
+
 # tessera_compile_fast(TARGET HEADERS): TARGET uses cmake/precompiled/HEADERS.h as a precompiled header, and up to eight
 # files of a library are compiled as one: most of the time goes into headers, and into templates that every file would
 # instantiate. A file whose local names would clash with those of others has SKIP_UNITY_BUILD_INCLUSION.

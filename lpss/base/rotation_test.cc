@@ -1,0 +1,67 @@
+#include "lpss/base/rotation.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace tessera {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+Vector3d some_direction(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+TEST(Rotation, IsThatOfAxisAndAngle) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> angles(0, 20);
+  for (int n = 0; n < 1000; ++n) {
+    const Vector3d axis = some_direction(random);
+    const double angle = angles(random);
+    const Quaterniond expected(Eigen::AngleAxisd(angle, axis));
+    EXPECT_LT((rotation_by(axis * angle).coeffs() - expected.coeffs()).norm(), 4e-15);
+  }
+}
+
+TEST(Rotation, VectorComesBack) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> exponents(-300, 0.49);
+  for (int n = 0; n < 1000; ++n) {
+    const Vector3d turn = some_direction(random) * std::pow(10, exponents(random));
+    const Quaterniond rotation = rotation_by(turn);
+    const double tolerance = 1e-15 * turn.norm() + 1e-300;
+    EXPECT_LT((rotation_vector(rotation) - turn).cwiseAbs().maxCoeff(), tolerance) << turn.transpose();
+    // The same rotation with the other sign.
+    const Quaterniond opposite(Eigen::Vector4d(-rotation.coeffs()));
+    EXPECT_EQ(rotation_vector(opposite), rotation_vector(rotation));
+    EXPECT_NEAR(rotation_angle(rotation), turn.norm(), 1e-15 * turn.norm() + 1e-160);
+  }
+}
+
+TEST(Rotation, OfNothingIsTheIdentity) {
+  EXPECT_EQ(rotation_by(Vector3d::Zero()).coeffs(), Quaterniond::Identity().coeffs());
+  EXPECT_EQ(rotation_vector(Quaterniond::Identity()), Vector3d::Zero());
+  EXPECT_EQ(rotation_angle(Quaterniond::Identity()), 0);
+}
+
+TEST(Rotation, HalfATurn) {
+  const Quaterniond half(0, 0, 1, 0);
+  EXPECT_EQ(rotation_vector(half), Vector3d(0, std::numbers::pi, 0));
+  EXPECT_EQ(rotation_angle(half), std::numbers::pi);
+}
+
+TEST(Rotation, TurnsAxesInBothPrecisions) {
+  const Vector3d turn(0, 0, std::numbers::pi / 2);
+  const Eigen::Matrix3d axes = turned<double>(Eigen::Matrix3d::Identity(), turn);
+  EXPECT_LT((axes.col(0) - Vector3d::UnitY()).norm(), 1e-15);
+  const Eigen::Matrix3f single = turned<float>(Eigen::Matrix3f::Identity(), turn);
+  EXPECT_EQ(single, axes.cast<float>());
+}
+
+}  // namespace
+}  // namespace tessera
