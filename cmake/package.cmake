@@ -30,11 +30,11 @@ set(CPACK_DEBIAN_CLUSTER_PACKAGE_CONTROL_EXTRA
   ${maintainer_files}/conffiles ${maintainer_files}/postinst ${maintainer_files}/prerm ${maintainer_files}/postrm)
 set(CPACK_DEBIAN_SDK_PACKAGE_NAME libtessera-dev)
 set(CPACK_DEBIAN_SDK_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_SDK_PACKAGE_DEPENDS "libabsl-dev, libeigen3-dev, libgrpc++-dev, libprotobuf-dev")
+set(CPACK_DEBIAN_SDK_PACKAGE_DEPENDS "libabsl-dev, libeigen3-dev, libgrpc++-dev, libprotobuf-dev, libsleef-dev")
 # For the components `simulation`, whose engines are in the package `tessera`, and `world_files`.
 set(CPACK_DEBIAN_SDK_PACKAGE_RECOMMENDS "libtbb-dev, libxxhash-dev, tessera")
 set(CPACK_DEBIAN_SDK_PACKAGE_SUGGESTS
-  "libassimp-dev, libconsole-bridge-dev, libgeographiclib-dev, libsdformat-dev, libtinyxml2-dev, nlohmann-json3-dev")
+  "libassimp-dev, libconsole-bridge-dev, libsdformat-dev, libtinyxml2-dev, nlohmann-json3-dev")
 
 include(CPack)
 cpack_add_component_group(cluster

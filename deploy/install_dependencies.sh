@@ -16,16 +16,16 @@ packages=(
   cmake cyclonedds-tools g++ mold ninja-build pkgconf protobuf-compiler protobuf-compiler-grpc
   # physics, network, world files
   libbullet-dev cyclonedds-dev libgrpc++-dev libprotobuf-dev
-  libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libgeographiclib-dev
+  libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev
   # general libraries
-  libabsl-dev libcli11-dev libcivetweb-dev libeigen3-dev libspdlog-dev libtbb-dev libxxhash-dev nlohmann-json3-dev
-  prometheus-cpp-dev
+  libabsl-dev libcli11-dev libcivetweb-dev libeigen3-dev libsleef-dev libspdlog-dev libtbb-dev libxxhash-dev
+  nlohmann-json3-dev prometheus-cpp-dev
 )
 web_packages=()
 # A Node.js from elsewhere includes npm, and the distribution's npm would not match it.
 command -v node >/dev/null && command -v npm >/dev/null || web_packages+=(nodejs npm)
 test_packages=(
-  ccache clang-format-14 clang-tidy-16 file libgmock-dev libgtest-dev libyaml-cpp-dev
+  ccache clang-format-14 clang-tidy-16 file libgeographiclib-dev libgmock-dev libgtest-dev libyaml-cpp-dev
   # the Python client
   mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
   python3-zstandard

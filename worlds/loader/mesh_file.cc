@@ -13,6 +13,7 @@
 #include <system_error>
 #include <tuple>
 
+#include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
 
 namespace tessera {
@@ -96,7 +97,8 @@ std::vector<Eigen::Vector3d> hull_points(const std::vector<Eigen::Vector3d>& poi
     const double z = 1 - (2 * static_cast<double>(n) + 1) / static_cast<double>(points_max);
     const double radius = std::sqrt(1 - z * z);
     const double angle = golden_angle * static_cast<double>(n);
-    const Eigen::Vector3d direction(radius * std::cos(angle), radius * std::sin(angle), z);
+    const portable::SinCos around = portable::sincos(angle);
+    const Eigen::Vector3d direction(radius * around.cos, radius * around.sin, z);
     kept.insert(*std::max_element(distinct.begin(), distinct.end(), [&](const auto& a, const auto& b) {
       return direction.dot(a) < direction.dot(b);
     }));

@@ -243,6 +243,7 @@ absl::StatusOr<ModelSource> ModelSources::prepare(Element& model, const std::str
     absl::StatusOr<xml::RelativePose> parsed = xml::pose_of(*pose);
     if (!parsed.ok()) return parsed.status();
     result.pose = *std::move(parsed);
+    xml::write_as_quaternion(*pose);
     result.pose_xml = xml::print(*pose);
     model.DeleteChild(pose);
   }
@@ -267,6 +268,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
                                  Notices& notices) {
   if (absl::Status status = check_prefix(element); !status.ok()) return status;
   if (absl::Status status = check_numbers(element); !status.ok()) return status;
+  if (xml::is(element, "pose")) xml::write_as_quaternion(element);
   const bool in_model = xml::is(element, "model");
   if (in_model && says_true(xml::child_text(element, "static"))) {
     for (Element* link = element.FirstChildElement("link"); link != nullptr;
@@ -346,6 +348,7 @@ absl::Status ModelSources::take_include(Element& include, const path& directory,
     Slot slot{*model, xml::child_text(include, "name"), "", xml::child_text(include, "placement_frame"), {}};
     if (Element* pose = include.FirstChildElement("pose")) {
       if (absl::Status status = xml::pose_of(*pose).status(); !status.ok()) return status;
+      xml::write_as_quaternion(*pose);
       slot.pose_xml = xml::print(*pose);
     }
     if (Element* value = include.FirstChildElement("static")) {

@@ -2,6 +2,7 @@
 
 #include <absl/strings/ascii.h>
 #include <absl/strings/numbers.h>
+#include <absl/strings/str_format.h>
 #include <absl/strings/str_split.h>
 #include <absl/strings/string_view.h>
 
@@ -11,6 +12,7 @@
 #include <numbers>
 #include <utility>
 
+#include "lpss/base/rotation.h"
 #include "lpss/model/limits.h"
 
 namespace tessera::xml {
@@ -97,10 +99,7 @@ std::string place_in(const std::string& name, int line) {
 // x y z roll pitch yaw: turned about the fixed x, then y, then z axis.
 Eigen::Quaterniond from_euler(double roll, double pitch, double yaw) {
   if (roll == 0 && pitch == 0 && yaw == 0) return Eigen::Quaterniond::Identity();
-  return (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
-          Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
-          Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
-      .normalized();
+  return (rotation_by({0, 0, yaw}) * rotation_by({0, pitch, 0}) * rotation_by({roll, 0, 0})).normalized();
 }
 
 absl::StatusOr<Eigen::Quaterniond> rotation_in(const Element& pose, const std::vector<double>& numbers) {
@@ -274,6 +273,18 @@ absl::StatusOr<RelativePose> pose_of(const Element& pose) {
   if (!rotation.ok()) return rotation.status();
   result.pose = {{(*numbers)[0], (*numbers)[1], (*numbers)[2]}, *rotation};
   return result;
+}
+
+void write_as_quaternion(Element& pose) {
+  const absl::StatusOr<RelativePose> parsed = pose_of(pose);
+  if (!parsed.ok() || text_of(pose).empty()) return;
+  const Eigen::Vector3d& p = parsed->pose.position;
+  const Eigen::Quaterniond& q = parsed->pose.orientation;
+  pose.SetText(absl::StrFormat("%.17g %.17g %.17g %.17g %.17g %.17g %.17g", p.x(), p.y(), p.z(), q.x(), q.y(),
+                               q.z(), q.w())
+                   .c_str());
+  pose.SetAttribute("rotation_format", "quat_xyzw");
+  pose.DeleteAttribute("degrees");
 }
 
 std::string print(const Element& element) {

@@ -83,6 +83,10 @@ struct RelativePose {
 };
 absl::StatusOr<RelativePose> pose_of(const Element& pose);
 
+// Rewrites a valid <pose> with its rotation as a quaternion. libsdformat would turn angles into one by the C
+// library's functions, whose last bits depend on the processor.
+void write_as_quaternion(Element& pose);
+
 // The element with all its contents, on one line.
 std::string print(const Element& element);
 
