@@ -1,6 +1,8 @@
 // Servers come, go and are lost; time goes on, stands still, and ends.
 #include "coordinator/coordinator.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <limits>
 
 #include "coordinator/test_cluster.h"
@@ -54,6 +56,15 @@ TEST(Membership, RefusesOtherProtocolsAndLayoutsWithBothValues) {
   hello = TestCluster::hello();
   hello.set_precision(static_cast<v1::Precision>(7));
   EXPECT_THAT(refusal_of(hello), HasSubstr("precision = 7"));
+}
+
+TEST(Membership, RefusesServersThatComputeOtherBits) {
+  v1::Hello hello = TestCluster::hello();
+  hello.set_arithmetic(arithmetic_fingerprint() ^ 1);
+  const std::string refusal = refusal_of(hello);
+  EXPECT_THAT(refusal, HasSubstr("other bits"));
+  EXPECT_THAT(refusal, HasSubstr(absl::StrCat(absl::Hex(hello.arithmetic()))));
+  EXPECT_THAT(refusal, HasSubstr(absl::StrCat(absl::Hex(arithmetic_fingerprint()))));
 }
 
 TEST(Membership, HasALimit) {

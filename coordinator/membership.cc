@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "coordinator/limits.h"
+#include "lpss/base/arithmetic_fingerprint.h"
 #include "lpss/model/limits.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
@@ -25,6 +26,12 @@ absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds 
     return absl::FailedPreconditionError(
         absl::StrCat("the server packs its data by layout ", absl::Hex(hello.layout()),
                      ", the coordinator by ", absl::Hex(wire_layout()), ": both must be of the same build"));
+  }
+  if (hello.arithmetic() != arithmetic_fingerprint()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the server's arithmetic gives other bits (fingerprint ", absl::Hex(hello.arithmetic()),
+        ") than the coordinator's (", absl::Hex(arithmetic_fingerprint()),
+        "): both must be built with the same compiler flags and run with the same version of libsleef"));
   }
   const absl::StatusOr<Precision> precision = from_proto(hello.precision());
   if (!precision.ok()) return precision.status();

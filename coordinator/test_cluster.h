@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "coordinator/coordinator.h"
+#include "lpss/base/arithmetic_fingerprint.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
 #include "proto/wire.h"
@@ -41,6 +42,7 @@ class TestCluster {
     hello.set_precision(to_proto(precision));
     hello.set_threads(2);
     hello.set_stream_address("127.0.0.1:1");
+    hello.set_arithmetic(arithmetic_fingerprint());
     return hello;
   }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "lpss/base/arithmetic_fingerprint.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
 #include "sector_server/world_run.h"
@@ -143,6 +144,7 @@ class SectorServer::Impl {
     hello.set_threads(static_cast<std::uint32_t>(options_.threads));
     hello.set_stream_address(options_.stream_address);
     hello.set_again(heartbeat_.has_value());
+    hello.set_arithmetic(arithmetic_fingerprint());
     send(kCoordinatorNode, message);
   }
 

@@ -1,6 +1,7 @@
 // A server joins a cluster, shows that it lives, misses its coordinator, and ends.
 #include "sector_server/sector_server.h"
 
+#include "lpss/base/arithmetic_fingerprint.h"
 #include "proto/convert.h"
 #include "sector_server/test_server.h"
 
@@ -38,6 +39,7 @@ TEST(Joining, BeginsWithAHelloThatSaysWhatTheServerIs) {
   const v1::Hello& hello = hellos[0].hello();
   EXPECT_EQ(hello.protocol(), kClusterProtocol);
   EXPECT_EQ(hello.layout(), wire_layout());
+  EXPECT_EQ(hello.arithmetic(), arithmetic_fingerprint());
   EXPECT_EQ(hello.precision(), to_proto(Precision::kFloat64));
   EXPECT_EQ(hello.threads(), 3u);
   EXPECT_EQ(hello.stream_address(), "127.0.0.1:1");
