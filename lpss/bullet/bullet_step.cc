@@ -1,6 +1,7 @@
 // The two halves of a step.
 #include <algorithm>
 
+#include "lpss/base/portable_math.h"
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
@@ -12,6 +13,13 @@ namespace {
 // times as much. A moving body is awake immediately, but a body of a large pile that slips for a tick now and
 // then must not keep all the others awake.
 constexpr btScalar kSlipSetback = 4;
+
+// As btRigidBody::applyDamping().
+void damp(btRigidBody& rigid, double dt) {
+  const auto left = [dt](btScalar damping) { return btScalar(portable::pow(1 - double(damping), dt)); };
+  rigid.setLinearVelocity(rigid.getLinearVelocity() * left(rigid.getLinearDamping()));
+  rigid.setAngularVelocity(rigid.getAngularVelocity() * left(rigid.getAngularDamping()));
+}
 
 }  // namespace
 
@@ -35,7 +43,7 @@ void BulletWorld::predict(double dt) {
     btRigidBody& rigid = slot->rigid;
     if (slot->feels_gravity && (slot->role == Role::kHome || settings_.clones_are_solved))
       rigid.applyGravity();
-    if (slot->is_damped) rigid.applyDamping(step);
+    if (slot->is_damped) damp(rigid, dt);
     rigid.setInterpolationWorldTransform(after(rigid, step));
   }
 }

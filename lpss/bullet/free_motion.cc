@@ -1,19 +1,22 @@
 #include "lpss/bullet/free_motion.h"
 
-#include <LinearMath/btTransformUtil.h>
+#include "lpss/base/rotation.h"
+#include "lpss/bullet/conversions.h"
 
 namespace tessera::bullet {
 
-btTransform after(const btRigidBody& body, btScalar time) {
-  const btTransform& start = body.getWorldTransform();
-  const btVector3& spin = body.getAngularVelocity();
-  btTransform end;
-  btTransformUtil::integrateTransform(start, body.getLinearVelocity(), spin, time, end);
-  if (const btScalar turn = spin.length() * time; turn > ANGULAR_MOTION_THRESHOLD) {
-    btQuaternion orientation = btQuaternion(spin, turn) * start.getRotation();
-    end.setRotation(orientation.safeNormalize());
-  }
+btTransform after(const btTransform& start, const btVector3& velocity, const btVector3& spin, btScalar time) {
+  btTransform end(start.getBasis(), start.getOrigin() + velocity * time);
+  const Eigen::Quaterniond turn = rotation_by(to_eigen(spin) * double(time));
+  btQuaternion orientation =
+      btQuaternion(btScalar(turn.x()), btScalar(turn.y()), btScalar(turn.z()), btScalar(turn.w())) *
+      start.getRotation();
+  if (orientation.length2() > SIMD_EPSILON) end.setRotation(orientation.normalize());
   return end;
+}
+
+btTransform after(const btRigidBody& body, btScalar time) {
+  return after(body.getWorldTransform(), body.getLinearVelocity(), body.getAngularVelocity(), time);
 }
 
 }  // namespace tessera::bullet

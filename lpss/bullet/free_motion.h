@@ -5,8 +5,10 @@
 
 namespace tessera::bullet {
 
-// The same bits as in Bullet, if the body turns by no more than pi/4. Bullet turns no body by more than that;
-// here it turns at its full spin.
+// As btTransformUtil::integrateTransform(), but with the same bits on every processor, and without its limit:
+// Bullet turns no body by more than pi/4 in one step; here a body turns at its full spin. A spin that is not
+// finite turns nothing.
+btTransform after(const btTransform& start, const btVector3& velocity, const btVector3& spin, btScalar time);
 btTransform after(const btRigidBody& body, btScalar time);
 
 }  // namespace tessera::bullet

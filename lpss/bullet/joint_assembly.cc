@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "lpss/base/invariant.h"
+#include "lpss/base/rotation.h"
 #include "lpss/bullet/conversions.h"
 
 namespace tessera::bullet {
@@ -266,7 +267,7 @@ void JointAssembly::advance() {
     for (Tie& tie : ties_) tie.joint.posed = after(tie, velocities, span_);
     Index first = 0;
     for (auto& [now, moved] : bodies_) {
-      const Eigen::Quaterniond turn = rotation(velocities.segment<3>(first + 3) * span_);
+      const Eigen::Quaterniond turn = rotation_by(velocities.segment<3>(first + 3) * span_);
       const Eigen::Matrix3d axes = turn.toRotationMatrix();
       now.inverse_inertia = axes * now.inverse_inertia * axes.transpose();
       moved.way += velocities.segment<3>(first) * span_;

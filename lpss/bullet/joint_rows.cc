@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "lpss/base/rotation.h"
+
 namespace tessera::bullet {
 namespace {
 
@@ -202,14 +204,10 @@ void RowMaker::limit(const JointRow& motion, const Coordinate& at) {
 
 }  // namespace
 
-Eigen::Quaterniond rotation(const Eigen::Vector3d& turn) {
-  return Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()));
-}
-
 JointSide moved(const JointSide& side, double dt) {
   JointSide end = side;
   end.pose.position += side.linear_velocity * dt;
-  end.pose.orientation = (rotation(side.angular_velocity * dt) * side.pose.orientation).normalized();
+  end.pose.orientation = (rotation_by(side.angular_velocity * dt) * side.pose.orientation).normalized();
   return end;
 }
 

@@ -38,9 +38,6 @@ struct PosedJoint {
   Pose child_frame() const { return child.pose * in_child; }
 };
 
-// A rotation about the direction of `turn` by its length, rad.
-Eigen::Quaterniond rotation(const Eigen::Vector3d& turn);
-
 // The pose of a body after `dt` seconds at its velocities.
 JointSide moved(const JointSide& side, double dt);
 

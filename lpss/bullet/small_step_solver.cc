@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "lpss/base/rotation.h"
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/task_joint.h"
@@ -45,7 +46,7 @@ void keep_friction(btManifoldPoint& point, const btVector3& impulse, btScalar tw
 
 // A rotation vector in world axes applied to an orientation.
 btMatrix3x3 turned(const btMatrix3x3& basis, const Vector& turn) {
-  return to_bullet(Pose{{0, 0, 0}, rotation(turn.cast<double>())}).getBasis() * basis;
+  return to_bullet(Pose{{0, 0, 0}, rotation_by(turn.cast<double>())}).getBasis() * basis;
 }
 
 }  // namespace
@@ -257,9 +258,9 @@ void SmallStepSolver::correct_jointed() {
     const Contacts::Body& body = bodies_[static_cast<std::size_t>(moved.body)];
     const Eigen::Vector3d linear = (body.linear + moving.linear).cast<double>();
     const Eigen::Vector3d angular = (body.angular + moving.angular).cast<double>();
-    const Eigen::AngleAxisd turn(rotation(angular * dt_).conjugate() * moved.turn);
+    const Eigen::Quaterniond turn = rotation_by(angular * dt_).conjugate() * moved.turn;
     moving.way = (moved.way - linear * dt_).cast<btScalar>();
-    moving.turn = (turn.axis() * turn.angle()).cast<btScalar>();
+    moving.turn = rotation_vector(turn).cast<btScalar>();
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
+#include "lpss/bullet/free_motion.h"
 #include "lpss/bullet/task_joint.h"
 
 namespace tessera::bullet {
@@ -89,9 +90,22 @@ void TaskSolver::round(int n) {
 }
 
 void TaskSolver::finish() {
+  correct_poses();
   // It resets the companion of every body with a solver body: the originals.
   solveGroupCacheFriendlyFinish(bodies_.data(), static_cast<int>(bodies_.size()), info_);
   for (const Link& link : links_) link.clone->setCompanionId(-1);
+}
+
+// In Bullet's place, whose sin and cos are those of the C library.
+void TaskSolver::correct_poses() {
+  for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {
+    btSolverBody& body = m_tmpSolverBodyPool[i];
+    if (!body.m_originalBody || (body.m_pushVelocity.isZero() && body.m_turnVelocity.isZero())) continue;
+    body.m_worldTransform = after(body.m_worldTransform, body.m_pushVelocity,
+                                  body.m_turnVelocity * info_.m_splitImpulseTurnErp, info_.m_timeStep);
+    body.m_pushVelocity.setZero();
+    body.m_turnVelocity.setZero();
+  }
 }
 
 VelocityChange TaskSolver::change(std::size_t body) const {

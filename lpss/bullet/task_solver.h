@@ -48,6 +48,7 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
 
   void convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) override;
   void begin_joints();
+  void correct_poses();
   int place_of(std::size_t body) const { return bodies_[body]->getCompanionId(); }
   void release_kinematic_bodies();
 

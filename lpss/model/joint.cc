@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "lpss/base/portable_math.h"
+#include "lpss/base/rotation.h"
+
 namespace tessera {
 namespace {
 
@@ -13,7 +16,7 @@ using Eigen::Vector3d;
 double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 // The angle about x of a rotation, whatever its other components.
-double turn_about_x(const Quaterniond& q) { return wrapped(2 * std::atan2(q.x(), q.w())); }
+double turn_about_x(const Quaterniond& q) { return wrapped(2 * portable::atan2(q.x(), q.w())); }
 
 }  // namespace
 
@@ -49,8 +52,8 @@ std::array<double, 2> joint_position(JointType type, const Pose& parent_frame, c
       const Vector3d x = a * Vector3d::UnitX();
       const Vector3d child_x = b * Vector3d::UnitX();
       const Vector3d child_y = b * Vector3d::UnitY();
-      return {std::atan2((a * Vector3d::UnitZ()).dot(child_y), (a * Vector3d::UnitY()).dot(child_y)),
-              std::atan2(-x.cross(child_y).dot(child_x), x.dot(child_x))};
+      return {portable::atan2((a * Vector3d::UnitZ()).dot(child_y), (a * Vector3d::UnitY()).dot(child_y)),
+              portable::atan2(-x.cross(child_y).dot(child_x), x.dot(child_x))};
     }
   }
   return {};
@@ -75,7 +78,7 @@ JointState joint_state(const JointProperties& joint, const JointSide& parent, co
   switch (joint.type) {
     case JointType::kFixed:
       state.gap = apart.norm();
-      state.twist = Eigen::AngleAxisd(turn).angle();
+      state.twist = rotation_angle(turn);
       break;
     case JointType::kBall:
       state.gap = apart.norm();
@@ -83,23 +86,23 @@ JointState joint_state(const JointProperties& joint, const JointSide& parent, co
     case JointType::kRevolute:
       state.velocity[0] = x.dot(spin);
       state.gap = apart.norm();
-      state.twist = std::atan2(x.cross(child_x).norm(), x.dot(child_x));
+      state.twist = portable::atan2(x.cross(child_x).norm(), x.dot(child_x));
       break;
     case JointType::kPrismatic:
       state.velocity[0] = x.dot(flow);
       state.gap = (apart - x * x.dot(apart)).norm();
-      state.twist = Eigen::AngleAxisd(turn).angle();
+      state.twist = rotation_angle(turn);
       break;
     case JointType::kScrew:
       state.velocity[0] = x.dot(spin);
       state.gap = (apart - x * x.dot(apart)).norm();
-      state.twist = std::atan2(x.cross(child_x).norm(), x.dot(child_x));
+      state.twist = portable::atan2(x.cross(child_x).norm(), x.dot(child_x));
       break;
     case JointType::kUniversal:
       state.velocity[0] = x.dot(spin);
       state.velocity[1] = child_y.dot(spin);
       state.gap = apart.norm();
-      state.twist = std::abs(std::asin(std::clamp(x.dot(child_y), -1.0, 1.0)));
+      state.twist = std::abs(portable::asin(std::clamp(x.dot(child_y), -1.0, 1.0)));
       break;
   }
   return state;

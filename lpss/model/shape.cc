@@ -19,7 +19,7 @@ struct BoundingRadius {
   double operator()(const Sphere& sphere) const { return sphere.radius; }
   double operator()(const Capsule& capsule) const { return capsule.length / 2 + capsule.radius; }
   double operator()(const Cylinder& cylinder) const {
-    return std::hypot(cylinder.length / 2, cylinder.radius);
+    return Eigen::Vector2d(cylinder.length / 2, cylinder.radius).norm();
   }
   double operator()(const Ellipsoid& ellipsoid) const { return ellipsoid.radii.maxCoeff(); }
   double operator()(const Plane&) const { return std::numeric_limits<double>::infinity(); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "lpss/base/rotation.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
 #include "lpss/partition/replicas.h"
@@ -18,8 +19,8 @@ Eigen::Vector3d vector(const std::array<double, 3>& v) { return Eigen::Vector3d(
 void set_velocities_between(BodyState& from, const BodyState& to, double dt) {
   Eigen::Map<Eigen::Vector3d>(from.linear_velocity.data()) =
       (vector(to.position) - vector(from.position)) / dt;
-  const Eigen::AngleAxisd turn(quaternion_of(to) * quaternion_of(from).conjugate());
-  Eigen::Map<Eigen::Vector3d>(from.angular_velocity.data()) = turn.axis() * (turn.angle() / dt);
+  const Eigen::Quaterniond turn = quaternion_of(to) * quaternion_of(from).conjugate();
+  Eigen::Map<Eigen::Vector3d>(from.angular_velocity.data()) = rotation_vector(turn) / dt;
 }
 
 // Turns a body at `next`, whose position is that of the body frame, as it is turned `now`; the position is

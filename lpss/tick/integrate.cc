@@ -1,8 +1,8 @@
 #include "lpss/tick/integrate.h"
 
-#include <cmath>
 #include <numeric>
 
+#include "lpss/base/rotation.h"
 #include "lpss/model/limits.h"
 
 namespace tessera {
@@ -12,11 +12,8 @@ namespace {
 BodyState coasted(BodyState state, double dt) {
   Eigen::Map<Eigen::Vector3d>(state.position.data()) += Eigen::Vector3d(state.linear_velocity.data()) * dt;
   const Eigen::Vector3d spin(state.angular_velocity.data());
-  const double rate = spin.norm();
-  if (rate > 0) {
-    const Eigen::Quaterniond turn(Eigen::AngleAxisd(rate * dt, spin / rate));
-    state.rotation = rotation_of(turn * quaternion_of(state));
-  }
+  if (spin != Eigen::Vector3d::Zero())
+    state.rotation = rotation_of(rotation_by(spin * dt) * quaternion_of(state));
   return state;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "lpss/base/portable_math.h"
 #include "lpss/simulation/example_worlds.h"
 #include "worlds/loader/world_file.h"
 
@@ -40,8 +41,8 @@ WorldDescription pusher_world() {
 std::vector<Command> pusher_commands(Tick tick) {
   if (tick <= 60) return {};
   BodyState goal;
-  goal.position = {2 + 0.02 * static_cast<double>(tick - 60), 0.2 * std::sin(0.1 * static_cast<double>(tick)),
-                   -1.4};
+  goal.position = {2 + 0.02 * static_cast<double>(tick - 60),
+                   0.2 * portable::sincos(0.1 * static_cast<double>(tick)).sin, -1.4};
   return {KinematicTarget{BodyId{3}, {}, goal}};
 }
 
