@@ -10,7 +10,6 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
-#include <BulletCollision/CollisionShapes/btTriangleInfoMap.h>
 #include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
@@ -52,9 +51,8 @@ std::unique_ptr<btCollisionShape> make_hull(const ConvexHull& hull) {
   return shape;
 }
 
-template <typename Terrain>
-void add_edges(Terrain& shape, Data& data) {
-  auto edges = std::make_shared<btTriangleInfoMap>();
+void add_edges(btConcaveShape& shape, Data& data) {
+  auto edges = std::make_shared<TriangleEdges>();
   find_edges(shape, *edges);
   data.push_back(std::move(edges));
 }

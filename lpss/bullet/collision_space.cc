@@ -10,8 +10,6 @@ namespace {
 // Small pools; the rest comes from the heap.
 constexpr int kPoolSize = 8;
 
-constexpr int kTilts = 3;
-
 btDefaultCollisionConstructionInfo small_pools() {
   btDefaultCollisionConstructionInfo info;
   info.m_defaultMaxPersistentManifoldPoolSize = kPoolSize;
@@ -41,18 +39,16 @@ CollisionSpace::CollisionSpace(const BulletEngine& engine)
     dispatcher_.registerCollisionCreateFunc(COMPOUND_SHAPE_PROXYTYPE, type, &compound_algorithms_);
     dispatcher_.registerCollisionCreateFunc(type, COMPOUND_SHAPE_PROXYTYPE, &compound_algorithms_);
   }
-  // Except for two boxes, Bullet finds one point per step, and a small body sinks in at a corner before there
-  // are three; tilting the pair a little finds more points at once. Not for round shapes, which would not
-  // roll.
-  flat_face_algorithms_.m_numPerturbationIterations = kTilts;
-  flat_face_algorithms_.m_minimumPointsPerturbationThreshold = kTilts;
   for (int type : {BOX_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE}) {
     dispatcher_.registerCollisionCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, type, &flat_face_algorithms_);
     dispatcher_.registerCollisionCreateFunc(type, CONVEX_HULL_SHAPE_PROXYTYPE, &flat_face_algorithms_);
   }
   dispatcher_.registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE,
                                           &flat_face_algorithms_);
-  configuration_.setPlaneConvexMultipointIterations(kTilts, kTilts);
+  for (int type : {BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE}) {
+    dispatcher_.registerCollisionCreateFunc(type, STATIC_PLANE_PROXYTYPE, &flat_face_on_plane_algorithms_);
+    dispatcher_.registerCollisionCreateFunc(STATIC_PLANE_PROXYTYPE, type, &flat_face_on_plane_algorithms_);
+  }
   dispatcher_.setNearCallback(&CollisionSpace::detect_pair);
   broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&filter_);
   world_.getDispatchInfo().m_useContinuous = engine.settings().continuous_collision;

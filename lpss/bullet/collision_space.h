@@ -5,13 +5,13 @@
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
-#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 
 #include "lpss/bullet/bullet_body.h"
 #include "lpss/bullet/bullet_engine.h"
 #include "lpss/bullet/compound_algorithm.h"
+#include "lpss/bullet/flat_faces.h"
 
 namespace tessera::bullet {
 
@@ -67,7 +67,8 @@ class CollisionSpace {
   btDefaultCollisionConfiguration configuration_;
   CompoundAlgorithm::CreateFunc compound_algorithms_;
   btGjkEpaPenetrationDepthSolver penetration_;
-  btConvexConvexAlgorithm::CreateFunc flat_face_algorithms_;
+  FlatFaceAlgorithms flat_face_algorithms_;
+  FlatFaceOnPlaneAlgorithms flat_face_on_plane_algorithms_;
   Dispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
   PairFilter filter_;

@@ -2,16 +2,16 @@
 // triangles hits it like a step.
 #pragma once
 
-class btBvhTriangleMeshShape;
-class btHeightfieldTerrainShape;
+#include "lpss/bullet/triangle_edges.h"
+
+class btConcaveShape;
 class btRigidBody;
-struct btTriangleInfoMap;
 
 namespace tessera::bullet {
 
-// Stores for each triangle how it meets its neighbours; `map` must live as long as the shape.
-void find_edges(btBvhTriangleMeshShape& shape, btTriangleInfoMap& map);
-void find_edges(btHeightfieldTerrainShape& shape, btTriangleInfoMap& map);
+// Stores for each triangle of a mesh or height field how it meets its neighbours; `edges` is empty, and must
+// live as long as the shape.
+void find_edges(btConcaveShape& shape, TriangleEdges& edges);
 
 // Makes the contacts of a body with a triangle shape be corrected by its edges.
 void smooth_contacts(btRigidBody& body);

@@ -1,0 +1,42 @@
+// Which triangles of a mesh share edges.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace tessera::bullet {
+
+// Positions in m, in the frame of the mesh. An edge belongs to two triangles that have its corners within 0.1
+// mm; one of a single triangle, or of more than two, is an outer edge. Triangles without area have no edges.
+class TriangleEdges {
+ public:
+  using Corners = std::array<Eigen::Vector3d, 3>;
+
+  // Adds a triangle. `key` is its name for across().
+  void add(std::uint64_t key, const Corners& corners);
+
+  // Finds the shared edges, after all triangles are added.
+  void connect();
+
+  // The unit normal of the triangle beyond edge `n` of a triangle, from its corner n to the next; on the side
+  // to which the triangle's own normal points. None at outer edges and for unknown triangles.
+  std::optional<Eigen::Vector3d> across(std::uint64_t key, int n) const;
+
+ private:
+  struct Triangle {
+    Corners corners;
+    Eigen::Vector3d normal;
+    std::array<std::int32_t, 3> beyond{-1, -1, -1};  // by edge, an index into triangles_
+    std::array<bool, 3> is_reversed{};               // the one beyond winds the other way
+  };
+
+  std::vector<Triangle> triangles_;
+  absl::flat_hash_map<std::uint64_t, std::int32_t> places_;
+};
+
+}  // namespace tessera::bullet
