@@ -42,7 +42,8 @@ class Membership {
   explicit Membership(Nanoseconds timeout) : timeout_(timeout) {}
 
   // Lets a server join; a member may say hello again. FAILED_PRECONDITION, with its value and ours, for
-  // another protocol, layout or arithmetic; INVALID_ARGUMENT for an invalid hello; RESOURCE_EXHAUSTED beyond kServersMax.
+  // another protocol, layout or arithmetic; INVALID_ARGUMENT for an invalid hello; RESOURCE_EXHAUSTED beyond
+  // kServersMax.
   absl::Status admit(NodeId node, const v1::Hello& hello, Nanoseconds now);
 
   // Null for a node that is not a member. Valid until the next admit() or remove().

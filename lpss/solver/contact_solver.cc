@@ -159,8 +159,7 @@ void ContactSolver<Scalar>::add_friction(const Patch& patch, PatchRows& rows) co
   Scalar most = 0;
   for (std::size_t n = 0; n < rows.count; ++n) most += rows.friction * normals_[rows.first + n].impulse;
   for (int k = 0; k < 2; ++k) rows.impulse[k] = patch.friction_impulse.dot(rows.tangent[k]) * share;
-  const Scalar length =
-      std::sqrt(rows.impulse[0] * rows.impulse[0] + rows.impulse[1] * rows.impulse[1]);
+  const Scalar length = std::sqrt(rows.impulse[0] * rows.impulse[0] + rows.impulse[1] * rows.impulse[1]);
   if (length > most) {
     for (Scalar& impulse : rows.impulse) impulse *= most / length;
   }

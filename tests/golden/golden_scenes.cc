@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <random>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/simulation/example_worlds.h"
@@ -158,6 +159,42 @@ WorldDescription terrain_world() {
   return builder.world();
 }
 
+// Tumbling shapes of every kind on a rough mesh: contacts with edges, corners and tilted faces.
+WorldDescription rough_world() {
+  WorldBuilder builder(sectors_of(16));
+  std::mt19937_64 random(5);
+  const auto number = [&random] {
+    return std::ldexp(static_cast<double>(random() >> 11), -52) - 1;
+  };                                      // -1 to 1
+  constexpr std::uint32_t kCorners = 25;  // a side
+  TriangleMesh rocks;
+  for (std::uint32_t row = 0; row < kCorners; ++row) {
+    for (std::uint32_t column = 0; column < kCorners; ++column) {
+      const double height = 0.25 * number();
+      rocks.vertices.emplace_back(0.75 * column - 9, 0.75 * row - 9, height);
+      if (row + 1 == kCorners || column + 1 == kCorners) continue;
+      const std::uint32_t corner = row * kCorners + column;
+      for (const std::uint32_t step : {0u, 1u, kCorners + 1, 0u, kCorners + 1, kCorners})
+        rocks.indices.push_back(corner + step);
+    }
+  }
+  builder.add("rocks", builder.shape(std::move(rocks)), 1, {0, 0, -1}, Motion::kStatic);
+  ConvexHull pebble;
+  for (int n = 0; n < 12; ++n)
+    pebble.points.push_back(0.4 * Eigen::Vector3d(number(), number(), number()).normalized());
+  const ShapeId shapes[] = {builder.shape(Box{{0.7, 0.5, 0.4}}), builder.shape(Sphere{0.3}),
+                            builder.shape(std::move(pebble)), builder.shape(Capsule{0.2, 0.5}),
+                            builder.shape(Cylinder{0.3, 0.5})};
+  for (int i = 0; i < 80; ++i) {
+    const Eigen::Vector3d place(6 * number(), 6 * number(), 0.5 + 0.05 * i);
+    BodyDescription& body = builder.add(absl::StrCat("body", i), shapes[i % 5], 1, place);
+    body.linear_velocity = {2 * number(), 2 * number(), 0};
+    body.angular_velocity = {3 * number(), 3 * number(), 3 * number()};
+    body.properties.linear_damping = 0.05;
+  }
+  return builder.world();
+}
+
 // Balls that would tunnel through a thin wall between two ticks if they were not swept.
 WorldDescription fast_world() {
   WorldBuilder builder(sectors_of(8));
@@ -219,6 +256,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       made("orbits", 150, orbit_world),
       made("driven_joints", 150, machine_world),
       made("terrain", 150, terrain_world),
+      made("rough_terrain", 240, rough_world),
       made("fast", 60, fast_world),
   };
   return scenes;
