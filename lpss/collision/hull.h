@@ -76,6 +76,16 @@ Scalar lowest(std::span<const Vector3<Scalar>> points, const Vector3<Scalar>& di
   return least;
 }
 
+// How the normals of the faces of a polyhedron lean along a direction.
+template <typename Scalar>
+struct Slopes {
+  void find(const Hull<Scalar>& hull, const Vector3<Scalar>& direction) {
+    for (std::size_t f = 0; f < hull.planes.size(); ++f) of[f] = hull.planes[f].normal.dot(direction);
+  }
+
+  Scalar of[kHullFacesMax];
+};
+
 template <typename Scalar>
 int supporting_face_index(const Hull<Scalar>& hull, const Vector3<Scalar>& direction) {
   int best = 0;
@@ -116,7 +126,8 @@ struct ClosestSegments {
     const Scalar dr = d.dot(r);
     const Scalar er = e.dot(r);
     const Scalar area = d.cross(e).squaredNorm();
-    s = area > 0 ? std::clamp((de * er - dr * ee) / area, Scalar(0), Scalar(1)) : Scalar(0.5);
+    s = area > Scalar(1e-12) * dd * ee ? std::clamp((de * er - dr * ee) / area, Scalar(0), Scalar(1))
+                                       : Scalar(0.5);
     t = ee > 0 ? (de * s + er) / ee : Scalar(0);
     if (t < 0 || t > 1) {
       t = std::clamp(t, Scalar(0), Scalar(1));

@@ -48,26 +48,27 @@ EdgeAxis<Scalar> best_edges(const Hull<Scalar>& a, const Hull<Scalar>& b, const 
                             const Vector3<Scalar>& offset, Scalar enough) {
   using Vector = Vector3<Scalar>;
   EdgeAxis<Scalar> best;
+  Slopes<Scalar> slopes;
   for (int n = 0; n < static_cast<int>(b.edges.size()); ++n) {
     const HullEdge& edge_b = b.edges[n];
-    const Vector tail_b = rotation * b.vertices[edge_b.tail] + offset;
     const Vector along_b = rotation * (b.vertices[edge_b.head] - b.vertices[edge_b.tail]);
     const Vector left_b = rotation * b.planes[edge_b.left].normal;
     const Vector right_b = rotation * b.planes[edge_b.right].normal;
     const Scalar square_b = along_b.squaredNorm();
+    slopes.find(a, along_b);
     for (int m = 0; m < static_cast<int>(a.edges.size()); ++m) {
       const HullEdge& edge_a = a.edges[m];
-      const Scalar left = a.planes[edge_a.left].normal.dot(along_b);
-      const Scalar right = a.planes[edge_a.right].normal.dot(along_b);
+      const Scalar left = slopes.of[edge_a.left];
+      const Scalar right = slopes.of[edge_a.right];
       if (left * right >= 0) continue;
       const Vector along_a = a.vertices[edge_a.head] - a.vertices[edge_a.tail];
       const Scalar other_left = left_b.dot(along_a);
-      const Scalar other_right = right_b.dot(along_a);
-      if (other_left * other_right >= 0 || other_left * right >= 0) continue;
+      if (other_left * right >= 0 || other_left * right_b.dot(along_a) >= 0) continue;
       Vector out = along_a.cross(along_b);
       const Scalar square = out.squaredNorm();
       if (square <= Scalar(kParallelSine * kParallelSine) * along_a.squaredNorm() * square_b) continue;
       out *= (left > 0 ? 1 : -1) / std::sqrt(square);
+      const Vector tail_b = rotation * b.vertices[edge_b.tail] + offset;
       const Scalar separation = out.dot(tail_b - a.vertices[edge_a.tail]);
       if (separation <= best.separation) continue;
       best = {m, n, out, separation};
@@ -120,23 +121,29 @@ void closest_edges(const EdgeSet<Scalar>& a, const EdgeSet<Scalar>& b, const Vec
   manifold.count = 0;
   const Bounds<Scalar> bounds_a(a.vertices);
   const Bounds<Scalar> bounds_b(b.vertices);
+  int near_a[kHullEdgesMax];
+  int count_a = 0;
+  for (int m = 0; m < static_cast<int>(a.edges.size()); ++m) {
+    if (bounds_b.is_near(a.vertices[a.edges[m].tail], a.vertices[a.edges[m].head], margin))
+      near_a[count_a++] = m;
+  }
   Scalar least = margin * margin;
   ContactPoint<Scalar>& point = manifold.point[0];
-  for (std::size_t n = 0; n < b.edges.size(); ++n) {
-    const Vector& tail_b = b.vertices[b.edges[n].tail];
-    const Vector& head_b = b.vertices[b.edges[n].head];
-    if (!bounds_a.is_near(tail_b, head_b, margin)) continue;
-    for (std::size_t m = 0; m < a.edges.size(); ++m) {
-      const Vector& tail_a = a.vertices[a.edges[m].tail];
-      const Vector& head_a = a.vertices[a.edges[m].head];
-      if (!bounds_b.is_near(tail_a, head_a, margin)) continue;
-      const ClosestSegments<Scalar> closest(tail_a, head_a - tail_a, tail_b, head_b - tail_b);
+  for (int n = 0; n < static_cast<int>(b.edges.size()); ++n) {
+    const Vector ends_b[2] = {b.vertices[b.edges[n].tail], b.vertices[b.edges[n].head]};
+    if (!bounds_a.is_near(ends_b[0], ends_b[1], margin)) continue;
+    const Bounds<Scalar> bounds(ends_b);
+    for (int k = 0; k < count_a; ++k) {
+      const HullEdge& edge_a = a.edges[near_a[k]];
+      const Vector& tail_a = a.vertices[edge_a.tail];
+      const Vector& head_a = a.vertices[edge_a.head];
+      if (!bounds.is_near(tail_a, head_a, margin)) continue;
+      const ClosestSegments<Scalar> closest(tail_a, head_a - tail_a, ends_b[0], ends_b[1] - ends_b[0]);
       const Scalar square = (closest.on_a - closest.on_b).squaredNorm();
       if (square > least || (square == least && manifold.count > 0)) continue;
       least = square;
       manifold.count = 1;
-      point = {closest.on_a, closest.on_b, 0,
-               make_feature(Touch::kEdges, static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(n))};
+      point = {closest.on_a, closest.on_b, 0, make_feature(Touch::kEdges, near_a[k], n)};
     }
   }
   if (manifold.count == 0) return;

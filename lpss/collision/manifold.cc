@@ -206,15 +206,14 @@ Manifold<Scalar> clip_faces(const Face<Scalar>& a, const Face<Scalar>& b, const 
   int current = 0;
   for (int n = 0; n < incident.count; ++n) buffer[0].add({incident.vertex[n], names.incident_vertex(n), n});
   const Scalar slack = Scalar(kClipSlack) * shortest_side(reference);
+  const Vector outward = alignment < 0 ? Vector(-normal) : normal;
   for (int side = 0; side < reference.count; ++side) {
     const Vector& tail = reference.vertex[side];
     const Vector& head = reference.vertex[side + 1 < reference.count ? side + 1 : 0];
-    Vector out = (head - tail).cross(reference.normal.dot(normal) < 0 ? Vector(-normal) : normal);
-    const Scalar length = out.norm();
-    if (!(length > 0)) continue;
-    out /= length;
-    const auto distance = [&](const Vector& p) { return out.dot(p - tail); };
-    if (clip_side(buffer[current], side, names, slack, distance, buffer[1 - current])) current = 1 - current;
+    const Vector out = (head - tail).cross(outward);
+    const auto scaled = [&](const Vector& p) { return out.dot(p - tail); };
+    if (clip_side(buffer[current], side, names, slack * out.norm(), scaled, buffer[1 - current]))
+      current = 1 - current;
     if (buffer[current].count == 0) return manifold;
   }
 

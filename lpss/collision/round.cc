@@ -123,10 +123,11 @@ class CapsuleHull {
 
   // False if apart by more than the margin; likewise below.
   bool find_face() {
+    slopes_.find(hull_, along_);
     for (int f = 0; f < static_cast<int>(hull_.planes.size()); ++f) {
       const HalfSpace<Scalar>& plane = hull_.planes[f];
       const Scalar height = plane.normal.dot(low_) - plane.offset;
-      const Scalar separation = height + std::min(plane.normal.dot(along_), Scalar(0));
+      const Scalar separation = height + std::min(slopes_.of[f], Scalar(0));
       if (separation > margin_ + radius_) return false;
       if (separation <= face_separation_) continue;
       face_separation_ = separation;
@@ -136,9 +137,7 @@ class CapsuleHull {
   }
 
   // An edge matters only if its arc on the Gauss map crosses the great circle of the core.
-  bool crosses(const HullEdge& edge) const {
-    return hull_.planes[edge.left].normal.dot(along_) * hull_.planes[edge.right].normal.dot(along_) < 0;
-  }
+  bool crosses(const HullEdge& edge) const { return slopes_.of[edge.left] * slopes_.of[edge.right] < 0; }
 
   bool find_edge() {
     const Scalar square_core = along_.squaredNorm();
@@ -150,7 +149,7 @@ class CapsuleHull {
       Vector out = direction.cross(along_);
       const Scalar square = out.squaredNorm();
       if (square <= Scalar(kParallelSine * kParallelSine) * direction.squaredNorm() * square_core) continue;
-      out *= (hull_.planes[edge.left].normal.dot(along_) > 0 ? 1 : -1) / std::sqrt(square);
+      out *= (slopes_.of[edge.left] > 0 ? 1 : -1) / std::sqrt(square);
       const Scalar separation = out.dot(low_ - tail);
       if (separation > margin_ + radius_) return false;
       if (separation <= edge_separation_) continue;
@@ -203,6 +202,7 @@ class CapsuleHull {
   Scalar margin_;
   Vector low_;  // the end of the core at -z
   Vector along_;
+  Slopes<Scalar> slopes_;  // along the core
   int face_ = 0;
   Scalar face_separation_ = std::numeric_limits<Scalar>::lowest();
   int edge_ = -1;

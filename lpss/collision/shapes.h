@@ -64,6 +64,8 @@ struct HullEdge {
 
 inline constexpr int kFaceVerticesMax = 32;
 inline constexpr int kHullVerticesMax = 256;
+inline constexpr int kHullFacesMax = 2 * kHullVerticesMax;  // as Euler's formula has it
+inline constexpr int kHullEdgesMax = 3 * kHullVerticesMax;
 
 // A convex polyhedron. Faces are planar, and no two neighbours are in the same plane. The origin should be
 // inside.

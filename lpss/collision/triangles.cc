@@ -23,28 +23,36 @@ template <typename Scalar>
 struct Facet {
   using Vector = Vector3<Scalar>;
 
-  // False if a is behind a triangle of one side.
-  bool place(const MeshTriangle<Scalar>& triangle, const Matrix3<Scalar>& rotation, const Vector& offset) {
-    for (int k = 0; k < 3; ++k) vertex[k] = rotation * triangle.vertex[k] + offset;
-    normal = rotation * triangle.normal;
+  Facet(const MeshTriangle<Scalar>& triangle, const Matrix3<Scalar>& rotation)
+      : mesh(triangle), turn(rotation) {}
+
+  // Places vertices and normal. False if a is behind a triangle of one side.
+  bool place(const Vector& offset) {
+    for (int k = 0; k < 3; ++k) vertex[k] = turn * mesh.vertex[k] + offset;
+    normal = turn * mesh.normal;
     const bool is_flipped = normal.dot(vertex[0]) > 0;
-    if (is_flipped && triangle.is_one_sided) return false;
+    if (is_flipped && mesh.is_one_sided) return false;
     id = is_flipped ? 1 : 0;
     if (is_flipped) {
       std::swap(vertex[1], vertex[2]);
       normal = -normal;
     }
+    return true;
+  }
+
+  // After place(), what is needed of edges.
+  void place_edges() {
+    const bool is_flipped = id == 1;
     for (int k = 0; k < 3; ++k) {
       const int original = is_flipped ? 2 - k : k;
       const Vector along = (vertex[after(k)] - vertex[k]).normalized();
       out[k] = along.cross(normal);
-      has_limit[k] = triangle.has_neighbour[original];
+      has_limit[k] = mesh.has_neighbour[original];
       if (!has_limit[k]) continue;
-      const Vector neighbour = rotation * triangle.neighbour_normal[original] * (is_flipped ? -1 : 1);
+      const Vector neighbour = turn * mesh.neighbour_normal[original] * (is_flipped ? -1 : 1);
       const bool is_concave = neighbour.dot(out[k]) < Scalar(-1e-6);
       limit[k] = is_concave ? out[k] : Vector(along.cross(neighbour));
     }
-    return true;
   }
 
   bool leans_over(const Vector& direction, int k) const {
@@ -131,6 +139,8 @@ struct Facet {
     return result;
   }
 
+  const MeshTriangle<Scalar>& mesh;
+  const Matrix3<Scalar>& turn;  // from the axes of the mesh
   Vector vertex[3];
   Vector normal;
   Vector out[3];    // unit length, perpendicular to edge k in the plane, out of the triangle
@@ -254,13 +264,15 @@ class HullFacet {
  public:
   using Vector = Vector3<Scalar>;
 
-  HullFacet(const Hull<Scalar>& hull, const Facet<Scalar>& facet, Scalar margin)
+  HullFacet(const Hull<Scalar>& hull, Facet<Scalar>& facet, Scalar margin)
       : hull_(hull), facet_(facet), margin_(margin) {}
 
   Manifold<Scalar> collide() {
     Manifold<Scalar> manifold;
     const Scalar height = lowest(hull_.vertices, facet_.normal) - facet_.normal.dot(facet_.vertex[0]);
-    if (height > margin_ || !find_face() || !find_edge()) return manifold;
+    if (height > margin_ || !find_face()) return manifold;
+    facet_.place_edges();
+    if (!find_edge()) return manifold;
     const Scalar face_best = std::max(height, face_separation_);
     bool is_done = false;
     if (edge_separation_ > face_best + Scalar(kEdgeBias) * hull_.thickness) {
@@ -295,22 +307,23 @@ class HullFacet {
 
   // Normals at an edge of a triangle are on a half of a great circle of the Gauss map.
   bool find_edge() {
+    Slopes<Scalar> slopes;
     for (int k = 0; k < 3; ++k) {
       const Vector along = facet_.vertex[after(k)] - facet_.vertex[k];
       const Scalar square_along = along.squaredNorm();
+      slopes.find(hull_, along);
       for (int n = 0; n < static_cast<int>(hull_.edges.size()); ++n) {
         const HullEdge& edge = hull_.edges[n];
-        const Scalar left = hull_.planes[edge.left].normal.dot(along);
-        const Scalar right = hull_.planes[edge.right].normal.dot(along);
-        if (left * right >= 0) continue;
+        const Scalar left = slopes.of[edge.left];
+        if (left * slopes.of[edge.right] >= 0) continue;
         const Vector& tail = hull_.vertices[edge.tail];
         const Vector direction = hull_.vertices[edge.head] - tail;
         Vector out = direction.cross(along);
+        if (out.dot(facet_.out[k]) * left >= 0) continue;
         const Scalar square = out.squaredNorm();
         if (square <= Scalar(kParallelSine * kParallelSine) * direction.squaredNorm() * square_along)
           continue;
         out *= (left > 0 ? 1 : -1) / std::sqrt(square);
-        if (out.dot(facet_.out[k]) >= 0) continue;
         const Scalar separation = out.dot(facet_.vertex[k] - tail);
         if (separation > margin_) return false;
         if (separation <= edge_separation_) continue;
@@ -376,7 +389,7 @@ class HullFacet {
   }
 
   const Hull<Scalar>& hull_;
-  const Facet<Scalar>& facet_;
+  Facet<Scalar>& facet_;
   Scalar margin_;
   int face_ = 0;
   Scalar face_separation_ = std::numeric_limits<Scalar>::lowest();
@@ -390,8 +403,9 @@ template <typename Scalar>
 Manifold<Scalar> collide_hull(const Hull<Scalar>& a, const MeshTriangle<Scalar>& b,
                               const Placement<Scalar>& placement, Scalar margin) {
   const Matrix3<Scalar> to_a = placement.a.transpose();
-  Facet<Scalar> facet;
-  if (!facet.place(b, to_a * placement.b, to_a * placement.offset)) return {};
+  const Matrix3<Scalar> rotation = to_a * placement.b;
+  Facet<Scalar> facet(b, rotation);
+  if (!facet.place(to_a * placement.offset)) return {};
   Manifold<Scalar> manifold = HullFacet<Scalar>(a, facet, margin).collide();
   turn(placement.a, manifold);
   return manifold;
@@ -404,11 +418,12 @@ Manifold<Scalar> collide(const Ball<Scalar>& a, const MeshTriangle<Scalar>& b,
                          const Placement<Scalar>& placement, Margin<Scalar> margin) {
   using Vector = Vector3<Scalar>;
   Manifold<Scalar> manifold;
-  Facet<Scalar> facet;
-  if (!facet.place(b, placement.b, placement.offset)) return manifold;
+  Facet<Scalar> facet(b, placement.b);
+  if (!facet.place(placement.offset)) return manifold;
   const Scalar reach = a.radius + margin;
   const Scalar height = facet.height(Vector::Zero());
   if (height > reach) return manifold;
+  facet.place_edges();
   EdgeMask edges = 0;
   const Vector on_b = facet.closest(Vector::Zero(), edges);
   Scalar distance = height;
@@ -427,8 +442,9 @@ Manifold<Scalar> collide(const Ball<Scalar>& a, const MeshTriangle<Scalar>& b,
 template <typename Scalar>
 Manifold<Scalar> collide(const Capsule<Scalar>& a, const MeshTriangle<Scalar>& b,
                          const Placement<Scalar>& placement, Margin<Scalar> margin) {
-  Facet<Scalar> facet;
-  if (!facet.place(b, placement.b, placement.offset)) return {};
+  Facet<Scalar> facet(b, placement.b);
+  if (!facet.place(placement.offset)) return {};
+  facet.place_edges();
   return CapsuleFacet<Scalar>(facet, a, placement.a.col(2), margin).collide();
 }
 
