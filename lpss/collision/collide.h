@@ -82,7 +82,8 @@ requires(kRank<B<Scalar>> >= 0 && kRank<A<Scalar>> > kRank<B<Scalar>>) Manifold<
 // neighbour. Balls do not touch the triangle then: the neighbour is nearer. Other shapes touch what is
 // directly above the triangle, along its normal, but no deeper than found; a polyhedron that overlaps the
 // edge of a ridge is pushed along the last allowed normal instead. So no contact of a shape that overlaps the
-// surface is lost, and none is deeper than the least penetration of the lone triangle.
+// surface is lost, and none is deeper than the least penetration of the lone triangle. What is only behind
+// the triangle, with the centre of the shape in front of it, does not touch it.
 //
 // Precision is that of the vertices in the frame of b: near the origin of that frame it is best.
 template <typename Scalar>

@@ -187,11 +187,13 @@ Scalar height_above(const Hull<Scalar>& hull, const Vector3<Scalar>& p, int& fac
 }
 
 // The point of a polyhedron that is closest to `p`, which is outside, `face` being that of height_above().
+// `is_on_face` tells whether it is in that face, not on an edge.
 template <typename Scalar>
-Vector3<Scalar> closest_on_hull(const Hull<Scalar>& hull, const Vector3<Scalar>& p, int face) {
+Vector3<Scalar> closest_on_hull(const Hull<Scalar>& hull, const Vector3<Scalar>& p, int face,
+                                bool& is_on_face) {
+  Vector3<Scalar> best = closest_on_face(hull, face, p, is_on_face);
+  if (is_on_face) return best;
   bool is_inside = false;
-  Vector3<Scalar> best = closest_on_face(hull, face, p, is_inside);
-  if (is_inside) return best;
   Scalar least = (p - best).squaredNorm();
   for (int f = 0; f < static_cast<int>(hull.planes.size()); ++f) {
     if (f == face || hull.planes[f].normal.dot(p) <= hull.planes[f].offset) continue;

@@ -61,8 +61,12 @@ void touch_ball(const Hull<Scalar>& hull, const Vector3<Scalar>& centre, Scalar 
                 int face, Scalar margin, Manifold<Scalar>& manifold) {
   const Vector3<Scalar>& normal = hull.planes[face].normal;
   if (height > 0) {
-    touch_round(centre, radius, closest_on_hull(hull, centre, face), Scalar(0), normal, margin, manifold);
-    return;
+    bool is_on_face = false;
+    const Vector3<Scalar> on_hull = closest_on_hull(hull, centre, face, is_on_face);
+    if (!is_on_face) {
+      touch_round(centre, radius, on_hull, Scalar(0), normal, margin, manifold);
+      return;
+    }
   }
   manifold.normal = normal;
   manifold.count = 1;
@@ -96,7 +100,7 @@ class CapsuleHull {
   Manifold<Scalar> collide() {
     Manifold<Scalar> manifold;
     if (!find_face() || !find_edge()) return manifold;
-    const Scalar noise = Scalar(1e-4) * std::min(hull_.thickness, radius_);
+    const Scalar noise = Scalar(kCoreNoise) * std::min(hull_.thickness, radius_);
     const Scalar separation = std::max(face_separation_, edge_separation_);
     const bool is_edge = edge_separation_ > face_separation_ + Scalar(kEdgeBias) * hull_.thickness;
     if (separation > noise) {
@@ -172,7 +176,8 @@ class CapsuleHull {
     for (const Scalar core : {Scalar(0), Scalar(1)}) {
       int face = 0;
       const Vector end = at(core);
-      if (height_above(hull_, end, face) > 0) consider(core, closest_on_hull(hull_, end, face));
+      bool is_on_face = false;
+      if (height_above(hull_, end, face) > 0) consider(core, closest_on_hull(hull_, end, face, is_on_face));
     }
     for (const HullEdge& edge : hull_.edges) {
       if (!crosses(edge)) continue;

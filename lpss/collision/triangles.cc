@@ -12,6 +12,10 @@ constexpr double kLean = 1e-3;
 // Normals with a smaller sine of their angle are the same.
 constexpr double kSameNormal = 0.01;
 
+// A normal that leans to the back by more than this sine is of a contact from behind, of a shape that reaches
+// around the triangle: through its neighbours, or past an open edge.
+constexpr double kBehind = 0.5;
+
 using EdgeMask = unsigned;  // bit k: edge k is touched; none: the face
 
 constexpr int after(int k) { return k == 2 ? 0 : k + 1; }
@@ -174,8 +178,10 @@ class CapsuleFacet {
     } else {
       find_closest();
     }
-    const Scalar gap = (at(core_) - on_facet_).dot(normal_) - radius_;
-    if (gap > margin_) return manifold;
+    const Scalar distance = (at(core_) - on_facet_).dot(normal_);
+    const Scalar gap = distance - radius_;
+    const bool is_from_behind = !crosses && edges_ == 0 && distance < 0;
+    if (gap > margin_ || is_from_behind) return manifold;
 
     manifold.normal = normal_;
     if (!crosses && facet_.leans(normal_, edges_)) {
@@ -243,8 +249,8 @@ class CapsuleFacet {
                                             facet_.vertex[after(k)] - facet_.vertex[k]);
       consider(closest.s, closest.on_b, Facet<Scalar>::edges_at(k, closest.t));
     }
-    const bool is_noise = !(least > Scalar(1e-8) * radius_ * radius_);
-    normal_ = is_noise ? facet_.normal : Vector((at(core_) - on_facet_) / std::sqrt(least));
+    const bool is_noise = !(least > Scalar(kCoreNoise * kCoreNoise) * radius_ * radius_);
+    normal_ = is_noise || edges_ == 0 ? facet_.normal : Vector((at(core_) - on_facet_) / std::sqrt(least));
   }
 
   const Facet<Scalar>& facet_;
@@ -297,8 +303,9 @@ class HullFacet {
     for (int f = 0; f < static_cast<int>(hull_.planes.size()); ++f) {
       const HalfSpace<Scalar>& plane = hull_.planes[f];
       const Scalar separation = lowest(std::span<const Vector>(facet_.vertex), plane.normal) - plane.offset;
-      if (separation > margin_) return false;
-      if (separation <= face_separation_) continue;
+      const bool is_from_behind = plane.normal.dot(facet_.normal) > Scalar(kBehind);
+      if (separation > (is_from_behind ? 0 : margin_)) return false;
+      if (separation <= face_separation_ || is_from_behind) continue;
       face_separation_ = separation;
       face_ = f;
     }
@@ -325,8 +332,9 @@ class HullFacet {
           continue;
         out *= (left > 0 ? 1 : -1) / std::sqrt(square);
         const Scalar separation = out.dot(facet_.vertex[k] - tail);
-        if (separation > margin_) return false;
-        if (separation <= edge_separation_) continue;
+        const bool is_from_behind = out.dot(facet_.normal) > Scalar(kBehind);
+        if (separation > (is_from_behind ? 0 : margin_)) return false;
+        if (separation <= edge_separation_ || is_from_behind) continue;
         edge_separation_ = separation;
         edge_ = n;
         side_ = k;
