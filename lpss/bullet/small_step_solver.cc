@@ -131,7 +131,7 @@ void SmallStepSolver::round(int n) {
 
 void SmallStepSolver::finish() {
   contacts_.end(patches_);
-  correct_jointed();
+  find_corrections();
   write_impulses();
   write_bodies();
   for (btRigidBody* rigid : rigids_) rigid->setCompanionId(-1);
@@ -141,16 +141,17 @@ void SmallStepSolver::finish() {
 VelocityChange SmallStepSolver::change(std::size_t body) const {
   if (forced_ == 0) return {};
   VelocityChange change;
-  change.linear = (contacts_[body].linear - linear_force(body)).cast<double>();
-  change.angular = (contacts_[body].angular - angular_force(body)).cast<double>();
+  const Contacts::Motion by_all = contacts_.change(body);
+  change.linear = (by_all.linear - linear_force(body)).cast<double>();
+  change.angular = (by_all.angular - angular_force(body)).cast<double>();
   return change;
 }
 
 void SmallStepSolver::set_change(std::size_t body, const VelocityChange& change) {
   if (forced_ == 0) return;
   is_pushed_[body] = true;
-  contacts_[body].linear = linear_force(body) + change.linear.cast<btScalar>();
-  contacts_[body].angular = angular_force(body) + change.angular.cast<btScalar>();
+  contacts_.set_change(body, {linear_force(body) + change.linear.cast<btScalar>(),
+                              angular_force(body) + change.angular.cast<btScalar>()});
 }
 
 std::size_t SmallStepSolver::place_of(const btRigidBody& rigid) {
@@ -240,27 +241,30 @@ template <typename Act>
 void SmallStepSolver::with_joints(Act act) {
   if (joints_.is_empty()) return;
   for (const std::size_t place : jointed_) {
-    linear_changes_[place] = bt(contacts_[place].linear);
-    angular_changes_[place] = bt(contacts_[place].angular);
+    const Contacts::Motion change = contacts_.change(place);
+    linear_changes_[place] = bt(change.linear);
+    angular_changes_[place] = bt(change.angular);
   }
   act();
-  for (const std::size_t place : jointed_) {
-    contacts_[place].linear = vector(linear_changes_[place]);
-    contacts_[place].angular = vector(angular_changes_[place]);
-  }
+  for (const std::size_t place : jointed_)
+    contacts_.set_change(place, {vector(linear_changes_[place]), vector(angular_changes_[place])});
 }
 
-// Those that joints have moved step by step move on by their final velocities, too.
-void SmallStepSolver::correct_jointed() {
+void SmallStepSolver::find_corrections() {
+  corrections_.resize(rigids_.size());
+  for (std::size_t place = 0; place < rigids_.size(); ++place)
+    corrections_[place] = contacts_.correction(place);
   if (joints_.is_empty()) return;
+  // Those that joints have moved step by step move on by their final velocities, too.
   for (const BodyMotion& moved : joints_.end()) {
-    Contacts::Moving& moving = contacts_[static_cast<std::size_t>(moved.body)];
-    const Contacts::Body& body = bodies_[static_cast<std::size_t>(moved.body)];
-    const Eigen::Vector3d linear = (body.linear + moving.linear).cast<double>();
-    const Eigen::Vector3d angular = (body.angular + moving.angular).cast<double>();
-    const Eigen::Quaterniond turn = rotation_by(angular * dt_).conjugate() * moved.turn;
-    moving.way = (moved.way - linear * dt_).cast<btScalar>();
-    moving.turn = rotation_vector(turn).cast<btScalar>();
+    const auto place = static_cast<std::size_t>(moved.body);
+    const Contacts::Body& body = bodies_[place];
+    const Contacts::Motion change = contacts_.change(place);
+    const Eigen::Vector3d linear = (body.linear + change.linear).cast<double>();
+    const Eigen::Vector3d angular = (body.angular + change.angular).cast<double>();
+    const Eigen::AngleAxisd turn(rotation(angular * dt_).conjugate() * moved.turn);
+    corrections_[place] = {(moved.way - linear * dt_).cast<btScalar>(),
+                           (turn.axis() * turn.angle()).cast<btScalar>()};
   }
 }
 
@@ -287,12 +291,12 @@ void SmallStepSolver::write_bodies() {
       rigid.setAngularVelocity(bt(body.angular + body.angular_force));
       continue;
     }
-    const Contacts::Moving& moving = contacts_[place];
-    rigid.setLinearVelocity(bt(body.linear + moving.linear));
-    rigid.setAngularVelocity(bt(body.angular + moving.angular));
+    const Contacts::Motion change = contacts_.change(place);
+    rigid.setLinearVelocity(bt(body.linear + change.linear));
+    rigid.setAngularVelocity(bt(body.angular + change.angular));
     btTransform& pose = rigid.getWorldTransform();
-    pose.setOrigin(pose.getOrigin() + bt(moving.way));
-    pose.setBasis(turned(pose.getBasis(), moving.turn));
+    pose.setOrigin(pose.getOrigin() + bt(corrections_[place].linear));
+    pose.setBasis(turned(pose.getBasis(), corrections_[place].angular));
   }
 }
 

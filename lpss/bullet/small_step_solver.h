@@ -60,7 +60,7 @@ class SmallStepSolver {
   void with_joints(Act act);
   Contacts::Vector linear_force(std::size_t body) const { return bodies_[body].linear_force * forced_; }
   Contacts::Vector angular_force(std::size_t body) const { return bodies_[body].angular_force * forced_; }
-  void correct_jointed();
+  void find_corrections();
   void write_impulses();
   void write_bodies();
 
@@ -82,6 +82,7 @@ class SmallStepSolver {
   std::vector<std::size_t> jointed_;
   std::vector<btVector3> linear_changes_;  // of jointed bodies since the start of the tick
   std::vector<btVector3> angular_changes_;
+  std::vector<Contacts::Motion> corrections_;  // of rigids_
 };
 
 }  // namespace tessera::bullet

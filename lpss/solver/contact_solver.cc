@@ -1,8 +1,11 @@
 #include "lpss/solver/contact_solver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <type_traits>
 
 namespace tessera {
 namespace {
@@ -14,25 +17,16 @@ constexpr double kFrequencyStep = 0.25;  // of the rate of steps, at most
 constexpr double kContactDamping = 10;   // of critical damping
 constexpr double kPushSpeedMax = 3;      // m/s, at which overlaps are corrected
 
-// Two directions perpendicular to a unit vector and to each other, by its components alone.
-template <typename Vector>
-void span_plane(const Vector& normal, Vector& p, Vector& q) {
-  using Scalar = typename Vector::Scalar;
-  if (std::abs(normal.z()) > Scalar(std::numbers::sqrt2 / 2)) {
-    const Scalar scale = 1 / std::sqrt(normal.y() * normal.y() + normal.z() * normal.z());
-    p = Vector(0, -normal.z() * scale, normal.y() * scale);
-  } else {
-    const Scalar scale = 1 / std::sqrt(normal.x() * normal.x() + normal.y() * normal.y());
-    p = Vector(-normal.y() * scale, normal.x() * scale, 0);
-  }
-  q = normal.cross(p);
-}
-
-// The velocity of two sides (Side) along a direction, from the velocities of their bodies or changes of them.
-template <typename Vector, typename Moving, typename Side>
-inline auto relative(const Vector& direction, const Moving& p, const Side& a, const Moving& q,
-                     const Side& b) {
-  return direction.dot(p.linear - q.linear) + a.angular.dot(p.angular) - b.angular.dot(q.angular);
+template <typename Scalar>
+std::span<const ContactKernel<Scalar>* const> kernels() {
+  static constexpr auto kAll = [] {
+    if constexpr (std::is_same_v<Scalar, float>)
+      return std::array{&kContactKernelFloat1, &kContactKernelFloat4, &kContactKernelFloat8};
+    else
+      return std::array{&kContactKernelDouble1, &kContactKernelDouble2, &kContactKernelDouble4};
+  }();
+  static const bool has_avx2 = __builtin_cpu_supports("avx2");
+  return std::span(kAll).first(has_avx2 ? 3 : 2);
 }
 
 template <typename Scalar>
@@ -40,276 +34,268 @@ Scalar inverse_or_zero(Scalar value) {
   return value > 0 ? 1 / value : 0;
 }
 
+template <typename Vector, typename Scalar>
+void write(const Vector& v, Scalar* to) {
+  to[0] = v.x();
+  to[1] = v.y();
+  to[2] = v.z();
+}
+
+// The lower triangular C with C C^T = m: 00, 10, 11, 20, 21, 22. Rounding cannot lock an axis: the square of
+// a diagonal element is kept above what rounding leaves of m's.
+template <typename Matrix, typename Scalar>
+void factorise(const Matrix& m, Scalar* c) {
+  const auto diagonal = [](Scalar square, Scalar of) {
+    return std::sqrt(std::max(square, of * (4 * std::numeric_limits<Scalar>::epsilon())));
+  };
+  c[0] = diagonal(m(0, 0), m(0, 0));
+  const Scalar inverse_0 = inverse_or_zero(c[0]);
+  c[1] = m(1, 0) * inverse_0;
+  c[2] = diagonal(m(1, 1) - c[1] * c[1], m(1, 1));
+  c[3] = m(2, 0) * inverse_0;
+  c[4] = (m(2, 1) - c[3] * c[1]) * inverse_or_zero(c[2]);
+  c[5] = diagonal(m(2, 2) - c[3] * c[3] - c[4] * c[4], m(2, 2));
+}
+
+// C^-1 v, without the axes that are locked.
+template <typename Vector, typename Scalar>
+Vector scaled(const Scalar* c, const Vector& v) {
+  const Scalar x = v.x() * inverse_or_zero(c[0]);
+  const Scalar y = (v.y() - c[1] * x) * inverse_or_zero(c[2]);
+  const Scalar z = (v.z() - c[3] * x - c[4] * y) * inverse_or_zero(c[5]);
+  return {x, y, z};
+}
+
 }  // namespace
+
+template <typename Scalar>
+std::span<const int> ContactSolver<Scalar>::widths() {
+  static const std::vector<int> widths = [] {
+    std::vector<int> all;
+    for (const ContactKernel<Scalar>* kernel : kernels<Scalar>()) all.push_back(kernel->lanes);
+    return all;
+  }();
+  return widths;
+}
 
 template <typename Scalar>
 void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> bodies,
                                   std::span<const Patch> patches) {
   options_ = options;
   bodies_ = bodies;
-  step_ = options.time_step / static_cast<Scalar>(options.steps);
+  bounces_ = false;
+  rows_.time_step = options.time_step;
+  rows_.share = 1 / static_cast<Scalar>(options.steps);
+  rows_.step = options.time_step / static_cast<Scalar>(options.steps);
+  rows_.bounce_from = options.bounce_from;
   const Scalar stiffer = std::max(Scalar(1), Scalar(options.steps) / Scalar(options.usual_steps));
   const Scalar frequency =
-      std::min(stiffer * Scalar(kFrequencyTick) / options.time_step, Scalar(kFrequencyStep) / step_);
+      std::min(stiffer * Scalar(kFrequencyTick) / options.time_step, Scalar(kFrequencyStep) / rows_.step);
   const Scalar omega = 2 * std::numbers::pi_v<Scalar> * frequency;
-  const Scalar a = 2 * Scalar(kContactDamping) + step_ * omega;
-  const Scalar b = step_ * omega * a;
-  push_rate_ = omega / a;
-  impulse_share_ = 1 / (1 + b);
-  mass_share_ = b * impulse_share_;
+  const Scalar a = 2 * Scalar(kContactDamping) + rows_.step * omega;
+  const Scalar b = rows_.step * omega * a;
+  rows_.push_rate = omega / a;
+  rows_.push_speed_max = Scalar(kPushSpeedMax);
+  rows_.impulse_share = 1 / (1 + b);
+  rows_.mass_share = b * rows_.impulse_share;
 
-  moving_.clear();
-  moving_.assign(bodies.size(), {Vector::Zero(), Vector::Zero(), Vector::Zero(), Vector::Zero()});
-  patches_.clear();
-  normals_.clear();
-  for (const Patch& patch : patches) add(patch);
+  terms_.resize(bodies.size());
+  moving_.resize(bodies.size() + 1);
+  forces_.resize(bodies.size());
+  advanced_.resize(bodies.size() + 1);
+  correction_.resize(bodies.size());
+  for (std::size_t n = 0; n < bodies.size(); ++n) begin_body(n);
+  moving_[bodies.size()] = {};
+  advanced_[bodies.size()] = {};
+  rows_.bodies = moving_.data();
+  rows_.advanced = advanced_.data();
+  rows_.still = static_cast<std::int32_t>(bodies.size());
+
+  group_patches(patches);
+  std::size_t count = 0;
+  for (std::size_t n = 0; n < groups_.size(); ++n) count += points_of(n, patches);
+  group_storage_.resize(groups_.size() * kernel_->group_size);
+  friction_storage_.resize(groups_.size() * kernel_->friction_size);
+  row_storage_.resize(count * kernel_->row_size);
+  rows_.groups = groups_.size();
+  rows_.group = group_storage_.data();
+  rows_.friction = friction_storage_.data();
+  rows_.rows = row_storage_.data();
+  std::size_t first = 0;
+  for (std::size_t n = 0; n < groups_.size(); ++n) {
+    const std::size_t points = points_of(n, patches);
+    begin_group(n, first, points, patches);
+    first += points;
+  }
 }
 
 template <typename Scalar>
-auto ContactSolver<Scalar>::side(const Body& body, const Vector& lever, const Vector& direction) const
-    -> Side {
-  const Vector angular = lever.cross(direction);
-  return {angular, body.inverse_inertia * angular};
+void ContactSolver<Scalar>::begin_body(std::size_t n) {
+  const Body& body = bodies_[n];
+  RowBodyTerms<Scalar>& terms = terms_[n];
+  terms = {};
+  write(body.linear, terms.linear);
+  write(body.angular, terms.angular);
+  terms.inverse_mass = body.inverse_mass;
+  factorise(body.inverse_inertia, terms.factor);
+  moving_[n] = {};
+  moving_[n].inverse_mass = body.inverse_mass;
+  forces_[n] = {};
+  write(body.linear_force * rows_.share, forces_[n].linear);
+  write(scaled(terms.factor, Vector(body.angular_force * rows_.share)), forces_[n].angular);
+  correction_[n] = {};
 }
 
+// In the widest lanes of which the patches fill at least two on average.
 template <typename Scalar>
-void ContactSolver<Scalar>::add(const Patch& patch) {
-  const Body& a = bodies_[patch.a];
-  const Body& b = bodies_[patch.b];
-  PatchRows rows;
-  rows.a = patch.a;
-  rows.b = patch.b;
-  rows.first = normals_.size();
-  rows.count = patch.points;
-  rows.inverse_mass_a = a.inverse_mass;
-  rows.inverse_mass_b = b.inverse_mass;
-  rows.friction = patch.friction;
-  rows.is_jointed = patch.is_jointed;
-  const Scalar share = 1 / static_cast<Scalar>(options_.steps);
-  for (std::size_t n = 0; n < patch.points; ++n) {
-    const Point& point = patch.point[n];
-    NormalRow row;
-    row.normal = point.normal;
-    row.a = side(a, point.lever_a, point.normal);
-    row.b = side(b, point.lever_b, point.normal);
-    row.mass = inverse_or_zero(a.inverse_mass + b.inverse_mass + row.a.angular.dot(row.a.response) +
-                               row.b.angular.dot(row.b.response));
-    row.gap = point.gap;
-    row.approach_max = std::min(-point.gap / options_.time_step, Scalar(0));
-    row.start = relative(row.normal, bodies_[rows.a], row.a, bodies_[rows.b], row.b);
-    row.rebound = -row.start > options_.bounce_from ? patch.restitution * -row.start : 0;
-    row.impulse = point.impulse * share;
-    normals_.push_back(row);
-  }
-  add_friction(patch, rows);
-  patches_.push_back(rows);
-}
-
-// Friction acts at the centre of the points. Its impulse of the last tick is projected on the new plane, and
-// limited by the new normal impulses.
-template <typename Scalar>
-void ContactSolver<Scalar>::add_friction(const Patch& patch, PatchRows& rows) const {
-  const Body& a = bodies_[patch.a];
-  const Body& b = bodies_[patch.b];
-  Vector lever_a = Vector::Zero();
-  Vector lever_b = Vector::Zero();
-  rows.normal = Vector::Zero();
-  for (std::size_t n = 0; n < patch.points; ++n) {
-    lever_a += patch.point[n].lever_a;
-    lever_b += patch.point[n].lever_b;
-    rows.normal += patch.point[n].normal;
-  }
-  const Scalar count(static_cast<Scalar>(patch.points));
-  lever_a /= count;
-  lever_b /= count;
-  rows.normal.normalize();
-  // By the levers of a side that can be pushed: those of the other one say nothing.
-  const bool by_a = a.inverse_mass > 0;
-  for (std::size_t n = 0; n < patch.points; ++n) {
-    const Vector arm = by_a ? patch.point[n].lever_a - lever_a : patch.point[n].lever_b - lever_b;
-    rows.radius += arm.norm() / count;
-  }
-
-  span_plane(rows.normal, rows.tangent[0], rows.tangent[1]);
-  for (int k = 0; k < 2; ++k) {
-    rows.tangent_a[k] = side(a, lever_a, rows.tangent[k]);
-    rows.tangent_b[k] = side(b, lever_b, rows.tangent[k]);
-    rows.start[k] =
-        relative(rows.tangent[k], bodies_[rows.a], rows.tangent_a[k], bodies_[rows.b], rows.tangent_b[k]);
-  }
-  const auto mobility = [&](int i, int j) {
-    return rows.tangent_a[i].angular.dot(rows.tangent_a[j].response) +
-           rows.tangent_b[i].angular.dot(rows.tangent_b[j].response);
+void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches) {
+  const auto all = kernels<Scalar>();
+  const auto pushed = [&](std::size_t body) {
+    return bodies_[body].inverse_mass > 0 ? static_cast<std::uint32_t>(body) : PatchGroups::kNone;
   };
-  const Scalar masses = a.inverse_mass + b.inverse_mass;
-  const Scalar k00 = masses + mobility(0, 0);
-  const Scalar k01 = mobility(0, 1);
-  const Scalar k11 = masses + mobility(1, 1);
-  const Scalar inverse = inverse_or_zero(k00 * k11 - k01 * k01);
-  rows.mass[0] = k11 * inverse;
-  rows.mass[1] = -k01 * inverse;
-  rows.mass[2] = k00 * inverse;
-
-  rows.twist_start = rows.normal.dot(a.angular - b.angular);
-  rows.twist_a = a.inverse_inertia * rows.normal;
-  rows.twist_b = b.inverse_inertia * rows.normal;
-  rows.twist_mass = inverse_or_zero(rows.normal.dot(rows.twist_a) + rows.normal.dot(rows.twist_b));
-
-  const Scalar share = 1 / static_cast<Scalar>(options_.steps);
-  Scalar most = 0;
-  for (std::size_t n = 0; n < rows.count; ++n) most += rows.friction * normals_[rows.first + n].impulse;
-  for (int k = 0; k < 2; ++k) rows.impulse[k] = patch.friction_impulse.dot(rows.tangent[k]) * share;
-  const Scalar length = std::sqrt(rows.impulse[0] * rows.impulse[0] + rows.impulse[1] * rows.impulse[1]);
-  if (length > most) {
-    for (Scalar& impulse : rows.impulse) impulse *= most / length;
+  for (std::size_t n = all.size(); n-- > 0;) {
+    kernel_ = all[n];
+    const auto lanes = static_cast<std::size_t>(kernel_->lanes);
+    if (options_.lanes != 0 && options_.lanes != kernel_->lanes) continue;
+    groups_.clear(bodies_.size(), lanes);
+    for (const Patch& patch : patches) groups_.add(pushed(patch.a), pushed(patch.b));
+    if (options_.lanes != 0 || groups_.size() * 2 <= patches.size()) return;
   }
-  rows.twist = std::clamp(patch.twist_impulse * share, -most * rows.radius, most * rows.radius);
 }
 
 template <typename Scalar>
-inline void ContactSolver<Scalar>::push(const PatchRows& rows, const Vector& direction, const Side& a,
-                                        const Side& b, Scalar impulse) {
-  Moving& p = moving_[rows.a];
-  Moving& q = moving_[rows.b];
-  p.linear += direction * (rows.inverse_mass_a * impulse);
-  p.angular += a.response * impulse;
-  q.linear -= direction * (rows.inverse_mass_b * impulse);
-  q.angular -= b.response * impulse;
+std::size_t ContactSolver<Scalar>::points_of(std::size_t group, std::span<const Patch> patches) const {
+  std::size_t points = 0;
+  for (const std::uint32_t patch : groups_[group]) {
+    if (patch != PatchGroups::kNone) points = std::max(points, patches[patch].points);
+  }
+  return points;
 }
 
 template <typename Scalar>
-inline void ContactSolver<Scalar>::twist(const PatchRows& rows, Scalar impulse) {
-  moving_[rows.a].angular += rows.twist_a * impulse;
-  moving_[rows.b].angular -= rows.twist_b * impulse;
+void ContactSolver<Scalar>::begin_group(std::size_t group, std::size_t first, std::size_t points,
+                                        std::span<const Patch> patches) {
+  static constexpr RowBodyTerms<Scalar> kNoBody{};
+  PatchLanes<Scalar> lanes{};
+  std::size_t lane = 0;
+  for (const std::uint32_t n : groups_[group]) {
+    lanes.a[lane] = lanes.b[lane] = &kNoBody;
+    lanes.place_a[lane] = lanes.place_b[lane] = rows_.still;
+    if (n != PatchGroups::kNone) {
+      const Patch& patch = patches[n];
+      const auto place = [&](std::size_t body) {
+        return bodies_[body].inverse_mass > 0 ? static_cast<std::int32_t>(body) : rows_.still;
+      };
+      lanes.a[lane] = &terms_[patch.a];
+      lanes.b[lane] = &terms_[patch.b];
+      lanes.place_a[lane] = place(patch.a);
+      lanes.place_b[lane] = place(patch.b);
+      lanes.friction[lane] = patch.friction;
+      lanes.restitution[lane] = patch.restitution;
+      lanes.points[lane] = static_cast<Scalar>(patch.points);
+      lanes.is_jointed[lane] = patch.is_jointed;
+      lanes.twist_impulse[lane] = patch.twist_impulse;
+      for (int axis = 0; axis < 3; ++axis) lanes.friction_impulse[axis][lane] = patch.friction_impulse[axis];
+      for (std::size_t k = 0; k < patch.points; ++k) {
+        const Point& point = patch.point[k];
+        for (int axis = 0; axis < 3; ++axis) {
+          lanes.lever_a[k][axis][lane] = point.lever_a[axis];
+          lanes.lever_b[k][axis][lane] = point.lever_b[axis];
+          lanes.normal[k][axis][lane] = point.normal[axis];
+        }
+        lanes.gap[k][lane] = point.gap;
+        lanes.impulse[k][lane] = point.impulse;
+      }
+      bounces_ = bounces_ || patch.restitution > 0;
+    }
+    ++lane;
+  }
+  kernel_->set_up(rows_, group, first, points, lanes);
 }
 
 // Forces of one step, and the impulses of the step before.
 template <typename Scalar>
 void ContactSolver<Scalar>::start_step() {
-  const Scalar share = 1 / static_cast<Scalar>(options_.steps);
-  for (std::size_t n = 0; n < moving_.size(); ++n) {
-    moving_[n].linear += bodies_[n].linear_force * share;
-    moving_[n].angular += bodies_[n].angular_force * share;
-  }
-  for (const PatchRows& rows : patches_) {
-    for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) {
-      const NormalRow& row = normals_[n];
-      push(rows, row.normal, row.a, row.b, row.impulse);
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    for (int axis = 0; axis < 3; ++axis) {
+      moving_[n].linear[axis] += forces_[n].linear[axis];
+      moving_[n].angular[axis] += forces_[n].angular[axis];
     }
-    for (int k = 0; k < 2; ++k)
-      push(rows, rows.tangent[k], rows.tangent_a[k], rows.tangent_b[k], rows.impulse[k]);
-    twist(rows, rows.twist);
   }
+  kernel_->warm_start(rows_);
 }
 
 template <typename Scalar>
 void ContactSolver<Scalar>::pass(bool biased) {
-  for (PatchRows& rows : patches_) {
-    if (!biased || rows.is_jointed) solve_friction(rows);
-    for (std::size_t n = rows.first; n < rows.first + rows.count; ++n)
-      solve_normal(rows, normals_[n], biased);
-  }
-}
-
-// A gap may close by the end of the tick; an overlap is opened like an overdamped spring.
-template <typename Scalar>
-inline void ContactSolver<Scalar>::solve_normal(const PatchRows& rows, NormalRow& row, bool biased) {
-  Scalar wanted = row.approach_max;
-  Scalar mass_share = 1;
-  Scalar impulse_share = 0;
-  if (biased && row.gap < 0) {
-    wanted = std::min(-row.gap * push_rate_, Scalar(kPushSpeedMax));
-    mass_share = mass_share_;
-    impulse_share = impulse_share_;
-  }
-  const Scalar missing =
-      wanted - (row.start + relative(row.normal, moving_[rows.a], row.a, moving_[rows.b], row.b));
-  const Scalar impulse =
-      std::max(row.impulse * (1 - impulse_share) + missing * row.mass * mass_share, Scalar(0));
-  push(rows, row.normal, row.a, row.b, impulse - row.impulse);
-  row.impulse = impulse;
-}
-
-template <typename Scalar>
-inline void ContactSolver<Scalar>::solve_friction(PatchRows& rows) {
-  Scalar most = 0;
-  for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) most += normals_[n].impulse;
-  most *= rows.friction;
-
-  Scalar slide[2];
-  for (int k = 0; k < 2; ++k)
-    slide[k] = rows.start[k] + relative(rows.tangent[k], moving_[rows.a], rows.tangent_a[k], moving_[rows.b],
-                                        rows.tangent_b[k]);
-  Scalar wanted[2] = {rows.impulse[0] - (rows.mass[0] * slide[0] + rows.mass[1] * slide[1]),
-                      rows.impulse[1] - (rows.mass[1] * slide[0] + rows.mass[2] * slide[1])};
-  const Scalar length = std::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
-  const Scalar scale = length > most ? most / length : Scalar(1);
-  for (int k = 0; k < 2; ++k) {
-    wanted[k] *= scale;
-    push(rows, rows.tangent[k], rows.tangent_a[k], rows.tangent_b[k], wanted[k] - rows.impulse[k]);
-    rows.impulse[k] = wanted[k];
-  }
-
-  const Scalar spin = rows.twist_start + rows.normal.dot(moving_[rows.a].angular - moving_[rows.b].angular);
-  const Scalar twist_max = most * rows.radius;
-  const Scalar turned = std::clamp(rows.twist - rows.twist_mass * spin, -twist_max, twist_max);
-  twist(rows, turned - rows.twist);
-  rows.twist = turned;
+  biased ? kernel_->biased_pass(rows_) : kernel_->relaxed_pass(rows_);
 }
 
 // Bodies move by the velocities of the biased passes; what the relaxed pass takes back, end_step() does.
 template <typename Scalar>
 void ContactSolver<Scalar>::advance() {
-  for (PatchRows& rows : patches_) {
-    for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) {
-      NormalRow& row = normals_[n];
-      row.gap += (row.start + relative(row.normal, moving_[rows.a], row.a, moving_[rows.b], row.b)) * step_;
-    }
-  }
-  for (Moving& body : moving_) {
-    body.way += body.linear * step_;
-    body.turn += body.angular * step_;
-  }
+  std::copy_n(moving_.data(), bodies_.size(), advanced_.data());
 }
 
 // The way of the biased passes without that of the velocities that stay is what opened overlaps.
 template <typename Scalar>
 void ContactSolver<Scalar>::end_step() {
-  for (Moving& body : moving_) {
-    body.way -= body.linear * step_;
-    body.turn -= body.angular * step_;
-  }
-  for (NormalRow& row : normals_) row.total += row.impulse;
-  for (PatchRows& rows : patches_) {
-    for (int k = 0; k < 2; ++k) rows.total[k] += rows.impulse[k];
-    rows.twist_total += rows.twist;
-  }
-}
-
-template <typename Scalar>
-void ContactSolver<Scalar>::rebound() {
-  for (PatchRows& rows : patches_) {
-    for (std::size_t n = rows.first; n < rows.first + rows.count; ++n) {
-      NormalRow& row = normals_[n];
-      if (!(row.rebound > 0) || !(row.total > 0)) continue;
-      const Scalar missing =
-          row.rebound - (row.start + relative(row.normal, moving_[rows.a], row.a, moving_[rows.b], row.b));
-      const Scalar impulse = std::max(row.impulse + missing * row.mass, Scalar(0));
-      push(rows, row.normal, row.a, row.b, impulse - row.impulse);
-      row.total += impulse - row.impulse;
-      row.impulse = impulse;
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    for (int axis = 0; axis < 3; ++axis) {
+      correction_[n].linear[axis] += (advanced_[n].linear[axis] - moving_[n].linear[axis]) * rows_.step;
+      correction_[n].angular[axis] += (advanced_[n].angular[axis] - moving_[n].angular[axis]) * rows_.step;
     }
   }
 }
 
 template <typename Scalar>
+void ContactSolver<Scalar>::rebound() {
+  if (bounces_) kernel_->rebound(rows_);
+}
+
+template <typename Scalar>
 void ContactSolver<Scalar>::end(std::span<Patch> patches) const {
-  for (std::size_t p = 0; p < patches_.size(); ++p) {
-    const PatchRows& rows = patches_[p];
-    for (std::size_t n = 0; n < rows.count; ++n) patches[p].point[n].impulse = normals_[rows.first + n].total;
-    patches[p].friction_impulse = rows.tangent[0] * rows.total[0] + rows.tangent[1] * rows.total[1];
-    patches[p].twist_impulse = rows.twist_total;
+  PatchLanes<Scalar> lanes;
+  for (std::size_t group = 0; group < groups_.size(); ++group) {
+    kernel_->end(rows_, group, lanes);
+    std::size_t lane = 0;
+    for (const std::uint32_t n : groups_[group]) {
+      if (n == PatchGroups::kNone) break;
+      Patch& patch = patches[n];
+      for (std::size_t k = 0; k < patch.points; ++k) patch.point[k].impulse = lanes.impulse[k][lane];
+      for (int axis = 0; axis < 3; ++axis) patch.friction_impulse[axis] = lanes.friction_impulse[axis][lane];
+      patch.twist_impulse = lanes.twist_impulse[lane];
+      ++lane;
+    }
   }
+}
+
+template <typename Scalar>
+auto ContactSolver<Scalar>::unscaled(std::size_t body, const Scalar* angular) const -> Vector {
+  const Scalar* const c = terms_[body].factor;
+  return {c[0] * angular[0], c[1] * angular[0] + c[2] * angular[1],
+          c[3] * angular[0] + c[4] * angular[1] + c[5] * angular[2]};
+}
+
+template <typename Scalar>
+auto ContactSolver<Scalar>::change(std::size_t body) const -> Motion {
+  const RowBody<Scalar>& moving = moving_[body];
+  return {Vector(moving.linear), unscaled(body, moving.angular)};
+}
+
+template <typename Scalar>
+void ContactSolver<Scalar>::set_change(std::size_t body, const Motion& change) {
+  RowBody<Scalar>& moving = moving_[body];
+  const Vector more = scaled(terms_[body].factor, Vector(change.angular - unscaled(body, moving.angular)));
+  for (int axis = 0; axis < 3; ++axis) {
+    moving.linear[axis] = change.linear[axis] + 0;  // never -0, which unused points of a group would change
+    moving.angular[axis] += more[axis];
+  }
+}
+
+template <typename Scalar>
+auto ContactSolver<Scalar>::correction(std::size_t body) const -> Motion {
+  const RowBody<Scalar>& way = correction_[body];
+  return {Vector(way.linear), unscaled(body, way.angular)};
 }
 
 template class ContactSolver<float>;

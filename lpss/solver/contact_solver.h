@@ -12,12 +12,17 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "lpss/solver/aligned_array.h"
+#include "lpss/solver/contact_rows.h"
+#include "lpss/solver/patch_groups.h"
+
 namespace tessera {
 
-inline constexpr std::size_t kPatchPointsMax = 4;
+inline constexpr std::size_t kPatchPointsMax = kRowPointsMax;
 
 template <typename Scalar>
 struct SolverTypes {
@@ -29,9 +34,9 @@ struct SolverTypes {
     Vector linear = Vector::Zero();           // m/s, of the centre of mass, before the tick
     Vector angular = Vector::Zero();          // rad/s
     Vector linear_force = Vector::Zero();     // m/s, what forces add to the velocity in the tick
-    Vector angular_force = Vector::Zero();    // rad/s
+    Vector angular_force = Vector::Zero();    // rad/s; none about an axis without inverse inertia
     Scalar inverse_mass = 0;                  // 1/kg
-    Matrix inverse_inertia = Matrix::Zero();  // 1/(kg m^2)
+    Matrix inverse_inertia = Matrix::Zero();  // 1/(kg m^2), symmetric
   };
 
   struct Point {
@@ -62,6 +67,9 @@ struct SolverTypes {
 // One set of islands at a time: begin() with bodies and patches, in the order of solving; then for each of
 // `steps` a start_step(), biased passes (pass(true)), advance(), a relaxed pass (pass(false)) and end_step();
 // then rebound() and end(). What couples bodies by other means (joints) changes velocities in between.
+//
+// Patches are solved several at a time, in lanes, as if one after the other: each waits for those before it
+// that push one of its bodies. The number of lanes changes no bit.
 template <typename Scalar>
 class ContactSolver : public SolverTypes<Scalar> {
  public:
@@ -77,8 +85,13 @@ class ContactSolver : public SolverTypes<Scalar> {
     // Of the settings: with more steps, contacts are stiffer by the square of the ratio.
     int usual_steps = 4;
     Scalar bounce_from = 0;  // m/s, the approach from which two bounce
+    int lanes = 0;           // one of widths(), or 0: what suits processor and patches
   };
 
+  // The numbers of lanes that this processor has, ascending from 1.
+  static std::span<const int> widths();
+
+  // The spans stay valid and unchanged until end(). `bodies` are fewer than 2^31.
   void begin(const Options& options, std::span<const Body> bodies, std::span<const Patch> patches);
   void start_step();
   void pass(bool biased);
@@ -89,80 +102,43 @@ class ContactSolver : public SolverTypes<Scalar> {
   // Impulses into `patches`, those of begin().
   void end(std::span<Patch> patches) const;
 
-  // A body during the tick: the change of its velocities since before it, which is rounded less than the
-  // velocities would be. `way` and `turn` (m, rad) are what corrected overlaps beyond the motion by the
-  // velocities that stay: a body moves by them and by its final velocities, which conserves the energy of
-  // falls and orbits.
-  struct Moving {
+  struct Motion {
     Vector linear;
     Vector angular;
-    Vector way;
-    Vector turn;
   };
-  Moving& operator[](std::size_t body) { return moving_[body]; }
-  const Moving& operator[](std::size_t body) const { return moving_[body]; }
+
+  // The change of a body's velocities since before the tick (m/s, rad/s), which is rounded less than the
+  // velocities would be. Setting what change() gives changes no bit.
+  Motion change(std::size_t body) const;
+  void set_change(std::size_t body, const Motion& change);
+
+  // What corrected overlaps beyond the motion by the velocities that stay (m, rad): a body moves by this and
+  // by its final velocities, which conserves the energy of falls and orbits.
+  Motion correction(std::size_t body) const;
 
  private:
-  struct Side {
-    Vector angular;   // lever x direction
-    Vector response;  // of the angular velocity to a unit of impulse
-  };
-  struct NormalRow {
-    Vector normal;
-    Side a;
-    Side b;
-    Scalar mass = 0;
-    Scalar start = 0;         // m/s, before the tick
-    Scalar gap = 0;           // m, in this step
-    Scalar approach_max = 0;  // m/s, at most 0: what closes the gap by the end of the tick
-    Scalar rebound = 0;       // m/s, required if the two have touched
-    Scalar impulse = 0;       // N s, of a step
-    Scalar total = 0;         // of all steps
-  };
-  struct PatchRows {
-    std::size_t a = 0;
-    std::size_t b = 0;
-    std::size_t first = 0;  // of its normal rows
-    std::size_t count = 0;
-    Scalar inverse_mass_a = 0;
-    Scalar inverse_mass_b = 0;
-    bool is_jointed = false;
-    Scalar friction = 0;
-    Scalar radius = 0;  // m, the mean distance of the points from their centre: the arm of the twist
-    Vector normal;      // mean
-    Vector tangent[2];
-    Side tangent_a[2];
-    Side tangent_b[2];
-    Scalar start[2];  // m/s, along the tangents, before the tick
-    Scalar mass[3];   // of the tangents: the inverse of a symmetric matrix (00, 01, 11)
-    Vector twist_a;   // the response of a's angular velocity to a unit of twist
-    Vector twist_b;
-    Scalar twist_start = 0;  // rad/s
-    Scalar twist_mass = 0;
-    Scalar impulse[2] = {0, 0};  // of a step
-    Scalar twist = 0;
-    Scalar total[2] = {0, 0};
-    Scalar twist_total = 0;
-  };
-
-  void add(const Patch& patch);
-  void add_friction(const Patch& patch, PatchRows& rows) const;
-  Side side(const Body& body, const Vector& lever, const Vector& direction) const;
-  void push(const PatchRows& rows, const Vector& direction, const Side& a, const Side& b, Scalar impulse);
-  void twist(const PatchRows& rows, Scalar impulse);
-  void solve_normal(const PatchRows& rows, NormalRow& row, bool biased);
-  void solve_friction(PatchRows& rows);
+  void begin_body(std::size_t n);
+  void group_patches(std::span<const Patch> patches);
+  std::size_t points_of(std::size_t group, std::span<const Patch> patches) const;
+  void begin_group(std::size_t group, std::size_t first, std::size_t points, std::span<const Patch> patches);
+  Vector unscaled(std::size_t body, const Scalar* angular) const;
 
   Options options_;
   std::span<const Body> bodies_;
-  Scalar step_ = 0;  // s
-  // Of soft contacts.
-  Scalar push_rate_ = 0;  // 1/s: velocity by overlap
-  Scalar mass_share_ = 1;
-  Scalar impulse_share_ = 0;
-  std::vector<Moving> moving_;
-  std::vector<PatchRows> patches_;
-  std::vector<NormalRow> normals_;
+  bool bounces_ = false;
+  const ContactKernel<Scalar>* kernel_ = nullptr;
+  ContactRows<Scalar> rows_{};
+  PatchGroups groups_;
+  // By body; one more in `moving_`, for all that cannot be pushed.
+  AlignedArray<RowBodyTerms<Scalar>> terms_;
+  AlignedArray<RowBody<Scalar>> moving_;
+  AlignedArray<RowBody<Scalar>> forces_;      // in a step
+  AlignedArray<RowBody<Scalar>> advanced_;    // moving_, as bodies move in a step
+  AlignedArray<RowBody<Scalar>> correction_;  // m, and rad in scaled axes
+  // Laid out by the kernel.
+  AlignedArray<std::byte> group_storage_;
+  AlignedArray<std::byte> friction_storage_;
+  AlignedArray<std::byte> row_storage_;
 };
 
 extern template class ContactSolver<float>;

@@ -1,0 +1,106 @@
+// The inner loops of the contact solver over rows in lanes: every kernel runs the same sequence of operations
+// a patch, in 1, 2, 4 or 8 lanes, so that the number of lanes changes no bit. Without Eigen and without
+// inline functions: kernels are compiled for different processors, and must not share code.
+//
+// Rows keep angular quantities in scaled axes. With the inverse inertia as C C^T, C lower triangular, and an
+// angular velocity as C u, a lever arm crossed with a direction, r x n, has s = C^T (r x n) as its row for u,
+// and as its response to a unit of impulse: one vector where there would be two.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera {
+
+inline constexpr int kRowLanesMax = 8;
+inline constexpr int kRowPointsMax = 4;
+
+// A body in the loop: whole registers.
+template <typename Scalar>
+struct alignas(8 * sizeof(Scalar)) RowBody {
+  Scalar linear[3];  // m/s, the change since before the tick
+  Scalar inverse_mass;
+  Scalar angular[3];  // likewise, in scaled axes
+  Scalar unused;
+};
+
+// A body as rows are set up.
+template <typename Scalar>
+struct alignas(8 * sizeof(Scalar)) RowBodyTerms {
+  Scalar linear[3];  // m/s, before the tick
+  Scalar inverse_mass;
+  Scalar angular[3];  // rad/s, world axes
+  Scalar unused;
+  Scalar factor[6];  // C: 00, 10, 11, 20, 21, 22
+  Scalar unused_too[2];
+};
+
+// Patches in lanes, as they enter and leave the kernel. Lanes and points that are not used are 0.
+template <typename Scalar>
+struct alignas(64) PatchLanes {
+  using Lane = Scalar[kRowLanesMax];
+  Lane lever_a[kRowPointsMax][3];
+  Lane lever_b[kRowPointsMax][3];
+  Lane normal[kRowPointsMax][3];
+  Lane gap[kRowPointsMax];
+  Lane impulse[kRowPointsMax];
+  Lane friction_impulse[3];
+  Lane twist_impulse;
+  Lane friction;
+  Lane restitution;
+  Lane points;
+  Lane is_jointed;                              // 0 or 1
+  const RowBodyTerms<Scalar>* a[kRowLanesMax];  // never null
+  const RowBodyTerms<Scalar>* b[kRowLanesMax];
+  std::int32_t place_a[kRowLanesMax];  // in ContactRows::bodies
+  std::int32_t place_b[kRowLanesMax];
+};
+
+template <typename Scalar>
+struct ContactRows {
+  RowBody<Scalar>* bodies;
+  const RowBody<Scalar>* advanced;  // as bodies moved in this step
+  std::int32_t still;               // the place of what cannot be pushed, which is never written
+  std::size_t groups;               // of patches, a lane each, that share no body but `still`
+  void* group;                      // arrays of what the kernel lays out
+  void* friction;
+  void* rows;
+  Scalar time_step;  // s, of the tick
+  Scalar step;       // s
+  Scalar share;      // of a step in a tick
+  // Of soft contacts.
+  Scalar push_rate;       // 1/s: velocity by overlap
+  Scalar push_speed_max;  // m/s
+  Scalar mass_share;
+  Scalar impulse_share;
+  Scalar bounce_from;  // m/s
+};
+
+template <typename Scalar>
+struct ContactKernel {
+  int lanes;
+  std::size_t group_size;  // bytes
+  std::size_t friction_size;
+  std::size_t row_size;
+
+  // Group n, with its rows from row `first`, as many as its patch of most points has points.
+  void (*set_up)(const ContactRows<Scalar>& rows, std::size_t n, std::size_t first, std::size_t points,
+                 const PatchLanes<Scalar>& patches);
+  void (*warm_start)(const ContactRows<Scalar>& rows);
+  void (*biased_pass)(const ContactRows<Scalar>& rows);
+  // Gaps move on by `advanced`, too, and impulses of the step are added to those of the tick.
+  void (*relaxed_pass)(const ContactRows<Scalar>& rows);
+  void (*rebound)(const ContactRows<Scalar>& rows);
+  // The impulses of group n.
+  void (*end)(const ContactRows<Scalar>& rows, std::size_t n, PatchLanes<Scalar>& patches);
+};
+
+// The others need AVX2.
+extern const ContactKernel<float> kContactKernelFloat1;
+extern const ContactKernel<float> kContactKernelFloat4;
+extern const ContactKernel<float> kContactKernelFloat8;
+extern const ContactKernel<double> kContactKernelDouble1;
+extern const ContactKernel<double> kContactKernelDouble2;
+extern const ContactKernel<double> kContactKernelDouble4;
+
+}  // namespace tessera
