@@ -31,6 +31,11 @@ class Kernel {
     std::uint16_t has_jointed;
   };
 
+  struct Points {
+    V3 lever_a[kRowPointsMax];
+    V3 lever_b[kRowPointsMax];
+  };
+
   struct Row {
     V3 normal;
     V3 a;  // scaled
@@ -79,9 +84,6 @@ class Kernel {
   static TESSERA_INLINE V splat(Scalar s) { return V{} + s; }
   static TESSERA_INLINE V load(const Scalar* s) { return *reinterpret_cast<const V*>(s); }
   static TESSERA_INLINE void store(V v, Scalar* s) { *reinterpret_cast<V*>(s) = v; }
-  static TESSERA_INLINE V3 load3(const typename Patches::Lane* s) {
-    return {load(s[0]), load(s[1]), load(s[2])};
-  }
 
   // The second operand where one is not a number.
   static TESSERA_INLINE V min(V a, V b) { return a < b ? a : b; }
@@ -111,11 +113,10 @@ class Kernel {
                                             const std::int32_t* places) {
     Scalar* to[L::kWidth];
 #pragma GCC unroll 8
-    for (int lane = 0; lane < L::kWidth; ++lane)
-      to[lane] = places[lane] == rows.still ? nullptr : rows.bodies[places[lane]].linear;
+    for (int lane = 0; lane < L::kWidth; ++lane) to[lane] = rows.bodies[places[lane]].linear;
     V v[8] = {motion.linear.x,  motion.linear.y,  motion.linear.z,  motion.inverse_mass,
               motion.angular.x, motion.angular.y, motion.angular.z, V{}};
-    scatter<L, 8>(v, to);
+    scatter<L, 8>(v, to, places, rows.still);
   }
 
   static TESSERA_INLINE Terms gather_terms(const RowBodyTerms<Scalar>* const* bodies) {
@@ -176,8 +177,9 @@ class Kernel {
       mass = is_open ? mass : mass * rows.mass_share;
       impulse = is_open ? impulse : impulse * (1 - rows.impulse_share);
     }
-    const V missing = wanted - (row.start + relative(row.normal, row.a, row.b, p, q));
-    impulse = max(impulse + missing * mass, zero);
+    // In this order little has to wait for the velocities.
+    const V at_rest = impulse + (wanted - row.start) * mass;
+    impulse = max(at_rest - relative(row.normal, row.a, row.b, p, q) * mass, zero);
     push(row.normal, row.a, row.b, impulse - row.impulse, p, q);
     row.impulse = impulse;
   }
@@ -225,37 +227,47 @@ class Kernel {
     const Terms a = gather_terms(patches.a);
     const Terms b = gather_terms(patches.b);
     Row* const row = static_cast<Row*>(rows.rows) + first;
-    for (std::size_t k = 0; k < points; ++k) set_up_normal(rows, patches, k, a, b, row[k]);
-    set_up_friction(rows, patches, points, a, b, row, static_cast<Friction*>(rows.friction)[n]);
+    Points levers;
+    for (std::size_t k = 0; k < points; ++k) {
+      V v[12];
+      gather<L, 8>(patches.point[k], v);
+      const Scalar* rest[L::kWidth];
+      for (int lane = 0; lane < L::kWidth; ++lane) rest[lane] = patches.point[k][lane] + 7;
+      gather<L, 4>(rest, v + 7);
+      levers.lever_a[k] = {v[0], v[1], v[2]};
+      levers.lever_b[k] = {v[3], v[4], v[5]};
+      row[k].normal = {v[6], v[7], v[8]};
+      row[k].gap = v[9];
+      row[k].impulse = v[10] * rows.share;
+      set_up_normal(rows, levers.lever_a[k], levers.lever_b[k], a, b, row[k]);
+    }
+    set_up_friction(rows, patches, points, levers, a, b, row, static_cast<Friction*>(rows.friction)[n]);
   }
 
-  static TESSERA_INLINE void set_up_normal(const Rows& rows, const Patches& patches, std::size_t k,
+  static TESSERA_INLINE void set_up_normal(const Rows& rows, const V3& lever_a, const V3& lever_b,
                                            const Terms& a, const Terms& b, Row& row) {
-    const V gap = load(patches.gap[k]);
-    row.normal = load3(patches.normal[k]);
-    const V3 turn_a = cross(load3(patches.lever_a[k]), row.normal);
-    const V3 turn_b = cross(load3(patches.lever_b[k]), row.normal);
+    const V3 turn_a = cross(lever_a, row.normal);
+    const V3 turn_b = cross(lever_b, row.normal);
     row.a = scaled(a, turn_a);
     row.b = scaled(b, turn_b);
     row.mass = inverse_or_zero(a.inverse_mass + b.inverse_mass + dot(row.a, row.a) + dot(row.b, row.b));
     row.start = dot(row.normal, a.linear - b.linear) + (dot(turn_a, a.angular) - dot(turn_b, b.angular));
-    row.gap = gap;
-    row.approach_max = min(-gap / rows.time_step, V{});
-    row.impulse = load(patches.impulse[k]) * rows.share;
+    row.approach_max = min(-row.gap / rows.time_step, V{});
     row.total = V{};
   }
 
   // Friction acts at the centre of the points. Its impulse of the last tick is projected on the new plane,
   // and limited by the new normal impulses.
   static TESSERA_INLINE void set_up_friction(const Rows& rows, const Patches& patches, std::size_t points,
-                                             const Terms& a, const Terms& b, const Row* row, Friction& f) {
+                                             const Points& levers, const Terms& a, const Terms& b,
+                                             const Row* row, Friction& f) {
     const V zero = V{};
     V3 lever_a{zero, zero, zero};
     V3 lever_b = lever_a;
     V3 normal = lever_a;
     for (std::size_t k = 0; k < points; ++k) {
-      lever_a = lever_a + load3(patches.lever_a[k]);
-      lever_b = lever_b + load3(patches.lever_b[k]);
+      lever_a = lever_a + levers.lever_a[k];
+      lever_b = lever_b + levers.lever_b[k];
       normal = normal + row[k].normal;
     }
     const V count = max(load(patches.points), splat(1));
@@ -266,8 +278,7 @@ class Kernel {
     const auto is_by_a = a.inverse_mass > zero;
     f.radius = zero;
     for (std::size_t k = 0; k < points; ++k) {
-      const V3 arm =
-          select(is_by_a, load3(patches.lever_a[k]) - lever_a, load3(patches.lever_b[k]) - lever_b);
+      const V3 arm = select(is_by_a, levers.lever_a[k] - lever_a, levers.lever_b[k] - lever_b);
       const V distance = root(dot(arm, arm));
       f.radius = f.radius + (splat(static_cast<Scalar>(k)) < count ? distance : zero);
     }
@@ -300,12 +311,14 @@ class Kernel {
     f.is_jointed = load(patches.is_jointed);
     V most = zero;
     for (std::size_t k = 0; k < points; ++k) most = most + f.friction * row[k].impulse;
-    const V3 last = load3(patches.friction_impulse) * splat(rows.share);
+    V v[4];
+    gather<L, 4>(patches.impulse, v);
+    const V3 last = V3{v[0], v[1], v[2]} * splat(rows.share);
     const V impulse[2] = {dot(last, f.tangent[0]), dot(last, f.tangent[1])};
     const V length = root(impulse[0] * impulse[0] + impulse[1] * impulse[1]);
     const V scale = length > most ? most / length : splat(1);
     const V twist_max = most * f.radius;
-    f.twist_impulse = min(max(load(patches.twist_impulse) * rows.share, -twist_max), twist_max);
+    f.twist_impulse = min(max(v[3] * rows.share, -twist_max), twist_max);
     f.twist_total = zero;
     for (int k = 0; k < 2; ++k) {
       f.impulse[k] = impulse[k] * scale;
@@ -377,16 +390,16 @@ class Kernel {
     });
   }
 
-  static void end(const Rows& rows, std::size_t n, Patches& patches) {
+  static void end(const Rows& rows, std::size_t n, ImpulseLanes<Scalar>& impulses) {
     const Group& group = static_cast<const Group*>(rows.group)[n];
     const Friction& f = static_cast<const Friction*>(rows.friction)[n];
     const Row* const row = static_cast<const Row*>(rows.rows) + group.first;
-    for (int k = 0; k < group.points; ++k) store(row[k].total, patches.impulse[k]);
-    const V3 impulse = f.tangent[0] * f.total[0] + f.tangent[1] * f.total[1];
-    store(impulse.x, patches.friction_impulse[0]);
-    store(impulse.y, patches.friction_impulse[1]);
-    store(impulse.z, patches.friction_impulse[2]);
-    store(f.twist_total, patches.twist_impulse);
+    for (int k = 0; k < group.points; ++k) store(row[k].total, impulses.normal[k]);
+    const V3 friction = f.tangent[0] * f.total[0] + f.tangent[1] * f.total[1];
+    store(friction.x, impulses.friction[0]);
+    store(friction.y, impulses.friction[1]);
+    store(friction.z, impulses.friction[2]);
+    store(f.twist_total, impulses.twist);
   }
 
  public:

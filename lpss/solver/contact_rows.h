@@ -35,25 +35,32 @@ struct alignas(8 * sizeof(Scalar)) RowBodyTerms {
   Scalar unused_too[2];
 };
 
-// Patches in lanes, as they enter and leave the kernel. Lanes and points that are not used are 0.
+// Patches in lanes, as rows are set up. A lane that is not used has neither points nor impulses, and its
+// bodies are 0.
 template <typename Scalar>
-struct alignas(64) PatchLanes {
+struct PatchLanes {
   using Lane = Scalar[kRowLanesMax];
-  Lane lever_a[kRowPointsMax][3];
-  Lane lever_b[kRowPointsMax][3];
-  Lane normal[kRowPointsMax][3];
-  Lane gap[kRowPointsMax];
-  Lane impulse[kRowPointsMax];
-  Lane friction_impulse[3];
-  Lane twist_impulse;
-  Lane friction;
-  Lane restitution;
-  Lane points;
-  Lane is_jointed;                              // 0 or 1
-  const RowBodyTerms<Scalar>* a[kRowLanesMax];  // never null
+  // Lever of a, lever of b, normal, gap and impulse of a point: 11 scalars, which are 0 beyond a patch's
+  // last.
+  const Scalar* point[kRowPointsMax][kRowLanesMax];
+  const Scalar* impulse[kRowLanesMax];  // of friction and twist: 4 scalars
+  const RowBodyTerms<Scalar>* a[kRowLanesMax];
   const RowBodyTerms<Scalar>* b[kRowLanesMax];
   std::int32_t place_a[kRowLanesMax];  // in ContactRows::bodies
   std::int32_t place_b[kRowLanesMax];
+  alignas(32) Lane friction;
+  alignas(32) Lane restitution;
+  alignas(32) Lane points;
+  alignas(32) Lane is_jointed;  // 0 or 1
+};
+
+// Their impulses after the tick.
+template <typename Scalar>
+struct ImpulseLanes {
+  using Lane = Scalar[kRowLanesMax];
+  alignas(32) Lane normal[kRowPointsMax];
+  alignas(32) Lane friction[3];
+  alignas(32) Lane twist;
 };
 
 template <typename Scalar>
@@ -92,7 +99,7 @@ struct ContactKernel {
   void (*relaxed_pass)(const ContactRows<Scalar>& rows);
   void (*rebound)(const ContactRows<Scalar>& rows);
   // The impulses of group n.
-  void (*end)(const ContactRows<Scalar>& rows, std::size_t n, PatchLanes<Scalar>& patches);
+  void (*end)(const ContactRows<Scalar>& rows, std::size_t n, ImpulseLanes<Scalar>& impulses);
 };
 
 // The others need AVX2.

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <type_traits>
 
 namespace tessera {
@@ -111,21 +113,23 @@ void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> 
   rows_.advanced = advanced_.data();
   rows_.still = static_cast<std::int32_t>(bodies.size());
 
+  begin_patches(patches);
+}
+
+template <typename Scalar>
+void ContactSolver<Scalar>::begin_patches(std::span<const Patch> patches) {
   group_patches(patches);
-  std::size_t count = 0;
-  for (std::size_t n = 0; n < groups_.size(); ++n) count += points_of(n, patches);
   group_storage_.resize(groups_.size() * kernel_->group_size);
   friction_storage_.resize(groups_.size() * kernel_->friction_size);
-  row_storage_.resize(count * kernel_->row_size);
+  row_storage_.resize(std::accumulate(points_.begin(), points_.end(), std::size_t{0}) * kernel_->row_size);
   rows_.groups = groups_.size();
   rows_.group = group_storage_.data();
   rows_.friction = friction_storage_.data();
   rows_.rows = row_storage_.data();
   std::size_t first = 0;
   for (std::size_t n = 0; n < groups_.size(); ++n) {
-    const std::size_t points = points_of(n, patches);
-    begin_group(n, first, points, patches);
-    first += points;
+    begin_group(n, first, patches);
+    first += points_[n];
   }
 }
 
@@ -158,59 +162,47 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches) {
     const auto lanes = static_cast<std::size_t>(kernel_->lanes);
     if (options_.lanes != 0 && options_.lanes != kernel_->lanes) continue;
     groups_.clear(bodies_.size(), lanes);
-    for (const Patch& patch : patches) groups_.add(pushed(patch.a), pushed(patch.b));
+    points_.clear();
+    for (const Patch& patch : patches) {
+      const std::size_t group = groups_.add(pushed(patch.a), pushed(patch.b));
+      if (group == points_.size()) points_.push_back(0);
+      points_[group] = std::max(points_[group], static_cast<std::uint8_t>(patch.points));
+    }
     if (options_.lanes != 0 || groups_.size() * 2 <= patches.size()) return;
   }
 }
 
 template <typename Scalar>
-std::size_t ContactSolver<Scalar>::points_of(std::size_t group, std::span<const Patch> patches) const {
-  std::size_t points = 0;
-  for (const std::uint32_t patch : groups_[group]) {
-    if (patch != PatchGroups::kNone) points = std::max(points, patches[patch].points);
-  }
-  return points;
-}
-
-template <typename Scalar>
-void ContactSolver<Scalar>::begin_group(std::size_t group, std::size_t first, std::size_t points,
+void ContactSolver<Scalar>::begin_group(std::size_t group, std::size_t first,
                                         std::span<const Patch> patches) {
+  static_assert(offsetof(Point, gap) == 9 * sizeof(Scalar) && sizeof(Point) == 11 * sizeof(Scalar));
+  static_assert(offsetof(Patch, twist_impulse) == offsetof(Patch, friction_impulse) + 3 * sizeof(Scalar));
+  static const Patch kNoPatch;
   static constexpr RowBodyTerms<Scalar> kNoBody{};
-  PatchLanes<Scalar> lanes{};
+  static constexpr Scalar kZeros[11]{};
+  const auto place = [&](std::size_t body) {
+    return bodies_[body].inverse_mass > 0 ? static_cast<std::int32_t>(body) : rows_.still;
+  };
+  PatchLanes<Scalar> lanes;
   std::size_t lane = 0;
   for (const std::uint32_t n : groups_[group]) {
-    lanes.a[lane] = lanes.b[lane] = &kNoBody;
-    lanes.place_a[lane] = lanes.place_b[lane] = rows_.still;
-    if (n != PatchGroups::kNone) {
-      const Patch& patch = patches[n];
-      const auto place = [&](std::size_t body) {
-        return bodies_[body].inverse_mass > 0 ? static_cast<std::int32_t>(body) : rows_.still;
-      };
-      lanes.a[lane] = &terms_[patch.a];
-      lanes.b[lane] = &terms_[patch.b];
-      lanes.place_a[lane] = place(patch.a);
-      lanes.place_b[lane] = place(patch.b);
-      lanes.friction[lane] = patch.friction;
-      lanes.restitution[lane] = patch.restitution;
-      lanes.points[lane] = static_cast<Scalar>(patch.points);
-      lanes.is_jointed[lane] = patch.is_jointed;
-      lanes.twist_impulse[lane] = patch.twist_impulse;
-      for (int axis = 0; axis < 3; ++axis) lanes.friction_impulse[axis][lane] = patch.friction_impulse[axis];
-      for (std::size_t k = 0; k < patch.points; ++k) {
-        const Point& point = patch.point[k];
-        for (int axis = 0; axis < 3; ++axis) {
-          lanes.lever_a[k][axis][lane] = point.lever_a[axis];
-          lanes.lever_b[k][axis][lane] = point.lever_b[axis];
-          lanes.normal[k][axis][lane] = point.normal[axis];
-        }
-        lanes.gap[k][lane] = point.gap;
-        lanes.impulse[k][lane] = point.impulse;
-      }
-      bounces_ = bounces_ || patch.restitution > 0;
-    }
+    const bool is_used = n != PatchGroups::kNone;
+    const Patch& patch = is_used ? patches[n] : kNoPatch;
+    lanes.a[lane] = is_used ? &terms_[patch.a] : &kNoBody;
+    lanes.b[lane] = is_used ? &terms_[patch.b] : &kNoBody;
+    lanes.place_a[lane] = is_used ? place(patch.a) : rows_.still;
+    lanes.place_b[lane] = is_used ? place(patch.b) : rows_.still;
+    for (std::size_t k = 0; k < points_[group]; ++k)
+      lanes.point[k][lane] = k < patch.points ? patch.point[k].lever_a.data() : kZeros;
+    lanes.impulse[lane] = patch.friction_impulse.data();
+    lanes.friction[lane] = patch.friction;
+    lanes.restitution[lane] = patch.restitution;
+    lanes.points[lane] = static_cast<Scalar>(patch.points);
+    lanes.is_jointed[lane] = patch.is_jointed;
+    bounces_ = bounces_ || patch.restitution > 0;
     ++lane;
   }
-  kernel_->set_up(rows_, group, first, points, lanes);
+  kernel_->set_up(rows_, group, first, points_[group], lanes);
 }
 
 // Forces of one step, and the impulses of the step before.
@@ -254,16 +246,16 @@ void ContactSolver<Scalar>::rebound() {
 
 template <typename Scalar>
 void ContactSolver<Scalar>::end(std::span<Patch> patches) const {
-  PatchLanes<Scalar> lanes;
+  ImpulseLanes<Scalar> lanes;
   for (std::size_t group = 0; group < groups_.size(); ++group) {
     kernel_->end(rows_, group, lanes);
     std::size_t lane = 0;
     for (const std::uint32_t n : groups_[group]) {
       if (n == PatchGroups::kNone) break;
       Patch& patch = patches[n];
-      for (std::size_t k = 0; k < patch.points; ++k) patch.point[k].impulse = lanes.impulse[k][lane];
-      for (int axis = 0; axis < 3; ++axis) patch.friction_impulse[axis] = lanes.friction_impulse[axis][lane];
-      patch.twist_impulse = lanes.twist_impulse[lane];
+      for (std::size_t k = 0; k < patch.points; ++k) patch.point[k].impulse = lanes.normal[k][lane];
+      for (int axis = 0; axis < 3; ++axis) patch.friction_impulse[axis] = lanes.friction[axis][lane];
+      patch.twist_impulse = lanes.twist[lane];
       ++lane;
     }
   }

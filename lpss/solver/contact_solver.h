@@ -118,9 +118,9 @@ class ContactSolver : public SolverTypes<Scalar> {
 
  private:
   void begin_body(std::size_t n);
+  void begin_patches(std::span<const Patch> patches);
   void group_patches(std::span<const Patch> patches);
-  std::size_t points_of(std::size_t group, std::span<const Patch> patches) const;
-  void begin_group(std::size_t group, std::size_t first, std::size_t points, std::span<const Patch> patches);
+  void begin_group(std::size_t group, std::size_t first, std::span<const Patch> patches);
   Vector unscaled(std::size_t body, const Scalar* angular) const;
 
   Options options_;
@@ -129,6 +129,7 @@ class ContactSolver : public SolverTypes<Scalar> {
   const ContactKernel<Scalar>* kernel_ = nullptr;
   ContactRows<Scalar> rows_{};
   PatchGroups groups_;
+  std::vector<std::uint8_t> points_;  // by group: of its patch of most
   // By body; one more in `moving_`, for all that cannot be pushed.
   AlignedArray<RowBodyTerms<Scalar>> terms_;
   AlignedArray<RowBody<Scalar>> moving_;

@@ -265,6 +265,8 @@ class RandomScene {
         if (n % 2) {
           change.linear *= Scalar(0.99);
           change.angular -= Vector(0, Scalar(0.01), 0);
+        } else if (n % 4) {
+          change.linear.y() = Scalar(-0.0);
         }
         solver_.set_change(n, change);
       }

@@ -14,10 +14,12 @@ namespace {
 
 typedef float Float4 __attribute__((vector_size(16), may_alias));
 typedef double Double2 __attribute__((vector_size(16), may_alias));
+typedef float LooseFloat4 __attribute__((vector_size(16), may_alias, aligned(4)));
+typedef double LooseDouble2 __attribute__((vector_size(16), may_alias, aligned(8)));
 
 #define TESSERA_INLINE inline __attribute__((always_inline))
 
-// kQuarter scalars are one load: 128 bits.
+// kQuarter scalars are one load of 128 bits, aligned or (LooseQuarter) not.
 template <typename Scalar, int kWidth>
 struct Lanes;
 
@@ -26,6 +28,7 @@ struct Lanes<T, 1> {
   using Scalar = T;
   using Vector = T;
   using Quarter = T;
+  using LooseQuarter = T;
   static constexpr int kWidth = 1;
   static constexpr int kQuarter = 1;
   static TESSERA_INLINE Vector join(const Quarter* q) { return q[0]; }
@@ -38,6 +41,7 @@ struct Lanes<float, 4> {
   using Scalar = float;
   using Vector = Float4;
   using Quarter = Float4;
+  using LooseQuarter = LooseFloat4;
   static constexpr int kWidth = 4;
   static constexpr int kQuarter = 4;
   static TESSERA_INLINE Vector join(const Quarter* q) { return q[0]; }
@@ -59,6 +63,7 @@ struct Lanes<double, 2> {
   using Scalar = double;
   using Vector = Double2;
   using Quarter = Double2;
+  using LooseQuarter = LooseDouble2;
   static constexpr int kWidth = 2;
   static constexpr int kQuarter = 2;
   static TESSERA_INLINE Vector join(const Quarter* q) { return q[0]; }
@@ -84,6 +89,7 @@ struct Lanes<float, 8> {
   using Scalar = float;
   using Vector = Float8;
   using Quarter = Float4;
+  using LooseQuarter = LooseFloat4;
   static constexpr int kWidth = 8;
   static constexpr int kQuarter = 4;
   static TESSERA_INLINE Vector join(const Quarter* q) {
@@ -109,6 +115,7 @@ struct Lanes<double, 4> {
   using Scalar = double;
   using Vector = Double4;
   using Quarter = Double2;
+  using LooseQuarter = LooseDouble2;
   static constexpr int kWidth = 4;
   static constexpr int kQuarter = 2;
   static TESSERA_INLINE Vector join(const Quarter* q) {
@@ -139,16 +146,17 @@ TESSERA_INLINE void gather(const typename L::Scalar* const* from, typename L::Ve
       typename L::Quarter quarters[kHalves];
 #pragma GCC unroll 8
       for (int h = 0; h < kHalves; ++h)
-        quarters[h] = *reinterpret_cast<const typename L::Quarter*>(from[h * L::kQuarter + i] + c);
+        quarters[h] = *reinterpret_cast<const typename L::LooseQuarter*>(from[h * L::kQuarter + i] + c);
       to[c + i] = L::join(quarters);
     }
     L::transpose(to + c);
   }
 }
 
-// The reverse; null pointers are left out.
-template <typename L, int kCount>
-TESSERA_INLINE void scatter(typename L::Vector* from, typename L::Scalar* const* to) {
+// The reverse, where keep[lane] is not `none`; aligned like quarters.
+template <typename L, int kCount, typename Key>
+TESSERA_INLINE void scatter(typename L::Vector* from, typename L::Scalar* const* to, const Key* keep,
+                            Key none) {
   constexpr int kHalves = L::kWidth / L::kQuarter;
 #pragma GCC unroll 8
   for (int c = 0; c < kCount; c += L::kQuarter) L::transpose(from + c);
@@ -156,11 +164,11 @@ TESSERA_INLINE void scatter(typename L::Vector* from, typename L::Scalar* const*
   for (int h = 0; h < kHalves; ++h) {
 #pragma GCC unroll 8
     for (int i = 0; i < L::kQuarter; ++i) {
-      typename L::Scalar* const lane = to[h * L::kQuarter + i];
-      if (lane == nullptr) continue;
+      const int lane = h * L::kQuarter + i;
+      if (keep[lane] == none) continue;
 #pragma GCC unroll 8
       for (int c = 0; c < kCount; c += L::kQuarter)
-        *reinterpret_cast<typename L::Quarter*>(lane + c) = L::part(from[c + i], h);
+        *reinterpret_cast<typename L::Quarter*>(to[lane] + c) = L::part(from[c + i], h);
     }
   }
 }

@@ -22,7 +22,7 @@ std::uint32_t PatchGroups::first_free(std::uint32_t group) {
   return group;
 }
 
-void PatchGroups::add(std::uint32_t a, std::uint32_t b) {
+std::size_t PatchGroups::add(std::uint32_t a, std::uint32_t b) {
   std::uint32_t group = 0;
   if (a != kNone) group = next_[a];
   if (b != kNone) group = std::max(group, next_[b]);
@@ -36,6 +36,7 @@ void PatchGroups::add(std::uint32_t a, std::uint32_t b) {
   if (++used_[group] == lanes_) free_[group] = group + 1;
   if (a != kNone) next_[a] = group + 1;
   if (b != kNone) next_[b] = group + 1;
+  return group;
 }
 
 }  // namespace tessera

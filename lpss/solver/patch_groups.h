@@ -18,8 +18,8 @@ class PatchGroups {
   // Forgets all patches. Bodies have places below `bodies`; groups have so many lanes, at most 255.
   void clear(std::size_t bodies, std::size_t lanes);
 
-  // The next patch pushes these bodies; kNone for one that cannot be pushed.
-  void add(std::uint32_t a, std::uint32_t b);
+  // The group of the next patch, which pushes these bodies; kNone for one that cannot be pushed.
+  std::size_t add(std::uint32_t a, std::uint32_t b);
 
   std::size_t size() const { return used_.size(); }
 
