@@ -59,12 +59,13 @@ class Kernel {
     V mass[3];      // of the tangents: the inverse of a symmetric matrix (00, 01, 11)
     V twist_mass;
     V friction;
-    V radius;         // m, the mean distance of the points from their centre: the arm of the twist
-    V restitution;    //
-    V is_jointed;     // 0 or 1
-    V impulse[2];     // of a step
-    V twist_impulse;  //
-    V total[2];       // of all steps
+    V restitution;
+    V is_jointed;  // 0 or 1
+    V radius;      // m, the mean distance of the points from their centre: the arm of the twist
+    // Of a step, and of all steps.
+    V impulse[2];
+    V twist_impulse;
+    V total[2];
     V twist_total;
   };
 
