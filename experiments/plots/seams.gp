@@ -2,10 +2,9 @@
 #
 #   gnuplot -e "folder='docs/pictures'" experiments/plots/seams.gp
 #
-# reads seams.csv and seams_costs.csv of `tessera experiment seams --csv` in the same folder.
+# reads seams.csv of `tessera experiment seams --csv` in the same folder.
 if (!exists("folder")) folder = "docs/pictures"
 rows = folder . "/seams.csv"
-costs = folder . "/seams_costs.csv"
 set datafile separator ","
 set terminal svg size 900,480 font "sans,12" noenhanced background "white"
 set grid ytics
@@ -41,16 +40,3 @@ plot count("reference") using 2:xtic(1) title "without a seam", \
      count("local") using 2 title "seam", \
      count("remote") using 2 title "seam between two servers", \
      count("corner") using 2 title "corner of eight sectors"
-
-# Where the cap pays off.
-set output folder . "/seams_cap.svg"
-set title "A pile of 2,000 on two servers: cap of islands"
-set ylabel "ms per tick"
-set y2label "kB per tick"
-set y2tics
-set yrange [0:*]
-set y2range [0:*]
-set style data linespoints
-cap = sprintf("< awk -F, '$1==\"pile\" && $2==\"two servers\"' %s", costs)
-plot cap using 0:4:xtic(3) lw 2 title "median tick of the slower server", \
-     cap using 0:($5/1000) axes x1y2 lw 2 title "between the servers (right)"

@@ -16,7 +16,7 @@ class Battery {
 
   absl::StatusOr<Results> run() {
     const std::size_t runs = options_.placements.size() * options_.policies.size();
-    progress_.expect(options_.scenes.size() * (runs + 2 + equal_policies().size()));
+    progress_.expect(options_.scenes.size() * (runs + (compares_hashes() ? 3 : 2)));
     for (const Scene& scene : options_.scenes) {
       if (absl::Status status = run_scene(scene); !status.ok()) return status;
     }
@@ -24,13 +24,9 @@ class Battery {
   }
 
  private:
-  // The policies that promise identical bits.
-  std::vector<Policy> equal_policies() const {
-    std::vector<Policy> policies;
-    for (const Policy policy : options_.policies) {
-      if (policy >= Policy::kIsland) policies.push_back(policy);
-    }
-    return policies;
+  // Policy island alone promises the same bits however the work is distributed.
+  bool compares_hashes() const {
+    return std::ranges::find(options_.policies, Policy::kIsland) != options_.policies.end();
   }
 
   absl::Status run_scene(const Scene& scene) {
@@ -48,13 +44,12 @@ class Battery {
     for (const Policy policy : options_.policies) {
       if (absl::Status status = run_policy(scene, policy, *reference); !status.ok()) return status;
     }
-    for (const Policy policy : equal_policies()) {
-      absl::StatusOr<Equality> equality = compare_hashes(scene, policy, options_.precision, options_.hashes);
-      if (!equality.ok()) return equality.status();
-      results_.equalities.push_back(*std::move(equality));
-      if (absl::Status status = progress_.advance(); !status.ok()) return status;
-    }
-    return absl::OkStatus();
+    if (!compares_hashes()) return absl::OkStatus();
+    absl::StatusOr<Equality> equality =
+        compare_hashes(scene, Policy::kIsland, options_.precision, options_.hashes);
+    if (!equality.ok()) return equality.status();
+    results_.equalities.push_back(*std::move(equality));
+    return progress_.advance();
   }
 
   absl::Status run_policy(const Scene& scene, Policy policy, const Course& reference) {
@@ -87,7 +82,6 @@ class Battery {
   static Row judged(const Scene& scene, Policy policy, Course course, const Course& reference) {
     Row row;
     row.scene = scene.name;
-    row.number = scene.number;
     row.policy = policy;
     row.stands = scene.stands(course, reference);
     row.max_error_m = distance(course.at_second, reference.at_second);

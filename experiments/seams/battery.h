@@ -42,7 +42,6 @@ using RunRemotely =
 
 struct Row {
   std::string scene;
-  int number = 0;
   Placement placement = Placement::kReference;
   Policy policy = Policy::kIsland;
   bool stands = false;

@@ -252,7 +252,7 @@ void add_seams_command(CLI::App& app, cli::Action& action) {
   const auto options = std::make_shared<SeamOptions>();
   command.add_option("--scene", options->scenes, "only this scene; repeatable");
   command.add_option("--policy", options->policies,
-                     "only none, clone-1, clone-2, clone-4, island or cut; repeatable");
+                     "only none, clone-1, clone-2, clone-4 or island; repeatable");
   command.add_option("--placement", options->placements,
                      "only reference, local, remote or corner; repeatable");
   add_parsed(command, "--engine", options->precision, cli::parse_precision, "f32 or f64; default: f32");

@@ -57,7 +57,7 @@ class Measurement {
 
   absl::StatusOr<Costs> measure() {
     const bool with_file = !options_.worlds.empty();
-    progress_.expect(options_.ticks * (with_file ? 3 : 2) + 7);
+    progress_.expect(options_.ticks * (with_file ? 3 : 2) + 3);
     absl::Status status = race_pile(16);
     if (status.ok()) status = race_pile(8);
     if (status.ok() && with_file) status = race_file(absl::StrCat(options_.worlds, "/gazebo/3k_shapes.sdf"));
@@ -103,25 +103,21 @@ class Measurement {
     settings.precision = options_.precision;
     settings.sleep_after = 0;
     settings.sector_size = 4;
-    absl::Status status = measure_seam("tower of 10", tower_world(settings, 10, {0, 0, -3}), 0);
+    absl::Status status = measure_seam("tower of 10", tower_world(settings, 10, {0, 0, -3}));
     settings.solver_iterations = 30;
-    if (status.ok()) status = measure_seam("chain of 20", chain_world(settings, 20, {-5, 0.013, 4}), 0);
+    if (status.ok()) status = measure_seam("chain of 20", chain_world(settings, 20, {-5, 0.013, 4}));
     const absl::StatusOr<WorldDescription> pile = awake_pile(options_, 16);
     if (!pile.ok()) return pile.status();
-    for (const std::uint32_t cap : {100u, 400u, 1600u, 0u}) {
-      if (status.ok()) status = measure_seam("pile", *pile, cap);
-    }
+    if (status.ok()) status = measure_seam("pile", *pile);
     return status;
   }
 
-  absl::Status measure_seam(const std::string& name, WorldDescription world, std::uint32_t cap) {
-    world.settings.island_cap = cap == 0 ? 1u << 31 : cap;
+  absl::Status measure_seam(const std::string& name, const WorldDescription& world) {
     const Tick unmeasured = options_.ticks / 2;
     const absl::StatusOr<RemoteRun> run = run_remotely_(world, options_.ticks, unmeasured);
     if (!run.ok()) return run.status();
     SeamCost cost;
     cost.world = name;
-    cost.cap = cap;
     cost.ticks = options_.ticks - unmeasured;
     cost.tick_ms = run->tick_ms;
     cost.bytes_per_tick = static_cast<double>(run->exchange_bytes) / static_cast<double>(cost.ticks);

@@ -1,4 +1,4 @@
-// The cost of the policies: time per tick, bytes between servers, and where the cap on islands pays off.
+// The cost of the policies: time per tick, and bytes between servers.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -23,7 +23,6 @@ struct TimeCost {
 // On two servers.
 struct SeamCost {
   std::string world;
-  std::uint32_t cap = 0;  // bodies; 0: none
   Tick ticks = 0;
   double tick_ms = 0;  // median, of the slower server
   double bytes_per_tick = 0;

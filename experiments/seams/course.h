@@ -46,7 +46,6 @@ struct Course {
   std::uint64_t broken_events = 0;  // a contact that begins twice, or persists or ends without having begun
   std::uint64_t contact_begins = 0;
   std::uint64_t islands_across_seams = 0;  // maximum in a tick
-  std::uint64_t islands_cut = 0;           // likewise
 };
 
 // The largest distance (m) between a body's positions in two samples of the same scene; infinite if one is

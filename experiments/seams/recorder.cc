@@ -78,7 +78,6 @@ void Recorder::observe(Tick tick, const Simulation& simulation) {
   course_.ticks = tick;
   course_.islands_across_seams =
       std::max(course_.islands_across_seams, simulation.counts().islands_across_seams);
-  course_.islands_cut = std::max(course_.islands_cut, simulation.counts().islands_cut);
   last_ = std::move(samples);
 }
 

@@ -42,7 +42,6 @@ nlohmann::json to_json(const Row& row, const char* engine) {
                          {"asleep", row.asleep},
                          {"ticks", course.ticks},
                          {"islands_across_seams", course.islands_across_seams},
-                         {"islands_cut", course.islands_cut},
                          {"world_hash", course.world_hash}};
   if (row.same_bits) json["same_bits"] = *row.same_bits;
   return json;
@@ -61,7 +60,6 @@ nlohmann::json to_json(const Costs& costs, const char* engine) {
   for (const SeamCost& cost : costs.seams) {
     list.push_back({{"world", cost.world},
                     {"servers", 2},
-                    {"cap", cost.cap == 0 ? nlohmann::json() : nlohmann::json(cost.cap)},
                     {"engine", engine},
                     {"ticks", cost.ticks},
                     {"tick_ms", cost.tick_ms},
@@ -109,21 +107,6 @@ void judge_island(const Row& row, double noise, Precision precision, std::vector
   }
 }
 
-void judge_cut(const Row& row, const Row* reference, std::vector<std::string>& reasons) {
-  constexpr double kTopMax = 0.02;  // m
-  constexpr double kPenetrationRatioMax = 2;
-  constexpr double kPenetrationNoise = 1e-3;  // m: anything below this is ignored
-  if (row.number == 2 && row.top_error_m > kTopMax) {
-    reasons.push_back(absl::StrFormat("top %.3g m off", row.top_error_m));
-  }
-  if (reference == nullptr) return;
-  const double bound = std::max(kPenetrationRatioMax * reference->course.penetration_max, kPenetrationNoise);
-  if (row.course.penetration_max > bound) {
-    reasons.push_back(absl::StrFormat("penetration %.3g m, reference %.3g m", row.course.penetration_max,
-                                      reference->course.penetration_max));
-  }
-}
-
 std::string cell(double value) { return std::isfinite(value) ? absl::StrFormat("%.6g", value) : ""; }
 
 }  // namespace
@@ -167,14 +150,14 @@ std::string to_csv(const Results& results, Precision precision) {
 }
 
 std::string to_csv(const Costs& costs) {
-  std::string text = "world,policy,cap,tick_ms,bytes_per_tick,bytes_per_tick_and_contact,contacts,hash\n";
+  std::string text = "world,policy,tick_ms,bytes_per_tick,bytes_per_tick_and_contact,contacts,hash\n";
   for (const TimeCost& cost : costs.times) {
-    absl::StrAppend(&text, cost.world, ",", cost.policy, ",,", cell(cost.tick_ms), ",,,,", cost.hash, "\n");
+    absl::StrAppend(&text, cost.world, ",", cost.policy, ",", cell(cost.tick_ms), ",,,,", cost.hash, "\n");
   }
   for (const SeamCost& cost : costs.seams) {
-    absl::StrAppend(&text, cost.world, ",two servers,", cost.cap == 0 ? "none" : absl::StrCat(cost.cap), ",",
-                    cell(cost.tick_ms), ",", cell(cost.bytes_per_tick), ",",
-                    cell(cost.bytes_per_tick_and_contact), ",", cell(cost.contacts), ",", cost.hash, "\n");
+    absl::StrAppend(&text, cost.world, ",two servers,", cell(cost.tick_ms), ",", cell(cost.bytes_per_tick),
+                    ",", cell(cost.bytes_per_tick_and_contact), ",", cell(cost.contacts), ",", cost.hash,
+                    "\n");
   }
   return text;
 }
@@ -182,7 +165,7 @@ std::string to_csv(const Costs& costs) {
 std::vector<std::string> misses(const Results& results, Precision precision) {
   std::vector<std::string> list;
   for (const Row& row : results.rows) {
-    if (row.policy < Policy::kIsland) continue;
+    if (row.policy != Policy::kIsland) continue;
     std::vector<std::string> reasons;
     const Row* reference = reference_of(results, row);
     if (!row.stands)
@@ -191,8 +174,7 @@ std::vector<std::string> misses(const Results& results, Precision precision) {
     if (row.course.duplicate_events > 0) reasons.push_back("duplicate events");
     if (row.course.broken_events > 0) reasons.push_back("broken events");
     if (row.same_bits == false) reasons.push_back("different bits on two servers");
-    if (row.policy == Policy::kIsland) judge_island(row, noise_of(results, row.scene), precision, reasons);
-    if (row.policy == Policy::kCut) judge_cut(row, reference, reasons);
+    judge_island(row, noise_of(results, row.scene), precision, reasons);
     if (reasons.empty()) continue;
     list.push_back(absl::StrCat(row.scene, " ", name_of(row.placement), " ", name_of(row.policy), ": ",
                                 absl::StrJoin(reasons, "; ")));

@@ -16,7 +16,7 @@ nlohmann::json to_json(const Results& results, const Costs& costs, Precision pre
 std::string to_csv(const Results& results, Precision precision);
 std::string to_csv(const Costs& costs);
 
-// The rows of policies `island` and `cut` that miss their requirements, each with its reasons.
+// The rows of policy `island` that miss their requirements, each with its reasons.
 std::vector<std::string> misses(const Results& results, Precision precision);
 
 }  // namespace tessera::seams

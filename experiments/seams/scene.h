@@ -24,7 +24,6 @@ enum class EnergyRule : std::uint8_t {
 
 struct Scene {
   std::string name;
-  int number = 0;  // of its group
   std::string about;
   double sector_size = 128;       // L, m, in placements with seams
   double reference_size = 128;    // L, m, so large that the whole scene is in one sector
@@ -32,9 +31,8 @@ struct Scene {
   Eigen::Vector3d seam{1, 0, 0};  // 1 along the axes whose borders pass through the origin at a single seam
   Tick ticks = 600;
   int solver_iterations = WorldSettings().solver_iterations;
-  double lowest = 0;      // m: height of zero potential energy, from the origin
-  std::uint32_t cap = 2;  // bodies: a third of the largest island
-  bool free = false;      // no external forces, so momentum is conserved
+  double lowest = 0;  // m: height of zero potential energy, from the origin
+  bool free = false;  // no external forces, so momentum is conserved
   EnergyRule energy = EnergyRule::kOpen;
   bool heavy = false;  // expensive: repeated less often
 

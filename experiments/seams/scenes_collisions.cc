@@ -55,7 +55,6 @@ std::vector<Scene> collision_scenes() {
   for (const Collision& collision : kCollisions) {
     Scene scene;
     scene.name = collision.name;
-    scene.number = 1;
     scene.about = absl::StrCat("two spheres of ", collision.mass_left, " and ", collision.mass_right,
                                " kg, restitution ", collision.restitution);
     scene.extent = 8;

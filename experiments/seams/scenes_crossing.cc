@@ -67,9 +67,8 @@ bool is_stopped(const Course& run, const Course&) {
   return run.highest.front().x() < kTarget && run.contact_begins > 0;
 }
 
-Scene scene_of(int number, const std::string& name, const std::string& about) {
+Scene scene_of(const std::string& name, const std::string& about) {
   Scene scene;
-  scene.number = number;
   scene.name = name;
   scene.about = about;
   return scene;
@@ -78,7 +77,7 @@ Scene scene_of(int number, const std::string& name, const std::string& about) {
 }  // namespace
 
 std::vector<Scene> crossing_scenes() {
-  Scene rest = scene_of(6, "rest", "a box that rests exactly on the seam");
+  Scene rest = scene_of("rest", "a box that rests exactly on the seam");
   rest.extent = 2;
   rest.energy = EnergyRule::kNoGain;
   rest.build = resting;
@@ -86,15 +85,14 @@ std::vector<Scene> crossing_scenes() {
     return displacement(run) < 1e-3 && all_asleep(run.end);
   };
 
-  Scene cross =
-      scene_of(6, "to_and_fro", "a ball that crosses the seam almost every tick, between two walls");
+  Scene cross = scene_of("to_and_fro", "a ball that crosses the seam almost every tick, between two walls");
   cross.sector_size = 2;
   cross.extent = 2;
   cross.energy = EnergyRule::kNoGain;
   cross.build = to_and_fro;
   cross.stands = stays_between_walls;
 
-  Scene rod = scene_of(6, "rod", "a rod of 8 m that spins across the seam and hits a ball");
+  Scene rod = scene_of("rod", "a rod of 8 m that spins across the seam and hits a ball");
   rod.sector_size = 10;
   rod.extent = 12;
   rod.free = true;
@@ -103,7 +101,7 @@ std::vector<Scene> crossing_scenes() {
     return run.contact_begins > 0 && reference.contact_begins > 0 && run.momentum_drift < 1e-3;
   };
 
-  Scene bullet = scene_of(7, "shot", "a ball of 0.1 m at 1000 m/s through four sectors of 64 m into a wall");
+  Scene bullet = scene_of("shot", "a ball of 0.1 m at 1000 m/s through four sectors of 64 m into a wall");
   bullet.sector_size = 64;
   bullet.reference_size = 512;
   bullet.extent = 135;

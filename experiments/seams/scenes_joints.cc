@@ -96,17 +96,15 @@ WorldDescription figure(const WorldSettings& settings) {
   return builder.world();
 }
 
-Scene jointed(const std::string& name, const std::string& about, double sector_size, std::uint32_t bodies,
+Scene jointed(const std::string& name, const std::string& about, double sector_size,
               absl::StatusOr<WorldDescription> (*build)(const WorldSettings&)) {
   Scene scene;
   scene.name = name;
-  scene.number = 4;
   scene.about = about;
   scene.sector_size = sector_size;
   scene.extent = 12;
   scene.lowest = -12;
   scene.solver_iterations = 30;
-  scene.cap = bodies / 3;
   scene.energy = EnergyRule::kNoGain;
   scene.build = build;
   scene.stands = joints_hold;
@@ -122,10 +120,10 @@ absl::StatusOr<WorldDescription> built(const WorldSettings& settings) {
 
 std::vector<Scene> joint_scenes() {
   return {
-      jointed("chain", "a chain of 20 links swings through sectors of 4 m", 4, 20, built<chain>),
-      jointed("door", "a door on its hinge swings through the seam to its stop", 128, 2, built<door>),
-      jointed("figure", "a figure of 8 limbs falls astride the seam", 128, 8, built<figure>),
-      jointed("double_pendulum", "a double pendulum swings through the seam", 128, 2, built<double_pendulum>),
+      jointed("chain", "a chain of 20 links swings through sectors of 4 m", 4, built<chain>),
+      jointed("door", "a door on its hinge swings through the seam to its stop", 128, built<door>),
+      jointed("figure", "a figure of 8 limbs falls astride the seam", 128, built<figure>),
+      jointed("double_pendulum", "a double pendulum swings through the seam", 128, built<double_pendulum>),
   };
 }
 

@@ -57,12 +57,10 @@ WorldDescription bin_world(const WorldSettings& settings, int count) {
 std::vector<Scene> pile_scenes() {
   Scene pile;
   pile.name = "pile";
-  pile.number = 9;
   pile.about = "2000 mixed bodies poured into a bin";
   pile.extent = 24;
   pile.ticks = 2400;  // asleep after about 1440
   pile.lowest = kDeep;
-  pile.cap = 100;
   pile.energy = EnergyRule::kNoGain;
   pile.heavy = true;
   pile.build = [](const WorldSettings& settings) { return bin_world(settings, 2000); };

@@ -81,7 +81,6 @@ bool rolls_without_bump(const Course& run, const Course& reference) {
 Scene roll(Ground ground, bool diagonal, const std::string& name, const std::string& on) {
   Scene scene;
   scene.name = absl::StrCat("roll_", name, diagonal ? "_diagonal" : "_along");
-  scene.number = 5;
   scene.about =
       absl::StrCat("a sphere rolls 200 m on ", on, diagonal ? ", diagonally over corners" : ", along a seam");
   scene.sector_size = 32;

@@ -74,19 +74,17 @@ WorldDescription card_house(const WorldSettings& settings) {
   return builder.world();
 }
 
-Scene standing(const std::string& name, const std::string& about, std::uint32_t bodies) {
+Scene standing(const std::string& name, const std::string& about) {
   Scene scene;
   scene.name = name;
-  scene.number = 2;
   scene.about = about;
-  scene.cap = bodies / 3;
   scene.energy = EnergyRule::kNoGain;
   scene.stands = stands_still;
   return scene;
 }
 
 Scene tower(const std::string& name, const std::string& about) {
-  Scene scene = standing(name, about, 10);
+  Scene scene = standing(name, about);
   scene.lowest = -5;
   scene.build = [](const WorldSettings& settings) { return tower_world(settings, 10, {0, 0, -5}); };
   return scene;
@@ -103,16 +101,16 @@ std::vector<Scene> stack_scenes() {
   small.seam = {0, 0, 1};
   small.sector_size = 1.75;
   // A sector is at least as long as the diagonal of its moving bodies, so only slim boxes fit one per sector.
-  Scene own = standing("tower_own", "ten slim boxes, each in its own sector", 10);
+  Scene own = standing("tower_own", "ten slim boxes, each in its own sector");
   own.seam = {0, 0, 1};
   own.sector_size = 1.116;
   own.solver_iterations = 30;
   own.lowest = -5;
   own.build = [](const WorldSettings& settings) { return slim_tower(settings, 0.35); };
-  Scene stones = standing("pyramid", "pyramid of 55 boxes", 55);
+  Scene stones = standing("pyramid", "pyramid of 55 boxes");
   stones.lowest = -2.5;
   stones.build = pyramid;
-  Scene cards = standing("card_house", "card house of two storeys, 7 cards", 7);
+  Scene cards = standing("card_house", "card house of two storeys, 7 cards");
   cards.lowest = -1.6;
   cards.build = card_house;
   return {level, upright, small, own, stones, cards};

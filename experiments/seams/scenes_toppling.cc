@@ -66,19 +66,16 @@ bool last_swings_up(const Course& run, const Course&) {
 std::vector<Scene> toppling_scenes() {
   Scene line;
   line.name = "dominoes";
-  line.number = 3;
   line.about = "a line of 40 dominoes through four sectors of 7 m";
   line.sector_size = 7;
   line.extent = 12;
   line.lowest = -0.6;
-  line.cap = kDominoes / 3;
   line.energy = EnergyRule::kNoGain;
   line.build = dominoes;
   line.stands = all_have_fallen;
 
   Scene newton;
   newton.name = "cradle";
-  newton.number = 3;
   newton.about = "Newton's cradle of 5 balls on rods";
   newton.extent = 6;
   newton.lowest = 0;

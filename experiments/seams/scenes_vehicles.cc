@@ -70,10 +70,8 @@ Scene vehicle(const std::string& name, const std::string& about, const std::stri
               absl::StatusOr<WorldDescription> (*build)(const std::string&, const WorldSettings&)) {
   Scene scene;
   scene.name = name;
-  scene.number = 4;
   scene.about = about;
   scene.solver_iterations = 50;
-  scene.cap = 2;
   scene.build = [file, build](const WorldSettings& settings) { return build(file, settings); };
   scene.stands = drives_on;
   return scene;

@@ -54,8 +54,8 @@ TEST(SeamExperiment, TheClonesOfThePaperLetATowerFall) {
   const Scene tower = stack_scenes().front();
   const Course reference = course_of(tower, Placement::kReference, Policy::kClone1, Precision::kFloat32);
   EXPECT_TRUE(tower.stands(reference, reference));
-  const Course cut = course_of(tower, Placement::kLocal, Policy::kClone1, Precision::kFloat32);
-  EXPECT_FALSE(tower.stands(cut, reference));
+  const Course cloned = course_of(tower, Placement::kLocal, Policy::kClone1, Precision::kFloat32);
+  EXPECT_FALSE(tower.stands(cloned, reference));
 }
 
 TEST(SeamExperiment, TheSameBitsHoweverTheWorkIsSpread) {

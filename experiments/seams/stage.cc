@@ -8,7 +8,7 @@ namespace tessera::seams {
 namespace {
 
 constexpr const char* kPlacementNames[] = {"reference", "local", "remote", "corner"};
-constexpr const char* kPolicyNames[] = {"none", "clone-1", "clone-2", "clone-4", "island", "cut"};
+constexpr const char* kPolicyNames[] = {"none", "clone-1", "clone-2", "clone-4", "island"};
 
 template <typename T, std::size_t n>
 std::optional<T> named(const char* const (&names)[n], const std::string& name) {
@@ -22,12 +22,11 @@ WorldSettings settings_for(const Scene& scene, Policy policy, Precision precisio
   settings.precision = precision;
   settings.sector_size = sector_size;
   settings.solver_iterations = scene.solver_iterations;
-  settings.seams = policy < Policy::kIsland ? SeamPolicy::kClone : SeamPolicy::kIsland;
+  settings.seams = policy == Policy::kIsland ? SeamPolicy::kIsland : SeamPolicy::kClone;
   settings.clone_depth = policy == Policy::kNone     ? 0
                          : policy == Policy::kClone2 ? 2
                          : policy == Policy::kClone4 ? 4
                                                      : 1;
-  if (policy == Policy::kCut) settings.island_cap = std::max(2u, scene.cap);
   return settings;
 }
 

@@ -25,13 +25,12 @@ enum class Policy : std::uint8_t {
   kClone2,
   kClone4,
   kIsland,
-  kCut,  // island, with a cap that is a third of the scene's island
 };
 
 inline constexpr Placement kPlacements[] = {Placement::kReference, Placement::kLocal, Placement::kRemote,
                                             Placement::kCorner};
-inline constexpr Policy kPolicies[] = {Policy::kNone,   Policy::kClone1, Policy::kClone2,
-                                       Policy::kClone4, Policy::kIsland, Policy::kCut};
+inline constexpr Policy kPolicies[] = {Policy::kNone, Policy::kClone1, Policy::kClone2, Policy::kClone4,
+                                       Policy::kIsland};
 
 const char* name_of(Placement placement);
 const char* name_of(Policy policy);
