@@ -137,7 +137,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<IslandPart> T>
 void describe(Archive& archive, T& x) {
-  archive(x.links, x.first, x.bodies, x.contacts, x.any_awake, x.all_want_sleep);
+  archive(x.links, x.first, x.contacts, x.any_awake, x.all_want_sleep);
 }
 template <typename Archive, Is<SectorSeams> T>
 void describe(Archive& archive, T& x) {
@@ -161,19 +161,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Shipment> T>
 void describe(Archive& archive, T& x) {
-  archive(x.islands, x.shared);
-}
-template <typename Archive, Is<VelocityChange> T>
-void describe(Archive& archive, T& x) {
-  for (auto* v : {&x.linear, &x.angular, &x.push, &x.turn}) archive(v->x(), v->y(), v->z());
-}
-template <typename Archive, Is<SharedChange> T>
-void describe(Archive& archive, T& x) {
-  archive(x.body, x.part, x.change);
-}
-template <typename Archive, Is<Coupling> T>
-void describe(Archive& archive, T& x) {
-  archive(x.changes);
+  archive(x.islands);
 }
 template <typename Archive, Is<SolvedBody> T>
 void describe(Archive& archive, T& x) {
@@ -473,7 +461,7 @@ std::uint64_t wire_layout() {
                                    packed_size<Teleport>(),       packed_size<KinematicTarget>(),
                                    packed_size<JointRecord>(),    packed_size<SetDrives>(),
                                    packed_size<MovedBody>(),      packed_size<MovedClone>(),
-                                   packed_size<MovedSector>(),    packed_size<SharedChange>(),
+                                   packed_size<MovedSector>(),    packed_size<Shipment>(),
                                    std::variant_size_v<Command>,  std::variant_size_v<RoundMessage>}) {
     hash = (hash ^ number) * kPrime;
   }

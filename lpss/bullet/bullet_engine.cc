@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "lpss/bullet/bullet_part_solver.h"
 #include "lpss/bullet/bullet_solver.h"
 #include "lpss/bullet/bullet_world.h"
 
@@ -33,11 +32,6 @@ std::unique_ptr<SectorWorld> BulletEngine::make_world() { return std::make_uniqu
 
 std::unique_ptr<IslandSolver> BulletEngine::make_solver() {
   return std::make_unique<BulletSolver>(settings_);
-}
-
-std::unique_ptr<PartSolver> BulletEngine::make_part_solver() {
-  if (settings_.substeps > 1) return std::make_unique<BulletPartSolver<SmallStepSolver>>(settings_);
-  return std::make_unique<BulletPartSolver<TaskSolver>>(settings_);
 }
 
 void BulletEngine::set_apart(BodyId a, BodyId b, bool apart) {

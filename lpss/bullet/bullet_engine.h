@@ -26,7 +26,6 @@ class BulletEngine final : public Engine {
   void add_shape(ShapeId id, const Shape& shape) override;
   std::unique_ptr<SectorWorld> make_world() override;
   std::unique_ptr<IslandSolver> make_solver() override;
-  std::unique_ptr<PartSolver> make_part_solver() override;
 
   // Reference-counted: several joints may exclude the same pair, and each removes only its own exclusion.
   void set_apart(BodyId a, BodyId b, bool apart) override;

@@ -59,7 +59,6 @@ SmallStepSolver::SmallStepSolver(const EngineSettings& settings)
 void SmallStepSolver::set_up(const SolveTask& task, double dt, int steps) {
   steps_ = steps;
   dt_ = dt;
-  forced_ = 0;
   rigids_.clear();
   clones_.clear();
   bodies_.clear();
@@ -102,11 +101,6 @@ void SmallStepSolver::add_body(btRigidBody& rigid) {
     body.inverse_inertia.row(row) = vector(rigid.getInvInertiaTensorWorld()[row]);
 }
 
-void SmallStepSolver::split(std::size_t body, double times) {
-  bodies_[body].inverse_mass *= btScalar(times);
-  bodies_[body].inverse_inertia *= btScalar(times);
-}
-
 void SmallStepSolver::round(int n) {
   if (n == 0) begin();
   const int number = n % (passes_ + 1);
@@ -116,7 +110,6 @@ void SmallStepSolver::round(int n) {
     return with_joints([&] { joints_.pass(); });
   }
   if (number == 0) {
-    forced_ += 1 / static_cast<btScalar>(steps_);
     contacts_.start_step();
     return with_joints([&] { joints_.start_step(); });
   }
@@ -136,22 +129,6 @@ void SmallStepSolver::finish() {
   write_bodies();
   for (btRigidBody* rigid : rigids_) rigid->setCompanionId(-1);
   for (btRigidBody* clone : clones_) clone->setCompanionId(-1);
-}
-
-VelocityChange SmallStepSolver::change(std::size_t body) const {
-  if (forced_ == 0) return {};
-  VelocityChange change;
-  const Contacts::Motion by_all = contacts_.change(body);
-  change.linear = (by_all.linear - linear_force(body)).cast<double>();
-  change.angular = (by_all.angular - angular_force(body)).cast<double>();
-  return change;
-}
-
-void SmallStepSolver::set_change(std::size_t body, const VelocityChange& change) {
-  if (forced_ == 0) return;
-  is_pushed_[body] = true;
-  contacts_.set_change(body, {linear_force(body) + change.linear.cast<btScalar>(),
-                              angular_force(body) + change.angular.cast<btScalar>()});
 }
 
 std::size_t SmallStepSolver::place_of(const btRigidBody& rigid) {

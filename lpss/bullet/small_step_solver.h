@@ -28,20 +28,12 @@ class SmallStepSolver {
   void set_up(const SolveTask& task, double dt) { set_up(task, dt, settings_.substeps); }
   void set_up(const SolveTask& task, double dt, int steps);
 
-  // Makes a body `times` lighter, between set_up() and the first round.
-  void split(std::size_t body, double times);
-
   // A step is a round that starts it, biased passes, and a relaxed one; the last round of all ends the tick.
   int rounds() const { return steps_ * (passes_ + 1) + 1; }
   void round(int n);
 
   // Writes velocities, corrected poses and impulses back.
   void finish();
-
-  // The change of a body by rows so far, between the first round and finish(); `body` is an index into the
-  // task's bodies.
-  VelocityChange change(std::size_t body) const;
-  void set_change(std::size_t body, const VelocityChange& change);
 
  private:
   using Contacts = ContactSolver<btScalar>;
@@ -58,17 +50,14 @@ class SmallStepSolver {
   void begin_joints();
   template <typename Act>
   void with_joints(Act act);
-  Contacts::Vector linear_force(std::size_t body) const { return bodies_[body].linear_force * forced_; }
-  Contacts::Vector angular_force(std::size_t body) const { return bodies_[body].angular_force * forced_; }
-  void find_corrections();
+  void correct_jointed();
   void write_impulses();
   void write_bodies();
 
   EngineSettings settings_;
   int passes_;  // of a step, biased and relaxed
   int steps_;
-  double dt_ = 0;        // s
-  btScalar forced_ = 0;  // the share of the tick's forces applied so far
+  double dt_ = 0;  // s
   Contacts contacts_;
   JointSolver joints_;
   std::vector<btRigidBody*> rigids_;  // of the dynamic bodies, which come first

@@ -9,32 +9,6 @@
 #include "lpss/bullet/task_joint.h"
 
 namespace tessera::bullet {
-namespace {
-
-// The change of a row's velocity on one side by a unit of its impulse.
-double mobility(const btSolverBody& body, const btVector3& linear, const btVector3& angular,
-                const btVector3& response) {
-  return double(linear.length2()) * body.m_invMass.x() + double(angular.dot(response));
-}
-
-// Makes one side of a row this many times lighter.
-void lighten(btSolverConstraint& row, int id, const btSolverBody& body, double times) {
-  const bool is_a = row.m_solverBodyIdA == id;
-  if (!is_a && row.m_solverBodyIdB != id) return;
-  const btVector3& linear = is_a ? row.m_contactNormal1 : row.m_contactNormal2;
-  const btVector3& angular = is_a ? row.m_relpos1CrossNormal : row.m_relpos2CrossNormal;
-  btVector3& response = is_a ? row.m_angularComponentA : row.m_angularComponentB;
-  const double added = (times - 1) * mobility(body, linear, angular, response);
-  response *= btScalar(times);
-  if (!(row.m_jacDiagABInv > 0)) return;
-  const btScalar share(1 / (1 + added * row.m_jacDiagABInv));
-  row.m_jacDiagABInv *= share;
-  row.m_rhs *= share;
-  row.m_rhsPenetration *= share;
-  row.m_cfm *= share;
-}
-
-}  // namespace
 
 TaskSolver::TaskSolver(const EngineSettings& settings) {
   info_.m_warmstartingFactor = btScalar(settings.warm_starting);
@@ -71,17 +45,6 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
   for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
 }
 
-void TaskSolver::split(std::size_t body, double times) {
-  const int id = bodies_[body]->getCompanionId();
-  btSolverBody& split = m_tmpSolverBodyPool[id];
-  for (btConstraintArray* rows :
-       {&m_tmpSolverContactConstraintPool, &m_tmpSolverContactFrictionConstraintPool,
-        &m_tmpSolverContactRollingFrictionConstraintPool}) {
-    for (int i = 0; i < rows->size(); ++i) lighten((*rows)[i], id, split, times);
-  }
-  split.m_invMass *= btScalar(times);
-}
-
 void TaskSolver::round(int n) {
   if (n == 0) begin_joints();
   solveGroupCacheFriendlySplitImpulseIterations(nullptr, 0, nullptr, 0, nullptr, 0, one_pass_, nullptr);
@@ -94,32 +57,6 @@ void TaskSolver::finish() {
   // It resets the companion of every body with a solver body: the originals.
   solveGroupCacheFriendlyFinish(bodies_.data(), static_cast<int>(bodies_.size()), info_);
   for (const Link& link : links_) link.clone->setCompanionId(-1);
-}
-
-// In Bullet's place, whose sin and cos are those of the C library.
-void TaskSolver::correct_poses() {
-  for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {
-    btSolverBody& body = m_tmpSolverBodyPool[i];
-    if (!body.m_originalBody || (body.m_pushVelocity.isZero() && body.m_turnVelocity.isZero())) continue;
-    body.m_worldTransform = after(body.m_worldTransform, body.m_pushVelocity,
-                                  body.m_turnVelocity * info_.m_splitImpulseTurnErp, info_.m_timeStep);
-    body.m_pushVelocity.setZero();
-    body.m_turnVelocity.setZero();
-  }
-}
-
-VelocityChange TaskSolver::change(std::size_t body) const {
-  const btSolverBody& solved = m_tmpSolverBodyPool[place_of(body)];
-  return {to_eigen(solved.m_deltaLinearVelocity), to_eigen(solved.m_deltaAngularVelocity),
-          to_eigen(solved.m_pushVelocity), to_eigen(solved.m_turnVelocity)};
-}
-
-void TaskSolver::set_change(std::size_t body, const VelocityChange& change) {
-  btSolverBody& solved = m_tmpSolverBodyPool[place_of(body)];
-  solved.m_deltaLinearVelocity = to_bullet(change.linear);
-  solved.m_deltaAngularVelocity = to_bullet(change.angular);
-  solved.m_pushVelocity = to_bullet(change.push);
-  solved.m_turnVelocity = to_bullet(change.turn);
 }
 
 void TaskSolver::convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) {
@@ -139,8 +76,7 @@ void TaskSolver::begin_joints() {
   joints_.set_up(bodies, info_.m_timeStep, 1);
 }
 
-// Once rows are made, nothing is left to do with bodies that cannot be pushed; other parts may meet them,
-// too.
+// Once rows are made, nothing is left to do with bodies that cannot be pushed: finish() does not touch them.
 void TaskSolver::release_kinematic_bodies() {
   for (int i = static_cast<int>(bodies_.size()); i < m_tmpSolverBodyPool.size(); ++i) {
     btRigidBody*& original = m_tmpSolverBodyPool[i].m_originalBody;

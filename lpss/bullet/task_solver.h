@@ -24,20 +24,12 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   // Makes the rows. The task must hold at least one body.
   void set_up(const SolveTask& task, double dt);
 
-  // Makes a body `times` lighter for the passes, after set_up().
-  void split(std::size_t body, double times);
-
   // One pass of the position correction and one of the velocities; the two touch different variables, so this
   // is as good as all of the one before all of the other.
   void round(int n);
 
   // Writes velocities, corrected poses and impulses back.
   void finish();
-
-  // The change of a body by rows so far, from set_up() to finish(); `body` is an index into the task's
-  // bodies. It includes warm starting.
-  VelocityChange change(std::size_t body) const;
-  void set_change(std::size_t body, const VelocityChange& change);
 
  private:
   // A clone maps to the solver body of its original.
@@ -48,8 +40,6 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
 
   void convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) override;
   void begin_joints();
-  void correct_poses();
-  int place_of(std::size_t body) const { return bodies_[body]->getCompanionId(); }
   void release_kinematic_bodies();
 
   btContactSolverInfo info_;

@@ -237,62 +237,6 @@ class IslandSolver {
   virtual void solve(const SolveTask& task, double dt) = 0;
 };
 
-// The effect of a solver on a body: changes of its velocities, and of the velocities that only correct its
-// position.
-struct VelocityChange {
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // m/s
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // rad/s
-  Eigen::Vector3d push = Eigen::Vector3d::Zero();     // m/s
-  Eigen::Vector3d turn = Eigen::Vector3d::Zero();     // rad/s
-
-  VelocityChange& operator+=(const VelocityChange& other) {
-    linear += other.linear;
-    angular += other.angular;
-    push += other.push;
-    turn += other.turn;
-    return *this;
-  }
-};
-
-inline VelocityChange scaled(const VelocityChange& change, double factor) {
-  return {change.linear * factor, change.angular * factor, change.push * factor, change.turn * factor};
-}
-
-// Solves one part of an island, coupled with the others, for islands too large to be solved as a unit. Every
-// part has its own rows, and its own copies of the bodies that it shares with others; after each pass the
-// copies are coupled (as in Preclik and Ruede, Ultrascale simulations of non-smooth granular dynamics, 2015;
-// with the split masses of Tonge, Benevolenski and Voroshilov, Mass splitting for jitter-free parallel rigid
-// body simulation, 2012):
-//
-//   begin(task); agree() on the sum of all copies' change(); split(n, times); then for each pass: pass(n),
-//   and agree() on that sum divided by `times`; end()
-//
-// The rows of a part move its lighter copy `times` as much as the body, so the common change is the effect of
-// all rows on the body: no impulse is lost, and parts that push the same body do not overshoot.
-class PartSolver {
- public:
-  virtual ~PartSolver() = default;
-
-  // `task.bodies` has the part's own bodies and its copies of others; the copies may be clones, with the
-  // state and forces of their originals. `shared` has the indices into `task.bodies` of all bodies that other
-  // parts share. Sets up the rows and applies warm starting.
-  virtual void begin(const SolveTask& task, std::span<const std::size_t> shared, double dt) = 0;
-
-  // One pass over all rows; n counts from 0 to passes(), which is the same for all solvers of an engine.
-  virtual void pass(int n) = 0;
-  virtual int passes() const = 0;
-
-  // The change of a shared body since the last agree(); `n` is an index into `shared`.
-  virtual VelocityChange change(std::size_t n) const = 0;
-  virtual void agree(std::size_t n, const VelocityChange& change) = 0;
-
-  // Makes a part's copy of a shared body `times` (>= 1) lighter; between begin() and the first pass.
-  virtual void split(std::size_t n, double times) = 0;
-
-  // Writes velocities and impulses back.
-  virtual void end() = 0;
-};
-
 // One precision of one physics engine, with the shapes of one world. Worlds and solvers must not outlive it.
 class Engine {
  public:
@@ -306,7 +250,6 @@ class Engine {
   // Safe to call from any thread, once the shapes in use have been added.
   virtual std::unique_ptr<SectorWorld> make_world() = 0;
   virtual std::unique_ptr<IslandSolver> make_solver() = 0;
-  virtual std::unique_ptr<PartSolver> make_part_solver() = 0;
 
   // Sets whether two bodies collide with each other, in every world; joints use it to exclude their bodies.
   // Must not be called during a detection. Takes effect with the next detection.

@@ -18,7 +18,6 @@ struct TickCounts {
   std::uint64_t contacts = 0;
   std::uint64_t islands_across_seams = 0;
   std::uint64_t islands_shipped = 0;
-  std::uint64_t islands_cut = 0;
   std::uint64_t bodies_stopped = 0;
 
   bool operator==(const TickCounts&) const = default;
@@ -58,8 +57,6 @@ inline constexpr auto kTickCounters = std::to_array<TickCounter>({
      "Islands over several sectors, counted where they are solved"},
     {"islands_shipped", &TickCounts::islands_shipped, OverTicks::kMost, "islands_shipped",
      "Of these, islands over several servers, solved by one of them"},
-    {"islands_cut", &TickCounts::islands_cut, OverTicks::kMost, "islands_cut",
-     "Islands beyond the cap, coupled pass by pass"},
     {"bodies_stopped", &TickCounts::bodies_stopped, OverTicks::kTotal, "bodies_stopped",
      "Bodies that left the range of numbers or sectors, and were stopped"},
 });

@@ -13,7 +13,6 @@ namespace tessera {
 struct IslandPart {
   std::vector<BodyId> links;  // bodies by which other parts may belong to the same island
   BodyId first;               // the smallest of its own bodies, by which the part is known
-  std::uint32_t bodies = 0;   // own dynamic bodies
   std::uint32_t contacts = 0;
   bool any_awake = false;
   bool all_want_sleep = true;  // every own body wants to sleep or sleeps

@@ -25,7 +25,6 @@ IslandPart part(std::uint64_t first, const std::vector<std::uint64_t>& links) {
   IslandPart result;
   for (const std::uint64_t link : links) result.links.push_back(BodyId{link});
   result.first = BodyId{first};
-  result.bodies = 1;
   result.any_awake = true;
   result.all_want_sleep = false;
   return result;

@@ -176,7 +176,6 @@ void list_parts(const Partition& partition, Sector& sector) {
     link_joints(partition, sector, component, part.links);
     if (part.links.empty()) continue;
     part.first = sector.component_bodies[component.bodies_begin]->id;
-    part.bodies = component.bodies_end - component.bodies_begin;
     part.contacts = component.pairs_end - component.pairs_begin;
     part.any_awake = component.any_awake;
     part.all_want_sleep = component.all_want_sleep;

@@ -1,7 +1,6 @@
 // What one tick needs: made anew each tick, and gone with it. What lasts is in the partition.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "lpss/model/tick_counts.h"
@@ -23,10 +22,6 @@ struct TickContext {
 
   // From the islands: what is to be solved here, and who waits for whom.
   IslandPlan plan;
-
-  // From the solver: what goes back to those who shipped islands here, by rank.
-  std::vector<Solution> solutions;
-  std::uint32_t pass = 0;  // of the coupled parts
 
   // For those who watch.
   std::vector<ContactEvent> events;  // ascending by (a, b)

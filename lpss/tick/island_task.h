@@ -25,8 +25,8 @@ class TaskBuilder {
     bodies_.push_back({id, body, frame, true});
   }
 
-  // A body of another part of the island: it may be the parent of a joint, but its own joints are not this
-  // task's.
+  // A clone that is solved like a body, by policy clone: it may be the parent of a joint, but its own joints
+  // are not this task's.
   void add_copy(BodyId id, const WorldBody& body, const SectorIndex& frame) {
     bodies_.push_back({id, body, frame, false});
   }
@@ -47,9 +47,6 @@ class TaskBuilder {
   SolveJob build(const SectorIndex& anchor);
   bool empty() const { return bodies_.empty(); }
 
-  // The place of a body in the task, if it has it. Once the task is built.
-  std::optional<std::size_t> place_of(BodyId id) const;
-
  private:
   struct Body {
     BodyId id;
@@ -63,6 +60,7 @@ class TaskBuilder {
     WorldPair place;
   };
   const Body* find(BodyId id) const;
+  std::optional<std::size_t> place_of(BodyId id) const;
   std::vector<std::size_t> order_of_contacts(const SectorIndex& anchor) const;
   void sort_bodies();
 

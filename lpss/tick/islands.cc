@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "lpss/partition/bodies.h"
-#include "lpss/tick/couple.h"
 #include "lpss/tick/ship.h"
 #include "lpss/tick/sleep.h"
 
@@ -129,15 +128,10 @@ std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
   std::vector<Shipment> outbox(servers);
   context.plan.awaits_shipment.assign(servers, false);
   context.plan.awaits_solution.assign(servers, false);
-  context.plan.coupled_with.assign(servers, false);
   for (Sector* sector : context.stepped) assemble_interior(partition, context, *sector);
   if (partition.settings.seams == SeamPolicy::kIsland) {
     for (const SeamIsland& island : partition.seam_graph.awake_islands(awake)) {
-      if (beyond_cap(partition, island)) {
-        couple(partition, context, island, outbox);
-      } else {
-        assemble(partition, context, island, outbox);
-      }
+      assemble(partition, context, island, outbox);
     }
   }
   std::sort(context.stepped.begin(), context.stepped.end(),

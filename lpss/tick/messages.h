@@ -5,7 +5,6 @@
 //   Exchange  who moved, and who is near a seam             -> detection
 //   Seams     the parts of islands that reach over borders  -> islands
 //   Shipment  the parts of islands that a peer solves       -> solving
-//   Coupling  what a solver pass did to shared bodies; once a pass, only for islands beyond the cap
 //   Solution  the new velocities, back to the owners        -> integration
 #pragma once
 
@@ -83,18 +82,6 @@ struct ShippedIsland {
 
 struct Shipment {
   std::vector<ShippedIsland> islands;
-  std::vector<ShippedBody> shared;  // bodies of coupled islands that parts of the receiver have copies of
-};
-
-// What one solver pass did to one part's copy of a shared body. Parts are named by the first of their bodies.
-struct SharedChange {
-  BodyId body;
-  BodyId part;
-  VelocityChange change;
-};
-
-struct Coupling {
-  std::vector<SharedChange> changes;
 };
 
 struct SolvedBody {
@@ -164,8 +151,7 @@ struct SetDrives {
 using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport,
                              KinematicTarget, AddJoint, RemoveJoint, SetDrives>;
 
-using RoundMessage =
-    std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Coupling, Solution>;
+using RoundMessage = std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Solution>;
 
 // A contact of two bodies, reported once, by the sector that detected it.
 struct ContactEvent {

@@ -17,14 +17,14 @@ TEST(Report, CountsSectorsBodiesClonesAndContactsOfATick) {
   world.exchange();
   world.detect();
   TickCounts counts;
-  counts.islands_cut = 7;
+  counts.islands_shipped = 7;
   count(world[0], world.contexts[0].stepped, counts);
   EXPECT_EQ(counts.sectors, 3u);
   EXPECT_EQ(counts.sectors_awake, 2u);
   EXPECT_EQ(counts.bodies_awake, 2u);
   EXPECT_EQ(counts.clones, 1u);
   EXPECT_EQ(counts.contacts, 1u);
-  EXPECT_EQ(counts.islands_cut, 7u) << "counted where they are cut";
+  EXPECT_EQ(counts.islands_shipped, 7u) << "counted where they are solved";
 }
 
 }  // namespace

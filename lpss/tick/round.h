@@ -9,8 +9,8 @@
 
 namespace tessera {
 
-// In the order in which they run; most ticks have neither transfers, shipments nor couplings to speak of.
-enum class RoundKind : std::uint8_t { kIdle, kTransfer, kExchange, kSeams, kShipment, kCoupling, kSolution };
+// In the order in which they run; most ticks have neither transfers nor shipments to speak of.
+enum class RoundKind : std::uint8_t { kIdle, kTransfer, kExchange, kSeams, kShipment, kSolution };
 
 struct Round {
   std::uint32_t number = 0;  // the same for all that send and await it; ascends within a tick
@@ -18,7 +18,7 @@ struct Round {
   std::vector<bool> from;                       // by rank: who sends something in this round
 };
 
-// `pass` counts rounds of the same kind in one tick, of which there are fewer than 2^24.
-Round make_round(RoundKind kind, std::size_t servers, std::uint32_t pass = 0);
+// A round of this kind in which nobody has anything to say yet.
+Round make_round(RoundKind kind, std::size_t servers);
 
 }  // namespace tessera

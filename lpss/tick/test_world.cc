@@ -3,7 +3,6 @@
 #include "lpss/partition/joints.h"
 #include "lpss/tick/cloning.h"
 #include "lpss/tick/components.h"
-#include "lpss/tick/couple.h"
 #include "lpss/tick/detect.h"
 #include "lpss/tick/exchange.h"
 #include "lpss/tick/islands.h"
@@ -78,20 +77,8 @@ void TestWorld::solve() {
     Partition& partition = *partitions_[rank];
     IslandPlan& islands = contexts[rank].plan;
     const std::vector<Shipment> inbox = received(shipments, rank);
-    begin_parts(partition, islands.coupled, inbox, {});
     SolverPool solvers(partition.engine);
     solutions.push_back(tessera::solve(partition, islands, inbox, {}, solvers));
-  }
-  for (bool more = true; more;) {
-    std::vector<std::vector<Coupling>> changes;
-    for (TickContext& context : contexts)
-      changes.push_back(changes_of_parts(servers(), context.plan.coupled));
-    more = false;
-    for (Rank rank = 0; rank < servers(); ++rank) {
-      TickContext& context = contexts[rank];
-      if (context.plan.coupled.empty()) continue;
-      more |= next_pass(context.plan.coupled, received(changes, rank), context.pass++, {});
-    }
   }
   for (Rank rank = 0; rank < servers(); ++rank) {
     for (const Solution& solution : received(solutions, rank)) take_solution(*partitions_[rank], solution);

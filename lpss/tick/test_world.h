@@ -36,7 +36,7 @@ class TestWorld {
   void detect();    // contacts
   void connect();   // components
   void plan();      // islands
-  void solve();     // with the passes of coupled parts; solutions are back at the owners
+  void solve();     // solutions are back at the owners
   void run_to_solved() {
     exchange();
     detect();

@@ -10,7 +10,6 @@
 #include "lpss/tick/commands.h"
 #include "lpss/tick/components.h"
 #include "lpss/tick/contact_points.h"
-#include "lpss/tick/couple.h"
 #include "lpss/tick/detect.h"
 #include "lpss/tick/events.h"
 #include "lpss/tick/exchange.h"
@@ -54,10 +53,9 @@ void drop_empty_sectors(Partition& partition, Vacated& vacated) {
 
 }  // namespace
 
-Round make_round(RoundKind kind, std::size_t servers, std::uint32_t pass) {
-  constexpr int kPassBits = 24;
+Round make_round(RoundKind kind, std::size_t servers) {
   Round result;
-  result.number = static_cast<std::uint32_t>(kind) << kPassBits | pass;
+  result.number = static_cast<std::uint32_t>(kind);
   result.to.resize(servers);
   result.from.assign(servers, false);
   return result;
@@ -69,9 +67,9 @@ TickMachine::TickMachine(Partition& partition, Options options)
       clock_(std::move(options.time)),
       solvers_(partition.engine) {}
 
-Round TickMachine::round(RoundKind kind, std::uint32_t pass) {
+Round TickMachine::round(RoundKind kind) {
   awaited_ = kind;
-  return make_round(kind, partition_.map.servers(), pass);
+  return make_round(kind, partition_.map.servers());
 }
 
 std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) {
@@ -113,12 +111,7 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
       return shipment_round(seams);
     }
     case RoundKind::kShipment:
-      return solve_round(messages<Shipment>(inbox));
-    case RoundKind::kCoupling:
-      clock_.enter(TickPhase::kSolving);
-      return next_pass(context_.plan.coupled, messages<Coupling>(inbox), context_.pass++, parallel_)
-                 ? coupling_round()
-                 : solution_round();
+      return solution_round(messages<Shipment>(inbox));
     case RoundKind::kSolution:
       end_tick(messages<Solution>(inbox));
       return std::nullopt;
@@ -184,35 +177,17 @@ Round TickMachine::seams_round(std::vector<Exchange> inbox) {
 Round TickMachine::shipment_round(const std::vector<const Seams*>& inbox) {
   clock_.enter(TickPhase::kIslands);
   std::vector<Shipment> outbox = plan_islands(partition_, context_, inbox);
-  const IslandPlan& plan = context_.plan;
   Round result = round(RoundKind::kShipment);
+  result.from = context_.plan.awaits_shipment;
   for (Rank rank = 0; rank < outbox.size(); ++rank) {
-    result.from[rank] = plan.awaits_shipment[rank] || plan.coupled_with[rank];
-    if (!outbox[rank].islands.empty() || plan.coupled_with[rank]) result.to[rank] = std::move(outbox[rank]);
+    if (!outbox[rank].islands.empty()) result.to[rank] = std::move(outbox[rank]);
   }
   return result;
 }
 
-Round TickMachine::solve_round(const std::vector<Shipment>& inbox) {
+Round TickMachine::solution_round(const std::vector<Shipment>& inbox) {
   clock_.enter(TickPhase::kSolving);
-  begin_parts(partition_, context_.plan.coupled, inbox, parallel_);
-  context_.solutions = solve(partition_, context_.plan, inbox, parallel_, solvers_);
-  return context_.plan.coupled.empty() ? solution_round() : coupling_round();
-}
-
-Round TickMachine::coupling_round() {
-  const IslandPlan& plan = context_.plan;
-  std::vector<Coupling> outbox = changes_of_parts(partition_.map.servers(), plan.coupled);
-  Round result = round(RoundKind::kCoupling, context_.pass);
-  for (Rank rank = 0; rank < outbox.size(); ++rank) {
-    result.from[rank] = plan.coupled_with[rank];
-    if (plan.coupled_with[rank]) result.to[rank] = std::move(outbox[rank]);
-  }
-  return result;
-}
-
-Round TickMachine::solution_round() {
-  std::vector<Solution>& solutions = context_.solutions;
+  std::vector<Solution> solutions = solve(partition_, context_.plan, inbox, parallel_, solvers_);
   Round result = round(RoundKind::kSolution);
   for (Rank rank = 0; rank < solutions.size(); ++rank) {
     const bool self = rank == partition_.self;

@@ -52,13 +52,11 @@ class TickMachine {
   Round exchange_round();
   Round seams_round(std::vector<Exchange> inbox);
   Round shipment_round(const std::vector<const Seams*>& inbox);
-  Round solve_round(const std::vector<Shipment>& inbox);
-  Round coupling_round();
-  Round solution_round();
+  Round solution_round(const std::vector<Shipment>& inbox);
   void end_tick(const std::vector<Solution>& inbox);
   void rest();
 
-  Round round(RoundKind kind, std::uint32_t pass = 0);
+  Round round(RoundKind kind);
 
   Partition& partition_;
   ParallelFor parallel_;

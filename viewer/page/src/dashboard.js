@@ -5,7 +5,6 @@ import {number, Plot} from './plot.js';
 const kTeal = '#63d2b8';
 const kBlue = '#6ea8fe';
 const kAmber = '#e3c567';
-const kRose = '#e58080';
 
 function element(tag, text, className) {
   const made = document.createElement(tag);
@@ -80,8 +79,8 @@ export class Dashboard {
         plot('bodies awake, contacts', '', {name: 'awake', colour: kTeal}, {name: 'contacts', colour: kBlue});
     this.clones = plot('clones', '', {name: 'clones', colour: kAmber});
     this.islands = plot(
-        'islands at seams, shipped, cut', '', {name: 'across seams', colour: kBlue},
-        {name: 'across servers', colour: kAmber}, {name: 'cut', colour: kRose});
+        'islands at seams, shipped', '', {name: 'across seams', colour: kBlue},
+        {name: 'across servers', colour: kAmber});
     this.exchange = plot('exchange between servers', 'kB/s', {name: 'sent', colour: kBlue});
     this.page = plot(
         'this web UI', 'fps, kB/s', {name: 'frames per second', colour: kTeal},
@@ -118,7 +117,7 @@ export class Dashboard {
     this.tick.add(status.tick_ms.p50, status.tick_ms.p99);
     this.awake.add(status.bodies_awake, status.contacts);
     this.clones.add(status.clones);
-    this.islands.add(status.islands_across_seams, status.islands_shipped, status.islands_cut);
+    this.islands.add(status.islands_across_seams, status.islands_shipped);
     this.exchange.add(before ? Math.max(0, sent - before.sent) / (now - before.now) : 0);
   }
 }
