@@ -94,7 +94,6 @@ WorldDescription some_world() {
   world.settings.friction_in_two_directions = false;
   world.settings.continuous_collision = false;
   world.settings.sleep_after = 0;
-  world.settings.island_cap = 100;
   world.settings.adapt = false;
   world.settings.shuffle = 0xfedcba9876543210;
   world.anchor = {1, std::int64_t{1} << 62, -5};
@@ -136,7 +135,6 @@ TEST(Convert, JointsSurviveBitForBit) {
   const WorldDescription world = some_world();
   const absl::StatusOr<WorldDescription> back = from_proto(to_proto(world));
   ASSERT_TRUE(back.ok()) << back.status();
-  EXPECT_EQ(back->settings.island_cap, 100u);
   EXPECT_EQ(back->settings.shuffle, 0xfedcba9876543210u);
   EXPECT_EQ(back->bodies[0].properties.assembly, 5u);
   ASSERT_EQ(back->joints.size(), 2u);

@@ -105,8 +105,9 @@ TEST(KnobsTest, RefusesWhatIsNoSettingAndNamesIt) {
   };
   EXPECT_THAT(message({{"gravity", 9.81}}), ::testing::HasSubstr("no setting \"gravity\""));
   EXPECT_THAT(message({{"substeps", -1}}), ::testing::HasSubstr("\"substeps\" cannot be -1"));
+  EXPECT_THAT(message({{"substeps", 1ull << 40}}), ::testing::HasSubstr("\"substeps\" cannot be"));
   EXPECT_THAT(message({{"precision", "f16"}}), ::testing::HasSubstr("\"precision\" cannot be"));
-  EXPECT_THAT(message({{"island_cap", 1ull << 40}}), ::testing::HasSubstr("island_cap"));
+  EXPECT_THAT(message({{"island_cap", 100}}), ::testing::HasSubstr("no setting \"island_cap\""));
   EXPECT_FALSE(knobs_from_json(nlohmann::ordered_json::array()).ok());
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 namespace tessera {
@@ -25,18 +26,15 @@ bool read(absl::string_view text, double& value) {
 bool read(absl::string_view text, std::uint64_t& value) { return absl::SimpleAtoi(text, &value); }
 
 // Also 1e3 and 4.0.
-template <typename Integer>
-bool read_integer(absl::string_view text, Integer& value) {
+bool read(absl::string_view text, int& value) {
   double number = 0;
-  if (!read(text, number) || number != std::floor(number) || number < std::numeric_limits<Integer>::min() ||
-      number > std::numeric_limits<Integer>::max()) {
+  if (!read(text, number) || number != std::floor(number) || number < std::numeric_limits<int>::min() ||
+      number > std::numeric_limits<int>::max()) {
     return false;
   }
-  value = static_cast<Integer>(number);
+  value = static_cast<int>(number);
   return true;
 }
-bool read(absl::string_view text, int& value) { return read_integer(text, value); }
-bool read(absl::string_view text, std::uint32_t& value) { return read_integer(text, value); }
 
 template <typename Enum>
 requires std::is_enum_v<Enum>

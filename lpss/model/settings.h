@@ -41,7 +41,6 @@ struct WorldSettings {
   double time_step = 1.0 / 60;
   SeamPolicy seams = SeamPolicy::kIsland;
   int clone_depth = 1;
-  std::uint32_t island_cap = 4096;
   std::uint64_t shuffle = 0;
   int solver_iterations = 12;
   int substeps = 4;
@@ -58,9 +57,9 @@ struct WorldSettings {
 
 // One setting: the name that it has in files, flags, JSON and messages, and what it may be.
 struct WorldSetting {
-  using Member = std::variant<bool WorldSettings::*, int WorldSettings::*, std::uint32_t WorldSettings::*,
-                              std::uint64_t WorldSettings::*, double WorldSettings::*,
-                              Precision WorldSettings::*, SeamPolicy WorldSettings::*>;
+  using Member =
+      std::variant<bool WorldSettings::*, int WorldSettings::*, std::uint64_t WorldSettings::*,
+                   double WorldSettings::*, Precision WorldSettings::*, SeamPolicy WorldSettings::*>;
 
   const char* name;
   Member member;
@@ -81,8 +80,6 @@ inline constexpr auto kSettings = std::to_array<WorldSetting>({
      "others, as in the paper (`clone`)"},
     {"clone_depth", &WorldSettings::clone_depth, "contacts", 0, kCloneDepthMax,
      "with `clone`: how many contacts deep bodies are cloned; 1: as in the paper; 0: no clones"},
-    {"island_cap", &WorldSettings::island_cap, "bodies", kIslandCapMin, kIslandCapMax,
-     "with `island`: larger islands across seams are solved in parts that are coupled pass by pass"},
     {"shuffle", &WorldSettings::shuffle, "", 0, kNoBound,
      "a seed, for tests: sectors change servers at random, and islands their solvers; 0: off"},
     {"solver_iterations", &WorldSettings::solver_iterations, "", 1, kSolverIterationsMax,

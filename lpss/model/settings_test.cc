@@ -78,7 +78,6 @@ TEST(SettingsTest, SaysWhatAValueMustBe) {
   EXPECT_EQ(message("precision", "f16"), "'f16' must be f32 or f64");
   EXPECT_EQ(message("adapt", "maybe"), "'maybe' must be true or false");
   EXPECT_EQ(message("substeps", "1.5"), "'1.5' must be an integer of 1 to 64");
-  EXPECT_EQ(message("island_cap", "-1"), "'-1' must be an integer of 2 to 2147483648");
   EXPECT_EQ(message("shuffle", "often"), "'often' must be an integer of 0 or more");
   EXPECT_EQ(message("warm_starting", "nan"), "'nan' must be a number of 0 to 1");
 }

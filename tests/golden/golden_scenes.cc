@@ -231,12 +231,6 @@ const std::vector<GoldenScene>& golden_scenes() {
              return chain_world(sectors_of(2), 20, {0.3, 0.2, 0.4});
            }),
       made("pile_over_seams", 180, [] { return pile_world(sectors_of(16), 120); }),
-      made("pile_coupled", 120,
-           [] {
-             WorldSettings settings = sectors_of(16);
-             settings.island_cap = 2;
-             return pile_world(settings, 120);
-           }),
       made("pile_of_clones", 180,
            [] {
              WorldSettings settings = sectors_of(16);

@@ -2,9 +2,9 @@
 // worlds/README.md says what each means, with defaults and bounds.
 //
 //   <tessera:settings> in <world>: <sector_size>, <precision>, <time_step>, <seams>, <clone_depth>,
-//     <island_cap>, <shuffle>, <solver_iterations>, <substeps>, <adapt>, <warm_starting>,
-//     <split_from>, <friction_in_two_directions>, <continuous_collision>,
-//     <sleep_linear_speed>, <sleep_angular_speed>, <sleep_after>: the knobs of WorldSettings.
+//     <shuffle>, <solver_iterations>, <substeps>, <adapt>, <warm_starting>, <split_from>,
+//     <friction_in_two_directions>, <continuous_collision>, <sleep_linear_speed>,
+//     <sleep_angular_speed>, <sleep_after>: the knobs of WorldSettings.
 //   <tessera:central_gravity surface= radius= [sector="i j k"] [local="x y z"]> in <world>.
 //   <tessera:site name= latitude= longitude= [height=] [frame=]> in <world>: a frame on the globe, holding
 //     <model>, <include> and <frame>.
