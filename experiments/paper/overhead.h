@@ -11,7 +11,7 @@ namespace tessera {
 // Towers of eight boxes on a floor, 1 m apart, in sectors of 16 m: a border goes through the boxes of every
 // eighth row and column of towers. Nothing sleeps. The same bodies with three settings, and in one plain
 // Bullet world (plain_world.h), are stepped alternately, tick by tick, for 128 to 32,768 bodies. All make the
-// same number of passes over the rows of an island; with 1 substep, the solver is Bullet's own.
+// same number of passes over the rows of an island; the policy clone has Bullet's own solver.
 //
 // Times are processor times on one thread, independent of other load on the machine.
 //

@@ -95,8 +95,6 @@ std::vector<Setting> single_knobs() {
   turn(list, "adapt", {0}, [](Knobs& k, double v) { k.set(&WorldSettings::adapt, v != 0); });
   turn(list, "solver_iterations", {4, 8, 24, 48},
        [](Knobs& k, double v) { k.set(&WorldSettings::solver_iterations, static_cast<int>(v)); });
-  turn(list, "friction_in_two_directions", {0},
-       [](Knobs& k, double v) { k.set(&WorldSettings::friction_in_two_directions, v != 0); });
   turn(list, "continuous_collision", {0},
        [](Knobs& k, double v) { k.set(&WorldSettings::continuous_collision, v != 0); });
   turn(list, "sector_size", {16, 64, 512}, [](Knobs& k, double v) { k.set(&WorldSettings::sector_size, v); });
@@ -106,12 +104,16 @@ std::vector<Setting> single_knobs() {
     k.set(&WorldSettings::clone_depth, static_cast<int>(v));
   });
   // For Bullet's own solver only.
+  turn(list, "friction_in_two_directions", {0}, [](Knobs& k, double v) {
+    k.set(&WorldSettings::seams, SeamPolicy::kClone);
+    k.set(&WorldSettings::friction_in_two_directions, v != 0);
+  });
   turn(list, "warm_starting", {0, 0.85, 1}, [](Knobs& k, double v) {
-    k.set(&WorldSettings::substeps, 1);
+    k.set(&WorldSettings::seams, SeamPolicy::kClone);
     k.set(&WorldSettings::warm_starting, v);
   });
   turn(list, "split_from", {0, 1e6}, [](Knobs& k, double v) {
-    k.set(&WorldSettings::substeps, 1);
+    k.set(&WorldSettings::seams, SeamPolicy::kClone);
     k.set(&WorldSettings::split_from, v);
   });
   return list;
@@ -197,7 +199,6 @@ class Tradeoff {
   absl::StatusOr<double> plain_cost(const Subject& subject, const Knobs& knobs) const {
     Knobs plain;
     if (const auto step = knobs.get(&WorldSettings::time_step)) plain.set(&WorldSettings::time_step, *step);
-    plain.set(&WorldSettings::substeps, 1);
     plain.set(&WorldSettings::solver_iterations, 10);
     const absl::StatusOr<WorldDescription> world = world_of(subject, plain);
     if (!world.ok()) return world.status();

@@ -369,6 +369,7 @@ TEST(ContactTest, ClonesMeetHomeBodiesOnlyUnlessToldOtherwise) {
   for (CloneContacts clone_contacts : {CloneContacts::kNone, CloneContacts::kAll}) {
     EngineSettings settings = test_settings();
     settings.clone_contacts = clone_contacts;
+    settings.plain_bullet = clone_contacts == CloneContacts::kAll;
     const auto engine = test_engine(settings);
     TestWorld world(*engine);
     world.add(static_body(1, kFloorShape, {0, 0, -1}));

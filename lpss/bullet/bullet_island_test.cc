@@ -238,6 +238,7 @@ TEST(IslandTest, SolvedClonesCarryWithoutMoving) {
   EngineSettings settings = test_settings();
   settings.clone_contacts = CloneContacts::kAll;
   settings.clones_are_solved = true;
+  settings.plain_bullet = true;
   const auto engine = test_engine(settings);
   const auto world = engine->make_world();
   const auto solver = engine->make_solver();

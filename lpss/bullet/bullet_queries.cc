@@ -135,6 +135,14 @@ Eigen::AlignedBox3d BulletWorld::swept_box(BodySlot slot, double dt) const {
   return {to_eigen(box.low), to_eigen(box.high)};
 }
 
+void BulletWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
+                                 std::vector<BodySlot>& outside) const {
+  for (const std::unique_ptr<Body>& slot : bodies_) {
+    if (slot && slot->lives_here() && slot->is_awake() && !inside.contains(swept_box(slot->slot, dt)))
+      outside.push_back(slot->slot);
+  }
+}
+
 bool BulletWorld::reaches_home_body(const Eigen::AlignedBox3d& box) const {
   if (boxes_are_old_) set_boxes_to_poses();
   const btVector3 low = to_bullet(Eigen::Vector3d(box.min()));

@@ -5,6 +5,7 @@
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
+#include "lpss/model/limits.h"
 
 namespace tessera::bullet {
 namespace {
@@ -19,6 +20,23 @@ void damp(btRigidBody& rigid, double dt) {
   const auto left = [dt](btScalar damping) { return btScalar(portable::pow(1 - double(damping), dt)); };
   rigid.setLinearVelocity(rigid.getLinearVelocity() * left(rigid.getLinearDamping()));
   rigid.setAngularVelocity(rigid.getAngularVelocity() * left(rigid.getAngularDamping()));
+}
+
+// A body that has left the range in which numbers mean something is stopped where it was.
+bool stop_runaway(Body& body, const btTransform& before) {
+  const Eigen::Vector3d position = to_eigen(body.rigid.getWorldTransform().getOrigin());
+  const Eigen::Vector3d velocity = to_eigen(body.rigid.getLinearVelocity());
+  if (position.allFinite() && velocity.squaredNorm() <= kSpeedMax * kSpeedMax) return false;
+  BodyState state = body.state();
+  if (!position.allFinite()) {
+    const Eigen::Vector3d last = to_eigen(before.getOrigin());
+    Eigen::Map<Eigen::Vector3d>(state.position.data()) = last.allFinite() ? last : Eigen::Vector3d::Zero();
+    state.rotation = BodyState{}.rotation;
+  }
+  state.linear_velocity = {};
+  state.angular_velocity = {};
+  body.set_state(state);
+  return true;
 }
 
 }  // namespace
@@ -116,9 +134,10 @@ void BulletWorld::fly(BodySlot slot, double dt) {
   flier.coasts = true;
 }
 
-void BulletWorld::integrate(double dt) {
+std::uint64_t BulletWorld::integrate(double dt) {
   const auto step = btScalar(dt);
   std::vector<Body*> fast;
+  std::uint64_t stopped = 0;
   for (const std::unique_ptr<Body>& slot : bodies_) {
     if (!slot || !slot->is_dynamic() || slot->role != Role::kHome || !slot->is_awake()) continue;
     btRigidBody& rigid = slot->rigid;
@@ -150,10 +169,13 @@ void BulletWorld::integrate(double dt) {
     if (!slot || !slot->is_dynamic()) continue;
     slot->rigid.clearForces();
     if (slot->role != Role::kHome || !slot->is_awake()) continue;
+    const btTransform before = slot->rigid.getWorldTransform();
     slot->rigid.proceedToTransform(slot->next);
     keep_still_clock(*slot, dt);
+    if (stop_runaway(*slot, before)) ++stopped;
   }
   boxes_are_old_ = true;
+  return stopped;
 }
 
 void BulletWorld::keep_still_clock(Body& kept, double dt) {

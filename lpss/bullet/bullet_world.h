@@ -59,7 +59,7 @@ class BulletWorld final : public SectorWorld {
   // The step: bullet_step.cc.
   void detect(double dt) override;
   void fly(BodySlot slot, double dt) override;
-  void integrate(double dt) override;
+  std::uint64_t integrate(double dt) override;
 
   // Contacts: bullet_contacts.cc.
   std::span<const ContactPair> contacts() override;
@@ -71,6 +71,8 @@ class BulletWorld final : public SectorWorld {
 
   // Boxes, sweeps and rays: bullet_queries.cc.
   Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
+  void append_outside(const Eigen::AlignedBox3d& inside, double dt,
+                      std::vector<BodySlot>& outside) const override;
   bool reaches_home_body(const Eigen::AlignedBox3d& box) const override;
   std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                 std::uint32_t mask) const override;

@@ -9,6 +9,28 @@
 #include "lpss/bullet/task_joint.h"
 
 namespace tessera::bullet {
+namespace {
+
+JointSide side_of(const btRigidBody& rigid) {
+  const btTransform& pose = rigid.getWorldTransform();
+  return {{to_eigen(pose.getOrigin()), Eigen::Quaterniond(to_eigen(pose.getBasis())).normalized()},
+          to_eigen(rigid.getLinearVelocity()),
+          to_eigen(rigid.getAngularVelocity())};
+}
+
+// While bodies of the task store their places in the solver as companion ids.
+SolvedJoint solved_joint(const TaskJoint& joint) {
+  const btRigidBody& child = rigid_of(joint.child);
+  const btRigidBody* parent = joint.parent.world ? &rigid_of(joint.parent) : nullptr;
+  std::optional<int> pushed;
+  if (parent && !parent->isStaticOrKinematicObject()) pushed = parent->getCompanionId();
+  std::optional<JointSide> parent_side;
+  if (parent) parent_side = side_of(*parent);
+  return {child.getCompanionId(), pushed, joint.properties, joint.drives,
+          posed(joint, side_of(child), parent_side)};
+}
+
+}  // namespace
 
 TaskSolver::TaskSolver(const EngineSettings& settings) {
   info_.m_warmstartingFactor = btScalar(settings.warm_starting);
@@ -22,6 +44,14 @@ TaskSolver::TaskSolver(const EngineSettings& settings) {
   one_pass_.m_numIterations = 1;
 }
 
+void TaskSolver::solve(const SolveTask& task, double dt) {
+  set_up(task, dt);
+  begin_joints();
+  for (int n = 0; n < info_.m_numIterations; ++n) pass(n);
+  finish();
+}
+
+// Makes the rows.
 void TaskSolver::set_up(const SolveTask& task, double dt) {
   bodies_.clear();
   links_.clear();
@@ -45,18 +75,32 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
   for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
 }
 
-void TaskSolver::round(int n) {
-  if (n == 0) begin_joints();
+// One pass of the position correction and one of the velocities; the two touch different variables, so this
+// is as good as all of the one before all of the other.
+void TaskSolver::pass(int n) {
   solveGroupCacheFriendlySplitImpulseIterations(nullptr, 0, nullptr, 0, nullptr, 0, one_pass_, nullptr);
   solveSingleIteration(n, nullptr, 0, nullptr, 0, nullptr, 0, info_, nullptr);
   joints_.pass();
 }
 
+// Writes velocities, corrected poses and impulses back.
 void TaskSolver::finish() {
   correct_poses();
   // It resets the companion of every body with a solver body: the originals.
   solveGroupCacheFriendlyFinish(bodies_.data(), static_cast<int>(bodies_.size()), info_);
   for (const Link& link : links_) link.clone->setCompanionId(-1);
+}
+
+// In Bullet's place, whose sin and cos are those of the C library.
+void TaskSolver::correct_poses() {
+  for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {
+    btSolverBody& body = m_tmpSolverBodyPool[i];
+    if (!body.m_originalBody || (body.m_pushVelocity.isZero() && body.m_turnVelocity.isZero())) continue;
+    body.m_worldTransform = after(body.m_worldTransform, body.m_pushVelocity,
+                                  body.m_turnVelocity * info_.m_splitImpulseTurnErp, info_.m_timeStep);
+    body.m_pushVelocity.setZero();
+    body.m_turnVelocity.setZero();
+  }
 }
 
 void TaskSolver::convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) {
@@ -76,7 +120,8 @@ void TaskSolver::begin_joints() {
   joints_.set_up(bodies, info_.m_timeStep, 1);
 }
 
-// Once rows are made, nothing is left to do with bodies that cannot be pushed: finish() does not touch them.
+// Once rows are made, nothing is left to do with bodies that cannot be pushed; other parts may meet them,
+// too.
 void TaskSolver::release_kinematic_bodies() {
   for (int i = static_cast<int>(bodies_.size()); i < m_tmpSolverBodyPool.size(); ++i) {
     btRigidBody*& original = m_tmpSolverBodyPool[i].m_originalBody;

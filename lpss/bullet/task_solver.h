@@ -12,24 +12,13 @@
 
 namespace tessera::bullet {
 
-// One task at a time: set_up(), then round(n) for each n below rounds(), then finish(). No state is kept for
-// the next task.
+// No state is kept for the next task.
 class TaskSolver final : public btSequentialImpulseConstraintSolver {
  public:
   explicit TaskSolver(const EngineSettings& settings);
 
-  // A round is a pass over all rows.
-  int rounds() const { return info_.m_numIterations; }
-
-  // Makes the rows. The task must hold at least one body.
-  void set_up(const SolveTask& task, double dt);
-
-  // One pass of the position correction and one of the velocities; the two touch different variables, so this
-  // is as good as all of the one before all of the other.
-  void round(int n);
-
-  // Writes velocities, corrected poses and impulses back.
-  void finish();
+  // The task must hold at least one body.
+  void solve(const SolveTask& task, double dt);
 
  private:
   // A clone maps to the solver body of its original.
@@ -39,7 +28,11 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   };
 
   void convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) override;
+  void set_up(const SolveTask& task, double dt);
   void begin_joints();
+  void pass(int n);
+  void finish();
+  void correct_poses();
   void release_kinematic_bodies();
 
   btContactSolverInfo info_;

@@ -49,6 +49,9 @@ enum class CloneContacts : std::uint8_t {
 struct EngineSettings : WorldSettings {
   CloneContacts clone_contacts = CloneContacts::kNone;
   bool clones_are_solved = false;  // policy clone: a sector solves its clones like bodies
+  // Bullet's own worlds and solver: for the policy clone, as the paper has it, and as the baseline of
+  // experiments.
+  bool plain_bullet = false;
   bool fine_flight = false;  // free flight (fly()) in double precision, whatever the engine computes with
 };
 
@@ -140,6 +143,10 @@ class SectorWorld {
   // distance at which contacts are found.
   virtual Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const = 0;
 
+  // Appends the bodies that live here, may move, and of which swept_box(slot, dt) is not inside `inside`.
+  virtual void append_outside(const Eigen::AlignedBox3d& inside, double dt,
+                              std::vector<BodySlot>& outside) const = 0;
+
   // Whether `box` overlaps the box of any body that lives here (dynamic or kinematic), as of its last update.
   virtual bool reaches_home_body(const Eigen::AlignedBox3d& box) const = 0;
 
@@ -178,8 +185,10 @@ class SectorWorld {
   virtual void fly(BodySlot slot, double dt) = 0;
 
   // Second half of a step: moves the awake bodies that live here with their solved velocities, sweeping the
-  // fast ones, clears forces, and counts how long each body has been still.
-  virtual void integrate(double dt) = 0;
+  // fast ones, clears forces, and counts how long each body has been still. A body that is faster than
+  // kSpeedMax afterwards, or whose position is not of numbers, stops where it was last known to be. Returns
+  // how many did.
+  virtual std::uint64_t integrate(double dt) = 0;
 
   // The nearest home or static body (never a clone) that the segment hits and whose category meets `mask`.
   virtual std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,

@@ -63,6 +63,14 @@ HomeBody& add_home(Partition& partition, const BodyRecord& record) {
   }
   const auto place = std::lower_bound(sector.homes.begin(), sector.homes.end(), record.id, by_id);
   sector.homes.insert(place, body.get());
+  if (record.properties.motion == Motion::kKinematic) {
+    sector.kinematics.insert(
+        std::lower_bound(sector.kinematics.begin(), sector.kinematics.end(), record.id, by_id), body.get());
+  }
+  const auto slot = static_cast<std::size_t>(body->slot);
+  if (slot >= sector.by_slot.size()) sector.by_slot.resize(slot + 1, nullptr);
+  sector.by_slot[slot] = body.get();
+  mark_dirty(*body);
   sector.components_stale = true;
   activate(partition, sector);
   const auto [entry, is_new] = partition.bodies.try_emplace(record.id, std::move(body));
@@ -75,6 +83,9 @@ BodyRecord remove_home(Partition& partition, HomeBody& body) {
   const BodyRecord record = record_of(body);
   sector.world->remove(body.slot);
   sector.homes.erase(std::lower_bound(sector.homes.begin(), sector.homes.end(), body.id, by_id));
+  std::erase(sector.kinematics, &body);
+  if (body.attended) std::erase(sector.attended, &body);
+  sector.by_slot[static_cast<std::size_t>(body.slot)] = nullptr;
   sector.components_stale = true;
   activate(partition, sector);
   partition.bodies.erase(record.id);
@@ -83,6 +94,17 @@ BodyRecord remove_home(Partition& partition, HomeBody& body) {
 
 BodyRecord record_of(const HomeBody& body) {
   return {body.id, body.sector->index, body.properties, body.sector->world->state(body.slot)};
+}
+
+void attend(HomeBody& body) {
+  if (body.attended) return;
+  body.attended = true;
+  body.sector->attended.push_back(&body);
+}
+
+void mark_dirty(HomeBody& body) {
+  body.dirty = true;
+  attend(body);
 }
 
 Motion motion_of(const Partition& partition, BodyId id) {

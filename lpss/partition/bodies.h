@@ -31,6 +31,11 @@ BodyRecord remove_home(Partition& partition, HomeBody& body);
 
 BodyRecord record_of(const HomeBody& body);
 
+// Has the next exchange look at a body: whether others must hear of it, and of what.
+void attend(HomeBody& body);
+// Has the next exchange tell its state to those who know it.
+void mark_dirty(HomeBody& body);
+
 // Static for those that are neither at home here nor known as replicas.
 Motion motion_of(const Partition& partition, BodyId id);
 

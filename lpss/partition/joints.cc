@@ -57,7 +57,7 @@ void wake_jointed(Partition& partition, const JointRecord& joint) {
     if (found == partition.bodies.end()) continue;
     HomeBody& body = *found->second;
     if (body.properties.motion == Motion::kDynamic) body.sector->world->wake(body.slot);
-    body.dirty = true;
+    mark_dirty(body);
     activate(partition, *body.sector);
   }
 }

@@ -23,6 +23,7 @@ void unpack_bodies(Partition& partition, const MovedSector& moved) {
     home.next_home = body.next_home;
     home.kinematic_target = body.kinematic_target;
     home.dirty = body.dirty;
+    attend(home);
     if (home.next_home) partition.leaving.push_back(home.id);
   }
 }

@@ -10,6 +10,7 @@ EngineSettings engine_settings(const WorldSettings& settings) {
   const bool clone = settings.seams == SeamPolicy::kClone;
   result.clone_contacts = clone ? CloneContacts::kAll : CloneContacts::kNone;
   result.clones_are_solved = clone;
+  result.plain_bullet = clone;
   // A pull of 0.006 m/s^2 is less than the last digit of 30 km/s in single precision.
   result.fine_flight =
       settings.precision == Precision::kFloat32 && std::holds_alternative<CentralGravity>(settings.gravity);

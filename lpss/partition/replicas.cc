@@ -32,6 +32,8 @@ Replica& introduce(Partition& partition, const ReplicaIntroduction& news) {
 }
 
 void revise(Replica& replica, const ReplicaUpdate& update) {
+  replica.is_placed =
+      replica.is_placed && replica.home == update.home && replica.replicated_in == update.replicated_in;
   replica.home = update.home;
   replica.next_home = update.next_home;
   replica.replicated_in = update.replicated_in;
@@ -39,6 +41,20 @@ void revise(Replica& replica, const ReplicaUpdate& update) {
 }
 
 void place_replica(Partition& partition, Replica& replica) {
+  const auto refresh = [&](Sector& sector, Clone& clone) {
+    clone.replica = &replica;
+    clone.fresh = true;
+    if (sector.world && (replica.state.activity != Activity::kAsleep || clone.slot != Clone::kNotPlaced)) {
+      activate(partition, sector);
+    }
+  };
+  if (replica.is_placed) {
+    for (const SectorIndex& place : replica.places) {
+      Sector& sector = *partition.sectors.at(place);
+      refresh(sector, sector.clones.at(replica.id));
+    }
+    return;
+  }
   std::vector<SectorIndex> places;
   replica.replicated_in.for_each([&](const SectorOffset& offset) {
     const absl::StatusOr<SectorIndex> sector = translated(replica.home, offset);
@@ -50,14 +66,10 @@ void place_replica(Partition& partition, Replica& replica) {
   }
   for (const SectorIndex& place : places) {
     Sector& sector = sector_at(partition, place);
-    Clone& clone = sector.clones[replica.id];
-    clone.replica = &replica;
-    clone.fresh = true;
-    if (sector.world && (replica.state.activity != Activity::kAsleep || clone.slot != Clone::kNotPlaced)) {
-      activate(partition, sector);
-    }
+    refresh(sector, sector.clones[replica.id]);
   }
   replica.places = std::move(places);
+  replica.is_placed = true;
 }
 
 void forget_replica(Partition& partition, BodyId id) {
@@ -79,15 +91,17 @@ void lift_clones(Partition& partition, BodyId id) {
   }
 }
 
-BodyRecord seen_in(const Partition& partition, const Sector& sector, const Replica& replica) {
-  BodyRecord record{replica.id, replica.home, replica.properties, replica.state};
-  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) +=
+BodyState seen_in(const Partition& partition, const Sector& sector, const Replica& replica) {
+  BodyState state = replica.state;
+  Eigen::Map<Eigen::Vector3d>(state.position.data()) +=
       metres_between(sector.index, replica.home, partition.sector_size());
-  return record;
+  return state;
 }
 
 void place_clone(Partition& partition, Sector& sector, Clone& clone) {
-  clone.slot = sector.world->add(seen_in(partition, sector, *clone.replica), Role::kClone);
+  const Replica& replica = *clone.replica;
+  clone.slot = sector.world->add(
+      {replica.id, replica.home, replica.properties, seen_in(partition, sector, replica)}, Role::kClone);
   ++sector.clones_placed;
   sector.components_stale = true;
   pull_clone(partition, sector, clone);

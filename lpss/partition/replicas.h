@@ -37,7 +37,7 @@ void forget_replica(Partition& partition, BodyId id);
 void lift_clones(Partition& partition, BodyId id);
 
 // A replica's body as the sector sees it: its state relative to the centre of the sector.
-BodyRecord seen_in(const Partition& partition, const Sector& sector, const Replica& replica);
+BodyState seen_in(const Partition& partition, const Sector& sector, const Replica& replica);
 
 // Into the sector's engine world, and out of it. unplace_clone() activates the sector; both leave the clone
 // listed.

@@ -31,7 +31,8 @@ struct HomeBody {
   OffsetSet wanted_in;                        // sectors that need a replica in this tick
   OffsetSet replicated_in;                    // sectors that were told of it
   std::optional<SectorIndex> next_home;       // announced; takes effect at the next tick
-  bool dirty = true;                          // others do not know its present state yet
+  bool dirty = false;                         // others do not know its present state yet; see mark_dirty()
+  bool attended = false;                      // on the sector's list
   bool jointed = false;                       // some joint has it as parent or child
   bool known_everywhere = false;              // by all servers: it is kinematic, and the parent of a joint
   std::optional<BodyState> kinematic_target;  // where it arrives at the end of this tick
@@ -47,6 +48,7 @@ struct Replica {
   OffsetSet replicated_in;          // relative to `home`
   BodyState state;                  // relative to the centre of `home`
   std::vector<SectorIndex> places;  // the partition's sectors among them, ascending
+  bool is_placed = false;           // `places` are those of `home` and `replicated_in`
 };
 
 // A replica in a sector that may need it. It enters the engine world only when contact is imminent.
@@ -77,6 +79,12 @@ struct Sector {
   SectorIndex index;
   std::unique_ptr<SectorWorld> world;  // only while a dynamic or kinematic body lives here
   std::vector<HomeBody*> homes;        // ascending by id
+  std::vector<HomeBody*> kinematics;   // those of the homes that are kinematic, ascending by id
+  std::vector<HomeBody*> by_slot;      // homes by their slots in the engine world; null elsewhere
+
+  // Those of the homes that others know, or that they may have to hear of; each once. All others are far from
+  // the borders, and nobody is told of them.
+  std::vector<HomeBody*> attended;
   absl::btree_map<BodyId, Clone> clones;
   std::size_t clones_placed = 0;   // in the engine world
   std::size_t clones_counted = 0;  // of those, in the partition's sum

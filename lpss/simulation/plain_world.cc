@@ -14,7 +14,7 @@ absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescri
   if (!records.ok()) return records.status();
   EngineSettings settings = engine_settings(world.settings);
   settings.precision = precision;
-  settings.substeps = 1;
+  settings.plain_bullet = true;
   absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(settings);
   if (!engine.ok()) return engine.status();
 

@@ -12,7 +12,7 @@ namespace {
 
 // Statics beyond the usual surroundings of a sector, for bodies that go far in one tick.
 void reach_statics(Partition& partition, Sector& sector) {
-  for (const HomeBody* body : sector.homes) {
+  for (const HomeBody* body : sector.attended) {
     if (sector.world->activity(body->slot) != Activity::kAsleep) add_statics(partition, sector, body->swept);
   }
 }
@@ -39,10 +39,10 @@ void refresh_clones(Partition& partition, Sector& sector) {
   for (auto& [id, clone] : sector.clones) {
     if (clone.slot != Clone::kNotPlaced && !clone.fresh) continue;
     const Replica& replica = *clone.replica;
-    const BodyRecord record = seen_in(partition, sector, replica);
+    const BodyState state = seen_in(partition, sector, replica);
     const bool imminent =
         supports_clones(partition) || is_jointed_here(partition, id, sector) ||
-        world.reaches_home_body(swept_ball(record.state, replica.radius + kContactMargin, partition.dt()));
+        world.reaches_home_body(swept_ball(state, replica.radius + kContactMargin, partition.dt()));
     if (!imminent) {
       if (clone.slot != Clone::kNotPlaced) remove_clone(sector, clone);
       continue;
@@ -50,7 +50,7 @@ void refresh_clones(Partition& partition, Sector& sector) {
     if (clone.slot == Clone::kNotPlaced) {
       place_clone(partition, sector, clone);
     } else {
-      world.set_state(clone.slot, record.state);
+      world.set_state(clone.slot, state);
       pull_clone(partition, sector, clone);
     }
     clone.fresh = false;

@@ -110,7 +110,7 @@ void set_target(Partition& partition, const KinematicTarget& target) {
   goal.linear_velocity = {};
   goal.angular_velocity = {};
   body.kinematic_target = goal;
-  body.dirty = true;
+  mark_dirty(body);
   activate(partition, *body.sector);
 }
 
@@ -122,7 +122,7 @@ void apply(Partition& partition, const Command& command, std::vector<HomeChange>
     SectorWorld& world = *body.sector->world;
     world.wake(body.slot);
     change(world, body);
-    body.dirty = true;
+    mark_dirty(body);
     activate(partition, *body.sector);
   };
   std::visit(
@@ -162,7 +162,7 @@ void apply(Partition& partition, const Command& command, std::vector<HomeChange>
 // where they grow, everyone looks again at what is near a seam.
 void mark_all_dirty(Partition& partition) {
   for (auto& [id, body] : partition.bodies) {
-    body->dirty = true;
+    mark_dirty(*body);
     activate(partition, *body->sector);
   }
 }

@@ -32,7 +32,7 @@ void tell_of(Partition& partition, HomeBody& body, std::vector<Exchange>& outbox
 
 void tell_of_replicas(Partition& partition, std::vector<Exchange>& outbox) {
   for (Sector* sector : partition.active) {
-    for (HomeBody* body : sector->homes) {
+    for (HomeBody* body : sector->attended) {
       if (may_have_moved(*body) || !(body->wanted_in == body->replicated_in))
         tell_of(partition, *body, outbox);
     }

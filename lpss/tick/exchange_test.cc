@@ -27,6 +27,7 @@ class ExchangeTest : public testing::Test {
   // What the server of kHigh tells the one of kLow.
   Exchange tell() {
     std::vector<Exchange> outbox(2);
+    attend_borders(*high_);
     search_seams(*high_);
     tell_of_replicas(*high_, outbox);
     return outbox[0];

@@ -73,7 +73,7 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
     HomeBody& body = add_home(partition, handover.record);
     body.replicated_in = handover.replicated_in;
     body.known_everywhere = handover.known_everywhere;
-    body.dirty = true;
+    mark_dirty(body);
     body.swept = body.sector->world->swept_box(body.slot, partition.dt());
   }
 }
@@ -81,7 +81,7 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
 std::uint64_t announce_home_changes(Partition& partition) {
   std::uint64_t stopped = 0;
   for (Sector* sector : partition.active) {
-    for (HomeBody* body : sector->homes) {
+    for (HomeBody* body : sector->attended) {
       if (may_have_moved(*body) && !decide_home(partition, *body)) ++stopped;
     }
   }

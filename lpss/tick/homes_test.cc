@@ -6,6 +6,7 @@
 
 #include <limits>
 
+#include "lpss/tick/seam_search.h"
 #include "lpss/tick/test_world.h"
 
 namespace tessera {
@@ -21,6 +22,7 @@ TEST(Homes, AChangeIsAnnouncedOnlyBeyondTheHysteresis) {
   TestPartition partition;
   add_body(*partition, box(1, kLow, {kLimit, 0, 0}));
   add_body(*partition, box(2, kLow, {kLimit + kLittle, 3, 0}));
+  attend_borders(*partition);
   EXPECT_EQ(announce_home_changes(*partition), 0u);
   EXPECT_FALSE(body(*partition, 1).next_home);
   EXPECT_EQ(body(*partition, 2).next_home, kHigh);
@@ -32,6 +34,7 @@ TEST(Homes, WhatWasAnnouncedIsHandedToTheServerOfTheNewHome) {
   TestWorld world(2);
   world.add(moving(box(2, kLow, {kLimit + kLittle, 3, 0}), {1, 0, 0}));
   world.exchange();
+  attend_borders(world[0]);
   announce_home_changes(world[0]);
   std::vector<std::vector<Exchange>> outboxes(2, std::vector<Exchange>(2));
   change_homes(world[0], {}, outboxes[0]);
@@ -65,6 +68,7 @@ TEST(Homes, ABodyIsStoppedAtTheEdgeOfTheWorld) {
   TestPartition partition;
   const SectorIndex last{std::numeric_limits<std::int64_t>::max(), 0, 0};
   add_body(*partition, moving(box(1, last, {9, 0, 0}), {100, 0, 0}));
+  attend_borders(*partition);
   EXPECT_EQ(announce_home_changes(*partition), 1u);
   EXPECT_FALSE(body(*partition, 1).next_home);
   EXPECT_THAT(partition->leaving, IsEmpty());

@@ -24,8 +24,7 @@ bool at_rest(const BodyState& state) {
 
 // Kinematic bodies go where they were told; one that stands still sleeps, so that it keeps nothing awake.
 void move_kinematics(Sector& sector, double dt) {
-  for (HomeBody* body : sector.homes) {
-    if (body->properties.motion != Motion::kKinematic) continue;
+  for (HomeBody* body : sector.kinematics) {
     SectorWorld& world = *sector.world;
     if (world.activity(body->slot) == Activity::kAsleep) continue;
     if (body->kinematic_target) {
@@ -36,34 +35,11 @@ void move_kinematics(Sector& sector, double dt) {
     const BodyState state = world.state(body->slot);
     if (at_rest(state)) {
       world.sleep(body->slot);
-      body->dirty = true;
+      mark_dirty(*body);
     } else {
       world.set_state(body->slot, coasted(state, dt));
     }
   }
-}
-
-// A body that has left the range in which numbers mean something is stopped where it was last known to be.
-std::uint64_t stop_runaways(Sector& sector) {
-  std::uint64_t stopped = 0;
-  for (HomeBody* body : sector.homes) {
-    SectorWorld& world = *sector.world;
-    if (world.activity(body->slot) == Activity::kAsleep) continue;
-    const Eigen::Vector3d velocity = world.linear_velocity(body->slot);
-    const Eigen::Vector3d position = world.position(body->slot);
-    if (velocity.squaredNorm() <= kSpeedMax * kSpeedMax && position.allFinite()) continue;
-    BodyState state = world.state(body->slot);
-    if (!position.allFinite()) {
-      const Eigen::Vector3d last = body->swept.center();
-      Eigen::Map<Eigen::Vector3d>(state.position.data()) = last.allFinite() ? last : Eigen::Vector3d::Zero();
-      state.rotation = BodyState{}.rotation;
-    }
-    state.linear_velocity = {};
-    state.angular_velocity = {};
-    world.set_state(body->slot, state);
-    ++stopped;
-  }
-  return stopped;
 }
 
 }  // namespace
@@ -76,9 +52,8 @@ std::uint64_t integrate(Partition& partition, const std::vector<Sector*>& steppe
     Sector& sector = *stepped[i];
     for (const BodySlot slot : sector.in_free_flight) sector.world->fly(slot, dt);
     sector.in_free_flight.clear();
-    sector.world->integrate(dt);
+    stopped[i] = sector.world->integrate(dt);
     move_kinematics(sector, dt);
-    stopped[i] = stop_runaways(sector);
   });
   return std::accumulate(stopped.begin(), stopped.end(), std::uint64_t{0});
 }

@@ -1,5 +1,7 @@
 #include "lpss/tick/island_task.h"
 
+#include <absl/container/node_hash_map.h>
+
 #include <algorithm>
 #include <tuple>
 
@@ -19,12 +21,6 @@ const TaskBuilder::Body* TaskBuilder::find(BodyId id) const {
   const auto body = std::lower_bound(bodies_.begin(), bodies_.end(), id,
                                      [](const Body& b, BodyId wanted) { return b.id < wanted; });
   return body != bodies_.end() && body->id == id ? &*body : nullptr;
-}
-
-std::optional<std::size_t> TaskBuilder::place_of(BodyId id) const {
-  const Body* body = find(id);
-  if (body == nullptr) return std::nullopt;
-  return static_cast<std::size_t>(body - bodies_.data());
 }
 
 void TaskBuilder::add_joints(const JointIndex& joints, double sector_size, bool complete,
@@ -54,14 +50,45 @@ void TaskBuilder::add_joints(const JointIndex& joints, double sector_size, bool 
   std::sort(joints_.begin(), joints_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
 }
 
-std::vector<std::size_t> TaskBuilder::order_of_contacts(const SectorIndex& anchor) const {
+// The places in the task of bodies and of clones that stand for them, by world and slot.
+class TaskBuilder::Places {
+ public:
+  static constexpr std::uint32_t kNone = ContactToOrder::kFixed;
+
+  void set(const WorldBody& body, std::size_t place) {
+    std::vector<std::uint32_t>& slots = slots_of(body.world);
+    const auto slot = static_cast<std::size_t>(body.slot);
+    if (slot >= slots.size()) slots.resize(slot + 1, kNone);
+    slots[slot] = static_cast<std::uint32_t>(place);
+  }
+
+  std::uint32_t of(SectorWorld* world, BodySlot slot) {
+    const std::vector<std::uint32_t>& slots = slots_of(world);
+    return static_cast<std::size_t>(slot) < slots.size() ? slots[static_cast<std::size_t>(slot)] : kNone;
+  }
+
+ private:
+  std::vector<std::uint32_t>& slots_of(SectorWorld* world) {
+    if (world != last_) {
+      last_ = world;
+      last_slots_ = &worlds_[world];
+    }
+    return *last_slots_;
+  }
+
+  absl::node_hash_map<SectorWorld*, std::vector<std::uint32_t>> worlds_;
+  SectorWorld* last_ = nullptr;
+  std::vector<std::uint32_t>* last_slots_ = nullptr;
+};
+
+std::vector<std::uint32_t> TaskBuilder::order_of_contacts(Places& places, const SectorIndex& anchor) const {
   std::vector<ContactToOrder> contacts;
   contacts.reserve(contacts_.size());
   for (const Contact& contact : contacts_) {
-    const std::optional<std::size_t> a = place_of(contact.a);
-    const std::optional<std::size_t> b = place_of(contact.b);
-    const ContactGroup group = a && b ? group_of(bodies_[*a].frame, bodies_[*b].frame, anchor) : kFixedGroup;
-    contacts.push_back({group, a, b});
+    const std::uint32_t a = places.of(contact.place.world, contact.slot_a);
+    const std::uint32_t b = places.of(contact.place.world, contact.slot_b);
+    const bool is_fixed = a == Places::kNone || b == Places::kNone;
+    contacts.push_back({is_fixed ? kFixedGroup : group_of(bodies_[a].frame, bodies_[b].frame, anchor), a, b});
   }
   return solve_order(contacts, bodies_.size());
 }
@@ -69,18 +96,28 @@ std::vector<std::size_t> TaskBuilder::order_of_contacts(const SectorIndex& ancho
 SolveJob TaskBuilder::build(const SectorIndex& anchor) {
   SolveJob job;
   sort_bodies();
-  std::sort(contacts_.begin(), contacts_.end(),
-            [](const Contact& a, const Contact& b) { return std::tie(a.a, a.b) < std::tie(b.a, b.b); });
+  const auto by_ids = [](const Contact& x, const Contact& y) {
+    return std::tie(x.a, x.b) < std::tie(y.a, y.b);
+  };
+  if (!std::is_sorted(contacts_.begin(), contacts_.end(), by_ids)) {
+    std::sort(contacts_.begin(), contacts_.end(), by_ids);
+  }
+  Places places;
   job.task.bodies.reserve(bodies_.size());
-  for (const Body& body : bodies_) job.task.bodies.push_back(body.place);
-  job.task.contacts.reserve(contacts_.size());
-  for (const std::size_t n : order_of_contacts(anchor)) job.task.contacts.push_back(contacts_[n].place);
-  for (const auto& [id, joint] : joints_) job.task.joints.push_back(joint);
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    job.task.bodies.push_back(bodies_[n].place);
+    places.set(bodies_[n].place, n);
+  }
   for (const auto& [original, place] : clones_) {
     const Body* body = find(original);
     invariant(body != nullptr, "the original of a clone belongs to the same island");
     job.task.clones.push_back({place, static_cast<std::size_t>(body - bodies_.data())});
+    places.set(place, job.task.clones.back().original);
   }
+  job.task.contacts.reserve(contacts_.size());
+  for (const std::uint32_t n : order_of_contacts(places, anchor))
+    job.task.contacts.push_back(contacts_[n].place);
+  for (const auto& [id, joint] : joints_) job.task.joints.push_back(joint);
   job.kinematics = std::move(kinematics_);
   return job;
 }

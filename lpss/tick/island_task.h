@@ -31,7 +31,7 @@ class TaskBuilder {
     bodies_.push_back({id, body, frame, false});
   }
   void add_contact(const ContactPair& pair, const WorldPair& place) {
-    contacts_.push_back({pair.a, pair.b, place});
+    contacts_.push_back({pair.a, pair.b, pair.slot_a, pair.slot_b, place});
   }
 
   // The body in `place` is a clone of `original`, which is (or will be) among the bodies.
@@ -57,11 +57,13 @@ class TaskBuilder {
   struct Contact {
     BodyId a;
     BodyId b;
+    BodySlot slot_a;
+    BodySlot slot_b;
     WorldPair place;
   };
+  class Places;
   const Body* find(BodyId id) const;
-  std::optional<std::size_t> place_of(BodyId id) const;
-  std::vector<std::size_t> order_of_contacts(const SectorIndex& anchor) const;
+  std::vector<std::uint32_t> order_of_contacts(Places& places, const SectorIndex& anchor) const;
   void sort_bodies();
 
   std::vector<Body> bodies_;

@@ -2,8 +2,13 @@
 
 #include <algorithm>
 
+#include "lpss/partition/bodies.h"
+
 namespace tessera {
 namespace {
+
+// m, so that a body inside by this is inside by any rounding.
+constexpr double kBorderRounding = 1e-3;
 
 // Policy clone, depth k > 1: what touches a body that is cloned is cloned with it, k - 1 contacts deep.
 void deepen_clones(int depth_max, Sector& sector) {
@@ -40,9 +45,33 @@ OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d&
   return clone_targets(sectors_within_reach(swept, partition.margins), settings.seams, motion);
 }
 
+void attend_borders(Partition& partition) {
+  const Eigen::Vector3d half =
+      Eigen::Vector3d::Constant(partition.sector_size() / 2 - partition.margins.reach - kBorderRounding);
+  const Eigen::AlignedBox3d inside(-half, half);
+  std::vector<BodySlot> outside;
+  for (Sector* sector : partition.active) {
+    if (!sector->world) continue;
+    // Those that others know of stay.
+    std::erase_if(sector->attended, [](HomeBody* body) {
+      body->attended = body->dirty || !body->replicated_in.empty() || body->known_everywhere;
+      return !body->attended;
+    });
+    if (partition.settings.seams == SeamPolicy::kClone) {
+      for (HomeBody* body : sector->homes) attend(*body);
+    } else {
+      outside.clear();
+      sector->world->append_outside(inside, partition.dt(), outside);
+      for (const BodySlot slot : outside) attend(*sector->by_slot[static_cast<std::size_t>(slot)]);
+    }
+    std::sort(sector->attended.begin(), sector->attended.end(),
+              [](const HomeBody* a, const HomeBody* b) { return a->id < b->id; });
+  }
+}
+
 void search_seams(Partition& partition) {
   for (Sector* sector : partition.active) {
-    for (HomeBody* body : sector->homes) {
+    for (HomeBody* body : sector->attended) {
       if (!may_have_moved(*body)) continue;
       body->swept = sector->world->swept_box(body->slot, partition.dt());
       body->wanted_in = sectors_to_tell(partition, body->swept, body->properties.motion);

@@ -14,7 +14,10 @@ bool may_have_moved(const HomeBody& body);
 // the home's centre).
 OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept, Motion motion);
 
-// Finds them for every body that may have moved.
+// Attends to the bodies that may have moved and come near a border; the others are inside, and need nobody.
+void attend_borders(Partition& partition);
+
+// Finds them for every attended body that may have moved.
 void search_seams(Partition& partition);
 
 }  // namespace tessera

@@ -20,6 +20,7 @@ TEST(SeamSearch, DynamicBodiesAreWantedBelowABorderAndKinematicOnesOnBothSides) 
   add_body(*partition, box(2, kHigh, {-7, 0, 0}));
   add_body(*partition, box(3, kHigh, {0, 0, 0}));
   add_body(*partition, box(4, kLow, {7, 4, 0}, Motion::kKinematic));
+  attend_borders(*partition);
   search_seams(*partition);
   EXPECT_EQ(body(*partition, 1).wanted_in, OffsetSet{});
   EXPECT_EQ(body(*partition, 2).wanted_in, only(-1));
@@ -30,6 +31,7 @@ TEST(SeamSearch, DynamicBodiesAreWantedBelowABorderAndKinematicOnesOnBothSides) 
 TEST(SeamSearch, LooksAsFarAsABodyGoesInATick) {
   TestPartition partition;
   add_body(*partition, moving(box(1, kHigh, {0, 0, 0}), {-64 * 6, 0, 0}));
+  attend_borders(*partition);
   search_seams(*partition);
   EXPECT_EQ(body(*partition, 1).wanted_in, only(-1));
   EXPECT_LE(body(*partition, 1).swept.min().x(), -6.5);
@@ -39,9 +41,11 @@ TEST(SeamSearch, ASleepingBodyIsNotLookedAtUnlessItChanged) {
   TestPartition partition;
   add_body(*partition, in_state(box(1, kHigh, {-7, 0, 0}), Activity::kAsleep));
   body(*partition, 1).dirty = false;
+  attend_borders(*partition);
   search_seams(*partition);
   EXPECT_EQ(body(*partition, 1).wanted_in, OffsetSet{});
-  body(*partition, 1).dirty = true;
+  mark_dirty(body(*partition, 1));
+  attend_borders(*partition);
   search_seams(*partition);
   EXPECT_EQ(body(*partition, 1).wanted_in, only(-1));
 }
@@ -54,6 +58,7 @@ TEST(SeamSearch, UnderThePolicyCloneADeeperCloneTakesAlongWhatItTouches) {
     world.add(box(2, kLow, {4.765625, 0, 0}));
     world.add(box(3, kLow, {3.78125, 0, 0}));
     world.detect();
+    attend_borders(world[0]);
     search_seams(world[0]);
     for (int n = 1; n <= 3; ++n) {
       EXPECT_EQ(body(world[0], n).wanted_in, n <= depth ? only(1) : OffsetSet{}) << n << " of " << depth;

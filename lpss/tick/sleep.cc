@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "lpss/partition/bodies.h"
+
 namespace tessera {
 
 void settle(Partition& partition, TickContext& context, Sector& sector, const Component& component,
@@ -12,7 +14,7 @@ void settle(Partition& partition, TickContext& context, Sector& sector, const Co
     const Activity activity = world.activity(body.slot);
     if (all_want_sleep && activity != Activity::kAsleep) {
       world.sleep(body.slot);
-      body.dirty = true;
+      mark_dirty(body);
     } else if (!all_want_sleep && activity == Activity::kAsleep) {
       world.wake(body.slot);
       if (sector.awake) continue;
@@ -25,7 +27,7 @@ void settle(Partition& partition, TickContext& context, Sector& sector, const Co
 
 void retire_sectors(Partition& partition) {
   std::erase_if(partition.active, [&](Sector* sector) {
-    const bool dirty = std::any_of(sector->homes.begin(), sector->homes.end(),
+    const bool dirty = std::any_of(sector->attended.begin(), sector->attended.end(),
                                    [](const HomeBody* body) { return body->dirty || body->next_home; });
     sector->active = dirty || (sector->world && anything_awake(*sector));
     return !sector->active;

@@ -31,34 +31,29 @@ ContactGroup group_of(const SectorIndex& a, const SectorIndex& b, const SectorIn
   return same ? kInsideGroup : static_cast<ContactGroup>(kSeamGroup + bits);
 }
 
-std::vector<std::size_t> solve_order(std::span<const ContactToOrder> contacts, std::size_t bodies) {
-  struct Place {
-    ContactGroup group;
-    std::uint8_t colour;
-    std::size_t contact;
-    bool operator<(const Place& other) const {
-      return std::tie(group, colour, contact) < std::tie(other.group, other.colour, other.contact);
-    }
-  };
+std::vector<std::uint32_t> solve_order(std::span<const ContactToOrder> contacts, std::size_t bodies) {
   // Greedily, in the order of ids: the first colour that neither body has in the group.
   std::array<std::vector<std::uint64_t>, kContactGroups> taken;  // bits: the colours of each body
-  std::vector<Place> places;
-  places.reserve(contacts.size());
+  std::vector<std::uint16_t> place(contacts.size());             // by group, then colour
+  std::array<std::uint32_t, kContactGroups * kColoursMax + 1> begin{};
   for (std::size_t n = 0; n < contacts.size(); ++n) {
     const ContactToOrder& contact = contacts[n];
     std::vector<std::uint64_t>& colours = taken[contact.group];
     if (colours.empty()) colours.assign(bodies, 0);
-    const std::uint64_t used = (contact.a ? colours[*contact.a] : 0) | (contact.b ? colours[*contact.b] : 0);
-    const int colour = std::min(std::countr_one(used), kColoursMax - 1);
-    for (const std::optional<std::size_t>& body : {contact.a, contact.b}) {
-      if (body) colours[*body] |= std::uint64_t{1} << colour;
+    std::uint64_t used = 0;
+    for (const std::uint32_t body : {contact.a, contact.b}) {
+      if (body != ContactToOrder::kFixed) used |= colours[body];
     }
-    places.push_back({contact.group, static_cast<std::uint8_t>(colour), n});
+    const int colour = std::min(std::countr_one(used), kColoursMax - 1);
+    for (const std::uint32_t body : {contact.a, contact.b}) {
+      if (body != ContactToOrder::kFixed) colours[body] |= std::uint64_t{1} << colour;
+    }
+    place[n] = static_cast<std::uint16_t>(contact.group * kColoursMax + colour);
+    ++begin[place[n] + 1];
   }
-  std::sort(places.begin(), places.end());
-  std::vector<std::size_t> order;
-  order.reserve(places.size());
-  for (const Place& place : places) order.push_back(place.contact);
+  for (std::size_t n = 1; n < begin.size(); ++n) begin[n] += begin[n - 1];
+  std::vector<std::uint32_t> order(contacts.size());
+  for (std::size_t n = 0; n < contacts.size(); ++n) order[begin[place[n]]++] = static_cast<std::uint32_t>(n);
   return order;
 }
 

@@ -16,7 +16,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,14 +34,16 @@ inline constexpr std::size_t kContactGroups = 11;
 // Of a contact between bodies with these homes, in a world with this anchor.
 ContactGroup group_of(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor);
 
-// A contact to be ordered. `a` and `b` are places in a list of bodies; none for what cannot be pushed.
+// A contact to be ordered. `a` and `b` are places in a list of bodies; kFixed for what cannot be pushed.
 struct ContactToOrder {
   ContactGroup group = kInsideGroup;
-  std::optional<std::size_t> a;
-  std::optional<std::size_t> b;
+  std::uint32_t a = kFixed;
+  std::uint32_t b = kFixed;
+
+  static constexpr std::uint32_t kFixed = ~std::uint32_t{0};
 };
 
 // The places of `contacts`, which ascend by ids, in the order of solving. `bodies` is the length of the list.
-std::vector<std::size_t> solve_order(std::span<const ContactToOrder> contacts, std::size_t bodies);
+std::vector<std::uint32_t> solve_order(std::span<const ContactToOrder> contacts, std::size_t bodies);
 
 }  // namespace tessera

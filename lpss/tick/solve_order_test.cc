@@ -13,6 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 
 constexpr SectorIndex kOrigin{0, 0, 0};
+constexpr std::uint32_t kFixed = ContactToOrder::kFixed;
 
 TEST(SolveOrder, GroupsAreByParityOfTheLowerHomeWhereHomesDiffer) {
   EXPECT_EQ(group_of({3, 4, 5}, {3, 4, 5}, kOrigin), kInsideGroup);
@@ -35,9 +36,9 @@ TEST(SolveOrder, AMovedWorldKeepsItsGroups) {
 
 TEST(SolveOrder, IsByGroupThenColourThenIds) {
   // A chain 0-1-2-3 inside a sector, one contact over a seam, and two with the ground.
-  const std::vector<ContactToOrder> contacts{{kFixedGroup, {}, 0}, {kInsideGroup, 0, 1},
-                                             {kSeamGroup, 0, 4},   {kInsideGroup, 1, 2},
-                                             {kInsideGroup, 2, 3}, {kFixedGroup, {}, 3}};
+  const std::vector<ContactToOrder> contacts{{kFixedGroup, kFixed, 0}, {kInsideGroup, 0, 1},
+                                             {kSeamGroup, 0, 4},       {kInsideGroup, 1, 2},
+                                             {kInsideGroup, 2, 3},     {kFixedGroup, kFixed, 3}};
   EXPECT_THAT(solve_order(contacts, 5), ElementsAre(1, 4, 3, 2, 0, 5));
 }
 
@@ -60,8 +61,8 @@ TEST(SolveOrder, NoBodyIsTwiceInAColourAndBlocksShareNoBody) {
     }
   }
   std::vector<ContactToOrder> contacts;
-  for (std::size_t a = 0; a < 60; ++a) {
-    for (std::size_t b = a + 1; b < 60; ++b) {
+  for (std::uint32_t a = 0; a < 60; ++a) {
+    for (std::uint32_t b = a + 1; b < 60; ++b) {
       if (random() % 8 == 0) contacts.push_back({kInsideGroup, a, b});
     }
   }
@@ -69,25 +70,25 @@ TEST(SolveOrder, NoBodyIsTwiceInAColourAndBlocksShareNoBody) {
   std::size_t runs = 1;
   std::set<std::size_t> seen;
   for (const std::size_t n : solve_order(contacts, 60)) {
-    const bool fresh = !seen.contains(*contacts[n].a) && !seen.contains(*contacts[n].b);
+    const bool fresh = !seen.contains(contacts[n].a) && !seen.contains(contacts[n].b);
     if (!fresh) {
       ++runs;
       seen.clear();
     }
-    seen.insert({*contacts[n].a, *contacts[n].b});
+    seen.insert({contacts[n].a, contacts[n].b});
   }
   std::vector<std::size_t> degree(60, 0);
   for (const ContactToOrder& contact : contacts) {
-    ++degree[*contact.a];
-    ++degree[*contact.b];
+    ++degree[contact.a];
+    ++degree[contact.b];
   }
   EXPECT_LE(runs, 2 * *std::max_element(degree.begin(), degree.end())) << "greedy: at most 2 d - 1 colours";
 }
 
 TEST(SolveOrder, ABodyWithMoreContactsThanColoursKeepsTheOrderOfIds) {
   std::vector<ContactToOrder> contacts;
-  for (std::size_t n = 1; n <= 100; ++n) contacts.push_back({kInsideGroup, 0, n});
-  const std::vector<std::size_t> order = solve_order(contacts, 101);
+  for (std::uint32_t n = 1; n <= 100; ++n) contacts.push_back({kInsideGroup, 0, n});
+  const std::vector<std::uint32_t> order = solve_order(contacts, 101);
   EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
 }
 

@@ -39,6 +39,7 @@ BodyState TestWorld::state(std::uint64_t id) {
 void TestWorld::exchange() {
   std::vector<std::vector<Exchange>> outboxes(servers(), std::vector<Exchange>(servers()));
   for (Rank rank = 0; rank < servers(); ++rank) {
+    attend_borders(*partitions_[rank]);
     search_seams(*partitions_[rank]);
     tell_of_replicas(*partitions_[rank], outboxes[rank]);
   }

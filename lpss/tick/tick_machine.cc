@@ -134,6 +134,7 @@ Round TickMachine::exchange_round() {
   std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands);
   send_contact_points(partition_, outbox);
   change_homes(partition_, std::move(jumps), outbox);
+  attend_borders(partition_);
   context_.counts.bodies_stopped += announce_home_changes(partition_);
 
   clock_.enter(TickPhase::kSeamSearch);

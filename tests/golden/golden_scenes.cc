@@ -240,7 +240,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       made("pile_solved_by_bullet", 120,
            [] {
              WorldSettings settings = sectors_of(16);
-             settings.substeps = 1;
+             settings.seams = SeamPolicy::kClone;
              return pile_world(settings, 60);
            }),
       made(

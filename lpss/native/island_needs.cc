@@ -1,9 +1,9 @@
-#include "lpss/bullet/island_needs.h"
+#include "lpss/native/island_needs.h"
 
 #include <algorithm>
 #include <cstdint>
 
-namespace tessera::bullet {
+namespace tessera::native {
 namespace {
 
 constexpr double kLightBurden = 1.5;
@@ -92,4 +92,4 @@ int steps_for_turn(double turn, int usual) {
   return steps;
 }
 
-}  // namespace tessera::bullet
+}  // namespace tessera::native

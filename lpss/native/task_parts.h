@@ -5,7 +5,7 @@
 
 #include "lpss/engine/engine.h"
 
-namespace tessera::bullet {
+namespace tessera::native {
 
 // Islands, each whole, with their contacts and joints. Only dynamic bodies and clones of the task
 // connect islands.
@@ -15,7 +15,7 @@ struct TaskPart {
 };
 
 // Of a tick of `dt` seconds: at most one part for each number of steps, `usual_steps` (>= 2) being those of
-// the settings. `task` must hold contacts whose worlds are not detecting.
+// the settings. The bodies of the task and their clones know their places in it (Body::place).
 std::vector<TaskPart> parts_of(const SolveTask& task, int usual_steps, double dt);
 
-}  // namespace tessera::bullet
+}  // namespace tessera::native

@@ -1,5 +1,5 @@
 // Small steps by need: what a body carries, and that an island gets the same whatever else is solved with it.
-#include "lpss/bullet/island_needs.h"
+#include "lpss/native/island_needs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,10 @@
 
 #include "lpss/bullet/test_world.h"
 
-namespace tessera::bullet {
+namespace tessera::native {
 namespace {
+
+using namespace bullet;  // the worlds of the tests
 
 using ::testing::ElementsAre;
 
@@ -107,4 +109,4 @@ TEST(IslandNeedsTest, AHeavyBoxStandsOnALightOne) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::native

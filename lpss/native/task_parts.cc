@@ -1,54 +1,31 @@
-#include "lpss/bullet/task_parts.h"
+#include "lpss/native/task_parts.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "lpss/base/disjoint_sets.h"
-#include "lpss/bullet/bullet_world.h"
-#include "lpss/bullet/island_needs.h"
+#include "lpss/native/island_needs.h"
+#include "lpss/native/native_world.h"
 
-namespace tessera::bullet {
+namespace tessera::native {
 namespace {
 
-// While it lives, the bodies of a task and their clones store their indices in it.
-class Places {
- public:
-  explicit Places(const SolveTask& task) : task_(task) {
-    for (std::size_t i = 0; i < task.bodies.size(); ++i) {
-      rigid_of(task.bodies[i]).setCompanionId(static_cast<int>(i));
-    }
-    for (const SolveTask::CloneOf& clone : task.clones) {
-      rigid_of(clone.clone).setCompanionId(static_cast<int>(clone.original));
-    }
-  }
-  ~Places() {
-    for (const WorldBody& body : task_.bodies) rigid_of(body).setCompanionId(-1);
-    for (const SolveTask::CloneOf& clone : task_.clones) rigid_of(clone.clone).setCompanionId(-1);
-  }
-  Places(const Places&) = delete;
-  Places& operator=(const Places&) = delete;
+// The place of a body in its task; kGround for bodies that do not move, or are not in the task.
+std::size_t place_of(const WorldBody& place) {
+  if (place.world == nullptr) return ContactEdge::kGround;
+  const Body& body = body_of(place);
+  return body.is_dynamic() && body.place != Body::kNoPlace ? body.place : ContactEdge::kGround;
+}
 
-  // kGround for bodies that do not move, or are not in the task.
-  static std::size_t of(const WorldBody& body) {
-    if (body.world == nullptr) return ContactEdge::kGround;
-    const btRigidBody& rigid = rigid_of(body);
-    if (rigid.isStaticOrKinematicObject() || rigid.getCompanionId() < 0) return ContactEdge::kGround;
-    return static_cast<std::size_t>(rigid.getCompanionId());
-  }
-
-  static ContactEdge of(const WorldPair& contact) {
-    const ContactPair& pair = contact.world->contacts()[contact.pair];
-    return {of(WorldBody{contact.world, pair.slot_a}), of(WorldBody{contact.world, pair.slot_b})};
-  }
-
- private:
-  const SolveTask& task_;
-};
+ContactEdge edge_of(const WorldPair& contact) {
+  const ContactPair& pair = contact.world->contacts()[contact.pair];
+  return {place_of(WorldBody{contact.world, pair.slot_a}), place_of(WorldBody{contact.world, pair.slot_b})};
+}
 
 class Parting {
  public:
   Parting(const SolveTask& task, int usual_steps, double dt)
-      : task_(task), usual_steps_(usual_steps), dt_(dt), places_(task), islands_(task.bodies.size()) {}
+      : task_(task), usual_steps_(usual_steps), dt_(dt), islands_(task.bodies.size()) {}
 
   std::vector<TaskPart> parts() {
     connect();
@@ -73,7 +50,7 @@ class Parting {
       if (body != ContactEdge::kGround) part_of(body).contacts.push_back(task_.contacts[i]);
     }
     for (const TaskJoint& joint : task_.joints) {
-      if (const std::size_t child = Places::of(joint.child); child != ContactEdge::kGround) {
+      if (const std::size_t child = place_of(joint.child); child != ContactEdge::kGround) {
         part_of(child).joints.push_back(joint);
       }
     }
@@ -87,32 +64,31 @@ class Parting {
     };
     touches_.reserve(task_.contacts.size());
     for (const WorldPair& contact : task_.contacts) {
-      touches_.push_back(Places::of(contact));
+      touches_.push_back(edge_of(contact));
       unite(touches_.back().a, touches_.back().b);
     }
-    for (const TaskJoint& joint : task_.joints) unite(Places::of(joint.child), Places::of(joint.parent));
+    for (const TaskJoint& joint : task_.joints) unite(place_of(joint.child), place_of(joint.parent));
   }
 
   // By the first body of each island.
   std::vector<int> steps_of_islands() {
     std::vector<double> masses;
     masses.reserve(task_.bodies.size());
-    for (const WorldBody& body : task_.bodies) masses.push_back(1 / double(rigid_of(body).getInvMass()));
+    for (const WorldBody& body : task_.bodies) masses.push_back(1 / double(body_of(body).inverse_mass));
     const std::vector<double> carried = load_ratios(masses, touches_);
     std::vector<int> steps(task_.bodies.size(), 0);
     for (std::size_t i = 0; i < carried.size(); ++i) {
       int& most = steps[islands_.find(i)];
-      const btRigidBody& rigid = rigid_of(task_.bodies[i]);
-      const double fall = double(rigid.getTotalForce().length()) / masses[i] * dt_ * dt_;
+      const double fall = double(body_of(task_.bodies[i]).force.norm()) / masses[i] * dt_ * dt_;
       most = std::max(most, steps_for(load_in_tick(carried[i], fall), usual_steps_));
     }
     // Bodies that hang on joints do not count as load.
     for (const TaskJoint& joint : task_.joints) {
       for (const WorldBody& side : {joint.child, joint.parent}) {
-        const std::size_t body = Places::of(side);
+        const std::size_t body = place_of(side);
         if (body == ContactEdge::kGround) continue;
         int& most = steps[islands_.find(body)];
-        const double turn = double(rigid_of(side).getAngularVelocity().length()) * dt_;
+        const double turn = double(body_of(side).angular.norm()) * dt_;
         most = std::max(most, steps_for_turn(turn, usual_steps_));
       }
     }
@@ -122,7 +98,6 @@ class Parting {
   const SolveTask& task_;
   const int usual_steps_;
   const double dt_;  // s
-  const Places places_;
   DisjointSets islands_;
   std::vector<ContactEdge> touches_;  // of the task's contacts
 };
@@ -133,4 +108,4 @@ std::vector<TaskPart> parts_of(const SolveTask& task, int usual_steps, double dt
   return Parting(task, usual_steps, dt).parts();
 }
 
-}  // namespace tessera::bullet
+}  // namespace tessera::native

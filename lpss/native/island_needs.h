@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace tessera::bullet {
+namespace tessera::native {
 
 // Two bodies that touch, or a body that touches the ground; indices into a list of bodies.
 struct ContactEdge {
@@ -32,4 +32,4 @@ int steps_for(double load_ratio, int usual);
 // The number of substeps for jointed bodies that turn by this angle in a tick, rad.
 int steps_for_turn(double turn, int usual);
 
-}  // namespace tessera::bullet
+}  // namespace tessera::native

@@ -1,0 +1,75 @@
+// What both engines keep for all their worlds: shapes, and pairs of bodies that joints exclude.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <tuple>
+
+#include "lpss/model/body.h"
+
+namespace tessera::bullet {
+
+// Stops the process with a message if the caller violated the interface.
+void require(bool holds, const char* rule);
+
+// The shapes of a world in the form of an engine, which is shared by all bodies with the same shape and
+// centre frame. `Built` is made from (Shape, Pose centre, bool is_static). Safe to use from any thread.
+template <typename Built>
+class ShapeTable {
+ public:
+  void add(ShapeId id, const Shape& shape) {
+    const std::lock_guard lock(mutex_);
+    shapes_.emplace(id, shape);
+  }
+
+  // Stops the process if the shape is unknown.
+  std::shared_ptr<const Built> of(const BodyProperties& properties) {
+    const bool is_static = properties.motion == Motion::kStatic;
+    const Key key{properties.shape, properties.centre, properties.principal_axes, is_static};
+    const std::lock_guard lock(mutex_);
+    std::shared_ptr<const Built>& built = built_[key];
+    if (!built) {
+      const auto shape = shapes_.find(properties.shape);
+      require(shape != shapes_.end(), "a body's shape must be added before the body");
+      built = std::make_shared<const Built>(shape->second, centre_frame(properties), is_static);
+    }
+    return built;
+  }
+
+ private:
+  using Key = std::tuple<ShapeId, std::array<double, 3>, std::array<double, 4>, bool>;
+
+  std::mutex mutex_;  // guards all members below
+  std::map<ShapeId, Shape> shapes_;
+  std::map<Key, std::shared_ptr<const Built>> built_;
+};
+
+// Pairs of bodies that do not collide. Reference-counted: several joints may exclude the same pair, and each
+// removes only its own exclusion.
+class ApartPairs {
+ public:
+  void set(BodyId a, BodyId b, bool apart) {
+    const std::uint64_t key = key_of(a, b);
+    if (apart) {
+      ++times_[key];
+    } else if (const auto entry = times_.find(key); entry != times_.end() && --entry->second == 0) {
+      times_.erase(entry);
+    }
+  }
+  bool contains(BodyId a, BodyId b) const { return !times_.empty() && times_.contains(key_of(a, b)); }
+
+ private:
+  // Ids have 31 bits.
+  static std::uint64_t key_of(BodyId a, BodyId b) {
+    return a < b ? a.value << 32 | b.value : b.value << 32 | a.value;
+  }
+
+  absl::flat_hash_map<std::uint64_t, int> times_;  // number of joints that exclude the pair; > 0
+};
+
+}  // namespace tessera::bullet

@@ -1,0 +1,122 @@
+#include "lpss/native/body.h"
+
+#include <utility>
+
+#include "lpss/base/portable_math.h"
+#include "lpss/base/rotation.h"
+
+namespace tessera::native {
+namespace {
+
+// Of the velocity after `dt` seconds, for a damping by the second.
+Scalar left_after(double damping, double dt) {
+  return damping > 0 ? Scalar(portable::pow(1 - damping, dt)) : Scalar(1);
+}
+
+Matrix cross_matrix(const Vector& v) {
+  Matrix m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+}  // namespace
+
+Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, const EngineSettings& settings)
+    : id(record.id),
+      role(r),
+      motion(record.properties.motion),
+      category(record.properties.category),
+      mask(record.properties.mask),
+      assembly(record.properties.assembly),
+      feels_gravity(record.properties.gravity),
+      friction(Scalar(record.properties.friction)),
+      restitution(Scalar(record.properties.restitution)),
+      linear_damping(left_after(record.properties.linear_damping, settings.time_step)),
+      angular_damping(left_after(record.properties.angular_damping, settings.time_step)),
+      solid(std::move(s)) {
+  const bool is_damped = linear_damping != 1 || angular_damping != 1;
+  flies_fine = settings.fine_flight && is_dynamic() && !is_damped;
+  if (is_dynamic()) {
+    inverse_mass = Scalar(1 / record.properties.mass);
+    moments = vector(record.properties.inertia);
+    inverse_moments = moments.cwiseInverse();
+    swept_beyond = solid->swept_extent() * Scalar(0.5);
+  }
+  set_state(record.state);
+}
+
+BodyState Body::state() const {
+  if (motion == Motion::kStatic) return static_state;
+  BodyState state;
+  const FineFlight at = fine.value_or(rounded());
+  Eigen::Map<Eigen::Vector3d>(state.position.data()) = at.position;
+  state.rotation = array(pose.rotation);
+  Eigen::Map<Eigen::Vector3d>(state.linear_velocity.data()) = at.velocity;
+  state.angular_velocity = array(angular);
+  state.still_for = double(still_for);
+  state.activity = activity;
+  return state;
+}
+
+void Body::set_state(const BodyState& state) {
+  pose = {matrix(state.rotation), vector(state.position)};
+  still_for = Scalar(state.still_for);
+  if (motion == Motion::kStatic) {
+    static_state = state;
+    pose = pose * solid->offset();
+    activity = Activity::kAsleep;
+    return;
+  }
+  fine.reset();
+  if (flies_fine) {
+    fine = {Eigen::Vector3d(state.position.data()), Eigen::Vector3d(state.linear_velocity.data())};
+  }
+  linear = vector(state.linear_velocity);
+  angular = vector(state.angular_velocity);
+  activity = state.activity;
+}
+
+// One step of Newton's method for Euler's equations in the body's frame, implicit, so that a spinning body
+// does not gain energy (Catto, Numerical Methods, GDC 2015).
+Vector Body::angular_push(Scalar dt) const {
+  const Matrix& r = pose.rotation;
+  const Vector spin = r.transpose() * angular;
+  const Vector momentum = moments.cwiseProduct(spin);
+  const Vector wrong = spin.cross(momentum) * dt;
+  Matrix slope = (cross_matrix(spin) * moments.asDiagonal() - cross_matrix(momentum)) * dt;
+  slope.diagonal() += moments;
+  const Vector p = slope.col(1).cross(slope.col(2));
+  const Scalar determinant = slope.col(0).dot(p);
+  Vector change = r.transpose() * torque;
+  change = change.cwiseProduct(inverse_moments) * dt;
+  if (determinant != 0) {
+    change -= Vector(wrong.dot(p), wrong.dot(slope.col(2).cross(slope.col(0))),
+                     wrong.dot(slope.col(0).cross(slope.col(1)))) /
+              determinant;
+  }
+  return r * change;
+}
+
+Matrix turned(const Matrix& rotation, const Vector& turn) {
+  if (turn.isZero(0)) return rotation;
+  const Matrix moved = tessera::turned<Scalar>(rotation, turn.cast<double>());
+  // One step of Newton's method towards the nearest rotation: rounding does not add up.
+  return moved * (Matrix::Identity() * Scalar(1.5) - moved.transpose() * moved * Scalar(0.5));
+}
+
+Frame Body::after(Scalar dt) const {
+  return {turned(pose.rotation, angular * dt), pose.position + linear * dt};
+}
+
+bool is_wanted_pair(const Body& a, const Body& b) {
+  if (!a.is_dynamic() && !b.is_dynamic()) return false;
+  if (a.assembly != 0 && a.assembly == b.assembly) return false;
+  // The home of the dynamic body detects, or the lower home of two: a clone meets only dynamic bodies at
+  // home.
+  const auto lives_here = [](const Body& body) { return body.role == Role::kHome && body.is_dynamic(); };
+  if (a.role == Role::kClone && !lives_here(b)) return false;
+  if (b.role == Role::kClone && !lives_here(a)) return false;
+  return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
+}
+
+}  // namespace tessera::native

@@ -1,0 +1,101 @@
+// One body of a sector's world.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "lpss/engine/engine.h"
+#include "lpss/native/solid.h"
+
+struct btDbvtNode;
+
+namespace tessera::native {
+
+// The state of a body in free flight, finer than the engine's numbers (EngineSettings::fine_flight), which
+// are this state rounded.
+struct FineFlight {
+  Eigen::Vector3d position;
+  Eigen::Vector3d velocity;
+};
+
+struct Body {
+  Body(const BodyRecord& record, Role role, std::shared_ptr<const Solid> solid,
+       const EngineSettings& settings);
+
+  bool is_dynamic() const { return motion == Motion::kDynamic; }
+  bool is_awake() const { return activity != Activity::kAsleep; }
+  bool lives_here() const { return role == Role::kHome && motion != Motion::kStatic; }
+
+  BodyState state() const;
+  void set_state(const BodyState& state);
+  FineFlight rounded() const { return {pose.position.cast<double>(), linear.cast<double>()}; }
+
+  // 1/(kg m^2), world axes.
+  Matrix inverse_inertia() const {
+    return pose.rotation * inverse_moments.asDiagonal() * pose.rotation.transpose();
+  }
+
+  // What forces of the tick add to the velocities in `dt` seconds.
+  Vector linear_push(Scalar dt) const { return force * (inverse_mass * dt); }
+  Vector angular_push(Scalar dt) const;
+
+  // Where the body is after `dt` seconds at its velocities.
+  Frame after(Scalar dt) const;
+
+  Box box_at(const Frame& at) const { return solid->box_at(at).grown(solid->margin()); }
+
+  // What changes in a tick.
+  Frame pose;
+  Vector linear = Vector::Zero();   // m/s
+  Vector angular = Vector::Zero();  // rad/s
+  Vector force = Vector::Zero();    // N, in this tick
+  Vector torque = Vector::Zero();   // N m
+  Vector gravity = Vector::Zero();  // m/s^2
+  Scalar still_for = 0;             // s
+  Activity activity = Activity::kAwake;
+  bool coasts = false;             // until integrate()
+  Frame next;                      // where integrate() moves the body
+  std::optional<FineFlight> fine;  // none if the engine's numbers are the exact state
+
+  // In the task of a solver, while that looks at it; a clone has the place of its original.
+  std::size_t place = kNoPlace;
+  static constexpr std::size_t kNoPlace = ~std::size_t{0};
+
+  // Of the broad phase.
+  Box box;  // what pairs are found by: of the last detection, with the distance at which contacts are found
+  Box enlarged;  // in the tree; holds `box`
+  Box left;      // the enlarged box before this detection
+  btDbvtNode* leaf = nullptr;
+  bool has_left = false;  // its enlarged box, in this detection
+
+  BodyId id;
+  Role role;
+  Motion motion;
+  std::uint32_t category;
+  std::uint32_t mask;
+  std::uint64_t assembly;
+  bool feels_gravity;
+  bool flies_fine;
+  bool jointed = false;
+  Scalar inverse_mass = 0;                  // 1/kg; 0 for what cannot be pushed
+  Vector moments = Vector::Zero();          // kg m^2, principal
+  Vector inverse_moments = Vector::Zero();  // 1/(kg m^2)
+  Scalar friction;
+  Scalar restitution;
+  Scalar linear_damping;  // the share of the velocity that is left after a tick
+  Scalar angular_damping;
+  Scalar swept_beyond = 0;  // m per tick; 0: never swept
+  std::shared_ptr<const Solid> solid;
+  BodyState static_state;  // of static bodies, whose pose includes the offset of their shape
+};
+
+// Whether a box is of numbers, and of a reasonable size: a body without one is not looked for.
+inline bool is_sensible(const Box& box) { return (box.high - box.low).squaredNorm() < Scalar(1e12); }
+
+// A rotation by `turn` (rad, world axes) after `rotation`.
+Matrix turned(const Matrix& rotation, const Vector& turn);
+
+// Whether contacts of the pair are detected, as far as properties and roles decide.
+bool is_wanted_pair(const Body& a, const Body& b);
+
+}  // namespace tessera::native

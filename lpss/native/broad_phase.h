@@ -1,0 +1,118 @@
+// Which pairs of bodies may touch. Each body has an enlarged box in a tree, and only one that leaves it
+// searches for partners again. The pairs that it gives depend on the tight boxes alone, and not on the past.
+#pragma once
+
+#include <BulletCollision/BroadphaseCollision/btDbvt.h>
+
+#include <vector>
+
+#include "lpss/native/body.h"
+
+namespace tessera::native {
+
+// Two bodies whose enlarged boxes overlap; `a` has the lower id.
+struct Candidate {
+  BodyId a;
+  BodyId b;
+  BodySlot slot_a = 0;
+  BodySlot slot_b = 0;
+  std::int32_t contact = kNone;  // in the world's list
+
+  static constexpr std::int32_t kNone = -1;
+
+  auto key() const { return std::pair(a.value, b.value); }
+};
+
+class BroadPhase {
+ public:
+  BroadPhase() = default;
+  BroadPhase(const BroadPhase&) = delete;
+  BroadPhase& operator=(const BroadPhase&) = delete;
+
+  void add(Body& body, BodySlot slot);
+  void remove(Body& body);
+
+  // Puts an enlarged box around `body.box` if that has left the present one.
+  void update(Body& body, BodySlot slot, Scalar dt);
+
+  // Brings `candidates`, ascending by ids, up to date with all bodies that were updated since the last call.
+  // `is_wanted(a, b)` as of the addition of the two.
+  template <typename IsWanted>
+  void find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& candidates, const IsWanted& is_wanted);
+
+  // Calls `visit(slot)` for each body whose enlarged box overlaps.
+  template <typename Visit>
+  void for_each_in(const Box& box, const Visit& visit) const;
+  template <typename Visit>
+  void for_each_on_ray(const Vector& from, const Vector& to, const Visit& visit) const;
+
+ private:
+  template <typename Visit>
+  struct Collector final : btDbvt::ICollide {
+    explicit Collector(const Visit& v) : visit(v) {}
+    void Process(const btDbvtNode* leaf) override { visit(static_cast<BodySlot>(leaf->dataAsInt)); }
+    const Visit& visit;
+  };
+
+  static btDbvtVolume volume(const Box& box) { return btDbvtVolume::FromMM(bt(box.low), bt(box.high)); }
+
+  btDbvt tree_;
+  mutable btAlignedObjectArray<const btDbvtNode*> stack_;
+  std::vector<BodySlot> left_;  // bodies that left their enlarged boxes since the last find_pairs()
+  std::vector<Candidate> found_;
+  std::vector<Candidate> merged_;
+};
+
+template <typename IsWanted>
+void BroadPhase::find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& candidates,
+                            const IsWanted& is_wanted) {
+  if (left_.empty()) return;
+  found_.clear();
+  for (const BodySlot slot : left_) {
+    Body& body = bodies[static_cast<std::size_t>(slot)];
+    for_each_in(body.enlarged, [&](BodySlot other_slot) {
+      if (other_slot == slot) return;
+      const Body& other = bodies[static_cast<std::size_t>(other_slot)];
+      if (other.has_left && other_slot < slot) return;  // it finds the pair
+      // A pair whose enlarged boxes overlapped before is there already.
+      if (body.left.overlaps(other.has_left ? other.left : other.enlarged)) return;
+      if (!is_wanted(body, other)) return;
+      if (body.id < other.id) {
+        found_.push_back({body.id, other.id, slot, other_slot, Candidate::kNone});
+      } else {
+        found_.push_back({other.id, body.id, other_slot, slot, Candidate::kNone});
+      }
+    });
+  }
+  for (const BodySlot slot : left_) bodies[static_cast<std::size_t>(slot)].has_left = false;
+  left_.clear();
+  if (found_.empty()) return;
+  const auto by_key = [](const Candidate& x, const Candidate& y) { return x.key() < y.key(); };
+  std::sort(found_.begin(), found_.end(), by_key);
+  merged_.clear();
+  merged_.reserve(candidates.size() + found_.size());
+  auto old = candidates.begin();
+  for (const Candidate& candidate : found_) {
+    while (old != candidates.end() && old->key() < candidate.key()) merged_.push_back(*old++);
+    if (old != candidates.end() && old->key() == candidate.key()) continue;
+    merged_.push_back(candidate);
+  }
+  merged_.insert(merged_.end(), old, candidates.end());
+  candidates.swap(merged_);
+}
+
+template <typename Visit>
+void BroadPhase::for_each_in(const Box& box, const Visit& visit) const {
+  if (!tree_.m_root) return;
+  Collector<Visit> collector(visit);
+  tree_.collideTVNoStackAlloc(tree_.m_root, volume(box), stack_, collector);
+}
+
+template <typename Visit>
+void BroadPhase::for_each_on_ray(const Vector& from, const Vector& to, const Visit& visit) const {
+  if (!tree_.m_root) return;
+  Collector<Visit> collector(visit);
+  btDbvt::rayTest(tree_.m_root, bt(from), bt(to), collector);
+}
+
+}  // namespace tessera::native

@@ -1,0 +1,59 @@
+// The contact of two bodies, as it lives from tick to tick.
+#pragma once
+
+#include <absl/container/inlined_vector.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "lpss/native/math.h"
+#include "lpss/solver/contact_solver.h"
+
+namespace tessera::native {
+
+struct ContactPoint {
+  Vector on_a;  // m, in the centre frames of the bodies
+  Vector on_b;
+  Scalar gap = 0;      // m, < 0 where they overlap
+  Scalar impulse = 0;  // N s, along the normal, in the last solution
+  std::uint32_t feature = 0;
+};
+
+// Points that share a normal and friction.
+struct ContactPatch {
+  std::uint64_t parts = 0;  // what touches: parts of compounds, triangles of surfaces
+  Vector normal;            // unit, from b to a, world axes
+  Vector fixed_normal;      // the same in the frame of the body that it is fixed to
+  bool is_fixed_to_a = false;
+  bool is_predicted = false;  // from a sweep: lives for one tick
+  std::uint8_t count = 0;
+  Vector friction_impulse = Vector::Zero();  // N s, on a, in the last solution
+  Scalar twist_impulse = 0;                  // N m s
+  ContactPoint point[kPatchPointsMax];
+};
+
+// Of bodies a and b, a.id < b.id.
+struct Contact {
+  absl::InlinedVector<ContactPatch, 1> patches;  // ascending by parts
+  Scalar friction = 0;
+  Scalar restitution = 0;
+
+  // b relative to a, in a's frame, when the points were found. Until it has moved by more than half the
+  // distance at which contacts are found, nothing else can touch, and the points are only moved along.
+  bool is_found = false;
+  Frame found_at;
+
+  bool is_touching() const;
+};
+
+// Removes the patches of sweeps.
+void drop_predicted(Contact& contact);
+
+// Equal contacts give equal bytes. decode() returns false if the bytes are not output of encode() in this
+// precision.
+std::string encode(const Contact& contact);
+bool decode(std::string_view bytes, Contact& contact);
+
+}  // namespace tessera::native

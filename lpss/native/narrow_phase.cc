@@ -1,0 +1,334 @@
+#include "lpss/native/narrow_phase.h"
+
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "lpss/native/round_shapes.h"
+
+namespace tessera::native {
+namespace {
+
+using collision::Manifold;
+using collision::Placement;
+using Kind = Part::Kind;
+
+// Contacts with triangles whose normals differ by less than some 8 degrees are one patch.
+constexpr Scalar kSameNormal = Scalar(0.99);
+// A patch continues one of the last tick whose normal differs by less than some 45 degrees.
+constexpr Scalar kContinues = Scalar(0.7);
+// Points of a surface with one body, at most.
+constexpr std::size_t kSurfacePatchesMax = 8;
+constexpr std::size_t kPointsMax = 64;
+
+bool is_convex(Kind kind) { return kind != Kind::kPlane && kind != Kind::kTerrain; }
+
+// Points on flat shapes stay where they are on the shape; round ones roll over theirs.
+bool is_flat(const Solid& solid) {
+  const auto flat = [](const Part& part) {
+    return part.kind == Kind::kBox || part.kind == Kind::kPolyhedron || part.kind == Kind::kPlane ||
+           part.kind == Kind::kTerrain;
+  };
+  return std::all_of(solid.parts().begin(), solid.parts().end(), flat);
+}
+
+// Calls `with` with the shape of a part that lpss/collision knows.
+template <typename With>
+Manifold<Scalar> visit(const Part& part, const With& with) {
+  switch (part.kind) {
+    case Kind::kBall:
+      return with(part.ball);
+    case Kind::kCapsule:
+      return with(part.capsule);
+    case Kind::kBox:
+      return with(part.cuboid);
+    case Kind::kPolyhedron:
+      return with(*part.polyhedron);
+    default:
+      return {};
+  }
+}
+
+Manifold<Scalar> collide_convex(const Part& a, const Part& b, const Placement<Scalar>& placement,
+                                Scalar margin) {
+  if (a.kind == Kind::kRound || b.kind == Kind::kRound) return collide_round(a, b, placement, margin);
+  return visit(a, [&](const auto& shape_a) {
+    return visit(
+        b, [&](const auto& shape_b) { return collision::collide(shape_a, shape_b, placement, margin); });
+  });
+}
+
+Manifold<Scalar> collide_triangle(const Part& a, const MeshTriangle<Scalar>& b,
+                                  const Placement<Scalar>& placement, Scalar margin) {
+  if (a.kind == Kind::kRound) return collide_round(a, b, placement, margin);
+  return visit(a, [&](const auto& shape) { return collision::collide(shape, b, placement, margin); });
+}
+
+// The box of a part, seen from a frame that lies at `offset` from it (world axes).
+Box seen_from(const Matrix& rotation, const Part& part, const Placement<Scalar>& placement) {
+  const Frame at{rotation.transpose() * placement.a, rotation.transpose() * -placement.offset};
+  const Vector centre = at * ((part.box.low + part.box.high) / 2);
+  const Vector half = at.rotation.cwiseAbs() * ((part.box.high - part.box.low) / 2);
+  return {centre - half, centre + half};
+}
+
+// Manifolds of one convex shape with the triangles of a surface, by normals. Few, and the deepest ones, are
+// left.
+class SurfaceContact {
+ public:
+  void add(std::uint32_t triangle, const Manifold<Scalar>& manifold) {
+    if (manifold.count == 0) return;
+    Group* group = nullptr;
+    for (Group& known : groups_) {
+      if (known.normal.dot(manifold.normal) > kSameNormal) {
+        group = &known;
+        break;
+      }
+    }
+    if (!group) group = &groups_.emplace_back();
+    Scalar least = std::numeric_limits<Scalar>::max();
+    for (int n = 0; n < manifold.count; ++n) {
+      collision::ContactPoint<Scalar> point = manifold.point[n];
+      least = std::min(least, point.gap);
+      // Unique within the contact, and the same as long as the same features touch.
+      point.feature ^= (triangle + 1) * std::uint32_t{0x9e3779b1};
+      if (group->points.size() < kPointsMax) group->points.push_back(point);
+    }
+    if (least < group->least) {
+      group->least = least;
+      group->normal = manifold.normal;
+    }
+  }
+
+  template <typename Take>
+  void for_each(const Take& take) {
+    std::stable_sort(groups_.begin(), groups_.end(),
+                     [](const Group& x, const Group& y) { return x.least < y.least; });
+    if (groups_.size() > kSurfacePatchesMax) groups_.resize(kSurfacePatchesMax);
+    for (const Group& group : groups_) {
+      Manifold<Scalar> manifold;
+      manifold.normal = group.normal;
+      collision::reduce(std::span<const collision::ContactPoint<Scalar>>(group.points), manifold);
+      take(manifold);
+    }
+  }
+
+ private:
+  struct Group {
+    Vector normal = Vector::Zero();
+    Scalar least = std::numeric_limits<Scalar>::max();
+    absl::InlinedVector<collision::ContactPoint<Scalar>, 8> points;
+  };
+  absl::InlinedVector<Group, 2> groups_;
+};
+
+// m, the gap up to which two bodies have points. Two balls that bounce have none before they meet: a row of
+// them, each at rest a little way off, would take the blow together, as one body.
+Scalar margin_of(const Body& a, const Body& b) {
+  const auto is_ball = [](const Body& body) {
+    return body.solid->parts().size() == 1 && body.solid->parts().front().kind == Kind::kBall;
+  };
+  if (a.restitution * b.restitution > 0 && is_ball(a) && is_ball(b)) return 0;
+  return std::min(a.solid->margin(), b.solid->margin());
+}
+
+// The motion of one body as another sees it: which of the two is the smaller one, and where it is in the
+// other's frame.
+Frame seen_by_larger(const Body& a, const Body& b) {
+  const bool a_is_larger = a.solid->radius() >= b.solid->radius();
+  const Body& larger = a_is_larger ? a : b;
+  const Body& smaller = a_is_larger ? b : a;
+  const Matrix back = larger.pose.rotation.transpose();
+  return {back * smaller.pose.rotation, back * (smaller.pose.position - larger.pose.position)};
+}
+
+}  // namespace
+
+void NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
+  drop_predicted(contact);
+  const Scalar margin = margin_of(a, b);
+  const Frame seen = seen_by_larger(a, b);
+  if (contact.is_found && move_along(a, b, seen, margin, contact)) return;
+  found_.clear();
+  find(a, b, margin);
+  inherit(contact);
+  contact.patches.assign(found_.begin(), found_.end());
+  contact.is_found = !found_.empty() && is_flat(*a.solid) && is_flat(*b.solid);
+  contact.found_at = contact.is_found ? seen : Frame{};
+}
+
+// As long as no point of the smaller body has moved by more than half the margin, nothing else can touch.
+bool NarrowPhase::move_along(const Body& a, const Body& b, const Frame& seen, Scalar margin,
+                             Contact& contact) const {
+  const Scalar radius = std::min(a.solid->radius(), b.solid->radius());
+  const Scalar turn = (seen.rotation - contact.found_at.rotation).norm() * Scalar(std::numbers::sqrt2 / 2);
+  const Scalar way = (seen.position - contact.found_at.position).norm();
+  if (!(way + turn * radius <= margin / 2)) return false;
+  const Vector offset = b.pose.position - a.pose.position;
+  for (ContactPatch& patch : contact.patches) {
+    patch.normal = (patch.is_fixed_to_a ? a : b).pose.rotation * patch.fixed_normal;
+    for (int n = 0; n < patch.count; ++n) {
+      ContactPoint& point = patch.point[n];
+      point.gap = (a.pose.rotation * point.on_a - b.pose.rotation * point.on_b - offset).dot(patch.normal);
+    }
+  }
+  return true;
+}
+
+void NarrowPhase::find(const Body& a, const Body& b, Scalar margin) {
+  const std::vector<Part>& parts_a = a.solid->parts();
+  const std::vector<Part>& parts_b = b.solid->parts();
+  if (parts_a.size() == 1 && parts_b.size() == 1) return find(a, parts_a[0], b, parts_b[0], 0, margin);
+  const auto seen = [&](const Box& box, const Body& from, const Body& by) {
+    const Frame at{by.pose.rotation.transpose() * from.pose.rotation, by.pose.inverse(from.pose.position)};
+    const Vector centre = at * ((box.low + box.high) / 2);
+    const Vector half = at.rotation.cwiseAbs() * ((box.high - box.low) / 2);
+    return Box{centre - half, centre + half}.grown(margin);
+  };
+  a.solid->parts_near(seen(b.solid->box(), b, a), parts_of_a_);
+  for (const std::uint32_t i : parts_of_a_) {
+    b.solid->parts_near(seen(box_at(parts_a[i], {}), a, b), parts_of_b_);
+    for (const std::uint32_t j : parts_of_b_) {
+      find(a, parts_a[i], b, parts_b[j], std::uint64_t{i} << 32 | j, margin);
+    }
+  }
+}
+
+void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& q, std::uint64_t parts,
+                       Scalar margin) {
+  if (!is_convex(p.kind) && !is_convex(q.kind)) return;
+  const Vector offset = b.pose.position - a.pose.position;
+  const Vector lever_a = p.is_placed ? Vector(a.pose.rotation * p.frame.position) : Vector(Vector::Zero());
+  const Vector lever_b = q.is_placed ? Vector(b.pose.rotation * q.frame.position) : Vector(Vector::Zero());
+  const Placement<Scalar> placement{
+      p.is_placed ? Matrix(a.pose.rotation * p.frame.rotation) : a.pose.rotation,
+      q.is_placed ? Matrix(b.pose.rotation * q.frame.rotation) : b.pose.rotation,
+      offset + lever_b - lever_a,
+  };
+  const Matrix to_a = a.pose.rotation.transpose();
+  const Matrix to_b = b.pose.rotation.transpose();
+  const auto keep = [&](const Manifold<Scalar>& manifold) {
+    if (manifold.count == 0) return;
+    ContactPatch& patch = found_.emplace_back();
+    patch.parts = parts;
+    patch.normal = manifold.normal;
+    patch.count = static_cast<std::uint8_t>(manifold.count);
+    bool is_on_face_of_a = is_convex(p.kind) && is_convex(q.kind);
+    for (int n = 0; n < manifold.count; ++n) {
+      const collision::ContactPoint<Scalar>& from = manifold.point[n];
+      patch.point[n] = {to_a * (from.on_a + lever_a), to_b * (from.on_b + lever_a - offset), from.gap, 0,
+                        from.feature};
+      is_on_face_of_a =
+          is_on_face_of_a && from.feature >> 30 == static_cast<std::uint32_t>(collision::Touch::kVertexB);
+    }
+    // A face keeps its normal; vertices move over it.
+    patch.is_fixed_to_a = is_on_face_of_a || !is_convex(p.kind);
+    patch.fixed_normal = (patch.is_fixed_to_a ? to_a : to_b) * manifold.normal;
+  };
+  if (is_convex(p.kind) && is_convex(q.kind)) return keep(collide_convex(p, q, placement, margin));
+
+  // A plane or a surface is the second of the two.
+  const bool is_swapped = !is_convex(p.kind);
+  const Part& convex = is_swapped ? q : p;
+  const Part& ground = is_swapped ? p : q;
+  const Placement<Scalar> above = is_swapped ? placement.swapped() : placement;
+  const auto keep_above = [&](const Manifold<Scalar>& manifold) {
+    keep(is_swapped ? collision::swapped(manifold, above.offset) : manifold);
+  };
+  if (ground.kind == Kind::kPlane) return keep_above(collide_plane(convex, ground.normal, above, margin));
+  Terrain::List triangles;
+  ground.terrain->near(seen_from(above.b, convex, above).grown(margin), triangles);
+  SurfaceContact contact;
+  for (const Terrain::Found& found : triangles) {
+    contact.add(found.index, collide_triangle(convex, found.triangle, above, margin));
+  }
+  contact.for_each(keep_above);
+}
+
+// Impulses stay with their features; a point with a new one inherits from an old point near it that none
+// continues.
+void NarrowPhase::inherit(const Contact& before) {
+  if (before.patches.empty()) return;
+  for (ContactPatch& patch : found_) {
+    const ContactPatch* best = nullptr;
+    Scalar most = kContinues;
+    for (const ContactPatch& old : before.patches) {
+      if (old.parts != patch.parts) continue;
+      const Scalar agreement = old.normal.dot(patch.normal);
+      if (agreement > most) {
+        most = agreement;
+        best = &old;
+      }
+    }
+    if (!best) continue;
+    patch.friction_impulse = best->friction_impulse;
+    patch.twist_impulse = best->twist_impulse;
+    bool is_taken[kPatchPointsMax] = {};
+    bool has_inherited[kPatchPointsMax] = {};
+    for (int n = 0; n < patch.count; ++n) {
+      for (int m = 0; m < best->count; ++m) {
+        if (is_taken[m] || best->point[m].feature != patch.point[n].feature) continue;
+        patch.point[n].impulse = best->point[m].impulse;
+        is_taken[m] = has_inherited[n] = true;
+        break;
+      }
+    }
+    for (int n = 0; n < patch.count; ++n) {
+      if (has_inherited[n]) continue;
+      int nearest = -1;
+      Scalar least = std::numeric_limits<Scalar>::max();
+      for (int m = 0; m < best->count; ++m) {
+        if (is_taken[m]) continue;
+        const Scalar distance = (best->point[m].on_a - patch.point[n].on_a).squaredNorm();
+        if (distance < least) {
+          least = distance;
+          nearest = m;
+        }
+      }
+      if (nearest < 0) continue;
+      patch.point[n].impulse = best->point[nearest].impulse;
+      is_taken[nearest] = true;
+    }
+  }
+}
+
+Scalar NarrowPhase::distance(const Solid& p, const Frame& p_at, const Solid& q, const Frame& q_at,
+                             Scalar reach) {
+  Scalar least = std::numeric_limits<Scalar>::max();
+  const auto posed = [](const Part& part, const Frame& at) { return part.is_placed ? at * part.frame : at; };
+  for (const Part& i : p.parts()) {
+    for (const Part& j : q.parts()) {
+      if (!is_convex(i.kind) && !is_convex(j.kind)) continue;
+      const Part& convex = is_convex(i.kind) ? i : j;
+      const Part& other = is_convex(i.kind) ? j : i;
+      const Frame at = posed(convex, is_convex(i.kind) ? p_at : q_at);
+      const Frame other_at = posed(other, is_convex(i.kind) ? q_at : p_at);
+      if (is_convex(other.kind)) {
+        least = std::min(least, native::distance(*convex.convex, at, *other.convex, other_at, reach));
+        continue;
+      }
+      if (other.kind == Kind::kPlane) {
+        const Vector up = other_at.rotation * other.normal;
+        const Vector lowest =
+            at * vector(convex.convex->localGetSupportingVertex(bt(Vector(at.rotation.transpose() * -up))));
+        least = std::min(least, up.dot(lowest - other_at.position));
+        continue;
+      }
+      const Placement<Scalar> placement{at.rotation, other_at.rotation, other_at.position - at.position};
+      Terrain::List triangles;
+      other.terrain->near(seen_from(other_at.rotation, convex, placement).grown(reach), triangles);
+      for (const Terrain::Found& found : triangles) {
+        btTriangleShape triangle(bt(found.triangle.vertex[0]), bt(found.triangle.vertex[1]),
+                                 bt(found.triangle.vertex[2]));
+        triangle.setMargin(0);
+        least = std::min(least, native::distance(*convex.convex, at, triangle, other_at, reach));
+      }
+    }
+  }
+  return least;
+}
+
+}  // namespace tessera::native

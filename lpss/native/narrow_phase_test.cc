@@ -1,0 +1,159 @@
+// The points of two bodies: where they are, and that impulses stay with them.
+#include "lpss/native/narrow_phase.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace tessera::native {
+namespace {
+
+// A ridge along y, 1 m high, whose sides fall by 45 degrees; 8 m long.
+TriangleMesh ridge() {
+  return {{{-1, -4, 0}, {-1, 4, 0}, {0, -4, 1}, {0, 4, 1}, {1, -4, 0}, {1, 4, 0}},
+          {0, 2, 1, 2, 3, 1, 2, 4, 3, 4, 5, 3}};
+}
+
+Body body(std::uint64_t id, const Geometry& geometry, const Vector& position,
+          Motion motion = Motion::kDynamic) {
+  BodyRecord record;
+  record.id = {id};
+  record.properties.motion = motion;
+  record.state.position = array(position);
+  const bool is_static = motion == Motion::kStatic;
+  auto solid = std::make_shared<const Solid>(Shape{{ShapePart{geometry, {}}}}, Pose{}, is_static);
+  return Body(record, is_static ? Role::kStatic : Role::kHome, std::move(solid), EngineSettings{});
+}
+
+constexpr Scalar kExact = Scalar(1e-5);
+
+TEST(NarrowPhaseTest, ABoxOnAPlaneABoxAndASurfaceHasFourPointsBelowItsCorners) {
+  const HeightField flat{9, 9, {1, 1}, std::vector<double>(81, 0)};
+  const TriangleMesh quad{{{-4, -4, 0}, {4, -4, 0}, {4, 4, 0}, {-4, 4, 0}}, {0, 1, 2, 0, 2, 3}};
+  const std::pair<Geometry, Scalar> grounds[] = {
+      {Plane{}, 0}, {tessera::Box{{8, 8, 2}}, -1}, {flat, 0}, {quad, 0}};
+  for (const auto& [ground, height] : grounds) {
+    NarrowPhase phase;
+    const Body floor = body(1, ground, {0, 0, height}, Motion::kStatic);
+    const Body box = body(2, tessera::Box{}, {Scalar(0.1), Scalar(0.2), Scalar(0.499)});
+    Contact contact;
+    phase.update(floor, box, contact);
+    ASSERT_EQ(contact.patches.size(), 1u) << ground.index();
+    const ContactPatch& patch = contact.patches[0];
+    EXPECT_NEAR(patch.normal.z(), -1, kExact) << "from the box to the floor";
+    ASSERT_EQ(patch.count, 4) << ground.index();
+    int corners = 0;
+    for (int n = 0; n < 4; ++n) {
+      EXPECT_NEAR(patch.point[n].gap, -0.001, kExact);
+      const Vector place = patch.point[n].on_b.cwiseAbs();
+      EXPECT_LE(place.head<2>().maxCoeff(), 0.5 + kExact);
+      corners += place.head<2>().minCoeff() > 0.5 - kExact;
+    }
+    // A surface also has points where its edges cross those of the box.
+    const bool is_surface =
+        ground.index() == Geometry(flat).index() || ground.index() == Geometry(quad).index();
+    EXPECT_GE(corners, is_surface ? 3 : 4) << ground.index();
+  }
+}
+
+TEST(NarrowPhaseTest, ACylinderStandsOnItsCapAndLiesOnItsSide) {
+  NarrowPhase phase;
+  const Body floor = body(1, tessera::Box{{8, 8, 2}}, {0, 0, -1}, Motion::kStatic);
+  const Body standing = body(2, Cylinder{0.5, 1}, {0, 0, Scalar(0.5)});
+  Contact contact;
+  phase.update(floor, standing, contact);
+  ASSERT_EQ(contact.patches.size(), 1u);
+  EXPECT_EQ(contact.patches[0].count, 4);
+
+  Body lying = body(3, Cylinder{0.5, 1}, {0, 0, Scalar(0.5)});
+  lying.pose.rotation = Eigen::AngleAxis<Scalar>(Scalar(M_PI / 2), Vector::UnitX()).toRotationMatrix();
+  Contact along;
+  phase.update(floor, lying, along);
+  ASSERT_EQ(along.patches.size(), 1u);
+  EXPECT_EQ(along.patches[0].count, 2);
+  EXPECT_NEAR(along.patches[0].normal.z(), -1, Scalar(1e-3));
+}
+
+TEST(NarrowPhaseTest, ImpulsesStayWithTheirFeatures) {
+  NarrowPhase phase;
+  const Body floor = body(1, tessera::Box{{8, 8, 2}}, {0, 0, -1}, Motion::kStatic);
+  Body box = body(2, tessera::Box{}, {0, 0, Scalar(0.499)});
+  Contact contact;
+  phase.update(floor, box, contact);
+  ASSERT_EQ(contact.patches[0].count, 4);
+  for (int n = 0; n < 4; ++n) {
+    const Vector& corner = contact.patches[0].point[n].on_b;
+    contact.patches[0].point[n].impulse = corner.x() + 2 * corner.y() + 3;
+  }
+  contact.patches[0].friction_impulse = {Scalar(0.5), 0, 0};
+  // Far enough for the points to be found anew.
+  for (const Scalar way : {Scalar(0.001), Scalar(0.1), Scalar(0.2)}) {
+    box.pose.position.x() = way;
+    phase.update(floor, box, contact);
+    ASSERT_EQ(contact.patches.size(), 1u);
+    ASSERT_EQ(contact.patches[0].count, 4);
+    EXPECT_EQ(contact.patches[0].friction_impulse.x(), Scalar(0.5));
+    for (int n = 0; n < 4; ++n) {
+      const Vector& corner = contact.patches[0].point[n].on_b;
+      EXPECT_NEAR(contact.patches[0].point[n].impulse, corner.x() + 2 * corner.y() + 3, kExact) << way;
+    }
+  }
+}
+
+TEST(NarrowPhaseTest, PointsThatAreMovedAlongHaveTheGapsOfPointsFoundAnew) {
+  const Body floor = body(1, tessera::Box{{8, 8, 2}}, {0, 0, -1}, Motion::kStatic);
+  Body box = body(2, tessera::Box{}, {0, 0, Scalar(0.5)});
+  NarrowPhase phase;
+  Contact moved;
+  phase.update(floor, box, moved);
+  for (int n = 1; n <= 5; ++n) {
+    box.pose.position.z() = Scalar(0.5) + Scalar(0.001) * Scalar(n);
+    Contact fresh;
+    phase.update(floor, box, moved);
+    phase.update(floor, box, fresh);
+    ASSERT_EQ(moved.patches[0].count, fresh.patches[0].count);
+    for (int p = 0; p < 4; ++p) EXPECT_NEAR(moved.patches[0].point[p].gap, Scalar(0.001) * Scalar(n), kExact);
+  }
+}
+
+TEST(NarrowPhaseTest, BallsOnARidgeArePushedBetweenItsSides) {
+  NarrowPhase phase;
+  const Body ground = body(1, ridge(), {0, 0, 0}, Motion::kStatic);
+  const Body ball = body(2, Sphere{0.5}, {0, Scalar(0.3), Scalar(1.49)});
+  Contact contact;
+  phase.update(ground, ball, contact);
+  ASSERT_FALSE(contact.patches.empty());
+  for (const ContactPatch& patch : contact.patches) {
+    EXPECT_LT(patch.normal.z(), Scalar(-0.7)) << "from the ball to the ground";
+    EXPECT_NEAR(patch.point[0].gap, -0.01, 1e-4);
+  }
+}
+
+TEST(NarrowPhaseTest, ABallThatRollsOverAFlatSurfaceMeetsNoEdge) {
+  NarrowPhase phase;
+  const HeightField flat{9, 9, {1, 1}, std::vector<double>(81, 0)};
+  const Body ground = body(1, flat, {0, 0, 0}, Motion::kStatic);
+  Body ball = body(2, Sphere{0.5}, {-3, Scalar(-2.9), Scalar(0.495)});
+  for (int n = 0; n < 200; ++n) {
+    ball.pose.position += Vector(Scalar(0.029), Scalar(0.027), 0);
+    Contact contact;
+    phase.update(ground, ball, contact);
+    ASSERT_EQ(contact.patches.size(), 1u) << n;
+    EXPECT_NEAR(contact.patches[0].normal.z(), -1, kExact) << n;
+    EXPECT_NEAR(contact.patches[0].point[0].gap, -0.005, kExact) << n;
+  }
+}
+
+TEST(NarrowPhaseTest, DistancesAreThoseBetweenSurfaces) {
+  const Solid ball(Shape{{ShapePart{Sphere{0.5}, {}}}}, Pose{}, false);
+  const Solid box(Shape{{ShapePart{tessera::Box{}, {}}}}, Pose{}, false);
+  const Solid plane(Shape{{ShapePart{Plane{}, {}}}}, Pose{}, true);
+  const Frame above{Matrix::Identity(), {0, 0, Scalar(1.25)}};
+  EXPECT_NEAR(NarrowPhase::distance(ball, above, box, {}, 1), 0.25, 1e-4);
+  EXPECT_NEAR(NarrowPhase::distance(ball, above, plane, {}, 1), 0.75, 1e-4);
+  EXPECT_GT(NarrowPhase::distance(ball, above, box, {}, Scalar(0.1)), Scalar(0.1));
+}
+
+}  // namespace
+}  // namespace tessera::native

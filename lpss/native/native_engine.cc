@@ -1,0 +1,30 @@
+#include "lpss/native/native_engine.h"
+
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include "lpss/bullet/bullet_engine.h"
+#include "lpss/bullet/collision_space.h"
+#include "lpss/native/native_solver.h"
+#include "lpss/native/native_world.h"
+
+namespace tessera::native {
+
+std::unique_ptr<SectorWorld> NativeEngine::make_world() { return std::make_unique<NativeWorld>(*this); }
+
+std::unique_ptr<IslandSolver> NativeEngine::make_solver() {
+  return std::make_unique<NativeSolver>(settings_);
+}
+
+}  // namespace tessera::native
+
+// The only symbol of the module: creates the engine in this module's precision, owned by the caller; null if
+// the settings specify another precision.
+extern "C" __attribute__((visibility("default"))) tessera::Engine* tessera_make_engine(
+    const tessera::EngineSettings* settings) {
+  constexpr tessera::Precision kPrecision =
+      sizeof(btScalar) == sizeof(float) ? tessera::Precision::kFloat32 : tessera::Precision::kFloat64;
+  if (settings->precision != kPrecision) return nullptr;
+  if (!settings->plain_bullet) return std::make_unique<tessera::native::NativeEngine>(*settings).release();
+  gCalculateCombinedFrictionCallback = &tessera::bullet::smaller_friction;
+  return std::make_unique<tessera::bullet::BulletEngine>(*settings).release();
+}

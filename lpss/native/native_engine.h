@@ -1,0 +1,33 @@
+// The engine interface over Tessera's own pipeline, in one precision.
+#pragma once
+
+#include <memory>
+
+#include "lpss/bullet/shape_table.h"
+#include "lpss/engine/engine.h"
+#include "lpss/native/solid.h"
+
+namespace tessera::native {
+
+// Solids are shared by all bodies with the same shape and centre frame, in all worlds.
+class NativeEngine final : public Engine {
+ public:
+  explicit NativeEngine(const EngineSettings& settings) : settings_(settings) {}
+
+  const EngineSettings& settings() const override { return settings_; }
+  void add_shape(ShapeId id, const Shape& shape) override { solids_.add(id, shape); }
+  std::unique_ptr<SectorWorld> make_world() override;
+  std::unique_ptr<IslandSolver> make_solver() override;
+  void set_apart(BodyId a, BodyId b, bool apart) override { apart_.set(a, b, apart); }
+  bool are_apart(BodyId a, BodyId b) const { return apart_.contains(a, b); }
+
+  // Safe to call from any thread. Stops the process if the shape is unknown.
+  std::shared_ptr<const Solid> solid_of(const BodyProperties& properties) { return solids_.of(properties); }
+
+ private:
+  const EngineSettings settings_;
+  bullet::ApartPairs apart_;
+  bullet::ShapeTable<Solid> solids_;
+};
+
+}  // namespace tessera::native

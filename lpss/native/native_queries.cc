@@ -1,0 +1,234 @@
+// Boxes, sweeps and rays.
+
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+
+#include <algorithm>
+
+#include "lpss/native/native_world.h"
+
+namespace tessera::native {
+namespace {
+
+// A ball of this share of a swept body's extent is swept in its place.
+constexpr Scalar kSweptShare = Scalar(0.4);
+
+// A body as Bullet's queries want it.
+class Target {
+ public:
+  explicit Target(const Body& body) {
+    object_.setCollisionShape(body.solid->bullet());
+    object_.setWorldTransform(bt(body.pose));
+  }
+  btCollisionObject& object() { return object_; }
+
+ private:
+  btCollisionObject object_;
+};
+
+// The nearest hit that the swept body moves towards.
+struct NearestHit final : btCollisionWorld::ConvexResultCallback {
+  explicit NearestHit(const Vector& m) : motion(bt(m)) {}
+  btScalar addSingleResult(btCollisionWorld::LocalConvexResult& result, bool is_world_normal) override {
+    const btVector3 n = is_world_normal ? result.m_hitNormalLocal
+                                        : result.m_hitCollisionObject->getWorldTransform().getBasis() *
+                                              result.m_hitNormalLocal;
+    if (!(n.dot(motion) < 0)) return 1;
+    m_closestHitFraction = result.m_hitFraction;
+    normal = n;
+    hits = true;
+    return result.m_hitFraction;
+  }
+  const btVector3 motion;
+  btVector3 normal{0, 0, 1};
+  bool hits = false;
+};
+
+struct NearestRayHit final : btCollisionWorld::RayResultCallback {
+  btScalar addSingleResult(btCollisionWorld::LocalRayResult& result, bool is_world_normal) override {
+    m_closestHitFraction = result.m_hitFraction;
+    m_collisionObject = result.m_collisionObject;
+    normal = is_world_normal ? result.m_hitNormalLocal
+                             : m_collisionObject->getWorldTransform().getBasis() * result.m_hitNormalLocal;
+    return result.m_hitFraction;
+  }
+  btVector3 normal{0, 0, 1};
+};
+
+Box box_of(const Eigen::AlignedBox3d& box) {
+  return {Eigen::Vector3d(box.min()).cast<Scalar>(), Eigen::Vector3d(box.max()).cast<Scalar>()};
+}
+
+}  // namespace
+
+// The bodies whose enlarged boxes overlap, by id, with one that the tree does not order.
+template <typename IsWanted>
+static std::vector<BodySlot> sorted(std::vector<BodySlot> found, const NativeWorld& world,
+                                    const IsWanted& is_wanted) {
+  std::erase_if(found, [&](BodySlot slot) { return !is_wanted(world.body(slot)); });
+  std::sort(found.begin(), found.end(),
+            [&](BodySlot a, BodySlot b) { return world.body(a).id < world.body(b).id; });
+  return found;
+}
+
+std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, const Vector& to) const {
+  const Body& swept = body(slot);
+  const Vector& from = swept.pose.position;
+  const Scalar radius = swept.solid->swept_extent() * kSweptShare;
+  Box way{from.cwiseMin(to), from.cwiseMax(to)};
+  std::vector<BodySlot> near;
+  broad_phase_.for_each_in(way.grown(radius), [&](BodySlot other) {
+    if (other != slot) near.push_back(other);
+  });
+  const std::vector<BodySlot> candidates =
+      sorted(std::move(near), *this, [&](const Body& other) { return is_wanted(swept, other); });
+  if (candidates.empty()) return std::nullopt;
+
+  const btSphereShape ball(radius);
+  // The ball does not rotate: the cast is then a pure translation.
+  const btTransform start = bt(swept.pose);
+  const btTransform end(start.getBasis(), bt(to));
+  NearestHit nearest(to - from);
+  std::optional<SweepHit> hit;
+  for (const BodySlot other : candidates) {
+    Target target(body(other));
+    nearest.hits = false;
+    btCollisionWorld::objectQuerySingle(&ball, start, end, &target.object(),
+                                        target.object().getCollisionShape(),
+                                        target.object().getWorldTransform(), nearest,
+                                        /*allowedPenetration=*/0);
+    if (nearest.hits) hit = SweepHit{other, nearest.m_closestHitFraction, vector(nearest.normal)};
+  }
+  if (!hit || !(hit->fraction < 1)) return std::nullopt;
+  return hit;
+}
+
+// A predicted contact: the solver lets the body move as far as the hit, and no farther, in this step.
+void NativeWorld::predict_contacts() {
+  std::vector<BodySlot> fast;
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    const Body& body = bodies_[n];
+    if (!body.leaf || body.swept_beyond <= 0 || !body.is_awake()) continue;
+    const Vector way = body.next.position - body.pose.position;
+    if (way.squaredNorm() > body.swept_beyond * body.swept_beyond) fast.push_back(static_cast<BodySlot>(n));
+  }
+  // Two fast bodies may hit each other.
+  std::sort(fast.begin(), fast.end(), [&](BodySlot a, BodySlot b) { return body(a).id < body(b).id; });
+  for (const BodySlot slot : fast) {
+    const Body& swept = body(slot);
+    const Vector way = swept.next.position - swept.pose.position;
+    const std::optional<SweepHit> hit = sweep(slot, swept.next.position);
+    if (!hit) continue;
+    const Body& other = body(hit->other);
+    const bool is_a = swept.id < other.id;
+    const Vector to_hit = way * hit->fraction;
+    Candidate& candidate = is_a ? candidate_of(slot, hit->other) : candidate_of(hit->other, slot);
+    if (candidate.contact == Candidate::kNone) candidate.contact = new_contact(swept, other);
+    ContactPatch& patch = contacts_[static_cast<std::size_t>(candidate.contact)].patches.emplace_back();
+    patch.is_predicted = true;
+    patch.parts = ~std::uint64_t{0};
+    patch.normal = is_a ? hit->normal : Vector(-hit->normal);
+    patch.count = 1;
+    ContactPoint& point = patch.point[0];
+    const Vector on_other = other.pose.inverse(swept.pose.position + to_hit);
+    point.on_a = is_a ? Vector::Zero() : on_other;
+    point.on_b = is_a ? on_other : Vector::Zero();
+    point.gap = -to_hit.dot(hit->normal);
+  }
+}
+
+void NativeWorld::refresh_boxes() const {
+  if (!boxes_are_old_) return;
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    if (bodies_[n].leaf && bodies_[n].is_awake()) set_box_to_pose(static_cast<BodySlot>(n));
+  }
+  boxes_are_old_ = false;
+}
+
+Eigen::AlignedBox3d NativeWorld::swept_box(BodySlot slot, double dt) const {
+  const Body& b = body(slot);
+  Box box = b.box_at(b.pose);
+  if (b.motion != Motion::kStatic) {
+    const auto step = Scalar(dt);
+    const Vector way = b.linear * step;
+    Box later{box.low + way, box.high + way};
+    // No point of the body turns farther than this.
+    later = later.grown(std::min(b.angular.norm() * step, Scalar(2)) * b.solid->radius());
+    box.extend(later);
+  }
+  return {box.low.cast<double>(), box.high.cast<double>()};
+}
+
+void NativeWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
+                                 std::vector<BodySlot>& outside) const {
+  const Box limit = box_of(inside);
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    const Body& body = bodies_[n];
+    if (!body.leaf || !body.lives_here() || !body.is_awake()) continue;
+    // A ball around the body that holds its swept box.
+    const Scalar radius = body.solid->radius() + body.solid->margin();
+    const Scalar way = body.linear.norm() * Scalar(dt);
+    const Scalar far = body.pose.position.cwiseAbs().maxCoeff() + 3 * radius + way;
+    if (far < limit.high.x()) continue;
+    const auto slot = static_cast<BodySlot>(n);
+    if (!inside.contains(swept_box(slot, dt))) outside.push_back(slot);
+  }
+}
+
+bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& box) const {
+  refresh_boxes();
+  const Box wanted = box_of(box);
+  bool is_reached = false;
+  broad_phase_.for_each_in(wanted, [&](BodySlot slot) {
+    const Body& other = body(slot);
+    if (!is_reached && other.lives_here()) is_reached = wanted.overlaps(other.box);
+  });
+  return is_reached;
+}
+
+std::optional<RayHit> NativeWorld::raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                           std::uint32_t mask) const {
+  const Vector start = from.cast<Scalar>();
+  const Vector end = to.cast<Scalar>();
+  if (!((end - start).squaredNorm() > 0)) return std::nullopt;
+  refresh_boxes();
+  std::vector<BodySlot> near;
+  broad_phase_.for_each_in(Box{start.cwiseMin(end), start.cwiseMax(end)},
+                           [&](BodySlot slot) { near.push_back(slot); });
+  NearestRayHit nearest;
+  const btTransform ray_from(btMatrix3x3::getIdentity(), bt(start));
+  const btTransform ray_to(btMatrix3x3::getIdentity(), bt(end));
+  std::optional<BodyId> hit;
+  for (const BodySlot slot : sorted(std::move(near), *this, [&](const Body& other) {
+         return other.role != Role::kClone && (other.category & mask) != 0;
+       })) {
+    Target target(body(slot));
+    nearest.m_collisionObject = nullptr;
+    btCollisionWorld::rayTestSingle(ray_from, ray_to, &target.object(), target.object().getCollisionShape(),
+                                    target.object().getWorldTransform(), nearest);
+    if (nearest.hasHit()) hit = body(slot).id;
+  }
+  if (!hit) return std::nullopt;
+  return RayHit{*hit, nearest.m_closestHitFraction, vector(nearest.normal).cast<double>().normalized()};
+}
+
+std::vector<NearBody> NativeWorld::near(const Geometry& geometry, const Pose& pose, double reach,
+                                        std::uint32_t mask) {
+  const Solid probe(Shape{{ShapePart{geometry, {}}}}, Pose{}, /*is_static=*/false);
+  const Frame at = frame(pose);
+  const Box around = probe.box_at(at).grown(Scalar(reach));
+  refresh_boxes();
+  std::vector<BodySlot> candidates;
+  broad_phase_.for_each_in(around, [&](BodySlot slot) { candidates.push_back(slot); });
+  std::vector<NearBody> found;
+  for (const BodySlot slot : sorted(std::move(candidates), *this, [&](const Body& other) {
+         return other.role != Role::kClone && (other.category & mask) != 0;
+       })) {
+    const Body& other = body(slot);
+    const Scalar distance = narrow_phase_.distance(probe, at, *other.solid, other.pose, Scalar(reach));
+    if (distance <= Scalar(reach)) found.push_back({other.id, std::max<double>(0, distance)});
+  }
+  return found;
+}
+
+}  // namespace tessera::native

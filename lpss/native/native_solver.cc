@@ -1,0 +1,258 @@
+#include "lpss/native/native_solver.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "lpss/base/rotation.h"
+#include "lpss/bullet/task_joint.h"
+#include "lpss/native/native_world.h"
+#include "lpss/native/task_parts.h"
+
+namespace tessera::native {
+namespace {
+
+// The approach from which two bodies bounce.
+constexpr Scalar kBounceFrom = Scalar(0.2);  // m/s
+
+// While it lives, the bodies of a task and their clones know their places in it.
+class Places {
+ public:
+  explicit Places(const SolveTask& task) : task_(task) {
+    for (std::size_t n = 0; n < task.bodies.size(); ++n) body_of(task.bodies[n]).place = n;
+    for (const SolveTask::CloneOf& clone : task.clones) body_of(clone.clone).place = clone.original;
+  }
+  ~Places() {
+    for (const WorldBody& body : task_.bodies) body_of(body).place = Body::kNoPlace;
+    for (const SolveTask::CloneOf& clone : task_.clones) body_of(clone.clone).place = Body::kNoPlace;
+  }
+  Places(const Places&) = delete;
+  Places& operator=(const Places&) = delete;
+
+ private:
+  const SolveTask& task_;
+};
+
+// None for static bodies: they do not move, and a server that solves an island of others does not know where
+// they are.
+Vector lever(const Body& body, const Vector& point) {
+  if (body.motion == Motion::kStatic) return Vector::Zero();
+  return body.pose.rotation * point;
+}
+
+JointSide side_of(const Body& body) {
+  return {
+      {body.pose.position.cast<double>(), Eigen::Quaterniond(body.pose.rotation.cast<double>()).normalized()},
+      body.linear.cast<double>(),
+      body.angular.cast<double>()};
+}
+
+bullet::SolvedJoint solved_joint(const TaskJoint& joint) {
+  const Body& child = body_of(joint.child);
+  const Body* parent = joint.parent.world ? &body_of(joint.parent) : nullptr;
+  std::optional<int> pushed;
+  if (parent && parent->is_dynamic()) pushed = static_cast<int>(parent->place);
+  std::optional<JointSide> parent_side;
+  if (parent) parent_side = side_of(*parent);
+  return {static_cast<int>(child.place), pushed, joint.properties, joint.drives,
+          bullet::posed(joint, side_of(child), parent_side)};
+}
+
+}  // namespace
+
+NativeSolver::NativeSolver(const EngineSettings& settings)
+    : settings_(settings),
+      passes_(std::max(2, (settings.solver_iterations + settings.substeps - 1) / settings.substeps)) {}
+
+void NativeSolver::solve(const SolveTask& task, double dt) {
+  if (task.bodies.empty()) return;
+  std::vector<TaskPart> parts;
+  if (settings_.adapt && settings_.substeps > 1) {
+    const Places places(task);
+    parts = parts_of(task, settings_.substeps, dt);
+  } else {
+    parts.push_back({settings_.substeps, task});
+  }
+  for (const TaskPart& part : parts) {
+    const Places places(part.task);
+    solve(part.task, dt, part.steps);
+  }
+}
+
+void NativeSolver::solve(const SolveTask& task, double dt, int steps) {
+  dt_ = dt;
+  steps_ = steps;
+  dynamics_.clear();
+  bodies_.clear();
+  kinematics_.clear();
+  patches_.clear();
+  sources_.clear();
+  joints_.clear();
+  for (const WorldBody& body : task.bodies) add_body(body_of(body));
+  fixed_ = bodies_.size();
+  bodies_.emplace_back();
+  is_pushed_.assign(dynamics_.size(), false);
+  for (const WorldPair& contact : task.contacts) add_contact(contact);
+  for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
+
+  begin_joints();
+  contacts_.begin({.time_step = Scalar(dt),
+                   .steps = steps,
+                   .usual_steps = settings_.substeps,
+                   .bounce_from = kBounceFrom},
+                  bodies_, patches_);
+  for (int step = 0; step < steps; ++step) {
+    contacts_.start_step();
+    with_joints([&] { joints_.start_step(); });
+    for (int pass = 1; pass < passes_; ++pass) {
+      contacts_.pass(/*biased=*/true);
+      with_joints([&] { joints_.pass(); });
+    }
+    contacts_.advance();
+    with_joints([&] { joints_.move(); });
+    contacts_.pass(/*biased=*/false);
+    with_joints([&] { joints_.pass(); });
+    contacts_.end_step();
+  }
+  contacts_.rebound();
+  with_joints([&] { joints_.pass(); });
+  contacts_.end(patches_);
+  find_corrections();
+  write_impulses();
+  write_bodies();
+}
+
+void NativeSolver::add_body(Body& body) {
+  body.fine.reset();
+  dynamics_.push_back(&body);
+  const auto dt = Scalar(dt_);
+  bodies_.push_back({.linear = body.linear,
+                     .angular = body.angular,
+                     .linear_force = body.linear_push(dt),
+                     .angular_force = body.angular_push(dt),
+                     .inverse_mass = body.inverse_mass,
+                     .inverse_inertia = body.inverse_inertia()});
+}
+
+std::size_t NativeSolver::place_of(const WorldBody& place) {
+  const Body& body = body_of(place);
+  if (body.is_dynamic()) return body.place != Body::kNoPlace ? body.place : fixed_;
+  if (body.motion == Motion::kStatic) return fixed_;
+  const auto [known, is_new] = kinematics_.try_emplace(&body, bodies_.size());
+  if (is_new) bodies_.push_back({.linear = body.linear, .angular = body.angular});
+  return known->second;
+}
+
+void NativeSolver::add_contact(const WorldPair& place) {
+  auto& world = static_cast<NativeWorld&>(*place.world);
+  const ContactPair& pair = world.contacts()[place.pair];
+  const WorldBody sides[2] = {{&world, pair.slot_a}, {&world, pair.slot_b}};
+  const std::size_t places[2] = {place_of(sides[0]), place_of(sides[1])};
+  const Body& a = body_of(sides[0]);
+  const Body& b = body_of(sides[1]);
+  Contact& contact = world.contact(place.pair);
+  for (ContactPatch& source : contact.patches) {
+    sources_.push_back(&source);
+    Contacts::Patch& patch = patches_.emplace_back();
+    patch.a = places[0];
+    patch.b = places[1];
+    patch.friction = contact.friction;
+    patch.restitution = contact.restitution;
+    patch.points = source.count;
+    patch.friction_impulse = source.friction_impulse;
+    patch.twist_impulse = source.twist_impulse;
+    for (std::size_t n = 0; n < patch.points; ++n) {
+      const ContactPoint& from = source.point[n];
+      patch.point[n] = {lever(a, from.on_a), lever(b, from.on_b), source.normal, from.gap, from.impulse};
+    }
+  }
+  for (const std::size_t side : places) {
+    if (side < is_pushed_.size()) is_pushed_[side] = true;
+  }
+}
+
+void NativeSolver::begin_joints() {
+  jointed_.clear();
+  if (joints_.is_empty()) return;
+  for (const int place : joints_.bodies()) jointed_.push_back(static_cast<std::size_t>(place));
+  std::sort(jointed_.begin(), jointed_.end());
+  jointed_.erase(std::unique(jointed_.begin(), jointed_.end()), jointed_.end());
+  linear_changes_.assign(dynamics_.size(), btVector3(0, 0, 0));
+  angular_changes_.assign(dynamics_.size(), btVector3(0, 0, 0));
+  std::vector<bullet::JointedBody> bodies(dynamics_.size());
+  for (const std::size_t place : jointed_) {
+    is_pushed_[place] = true;
+    const Contacts::Body& body = bodies_[place];
+    bodies[place] = {body.inverse_mass,          body.inverse_inertia.cast<double>(),
+                     body.linear.cast<double>(), body.angular.cast<double>(),
+                     &linear_changes_[place],    &angular_changes_[place]};
+  }
+  joints_.set_up(bodies, dt_, steps_);
+  const auto is_jointed = [&](std::size_t body) {
+    return std::binary_search(jointed_.begin(), jointed_.end(), body);
+  };
+  for (Contacts::Patch& patch : patches_) patch.is_jointed = is_jointed(patch.a) || is_jointed(patch.b);
+}
+
+template <typename Act>
+void NativeSolver::with_joints(Act act) {
+  if (joints_.is_empty()) return;
+  for (const std::size_t place : jointed_) {
+    const Contacts::Motion change = contacts_.change(place);
+    linear_changes_[place] = bt(change.linear);
+    angular_changes_[place] = bt(change.angular);
+  }
+  act();
+  for (const std::size_t place : jointed_) {
+    contacts_.set_change(place, {vector(linear_changes_[place]), vector(angular_changes_[place])});
+  }
+}
+
+void NativeSolver::find_corrections() {
+  corrections_.resize(dynamics_.size());
+  for (std::size_t place = 0; place < dynamics_.size(); ++place) {
+    corrections_[place] = contacts_.correction(place);
+  }
+  if (joints_.is_empty()) return;
+  // Those that joints have moved step by step move on by their final velocities, too.
+  for (const bullet::BodyMotion& moved : joints_.end()) {
+    const auto place = static_cast<std::size_t>(moved.body);
+    const Contacts::Body& body = bodies_[place];
+    const Contacts::Motion change = contacts_.change(place);
+    const Eigen::Vector3d linear = (body.linear + change.linear).cast<double>();
+    const Eigen::Vector3d angular = (body.angular + change.angular).cast<double>();
+    const Eigen::Quaterniond turn = rotation_by(angular * dt_).conjugate() * moved.turn;
+    corrections_[place] = {(moved.way - linear * dt_).cast<Scalar>(), rotation_vector(turn).cast<Scalar>()};
+  }
+}
+
+void NativeSolver::write_impulses() const {
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    const Contacts::Patch& patch = patches_[p];
+    ContactPatch& into = *sources_[p];
+    into.friction_impulse = patch.friction_impulse;
+    into.twist_impulse = patch.twist_impulse;
+    for (std::size_t n = 0; n < patch.points; ++n) into.point[n].impulse = patch.point[n].impulse;
+  }
+}
+
+// Bodies then move on by the velocities that they end with: what is corrected here is all but that.
+void NativeSolver::write_bodies() const {
+  for (std::size_t place = 0; place < dynamics_.size(); ++place) {
+    Body& body = *dynamics_[place];
+    const Contacts::Body& before = bodies_[place];
+    // Bodies without rows move as in free flight, bit for bit.
+    if (!is_pushed_[place]) {
+      body.linear += before.linear_force;
+      body.angular += before.angular_force;
+      continue;
+    }
+    const Contacts::Motion change = contacts_.change(place);
+    body.linear += change.linear;
+    body.angular += change.angular;
+    body.pose.position += corrections_[place].linear;
+    body.pose.rotation = turned(body.pose.rotation, corrections_[place].angular);
+  }
+}
+
+}  // namespace tessera::native

@@ -1,0 +1,324 @@
+#include "lpss/native/native_world.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace tessera::native {
+NativeWorld::NativeWorld(NativeEngine& engine) : engine_(engine), settings_(engine.settings()) {}
+
+BodySlot NativeWorld::add(const BodyRecord& record, Role role) {
+  return add(Body(record, role, engine_.solid_of(record.properties), settings_));
+}
+
+BodySlot NativeWorld::add_static(BodyId id, const BodyProperties& properties, const Shape& part,
+                                 const Pose& pose) {
+  BodyRecord record{id, {}, properties, {}};
+  record.properties.motion = Motion::kStatic;
+  record.state.position = {pose.position.x(), pose.position.y(), pose.position.z()};
+  record.state.rotation = rotation_of(pose.orientation);
+  record.state.activity = Activity::kAsleep;
+  return add(Body(record, Role::kStatic, std::make_shared<const Solid>(part, Pose{}, /*is_static=*/true),
+                  settings_));
+}
+
+BodySlot NativeWorld::add(Body added) {
+  bullet::require(added.id.value > 0 && added.id.value <= kBodyIdMax, "a body's id must be 1 to kBodyIdMax");
+  BodySlot slot = static_cast<BodySlot>(bodies_.size());
+  const bool is_new = slots_.try_emplace(added.id, 0).second;
+  bullet::require(is_new, "a body may be in a world once");
+  if (free_slots_.empty()) {
+    bodies_.push_back(std::move(added));
+  } else {
+    slot = free_slots_.back();
+    free_slots_.pop_back();
+    body(slot) = std::move(added);
+  }
+  Body& body = this->body(slot);
+  slots_[body.id] = slot;
+  body.box = body.box_at(body.pose);
+  broad_phase_.add(body, slot);
+  return slot;
+}
+
+void NativeWorld::remove(BodySlot slot) {
+  broad_phase_.remove(body(slot));
+  slots_.erase(body(slot).id);
+  removed_.push_back(slot);
+  is_gathered_ = false;
+}
+
+void NativeWorld::forget_removed() {
+  if (removed_.empty()) return;
+  std::erase_if(candidates_, [&](Candidate& candidate) {
+    if (is_there(candidate.slot_a) && is_there(candidate.slot_b)) return false;
+    drop_contact(candidate);
+    return true;
+  });
+  for (const BodySlot slot : removed_) body(slot).solid.reset();
+  free_slots_.insert(free_slots_.end(), removed_.begin(), removed_.end());
+  removed_.clear();
+}
+
+std::optional<BodySlot> NativeWorld::slot_of(BodyId id) const {
+  const auto slot = slots_.find(id);
+  if (slot == slots_.end()) return std::nullopt;
+  return slot->second;
+}
+
+Eigen::Vector3d NativeWorld::position(BodySlot slot) const {
+  const Body& b = body(slot);
+  if (b.motion == Motion::kStatic) return Eigen::Map<const Eigen::Vector3d>(b.static_state.position.data());
+  return b.fine ? b.fine->position : b.pose.position.cast<double>();
+}
+
+Eigen::Vector3d NativeWorld::linear_velocity(BodySlot slot) const {
+  const Body& b = body(slot);
+  return b.fine ? b.fine->velocity : b.linear.cast<double>();
+}
+
+void NativeWorld::set_velocity(BodySlot slot, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) {
+  Body& changed = body(slot);
+  changed.fine.reset();
+  changed.linear = linear.cast<Scalar>();
+  changed.angular = angular.cast<Scalar>();
+}
+
+void NativeWorld::apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) {
+  Body& pushed = body(slot);
+  pushed.fine.reset();
+  pushed.linear += impulse.cast<Scalar>() * pushed.inverse_mass;
+  pushed.angular += pushed.inverse_inertia() * lever.cast<Scalar>().cross(impulse.cast<Scalar>());
+}
+
+void NativeWorld::add_wrench(BodySlot slot, const Wrench& wrench) {
+  body(slot).force += vector(wrench.force);
+  body(slot).torque += vector(wrench.torque);
+}
+
+void NativeWorld::set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) {
+  if (body(slot).feels_gravity) body(slot).gravity = acceleration.cast<Scalar>();
+}
+
+void NativeWorld::set_state(BodySlot slot, const BodyState& state) {
+  body(slot).set_state(state);
+  set_box_to_pose(slot);
+}
+
+void NativeWorld::set_box_to_pose(BodySlot slot) const {
+  Body& boxed = bodies_[static_cast<std::size_t>(slot)];
+  const Box box = boxed.box_at(boxed.pose);
+  // A body without a sensible box keeps its last one.
+  if (boxed.motion != Motion::kStatic && !is_sensible(box)) return;
+  boxed.box = box;
+  broad_phase_.update(boxed, slot, 0);
+}
+
+void NativeWorld::sleep(BodySlot slot) {
+  Body& sleeper = body(slot);
+  if (sleeper.motion == Motion::kStatic) return;
+  sleeper.fine.reset();
+  sleeper.linear.setZero();
+  sleeper.angular.setZero();
+  sleeper.activity = Activity::kAsleep;
+  set_box_to_pose(slot);
+}
+
+void NativeWorld::wake(BodySlot slot) {
+  if (body(slot).motion == Motion::kStatic) return;
+  body(slot).activity = Activity::kAwake;
+  body(slot).still_for = 0;
+}
+
+Wrench NativeWorld::total_wrench(BodySlot slot) const {
+  return {array(body(slot).force), array(body(slot).torque)};
+}
+
+void NativeWorld::set_total_wrench(BodySlot slot, const Wrench& wrench) {
+  body(slot).force = vector(wrench.force);
+  body(slot).torque = vector(wrench.torque);
+}
+
+bool NativeWorld::is_wanted(const Body& a, const Body& b) const {
+  return is_wanted_pair(a, b) && !engine_.are_apart(a.id, b.id);
+}
+
+void NativeWorld::detect(double dt) {
+  forget_removed();
+  predict(Scalar(dt));
+  update_boxes(Scalar(dt));
+  broad_phase_.find_pairs(bodies_, candidates_, is_wanted_pair);
+  update_contacts();
+  if (settings_.continuous_collision) predict_contacts();
+  is_gathered_ = false;
+}
+
+// Forces and damping. Clones are damped, too, since they are swept like their originals.
+void NativeWorld::predict(Scalar dt) {
+  for (Body& body : bodies_) {
+    if (!body.leaf || !body.is_dynamic() || !body.is_awake()) continue;
+    if (body.role == Role::kHome) body.force += body.gravity / body.inverse_mass;
+    body.linear *= body.linear_damping;
+    body.angular *= body.angular_damping;
+    body.next.position = body.pose.position + body.linear * dt;
+  }
+}
+
+// Boxes follow from poses, and hold the way of a fast body.
+void NativeWorld::update_boxes(Scalar dt) {
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    Body& body = bodies_[n];
+    if (!body.leaf || !body.is_awake()) continue;
+    Box box = body.box_at(body.pose);
+    if (settings_.continuous_collision && body.is_dynamic()) {
+      Box later = box;
+      const Vector way = body.linear * dt;
+      later.low += way;
+      later.high += way;
+      box.extend(later);
+    }
+    if (!is_sensible(box)) {
+      if (body.is_dynamic()) body.activity = Activity::kAsleep;
+      continue;
+    }
+    body.box = box;
+    broad_phase_.update(body, static_cast<BodySlot>(n), dt);
+  }
+  boxes_are_old_ = false;
+}
+
+void NativeWorld::update_contacts() {
+  std::size_t kept = 0;
+  for (Candidate& candidate : candidates_) {
+    const Body& a = body(candidate.slot_a);
+    const Body& b = body(candidate.slot_b);
+    const bool is_asleep = !a.is_awake() && !b.is_awake();
+    const bool is_near = a.box.overlaps(b.box);
+    const bool is_apart = engine_.are_apart(a.id, b.id);
+    if (is_near && !is_asleep && !is_apart) {
+      if (candidate.contact != Candidate::kNone) {
+        Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
+        narrow_phase_.update(a, b, contact);
+        if (contact.patches.empty()) drop_contact(candidate);
+      } else if (narrow_phase_.update(a, b, fresh_); !fresh_.patches.empty()) {
+        candidate.contact = new_contact(a, b);
+        fresh_.friction = contacts_[static_cast<std::size_t>(candidate.contact)].friction;
+        fresh_.restitution = contacts_[static_cast<std::size_t>(candidate.contact)].restitution;
+        std::swap(contacts_[static_cast<std::size_t>(candidate.contact)], fresh_);
+        fresh_ = {};
+      }
+    } else if (!is_near || is_apart) {
+      drop_contact(candidate);
+      if (!is_near && !a.enlarged.overlaps(b.enlarged)) continue;
+    }
+    candidates_[kept++] = candidate;
+  }
+  candidates_.resize(kept);
+}
+
+std::int32_t NativeWorld::new_contact(const Body& a, const Body& b) {
+  std::int32_t place = static_cast<std::int32_t>(contacts_.size());
+  if (free_contacts_.empty()) {
+    contacts_.emplace_back();
+  } else {
+    place = free_contacts_.back();
+    free_contacts_.pop_back();
+  }
+  Contact& contact = contacts_[static_cast<std::size_t>(place)];
+  contact = {};
+  // The friction of a contact is the smaller one of its two bodies, as in Gazebo.
+  contact.friction = std::min(a.friction, b.friction);
+  contact.restitution = a.restitution * b.restitution;
+  return place;
+}
+
+void NativeWorld::drop_contact(Candidate& candidate) {
+  if (candidate.contact == Candidate::kNone) return;
+  free_contacts_.push_back(candidate.contact);
+  candidate.contact = Candidate::kNone;
+}
+
+std::span<const ContactPair> NativeWorld::contacts() {
+  if (!is_gathered_) gather();
+  return pairs_;
+}
+
+void NativeWorld::gather() {
+  forget_removed();
+  pairs_.clear();
+  contact_of_pair_.clear();
+  for (const Candidate& candidate : candidates_) {
+    if (candidate.contact == Candidate::kNone) continue;
+    const auto place = static_cast<std::size_t>(candidate.contact);
+    const Contact& contact = contacts_[place];
+    if (contact.patches.empty()) continue;
+    pairs_.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b, contact.is_touching()});
+    contact_of_pair_.push_back(place);
+  }
+  is_gathered_ = true;
+}
+
+ContactDetail NativeWorld::contact_detail(std::size_t pair) const {
+  const Body& b = body(pairs_[pair].slot_b);
+  ContactDetail detail;
+  detail.depth = -std::numeric_limits<double>::infinity();
+  for (const ContactPatch& patch : contact(pair).patches) {
+    for (int n = 0; n < patch.count; ++n) {
+      const ContactPoint& point = patch.point[n];
+      detail.impulse += double(point.impulse);
+      if (double(-point.gap) <= detail.depth) continue;
+      detail.depth = double(-point.gap);
+      detail.position = (b.pose * point.on_b).cast<double>();
+      detail.normal = patch.normal.cast<double>();
+    }
+  }
+  return detail;
+}
+
+ManifoldState NativeWorld::export_manifold(std::size_t pair) const {
+  return {pairs_[pair].a, pairs_[pair].b, encode(contact(pair))};
+}
+
+Candidate& NativeWorld::candidate_of(BodySlot slot_a, BodySlot slot_b) {
+  const Candidate wanted{body(slot_a).id, body(slot_b).id, slot_a, slot_b};
+  const auto place =
+      std::lower_bound(candidates_.begin(), candidates_.end(), wanted,
+                       [](const Candidate& x, const Candidate& y) { return x.key() < y.key(); });
+  if (place != candidates_.end() && place->key() == wanted.key()) return *place;
+  return *candidates_.insert(place, wanted);
+}
+
+void NativeWorld::import_manifold(const ManifoldState& state) {
+  forget_removed();
+  Contact contact;
+  bullet::require(decode(state.points, contact),
+                  "contact points must come from an engine of the same precision");
+  const std::optional<BodySlot> a = slot_of(state.a);
+  const std::optional<BodySlot> b = slot_of(state.b);
+  if (!a || !b || !is_wanted(body(*a), body(*b))) return;
+  // Every detection predicts anew.
+  drop_predicted(contact);
+  Candidate& candidate = candidate_of(*a, *b);
+  if (candidate.contact == Candidate::kNone) candidate.contact = new_contact(body(*a), body(*b));
+  contacts_[static_cast<std::size_t>(candidate.contact)] = std::move(contact);
+  is_gathered_ = false;
+}
+
+void NativeWorld::set_manifold(std::size_t pair, const ManifoldState& state) {
+  bullet::require(decode(state.points, contact(pair)),
+                  "contact points must come from an engine of the same precision");
+}
+
+void NativeWorld::adopt_manifold(const ManifoldState& state) {
+  const std::optional<BodySlot> a = slot_of(state.a);
+  const std::optional<BodySlot> b = slot_of(state.b);
+  bullet::require(a && b, "bodies must be added before their contacts");
+  Candidate adopted{state.a, state.b, *a, *b, new_contact(body(*a), body(*b))};
+  Contact& contact = contacts_[static_cast<std::size_t>(adopted.contact)];
+  bullet::require(decode(state.points, contact),
+                  "contact points must come from an engine of the same precision");
+  candidates_.push_back(adopted);
+  is_gathered_ = false;
+}
+
+}  // namespace tessera::native

@@ -1,0 +1,116 @@
+// One sector's world: Tessera's own pipeline over Bullet's shapes.
+//
+// The bits of a step do not depend on history:
+//   * Pairs are found by boxes that are functions of the bodies' states, and are looked at in the order of
+//   ids.
+//   * The points of a pair and what was found when travel with it (ManifoldState).
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+
+#include <optional>
+#include <vector>
+
+#include "lpss/native/body.h"
+#include "lpss/native/broad_phase.h"
+#include "lpss/native/contact.h"
+#include "lpss/native/narrow_phase.h"
+#include "lpss/native/native_engine.h"
+
+namespace tessera::native {
+
+class NativeWorld final : public SectorWorld {
+ public:
+  explicit NativeWorld(NativeEngine& engine);
+  NativeWorld(const NativeWorld&) = delete;
+  NativeWorld& operator=(const NativeWorld&) = delete;
+
+  BodySlot add(const BodyRecord& record, Role role) override;
+  BodySlot add_static(BodyId id, const BodyProperties& properties, const Shape& part,
+                      const Pose& pose) override;
+  void remove(BodySlot slot) override;
+  BodyState state(BodySlot slot) const override { return body(slot).state(); }
+  void set_state(BodySlot slot, const BodyState& state) override;
+  Eigen::Vector3d position(BodySlot slot) const override;
+  Eigen::Vector3d linear_velocity(BodySlot slot) const override;
+  Activity activity(BodySlot slot) const override { return body(slot).activity; }
+  void set_velocity(BodySlot slot, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) override;
+  void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) override;
+  void add_wrench(BodySlot slot, const Wrench& wrench) override;
+  void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) override;
+  void set_jointed(BodySlot slot, bool jointed) override { body(slot).jointed = jointed; }
+  void sleep(BodySlot slot) override;
+  void wake(BodySlot slot) override;
+  Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
+  void append_outside(const Eigen::AlignedBox3d& inside, double dt,
+                      std::vector<BodySlot>& outside) const override;
+  bool reaches_home_body(const Eigen::AlignedBox3d& box) const override;
+  void detect(double dt) override;
+  std::span<const ContactPair> contacts() override;
+  ContactDetail contact_detail(std::size_t pair) const override;
+  ManifoldState export_manifold(std::size_t pair) const override;
+  void import_manifold(const ManifoldState& manifold) override;
+  void set_manifold(std::size_t pair, const ManifoldState& manifold) override;
+  void adopt_manifold(const ManifoldState& manifold) override;
+  Wrench total_wrench(BodySlot slot) const override;
+  void set_total_wrench(BodySlot slot, const Wrench& wrench) override;
+  void fly(BodySlot slot, double dt) override;
+  std::uint64_t integrate(double dt) override;
+  std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                std::uint32_t mask) const override;
+  std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach,
+                             std::uint32_t mask) override;
+
+  // For the solver.
+  Body& body(BodySlot slot) { return bodies_[static_cast<std::size_t>(slot)]; }
+  const Body& body(BodySlot slot) const { return bodies_[static_cast<std::size_t>(slot)]; }
+  Contact& contact(std::size_t pair) { return contacts_[contact_of_pair_[pair]]; }
+  const Contact& contact(std::size_t pair) const { return contacts_[contact_of_pair_[pair]]; }
+
+ private:
+  struct SweepHit {
+    BodySlot other;
+    Scalar fraction;
+    Vector normal;  // on the other
+  };
+
+  BodySlot add(Body body);
+  std::optional<BodySlot> slot_of(BodyId id) const;
+  bool is_there(BodySlot slot) const { return body(slot).leaf != nullptr; }
+  bool is_wanted(const Body& a, const Body& b) const;
+  void predict(Scalar dt);
+  void update_boxes(Scalar dt);
+  void set_box_to_pose(BodySlot slot) const;
+  void refresh_boxes() const;  // after bodies have moved, for queries
+  void update_contacts();
+  void forget_removed();
+  std::int32_t new_contact(const Body& a, const Body& b);
+  void drop_contact(Candidate& candidate);
+  Candidate& candidate_of(BodySlot a, BodySlot b);
+  void gather();
+  void predict_contacts();
+  std::optional<SweepHit> sweep(BodySlot swept, const Vector& to) const;
+  void keep_still_clock(Body& body, double dt) const;
+  std::vector<BodySlot> bodies_near(const Box& box, std::uint32_t mask) const;
+
+  NativeEngine& engine_;
+  const EngineSettings& settings_;
+  NarrowPhase narrow_phase_;
+  mutable std::vector<Body> bodies_;  // by slot; without a leaf where free
+  std::vector<BodySlot> free_slots_;
+  std::vector<BodySlot> removed_;  // not free yet: candidates may refer to them
+  absl::flat_hash_map<BodyId, BodySlot> slots_;
+  mutable BroadPhase broad_phase_;
+  mutable bool boxes_are_old_ = false;  // bodies have moved since
+  std::vector<Candidate> candidates_;   // ascending by ids
+  std::vector<Contact> contacts_;
+  std::vector<std::int32_t> free_contacts_;
+  Contact fresh_;  // for a pair that had none
+  bool is_gathered_ = true;
+  std::vector<ContactPair> pairs_;
+  std::vector<std::size_t> contact_of_pair_;
+};
+
+inline Body& body_of(const WorldBody& body) { return static_cast<NativeWorld*>(body.world)->body(body.slot); }
+
+}  // namespace tessera::native

@@ -1,0 +1,317 @@
+#include "lpss/native/round_shapes.h"
+
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+#include <absl/container/inlined_vector.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+namespace tessera::native {
+namespace {
+
+using collision::Face;
+using collision::Manifold;
+using collision::MeshTriangle;
+using collision::Placement;
+using Point = collision::ContactPoint<Scalar>;
+using Points = absl::InlinedVector<Point, 16>;
+
+// The cap of a cylinder is a polygon of so many corners.
+constexpr int kCapCorners = 8;
+// A direction closer to the axis than to the side looks at a cap.
+constexpr Scalar kCapFrom = Scalar(0.7071);
+// The nearest points are points of their own where they are deeper than all others by this share of the
+// margin.
+constexpr Scalar kDeeper = Scalar(0.05);
+constexpr std::uint32_t kNearest = 0x7fff7fff;
+// Lines whose angle has a smaller sine than this lie along each other.
+constexpr Scalar kParallel = Scalar(0.1);
+
+// Relative to a's centre, world axes.
+struct Nearest {
+  Vector normal = Vector::UnitZ();  // from b to a
+  Vector on_a = Vector::Zero();
+  Vector on_b = Vector::Zero();
+  Scalar gap = 0;
+};
+
+std::optional<Nearest> nearest(const btConvexShape& a, const Frame& at_a, const btConvexShape& b,
+                               const Frame& at_b, Scalar margin) {
+  struct Output final : btDiscreteCollisionDetectorInterface::Result {
+    void setShapeIdentifiersA(int, int) override {}
+    void setShapeIdentifiersB(int, int) override {}
+    void addContactPoint(const btVector3& normal_on_b, const btVector3& on_b, btScalar depth) override {
+      found =
+          Nearest{vector(normal_on_b), vector(btVector3(on_b + normal_on_b * depth)), vector(on_b), depth};
+    }
+    std::optional<Nearest> found;
+  } output;
+  btVoronoiSimplexSolver simplex;
+  btGjkEpaPenetrationDepthSolver penetration;
+  btGjkPairDetector detector(&a, &b, &simplex, &penetration);
+  btGjkPairDetector::ClosestPointInput input;
+  input.m_transformA = bt(at_a);
+  input.m_transformB = bt(at_b);
+  const btScalar reach = a.getMargin() + b.getMargin() + margin;
+  input.m_maximumDistanceSquared = reach * reach;
+  detector.getClosestPoints(input, output, nullptr);
+  if (!output.found || !(output.found->gap <= margin)) return std::nullopt;
+  return output.found;
+}
+
+// A line along the side of a shape.
+struct Line {
+  Vector from;
+  Vector to;
+};
+
+// What a shape shows in a direction: a face, a line or, if neither, a point.
+struct Side {
+  std::optional<Face<Scalar>> face;
+  std::optional<Line> line;
+};
+
+Face<Scalar> cap_of(Scalar radius, Scalar z) {
+  constexpr Scalar kDiagonal = Scalar(std::numbers::sqrt2 / 2);
+  constexpr Scalar kCosine[kCapCorners] = {1, kDiagonal, 0, -kDiagonal, -1, -kDiagonal, 0, kDiagonal};
+  constexpr Scalar kSine[kCapCorners] = {0, kDiagonal, 1, kDiagonal, 0, -kDiagonal, -1, -kDiagonal};
+  Face<Scalar> cap;
+  cap.normal = Vector(0, 0, z > 0 ? 1 : -1);
+  cap.id = z > 0 ? 1 : 0;
+  cap.count = kCapCorners;
+  for (int n = 0; n < kCapCorners; ++n) {
+    const int corner = z > 0 ? n : kCapCorners - 1 - n;
+    cap.vertex[n] = Vector(radius * kCosine[corner], radius * kSine[corner], z);
+    cap.vertex_id[n] = static_cast<std::uint16_t>(corner);
+  }
+  return cap;
+}
+
+// In the frame of the part, `direction` likewise.
+Side side_of(const Part& part, const Vector& direction) {
+  Side side;
+  Scalar radius = 0;
+  Scalar half_length = 0;
+  if (part.kind == Part::Kind::kBox) {
+    side.face = collision::supporting_face(part.cuboid, direction);
+  } else if (part.kind == Part::Kind::kPolyhedron) {
+    side.face = collision::supporting_face(*part.polyhedron, direction);
+  } else if (part.kind == Part::Kind::kCapsule) {
+    radius = part.capsule.radius;
+    half_length = part.capsule.half_length;
+  } else if (part.kind == Part::Kind::kRound && part.convex->getShapeType() == CYLINDER_SHAPE_PROXYTYPE) {
+    const btVector3 half = static_cast<const btCylinderShape*>(part.convex)->getHalfExtentsWithMargin();
+    radius = half.x();
+    half_length = half.z();
+    if (std::abs(direction.z()) > kCapFrom * direction.norm()) {
+      side.face = cap_of(radius, std::copysign(half_length, direction.z()));
+      return side;
+    }
+  }
+  if (half_length > 0 && std::abs(direction.z()) <= kCapFrom * direction.norm()) {
+    const Vector out = Vector(direction.x(), direction.y(), 0).normalized() * radius;
+    side.line = Line{out - Vector(0, 0, half_length), out + Vector(0, 0, half_length)};
+  }
+  return side;
+}
+
+Side placed(Side side, const Matrix& rotation, const Vector& offset) {
+  if (side.face) side.face = collision::placed(*side.face, rotation, offset);
+  if (side.line) side.line = Line{rotation * side.line->from + offset, rotation * side.line->to + offset};
+  return side;
+}
+
+// The part of a line above a face, seen along its normal.
+std::optional<Line> clipped(const Line& line, const Face<Scalar>& face) {
+  Scalar from = 0;
+  Scalar to = 1;
+  const Vector way = line.to - line.from;
+  for (int n = 0; n < face.count; ++n) {
+    const Vector& tail = face.vertex[n];
+    const Vector out = (face.vertex[(n + 1) % face.count] - tail).cross(face.normal);
+    const Scalar at_from = out.dot(line.from - tail);
+    const Scalar growth = out.dot(way);
+    if (growth == 0) {
+      if (at_from > 0) return std::nullopt;
+    } else if (growth > 0) {
+      to = std::min(to, -at_from / growth);
+    } else {
+      from = std::max(from, -at_from / growth);
+    }
+  }
+  if (!(from < to)) return std::nullopt;
+  return Line{line.from + way * from, line.from + way * to};
+}
+
+// The points of a line that lies on a face of the other, `is_a`: the line is that of a.
+void lay_on_face(const Line& line, const Face<Scalar>& face, const Vector& normal, bool is_a,
+                 Points& points) {
+  const Scalar slope = face.normal.dot(normal);
+  const std::optional<Line> over = clipped(line, face);
+  if (!over || slope == 0) return;
+  std::uint32_t feature = 0;
+  for (const Vector& end : {over->from, over->to}) {
+    const Vector on_face = end - normal * (face.normal.dot(end - face.vertex[0]) / slope);
+    const Vector& on_a = is_a ? end : on_face;
+    const Vector& on_b = is_a ? on_face : end;
+    points.push_back({on_a, on_b, (on_a - on_b).dot(normal), feature++});
+  }
+}
+
+// The ends of where two lines lie along each other.
+void lay_along(const Line& a, const Line& b, const Vector& normal, Points& points) {
+  const Vector way_a = a.to - a.from;
+  const Vector way_b = b.to - b.from;
+  const Scalar length_a = way_a.norm();
+  const Scalar length_b = way_b.norm();
+  if (!(way_a.cross(way_b).norm() <= kParallel * length_a * length_b)) return;
+  const Vector along = way_a / length_a;
+  const auto place = [&](const Vector& p) { return along.dot(p - a.from); };
+  const Scalar b_from = place(b.from);
+  const Scalar b_to = place(b.to);
+  const Scalar low = std::max(Scalar(0), std::min(b_from, b_to));
+  const Scalar high = std::min(length_a, std::max(b_from, b_to));
+  if (!(low < high) || b_from == b_to) return;
+  std::uint32_t feature = 0;
+  for (const Scalar at : {low, high}) {
+    const Vector on_a = a.from + along * at;
+    const Vector on_b = b.from + way_b * ((at - b_from) / (b_to - b_from));
+    points.push_back({on_a, on_b, (on_a - on_b).dot(normal), feature++});
+  }
+}
+
+// The points of two sides that look at each other along the normal, and the nearest ones if those are deeper.
+Manifold<Scalar> between(const Side& a, const Side& b, const Nearest& found, Scalar margin) {
+  Points points;
+  if (a.face && b.face) {
+    const Manifold<Scalar> covered = collision::clip_faces(*a.face, *b.face, found.normal, margin);
+    points.assign(covered.point, covered.point + covered.count);
+  } else if (a.line && b.face) {
+    lay_on_face(*a.line, *b.face, found.normal, /*is_a=*/true, points);
+  } else if (a.face && b.line) {
+    lay_on_face(*b.line, *a.face, found.normal, /*is_a=*/false, points);
+  } else if (a.line && b.line) {
+    lay_along(*a.line, *b.line, found.normal, points);
+  }
+  points.erase(std::remove_if(points.begin(), points.end(), [&](const Point& p) { return p.gap > margin; }),
+               points.end());
+  Scalar least = std::numeric_limits<Scalar>::max();
+  for (const Point& point : points) least = std::min(least, point.gap);
+  if (found.gap < least - kDeeper * margin) points.push_back({found.on_a, found.on_b, found.gap, kNearest});
+  Manifold<Scalar> manifold;
+  manifold.normal = found.normal;
+  collision::reduce(std::span<const Point>(points), manifold);
+  return manifold;
+}
+
+// Whether a normal leans over an edge of a triangle farther than the neighbour's own normal.
+bool belongs_to_neighbour(const MeshTriangle<Scalar>& triangle, const Vector& normal) {
+  for (int edge = 0; edge < 3; ++edge) {
+    if (!triangle.has_neighbour[edge]) continue;
+    const Vector along = triangle.vertex[(edge + 1) % 3] - triangle.vertex[edge];
+    const Vector out = along.cross(triangle.normal).normalized();
+    const Scalar lean = normal.dot(out);
+    if (lean <= Scalar(1e-3)) continue;
+    const Scalar allowed = std::max(Scalar(0), triangle.neighbour_normal[edge].dot(out));
+    if (lean > allowed + Scalar(1e-3)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Scalar>& placement,
+                               Scalar margin) {
+  const std::optional<Nearest> found =
+      nearest(*a.convex, {placement.a, Vector::Zero()}, *b.convex, {placement.b, placement.offset}, margin);
+  if (!found) return {};
+  const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
+  const Side side_b = side_of(b, placement.b.transpose() * found->normal);
+  return between(placed(side_a, placement.a, Vector::Zero()), placed(side_b, placement.b, placement.offset),
+                 *found, margin);
+}
+
+Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
+                               const Placement<Scalar>& placement, Scalar margin) {
+  btTriangleShape triangle(bt(b.vertex[0]), bt(b.vertex[1]), bt(b.vertex[2]));
+  triangle.setMargin(0);
+  std::optional<Nearest> found =
+      nearest(*a.convex, {placement.a, Vector::Zero()}, triangle, {placement.b, placement.offset}, margin);
+  if (!found) return {};
+  // Shapes are kept on the side of their centre.
+  const Vector centre = placement.b.transpose() * -placement.offset;
+  const Scalar side = (centre - b.vertex[0]).dot(b.normal) < 0 ? Scalar(-1) : Scalar(1);
+  const Vector up = placement.b * b.normal * side;
+  const Vector local = placement.b.transpose() * found->normal * side;
+  if (local.dot(b.normal) <= 0 || belongs_to_neighbour(b, local)) {
+    // What is directly above the triangle touches it along its normal.
+    const btVector3 lowest = a.convex->localGetSupportingVertex(bt(Vector(placement.a.transpose() * -up)));
+    found->on_a = placement.a * vector(lowest);
+    found->gap = up.dot(found->on_a - (placement.b * b.vertex[0] + placement.offset));
+    found->normal = up;
+    found->on_b = found->on_a - up * found->gap;
+    if (!(found->gap <= margin)) return {};
+    const Vector foot = placement.b.transpose() * (found->on_b - placement.offset);
+    for (int edge = 0; edge < 3; ++edge) {
+      const Vector along = b.vertex[(edge + 1) % 3] - b.vertex[edge];
+      if (along.cross(b.normal).dot(foot - b.vertex[edge]) > 0) return {};
+    }
+  }
+  const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
+  Side side_b;
+  side_b.face = collision::supporting_face(b, Vector(placement.b.transpose() * found->normal));
+  return between(placed(side_a, placement.a, Vector::Zero()), placed(side_b, placement.b, placement.offset),
+                 *found, margin);
+}
+
+Manifold<Scalar> collide_plane(const Part& a, const Vector& normal, const Placement<Scalar>& placement,
+                               Scalar margin) {
+  const Vector up = placement.b * normal;
+  Points points;
+  const auto add = [&](const Vector& on_a, std::uint32_t feature) {
+    const Scalar gap = up.dot(on_a - placement.offset);
+    if (gap <= margin) points.push_back({on_a, on_a - up * gap, gap, feature});
+  };
+  const Vector down = placement.a.transpose() * -up;
+  if (a.kind == Part::Kind::kBox) {
+    for (std::uint32_t n = 0; n < 8; ++n) {
+      const Vector sign(n & 1 ? 1 : -1, n & 2 ? 1 : -1, n & 4 ? 1 : -1);
+      add(placement.a * a.cuboid.half.cwiseProduct(sign), n);
+    }
+  } else if (a.kind == Part::Kind::kPolyhedron) {
+    for (std::uint32_t n = 0; n < a.polyhedron->vertices.size(); ++n)
+      add(placement.a * a.polyhedron->vertices[n], n);
+  } else {
+    const Side side = side_of(a, down);
+    if (side.face) {
+      for (int n = 0; n < side.face->count; ++n)
+        add(placement.a * side.face->vertex[n], side.face->vertex_id[n]);
+    } else if (side.line) {
+      add(placement.a * side.line->from, 0);
+      add(placement.a * side.line->to, 1);
+    }
+    Scalar least = std::numeric_limits<Scalar>::max();
+    for (const Point& point : points) least = std::min(least, point.gap);
+    const Vector lowest = placement.a * vector(a.convex->localGetSupportingVertex(bt(down)));
+    if (up.dot(lowest - placement.offset) < least - kDeeper * margin) add(lowest, kNearest);
+  }
+  Manifold<Scalar> manifold;
+  manifold.normal = up;
+  collision::reduce(std::span<const Point>(points), manifold);
+  return manifold;
+}
+
+Scalar distance(const btConvexShape& a, const Frame& at_a, const btConvexShape& b, const Frame& at_b,
+                Scalar reach) {
+  const std::optional<Nearest> found = nearest(a, at_a, b, at_b, reach);
+  return found ? found->gap : std::numeric_limits<Scalar>::max();
+}
+
+}  // namespace tessera::native

@@ -1,0 +1,202 @@
+#include "lpss/native/solid.h"
+
+#include <BulletCollision/BroadphaseCollision/btDbvt.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <LinearMath/btConvexHullComputer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <variant>
+
+namespace tessera::native {
+namespace {
+
+constexpr Scalar kMarginMax = Scalar(0.02);   // m
+constexpr Scalar kMarginShare = Scalar(0.2);  // of the smallest extent
+constexpr Scalar kFar = Scalar(1e5);          // m, beyond all that a sector's world holds
+// Beyond this, comparing all edges costs more than Bullet's GJK.
+constexpr std::size_t kPolyhedronVerticesMax = 32;
+// Of the size of a hull: rounding of its faces in Bullet's hull computer.
+constexpr double kCoplanar = 1e-4;
+
+// The faces of the hull of some points, as loops of vertices.
+std::optional<collision::Polyhedron<Scalar>> polyhedron_of(const ConvexHull& hull) {
+  btConvexHullComputer computer;
+  computer.compute(hull.points.front().data(), 3 * sizeof(double), static_cast<int>(hull.points.size()), 0,
+                   0);
+  std::vector<Vector> vertices;
+  for (int n = 0; n < computer.vertices.size(); ++n) vertices.push_back(vector(computer.vertices[n]));
+  std::vector<std::vector<int>> faces;
+  for (int n = 0; n < computer.faces.size(); ++n) {
+    std::vector<int>& face = faces.emplace_back();
+    const btConvexHullComputer::Edge* first = &computer.edges[computer.faces[n]];
+    const btConvexHullComputer::Edge* edge = first;
+    do {
+      face.push_back(edge->getSourceVertex());
+      edge = edge->getNextEdgeOfFace();
+    } while (edge != first);
+  }
+  return collision::make_polyhedron<Scalar>(vertices, faces, kCoplanar);
+}
+
+Box box_of_points(const std::vector<Vector>& points) {
+  Box box{points.front(), points.front()};
+  for (const Vector& point : points) box.extend({point, point});
+  return box;
+}
+
+Box around(const Vector& half) { return {-half, half}; }
+
+}  // namespace
+
+Box box_at(const Part& part, const Frame& body) {
+  const Frame at = part.is_placed ? body * part.frame : body;
+  switch (part.kind) {
+    case Part::Kind::kBall:
+      return {at.position - Vector::Constant(part.ball.radius),
+              at.position + Vector::Constant(part.ball.radius)};
+    case Part::Kind::kPlane: {
+      Box box{Vector::Constant(-kFar), Vector::Constant(kFar)};
+      const Vector normal = at.rotation * part.normal;
+      for (int axis = 0; axis < 3; ++axis) {
+        if (normal[axis] > 1 - Scalar(1e-6)) box.high[axis] = at.position[axis] + Scalar(0.1);
+        if (normal[axis] < -1 + Scalar(1e-6)) box.low[axis] = at.position[axis] - Scalar(0.1);
+      }
+      return box;
+    }
+    default: {
+      const Vector centre = at * ((part.box.low + part.box.high) / 2);
+      const Vector half = at.rotation.cwiseAbs() * ((part.box.high - part.box.low) / 2);
+      return {centre - half, centre + half};
+    }
+  }
+}
+
+Solid::Solid(const Shape& shape, const Pose& centre, bool is_static) : bullet_(shape, centre, is_static) {
+  const bool is_centred = centre.is_identity();
+  const btCollisionShape* root = bullet_.root();
+  const btTransform& offset = bullet_.offset();
+  offset_.position = vector(offset.getOrigin());
+  for (int row = 0; row < 3; ++row) offset_.rotation.row(row) = vector(offset.getBasis()[row]).transpose();
+  const auto* compound = root->isCompound() ? static_cast<const btCompoundShape*>(root) : nullptr;
+  for (std::size_t n = 0; n < shape.parts.size(); ++n) {
+    ShapePart part = shape.parts[n];
+    if (!is_centred) part.pose = centre.inverse() * part.pose;
+    const btCollisionShape* its = compound ? compound->getChildShape(static_cast<int>(n)) : root;
+    // The pose of the only part of a static body is in its offset, or in the points of a hull. Bullet has the
+    // middle of a height field at its origin.
+    if (!compound && is_static && !std::holds_alternative<ConvexHull>(part.geometry)) {
+      part.pose = {};
+      if (const auto* field = std::get_if<HeightField>(&part.geometry)) {
+        const auto [low, high] = std::minmax_element(field->heights.begin(), field->heights.end());
+        part.pose.position.z() = -double((Scalar(*low) + Scalar(*high)) / 2);
+      }
+    }
+    parts_.push_back(make_part(part, its));
+  }
+  const double extent = smallest_extent(shape);
+  // Surfaces have no extent.
+  margin_ = extent > 0 ? std::min(kMarginMax, kMarginShare * Scalar(std::min(extent, 1.0))) : kMarginMax;
+  box_ = native::box_at(parts_.front(), {});
+  for (const Part& part : parts_) box_.extend(native::box_at(part, {}));
+  radius_ = box_.low.cwiseAbs().cwiseMax(box_.high.cwiseAbs()).norm();
+}
+
+Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
+  Part part;
+  part.frame = frame(from.pose);
+  part.is_placed = !from.pose.is_identity();
+  if (bullet->isConvex()) part.convex = static_cast<const btConvexShape*>(bullet);
+  const auto set_round = [&] {
+    part.kind = Part::Kind::kRound;
+    btVector3 low;
+    btVector3 high;
+    bullet->getAabb(btTransform::getIdentity(), low, high);
+    part.box = {vector(low), vector(high)};
+  };
+  if (const auto* box = std::get_if<tessera::Box>(&from.geometry)) {
+    part.kind = Part::Kind::kBox;
+    part.cuboid.half = (box->size / 2).cast<Scalar>();
+    part.box = around(part.cuboid.half);
+  } else if (const auto* sphere = std::get_if<Sphere>(&from.geometry)) {
+    part.kind = Part::Kind::kBall;
+    part.ball.radius = Scalar(sphere->radius);
+    part.box = around(Vector::Constant(part.ball.radius));
+  } else if (const auto* capsule = std::get_if<Capsule>(&from.geometry)) {
+    part.kind = Part::Kind::kCapsule;
+    part.capsule.radius = Scalar(capsule->radius);
+    part.capsule.half_length = Scalar(capsule->length / 2);
+    part.box =
+        around({part.capsule.radius, part.capsule.radius, part.capsule.radius + part.capsule.half_length});
+  } else if (const auto* plane = std::get_if<Plane>(&from.geometry)) {
+    part.kind = Part::Kind::kPlane;
+    part.normal = plane->normal.cast<Scalar>();
+    part.box = around(Vector::Constant(kFar));
+  } else if (const auto* hull = std::get_if<ConvexHull>(&from.geometry)) {
+    // A lone hull has its pose in its points, as in Bullet's form of it.
+    ConvexHull posed = *hull;
+    if (part.is_placed && bullet == bullet_.root()) {
+      for (Eigen::Vector3d& point : posed.points) point = from.pose * point;
+      part.frame = {};
+      part.is_placed = false;
+    }
+    std::optional<collision::Polyhedron<Scalar>> polyhedron = polyhedron_of(posed);
+    if (polyhedron && polyhedron->vertices.size() <= kPolyhedronVerticesMax) {
+      part.kind = Part::Kind::kPolyhedron;
+      part.box = box_of_points(polyhedron->vertices);
+      part.polyhedron =
+          polyhedra_.emplace_back(std::make_unique<collision::Polyhedron<Scalar>>(*std::move(polyhedron)))
+              .get();
+    } else {
+      set_round();
+    }
+  } else if (const auto* mesh = std::get_if<TriangleMesh>(&from.geometry)) {
+    part.kind = Part::Kind::kTerrain;
+    std::vector<Vector> vertices;
+    for (const Eigen::Vector3d& vertex : mesh->vertices) vertices.push_back(vertex.cast<Scalar>());
+    part.box = box_of_points(vertices);
+    part.terrain =
+        terrains_.emplace_back(make_terrain(*mesh, *static_cast<const btBvhTriangleMeshShape*>(bullet)))
+            .get();
+  } else if (const auto* field = std::get_if<HeightField>(&from.geometry)) {
+    part.kind = Part::Kind::kTerrain;
+    const auto [low, high] = std::minmax_element(field->heights.begin(), field->heights.end());
+    const Eigen::Vector2d half =
+        field->spacing.cwiseProduct(Eigen::Vector2d(field->columns - 1, field->rows - 1)) / 2;
+    part.box = {Vector(Scalar(-half.x()), Scalar(-half.y()), Scalar(*low)),
+                Vector(Scalar(half.x()), Scalar(half.y()), Scalar(*high))};
+    part.terrain = terrains_.emplace_back(make_terrain(*field)).get();
+  } else {
+    set_round();
+  }
+  return part;
+}
+
+Box Solid::box_at(const Frame& at) const {
+  if (parts_.size() == 1) return native::box_at(parts_.front(), at);
+  const Vector centre = at * ((box_.low + box_.high) / 2);
+  const Vector half = at.rotation.cwiseAbs() * ((box_.high - box_.low) / 2);
+  return {centre - half, centre + half};
+}
+
+void Solid::parts_near(const Box& box, std::vector<std::uint32_t>& found) const {
+  found.clear();
+  if (!bullet_.root()->isCompound()) {
+    for (std::uint32_t n = 0; n < parts_.size(); ++n) found.push_back(n);
+    return;
+  }
+  struct Collector final : btDbvt::ICollide {
+    explicit Collector(std::vector<std::uint32_t>& f) : found(f) {}
+    void Process(const btDbvtNode* leaf) override {
+      found.push_back(static_cast<std::uint32_t>(leaf->dataAsInt));
+    }
+    std::vector<std::uint32_t>& found;
+  } collector(found);
+  const btDbvt& tree = *static_cast<const btCompoundShape*>(bullet_.root())->getDynamicAabbTree();
+  tree.collideTV(tree.m_root, btDbvtVolume::FromMM(bt(box.low), bt(box.high)), collector);
+  std::sort(found.begin(), found.end());
+}
+
+}  // namespace tessera::native

@@ -1,0 +1,89 @@
+// The shape of a body in the forms that finding contacts needs.
+#pragma once
+
+#include <BulletCollision/CollisionShapes/btConvexShape.h>
+
+#include <memory>
+#include <vector>
+
+#include "lpss/bullet/collision_shape.h"
+#include "lpss/collision/collide.h"
+#include "lpss/native/math.h"
+#include "lpss/native/terrain.h"
+
+namespace tessera::native {
+
+// One geometry of a shape.
+struct Part {
+  enum class Kind : std::uint8_t {
+    kBall,
+    kCapsule,
+    kBox,
+    kPolyhedron,
+    kRound,  // other convex shapes, and hulls of very many faces
+    kPlane,
+    kTerrain,
+  };
+
+  Kind kind = Kind::kBall;
+  Frame frame;             // in the centre frame of the body
+  bool is_placed = false;  // the frame is not the identity
+  Box box;                 // in the part's frame
+  collision::Ball<Scalar> ball{};
+  collision::Capsule<Scalar> capsule{};
+  collision::Box<Scalar> cuboid{};
+  const collision::Polyhedron<Scalar>* polyhedron = nullptr;
+  Vector normal = Vector::UnitZ();        // of a plane, pointing out
+  const btConvexShape* convex = nullptr;  // of all convex kinds
+  const Terrain* terrain = nullptr;
+};
+
+// Immutable; shared by all bodies of a shape and centre frame.
+class Solid {
+ public:
+  // As CollisionShape: for a static body of one part the part's pose is `offset`, to be applied to the body's
+  // own.
+  Solid(const Shape& shape, const Pose& centre, bool is_static);
+
+  const std::vector<Part>& parts() const { return parts_; }
+  const Frame& offset() const { return offset_; }
+
+  // m, the distance from which on contacts are kept.
+  Scalar margin() const { return margin_; }
+
+  // The scale for sweeps, in metres; 0 for shapes that are not swept: compounds (a ring's centre is outside
+  // of it, and only a ball at the centre is swept) and surfaces.
+  Scalar swept_extent() const { return bullet_.swept_extent(); }
+
+  // m, of a ball around the centre; for surfaces, too large to matter.
+  Scalar radius() const { return radius_; }
+
+  // Of all parts, in the centre frame.
+  const Box& box() const { return box_; }
+
+  // The box of the shape posed by `frame`.
+  Box box_at(const Frame& frame) const;
+
+  // For rays and sweeps.
+  btCollisionShape* bullet() const { return bullet_.root(); }
+
+  // The parts whose boxes overlap `box`, ascending. In the centre frame.
+  void parts_near(const Box& box, std::vector<std::uint32_t>& found) const;
+
+ private:
+  Part make_part(const ShapePart& part, const btCollisionShape* bullet);
+
+  bullet::CollisionShape bullet_;
+  Frame offset_;
+  std::vector<Part> parts_;
+  std::vector<std::unique_ptr<collision::Polyhedron<Scalar>>> polyhedra_;
+  std::vector<std::unique_ptr<Terrain>> terrains_;
+  Box box_;  // of all parts, in the centre frame
+  Scalar margin_ = 0;
+  Scalar radius_ = 0;
+};
+
+// The box of a part posed by `frame`, that of its body.
+Box box_at(const Part& part, const Frame& frame);
+
+}  // namespace tessera::native

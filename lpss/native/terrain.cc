@@ -1,0 +1,208 @@
+#include "lpss/native/terrain.h"
+
+#include <absl/container/flat_hash_map.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <tuple>
+
+namespace tessera::native {
+namespace {
+
+constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
+
+// The front is where the corners are seen counter-clockwise.
+Vector normal_of(const Vector& p, const Vector& q, const Vector& r) {
+  const Vector normal = (q - p).cross(r - p);
+  const Scalar length = normal.norm();
+  return length > 0 ? Vector(normal / length) : Vector(Vector::UnitZ());
+}
+
+class Mesh final : public Terrain {
+ public:
+  Mesh(const TriangleMesh& mesh, const btBvhTriangleMeshShape& tree) : tree_(tree) {
+    vertices_.reserve(mesh.vertices.size());
+    for (const Eigen::Vector3d& vertex : mesh.vertices) vertices_.push_back(vertex.cast<Scalar>());
+    triangles_.reserve(mesh.indices.size() / 3);
+    for (std::size_t n = 0; n + 2 < mesh.indices.size(); n += 3) {
+      triangles_.push_back({mesh.indices[n], mesh.indices[n + 1], mesh.indices[n + 2]});
+    }
+    connect();
+  }
+
+  void near(const Box& box, List& found) const override {
+    struct Collector final : btTriangleCallback {
+      void processTriangle(btVector3*, int, int index) override {
+        indices.push_back(static_cast<std::uint32_t>(index));
+      }
+      absl::InlinedVector<std::uint32_t, 32> indices;
+    } collector;
+    tree_.processAllTriangles(&collector, bt(box.low), bt(box.high));
+    std::sort(collector.indices.begin(), collector.indices.end());
+    for (const std::uint32_t index : collector.indices) {
+      const std::array<Vector, 3> corners = corners_of(index);
+      const Box its{corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]),
+                    corners[0].cwiseMax(corners[1]).cwiseMax(corners[2])};
+      if (its.overlaps(box)) found.push_back({index, triangle(index)});
+    }
+  }
+
+ private:
+  using Corners = std::array<std::uint32_t, 3>;
+
+  std::array<Vector, 3> corners_of(std::uint32_t index) const {
+    const Corners& t = triangles_[index];
+    return {vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]};
+  }
+
+  MeshTriangle<Scalar> triangle(std::uint32_t index) const {
+    MeshTriangle<Scalar> result;
+    result.is_one_sided = false;
+    const std::array<Vector, 3> corners = corners_of(index);
+    result.normal = normal_of(corners[0], corners[1], corners[2]);
+    for (std::size_t n = 0; n < 3; ++n) {
+      result.vertex[n] = corners[n];
+      const std::uint32_t neighbour = neighbours_[index][n];
+      result.has_neighbour[n] = neighbour != kNoTriangle;
+      if (neighbour == kNoTriangle) continue;
+      const std::array<Vector, 3> others = corners_of(neighbour);
+      const Vector normal = normal_of(others[0], others[1], others[2]);
+      result.neighbour_normal[n] = flips_[index][n] ? Vector(-normal) : normal;
+    }
+    return result;
+  }
+
+  // Two triangles share an edge if its ends are in the same places, whether or not they are the same
+  // vertices.
+  void connect() {
+    using Place = std::tuple<Scalar, Scalar, Scalar>;
+    absl::flat_hash_map<Place, std::uint32_t> places;
+    std::vector<std::uint32_t> place(vertices_.size());
+    for (std::size_t n = 0; n < vertices_.size(); ++n) {
+      const Vector& v = vertices_[n];
+      place[n] =
+          places.try_emplace({v.x(), v.y(), v.z()}, static_cast<std::uint32_t>(places.size())).first->second;
+    }
+    struct Edge {
+      std::uint32_t triangle;
+      std::uint32_t side;
+      bool forward;
+      bool is_shared;
+    };
+    absl::flat_hash_map<std::pair<std::uint32_t, std::uint32_t>, Edge> edges;
+    neighbours_.assign(triangles_.size(), {kNoTriangle, kNoTriangle, kNoTriangle});
+    flips_.assign(triangles_.size(), {false, false, false});
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      for (std::uint32_t side = 0; side < 3; ++side) {
+        const std::uint32_t from = place[triangles_[t][side]];
+        const std::uint32_t to = place[triangles_[t][(side + 1) % 3]];
+        if (from == to) continue;
+        const bool forward = from < to;
+        const auto [edge, is_new] =
+            edges.try_emplace({std::min(from, to), std::max(from, to)}, Edge{t, side, forward, false});
+        Edge& first = edge->second;
+        // Of three triangles at an edge, the first two are neighbours.
+        if (is_new || first.is_shared) continue;
+        first.is_shared = true;
+        neighbours_[t][side] = first.triangle;
+        neighbours_[first.triangle][first.side] = t;
+        // The two are wound alike if they walk along the edge in opposite directions.
+        flips_[t][side] = flips_[first.triangle][first.side] = first.forward == forward;
+      }
+    }
+  }
+
+  const btBvhTriangleMeshShape& tree_;
+  std::vector<Vector> vertices_;
+  std::vector<Corners> triangles_;
+  std::vector<Corners> neighbours_;         // by the side from each corner to the next
+  std::vector<std::array<bool, 3>> flips_;  // the neighbour is wound the other way round
+};
+
+// Each cell of the grid has two triangles, parted by the diagonal from its high-x to its high-y corner.
+class Heights final : public Terrain {
+ public:
+  explicit Heights(const HeightField& field)
+      : columns_(static_cast<std::int64_t>(field.columns)),
+        rows_(static_cast<std::int64_t>(field.rows)),
+        spacing_x_(Scalar(field.spacing.x())),
+        spacing_y_(Scalar(field.spacing.y())),
+        heights_(field.heights.begin(), field.heights.end()) {}
+
+  void near(const Box& box, List& found) const override {
+    const auto first = [](Scalar low, Scalar spacing, std::int64_t count) {
+      const Scalar cell = std::floor(low / spacing + Scalar(count - 1) / 2);
+      return static_cast<std::int64_t>(std::clamp(cell, Scalar(0), Scalar(count - 1)));
+    };
+    const std::int64_t column_end = first(box.high.x(), spacing_x_, columns_);
+    const std::int64_t row_end = first(box.high.y(), spacing_y_, rows_);
+    for (std::int64_t row = first(box.low.y(), spacing_y_, rows_); row <= row_end; ++row) {
+      for (std::int64_t column = first(box.low.x(), spacing_x_, columns_); column <= column_end; ++column) {
+        if (column + 1 >= columns_ || row + 1 >= rows_) continue;
+        for (int half = 0; half < 2; ++half) {
+          const std::array<Vector, 3> corners = corners_of(column, row, half);
+          const Scalar low = std::min({corners[0].z(), corners[1].z(), corners[2].z()});
+          const Scalar high = std::max({corners[0].z(), corners[1].z(), corners[2].z()});
+          if (low > box.high.z() || high < box.low.z()) continue;
+          found.push_back({static_cast<std::uint32_t>(2 * (row * (columns_ - 1) + column) + half),
+                           triangle(column, row, half)});
+        }
+      }
+    }
+  }
+
+ private:
+  Vector at(std::int64_t column, std::int64_t row) const {
+    return {(Scalar(column) - Scalar(columns_ - 1) / 2) * spacing_x_,
+            (Scalar(row) - Scalar(rows_ - 1) / 2) * spacing_y_,
+            heights_[static_cast<std::size_t>(row * columns_ + column)]};
+  }
+
+  std::array<Vector, 3> corners_of(std::int64_t column, std::int64_t row, int half) const {
+    if (half == 0) return {at(column, row), at(column + 1, row), at(column, row + 1)};
+    return {at(column + 1, row), at(column + 1, row + 1), at(column, row + 1)};
+  }
+
+  MeshTriangle<Scalar> triangle(std::int64_t column, std::int64_t row, int half) const {
+    MeshTriangle<Scalar> result;
+    result.is_one_sided = false;
+    const std::array<Vector, 3> corners = corners_of(column, row, half);
+    result.normal = normal_of(corners[0], corners[1], corners[2]);
+    const auto set = [&](std::size_t side, std::int64_t c, std::int64_t r, int h) {
+      result.has_neighbour[side] = c >= 0 && r >= 0 && c + 1 < columns_ && r + 1 < rows_;
+      if (!result.has_neighbour[side]) return;
+      const std::array<Vector, 3> others = corners_of(c, r, h);
+      result.neighbour_normal[side] = normal_of(others[0], others[1], others[2]);
+    };
+    for (std::size_t n = 0; n < 3; ++n) result.vertex[n] = corners[n];
+    if (half == 0) {
+      set(0, column, row - 1, 1);
+      set(1, column, row, 1);
+      set(2, column - 1, row, 1);
+    } else {
+      set(0, column + 1, row, 0);
+      set(1, column, row + 1, 0);
+      set(2, column, row, 0);
+    }
+    return result;
+  }
+
+  std::int64_t columns_;
+  std::int64_t rows_;
+  Scalar spacing_x_;
+  Scalar spacing_y_;
+  std::vector<Scalar> heights_;
+};
+
+}  // namespace
+
+std::unique_ptr<Terrain> make_terrain(const TriangleMesh& mesh, const btBvhTriangleMeshShape& tree) {
+  return std::make_unique<Mesh>(mesh, tree);
+}
+
+std::unique_ptr<Terrain> make_terrain(const HeightField& field) { return std::make_unique<Heights>(field); }
+
+}  // namespace tessera::native

@@ -1,0 +1,37 @@
+// Surfaces without interior: triangle meshes and height fields.
+#pragma once
+
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <absl/container/inlined_vector.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "lpss/collision/collide.h"
+#include "lpss/model/shape.h"
+#include "lpss/native/math.h"
+
+namespace tessera::native {
+
+using collision::MeshTriangle;
+
+// In the frame of the geometry; immutable.
+class Terrain {
+ public:
+  struct Found {
+    std::uint32_t index;  // of the triangle, for its whole life
+    MeshTriangle<Scalar> triangle;
+  };
+  using List = absl::InlinedVector<Found, 8>;
+
+  virtual ~Terrain() = default;
+
+  // The triangles whose boxes overlap `box`, in ascending order of their indices.
+  virtual void near(const Box& box, List& found) const = 0;
+};
+
+// `tree` holds the triangles of `mesh` under their places in it, and outlives the terrain.
+std::unique_ptr<Terrain> make_terrain(const TriangleMesh& mesh, const btBvhTriangleMeshShape& tree);
+std::unique_ptr<Terrain> make_terrain(const HeightField& field);
+
+}  // namespace tessera::native
