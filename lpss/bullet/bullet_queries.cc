@@ -9,6 +9,7 @@
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
+#include "lpss/bullet/nearest_hits.h"
 
 namespace tessera::bullet {
 namespace {
@@ -30,24 +31,6 @@ struct Collector final : Base {
   std::vector<Body*> found;
 };
 
-// The nearest hit that the swept body moves towards.
-struct NearestHit final : btCollisionWorld::ConvexResultCallback {
-  explicit NearestHit(const btVector3& m) : motion(m) {}
-  btScalar addSingleResult(btCollisionWorld::LocalConvexResult& result, bool is_world_normal) override {
-    const btVector3 n = is_world_normal ? result.m_hitNormalLocal
-                                        : result.m_hitCollisionObject->getWorldTransform().getBasis() *
-                                              result.m_hitNormalLocal;
-    if (!(n.dot(motion) < 0)) return 1;
-    m_closestHitFraction = result.m_hitFraction;
-    normal = n;
-    other = &Body::of(result.m_hitCollisionObject);
-    return result.m_hitFraction;
-  }
-  const btVector3 motion;
-  btVector3 normal{0, 0, 1};
-  Body* other = nullptr;
-};
-
 // The smallest distance of the points that a pair of objects is given.
 struct SmallestDistance final : btCollisionWorld::ContactResultCallback {
   explicit SmallestDistance(btScalar reach) { m_closestDistanceThreshold = reach; }
@@ -57,17 +40,6 @@ struct SmallestDistance final : btCollisionWorld::ContactResultCallback {
     return 0;
   }
   btScalar distance = BT_LARGE_FLOAT;
-};
-
-struct NearestRayHit final : btCollisionWorld::RayResultCallback {
-  btScalar addSingleResult(btCollisionWorld::LocalRayResult& result, bool is_world_normal) override {
-    m_closestHitFraction = result.m_hitFraction;
-    m_collisionObject = result.m_collisionObject;
-    normal = is_world_normal ? result.m_hitNormalLocal
-                             : m_collisionObject->getWorldTransform().getBasis() * result.m_hitNormalLocal;
-    return result.m_hitFraction;
-  }
-  btVector3 normal{0, 0, 1};
 };
 
 }  // namespace
@@ -120,8 +92,8 @@ std::optional<BulletWorld::SweepHit> BulletWorld::sweep(Body& swept, const btTra
     btCollisionWorld::objectQuerySingle(&ball, from, ball_to, &other->rigid, other->shape->root(),
                                         other->rigid.getWorldTransform(), nearest, /*allowedPenetration=*/0);
   }
-  if (!nearest.other || !(nearest.m_closestHitFraction < 1)) return std::nullopt;
-  return SweepHit{nearest.other, nearest.m_closestHitFraction, nearest.normal};
+  if (!nearest.object || !(nearest.m_closestHitFraction < 1)) return std::nullopt;
+  return SweepHit{&Body::of(nearest.object), nearest.m_closestHitFraction, nearest.normal};
 }
 
 Eigen::AlignedBox3d BulletWorld::swept_box(BodySlot slot, double dt) const {

@@ -5,15 +5,11 @@
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
+#include "lpss/bullet/still_clock.h"
 #include "lpss/model/limits.h"
 
 namespace tessera::bullet {
 namespace {
-
-// A tick at the sleeping speed cancels the time at rest of this many ticks; one at twice that speed four
-// times as much. A moving body is awake immediately, but a body of a large pile that slips for a tick now and
-// then must not keep all the others awake.
-constexpr btScalar kSlipSetback = 4;
 
 // As btRigidBody::applyDamping().
 void damp(btRigidBody& rigid, double dt) {
@@ -180,18 +176,10 @@ std::uint64_t BulletWorld::integrate(double dt) {
 
 void BulletWorld::keep_still_clock(Body& kept, double dt) {
   btRigidBody& rigid = kept.rigid;
-  const auto linear = btScalar(settings_.sleep_linear_speed);
-  const auto angular = btScalar(settings_.sleep_angular_speed);
-  const auto enough = btScalar(settings_.sleep_after);
-  const btScalar moves = rigid.getLinearVelocity().length2() / (linear * linear);
-  const btScalar turns = rigid.getAngularVelocity().length2() / (angular * angular);
-  const bool is_still = moves < 1 && turns < 1;
-  const btScalar gain = is_still ? 1 : -kSlipSetback * std::max(moves, turns);
-  btScalar still_for = std::max(btScalar(0), rigid.getDeactivationTime() + gain * btScalar(dt));
-  if (enough > 0) still_for = std::min(still_for, enough);
-  rigid.setDeactivationTime(still_for);
-  const bool wants_sleep = is_still && enough > 0 && still_for >= enough;
-  rigid.forceActivationState(wants_sleep ? WANTS_DEACTIVATION : ACTIVE_TAG);
+  const StillClock clock = still_clock(rigid.getDeactivationTime(), rigid.getLinearVelocity().length2(),
+                                       rigid.getAngularVelocity().length2(), settings_, dt);
+  rigid.setDeactivationTime(clock.still_for);
+  rigid.forceActivationState(clock.wants_sleep ? WANTS_DEACTIVATION : ACTIVE_TAG);
 }
 
 }  // namespace tessera::bullet

@@ -51,9 +51,11 @@ std::unique_ptr<btCollisionShape> make_hull(const ConvexHull& hull) {
   return shape;
 }
 
-void add_edges(btConcaveShape& shape, Data& data) {
+void add_edges(btCollisionShape& shape, Data& data) {
+  const int type = shape.getShapeType();
+  if (type != TRIANGLE_MESH_SHAPE_PROXYTYPE && type != TERRAIN_SHAPE_PROXYTYPE) return;
   auto edges = std::make_shared<TriangleEdges>();
-  find_edges(shape, *edges);
+  find_edges(static_cast<btConcaveShape&>(shape), *edges);
   data.push_back(std::move(edges));
 }
 
@@ -75,9 +77,7 @@ std::unique_ptr<btCollisionShape> make_mesh(const TriangleMesh& mesh, Data& data
   part.m_vertexStride = sizeof(btVector3);
   arrays->view.addIndexedMesh(part, PHY_INTEGER);
   data.push_back(arrays);
-  auto shape = std::make_unique<btBvhTriangleMeshShape>(&arrays->view, /*useQuantizedAabbCompression=*/true);
-  add_edges(*shape, data);
-  return shape;
+  return std::make_unique<btBvhTriangleMeshShape>(&arrays->view, /*useQuantizedAabbCompression=*/true);
 }
 
 // Bullet puts the middle of the heights at the shape's origin; `pose` is moved to compensate.
@@ -90,7 +90,6 @@ std::unique_ptr<btCollisionShape> make_height_field(const HeightField& field, bt
   shape->setLocalScaling({btScalar(field.spacing.x()), btScalar(field.spacing.y()), 1});
   pose.setOrigin(pose * btVector3(0, 0, (*low + *high) / 2));
   data.push_back(std::move(heights));
-  add_edges(*shape, data);
   return shape;
 }
 
@@ -135,7 +134,7 @@ ShapePart bake_hull(const ShapePart& part) {
 
 }  // namespace
 
-CollisionShape::CollisionShape(const Shape& shape, const Pose& centre, bool is_static) {
+CollisionShape::CollisionShape(const Shape& shape, const Pose& centre, bool is_static, Use use) {
   std::vector<ShapePart> parts;
   const bool is_centred = centre.is_identity();  // keeps part poses free of rounding
   for (const ShapePart& part : shape.parts) {
@@ -148,6 +147,7 @@ CollisionShape::CollisionShape(const Shape& shape, const Pose& centre, bool is_s
   for (const ShapePart& part : parts) {
     btTransform pose = part.pose.is_identity() ? btTransform::getIdentity() : to_bullet(part.pose);
     btCollisionShape* child = build_part(part.geometry, pose);
+    if (use == Use::kContacts) add_edges(*child, data_);
     children.emplace_back(pose, child);
   }
   if (children.size() == 1 && (is_static || children[0].first == btTransform::getIdentity())) {

@@ -17,10 +17,13 @@ namespace tessera::bullet {
 // A shape in Bullet's form; immutable, so worlds and threads share it.
 class CollisionShape {
  public:
+  // What the shape is for. Contacts with a surface need to know which of its triangles are neighbours.
+  enum class Use { kContacts, kCastsAlone };
+
   // `centre` is the centre frame in the body frame. Moving bodies get their parts posed in the centre frame.
   // A static body of one part (`is_static`) gets the bare part and the pose of it in `offset`, to be applied
   // to the body's own pose: large terrain is then searched without an intermediate compound.
-  CollisionShape(const Shape& shape, const Pose& centre, bool is_static);
+  CollisionShape(const Shape& shape, const Pose& centre, bool is_static, Use use = Use::kContacts);
 
   // Bullet takes non-constant pointers to shapes, but does not change them.
   btCollisionShape* root() const { return root_; }

@@ -1,7 +1,8 @@
 #include "lpss/bullet/manifold_codec.h"
 
 #include <cstdint>
-#include <cstring>
+
+#include "lpss/bullet/bytes.h"
 
 namespace tessera::bullet {
 namespace {
@@ -25,44 +26,6 @@ void visit_fields(Point& p, const Visit& visit) {
   }
 }
 
-class Writer {
- public:
-  template <typename T>
-  void operator()(const T& value) const {
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
-  }
-  explicit Writer(std::string& bytes) : bytes_(bytes) {}
-
- private:
-  std::string& bytes_;
-};
-
-class Reader {
- public:
-  template <typename T>
-  void operator()(T& value) const {
-    if (bytes_.size() < sizeof(value)) {
-      is_short_ = true;
-      return;
-    }
-    std::memcpy(&value, bytes_.data(), sizeof(value));
-    bytes_.remove_prefix(sizeof(value));
-  }
-  template <typename T>
-  T get() const {
-    T value{};
-    (*this)(value);
-    return value;
-  }
-  explicit Reader(std::string_view bytes) : bytes_(bytes) {}
-  bool is_short() const { return is_short_; }
-  bool at_end() const { return !is_short_ && bytes_.empty(); }
-
- private:
-  mutable std::string_view bytes_;
-  mutable bool is_short_ = false;
-};
-
 constexpr std::uint8_t kPredictive = 1;
 constexpr std::uint8_t kSwapped = 2;
 
@@ -72,7 +35,7 @@ btManifoldPoint blank_point() { return {btVector3(0, 0, 0), btVector3(0, 0, 0), 
 
 std::string encode_manifolds(const std::vector<ManifoldRecord>& manifolds) {
   std::string bytes;
-  const Writer write(bytes);
+  const ByteWriter write(bytes);
   write(static_cast<std::uint8_t>(sizeof(btScalar)));
   for (const ManifoldRecord& m : manifolds) {
     write(static_cast<std::uint8_t>((m.is_predictive ? kPredictive : 0) | (m.is_swapped ? kSwapped : 0)));
@@ -86,7 +49,7 @@ std::string encode_manifolds(const std::vector<ManifoldRecord>& manifolds) {
 
 bool decode_manifolds(std::string_view bytes, std::vector<ManifoldRecord>& manifolds) {
   manifolds.clear();
-  const Reader read(bytes);
+  const ByteReader read(bytes);
   if (read.get<std::uint8_t>() != sizeof(btScalar)) return false;
   while (!read.at_end()) {
     ManifoldRecord m;

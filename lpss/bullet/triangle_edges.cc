@@ -63,7 +63,7 @@ void TriangleEdges::add(std::uint64_t key, const Corners& corners) {
   const Eigen::Vector3d area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   if (!(area.norm() > kAreaMin)) return;
   places_[key] = static_cast<std::int32_t>(triangles_.size());
-  triangles_.push_back({corners, area.normalized()});
+  triangles_.push_back({key, corners, area.normalized()});
 }
 
 void TriangleEdges::connect() {
@@ -97,13 +97,19 @@ void TriangleEdges::connect() {
   }
 }
 
-std::optional<Eigen::Vector3d> TriangleEdges::across(std::uint64_t key, int n) const {
+std::optional<TriangleEdges::Neighbour> TriangleEdges::beyond(std::uint64_t key, int n) const {
   const auto place = places_.find(key);
   if (place == places_.end()) return std::nullopt;
   const Triangle& triangle = triangles_[place->second];
   if (triangle.beyond[n] < 0) return std::nullopt;
-  const Eigen::Vector3d& normal = triangles_[triangle.beyond[n]].normal;
-  return triangle.is_reversed[n] ? Eigen::Vector3d(-normal) : normal;
+  return Neighbour{triangles_[triangle.beyond[n]].key, triangle.is_reversed[n]};
+}
+
+std::optional<Eigen::Vector3d> TriangleEdges::across(std::uint64_t key, int n) const {
+  const std::optional<Neighbour> neighbour = beyond(key, n);
+  if (!neighbour) return std::nullopt;
+  const Eigen::Vector3d& normal = triangles_[places_.at(neighbour->key)].normal;
+  return neighbour->is_reversed ? Eigen::Vector3d(-normal) : normal;
 }
 
 }  // namespace tessera::bullet

@@ -23,12 +23,20 @@ class TriangleEdges {
   // Finds the shared edges, after all triangles are added.
   void connect();
 
-  // The unit normal of the triangle beyond edge `n` of a triangle, from its corner n to the next; on the side
-  // to which the triangle's own normal points. None at outer edges and for unknown triangles.
+  // The triangle beyond edge `n` of a triangle, from its corner n to the next. None at outer edges and for
+  // unknown triangles.
+  struct Neighbour {
+    std::uint64_t key;
+    bool is_reversed;  // it winds the other way
+  };
+  std::optional<Neighbour> beyond(std::uint64_t key, int n) const;
+
+  // Its unit normal, on the side to which the triangle's own normal points.
   std::optional<Eigen::Vector3d> across(std::uint64_t key, int n) const;
 
  private:
   struct Triangle {
+    std::uint64_t key;
     Corners corners;
     Eigen::Vector3d normal;
     std::array<std::int32_t, 3> beyond{-1, -1, -1};  // by edge, an index into triangles_

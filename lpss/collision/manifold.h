@@ -41,6 +41,7 @@ enum class Touch : std::uint32_t {
 constexpr std::uint32_t make_feature(Touch touch, std::uint32_t a, std::uint32_t b) {
   return static_cast<std::uint32_t>(touch) << 30 | (a & 0x7fff) << 15 | (b & 0x7fff);
 }
+constexpr Touch touch_of(std::uint32_t feature) { return static_cast<Touch>(feature >> 30); }
 
 // A face of a convex shape: a planar convex polygon, counter-clockwise seen from outside.
 template <typename Scalar>

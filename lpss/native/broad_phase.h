@@ -43,8 +43,6 @@ class BroadPhase {
   // Calls `visit(slot)` for each body whose enlarged box overlaps.
   template <typename Visit>
   void for_each_in(const Box& box, const Visit& visit) const;
-  template <typename Visit>
-  void for_each_on_ray(const Vector& from, const Vector& to, const Visit& visit) const;
 
  private:
   template <typename Visit>
@@ -106,13 +104,6 @@ void BroadPhase::for_each_in(const Box& box, const Visit& visit) const {
   if (!tree_.m_root) return;
   Collector<Visit> collector(visit);
   tree_.collideTVNoStackAlloc(tree_.m_root, volume(box), stack_, collector);
-}
-
-template <typename Visit>
-void BroadPhase::for_each_on_ray(const Vector& from, const Vector& to, const Visit& visit) const {
-  if (!tree_.m_root) return;
-  Collector<Visit> collector(visit);
-  btDbvt::rayTest(tree_.m_root, bt(from), bt(to), collector);
 }
 
 }  // namespace tessera::native

@@ -1,6 +1,6 @@
 #include "lpss/native/contact.h"
 
-#include <cstring>
+#include "lpss/bullet/bytes.h"
 
 namespace tessera::native {
 namespace {
@@ -37,32 +37,6 @@ void visit_point(P& point, const Visit& visit) {
   visit(point.feature);
 }
 
-class Reader {
- public:
-  explicit Reader(std::string_view bytes) : bytes_(bytes) {}
-
-  template <typename T>
-  void operator()(T& value) const {
-    if (bytes_.size() < sizeof(value)) {
-      is_short_ = true;
-      return;
-    }
-    std::memcpy(&value, bytes_.data(), sizeof(value));
-    bytes_.remove_prefix(sizeof(value));
-  }
-  void operator()(bool& value) const {
-    std::uint8_t byte = 0;
-    (*this)(byte);
-    value = byte != 0;
-  }
-  bool is_short() const { return is_short_; }
-  bool at_end() const { return bytes_.empty(); }
-
- private:
-  mutable std::string_view bytes_;
-  mutable bool is_short_ = false;
-};
-
 constexpr std::uint32_t kPatchesMax = 1 << 16;
 
 }  // namespace
@@ -82,9 +56,7 @@ void drop_predicted(Contact& contact) {
 
 std::string encode(const Contact& contact) {
   std::string bytes;
-  const auto write = [&](const auto& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-  };
+  const bullet::ByteWriter write(bytes);
   write(static_cast<std::uint8_t>(sizeof(Scalar)));
   visit_header(contact, write);
   write(static_cast<std::uint32_t>(contact.patches.size()));
@@ -96,14 +68,11 @@ std::string encode(const Contact& contact) {
 }
 
 bool decode(std::string_view bytes, Contact& contact) {
-  const Reader read(bytes);
-  std::uint8_t size = 0;
-  read(size);
-  if (size != sizeof(Scalar)) return false;
+  const bullet::ByteReader read(bytes);
+  if (read.get<std::uint8_t>() != sizeof(Scalar)) return false;
   contact = {};
   visit_header(contact, read);
-  std::uint32_t patches = 0;
-  read(patches);
+  const auto patches = read.get<std::uint32_t>();
   if (patches > kPatchesMax) return false;
   for (std::uint32_t p = 0; p < patches && !read.is_short(); ++p) {
     ContactPatch& patch = contact.patches.emplace_back();
@@ -111,7 +80,7 @@ bool decode(std::string_view bytes, Contact& contact) {
     if (patch.count > kPatchPointsMax) return false;
     for (int n = 0; n < patch.count; ++n) visit_point(patch.point[n], read);
   }
-  return !read.is_short() && read.at_end();
+  return read.at_end();
 }
 
 }  // namespace tessera::native

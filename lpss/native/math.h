@@ -41,6 +41,14 @@ struct Box {
            other.high.y() <= high.y() && low.z() <= other.low.z() && other.high.z() <= high.z();
   }
   Box grown(Scalar margin) const { return {low - Vector::Constant(margin), high + Vector::Constant(margin)}; }
+  Box moved(const Vector& way) const { return {low + way, high + way}; }
+
+  // The box of this one, posed by a frame.
+  Box posed(const Frame& at) const {
+    const Vector centre = at * ((low + high) / 2);
+    const Vector half = at.rotation.cwiseAbs() * ((high - low) / 2);
+    return {centre - half, centre + half};
+  }
   void extend(const Box& other) {
     low = low.cwiseMin(other.low);
     high = high.cwiseMax(other.high);

@@ -67,12 +67,9 @@ Manifold<Scalar> collide_triangle(const Part& a, const MeshTriangle<Scalar>& b,
   return visit(a, [&](const auto& shape) { return collision::collide(shape, b, placement, margin); });
 }
 
-// The box of a part, seen from a frame that lies at `offset` from it (world axes).
-Box seen_from(const Matrix& rotation, const Part& part, const Placement<Scalar>& placement) {
-  const Frame at{rotation.transpose() * placement.a, rotation.transpose() * -placement.offset};
-  const Vector centre = at * ((part.box.low + part.box.high) / 2);
-  const Vector half = at.rotation.cwiseAbs() * ((part.box.high - part.box.low) / 2);
-  return {centre - half, centre + half};
+// The box of a shape a, seen from the frame of b.
+Box seen_from_b(const Box& box, const Placement<Scalar>& placement) {
+  return box.posed({placement.b.transpose() * placement.a, placement.b.transpose() * -placement.offset});
 }
 
 // Manifolds of one convex shape with the triangles of a surface, by normals. Few, and the deepest ones, are
@@ -183,10 +180,8 @@ void NarrowPhase::find(const Body& a, const Body& b, Scalar margin) {
   const std::vector<Part>& parts_b = b.solid->parts();
   if (parts_a.size() == 1 && parts_b.size() == 1) return find(a, parts_a[0], b, parts_b[0], 0, margin);
   const auto seen = [&](const Box& box, const Body& from, const Body& by) {
-    const Frame at{by.pose.rotation.transpose() * from.pose.rotation, by.pose.inverse(from.pose.position)};
-    const Vector centre = at * ((box.low + box.high) / 2);
-    const Vector half = at.rotation.cwiseAbs() * ((box.high - box.low) / 2);
-    return Box{centre - half, centre + half}.grown(margin);
+    return box.posed({by.pose.rotation.transpose() * from.pose.rotation, by.pose.inverse(from.pose.position)})
+        .grown(margin);
   };
   a.solid->parts_near(seen(b.solid->box(), b, a), parts_of_a_);
   for (const std::uint32_t i : parts_of_a_) {
@@ -221,8 +216,7 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
       const collision::ContactPoint<Scalar>& from = manifold.point[n];
       patch.point[n] = {to_a * (from.on_a + lever_a), to_b * (from.on_b + lever_a - offset), from.gap, 0,
                         from.feature};
-      is_on_face_of_a =
-          is_on_face_of_a && from.feature >> 30 == static_cast<std::uint32_t>(collision::Touch::kVertexB);
+      is_on_face_of_a = is_on_face_of_a && collision::touch_of(from.feature) == collision::Touch::kVertexB;
     }
     // A face keeps its normal; vertices move over it.
     patch.is_fixed_to_a = is_on_face_of_a || !is_convex(p.kind);
@@ -240,7 +234,7 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
   };
   if (ground.kind == Kind::kPlane) return keep_above(collide_plane(convex, ground.normal, above, margin));
   Terrain::List triangles;
-  ground.terrain->near(seen_from(above.b, convex, above).grown(margin), triangles);
+  ground.terrain->near(seen_from_b(convex.box, above).grown(margin), triangles);
   SurfaceContact contact;
   for (const Terrain::Found& found : triangles) {
     contact.add(found.index, collide_triangle(convex, found.triangle, above, margin));
@@ -319,7 +313,7 @@ Scalar NarrowPhase::distance(const Solid& p, const Frame& p_at, const Solid& q, 
       }
       const Placement<Scalar> placement{at.rotation, other_at.rotation, other_at.position - at.position};
       Terrain::List triangles;
-      other.terrain->near(seen_from(other_at.rotation, convex, placement).grown(reach), triangles);
+      other.terrain->near(seen_from_b(convex.box, placement).grown(reach), triangles);
       for (const Terrain::Found& found : triangles) {
         btTriangleShape triangle(bt(found.triangle.vertex[0]), bt(found.triangle.vertex[1]),
                                  bt(found.triangle.vertex[2]));

@@ -1,10 +1,10 @@
 // Boxes, sweeps and rays.
 
-#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 
 #include <algorithm>
 
+#include "lpss/bullet/nearest_hits.h"
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
@@ -26,56 +26,27 @@ class Target {
   btCollisionObject object_;
 };
 
-// The nearest hit that the swept body moves towards.
-struct NearestHit final : btCollisionWorld::ConvexResultCallback {
-  explicit NearestHit(const Vector& m) : motion(bt(m)) {}
-  btScalar addSingleResult(btCollisionWorld::LocalConvexResult& result, bool is_world_normal) override {
-    const btVector3 n = is_world_normal ? result.m_hitNormalLocal
-                                        : result.m_hitCollisionObject->getWorldTransform().getBasis() *
-                                              result.m_hitNormalLocal;
-    if (!(n.dot(motion) < 0)) return 1;
-    m_closestHitFraction = result.m_hitFraction;
-    normal = n;
-    hits = true;
-    return result.m_hitFraction;
-  }
-  const btVector3 motion;
-  btVector3 normal{0, 0, 1};
-  bool hits = false;
-};
-
-struct NearestRayHit final : btCollisionWorld::RayResultCallback {
-  btScalar addSingleResult(btCollisionWorld::LocalRayResult& result, bool is_world_normal) override {
-    m_closestHitFraction = result.m_hitFraction;
-    m_collisionObject = result.m_collisionObject;
-    normal = is_world_normal ? result.m_hitNormalLocal
-                             : m_collisionObject->getWorldTransform().getBasis() * result.m_hitNormalLocal;
-    return result.m_hitFraction;
-  }
-  btVector3 normal{0, 0, 1};
-};
-
 Box box_of(const Eigen::AlignedBox3d& box) {
   return {Eigen::Vector3d(box.min()).cast<Scalar>(), Eigen::Vector3d(box.max()).cast<Scalar>()};
 }
 
-}  // namespace
-
-// The bodies whose enlarged boxes overlap, by id, with one that the tree does not order.
+// Those of the bodies found that are wanted, in the order of ids.
 template <typename IsWanted>
-static std::vector<BodySlot> sorted(std::vector<BodySlot> found, const NativeWorld& world,
-                                    const IsWanted& is_wanted) {
+std::vector<BodySlot> sorted(std::vector<BodySlot> found, const NativeWorld& world,
+                             const IsWanted& is_wanted) {
   std::erase_if(found, [&](BodySlot slot) { return !is_wanted(world.body(slot)); });
   std::sort(found.begin(), found.end(),
             [&](BodySlot a, BodySlot b) { return world.body(a).id < world.body(b).id; });
   return found;
 }
 
+}  // namespace
+
 std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, const Vector& to) const {
   const Body& swept = body(slot);
   const Vector& from = swept.pose.position;
   const Scalar radius = swept.solid->swept_extent() * kSweptShare;
-  Box way{from.cwiseMin(to), from.cwiseMax(to)};
+  const Box way{from.cwiseMin(to), from.cwiseMax(to)};
   std::vector<BodySlot> near;
   broad_phase_.for_each_in(way.grown(radius), [&](BodySlot other) {
     if (other != slot) near.push_back(other);
@@ -88,16 +59,16 @@ std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, const Vec
   // The ball does not rotate: the cast is then a pure translation.
   const btTransform start = bt(swept.pose);
   const btTransform end(start.getBasis(), bt(to));
-  NearestHit nearest(to - from);
+  bullet::NearestHit nearest(bt(Vector(to - from)));
   std::optional<SweepHit> hit;
   for (const BodySlot other : candidates) {
     Target target(body(other));
-    nearest.hits = false;
+    nearest.object = nullptr;
     btCollisionWorld::objectQuerySingle(&ball, start, end, &target.object(),
                                         target.object().getCollisionShape(),
                                         target.object().getWorldTransform(), nearest,
                                         /*allowedPenetration=*/0);
-    if (nearest.hits) hit = SweepHit{other, nearest.m_closestHitFraction, vector(nearest.normal)};
+    if (nearest.object) hit = SweepHit{other, nearest.m_closestHitFraction, vector(nearest.normal)};
   }
   if (!hit || !(hit->fraction < 1)) return std::nullopt;
   return hit;
@@ -123,7 +94,9 @@ void NativeWorld::predict_contacts() {
     const bool is_a = swept.id < other.id;
     const Vector to_hit = way * hit->fraction;
     Candidate& candidate = is_a ? candidate_of(slot, hit->other) : candidate_of(hit->other, slot);
-    if (candidate.contact == Candidate::kNone) candidate.contact = new_contact(swept, other);
+    if (candidate.contact == Candidate::kNone) {
+      candidate.contact = keep_contact(blank_contact(swept, other));
+    }
     ContactPatch& patch = contacts_[static_cast<std::size_t>(candidate.contact)].patches.emplace_back();
     patch.is_predicted = true;
     patch.parts = ~std::uint64_t{0};
@@ -150,11 +123,9 @@ Eigen::AlignedBox3d NativeWorld::swept_box(BodySlot slot, double dt) const {
   Box box = b.box_at(b.pose);
   if (b.motion != Motion::kStatic) {
     const auto step = Scalar(dt);
-    const Vector way = b.linear * step;
-    Box later{box.low + way, box.high + way};
     // No point of the body turns farther than this.
-    later = later.grown(std::min(b.angular.norm() * step, Scalar(2)) * b.solid->radius());
-    box.extend(later);
+    const Scalar turn = std::min(b.angular.norm() * step, Scalar(2)) * b.solid->radius();
+    box.extend(box.moved(b.linear * step).grown(turn));
   }
   return {box.low.cast<double>(), box.high.cast<double>()};
 }
@@ -167,9 +138,8 @@ void NativeWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
     if (!body.leaf || !body.lives_here() || !body.is_awake()) continue;
     // A ball around the body that holds its swept box.
     const Scalar radius = body.solid->radius() + body.solid->margin();
-    const Scalar way = body.linear.norm() * Scalar(dt);
-    const Scalar far = body.pose.position.cwiseAbs().maxCoeff() + 3 * radius + way;
-    if (far < limit.high.x()) continue;
+    const Scalar reach = 3 * radius + body.linear.norm() * Scalar(dt);
+    if (limit.contains(Box{body.pose.position, body.pose.position}.grown(reach))) continue;
     const auto slot = static_cast<BodySlot>(n);
     if (!inside.contains(swept_box(slot, dt))) outside.push_back(slot);
   }
@@ -195,7 +165,7 @@ std::optional<RayHit> NativeWorld::raycast(const Eigen::Vector3d& from, const Ei
   std::vector<BodySlot> near;
   broad_phase_.for_each_in(Box{start.cwiseMin(end), start.cwiseMax(end)},
                            [&](BodySlot slot) { near.push_back(slot); });
-  NearestRayHit nearest;
+  bullet::NearestRayHit nearest;
   const btTransform ray_from(btMatrix3x3::getIdentity(), bt(start));
   const btTransform ray_to(btMatrix3x3::getIdentity(), bt(end));
   std::optional<BodyId> hit;

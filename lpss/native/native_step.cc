@@ -1,16 +1,10 @@
 // The second half of a step, and free flight.
-#include <algorithm>
-
+#include "lpss/bullet/still_clock.h"
 #include "lpss/model/limits.h"
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
 namespace {
-
-// A tick at the sleeping speed cancels the time at rest of this many ticks; one at twice that speed four
-// times as much. A moving body is awake immediately, but a body of a large pile that slips for a tick now and
-// then must not keep all the others awake.
-constexpr Scalar kSlipSetback = 4;
 
 // A body that has left the range in which numbers mean something is stopped where it was last known to be.
 bool stop_runaway(Body& body) {
@@ -90,17 +84,10 @@ std::uint64_t NativeWorld::integrate(double dt) {
 }
 
 void NativeWorld::keep_still_clock(Body& kept, double dt) const {
-  const auto linear = Scalar(settings_.sleep_linear_speed);
-  const auto angular = Scalar(settings_.sleep_angular_speed);
-  const auto enough = Scalar(settings_.sleep_after);
-  const Scalar moves = kept.linear.squaredNorm() / (linear * linear);
-  const Scalar turns = kept.angular.squaredNorm() / (angular * angular);
-  const bool is_still = moves < 1 && turns < 1;
-  const Scalar gain = is_still ? 1 : -kSlipSetback * std::max(moves, turns);
-  kept.still_for = std::max(Scalar(0), kept.still_for + gain * Scalar(dt));
-  if (enough > 0) kept.still_for = std::min(kept.still_for, enough);
-  const bool wants_sleep = is_still && enough > 0 && kept.still_for >= enough;
-  kept.activity = wants_sleep ? Activity::kWantsSleep : Activity::kAwake;
+  const bullet::StillClock clock = bullet::still_clock(kept.still_for, kept.linear.squaredNorm(),
+                                                       kept.angular.squaredNorm(), settings_, dt);
+  kept.still_for = clock.still_for;
+  kept.activity = clock.wants_sleep ? Activity::kWantsSleep : Activity::kAwake;
 }
 
 }  // namespace tessera::native

@@ -5,6 +5,7 @@
 #include <utility>
 
 namespace tessera::native {
+
 NativeWorld::NativeWorld(NativeEngine& engine) : engine_(engine), settings_(engine.settings()) {}
 
 BodySlot NativeWorld::add(const BodyRecord& record, Role role) {
@@ -170,13 +171,7 @@ void NativeWorld::update_boxes(Scalar dt) {
     Body& body = bodies_[n];
     if (!body.leaf || !body.is_awake()) continue;
     Box box = body.box_at(body.pose);
-    if (settings_.continuous_collision && body.is_dynamic()) {
-      Box later = box;
-      const Vector way = body.linear * dt;
-      later.low += way;
-      later.high += way;
-      box.extend(later);
-    }
+    if (settings_.continuous_collision && body.is_dynamic()) box.extend(box.moved(body.linear * dt));
     if (!is_sensible(box)) {
       if (body.is_dynamic()) body.activity = Activity::kAsleep;
       continue;
@@ -200,12 +195,10 @@ void NativeWorld::update_contacts() {
         Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
         narrow_phase_.update(a, b, contact);
         if (contact.patches.empty()) drop_contact(candidate);
-      } else if (narrow_phase_.update(a, b, fresh_); !fresh_.patches.empty()) {
-        candidate.contact = new_contact(a, b);
-        fresh_.friction = contacts_[static_cast<std::size_t>(candidate.contact)].friction;
-        fresh_.restitution = contacts_[static_cast<std::size_t>(candidate.contact)].restitution;
-        std::swap(contacts_[static_cast<std::size_t>(candidate.contact)], fresh_);
-        fresh_ = {};
+      } else {
+        Contact contact = blank_contact(a, b);
+        narrow_phase_.update(a, b, contact);
+        if (!contact.patches.empty()) candidate.contact = keep_contact(std::move(contact));
       }
     } else if (!is_near || is_apart) {
       drop_contact(candidate);
@@ -216,19 +209,22 @@ void NativeWorld::update_contacts() {
   candidates_.resize(kept);
 }
 
-std::int32_t NativeWorld::new_contact(const Body& a, const Body& b) {
-  std::int32_t place = static_cast<std::int32_t>(contacts_.size());
-  if (free_contacts_.empty()) {
-    contacts_.emplace_back();
-  } else {
-    place = free_contacts_.back();
-    free_contacts_.pop_back();
-  }
-  Contact& contact = contacts_[static_cast<std::size_t>(place)];
-  contact = {};
-  // The friction of a contact is the smaller one of its two bodies, as in Gazebo.
+// The friction of a contact is the smaller one of its two bodies, as in Gazebo.
+Contact NativeWorld::blank_contact(const Body& a, const Body& b) const {
+  Contact contact;
   contact.friction = std::min(a.friction, b.friction);
   contact.restitution = a.restitution * b.restitution;
+  return contact;
+}
+
+std::int32_t NativeWorld::keep_contact(Contact contact) {
+  if (free_contacts_.empty()) {
+    contacts_.push_back(std::move(contact));
+    return static_cast<std::int32_t>(contacts_.size() - 1);
+  }
+  const std::int32_t place = free_contacts_.back();
+  free_contacts_.pop_back();
+  contacts_[static_cast<std::size_t>(place)] = std::move(contact);
   return place;
 }
 
@@ -299,8 +295,8 @@ void NativeWorld::import_manifold(const ManifoldState& state) {
   // Every detection predicts anew.
   drop_predicted(contact);
   Candidate& candidate = candidate_of(*a, *b);
-  if (candidate.contact == Candidate::kNone) candidate.contact = new_contact(body(*a), body(*b));
-  contacts_[static_cast<std::size_t>(candidate.contact)] = std::move(contact);
+  drop_contact(candidate);
+  candidate.contact = keep_contact(std::move(contact));
   is_gathered_ = false;
 }
 
@@ -313,11 +309,10 @@ void NativeWorld::adopt_manifold(const ManifoldState& state) {
   const std::optional<BodySlot> a = slot_of(state.a);
   const std::optional<BodySlot> b = slot_of(state.b);
   bullet::require(a && b, "bodies must be added before their contacts");
-  Candidate adopted{state.a, state.b, *a, *b, new_contact(body(*a), body(*b))};
-  Contact& contact = contacts_[static_cast<std::size_t>(adopted.contact)];
+  Contact contact;
   bullet::require(decode(state.points, contact),
                   "contact points must come from an engine of the same precision");
-  candidates_.push_back(adopted);
+  candidates_.push_back({state.a, state.b, *a, *b, keep_contact(std::move(contact))});
   is_gathered_ = false;
 }
 

@@ -84,14 +84,14 @@ class NativeWorld final : public SectorWorld {
   void refresh_boxes() const;  // after bodies have moved, for queries
   void update_contacts();
   void forget_removed();
-  std::int32_t new_contact(const Body& a, const Body& b);
+  Contact blank_contact(const Body& a, const Body& b) const;
+  std::int32_t keep_contact(Contact contact);
   void drop_contact(Candidate& candidate);
   Candidate& candidate_of(BodySlot a, BodySlot b);
   void gather();
   void predict_contacts();
   std::optional<SweepHit> sweep(BodySlot swept, const Vector& to) const;
   void keep_still_clock(Body& body, double dt) const;
-  std::vector<BodySlot> bodies_near(const Box& box, std::uint32_t mask) const;
 
   NativeEngine& engine_;
   const EngineSettings& settings_;
@@ -105,7 +105,6 @@ class NativeWorld final : public SectorWorld {
   std::vector<Candidate> candidates_;   // ascending by ids
   std::vector<Contact> contacts_;
   std::vector<std::int32_t> free_contacts_;
-  Contact fresh_;  // for a pair that had none
   bool is_gathered_ = true;
   std::vector<ContactPair> pairs_;
   std::vector<std::size_t> contact_of_pair_;

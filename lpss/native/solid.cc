@@ -66,15 +66,13 @@ Box box_at(const Part& part, const Frame& body) {
       }
       return box;
     }
-    default: {
-      const Vector centre = at * ((part.box.low + part.box.high) / 2);
-      const Vector half = at.rotation.cwiseAbs() * ((part.box.high - part.box.low) / 2);
-      return {centre - half, centre + half};
-    }
+    default:
+      return part.box.posed(at);
   }
 }
 
-Solid::Solid(const Shape& shape, const Pose& centre, bool is_static) : bullet_(shape, centre, is_static) {
+Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
+    : bullet_(shape, centre, is_static, bullet::CollisionShape::Use::kCastsAlone) {
   const bool is_centred = centre.is_identity();
   const btCollisionShape* root = bullet_.root();
   const btTransform& offset = bullet_.offset();
@@ -175,10 +173,7 @@ Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
 }
 
 Box Solid::box_at(const Frame& at) const {
-  if (parts_.size() == 1) return native::box_at(parts_.front(), at);
-  const Vector centre = at * ((box_.low + box_.high) / 2);
-  const Vector half = at.rotation.cwiseAbs() * ((box_.high - box_.low) / 2);
-  return {centre - half, centre + half};
+  return parts_.size() == 1 ? native::box_at(parts_.front(), at) : box_.posed(at);
 }
 
 void Solid::parts_near(const Box& box, std::vector<std::uint32_t>& found) const {

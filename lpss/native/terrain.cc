@@ -1,18 +1,15 @@
 #include "lpss/native/terrain.h"
 
-#include <absl/container/flat_hash_map.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
-#include <tuple>
+#include <optional>
+
+#include "lpss/bullet/triangle_edges.h"
 
 namespace tessera::native {
 namespace {
-
-constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
 
 // The front is where the corners are seen counter-clockwise.
 Vector normal_of(const Vector& p, const Vector& q, const Vector& r) {
@@ -30,7 +27,11 @@ class Mesh final : public Terrain {
     for (std::size_t n = 0; n + 2 < mesh.indices.size(); n += 3) {
       triangles_.push_back({mesh.indices[n], mesh.indices[n + 1], mesh.indices[n + 2]});
     }
-    connect();
+    for (std::uint32_t n = 0; n < triangles_.size(); ++n) {
+      const std::array<Vector, 3> corners = corners_of(n);
+      edges_.add(n, {corners[0].cast<double>(), corners[1].cast<double>(), corners[2].cast<double>()});
+    }
+    edges_.connect();
   }
 
   void near(const Box& box, List& found) const override {
@@ -65,61 +66,20 @@ class Mesh final : public Terrain {
     result.normal = normal_of(corners[0], corners[1], corners[2]);
     for (std::size_t n = 0; n < 3; ++n) {
       result.vertex[n] = corners[n];
-      const std::uint32_t neighbour = neighbours_[index][n];
-      result.has_neighbour[n] = neighbour != kNoTriangle;
-      if (neighbour == kNoTriangle) continue;
-      const std::array<Vector, 3> others = corners_of(neighbour);
+      const auto neighbour = edges_.beyond(index, static_cast<int>(n));
+      result.has_neighbour[n] = neighbour.has_value();
+      if (!neighbour) continue;
+      const std::array<Vector, 3> others = corners_of(static_cast<std::uint32_t>(neighbour->key));
       const Vector normal = normal_of(others[0], others[1], others[2]);
-      result.neighbour_normal[n] = flips_[index][n] ? Vector(-normal) : normal;
+      result.neighbour_normal[n] = neighbour->is_reversed ? Vector(-normal) : normal;
     }
     return result;
-  }
-
-  // Two triangles share an edge if its ends are in the same places, whether or not they are the same
-  // vertices.
-  void connect() {
-    using Place = std::tuple<Scalar, Scalar, Scalar>;
-    absl::flat_hash_map<Place, std::uint32_t> places;
-    std::vector<std::uint32_t> place(vertices_.size());
-    for (std::size_t n = 0; n < vertices_.size(); ++n) {
-      const Vector& v = vertices_[n];
-      place[n] =
-          places.try_emplace({v.x(), v.y(), v.z()}, static_cast<std::uint32_t>(places.size())).first->second;
-    }
-    struct Edge {
-      std::uint32_t triangle;
-      std::uint32_t side;
-      bool forward;
-      bool is_shared;
-    };
-    absl::flat_hash_map<std::pair<std::uint32_t, std::uint32_t>, Edge> edges;
-    neighbours_.assign(triangles_.size(), {kNoTriangle, kNoTriangle, kNoTriangle});
-    flips_.assign(triangles_.size(), {false, false, false});
-    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-      for (std::uint32_t side = 0; side < 3; ++side) {
-        const std::uint32_t from = place[triangles_[t][side]];
-        const std::uint32_t to = place[triangles_[t][(side + 1) % 3]];
-        if (from == to) continue;
-        const bool forward = from < to;
-        const auto [edge, is_new] =
-            edges.try_emplace({std::min(from, to), std::max(from, to)}, Edge{t, side, forward, false});
-        Edge& first = edge->second;
-        // Of three triangles at an edge, the first two are neighbours.
-        if (is_new || first.is_shared) continue;
-        first.is_shared = true;
-        neighbours_[t][side] = first.triangle;
-        neighbours_[first.triangle][first.side] = t;
-        // The two are wound alike if they walk along the edge in opposite directions.
-        flips_[t][side] = flips_[first.triangle][first.side] = first.forward == forward;
-      }
-    }
   }
 
   const btBvhTriangleMeshShape& tree_;
   std::vector<Vector> vertices_;
   std::vector<Corners> triangles_;
-  std::vector<Corners> neighbours_;         // by the side from each corner to the next
-  std::vector<std::array<bool, 3>> flips_;  // the neighbour is wound the other way round
+  bullet::TriangleEdges edges_;
 };
 
 // Each cell of the grid has two triangles, parted by the diagonal from its high-x to its high-y corner.

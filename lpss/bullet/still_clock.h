@@ -1,0 +1,37 @@
+// How long a body has been still, which decides when it may sleep.
+#pragma once
+
+#include <LinearMath/btScalar.h>
+
+#include <algorithm>
+
+#include "lpss/model/settings.h"
+
+namespace tessera::bullet {
+
+struct StillClock {
+  btScalar still_for = 0;  // s
+  bool wants_sleep = false;
+};
+
+// After a tick of `dt` seconds at these squared speeds (m^2/s^2, rad^2/s^2). A tick at the sleeping speed
+// cancels the time at rest of several ticks, and one at twice that speed four times as much: a moving body is
+// awake immediately, but one of a large pile that slips for a tick now and then must not keep all the others
+// awake.
+inline StillClock still_clock(btScalar still_for, btScalar linear_squared, btScalar angular_squared,
+                              const WorldSettings& settings, double dt) {
+  constexpr btScalar kSlipSetback = 4;  // ticks
+  const auto linear = btScalar(settings.sleep_linear_speed);
+  const auto angular = btScalar(settings.sleep_angular_speed);
+  const auto enough = btScalar(settings.sleep_after);
+  const btScalar moves = linear_squared / (linear * linear);
+  const btScalar turns = angular_squared / (angular * angular);
+  const bool is_still = moves < 1 && turns < 1;
+  const btScalar gain = is_still ? 1 : -kSlipSetback * std::max(moves, turns);
+  StillClock clock{std::max(btScalar(0), still_for + gain * btScalar(dt))};
+  if (enough > 0) clock.still_for = std::min(clock.still_for, enough);
+  clock.wants_sleep = is_still && enough > 0 && clock.still_for >= enough;
+  return clock;
+}
+
+}  // namespace tessera::bullet
