@@ -75,6 +75,26 @@ TEST(NarrowPhaseTest, ACylinderStandsOnItsCapAndLiesOnItsSide) {
   EXPECT_NEAR(along.patches[0].normal.z(), -1, Scalar(1e-3));
 }
 
+TEST(NarrowPhaseTest, AHullOfManyCornersStandsOnAFace) {
+  ConvexHull drum;
+  for (int n = 0; n < 48; ++n) {
+    for (const double z : {-0.5, 0.5})
+      drum.points.push_back({0.5 * std::cos(n * M_PI / 24), 0.5 * std::sin(n * M_PI / 24), z});
+  }
+  const TriangleMesh quad{{{-4, -4, 0}, {4, -4, 0}, {4, 4, 0}, {-4, 4, 0}}, {0, 1, 2, 0, 2, 3}};
+  const std::pair<Geometry, Scalar> grounds[] = {{Plane{}, 0}, {tessera::Box{{8, 8, 2}}, -1}, {quad, 0}};
+  for (const auto& [ground, height] : grounds) {
+    NarrowPhase phase;
+    const Body floor = body(1, ground, {0, 0, height}, Motion::kStatic);
+    const Body standing = body(2, drum, {Scalar(0.3), Scalar(0.1), Scalar(0.499)});
+    Contact contact;
+    phase.update(floor, standing, contact);
+    ASSERT_EQ(contact.patches.size(), 1u) << ground.index();
+    EXPECT_GE(contact.patches[0].count, 3) << ground.index();
+    EXPECT_NEAR(contact.patches[0].normal.z(), -1, 1e-3) << ground.index();
+  }
+}
+
 TEST(NarrowPhaseTest, ImpulsesStayWithTheirFeatures) {
   NarrowPhase phase;
   const Body floor = body(1, tessera::Box{{8, 8, 2}}, {0, 0, -1}, Motion::kStatic);

@@ -101,7 +101,7 @@ Side side_of(const Part& part, const Vector& direction) {
   Scalar half_length = 0;
   if (part.kind == Part::Kind::kBox) {
     side.face = collision::supporting_face(part.cuboid, direction);
-  } else if (part.kind == Part::Kind::kPolyhedron) {
+  } else if (part.polyhedron) {
     side.face = collision::supporting_face(*part.polyhedron, direction);
   } else if (part.kind == Part::Kind::kCapsule) {
     radius = part.capsule.radius;

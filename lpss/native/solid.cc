@@ -141,14 +141,15 @@ Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
       part.is_placed = false;
     }
     std::optional<collision::Polyhedron<Scalar>> polyhedron = polyhedron_of(posed);
-    if (polyhedron && polyhedron->vertices.size() <= kPolyhedronVerticesMax) {
-      part.kind = Part::Kind::kPolyhedron;
-      part.box = box_of_points(polyhedron->vertices);
+    set_round();
+    if (polyhedron) {
+      if (polyhedron->vertices.size() <= kPolyhedronVerticesMax) {
+        part.kind = Part::Kind::kPolyhedron;
+        part.box = box_of_points(polyhedron->vertices);
+      }
       part.polyhedron =
           polyhedra_.emplace_back(std::make_unique<collision::Polyhedron<Scalar>>(*std::move(polyhedron)))
               .get();
-    } else {
-      set_round();
     }
   } else if (const auto* mesh = std::get_if<TriangleMesh>(&from.geometry)) {
     part.kind = Part::Kind::kTerrain;

@@ -32,9 +32,9 @@ struct Part {
   collision::Ball<Scalar> ball{};
   collision::Capsule<Scalar> capsule{};
   collision::Box<Scalar> cuboid{};
-  const collision::Polyhedron<Scalar>* polyhedron = nullptr;
-  Vector normal = Vector::UnitZ();        // of a plane, pointing out
-  const btConvexShape* convex = nullptr;  // of all convex kinds
+  const collision::Polyhedron<Scalar>* polyhedron = nullptr;  // of hulls, also large ones: their faces
+  Vector normal = Vector::UnitZ();                            // of a plane, pointing out
+  const btConvexShape* convex = nullptr;                      // of all convex kinds
   const Terrain* terrain = nullptr;
 };
 
