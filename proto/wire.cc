@@ -137,7 +137,8 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<IslandPart> T>
 void describe(Archive& archive, T& x) {
-  archive(x.links, x.first, x.contacts, x.any_awake, x.all_want_sleep);
+  archive(x.links, x.first, x.contacts, x.any_awake, x.all_want_sleep, x.substeps, x.bounces,
+          x.is_indivisible);
 }
 template <typename Archive, Is<SectorSeams> T>
 void describe(Archive& archive, T& x) {
@@ -149,7 +150,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<ShippedBody> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record, x.wrench);
+  archive(x.record, x.wrench, x.seam_groups);
 }
 template <typename Archive, Is<ShippedContact> T>
 void describe(Archive& archive, T& x) {
@@ -161,7 +162,11 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Shipment> T>
 void describe(Archive& archive, T& x) {
-  archive(x.islands);
+  archive(x.islands, x.staged);
+}
+template <typename Archive, Is<Motions> T>
+void describe(Archive& archive, T& x) {
+  archive(x.bytes);
 }
 template <typename Archive, Is<SolvedBody> T>
 void describe(Archive& archive, T& x) {

@@ -83,12 +83,14 @@ Exchange some_exchange() {
 }
 
 Seams some_seams() {
-  IslandPart part{{BodyId{1}, BodyId{9}}, BodyId{1}, 4, true, false};
+  IslandPart part{{BodyId{1}, BodyId{9}}, BodyId{1}, 4, true, false, 8, true, false};
   return {{{{1, 2, 3}, {part, {}}}, {{4, 5, 6}, {}}}};
 }
 
 Shipment some_shipment() {
-  return {{{BodyId{1}, {{some_record(1), {{1, 2, 3}, {4, 5, 6}}}}, {{{1, 2, 3}, some_manifold()}}}}};
+  const ShippedIsland island{
+      BodyId{1}, {{some_record(1), {{1, 2, 3}, {4, 5, 6}}}}, {{{1, 2, 3}, some_manifold()}}};
+  return {{island}, {island, {}}};
 }
 
 Solution some_solution() { return {{{BodyId{1}, some_record(1).state}}, {{{3, 2, 1}, some_manifold()}}}; }
@@ -189,9 +191,9 @@ TEST(Wire, CommandsSurviveBitForBit) {
 }
 
 TEST(Wire, RoundsSurviveBitForBit) {
-  const std::vector<RoundMessage> rounds{some_transfer(), some_exchange(),
-                                         std::make_shared<const Seams>(some_seams()), some_shipment(),
-                                         some_solution()};
+  const std::vector<RoundMessage> rounds{
+      some_transfer(), some_exchange(),    std::make_shared<const Seams>(some_seams()),
+      some_shipment(), Motions{"motions"}, some_solution()};
   ASSERT_EQ(rounds.size(), std::variant_size_v<RoundMessage>);
   for (std::size_t n = 0; n < rounds.size(); ++n) {
     torture(pack(rounds[n]), [](std::string_view b) { return unpack_round(b); });

@@ -20,6 +20,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "lpss/model/body.h"
@@ -61,7 +62,9 @@ struct ContactPair {
   BodyId b;
   BodySlot slot_a = 0;
   BodySlot slot_b = 0;
-  bool touching = false;  // a point has no gap, or had an impulse in the last solution
+  bool touching = false;      // a point has no gap, or had an impulse in the last solution
+  bool bounces = false;       // it may give speed back
+  std::uint8_t substeps = 0;  // that its island needs at least; 0: no opinion
 };
 
 // The deepest point of a pair, for events.
@@ -236,6 +239,7 @@ struct SolveTask {
   std::vector<CloneOf> clones;    // every clone of them that a contact refers to
   std::vector<WorldPair> contacts;
   std::vector<TaskJoint> joints;
+  int substeps = 0;  // that its contacts ask for together; 0: as each of them says
 };
 
 // Solves contacts and joints for new velocities. Rows take lever arms from the frame in which the contact was
@@ -244,6 +248,33 @@ class IslandSolver {
  public:
   virtual ~IslandSolver() = default;
   virtual void solve(const SolveTask& task, double dt) = 0;
+};
+
+// Solves islands in step with solvers elsewhere, which have other bodies of the same islands. Their contacts
+// are divided into stages, in the order of solving; a sweep goes through all stages once. Before a stage, the
+// bodies in it that are others' are told how they move by then (set_motion()). What comes out of a body is
+// right if it is one's own, and the same bits as from a solver that has all.
+class StagedSolver {
+ public:
+  virtual ~StagedSolver() = default;
+
+  struct Stages {
+    std::vector<std::size_t> ends;  // by stage: the number of the task's contacts up to its end
+    int substeps = 0;               // of the tick, for all islands of the task
+    bool bounces = false;           // a contact of these islands, here or elsewhere, may give speed back
+  };
+
+  // Returns the number of sweeps to come. The task has no joints. It, its worlds and their bodies stay as
+  // they are until end().
+  virtual int begin(const SolveTask& task, double dt, const Stages& stages) = 0;
+  virtual void solve_stage(int sweep, std::size_t stage) = 0;
+  virtual void end() = 0;
+
+  // What others must know of a body (its place in the task) before a stage of a sweep in which they have it,
+  // and the size of that in bytes. Only solvers of the same precision can read it.
+  virtual std::size_t motion_size(int sweep) const = 0;
+  virtual void append_motion(int sweep, std::size_t body, std::string& bytes) const = 0;
+  virtual void set_motion(int sweep, std::size_t body, std::string_view bytes) = 0;
 };
 
 // One precision of one physics engine, with the shapes of one world. Worlds and solvers must not outlive it.
@@ -259,6 +290,8 @@ class Engine {
   // Safe to call from any thread, once the shapes in use have been added.
   virtual std::unique_ptr<SectorWorld> make_world() = 0;
   virtual std::unique_ptr<IslandSolver> make_solver() = 0;
+  // Null if the engine's contacts cannot be solved in stages.
+  virtual std::unique_ptr<StagedSolver> make_staged_solver() = 0;
 
   // Sets whether two bodies collide with each other, in every world; joints use it to exclude their bodies.
   // Must not be called during a detection. Takes effect with the next detection.

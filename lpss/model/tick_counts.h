@@ -18,6 +18,7 @@ struct TickCounts {
   std::uint64_t contacts = 0;
   std::uint64_t islands_across_seams = 0;
   std::uint64_t islands_shipped = 0;
+  std::uint64_t islands_in_step = 0;
   std::uint64_t bodies_stopped = 0;
 
   bool operator==(const TickCounts&) const = default;
@@ -57,6 +58,8 @@ inline constexpr auto kTickCounters = std::to_array<TickCounter>({
      "Islands over several sectors, counted where they are solved"},
     {"islands_shipped", &TickCounts::islands_shipped, OverTicks::kMost, "islands_shipped",
      "Of these, islands over several servers, solved by one of them"},
+    {"islands_in_step", &TickCounts::islands_in_step, OverTicks::kMost, "islands_in_step",
+     "Of these, islands over several servers, which solve them in step"},
     {"bodies_stopped", &TickCounts::bodies_stopped, OverTicks::kTotal, "bodies_stopped",
      "Bodies that left the range of numbers or sectors, and were stopped"},
 });

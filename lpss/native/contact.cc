@@ -13,6 +13,9 @@ void visit_header(C& contact, const Visit& visit) {
   visit(contact.is_found);
   for (int n = 0; n < 9; ++n) visit(contact.found_at.rotation(n / 3, n % 3));
   for (int n = 0; n < 3; ++n) visit(contact.found_at.position[n]);
+  visit(contact.need.impulse);
+  visit(contact.need.ticks);
+  visit(contact.need.substeps);
 }
 
 template <typename P, typename Visit>
@@ -72,6 +75,7 @@ bool decode(std::string_view bytes, Contact& contact) {
   if (read.get<std::uint8_t>() != sizeof(Scalar)) return false;
   contact = {};
   visit_header(contact, read);
+  if (contact.need.ticks > ContactNeed::kTicksToKnow || contact.need.substeps > kSubstepsMax) return false;
   const auto patches = read.get<std::uint32_t>();
   if (patches > kPatchesMax) return false;
   for (std::uint32_t p = 0; p < patches && !read.is_short(); ++p) {

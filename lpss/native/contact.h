@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "lpss/native/contact_needs.h"
 #include "lpss/native/math.h"
 #include "lpss/solver/contact_solver.h"
 
@@ -44,6 +45,8 @@ struct Contact {
   // distance at which contacts are found, nothing else can touch, and the points are only moved along.
   bool is_found = false;
   Frame found_at;
+
+  ContactNeed need;
 
   bool is_touching() const;
 };

@@ -12,7 +12,11 @@ namespace tessera::native {
 std::unique_ptr<SectorWorld> NativeEngine::make_world() { return std::make_unique<NativeWorld>(*this); }
 
 std::unique_ptr<IslandSolver> NativeEngine::make_solver() {
-  return std::make_unique<NativeSolver>(settings_);
+  return std::make_unique<NativeSolver>(settings_, needs_);
+}
+
+std::unique_ptr<StagedSolver> NativeEngine::make_staged_solver() {
+  return std::make_unique<NativeSolver>(settings_, needs_);
 }
 
 }  // namespace tessera::native

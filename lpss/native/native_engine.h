@@ -5,6 +5,7 @@
 
 #include "lpss/bullet/shape_table.h"
 #include "lpss/engine/engine.h"
+#include "lpss/native/contact_needs.h"
 #include "lpss/native/solid.h"
 
 namespace tessera::native {
@@ -12,12 +13,14 @@ namespace tessera::native {
 // Solids are shared by all bodies with the same shape and centre frame, in all worlds.
 class NativeEngine final : public Engine {
  public:
-  explicit NativeEngine(const EngineSettings& settings) : settings_(settings) {}
+  explicit NativeEngine(const EngineSettings& settings) : settings_(settings), needs_(settings) {}
 
   const EngineSettings& settings() const override { return settings_; }
+  const ContactNeeds& needs() const { return needs_; }
   void add_shape(ShapeId id, const Shape& shape) override { solids_.add(id, shape); }
   std::unique_ptr<SectorWorld> make_world() override;
   std::unique_ptr<IslandSolver> make_solver() override;
+  std::unique_ptr<StagedSolver> make_staged_solver() override;
   void set_apart(BodyId a, BodyId b, bool apart) override { apart_.set(a, b, apart); }
   bool are_apart(BodyId a, BodyId b) const { return apart_.contains(a, b); }
 
@@ -26,6 +29,7 @@ class NativeEngine final : public Engine {
 
  private:
   const EngineSettings settings_;
+  const ContactNeeds needs_;
   bullet::ApartPairs apart_;
   bullet::ShapeTable<Solid> solids_;
 };

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "lpss/base/rotation.h"
+#include "lpss/bullet/bytes.h"
 #include "lpss/bullet/task_joint.h"
 #include "lpss/native/native_world.h"
 #include "lpss/native/task_parts.h"
@@ -14,24 +15,6 @@ namespace {
 
 // The approach from which two bodies bounce.
 constexpr Scalar kBounceFrom = Scalar(0.2);  // m/s
-
-// While it lives, the bodies of a task and their clones know their places in it.
-class Places {
- public:
-  explicit Places(const SolveTask& task) : task_(task) {
-    for (std::size_t n = 0; n < task.bodies.size(); ++n) body_of(task.bodies[n]).place = n;
-    for (const SolveTask::CloneOf& clone : task.clones) body_of(clone.clone).place = clone.original;
-  }
-  ~Places() {
-    for (const WorldBody& body : task_.bodies) body_of(body).place = Body::kNoPlace;
-    for (const SolveTask::CloneOf& clone : task_.clones) body_of(clone.clone).place = Body::kNoPlace;
-  }
-  Places(const Places&) = delete;
-  Places& operator=(const Places&) = delete;
-
- private:
-  const SolveTask& task_;
-};
 
 // None for static bodies: they do not move, and a server that solves an island of others does not know where
 // they are.
@@ -60,66 +43,137 @@ bullet::SolvedJoint solved_joint(const TaskJoint& joint) {
 
 }  // namespace
 
-NativeSolver::NativeSolver(const EngineSettings& settings)
+// While it lives, the bodies of a task and their clones know their places in it.
+class NativeSolver::Places {
+ public:
+  explicit Places(const SolveTask& task) : task_(task) {
+    for (std::size_t n = 0; n < task.bodies.size(); ++n) body_of(task.bodies[n]).place = n;
+    for (const SolveTask::CloneOf& clone : task.clones) body_of(clone.clone).place = clone.original;
+  }
+  ~Places() {
+    for (const WorldBody& body : task_.bodies) body_of(body).place = Body::kNoPlace;
+    for (const SolveTask::CloneOf& clone : task_.clones) body_of(clone.clone).place = Body::kNoPlace;
+  }
+  Places(const Places&) = delete;
+  Places& operator=(const Places&) = delete;
+
+ private:
+  const SolveTask& task_;
+};
+
+NativeSolver::NativeSolver(const EngineSettings& settings, const ContactNeeds& needs)
     : settings_(settings),
+      needs_(needs),
       passes_(std::max(2, (settings.solver_iterations + settings.substeps - 1) / settings.substeps)) {}
+
+NativeSolver::~NativeSolver() = default;
 
 void NativeSolver::solve(const SolveTask& task, double dt) {
   if (task.bodies.empty()) return;
   std::vector<TaskPart> parts;
-  if (settings_.adapt && settings_.substeps > 1) {
+  if (needs_.adapts()) {
     const Places places(task);
-    parts = parts_of(task, settings_.substeps, dt);
+    parts = parts_of(task, needs_, dt);
   } else {
     parts.push_back({settings_.substeps, task});
   }
   for (const TaskPart& part : parts) {
-    const Places places(part.task);
-    solve(part.task, dt, part.steps);
+    const int sweeps = begin(part.task, dt, {{part.task.contacts.size()}, part.steps, /*bounces=*/true});
+    for (int sweep = 0; sweep < sweeps; ++sweep) solve_stage(sweep, 0);
+    end();
   }
 }
 
-void NativeSolver::solve(const SolveTask& task, double dt, int steps) {
+int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages) {
   dt_ = dt;
-  steps_ = steps;
+  steps_ = stages.substeps;
+  stages_ = stages.ends.size();
+  places_ = std::make_unique<Places>(task);
   dynamics_.clear();
   bodies_.clear();
   kinematics_.clear();
   patches_.clear();
   sources_.clear();
+  stage_ends_.clear();
   joints_.clear();
   for (const WorldBody& body : task.bodies) add_body(body_of(body));
   fixed_ = bodies_.size();
   bodies_.emplace_back();
   is_pushed_.assign(dynamics_.size(), false);
-  for (const WorldPair& contact : task.contacts) add_contact(contact);
+  std::size_t next = 0;
+  for (const std::size_t end : stages.ends) {
+    for (; next < end; ++next) add_contact(task.contacts[next]);
+    stage_ends_.push_back(patches_.size());
+  }
   for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
 
   begin_joints();
   contacts_.begin({.time_step = Scalar(dt),
-                   .steps = steps,
+                   .steps = steps_,
                    .usual_steps = settings_.substeps,
                    .bounce_from = kBounceFrom},
-                  bodies_, patches_);
-  for (int step = 0; step < steps; ++step) {
+                  bodies_, patches_, stage_ends_);
+  return steps_ * passes_ + (stages.bounces ? 1 : 0);
+}
+
+void NativeSolver::solve_stage(int sweep, std::size_t stage) {
+  const bool ends = stage + 1 == stages_;
+  if (sweep == steps_ * passes_) {
+    contacts_.rebound(stage);
+    if (ends) with_joints([&] { joints_.pass(); });
+    return;
+  }
+  const int pass = sweep % passes_;
+  if (pass == 0 && stage == 0) {
     contacts_.start_step();
     with_joints([&] { joints_.start_step(); });
-    for (int pass = 1; pass < passes_; ++pass) {
-      contacts_.pass(/*biased=*/true);
-      with_joints([&] { joints_.pass(); });
-    }
+  }
+  contacts_.pass(/*biased=*/!is_relaxed(sweep), stage);
+  if (!ends) return;
+  with_joints([&] { joints_.pass(); });
+  if (pass == passes_ - 2) {
     contacts_.advance();
     with_joints([&] { joints_.move(); });
-    contacts_.pass(/*biased=*/false);
-    with_joints([&] { joints_.pass(); });
+  } else if (pass == passes_ - 1) {
     contacts_.end_step();
   }
-  contacts_.rebound();
-  with_joints([&] { joints_.pass(); });
+}
+
+void NativeSolver::end() {
   contacts_.end(patches_);
   find_corrections();
   write_impulses();
   write_bodies();
+  places_.reset();
+}
+
+// In a relaxed sweep gaps move on by how the bodies advanced, too.
+std::size_t NativeSolver::motion_size(int sweep) const {
+  return (is_relaxed(sweep) ? 12 : 6) * sizeof(Scalar);
+}
+
+void NativeSolver::append_motion(int sweep, std::size_t body, std::string& bytes) const {
+  const bullet::ByteWriter write(bytes);
+  const auto append = [&](const RowBody<Scalar>& motion) {
+    write(motion.linear);
+    write(motion.angular);
+  };
+  append(contacts_.raw_motion(body));
+  if (is_relaxed(sweep)) append(contacts_.raw_advance(body));
+}
+
+void NativeSolver::set_motion(int sweep, std::size_t body, std::string_view bytes) {
+  bullet::require(bytes.size() == motion_size(sweep),
+                  "a motion must come from an engine of the same precision");
+  const bullet::ByteReader read(bytes);
+  const auto next = [&] {
+    RowBody<Scalar> motion = contacts_.raw_motion(body);
+    read(motion.linear);
+    read(motion.angular);
+    return motion;
+  };
+  contacts_.set_raw_motion(body, next());
+  if (is_relaxed(sweep)) contacts_.set_raw_advance(body, next());
 }
 
 void NativeSolver::add_body(Body& body) {
@@ -151,8 +205,9 @@ void NativeSolver::add_contact(const WorldPair& place) {
   const Body& a = body_of(sides[0]);
   const Body& b = body_of(sides[1]);
   Contact& contact = world.contact(place.pair);
-  for (ContactPatch& source : contact.patches) {
-    sources_.push_back(&source);
+  sources_.push_back({&contact, patches_.size(),
+                      std::max(bodies_[places[0]].inverse_mass, bodies_[places[1]].inverse_mass)});
+  for (const ContactPatch& source : contact.patches) {
     Contacts::Patch& patch = patches_.emplace_back();
     patch.a = places[0];
     patch.b = places[1];
@@ -227,12 +282,19 @@ void NativeSolver::find_corrections() {
 }
 
 void NativeSolver::write_impulses() const {
-  for (std::size_t p = 0; p < patches_.size(); ++p) {
-    const Contacts::Patch& patch = patches_[p];
-    ContactPatch& into = *sources_[p];
-    into.friction_impulse = patch.friction_impulse;
-    into.twist_impulse = patch.twist_impulse;
-    for (std::size_t n = 0; n < patch.points; ++n) into.point[n].impulse = patch.point[n].impulse;
+  for (const Source& source : sources_) {
+    double sum = 0;
+    std::size_t p = source.first;
+    for (ContactPatch& into : source.contact->patches) {
+      const Contacts::Patch& patch = patches_[p++];
+      into.friction_impulse = patch.friction_impulse;
+      into.twist_impulse = patch.twist_impulse;
+      for (std::size_t n = 0; n < patch.points; ++n) {
+        into.point[n].impulse = patch.point[n].impulse;
+        sum += double(patch.point[n].impulse);
+      }
+    }
+    needs_.note(source.contact->need, sum, double(source.inverse_mass));
   }
 }
 

@@ -1,29 +1,42 @@
 // Solves islands in small steps: their contacts by lpss/solver/contact_solver.h, their joints by
-// lpss/bullet/joint_solver.h, in turns.
+// lpss/bullet/joint_solver.h, in turns. A sweep is a pass of a step over all contacts; after those of all
+// steps, one more lets bodies bounce.
 #pragma once
 
 #include <LinearMath/btVector3.h>
 #include <absl/container/flat_hash_map.h>
 
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "lpss/bullet/joint_solver.h"
 #include "lpss/native/body.h"
 #include "lpss/native/contact.h"
+#include "lpss/native/contact_needs.h"
 #include "lpss/solver/contact_solver.h"
 
 namespace tessera::native {
 
-class NativeSolver final : public IslandSolver {
+class NativeSolver final : public IslandSolver, public StagedSolver {
  public:
-  explicit NativeSolver(const EngineSettings& settings);
+  NativeSolver(const EngineSettings& settings, const ContactNeeds& needs);
+  ~NativeSolver() override;
 
   void solve(const SolveTask& task, double dt) override;
 
+  int begin(const SolveTask& task, double dt, const Stages& stages) override;
+  void solve_stage(int sweep, std::size_t stage) override;
+  void end() override;
+  std::size_t motion_size(int sweep) const override;
+  void append_motion(int sweep, std::size_t body, std::string& bytes) const override;
+  void set_motion(int sweep, std::size_t body, std::string_view bytes) override;
+
  private:
   using Contacts = ContactSolver<Scalar>;
+  class Places;
 
-  void solve(const SolveTask& task, double dt, int steps);
+  bool is_relaxed(int sweep) const { return sweep < steps_ * passes_ && sweep % passes_ == passes_ - 1; }
   void add_body(Body& body);
   std::size_t place_of(const WorldBody& body);
   void add_contact(const WorldPair& pair);
@@ -34,10 +47,20 @@ class NativeSolver final : public IslandSolver {
   void write_impulses() const;
   void write_bodies() const;
 
+  // A contact of the task and the patches that it has there.
+  struct Source {
+    Contact* contact;
+    std::size_t first;
+    Scalar inverse_mass;  // 1/kg, the larger one of its sides
+  };
+
   const EngineSettings settings_;
+  const ContactNeeds& needs_;
   const int passes_;  // of a step, biased and relaxed
   double dt_ = 0;     // s
   int steps_ = 0;
+  std::size_t stages_ = 0;
+  std::unique_ptr<Places> places_;  // from begin() to end()
   Contacts contacts_;
   bullet::JointSolver joints_;
   std::vector<Body*> dynamics_;  // they come first
@@ -46,7 +69,8 @@ class NativeSolver final : public IslandSolver {
   absl::flat_hash_map<const Body*, std::size_t> kinematics_;
   std::size_t fixed_ = 0;  // the place of what neither moves nor can be pushed
   std::vector<Contacts::Patch> patches_;
-  std::vector<ContactPatch*> sources_;  // of the patches
+  std::vector<Source> sources_;
+  std::vector<std::size_t> stage_ends_;  // in patches
   std::vector<Contacts::Motion> corrections_;
   std::vector<std::size_t> jointed_;
   std::vector<btVector3> linear_changes_;  // of jointed bodies since the start of the tick

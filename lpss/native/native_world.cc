@@ -239,6 +239,18 @@ std::span<const ContactPair> NativeWorld::contacts() {
   return pairs_;
 }
 
+// The weight of the heavier body by that of the lighter one, in the direction of the contact's normal; 0
+// where the lighter one does not carry it.
+double NativeWorld::rests_on(const Body& a, const Body& b, const Contact& contact) const {
+  if (!(a.inverse_mass > 0 && b.inverse_mass > 0)) return 0;
+  const Body& heavier = a.inverse_mass < b.inverse_mass ? a : b;
+  const Body& lighter = a.inverse_mass < b.inverse_mass ? b : a;
+  const Vector& normal = contact.patches.front().normal;
+  const Scalar down = heavier.gravity.dot(&heavier == &a ? -normal : normal);
+  if (!(down > 0)) return 0;
+  return double(down / heavier.gravity.norm()) * double(lighter.inverse_mass) / double(heavier.inverse_mass);
+}
+
 void NativeWorld::gather() {
   forget_removed();
   pairs_.clear();
@@ -248,7 +260,10 @@ void NativeWorld::gather() {
     const auto place = static_cast<std::size_t>(candidate.contact);
     const Contact& contact = contacts_[place];
     if (contact.patches.empty()) continue;
-    pairs_.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b, contact.is_touching()});
+    pairs_.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b, contact.is_touching(),
+                      contact.restitution > 0,
+                      static_cast<std::uint8_t>(engine_.needs().substeps(
+                          contact.need, rests_on(body(candidate.slot_a), body(candidate.slot_b), contact)))});
     contact_of_pair_.push_back(place);
   }
   is_gathered_ = true;

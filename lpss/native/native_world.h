@@ -89,6 +89,7 @@ class NativeWorld final : public SectorWorld {
   void drop_contact(Candidate& candidate);
   Candidate& candidate_of(BodySlot a, BodySlot b);
   void gather();
+  double rests_on(const Body& a, const Body& b, const Contact& contact) const;
   void predict_contacts();
   std::optional<SweepHit> sweep(BodySlot swept, const Vector& to) const;
   void keep_still_clock(Body& body, double dt) const;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "lpss/engine/engine.h"
+#include "lpss/native/contact_needs.h"
 
 namespace tessera::native {
 
@@ -14,8 +15,8 @@ struct TaskPart {
   SolveTask task;  // in the order of the whole task
 };
 
-// Of a tick of `dt` seconds: at most one part for each number of steps, `usual_steps` (>= 2) being those of
-// the settings. The bodies of the task and their clones know their places in it (Body::place).
-std::vector<TaskPart> parts_of(const SolveTask& task, int usual_steps, double dt);
+// Of a tick of `dt` seconds: at most one part for each number of steps. The bodies of the task and their
+// clones know their places in it (Body::place).
+std::vector<TaskPart> parts_of(const SolveTask& task, const ContactNeeds& needs, double dt);
 
 }  // namespace tessera::native

@@ -16,6 +16,12 @@ struct IslandPart {
   std::uint32_t contacts = 0;
   bool any_awake = false;
   bool all_want_sleep = true;  // every own body wants to sleep or sleeps
+  // What its contacts ask of the solver; see ContactPair.
+  std::uint8_t substeps = 0;
+  bool bounces = false;
+  // Only a single solver can solve it: joints hold its bodies, or a contact is between homes that are more
+  // than one sector apart.
+  bool is_indivisible = false;
 };
 
 // The parts of islands in one sector that reach over a border; replaces what was reported of the sector

@@ -49,6 +49,10 @@ std::vector<SeamIsland> SeamGraph::awake_islands(std::span<const SectorIndex> aw
         island.parts.push_back(ref);
         const IslandPart& part = this->part(ref);
         island.all_want_sleep &= part.all_want_sleep;
+        island.contacts += part.contacts;
+        island.substeps = std::max<int>(island.substeps, part.substeps);
+        island.bounces |= part.bounces;
+        island.is_indivisible |= part.is_indivisible;
         for (const BodyId link : part.links) {
           const auto others = by_link_.find(link);
           if (others == by_link_.end()) continue;

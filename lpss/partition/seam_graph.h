@@ -24,6 +24,11 @@ struct SeamIsland {
   BodyId id;                   // the smallest of its bodies
   std::vector<PartRef> parts;  // ascending by their first bodies
   bool all_want_sleep = true;  // it may fall asleep
+  // Of its parts.
+  std::uint64_t contacts = 0;
+  int substeps = 0;
+  bool bounces = false;
+  bool is_indivisible = false;
 };
 
 // The parts of all sectors of the world that reach over borders. What was reported of a sector holds until

@@ -123,6 +123,19 @@ WorldDescription tower_world(const WorldSettings& settings, int count, const Eig
   return builder.world();
 }
 
+WorldDescription pyramid_world(const WorldSettings& settings, int rows) {
+  WorldBuilder builder(settings);
+  builder.add_floor(120, 0);
+  const ShapeId box = builder.shape(Box{{1, 1, 1}});
+  for (int row = 0; row < rows; ++row) {
+    for (int n = 0; n < rows - row; ++n) {
+      builder.add(absl::StrCat("box", row, "_", n), box, 1,
+                  {(n - (rows - row - 1) / 2.0) * 1.05, 0.0, 0.5 + row});
+    }
+  }
+  return builder.world();
+}
+
 WorldDescription chain_world(const WorldSettings& settings, int links, const Eigen::Vector3d& base) {
   WorldBuilder builder(settings);
   builder.add_chain(links, base, Eigen::Vector3d::UnitX());

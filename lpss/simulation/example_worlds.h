@@ -49,6 +49,10 @@ class WorldBuilder {
 // measurements of the design.
 WorldDescription tower_world(const WorldSettings& settings, int count, const Eigen::Vector3d& base);
 
+// A pyramid of `rows` rows along x, centred at x = 0, of boxes of 1 m that are 1.05 m apart, on a floor at
+// z = 0: one island.
+WorldDescription pyramid_world(const WorldSettings& settings, int rows);
+
 // A chain of `links` capsules that hangs level from the world at `base` and falls into a swing.
 WorldDescription chain_world(const WorldSettings& settings, int links, const Eigen::Vector3d& base);
 

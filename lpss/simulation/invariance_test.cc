@@ -50,6 +50,35 @@ TEST(PlacementInvariance, ATowerOverTwoAndFourPartitions) {
   EXPECT_EQ(first_difference(one, run(world, 4, 1, 300)), 300u);
 }
 
+// Large enough that servers solve it in step.
+TEST(PlacementInvariance, APyramidThatServersSolveInStep) {
+  for (const double sector_size : {4.0, 1.75}) {
+    const WorldDescription world = pyramid_world(sectors_of(sector_size), 12);
+    const std::vector<WorldHash> one = run(world, 1, 1, 120);
+    for (const std::uint32_t partitions : {2, 3, 8}) {
+      EXPECT_EQ(first_difference(one, run(world, partitions, 1, 120)), 120u) << partitions << " partitions";
+    }
+    const auto cluster = cluster_of(world, 3);
+    cluster->step();
+    EXPECT_EQ(cluster->counts().islands_in_step, 1u);
+    EXPECT_EQ(cluster->counts().islands_shipped, 0u);
+  }
+}
+
+TEST(PlacementInvariance, AHeapThatBouncesAndServersSolveInStep) {
+  WorldDescription world = pile_world(sectors_of(2), 150);
+  for (BodyDescription& body : world.bodies) body.properties.restitution = 0.5;
+  const std::vector<WorldHash> one = run(world, 1, 1, 240);
+  const auto cluster = cluster_of(world, 5);
+  std::uint64_t in_step = 0;
+  for (std::size_t tick = 0; tick < one.size(); ++tick) {
+    cluster->step();
+    in_step += cluster->counts().islands_in_step;
+    ASSERT_EQ(cluster->hash(), one[tick]) << "tick " << tick;
+  }
+  EXPECT_GT(in_step, 100u);
+}
+
 TEST(PlacementInvariance, APileOverUpToEightPartitionsAndTwoThreads) {
   for (const SeamPolicy policy : {SeamPolicy::kIsland, SeamPolicy::kClone}) {
     const WorldDescription world = pile_world(sectors_of(16, policy), 200);

@@ -53,6 +53,7 @@ void PartitionCluster::step(std::span<const Command> commands) {
     for (Rank to = 0; to < members_.size(); ++to) {
       if (rounds[from]->to[to]) inbox_of(rounds[from]->number, to)[from] = std::move(rounds[from]->to[to]);
     }
+    members_[from].machine->work_while_waiting();
   };
   for (Rank rank = 0; rank < members_.size(); ++rank) {
     rounds[rank] = members_[rank].machine->begin_tick(commands);

@@ -69,7 +69,7 @@ struct ContactRows {
   const RowBody<Scalar>* advanced;  // as bodies moved in this step
   std::int32_t still;               // the place of what cannot be pushed, which is never written
   std::size_t groups;               // of patches, a lane each, that share no body but `still`
-  void* group;                      // arrays of what the kernel lays out
+  void* group;                      // arrays of what the kernel lays out, from the first of the groups on
   void* friction;
   void* rows;
   Scalar time_step;  // s, of the tick

@@ -82,7 +82,7 @@ std::span<const int> ContactSolver<Scalar>::widths() {
 
 template <typename Scalar>
 void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> bodies,
-                                  std::span<const Patch> patches) {
+                                  std::span<const Patch> patches, std::span<const std::size_t> stage_ends) {
   options_ = options;
   bodies_ = bodies;
   bounces_ = false;
@@ -113,12 +113,13 @@ void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> 
   rows_.advanced = advanced_.data();
   rows_.still = static_cast<std::int32_t>(bodies.size());
 
-  begin_patches(patches);
+  begin_patches(patches, stage_ends);
 }
 
 template <typename Scalar>
-void ContactSolver<Scalar>::begin_patches(std::span<const Patch> patches) {
-  group_patches(patches);
+void ContactSolver<Scalar>::begin_patches(std::span<const Patch> patches,
+                                          std::span<const std::size_t> stage_ends) {
+  group_patches(patches, stage_ends);
   group_storage_.resize(groups_.size() * kernel_->group_size);
   friction_storage_.resize(groups_.size() * kernel_->friction_size);
   row_storage_.resize(std::accumulate(points_.begin(), points_.end(), std::size_t{0}) * kernel_->row_size);
@@ -152,7 +153,8 @@ void ContactSolver<Scalar>::begin_body(std::size_t n) {
 
 // In the widest lanes of which the patches fill at least two on average.
 template <typename Scalar>
-void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches) {
+void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches,
+                                          std::span<const std::size_t> stage_ends) {
   const auto all = kernels<Scalar>();
   const auto pushed = [&](std::size_t body) {
     return bodies_[body].inverse_mass > 0 ? static_cast<std::uint32_t>(body) : PatchGroups::kNone;
@@ -163,10 +165,17 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches) {
     if (options_.lanes != 0 && options_.lanes != kernel_->lanes) continue;
     groups_.clear(bodies_.size(), lanes);
     points_.clear();
-    for (const Patch& patch : patches) {
-      const std::size_t group = groups_.add(pushed(patch.a), pushed(patch.b));
-      if (group == points_.size()) points_.push_back(0);
-      points_[group] = std::max(points_[group], static_cast<std::uint8_t>(patch.points));
+    stages_.assign(1, 0);
+    std::size_t next = 0;
+    for (const std::size_t end : stage_ends) {
+      for (; next < end; ++next) {
+        const Patch& patch = patches[next];
+        const std::size_t group = groups_.add(pushed(patch.a), pushed(patch.b));
+        if (group == points_.size()) points_.push_back(0);
+        points_[group] = std::max(points_[group], static_cast<std::uint8_t>(patch.points));
+      }
+      groups_.fence();
+      stages_.push_back(groups_.size());
     }
     if (options_.lanes != 0 || groups_.size() * 2 <= patches.size()) return;
   }
@@ -218,8 +227,19 @@ void ContactSolver<Scalar>::start_step() {
 }
 
 template <typename Scalar>
-void ContactSolver<Scalar>::pass(bool biased) {
-  biased ? kernel_->biased_pass(rows_) : kernel_->relaxed_pass(rows_);
+ContactRows<Scalar> ContactSolver<Scalar>::rows_of(std::size_t stage) const {
+  const std::size_t first = stages_[stage];
+  ContactRows<Scalar> rows = rows_;
+  rows.groups = stages_[stage + 1] - first;
+  rows.group = static_cast<std::byte*>(rows_.group) + first * kernel_->group_size;
+  rows.friction = static_cast<std::byte*>(rows_.friction) + first * kernel_->friction_size;
+  return rows;
+}
+
+template <typename Scalar>
+void ContactSolver<Scalar>::pass(bool biased, std::size_t stage) {
+  const ContactRows<Scalar> rows = rows_of(stage);
+  biased ? kernel_->biased_pass(rows) : kernel_->relaxed_pass(rows);
 }
 
 // Bodies move by the velocities of the biased passes; what the relaxed pass takes back, end_step() does.
@@ -240,8 +260,8 @@ void ContactSolver<Scalar>::end_step() {
 }
 
 template <typename Scalar>
-void ContactSolver<Scalar>::rebound() {
-  if (bounces_) kernel_->rebound(rows_);
+void ContactSolver<Scalar>::rebound(std::size_t stage) {
+  if (bounces_) kernel_->rebound(rows_of(stage));
 }
 
 template <typename Scalar>

@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -66,7 +67,8 @@ struct SolverTypes {
 
 // One set of islands at a time: begin() with bodies and patches, in the order of solving; then for each of
 // `steps` a start_step(), biased passes (pass(true)), advance(), a relaxed pass (pass(false)) and end_step();
-// then rebound() and end(). What couples bodies by other means (joints) changes velocities in between.
+// then rebound() and end(). What couples bodies by other means (joints) changes velocities in between. Passes
+// and rebounds may be divided into stages: what pushes bodies elsewhere sets their motions before a stage.
 //
 // Patches are solved several at a time, in lanes, as if one after the other: each waits for those before it
 // that push one of its bodies. The number of lanes changes no bit.
@@ -91,13 +93,18 @@ class ContactSolver : public SolverTypes<Scalar> {
   // The numbers of lanes that this processor has, ascending from 1.
   static std::span<const int> widths();
 
-  // The spans stay valid and unchanged until end(). `bodies` are fewer than 2^31.
-  void begin(const Options& options, std::span<const Body> bodies, std::span<const Patch> patches);
+  // The spans stay valid and unchanged until end(). `bodies` are fewer than 2^31. Each stage ends after so
+  // many patches; the last one after all.
+  void begin(const Options& options, std::span<const Body> bodies, std::span<const Patch> patches,
+             std::span<const std::size_t> stage_ends);
+  void begin(const Options& options, std::span<const Body> bodies, std::span<const Patch> patches) {
+    begin(options, bodies, patches, std::array{patches.size()});
+  }
   void start_step();
-  void pass(bool biased);
+  void pass(bool biased, std::size_t stage = 0);
   void advance();
   void end_step();
-  void rebound();
+  void rebound(std::size_t stage = 0);
 
   // Impulses into `patches`, those of begin().
   void end(std::span<Patch> patches) const;
@@ -112,14 +119,22 @@ class ContactSolver : public SolverTypes<Scalar> {
   Motion change(std::size_t body) const;
   void set_change(std::size_t body, const Motion& change);
 
+  // How a body moves at this moment, and moved when the step advanced, as the solver has it: for a solver
+  // with the same body (inverse mass and inertia) elsewhere. The numbers of another body are of no meaning.
+  const RowBody<Scalar>& raw_motion(std::size_t body) const { return moving_[body]; }
+  const RowBody<Scalar>& raw_advance(std::size_t body) const { return advanced_[body]; }
+  void set_raw_motion(std::size_t body, const RowBody<Scalar>& motion) { moving_[body] = motion; }
+  void set_raw_advance(std::size_t body, const RowBody<Scalar>& motion) { advanced_[body] = motion; }
+
   // What corrected overlaps beyond the motion by the velocities that stay (m, rad): a body moves by this and
   // by its final velocities, which conserves the energy of falls and orbits.
   Motion correction(std::size_t body) const;
 
  private:
   void begin_body(std::size_t n);
-  void begin_patches(std::span<const Patch> patches);
-  void group_patches(std::span<const Patch> patches);
+  void begin_patches(std::span<const Patch> patches, std::span<const std::size_t> stage_ends);
+  void group_patches(std::span<const Patch> patches, std::span<const std::size_t> stage_ends);
+  ContactRows<Scalar> rows_of(std::size_t stage) const;
   void begin_group(std::size_t group, std::size_t first, std::span<const Patch> patches);
   Vector unscaled(std::size_t body, const Scalar* angular) const;
 
@@ -130,6 +145,7 @@ class ContactSolver : public SolverTypes<Scalar> {
   ContactRows<Scalar> rows_{};
   PatchGroups groups_;
   std::vector<std::uint8_t> points_;  // by group: of its patch of most
+  std::vector<std::size_t> stages_;   // their first groups, and the number of groups
   // By body; one more in `moving_`, for all that cannot be pushed.
   AlignedArray<RowBodyTerms<Scalar>> terms_;
   AlignedArray<RowBody<Scalar>> moving_;

@@ -7,6 +7,7 @@ namespace tessera {
 void PatchGroups::clear(std::size_t bodies, std::size_t lanes) {
   lanes_ = lanes;
   added_ = 0;
+  fence_ = 0;
   next_.assign(bodies, 0);
   free_.assign(1, 0);
   used_.clear();
@@ -23,8 +24,8 @@ std::uint32_t PatchGroups::first_free(std::uint32_t group) {
 }
 
 std::size_t PatchGroups::add(std::uint32_t a, std::uint32_t b) {
-  std::uint32_t group = 0;
-  if (a != kNone) group = next_[a];
+  std::uint32_t group = fence_;
+  if (a != kNone) group = std::max(group, next_[a]);
   if (b != kNone) group = std::max(group, next_[b]);
   group = first_free(group);
   if (group == used_.size()) {

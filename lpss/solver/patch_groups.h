@@ -18,6 +18,9 @@ class PatchGroups {
   // Forgets all patches. Bodies have places below `bodies`; groups have so many lanes, at most 255.
   void clear(std::size_t bodies, std::size_t lanes);
 
+  // Patches to come go to groups after all present ones.
+  void fence() { fence_ = static_cast<std::uint32_t>(used_.size()); }
+
   // The group of the next patch, which pushes these bodies; kNone for one that cannot be pushed.
   std::size_t add(std::uint32_t a, std::uint32_t b);
 
@@ -33,6 +36,7 @@ class PatchGroups {
 
   std::size_t lanes_ = 1;
   std::uint32_t added_ = 0;
+  std::uint32_t fence_ = 0;
   std::vector<std::uint32_t> next_;     // by body: the first group after those that push it
   std::vector<std::uint32_t> free_;     // by group: itself while a lane is free; else a later group
   std::vector<std::uint8_t> used_;      // by group: lanes

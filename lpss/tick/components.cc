@@ -163,8 +163,21 @@ void link_joints(const Partition& partition, const Sector& sector, const Compone
   links.erase(std::unique(links.begin(), links.end()), links.end());
 }
 
+// Whether only a single solver can solve what it belongs to; see IslandPart.
+bool is_indivisible(const Sector& sector, const Component& component) {
+  for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
+    if (sector.component_bodies[i]->jointed) return true;
+  }
+  for (std::uint32_t i = component.clones_begin; i < component.clones_end; ++i) {
+    const SectorIndex& home = sector.clones.at(sector.component_clones[i]).replica->home;
+    if (chebyshev_distance(home, sector.index) > 1) return true;
+  }
+  return false;
+}
+
 // What others must know of the components that reach over a border, or may be touched from beyond it.
 void list_parts(const Partition& partition, Sector& sector) {
+  const std::span<const ContactPair> pairs = sector.world->contacts();
   for (Component& component : sector.components) {
     IslandPart part;
     part.links.assign(sector.component_clones.begin() + component.clones_begin,
@@ -179,6 +192,12 @@ void list_parts(const Partition& partition, Sector& sector) {
     part.contacts = component.pairs_end - component.pairs_begin;
     part.any_awake = component.any_awake;
     part.all_want_sleep = component.all_want_sleep;
+    for (std::uint32_t i = component.pairs_begin; i < component.pairs_end; ++i) {
+      const ContactPair& pair = pairs[sector.component_pairs[i]];
+      part.substeps = std::max(part.substeps, pair.substeps);
+      part.bounces |= pair.bounces;
+    }
+    part.is_indivisible = is_indivisible(sector, component);
     component.part = static_cast<std::int32_t>(sector.parts.size());
     sector.part_components.push_back(static_cast<std::uint32_t>(&component - sector.components.data()));
     sector.parts.push_back(std::move(part));

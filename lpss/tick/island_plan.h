@@ -3,10 +3,13 @@
 
 #include <absl/container/flat_hash_map.h>
 
+#include <compare>
+#include <map>
 #include <vector>
 
 #include "lpss/model/body.h"
 #include "lpss/tick/island_task.h"
+#include "lpss/tick/recipients.h"
 
 namespace tessera {
 
@@ -17,13 +20,41 @@ struct PendingIsland {
   absl::flat_hash_map<BodyId, BodyRecord> own;
 };
 
+// A contact of an island between dynamic bodies of different homes.
+struct SeamContact {
+  BodyId island;
+  BodyId a;  // in either order
+  BodyId b;
+  SectorIndex home_a;
+  SectorIndex home_b;
+};
+
+// The hosted parts of islands that are solved in step with other servers (staged.h).
+struct StagedIslands {
+  std::vector<BodyId> islands;  // ascending
+  TaskBuilder builder;
+  absl::flat_hash_map<BodyId, BodyRecord> own;            // those that others may touch, or that touch others
+  absl::flat_hash_map<BodyId, std::uint8_t> seam_groups;  // of these; see ShippedBody
+  std::vector<SeamContact> contacts;                      // that were detected here
+};
+
+// Islands of one kind are one task.
+struct StagedKind {
+  int substeps = 0;
+  bool bounces = false;
+
+  friend auto operator<=>(const StagedKind&, const StagedKind&) = default;
+};
+
 struct IslandPlan {
   std::vector<SolveJob> jobs;
   std::vector<PendingIsland> pending;  // ascending by id
+  std::map<StagedKind, StagedIslands> staged;
 
   // By rank.
-  std::vector<bool> awaits_shipment;  // it ships a part of an island that is solved here
+  std::vector<bool> awaits_shipment;  // it ships a part of an island that is solved here, or in step with it
   std::vector<bool> awaits_solution;  // it solves an island that has a part here
+  Ranks in_step = 0;                  // the servers with which this one solves islands in step
 };
 
 }  // namespace tessera

@@ -3,11 +3,11 @@
 #include <absl/container/node_hash_map.h>
 
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 
 #include "lpss/base/invariant.h"
 #include "lpss/partition/bodies.h"
-#include "lpss/tick/solve_order.h"
 
 namespace tessera {
 
@@ -81,7 +81,7 @@ class TaskBuilder::Places {
   std::vector<std::uint32_t>* last_slots_ = nullptr;
 };
 
-std::vector<std::uint32_t> TaskBuilder::order_of_contacts(Places& places, const SectorIndex& anchor) const {
+std::vector<ContactToOrder> TaskBuilder::contacts_to_order(Places& places, const SectorIndex& anchor) const {
   std::vector<ContactToOrder> contacts;
   contacts.reserve(contacts_.size());
   for (const Contact& contact : contacts_) {
@@ -90,7 +90,13 @@ std::vector<std::uint32_t> TaskBuilder::order_of_contacts(Places& places, const 
     const bool is_fixed = a == Places::kNone || b == Places::kNone;
     contacts.push_back({is_fixed ? kFixedGroup : group_of(bodies_[a].frame, bodies_[b].frame, anchor), a, b});
   }
-  return solve_order(contacts, bodies_.size());
+  return contacts;
+}
+
+std::optional<std::size_t> TaskBuilder::place_of(BodyId id) const {
+  const Body* body = find(id);
+  if (body == nullptr) return std::nullopt;
+  return static_cast<std::size_t>(body - bodies_.data());
 }
 
 SolveJob TaskBuilder::build(const SectorIndex& anchor) {
@@ -115,9 +121,14 @@ SolveJob TaskBuilder::build(const SectorIndex& anchor) {
     places.set(place, job.task.clones.back().original);
   }
   job.task.contacts.reserve(contacts_.size());
-  for (const std::uint32_t n : order_of_contacts(places, anchor))
+  const std::vector<ContactToOrder> contacts = contacts_to_order(places, anchor);
+  job.group_ends.assign(kContactGroups, 0);
+  for (const ContactToOrder& contact : contacts) ++job.group_ends[contact.group];
+  std::partial_sum(job.group_ends.begin(), job.group_ends.end(), job.group_ends.begin());
+  for (const std::uint32_t n : solve_order(contacts, bodies_.size()))
     job.task.contacts.push_back(contacts_[n].place);
   for (const auto& [id, joint] : joints_) job.task.joints.push_back(joint);
+  job.task.substeps = substeps_;
   job.kinematics = std::move(kinematics_);
   return job;
 }

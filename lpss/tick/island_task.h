@@ -8,13 +8,15 @@
 
 #include "lpss/engine/engine.h"
 #include "lpss/partition/partition.h"
+#include "lpss/tick/solve_order.h"
 
 namespace tessera {
 
 // One task for a solver and how much work it is.
 struct SolveJob {
   SolveTask task;
-  std::vector<WorldBody> kinematics;  // touched by its bodies; engines keep solver state in them
+  std::vector<std::size_t> group_ends;  // by contact group: the number of contacts up to its end
+  std::vector<WorldBody> kinematics;    // touched by its bodies; engines keep solver state in them
 };
 
 // Collects bodies and contacts from worlds in any order and ends in the canonical one.
@@ -36,6 +38,7 @@ class TaskBuilder {
 
   // The body in `place` is a clone of `original`, which is (or will be) among the bodies.
   void add_clone(const WorldBody& place, BodyId original);
+  void set_substeps(int substeps) { substeps_ = substeps; }  // SolveTask::substeps
   void add_kinematic(const WorldBody& place) { kinematics_.push_back(place); }
 
   // Adds the joints of the bodies, all of which have been added; `fix_parent` tells where a parent that does
@@ -46,6 +49,9 @@ class TaskBuilder {
   // `anchor`: of the world.
   SolveJob build(const SectorIndex& anchor);
   bool empty() const { return bodies_.empty(); }
+
+  // In the task; nothing for a body that is not in it. Since build().
+  std::optional<std::size_t> place_of(BodyId id) const;
 
  private:
   struct Body {
@@ -63,7 +69,7 @@ class TaskBuilder {
   };
   class Places;
   const Body* find(BodyId id) const;
-  std::vector<std::uint32_t> order_of_contacts(Places& places, const SectorIndex& anchor) const;
+  std::vector<ContactToOrder> contacts_to_order(Places& places, const SectorIndex& anchor) const;
   void sort_bodies();
 
   std::vector<Body> bodies_;
@@ -71,6 +77,7 @@ class TaskBuilder {
   std::vector<std::pair<JointId, TaskJoint>> joints_;
   std::vector<std::pair<BodyId, WorldBody>> clones_;
   std::vector<WorldBody> kinematics_;
+  int substeps_ = 0;
 };
 
 // Adds a component's bodies and contacts to a task. Its clones are bodies of the task themselves, or stand

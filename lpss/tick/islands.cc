@@ -5,6 +5,7 @@
 #include "lpss/partition/bodies.h"
 #include "lpss/tick/ship.h"
 #include "lpss/tick/sleep.h"
+#include "lpss/tick/staged.h"
 
 namespace tessera {
 namespace {
@@ -57,6 +58,35 @@ Rank solver_of(const Partition& partition, Tick tick, const SeamIsland& island,
                     candidates.size()];
 }
 
+// Islands over several servers with fewer contacts than this are shipped: two messages, where solving them in
+// step takes one for each stage.
+constexpr std::uint64_t kStagedFrom = 64;
+
+// Whether the servers of an island solve it in step. While authority is shuffled, either comes to pass.
+bool is_staged(const Partition& partition, Tick tick, const SeamIsland& island) {
+  if (island.is_indivisible || island.substeps == 0) return false;
+  if (partition.settings.shuffle == 0) return island.contacts >= kStagedFrom;
+  return (scrambled(partition.settings.shuffle ^ scrambled(tick + island.id.value)) & 1) != 0;
+}
+
+void stage(Partition& partition, TickContext& context, const SeamIsland& island,
+           std::vector<Shipment>& outbox) {
+  IslandSectors sectors;
+  for (const PartRef& ref : island.parts) sectors.emplace(ref.sector, partition.map.owner(ref.sector));
+  StagedIslands& staged = context.plan.staged[{island.substeps, island.bounces}];
+  staged.islands.push_back(island.id);
+  for (const PartRef& ref : island.parts) {
+    if (!partition.hosts(ref.sector)) continue;
+    Sector& sector = *partition.sectors.at(ref.sector);
+    const Component& component = sector.components[sector.part_components[ref.part]];
+    stage_part(partition, sector, component, island, sectors, staged, outbox);
+    context.plan.in_step |= hosts_around(ref.sector, sectors, partition.self);
+  }
+  if (sectors.at(island.parts.front().sector) != partition.self) return;
+  ++context.counts.islands_across_seams;
+  ++context.counts.islands_in_step;
+}
+
 // An island that reaches over borders.
 void assemble(Partition& partition, TickContext& context, const SeamIsland& island,
               std::vector<Shipment>& outbox) {
@@ -68,8 +98,11 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
   const Rank solver = solver_of(partition, context.tick, island, weight);
   const bool shipped = std::count_if(weight.begin(), weight.end(), [](std::uint64_t w) { return w > 0; }) > 1;
 
+  const bool staged = shipped && !island.all_want_sleep && is_staged(partition, context.tick, island);
+
   PendingIsland pending;
   pending.id = island.id;
+  pending.builder.set_substeps(island.substeps);
   ShippedIsland parcel;
   parcel.island = island.id;
   for (const PartRef& ref : island.parts) {
@@ -77,7 +110,7 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
     Sector& sector = *partition.sectors.at(ref.sector);
     const Component& component = sector.components[sector.part_components[ref.part]];
     settle(partition, context, sector, component, island.all_want_sleep);
-    if (island.all_want_sleep) continue;
+    if (island.all_want_sleep || staged) continue;
     if (island.parts.size() == 1 && flies_freely(partition, sector, component)) {
       sector.in_free_flight.push_back(sector.component_bodies[component.bodies_begin]->slot);
       return;
@@ -94,6 +127,7 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
     }
   }
   if (island.all_want_sleep) return;
+  if (staged) return stage(partition, context, island, outbox);
   if (solver != partition.self) {
     outbox[solver].islands.push_back(std::move(parcel));
     context.plan.awaits_solution[solver] = true;
@@ -134,6 +168,7 @@ std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
       assemble(partition, context, island, outbox);
     }
   }
+  for_each_rank(context.plan.in_step, [&](Rank rank) { context.plan.awaits_shipment[rank] = true; });
   std::sort(context.stepped.begin(), context.stepped.end(),
             [](const Sector* a, const Sector* b) { return a->index < b->index; });
   return outbox;

@@ -4,8 +4,9 @@
 //   Transfer  sectors that change servers; only in ticks in which the sector map changes
 //   Exchange  who moved, and who is near a seam             -> detection
 //   Seams     the parts of islands that reach over borders  -> islands
-//   Shipment  the parts of islands that a peer solves       -> solving
-//   Solution  the new velocities, back to the owners        -> integration
+//   Shipment  the parts of islands that a peer solves, and what it must know of islands that are solved in
+//   step Motions   how bodies at seams move, before each stage in which others have them Solution  the new
+//   velocities, back to the owners        -> integration
 #pragma once
 
 #include <array>
@@ -63,8 +64,9 @@ struct Seams {
 
 // A body of a part that is solved elsewhere.
 struct ShippedBody {
-  BodyRecord record;  // state after the first half of the step
-  Wrench wrench;      // gathered for the solver
+  BodyRecord record;             // state after the first half of the step
+  Wrench wrench;                 // gathered for the solver
+  std::uint8_t seam_groups = 0;  // in which it has contacts, a bit each; of bodies at seams only
 };
 
 // The contact points of a pair that was detected in `sector`.
@@ -82,6 +84,12 @@ struct ShippedIsland {
 
 struct Shipment {
   std::vector<ShippedIsland> islands;
+  std::vector<ShippedIsland> staged;  // what is at seams of islands that both solve in step
+};
+
+// Of the sender's bodies in a stage, in an order that both know.
+struct Motions {
+  std::string bytes;
 };
 
 struct SolvedBody {
@@ -151,7 +159,8 @@ struct SetDrives {
 using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport,
                              KinematicTarget, AddJoint, RemoveJoint, SetDrives>;
 
-using RoundMessage = std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Solution>;
+using RoundMessage =
+    std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Motions, Solution>;
 
 // A contact of two bodies, reported once, by the sector that detected it.
 struct ContactEvent {

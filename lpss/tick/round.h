@@ -9,8 +9,9 @@
 
 namespace tessera {
 
-// In the order in which they run; most ticks have neither transfers nor shipments to speak of.
-enum class RoundKind : std::uint8_t { kIdle, kTransfer, kExchange, kSeams, kShipment, kSolution };
+// In the order in which they run; most ticks have neither transfers nor shipments to speak of. There is a
+// round of motions for each stage of each sweep.
+enum class RoundKind : std::uint8_t { kIdle, kTransfer, kExchange, kSeams, kShipment, kMotions, kSolution };
 
 struct Round {
   std::uint32_t number = 0;  // the same for all that send and await it; ascends within a tick
@@ -18,7 +19,7 @@ struct Round {
   std::vector<bool> from;                       // by rank: who sends something in this round
 };
 
-// A round of this kind in which nobody has anything to say yet.
-Round make_round(RoundKind kind, std::size_t servers);
+// A round of this kind in which nobody has anything to say yet. `repetition`: of rounds of motions.
+Round make_round(RoundKind kind, std::size_t servers, std::uint32_t repetition = 0);
 
 }  // namespace tessera

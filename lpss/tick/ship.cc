@@ -40,23 +40,21 @@ SectorWorld& Carriers::world_of(const SectorIndex& sector) {
   return *world;
 }
 
-Carriers::Carriers(Engine& engine, double sector_size, const std::vector<const ShippedIsland*>& shipped,
+Carriers::Carriers(Engine& engine, double sector_size, const std::vector<const ShippedBody*>& bodies,
+                   std::vector<const ShippedContact*> contacts,
                    const absl::flat_hash_map<BodyId, BodyRecord>& own, TaskBuilder& builder)
     : engine_(engine) {
   absl::flat_hash_map<BodyId, BodyRecord> records = own;
-  std::vector<const ShippedContact*> contacts;
-  for (const ShippedIsland* island : shipped) {
-    for (const ShippedBody& body : island->bodies) {
-      const BodyId id = body.record.id;
-      if (!records.try_emplace(id, body.record).second) continue;  // kinematic, and shipped by two servers
-      if (body.record.properties.motion != Motion::kDynamic) continue;
-      SectorWorld& world = world_of(body.record.home);
-      const WorldBody place{&world, world.add(body.record, Role::kHome)};
-      world.set_total_wrench(place.slot, body.wrench);
-      homes_[id] = {body.record.home, place};
-      builder.add_body(id, place, body.record.home);
-    }
-    for (const ShippedContact& contact : island->contacts) contacts.push_back(&contact);
+  for (const ShippedBody* shipped : bodies) {
+    const ShippedBody& body = *shipped;
+    const BodyId id = body.record.id;
+    if (!records.try_emplace(id, body.record).second) continue;  // kinematic, and shipped by two servers
+    if (body.record.properties.motion != Motion::kDynamic) continue;
+    SectorWorld& world = world_of(body.record.home);
+    const WorldBody place{&world, world.add(body.record, Role::kHome)};
+    world.set_total_wrench(place.slot, body.wrench);
+    homes_[id] = {body.record.home, place};
+    builder.add_body(id, place, body.record.home);
   }
   std::sort(contacts.begin(), contacts.end(), [](const ShippedContact* x, const ShippedContact* y) {
     return std::tie(x->sector, x->manifold.a, x->manifold.b) <

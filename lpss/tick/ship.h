@@ -22,8 +22,9 @@ class Carriers {
  public:
   // Fills `builder` with the shipped bodies and contacts. `own` are the bodies of this partition that the
   // shipped contacts may refer to as clones.
-  Carriers(Engine& engine, double sector_size, const std::vector<const ShippedIsland*>& shipped,
-           const absl::flat_hash_map<BodyId, BodyRecord>& own, TaskBuilder& builder);
+  Carriers(Engine& engine, double sector_size, const std::vector<const ShippedBody*>& bodies,
+           std::vector<const ShippedContact*> contacts, const absl::flat_hash_map<BodyId, BodyRecord>& own,
+           TaskBuilder& builder);
 
   bool carries(BodyId id) const { return homes_.contains(id); }
 

@@ -1,10 +1,9 @@
 #include "lpss/tick/solve.h"
 
 #include <algorithm>
-#include <numeric>
+#include <utility>
 
 #include "lpss/base/disjoint_sets.h"
-#include "lpss/tick/ship.h"
 
 namespace tessera {
 
@@ -25,12 +24,7 @@ void SolverPool::put_back(std::unique_ptr<IslandSolver> solver) {
   idle_.push_back(std::move(solver));
 }
 
-namespace {
-
-// Largest first; jobs that touch the same kinematic body one after the other, as engines keep solver state in
-// it.
-void run_jobs(const std::vector<SolveJob>& jobs, double dt, const ParallelFor& parallel,
-              SolverPool& solvers) {
+void JobQueue::add(std::vector<SolveJob> jobs) {
   DisjointSets sets(jobs.size());
   absl::flat_hash_map<std::pair<SectorWorld*, BodySlot>, std::size_t> user;
   for (std::size_t job = 0; job < jobs.size(); ++job) {
@@ -39,40 +33,59 @@ void run_jobs(const std::vector<SolveJob>& jobs, double dt, const ParallelFor& p
       if (!is_new) sets.unite(job, place->second);
     }
   }
-  std::vector<std::vector<std::size_t>> groups(jobs.size());
-  for (std::size_t job = 0; job < jobs.size(); ++job) groups[sets.find(job)].push_back(job);
-  std::erase_if(groups, [](const auto& group) { return group.empty(); });
-  const auto weight = [&](const std::vector<std::size_t>& group) {
-    return std::accumulate(group.begin(), group.end(), std::size_t{0}, [&](std::size_t sum, std::size_t job) {
-      return sum + jobs[job].task.contacts.size() + jobs[job].task.bodies.size();
-    });
-  };
+  std::vector<Group> groups(jobs.size());
+  for (std::size_t job = 0; job < jobs.size(); ++job) {
+    Group& group = groups[sets.find(job)];
+    group.weight += jobs[job].task.contacts.size() + jobs[job].task.bodies.size();
+    group.jobs.push_back(std::move(jobs[job]));
+  }
+  std::erase_if(groups, [](const Group& group) { return group.jobs.empty(); });
+  // Largest first, so that no thread ends alone.
   std::stable_sort(groups.begin(), groups.end(),
-                   [&](const auto& a, const auto& b) { return weight(a) > weight(b); });
-  run_parallel(parallel, groups.size(), [&](std::size_t g) {
-    std::unique_ptr<IslandSolver> solver = solvers.take();
-    for (const std::size_t job : groups[g]) solver->solve(jobs[job].task, dt);
-    solvers.put_back(std::move(solver));
-  });
+                   [](const Group& a, const Group& b) { return a.weight > b.weight; });
+  for (Group& group : groups) {
+    weight_ += group.weight;
+    groups_.push_back(std::move(group));
+  }
 }
 
-}  // namespace
+void JobQueue::run(double share) {
+  const double enough = share * static_cast<double>(weight_);
+  std::size_t end = next_;
+  for (double sum = 0; end < groups_.size() && (share >= 1 || sum < enough); ++end)
+    sum += static_cast<double>(groups_[end].weight);
+  run_parallel(parallel_, end - next_, [&](std::size_t n) {
+    std::unique_ptr<IslandSolver> solver = solvers_.take();
+    for (const SolveJob& job : groups_[next_ + n].jobs) solver->solve(job.task, dt_);
+    solvers_.put_back(std::move(solver));
+  });
+  next_ = end;
+}
 
-std::vector<Solution> solve(Partition& partition, IslandPlan& plan, const std::vector<Shipment>& inbox,
-                            const ParallelFor& parallel, SolverPool& solvers) {
+ShippedIslands::ShippedIslands(Partition& partition, IslandPlan& plan, const std::vector<Shipment>& inbox,
+                               JobQueue& queue) {
   absl::flat_hash_map<BodyId, std::vector<const ShippedIsland*>> shipped;
   for (const Shipment& message : inbox) {
     for (const ShippedIsland& island : message.islands) shipped[island.island].push_back(&island);
   }
-  std::vector<std::unique_ptr<Carriers>> carriers;
+  std::vector<SolveJob> jobs;
   for (PendingIsland& pending : plan.pending) {
-    carriers.push_back(std::make_unique<Carriers>(partition.engine, partition.sector_size(),
-                                                  shipped[pending.id], pending.own, pending.builder));
-    plan.jobs.push_back(build_job(partition, pending.builder));
+    std::vector<const ShippedBody*> bodies;
+    std::vector<const ShippedContact*> contacts;
+    for (const ShippedIsland* island : shipped[pending.id]) {
+      for (const ShippedBody& body : island->bodies) bodies.push_back(&body);
+      for (const ShippedContact& contact : island->contacts) contacts.push_back(&contact);
+    }
+    carriers_.push_back(std::make_unique<Carriers>(partition.engine, partition.sector_size(), bodies,
+                                                   std::move(contacts), pending.own, pending.builder));
+    jobs.push_back(build_job(partition, pending.builder));
   }
-  run_jobs(plan.jobs, partition.dt(), parallel, solvers);
-  std::vector<Solution> outbox(partition.map.servers());
-  for (const std::unique_ptr<Carriers>& carried : carriers) carried->collect(partition.map, outbox);
+  queue.add(std::move(jobs));
+}
+
+std::vector<Solution> ShippedIslands::solutions(const SectorMap& map) const {
+  std::vector<Solution> outbox(map.servers());
+  for (const std::unique_ptr<Carriers>& carried : carriers_) carried->collect(map, outbox);
   return outbox;
 }
 

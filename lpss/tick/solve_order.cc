@@ -31,6 +31,16 @@ ContactGroup group_of(const SectorIndex& a, const SectorIndex& b, const SectorIn
   return same ? kInsideGroup : static_cast<ContactGroup>(kSeamGroup + bits);
 }
 
+SectorIndex block_of(const SectorIndex& sector, ContactGroup group, const SectorIndex& anchor) {
+  const auto block = [&](std::int64_t index, std::int64_t origin, int axis) {
+    const std::uint64_t shift = ((group - kSeamGroup) >> axis) & 1;
+    const std::uint64_t offset =
+        static_cast<std::uint64_t>(index) - static_cast<std::uint64_t>(origin) + shift;
+    return static_cast<std::int64_t>(offset >> 1);
+  };
+  return {block(sector.i, anchor.i, 0), block(sector.j, anchor.j, 1), block(sector.k, anchor.k, 2)};
+}
+
 std::vector<std::uint32_t> solve_order(std::span<const ContactToOrder> contacts, std::size_t bodies) {
   // Greedily, in the order of ids: the first colour that neither body has in the group.
   std::array<std::vector<std::uint64_t>, kContactGroups> taken;  // bits: the colours of each body

@@ -27,12 +27,16 @@ using ContactGroup = std::uint8_t;
 
 inline constexpr ContactGroup kInsideGroup = 0;
 inline constexpr ContactGroup kSeamGroup = 1;  // and the seven after it
+inline constexpr ContactGroup kSeamGroups = 8;
 inline constexpr ContactGroup kFarGroup = 9;
 inline constexpr ContactGroup kFixedGroup = 10;
 inline constexpr std::size_t kContactGroups = 11;
 
 // Of a contact between bodies with these homes, in a world with this anchor.
 ContactGroup group_of(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor);
+
+// The block of a group of seams that a sector belongs to: the index is of blocks.
+SectorIndex block_of(const SectorIndex& sector, ContactGroup group, const SectorIndex& anchor);
 
 // A contact to be ordered. `a` and `b` are places in a list of bodies; kFixed for what cannot be pushed.
 struct ContactToOrder {

@@ -31,7 +31,10 @@ TEST(Solve, TheOrderOfIslandsDoesNotMatter) {
     while (count > 0) job(--count);
   };
   SolverPool solvers(backwards[0].engine);
-  solve(backwards[0], backwards.contexts[0].plan, backwards.shipments[0], last_first, solvers);
+  JobQueue queue(backwards[0].dt(), last_first, solvers);
+  queue.add(std::move(backwards.contexts[0].plan.jobs));
+  queue.run(0.5);
+  queue.finish();
   for (const std::uint64_t id : {1, 2, 3, 4}) {
     EXPECT_EQ(bits(forwards.state(id)), bits(backwards.state(id))) << "body " << id;
   }
@@ -43,17 +46,18 @@ TEST(Solve, JobsThatTouchTheSameKinematicBodyAreNotRunBesideEachOther) {
   TestWorld world;
   world.add(box(1, kHigh, {0, 0, 0}, Motion::kKinematic));
   const HomeBody& pusher = body(world[0], 1);
-  IslandPlan plan;
-  plan.jobs.resize(3);
-  plan.jobs[0].kinematics = {{pusher.sector->world.get(), pusher.slot}};
-  plan.jobs[2].kinematics = plan.jobs[0].kinematics;
+  std::vector<SolveJob> jobs(3);
+  jobs[0].kinematics = {{pusher.sector->world.get(), pusher.slot}};
+  jobs[2].kinematics = jobs[0].kinematics;
   std::size_t groups = 0;
   const ParallelFor counted = [&](std::size_t count, const std::function<void(std::size_t)>& job) {
     groups = count;
     for (std::size_t n = 0; n < count; ++n) job(n);
   };
   SolverPool solvers(world[0].engine);
-  solve(world[0], plan, {}, counted, solvers);
+  JobQueue queue(world[0].dt(), counted, solvers);
+  queue.add(std::move(jobs));
+  queue.finish();
   EXPECT_EQ(groups, 2u);
 }
 

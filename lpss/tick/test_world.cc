@@ -74,12 +74,17 @@ void TestWorld::plan() {
 
 void TestWorld::solve() {
   solutions.clear();
+  const ParallelFor alone;
   for (Rank rank = 0; rank < servers(); ++rank) {
     Partition& partition = *partitions_[rank];
     IslandPlan& islands = contexts[rank].plan;
     const std::vector<Shipment> inbox = received(shipments, rank);
     SolverPool solvers(partition.engine);
-    solutions.push_back(tessera::solve(partition, islands, inbox, {}, solvers));
+    JobQueue queue(partition.dt(), alone, solvers);
+    const ShippedIslands shipped(partition, islands, inbox, queue);
+    queue.add(std::move(islands.jobs));
+    queue.finish();
+    solutions.push_back(shipped.solutions(partition.map));
   }
   for (Rank rank = 0; rank < servers(); ++rank) {
     for (const Solution& solution : received(solutions, rank)) take_solution(*partitions_[rank], solution);

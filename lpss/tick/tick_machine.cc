@@ -3,6 +3,7 @@
 #include <absl/cleanup/cleanup.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "lpss/base/invariant.h"
@@ -53,9 +54,11 @@ void drop_empty_sectors(Partition& partition, Vacated& vacated) {
 
 }  // namespace
 
-Round make_round(RoundKind kind, std::size_t servers) {
+Round make_round(RoundKind kind, std::size_t servers, std::uint32_t repetition) {
+  // Numbers ascend within a tick.
+  constexpr auto kLast = std::numeric_limits<std::uint32_t>::max();
   Round result;
-  result.number = static_cast<std::uint32_t>(kind);
+  result.number = kind == RoundKind::kSolution ? kLast : static_cast<std::uint32_t>(kind) + repetition;
   result.to.resize(servers);
   result.from.assign(servers, false);
   return result;
@@ -111,7 +114,11 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
       return shipment_round(seams);
     }
     case RoundKind::kShipment:
-      return solution_round(messages<Shipment>(inbox));
+      return begin_solving(messages<Shipment>(inbox));
+    case RoundKind::kMotions:
+      clock_.enter(TickPhase::kSolving);
+      staged_->take(messages<Motions>(inbox));
+      return go_on_solving();
     case RoundKind::kSolution:
       end_tick(messages<Solution>(inbox));
       return std::nullopt;
@@ -178,24 +185,61 @@ Round TickMachine::seams_round(std::vector<Exchange> inbox) {
 Round TickMachine::shipment_round(const std::vector<const Seams*>& inbox) {
   clock_.enter(TickPhase::kIslands);
   std::vector<Shipment> outbox = plan_islands(partition_, context_, inbox);
+  queue_.emplace(partition_.dt(), parallel_, solvers_);
+  queue_->add(std::move(context_.plan.jobs));
   Round result = round(RoundKind::kShipment);
   result.from = context_.plan.awaits_shipment;
   for (Rank rank = 0; rank < outbox.size(); ++rank) {
-    if (!outbox[rank].islands.empty()) result.to[rank] = std::move(outbox[rank]);
+    const bool is_in_step = ((context_.plan.in_step >> rank) & 1) != 0;
+    if (is_in_step || !outbox[rank].islands.empty()) result.to[rank] = std::move(outbox[rank]);
   }
   return result;
 }
 
-Round TickMachine::solution_round(const std::vector<Shipment>& inbox) {
+Round TickMachine::begin_solving(std::vector<Shipment> inbox) {
   clock_.enter(TickPhase::kSolving);
-  std::vector<Solution> solutions = solve(partition_, context_.plan, inbox, parallel_, solvers_);
+  shipments_ = std::move(inbox);
+  shipped_.emplace(partition_, context_.plan, shipments_, *queue_);
+  if (!context_.plan.staged.empty()) staged_.emplace(partition_, context_.plan, shipments_, staged_solvers_);
+  return go_on_solving();
+}
+
+Round TickMachine::go_on_solving() {
+  if (staged_) {
+    if (std::optional<Round> exchange = staged_->go_on()) {
+      awaited_ = RoundKind::kMotions;
+      return *std::move(exchange);
+    }
+  }
+  return solution_round();
+}
+
+Round TickMachine::solution_round() {
+  queue_->finish();
+  std::vector<Solution> solutions = shipped_->solutions(partition_.map);
   Round result = round(RoundKind::kSolution);
   for (Rank rank = 0; rank < solutions.size(); ++rank) {
     const bool self = rank == partition_.self;
     result.from[rank] = context_.plan.awaits_solution[rank] || self;
-    if (context_.plan.awaits_shipment[rank] || self) result.to[rank] = std::move(solutions[rank]);
+    if (!solutions[rank].bodies.empty() || self) result.to[rank] = std::move(solutions[rank]);
   }
+  queue_.reset();
+  shipped_.reset();
+  staged_.reset();
+  shipments_.clear();
   return result;
+}
+
+// Spread over all exchanges, so that each is worth waiting for.
+void TickMachine::work_while_waiting() {
+  if (!queue_) return;
+  const absl::Cleanup leave = [this] { clock_.leave(); };
+  clock_.enter(TickPhase::kSolving);
+  if (context_.plan.staged.empty()) {
+    queue_->finish();
+  } else if (staged_) {
+    queue_->run(1.0 / staged_->sweeps());
+  }
 }
 
 void TickMachine::end_tick(const std::vector<Solution>& inbox) {

@@ -13,6 +13,7 @@
 #include "lpss/tick/phase_clock.h"
 #include "lpss/tick/round.h"
 #include "lpss/tick/solve.h"
+#include "lpss/tick/staged.h"
 
 namespace tessera {
 
@@ -33,6 +34,9 @@ class TickMachine {
   // Goes on with what the ranks in the last round's `from` sent in that round. Nothing once the tick is over.
   std::optional<Round> advance(std::vector<std::optional<RoundMessage>> inbox);
 
+  // Does some of what needs nobody: worth a call while others' messages are on their way.
+  void work_while_waiting();
+
   const Partition& partition() const { return partition_; }
   Partition& partition() { return partition_; }
 
@@ -52,7 +56,9 @@ class TickMachine {
   Round exchange_round();
   Round seams_round(std::vector<Exchange> inbox);
   Round shipment_round(const std::vector<const Seams*>& inbox);
-  Round solution_round(const std::vector<Shipment>& inbox);
+  Round begin_solving(std::vector<Shipment> inbox);
+  Round go_on_solving();
+  Round solution_round();
   void end_tick(const std::vector<Solution>& inbox);
   void rest();
 
@@ -65,6 +71,13 @@ class TickMachine {
   Tick tick_ = 0;
   RoundKind awaited_ = RoundKind::kIdle;
   TickContext context_;
+
+  // While islands are solved.
+  std::optional<JobQueue> queue_;
+  std::vector<Shipment> shipments_;
+  std::optional<ShippedIslands> shipped_;
+  std::optional<StagedSolve> staged_;
+  std::vector<std::unique_ptr<StagedSolver>> staged_solvers_;
 };
 
 }  // namespace tessera

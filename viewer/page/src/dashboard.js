@@ -79,7 +79,7 @@ export class Dashboard {
         plot('bodies awake, contacts', '', {name: 'awake', colour: kTeal}, {name: 'contacts', colour: kBlue});
     this.clones = plot('clones', '', {name: 'clones', colour: kAmber});
     this.islands = plot(
-        'islands at seams, shipped', '', {name: 'across seams', colour: kBlue},
+        'islands at seams', '', {name: 'across seams', colour: kBlue},
         {name: 'across servers', colour: kAmber});
     this.exchange = plot('exchange between servers', 'kB/s', {name: 'sent', colour: kBlue});
     this.page = plot(
@@ -117,7 +117,7 @@ export class Dashboard {
     this.tick.add(status.tick_ms.p50, status.tick_ms.p99);
     this.awake.add(status.bodies_awake, status.contacts);
     this.clones.add(status.clones);
-    this.islands.add(status.islands_across_seams, status.islands_shipped);
+    this.islands.add(status.islands_across_seams, status.islands_shipped + status.islands_in_step);
     this.exchange.add(before ? Math.max(0, sent - before.sent) / (now - before.now) : 0);
   }
 }

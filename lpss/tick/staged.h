@@ -1,0 +1,83 @@
+// Islands over several servers that these solve in step, each what it hosts.
+//
+// The order of contacts is the world's (solve_order.h). Contacts inside a sector and with what cannot be
+// pushed concern one server. Those of a block are solved by every server that hosts one of their bodies, all
+// alike: before the group of the block has its turn in a sweep, these servers tell each other how their
+// bodies in it move, and nobody replies. As all know what a block does to its bodies, a body is told of again
+// only if something else has pushed it: mostly, that is once a sweep.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "lpss/tick/context.h"
+#include "lpss/tick/messages.h"
+#include "lpss/tick/round.h"
+#include "lpss/tick/ship.h"
+
+namespace tessera {
+
+// The sectors in which an island has parts, and who hosts them.
+using IslandSectors = absl::flat_hash_map<SectorIndex, Rank>;
+
+// Adds a part of an island to what this server solves in step with others, and to what it tells these of it.
+// `outbox` by rank.
+void stage_part(const Partition& partition, Sector& sector, const Component& component,
+                const SeamIsland& island, const IslandSectors& sectors, StagedIslands& staged,
+                std::vector<Shipment>& outbox);
+
+// The other servers that host a part next to this one.
+Ranks hosts_around(const SectorIndex& sector, const IslandSectors& sectors, Rank self);
+
+// Solves what is staged, from exchange to exchange.
+class StagedSolve {
+ public:
+  // With what the others told. The solvers, of which as many are made as it takes, outlive this.
+  StagedSolve(const Partition& partition, IslandPlan& plan, const std::vector<Shipment>& inbox,
+              std::vector<std::unique_ptr<StagedSolver>>& solvers);
+
+  // Goes on up to the next exchange in which this server takes part. Nothing if there is none: all is solved.
+  std::optional<Round> go_on();
+
+  // What others sent in that exchange, by rank.
+  void take(const std::vector<Motions>& inbox);
+
+  // The sweeps over all groups.
+  int sweeps() const { return sweeps_; }
+
+ private:
+  // The bodies that this server and another tell each other of before a group: places in the task, ascending.
+  struct Traffic {
+    std::vector<std::size_t> mine;
+    std::vector<std::size_t> theirs;
+  };
+  using TrafficByRank = std::vector<Traffic>;
+
+  struct Job {
+    StagedSolver* solver = nullptr;
+    std::unique_ptr<Carriers> carriers;
+    SolveJob job;
+    int sweeps = 0;
+    std::array<TrafficByRank, kSeamGroups> traffic;
+  };
+
+  class Builder;
+  // The traffic of a job before the group that is next; null if the job has no such group or sweep.
+  const TrafficByRank* traffic_of(const Job& job) const;
+  std::optional<Round> exchange() const;
+  void solve_group();
+
+  std::size_t servers_;
+  std::vector<Job> jobs_;  // in an order that all servers know; solvers refer to them
+  int sweeps_ = 0;
+  int sweep_ = 0;
+  ContactGroup group_ = 0;
+  bool is_told_ = false;  // before this group
+};
+
+}  // namespace tessera
