@@ -6,6 +6,7 @@
 #include "experiments/paper/overhead.h"
 #include "experiments/paper/stacks.h"
 #include "experiments/performance/performance.h"
+#include "experiments/performance/scaling.h"
 #include "experiments/requirements/requirements.h"
 #include "experiments/tradeoff/tradeoff.h"
 
@@ -25,6 +26,7 @@ const std::vector<Experiment>& all_experiments() {
        measure_overhead},
       {"performance", "What a core does: piles, towers and a pyramid, compared with plain Bullet.",
        measure_performance},
+      {"scaling", "What a second thread and a second server give on the same scenes.", measure_scaling},
       {"requirements", "The savings of computing only what a scene requires, and the remaining error.",
        measure_requirements},
       {"stacks", "Towers near and far from the origin, in one world and in sectors.", measure_stacks},

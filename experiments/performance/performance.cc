@@ -3,11 +3,11 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <optional>
 
 #include "cli/measure/stopwatch.h"
+#include "experiments/performance/scenes.h"
 #include "lpss/observe/state.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/partition_cluster.h"
@@ -18,71 +18,6 @@ namespace {
 
 constexpr double kSector = 16;      // m
 constexpr double kOneSector = 512;  // m: all of a scene is in it
-constexpr double kHalfFloor = 120;  // m
-
-// Numbers in [0, 1), the same on every machine.
-class Scatter {
- public:
-  double next() {
-    state_ = state_ * 6364136223846793005U + 1442695040888963407U;
-    return static_cast<double>(state_ >> 40) / static_cast<double>(1 << 24);
-  }
-
- private:
-  std::uint64_t state_ = 1;
-};
-
-// `count` boxes in four layers.
-WorldDescription pile(const WorldSettings& settings, int count) {
-  WorldBuilder builder(settings);
-  builder.add_floor(kHalfFloor, 0);
-  const ShapeId box = builder.shape(Box{{1, 1, 1}});
-  const int side = static_cast<int>(std::ceil(std::sqrt(count / 4.0)));
-  Scatter scatter;
-  for (int n = 0; n < count; ++n) {
-    const int layer = n / (side * side);
-    const int row = n % (side * side) / side;
-    const int column = n % side;
-    const double x = (column - side / 2.0) * 1.1 + 0.05 * scatter.next();
-    const double y = (row - side / 2.0) * 1.1 + 0.05 * scatter.next();
-    builder.add(absl::StrCat("box", n), box, 1, {x, y, 0.6 + 1.1 * layer});
-  }
-  return builder.world();
-}
-
-// `count` towers of ten, slightly out of line.
-WorldDescription towers(const WorldSettings& settings, int count) {
-  constexpr int kHeight = 10;
-  constexpr double kApart = 3;  // m
-  WorldBuilder builder(settings);
-  builder.add_floor(kHalfFloor, 0);
-  const ShapeId box = builder.shape(Box{{1, 1, 1}});
-  const int side = static_cast<int>(std::ceil(std::sqrt(count)));
-  for (int n = 0; n < count; ++n) {
-    const int column = n % side;
-    const int row = n / side;
-    const double x = (column - side / 2.0) * kApart;
-    const double y = (row - side / 2.0) * kApart;
-    for (int level = 0; level < kHeight; ++level) {
-      builder.add(absl::StrCat("tower", n, "_", level), box, 1,
-                  {x + 0.02 * (level % 3), y + 0.013 * (level % 2), 0.5 + level});
-    }
-  }
-  return builder.world();
-}
-
-WorldDescription pyramid(const WorldSettings& settings, int rows) {
-  WorldBuilder builder(settings);
-  builder.add_floor(kHalfFloor, 0);
-  const ShapeId box = builder.shape(Box{{1, 1, 1}});
-  for (int row = 0; row < rows; ++row) {
-    for (int n = 0; n < rows - row; ++n) {
-      builder.add(absl::StrCat("box", row, "_", n), box, 1,
-                  {(n - (rows - row - 1) / 2.0) * 1.05, 0.0, 0.5 + row});
-    }
-  }
-  return builder.world();
-}
 
 struct Scene {
   std::string name;
@@ -93,9 +28,9 @@ struct Scene {
 
 std::vector<Scene> scenes(bool quick) {
   const int share = quick ? 16 : 1;
-  const auto boxes = [share](const WorldSettings& s) { return pile(s, 8192 / share); };
-  const auto stacks = [share](const WorldSettings& s) { return towers(s, 800 / share); };
-  const auto rows = [quick](const WorldSettings& s) { return pyramid(s, quick ? 10 : 30); };
+  const auto boxes = [share](const WorldSettings& s) { return dropped_boxes(s, 8192 / share); };
+  const auto stacks = [share](const WorldSettings& s) { return towers_of_ten(s, 800 / share); };
+  const auto rows = [quick](const WorldSettings& s) { return pyramid_world(s, quick ? 10 : 30); };
   const Tick ticks = quick ? 60 : 200;
   const Tick ten_seconds = quick ? 120 : 600;
   return {{"pile", boxes, false, ticks},

@@ -9,14 +9,13 @@
 
 #include "cli/command.h"
 #include "cli/interrupt.h"
-#include "cli/local_cluster.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
 #include "cli/terminal.h"
 #include "cli/world_options.h"
+#include "experiments/local_servers.h"
 #include "experiments/output.h"
 #include "experiments/seams/report.h"
-#include "tessera/client.h"
 
 namespace tessera::seams {
 namespace {
@@ -41,33 +40,28 @@ class TwoServers {
   absl::StatusOr<RemoteRun> run(const WorldDescription& world, Tick ticks, Tick unmeasured) {
     if (absl::Status started = start(); !started.ok()) return started;
     RemoteRun run;
-    const absl::Status status = cluster_->attend([&] { return step(world, ticks, unmeasured, run); });
+    const absl::Status status =
+        servers_->cluster().attend([&] { return step(world, ticks, unmeasured, run); });
     if (!status.ok()) return status;
     return run;
   }
 
  private:
   absl::Status start() {
-    if (cluster_) return absl::OkStatus();
-    cli::LocalClusterOptions options;
-    options.servers = 2;
-    options.precision = precision_;
-    options.interrupt_descriptor = cli::interrupt_descriptor();
-    absl::StatusOr<std::unique_ptr<cli::LocalCluster>> cluster = cli::LocalCluster::start(options);
-    if (!cluster.ok()) return cluster.status();
-    absl::StatusOr<std::unique_ptr<Client>> client = Client::connect((*cluster)->address());
-    if (!client.ok()) return client.status();
-    cluster_ = *std::move(cluster);
-    client_ = *std::move(client);
+    if (servers_) return absl::OkStatus();
+    absl::StatusOr<std::unique_ptr<experiments::LocalServers>> servers =
+        experiments::LocalServers::start(2, precision_);
+    if (!servers.ok()) return servers.status();
+    servers_ = *std::move(servers);
     return absl::OkStatus();
   }
 
   absl::Status step(const WorldDescription& world, Tick ticks, Tick unmeasured, RemoteRun& run) {
-    absl::Status status = client_->load(world, /*replace=*/true).status();
-    if (status.ok() && unmeasured > 0) status = client_->step(unmeasured).status();
+    absl::Status status = servers_->client().load(world, /*replace=*/true).status();
+    if (status.ok() && unmeasured > 0) status = servers_->client().step(unmeasured).status();
     if (status.ok()) status = measure(ticks - unmeasured, run);
     if (!status.ok()) return status;
-    const absl::StatusOr<HashAt> hash = client_->hash();
+    const absl::StatusOr<HashAt> hash = servers_->client().hash();
     if (!hash.ok()) return hash.status();
     run.world_hash = hash->hash;
     return absl::OkStatus();
@@ -76,15 +70,15 @@ class TwoServers {
   absl::Status measure(Tick ticks, RemoteRun& run) {
     constexpr Tick kBetween = 10;  // minimum number of ticks between two samples of the contacts
     const Tick stride = std::max(kBetween, ticks / 15);
-    absl::StatusOr<ClusterStatus> status = client_->status();
+    absl::StatusOr<ClusterStatus> status = servers_->client().status();
     if (!status.ok()) return status.status();
     const std::uint64_t bytes_before = bytes(*status);
     std::uint64_t contacts = 0;
     std::uint64_t looks = 0;
     for (Tick done = 0; done < ticks; done += stride) {
-      if (auto stepped = client_->step(std::min(stride, ticks - done)); !stepped.ok())
+      if (auto stepped = servers_->client().step(std::min(stride, ticks - done)); !stepped.ok())
         return stepped.status();
-      status = client_->status();
+      status = servers_->client().status();
       if (!status.ok()) return status.status();
       contacts += status->counts.contacts;
       ++looks;
@@ -103,8 +97,7 @@ class TwoServers {
   }
 
   Precision precision_;
-  std::unique_ptr<cli::LocalCluster> cluster_;
-  std::unique_ptr<Client> client_;
+  std::unique_ptr<experiments::LocalServers> servers_;
 };
 
 template <typename All, typename NameOf>

@@ -1,0 +1,196 @@
+#include "experiments/performance/scaling.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "cli/measure/stopwatch.h"
+#include "experiments/local_servers.h"
+#include "experiments/performance/scenes.h"
+#include "lpss/observe/state.h"
+#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/partition_cluster.h"
+
+namespace tessera {
+namespace {
+
+constexpr Tick kStride = 5;  // ticks that a world is stepped in a row
+
+struct Scene {
+  std::string name;
+  double sector_size;  // m
+  std::function<WorldDescription(const WorldSettings&)> make;
+};
+
+std::vector<Scene> scenes(bool quick) {
+  const int share = quick ? 16 : 1;
+  const auto pile = [share](const WorldSettings& s) { return dropped_boxes(s, 8192 / share); };
+  const auto towers = [share](const WorldSettings& s) { return towers_of_ten(s, 800 / share); };
+  const auto pyramid = [quick](const WorldSettings& s) { return pyramid_world(s, quick ? 15 : 30); };
+  return {
+      {"pile", 16, pile}, {"pile in one sector", 512, pile}, {"towers", 16, towers}, {"pyramid", 8, pyramid}};
+}
+
+// One of two that are compared.
+struct Side {
+  std::function<absl::Status()> step;  // kStride ticks
+  std::function<absl::StatusOr<std::string>()> hash;
+  double ms = 0;
+
+  absl::Status run() {
+    const Stopwatch watch;
+    absl::Status status = step();
+    ms += watch.microseconds() / 1000;
+    return status;
+  }
+};
+
+absl::StatusOr<Side> on_threads(const WorldDescription& world, int threads) {
+  absl::StatusOr<std::unique_ptr<PartitionCluster>> made = PartitionCluster::create(world, 1, threads);
+  if (!made.ok()) return made.status();
+  const std::shared_ptr<PartitionCluster> cluster = *std::move(made);
+  return Side{[cluster] {
+                for (Tick tick = 0; tick < kStride; ++tick) cluster->step();
+                return absl::OkStatus();
+              },
+              [cluster] { return cluster->hash().to_string(); }};
+}
+
+absl::StatusOr<Side> on_servers(const WorldDescription& world, experiments::LocalServers& servers) {
+  if (auto loaded = servers.client().load(world, /*replace=*/true); !loaded.ok()) return loaded.status();
+  return Side{[&servers] { return servers.client().step(kStride).status(); },
+              [&servers]() -> absl::StatusOr<std::string> {
+                const absl::StatusOr<HashAt> hash = servers.client().hash();
+                if (!hash.ok()) return hash.status();
+                return hash->hash;
+              }};
+}
+
+absl::StatusOr<double> exchanged_bytes(experiments::LocalServers& servers) {
+  const absl::StatusOr<ClusterStatus> status = servers.client().status();
+  if (!status.ok()) return status.status();
+  double sum = 0;
+  for (const ServerStatus& server : status->servers) sum += static_cast<double>(server.exchange_bytes);
+  return sum;
+}
+
+// The same work, once on this thread and once in halves on two.
+class Machine {
+ public:
+  void measure() {
+    const Stopwatch alone;
+    spin(kRounds);
+    alone_us_ += alone.microseconds();
+    const Stopwatch shared;
+    std::thread other([] { spin(kRounds / 2); });
+    spin(kRounds / 2);
+    other.join();
+    shared_us_ += shared.microseconds();
+  }
+
+  double speedup() const { return alone_us_ / shared_us_; }
+
+ private:
+  static constexpr int kRounds = 4'000'000;
+
+  static void spin(int rounds) {
+    volatile double x = 1;
+    for (int n = 0; n < rounds; ++n) x = x * 1.0000001;
+  }
+
+  double alone_us_ = 0;
+  double shared_us_ = 0;
+};
+
+class Measurement {
+ public:
+  Measurement(const ExperimentOptions& options, const Progress& progress)
+      : options_(options), ticks_(options.quick ? 60 : 150), count_(progress, 0) {}
+
+  absl::StatusOr<Report> measure() {
+    const std::vector<Scene> all = scenes(options_.quick);
+    count_.expect(all.size() * 2 * ticks_ / kStride);
+    for (int servers : {1, 2}) {
+      auto started = experiments::LocalServers::start(servers, options_.precision);
+      if (!started.ok()) return started.status();
+      servers_.push_back(*std::move(started));
+    }
+    for (const Scene& scene : all) {
+      if (absl::Status status = measure(scene); !status.ok()) return status;
+    }
+    report_.table("rows").push_back({{"engine", name_of(options_.precision)},
+                                     {"scene", "machine"},
+                                     {"what", "threads"},
+                                     {"speedup", machine_.speedup()}});
+    return std::move(report_);
+  }
+
+ private:
+  absl::Status measure(const Scene& scene) {
+    WorldSettings settings;
+    settings.precision = options_.precision;
+    settings.sector_size = scene.sector_size;
+    settings.sleep_after = 0;
+    const WorldDescription world = scene.make(settings);
+    absl::Status status = compare(scene, "threads", on_threads(world, 1), on_threads(world, 2));
+    if (!status.ok()) return status;
+    absl::StatusOr<double> before = exchanged_bytes(*servers_[1]);
+    if (!before.ok()) return before.status();
+    status = compare(scene, "servers", on_servers(world, *servers_[0]), on_servers(world, *servers_[1]));
+    if (!status.ok()) return status;
+    absl::StatusOr<double> after = exchanged_bytes(*servers_[1]);
+    if (!after.ok()) return after.status();
+    report_.table("rows").back()["kilobytes_per_tick"] =
+        (*after - *before) / 1000 / static_cast<double>(ticks_);
+    return absl::OkStatus();
+  }
+
+  absl::Status compare(const Scene& scene, const std::string& what, absl::StatusOr<Side> one,
+                       absl::StatusOr<Side> two) {
+    if (!one.ok()) return one.status();
+    if (!two.ok()) return two.status();
+    for (Tick tick = 0; tick < ticks_; tick += kStride) {
+      absl::Status status = one->run();
+      if (status.ok()) status = two->run();
+      if (status.ok()) status = count_.advance();
+      if (!status.ok()) return status;
+      machine_.measure();
+    }
+    const absl::StatusOr<std::string> hash = one->hash();
+    if (!hash.ok()) return hash.status();
+    const absl::StatusOr<std::string> other = two->hash();
+    if (!other.ok()) return other.status();
+    const bool same = *hash == *other;
+    if (!same) report_.misses.push_back(scene.name + ": two " + what + " end in other bits than one");
+    const auto ticks = static_cast<double>(ticks_);
+    report_.table("rows").push_back({{"engine", name_of(options_.precision)},
+                                     {"scene", scene.name},
+                                     {"what", what},
+                                     {"ticks", ticks_},
+                                     {"one_ms", one->ms / ticks},
+                                     {"two_ms", two->ms / ticks},
+                                     {"speedup", one->ms / two->ms},
+                                     {"same_bits", same},
+                                     {"kilobytes_per_tick", 0},
+                                     {"hash", *hash}});
+    return absl::OkStatus();
+  }
+
+  const ExperimentOptions& options_;
+  const Tick ticks_;
+  ProgressCount count_;
+  std::vector<std::unique_ptr<experiments::LocalServers>> servers_;  // one, and two
+  Machine machine_;
+  Report report_;
+};
+
+}  // namespace
+
+absl::StatusOr<Report> measure_scaling(const ExperimentOptions& options, const Progress& progress) {
+  return Measurement(options, progress).measure();
+}
+
+}  // namespace tessera
