@@ -298,14 +298,16 @@ std::vector<Delivery> DdsLink::Impl::receive(Clock::time_point deadline) {
 }
 
 bool DdsLink::Impl::wait(Clock::time_point deadline, std::vector<Delivery>& deliveries) {
-  // Bounded, so that an infinite deadline does not overflow.
-  const auto left =
-      std::clamp<Clock::duration>(deadline - Clock::now(), Clock::duration::zero(), std::chrono::hours(1));
+  // Bounded, so that an infinite deadline does not overflow. A deadline that has passed is one long ago: the
+  // kernel may let a thread sleep 50 us longer than to a moment that is now.
+  const auto left = std::min<Clock::duration>(deadline - Clock::now(), std::chrono::hours(1));
+  const dds_time_t until =
+      left > Clock::duration::zero()
+          ? dds_time() + std::chrono::duration_cast<std::chrono::nanoseconds>(left).count()
+          : 1;
   std::array<dds_attach_t, kTriggerBatch> triggered;
   const dds_return_t count =
-      must(dds_waitset_wait(waitset_, triggered.data(), triggered.size(),
-                            std::chrono::duration_cast<std::chrono::nanoseconds>(left).count()),
-           "cannot wait");
+      must(dds_waitset_wait_until(waitset_, triggered.data(), triggered.size(), until), "cannot wait");
   bool woken = false;
   bool silence = false;
   // If more were triggered than there was room for, the next call gets the rest.

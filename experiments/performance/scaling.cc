@@ -69,6 +69,7 @@ absl::StatusOr<Side> on_servers(const WorldDescription& world, experiments::Loca
               }};
 }
 
+// Since the load.
 absl::StatusOr<double> exchanged_bytes(experiments::LocalServers& servers) {
   const absl::StatusOr<ClusterStatus> status = servers.client().status();
   if (!status.ok()) return status.status();
@@ -137,14 +138,11 @@ class Measurement {
     const WorldDescription world = scene.make(settings);
     absl::Status status = compare(scene, "threads", on_threads(world, 1), on_threads(world, 2));
     if (!status.ok()) return status;
-    absl::StatusOr<double> before = exchanged_bytes(*servers_[1]);
-    if (!before.ok()) return before.status();
     status = compare(scene, "servers", on_servers(world, *servers_[0]), on_servers(world, *servers_[1]));
     if (!status.ok()) return status;
-    absl::StatusOr<double> after = exchanged_bytes(*servers_[1]);
-    if (!after.ok()) return after.status();
-    report_.table("rows").back()["kilobytes_per_tick"] =
-        (*after - *before) / 1000 / static_cast<double>(ticks_);
+    const absl::StatusOr<double> bytes = exchanged_bytes(*servers_[1]);
+    if (!bytes.ok()) return bytes.status();
+    report_.table("rows").back()["kilobytes_per_tick"] = *bytes / 1000 / static_cast<double>(ticks_);
     return absl::OkStatus();
   }
 

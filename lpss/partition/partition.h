@@ -33,6 +33,10 @@ struct PartitionOptions {
   // Bodies that nothing touches and no joint holds move without a solver. What comes out is the same, but for
   // the fine digits of orbits.
   bool free_flight = true;
+  // Islands over several servers with at least so many contacts are solved by these in step, which takes a
+  // message a sweep; smaller ones are shipped to one of them, which takes two, but all that the island is.
+  // Without effect on what comes out. The same on all servers.
+  std::uint64_t in_step_from = 512;
 };
 
 struct Partition {
@@ -45,6 +49,7 @@ struct Partition {
   SectorMap map;
   Rank self = 0;
   bool free_flight = true;
+  std::uint64_t in_step_from = 0;
   Engine& engine;
   absl::btree_map<ShapeId, std::unique_ptr<Shape>> shapes;
   double radius_max = 0;  // m, of the largest body that can move that the world has ever had

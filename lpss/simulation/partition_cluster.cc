@@ -50,6 +50,7 @@ void PartitionCluster::step(std::span<const Command> commands) {
   };
   const auto post = [&](Rank from) {
     if (!rounds[from]) return;
+    ++rounds_;
     for (Rank to = 0; to < members_.size(); ++to) {
       if (rounds[from]->to[to]) inbox_of(rounds[from]->number, to)[from] = std::move(rounds[from]->to[to]);
     }

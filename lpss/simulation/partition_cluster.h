@@ -22,6 +22,7 @@ class PartitionCluster {
   void step(std::span<const Command> commands = {});
 
   Tick tick() const { return tick_; }
+  std::uint64_t rounds() const { return rounds_; }  // of messages so far, of all partitions
   WorldHash hash() const;
 
   // Sums over the partitions.
@@ -45,6 +46,7 @@ class PartitionCluster {
 
   std::vector<Member> members_;
   Tick tick_ = 0;
+  std::uint64_t rounds_ = 0;
 };
 
 }  // namespace tessera

@@ -29,13 +29,16 @@ struct SeamContact {
   SectorIndex home_b;
 };
 
+// The sectors in which an island has parts, and who hosts them.
+using IslandSectors = absl::flat_hash_map<SectorIndex, Rank>;
+
 // The hosted parts of islands that are solved in step with other servers (staged.h).
 struct StagedIslands {
-  std::vector<BodyId> islands;  // ascending
+  std::map<BodyId, IslandSectors> islands;
   TaskBuilder builder;
-  absl::flat_hash_map<BodyId, BodyRecord> own;            // those that others may touch, or that touch others
-  absl::flat_hash_map<BodyId, std::uint8_t> seam_groups;  // of these; see ShippedBody
-  std::vector<SeamContact> contacts;                      // that were detected here
+  absl::flat_hash_map<BodyId, BodyRecord> own;          // those that others may touch, or that touch others
+  absl::flat_hash_map<BodyId, SeamGroups> seam_groups;  // of all that are known; see ShippedBody
+  std::vector<SeamContact> contacts;                    // that were detected here
 };
 
 // Islands of one kind are one task.

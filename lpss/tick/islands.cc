@@ -58,33 +58,11 @@ Rank solver_of(const Partition& partition, Tick tick, const SeamIsland& island,
                     candidates.size()];
 }
 
-// Islands over several servers with fewer contacts than this are shipped: two messages, where solving them in
-// step takes one for each stage.
-constexpr std::uint64_t kStagedFrom = 64;
-
 // Whether the servers of an island solve it in step. While authority is shuffled, either comes to pass.
 bool is_staged(const Partition& partition, Tick tick, const SeamIsland& island) {
   if (island.is_indivisible || island.substeps == 0) return false;
-  if (partition.settings.shuffle == 0) return island.contacts >= kStagedFrom;
+  if (partition.settings.shuffle == 0) return island.contacts >= partition.in_step_from;
   return (scrambled(partition.settings.shuffle ^ scrambled(tick + island.id.value)) & 1) != 0;
-}
-
-void stage(Partition& partition, TickContext& context, const SeamIsland& island,
-           std::vector<Shipment>& outbox) {
-  IslandSectors sectors;
-  for (const PartRef& ref : island.parts) sectors.emplace(ref.sector, partition.map.owner(ref.sector));
-  StagedIslands& staged = context.plan.staged[{island.substeps, island.bounces}];
-  staged.islands.push_back(island.id);
-  for (const PartRef& ref : island.parts) {
-    if (!partition.hosts(ref.sector)) continue;
-    Sector& sector = *partition.sectors.at(ref.sector);
-    const Component& component = sector.components[sector.part_components[ref.part]];
-    stage_part(partition, sector, component, island, sectors, staged, outbox);
-    context.plan.in_step |= hosts_around(ref.sector, sectors, partition.self);
-  }
-  if (sectors.at(island.parts.front().sector) != partition.self) return;
-  ++context.counts.islands_across_seams;
-  ++context.counts.islands_in_step;
 }
 
 // An island that reaches over borders.
@@ -127,7 +105,13 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
     }
   }
   if (island.all_want_sleep) return;
-  if (staged) return stage(partition, context, island, outbox);
+  if (staged) {
+    if (partition.hosts(island.parts.front().sector)) {
+      ++context.counts.islands_across_seams;
+      ++context.counts.islands_in_step;
+    }
+    return stage(partition, context, island, outbox);
+  }
   if (solver != partition.self) {
     outbox[solver].islands.push_back(std::move(parcel));
     context.plan.awaits_solution[solver] = true;

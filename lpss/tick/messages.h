@@ -30,6 +30,9 @@ namespace tessera {
 
 using Tick = std::uint64_t;
 
+// A set of the groups of seams (solve_order.h), a bit each.
+using SeamGroups = std::uint8_t;
+
 // A body that lives in one of the receiver's sectors from this tick on; `record.home` is its new home.
 struct Handover {
   BodyRecord record;
@@ -64,9 +67,9 @@ struct Seams {
 
 // A body of a part that is solved elsewhere.
 struct ShippedBody {
-  BodyRecord record;             // state after the first half of the step
-  Wrench wrench;                 // gathered for the solver
-  std::uint8_t seam_groups = 0;  // in which it has contacts, a bit each; of bodies at seams only
+  BodyRecord record;           // state after the first half of the step
+  Wrench wrench;               // gathered for the solver
+  SeamGroups seam_groups = 0;  // in which it has contacts; of bodies at seams only
 };
 
 // The contact points of a pair that was detected in `sector`.

@@ -26,6 +26,28 @@ void for_each_around(const SectorIndex& sector, const Visit& visit) {
   }
 }
 
+Ranks bit_of(Rank rank) { return Ranks{1} << rank; }
+bool is_in(Ranks ranks, Rank rank) { return ((ranks >> rank) & 1) != 0; }
+
+SeamGroups group_bit(ContactGroup group) { return static_cast<SeamGroups>(1 << (group - kSeamGroup)); }
+bool has_group(SeamGroups groups, ContactGroup group) { return ((groups >> (group - kSeamGroup)) & 1) != 0; }
+
+// The servers that host parts of an island in a block; `home` is one of its sectors.
+Ranks hosts_of_block(const SectorIndex& block, ContactGroup group, const SectorIndex& home,
+                     const IslandSectors& sectors, const SectorIndex& anchor) {
+  Ranks hosts = 0;
+  for_each_around(home, [&](const SectorIndex& near) {
+    const auto host = sectors.find(near);
+    if (host != sectors.end() && block_of(near, group, anchor) == block) hosts |= bit_of(host->second);
+  });
+  return hosts;
+}
+
+// Whether a server may solve a block of another, which tells it all that it needs for that.
+bool may_follow(Rank follower, Rank host, Ranks hosts_of_block) {
+  return (hosts_of_block & ~(bit_of(follower) | bit_of(host))) == 0;
+}
+
 const HomeBody* home_in_slot(const Sector& sector, BodySlot slot) {
   const auto place = static_cast<std::size_t>(slot);
   return place < sector.by_slot.size() ? sector.by_slot[place] : nullptr;
@@ -37,147 +59,188 @@ Ranks hosts_around(const SectorIndex& sector, const IslandSectors& sectors, Rank
   Ranks hosts = 0;
   for_each_around(sector, [&](const SectorIndex& other) {
     const auto host = sectors.find(other);
-    if (host != sectors.end() && host->second != self) hosts |= Ranks{1} << host->second;
+    if (host != sectors.end() && host->second != self) hosts |= bit_of(host->second);
   });
   return hosts;
 }
 
 namespace {
 
-// What others must know of the bodies of one part.
-class PartAtSeams {
+// What others must know of an island's bodies and contacts that are hosted here.
+class IslandAtSeams {
  public:
-  PartAtSeams(const Partition& partition, Sector& sector, const Component& component)
-      : partition_(partition), sector_(sector), component_(component) {
+  IslandAtSeams(const Partition& partition, const SeamIsland& island, const IslandSectors& sectors)
+      : partition_(partition), island_(island), sectors_(sectors) {}
+
+  void add_part(Sector& sector, const Component& component) {
     for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
       const HomeBody& body = *sector.component_bodies[i];
-      if (!body.replicated_in.empty()) known_.emplace(body.id, Known{&body});
+      if (!body.replicated_in.empty()) bodies_.emplace(body.id, Known{&body});
     }
-  }
-
-  // Calls visit(place, the body that lives here, the replica that it touches) for each contact over a seam.
-  template <typename Visit>
-  void find_own_contacts(const Visit& visit) {
-    const std::span<const ContactPair> pairs = sector_.world->contacts();
-    for (std::uint32_t i = component_.pairs_begin; i < component_.pairs_end; ++i) {
-      const std::uint32_t n = sector_.component_pairs[i];
+    const std::span<const ContactPair> pairs = sector.world->contacts();
+    for (std::uint32_t i = component.pairs_begin; i < component.pairs_end; ++i) {
+      const std::uint32_t n = sector.component_pairs[i];
       const ContactPair& pair = pairs[n];
-      const HomeBody* const home_a = home_in_slot(sector_, pair.slot_a);
-      const HomeBody* const home_b = home_in_slot(sector_, pair.slot_b);
+      const HomeBody* const home_a = home_in_slot(sector, pair.slot_a);
+      const HomeBody* const home_b = home_in_slot(sector, pair.slot_b);
       if ((home_a == nullptr) == (home_b == nullptr)) continue;
       const HomeBody& body = home_a != nullptr ? *home_a : *home_b;
-      const auto clone = sector_.clones.find(home_a != nullptr ? pair.b : pair.a);
-      if (clone == sector_.clones.end()) continue;  // a static body
+      const auto clone = sector.clones.find(home_a != nullptr ? pair.b : pair.a);
+      if (clone == sector.clones.end()) continue;  // a static body
       const Replica& other = *clone->second.replica;
       if (body.properties.motion != Motion::kDynamic || other.properties.motion != Motion::kDynamic) continue;
-      note(known_.try_emplace(body.id, Known{&body}).first->second, other.home);
-      visit(n, body, other);
+      bodies_.try_emplace(body.id, Known{&body});
+      contacts_.push_back({&sector, n, {island_.id, body.id, other.id, sector.index, other.home}});
     }
   }
 
-  // Contacts that other sectors have detected: their parts name the bodies.
-  void find_contacts_elsewhere(const SeamIsland& island) {
-    for (const PartRef& ref : island.parts) {
-      if (chebyshev_distance(ref.sector, sector_.index) != 1) continue;
-      for (const BodyId link : partition_.seam_graph.part(ref).links) {
-        if (const auto known = known_.find(link); known != known_.end()) note(known->second, ref.sector);
-      }
+  // Once all parts have been added.
+  void tell(StagedIslands& staged, std::vector<Shipment>& outbox) {
+    find_groups();
+    for (const auto& [id, known] : bodies_) {
+      staged.own.emplace(id, record_of(*known.body));
+      staged.seam_groups.emplace(id, known.groups);
     }
-  }
-
-  std::vector<ShippedBody> bodies() const {
-    std::vector<ShippedBody> bodies;
-    for (const auto& [id, known] : known_) {
-      const Wrench wrench = sector_.world->total_wrench(known.body->slot);
-      bodies.push_back({record_of(*known.body), wrench, known.seam_groups});
+    for (const Found& found : contacts_) staged.contacts.push_back(found.contact);
+    Ranks around = 0;
+    for (const auto& [sector, host] : sectors_) {
+      if (host == partition_.self) around |= hosts_around(sector, sectors_, host);
     }
-    return bodies;
+    for_each_rank(around, [&](Rank rank) { outbox[rank].staged.push_back(parcel_for(rank)); });
   }
 
  private:
   struct Known {
     const HomeBody* body;
-    std::uint8_t seam_groups = 0;
+    SeamGroups groups = 0;
   };
+  struct Found {
+    Sector* sector;
+    std::uint32_t pair;  // a place in the contacts of its world
+    SeamContact contact;
+  };
+  using Blocks = absl::flat_hash_set<std::pair<ContactGroup, SectorIndex>>;
 
-  void note(Known& known, const SectorIndex& other) const {
-    const ContactGroup group = group_of(sector_.index, other, partition_.anchor);
-    known.seam_groups |= static_cast<std::uint8_t>(1 << (group - kSeamGroup));
+  // A contact that another sector has detected is known by the parts of both.
+  void find_groups() {
+    const auto note = [&](Known& known, const SectorIndex& other) {
+      known.groups |= group_bit(group_of(known.body->sector->index, other, partition_.anchor));
+    };
+    for (const Found& found : contacts_) note(bodies_.at(found.contact.a), found.contact.home_b);
+    for (const PartRef& ref : island_.parts) {
+      for (const BodyId link : partition_.seam_graph.part(ref).links) {
+        const auto known = bodies_.find(link);
+        if (known != bodies_.end() && ref.sector != known->second.body->sector->index) {
+          note(known->second, ref.sector);
+        }
+      }
+    }
+  }
+
+  SectorIndex block_with(const HomeBody& body, ContactGroup group) const {
+    return block_of(body.sector->index, group, partition_.anchor);
+  }
+
+  // The blocks with hosted bodies that the other server may solve.
+  Blocks blocks_of(Rank rank) const {
+    Blocks blocks;
+    for (ContactGroup group = kSeamGroup + kSeamGroups; group-- > kSeamGroup;) {
+      for (const auto& [id, known] : bodies_) {
+        if (!has_group(known.groups, group)) continue;
+        const SectorIndex block = block_with(*known.body, group);
+        const Ranks hosts =
+            hosts_of_block(block, group, known.body->sector->index, sectors_, partition_.anchor);
+        if (is_in(hosts, rank)) blocks.emplace(group, block);
+        if (!blocks.contains({group, block})) continue;
+        // It follows those in which what it solves later is pushed before.
+        for (ContactGroup earlier = kSeamGroup; earlier < group; ++earlier) {
+          if (!has_group(known.groups, earlier)) continue;
+          const SectorIndex pushed = block_with(*known.body, earlier);
+          if (may_follow(
+                  rank, partition_.self,
+                  hosts_of_block(pushed, earlier, known.body->sector->index, sectors_, partition_.anchor))) {
+            blocks.emplace(earlier, pushed);
+          }
+        }
+      }
+    }
+    return blocks;
+  }
+
+  ShippedIsland parcel_for(Rank rank) const {
+    const Blocks blocks = blocks_of(rank);
+    ShippedIsland parcel;
+    parcel.island = island_.id;
+    for (const auto& [id, known] : bodies_) {
+      bool is_wanted = false;
+      for (ContactGroup group = kSeamGroup; group < kSeamGroup + kSeamGroups; ++group) {
+        is_wanted |=
+            has_group(known.groups, group) && blocks.contains({group, block_with(*known.body, group)});
+      }
+      if (!is_wanted) continue;
+      const Wrench wrench = known.body->sector->world->total_wrench(known.body->slot);
+      parcel.bodies.push_back({record_of(*known.body), wrench, known.groups});
+    }
+    for (const Found& found : contacts_) {
+      const ContactGroup group = group_of(found.contact.home_a, found.contact.home_b, partition_.anchor);
+      if (!blocks.contains({group, block_of(found.contact.home_a, group, partition_.anchor)})) continue;
+      parcel.contacts.push_back({found.sector->index, found.sector->world->export_manifold(found.pair)});
+    }
+    return parcel;
   }
 
   const Partition& partition_;
-  Sector& sector_;
-  const Component& component_;
-  std::map<BodyId, Known> known_;  // that others may touch, or that touch others
+  const SeamIsland& island_;
+  const IslandSectors& sectors_;
+  std::map<BodyId, Known> bodies_;  // that others may touch, or that touch others
+  std::vector<Found> contacts_;
 };
 
 }  // namespace
 
-void stage_part(const Partition& partition, Sector& sector, const Component& component,
-                const SeamIsland& island, const IslandSectors& sectors, StagedIslands& staged,
-                std::vector<Shipment>& outbox) {
-  add_component(partition, sector, component, staged.builder, false);
-  const Ranks around = hosts_around(sector.index, sectors, partition.self);
-  if (around == 0) return;
-
-  std::vector<ShippedIsland> parcels(outbox.size());
-  PartAtSeams part(partition, sector, component);
-  part.find_own_contacts([&](std::uint32_t n, const HomeBody& body, const Replica& other) {
-    staged.contacts.push_back({island.id, body.id, other.id, sector.index, other.home});
-    const ContactGroup group = group_of(sector.index, other.home, partition.anchor);
-    const SectorIndex block = block_of(sector.index, group, partition.anchor);
-    Ranks hosts = 0;
-    for_each_around(sector.index, [&](const SectorIndex& near) {
-      const auto host = sectors.find(near);
-      if (host == sectors.end() || host->second == partition.self) return;
-      if (block_of(near, group, partition.anchor) == block) hosts |= Ranks{1} << host->second;
-    });
-    if (hosts == 0) return;
-    const ShippedContact shipped{sector.index, sector.world->export_manifold(n)};
-    for_each_rank(hosts, [&](Rank rank) { parcels[rank].contacts.push_back(shipped); });
-  });
-  part.find_contacts_elsewhere(island);
-  for (const ShippedBody& body : part.bodies()) {
-    for_each_rank(around, [&](Rank rank) { parcels[rank].bodies.push_back(body); });
-    staged.own.emplace(body.record.id, body.record);
-    staged.seam_groups.emplace(body.record.id, body.seam_groups);
+void stage(Partition& partition, TickContext& context, const SeamIsland& island,
+           std::vector<Shipment>& outbox) {
+  StagedIslands& staged = context.plan.staged[{island.substeps, island.bounces}];
+  IslandSectors& sectors = staged.islands[island.id];
+  for (const PartRef& ref : island.parts) sectors.emplace(ref.sector, partition.map.owner(ref.sector));
+  IslandAtSeams at_seams(partition, island, sectors);
+  for (const PartRef& ref : island.parts) {
+    if (!partition.hosts(ref.sector)) continue;
+    Sector& sector = *partition.sectors.at(ref.sector);
+    const Component& component = sector.components[sector.part_components[ref.part]];
+    add_component(partition, sector, component, staged.builder, false);
+    context.plan.in_step |= hosts_around(ref.sector, sectors, partition.self);
+    at_seams.add_part(sector, component);
   }
-  for_each_rank(around, [&](Rank rank) {
-    parcels[rank].island = island.id;
-    outbox[rank].staged.push_back(std::move(parcels[rank]));
-  });
+  at_seams.tell(staged, outbox);
 }
 
-// Puts one job together: what is hosted here, and of what others told that which this server takes part in.
+// Puts one job together: what is hosted here, and of what others told that which this server solves, too.
 class StagedSolve::Builder {
  public:
-  Builder(const Partition& partition, StagedIslands& staged,
-          const std::vector<std::vector<const ShippedIsland*>>& told)
+  Builder(const Partition& partition, StagedIslands& staged, const std::vector<const ShippedIsland*>& told)
       : partition_(partition), staged_(staged) {
     for (const auto& [id, record] : staged.own) homes_.emplace(id, record.home);
-    for (const auto& parcels : told) {
-      for (const ShippedIsland* parcel : parcels) {
-        for (const ShippedBody& body : parcel->bodies) {
-          if (!homes_.emplace(body.record.id, body.record.home).second) continue;
-          bodies_.push_back(&body);
-          staged.seam_groups.emplace(body.record.id, body.seam_groups);
-        }
+    for (const ShippedIsland* parcel : told) {
+      for (const ShippedBody& body : parcel->bodies) {
+        if (!homes_.emplace(body.record.id, body.record.home).second) continue;
+        bodies_.push_back(&body);
+        staged.seam_groups.emplace(body.record.id, body.seam_groups);
       }
     }
     for (const SeamContact& contact : staged.contacts) add_contact(contact, nullptr);
-    for (const auto& parcels : told) {
-      for (const ShippedIsland* parcel : parcels) {
-        for (const ShippedContact& contact : parcel->contacts) {
-          const ManifoldState& pair = contact.manifold;
-          add_contact({parcel->island, pair.a, pair.b, home_of(pair.a), home_of(pair.b)}, &contact);
-        }
+    for (const ShippedIsland* parcel : told) {
+      for (const ShippedContact& contact : parcel->contacts) {
+        const ManifoldState& pair = contact.manifold;
+        add_contact({parcel->island, pair.a, pair.b, home_of(pair.a), home_of(pair.b)}, &contact);
       }
     }
+    follow();
   }
 
   Job build() {
     std::erase_if(contacts_, [&](const Contact& contact) {
-      return (hosts_.at(contact.block) & bit(partition_.self)) == 0;
+      return !is_in(blocks_.at(contact.block).solvers, partition_.self);
     });
     std::vector<const ShippedContact*> foreign;
     absl::flat_hash_set<BodyId> needed;
@@ -196,43 +259,72 @@ class StagedSolve::Builder {
   }
 
  private:
-  // Where contacts of an island are solved together.
-  struct Block {
-    BodyId island;
+  // Where contacts of an island are solved together. Later groups come first.
+  struct Place {
     ContactGroup group = 0;
+    BodyId island;
     SectorIndex index;
 
-    friend bool operator==(const Block&, const Block&) = default;
-    template <typename H>
-    friend H AbslHashValue(H h, const Block& b) {
-      return H::combine(std::move(h), b.island.value, b.group, b.index);
+    friend bool operator<(const Place& a, const Place& b) {
+      return std::tie(b.group, a.island, a.index) < std::tie(a.group, b.island, b.index);
     }
+  };
+  struct Block {
+    Ranks solvers = 0;  // who hosts a body in it, and who follows it
+    std::vector<BodyId> bodies;
   };
   struct Contact {
     SeamContact pair;
-    Block block;
+    Place block;
     const ShippedContact* shipped;  // null for one that was detected here
   };
-
-  static Ranks bit(Rank rank) { return Ranks{1} << rank; }
 
   const SectorIndex& home_of(BodyId id) const {
     const auto home = homes_.find(id);
     invariant(home != homes_.end(), "bodies come with their contacts");
     return home->second;
   }
+  Rank host_of(BodyId id) const { return partition_.map.owner(home_of(id)); }
 
   void add_contact(const SeamContact& pair, const ShippedContact* shipped) {
     const ContactGroup group = group_of(pair.home_a, pair.home_b, partition_.anchor);
     invariant(is_seam_group(group), "islands with contacts of distant homes are not divided");
-    const Block block{pair.island, group, block_of(pair.home_a, group, partition_.anchor)};
-    contacts_.push_back({pair, block, shipped});
-    hosts_[block] |= bit(partition_.map.owner(pair.home_a)) | bit(partition_.map.owner(pair.home_b));
+    const Place place{group, pair.island, block_of(pair.home_a, group, partition_.anchor)};
+    contacts_.push_back({pair, place, shipped});
+    Block& block = blocks_[place];
+    block.solvers |= bit_of(partition_.map.owner(pair.home_a)) | bit_of(partition_.map.owner(pair.home_b));
+    block.bodies.push_back(pair.a);
+    block.bodies.push_back(pair.b);
+  }
+
+  // A server that solves a block also solves those in which another's bodies in it are pushed before, if that
+  // alone hosts these. So it need not be told of them again.
+  void follow() {
+    for (auto& [place, block] : blocks_) {
+      for (const BodyId id : block.bodies) {
+        const Rank host = host_of(id);
+        const SectorIndex& home = home_of(id);
+        for (ContactGroup earlier = kSeamGroup; earlier < place.group; ++earlier) {
+          if (!has_group(staged_.seam_groups.at(id), earlier)) continue;
+          const auto pushed =
+              blocks_.find({earlier, place.island, block_of(home, earlier, partition_.anchor)});
+          if (pushed == blocks_.end()) continue;
+          const Ranks hosts = hosts_of_block(pushed->first.index, earlier, home,
+                                             staged_.islands.at(place.island), partition_.anchor);
+          // Others do not concern this server, nor would it know all.
+          const Ranks followers =
+              host == partition_.self ? block.solvers : block.solvers & bit_of(partition_.self);
+          for_each_rank(followers, [&](Rank rank) {
+            if (may_follow(rank, host, hosts)) pushed->second.solvers |= bit_of(rank);
+          });
+        }
+      }
+    }
   }
 
   // The groups in which two servers both solve a body's contacts; a bit each.
   struct Shared {
-    std::uint8_t groups = 0;
+    SeamGroups groups = 0;
     Rank host = 0;  // of the body
   };
   using SharedByBody = std::map<BodyId, Shared>;
@@ -241,14 +333,13 @@ class StagedSolve::Builder {
     for (TrafficByRank& traffic : job.traffic) traffic.resize(partition_.map.servers());
     std::vector<SharedByBody> shared(partition_.map.servers());  // by the other server
     for (const Contact& contact : contacts_) {
-      const auto group = static_cast<std::uint8_t>(1 << (contact.block.group - kSeamGroup));
-      const Ranks others = hosts_.at(contact.block) & ~bit(partition_.self);
+      const Ranks others = blocks_.at(contact.block).solvers & ~bit_of(partition_.self);
       for (const auto& [id, home] :
            {std::pair(contact.pair.a, contact.pair.home_a), {contact.pair.b, contact.pair.home_b}}) {
         const Rank host = partition_.map.owner(home);
-        for_each_rank(host == partition_.self ? others : bit(host), [&](Rank rank) {
+        for_each_rank(host == partition_.self ? others : bit_of(host), [&](Rank rank) {
           Shared& body = shared[rank][id];
-          body.groups |= group;
+          body.groups |= group_bit(contact.block.group);
           body.host = host;
         });
       }
@@ -262,29 +353,31 @@ class StagedSolve::Builder {
   void direct_traffic(const SharedByBody& shared, Rank rank, Job& job) const {
     std::array<int, kSeamGroups> latest{};  // by group: the last exchange up to it
     int last = -1;
-    for (int group = 0; group < kSeamGroups; ++group) {
+    for (int n = 0; n < kSeamGroups; ++n) {
       for (const auto& [id, body] : shared) {
-        if (is_in(body.groups, group) && last <= last_private_push(id, body, group)) last = group;
+        if (has_group(body.groups, static_cast<ContactGroup>(kSeamGroup + n)) &&
+            last <= last_private_push(id, body, n))
+          last = n;
       }
-      latest[group] = last;
+      latest[n] = last;
     }
     for (const auto& [id, body] : shared) {
       const std::optional<std::size_t> place = staged_.builder.place_of(id);
       invariant(place.has_value(), "the bodies of a contact are in its task");
       int told = -1;  // in the exchange before this group
-      for (int group = 0; group < kSeamGroups; ++group) {
-        if (!is_in(body.groups, group) || told > last_private_push(id, body, group)) continue;
-        told = latest[group];
+      for (int n = 0; n < kSeamGroups; ++n) {
+        if (!has_group(body.groups, static_cast<ContactGroup>(kSeamGroup + n)) ||
+            told > last_private_push(id, body, n))
+          continue;
+        told = latest[n];
         Traffic& traffic = job.traffic[told][rank];
         (body.host == partition_.self ? traffic.mine : traffic.theirs).push_back(*place);
       }
     }
   }
 
-  static bool is_in(std::uint8_t groups, int group) { return ((groups >> group) & 1) != 0; }
-
-  // The last group before this one in which only the body's host knows what happens to it; -1: the contacts
-  // inside its sector.
+  // The last group before this one in which only the body's host knows what happens to it, counted from the
+  // first group of seams; -1: the contacts inside its sector.
   int last_private_push(BodyId id, const Shared& body, int group) const {
     const int pushed = staged_.seam_groups.at(id) & ~body.groups & ((1 << group) - 1);
     return std::bit_width(static_cast<unsigned>(pushed)) - 1;
@@ -295,7 +388,7 @@ class StagedSolve::Builder {
   absl::flat_hash_map<BodyId, SectorIndex> homes_;
   std::vector<const ShippedBody*> bodies_;  // of others
   std::vector<Contact> contacts_;
-  absl::flat_hash_map<Block, Ranks> hosts_;  // of bodies in its contacts
+  std::map<Place, Block> blocks_;
 };
 
 StagedSolve::StagedSolve(const Partition& partition, IslandPlan& plan, const std::vector<Shipment>& inbox,
@@ -308,8 +401,10 @@ StagedSolve::StagedSolve(const Partition& partition, IslandPlan& plan, const std
   jobs_.reserve(plan.staged.size());
   while (solvers.size() < plan.staged.size()) solvers.push_back(partition.engine.make_staged_solver());
   for (auto& [kind, staged] : plan.staged) {
-    std::vector<std::vector<const ShippedIsland*>> parcels;
-    for (const BodyId island : staged.islands) parcels.push_back(std::move(told[island]));
+    std::vector<const ShippedIsland*> parcels;
+    for (const auto& [island, sectors] : staged.islands) {
+      parcels.insert(parcels.end(), told[island].begin(), told[island].end());
+    }
     Job& job = jobs_.emplace_back(Builder(partition, staged, parcels).build());
     job.solver = solvers[jobs_.size() - 1].get();
     job.sweeps =

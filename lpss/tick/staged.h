@@ -22,17 +22,10 @@
 
 namespace tessera {
 
-// The sectors in which an island has parts, and who hosts them.
-using IslandSectors = absl::flat_hash_map<SectorIndex, Rank>;
-
-// Adds a part of an island to what this server solves in step with others, and to what it tells these of it.
-// `outbox` by rank.
-void stage_part(const Partition& partition, Sector& sector, const Component& component,
-                const SeamIsland& island, const IslandSectors& sectors, StagedIslands& staged,
-                std::vector<Shipment>& outbox);
-
-// The other servers that host a part next to this one.
-Ranks hosts_around(const SectorIndex& sector, const IslandSectors& sectors, Rank self);
+// Takes up an island that this server solves in step with others: what is hosted here, and what others must
+// know of it. `outbox` by rank.
+void stage(Partition& partition, TickContext& context, const SeamIsland& island,
+           std::vector<Shipment>& outbox);
 
 // Solves what is staged, from exchange to exchange.
 class StagedSolve {
