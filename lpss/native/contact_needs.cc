@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kLightLoad = 1.5;
 constexpr double kUsualLoad = 20;
+constexpr double kLoadAtRest = 21;                 // that a contact at rest may bear until more is known
 constexpr double kReluctance = 1.25;               // to take fewer substeps
 constexpr double kEarth = 9.81;                    // m/s^2
 constexpr double kUsualFall = kEarth / (60 * 60);  // m
@@ -39,11 +40,15 @@ int ContactNeeds::for_load(double load_ratio) const {
 
 int ContactNeeds::least() const { return adapts_ ? for_load(0) : usual_; }
 
-int ContactNeeds::substeps(const ContactNeed& need, double rests_on) const {
+int ContactNeeds::substeps(const ContactNeed& need, double rests_on, double speed) const {
   if (!adapts_) return usual_;
-  const bool is_known = need.ticks == ContactNeed::kTicksToKnow;
-  const int by_impulses = is_known ? need.substeps : std::max(usual_, for_load(fall_));
-  return rests_on > kLightLoad ? std::max(by_impulses, for_load(rests_on * fall_)) : by_impulses;
+  double load = rests_on > kLightLoad ? rests_on * fall_ : 0;
+  int substeps = need.substeps;
+  if (need.ticks < ContactNeed::kTicksToKnow) {
+    substeps = usual_;
+    load = std::max(load, speed < tick_weight_ ? kLoadAtRest * fall_ : fall_);
+  }
+  return std::max(substeps, for_load(load));
 }
 
 void ContactNeeds::note(ContactNeed& need, double impulse, double inverse_mass) const {

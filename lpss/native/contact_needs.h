@@ -19,7 +19,7 @@ struct ContactNeed {
   std::uint8_t ticks = 0;     // in which it was solved; counted up to kTicksToKnow
   std::uint8_t substeps = 0;  // that it asks for; of no meaning before
 
-  static constexpr std::uint8_t kTicksToKnow = 2;
+  static constexpr std::uint8_t kTicksToKnow = 3;
 };
 
 // The rule, for the settings of a world.
@@ -34,8 +34,9 @@ class ContactNeeds {
   int least() const;
 
   // `rests_on`: the heavier body's weight by the lighter one's, as far as it rests on that; impulses only
-  // tell of a load once they bear it.
-  int substeps(const ContactNeed& need, double rests_on) const;
+  // tell of a load once they bear it. `speed`: of the bodies relative to each other, m/s; a contact of which
+  // little is known yet, of bodies at rest, was placed so and may bear much.
+  int substeps(const ContactNeed& need, double rests_on, double speed) const;
 
   // Notes an impulse (N s) between bodies of which the lighter has this inverse mass (1/kg). What counts is
   // the smaller impulse of two ticks, as an impact is not a load; and fewer substeps are asked for only where

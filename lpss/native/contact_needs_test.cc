@@ -14,17 +14,19 @@ using namespace bullet;  // the worlds of the tests
 
 constexpr double kWeight = 9.81 / 60;  // N s, of 1 kg in a tick
 
+constexpr double kFast = 1;  // m/s
+
 int after(const ContactNeeds& needs, std::initializer_list<double> impulses, double inverse_mass = 1) {
   ContactNeed need;
   for (const double impulse : impulses) needs.note(need, impulse, inverse_mass);
-  return needs.substeps(need, /*rests_on=*/0);
+  return needs.substeps(need, /*rests_on=*/0, kFast);
 }
 
 TEST(ContactNeedsTest, GrowWithTheLoadFromHalfTheUsualOn) {
   const ContactNeeds needs{WorldSettings{}};
   int last = 0;
   for (double load = 1; load < 1e9; load *= 2) {
-    const int substeps = after(needs, {load * kWeight, load * kWeight});
+    const int substeps = after(needs, {load * kWeight, load * kWeight, load * kWeight});
     EXPECT_GE(substeps, last);
     EXPECT_GE(substeps, 2);
     EXPECT_LE(substeps, 64);
@@ -32,21 +34,30 @@ TEST(ContactNeedsTest, GrowWithTheLoadFromHalfTheUsualOn) {
   }
   EXPECT_EQ(last, 64);
   EXPECT_EQ(needs.least(), 2);
-  EXPECT_EQ(after(needs, {kWeight, kWeight}), 2);
-  EXPECT_EQ(after(needs, {10 * kWeight, 10 * kWeight}), 4);
-  EXPECT_EQ(after(needs, {10 * kWeight, 10 * kWeight}, 1000), 64) << "by the weight of the lighter body";
+  EXPECT_EQ(after(needs, {kWeight, kWeight, kWeight}), 2);
+  EXPECT_EQ(after(needs, {kWeight, 10 * kWeight, 10 * kWeight}), 4);
+  EXPECT_EQ(after(needs, {kWeight, 10 * kWeight, 10 * kWeight}, 1000), 64)
+      << "by the weight of the lighter body";
 }
 
-TEST(ContactNeedsTest, AreTheUsualUntilTwoTicksAreKnown) {
+TEST(ContactNeedsTest, AreTheUsualUntilThreeTicksAreKnown) {
   const ContactNeeds needs{WorldSettings{}};
   EXPECT_EQ(after(needs, {}), 4);
-  EXPECT_EQ(after(needs, {kWeight}), 4);
-  EXPECT_EQ(after(needs, {1000 * kWeight}), 4);
+  EXPECT_EQ(after(needs, {kWeight, kWeight}), 4);
+  EXPECT_EQ(after(needs, {1000 * kWeight, 1000 * kWeight}), 4);
+}
+
+TEST(ContactNeedsTest, AreMoreForBodiesThatWerePlacedOnEachOther) {
+  const ContactNeeds needs{WorldSettings{}};
+  ContactNeed need;
+  EXPECT_EQ(needs.substeps(need, 0, 0), 8);
+  for (int tick = 0; tick < 3; ++tick) needs.note(need, kWeight, 1);
+  EXPECT_EQ(needs.substeps(need, 0, 0), 2);
 }
 
 TEST(ContactNeedsTest, AnImpactIsNoLoad) {
   const ContactNeeds needs{WorldSettings{}};
-  EXPECT_EQ(after(needs, {kWeight, kWeight, 1000 * kWeight, kWeight}), 2);
+  EXPECT_EQ(after(needs, {kWeight, kWeight, kWeight, 1000 * kWeight, kWeight}), 2);
   EXPECT_GT(after(needs, {kWeight, kWeight, 1000 * kWeight, 1000 * kWeight}), 4);
 }
 
@@ -57,26 +68,27 @@ TEST(ContactNeedsTest, DoNotFlicker) {
     needs.note(need, (tick % 2 == 0 ? 20.9 : 21.1) * kWeight, 1);
     needs.note(need, (tick % 2 == 0 ? 20.9 : 21.1) * kWeight, 1);
     if (tick < 2) continue;
-    EXPECT_EQ(needs.substeps(need, 0), 8) << tick;
+    EXPECT_EQ(needs.substeps(need, 0, kFast), 8) << tick;
   }
   needs.note(need, 15 * kWeight, 1);
-  EXPECT_EQ(needs.substeps(need, 0), 4);
+  EXPECT_EQ(needs.substeps(need, 0, kFast), 4);
 }
 
 TEST(ContactNeedsTest, GrowWithWhatRestsOnALighterBody) {
   const ContactNeeds needs{WorldSettings{}};
-  EXPECT_EQ(needs.substeps({}, 10), 4);
-  EXPECT_EQ(needs.substeps({}, 1000), 32);
-  EXPECT_EQ(needs.substeps({kWeight, 2, 2}, 1), 2);
+  EXPECT_EQ(needs.substeps({}, 10, kFast), 4);
+  EXPECT_EQ(needs.substeps({}, 1000, kFast), 32);
+  EXPECT_EQ(needs.substeps({kWeight, 3, 2}, 1, kFast), 2);
 }
 
 TEST(ContactNeedsTest, GrowWithWhatBodiesFallInATick) {
   WorldSettings settings;
   settings.time_step = 1.0 / 15;
   const ContactNeeds needs(settings);
-  EXPECT_EQ(after(needs, {40 * kWeight, 40 * kWeight}), 16) << "a load of nine, in four times the time";
+  EXPECT_EQ(after(needs, {40 * kWeight, 40 * kWeight, 40 * kWeight}), 16)
+      << "a load of nine, in four times the time";
   settings.time_step = 1e-3;
-  EXPECT_EQ(after(ContactNeeds(settings), {10 * 9.81e-3, 10 * 9.81e-3}), 4);
+  EXPECT_EQ(after(ContactNeeds(settings), {10 * 9.81e-3, 10 * 9.81e-3, 10 * 9.81e-3}), 4);
 }
 
 TEST(ContactNeedsTest, GrowWithTheTurnOfJointedBodies) {
@@ -93,7 +105,7 @@ TEST(ContactNeedsTest, StayTheUsualWithoutAdaption) {
   settings.adapt = false;
   const ContactNeeds needs(settings);
   EXPECT_EQ(needs.least(), 4);
-  EXPECT_EQ(after(needs, {100 * kWeight, 100 * kWeight}), 4);
+  EXPECT_EQ(after(needs, {100 * kWeight, 100 * kWeight, 100 * kWeight}), 4);
   EXPECT_EQ(needs.for_turn(1), 4);
 }
 

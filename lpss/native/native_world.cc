@@ -260,10 +260,12 @@ void NativeWorld::gather() {
     const auto place = static_cast<std::size_t>(candidate.contact);
     const Contact& contact = contacts_[place];
     if (contact.patches.empty()) continue;
+    const Body& a = body(candidate.slot_a);
+    const Body& b = body(candidate.slot_b);
+    const int substeps =
+        engine_.needs().substeps(contact.need, rests_on(a, b, contact), double((a.linear - b.linear).norm()));
     pairs_.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b, contact.is_touching(),
-                      contact.restitution > 0,
-                      static_cast<std::uint8_t>(engine_.needs().substeps(
-                          contact.need, rests_on(body(candidate.slot_a), body(candidate.slot_b), contact)))});
+                      contact.restitution > 0, static_cast<std::uint8_t>(substeps)});
     contact_of_pair_.push_back(place);
   }
   is_gathered_ = true;
