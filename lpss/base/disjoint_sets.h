@@ -11,7 +11,11 @@ namespace tessera {
 // order of the calls.
 class DisjointSets {
  public:
-  explicit DisjointSets(std::size_t n) : parent_(n) {
+  explicit DisjointSets(std::size_t n = 0) { reset(n); }
+
+  // Each of 0..n-1 alone.
+  void reset(std::size_t n) {
+    parent_.resize(n);
     std::iota(parent_.begin(), parent_.end(), std::size_t{0});
   }
 

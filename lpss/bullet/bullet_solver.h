@@ -10,7 +10,7 @@ class BulletSolver final : public IslandSolver {
  public:
   explicit BulletSolver(const EngineSettings& settings) : solver_(settings) {}
 
-  void solve(const SolveTask& task, double dt) override {
+  void solve(const SolveTask& task, double dt, const ParallelFor& /*parallel*/) override {
     if (!task.bodies.empty()) solver_.solve(task, dt);
   }
 

@@ -37,7 +37,7 @@ bool stop_runaway(Body& body, const btTransform& before) {
 
 }  // namespace
 
-void BulletWorld::detect(double dt) {
+void BulletWorld::detect(double dt, const ParallelFor& /*parallel*/) {
   release(predictive_);
   leave_space();
   predict(dt);
@@ -130,7 +130,7 @@ void BulletWorld::fly(BodySlot slot, double dt) {
   flier.coasts = true;
 }
 
-std::uint64_t BulletWorld::integrate(double dt) {
+std::uint64_t BulletWorld::integrate(double dt, const ParallelFor& /*parallel*/) {
   const auto step = btScalar(dt);
   std::vector<Body*> fast;
   std::uint64_t stopped = 0;

@@ -57,9 +57,9 @@ class BulletWorld final : public SectorWorld {
   void set_total_wrench(BodySlot slot, const Wrench& wrench) override;
 
   // The step: bullet_step.cc.
-  void detect(double dt) override;
+  void detect(double dt, const ParallelFor& parallel) override;
   void fly(BodySlot slot, double dt) override;
-  std::uint64_t integrate(double dt) override;
+  std::uint64_t integrate(double dt, const ParallelFor& parallel) override;
 
   // Contacts: bullet_contacts.cc.
   std::span<const ContactPair> contacts() override;

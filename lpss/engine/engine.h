@@ -9,7 +9,8 @@
 // BodyId, never by history.
 //
 // Threads: different worlds may be used on different threads at the same time, one world on one thread at a
-// time. A solver may run beside other solvers as long as no dynamic body or clone is in two tasks.
+// time, whose long loops run on the threads that the caller lends it. A solver may run beside other solvers
+// as long as no dynamic body or clone is in two tasks.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,6 +24,7 @@
 #include <string_view>
 #include <vector>
 
+#include "lpss/base/parallel.h"
 #include "lpss/model/body.h"
 #include "lpss/model/joint.h"
 #include "lpss/model/settings.h"
@@ -155,7 +157,7 @@ class SectorWorld {
 
   // First half of a step for the bodies that live here: forces and damping of `dt` seconds, predicted poses,
   // then the contact points of all pairs in which at least one side is awake.
-  virtual void detect(double dt) = 0;
+  virtual void detect(double dt, const ParallelFor& parallel = {}) = 0;
 
   // The pairs with contact points, in ascending order of (a, b), as of the last detect(), import_manifold(),
   // or remove(). Pairs of sleeping bodies keep their points.
@@ -184,14 +186,14 @@ class SectorWorld {
 
   // Free flight of a body that lives here, without contacts and joints: forces become velocity, with the same
   // result as by the solver. Call between detect() and integrate(), instead of passing the body to the
-  // solver.
+  // solver. This, set_gravity() and what is const are safe for different bodies on different threads.
   virtual void fly(BodySlot slot, double dt) = 0;
 
   // Second half of a step: moves the awake bodies that live here with their solved velocities, sweeping the
   // fast ones, clears forces, and counts how long each body has been still. A body that is faster than
   // kSpeedMax afterwards, or whose position is not of numbers, stops where it was last known to be. Returns
   // how many did.
-  virtual std::uint64_t integrate(double dt) = 0;
+  virtual std::uint64_t integrate(double dt, const ParallelFor& parallel = {}) = 0;
 
   // The nearest home or static body (never a clone) that the segment hits and whose category meets `mask`.
   virtual std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
@@ -210,7 +212,8 @@ struct WorldBody {
 
 struct WorldPair {
   SectorWorld* world = nullptr;
-  std::size_t pair = 0;  // an index into world->contacts()
+  std::size_t pair = 0;       // an index into world->contacts()
+  std::uint8_t substeps = 0;  // that its island needs at least; 0: as the pair says
 };
 
 // A joint needs no clone: only relative quantities go into its rows, so its bodies may be in any two worlds.
@@ -239,7 +242,6 @@ struct SolveTask {
   std::vector<CloneOf> clones;    // every clone of them that a contact refers to
   std::vector<WorldPair> contacts;
   std::vector<TaskJoint> joints;
-  int substeps = 0;  // that its contacts ask for together; 0: as each of them says
 };
 
 // Solves contacts and joints for new velocities. Rows take lever arms from the frame in which the contact was
@@ -247,7 +249,7 @@ struct SolveTask {
 class IslandSolver {
  public:
   virtual ~IslandSolver() = default;
-  virtual void solve(const SolveTask& task, double dt) = 0;
+  virtual void solve(const SolveTask& task, double dt, const ParallelFor& parallel = {}) = 0;
 };
 
 // Solves islands in step with solvers elsewhere, which have other bodies of the same islands. Their contacts

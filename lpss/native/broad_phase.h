@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "lpss/base/parallel.h"
 #include "lpss/native/body.h"
 
 namespace tessera::native {
@@ -38,9 +39,10 @@ class BroadPhase {
   // Brings `candidates`, ascending by ids, up to date with all bodies that were updated since the last call.
   // `is_wanted(a, b)` as of the addition of the two.
   template <typename IsWanted>
-  void find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& candidates, const IsWanted& is_wanted);
+  void find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& candidates, const IsWanted& is_wanted,
+                  const ParallelFor& parallel = {});
 
-  // Calls `visit(slot)` for each body whose enlarged box overlaps.
+  // Calls `visit(slot)` for each body whose enlarged box overlaps. Safe on several threads at a time.
   template <typename Visit>
   void for_each_in(const Box& box, const Visit& visit) const;
 
@@ -52,36 +54,54 @@ class BroadPhase {
     const Visit& visit;
   };
 
+  // The new pairs of the body in `slot`, which has left its enlarged box.
+  template <typename IsWanted>
+  void search(const std::vector<Body>& bodies, BodySlot slot, const IsWanted& is_wanted,
+              std::vector<Candidate>& found) const;
+
   static btDbvtVolume volume(const Box& box) { return btDbvtVolume::FromMM(bt(box.low), bt(box.high)); }
 
   btDbvt tree_;
-  mutable btAlignedObjectArray<const btDbvtNode*> stack_;
   std::vector<BodySlot> left_;  // bodies that left their enlarged boxes since the last find_pairs()
+  std::vector<std::vector<Candidate>> found_by_piece_;
   std::vector<Candidate> found_;
   std::vector<Candidate> merged_;
 };
 
 template <typename IsWanted>
+void BroadPhase::search(const std::vector<Body>& bodies, BodySlot slot, const IsWanted& is_wanted,
+                        std::vector<Candidate>& found) const {
+  const Body& body = bodies[static_cast<std::size_t>(slot)];
+  for_each_in(body.enlarged, [&](BodySlot other_slot) {
+    if (other_slot == slot) return;
+    const Body& other = bodies[static_cast<std::size_t>(other_slot)];
+    if (other.has_left && other_slot < slot) return;  // it finds the pair
+    // A pair whose enlarged boxes overlapped before is there already.
+    if (body.left.overlaps(other.has_left ? other.left : other.enlarged)) return;
+    if (!is_wanted(body, other)) return;
+    if (body.id < other.id) {
+      found.push_back({body.id, other.id, slot, other_slot, Candidate::kNone});
+    } else {
+      found.push_back({other.id, body.id, other_slot, slot, Candidate::kNone});
+    }
+  });
+}
+
+template <typename IsWanted>
 void BroadPhase::find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& candidates,
-                            const IsWanted& is_wanted) {
+                            const IsWanted& is_wanted, const ParallelFor& parallel) {
   if (left_.empty()) return;
+  constexpr std::size_t kBodiesInPiece = 32;
+  const Pieces pieces(left_.size(), kBodiesInPiece);
+  if (found_by_piece_.size() < pieces.count()) found_by_piece_.resize(pieces.count());
+  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
+    found_by_piece_[piece].clear();
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n)
+      search(bodies, left_[n], is_wanted, found_by_piece_[piece]);
+  });
   found_.clear();
-  for (const BodySlot slot : left_) {
-    Body& body = bodies[static_cast<std::size_t>(slot)];
-    for_each_in(body.enlarged, [&](BodySlot other_slot) {
-      if (other_slot == slot) return;
-      const Body& other = bodies[static_cast<std::size_t>(other_slot)];
-      if (other.has_left && other_slot < slot) return;  // it finds the pair
-      // A pair whose enlarged boxes overlapped before is there already.
-      if (body.left.overlaps(other.has_left ? other.left : other.enlarged)) return;
-      if (!is_wanted(body, other)) return;
-      if (body.id < other.id) {
-        found_.push_back({body.id, other.id, slot, other_slot, Candidate::kNone});
-      } else {
-        found_.push_back({other.id, body.id, other_slot, slot, Candidate::kNone});
-      }
-    });
-  }
+  for (std::size_t piece = 0; piece < pieces.count(); ++piece)
+    found_.insert(found_.end(), found_by_piece_[piece].begin(), found_by_piece_[piece].end());
   for (const BodySlot slot : left_) bodies[static_cast<std::size_t>(slot)].has_left = false;
   left_.clear();
   if (found_.empty()) return;
@@ -103,7 +123,7 @@ template <typename Visit>
 void BroadPhase::for_each_in(const Box& box, const Visit& visit) const {
   if (!tree_.m_root) return;
   Collector<Visit> collector(visit);
-  tree_.collideTVNoStackAlloc(tree_.m_root, volume(box), stack_, collector);
+  tree_.collideTV(tree_.m_root, volume(box), collector);
 }
 
 }  // namespace tessera::native

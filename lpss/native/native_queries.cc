@@ -75,21 +75,19 @@ std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, const Vec
 }
 
 // A predicted contact: the solver lets the body move as far as the hit, and no farther, in this step.
-void NativeWorld::predict_contacts() {
-  std::vector<BodySlot> fast;
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    const Body& body = bodies_[n];
-    if (!body.leaf || body.swept_beyond <= 0 || !body.is_awake()) continue;
-    const Vector way = body.next.position - body.pose.position;
-    if (way.squaredNorm() > body.swept_beyond * body.swept_beyond) fast.push_back(static_cast<BodySlot>(n));
-  }
+void NativeWorld::predict_contacts(std::span<BodySlot> fast, const ParallelFor& parallel) {
+  if (fast.empty()) return;
   // Two fast bodies may hit each other.
   std::sort(fast.begin(), fast.end(), [&](BodySlot a, BodySlot b) { return body(a).id < body(b).id; });
-  for (const BodySlot slot : fast) {
+  std::vector<std::optional<SweepHit>> hits(fast.size());
+  run_parallel(parallel, fast.size(),
+               [&](std::size_t n) { hits[n] = sweep(fast[n], body(fast[n]).next.position); });
+  for (std::size_t n = 0; n < fast.size(); ++n) {
+    const BodySlot slot = fast[n];
+    const std::optional<SweepHit>& hit = hits[n];
+    if (!hit) continue;
     const Body& swept = body(slot);
     const Vector way = swept.next.position - swept.pose.position;
-    const std::optional<SweepHit> hit = sweep(slot, swept.next.position);
-    if (!hit) continue;
     const Body& other = body(hit->other);
     const bool is_a = swept.id < other.id;
     const Vector to_hit = way * hit->fraction;
@@ -195,7 +193,7 @@ std::vector<NearBody> NativeWorld::near(const Geometry& geometry, const Pose& po
          return other.role != Role::kClone && (other.category & mask) != 0;
        })) {
     const Body& other = body(slot);
-    const Scalar distance = narrow_phase_.distance(probe, at, *other.solid, other.pose, Scalar(reach));
+    const Scalar distance = NarrowPhase::distance(probe, at, *other.solid, other.pose, Scalar(reach));
     if (distance <= Scalar(reach)) found.push_back({other.id, std::max<double>(0, distance)});
   }
   return found;

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "lpss/base/rotation.h"
 #include "lpss/bullet/bytes.h"
 #include "lpss/bullet/task_joint.h"
 #include "lpss/native/native_world.h"
-#include "lpss/native/task_parts.h"
 
 namespace tessera::native {
 namespace {
@@ -41,54 +41,53 @@ bullet::SolvedJoint solved_joint(const TaskJoint& joint) {
           bullet::posed(joint, side_of(child), parent_side)};
 }
 
+// Lets the bodies of a task and their clones know their places in it ...
+void set_places(const SolveTask& task) {
+  for (std::size_t n = 0; n < task.bodies.size(); ++n) body_of(task.bodies[n]).place = n;
+  for (const SolveTask::CloneOf& clone : task.clones) body_of(clone.clone).place = clone.original;
+}
+
+// ... and forget them.
+void clear_places(const SolveTask& task) {
+  for (const WorldBody& body : task.bodies) body_of(body).place = Body::kNoPlace;
+  for (const SolveTask::CloneOf& clone : task.clones) body_of(clone.clone).place = Body::kNoPlace;
+}
+
 }  // namespace
-
-// While it lives, the bodies of a task and their clones know their places in it.
-class NativeSolver::Places {
- public:
-  explicit Places(const SolveTask& task) : task_(task) {
-    for (std::size_t n = 0; n < task.bodies.size(); ++n) body_of(task.bodies[n]).place = n;
-    for (const SolveTask::CloneOf& clone : task.clones) body_of(clone.clone).place = clone.original;
-  }
-  ~Places() {
-    for (const WorldBody& body : task_.bodies) body_of(body).place = Body::kNoPlace;
-    for (const SolveTask::CloneOf& clone : task_.clones) body_of(clone.clone).place = Body::kNoPlace;
-  }
-  Places(const Places&) = delete;
-  Places& operator=(const Places&) = delete;
-
- private:
-  const SolveTask& task_;
-};
 
 NativeSolver::NativeSolver(const EngineSettings& settings, const ContactNeeds& needs)
     : settings_(settings),
       needs_(needs),
       passes_(std::max(2, (settings.solver_iterations + settings.substeps - 1) / settings.substeps)) {}
 
-NativeSolver::~NativeSolver() = default;
-
-void NativeSolver::solve(const SolveTask& task, double dt) {
+void NativeSolver::solve(const SolveTask& task, double dt, const ParallelFor& parallel) {
   if (task.bodies.empty()) return;
-  std::vector<TaskPart> parts;
-  if (needs_.adapts()) {
-    const Places places(task);
-    parts = parts_of(task, needs_, dt);
-  } else {
-    parts.push_back({settings_.substeps, task});
-  }
-  for (const TaskPart& part : parts) {
-    const int sweeps = begin(part.task, dt, {{part.task.contacts.size()}, part.steps, /*bounces=*/true});
+  const auto solve_part = [&](const SolveTask& part, int steps) {
+    const std::size_t contacts = part.contacts.size();
+    const int sweeps = begin(part, dt, std::span(&contacts, 1), steps, /*bounces=*/true, parallel);
     for (int sweep = 0; sweep < sweeps; ++sweep) solve_stage(sweep, 0);
     end();
-  }
+  };
+  if (!needs_.adapts()) return solve_part(task, settings_.substeps);
+  set_places(task);
+  const std::span<const TaskPart> parts = parts_.of(task, needs_, dt);
+  clear_places(task);
+  for (const TaskPart& part : parts) solve_part(*part.task, part.steps);
 }
 
 int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages) {
+  static const ParallelFor kOneThread;
+  return begin(task, dt, stages.ends, stages.substeps, stages.bounces, kOneThread);
+}
+
+int NativeSolver::begin(const SolveTask& task, double dt, std::span<const std::size_t> stage_ends, int steps,
+                        bool bounces, const ParallelFor& parallel) {
   dt_ = dt;
-  steps_ = stages.substeps;
-  stages_ = stages.ends.size();
-  places_ = std::make_unique<Places>(task);
+  steps_ = steps;
+  stages_ = stage_ends.size();
+  task_ = &task;
+  parallel_ = &parallel;
+  set_places(task);
   dynamics_.clear();
   bodies_.clear();
   kinematics_.clear();
@@ -101,7 +100,7 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages) 
   bodies_.emplace_back();
   is_pushed_.assign(dynamics_.size(), false);
   std::size_t next = 0;
-  for (const std::size_t end : stages.ends) {
+  for (const std::size_t end : stage_ends) {
     for (; next < end; ++next) add_contact(task.contacts[next]);
     stage_ends_.push_back(patches_.size());
   }
@@ -111,9 +110,10 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages) 
   contacts_.begin({.time_step = Scalar(dt),
                    .steps = steps_,
                    .usual_steps = settings_.substeps,
-                   .bounce_from = kBounceFrom},
+                   .bounce_from = kBounceFrom,
+                   .parallel = parallel_},
                   bodies_, patches_, stage_ends_);
-  return steps_ * passes_ + (stages.bounces ? 1 : 0);
+  return steps_ * passes_ + (bounces ? 1 : 0);
 }
 
 void NativeSolver::solve_stage(int sweep, std::size_t stage) {
@@ -144,7 +144,7 @@ void NativeSolver::end() {
   find_corrections();
   write_impulses();
   write_bodies();
-  places_.reset();
+  clear_places(*task_);
 }
 
 // In a relaxed sweep gaps move on by how the bodies advanced, too.
@@ -298,23 +298,29 @@ void NativeSolver::write_impulses() const {
   }
 }
 
-// Bodies then move on by the velocities that they end with: what is corrected here is all but that.
 void NativeSolver::write_bodies() const {
-  for (std::size_t place = 0; place < dynamics_.size(); ++place) {
-    Body& body = *dynamics_[place];
-    const Contacts::Body& before = bodies_[place];
-    // Bodies without rows move as in free flight, bit for bit.
-    if (!is_pushed_[place]) {
-      body.linear += before.linear_force;
-      body.angular += before.angular_force;
-      continue;
-    }
-    const Contacts::Motion change = contacts_.change(place);
-    body.linear += change.linear;
-    body.angular += change.angular;
-    body.pose.position += corrections_[place].linear;
-    body.pose.rotation = turned(body.pose.rotation, corrections_[place].angular);
+  constexpr std::size_t kBodiesInPiece = 256;
+  const Pieces pieces(dynamics_.size(), kBodiesInPiece);
+  run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
+    for (std::size_t place = pieces.begin(piece); place < pieces.end(piece); ++place) write_body(place);
+  });
+}
+
+// The body then moves on by the velocities that it ends with: what is corrected here is all but that.
+void NativeSolver::write_body(std::size_t place) const {
+  Body& body = *dynamics_[place];
+  const Contacts::Body& before = bodies_[place];
+  // Bodies without rows move as in free flight, bit for bit.
+  if (!is_pushed_[place]) {
+    body.linear += before.linear_force;
+    body.angular += before.angular_force;
+    return;
   }
+  const Contacts::Motion change = contacts_.change(place);
+  body.linear += change.linear;
+  body.angular += change.angular;
+  body.pose.position += corrections_[place].linear;
+  body.pose.rotation = turned(body.pose.rotation, corrections_[place].angular);
 }
 
 }  // namespace tessera::native

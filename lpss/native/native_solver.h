@@ -6,14 +6,14 @@
 #include <LinearMath/btVector3.h>
 #include <absl/container/flat_hash_map.h>
 
-#include <memory>
-#include <optional>
+#include <span>
 #include <vector>
 
 #include "lpss/bullet/joint_solver.h"
 #include "lpss/native/body.h"
 #include "lpss/native/contact.h"
 #include "lpss/native/contact_needs.h"
+#include "lpss/native/task_parts.h"
 #include "lpss/solver/contact_solver.h"
 
 namespace tessera::native {
@@ -21,9 +21,8 @@ namespace tessera::native {
 class NativeSolver final : public IslandSolver, public StagedSolver {
  public:
   NativeSolver(const EngineSettings& settings, const ContactNeeds& needs);
-  ~NativeSolver() override;
 
-  void solve(const SolveTask& task, double dt) override;
+  void solve(const SolveTask& task, double dt, const ParallelFor& parallel) override;
 
   int begin(const SolveTask& task, double dt, const Stages& stages) override;
   void solve_stage(int sweep, std::size_t stage) override;
@@ -34,8 +33,9 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
 
  private:
   using Contacts = ContactSolver<Scalar>;
-  class Places;
 
+  int begin(const SolveTask& task, double dt, std::span<const std::size_t> stage_ends, int steps,
+            bool bounces, const ParallelFor& parallel);
   bool is_relaxed(int sweep) const { return sweep < steps_ * passes_ && sweep % passes_ == passes_ - 1; }
   void add_body(Body& body);
   std::size_t place_of(const WorldBody& body);
@@ -46,6 +46,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   void find_corrections();
   void write_impulses() const;
   void write_bodies() const;
+  void write_body(std::size_t place) const;
 
   // A contact of the task and the patches that it has there.
   struct Source {
@@ -60,7 +61,10 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   double dt_ = 0;     // s
   int steps_ = 0;
   std::size_t stages_ = 0;
-  std::unique_ptr<Places> places_;  // from begin() to end()
+  // From begin() to end().
+  const SolveTask* task_ = nullptr;
+  const ParallelFor* parallel_ = nullptr;
+  TaskParts parts_;
   Contacts contacts_;
   bullet::JointSolver joints_;
   std::vector<Body*> dynamics_;  // they come first

@@ -38,49 +38,71 @@ void NativeWorld::fly(BodySlot slot, double dt) {
   flier.coasts = true;
 }
 
-std::uint64_t NativeWorld::integrate(double dt) {
-  const auto step = Scalar(dt);
-  std::vector<BodySlot> fast;
+std::uint64_t NativeWorld::integrate(double dt, const ParallelFor& parallel) {
+  const Pieces pieces = pieces_of_bodies();
+  if (bodies_pieces_.size() < pieces.count()) bodies_pieces_.resize(pieces.count());
+  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
+    std::vector<BodySlot>& fast = bodies_pieces_[piece].fast;
+    fast.clear();
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) {
+      if (find_next(bodies_[n], dt)) fast.push_back(static_cast<BodySlot>(n));
+    }
+  });
+  stop_at_obstacles(noted(&BodiesPiece::fast, pieces), Scalar(dt), parallel);
+  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
+    bodies_pieces_[piece].stopped = 0;
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) {
+      if (move_on(bodies_[n], dt)) ++bodies_pieces_[piece].stopped;
+    }
+  });
+  boxes_are_old_ = true;
   std::uint64_t stopped = 0;
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    Body& body = bodies_[n];
-    if (!body.leaf || !body.is_dynamic() || body.role != Role::kHome || !body.is_awake()) continue;
-    body.next = body.after(step);
-    if (!body.coasts) {
-      body.fine.reset();
-    } else {
-      body.fine->position += body.fine->velocity * dt;
-      body.next.position = body.fine->position.cast<Scalar>();
-      body.coasts = false;
-    }
-    const Vector way = body.next.position - body.pose.position;
-    if (settings_.continuous_collision && body.swept_beyond > 0 && !body.jointed &&
-        way.squaredNorm() > body.swept_beyond * body.swept_beyond) {
-      fast.push_back(static_cast<BodySlot>(n));
-    }
+  for (std::size_t piece = 0; piece < pieces.count(); ++piece) stopped += bodies_pieces_[piece].stopped;
+  return stopped;
+}
+
+// Where the body goes. True if the way is so long that it has to be swept.
+bool NativeWorld::find_next(Body& body, double dt) const {
+  if (!body.leaf || !body.is_dynamic() || body.role != Role::kHome || !body.is_awake()) return false;
+  body.next = body.after(Scalar(dt));
+  if (!body.coasts) {
+    body.fine.reset();
+  } else {
+    body.fine->position += body.fine->velocity * dt;
+    body.next.position = body.fine->position.cast<Scalar>();
+    body.coasts = false;
   }
-  if (!fast.empty()) {
-    boxes_are_old_ = true;  // the solver has corrected poses
-    refresh_boxes();
-  }
-  for (const BodySlot slot : fast) {
-    Body& swept = body(slot);
-    if (const std::optional<SweepHit> hit = sweep(slot, swept.next.position)) {
-      swept.next = swept.after(step * hit->fraction);
+  return !body.jointed && is_swept(body);
+}
+
+bool NativeWorld::is_swept(const Body& body) const {
+  if (!settings_.continuous_collision || body.swept_beyond <= 0) return false;
+  const Vector way = body.next.position - body.pose.position;
+  return way.squaredNorm() > body.swept_beyond * body.swept_beyond;
+}
+
+void NativeWorld::stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, const ParallelFor& parallel) {
+  if (fast.empty()) return;
+  boxes_are_old_ = true;  // the solver has corrected poses
+  refresh_boxes();
+  run_parallel(parallel, fast.size(), [&](std::size_t n) {
+    Body& swept = body(fast[n]);
+    if (const std::optional<SweepHit> hit = sweep(fast[n], swept.next.position)) {
+      swept.next = swept.after(dt * hit->fraction);
       swept.fine.reset();
     }
-  }
-  for (Body& body : bodies_) {
-    if (!body.leaf || !body.is_dynamic()) continue;
-    body.force.setZero();
-    body.torque.setZero();
-    if (body.role != Role::kHome || !body.is_awake()) continue;
-    body.pose = body.next;
-    keep_still_clock(body, dt);
-    if (stop_runaway(body)) ++stopped;
-  }
-  boxes_are_old_ = true;
-  return stopped;
+  });
+}
+
+// True if the body had to be stopped.
+bool NativeWorld::move_on(Body& body, double dt) const {
+  if (!body.leaf || !body.is_dynamic()) return false;
+  body.force.setZero();
+  body.torque.setZero();
+  if (body.role != Role::kHome || !body.is_awake()) return false;
+  body.pose = body.next;
+  keep_still_clock(body, dt);
+  return stop_runaway(body);
 }
 
 void NativeWorld::keep_still_clock(Body& kept, double dt) const {

@@ -5,6 +5,13 @@
 #include <utility>
 
 namespace tessera::native {
+namespace {
+
+// Of loops over threads: enough to be worth a piece.
+constexpr std::size_t kBodiesInPiece = 128;
+constexpr std::size_t kCandidatesInPiece = 256;
+
+}  // namespace
 
 NativeWorld::NativeWorld(NativeEngine& engine) : engine_(engine), settings_(engine.settings()) {}
 
@@ -144,47 +151,104 @@ bool NativeWorld::is_wanted(const Body& a, const Body& b) const {
   return is_wanted_pair(a, b) && !engine_.are_apart(a.id, b.id);
 }
 
-void NativeWorld::detect(double dt) {
+void NativeWorld::detect(double dt, const ParallelFor& parallel) {
   forget_removed();
-  predict(Scalar(dt));
-  update_boxes(Scalar(dt));
-  broad_phase_.find_pairs(bodies_, candidates_, is_wanted_pair);
-  update_contacts();
-  if (settings_.continuous_collision) predict_contacts();
-  is_gathered_ = false;
+  predict(Scalar(dt), parallel);
+  broad_phase_.find_pairs(bodies_, candidates_, is_wanted_pair, parallel);
+  update_contacts(parallel);
+  predict_contacts(noted(&BodiesPiece::fast, pieces_of_bodies()), parallel);
+  gather(parallel);
 }
 
-// Forces and damping. Clones are damped, too, since they are swept like their originals.
-void NativeWorld::predict(Scalar dt) {
-  for (Body& body : bodies_) {
-    if (!body.leaf || !body.is_dynamic() || !body.is_awake()) continue;
-    if (body.role == Role::kHome) body.force += body.gravity / body.inverse_mass;
-    body.linear *= body.linear_damping;
-    body.angular *= body.angular_damping;
-    body.next.position = body.pose.position + body.linear * dt;
+Pieces NativeWorld::pieces_of_bodies() const { return {bodies_.size(), kBodiesInPiece}; }
+Pieces NativeWorld::pieces_of_candidates() const { return {candidates_.size(), kCandidatesInPiece}; }
+
+// The bodies that the pieces have noted, in the order of slots.
+std::span<BodySlot> NativeWorld::noted(std::vector<BodySlot> BodiesPiece::*list, const Pieces& pieces) {
+  noted_.clear();
+  for (std::size_t n = 0; n < pieces.count(); ++n) {
+    const std::vector<BodySlot>& some = bodies_pieces_[n].*list;
+    noted_.insert(noted_.end(), some.begin(), some.end());
   }
+  return noted_;
 }
 
-// Boxes follow from poses, and hold the way of a fast body.
-void NativeWorld::update_boxes(Scalar dt) {
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    Body& body = bodies_[n];
-    if (!body.leaf || !body.is_awake()) continue;
-    Box box = body.box_at(body.pose);
-    if (settings_.continuous_collision && body.is_dynamic()) box.extend(box.moved(body.linear * dt));
-    if (!is_sensible(box)) {
-      if (body.is_dynamic()) body.activity = Activity::kAsleep;
-      continue;
+// Forces, damping and boxes.
+void NativeWorld::predict(Scalar dt, const ParallelFor& parallel) {
+  const Pieces pieces = pieces_of_bodies();
+  if (bodies_pieces_.size() < pieces.count()) bodies_pieces_.resize(pieces.count());
+  run_parallel(parallel, pieces.count(), [&](std::size_t n) {
+    BodiesPiece& piece = bodies_pieces_[n];
+    piece.left.clear();
+    piece.fast.clear();
+    for (std::size_t place = pieces.begin(n); place < pieces.end(n); ++place) {
+      Body& body = bodies_[place];
+      const auto slot = static_cast<BodySlot>(place);
+      if (!body.leaf || !body.is_awake()) continue;
+      predict(body, dt);
+      if (!update_box(body, dt)) continue;
+      if (!body.enlarged.contains(body.box)) piece.left.push_back(slot);
+      if (is_swept(body)) piece.fast.push_back(slot);
     }
-    body.box = box;
-    broad_phase_.update(body, static_cast<BodySlot>(n), dt);
-  }
+  });
+  for (const BodySlot slot : noted(&BodiesPiece::left, pieces)) broad_phase_.update(body(slot), slot, dt);
   boxes_are_old_ = false;
 }
 
-void NativeWorld::update_contacts() {
+// Clones are damped, too, since they are swept like their originals.
+void NativeWorld::predict(Body& body, Scalar dt) const {
+  if (!body.is_dynamic()) return;
+  if (body.role == Role::kHome) body.force += body.gravity / body.inverse_mass;
+  body.linear *= body.linear_damping;
+  body.angular *= body.angular_damping;
+  body.next.position = body.pose.position + body.linear * dt;
+}
+
+// Boxes follow from poses, and hold the way of a fast body. False for a body without a sensible one, which
+// keeps its last.
+bool NativeWorld::update_box(Body& body, Scalar dt) const {
+  Box box = body.box_at(body.pose);
+  if (settings_.continuous_collision && body.is_dynamic()) box.extend(box.moved(body.linear * dt));
+  if (!is_sensible(box)) {
+    if (body.is_dynamic()) body.activity = Activity::kAsleep;
+    return false;
+  }
+  body.box = box;
+  return true;
+}
+
+void NativeWorld::update_contacts(const ParallelFor& parallel) {
+  const Pieces pieces = pieces_of_candidates();
+  if (candidates_pieces_.size() < pieces.count()) candidates_pieces_.resize(pieces.count());
+  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
+    update_contacts(pieces.begin(piece), pieces.end(piece), candidates_pieces_[piece]);
+  });
   std::size_t kept = 0;
-  for (Candidate& candidate : candidates_) {
+  for (std::size_t n = 0; n < pieces.count(); ++n) {
+    CandidatesPiece& piece = candidates_pieces_[n];
+    free_contacts_.insert(free_contacts_.end(), piece.dropped.begin(), piece.dropped.end());
+    for (auto& [candidate, contact] : piece.made)
+      candidates_[candidate].contact = keep_contact(std::move(contact));
+    if (kept != pieces.begin(n)) {
+      std::copy_n(candidates_.begin() + static_cast<std::ptrdiff_t>(pieces.begin(n)), piece.kept,
+                  candidates_.begin() + static_cast<std::ptrdiff_t>(kept));
+    }
+    kept += piece.kept;
+  }
+  candidates_.resize(kept);
+}
+
+void NativeWorld::update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece) {
+  piece.dropped.clear();
+  piece.made.clear();
+  std::size_t next = begin;
+  const auto drop = [&](Candidate& candidate) {
+    if (candidate.contact == Candidate::kNone) return;
+    piece.dropped.push_back(candidate.contact);
+    candidate.contact = Candidate::kNone;
+  };
+  for (std::size_t n = begin; n < end; ++n) {
+    Candidate& candidate = candidates_[n];
     const Body& a = body(candidate.slot_a);
     const Body& b = body(candidate.slot_b);
     const bool is_asleep = !a.is_awake() && !b.is_awake();
@@ -193,20 +257,20 @@ void NativeWorld::update_contacts() {
     if (is_near && !is_asleep && !is_apart) {
       if (candidate.contact != Candidate::kNone) {
         Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
-        narrow_phase_.update(a, b, contact);
-        if (contact.patches.empty()) drop_contact(candidate);
+        piece.narrow_phase.update(a, b, contact);
+        if (contact.patches.empty()) drop(candidate);
       } else {
         Contact contact = blank_contact(a, b);
-        narrow_phase_.update(a, b, contact);
-        if (!contact.patches.empty()) candidate.contact = keep_contact(std::move(contact));
+        piece.narrow_phase.update(a, b, contact);
+        if (!contact.patches.empty()) piece.made.emplace_back(next, std::move(contact));
       }
     } else if (!is_near || is_apart) {
-      drop_contact(candidate);
+      drop(candidate);
       if (!is_near && !a.enlarged.overlaps(b.enlarged)) continue;
     }
-    candidates_[kept++] = candidate;
+    candidates_[next++] = candidate;
   }
-  candidates_.resize(kept);
+  piece.kept = next - begin;
 }
 
 // The friction of a contact is the smaller one of its two bodies, as in Gazebo.
@@ -235,7 +299,7 @@ void NativeWorld::drop_contact(Candidate& candidate) {
 }
 
 std::span<const ContactPair> NativeWorld::contacts() {
-  if (!is_gathered_) gather();
+  if (!is_gathered_) gather({});
   return pairs_;
 }
 
@@ -251,11 +315,34 @@ double NativeWorld::rests_on(const Body& a, const Body& b, const Contact& contac
   return double(down / heavier.gravity.norm()) * double(lighter.inverse_mass) / double(heavier.inverse_mass);
 }
 
-void NativeWorld::gather() {
+void NativeWorld::gather(const ParallelFor& parallel) {
   forget_removed();
-  pairs_.clear();
-  contact_of_pair_.clear();
-  for (const Candidate& candidate : candidates_) {
+  const Pieces pieces = pieces_of_candidates();
+  if (candidates_pieces_.size() < pieces.count()) candidates_pieces_.resize(pieces.count());
+  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
+    gather(pieces.begin(piece), pieces.end(piece), candidates_pieces_[piece]);
+  });
+  std::ptrdiff_t pairs = 0;
+  for (std::size_t n = 0; n < pieces.count(); ++n) {
+    candidates_pieces_[n].first_pair = pairs;
+    pairs += std::ssize(candidates_pieces_[n].pairs);
+  }
+  pairs_.resize(static_cast<std::size_t>(pairs));
+  contact_of_pair_.resize(pairs_.size());
+  run_parallel(parallel, pieces.count(), [&](std::size_t n) {
+    const CandidatesPiece& piece = candidates_pieces_[n];
+    std::copy_n(piece.pairs.begin(), piece.pairs.size(), pairs_.begin() + piece.first_pair);
+    std::copy_n(piece.contact_of_pair.begin(), piece.pairs.size(),
+                contact_of_pair_.begin() + piece.first_pair);
+  });
+  is_gathered_ = true;
+}
+
+void NativeWorld::gather(std::size_t begin, std::size_t end, CandidatesPiece& piece) const {
+  piece.pairs.clear();
+  piece.contact_of_pair.clear();
+  for (std::size_t n = begin; n < end; ++n) {
+    const Candidate& candidate = candidates_[n];
     if (candidate.contact == Candidate::kNone) continue;
     const auto place = static_cast<std::size_t>(candidate.contact);
     const Contact& contact = contacts_[place];
@@ -264,11 +351,11 @@ void NativeWorld::gather() {
     const Body& b = body(candidate.slot_b);
     const int substeps =
         engine_.needs().substeps(contact.need, rests_on(a, b, contact), double((a.linear - b.linear).norm()));
-    pairs_.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b, contact.is_touching(),
-                      contact.restitution > 0, static_cast<std::uint8_t>(substeps)});
-    contact_of_pair_.push_back(place);
+    piece.pairs.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b,
+                           contact.is_touching(), contact.restitution > 0,
+                           static_cast<std::uint8_t>(substeps)});
+    piece.contact_of_pair.push_back(place);
   }
-  is_gathered_ = true;
 }
 
 ContactDetail NativeWorld::contact_detail(std::size_t pair) const {

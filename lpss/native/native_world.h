@@ -45,7 +45,7 @@ class NativeWorld final : public SectorWorld {
   void append_outside(const Eigen::AlignedBox3d& inside, double dt,
                       std::vector<BodySlot>& outside) const override;
   bool reaches_home_body(const Eigen::AlignedBox3d& box) const override;
-  void detect(double dt) override;
+  void detect(double dt, const ParallelFor& parallel) override;
   std::span<const ContactPair> contacts() override;
   ContactDetail contact_detail(std::size_t pair) const override;
   ManifoldState export_manifold(std::size_t pair) const override;
@@ -55,7 +55,7 @@ class NativeWorld final : public SectorWorld {
   Wrench total_wrench(BodySlot slot) const override;
   void set_total_wrench(BodySlot slot, const Wrench& wrench) override;
   void fly(BodySlot slot, double dt) override;
-  std::uint64_t integrate(double dt) override;
+  std::uint64_t integrate(double dt, const ParallelFor& parallel) override;
   std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                 std::uint32_t mask) const override;
   std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach,
@@ -74,29 +74,56 @@ class NativeWorld final : public SectorWorld {
     Vector normal;  // on the other
   };
 
+  // What a loop over bodies notes of a piece of them.
+  struct BodiesPiece {
+    std::vector<BodySlot> left;  // their enlarged boxes
+    std::vector<BodySlot> fast;  // to be swept
+    std::uint64_t stopped = 0;
+  };
+
+  // What a loop over candidates notes of a piece of them.
+  struct CandidatesPiece {
+    NarrowPhase narrow_phase;
+    std::size_t kept = 0;                               // candidates, moved to the front of the piece
+    std::vector<std::int32_t> dropped;                  // contacts
+    std::vector<std::pair<std::size_t, Contact>> made;  // by the places of their candidates
+    std::vector<ContactPair> pairs;
+    std::vector<std::size_t> contact_of_pair;
+    std::ptrdiff_t first_pair = 0;  // its place in the world's list
+  };
+
   BodySlot add(Body body);
   std::optional<BodySlot> slot_of(BodyId id) const;
   bool is_there(BodySlot slot) const { return body(slot).leaf != nullptr; }
   bool is_wanted(const Body& a, const Body& b) const;
-  void predict(Scalar dt);
-  void update_boxes(Scalar dt);
+  Pieces pieces_of_bodies() const;
+  Pieces pieces_of_candidates() const;
+  void predict(Scalar dt, const ParallelFor& parallel);
+  void predict(Body& body, Scalar dt) const;
+  bool update_box(Body& body, Scalar dt) const;
   void set_box_to_pose(BodySlot slot) const;
   void refresh_boxes() const;  // after bodies have moved, for queries
-  void update_contacts();
+  void update_contacts(const ParallelFor& parallel);
+  void update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece);
   void forget_removed();
   Contact blank_contact(const Body& a, const Body& b) const;
   std::int32_t keep_contact(Contact contact);
   void drop_contact(Candidate& candidate);
   Candidate& candidate_of(BodySlot a, BodySlot b);
-  void gather();
+  void gather(const ParallelFor& parallel);
   double rests_on(const Body& a, const Body& b, const Contact& contact) const;
-  void predict_contacts();
+  void gather(std::size_t begin, std::size_t end, CandidatesPiece& piece) const;
+  void predict_contacts(std::span<BodySlot> fast, const ParallelFor& parallel);
+  std::span<BodySlot> noted(std::vector<BodySlot> BodiesPiece::*list, const Pieces& pieces);
+  bool is_swept(const Body& body) const;  // it moves so far in this tick
+  bool find_next(Body& body, double dt) const;
+  bool move_on(Body& body, double dt) const;
+  void stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, const ParallelFor& parallel);
   std::optional<SweepHit> sweep(BodySlot swept, const Vector& to) const;
   void keep_still_clock(Body& body, double dt) const;
 
   NativeEngine& engine_;
   const EngineSettings& settings_;
-  NarrowPhase narrow_phase_;
   mutable std::vector<Body> bodies_;  // by slot; without a leaf where free
   std::vector<BodySlot> free_slots_;
   std::vector<BodySlot> removed_;  // not free yet: candidates may refer to them
@@ -109,6 +136,11 @@ class NativeWorld final : public SectorWorld {
   bool is_gathered_ = true;
   std::vector<ContactPair> pairs_;
   std::vector<std::size_t> contact_of_pair_;
+
+  // Of loops, for their storage.
+  std::vector<BodiesPiece> bodies_pieces_;
+  std::vector<CandidatesPiece> candidates_pieces_;
+  std::vector<BodySlot> noted_;
 };
 
 inline Body& body_of(const WorldBody& body) { return static_cast<NativeWorld*>(body.world)->body(body.slot); }

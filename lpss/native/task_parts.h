@@ -1,8 +1,10 @@
 // Divides a task into parts with different numbers of substeps, according to the needs of the islands.
 #pragma once
 
+#include <span>
 #include <vector>
 
+#include "lpss/base/disjoint_sets.h"
 #include "lpss/engine/engine.h"
 #include "lpss/native/contact_needs.h"
 
@@ -11,12 +13,28 @@ namespace tessera::native {
 // Islands, each whole, with their contacts and joints. Only dynamic bodies and clones of the task
 // connect islands.
 struct TaskPart {
-  int steps = 1;   // substeps of the tick, for each of its islands
-  SolveTask task;  // in the order of the whole task
+  int steps = 1;                    // substeps of the tick, for each of its islands
+  const SolveTask* task = nullptr;  // in the order of the whole task
 };
 
-// Of a tick of `dt` seconds: at most one part for each number of steps. The bodies of the task and their
-// clones know their places in it (Body::place).
-std::vector<TaskPart> parts_of(const SolveTask& task, const ContactNeeds& needs, double dt);
+class TaskParts {
+ public:
+  // Of a tick of `dt` seconds: at most one part for each number of steps. The bodies of the task and their
+  // clones know their places in it (Body::place). Valid as long as the task, until the next call.
+  std::span<const TaskPart> of(const SolveTask& task, const ContactNeeds& needs, double dt);
+
+ private:
+  void connect(const SolveTask& task);
+  void find_steps(const SolveTask& task, const ContactNeeds& needs, double dt);
+  void divide(const SolveTask& task);
+
+  // Kept from call to call for their storage.
+  DisjointSets islands_;
+  std::vector<std::size_t> pushed_;  // by contact: a body that it pushes; Body::kNoPlace if none
+  std::vector<int> steps_;           // by the first body of each island
+  std::vector<std::size_t> places_;  // of bodies in their parts
+  std::vector<SolveTask> tasks_;
+  std::vector<TaskPart> parts_;
+};
 
 }  // namespace tessera::native

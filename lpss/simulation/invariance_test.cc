@@ -1,5 +1,6 @@
 // The promises of the layer, held against each other by equality: moving a world, splitting it over
 // partitions, and stepping it on threads must not change a bit.
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -106,6 +107,22 @@ TEST(PlacementInvariance, APileOverUpToEightPartitionsAndTwoThreads) {
     EXPECT_EQ(first_difference(one, run(world, 3, 2, 240)), 240u);
     EXPECT_EQ(first_difference(one, run(world, 8, 1, 240)), 240u);
   }
+}
+
+TEST(ThreadInvariance, AHeapInOneSectorOnUpToEightThreads) {
+  WorldBuilder builder(sectors_of(256));
+  builder.add_floor(40, 0);
+  const ShapeId shapes[] = {builder.shape(Box{{1, 1, 1}}), builder.shape(Sphere{0.5})};
+  constexpr int kSide = 12;
+  for (int n = 0; n < 4 * kSide * kSide; ++n) {
+    const int layer = n / (kSide * kSide);
+    const double shift = 0.4 * (layer % 2);
+    const Eigen::Vector3d place(n % kSide * 1.05 + shift, n / kSide % kSide * 1.05, 0.55 + 1.1 * layer);
+    builder.add(absl::StrCat("body", n), shapes[n % 5 == 0 ? 1 : 0], 1, place);
+  }
+  const std::vector<WorldHash> one = run(builder.world(), 1, 1, 120);
+  EXPECT_EQ(first_difference(one, run(builder.world(), 1, 2, 120)), 120u);
+  EXPECT_EQ(first_difference(one, run(builder.world(), 1, 8, 120)), 120u);
 }
 
 TEST(TranslationInvariance, APileMovedByWholeSectors) {

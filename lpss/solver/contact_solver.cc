@@ -19,6 +19,13 @@ constexpr double kFrequencyStep = 0.25;  // of the rate of steps, at most
 constexpr double kContactDamping = 10;   // of critical damping
 constexpr double kPushSpeedMax = 3;      // m/s, at which overlaps are corrected
 
+// Of loops over threads, which cost some microseconds each.
+constexpr std::size_t kPatchesToSplit = 4096;
+constexpr std::size_t kGroupsInPiece = 64;
+constexpr std::size_t kBodiesInPiece = 512;
+
+const ParallelFor kOneThread;
+
 template <typename Scalar>
 std::span<const ContactKernel<Scalar>* const> kernels() {
   static constexpr auto kAll = [] {
@@ -85,7 +92,7 @@ void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> 
                                   std::span<const Patch> patches, std::span<const std::size_t> stage_ends) {
   options_ = options;
   bodies_ = bodies;
-  bounces_ = false;
+  parallel_ = options.parallel && patches.size() >= kPatchesToSplit ? options.parallel : &kOneThread;
   rows_.time_step = options.time_step;
   rows_.share = 1 / static_cast<Scalar>(options.steps);
   rows_.step = options.time_step / static_cast<Scalar>(options.steps);
@@ -106,7 +113,7 @@ void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> 
   forces_.resize(bodies.size());
   advanced_.resize(bodies.size() + 1);
   correction_.resize(bodies.size());
-  for (std::size_t n = 0; n < bodies.size(); ++n) begin_body(n);
+  for_each_body([&](std::size_t n) { begin_body(n); });
   moving_[bodies.size()] = {};
   advanced_[bodies.size()] = {};
   rows_.bodies = moving_.data();
@@ -120,17 +127,74 @@ template <typename Scalar>
 void ContactSolver<Scalar>::begin_patches(std::span<const Patch> patches,
                                           std::span<const std::size_t> stage_ends) {
   group_patches(patches, stage_ends);
+  find_waves(patches);
   group_storage_.resize(groups_.size() * kernel_->group_size);
   friction_storage_.resize(groups_.size() * kernel_->friction_size);
-  row_storage_.resize(std::accumulate(points_.begin(), points_.end(), std::size_t{0}) * kernel_->row_size);
+  first_row_.resize(groups_.size());
+  std::exclusive_scan(points_.begin(), points_.end(), first_row_.begin(), std::size_t{0});
+  const std::size_t rows = groups_.size() > 0 ? first_row_.back() + points_.back() : 0;
+  row_storage_.resize(rows * kernel_->row_size);
   rows_.groups = groups_.size();
   rows_.group = group_storage_.data();
   rows_.friction = friction_storage_.data();
   rows_.rows = row_storage_.data();
-  std::size_t first = 0;
-  for (std::size_t n = 0; n < groups_.size(); ++n) {
-    begin_group(n, first, patches);
-    first += points_[n];
+  const Pieces pieces(groups_.size(), kGroupsInPiece);
+  run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) begin_group(n, patches);
+  });
+}
+
+// Without threads, a stage is one wave: its groups are solved in their order anyway.
+template <typename Scalar>
+void ContactSolver<Scalar>::find_waves(std::span<const Patch> patches) {
+  // Calls act(body) for the pushed bodies of a group.
+  const auto for_each_pushed = [&](std::size_t group, const auto& act) {
+    for (const std::uint32_t n : groups_[group]) {
+      if (n == PatchGroups::kNone) break;
+      for (const std::size_t body : {patches[n].a, patches[n].b}) {
+        if (bodies_[body].inverse_mass > 0) act(body);
+      }
+    }
+  };
+  waves_.clear();
+  first_wave_.clear();
+  if (*parallel_) wave_of_.assign(bodies_.size(), 0);
+  for (std::size_t stage = 0; stage + 1 < stages_.size(); ++stage) {
+    first_wave_.push_back(waves_.size());
+    waves_.push_back(stages_[stage]);
+    if (!*parallel_) continue;
+    for (std::size_t group = stages_[stage]; group < stages_[stage + 1]; ++group) {
+      bool is_met = false;
+      for_each_pushed(group, [&](std::size_t body) { is_met |= wave_of_[body] == waves_.size(); });
+      if (is_met) waves_.push_back(group);
+      for_each_pushed(group, [&](std::size_t body) { wave_of_[body] = waves_.size(); });
+    }
+  }
+  first_wave_.push_back(waves_.size());
+  waves_.push_back(groups_.size());
+}
+
+template <typename Scalar>
+template <typename Act>
+void ContactSolver<Scalar>::for_each_body(const Act& act) const {
+  const Pieces pieces(bodies_.size(), kBodiesInPiece);
+  run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) act(n);
+  });
+}
+
+template <typename Scalar>
+void ContactSolver<Scalar>::run(void (*act)(const ContactRows<Scalar>&), std::size_t stage) const {
+  for (std::size_t wave = first_wave_[stage]; wave < first_wave_[stage + 1]; ++wave) {
+    const Pieces pieces(waves_[wave + 1] - waves_[wave], kGroupsInPiece);
+    run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
+      const std::size_t first = waves_[wave] + pieces.begin(piece);
+      ContactRows<Scalar> rows = rows_;
+      rows.groups = pieces.end(piece) - pieces.begin(piece);
+      rows.group = static_cast<std::byte*>(rows_.group) + first * kernel_->group_size;
+      rows.friction = static_cast<std::byte*>(rows_.friction) + first * kernel_->friction_size;
+      act(rows);
+    });
   }
 }
 
@@ -165,6 +229,7 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches,
     if (options_.lanes != 0 && options_.lanes != kernel_->lanes) continue;
     groups_.clear(bodies_.size(), lanes);
     points_.clear();
+    bounces_ = false;
     stages_.assign(1, 0);
     std::size_t next = 0;
     for (const std::size_t end : stage_ends) {
@@ -173,6 +238,7 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches,
         const std::size_t group = groups_.add(pushed(patch.a), pushed(patch.b));
         if (group == points_.size()) points_.push_back(0);
         points_[group] = std::max(points_[group], static_cast<std::uint8_t>(patch.points));
+        bounces_ = bounces_ || patch.restitution > 0;
       }
       groups_.fence();
       stages_.push_back(groups_.size());
@@ -182,8 +248,7 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches,
 }
 
 template <typename Scalar>
-void ContactSolver<Scalar>::begin_group(std::size_t group, std::size_t first,
-                                        std::span<const Patch> patches) {
+void ContactSolver<Scalar>::begin_group(std::size_t group, std::span<const Patch> patches) {
   static_assert(offsetof(Point, gap) == 9 * sizeof(Scalar) && sizeof(Point) == 11 * sizeof(Scalar));
   static_assert(offsetof(Patch, twist_impulse) == offsetof(Patch, friction_impulse) + 3 * sizeof(Scalar));
   static const Patch kNoPatch;
@@ -208,38 +273,26 @@ void ContactSolver<Scalar>::begin_group(std::size_t group, std::size_t first,
     lanes.restitution[lane] = patch.restitution;
     lanes.points[lane] = static_cast<Scalar>(patch.points);
     lanes.is_jointed[lane] = patch.is_jointed;
-    bounces_ = bounces_ || patch.restitution > 0;
     ++lane;
   }
-  kernel_->set_up(rows_, group, first, points_[group], lanes);
+  kernel_->set_up(rows_, group, first_row_[group], points_[group], lanes);
 }
 
 // Forces of one step, and the impulses of the step before.
 template <typename Scalar>
 void ContactSolver<Scalar>::start_step() {
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+  for_each_body([&](std::size_t n) {
     for (int axis = 0; axis < 3; ++axis) {
       moving_[n].linear[axis] += forces_[n].linear[axis];
       moving_[n].angular[axis] += forces_[n].angular[axis];
     }
-  }
-  kernel_->warm_start(rows_);
-}
-
-template <typename Scalar>
-ContactRows<Scalar> ContactSolver<Scalar>::rows_of(std::size_t stage) const {
-  const std::size_t first = stages_[stage];
-  ContactRows<Scalar> rows = rows_;
-  rows.groups = stages_[stage + 1] - first;
-  rows.group = static_cast<std::byte*>(rows_.group) + first * kernel_->group_size;
-  rows.friction = static_cast<std::byte*>(rows_.friction) + first * kernel_->friction_size;
-  return rows;
+  });
+  for (std::size_t stage = 0; stage + 1 < stages_.size(); ++stage) run(kernel_->warm_start, stage);
 }
 
 template <typename Scalar>
 void ContactSolver<Scalar>::pass(bool biased, std::size_t stage) {
-  const ContactRows<Scalar> rows = rows_of(stage);
-  biased ? kernel_->biased_pass(rows) : kernel_->relaxed_pass(rows);
+  run(biased ? kernel_->biased_pass : kernel_->relaxed_pass, stage);
 }
 
 // Bodies move by the velocities of the biased passes; what the relaxed pass takes back, end_step() does.
@@ -251,33 +304,39 @@ void ContactSolver<Scalar>::advance() {
 // The way of the biased passes without that of the velocities that stay is what opened overlaps.
 template <typename Scalar>
 void ContactSolver<Scalar>::end_step() {
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+  for_each_body([&](std::size_t n) {
     for (int axis = 0; axis < 3; ++axis) {
       correction_[n].linear[axis] += (advanced_[n].linear[axis] - moving_[n].linear[axis]) * rows_.step;
       correction_[n].angular[axis] += (advanced_[n].angular[axis] - moving_[n].angular[axis]) * rows_.step;
     }
-  }
+  });
 }
 
 template <typename Scalar>
 void ContactSolver<Scalar>::rebound(std::size_t stage) {
-  if (bounces_) kernel_->rebound(rows_of(stage));
+  if (bounces_) run(kernel_->rebound, stage);
 }
 
 template <typename Scalar>
 void ContactSolver<Scalar>::end(std::span<Patch> patches) const {
+  const Pieces pieces(groups_.size(), kGroupsInPiece);
+  run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) end_group(n, patches);
+  });
+}
+
+template <typename Scalar>
+void ContactSolver<Scalar>::end_group(std::size_t group, std::span<Patch> patches) const {
   ImpulseLanes<Scalar> lanes;
-  for (std::size_t group = 0; group < groups_.size(); ++group) {
-    kernel_->end(rows_, group, lanes);
-    std::size_t lane = 0;
-    for (const std::uint32_t n : groups_[group]) {
-      if (n == PatchGroups::kNone) break;
-      Patch& patch = patches[n];
-      for (std::size_t k = 0; k < patch.points; ++k) patch.point[k].impulse = lanes.normal[k][lane];
-      for (int axis = 0; axis < 3; ++axis) patch.friction_impulse[axis] = lanes.friction[axis][lane];
-      patch.twist_impulse = lanes.twist[lane];
-      ++lane;
-    }
+  kernel_->end(rows_, group, lanes);
+  std::size_t lane = 0;
+  for (const std::uint32_t n : groups_[group]) {
+    if (n == PatchGroups::kNone) break;
+    Patch& patch = patches[n];
+    for (std::size_t k = 0; k < patch.points; ++k) patch.point[k].impulse = lanes.normal[k][lane];
+    for (int axis = 0; axis < 3; ++axis) patch.friction_impulse[axis] = lanes.friction[axis][lane];
+    patch.twist_impulse = lanes.twist[lane];
+    ++lane;
   }
 }
 

@@ -17,6 +17,7 @@
 #include <span>
 #include <vector>
 
+#include "lpss/base/parallel.h"
 #include "lpss/solver/aligned_array.h"
 #include "lpss/solver/contact_rows.h"
 #include "lpss/solver/patch_groups.h"
@@ -71,7 +72,8 @@ struct SolverTypes {
 // and rebounds may be divided into stages: what pushes bodies elsewhere sets their motions before a stage.
 //
 // Patches are solved several at a time, in lanes, as if one after the other: each waits for those before it
-// that push one of its bodies. The number of lanes changes no bit.
+// that push one of its bodies. Many patches are solved on several threads in the same way: wave by wave, of
+// groups that share no body. The number of lanes and of threads changes no bit.
 template <typename Scalar>
 class ContactSolver : public SolverTypes<Scalar> {
  public:
@@ -86,8 +88,9 @@ class ContactSolver : public SolverTypes<Scalar> {
     int steps = 4;         // >= 1
     // Of the settings: with more steps, contacts are stiffer by the square of the ratio.
     int usual_steps = 4;
-    Scalar bounce_from = 0;  // m/s, the approach from which two bounce
-    int lanes = 0;           // one of widths(), or 0: what suits processor and patches
+    Scalar bounce_from = 0;                 // m/s, the approach from which two bounce
+    int lanes = 0;                          // one of widths(), or 0: what suits processor and patches
+    const ParallelFor* parallel = nullptr;  // for so many patches that it pays; outlives end()
   };
 
   // The numbers of lanes that this processor has, ascending from 1.
@@ -134,8 +137,12 @@ class ContactSolver : public SolverTypes<Scalar> {
   void begin_body(std::size_t n);
   void begin_patches(std::span<const Patch> patches, std::span<const std::size_t> stage_ends);
   void group_patches(std::span<const Patch> patches, std::span<const std::size_t> stage_ends);
-  ContactRows<Scalar> rows_of(std::size_t stage) const;
-  void begin_group(std::size_t group, std::size_t first, std::span<const Patch> patches);
+  void find_waves(std::span<const Patch> patches);
+  void begin_group(std::size_t group, std::span<const Patch> patches);
+  void end_group(std::size_t group, std::span<Patch> patches) const;
+  template <typename Act>
+  void for_each_body(const Act& act) const;
+  void run(void (*act)(const ContactRows<Scalar>&), std::size_t stage) const;
   Vector unscaled(std::size_t body, const Scalar* angular) const;
 
   Options options_;
@@ -144,8 +151,14 @@ class ContactSolver : public SolverTypes<Scalar> {
   const ContactKernel<Scalar>* kernel_ = nullptr;
   ContactRows<Scalar> rows_{};
   PatchGroups groups_;
-  std::vector<std::uint8_t> points_;  // by group: of its patch of most
-  std::vector<std::size_t> stages_;   // their first groups, and the number of groups
+  std::vector<std::uint8_t> points_;    // by group: of its patch of most
+  std::vector<std::size_t> first_row_;  // by group
+  const ParallelFor* parallel_ = nullptr;
+  std::vector<std::size_t> stages_;  // where they begin, and the end of the last one, in groups
+  // Where the waves begin, and the end of the last one: groups in a row that share no body but `still`.
+  std::vector<std::size_t> waves_;
+  std::vector<std::size_t> first_wave_;  // by stage, and the number of all
+  std::vector<std::size_t> wave_of_;     // by body: the last wave that pushes it
   // By body; one more in `moving_`, for all that cannot be pushed.
   AlignedArray<RowBodyTerms<Scalar>> terms_;
   AlignedArray<RowBody<Scalar>> moving_;

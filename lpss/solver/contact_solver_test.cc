@@ -247,14 +247,27 @@ class RandomScene {
     for (std::size_t n = 0; n < patches; ++n) patches_.push_back(patch());
   }
 
+  // A chain of so many bodies, of which each touches the next three times: every other pair, then the rest,
+  // and so on.
+  RandomScene(unsigned seed, std::size_t count) : random_(seed) {
+    for (std::size_t n = 0; n < count; ++n) bodies_.push_back(body());
+    for (std::size_t round = 0; round < 6; ++round) {
+      for (std::size_t a = round % 2; a + 1 < count; a += 2) {
+        if (bodies_[a].inverse_mass > 0 || bodies_[a + 1].inverse_mass > 0)
+          patches_.push_back(patch_of(a, a + 1));
+      }
+    }
+  }
+
   // What a tick computes: the state of all bodies and the impulses. What acts between passes pushes bodies,
   // too.
-  std::vector<Scalar> step(int lanes) {
+  std::vector<Scalar> step(int lanes, const ParallelFor* parallel = nullptr) {
     typename Solver::Options options;
     options.time_step = Scalar(kTick);
     options.steps = 3;
     options.bounce_from = Scalar(0.3);
     options.lanes = lanes;
+    options.parallel = parallel;
     std::vector<Scalar> all;
     const auto keep = [&](const auto& v) { all.insert(all.end(), v.data(), v.data() + v.size()); };
     solver_.begin(options, bodies_, patches_);
@@ -325,12 +338,19 @@ class RandomScene {
 
   typename Solver::Patch patch() {
     const auto place = [&] { return random_() % bodies_.size(); };
-    typename Solver::Patch patch;
+    std::size_t a = 0;
+    std::size_t b = 0;
     do {
-      patch.a = place();
-      patch.b = place();
-    } while (patch.a == patch.b ||
-             (bodies_[patch.a].inverse_mass == 0 && bodies_[patch.b].inverse_mass == 0));
+      a = place();
+      b = place();
+    } while (a == b || (bodies_[a].inverse_mass == 0 && bodies_[b].inverse_mass == 0));
+    return patch_of(a, b);
+  }
+
+  typename Solver::Patch patch_of(std::size_t a, std::size_t b) {
+    typename Solver::Patch patch;
+    patch.a = a;
+    patch.b = b;
     patch.friction = number(0, 1);
     patch.restitution = std::max(Scalar(0), number(-1, 1));
     patch.is_jointed = number(0, 1) < Scalar(0.2);
@@ -382,6 +402,19 @@ TYPED_TEST(ContactSolverTest, LanesChangeNoBitOfRandomScenes) {
       }
     }
   }
+}
+
+TYPED_TEST(ContactSolverTest, PiecesOnThreadsChangeNoBitOfALargeScene) {
+  std::size_t most = 0;
+  const ParallelFor backwards = [&](std::size_t count, absl::FunctionRef<void(std::size_t)> body) {
+    most = std::max(most, count);
+    for (std::size_t piece = count; piece-- > 0;) body(piece);
+  };
+  RandomScene<TypeParam> here(1, 4000);
+  RandomScene<TypeParam> on_threads(1, 4000);
+  for (int tick = 0; tick < 3; ++tick)
+    ASSERT_TRUE(same_bits(on_threads.step(0, &backwards), here.step(0))) << tick;
+  EXPECT_GT(most, 3u) << "there are stages of several pieces";
 }
 
 TYPED_TEST(ContactSolverTest, LanesChangeNoBitOfTowers) {

@@ -7,14 +7,18 @@ namespace tessera {
 namespace {
 
 // A planet pulls every body in a direction of its own; a uniform pull was set when the body came.
-void pull(const Partition& partition, Sector& sector) {
+void pull(const Partition& partition, Sector& sector, const ParallelFor& parallel) {
   if (!std::holds_alternative<CentralGravity>(partition.settings.gravity)) return;
-  for (const HomeBody* body : sector.homes) {
-    if (!body->properties.gravity || sector.world->activity(body->slot) == Activity::kAsleep) continue;
-    sector.world->set_gravity(body->slot,
-                              acceleration_at(partition.settings.gravity, sector.index,
-                                              sector.world->position(body->slot), partition.sector_size()));
-  }
+  const Pieces pieces(sector.homes.size(), kBodiesInPiece);
+  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) {
+      const HomeBody& body = *sector.homes[n];
+      if (!body.properties.gravity || sector.world->activity(body.slot) == Activity::kAsleep) continue;
+      sector.world->set_gravity(body.slot,
+                                acceleration_at(partition.settings.gravity, sector.index,
+                                                sector.world->position(body.slot), partition.sector_size()));
+    }
+  });
 }
 
 }  // namespace
@@ -29,8 +33,8 @@ std::vector<Sector*> detect(Partition& partition, const ParallelFor& parallel) {
     if (sector->awake) stepped.push_back(sector);
   }
   run_parallel(parallel, stepped.size(), [&](std::size_t i) {
-    pull(partition, *stepped[i]);
-    stepped[i]->world->detect(partition.dt());
+    pull(partition, *stepped[i], parallel);
+    stepped[i]->world->detect(partition.dt(), parallel);
   });
   return stepped;
 }

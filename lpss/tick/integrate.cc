@@ -42,6 +42,15 @@ void move_kinematics(Sector& sector, double dt) {
   }
 }
 
+void fly(Sector& sector, double dt, const ParallelFor& parallel) {
+  const std::vector<BodySlot>& fliers = sector.in_free_flight;
+  const Pieces pieces(fliers.size(), kBodiesInPiece);
+  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) sector.world->fly(fliers[n], dt);
+  });
+  sector.in_free_flight.clear();
+}
+
 }  // namespace
 
 std::uint64_t integrate(Partition& partition, const std::vector<Sector*>& stepped,
@@ -50,9 +59,8 @@ std::uint64_t integrate(Partition& partition, const std::vector<Sector*>& steppe
   std::vector<std::uint64_t> stopped(stepped.size(), 0);
   run_parallel(parallel, stepped.size(), [&](std::size_t i) {
     Sector& sector = *stepped[i];
-    for (const BodySlot slot : sector.in_free_flight) sector.world->fly(slot, dt);
-    sector.in_free_flight.clear();
-    stopped[i] = sector.world->integrate(dt);
+    fly(sector, dt, parallel);
+    stopped[i] = sector.world->integrate(dt, parallel);
     move_kinematics(sector, dt);
   });
   return std::accumulate(stopped.begin(), stopped.end(), std::uint64_t{0});

@@ -128,7 +128,6 @@ SolveJob TaskBuilder::build(const SectorIndex& anchor) {
   for (const std::uint32_t n : solve_order(contacts, bodies_.size()))
     job.task.contacts.push_back(contacts_[n].place);
   for (const auto& [id, joint] : joints_) job.task.joints.push_back(joint);
-  job.task.substeps = substeps_;
   job.kinematics = std::move(kinematics_);
   return job;
 }

@@ -34,11 +34,14 @@ class TaskBuilder {
   }
   void add_contact(const ContactPair& pair, const WorldPair& place) {
     contacts_.push_back({pair.a, pair.b, pair.slot_a, pair.slot_b, place});
+    contacts_.back().place.substeps = substeps_;
   }
 
   // The body in `place` is a clone of `original`, which is (or will be) among the bodies.
   void add_clone(const WorldBody& place, BodyId original);
-  void set_substeps(int substeps) { substeps_ = substeps; }  // SolveTask::substeps
+
+  // What the contacts ask for that are added from now on; 0: what each says itself.
+  void set_substeps(int substeps) { substeps_ = static_cast<std::uint8_t>(substeps); }
   void add_kinematic(const WorldBody& place) { kinematics_.push_back(place); }
 
   // Adds the joints of the bodies, all of which have been added; `fix_parent` tells where a parent that does
@@ -77,7 +80,7 @@ class TaskBuilder {
   std::vector<std::pair<JointId, TaskJoint>> joints_;
   std::vector<std::pair<BodyId, WorldBody>> clones_;
   std::vector<WorldBody> kinematics_;
-  int substeps_ = 0;
+  std::uint8_t substeps_ = 0;
 };
 
 // Adds a component's bodies and contacts to a task. Its clones are bodies of the task themselves, or stand

@@ -10,8 +10,46 @@
 namespace tessera {
 namespace {
 
-// Components with more contacts than this are jobs of their own; the rest of a sector is one job.
-constexpr std::uint32_t kLargeComponent = 256;
+// Makes jobs of islands: small ones share a job, from whatever sectors they are, and a large one has its own.
+class JobMaker {
+ public:
+  struct Member {
+    Sector* sector;
+    const Component* component;
+    int substeps = 0;  // as of TaskBuilder
+  };
+  using Job = std::vector<Member>;
+
+  // Where the components of an island are to be added that has so many bodies and contacts.
+  Job& next(std::uint64_t size) {
+    // Enough to fill the solver's lanes, and few enough that what it computes with stays near the processor.
+    constexpr std::uint64_t kSizeOfJob = 512;
+    if (jobs_.empty() || size_ + size > kSizeOfJob) {
+      jobs_.emplace_back();
+      size_ = 0;
+    }
+    size_ += size;
+    return jobs_.back();
+  }
+
+  std::vector<SolveJob> build(const Partition& partition, const ParallelFor& parallel) const {
+    const bool clones_are_solved = partition.settings.seams == SeamPolicy::kClone;
+    std::vector<SolveJob> built(jobs_.size());
+    run_parallel(parallel, jobs_.size(), [&](std::size_t n) {
+      TaskBuilder builder;
+      for (const auto& [sector, component, substeps] : jobs_[n]) {
+        builder.set_substeps(substeps);
+        add_component(partition, *sector, *component, builder, clones_are_solved);
+      }
+      built[n] = build_job(partition, builder);
+    });
+    return built;
+  }
+
+ private:
+  std::vector<Job> jobs_;
+  std::uint64_t size_ = 0;  // of the last one
+};
 
 // Whether the component is one body that nothing touches and no joint holds.
 bool flies_freely(const Partition& partition, const Sector& sector, const Component& component) {
@@ -20,27 +58,26 @@ bool flies_freely(const Partition& partition, const Sector& sector, const Compon
          !sector.component_bodies[component.bodies_begin]->jointed;
 }
 
-// The components that no border runs through: solved where they are.
-void assemble_interior(Partition& partition, TickContext& context, Sector& sector) {
-  const bool clones_are_solved = partition.settings.seams == SeamPolicy::kClone;
-  TaskBuilder small;
+// Lets the components that no border runs through wake up, fall asleep or fly. The sector is awake, so
+// nothing but itself changes.
+void settle_interior(Partition& partition, TickContext& context, Sector& sector) {
   for (const Component& component : sector.components) {
     if (component.part != Component::kInterior || !component.any_awake) continue;
     settle(partition, context, sector, component, component.all_want_sleep);
-    if (component.all_want_sleep) continue;
-    if (flies_freely(partition, sector, component)) {
+    if (!component.all_want_sleep && flies_freely(partition, sector, component))
       sector.in_free_flight.push_back(sector.component_bodies[component.bodies_begin]->slot);
-      continue;
-    }
-    if (component.pairs_end - component.pairs_begin > kLargeComponent) {
-      TaskBuilder large;
-      add_component(partition, sector, component, large, clones_are_solved);
-      context.plan.jobs.push_back(build_job(partition, large));
-    } else {
-      add_component(partition, sector, component, small, clones_are_solved);
-    }
   }
-  if (!small.empty()) context.plan.jobs.push_back(build_job(partition, small));
+}
+
+// The others are solved where they are.
+void assemble_interior(const Partition& partition, Sector& sector, JobMaker& jobs) {
+  for (const Component& component : sector.components) {
+    if (component.part != Component::kInterior || !component.any_awake || component.all_want_sleep) continue;
+    if (flies_freely(partition, sector, component)) continue;
+    const std::uint32_t size =
+        component.pairs_end - component.pairs_begin + component.bodies_end - component.bodies_begin;
+    jobs.next(size).push_back({&sector, &component});
+  }
 }
 
 // All servers choose the same one to solve an island: the one with most of its contacts, the lowest rank
@@ -66,7 +103,7 @@ bool is_staged(const Partition& partition, Tick tick, const SeamIsland& island) 
 }
 
 // An island that reaches over borders.
-void assemble(Partition& partition, TickContext& context, const SeamIsland& island,
+void assemble(Partition& partition, TickContext& context, const SeamIsland& island, JobMaker& jobs,
               std::vector<Shipment>& outbox) {
   std::vector<std::uint64_t> weight(partition.map.servers(), 0);
   for (const PartRef& ref : island.parts) {
@@ -81,6 +118,7 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
   PendingIsland pending;
   pending.id = island.id;
   pending.builder.set_substeps(island.substeps);
+  JobMaker::Job* job = nullptr;  // if nobody else has a part
   ShippedIsland parcel;
   parcel.island = island.id;
   for (const PartRef& ref : island.parts) {
@@ -97,8 +135,12 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
       ship_part(partition, sector, component, parcel);
       continue;
     }
+    if (!shipped) {
+      if (job == nullptr) job = &jobs.next(weight[partition.self]);
+      job->push_back({&sector, &component, island.substeps});
+      continue;
+    }
     add_component(partition, sector, component, pending.builder, false);
-    if (!shipped) continue;
     for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
       const HomeBody& body = *sector.component_bodies[i];
       pending.own.emplace(body.id, record_of(body));
@@ -118,10 +160,7 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
     return;
   }
   if (island.parts.size() > 1) ++context.counts.islands_across_seams;
-  if (!shipped) {
-    context.plan.jobs.push_back(build_job(partition, pending.builder));
-    return;
-  }
+  if (!shipped) return;
   ++context.counts.islands_shipped;
   for (Rank rank = 0; rank < weight.size(); ++rank) {
     if (rank != partition.self && weight[rank] > 0) context.plan.awaits_shipment[rank] = true;
@@ -132,7 +171,7 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
 }  // namespace
 
 std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
-                                   const std::vector<const Seams*>& inbox) {
+                                   const std::vector<const Seams*>& inbox, const ParallelFor& parallel) {
   std::vector<SectorIndex> awake;
   for (const Seams* message : inbox) {
     for (const SectorSeams& seams : message->sectors) {
@@ -146,13 +185,17 @@ std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
   std::vector<Shipment> outbox(servers);
   context.plan.awaits_shipment.assign(servers, false);
   context.plan.awaits_solution.assign(servers, false);
-  for (Sector* sector : context.stepped) assemble_interior(partition, context, *sector);
+  JobMaker jobs;
+  run_parallel(parallel, context.stepped.size(),
+               [&](std::size_t i) { settle_interior(partition, context, *context.stepped[i]); });
+  for (Sector* sector : context.stepped) assemble_interior(partition, *sector, jobs);
   if (partition.settings.seams == SeamPolicy::kIsland) {
     for (const SeamIsland& island : partition.seam_graph.awake_islands(awake)) {
-      assemble(partition, context, island, outbox);
+      assemble(partition, context, island, jobs, outbox);
     }
   }
   for_each_rank(context.plan.in_step, [&](Rank rank) { context.plan.awaits_shipment[rank] = true; });
+  context.plan.jobs = jobs.build(partition, parallel);
   std::sort(context.stepped.begin(), context.stepped.end(),
             [](const Sector* a, const Sector* b) { return a->index < b->index; });
   return outbox;

@@ -59,6 +59,21 @@ TEST(Islands, OverSectorsOfOneServerAreOneJob) {
   EXPECT_EQ(world.contexts[0].counts.islands_shipped, 0u);
 }
 
+TEST(Islands, SmallOnesShareAJobWhateverTheirSectors) {
+  TestWorld world;
+  add_pair_over_the_border(world);
+  for (const auto& [first, home] : {std::pair(3, kLow), {5, kHigh}}) {
+    world.add(box(first, home, {0, 0, 0}));
+    world.add(box(first + 1, home, {0, 0, 0.984375}));
+  }
+  run_to_planned(world);
+  const IslandPlan& plan = world.contexts[0].plan;
+  ASSERT_EQ(plan.jobs.size(), 1u);
+  EXPECT_EQ(plan.jobs[0].task.bodies.size(), 6u);
+  EXPECT_EQ(plan.jobs[0].task.contacts.size(), 3u);
+  EXPECT_EQ(world.contexts[0].counts.islands_across_seams, 1u);
+}
+
 TEST(Islands, ABodyThatNothingTouchesNeedsNoSolver) {
   TestWorld world;
   world.add(box(1, kHigh, {0, 0, 0}));

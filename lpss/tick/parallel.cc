@@ -18,7 +18,7 @@ namespace tessera {
 // built for it. With these, whose order it sees, it watches the bodies of the loops.
 ParallelFor parallel_on(int threads) {
   if (threads <= 1) return {};
-  return [threads](std::size_t count, const std::function<void(std::size_t)>& body) {
+  return [threads](std::size_t count, absl::FunctionRef<void(std::size_t)> body) {
     std::atomic<std::size_t> next = 0;
     const auto work = [&] {
       for (std::size_t i = next++; i < count; i = next++) body(i);
@@ -34,27 +34,21 @@ ParallelFor parallel_on(int threads) {
 ParallelFor parallel_on(int threads) {
   if (threads <= 1) return {};
   auto arena = std::make_shared<tbb::task_arena>(threads);
-  return [arena](std::size_t count, const std::function<void(std::size_t)>& body) {
+  return [arena](std::size_t count, absl::FunctionRef<void(std::size_t)> body) {
     arena->execute([&] {
-      tbb::parallel_for(
-          tbb::blocked_range<std::size_t>(0, count, 1),
-          [&](const tbb::blocked_range<std::size_t>& range) {
-            for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
-          },
-          tbb::simple_partitioner());
+      // Who waits for the pieces of a loop takes up none of another one.
+      tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<std::size_t>(0, count, 1),
+            [&](const tbb::blocked_range<std::size_t>& range) {
+              for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
+            },
+            tbb::simple_partitioner());
+      });
     });
   };
 }
 
 #endif
-
-void run_parallel(const ParallelFor& parallel, std::size_t count,
-                  const std::function<void(std::size_t)>& body) {
-  if (parallel && count > 1) {
-    parallel(count, body);
-    return;
-  }
-  for (std::size_t i = 0; i < count; ++i) body(i);
-}
 
 }  // namespace tessera

@@ -18,7 +18,7 @@ TEST(Report, CountsSectorsBodiesClonesAndContactsOfATick) {
   world.detect();
   TickCounts counts;
   counts.islands_shipped = 7;
-  count(world[0], world.contexts[0].stepped, counts);
+  count(world[0], world.contexts[0].stepped, {}, counts);
   EXPECT_EQ(counts.sectors, 3u);
   EXPECT_EQ(counts.sectors_awake, 2u);
   EXPECT_EQ(counts.bodies_awake, 2u);

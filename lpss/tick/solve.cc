@@ -56,7 +56,7 @@ void JobQueue::run(double share) {
     sum += static_cast<double>(groups_[end].weight);
   run_parallel(parallel_, end - next_, [&](std::size_t n) {
     std::unique_ptr<IslandSolver> solver = solvers_.take();
-    for (const SolveJob& job : groups_[next_ + n].jobs) solver->solve(job.task, dt_);
+    for (const SolveJob& job : groups_[next_ + n].jobs) solver->solve(job.task, dt_, parallel_);
     solvers_.put_back(std::move(solver));
   });
   next_ = end;

@@ -24,10 +24,16 @@ TEST(Solve, TheOrderOfIslandsDoesNotMatter) {
     world->detect();
     world->connect();
     world->plan();
-    ASSERT_EQ(world->contexts[0].plan.jobs.size(), 2u);
+    std::vector<SolveJob>& jobs = world->contexts[0].plan.jobs;
+    jobs.clear();
+    for (const SectorIndex& home : {kLow, kHigh}) {
+      TaskBuilder builder;
+      add_component((*world)[0], world->sector(home), world->sector(home).components.at(0), builder, false);
+      jobs.push_back(build_job((*world)[0], builder));
+    }
   }
   forwards.solve();
-  const ParallelFor last_first = [](std::size_t count, const std::function<void(std::size_t)>& job) {
+  const ParallelFor last_first = [](std::size_t count, absl::FunctionRef<void(std::size_t)> job) {
     while (count > 0) job(--count);
   };
   SolverPool solvers(backwards[0].engine);
@@ -50,7 +56,7 @@ TEST(Solve, JobsThatTouchTheSameKinematicBodyAreNotRunBesideEachOther) {
   jobs[0].kinematics = {{pusher.sector->world.get(), pusher.slot}};
   jobs[2].kinematics = jobs[0].kinematics;
   std::size_t groups = 0;
-  const ParallelFor counted = [&](std::size_t count, const std::function<void(std::size_t)>& job) {
+  const ParallelFor counted = [&](std::size_t count, absl::FunctionRef<void(std::size_t)> job) {
     groups = count;
     for (std::size_t n = 0; n < count; ++n) job(n);
   };

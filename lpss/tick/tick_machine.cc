@@ -184,7 +184,7 @@ Round TickMachine::seams_round(std::vector<Exchange> inbox) {
 
 Round TickMachine::shipment_round(const std::vector<const Seams*>& inbox) {
   clock_.enter(TickPhase::kIslands);
-  std::vector<Shipment> outbox = plan_islands(partition_, context_, inbox);
+  std::vector<Shipment> outbox = plan_islands(partition_, context_, inbox, parallel_);
   queue_.emplace(partition_.dt(), parallel_, solvers_);
   queue_->add(std::move(context_.plan.jobs));
   Round result = round(RoundKind::kShipment);
@@ -247,7 +247,7 @@ void TickMachine::end_tick(const std::vector<Solution>& inbox) {
   for (const Solution& solution : inbox) take_solution(partition_, solution);
   context_.events = gather_events(partition_, tick_, context_.stepped, context_.vacated, parallel_);
   context_.counts.bodies_stopped += integrate(partition_, context_.stepped, parallel_);
-  count(partition_, context_.stepped, context_.counts);
+  count(partition_, context_.stepped, parallel_, context_.counts);
   retire_sectors(partition_);
   awaited_ = RoundKind::kIdle;
 }
@@ -255,7 +255,7 @@ void TickMachine::end_tick(const std::vector<Solution>& inbox) {
 // The rest of a tick in which nothing in the whole world moves.
 void TickMachine::rest() {
   awaited_ = RoundKind::kIdle;
-  count(partition_, {}, context_.counts);
+  count(partition_, {}, parallel_, context_.counts);
 }
 
 }  // namespace tessera

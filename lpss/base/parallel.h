@@ -1,0 +1,40 @@
+// Loops over threads.
+#pragma once
+
+#include <absl/functional/function_ref.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+
+namespace tessera {
+
+// Runs `body(0)` ... `body(count - 1)`, in any order, on any threads. The body may itself run loops.
+using ParallelFor = std::function<void(std::size_t count, absl::FunctionRef<void(std::size_t)> body)>;
+
+// Runs the loop on `parallel`, or here, one after the other, where that is empty or has one piece to do.
+inline void run_parallel(const ParallelFor& parallel, std::size_t count,
+                         absl::FunctionRef<void(std::size_t)> body) {
+  if (parallel && count > 1) {
+    parallel(count, body);
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) body(i);
+}
+
+// A loop over many small items in pieces of `size` items; the last one may be shorter. The pieces do not
+// depend on the number of threads.
+class Pieces {
+ public:
+  Pieces(std::size_t items, std::size_t size) : items_(items), size_(size) {}
+
+  std::size_t count() const { return (items_ + size_ - 1) / size_; }
+  std::size_t begin(std::size_t piece) const { return piece * size_; }
+  std::size_t end(std::size_t piece) const { return std::min(items_, begin(piece) + size_); }
+
+ private:
+  std::size_t items_;
+  std::size_t size_;
+};
+
+}  // namespace tessera

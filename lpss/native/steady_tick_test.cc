@@ -1,0 +1,114 @@
+// What a tick of a world costs in memory: nothing, as long as nothing new happens in it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include "lpss/native/native_engine.h"
+
+namespace {
+
+std::atomic<std::size_t> allocations = 0;
+
+void* counted(std::size_t size, std::size_t alignment) {
+  ++allocations;
+  void* const memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+  if (memory == nullptr) std::abort();
+  return memory;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return counted(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace tessera::native {
+namespace {
+
+constexpr double kTick = 1.0 / 60;
+constexpr ShapeId kFloor = 0;
+constexpr ShapeId kBox = 1;
+
+EngineSettings settings() {
+  EngineSettings settings;
+  settings.precision = sizeof(Scalar) == sizeof(float) ? Precision::kFloat32 : Precision::kFloat64;
+  settings.sleep_after = 0;
+  return settings;
+}
+
+BodyRecord record(std::uint64_t id, ShapeId shape, Motion motion, const std::array<double, 3>& position) {
+  BodyRecord record;
+  record.id = BodyId{id};
+  record.properties.shape = shape;
+  record.properties.motion = motion;
+  record.properties.inertia = {1.0 / 6, 1.0 / 6, 1.0 / 6};
+  record.state.position = position;
+  return record;
+}
+
+// Columns of boxes, of one and of three, so that tasks have parts with different numbers of substeps.
+class Pile {
+ public:
+  Pile() : engine_(settings()) {
+    engine_.add_shape(kFloor, Shape{{ShapePart{tessera::Box{{100, 100, 2}}, {}}}});
+    engine_.add_shape(kBox, Shape{{ShapePart{tessera::Box{{1, 1, 1}}, {}}}});
+    world_ = engine_.make_world();
+    solver_ = engine_.make_solver();
+    world_->add(record(1, kFloor, Motion::kStatic, {0, 0, -1}), Role::kStatic);
+    std::uint64_t id = 2;
+    for (int row = 0; row < 20; ++row) {
+      for (int column = 0; column < 20; ++column) {
+        for (int level = 0; level < (column % 2 == 0 ? 1 : 3); ++level) {
+          const BodyRecord box = record(id++, kBox, Motion::kDynamic, {1.1 * row, 1.1 * column, 0.5 + level});
+          const BodySlot slot = world_->add(box, Role::kHome);
+          world_->set_gravity(slot, {0, 0, -9.81});
+          task_.bodies.push_back({world_.get(), slot});
+        }
+      }
+    }
+  }
+
+  // The allocations of a tick, but for those of the list of contacts to be solved, which is the caller's.
+  std::size_t step() {
+    std::size_t before = allocations;
+    world_->detect(kTick);
+    const std::size_t pairs = world_->contacts().size();
+    std::size_t made = allocations - before;
+    task_.contacts.clear();
+    for (std::size_t pair = 0; pair < pairs; ++pair) task_.contacts.push_back({world_.get(), pair});
+    before = allocations;
+    solver_->solve(task_, kTick);
+    world_->integrate(kTick);
+    made += allocations - before;
+    return made;
+  }
+
+  std::size_t contacts() { return world_->contacts().size(); }
+
+ private:
+  NativeEngine engine_;
+  std::unique_ptr<SectorWorld> world_;
+  std::unique_ptr<IslandSolver> solver_;
+  SolveTask task_;
+};
+
+TEST(SteadyTick, DetectsSolvesAndIntegratesWithoutAllocation) {
+  Pile pile;
+  std::size_t warming_up = 0;
+  for (int tick = 0; tick < 120; ++tick) warming_up += pile.step();
+  ASSERT_GT(warming_up, 0u) << "allocations are counted";
+  ASSERT_EQ(pile.contacts(), 800u);
+  for (int tick = 0; tick < 60; ++tick) ASSERT_EQ(pile.step(), 0u) << "tick " << tick;
+}
+
+}  // namespace
+}  // namespace tessera::native
