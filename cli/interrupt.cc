@@ -12,7 +12,7 @@
 namespace tessera::cli {
 namespace {
 
-constexpr int kPatience = 3;
+constexpr int kInterruptsMax = 3;
 constexpr int kSignalled = 128;  // and the number of the signal: the exit code of what a signal ends
 
 std::atomic<int> interrupts = 0;
@@ -30,7 +30,7 @@ void tell() {
 void handle(int signal) {
   int none = 0;
   first_signal.compare_exchange_strong(none, signal);
-  if (++interrupts >= kPatience) _exit(kSignalled + first_signal);
+  if (++interrupts >= kInterruptsMax) _exit(kSignalled + first_signal);
   tell();
 }
 

@@ -12,7 +12,7 @@
 namespace tessera::cli {
 namespace {
 
-constexpr absl::Duration kPatience = absl::Milliseconds(250);  // so that Ctrl-C is noticed
+constexpr absl::Duration kPollTime = absl::Milliseconds(250);  // so that Ctrl-C is noticed
 
 void add_hash(CLI::App& app, Action& action) {
   CLI::App& command = add_command(app, "hash", "The hash of the world's state.", "tessera hash");
@@ -175,7 +175,7 @@ absl::Status follow(absl::StatusOr<std::unique_ptr<Stream<Frame>>> stream, std::
                     nlohmann::json& data) {
   if (!stream.ok()) return stream.status();
   for (std::uint64_t count = 0; (frames == 0 || count < frames) && !interrupted();) {
-    const absl::StatusOr<Frame> frame = (*stream)->next(kPatience);
+    const absl::StatusOr<Frame> frame = (*stream)->next(kPollTime);
     if (absl::IsDeadlineExceeded(frame.status())) continue;
     if (!frame.ok()) return frame.status();
     print(*frame);

@@ -11,7 +11,7 @@
 namespace tessera::cli {
 namespace {
 
-constexpr auto kRedrawEvery = std::chrono::milliseconds(200);
+constexpr auto kRepaintEvery = std::chrono::milliseconds(200);
 constexpr int kBarCells = 30;
 
 std::string duration(double seconds) {
@@ -76,7 +76,7 @@ ProgressBar::~ProgressBar() {
 void ProgressBar::update(std::uint64_t done) {
   if (!shown_) return;
   const Clock::time_point now = Clock::now();
-  if (now - drawn_ < kRedrawEvery) return;
+  if (now - drawn_ < kRepaintEvery) return;
   drawn_ = now;
   const double share = std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
   const int cells = static_cast<int>(share * kBarCells);

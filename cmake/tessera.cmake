@@ -18,22 +18,24 @@ add_compile_options(-ffp-contract=off)
 set(tessera_without_fma GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4)
 
 # tessera_compile_fast(TARGET HEADERS): TARGET uses cmake/precompiled/HEADERS.h as a precompiled header, and up to eight
-# files of a library are compiled as one: most of the time goes into headers, and into templates that every file would
-# instantiate. A file whose local names would clash with those of others has SKIP_UNITY_BUILD_INCLUSION.
+# files of a library, or twelve of a program, are compiled as one: most of the time goes into headers, and into templates
+# that every file would instantiate. A file whose local names would clash with those of others has
+# SKIP_UNITY_BUILD_INCLUSION.
 function(tessera_compile_fast target headers)
   if(NOT TESSERA_FAST_BUILD)
     return()
   endif()
-  # GCC uses a precompiled header only with the same flags: tests are compiled like libraries.
+  # GCC uses a precompiled header only with the same flags: programs are compiled like libraries.
   get_target_property(type ${target} TYPE)
+  set(batch 8)
   if(type STREQUAL EXECUTABLE)
+    set(batch 12)
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
     target_compile_options(${target} PRIVATE -fPIC)
-  else()
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-    # Local types stay local, although the file is included by another.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${batch})
+  # Local types stay local, although the file is included by another.
+  target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
   target_precompile_headers(${target} REUSE_FROM tessera_precompiled_${headers})
 endfunction()
 

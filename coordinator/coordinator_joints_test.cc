@@ -218,7 +218,6 @@ TEST(Joints, AreRefusedWithTheFieldAndTheBound) {
   expect(command(drive("j", 2, v1::JointDrive::VELOCITY, 0)), kInvalid, "drive of axis 2 must be free");
   expect(command(drive("j", 1, static_cast<v1::JointDrive::Mode>(9), 0)), kInvalid, "mode = 9");
   expect(command(drive("j", 1, v1::JointDrive::POSITION, 5)), kInvalid, "position = 5 rad");
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   expect(command(drive("j", 1, v1::JointDrive::VELOCITY, kNan)), kInvalid, "must be finite");
   v1::SetJointDrivesRequest nothing = drive("j", 1, v1::JointDrive::FREE, 0);
   nothing.clear_drives();

@@ -100,8 +100,8 @@ absl::Status Sequencer::resume(double real_time_factor, Nanoseconds now) {
     const double ahead = std::min<double>(std::ceil(kAheadNs / pace.period_ns), options_.grant_window);
     pace.ahead_max = std::min<std::uint64_t>(std::max<std::uint64_t>(static_cast<std::uint64_t>(ahead), 2),
                                              options_.grant_window);
-    const double quantum =
-        std::min<double>(kQuantumNs / pace.period_ns, static_cast<double>(pace.ahead_max / 2));
+    const std::uint64_t half = pace.ahead_max / 2;
+    const double quantum = std::min<double>(kQuantumNs / pace.period_ns, static_cast<double>(half));
     pace.quantum = std::max<std::uint64_t>(static_cast<std::uint64_t>(quantum), 1);
   }
   for (const Reply& waiting : std::exchange(pauses_, {})) {

@@ -131,7 +131,7 @@ absl::StatusOr<BodyId> WorldRegistry::body_of_joint(const char* side, const v1::
   if (!is_named && otherwise.value == 0) return otherwise;
   v1::BodyRef by_id;
   by_id.set_id(otherwise.value);
-  const absl::StatusOr<BodyId> id = resolve(is_named ? reference : by_id);
+  absl::StatusOr<BodyId> id = resolve(is_named ? reference : by_id);
   if (id.ok()) return id;
   return absl::Status(id.status().code(), absl::StrCat(side, ": ", id.status().message()));
 }

@@ -6,17 +6,10 @@
 #include <type_traits>
 #include <utility>
 
+#include "lpss/model/checks.h"
+
 namespace tessera {
 namespace {
-
-template <typename... Args>
-absl::Status refused(const Args&... args) {
-  return absl::InvalidArgumentError(absl::StrCat(args...));
-}
-
-absl::Status in(const std::string& what, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
-}
 
 Eigen::Quaterniond quaternion(const v1::Quaternion& q) {
   return Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z());

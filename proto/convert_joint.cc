@@ -3,19 +3,11 @@
 
 #include <string>
 
+#include "lpss/model/checks.h"
 #include "proto/convert.h"
 
 namespace tessera {
 namespace {
-
-template <typename... Args>
-absl::Status refused(const Args&... args) {
-  return absl::InvalidArgumentError(absl::StrCat(args...));
-}
-
-absl::Status in(const std::string& what, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
-}
 
 // The kinds have the same numbers on both sides.
 static_assert(static_cast<int>(JointType::kFixed) == v1::JOINT_FIXED);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "lpss/base/invariant.h"
+#include "lpss/model/checks.h"
 #include "proto/convert.h"
 
 namespace tessera {
@@ -15,11 +16,6 @@ namespace {
 
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Reflection;
-
-template <typename... Args>
-absl::Status refused(const Args&... args) {
-  return absl::InvalidArgumentError(absl::StrCat(args...));
-}
 
 const FieldDescriptor& field_of(const WorldSetting& setting) {
   const FieldDescriptor* field = v1::WorldSettings::descriptor()->FindFieldByName(setting.name);

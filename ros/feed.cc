@@ -121,7 +121,7 @@ absl::Status Feed::look_up(Tick tick) {
       ids.push_back(body->id);
     }
   }
-  if (const absl::Status status = catalogue_.learn_statics(); !status.ok()) return status;
+  if (absl::Status status = catalogue_.learn_statics(); !status.ok()) return status;
   BodyFrame chosen{tick, {}};
   for (const live::StaticBody& body : catalogue_.statics()) {
     const BodySample& sample = body.sample;

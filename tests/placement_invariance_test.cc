@@ -6,7 +6,7 @@ namespace {
 
 using namespace tessera::testing;
 
-constexpr std::uint64_t kTicks = 180;
+constexpr std::uint64_t kWholeRun = 180;
 constexpr const char* kWorlds[] = {"busy.sdf", "seam.sdf", "tower.sdf", "falling.sdf", "machines.sdf"};
 
 class PlacementInvariance : public ::testing::TestWithParam<int> {};
@@ -17,9 +17,9 @@ TEST_P(PlacementInvariance, ClusterEndsInTheBitsOfOneProcess) {
   for (const char* name : kWorlds) {
     SCOPED_TRACE(name);
     WorldDescription world = read_world(name);
-    const std::string expected = hash_in_process(world, kTicks);
+    const std::string expected = hash_in_process(world, kWholeRun);
     ASSERT_THAT(cluster.client->load(world, true).status(), IsOk());
-    ASSERT_THAT(cluster.client->step(kTicks, kPatience).status(), IsOk());
+    ASSERT_THAT(cluster.client->step(kWholeRun, kPatience).status(), IsOk());
     EXPECT_EQ(cluster.client->hash().value().hash, expected);
   }
 }
@@ -28,13 +28,13 @@ INSTANTIATE_TEST_SUITE_P(Servers, PlacementInvariance, ::testing::Values(1, 2, 4
 
 TEST(TranslationInvariance, ClusterAtTheEndOfTheRangeEndsInTheSameBits) {
   WorldDescription world = read_world("busy.sdf");
-  const std::string expected = hash_in_process(world, kTicks);
+  const std::string expected = hash_in_process(world, kWholeRun);
   ASSERT_THAT(move_by(world, {std::int64_t{1} << 62, -(std::int64_t{1} << 62), std::int64_t{1} << 40}),
               IsOk());
   const Cluster cluster = start_cluster(2);
   ASSERT_TRUE(cluster.client);
   ASSERT_THAT(cluster.client->load(world).status(), IsOk());
-  ASSERT_THAT(cluster.client->step(kTicks, kPatience).status(), IsOk());
+  ASSERT_THAT(cluster.client->step(kWholeRun, kPatience).status(), IsOk());
   EXPECT_EQ(cluster.client->hash().value().hash, expected);
 }
 
@@ -43,11 +43,11 @@ TEST(PlacementInvariance, StepsInPiecesEndInTheSameBits) {
   const Cluster cluster = start_cluster(2);
   ASSERT_TRUE(cluster.client);
   ASSERT_THAT(cluster.client->load(world).status(), IsOk());
-  for (std::uint64_t piece = 1, tick = 0; tick < kTicks;
-       tick += piece, piece = std::min(2 * piece, kTicks - tick)) {
+  for (std::uint64_t piece = 1, tick = 0; tick < kWholeRun;
+       tick += piece, piece = std::min(2 * piece, kWholeRun - tick)) {
     ASSERT_EQ(cluster.client->step(piece, kPatience).value(), tick + piece);
   }
-  EXPECT_EQ(cluster.client->hash().value().hash, hash_in_process(world, kTicks));
+  EXPECT_EQ(cluster.client->hash().value().hash, hash_in_process(world, kWholeRun));
 }
 
 TEST(PlacementInvariance, CommandsTakeEffectAtTheirTickOnAnyNumberOfServers) {

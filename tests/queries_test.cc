@@ -9,7 +9,7 @@ namespace {
 
 using namespace tessera::testing;
 
-constexpr double kSectorSize = 10;
+constexpr double kSmallSector = 10;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // One cluster for all tests; each loads its own world.
@@ -22,7 +22,7 @@ class QueriesTest : public ::testing::Test {
   }
   void SetUp() override {
     ASSERT_TRUE(cluster_->client);
-    WorldDescription world = flat_world(kSectorSize);
+    WorldDescription world = flat_world(kSmallSector);
     world.settings.gravity = UniformGravity{{0, 0, 0}};
     for (const double x : {-20.0, -10.0, 0.0, 10.0, 20.0}) {
       add(world, solid(absl::StrCat("crate_", x), box(1, 1, 1), 10, {{0, 0, 0}, {x, 0, 3}}));

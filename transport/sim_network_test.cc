@@ -10,9 +10,9 @@
 namespace tessera {
 namespace {
 
-constexpr NodeId kA{10};
-constexpr NodeId kB{20};
-constexpr NodeId kC{30};
+constexpr NodeId kNodeA{10};
+constexpr NodeId kNodeB{20};
+constexpr NodeId kNodeC{30};
 constexpr int kMessages = 200;
 
 std::vector<std::string> payloads(const std::vector<Delivery>& deliveries) {
@@ -42,10 +42,10 @@ std::vector<std::string> numbers(int count = kMessages) {
 std::vector<std::string> chatter(std::uint64_t seed) {
   SimNetwork network(seed);
   std::map<NodeId, std::unique_ptr<Link>> links;
-  for (NodeId node : {kA, kB, kC}) links.emplace(node, network.connect(node));
-  send_numbers(*links[kA], kB, 20);
-  send_numbers(*links[kA], kC, 20);
-  network.set_timer(kC, 500'000);
+  for (NodeId node : {kNodeA, kNodeB, kNodeC}) links.emplace(node, network.connect(node));
+  send_numbers(*links[kNodeA], kNodeB, 20);
+  send_numbers(*links[kNodeA], kNodeC, 20);
+  network.set_timer(kNodeC, 500'000);
   std::vector<std::string> log;
   while (auto event = network.step()) {
     log.push_back(std::to_string(event->time_ns) + "@" + std::to_string(event->node.value));
@@ -64,9 +64,9 @@ TEST(SimNetwork, SameSeedSameOrder) {
 
 TEST(SimNetwork, MessagesOvertakeOneAnotherAndArriveOnce) {
   SimNetwork network(1);
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
-  send_numbers(*a, kB);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  send_numbers(*a, kNodeB);
   std::vector<std::string> got = run_dry(network, *b);
   EXPECT_NE(got, numbers());
   std::vector<std::string> expected = numbers();
@@ -78,17 +78,17 @@ TEST(SimNetwork, MessagesOvertakeOneAnotherAndArriveOnce) {
 
 TEST(SimNetwork, KeepsTheOrderOfAPairWhenAskedTo) {
   SimNetwork network(1, {.reorder = false});
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
-  send_numbers(*a, kB);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  send_numbers(*a, kNodeB);
   EXPECT_EQ(run_dry(network, *b), numbers());
 }
 
 TEST(SimNetwork, DelaysStayInTheirRangeAndTimeNeverRunsBack) {
   SimNetwork network(3, {.delay_ns_min = 100, .delay_ns_max = 110});
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
-  send_numbers(*a, kB);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  send_numbers(*a, kNodeB);
   std::uint64_t previous_ns = 0;
   while (auto event = network.step()) {
     EXPECT_GE(event->time_ns, std::max<std::uint64_t>(previous_ns, 100));
@@ -101,58 +101,58 @@ TEST(SimNetwork, DelaysStayInTheirRangeAndTimeNeverRunsBack) {
 
 TEST(SimNetwork, ALateStarterGetsWhatWasSentToIt) {
   SimNetwork network(1);
-  auto a = network.connect(kA);
-  send_numbers(*a, kB);
+  auto a = network.connect(kNodeA);
+  send_numbers(*a, kNodeB);
   EXPECT_EQ(network.step(), std::nullopt);
-  auto b = network.connect(kB);
+  auto b = network.connect(kNodeB);
   EXPECT_EQ(run_dry(network, *b).size(), numbers().size());
 }
 
 TEST(SimNetwork, AKilledNodeNeitherSendsNorReceives) {
   SimNetwork network(1);
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
-  auto c = network.connect(kC);
-  send_numbers(*a, kB);
-  send_numbers(*b, kC);
-  send_numbers(*a, kC, 3);
-  network.set_timer(kB, 1'000);
-  network.kill(kB);
-  send_numbers(*a, kB);
-  b->send(kC, "from beyond");
-  while (auto event = network.step()) EXPECT_EQ(event->node, kC);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  auto c = network.connect(kNodeC);
+  send_numbers(*a, kNodeB);
+  send_numbers(*b, kNodeC);
+  send_numbers(*a, kNodeC, 3);
+  network.set_timer(kNodeB, 1'000);
+  network.kill(kNodeB);
+  send_numbers(*a, kNodeB);
+  b->send(kNodeC, "from beyond");
+  while (auto event = network.step()) EXPECT_EQ(event->node, kNodeC);
   EXPECT_TRUE(b->receive({}).empty());
   EXPECT_EQ(c->receive({}).size(), 3u);
 }
 
 TEST(SimNetwork, ARestartedNodeInheritsNothing) {
   SimNetwork network(1);
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
-  send_numbers(*a, kB);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  send_numbers(*a, kNodeB);
   b.reset();
-  a->send(kB, "while down");
-  auto reborn = network.connect(kB);
-  a->send(kB, "after");
+  a->send(kNodeB, "while down");
+  auto reborn = network.connect(kNodeB);
+  a->send(kNodeB, "after");
   EXPECT_EQ(run_dry(network, *reborn), std::vector<std::string>{"after"});
 }
 
 TEST(SimNetwork, ACutLinkKeepsItsMessagesUntilHealed) {
   SimNetwork network(1);
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
-  auto c = network.connect(kC);
-  send_numbers(*a, kB, 50);
-  network.cut(kB, kA);
-  send_numbers(*a, kB, 50);
-  send_numbers(*a, kC, 10);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  auto c = network.connect(kNodeC);
+  send_numbers(*a, kNodeB, 50);
+  network.cut(kNodeB, kNodeA);
+  send_numbers(*a, kNodeB, 50);
+  send_numbers(*a, kNodeC, 10);
   EXPECT_TRUE(run_dry(network, *b).empty());
   EXPECT_EQ(c->receive({}).size(), 10u);
   const std::uint64_t healed_ns = network.now_ns();
-  network.heal(kA, kB);
+  network.heal(kNodeA, kNodeB);
   EXPECT_EQ(run_dry(network, *b).size(), 100u);
   EXPECT_GT(network.now_ns(), healed_ns);
-  network.heal(kA, kB);
+  network.heal(kNodeA, kNodeB);
   EXPECT_TRUE(run_dry(network, *b).empty());
 }
 
@@ -167,24 +167,24 @@ std::vector<SimEvent> losses_of(SimNetwork& network) {
 
 TEST(SimNetwork, ACutThatOutlastsTheLeaseIsToldAtBothEnds) {
   SimNetwork network(1, {.lease_ns = 5'000'000});
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
-  auto c = network.connect(kC);
-  network.cut(kA, kB);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  auto c = network.connect(kNodeC);
+  network.cut(kNodeA, kNodeB);
   const auto loss = SimEvent::Kind::kLoss;
   EXPECT_EQ(losses_of(network),
-            (std::vector<SimEvent>{{5'000'000, kB, loss, kA}, {5'000'000, kA, loss, kB}}));
+            (std::vector<SimEvent>{{5'000'000, kNodeB, loss, kNodeA}, {5'000'000, kNodeA, loss, kNodeB}}));
 }
 
 TEST(SimNetwork, ACutThatIsHealedBeforeIsNotTold) {
   SimNetwork network(1, {.lease_ns = 5'000'000});
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
-  network.cut(kA, kB);
-  network.set_timer(kA, 4'000'000);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  network.cut(kNodeA, kNodeB);
+  network.set_timer(kNodeA, 4'000'000);
   EXPECT_EQ(network.step()->kind, SimEvent::Kind::kTimer);
-  network.heal(kA, kB);
-  network.cut(kA, kB);
+  network.heal(kNodeA, kNodeB);
+  network.cut(kNodeA, kNodeB);
   const std::vector<SimEvent> losses = losses_of(network);
   ASSERT_EQ(losses.size(), 2u);
   EXPECT_EQ(losses[0].time_ns, 9'000'000u) << "the lease of the second cut";
@@ -192,26 +192,26 @@ TEST(SimNetwork, ACutThatIsHealedBeforeIsNotTold) {
 
 TEST(SimNetwork, AKilledNodeIsToldToThoseThatRunAlsoWhereItIsBackBefore) {
   SimNetwork network(1, {.lease_ns = 5'000'000});
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
   b.reset();
-  auto reborn = network.connect(kB);
-  EXPECT_EQ(losses_of(network), (std::vector<SimEvent>{{5'000'000, kA, SimEvent::Kind::kLoss, kB}}));
+  auto reborn = network.connect(kNodeB);
+  EXPECT_EQ(losses_of(network), (std::vector<SimEvent>{{5'000'000, kNodeA, SimEvent::Kind::kLoss, kNodeB}}));
 }
 
 TEST(SimNetwork, TimersRunOutInOrder) {
   SimNetwork network(1);
-  auto a = network.connect(kA);
-  auto b = network.connect(kB);
-  network.set_timer(kA, 300);
-  network.set_timer(kB, 100);
-  network.set_timer(kA, 100);
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  network.set_timer(kNodeA, 300);
+  network.set_timer(kNodeB, 100);
+  network.set_timer(kNodeA, 100);
   const auto timer = SimEvent::Kind::kTimer;
-  EXPECT_EQ(network.step(), (SimEvent{100, kB, timer}));
-  EXPECT_EQ(network.step(), (SimEvent{100, kA, timer}));
-  EXPECT_EQ(network.step(), (SimEvent{300, kA, timer}));
-  network.set_timer(kB, 5);
-  EXPECT_EQ(network.step(), (SimEvent{300, kB, timer}));
+  EXPECT_EQ(network.step(), (SimEvent{100, kNodeB, timer}));
+  EXPECT_EQ(network.step(), (SimEvent{100, kNodeA, timer}));
+  EXPECT_EQ(network.step(), (SimEvent{300, kNodeA, timer}));
+  network.set_timer(kNodeB, 5);
+  EXPECT_EQ(network.step(), (SimEvent{300, kNodeB, timer}));
   EXPECT_EQ(network.step(), std::nullopt);
 }
 
@@ -219,12 +219,12 @@ TEST(SimNetwork, LinksMayOutliveTheNetwork) {
   std::unique_ptr<Link> link;
   {
     SimNetwork network(1);
-    link = network.connect(kA);
+    link = network.connect(kNodeA);
   }
-  link->send(kB, "nobody listens");
+  link->send(kNodeB, "nobody listens");
   link->wake();
   EXPECT_TRUE(link->receive({}).empty());
-  EXPECT_EQ(link->self(), kA);
+  EXPECT_EQ(link->self(), kNodeA);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@ namespace tessera::viewer {
 namespace {
 
 constexpr double kSectorSize = 10;
-constexpr std::int64_t kFar = std::int64_t{1} << 62;
+constexpr std::int64_t kFarIndex = std::int64_t{1} << 62;
 
 BodySample body(std::uint64_t id, const SectorIndex& sector, double x) {
   BodySample sample;
@@ -16,15 +16,15 @@ BodySample body(std::uint64_t id, const SectorIndex& sector, double x) {
 }
 
 TEST(PlacesTest, NeighbouringSectorsAreOnePlaceAndDistantOnesAreNot) {
-  const std::vector<Place> places = places_of(
-      {body(3, {0, 0, 0}, 4), body(4, {1, 0, 0}, -4), body(5, {1, 1, 1}, 0), body(2, {kFar, 0, -kFar}, 1)},
-      kSectorSize);
+  const std::vector<Place> places = places_of({body(3, {0, 0, 0}, 4), body(4, {1, 0, 0}, -4),
+                                               body(5, {1, 1, 1}, 0), body(2, {kFarIndex, 0, -kFarIndex}, 1)},
+                                              kSectorSize);
   ASSERT_EQ(places.size(), 2u);
   EXPECT_EQ(places[0].bodies, 3u);
   EXPECT_EQ(places[0].sectors, 3u);
   EXPECT_EQ(places[0].first, BodyId{3});
   EXPECT_NEAR(places[0].half, 5, 1e-9);
-  EXPECT_EQ(places[1].centre, (WorldPosition{{kFar, 0, -kFar}, {1, 0, 0}}));
+  EXPECT_EQ(places[1].centre, (WorldPosition{{kFarIndex, 0, -kFarIndex}, {1, 0, 0}}));
   EXPECT_EQ(places[1].half, 0);
 }
 

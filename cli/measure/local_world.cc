@@ -3,37 +3,39 @@
 #include <algorithm>
 #include <utility>
 
+#include "lpss/observe/state.h"
+#include "lpss/simulation/partition_cluster.h"
 #include "lpss/simulation/plain_world.h"
-#include "lpss/simulation/simulation.h"
+#include "lpss/tick/events.h"
 
 namespace tessera {
 namespace {
 
-template <typename World>
-std::vector<BodyRecord> bodies_of(const World& world) {
-  std::vector<BodyRecord> records;
-  world.for_each_body([&](const BodyRecord& record) { records.push_back(record); });
-  return records;
-}
-
+// One partition, one thread.
 class Sectors : public LocalWorld {
  public:
-  explicit Sectors(std::unique_ptr<Simulation> simulation) : simulation_(std::move(simulation)) {}
+  explicit Sectors(std::unique_ptr<PartitionCluster> cluster) : cluster_(std::move(cluster)) {}
 
-  void step() override { simulation_->step(); }
+  void step() override { cluster_->step(); }
   double step_for_overlap() override {
-    simulation_->report_contacts(true);
+    report_contacts(cluster_->partition(0), true);
     step();
     double deepest = 0;
-    for (const ContactEvent& event : simulation_->contact_events()) deepest = std::max(deepest, event.depth);
-    simulation_->report_contacts(false);
+    for (const ContactEvent& event : cluster_->machine(0).contact_events()) {
+      deepest = std::max(deepest, event.depth);
+    }
+    report_contacts(cluster_->partition(0), false);
     return deepest;
   }
-  std::vector<BodyRecord> bodies() const override { return bodies_of(*simulation_); }
-  WorldHash hash() const override { return simulation_->hash(); }
+  std::vector<BodyRecord> bodies() const override {
+    std::vector<BodyRecord> records;
+    for_each_body(cluster_->partition(0), [&](const BodyRecord& record) { records.push_back(record); });
+    return records;
+  }
+  WorldHash hash() const override { return cluster_->hash(); }
 
  private:
-  std::unique_ptr<Simulation> simulation_;
+  std::unique_ptr<PartitionCluster> cluster_;
 };
 
 class OneWorld : public LocalWorld {
@@ -45,7 +47,11 @@ class OneWorld : public LocalWorld {
     step();
     return 0;
   }
-  std::vector<BodyRecord> bodies() const override { return bodies_of(*world_); }
+  std::vector<BodyRecord> bodies() const override {
+    std::vector<BodyRecord> records;
+    world_->for_each_body([&](const BodyRecord& record) { records.push_back(record); });
+    return records;
+  }
   WorldHash hash() const override { return world_->hash(); }
 
  private:
@@ -54,10 +60,11 @@ class OneWorld : public LocalWorld {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<LocalWorld>> in_sectors(const WorldDescription& world) {
-  absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world);
-  if (!simulation.ok()) return simulation.status();
-  return std::make_unique<Sectors>(*std::move(simulation));
+absl::StatusOr<std::unique_ptr<LocalWorld>> in_sectors(const WorldDescription& world, bool free_flight) {
+  absl::StatusOr<std::unique_ptr<PartitionCluster>> cluster =
+      PartitionCluster::create(world, /*partitions=*/1, /*threads=*/1, free_flight);
+  if (!cluster.ok()) return cluster.status();
+  return std::make_unique<Sectors>(*std::move(cluster));
 }
 
 absl::StatusOr<std::unique_ptr<LocalWorld>> in_one_world(const WorldDescription& world) {

@@ -34,8 +34,9 @@ class LocalWorld {
   virtual WorldHash hash() const = 0;
 };
 
-// Errors: those of Simulation::create() or PlainWorld::create().
-absl::StatusOr<std::unique_ptr<LocalWorld>> in_sectors(const WorldDescription& world);
+// Errors: those of PartitionCluster::create() or PlainWorld::create(). `free_flight` as in PartitionOptions.
+absl::StatusOr<std::unique_ptr<LocalWorld>> in_sectors(const WorldDescription& world,
+                                                       bool free_flight = true);
 absl::StatusOr<std::unique_ptr<LocalWorld>> in_one_world(const WorldDescription& world);
 
 }  // namespace tessera

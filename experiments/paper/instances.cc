@@ -4,10 +4,9 @@
 
 #include <memory>
 
-#include "cli/measure/stopwatch.h"
+#include "experiments/contestant.h"
 #include "experiments/heap.h"
 #include "lpss/simulation/example_worlds.h"
-#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 namespace {
@@ -24,19 +23,20 @@ WorldDescription balls_in_sectors(const WorldSettings& settings, int sectors) {
   const ShapeId ball = builder.shape(Sphere{0.5});
   const int per_sector = kBodies / sectors;
   for (int i = 0; i < kBodies; ++i) {
+    const int sector = i / per_sector;
     const int n = i % per_sector;
-    const Eigen::Vector3d place(kSectorSize * (i / per_sector) + kApart * (n % kPerRow - kPerRow / 2),
-                                kApart * (n / kPerRow - kBodies / kPerRow / 2), 0.5);
+    const int column = n % kPerRow - kPerRow / 2;
+    const int row = n / kPerRow - kBodies / kPerRow / 2;
+    const Eigen::Vector3d place(kSectorSize * sector + kApart * column, kApart * row, 0.5);
     builder.add(absl::StrCat("ball", i), ball, 1, place).linear_velocity.x() = 0.3;
   }
   return builder.world();
 }
 
-struct Contestant {
+struct Balls {
   int sectors = 0;
-  std::unique_ptr<Simulation> simulation;
-  std::vector<double> step_us;
   double heap_kb = 0;
+  Contestant world;
 };
 
 }  // namespace
@@ -49,41 +49,34 @@ absl::StatusOr<Report> measure_instances(const ExperimentOptions& options, const
   settings.sector_size = kSectorSize;
   settings.sleep_after = 0;
 
-  std::vector<Contestant> contestants;
+  std::vector<Balls> all;
   for (int sectors = 1; sectors <= kBodies; sectors *= 2) {
-    Contestant contestant;
-    contestant.sectors = sectors;
     const WorldDescription world = balls_in_sectors(settings, sectors);
     const std::size_t before = heap_bytes();
-    absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world);
-    if (!simulation.ok()) return simulation.status();
-    contestant.simulation = *std::move(simulation);
-    for (Tick tick = 0; tick < kTicksForMemory; ++tick) contestant.simulation->step();
-    contestant.heap_kb = static_cast<double>(heap_bytes() - before) / 1000;
-    contestants.push_back(std::move(contestant));
+    absl::StatusOr<std::unique_ptr<LocalWorld>> local = in_sectors(world);
+    if (!local.ok()) return local.status();
+    (*local)->run(kTicksForMemory);
+    const double heap_kb = static_cast<double>(heap_bytes() - before) / 1000;
+    all.push_back({sectors, heap_kb, Contestant(*std::move(local), world)});
   }
   ProgressCount count(progress, ticks);
   for (Tick tick = 0; tick < ticks; ++tick) {
-    for (Contestant& contestant : contestants) {
-      const Stopwatch watch;
-      contestant.simulation->step();
-      contestant.step_us.push_back(watch.microseconds());
-    }
+    for (Balls& balls : all) balls.world.step();
     if (absl::Status status = count.advance(); !status.ok()) return status;
   }
 
   Report report;
-  const double one_us = median(contestants.front().step_us);
-  for (const Contestant& contestant : contestants) {
-    const double step_us = median(contestant.step_us);
+  const double one_us = median(all.front().world.ticks_us());
+  for (const Balls& balls : all) {
+    const double step_us = median(balls.world.ticks_us());
     report.table("rows").push_back({{"engine", name_of(options.precision)},
-                                    {"sectors", contestant.sectors},
+                                    {"sectors", balls.sectors},
                                     {"bodies", kBodies},
                                     {"ticks", ticks},
                                     {"step_us", step_us},
                                     {"ratio", step_us / one_us},
-                                    {"kb_per_sector", contestant.heap_kb / contestant.sectors},
-                                    {"hash", contestant.simulation->hash().to_string()}});
+                                    {"kb_per_sector", balls.heap_kb / balls.sectors},
+                                    {"hash", balls.world.hash()}});
   }
   return report;
 }

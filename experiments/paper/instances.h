@@ -9,8 +9,8 @@ namespace tessera {
 // the number of engine worlds differs. The runs are stepped alternately, tick by tick.
 //
 // Table "rows": {engine, sectors, bodies, ticks, step_us, ratio, kb_per_sector, hash}. `step_us` is the
-// median tick time, `ratio` relative to one sector; `kb_per_sector` is the heap of the world after the run,
-// minus that of an empty world, per sector.
+// median processor time of a tick, `ratio` relative to one sector; `kb_per_sector` is the heap of the world
+// after the run, minus that of an empty world, per sector.
 absl::StatusOr<Report> measure_instances(const ExperimentOptions& options, const Progress& progress);
 
 }  // namespace tessera

@@ -16,17 +16,17 @@
 namespace tessera {
 namespace {
 
-constexpr double kSectorSize = 16;  // m
-constexpr int kHeight = 8;          // boxes of 1 m
-constexpr double kApart = 2;        // m, from tower to tower
-constexpr double kFloor = -4;       // m, height of its top: towers stand in one layer of sectors
-constexpr Tick kUnmeasured = 5;     // the first ticks find all contacts anew
+constexpr double kTowerSector = 16;  // m
+constexpr int kHeight = 8;           // boxes of 1 m
+constexpr double kTowersApart = 2;   // m, from tower to tower
+constexpr double kFloor = -4;        // m, height of its top: towers stand in one layer of sectors
+constexpr Tick kUnmeasured = 5;      // the first ticks find all contacts anew
 
-struct Setting {
+struct Variant {
   SeamPolicy seams;
   int substeps;
 };
-const Setting kSettings[] = {
+const Variant kVariants[] = {
     {SeamPolicy::kIsland, 1}, {SeamPolicy::kClone, 1}, {SeamPolicy::kIsland, WorldSettings().substeps}};
 
 // Towers in one square, or two side by side, around the edge where four sectors meet.
@@ -36,13 +36,13 @@ WorldDescription towers(const WorldSettings& settings, int count) {
   const int rows = count / columns;
   const double corner = settings.sector_size / 2;
   WorldBuilder builder(settings);
-  builder.add_floor(corner + kApart * columns, kFloor);
+  builder.add_floor(corner + kTowersApart * columns, kFloor);
   const ShapeId box = builder.shape(Box{{1, 1, 1}});
   for (int tower = 0; tower < count; ++tower) {
     const int column = tower % columns - columns / 2;
     const int row = tower / columns - rows / 2;
-    const double x = corner + kApart * column;
-    const double y = corner + kApart * row;
+    const double x = corner + kTowersApart * column;
+    const double y = corner + kTowersApart * row;
     for (int level = 0; level < kHeight; ++level) {
       // Slightly offset, so that a border has boxes on either side.
       const Eigen::Vector3d place(x + 0.02 * ((level * 7 + tower) % 5 - 2),
@@ -59,11 +59,11 @@ double processor_us(const std::function<void()>& work) {
   return microseconds(processor_time() - start);
 }
 
-// The bodies with one setting, and the time of each tick.
+// The bodies with one variant of solving, and the time of each tick.
 class Timed {
  public:
-  Timed(const Setting& setting, std::unique_ptr<Simulation> simulation)
-      : setting_(setting), simulation_(std::move(simulation)) {}
+  Timed(const Variant& variant, std::unique_ptr<Simulation> simulation)
+      : variant_(variant), simulation_(std::move(simulation)) {}
 
   void step(bool measured) {
     const double tick_us = processor_us([&] { simulation_->step(); });
@@ -79,8 +79,8 @@ class Timed {
 
   void report(Precision precision, int bodies, double plain_us, Report& report) const {
     const Row start = {{"engine", name_of(precision)},
-                       {"seams", name_of(setting_.seams)},
-                       {"substeps", setting_.substeps},
+                       {"seams", name_of(variant_.seams)},
+                       {"substeps", variant_.substeps},
                        {"bodies", bodies}};
     const double tick_us = median(tick_us_);
     const auto add = [&](const char* phase, const std::vector<double>& phase_us) {
@@ -109,7 +109,7 @@ class Timed {
   }
 
  private:
-  Setting setting_;
+  Variant variant_;
   std::unique_ptr<Simulation> simulation_;
   WorldHash hash_;
   std::vector<double> tick_us_;
@@ -120,20 +120,20 @@ class Timed {
 absl::Status measure(Precision precision, int bodies, Tick ticks, ProgressCount& count, Report& report) {
   WorldSettings settings;
   settings.precision = precision;
-  settings.sector_size = kSectorSize;
+  settings.sector_size = kTowerSector;
   settings.sleep_after = 0;
   WorldDescription world = towers(settings, bodies / kHeight);
   absl::StatusOr<std::unique_ptr<LocalWorld>> one_world = in_one_world(world);
   if (!one_world.ok()) return one_world.status();
   std::vector<double> plain_us;
   std::vector<Timed> contestants;
-  for (const Setting& setting : kSettings) {
-    world.settings.seams = setting.seams;
-    world.settings.substeps = setting.substeps;
+  for (const Variant& variant : kVariants) {
+    world.settings.seams = variant.seams;
+    world.settings.substeps = variant.substeps;
     absl::StatusOr<std::unique_ptr<Simulation>> simulation =
         Simulation::create(world, /*threads=*/1, processor_time);
     if (!simulation.ok()) return simulation.status();
-    contestants.emplace_back(setting, *std::move(simulation));
+    contestants.emplace_back(variant, *std::move(simulation));
   }
   for (Tick tick = 0; tick < kUnmeasured + ticks; ++tick) {
     const bool measured = tick >= kUnmeasured;

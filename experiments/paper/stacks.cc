@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kBoxes = 10;
 constexpr double kStandingMax = 0.5;  // m
-constexpr Tick kTicks = 600;
+constexpr Tick kStandingTicks = 600;
 
 struct Place {
   const char* name;
@@ -58,7 +58,7 @@ class StackMeasurement {
     const absl::StatusOr<std::unique_ptr<LocalWorld>> local =
         sectored ? in_sectors(world) : in_one_world(world);
     if (!local.ok()) return local.status();
-    (*local)->run(kTicks);
+    (*local)->run(kStandingTicks);
     const absl::StatusOr<std::vector<BodyRecord>> start = records_of(world);
     if (!start.ok()) return start.status();
     add(sectored, place, foot, *start, **local);

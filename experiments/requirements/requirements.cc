@@ -9,14 +9,15 @@
 #include <future>
 #include <iterator>
 #include <memory>
+#include <set>
 #include <utility>
 #include <vector>
 
 #include "cli/measure/own_process.h"
 #include "cli/tune/trial.h"
+#include "experiments/contestant.h"
 #include "experiments/heap.h"
 #include "experiments/requirements/choices.h"
-#include "experiments/requirements/contestant.h"
 #include "experiments/requirements/spread.h"
 #include "worlds/loader/world_file.h"
 
@@ -104,9 +105,9 @@ class Comparison {
     const absl::StatusOr<WorldDescription> world = variant(n);
     if (!world.ok()) return world.status();
     const std::size_t before = peak_bytes();
-    absl::StatusOr<Contestant> contestant = Contestant::create(*world, free_flight(n));
-    if (!contestant.ok()) return contestant.status();
-    for (Tick tick = 0; tick < kTicksForMemory; ++tick) contestant->step();
+    const absl::StatusOr<std::unique_ptr<LocalWorld>> local = in_sectors(*world, free_flight(n));
+    if (!local.ok()) return local.status();
+    (*local)->run(kTicksForMemory);
     Report report;
     report.table(kPeak).push_back({{kPeak, static_cast<double>(peak_bytes() - before) / kUnit}});
     return report;
@@ -127,9 +128,9 @@ class Comparison {
     for (std::size_t n = 0; n <= choices_.size() + 1; ++n) {
       const absl::StatusOr<WorldDescription> world = variant(n);
       if (!world.ok()) return world.status();
-      absl::StatusOr<Contestant> contestant = Contestant::create(*world, free_flight(n));
-      if (!contestant.ok()) return contestant.status();
-      contestants_.push_back(*std::move(contestant));
+      absl::StatusOr<std::unique_ptr<LocalWorld>> local = in_sectors(*world, free_flight(n));
+      if (!local.ok()) return local.status();
+      contestants_.emplace_back(*std::move(local), *world);
     }
     return absl::OkStatus();
   }
@@ -186,7 +187,7 @@ class Comparison {
                                       {"engine", name_of(subject_.world.settings.precision)},
                                       {"bodies", on().bodies().size()},
                                       {"asleep", distances_at_rest(on()).size()},
-                                      {"sectors", on().sectors()},
+                                      {"sectors", sectors().size()},
                                       {"seconds", subject_.seconds},
                                       {"horizon_s", subject_.horizon},
                                       {"cost_of_same", cpu_us(disturbed()) / cpu_us(on())}});
@@ -225,6 +226,12 @@ class Comparison {
   }
   double cpu_us(const Contestant& contestant) const {
     return contestant.spent_us(ticks_) / bodies_ / subject_.seconds;
+  }
+  // Where a dynamic body is.
+  std::set<SectorIndex> sectors() const {
+    std::set<SectorIndex> homes;
+    for (const BodyRecord& body : on().bodies()) homes.insert(body.home);
+    return homes;
   }
   Tick last_second() const { return std::min(ticks_, ticks_in(1)); }
   const Contestant& on() const { return contestants_.front(); }

@@ -17,7 +17,7 @@
 namespace tessera {
 namespace {
 
-const Progress kSilent = [](std::uint64_t, std::uint64_t) { return true; };
+const Progress kNoProgress = [](std::uint64_t, std::uint64_t) { return true; };
 
 std::set<SectorIndex> sectors_of(const WorldDescription& world) {
   std::set<SectorIndex> sectors;
@@ -96,7 +96,7 @@ TEST(Spread, IsNullWhereNothingCanBeSaid) {
 
 TEST(RequirementsExperiment, LoneBodiesFlyTheSameWhateverIsDoneForThem) {
   const RequirementsSubject sparse{"sparse", sparse_world(WorldSettings(), 30), 0.4, 0.2};
-  absl::StatusOr<Report> report = measure_requirements_of({&sparse, 1}, kSilent);
+  absl::StatusOr<Report> report = measure_requirements_of({&sparse, 1}, kNoProgress);
   ASSERT_TRUE(report.ok()) << report.status();
   EXPECT_THAT(report->misses, ::testing::IsEmpty());
   std::map<std::string, Row> rows = rows_by_choice(*report);
@@ -120,7 +120,7 @@ TEST(RequirementsExperiment, LoneBodiesFlyTheSameWhateverIsDoneForThem) {
 TEST(RequirementsExperiment, WhatIsAtRestStaysWhereItWas) {
   const WorldDescription tower = tower_world(WorldSettings(), 2, Eigen::Vector3d::Zero());
   const RequirementsSubject subject{"tower", tower, 3, 0.1};
-  absl::StatusOr<Report> report = measure_requirements_of({&subject, 1}, kSilent);
+  absl::StatusOr<Report> report = measure_requirements_of({&subject, 1}, kNoProgress);
   ASSERT_TRUE(report.ok()) << report.status();
   EXPECT_EQ(report->table("worlds").at(0)["asleep"], 2);
   const Row row = rows_by_choice(*report).at("sleep");

@@ -5,34 +5,13 @@
 #include <memory>
 #include <utility>
 
-#include "cli/measure/local_world.h"
-#include "cli/measure/stopwatch.h"
+#include "experiments/contestant.h"
 #include "experiments/seams/piles.h"
 #include "lpss/simulation/example_worlds.h"
 #include "worlds/loader/world_file.h"
 
 namespace tessera::seams {
 namespace {
-
-// One of several worlds that are stepped alternately.
-struct Contestant {
-  std::string policy;
-  std::unique_ptr<LocalWorld> world;
-  std::vector<double> tick_ms;
-
-  void step() {
-    const Stopwatch watch;
-    world->step();
-    tick_ms.push_back(watch.microseconds() / 1000);
-  }
-};
-
-absl::Status enter(std::vector<Contestant>& contestants, const std::string& policy,
-                   absl::StatusOr<std::unique_ptr<LocalWorld>> world) {
-  if (!world.ok()) return world.status();
-  contestants.push_back({policy, *std::move(world), {}});
-  return absl::OkStatus();
-}
 
 absl::StatusOr<std::unique_ptr<LocalWorld>> under(SeamPolicy seams, WorldDescription world) {
   world.settings.seams = seams;
@@ -82,18 +61,23 @@ class Measurement {
   }
 
   absl::Status race(const std::string& name, const WorldDescription& world) {
-    std::vector<Contestant> contestants;
-    absl::Status entered = enter(contestants, "island", under(SeamPolicy::kIsland, world));
-    if (entered.ok()) entered = enter(contestants, "clone-1", under(SeamPolicy::kClone, world));
-    if (entered.ok()) entered = enter(contestants, "plain", in_one_world(world));
+    std::vector<std::pair<std::string, Contestant>> contestants;
+    const auto enter = [&](const std::string& policy, absl::StatusOr<std::unique_ptr<LocalWorld>> local) {
+      if (!local.ok()) return local.status();
+      contestants.emplace_back(policy, Contestant(*std::move(local), world));
+      return absl::OkStatus();
+    };
+    absl::Status entered = enter("island", under(SeamPolicy::kIsland, world));
+    if (entered.ok()) entered = enter("clone-1", under(SeamPolicy::kClone, world));
+    if (entered.ok()) entered = enter("plain", in_one_world(world));
     if (!entered.ok()) return entered;
     for (Tick tick = 0; tick < options_.ticks; ++tick) {
-      for (Contestant& contestant : contestants) contestant.step();
+      for (auto& [policy, contestant] : contestants) contestant.step();
       if (absl::Status status = progress_.advance(); !status.ok()) return status;
     }
-    for (Contestant& contestant : contestants) {
-      costs_.times.push_back({name, contestant.policy, options_.ticks, median(std::move(contestant.tick_ms)),
-                              contestant.world->hash().to_string()});
+    for (const auto& [policy, contestant] : contestants) {
+      costs_.times.push_back(
+          {name, policy, options_.ticks, median(contestant.ticks_us()) / 1000, contestant.hash()});
     }
     return absl::OkStatus();
   }

@@ -34,7 +34,8 @@ WorldDescription pyramid(const WorldSettings& settings) {
     const int side = 5 - layer;
     for (int n = 0; n < side * side; ++n) {
       const double across = 1.02 * (n % side - 0.5 * (side - 1));
-      const double along = 1.02 * (n / side - 0.5 * (side - 1));
+      const int row = n / side;
+      const double along = 1.02 * (row - 0.5 * (side - 1));
       builder.add(absl::StrCat("box", layer, "_", n), box, 1, {across + 0.011, along + 0.007, layer - 2.0});
     }
   }

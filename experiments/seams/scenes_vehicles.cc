@@ -11,8 +11,8 @@
 namespace tessera::seams {
 namespace {
 
-constexpr double kGapMore = 1e-3;  // m, of a joint, more than the reference
-constexpr double kWayMin = 1;      // m
+constexpr double kVehicleGapMore = 1e-3;  // m, of a joint, more than the reference
+constexpr double kWayMin = 1;             // m
 
 // The bodies and joints of a file, with its origin moved to `place`.
 absl::StatusOr<WorldDescription> from_file(const std::string& file, const WorldSettings& settings,
@@ -63,7 +63,7 @@ absl::StatusOr<WorldDescription> r2d2(const std::string& file, const WorldSettin
 }
 
 bool drives_on(const Course& run, const Course& reference) {
-  return displacement(run) > kWayMin && run.joint_gap_max <= reference.joint_gap_max + kGapMore;
+  return displacement(run) > kWayMin && run.joint_gap_max <= reference.joint_gap_max + kVehicleGapMore;
 }
 
 Scene vehicle(const std::string& name, const std::string& about, const std::string& file,

@@ -8,7 +8,6 @@
 namespace tessera::bullet {
 namespace {
 
-constexpr std::uint64_t kFloor = 1;
 constexpr std::uint64_t kBox = 10;
 constexpr std::uint64_t kBall = 11;
 constexpr BodyId kFloorId{kFloor};

@@ -14,12 +14,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::uint64_t kBase = 5;
-constexpr std::uint64_t kLink = 10;
 constexpr double kInertia = 1.0 / 6;     // of a link, kg m^2
 constexpr double kLever = 0.5;           // m, from the axis of an arm to its centre
 constexpr double kLoad = 9.81 * kLever;  // N m, of an arm that is held out
-const Vector3d kNoGravity = Vector3d::Zero();
 
 // A link that turns about its own centre, or slides, without gravity.
 std::size_t add_free(JointScene& scene, JointType type) {

@@ -12,12 +12,6 @@ namespace {
 
 using testing::DoubleNear;
 
-constexpr double kTick = 1.0 / 60;
-
-void run(TestWorld& world, int ticks) {
-  for (int i = 0; i < ticks; ++i) world.step(kTick);
-}
-
 struct Ground {
   ShapeId shape;
   double z;    // of its body
@@ -40,7 +34,7 @@ TEST(RestTest, EveryShapeRestsOnEveryGroundAtItsHeight) {
       record.properties.angular_damping = 0.5;
       world.add(record);
     }
-    run(world, 240);
+    world.run(240);
     for (ShapeId shape = 0; shape < kDynamicShapes; ++shape) {
       // The dumbbell leans on its ball.
       if (shape == kDumbbellShape) continue;
@@ -92,7 +86,7 @@ TEST(RestTest, CentreFrameIsWhereTheBodyTurns) {
   BodyRecord cornered = dynamic_body(11, 101, {3, 0, 0.3});
   cornered.properties.centre = {0.5, 0.3, 0.2};
   world.add(cornered);
-  run(world, 120);
+  world.run(120);
   EXPECT_NEAR(world.height(10), 0.2, 0.004);
   EXPECT_NEAR(world.height(11), 0.2, 0.004);
 }
@@ -160,7 +154,7 @@ TEST(AddStaticTest, PartIsPosedInTheSector) {
   EXPECT_EQ(world.world().position(slot), Eigen::Vector3d(0, 0, 2));
   // Turned, the box is 1 m thick, its middle 0.5 m below the pose.
   world.add(dynamic_body(10, kBoxShape, {2, 0, 2.6}));
-  run(world, 60);
+  world.run(60);
   EXPECT_NEAR(world.height(10), 2.5, 0.006);
 }
 
@@ -170,7 +164,7 @@ TEST(StateTest, ComesBackBitForBit) {
   BodyRecord record = dynamic_body(10, kTableShape, {0.1f, 20, 30});
   record.state.angular_velocity = {1, 2, 3};
   world.add(record);
-  run(world, 50);
+  world.run(50);
   BodyState state = world.state(10);
   state.still_for = 0.25;
   state.activity = Activity::kWantsSleep;
@@ -232,7 +226,7 @@ TEST(MaskTest, BothSidesMustWantTheContact) {
   fast.properties.mask = 2;
   fast.state.linear_velocity = {0, 0, -200};
   for (const BodyRecord& record : {other, blind, fast}) world.add(record);
-  run(world, 60);
+  world.run(60);
   EXPECT_NEAR(world.height(10), 0.5, 0.005);
   EXPECT_LT(world.height(11), -3);
   EXPECT_LT(world.height(12), -150) << "sweeps respect masks";
@@ -246,7 +240,7 @@ TEST(KinematicTest, ConveyorCarriesWhatLiesOnIt) {
   belt.state.linear_velocity = {1, 0, 0};
   world.add(belt);
   world.add(dynamic_body(11, kBoxShape, {0, 0, 0.5}));
-  run(world, 180);
+  world.run(180);
   EXPECT_EQ(world.state(10).position[0], 0) << "the caller moves kinematic bodies";
   EXPECT_EQ(world.state(10).linear_velocity[0], 1);
   EXPECT_NEAR(world.state(11).linear_velocity[0], 1, 0.01);
@@ -274,7 +268,7 @@ TEST(ContinuousCollisionTest, BulletDoesNotPassAThinWall) {
     cube.state.position = {-5, 1, 0.5};
     world.add(ball);
     world.add(cube);
-    run(world, 30);
+    world.run(30);
     EXPECT_EQ(world.state(10).position[0] < 0, continuous);
     EXPECT_EQ(world.state(11).position[0] < 0, continuous);
   }
@@ -343,7 +337,7 @@ TEST(ContactTest, PairsAreSortedAndTold) {
   world.add(dynamic_body(20, kTableShape, {3, 0, 0.4}));
   world.add(dynamic_body(10, kBoxShape, {0, 0.1, 1.5}));
   world.add(static_body(25, kFloorShape, {0, 0, -1}));
-  run(world, 30);
+  world.run(30);
   const std::span<const ContactPair> contacts = world.world().contacts();
   ASSERT_EQ(contacts.size(), 3u);
   EXPECT_EQ(contacts[0].a.value, 10u);
@@ -389,16 +383,16 @@ TEST(SleepTest, FallsAsleepStaysAndWakes) {
   world.add(static_body(1, kFloorShape, {0, 0, -1}));
   world.add(dynamic_body(10, kBoxShape, {0, 0, 0.5}));
   world.add(dynamic_body(11, kBoxShape, {0, 0, 1.5}));
-  run(world, 120);
+  world.run(120);
   ASSERT_EQ(world.asleep(), 2u);
   EXPECT_EQ(world.world().contacts().size(), 2u) << "contacts of sleepers stay";
   const std::uint64_t asleep = world.hash();
-  run(world, 60);
+  world.run(60);
   EXPECT_EQ(world.hash(), asleep);
   world.add(dynamic_body(12, kSphereShape, {0.1, 0, 4}));
-  run(world, 60);
+  world.run(60);
   EXPECT_EQ(world.asleep(), 0u) << "woken by what fell on them";
-  run(world, 600);
+  world.run(600);
   EXPECT_NEAR(world.height(10), 0.5, 0.01);
 }
 
@@ -411,10 +405,10 @@ double still_for_after_slip(double speed, int still) {
   BodyRecord floating = dynamic_body(10, kBoxShape, {0, 0, 0});
   floating.properties.gravity = false;
   world.add(floating);
-  run(world, still);
+  world.run(still);
   const Eigen::Vector3d slip(speed * settings.sleep_linear_speed, 0, 0);
   world.world().set_velocity(world.slot(10), slip, Eigen::Vector3d::Zero());
-  run(world, 1);
+  world.run(1);
   return world.state(10).still_for;
 }
 
@@ -429,7 +423,7 @@ TEST(SleepTest, NeverWithoutATimeToSleepAfter) {
   TestWorld world(*engine);
   world.add(static_body(1, kFloorShape, {0, 0, -1}));
   world.add(dynamic_body(10, kBoxShape, {0, 0, 0.5}));
-  run(world, 300);
+  world.run(300);
   EXPECT_EQ(world.state(10).activity, Activity::kAwake);
   EXPECT_GT(world.state(10).still_for, 3);
 }

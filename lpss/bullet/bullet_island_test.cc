@@ -13,10 +13,8 @@
 namespace tessera::bullet {
 namespace {
 
-constexpr double kTick = 1.0 / 60;
 constexpr double kFrame = 128;  // m between the frames of two sectors
 constexpr int kBoxes = 10;
-constexpr std::uint64_t kFloor = 1;
 
 // The body of box `i`, and which of the sectors it lives in.
 std::uint64_t id_of(int box) { return static_cast<std::uint64_t>(box) + 10; }

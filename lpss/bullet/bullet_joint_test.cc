@@ -13,10 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::uint64_t kBase = 5;
-constexpr std::uint64_t kLink = 10;
-const Vector3d kNoGravity = Vector3d::Zero();
-
 Vector3d position_of(const BodyState& state) { return Eigen::Map<const Vector3d>(state.position.data()); }
 
 // The largest errors of joints while a scene runs.

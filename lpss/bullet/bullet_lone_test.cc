@@ -9,18 +9,12 @@
 namespace tessera::bullet {
 namespace {
 
-constexpr double kTick = 1.0 / 60;
-
 BodyRecord tumbling(std::uint64_t id, ShapeId shape) {
   BodyRecord record = dynamic_body(id, shape, {1, 2, 3});
   record.properties.inertia = {0.2, 0.3, 0.15};
   record.state.linear_velocity = {1.3, -0.7, 4.1};
   record.state.angular_velocity = {2.1, 0.4, -3.3};
   return record;
-}
-
-void run(TestWorld& world, int ticks) {
-  for (int i = 0; i < ticks; ++i) world.step(kTick);
 }
 
 // A step without a solver.
@@ -67,17 +61,17 @@ TEST(LoneTest, CompanyThatComesAndGoesLeavesNoTrace) {
   in_company.add(static_body(1, kFloorShape, {0, 0, 500}));
   for (TestWorld* world : {&alone, &in_company}) {
     world->add(dynamic_body(10, kBoxShape, {0, 0, 0}));
-    run(*world, 20);
+    world->run(20);
     BodyRecord visitor = dynamic_body(11, kSphereShape, {0.1, 0, world->height(10) + 1.3});
     visitor.state.linear_velocity[2] = -20;
     world->add(visitor);
-    run(*world, 10);
+    world->run(10);
   }
   EXPECT_NE(alone.state(10).angular_velocity, alone.state(11).angular_velocity);
   EXPECT_EQ(alone.hash(), in_company.hash());
   for (TestWorld* world : {&alone, &in_company}) {
     world->remove(11);
-    run(*world, 20);
+    world->run(20);
   }
   EXPECT_EQ(alone.hash(), in_company.hash());
 }
@@ -86,7 +80,7 @@ TEST(LoneTest, IsFoundByQuestions) {
   const auto engine = test_engine(test_settings());
   TestWorld world(*engine);
   world.add(tumbling(10, kSphereShape));
-  run(world, 30);
+  world.run(30);
   const Eigen::Vector3d place(world.state(10).position.data());
   const Eigen::Vector3d away(0, 3, 0);
   EXPECT_TRUE(world.world().reaches_home_body({place, place + away}));
@@ -97,7 +91,7 @@ TEST(LoneTest, IsFoundByQuestions) {
   EXPECT_EQ(world.world().near(Sphere{0.5}, {place + away, Eigen::Quaterniond::Identity()}, 5, ~0u).size(),
             1u);
   const std::uint64_t before = world.hash();
-  run(world, 10);
+  world.run(10);
   EXPECT_NE(world.hash(), before);
 }
 

@@ -10,7 +10,6 @@ namespace tessera::bullet {
 namespace {
 
 constexpr int kTicks = 600;
-constexpr std::uint64_t kFloor = 1;
 
 struct Pile {
   const char* name;

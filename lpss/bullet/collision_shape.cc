@@ -97,7 +97,7 @@ struct MakePart {
   btTransform& pose;
   Data& data;
 
-  std::unique_ptr<btCollisionShape> operator()(const Box& box) const {
+  std::unique_ptr<btCollisionShape> operator()(const tessera::Box& box) const {
     return std::make_unique<btBoxShape>(to_bullet(Eigen::Vector3d(box.size / 2)));
   }
   std::unique_ptr<btCollisionShape> operator()(const Sphere& sphere) const {

@@ -13,7 +13,9 @@
 namespace tessera::bullet {
 
 inline constexpr double kSectorSize = 128;  // m
-inline constexpr double kTick = 1.0 / 60;   // s
+inline constexpr std::uint64_t kBase = 5;   // ids
+inline constexpr std::uint64_t kLink = 10;
+inline const Eigen::Vector3d kNoGravity = Eigen::Vector3d::Zero();
 
 class JointScene {
  public:

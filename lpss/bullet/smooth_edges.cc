@@ -63,7 +63,7 @@ struct MeshTriangle {
     const double side = winding.dot(found) < 0 ? -1 : 1;
     const int n = nearest_edge(point);
     if (n < 0) return found;
-    const Vector3d face = side * winding;
+    Vector3d face = side * winding;
     const Vector3d beyond = side * *edges.across(key, n);
     const Vector3d along = Edge(corners, n).direction;
     const Vector3d out = along.cross(winding);

@@ -27,9 +27,9 @@ ConvexHull prism() {
 
 Shape table() {
   Shape shape;
-  shape.parts.push_back({Box{{1, 1, 0.2}}, at(0, 0, 0.3)});
+  shape.parts.push_back({tessera::Box{{1, 1, 0.2}}, at(0, 0, 0.3)});
   for (double x : {-0.4, 0.4}) {
-    for (double y : {-0.4, 0.4}) shape.parts.push_back({Box{{0.2, 0.2, 0.6}}, at(x, y, -0.1)});
+    for (double y : {-0.4, 0.4}) shape.parts.push_back({tessera::Box{{0.2, 0.2, 0.6}}, at(x, y, -0.1)});
   }
   return shape;
 }
@@ -58,7 +58,8 @@ HeightField field() {
 Shape tiles() {
   Shape shape;
   for (int i = -4; i < 4; ++i) {
-    for (int j = -4; j < 4; ++j) shape.parts.push_back({Box{{5, 5, 2}}, at(i * 5 + 2.5, j * 5 + 2.5, -1)});
+    for (int j = -4; j < 4; ++j)
+      shape.parts.push_back({tessera::Box{{5, 5, 2}}, at(i * 5 + 2.5, j * 5 + 2.5, -1)});
   }
   return shape;
 }
@@ -85,7 +86,7 @@ std::unique_ptr<Engine> test_engine(const EngineSettings& settings) {
 Shape test_shape(ShapeId id) {
   switch (id) {
     case kBoxShape:
-      return single(Box{{1, 1, 1}});
+      return single(tessera::Box{{1, 1, 1}});
     case kSphereShape:
       return single(Sphere{0.5});
     case kCylinderShape:
@@ -97,11 +98,11 @@ Shape test_shape(ShapeId id) {
     case kEllipsoidShape:
       return single(Ellipsoid{{0.6, 0.5, 0.4}});
     case kDumbbellShape:
-      return {{{Box{{0.6, 0.4, 0.4}}, at(0.3, 0, 0)}, {Sphere{0.3}, at(-0.3, 0, 0.1)}}};
+      return {{{tessera::Box{{0.6, 0.4, 0.4}}, at(0.3, 0, 0)}, {Sphere{0.3}, at(-0.3, 0, 0.1)}}};
     case kTableShape:
       return table();
     case kFloorShape:
-      return single(Box{{100, 100, 2}});
+      return single(tessera::Box{{100, 100, 2}});
     case kPlaneShape:
       return single(Plane{});
     case kMeshShape:
@@ -109,7 +110,7 @@ Shape test_shape(ShapeId id) {
     case kHeightFieldShape:
       return single(field());
     case kLargeBoxShape:
-      return single(Box{{6, 6, 6}});
+      return single(tessera::Box{{6, 6, 6}});
     case kSmallBallShape:
       return single(Sphere{0.05});
     default:

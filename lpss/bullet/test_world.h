@@ -12,6 +12,9 @@
 
 namespace tessera::bullet {
 
+inline constexpr double kTick = 1.0 / 60;   // s
+inline constexpr std::uint64_t kFloor = 1;  // the id of what others lie on
+
 // The precision that this process tests, from the command line.
 extern Precision test_precision;
 
@@ -55,7 +58,10 @@ class TestWorld {
   BodySlot add(const BodyRecord& record, Role role = Role::kHome);
   BodySlot add_static(std::uint64_t id, const Shape& part, const Pose& pose);
   void remove(std::uint64_t id);
-  void step(double dt = 1.0 / 60);
+  void step(double dt = kTick);
+  void run(int ticks) {
+    for (int tick = 0; tick < ticks; ++tick) step();
+  }
 
   SectorWorld& world() { return *world_; }
   BodySlot slot(std::uint64_t id) const { return slots_.at(id); }

@@ -14,8 +14,8 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
-constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kIndexMin = std::numeric_limits<std::int64_t>::min();
+constexpr std::int64_t kIndexMax = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kFar = std::int64_t{1} << 62;
 
 const std::vector<double> kSectorSizes = {0.5, 1, 8, 10, 100.1, 128, 1.0 / 3, 788.3};
@@ -128,20 +128,20 @@ TEST(WorldPosition, RefusesToLeaveTheRange) {
     EXPECT_THAT(std::string(position.status().message()), HasSubstr("position z"));
   }
   // The displacement is small, but the sector has no neighbour.
-  EXPECT_EQ(canonical({kMax, 0, 0}, {64, 0, 0}, 128).status().code(), absl::StatusCode::kOutOfRange);
-  EXPECT_EQ(canonical({kMin, 0, 0}, {-65, 0, 0}, 128).status().code(), absl::StatusCode::kOutOfRange);
-  EXPECT_TRUE(canonical({kMax, kMin, 0}, {63, -64, 0}, 128).ok());
+  EXPECT_EQ(canonical({kIndexMax, 0, 0}, {64, 0, 0}, 128).status().code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(canonical({kIndexMin, 0, 0}, {-65, 0, 0}, 128).status().code(), absl::StatusCode::kOutOfRange);
+  EXPECT_TRUE(canonical({kIndexMax, kIndexMin, 0}, {63, -64, 0}, 128).ok());
 }
 
 TEST(WorldPosition, ReachesTheEndsOfTheRange) {
   const double edge = std::ldexp(1.0, 63);  // sectors of 1 m
   const auto lowest = canonical({}, {-edge, 0, 0}, 1);
   ASSERT_TRUE(lowest.ok()) << lowest.status();
-  EXPECT_EQ(lowest->sector.i, kMin);
+  EXPECT_EQ(lowest->sector.i, kIndexMin);
   EXPECT_FALSE(canonical({}, {edge, 0, 0}, 1).ok());
   const auto highest = canonical({}, {std::nextafter(edge, 0), 0, 0}, 1);
   ASSERT_TRUE(highest.ok()) << highest.status();
-  EXPECT_EQ(highest->sector.i, kMax - 1023);
+  EXPECT_EQ(highest->sector.i, kIndexMax - 1023);
 }
 
 TEST(SectorIndex, MovesAndComesBack) {
@@ -155,12 +155,12 @@ TEST(SectorIndex, MovesAndComesBack) {
 }
 
 TEST(SectorIndex, RefusesToOverflowAndNamesTheAxis) {
-  const auto i = translated({kMax, 0, 0}, {1, 0, 0});
+  const auto i = translated({kIndexMax, 0, 0}, {1, 0, 0});
   EXPECT_EQ(i.status().code(), absl::StatusCode::kOutOfRange);
   EXPECT_THAT(std::string(i.status().message()), HasSubstr("component i"));
-  const auto j = translated({0, kMin, 0}, {0, -1, 0});
+  const auto j = translated({0, kIndexMin, 0}, {0, -1, 0});
   EXPECT_THAT(std::string(j.status().message()), HasSubstr("component j"));
-  const auto k = offset_between({0, 0, kMin}, {0, 0, kMax});
+  const auto k = offset_between({0, 0, kIndexMin}, {0, 0, kIndexMax});
   EXPECT_EQ(k.status().code(), absl::StatusCode::kOutOfRange);
   EXPECT_THAT(std::string(k.status().message()), HasSubstr("component k"));
 }
@@ -168,11 +168,11 @@ TEST(SectorIndex, RefusesToOverflowAndNamesTheAxis) {
 TEST(SectorIndex, DistanceSaturates) {
   EXPECT_EQ(chebyshev_distance({1, 2, 3}, {1, 2, 3}), 0);
   EXPECT_EQ(chebyshev_distance({1, 2, 3}, {0, 3, 2}), 1);
-  EXPECT_EQ(chebyshev_distance({kMin, 0, 0}, {kMax, 0, 0}), kMax);
+  EXPECT_EQ(chebyshev_distance({kIndexMin, 0, 0}, {kIndexMax, 0, 0}), kIndexMax);
 }
 
 TEST(SectorIndex, MetresBetweenFarSectorsAreExact) {
-  EXPECT_EQ(metres_between({kMax - 1, kMin, kFar}, {kMax, kMin + 2, kFar - 3}, 128),
+  EXPECT_EQ(metres_between({kIndexMax - 1, kIndexMin, kFar}, {kIndexMax, kIndexMin + 2, kFar - 3}, 128),
             Eigen::Vector3d(128, 256, -384));
 }
 
@@ -183,7 +183,7 @@ TEST(WorldPose, ComposesAcrossBorders) {
   ASSERT_TRUE(pose.ok()) << pose.status();
   EXPECT_EQ(pose->position.sector, (SectorIndex{kFar + 1, 0, 0}));
   EXPECT_NEAR(pose->position.local.x(), -58, 1e-12);
-  EXPECT_FALSE(compose({{{kMax, 0, 0}, {60, 0, 0}}, Eigen::Quaterniond::Identity()},
+  EXPECT_FALSE(compose({{{kIndexMax, 0, 0}, {60, 0, 0}}, Eigen::Quaterniond::Identity()},
                        {{10, 0, 0}, Eigen::Quaterniond::Identity()}, 128)
                    .ok());
 }

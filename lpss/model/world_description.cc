@@ -2,14 +2,9 @@
 
 #include <absl/strings/str_cat.h>
 
+#include "lpss/model/checks.h"
+
 namespace tessera {
-namespace {
-
-absl::Status in(const std::string& what, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(what, ": ", status.message()));
-}
-
-}  // namespace
 
 absl::Status move_by(WorldDescription& world, const SectorOffset& offset) {
   const absl::StatusOr<SectorIndex> anchor = translated(world.anchor, offset);

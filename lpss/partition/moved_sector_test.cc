@@ -15,7 +15,7 @@ using testing::IsEmpty;
 
 // A sector with something of everything: contacts (one of them with a clone), sleepers, a body that leaves,
 // one with a target, and a replica that has no clone.
-void furnish(Partition& partition) {
+void fill(Partition& partition) {
   add_body(partition, moving(box(1, kLow, {0, 0, 0}), {1, 2, 3}));
   add_body(partition, in_state(box(2, kLow, {0.984375, 0, 0}), Activity::kWantsSleep));
   add_body(partition, in_state(box(3, kLow, {0, 5, 0}, Motion::kKinematic), Activity::kAsleep));
@@ -88,7 +88,7 @@ void expect_equal(const MovedSector& a, const MovedSector& b) {
 
 TEST(MovedSector, IsAtTheNewServerWhatItWasAtTheOldOne) {
   TestPartition giver;
-  furnish(*giver);
+  fill(*giver);
   check_invariants(*giver);
   const MovedSector moved = pack_sector(sector(*giver, kLow));
   EXPECT_EQ(moved.bodies.size(), 4u);
@@ -106,7 +106,7 @@ TEST(MovedSector, IsAtTheNewServerWhatItWasAtTheOldOne) {
 
 TEST(MovedSector, LeavesNothingBehindThatOnlyItNeeded) {
   TestPartition giver;
-  furnish(*giver);
+  fill(*giver);
   add_body(*giver, box(7, kHigh, {0, 0, 0}));
   forget_sector(*giver, sector(*giver, kLow));
   check_invariants(*giver);

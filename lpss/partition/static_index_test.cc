@@ -13,7 +13,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr double kSize = 16;
+constexpr double kEdge = 16;
 constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
 constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
 
@@ -45,7 +45,7 @@ std::vector<std::uint64_t> overlapping(const StaticIndex& index, const SectorInd
 }
 
 TEST(StaticIndex, FindsWhatItWasToldOf) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   index.add(static_body(3, {1, 2, 3}, {4, 5, 6}), kBall);
   index.add(static_body(5, {}, {0, 0, 0}), kPlane);
   EXPECT_EQ(index.size(), 2u);
@@ -58,7 +58,7 @@ TEST(StaticIndex, FindsWhatItWasToldOf) {
 }
 
 TEST(StaticIndex, TheFirstBodyOfAnIdStays) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   index.add(static_body(3, {}, {0, 0, 0}), kBall);
   index.add(static_body(3, {9, 0, 0}, {0, 0, 0}), kBall);
   EXPECT_EQ(index.size(), 1u);
@@ -67,7 +67,7 @@ TEST(StaticIndex, TheFirstBodyOfAnIdStays) {
 }
 
 TEST(StaticIndex, ReturnsWhatReachesIntoTheBoxAndNothingFarAway) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   index.add(static_body(4, {}, {0, 0, 0}), kBall);
   index.add(static_body(2, {1, 0, 0}, {-7.5, 0, 0}), kBall);  // half a metre over the border
   index.add(static_body(3, {1, 0, 0}, {-6.5, 0, 0}), kBall);  // half a metre short of it
@@ -80,7 +80,7 @@ TEST(StaticIndex, ReturnsWhatReachesIntoTheBoxAndNothingFarAway) {
 }
 
 TEST(StaticIndex, ReturnsABodyOfManySectorsOnce) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   index.add(static_body(7, {}, {8, 8, 8}), kRock);
   EXPECT_THAT(overlapping(index, {}, cube(24)), ElementsAre(7));
   EXPECT_THAT(overlapping(index, {1, 1, 1}, cube(0.1)), IsEmpty()) << "its centre is 13.8 m away";
@@ -88,7 +88,7 @@ TEST(StaticIndex, ReturnsABodyOfManySectorsOnce) {
 }
 
 TEST(StaticIndex, LargeOnesAndThoseWithoutEndAreFoundByDistanceAlone) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   index.add(static_body(9, {}, {0, 0, 0}), kPlane);
   index.add(static_body(8, {}, {0, 0, 0}), kPlate);  // 707 m around its centre
   EXPECT_THAT(overlapping(index, {40, 0, 0}, cube(8)), ElementsAre(8, 9));
@@ -97,7 +97,7 @@ TEST(StaticIndex, LargeOnesAndThoseWithoutEndAreFoundByDistanceAlone) {
 }
 
 TEST(StaticIndex, RemovedOnesAreNotFoundAnywhere) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   index.add(static_body(1, {}, {8, 8, 8}), kRock);
   index.add(static_body(2, {}, {0, 0, 0}), kPlane);
   EXPECT_TRUE(index.remove(BodyId{1}));
@@ -110,7 +110,7 @@ TEST(StaticIndex, RemovedOnesAreNotFoundAnywhere) {
 }
 
 TEST(StaticIndex, ABoxOfMoreSectorsThanThereAreBodiesFindsTheSame) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   index.add(static_body(1, {50, 0, 0}, {0, 0, 0}), kBall);
   index.add(static_body(2, {0, 50, 0}, {0, 0, 0}), kBall);
   const Eigen::AlignedBox3d way(Eigen::Vector3d(-1, -1, -1),
@@ -127,7 +127,7 @@ TEST(StaticIndex, AgreesWithLookingAtEveryBody) {
     return Eigen::Vector3d(draw(799), draw(799), draw(799)) / 100;
   };
   const Shape* const shapes[] = {&kBall, &kRock, &kBall, &kPlate, &kBall, &kRock, &kBall, &kBall};
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   for (std::uint64_t id = 1; id <= 200; ++id) {
     index.add(static_body(id, {draw(4), draw(4), draw(4)}, place()), *shapes[id % 8]);
   }
@@ -143,7 +143,7 @@ TEST(StaticIndex, AgreesWithLookingAtEveryBody) {
 }
 
 TEST(StaticIndex, WorksAtTheEndOfTheWorld) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   index.add(static_body(1, {kMax, kMin, kMax}, {7.5, -7.5, 0}), kRock);
   EXPECT_THAT(overlapping(index, {kMax, kMin, kMax}, cube(8)), ElementsAre(1));
   EXPECT_THAT(overlapping(index, {kMax, kMin + 1, kMax}, cube(8)), IsEmpty()) << "13.5 m away";
@@ -152,7 +152,7 @@ TEST(StaticIndex, WorksAtTheEndOfTheWorld) {
 }
 
 TEST(StaticIndex, ThePartOfASmallBodyIsAllOfItSeenFromTheSector) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   index.add(static_body(1, {3, 0, 0}, {1, 2, 3}), kBall);
   const StaticIndex::Part part = index.part(BodyId{1}, {2, 1, 0}, cube(40));
   EXPECT_TRUE(part.whole);
@@ -160,7 +160,7 @@ TEST(StaticIndex, ThePartOfASmallBodyIsAllOfItSeenFromTheSector) {
 }
 
 TEST(StaticIndex, ThePartOfALargeBodyIsCutToTheRegion) {
-  StaticIndex index(kSize);
+  StaticIndex index(kEdge);
   Shape rink = kPlate;
   rink.parts.push_back({Box{{1, 1000, 20}}, {{499.5, 0, 10}, Eigen::Quaterniond::Identity()}});  // a wall
   index.add(static_body(1, {}, {0, 0, 0}), rink);

@@ -149,8 +149,9 @@ WorldDescription pile_world(const WorldSettings& settings, int count) {
   const ShapeId shapes[] = {builder.shape(Box{{1, 1, 1}}), builder.shape(Sphere{0.5}),
                             builder.shape(Cylinder{0.5, 1}), builder.shape(Capsule{0.3, 0.6})};
   for (int i = 0; i < count; ++i) {
+    const int layer = i / 12;
     const Eigen::Vector3d place(((i * 37) % 7 - 3) * 1.15 + 0.01 * (i % 5),
-                                ((i * 53) % 6 - 2.5) * 1.15 + 0.013 * (i % 3), 0.3 + i / 12 * 1.3);
+                                ((i * 53) % 6 - 2.5) * 1.15 + 0.013 * (i % 3), 0.3 + layer * 1.3);
     builder.add(absl::StrCat("body", i), shapes[i % 4], 1, Eigen::Vector3d(corner, corner, corner) + place);
   }
   return builder.world();

@@ -44,7 +44,7 @@ absl::StatusOr<std::vector<BodyRecord>> records_of(const WorldDescription& world
     absl::StatusOr<BodyRecord> record = record_of(body, world.settings);
     if (!record.ok()) return record.status();
     record->id = BodyId{records.size() + 1};
-    records.push_back(std::move(*record));
+    records.push_back(*record);
   }
   return records;
 }

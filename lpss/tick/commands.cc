@@ -91,7 +91,7 @@ void teleport(Partition& partition, const Teleport& jump, std::vector<HomeChange
   body.sector->world->set_state(body.slot, landed.state);
   handover.record = remove_home(partition, body);
   handover.record.home = landed.home;
-  changes.push_back({std::move(handover), old_home});
+  changes.push_back({handover, old_home});
 }
 
 void set_target(Partition& partition, const KinematicTarget& target) {

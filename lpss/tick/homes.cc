@@ -43,7 +43,7 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
     const Eigen::Vector3d position = metres_between(new_home, old_home, partition.sector_size()) +
                                      Eigen::Vector3d(handover.record.state.position.data());
     Eigen::Map<Eigen::Vector3d>(handover.record.state.position.data()) = position;
-    jumps.push_back({std::move(handover), old_home});
+    jumps.push_back({handover, old_home});
   }
   for (auto& [handover, old_home] : jumps) {
     BodyRecord& record = handover.record;
@@ -55,7 +55,7 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
     announce(outbox, record.properties,
              {record.id, record.home, record.home, handover.replicated_in, record.state}, before,
              all | owners(partition.map, record.home, handover.replicated_in));
-    outbox[partition.map.owner(record.home)].handovers.push_back(std::move(handover));
+    outbox[partition.map.owner(record.home)].handovers.push_back(handover);
   }
   partition.leaving.clear();
 }

@@ -92,7 +92,7 @@ absl::StatusOr<path> find_uri(const std::string& uri, const path& directory) {
 absl::StatusOr<path> find_model(const std::string& uri, const path& directory) {
   const absl::StatusOr<std::vector<path>> candidates = candidates_of(uri, directory, ".sdf");
   if (!candidates.ok()) return candidates.status();
-  const absl::StatusOr<path> found = first_of(uri, *candidates);
+  absl::StatusOr<path> found = first_of(uri, *candidates);
   if (!found.ok() || !is_folder(*found)) return found;
   return file_of_folder(*found);
 }

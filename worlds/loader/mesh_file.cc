@@ -88,7 +88,7 @@ absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path&
 
 std::vector<Eigen::Vector3d> hull_points(const std::vector<Eigen::Vector3d>& points, std::size_t points_max) {
   const std::set<Eigen::Vector3d, Lexicographic> ordered(points.begin(), points.end());
-  const std::vector<Eigen::Vector3d> distinct(ordered.begin(), ordered.end());
+  std::vector<Eigen::Vector3d> distinct(ordered.begin(), ordered.end());
   if (distinct.size() <= points_max) return distinct;
   std::set<Eigen::Vector3d, Lexicographic> kept;
   // Fibonacci's lattice on the sphere.

@@ -1,0 +1,116 @@
+// Counts the instructions of ticks of a small scene, for tests/performance_check.py:
+//
+//   performance_instructions SCENE WORLD
+//
+// Prints a JSON object: "bodies", "ticks" that are counted, "avx2" (whether contacts are solved in lanes of
+// AVX2) and "instructions", null where the kernel does not count them. callgrind can, with
+// --toggle-collect=counted_ticks.
+#include <absl/strings/str_format.h>
+#include <linux/perf_event.h>
+#include <sys/ioctl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "experiments/performance/scenes.h"
+#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/plain_world.h"
+#include "lpss/simulation/simulation.h"
+
+namespace tessera {
+namespace {
+
+constexpr Tick kUncounted = 30;  // until the pile has landed
+constexpr Tick kCounted = 30;
+
+// Instructions of this process in user mode.
+class Counter {
+ public:
+  Counter() {
+    perf_event_attr event{};
+    event.type = PERF_TYPE_HARDWARE;
+    event.size = sizeof(event);
+    event.config = PERF_COUNT_HW_INSTRUCTIONS;
+    event.disabled = 1;
+    event.inherit = 1;
+    event.exclude_kernel = 1;
+    event.exclude_hv = 1;
+    file_ = static_cast<int>(syscall(SYS_perf_event_open, &event, 0, -1, -1, 0));
+  }
+  ~Counter() {
+    if (file_ >= 0) close(file_);
+  }
+  Counter(const Counter&) = delete;
+  Counter& operator=(const Counter&) = delete;
+
+  void start() const { ioctl(file_, PERF_EVENT_IOC_ENABLE, 0); }
+  std::optional<std::uint64_t> stop() const {
+    ioctl(file_, PERF_EVENT_IOC_DISABLE, 0);
+    std::uint64_t count = 0;
+    if (file_ < 0 || read(file_, &count, sizeof(count)) != sizeof(count) || count == 0) return std::nullopt;
+    return count;
+  }
+
+ private:
+  int file_ = -1;
+};
+
+WorldDescription scene(const std::string& name, const WorldSettings& settings) {
+  if (name == "pile") return dropped_boxes(settings, 512);
+  return pyramid_world(settings, 20);
+}
+
+// Steps a world in f32 by one tick.
+absl::StatusOr<std::function<void()>> stepped(const WorldDescription& world, bool is_plain) {
+  if (is_plain) {
+    absl::StatusOr<std::shared_ptr<PlainWorld>> plain = PlainWorld::create(world, Precision::kFloat32);
+    if (!plain.ok()) return plain.status();
+    return [plain = *std::move(plain)] { plain->step(); };
+  }
+  absl::StatusOr<std::shared_ptr<Simulation>> simulation = Simulation::create(world);
+  if (!simulation.ok()) return simulation.status();
+  return [simulation = *std::move(simulation)] { simulation->step(); };
+}
+
+}  // namespace
+}  // namespace tessera
+
+// callgrind finds it by this name.
+extern "C" [[gnu::noinline]] void counted_ticks(const std::function<void()>& step) {
+  for (tessera::Tick tick = 0; tick < tessera::kCounted; ++tick) step();
+}
+
+int main(int argc, char** argv) {
+  const std::string scene = argc == 3 ? argv[1] : "";
+  const std::string world = argc == 3 ? argv[2] : "";
+  if ((scene != "pile" && scene != "pyramid") ||
+      (world != "sectors" && world != "one_sector" && world != "plain")) {
+    std::cerr << "usage: performance_instructions pile|pyramid sectors|one_sector|plain\n";
+    return 2;
+  }
+  tessera::WorldSettings settings;
+  settings.sleep_after = 0;
+  settings.sector_size = world == "sectors" ? 16 : 512;
+  const tessera::WorldDescription description = tessera::scene(scene, settings);
+  const absl::StatusOr<std::function<void()>> step = tessera::stepped(description, world == "plain");
+  if (!step.ok()) {
+    std::cerr << step.status() << "\n";
+    return 1;
+  }
+  for (tessera::Tick tick = 0; tick < tessera::kUncounted; ++tick) (*step)();
+  const tessera::Counter counter;
+  counter.start();
+  counted_ticks(*step);
+  const std::optional<std::uint64_t> count = counter.stop();
+  std::cout << absl::StrFormat(R"({"bodies": %d, "ticks": %d, "avx2": %s, "instructions": %s})",
+                               description.bodies.size() - 1, tessera::kCounted,
+                               __builtin_cpu_supports("avx2") ? "true" : "false",
+                               count ? std::to_string(*count) : "null")
+            << "\n";
+}
