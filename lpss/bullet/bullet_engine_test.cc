@@ -324,10 +324,12 @@ TEST(BoxTest, SweptBoxAndReach) {
     return Eigen::AlignedBox3d(Eigen::Vector3d(x - 0.1, y - 0.1, -0.1),
                                Eigen::Vector3d(x + 0.1, y + 0.1, 0.1));
   };
-  EXPECT_TRUE(world.world().reaches_home_body(around(0.5, 0)));
-  EXPECT_FALSE(world.world().reaches_home_body(around(2, 0)));
-  EXPECT_FALSE(world.world().reaches_home_body(around(0, 10))) << "static";
-  EXPECT_FALSE(world.world().reaches_home_body(around(0, -10))) << "clone";
+  BodySlot hint = kNoSlot;
+  EXPECT_TRUE(world.world().reaches_home_body(around(0.5, 0), hint));
+  EXPECT_TRUE(world.world().reaches_home_body(around(0.5, 0), hint)) << "again";
+  EXPECT_FALSE(world.world().reaches_home_body(around(2, 0), hint));
+  EXPECT_FALSE(world.world().reaches_home_body(around(0, 10), hint)) << "static";
+  EXPECT_FALSE(world.world().reaches_home_body(around(0, -10), hint)) << "clone";
 }
 
 TEST(ContactTest, PairsAreSortedAndTold) {

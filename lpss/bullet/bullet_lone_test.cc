@@ -83,8 +83,9 @@ TEST(LoneTest, IsFoundByQuestions) {
   world.run(30);
   const Eigen::Vector3d place(world.state(10).position.data());
   const Eigen::Vector3d away(0, 3, 0);
-  EXPECT_TRUE(world.world().reaches_home_body({place, place + away}));
-  EXPECT_FALSE(world.world().reaches_home_body({place + away, place + 2 * away}));
+  BodySlot hint = kNoSlot;
+  EXPECT_TRUE(world.world().reaches_home_body({place, place + away}, hint));
+  EXPECT_FALSE(world.world().reaches_home_body({place + away, place + 2 * away}, hint));
   const auto hit = world.world().raycast(place + away, place - away, ~0u);
   ASSERT_TRUE(hit.has_value());
   EXPECT_EQ(hit->body, BodyId{10});

@@ -108,14 +108,15 @@ Eigen::AlignedBox3d BulletWorld::swept_box(BodySlot slot, double dt) const {
 }
 
 void BulletWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
-                                 std::vector<BodySlot>& outside) const {
+                                 std::vector<BodyOutside>& outside) const {
   for (const std::unique_ptr<Body>& slot : bodies_) {
-    if (slot && slot->lives_here() && slot->is_awake() && !inside.contains(swept_box(slot->slot, dt)))
-      outside.push_back(slot->slot);
+    if (!slot || !slot->lives_here() || !slot->is_awake()) continue;
+    const Eigen::AlignedBox3d swept = swept_box(slot->slot, dt);
+    if (!inside.contains(swept)) outside.push_back({slot->slot, swept});
   }
 }
 
-bool BulletWorld::reaches_home_body(const Eigen::AlignedBox3d& box) const {
+bool BulletWorld::reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& /*hint*/) const {
   if (boxes_are_old_) set_boxes_to_poses();
   const btVector3 low = to_bullet(Eigen::Vector3d(box.min()));
   const btVector3 high = to_bullet(Eigen::Vector3d(box.max()));

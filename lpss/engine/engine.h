@@ -34,6 +34,7 @@ namespace tessera {
 
 // The index of a body in one engine world. Slots of removed bodies are reused.
 using BodySlot = std::int32_t;
+inline constexpr BodySlot kNoSlot = -1;
 
 // The role of a body in this engine world.
 enum class Role : std::uint8_t {
@@ -89,6 +90,12 @@ struct RayHit {
   BodyId body;
   double fraction = 1;                                // of the way from `from` to `to`
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // world axes, unit length
+};
+
+// A body that may leave a box within a tick.
+struct BodyOutside {
+  BodySlot slot = 0;
+  Eigen::AlignedBox3d swept;  // swept_box()
 };
 
 // A body near a probe.
@@ -150,10 +157,12 @@ class SectorWorld {
 
   // Appends the bodies that live here, may move, and of which swept_box(slot, dt) is not inside `inside`.
   virtual void append_outside(const Eigen::AlignedBox3d& inside, double dt,
-                              std::vector<BodySlot>& outside) const = 0;
+                              std::vector<BodyOutside>& outside) const = 0;
 
   // Whether `box` overlaps the box of any body that lives here (dynamic or kinematic), as of its last update.
-  virtual bool reaches_home_body(const Eigen::AlignedBox3d& box) const = 0;
+  // `hint` is kNoSlot, or what the last call for about the same box left there: it makes the answer quicker,
+  // not another one.
+  virtual bool reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const = 0;
 
   // First half of a step for the bodies that live here: forces and damping of `dt` seconds, predicted poses,
   // then the contact points of all pairs in which at least one side is awake.

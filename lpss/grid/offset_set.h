@@ -23,6 +23,13 @@ class OffsetSet {
     const int bit = bit_of(i, j, k);
     return (words_[bit / 64] >> (bit % 64)) & 1;
   }
+  // Those that come before the home itself, in lexicographic order.
+  OffsetSet lower() const {
+    constexpr std::uint64_t kBeforeHome = (std::uint64_t{1} << 62) - 1;  // bit_of(0, 0, 0) is 62
+    OffsetSet result;
+    result.words_[0] = words_[0] & kBeforeHome;
+    return result;
+  }
   bool empty() const { return (words_[0] | words_[1]) == 0; }
   void merge(const OffsetSet& other) {
     words_[0] |= other.words_[0];

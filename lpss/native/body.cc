@@ -22,17 +22,17 @@ Matrix cross_matrix(const Vector& v) {
 }  // namespace
 
 Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, const EngineSettings& settings)
-    : id(record.id),
-      role(r),
+    : role(r),
       motion(record.properties.motion),
+      linear_damping(left_after(record.properties.linear_damping, settings.time_step)),
+      angular_damping(left_after(record.properties.angular_damping, settings.time_step)),
+      id(record.id),
       category(record.properties.category),
       mask(record.properties.mask),
       assembly(record.properties.assembly),
       feels_gravity(record.properties.gravity),
       friction(Scalar(record.properties.friction)),
       restitution(Scalar(record.properties.restitution)),
-      linear_damping(left_after(record.properties.linear_damping, settings.time_step)),
-      angular_damping(left_after(record.properties.angular_damping, settings.time_step)),
       solid(std::move(s)) {
   const bool is_damped = linear_damping != 1 || angular_damping != 1;
   flies_fine = settings.fine_flight && is_dynamic() && !is_damped;
@@ -46,7 +46,7 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
 }
 
 BodyState Body::state() const {
-  if (motion == Motion::kStatic) return static_state;
+  if (motion == Motion::kStatic) return *static_state;
   BodyState state;
   const FineFlight at = fine.value_or(rounded());
   Eigen::Map<Eigen::Vector3d>(state.position.data()) = at.position;
@@ -62,7 +62,7 @@ void Body::set_state(const BodyState& state) {
   pose = {matrix(state.rotation), vector(state.position)};
   still_for = Scalar(state.still_for);
   if (motion == Motion::kStatic) {
-    static_state = state;
+    static_state = std::make_unique<BodyState>(state);
     pose = pose * solid->offset();
     activity = Activity::kAsleep;
     return;

@@ -44,49 +44,47 @@ struct Body {
 
   Box box_at(const Frame& at) const { return solid->box_at(at).grown(solid->margin()); }
 
-  // What changes in a tick.
+  // What loops over all bodies look at comes first.
   Frame pose;
   Vector linear = Vector::Zero();   // m/s
   Vector angular = Vector::Zero();  // rad/s
-  Vector force = Vector::Zero();    // N, in this tick
-  Vector torque = Vector::Zero();   // N m
-  Vector gravity = Vector::Zero();  // m/s^2
   Scalar still_for = 0;             // s
   Activity activity = Activity::kAwake;
-  bool coasts = false;             // until integrate()
-  Frame next;                      // where integrate() moves the body
-  std::optional<FineFlight> fine;  // none if the engine's numbers are the exact state
+  Role role;
+  Motion motion;
+  bool coasts = false;  // until integrate()
+  btDbvtNode* leaf = nullptr;
+  Box box;  // what pairs are found by: of the last detection, with the distance at which contacts are found
+  Vector gravity = Vector::Zero();  // m/s^2
+  Vector force = Vector::Zero();    // N, in this tick
+  Vector torque = Vector::Zero();   // N m
+  Scalar inverse_mass = 0;          // 1/kg; 0 for what cannot be pushed
+  Scalar linear_damping;            // the share of the velocity that is left after a tick
+  Scalar angular_damping;
+  Scalar swept_beyond = 0;  // m per tick; 0: never swept
+  Frame next;               // where integrate() moves the body
+  Box enlarged;             // in the tree of the broad phase; holds `box`
 
   // In the task of a solver, while that looks at it; a clone has the place of its original.
   std::size_t place = kNoPlace;
   static constexpr std::size_t kNoPlace = ~std::size_t{0};
 
-  // Of the broad phase.
-  Box box;  // what pairs are found by: of the last detection, with the distance at which contacts are found
-  Box enlarged;  // in the tree; holds `box`
-  Box left;      // the enlarged box before this detection
-  btDbvtNode* leaf = nullptr;
-  bool has_left = false;  // its enlarged box, in this detection
-
   BodyId id;
-  Role role;
-  Motion motion;
   std::uint32_t category;
   std::uint32_t mask;
   std::uint64_t assembly;
   bool feels_gravity;
   bool flies_fine;
   bool jointed = false;
-  Scalar inverse_mass = 0;                  // 1/kg; 0 for what cannot be pushed
+  bool has_left = false;                    // its enlarged box, in this detection
+  Box left;                                 // the enlarged box before this detection
   Vector moments = Vector::Zero();          // kg m^2, principal
   Vector inverse_moments = Vector::Zero();  // 1/(kg m^2)
   Scalar friction;
   Scalar restitution;
-  Scalar linear_damping;  // the share of the velocity that is left after a tick
-  Scalar angular_damping;
-  Scalar swept_beyond = 0;  // m per tick; 0: never swept
   std::shared_ptr<const Solid> solid;
-  BodyState static_state;  // of static bodies, whose pose includes the offset of their shape
+  std::optional<FineFlight> fine;           // none if the engine's numbers are the exact state
+  std::unique_ptr<BodyState> static_state;  // of static bodies, whose pose includes the offset of their shape
 };
 
 // Whether a box is of numbers, and of a reasonable size: a body without one is not looked for.

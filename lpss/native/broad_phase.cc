@@ -1,7 +1,6 @@
 #include "lpss/native/broad_phase.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace tessera::native {
 namespace {
@@ -14,9 +13,7 @@ constexpr Scalar kAheadMax = Scalar(2);      // m
 
 void BroadPhase::add(Body& body, BodySlot slot) {
   body.enlarged = body.box;
-  // An empty box, which no other has ever overlapped.
-  constexpr Scalar kFar = std::numeric_limits<Scalar>::max();
-  body.left = {Vector::Constant(kFar), Vector::Constant(-kFar)};
+  body.left = Box::nothing();  // no other has ever overlapped it
   body.leaf = tree_.insert(volume(body.enlarged), nullptr);
   body.leaf->dataAsInt = slot;
   body.has_left = true;

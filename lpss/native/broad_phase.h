@@ -3,6 +3,7 @@
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
+#include <absl/container/inlined_vector.h>
 
 #include <vector>
 
@@ -47,13 +48,6 @@ class BroadPhase {
   void for_each_in(const Box& box, const Visit& visit) const;
 
  private:
-  template <typename Visit>
-  struct Collector final : btDbvt::ICollide {
-    explicit Collector(const Visit& v) : visit(v) {}
-    void Process(const btDbvtNode* leaf) override { visit(static_cast<BodySlot>(leaf->dataAsInt)); }
-    const Visit& visit;
-  };
-
   // The new pairs of the body in `slot`, which has left its enlarged box.
   template <typename IsWanted>
   void search(const std::vector<Body>& bodies, BodySlot slot, const IsWanted& is_wanted,
@@ -122,8 +116,19 @@ void BroadPhase::find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& c
 template <typename Visit>
 void BroadPhase::for_each_in(const Box& box, const Visit& visit) const {
   if (!tree_.m_root) return;
-  Collector<Visit> collector(visit);
-  tree_.collideTV(tree_.m_root, volume(box), collector);
+  const btDbvtVolume wanted = volume(box);
+  absl::InlinedVector<const btDbvtNode*, 64> stack = {tree_.m_root};
+  while (!stack.empty()) {
+    const btDbvtNode* node = stack.back();
+    stack.pop_back();
+    if (!Intersect(node->volume, wanted)) continue;
+    if (node->isleaf()) {
+      visit(static_cast<BodySlot>(node->dataAsInt));
+    } else {
+      stack.push_back(node->childs[0]);
+      stack.push_back(node->childs[1]);
+    }
+  }
 }
 
 }  // namespace tessera::native

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 
 #include "lpss/grid/world_position.h"
 
@@ -22,6 +23,7 @@ struct Frame {
 
   Vector operator*(const Vector& point) const { return rotation * point + position; }
   Vector inverse(const Vector& point) const { return rotation.transpose() * (point - position); }
+  bool is_somewhere() const { return position.allFinite() && rotation.allFinite(); }
 };
 
 inline Frame operator*(const Frame& outer, const Frame& inner) {
@@ -31,6 +33,12 @@ inline Frame operator*(const Frame& outer, const Frame& inner) {
 struct Box {
   Vector low = Vector::Zero();
   Vector high = Vector::Zero();
+
+  // Overlaps no box, and is inside any.
+  static Box nothing() {
+    constexpr Scalar kFar = std::numeric_limits<Scalar>::max();
+    return {Vector::Constant(kFar), Vector::Constant(-kFar)};
+  }
 
   bool overlaps(const Box& other) const {
     return low.x() <= other.high.x() && other.low.x() <= high.x() && low.y() <= other.high.y() &&

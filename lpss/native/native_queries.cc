@@ -110,48 +110,57 @@ void NativeWorld::predict_contacts(std::span<BodySlot> fast, const ParallelFor& 
 
 void NativeWorld::refresh_boxes() const {
   if (!boxes_are_old_) return;
+  home_box_ = Box::nothing();
   for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    if (bodies_[n].leaf && bodies_[n].is_awake()) set_box_to_pose(static_cast<BodySlot>(n));
+    const Body& body = bodies_[n];
+    if (!body.leaf) continue;
+    if (body.is_awake()) set_box_to_pose(static_cast<BodySlot>(n));
+    if (body.lives_here()) home_box_.extend(body.box);
   }
   boxes_are_old_ = false;
+}
+
+Box NativeWorld::swept(const Body& body, const Box& box, Scalar dt) const {
+  // No point of the body turns farther than this.
+  const Scalar turn = std::min(body.angular.norm() * dt, Scalar(2)) * body.solid->radius();
+  Box swept = box;
+  swept.extend(box.moved(body.linear * dt).grown(turn));
+  return swept;
 }
 
 Eigen::AlignedBox3d NativeWorld::swept_box(BodySlot slot, double dt) const {
   const Body& b = body(slot);
   Box box = b.box_at(b.pose);
-  if (b.motion != Motion::kStatic) {
-    const auto step = Scalar(dt);
-    // No point of the body turns farther than this.
-    const Scalar turn = std::min(b.angular.norm() * step, Scalar(2)) * b.solid->radius();
-    box.extend(box.moved(b.linear * step).grown(turn));
-  }
+  if (b.motion != Motion::kStatic) box = swept(b, box, Scalar(dt));
   return {box.low.cast<double>(), box.high.cast<double>()};
 }
 
 void NativeWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
-                                 std::vector<BodySlot>& outside) const {
-  const Box limit = box_of(inside);
+                                 std::vector<BodyOutside>& outside) const {
+  refresh_boxes();
   for (std::size_t n = 0; n < bodies_.size(); ++n) {
     const Body& body = bodies_[n];
     if (!body.leaf || !body.lives_here() || !body.is_awake()) continue;
-    // A ball around the body that holds its swept box.
-    const Scalar radius = body.solid->radius() + body.solid->margin();
-    const Scalar reach = 3 * radius + body.linear.norm() * Scalar(dt);
-    if (limit.contains(Box{body.pose.position, body.pose.position}.grown(reach))) continue;
-    const auto slot = static_cast<BodySlot>(n);
-    if (!inside.contains(swept_box(slot, dt))) outside.push_back(slot);
+    const Box way = swept(body, body.box, Scalar(dt));
+    const Eigen::AlignedBox3d box(way.low.cast<double>(), way.high.cast<double>());
+    if (!inside.contains(box)) outside.push_back({static_cast<BodySlot>(n), box});
   }
 }
 
-bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& box) const {
+bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const {
   refresh_boxes();
   const Box wanted = box_of(box);
-  bool is_reached = false;
-  broad_phase_.for_each_in(wanted, [&](BodySlot slot) {
+  if (!wanted.overlaps(home_box_)) return false;
+  const auto is_reached = [&](BodySlot slot) {
     const Body& other = body(slot);
-    if (!is_reached && other.lives_here()) is_reached = wanted.overlaps(other.box);
+    return other.lives_here() && wanted.overlaps(other.box);
+  };
+  if (hint != kNoSlot && is_there(hint) && is_reached(hint)) return true;
+  hint = kNoSlot;
+  broad_phase_.for_each_in(wanted, [&](BodySlot slot) {
+    if (hint == kNoSlot && is_reached(slot)) hint = slot;
   });
-  return is_reached;
+  return hint != kNoSlot;
 }
 
 std::optional<RayHit> NativeWorld::raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,

@@ -8,7 +8,7 @@ namespace {
 
 // A body that has left the range in which numbers mean something is stopped where it was last known to be.
 bool stop_runaway(Body& body) {
-  const bool is_somewhere = body.pose.position.allFinite() && body.pose.rotation.allFinite();
+  const bool is_somewhere = body.pose.is_somewhere();
   const bool is_slow =
       body.linear.cast<double>().squaredNorm() <= kSpeedMax * kSpeedMax && body.angular.allFinite();
   if (is_somewhere && is_slow) return false;

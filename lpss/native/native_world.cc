@@ -45,6 +45,7 @@ BodySlot NativeWorld::add(Body added) {
   Body& body = this->body(slot);
   slots_[body.id] = slot;
   body.box = body.box_at(body.pose);
+  if (body.lives_here()) home_box_.extend(body.box);
   broad_phase_.add(body, slot);
   return slot;
 }
@@ -76,7 +77,7 @@ std::optional<BodySlot> NativeWorld::slot_of(BodyId id) const {
 
 Eigen::Vector3d NativeWorld::position(BodySlot slot) const {
   const Body& b = body(slot);
-  if (b.motion == Motion::kStatic) return Eigen::Map<const Eigen::Vector3d>(b.static_state.position.data());
+  if (b.motion == Motion::kStatic) return Eigen::Map<const Eigen::Vector3d>(b.static_state->position.data());
   return b.fine ? b.fine->position : b.pose.position.cast<double>();
 }
 
@@ -119,7 +120,8 @@ void NativeWorld::set_box_to_pose(BodySlot slot) const {
   // A body without a sensible box keeps its last one.
   if (boxed.motion != Motion::kStatic && !is_sensible(box)) return;
   boxed.box = box;
-  broad_phase_.update(boxed, slot, 0);
+  if (boxed.lives_here()) home_box_.extend(box);
+  broad_phase_.update(boxed, slot, Scalar(settings_.time_step));
 }
 
 void NativeWorld::sleep(BodySlot slot) {
@@ -192,7 +194,7 @@ void NativeWorld::predict(Scalar dt, const ParallelFor& parallel) {
     }
   });
   for (const BodySlot slot : noted(&BodiesPiece::left, pieces)) broad_phase_.update(body(slot), slot, dt);
-  boxes_are_old_ = false;
+  boxes_are_old_ = true;
 }
 
 // Clones are damped, too, since they are swept like their originals.
@@ -204,12 +206,12 @@ void NativeWorld::predict(Body& body, Scalar dt) const {
   body.next.position = body.pose.position + body.linear * dt;
 }
 
-// Boxes follow from poses, and hold the way of a fast body. False for a body without a sensible one, which
-// keeps its last.
+// Boxes follow from poses, and hold the way of a fast body. False for a body that is nowhere, or is too
+// large: it sleeps, and keeps its last box.
 bool NativeWorld::update_box(Body& body, Scalar dt) const {
-  Box box = body.box_at(body.pose);
+  Box box = boxes_are_old_ ? body.box_at(body.pose) : body.box;
   if (settings_.continuous_collision && body.is_dynamic()) box.extend(box.moved(body.linear * dt));
-  if (!is_sensible(box)) {
+  if (!body.pose.is_somewhere() || !is_sensible(box)) {
     if (body.is_dynamic()) body.activity = Activity::kAsleep;
     return false;
   }

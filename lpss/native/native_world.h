@@ -43,8 +43,8 @@ class NativeWorld final : public SectorWorld {
   void wake(BodySlot slot) override;
   Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
   void append_outside(const Eigen::AlignedBox3d& inside, double dt,
-                      std::vector<BodySlot>& outside) const override;
-  bool reaches_home_body(const Eigen::AlignedBox3d& box) const override;
+                      std::vector<BodyOutside>& outside) const override;
+  bool reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const override;
   void detect(double dt, const ParallelFor& parallel) override;
   std::span<const ContactPair> contacts() override;
   ContactDetail contact_detail(std::size_t pair) const override;
@@ -102,7 +102,8 @@ class NativeWorld final : public SectorWorld {
   void predict(Body& body, Scalar dt) const;
   bool update_box(Body& body, Scalar dt) const;
   void set_box_to_pose(BodySlot slot) const;
-  void refresh_boxes() const;  // after bodies have moved, for queries
+  void refresh_boxes() const;  // to the poses, if bodies have moved
+  Box swept(const Body& body, const Box& box, Scalar dt) const;
   void update_contacts(const ParallelFor& parallel);
   void update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece);
   void forget_removed();
@@ -129,8 +130,9 @@ class NativeWorld final : public SectorWorld {
   std::vector<BodySlot> removed_;  // not free yet: candidates may refer to them
   absl::flat_hash_map<BodyId, BodySlot> slots_;
   mutable BroadPhase broad_phase_;
-  mutable bool boxes_are_old_ = false;  // bodies have moved since
-  std::vector<Candidate> candidates_;   // ascending by ids
+  mutable bool boxes_are_old_ = false;     // bodies have moved since, or boxes hold their way
+  mutable Box home_box_ = Box::nothing();  // holds the boxes of all bodies that live here
+  std::vector<Candidate> candidates_;      // ascending by ids
   std::vector<Contact> contacts_;
   std::vector<std::int32_t> free_contacts_;
   bool is_gathered_ = true;

@@ -10,9 +10,8 @@ namespace tessera {
 std::vector<CloneAt> clones_of(const Partition& partition) {
   std::vector<CloneAt> found;
   for (const auto& [index, sector] : partition.sectors) {
-    for (const auto& [id, clone] : sector->clones) {
-      if (clone.slot == Clone::kNotPlaced) continue;
-      found.push_back({id, {index, sector->world->position(clone.slot)}});
+    for (const Clone* clone : sector->placed) {
+      found.push_back({clone->replica->id, {index, sector->world->position(clone->slot)}});
     }
   }
   std::sort(found.begin(), found.end(), [](const CloneAt& a, const CloneAt& b) {

@@ -30,16 +30,16 @@ void check_bodies(const Partition& partition, const Sector& sector) {
 }
 
 void check_clones(const Partition& partition, const Sector& sector) {
-  std::size_t placed = 0;
+  std::vector<const Clone*> placed;
   for (const auto& [id, clone] : sector.clones) {
     const auto replica = partition.replicas.find(id);
-    invariant(replica != partition.replicas.end() && replica->second.get() == clone.replica,
+    invariant(replica != partition.replicas.end() && replica->second.get() == clone->replica,
               "a clone copies a replica of its partition");
-    invariant(std::binary_search(clone.replica->places.begin(), clone.replica->places.end(), sector.index),
-              "a replica knows the sectors that list it");
-    if (clone.slot != Clone::kNotPlaced) ++placed;
+    invariant(clone->sector == &sector, "a clone knows the sector that lists it");
+    if (clone->is_placed()) placed.push_back(clone);
   }
-  invariant(placed == sector.clones_placed, "a sector counts the clones in its engine world");
+  invariant(std::equal(placed.begin(), placed.end(), sector.placed.begin(), sector.placed.end()),
+            "a sector lists the clones in its engine world in the order of their ids");
 }
 
 void check_sector(const Partition& partition, const SectorIndex& index, const Sector& sector) {
@@ -74,10 +74,10 @@ void check_invariants(const Partition& partition) {
   }
   for (const auto& [id, replica] : partition.replicas) {
     invariant(replica->id == id, "a replica is found under its id");
-    for (const SectorIndex& place : replica->places) {
-      const auto sector = partition.sectors.find(place);
-      invariant(sector != partition.sectors.end() && sector->second->clones.contains(id),
-                "a sector that a replica names lists it");
+    for (const std::unique_ptr<Clone>& clone : replica->clones) {
+      const auto listed = clone->sector->clones.find(id);
+      invariant(listed != clone->sector->clones.end() && listed->second == clone.get(),
+                "a replica has the clones that sectors list");
     }
   }
   for (const BodyId id : partition.moving_replicas) {

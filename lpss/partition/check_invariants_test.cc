@@ -24,9 +24,8 @@ void furnish(Partition& partition) {
   ReplicaUpdate update{other.id, kHigh, kHigh, {}, other.state};
   update.replicated_in.insert(-1, 0, 0);
   revise(replica, update);
-  place_replica(partition, replica);
-  Sector& low = sector(partition, kLow);
-  place_clone(partition, low, low.clones.at(other.id));
+  list_clones(partition, replica);
+  place_clone(partition, *sector(partition, kLow).clones.at(other.id));
 }
 
 struct Breach {
@@ -62,14 +61,17 @@ const Breach kBreaches[] = {
     {"a body leaves once", [](Partition& p) { p.leaving.push_back(BodyId{2}); }},
     {"a body that leaves lives here", [](Partition& p) { p.leaving.push_back(BodyId{9}); }},
     {"a clone copies a replica of its partition",
-     [](Partition& p) { sector(p, kLow).clones.at(BodyId{3}).replica = nullptr; }},
-    {"a replica knows the sectors that list it",
-     [](Partition& p) { p.replicas.at(BodyId{3})->places.clear(); }},
-    {"a sector that a replica names lists it",
-     [](Partition& p) { p.replicas.at(BodyId{3})->places.push_back(kHigh); }},
+     [](Partition& p) { sector(p, kLow).clones.at(BodyId{3})->replica = nullptr; }},
+    {"a clone knows the sector that lists it",
+     [](Partition& p) { sector(p, kLow).clones.at(BodyId{3})->sector = &sector(p, kHigh); }},
+    {"a replica has the clones that sectors list",
+     [](Partition& p) {
+       Replica& replica = *p.replicas.at(BodyId{3});
+       replica.clones.push_back(std::make_unique<Clone>(*replica.clones.front()));
+     }},
     {"a replica is found under its id", [](Partition& p) { p.replicas.at(BodyId{3})->id = BodyId{4}; }},
     {"a replica that moves is known", [](Partition& p) { p.moving_replicas.push_back(BodyId{9}); }},
-    {"a sector counts the clones in its engine world", [](Partition& p) { ++sector(p, kLow).clones_placed; }},
+    {"a sector lists the clones in its engine world", [](Partition& p) { sector(p, kLow).placed.clear(); }},
     {"a partition counts its engine worlds", [](Partition& p) { ++p.world_count; }},
 };
 

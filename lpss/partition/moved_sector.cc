@@ -9,11 +9,6 @@
 namespace tessera {
 namespace {
 
-void add_sorted(std::vector<SectorIndex>& places, const SectorIndex& place) {
-  const auto at = std::lower_bound(places.begin(), places.end(), place);
-  if (at == places.end() || *at != place) places.insert(at, place);
-}
-
 void unpack_bodies(Partition& partition, const MovedSector& moved) {
   for (const MovedBody& body : moved.bodies) {
     HomeBody& home = add_home(partition, body.record);
@@ -29,21 +24,18 @@ void unpack_bodies(Partition& partition, const MovedSector& moved) {
 }
 
 void unpack_clones(Partition& partition, const MovedSector& moved) {
-  if (moved.clones.empty()) return;
-  Sector& sector = sector_at(partition, moved.sector);
-  for (const MovedClone& clone : moved.clones) {
-    Replica& replica = introduce(partition, clone.introduction);
-    revise(replica, clone.update);
-    add_sorted(replica.places, moved.sector);
+  for (const MovedClone& from : moved.clones) {
+    Replica& replica = introduce(partition, from.introduction);
+    revise(replica, from.update);
     if (replica.next_home != replica.home &&
         std::find(partition.moving_replicas.begin(), partition.moving_replicas.end(), replica.id) ==
             partition.moving_replicas.end()) {
       partition.moving_replicas.push_back(replica.id);
     }
-    Clone& entry = sector.clones[replica.id];
-    entry.replica = &replica;
-    if (clone.placed) place_clone(partition, sector, entry);
-    entry.fresh = clone.fresh;
+    Clone& clone = clone_in(partition, replica, moved.sector);
+    clone.home = metres_between(moved.sector, replica.home, partition.sector_size());
+    if (from.placed) place_clone(partition, clone);
+    clone.fresh = from.fresh;
   }
 }
 
@@ -68,11 +60,11 @@ MovedSector pack_sector(const Sector& sector) {
                             body->kinematic_target, body->dirty});
   }
   for (const auto& [id, clone] : sector.clones) {
-    const Replica& replica = *clone.replica;
+    const Replica& replica = *clone->replica;
     moved.clones.push_back({{id, replica.properties},
                             {id, replica.home, replica.next_home, replica.replicated_in, replica.state},
-                            clone.slot != Clone::kNotPlaced,
-                            clone.fresh});
+                            clone->is_placed(),
+                            clone->fresh});
   }
   if (!sector.world) return moved;
   const std::span<const ContactPair> pairs = sector.world->contacts();
@@ -91,11 +83,13 @@ void forget_sector(Partition& partition, Sector& sector) {
     partition.bodies.erase(BodyId(body->id));
   }
   for (const auto& [id, clone] : sector.clones) {
-    std::erase(clone.replica->places, sector.index);
+    Replica& replica = *clone->replica;
+    std::erase_if(replica.clones,
+                  [&](const std::unique_ptr<Clone>& other) { return other->sector == &sector; });
     // What all servers know stays known.
     const bool known_everywhere =
-        clone.replica->properties.motion == Motion::kKinematic && !partition.joints.of(id).empty();
-    if (clone.replica->places.empty() && !known_everywhere) {
+        replica.properties.motion == Motion::kKinematic && !partition.joints.of(id).empty();
+    if (replica.clones.empty() && !known_everywhere) {
       std::erase(partition.moving_replicas, id);
       partition.replicas.erase(BodyId(id));
     }

@@ -32,12 +32,12 @@ void fill(Partition& partition) {
     ReplicaUpdate update{other.id, kHigh, id == 5 ? kHigh : kLow, {}, other.state};
     update.replicated_in.insert(-1, 0, 0);
     revise(replica, update);
-    place_replica(partition, replica);
+    list_clones(partition, replica);
     if (id == 6) partition.moving_replicas.push_back(replica.id);
   }
   Sector& low = sector(partition, kLow);
-  place_clone(partition, low, low.clones.at(BodyId{5}));
-  low.clones.at(BodyId{5}).fresh = false;
+  place_clone(partition, *low.clones.at(BodyId{5}));
+  low.clones.at(BodyId{5})->fresh = false;
   low.world->detect(partition.dt());
   low.touching = {{BodyId{1}, BodyId{2}}, {BodyId{4}, BodyId{5}}};
   low.parts_reported = true;
@@ -101,7 +101,7 @@ TEST(MovedSector, IsAtTheNewServerWhatItWasAtTheOldOne) {
   check_invariants(*taker);
   EXPECT_THAT(taker->leaving, testing::ElementsAre(BodyId{1}));
   EXPECT_THAT(taker->moving_replicas, testing::ElementsAre(BodyId{6}));
-  EXPECT_EQ(sector(*taker, kLow).clones_placed, 1u);
+  EXPECT_EQ(sector(*taker, kLow).placed.size(), 1u);
 }
 
 TEST(MovedSector, LeavesNothingBehindThatOnlyItNeeded) {

@@ -9,8 +9,12 @@ namespace {
 // Of L: wide enough that a resting body's jitter does not cross it, narrow against the precision margin.
 constexpr double kHysteresisShare = 1.0 / 512;
 
-int clamped(double value) {
-  return static_cast<int>(std::clamp(value, -double{OffsetSet::kReach}, double{OffsetSet::kReach}));
+// How many sectors, along one axis, `place` (m) is beyond that around 0; the nearest ones without a division.
+int cells_beyond(double place, double size) {
+  if (std::abs(place) < 0.5 * size) return 0;
+  if (place >= 0.5 * size && place < 1.5 * size) return 1;
+  const double cells = std::floor(place / size + 0.5);
+  return static_cast<int>(std::clamp(cells, -double{OffsetSet::kReach}, double{OffsetSet::kReach}));
 }
 
 }  // namespace
@@ -26,12 +30,11 @@ SeamMargins seam_margins(double sector_size, double time_step, double radius_max
 }
 
 OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const SeamMargins& margins) {
-  const double size = margins.sector_size;
   int low[3];
   int high[3];
   for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = clamped(std::ceil((swept.min()[axis] - margins.reach) / size - 0.5));
-    high[axis] = clamped(std::floor((swept.max()[axis] + margins.reach) / size + 0.5));
+    low[axis] = -cells_beyond(margins.reach - swept.min()[axis], margins.sector_size);
+    high[axis] = cells_beyond(swept.max()[axis] + margins.reach, margins.sector_size);
   }
   OffsetSet result;
   for (int i = low[0]; i <= high[0]; ++i) {
@@ -45,14 +48,8 @@ OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const SeamMargi
 }
 
 OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion) {
-  if (policy == SeamPolicy::kClone || motion == Motion::kKinematic) return within_reach;
-  OffsetSet lower;
-  within_reach.for_each([&](const SectorOffset& offset) {
-    if (offset < SectorOffset{}) {
-      lower.insert(static_cast<int>(offset.i), static_cast<int>(offset.j), static_cast<int>(offset.k));
-    }
-  });
-  return lower;
+  const bool everywhere = policy == SeamPolicy::kClone || motion == Motion::kKinematic;
+  return everywhere ? within_reach : within_reach.lower();
 }
 
 const SectorIndex& detecting_sector(Motion motion_a, const SectorIndex& home_a, Motion motion_b,
@@ -81,8 +78,13 @@ BodyState seen_from(const BodyState& state, const SectorOffset& offset, double s
 }
 
 Eigen::AlignedBox3d swept_ball(const BodyState& state, double radius, double dt) {
-  const Eigen::Vector3d centre(state.position.data());
-  const Eigen::Vector3d way = Eigen::Vector3d(state.linear_velocity.data()) * dt;
+  return swept_ball(Eigen::Vector3d(state.position.data()), Eigen::Vector3d(state.linear_velocity.data()),
+                    radius, dt);
+}
+
+Eigen::AlignedBox3d swept_ball(const Eigen::Vector3d& centre, const Eigen::Vector3d& velocity, double radius,
+                               double dt) {
+  const Eigen::Vector3d way = velocity * dt;
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(radius);
   Eigen::AlignedBox3d box(centre - margin, centre + margin);
   box.extend(centre + way - margin);

@@ -50,5 +50,7 @@ BodyState seen_from(const BodyState& state, const SectorOffset& offset, double s
 
 // The box that a ball of `radius` around the body's centre sweeps in `dt` seconds.
 Eigen::AlignedBox3d swept_ball(const BodyState& state, double radius, double dt);
+Eigen::AlignedBox3d swept_ball(const Eigen::Vector3d& centre, const Eigen::Vector3d& velocity, double radius,
+                               double dt);
 
 }  // namespace tessera

@@ -10,14 +10,21 @@
 namespace tessera {
 namespace {
 
-// Takes the replica off the list of one sector.
-void unlist_replica(Partition& partition, BodyId id, const SectorIndex& place) {
-  Sector& sector = *partition.sectors.at(place);
-  const auto clone = sector.clones.find(id);
-  invariant(clone != sector.clones.end(), "a replica knows the sectors that list it");
-  unplace_clone(partition, sector, clone->second);
-  sector.clones.erase(clone);
+const auto by_body = [](const Clone* clone, BodyId id) { return clone->replica->id < id; };
+
+// Takes a replica's clone off the list of its sector.
+void unlist(Partition& partition, Clone& clone) {
+  Sector& sector = *clone.sector;
+  unplace_clone(partition, clone);
+  sector.clones.erase(clone.replica->id);
   if (!sector.world && sector.clones.empty()) activate(partition, sector);  // to be dropped
+}
+
+void refresh(Partition& partition, const Replica& replica, Clone& clone) {
+  clone.fresh = true;
+  if (clone.sector->world && (replica.state.activity != Activity::kAsleep || clone.is_placed())) {
+    activate(partition, *clone.sector);
+  }
 }
 
 }  // namespace
@@ -32,27 +39,29 @@ Replica& introduce(Partition& partition, const ReplicaIntroduction& news) {
 }
 
 void revise(Replica& replica, const ReplicaUpdate& update) {
-  replica.is_placed =
-      replica.is_placed && replica.home == update.home && replica.replicated_in == update.replicated_in;
+  replica.is_listed =
+      replica.is_listed && replica.home == update.home && replica.replicated_in == update.replicated_in;
   replica.home = update.home;
   replica.next_home = update.next_home;
   replica.replicated_in = update.replicated_in;
   replica.state = update.state;
 }
 
-void place_replica(Partition& partition, Replica& replica) {
-  const auto refresh = [&](Sector& sector, Clone& clone) {
-    clone.replica = &replica;
-    clone.fresh = true;
-    if (sector.world && (replica.state.activity != Activity::kAsleep || clone.slot != Clone::kNotPlaced)) {
-      activate(partition, sector);
-    }
-  };
-  if (replica.is_placed) {
-    for (const SectorIndex& place : replica.places) {
-      Sector& sector = *partition.sectors.at(place);
-      refresh(sector, sector.clones.at(replica.id));
-    }
+Clone& clone_in(Partition& partition, Replica& replica, const SectorIndex& index) {
+  const auto place = std::lower_bound(
+      replica.clones.begin(), replica.clones.end(), index,
+      [](const std::unique_ptr<Clone>& clone, const SectorIndex& s) { return clone->sector->index < s; });
+  if (place != replica.clones.end() && (*place)->sector->index == index) return **place;
+  Clone& clone = **replica.clones.insert(place, std::make_unique<Clone>());
+  clone.replica = &replica;
+  clone.sector = &sector_at(partition, index);
+  clone.sector->clones[replica.id] = &clone;
+  return clone;
+}
+
+void list_clones(Partition& partition, Replica& replica) {
+  if (replica.is_listed) {
+    for (const std::unique_ptr<Clone>& clone : replica.clones) refresh(partition, replica, *clone);
     return;
   }
   std::vector<SectorIndex> places;
@@ -60,71 +69,73 @@ void place_replica(Partition& partition, Replica& replica) {
     const absl::StatusOr<SectorIndex> sector = translated(replica.home, offset);
     if (sector.ok() && partition.hosts(*sector)) places.push_back(*sector);
   });
-  for (const SectorIndex& old : replica.places) {
-    if (std::binary_search(places.begin(), places.end(), old)) continue;
-    unlist_replica(partition, replica.id, old);
-  }
+  std::erase_if(replica.clones, [&](const std::unique_ptr<Clone>& clone) {
+    if (std::binary_search(places.begin(), places.end(), clone->sector->index)) return false;
+    unlist(partition, *clone);
+    return true;
+  });
   for (const SectorIndex& place : places) {
-    Sector& sector = sector_at(partition, place);
-    refresh(sector, sector.clones[replica.id]);
+    Clone& clone = clone_in(partition, replica, place);
+    clone.home = metres_between(place, replica.home, partition.sector_size());
+    refresh(partition, replica, clone);
   }
-  replica.places = std::move(places);
-  replica.is_placed = true;
+  replica.is_listed = true;
 }
 
 void forget_replica(Partition& partition, BodyId id) {
   const auto found = partition.replicas.find(id);
   if (found == partition.replicas.end()) return;
-  for (const SectorIndex& place : found->second->places) unlist_replica(partition, id, place);
+  for (const std::unique_ptr<Clone>& clone : found->second->clones) unlist(partition, *clone);
   partition.replicas.erase(found);
 }
 
 void lift_clones(Partition& partition, BodyId id) {
   const auto replica = partition.replicas.find(id);
   if (replica == partition.replicas.end()) return;
-  for (const SectorIndex& place : replica->second->places) {
-    Sector& sector = *partition.sectors.at(place);
-    Clone& clone = sector.clones.at(id);
-    if (clone.slot == Clone::kNotPlaced) continue;
-    wake_touching(partition, sector, clone.slot);
-    unplace_clone(partition, sector, clone);
+  for (const std::unique_ptr<Clone>& clone : replica->second->clones) {
+    if (!clone->is_placed()) continue;
+    wake_touching(partition, *clone->sector, clone->slot);
+    unplace_clone(partition, *clone);
   }
 }
 
-BodyState seen_in(const Partition& partition, const Sector& sector, const Replica& replica) {
-  BodyState state = replica.state;
-  Eigen::Map<Eigen::Vector3d>(state.position.data()) +=
-      metres_between(sector.index, replica.home, partition.sector_size());
+BodyState state_of(const Clone& clone) {
+  BodyState state = clone.replica->state;
+  Eigen::Map<Eigen::Vector3d>(state.position.data()) += clone.home;
   return state;
 }
 
-void place_clone(Partition& partition, Sector& sector, Clone& clone) {
+void place_clone(const Partition& partition, Clone& clone) {
+  Sector& sector = *clone.sector;
   const Replica& replica = *clone.replica;
-  clone.slot = sector.world->add(
-      {replica.id, replica.home, replica.properties, seen_in(partition, sector, replica)}, Role::kClone);
-  ++sector.clones_placed;
+  clone.slot =
+      sector.world->add({replica.id, replica.home, replica.properties, state_of(clone)}, Role::kClone);
+  sector.placed.insert(std::lower_bound(sector.placed.begin(), sector.placed.end(), replica.id, by_body),
+                       &clone);
   sector.components_stale = true;
-  pull_clone(partition, sector, clone);
+  pull_clone(partition, clone);
 }
 
-void remove_clone(Sector& sector, Clone& clone) {
+void remove_clone(Clone& clone) {
+  Sector& sector = *clone.sector;
   sector.world->remove(clone.slot);
-  clone.slot = Clone::kNotPlaced;
-  --sector.clones_placed;
+  clone.slot = kNoSlot;
+  sector.placed.erase(
+      std::lower_bound(sector.placed.begin(), sector.placed.end(), clone.replica->id, by_body));
   sector.components_stale = true;
 }
 
-void unplace_clone(Partition& partition, Sector& sector, Clone& clone) {
-  if (clone.slot == Clone::kNotPlaced) return;
-  remove_clone(sector, clone);
-  activate(partition, sector);
+void unplace_clone(Partition& partition, Clone& clone) {
+  if (!clone.is_placed()) return;
+  remove_clone(clone);
+  activate(partition, *clone.sector);
 }
 
-void pull_clone(const Partition& partition, const Sector& sector, const Clone& clone) {
+void pull_clone(const Partition& partition, const Clone& clone) {
   if (!clone.replica->properties.gravity || partition.settings.seams != SeamPolicy::kClone) return;
-  sector.world->set_gravity(clone.slot,
-                            acceleration_at(partition.settings.gravity, sector.index,
-                                            sector.world->position(clone.slot), partition.sector_size()));
+  SectorWorld& world = *clone.sector->world;
+  world.set_gravity(clone.slot, acceleration_at(partition.settings.gravity, clone.sector->index,
+                                                world.position(clone.slot), partition.sector_size()));
 }
 
 }  // namespace tessera

@@ -26,8 +26,11 @@ Replica& introduce(Partition& partition, const ReplicaIntroduction& news);
 
 void revise(Replica& replica, const ReplicaUpdate& update);
 
-// Puts the replica on the lists of the sectors that need it, and off those that no longer do.
-void place_replica(Partition& partition, Replica& replica);
+// The replica's clone in that sector of the partition, made and listed if there is none yet.
+Clone& clone_in(Partition& partition, Replica& replica, const SectorIndex& index);
+
+// Lists clones of the replica in the sectors that need it, and none in those that no longer do.
+void list_clones(Partition& partition, Replica& replica);
 
 // Nothing happens where there is no such replica.
 void forget_replica(Partition& partition, BodyId id);
@@ -36,16 +39,16 @@ void forget_replica(Partition& partition, BodyId id);
 // to be somewhere else.
 void lift_clones(Partition& partition, BodyId id);
 
-// A replica's body as the sector sees it: its state relative to the centre of the sector.
-BodyState seen_in(const Partition& partition, const Sector& sector, const Replica& replica);
+// The body as its sector sees it: relative to the centre of that.
+BodyState state_of(const Clone& clone);
 
-// Into the sector's engine world, and out of it. unplace_clone() activates the sector; both leave the clone
+// Into its sector's engine world, and out of it. unplace_clone() activates the sector; both leave the clone
 // listed.
-void place_clone(Partition& partition, Sector& sector, Clone& clone);
-void remove_clone(Sector& sector, Clone& clone);
-void unplace_clone(Partition& partition, Sector& sector, Clone& clone);
+void place_clone(const Partition& partition, Clone& clone);
+void remove_clone(Clone& clone);
+void unplace_clone(Partition& partition, Clone& clone);
 
 // Policy clone: clones are solved where they are, and fall as their originals do.
-void pull_clone(const Partition& partition, const Sector& sector, const Clone& clone);
+void pull_clone(const Partition& partition, const Clone& clone);
 
 }  // namespace tessera

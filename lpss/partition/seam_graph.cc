@@ -1,71 +1,98 @@
 #include "lpss/partition/seam_graph.h"
 
-#include <absl/container/flat_hash_set.h>
-
 #include <algorithm>
 
 namespace tessera {
+namespace {
 
-void SeamGraph::unlink(const SectorIndex& sector) {
-  const auto old = parts_.find(sector);
-  if (old == parts_.end()) return;
-  for (const IslandPart& part : old->second) {
-    for (const BodyId link : part.links) {
-      const auto refs = by_link_.find(link);
-      if (refs == by_link_.end()) continue;
-      std::erase_if(refs->second, [&](const PartRef& ref) { return ref.sector == sector; });
-      if (refs->second.empty()) by_link_.erase(refs);
-    }
-  }
-  parts_.erase(old);
+bool have_same_links(const std::vector<SeamPart>& known, const std::vector<IslandPart>& said) {
+  return std::equal(known.begin(), known.end(), said.begin(), said.end(),
+                    [](const SeamPart& a, const IslandPart& b) { return a.said.links == b.links; });
 }
 
-void SeamGraph::replace(const SectorSeams& seams) {
-  unlink(seams.sector);
-  if (seams.parts.empty()) return;
-  for (std::uint32_t i = 0; i < seams.parts.size(); ++i) {
-    for (const BodyId link : seams.parts[i].links) by_link_[link].push_back({seams.sector, i});
+}  // namespace
+
+void SeamGraph::link(SeamPart& part) {
+  for (const BodyId link : part.said.links) {
+    auto& sharing = by_link_[link];
+    for (SeamPart* other : sharing) {
+      if (other == &part) continue;
+      other->joined.push_back(&part);
+      part.joined.push_back(other);
+    }
+    sharing.push_back(&part);
   }
-  parts_[seams.sector] = seams.parts;
+}
+
+void SeamGraph::unlink(const SeamPart& part) {
+  for (SeamPart* other : part.joined) {
+    other->joined.erase(std::remove(other->joined.begin(), other->joined.end(), &part), other->joined.end());
+  }
+  for (const BodyId link : part.said.links) {
+    const auto sharing = by_link_.find(link);
+    if (sharing == by_link_.end()) continue;
+    const auto rest = std::remove(sharing->second.begin(), sharing->second.end(), &part);
+    sharing->second.erase(rest, sharing->second.end());
+    if (sharing->second.empty()) by_link_.erase(sharing);
+  }
+}
+
+// Mostly the links are those of the tick before.
+void SeamGraph::replace(const SectorSeams& seams) {
+  if (const auto known = parts_.find(seams.sector); known != parts_.end()) {
+    std::vector<SeamPart>& parts = known->second;
+    if (have_same_links(parts, seams.parts)) {
+      for (std::size_t n = 0; n < parts.size(); ++n) parts[n].said = seams.parts[n];
+      return;
+    }
+    for (const SeamPart& part : parts) unlink(part);
+    parts_.erase(known);
+  }
+  if (seams.parts.empty()) return;
+  std::vector<SeamPart>& parts = parts_[seams.sector];
+  parts.resize(seams.parts.size());
+  for (std::uint32_t n = 0; n < parts.size(); ++n) {
+    parts[n].said = seams.parts[n];
+    parts[n].place = {seams.sector, n};
+  }
+  for (SeamPart& part : parts) link(part);
+}
+
+std::span<const SeamPart> SeamGraph::parts_of(const SectorIndex& sector) const {
+  const auto parts = parts_.find(sector);
+  if (parts == parts_.end()) return {};
+  return parts->second;
+}
+
+SeamIsland SeamGraph::island_of(const SeamPart& first, absl::flat_hash_set<const SeamPart*>& seen) const {
+  std::vector<const SeamPart*> members = {&first};
+  for (std::size_t n = 0; n < members.size(); ++n) {
+    for (const SeamPart* other : members[n]->joined) {
+      if (seen.insert(other).second) members.push_back(other);
+    }
+  }
+  std::sort(members.begin(), members.end(),
+            [](const SeamPart* a, const SeamPart* b) { return a->said.first < b->said.first; });
+  SeamIsland island;
+  island.id = members.front()->said.first;
+  for (const SeamPart* part : members) {
+    island.parts.push_back(part->place);
+    island.all_want_sleep &= part->said.all_want_sleep;
+    island.contacts += part->said.contacts;
+    island.substeps = std::max<int>(island.substeps, part->said.substeps);
+    island.bounces |= part->said.bounces;
+    island.is_indivisible |= part->said.is_indivisible;
+  }
+  return island;
 }
 
 std::vector<SeamIsland> SeamGraph::awake_islands(std::span<const SectorIndex> awake) const {
   std::vector<SeamIsland> islands;
-  std::vector<PartRef> queue;
-  struct PartRefHash {
-    std::size_t operator()(const PartRef& ref) const { return absl::HashOf(ref.sector, ref.part); }
-  };
-  absl::flat_hash_set<PartRef, PartRefHash> seen;
+  absl::flat_hash_set<const SeamPart*> seen;
   for (const SectorIndex& sector : awake) {
-    const auto parts = parts_.find(sector);
-    if (parts == parts_.end()) continue;
-    for (std::uint32_t i = 0; i < parts->second.size(); ++i) {
-      if (!parts->second[i].any_awake || !seen.insert({sector, i}).second) continue;
-      SeamIsland island;
-      queue.push_back({sector, i});
-      while (!queue.empty()) {
-        const PartRef ref = queue.back();
-        queue.pop_back();
-        island.parts.push_back(ref);
-        const IslandPart& part = this->part(ref);
-        island.all_want_sleep &= part.all_want_sleep;
-        island.contacts += part.contacts;
-        island.substeps = std::max<int>(island.substeps, part.substeps);
-        island.bounces |= part.bounces;
-        island.is_indivisible |= part.is_indivisible;
-        for (const BodyId link : part.links) {
-          const auto others = by_link_.find(link);
-          if (others == by_link_.end()) continue;
-          for (const PartRef& other : others->second) {
-            if (seen.insert(other).second) queue.push_back(other);
-          }
-        }
-      }
-      std::sort(island.parts.begin(), island.parts.end(), [&](const PartRef& a, const PartRef& b) {
-        return this->part(a).first < this->part(b).first;
-      });
-      island.id = this->part(island.parts.front()).first;
-      islands.push_back(std::move(island));
+    for (const SeamPart& part : parts_of(sector)) {
+      if (part.is_alone() || !part.said.any_awake || !seen.insert(&part).second) continue;
+      islands.push_back(island_of(part, seen));
     }
   }
   std::sort(islands.begin(), islands.end(),

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
+#include <absl/container/flat_hash_set.h>
+#include <absl/container/inlined_vector.h>
 
 #include <span>
 #include <vector>
@@ -31,6 +33,16 @@ struct SeamIsland {
   bool is_indivisible = false;
 };
 
+// A part, as it was last reported.
+struct SeamPart {
+  IslandPart said;
+  PartRef place;
+  absl::InlinedVector<SeamPart*, 2> joined;  // parts with one of its links, once for each
+
+  // It is an island of its own.
+  bool is_alone() const { return joined.empty(); }
+};
+
 // The parts of all sectors of the world that reach over borders. What was reported of a sector holds until
 // something else is: sleeping sectors stay silent, and cost nothing until an awake part touches one of
 // theirs.
@@ -38,16 +50,22 @@ class SeamGraph {
  public:
   void replace(const SectorSeams& seams);
 
-  // The islands that have an awake part in one of `awake`, in ascending order of ids.
+  // The islands that have an awake part in one of `awake`, in ascending order of ids, without those of a part
+  // that is alone.
   std::vector<SeamIsland> awake_islands(std::span<const SectorIndex> awake) const;
 
-  const IslandPart& part(const PartRef& ref) const { return parts_.at(ref.sector)[ref.part]; }
+  // What was last reported of a sector.
+  std::span<const SeamPart> parts_of(const SectorIndex& sector) const;
+
+  const IslandPart& part(const PartRef& ref) const { return parts_of(ref.sector)[ref.part].said; }
 
  private:
-  void unlink(const SectorIndex& sector);
+  void link(SeamPart& part);
+  void unlink(const SeamPart& part);
+  SeamIsland island_of(const SeamPart& part, absl::flat_hash_set<const SeamPart*>& seen) const;
 
-  absl::flat_hash_map<SectorIndex, std::vector<IslandPart>> parts_;
-  absl::flat_hash_map<BodyId, std::vector<PartRef>> by_link_;
+  absl::flat_hash_map<SectorIndex, std::vector<SeamPart>> parts_;
+  absl::flat_hash_map<BodyId, absl::InlinedVector<SeamPart*, 2>> by_link_;
 };
 
 }  // namespace tessera

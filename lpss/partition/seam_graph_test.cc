@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,7 +44,7 @@ IslandPart wants_sleep(IslandPart part) {
 
 std::uint64_t id_of(const SeamIsland& island) { return island.id.value; }
 
-// The islands, each as the first bodies of its parts.
+// The islands, those of a part that is alone included, each as the first bodies of its parts.
 using Firsts = std::vector<std::vector<std::uint64_t>>;
 Firsts firsts(const SeamGraph& graph, const std::vector<SectorIndex>& awake) {
   Firsts result;
@@ -52,6 +53,13 @@ Firsts firsts(const SeamGraph& graph, const std::vector<SectorIndex>& awake) {
     for (const PartRef& ref : island.parts) parts.push_back(graph.part(ref).first.value);
     EXPECT_EQ(id_of(island), parts.front());
   }
+  EXPECT_TRUE(std::is_sorted(result.begin(), result.end()));
+  for (const SectorIndex& sector : std::set<SectorIndex>(awake.begin(), awake.end())) {
+    for (const SeamPart& part : graph.parts_of(sector)) {
+      if (part.is_alone() && part.said.any_awake) result.push_back({part.said.first.value});
+    }
+  }
+  std::sort(result.begin(), result.end());
   return result;
 }
 

@@ -18,46 +18,52 @@
 
 namespace tessera {
 
+struct Replica;
 struct Sector;
 
 // A dynamic or kinematic body that lives in one of the partition's sectors. Its state is in the engine world.
 struct HomeBody {
+  // What loops over all bodies look at comes first.
   BodyId id;
-  BodyProperties properties;
-  double radius = 0;  // m, of a ball around the centre of mass that holds the shape
   Sector* sector = nullptr;
   BodySlot slot = 0;
-  Eigen::AlignedBox3d swept;                  // of this tick; m, relative to the sector's centre
-  OffsetSet wanted_in;                        // sectors that need a replica in this tick
-  OffsetSet replicated_in;                    // sectors that were told of it
-  std::optional<SectorIndex> next_home;       // announced; takes effect at the next tick
-  bool dirty = false;                         // others do not know its present state yet; see mark_dirty()
-  bool attended = false;                      // on the sector's list
-  bool jointed = false;                       // some joint has it as parent or child
-  bool known_everywhere = false;              // by all servers: it is kinematic, and the parent of a joint
-  std::optional<BodyState> kinematic_target;  // where it arrives at the end of this tick
-};
-
-// What is known of a body near a seam, as its home last told; bodies of the partition's own sectors included.
-struct Replica {
-  BodyId id;
+  bool dirty = false;             // others do not know its present state yet; see mark_dirty()
+  bool attended = false;          // on the sector's list
+  bool may_have_moved = false;    // of those: since others last heard of it; see attend_borders()
+  bool jointed = false;           // some joint has it as parent or child
+  bool known_everywhere = false;  // by all servers: it is kinematic, and the parent of a joint
+  OffsetSet wanted_in;            // sectors that need a replica in this tick
+  OffsetSet replicated_in;        // sectors that were told of it
   BodyProperties properties;
-  double radius = 0;  // m, as HomeBody::radius
-  SectorIndex home;
-  SectorIndex next_home;
-  OffsetSet replicated_in;          // relative to `home`
-  BodyState state;                  // relative to the centre of `home`
-  std::vector<SectorIndex> places;  // the partition's sectors among them, ascending
-  bool is_placed = false;           // `places` are those of `home` and `replicated_in`
+  double radius = 0;                          // m, of a ball around the centre of mass that holds the shape
+  Eigen::AlignedBox3d swept;                  // of this tick; m, relative to the sector's centre
+  std::optional<SectorIndex> next_home;       // announced; takes effect at the next tick
+  std::optional<BodyState> kinematic_target;  // where it arrives at the end of this tick
 };
 
 // A replica in a sector that may need it. It enters the engine world only when contact is imminent.
 struct Clone {
   Replica* replica = nullptr;
-  BodySlot slot = kNotPlaced;
-  bool fresh = true;  // the replica has changed since the engine world was told
+  Sector* sector = nullptr;
+  Eigen::Vector3d home = Eigen::Vector3d::Zero();  // m, the centre of the replica's home from the sector's
+  BodySlot slot = kNoSlot;                         // in the engine world, if it is there
+  BodySlot near = kNoSlot;                         // a hint: what it was last found to be near
+  bool fresh = true;                               // the replica has changed since the engine world was told
 
-  static constexpr BodySlot kNotPlaced = -1;
+  bool is_placed() const { return slot != kNoSlot; }
+};
+
+// What is known of a body near a seam, as its home last told; bodies of the partition's own sectors included.
+struct Replica {
+  BodyId id;
+  SectorIndex home;
+  SectorIndex next_home;
+  OffsetSet replicated_in;  // relative to `home`
+  bool is_listed = false;   // the sectors of `clones` are those of `home` and `replicated_in`
+  std::vector<std::unique_ptr<Clone>> clones;  // in the partition's sectors among them, ascending by sectors
+  double radius = 0;                           // m, as HomeBody::radius
+  BodyState state;                             // relative to the centre of `home`
+  BodyProperties properties;
 };
 
 // Bodies of one sector that touch one another, clones included, as ranges of the sector's lists.
@@ -70,6 +76,7 @@ struct Component {
   std::uint32_t clones_end = 0;
   std::int32_t part = kInterior;  // its place in the sector's list of parts that reach over a border
   bool any_awake = false;
+  bool any_asleep = false;  // of the bodies that live here
   bool all_want_sleep = true;
 
   static constexpr std::int32_t kInterior = -1;
@@ -85,8 +92,8 @@ struct Sector {
   // Those of the homes that others know, or that they may have to hear of; each once. All others are far from
   // the borders, and nobody is told of them.
   std::vector<HomeBody*> attended;
-  absl::btree_map<BodyId, Clone> clones;
-  std::size_t clones_placed = 0;   // in the engine world
+  absl::btree_map<BodyId, Clone*> clones;
+  std::vector<Clone*> placed;      // those in the engine world, ascending by id
   std::size_t clones_counted = 0;  // of those, in the partition's sum
   absl::btree_map<BodyId, BodySlot> statics;
   Eigen::AlignedBox3d static_region;  // what `statics` is complete for; m, relative to the sector's centre
@@ -97,9 +104,9 @@ struct Sector {
   // Of the last detection.
   std::vector<Component> components;
   std::vector<HomeBody*> component_bodies;  // dynamic ones
-  std::vector<BodyId> component_clones;
+  std::vector<Clone*> component_clones;
   std::vector<std::uint32_t> component_pairs;  // places in world->contacts()
-  std::vector<IslandPart> parts;
+  std::vector<IslandPart> parts;               // until the others are told
   std::vector<std::uint32_t> part_components;  // the component of each part
   std::vector<BodySlot> in_free_flight;        // bodies that nothing touches and no joint holds
   bool has_kinematics = false;                 // in the engine world

@@ -47,9 +47,8 @@ bool anything_awake(const Sector& sector) {
   const bool home = std::any_of(sector.homes.begin(), sector.homes.end(), [&](const HomeBody* body) {
     return sector.world->activity(body->slot) != Activity::kAsleep;
   });
-  return home || std::any_of(sector.clones.begin(), sector.clones.end(), [](const auto& entry) {
-           const Clone& clone = entry.second;
-           return clone.slot != Clone::kNotPlaced && clone.replica->state.activity != Activity::kAsleep;
+  return home || std::any_of(sector.placed.begin(), sector.placed.end(), [](const Clone* clone) {
+           return clone->replica->state.activity != Activity::kAsleep;
          });
 }
 
@@ -73,9 +72,9 @@ void drop_if_empty(Partition& partition, Sector& sector, Vacated& vacated) {
     sector.touching.clear();
     sector.statics.clear();
     sector.static_region.setEmpty();
-    for (auto& [id, clone] : sector.clones) clone.slot = Clone::kNotPlaced;
+    for (const auto& [id, clone] : sector.clones) clone->slot = clone->near = kNoSlot;
+    sector.placed.clear();
     partition.clone_count -= sector.clones_counted;
-    sector.clones_placed = 0;
     sector.clones_counted = 0;
     sector.world.reset();
     --partition.world_count;

@@ -32,28 +32,32 @@ bool is_jointed_here(const Partition& partition, BodyId id, const Sector& sector
   });
 }
 
+Eigen::AlignedBox3d swept_ball_of(const Clone& clone, double dt) {
+  constexpr double kContactMargin = 0.05;  // m, beyond the distance at which engines keep contact points
+  const Replica& replica = *clone.replica;
+  return swept_ball(Eigen::Vector3d(replica.state.position.data()) + clone.home,
+                    Eigen::Vector3d(replica.state.linear_velocity.data()), replica.radius + kContactMargin,
+                    dt);
+}
+
 void refresh_clones(Partition& partition, Sector& sector) {
   if (sector.homes.empty()) return;
-  constexpr double kContactMargin = 0.05;  // m, beyond the distance at which engines keep contact points
   SectorWorld& world = *sector.world;
-  for (auto& [id, clone] : sector.clones) {
-    if (clone.slot != Clone::kNotPlaced && !clone.fresh) continue;
-    const Replica& replica = *clone.replica;
-    const BodyState state = seen_in(partition, sector, replica);
-    const bool imminent =
-        supports_clones(partition) || is_jointed_here(partition, id, sector) ||
-        world.reaches_home_body(swept_ball(state, replica.radius + kContactMargin, partition.dt()));
+  for (const auto& [id, clone] : sector.clones) {
+    if (clone->is_placed() && !clone->fresh) continue;
+    const bool imminent = supports_clones(partition) || is_jointed_here(partition, id, sector) ||
+                          world.reaches_home_body(swept_ball_of(*clone, partition.dt()), clone->near);
     if (!imminent) {
-      if (clone.slot != Clone::kNotPlaced) remove_clone(sector, clone);
+      if (clone->is_placed()) remove_clone(*clone);
       continue;
     }
-    if (clone.slot == Clone::kNotPlaced) {
-      place_clone(partition, sector, clone);
+    if (!clone->is_placed()) {
+      place_clone(partition, *clone);
     } else {
-      world.set_state(clone.slot, state);
-      pull_clone(partition, sector, clone);
+      world.set_state(clone->slot, state_of(*clone));
+      pull_clone(partition, *clone);
     }
-    clone.fresh = false;
+    clone->fresh = false;
   }
 }
 

@@ -15,9 +15,7 @@ using testing::IsEmpty;
 // The bodies of which a clone is in the sector's engine world.
 std::vector<std::uint64_t> placed_in(const Sector& sector) {
   std::vector<std::uint64_t> ids;
-  for (const auto& [id, clone] : sector.clones) {
-    if (clone.slot != Clone::kNotPlaced) ids.push_back(id.value);
-  }
+  for (const Clone* clone : sector.placed) ids.push_back(clone->replica->id.value);
   return ids;
 }
 
@@ -28,8 +26,8 @@ TEST(Cloning, ACloneIsInTheEngineWorldOnlyWhileContactIsImminent) {
     world.add(box(2, kHigh, {-7.5, 4, 0}));
     const auto placed = [&] {
       const Sector& low = world.sector(kLow);
-      const bool in_world = low.clones.at(BodyId{2}).slot != Clone::kNotPlaced;
-      EXPECT_EQ(low.clones_placed, in_world ? 1u : 0u);
+      const bool in_world = low.clones.at(BodyId{2})->is_placed();
+      EXPECT_EQ(low.placed.size(), in_world ? 1u : 0u);
       return in_world;
     };
     world.exchange();
@@ -50,7 +48,7 @@ TEST(Cloning, ACloneFollowsItsOriginal) {
   world.add(box(2, kHigh, kBehindBorder));
   const auto clone = [&] {
     const Sector& low = world.sector(kLow);
-    return low.world->state(low.clones.at(BodyId{2}).slot);
+    return low.world->state(low.clones.at(BodyId{2})->slot);
   };
   world.exchange();
   EXPECT_THAT(clone().position, testing::ElementsAre(kBehindBorder.x() + 16, 0, 0));
@@ -120,7 +118,7 @@ TEST(Cloning, UnderThePolicyCloneAClonesPullIsThatOfItsOriginal) {
     world.exchange();
     world.detect();
     const Sector& low = world.sector(kLow);
-    const std::array<double, 3> pull = low.world->total_wrench(low.clones.at(BodyId{2}).slot).force;
+    const std::array<double, 3> pull = low.world->total_wrench(low.clones.at(BodyId{2})->slot).force;
     const std::array<double, 3> original =
         world.sector(kHigh).world->total_wrench(body(world[0], 2).slot).force;
     EXPECT_THAT(pull, testing::Pointwise(testing::DoubleNear(1e-4), original)) << height;

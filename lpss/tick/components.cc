@@ -1,6 +1,7 @@
 #include "lpss/tick/components.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "lpss/base/disjoint_sets.h"
@@ -95,7 +96,7 @@ void distribute(const Members<T>& members, std::vector<Component>& components,
 void fill_components(Sector& sector, const ContactGraph& graph, const Connections& connections,
                      const std::vector<std::uint32_t>& component, bool clones_are_solved) {
   Members<HomeBody*> bodies;
-  Members<BodyId> clones;
+  Members<Clone*> clones;
   Members<std::uint32_t> contacts;
   for (std::size_t n = 0; n < graph.size(); ++n) {
     const ContactGraph::Node& node = graph[n];
@@ -104,8 +105,9 @@ void fill_components(Sector& sector, const ContactGraph& graph, const Connection
     if (node.home != nullptr) {
       bodies.emplace_back(component[n], node.home);
     } else {
-      clones.emplace_back(component[n], node.id);
+      clones.emplace_back(component[n], node.clone);
     }
+    c.any_asleep |= node.home != nullptr && !node.awake;
     c.any_awake |= connections.pushed[n];
     c.all_want_sleep &= !connections.pushed[n];
     if (node.home == nullptr && !clones_are_solved) continue;
@@ -135,10 +137,20 @@ void list_single_bodies(Sector& sector) {
     component.bodies_begin = static_cast<std::uint32_t>(sector.component_bodies.size());
     component.bodies_end = component.bodies_begin + 1;
     component.any_awake = activity != Activity::kAsleep;
+    component.any_asleep = !component.any_awake;
     component.all_want_sleep = activity != Activity::kAwake;
     sector.components.push_back(component);
     sector.component_bodies.push_back(body);
   }
+}
+
+// The component of a sector with one body, and nothing else that can move: it has all contacts.
+void list_lone_body(Sector& sector, std::size_t pairs) {
+  list_single_bodies(sector);
+  if (sector.components.empty()) return;
+  sector.component_pairs.resize(pairs);
+  std::iota(sector.component_pairs.begin(), sector.component_pairs.end(), 0u);
+  sector.components.front().pairs_end = static_cast<std::uint32_t>(pairs);
 }
 
 bool is_dynamic(BodyId body, const JointRecord& joint) {
@@ -169,7 +181,7 @@ bool is_indivisible(const Sector& sector, const Component& component) {
     if (sector.component_bodies[i]->jointed) return true;
   }
   for (std::uint32_t i = component.clones_begin; i < component.clones_end; ++i) {
-    const SectorIndex& home = sector.clones.at(sector.component_clones[i]).replica->home;
+    const SectorIndex& home = sector.component_clones[i]->replica->home;
     if (chebyshev_distance(home, sector.index) > 1) return true;
   }
   return false;
@@ -180,8 +192,9 @@ void list_parts(const Partition& partition, Sector& sector) {
   const std::span<const ContactPair> pairs = sector.world->contacts();
   for (Component& component : sector.components) {
     IslandPart part;
-    part.links.assign(sector.component_clones.begin() + component.clones_begin,
-                      sector.component_clones.begin() + component.clones_end);
+    for (std::uint32_t i = component.clones_begin; i < component.clones_end; ++i) {
+      part.links.push_back(sector.component_clones[i]->replica->id);
+    }
     for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
       const HomeBody& body = *sector.component_bodies[i];
       if (!body.replicated_in.empty()) part.links.push_back(body.id);
@@ -212,6 +225,8 @@ void find_components_of(const Partition& partition, Sector& sector) {
                                        [](const HomeBody* body) { return body->jointed; });
   if (pairs.empty() && !any_jointed) {
     list_single_bodies(sector);
+  } else if (sector.homes.size() == 1 && sector.placed.empty() && !any_jointed) {
+    list_lone_body(sector, pairs.size());
   } else {
     const ContactGraph graph(sector);
     sector.has_kinematics = graph.has_kinematics();
@@ -238,7 +253,7 @@ Seams find_components(Partition& partition, const ParallelFor& parallel, const V
   for (Sector* sector : changed) {
     if (sector->parts.empty() && !sector->parts_reported) continue;
     sector->parts_reported = !sector->parts.empty();
-    seams.sectors.push_back({sector->index, sector->parts});
+    seams.sectors.push_back({sector->index, std::move(sector->parts)});
   }
   return seams;
 }

@@ -6,23 +6,26 @@ namespace tessera {
 
 ContactGraph::ContactGraph(const Sector& sector) {
   const SectorWorld& world = *sector.world;
-  nodes_.reserve(sector.homes.size() + sector.clones.size());
+  nodes_.reserve(sector.homes.size() + sector.placed.size());
   for (HomeBody* body : sector.homes) {
-    add(body->id, body->slot, body, body->properties.motion, world.activity(body->slot));
+    add({body->id, body->slot, body, nullptr}, body->properties.motion, world.activity(body->slot));
   }
   homes_ = nodes_.size();
-  for (const auto& [id, clone] : sector.clones) {
-    if (clone.slot == Clone::kNotPlaced) continue;
-    add(id, clone.slot, nullptr, clone.replica->properties.motion, clone.replica->state.activity);
+  for (Clone* clone : sector.placed) {
+    const Replica& replica = *clone->replica;
+    add({replica.id, clone->slot, nullptr, clone}, replica.properties.motion, replica.state.activity);
   }
 }
 
-void ContactGraph::add(BodyId id, BodySlot slot, HomeBody* home, Motion motion, Activity activity) {
-  if (static_cast<std::size_t>(slot) >= by_slot_.size()) by_slot_.resize(slot + 1, -1);
+void ContactGraph::add(Node node, Motion motion, Activity activity) {
+  const auto slot = static_cast<std::size_t>(node.slot);
+  if (slot >= by_slot_.size()) by_slot_.resize(slot + 1, -1);
   by_slot_[slot] = static_cast<std::int32_t>(nodes_.size());
   has_kinematics_ |= motion == Motion::kKinematic;
-  nodes_.push_back({id, slot, home, motion == Motion::kDynamic, activity != Activity::kAsleep,
-                    activity != Activity::kAwake});
+  node.dynamic = motion == Motion::kDynamic;
+  node.awake = activity != Activity::kAsleep;
+  node.wants_sleep = activity != Activity::kAwake;
+  nodes_.push_back(node);
 }
 
 const ContactGraph::Node* ContactGraph::in_slot(BodySlot slot) const {

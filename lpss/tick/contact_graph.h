@@ -17,9 +17,10 @@ class ContactGraph {
     BodyId id;
     BodySlot slot;
     HomeBody* home;  // nullptr for clones
-    bool dynamic;
-    bool awake;
-    bool wants_sleep;
+    Clone* clone;    // nullptr for bodies that live here
+    bool dynamic = false;
+    bool awake = false;
+    bool wants_sleep = false;
   };
 
   explicit ContactGraph(const Sector& sector);
@@ -37,7 +38,7 @@ class ContactGraph {
   const Node& operator[](std::size_t i) const { return nodes_[i]; }
 
  private:
-  void add(BodyId id, BodySlot slot, HomeBody* home, Motion motion, Activity activity);
+  void add(Node node, Motion motion, Activity activity);
 
   std::vector<Node> nodes_;
   std::vector<std::int32_t> by_slot_;

@@ -26,8 +26,7 @@ void send_contact_points(Partition& partition, std::vector<Exchange>& outbox) {
     if (const auto body = partition.bodies.find(id); body != partition.bodies.end())
       concerned.push_back(body->second->sector);
     if (const auto replica = partition.replicas.find(id); replica != partition.replicas.end()) {
-      for (const SectorIndex& place : replica->second->places)
-        concerned.push_back(partition.sectors.at(place).get());
+      for (const std::unique_ptr<Clone>& clone : replica->second->clones) concerned.push_back(clone->sector);
     }
   }
   std::sort(concerned.begin(), concerned.end(), by_index);

@@ -27,8 +27,8 @@ std::vector<Sector*> detect(Partition& partition, const ParallelFor& parallel) {
   std::vector<Sector*> stepped;
   for (Sector* sector : partition.active) {
     if (!sector->world) continue;
-    partition.clone_count += sector->clones_placed - sector->clones_counted;
-    sector->clones_counted = sector->clones_placed;
+    partition.clone_count += sector->placed.size() - sector->clones_counted;
+    sector->clones_counted = sector->placed.size();
     sector->awake = anything_awake(*sector);
     if (sector->awake) stepped.push_back(sector);
   }

@@ -10,11 +10,30 @@
 namespace tessera {
 namespace {
 
-void tell_of(Partition& partition, HomeBody& body, std::vector<Exchange>& outbox) {
+// The owners of the sectors around one, for the few sets of these that its bodies need.
+class OwnersAround {
+ public:
+  OwnersAround(const SectorMap& map, const SectorIndex& home) : map_(map), home_(home) {}
+
+  Ranks of(const OffsetSet& targets) {
+    if (targets.empty()) return 0;
+    for (const auto& [set, ranks] : known_) {
+      if (set == targets) return ranks;
+    }
+    return known_.emplace_back(targets, owners(map_, home_, targets)).second;
+  }
+
+ private:
+  const SectorMap& map_;
+  const SectorIndex& home_;
+  std::vector<std::pair<OffsetSet, Ranks>> known_;
+};
+
+void tell_of(const Partition& partition, OwnersAround& around, HomeBody& body,
+             std::vector<Exchange>& outbox) {
   const SectorIndex& home = body.sector->index;
   const auto informed = [&] {
-    return (body.known_everywhere ? everyone(partition.map) : 0) |
-           owners(partition.map, home, body.replicated_in);
+    return (body.known_everywhere ? everyone(partition.map) : 0) | around.of(body.replicated_in);
   };
   const Ranks before = informed();
   body.replicated_in = body.wanted_in;
@@ -32,9 +51,10 @@ void tell_of(Partition& partition, HomeBody& body, std::vector<Exchange>& outbox
 
 void tell_of_replicas(Partition& partition, std::vector<Exchange>& outbox) {
   for (Sector* sector : partition.active) {
+    OwnersAround around(partition.map, sector->index);
     for (HomeBody* body : sector->attended) {
-      if (may_have_moved(*body) || !(body->wanted_in == body->replicated_in))
-        tell_of(partition, *body, outbox);
+      if (body->may_have_moved || !(body->wanted_in == body->replicated_in))
+        tell_of(partition, around, *body, outbox);
     }
   }
 }
@@ -47,14 +67,16 @@ void take_replicas(Partition& partition, std::vector<Exchange>& inbox) {
        collected(inbox, &Exchange::introductions, [](const ReplicaIntroduction& i) { return i.id; })) {
     introduce(partition, news);
   }
-  for (ReplicaUpdate& update :
-       collected(inbox, &Exchange::replicas, [](const ReplicaUpdate& u) { return u.id; })) {
-    const auto found = partition.replicas.find(update.id);
-    invariant(found != partition.replicas.end(), "a replica is introduced before it is updated");
-    Replica& replica = *found->second;
-    revise(replica, update);
-    if (replica.next_home != replica.home) partition.moving_replicas.push_back(replica.id);
-    place_replica(partition, replica);
+  // In any order: each changes the replica of one body, and what it says of sectors adds up.
+  for (const Exchange& message : inbox) {
+    for (const ReplicaUpdate& update : message.replicas) {
+      const auto found = partition.replicas.find(update.id);
+      invariant(found != partition.replicas.end(), "a replica is introduced before it is updated");
+      Replica& replica = *found->second;
+      revise(replica, update);
+      if (replica.next_home != replica.home) partition.moving_replicas.push_back(replica.id);
+      list_clones(partition, replica);
+    }
   }
 }
 

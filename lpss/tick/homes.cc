@@ -82,7 +82,7 @@ std::uint64_t announce_home_changes(Partition& partition) {
   std::uint64_t stopped = 0;
   for (Sector* sector : partition.active) {
     for (HomeBody* body : sector->attended) {
-      if (may_have_moved(*body) && !decide_home(partition, *body)) ++stopped;
+      if (body->may_have_moved && !decide_home(partition, *body)) ++stopped;
     }
   }
   return stopped;

@@ -1,6 +1,7 @@
 #include "lpss/tick/island_task.h"
 
-#include <absl/container/node_hash_map.h>
+#include <absl/container/flat_hash_map.h>
+#include <absl/container/inlined_vector.h>
 
 #include <algorithm>
 #include <numeric>
@@ -56,19 +57,21 @@ class TaskBuilder::Places {
   static constexpr std::uint32_t kNone = ContactToOrder::kFixed;
 
   void set(const WorldBody& body, std::size_t place) {
-    std::vector<std::uint32_t>& slots = slots_of(body.world);
+    Slots& slots = slots_of(body.world);
     const auto slot = static_cast<std::size_t>(body.slot);
     if (slot >= slots.size()) slots.resize(slot + 1, kNone);
     slots[slot] = static_cast<std::uint32_t>(place);
   }
 
   std::uint32_t of(SectorWorld* world, BodySlot slot) {
-    const std::vector<std::uint32_t>& slots = slots_of(world);
+    const Slots& slots = slots_of(world);
     return static_cast<std::size_t>(slot) < slots.size() ? slots[static_cast<std::size_t>(slot)] : kNone;
   }
 
  private:
-  std::vector<std::uint32_t>& slots_of(SectorWorld* world) {
+  using Slots = absl::InlinedVector<std::uint32_t, 6>;
+
+  Slots& slots_of(SectorWorld* world) {
     if (world != last_) {
       last_ = world;
       last_slots_ = &worlds_[world];
@@ -76,9 +79,9 @@ class TaskBuilder::Places {
     return *last_slots_;
   }
 
-  absl::node_hash_map<SectorWorld*, std::vector<std::uint32_t>> worlds_;
+  absl::flat_hash_map<SectorWorld*, Slots> worlds_;
   SectorWorld* last_ = nullptr;
-  std::vector<std::uint32_t>* last_slots_ = nullptr;
+  Slots* last_slots_ = nullptr;
 };
 
 std::vector<ContactToOrder> TaskBuilder::contacts_to_order(Places& places, const SectorIndex& anchor) const {
@@ -180,8 +183,9 @@ void add_component(const Partition& partition, Sector& sector, const Component& 
                      sector.index);
   }
   for (std::uint32_t i = component.clones_begin; i < component.clones_end; ++i) {
-    const BodyId id = sector.component_clones[i];
-    const WorldBody place{&world, sector.clones.at(id).slot};
+    const Clone& clone = *sector.component_clones[i];
+    const BodyId id = clone.replica->id;
+    const WorldBody place{&world, clone.slot};
     if (clones_as_bodies) {
       builder.add_copy(id, place, sector.index);
     } else {

@@ -58,11 +58,17 @@ bool flies_freely(const Partition& partition, const Sector& sector, const Compon
          !sector.component_bodies[component.bodies_begin]->jointed;
 }
 
-// Lets the components that no border runs through wake up, fall asleep or fly. The sector is awake, so
+// Whether a component is an island of its own: no border runs through it.
+bool is_alone(const Component& component, std::span<const SeamPart> parts) {
+  return component.part == Component::kInterior || parts[static_cast<std::size_t>(component.part)].is_alone();
+}
+
+// Lets the components that are islands of their own wake up, fall asleep or fly. The sector is awake, so
 // nothing but itself changes.
-void settle_interior(Partition& partition, TickContext& context, Sector& sector) {
-  for (const Component& component : sector.components) {
-    if (component.part != Component::kInterior || !component.any_awake) continue;
+void settle_alone(Partition& partition, TickContext& context, Sector& sector) {
+  const std::span<const SeamPart> parts = partition.seam_graph.parts_of(sector.index);
+  for (Component& component : sector.components) {
+    if (!component.any_awake || !is_alone(component, parts)) continue;
     settle(partition, context, sector, component, component.all_want_sleep);
     if (!component.all_want_sleep && flies_freely(partition, sector, component))
       sector.in_free_flight.push_back(sector.component_bodies[component.bodies_begin]->slot);
@@ -70,9 +76,10 @@ void settle_interior(Partition& partition, TickContext& context, Sector& sector)
 }
 
 // The others are solved where they are.
-void assemble_interior(const Partition& partition, Sector& sector, JobMaker& jobs) {
+void assemble_alone(const Partition& partition, Sector& sector, JobMaker& jobs) {
+  const std::span<const SeamPart> parts = partition.seam_graph.parts_of(sector.index);
   for (const Component& component : sector.components) {
-    if (component.part != Component::kInterior || !component.any_awake || component.all_want_sleep) continue;
+    if (!component.any_awake || component.all_want_sleep || !is_alone(component, parts)) continue;
     if (flies_freely(partition, sector, component)) continue;
     const std::uint32_t size =
         component.pairs_end - component.pairs_begin + component.bodies_end - component.bodies_begin;
@@ -124,13 +131,9 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
   for (const PartRef& ref : island.parts) {
     if (!partition.hosts(ref.sector)) continue;
     Sector& sector = *partition.sectors.at(ref.sector);
-    const Component& component = sector.components[sector.part_components[ref.part]];
+    Component& component = sector.components[sector.part_components[ref.part]];
     settle(partition, context, sector, component, island.all_want_sleep);
     if (island.all_want_sleep || staged) continue;
-    if (island.parts.size() == 1 && flies_freely(partition, sector, component)) {
-      sector.in_free_flight.push_back(sector.component_bodies[component.bodies_begin]->slot);
-      return;
-    }
     if (solver != partition.self) {
       ship_part(partition, sector, component, parcel);
       continue;
@@ -159,7 +162,7 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
     context.plan.awaits_solution[solver] = true;
     return;
   }
-  if (island.parts.size() > 1) ++context.counts.islands_across_seams;
+  ++context.counts.islands_across_seams;
   if (!shipped) return;
   ++context.counts.islands_shipped;
   for (Rank rank = 0; rank < weight.size(); ++rank) {
@@ -187,8 +190,8 @@ std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
   context.plan.awaits_solution.assign(servers, false);
   JobMaker jobs;
   run_parallel(parallel, context.stepped.size(),
-               [&](std::size_t i) { settle_interior(partition, context, *context.stepped[i]); });
-  for (Sector* sector : context.stepped) assemble_interior(partition, *sector, jobs);
+               [&](std::size_t i) { settle_alone(partition, context, *context.stepped[i]); });
+  for (Sector* sector : context.stepped) assemble_alone(partition, *sector, jobs);
   if (partition.settings.seams == SeamPolicy::kIsland) {
     for (const SeamIsland& island : partition.seam_graph.awake_islands(awake)) {
       assemble(partition, context, island, jobs, outbox);

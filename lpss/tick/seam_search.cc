@@ -35,10 +35,6 @@ void deepen_clones(int depth_max, Sector& sector) {
 
 }  // namespace
 
-bool may_have_moved(const HomeBody& body) {
-  return body.dirty || body.sector->world->activity(body.slot) != Activity::kAsleep;
-}
-
 OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept, Motion motion) {
   const WorldSettings& settings = partition.settings;
   if (settings.seams == SeamPolicy::kClone && settings.clone_depth == 0) return {};
@@ -49,7 +45,7 @@ void attend_borders(Partition& partition) {
   const Eigen::Vector3d half =
       Eigen::Vector3d::Constant(partition.sector_size() / 2 - partition.margins.reach - kBorderRounding);
   const Eigen::AlignedBox3d inside(-half, half);
-  std::vector<BodySlot> outside;
+  std::vector<BodyOutside> outside;
   for (Sector* sector : partition.active) {
     if (!sector->world) continue;
     // Those that others know of stay.
@@ -59,21 +55,32 @@ void attend_borders(Partition& partition) {
     });
     if (partition.settings.seams == SeamPolicy::kClone) {
       for (HomeBody* body : sector->homes) attend(*body);
-    } else {
-      outside.clear();
-      sector->world->append_outside(inside, partition.dt(), outside);
-      for (const BodySlot slot : outside) attend(*sector->by_slot[static_cast<std::size_t>(slot)]);
     }
-    std::sort(sector->attended.begin(), sector->attended.end(),
-              [](const HomeBody* a, const HomeBody* b) { return a->id < b->id; });
+    for (HomeBody* body : sector->attended) body->may_have_moved = false;
+    outside.clear();
+    sector->world->append_outside(inside, partition.dt(), outside);
+    for (const BodyOutside& found : outside) {
+      HomeBody& body = *sector->by_slot[static_cast<std::size_t>(found.slot)];
+      attend(body);
+      body.may_have_moved = true;
+      body.swept = found.swept;
+    }
+    for (HomeBody* body : sector->attended) {
+      if (body->may_have_moved) continue;
+      body->may_have_moved = body->dirty || sector->world->activity(body->slot) != Activity::kAsleep;
+      if (body->may_have_moved) body->swept = sector->world->swept_box(body->slot, partition.dt());
+    }
+    const auto by_id = [](const HomeBody* a, const HomeBody* b) { return a->id < b->id; };
+    if (!std::is_sorted(sector->attended.begin(), sector->attended.end(), by_id)) {
+      std::sort(sector->attended.begin(), sector->attended.end(), by_id);
+    }
   }
 }
 
 void search_seams(Partition& partition) {
   for (Sector* sector : partition.active) {
     for (HomeBody* body : sector->attended) {
-      if (!may_have_moved(*body)) continue;
-      body->swept = sector->world->swept_box(body->slot, partition.dt());
+      if (!body->may_have_moved) continue;
       body->wanted_in = sectors_to_tell(partition, body->swept, body->properties.motion);
     }
   }

@@ -7,17 +7,16 @@
 
 namespace tessera {
 
-// Whether a body has moved, or something about it changed, since others last heard of it.
-bool may_have_moved(const HomeBody& body);
-
 // The sectors, relative to its home, that need a replica of a body whose box sweeps `swept` (m, relative to
 // the home's centre).
 OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept, Motion motion);
 
 // Attends to the bodies that may have moved and come near a border; the others are inside, and need nobody.
+// Then says of all that are attended whether they have moved, or something about them changed, since others
+// last heard of them, and what these sweep.
 void attend_borders(Partition& partition);
 
-// Finds them for every attended body that may have moved.
+// Finds the sectors that need replicas of those.
 void search_seams(Partition& partition);
 
 }  // namespace tessera

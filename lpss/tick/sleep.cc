@@ -6,8 +6,10 @@
 
 namespace tessera {
 
-void settle(Partition& partition, TickContext& context, Sector& sector, const Component& component,
+void settle(Partition& partition, TickContext& context, Sector& sector, Component& component,
             bool all_want_sleep) {
+  if (!all_want_sleep && !component.any_asleep) return;
+  component.any_asleep = all_want_sleep;
   SectorWorld& world = *sector.world;
   for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
     HomeBody& body = *sector.component_bodies[i];

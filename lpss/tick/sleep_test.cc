@@ -47,6 +47,7 @@ TEST(Sleep, WhatWakesUpTakesPartInTheTick) {
   high.component_bodies = {&body(*partition, 1)};
   Component component;
   component.bodies_end = 1;
+  component.any_asleep = true;
   TickContext context;
   settle(*partition, context, high, component, /*all_want_sleep=*/false);
   EXPECT_EQ(activity_of(*partition, 1), Activity::kAwake);

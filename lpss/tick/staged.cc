@@ -87,7 +87,7 @@ class IslandAtSeams {
       const HomeBody& body = home_a != nullptr ? *home_a : *home_b;
       const auto clone = sector.clones.find(home_a != nullptr ? pair.b : pair.a);
       if (clone == sector.clones.end()) continue;  // a static body
-      const Replica& other = *clone->second.replica;
+      const Replica& other = *clone->second->replica;
       if (body.properties.motion != Motion::kDynamic || other.properties.motion != Motion::kDynamic) continue;
       bodies_.try_emplace(body.id, Known{&body});
       contacts_.push_back({&sector, n, {island_.id, body.id, other.id, sector.index, other.home}});
