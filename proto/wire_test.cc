@@ -83,7 +83,7 @@ Exchange some_exchange() {
 }
 
 Seams some_seams() {
-  IslandPart part{{BodyId{1}, BodyId{9}}, BodyId{1}, 4, true, false, 8, true, false};
+  IslandPart part{{BodyId{1}, BodyId{9}}, BodyId{1}, 3, 4, true, false, 8, true, false};
   return {{{{1, 2, 3}, {part, {}}}, {{4, 5, 6}, {}}}};
 }
 

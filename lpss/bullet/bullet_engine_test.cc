@@ -430,6 +430,33 @@ TEST(SleepTest, NeverWithoutATimeToSleepAfter) {
   EXPECT_GT(world.state(10).still_for, 3);
 }
 
+// Overlaps open by position alone, and what still moves so does not rest, although it has no velocity.
+TEST(OverlapTest, BallsInOnePlaceComeApartSlowly) {
+  EngineSettings settings = test_settings();
+  settings.sleep_after = 0.5;
+  const auto engine = test_engine(settings);
+  TestWorld world(*engine);
+  constexpr std::uint64_t kBalls = 10;
+  for (std::uint64_t id = 1; id <= kBalls; ++id) {
+    BodyRecord ball = dynamic_body(id, kSphereShape, {0, 0, 0});
+    ball.properties.gravity = false;
+    world.add(ball);
+  }
+  for (int tick = 0; tick < 600; ++tick) {
+    world.run(1);
+    for (std::uint64_t id = 1; id <= kBalls; ++id) {
+      ASSERT_LT(Eigen::Vector3d(world.state(id).linear_velocity.data()).norm(), 2) << "tick " << tick;
+    }
+  }
+  for (std::uint64_t a = 1; a <= kBalls; ++a) {
+    for (std::uint64_t b = 1; b < a; ++b) {
+      const Eigen::Vector3d apart =
+          Eigen::Vector3d(world.state(a).position.data()) - Eigen::Vector3d(world.state(b).position.data());
+      EXPECT_GT(apart.norm(), 0.95) << a << ", " << b;
+    }
+  }
+}
+
 TEST(EngineTest, OnePrecisionAProcess) {
   const auto engine = test_engine(test_settings());
   EngineSettings other = test_settings();

@@ -176,8 +176,10 @@ std::uint64_t BulletWorld::integrate(double dt, const ParallelFor& /*parallel*/)
 
 void BulletWorld::keep_still_clock(Body& kept, double dt) {
   btRigidBody& rigid = kept.rigid;
-  const StillClock clock = still_clock(rigid.getDeactivationTime(), rigid.getLinearVelocity().length2(),
-                                       rigid.getAngularVelocity().length2(), settings_, dt);
+  const StillLimits limits{btScalar(settings_.sleep_linear_speed), btScalar(settings_.sleep_angular_speed)};
+  const StillClock clock =
+      still_clock(rigid.getDeactivationTime(), rigid.getLinearVelocity().length2(),
+                  rigid.getAngularVelocity().length2(), limits, settings_.sleep_after, dt);
   rigid.setDeactivationTime(clock.still_for);
   rigid.forceActivationState(clock.wants_sleep ? WANTS_DEACTIVATION : ACTIVE_TAG);
 }

@@ -7,7 +7,7 @@ namespace {
 
 Eigen::Vector3d centre_of(int sector) { return {sector * kSectorSize, 0, 0}; }
 
-BodyState moved(BodyState state, double x) {
+BodyState shifted(BodyState state, double x) {
   state.position[0] += x;
   return state;
 }
@@ -24,7 +24,7 @@ JointScene::JointScene(Engine& engine, int sectors) : solver_(engine.make_solver
 
 void JointScene::add(const BodyRecord& record, int sector, const Eigen::Vector3d& gravity) {
   BodyRecord local = record;
-  local.state = moved(record.state, -centre_of(sector).x());
+  local.state = shifted(record.state, -centre_of(sector).x());
   const Motion motion = record.properties.motion;
   SectorWorld& world = *worlds_[static_cast<std::size_t>(sector)];
   const BodySlot slot = world.add(local, motion == Motion::kStatic ? Role::kStatic : Role::kHome);
@@ -101,13 +101,14 @@ void JointScene::run(double seconds) {
 
 BodyState JointScene::state(std::uint64_t id) const {
   const Home& home = homes_.at(id);
-  return moved(worlds_[static_cast<std::size_t>(home.sector)]->state(home.slot), centre_of(home.sector).x());
+  return shifted(worlds_[static_cast<std::size_t>(home.sector)]->state(home.slot),
+                 centre_of(home.sector).x());
 }
 
 void JointScene::set_state(std::uint64_t id, const BodyState& state) {
   const Home& home = homes_.at(id);
   worlds_[static_cast<std::size_t>(home.sector)]->set_state(home.slot,
-                                                            moved(state, -centre_of(home.sector).x()));
+                                                            shifted(state, -centre_of(home.sector).x()));
 }
 
 std::uint64_t JointScene::hash() const {

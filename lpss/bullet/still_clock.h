@@ -14,18 +14,30 @@ struct StillClock {
   bool wants_sleep = false;
 };
 
+// The speeds below which a body is still.
+struct StillLimits {
+  btScalar linear = 0;   // m/s
+  btScalar angular = 0;  // rad/s
+};
+
+// Of a body of this smallest extent and radius (m): small ones move less than half their size in a second,
+// and the ends of large ones not much faster than their centres.
+inline StillLimits still_limits(const WorldSettings& settings, double extent, double radius) {
+  const double linear = std::min(settings.sleep_linear_speed, extent * 0.5);
+  const double angular = std::min(settings.sleep_angular_speed, 2 * settings.sleep_linear_speed / radius);
+  return {btScalar(linear), btScalar(angular)};
+}
+
 // After a tick of `dt` seconds at these squared speeds (m^2/s^2, rad^2/s^2). A tick at the sleeping speed
 // cancels the time at rest of several ticks, and one at twice that speed four times as much: a moving body is
 // awake immediately, but one of a large pile that slips for a tick now and then must not keep all the others
 // awake.
 inline StillClock still_clock(btScalar still_for, btScalar linear_squared, btScalar angular_squared,
-                              const WorldSettings& settings, double dt) {
+                              const StillLimits& limits, double sleep_after, double dt) {
   constexpr btScalar kSlipSetback = 4;  // ticks
-  const auto linear = btScalar(settings.sleep_linear_speed);
-  const auto angular = btScalar(settings.sleep_angular_speed);
-  const auto enough = btScalar(settings.sleep_after);
-  const btScalar moves = linear_squared / (linear * linear);
-  const btScalar turns = angular_squared / (angular * angular);
+  const auto enough = btScalar(sleep_after);
+  const btScalar moves = linear_squared / (limits.linear * limits.linear);
+  const btScalar turns = angular_squared / (limits.angular * limits.angular);
   const bool is_still = moves < 1 && turns < 1;
   const btScalar gain = is_still ? 1 : -kSlipSetback * std::max(moves, turns);
   StillClock clock{std::max(btScalar(0), still_for + gain * btScalar(dt))};

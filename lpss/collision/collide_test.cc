@@ -355,6 +355,37 @@ TYPED_TEST(Collide, LyingCapsulesTouchAtTwoPoints) {
       1);
 }
 
+// The nearest point alone would run from edge to edge as the box rocks.
+TYPED_TEST(Collide, AFaceRestsOnAVeryLargeBallByItsCorners) {
+  using Scalar = TypeParam;
+  const Vector3<Scalar> half(Scalar(0.5), Scalar(0.4), Scalar(0.3));
+  const Box<Scalar> box{half};
+  const Polyhedron<Scalar> hull = cube_hull(half);
+  for (const double radius : {300.0, 1000.0, 5000.0}) {
+    const Ball<Scalar> ball{Scalar(radius)};
+    // On top of the ball, and tilted by less than the box is level with it.
+    for (const double tilt : {0.0, 1e-4}) {
+      const Placement<Scalar> placement{Matrix3<Scalar>::Identity(), rotation<Scalar>(tilt, 1, 0, 0),
+                                        Vector3<Scalar>(0, 0, Scalar(radius) + half.z())};
+      const Scalar rounding = std::numeric_limits<Scalar>::epsilon() * 4 * Scalar(radius);
+      for (const auto& manifold :
+           {collide(ball, box, placement, this->kMargin), collide(ball, hull, placement, this->kMargin)}) {
+        ASSERT_EQ(manifold.count, 4) << radius;
+        EXPECT_NEAR(manifold.normal.z(), -1, 1e-5);
+        for (const auto& point : manifold.point) {
+          EXPECT_NEAR(point.gap, 0.41 / 2 / radius, 1e-4 + rounding);
+          EXPECT_NEAR(std::abs(point.on_b.x()), 0.5, 1e-3);
+        }
+      }
+    }
+  }
+  const auto small =
+      collide(Ball<Scalar>{5}, box,
+              {Matrix3<Scalar>::Identity(), Matrix3<Scalar>::Identity(), Vector3<Scalar>(0, 0, 5 + half.z())},
+              this->kMargin);
+  EXPECT_EQ(small.count, 1);
+}
+
 TYPED_TEST(Collide, SwappedPairsMirror) {
   const Capsule<TypeParam> capsule{TypeParam(0.2), TypeParam(0.5)};
   const Box<TypeParam> box{Vector3<TypeParam>(0.6, 0.4, 0.3)};

@@ -73,6 +73,34 @@ void touch_ball(const Hull<Scalar>& hull, const Vector3<Scalar>& centre, Scalar 
   manifold.point[0] = {centre - radius * normal, centre - height * normal, height - radius, 0};
 }
 
+// On a ball so large that a face of the shape is all but level with it, the point that is nearest runs from
+// edge to edge as the shape tilts by the least angle: the corners of the face touch instead. In the axes of
+// the shape.
+template <typename Scalar, typename Shape>
+void touch_by_corners(const Shape& shape, const Vector3<Scalar>& centre, Scalar radius, Scalar margin,
+                      Manifold<Scalar>& manifold) {
+  constexpr Scalar kLevel(1.0 / 16);  // of the margin
+  if (manifold.count == 0) return;
+  // The centre of an even larger one is rounded by more than its surface is level.
+  if (radius * std::numeric_limits<Scalar>::epsilon() > kLevel * margin) return;
+  const ContactPoint<Scalar> nearest = manifold.point[0];
+  const Vector3<Scalar> away = centre - nearest.on_b;
+  const Scalar distance = away.norm();
+  const Face<Scalar> face = supporting_face(shape, manifold.normal);
+  ContactPoint<Scalar> corners[kFaceVerticesMax];
+  std::size_t count = 0;
+  for (int n = 0; n < face.count; ++n) {
+    const Vector3<Scalar> way = nearest.on_b - face.vertex[n];
+    if (way.squaredNorm() > 2 * radius * kLevel * margin) return;
+    // How much farther it is from the centre, without the difference of two large numbers.
+    const Scalar farther = (way.squaredNorm() + 2 * away.dot(way)) / ((away + way).norm() + distance);
+    const Scalar gap = nearest.gap + farther;
+    if (gap > margin) continue;
+    corners[count++] = {face.vertex[n] + gap * manifold.normal, face.vertex[n], gap, 1u + face.vertex_id[n]};
+  }
+  if (count > 1) reduce(std::span<const ContactPoint<Scalar>>(corners, count), manifold);
+}
+
 // From axes and origin of b to those of the world and a's centre.
 template <typename Scalar>
 void from_b(const Placement<Scalar>& placement, Manifold<Scalar>& manifold) {
@@ -318,6 +346,7 @@ Manifold<Scalar> collide(const Ball<Scalar>& a, const Box<Scalar>& b, const Plac
     manifold.count = 1;
     manifold.point[0] = {centre - a.radius * normal, on_box, height - a.radius, 0};
   }
+  touch_by_corners(b, centre, a.radius, margin, manifold);
   from_b(placement, manifold);
   return manifold;
 }
@@ -332,6 +361,7 @@ Manifold<Scalar> collide(const Ball<Scalar>& a, const Polyhedron<Scalar>& b,
   const Scalar height = height_above(hull, centre, face);
   if (height > a.radius + margin) return manifold;
   touch_ball(hull, centre, a.radius, height, face, margin, manifold);
+  touch_by_corners(b, centre, a.radius, margin, manifold);
   from_b(placement, manifold);
   return manifold;
 }

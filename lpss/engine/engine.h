@@ -65,9 +65,9 @@ struct ContactPair {
   BodyId b;
   BodySlot slot_a = 0;
   BodySlot slot_b = 0;
-  bool touching = false;      // a point has no gap, or had an impulse in the last solution
-  bool bounces = false;       // it may give speed back
-  std::uint8_t substeps = 0;  // that its island needs at least; 0: no opinion
+  bool touching = false;       // a point has no gap, or had an impulse in the last solution
+  bool bounces = false;        // it may give speed back
+  std::uint16_t substeps = 0;  // that it asks for; see Engine::substeps(); 0: no opinion
 };
 
 // The deepest point of a pair, for events.
@@ -221,8 +221,8 @@ struct WorldBody {
 
 struct WorldPair {
   SectorWorld* world = nullptr;
-  std::size_t pair = 0;       // an index into world->contacts()
-  std::uint8_t substeps = 0;  // that its island needs at least; 0: as the pair says
+  std::size_t pair = 0;        // an index into world->contacts()
+  std::uint16_t substeps = 0;  // that its island takes; 0: as its pairs ask
 };
 
 // A joint needs no clone: only relative quantities go into its rows, so its bodies may be in any two worlds.
@@ -301,6 +301,8 @@ class Engine {
   // Safe to call from any thread, once the shapes in use have been added.
   virtual std::unique_ptr<SectorWorld> make_world() = 0;
   virtual std::unique_ptr<IslandSolver> make_solver() = 0;
+  // The substeps of an island of so many bodies, of which the contact that asks for most asks for so many.
+  virtual int substeps(int asked, std::size_t bodies) const = 0;
   // Null if the engine's contacts cannot be solved in stages.
   virtual std::unique_ptr<StagedSolver> make_staged_solver() = 0;
 

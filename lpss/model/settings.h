@@ -51,7 +51,7 @@ struct WorldSettings {
   bool continuous_collision = true;
   double sleep_linear_speed = 0.05;
   double sleep_angular_speed = 0.1;
-  double sleep_after = 1.0;
+  double sleep_after = 0.5;
   Gravity gravity;  // not a scalar, and not in the list: files, messages and JSON handle it separately
 };
 
@@ -99,9 +99,10 @@ inline constexpr auto kSettings = std::to_array<WorldSetting>({
     {"continuous_collision", &WorldSettings::continuous_collision, "", 0, 0,
      "sweep bodies that move farther in a tick than they are thick"},
     {"sleep_linear_speed", &WorldSettings::sleep_linear_speed, "m/s", 0, kSpeedMax,
-     "a body slower than this and `sleep_angular_speed` for `sleep_after` may sleep"},
+     "a body slower than this and `sleep_angular_speed` for `sleep_after` may sleep; a small one must be slower than "
+     "half its smallest extent a second"},
     {"sleep_angular_speed", &WorldSettings::sleep_angular_speed, "rad/s", 0, kAngularSpeedMax,
-     "see `sleep_linear_speed`"},
+     "see `sleep_linear_speed`; the ends of a large body must turn slower than twice that"},
     {"sleep_after", &WorldSettings::sleep_after, "s", 0, kNoBound,
      "see `sleep_linear_speed`; 0: bodies never sleep"},
 });

@@ -4,6 +4,7 @@
 
 #include "lpss/base/portable_math.h"
 #include "lpss/base/rotation.h"
+#include "lpss/base/torque_free.h"
 
 namespace tessera::native {
 namespace {
@@ -41,6 +42,7 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
     moments = vector(record.properties.inertia);
     inverse_moments = moments.cwiseInverse();
     swept_beyond = solid->swept_extent() * Scalar(0.5);
+    still_limits = bullet::still_limits(settings, double(solid->extent()), double(solid->radius()));
   }
   set_state(record.state);
 }
@@ -76,9 +78,14 @@ void Body::set_state(const BodyState& state) {
   activity = state.activity;
 }
 
+Vector Body::angular_push(Scalar dt) const {
+  const Vector in_body = pose.rotation.transpose() * torque;
+  return pose.rotation * Vector(in_body.cwiseProduct(inverse_moments) * dt);
+}
+
 // One step of Newton's method for Euler's equations in the body's frame, implicit, so that a spinning body
 // does not gain energy (Catto, Numerical Methods, GDC 2015).
-Vector Body::angular_push(Scalar dt) const {
+Vector Body::gyroscopic_push(Scalar dt) const {
   const Matrix& r = pose.rotation;
   const Vector spin = r.transpose() * angular;
   const Vector momentum = moments.cwiseProduct(spin);
@@ -87,25 +94,39 @@ Vector Body::angular_push(Scalar dt) const {
   slope.diagonal() += moments;
   const Vector p = slope.col(1).cross(slope.col(2));
   const Scalar determinant = slope.col(0).dot(p);
-  Vector change = r.transpose() * torque;
-  change = change.cwiseProduct(inverse_moments) * dt;
-  if (determinant != 0) {
-    change -= Vector(wrong.dot(p), wrong.dot(slope.col(2).cross(slope.col(0))),
+  if (determinant == 0) return Vector::Zero();
+  return r * (Vector(wrong.dot(p), wrong.dot(slope.col(2).cross(slope.col(0))),
                      wrong.dot(slope.col(0).cross(slope.col(1)))) /
-              determinant;
-  }
-  return r * change;
+              -determinant);
 }
+
+namespace {
+
+// One step of Newton's method towards the nearest rotation: rounding does not add up.
+template <typename Axes>
+Axes straightened(const Axes& axes) {
+  return axes * (Axes::Identity() * 1.5 - axes.transpose() * axes * 0.5);
+}
+
+}  // namespace
 
 Matrix turned(const Matrix& rotation, const Vector& turn) {
   if (turn.isZero(0)) return rotation;
-  const Matrix moved = tessera::turned<Scalar>(rotation, turn.cast<double>());
-  // One step of Newton's method towards the nearest rotation: rounding does not add up.
-  return moved * (Matrix::Identity() * Scalar(1.5) - moved.transpose() * moved * Scalar(0.5));
+  return straightened<Matrix>(tessera::turned<Scalar>(rotation, turn.cast<double>()));
 }
 
-Frame Body::after(Scalar dt) const {
-  return {turned(pose.rotation, angular * dt), pose.position + linear * dt};
+void Body::foresee(Scalar dt) {
+  next.position = pose.position + linear * dt;
+  next_angular = angular;
+  const bool is_alike = moments.x() == moments.y() && moments.y() == moments.z();
+  if (jointed || is_alike || angular.isZero(0)) {
+    next.rotation = turned(pose.rotation, angular * dt);
+    return;
+  }
+  const Spin end =
+      torque_free({pose.rotation.cast<double>(), angular.cast<double>()}, moments.cast<double>(), dt);
+  next.rotation = straightened(end.axes).cast<Scalar>();
+  next_angular = end.rate.cast<Scalar>();
 }
 
 bool is_wanted_pair(const Body& a, const Body& b) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "lpss/bullet/still_clock.h"
 #include "lpss/engine/engine.h"
 #include "lpss/native/solid.h"
 
@@ -39,8 +40,12 @@ struct Body {
   Vector linear_push(Scalar dt) const { return force * (inverse_mass * dt); }
   Vector angular_push(Scalar dt) const;
 
-  // Where the body is after `dt` seconds at its velocities.
-  Frame after(Scalar dt) const;
+  // What the inertia of a spinning body adds to its angular velocity in `dt` seconds. For bodies on joints,
+  // whose solver knows where they turn to; foresee() has it for all others.
+  Vector gyroscopic_push(Scalar dt) const;
+
+  // Sets `next` and `next_angular`.
+  void foresee(Scalar dt);
 
   Box box_at(const Frame& at) const { return solid->box_at(at).grown(solid->margin()); }
 
@@ -63,6 +68,7 @@ struct Body {
   Scalar angular_damping;
   Scalar swept_beyond = 0;  // m per tick; 0: never swept
   Frame next;               // where integrate() moves the body
+  Vector next_angular;      // rad/s, there
   Box enlarged;             // in the tree of the broad phase; holds `box`
 
   // In the task of a solver, while that looks at it; a clone has the place of its original.
@@ -82,6 +88,7 @@ struct Body {
   Vector inverse_moments = Vector::Zero();  // 1/(kg m^2)
   Scalar friction;
   Scalar restitution;
+  bullet::StillLimits still_limits;
   std::shared_ptr<const Solid> solid;
   std::optional<FineFlight> fine;           // none if the engine's numbers are the exact state
   std::unique_ptr<BodyState> static_state;  // of static bodies, whose pose includes the offset of their shape

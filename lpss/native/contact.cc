@@ -75,7 +75,8 @@ bool decode(std::string_view bytes, Contact& contact) {
   if (read.get<std::uint8_t>() != sizeof(Scalar)) return false;
   contact = {};
   visit_header(contact, read);
-  if (contact.need.ticks > ContactNeed::kTicksToKnow || contact.need.substeps > kSubstepsMax) return false;
+  if (contact.need.ticks > ContactNeed::kTicksToKnow || contact.need.substeps > ContactNeed::kSubstepsMost)
+    return false;
   const auto patches = read.get<std::uint32_t>();
   if (patches > kPatchesMax) return false;
   for (std::uint32_t p = 0; p < patches && !read.is_short(); ++p) {

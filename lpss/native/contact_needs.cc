@@ -14,55 +14,75 @@ constexpr double kReluctance = 1.25;               // to take fewer substeps
 constexpr double kEarth = 9.81;                    // m/s^2
 constexpr double kUsualFall = kEarth / (60 * 60);  // m
 constexpr double kTurnMax = 0.125;                 // rad, in one step
+constexpr double kSinkMax = 0.02;                  // of the smallest extent
+constexpr std::size_t kBodySubstepsMax = 16384;    // bodies times substeps, beyond kSubstepsMax
 
-// m/s^2. Without gravity that of Earth: something must tell what is much.
-double weight_of(const Gravity& gravity) {
+double size_of(const Gravity& gravity) {
   const auto* uniform = std::get_if<UniformGravity>(&gravity);
-  const double size =
-      uniform != nullptr ? uniform->acceleration.norm() : std::get<CentralGravity>(gravity).surface;
-  return size > 0 ? size : kEarth;
+  return uniform != nullptr ? uniform->acceleration.norm() : std::get<CentralGravity>(gravity).surface;
 }
 
 }  // namespace
 
+// Without gravity, that of Earth tells what is much.
 ContactNeeds::ContactNeeds(const WorldSettings& settings)
     : adapts_(settings.adapt && settings.substeps > 1),
       usual_(settings.substeps),
-      tick_weight_(weight_of(settings.gravity) * settings.time_step),
-      fall_(std::max(1.0, tick_weight_ * settings.time_step / kUsualFall)) {}
+      tick_weight_((size_of(settings.gravity) > 0 ? size_of(settings.gravity) : kEarth) * settings.time_step),
+      fall_(size_of(settings.gravity) * settings.time_step * settings.time_step),
+      load_in_tick_(std::max(1.0, fall_ / kUsualFall)) {}
 
 int ContactNeeds::for_load(double load_ratio) const {
-  if (load_ratio <= kLightLoad) return std::max(2, usual_ / 2);
+  const double load = load_ratio * load_in_tick_;
+  if (load <= kLightLoad) return std::max(2, usual_ / 2);
   int substeps = usual_;
-  for (double most = kUsualLoad; load_ratio > most && 2 * substeps <= kSubstepsMax; most *= 4) substeps *= 2;
+  for (double most = kUsualLoad; load > most && 2 * substeps <= ContactNeed::kSubstepsMost; most *= 4)
+    substeps *= 2;
+  return substeps;
+}
+
+// Contacts give way by about what a body falls in a step, times the load on them, which must be small beside
+// its smallest extent.
+int ContactNeeds::for_size(double load_ratio, double extent) const {
+  int substeps = std::max(2, usual_ / 2);
+  const double sink = (1 + load_ratio) * fall_;
+  while (sink > kSinkMax * extent * substeps * substeps && 2 * substeps <= ContactNeed::kSubstepsMost)
+    substeps *= 2;
   return substeps;
 }
 
 int ContactNeeds::least() const { return adapts_ ? for_load(0) : usual_; }
 
-int ContactNeeds::substeps(const ContactNeed& need, double rests_on, double speed) const {
+int ContactNeeds::substeps(const ContactNeed& need, const ContactScale& scale) const {
   if (!adapts_) return usual_;
-  double load = rests_on > kLightLoad ? rests_on * fall_ : 0;
-  int substeps = need.substeps;
-  if (need.ticks < ContactNeed::kTicksToKnow) {
-    substeps = usual_;
-    load = std::max(load, speed < tick_weight_ ? kLoadAtRest * fall_ : fall_);
-  }
-  return std::max(substeps, for_load(load));
+  const bool is_known = need.ticks == ContactNeed::kTicksToKnow;
+  double load_ratio = scale.rests_on > kLightLoad ? scale.rests_on : 0;
+  if (!is_known) load_ratio = std::max(load_ratio, scale.is_at_rest ? kLoadAtRest : 1.0);
+  const int by_load = load_ratio > 0 ? for_load(load_ratio) : 0;
+  return std::max(by_load, is_known ? need.substeps : for_size(0, scale.extent));
 }
 
-void ContactNeeds::note(ContactNeed& need, double impulse, double inverse_mass) const {
+int ContactNeeds::granted(int substeps, std::size_t bodies) const {
+  if (!adapts_) return usual_;
+  const std::size_t most = kBodySubstepsMax / std::max<std::size_t>(bodies, 1);
+  return std::min(substeps,
+                  static_cast<int>(std::clamp<std::size_t>(most, kSubstepsMax, ContactNeed::kSubstepsMost)));
+}
+
+void ContactNeeds::note(ContactNeed& need, double impulse, const ContactScale& scale) const {
   if (!adapts_) return;
   const double sustained = std::min(need.impulse, impulse);
   need.impulse = impulse;
   const bool was_known = need.ticks == ContactNeed::kTicksToKnow;
   if (!was_known && ++need.ticks < ContactNeed::kTicksToKnow) return;
-  const double load_ratio = std::max(0.0, sustained * inverse_mass / tick_weight_ - 1) * fall_;
-  const auto wanted = static_cast<std::uint8_t>(for_load(load_ratio));
-  if (!was_known || wanted > need.substeps) {
-    need.substeps = wanted;
+  const double load_ratio = std::max(0.0, sustained * scale.inverse_mass / tick_weight_ - 1);
+  const auto wanted = [&](double load) {
+    return static_cast<std::uint16_t>(std::max(for_load(load), for_size(load, scale.extent)));
+  };
+  if (!was_known || wanted(load_ratio) > need.substeps) {
+    need.substeps = wanted(load_ratio);
   } else {
-    need.substeps = std::min(need.substeps, static_cast<std::uint8_t>(for_load(load_ratio * kReluctance)));
+    need.substeps = std::min(need.substeps, wanted(load_ratio * kReluctance));
   }
 }
 

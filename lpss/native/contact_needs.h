@@ -7,6 +7,7 @@
 // as a whole.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "lpss/model/settings.h"
@@ -15,11 +16,24 @@ namespace tessera::native {
 
 // What a contact remembers of its impulses.
 struct ContactNeed {
-  double impulse = 0;         // N s, along its normals, in the last tick in which it was solved
-  std::uint8_t ticks = 0;     // in which it was solved; counted up to kTicksToKnow
-  std::uint8_t substeps = 0;  // that it asks for; of no meaning before
+  double impulse = 0;          // N s, along its normals, in the last tick in which it was solved
+  std::uint16_t substeps = 0;  // that it asks for; of no meaning before `ticks` is kTicksToKnow
+  std::uint8_t ticks = 0;      // in which it was solved; counted up to kTicksToKnow
 
   static constexpr std::uint8_t kTicksToKnow = 3;
+  static constexpr std::uint16_t kSubstepsMost = 1024;  // of islands of few bodies
+};
+
+// What else is known of a contact.
+struct ContactScale {
+  double inverse_mass = 0;  // 1/kg, of the lighter body
+  double extent = 0;        // m, the smallest one of the bodies that can be pushed
+  // The heavier body's weight by the lighter one's, as far as it rests on that; impulses only tell of a load
+  // once they bear it.
+  double rests_on = 0;
+  // The bodies rest on each other, as far as one sees: a contact of which little is known yet was placed so,
+  // and may bear much.
+  bool is_at_rest = false;
 };
 
 // The rule, for the settings of a world.
@@ -33,26 +47,32 @@ class ContactNeeds {
   // What an island asks for in which no contact asks for more.
   int least() const;
 
-  // `rests_on`: the heavier body's weight by the lighter one's, as far as it rests on that; impulses only
-  // tell of a load once they bear it. `speed`: of the bodies relative to each other, m/s; a contact of which
-  // little is known yet, of bodies at rest, was placed so and may bear much.
-  int substeps(const ContactNeed& need, double rests_on, double speed) const;
+  // m/s, what a body gains in a tick: two that move past each other more slowly may rest.
+  double speed_at_rest() const { return tick_weight_; }
 
-  // Notes an impulse (N s) between bodies of which the lighter has this inverse mass (1/kg). What counts is
-  // the smaller impulse of two ticks, as an impact is not a load; and fewer substeps are asked for only where
-  // clearly fewer will do, since their number decides how stiff contacts are.
-  void note(ContactNeed& need, double impulse, double inverse_mass) const;
+  int substeps(const ContactNeed& need, const ContactScale& scale) const;
+
+  // What an island of so many bodies takes, asked for so many: small ones may take more, where they cost
+  // little.
+  int granted(int substeps, std::size_t bodies) const;
+
+  // Notes an impulse (N s). What counts is the smaller impulse of two ticks, as an impact is not a load; and
+  // fewer substeps are asked for only where clearly fewer will do, since their number decides how stiff
+  // contacts are.
+  void note(ContactNeed& need, double impulse, const ContactScale& scale) const;
 
   // What jointed bodies ask for that turn by this angle in a tick, rad.
   int for_turn(double turn) const;
 
  private:
   int for_load(double load_ratio) const;
+  int for_size(double load_ratio, double extent) const;
 
   bool adapts_;
   int usual_;
-  double tick_weight_;  // N s/kg: the impulse that bears a body's weight in a tick
-  double fall_;         // how much farther than usual bodies fall in a tick: errors of a substep grow with it
+  double tick_weight_;   // N s/kg: the impulse that bears a body's weight in a tick
+  double fall_;          // m, in a tick
+  double load_in_tick_;  // how much farther than usual bodies fall: errors of a substep grow with it
 };
 
 }  // namespace tessera::native

@@ -16,6 +16,15 @@ namespace {
 // The approach from which two bodies bounce.
 constexpr Scalar kBounceFrom = Scalar(0.2);  // m/s
 
+// Overlaps are opened as if they were no deeper, so that bodies that start inside each other come apart
+// slowly.
+constexpr Scalar kOpenedShare = Scalar(0.06);  // of the smallest extent of those that can be pushed
+constexpr Scalar kOpenedMin = Scalar(0.001);   // m
+
+Scalar deepest_opened(const ContactScale& scale) {
+  return std::max(Scalar(scale.extent) * kOpenedShare, kOpenedMin);
+}
+
 // None for static bodies: they do not move, and a server that solves an island of others does not know where
 // they are.
 Vector lever(const Body& body, const Vector& point) {
@@ -205,8 +214,8 @@ void NativeSolver::add_contact(const WorldPair& place) {
   const Body& a = body_of(sides[0]);
   const Body& b = body_of(sides[1]);
   Contact& contact = world.contact(place.pair);
-  sources_.push_back({&contact, patches_.size(),
-                      std::max(bodies_[places[0]].inverse_mass, bodies_[places[1]].inverse_mass)});
+  sources_.push_back({&contact, patches_.size(), scale_of(a, b)});
+  const Scalar gap_min = -deepest_opened(sources_.back().scale);
   for (const ContactPatch& source : contact.patches) {
     Contacts::Patch& patch = patches_.emplace_back();
     patch.a = places[0];
@@ -218,7 +227,8 @@ void NativeSolver::add_contact(const WorldPair& place) {
     patch.twist_impulse = source.twist_impulse;
     for (std::size_t n = 0; n < patch.points; ++n) {
       const ContactPoint& from = source.point[n];
-      patch.point[n] = {lever(a, from.on_a), lever(b, from.on_b), source.normal, from.gap, from.impulse};
+      patch.point[n] = {lever(a, from.on_a), lever(b, from.on_b), source.normal, std::max(from.gap, gap_min),
+                        from.impulse};
     }
   }
   for (const std::size_t side : places) {
@@ -237,7 +247,8 @@ void NativeSolver::begin_joints() {
   std::vector<bullet::JointedBody> bodies(dynamics_.size());
   for (const std::size_t place : jointed_) {
     is_pushed_[place] = true;
-    const Contacts::Body& body = bodies_[place];
+    Contacts::Body& body = bodies_[place];
+    body.angular_force += dynamics_[place]->gyroscopic_push(Scalar(dt_));
     bodies[place] = {body.inverse_mass,          body.inverse_inertia.cast<double>(),
                      body.linear.cast<double>(), body.angular.cast<double>(),
                      &linear_changes_[place],    &angular_changes_[place]};
@@ -283,7 +294,8 @@ void NativeSolver::find_corrections() {
 
 void NativeSolver::write_impulses() const {
   for (const Source& source : sources_) {
-    double sum = 0;
+    double load = 0;
+    const Scalar gap_min = -deepest_opened(source.scale);
     std::size_t p = source.first;
     for (ContactPatch& into : source.contact->patches) {
       const Contacts::Patch& patch = patches_[p++];
@@ -291,10 +303,11 @@ void NativeSolver::write_impulses() const {
       into.twist_impulse = patch.twist_impulse;
       for (std::size_t n = 0; n < patch.points; ++n) {
         into.point[n].impulse = patch.point[n].impulse;
-        sum += double(patch.point[n].impulse);
+        // What opens a deep overlap bears nothing.
+        if (into.point[n].gap > gap_min) load += double(patch.point[n].impulse);
       }
     }
-    needs_.note(source.contact->need, sum, double(source.inverse_mass));
+    needs_.note(source.contact->need, load, source.scale);
   }
 }
 
@@ -319,6 +332,9 @@ void NativeSolver::write_body(std::size_t place) const {
   const Contacts::Motion change = contacts_.change(place);
   body.linear += change.linear;
   body.angular += change.angular;
+  // What is still being pushed out of an overlap does not rest, however slow it is.
+  const Scalar pushed_max = body.still_limits.linear * Scalar(dt_);
+  if (corrections_[place].linear.squaredNorm() > pushed_max * pushed_max) body.still_for = 0;
   body.pose.position += corrections_[place].linear;
   body.pose.rotation = turned(body.pose.rotation, corrections_[place].angular);
 }

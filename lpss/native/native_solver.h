@@ -52,7 +52,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   struct Source {
     Contact* contact;
     std::size_t first;
-    Scalar inverse_mass;  // 1/kg, the larger one of its sides
+    ContactScale scale;
   };
 
   const EngineSettings settings_;

@@ -64,7 +64,7 @@ std::uint64_t NativeWorld::integrate(double dt, const ParallelFor& parallel) {
 // Where the body goes. True if the way is so long that it has to be swept.
 bool NativeWorld::find_next(Body& body, double dt) const {
   if (!body.leaf || !body.is_dynamic() || body.role != Role::kHome || !body.is_awake()) return false;
-  body.next = body.after(Scalar(dt));
+  body.foresee(Scalar(dt));
   if (!body.coasts) {
     body.fine.reset();
   } else {
@@ -88,7 +88,7 @@ void NativeWorld::stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, c
   run_parallel(parallel, fast.size(), [&](std::size_t n) {
     Body& swept = body(fast[n]);
     if (const std::optional<SweepHit> hit = sweep(fast[n], swept.next.position)) {
-      swept.next = swept.after(dt * hit->fraction);
+      swept.foresee(dt * hit->fraction);
       swept.fine.reset();
     }
   });
@@ -101,13 +101,15 @@ bool NativeWorld::move_on(Body& body, double dt) const {
   body.torque.setZero();
   if (body.role != Role::kHome || !body.is_awake()) return false;
   body.pose = body.next;
+  body.angular = body.next_angular;
   keep_still_clock(body, dt);
   return stop_runaway(body);
 }
 
 void NativeWorld::keep_still_clock(Body& kept, double dt) const {
-  const bullet::StillClock clock = bullet::still_clock(kept.still_for, kept.linear.squaredNorm(),
-                                                       kept.angular.squaredNorm(), settings_, dt);
+  const bullet::StillClock clock =
+      bullet::still_clock(kept.still_for, kept.linear.squaredNorm(), kept.angular.squaredNorm(),
+                          kept.still_limits, settings_.sleep_after, dt);
   kept.still_for = clock.still_for;
   kept.activity = clock.wants_sleep ? Activity::kWantsSleep : Activity::kAwake;
 }

@@ -305,6 +305,16 @@ std::span<const ContactPair> NativeWorld::contacts() {
   return pairs_;
 }
 
+ContactScale scale_of(const Body& a, const Body& b) {
+  ContactScale scale;
+  scale.inverse_mass = double(std::max(a.inverse_mass, b.inverse_mass));
+  scale.extent = std::numeric_limits<double>::max();
+  for (const Body* body : {&a, &b}) {
+    if (body->is_dynamic()) scale.extent = std::min(scale.extent, double(body->solid->extent()));
+  }
+  return scale;
+}
+
 // The weight of the heavier body by that of the lighter one, in the direction of the contact's normal; 0
 // where the lighter one does not carry it.
 double NativeWorld::rests_on(const Body& a, const Body& b, const Contact& contact) const {
@@ -315,6 +325,19 @@ double NativeWorld::rests_on(const Body& a, const Body& b, const Contact& contac
   const Scalar down = heavier.gravity.dot(&heavier == &a ? -normal : normal);
   if (!(down > 0)) return 0;
   return double(down / heavier.gravity.norm()) * double(lighter.inverse_mass) / double(heavier.inverse_mass);
+}
+
+// Two that are deep in each other do not rest, but come apart.
+bool NativeWorld::is_at_rest(const Body& a, const Body& b, const Contact& contact,
+                             const ContactScale& scale) const {
+  constexpr double kDeep = 0.02;  // of the extent
+  if (double((a.linear - b.linear).norm()) >= engine_.needs().speed_at_rest()) return false;
+  for (const ContactPatch& patch : contact.patches) {
+    for (int n = 0; n < patch.count; ++n) {
+      if (double(-patch.point[n].gap) > kDeep * scale.extent) return false;
+    }
+  }
+  return true;
 }
 
 void NativeWorld::gather(const ParallelFor& parallel) {
@@ -351,11 +374,13 @@ void NativeWorld::gather(std::size_t begin, std::size_t end, CandidatesPiece& pi
     if (contact.patches.empty()) continue;
     const Body& a = body(candidate.slot_a);
     const Body& b = body(candidate.slot_b);
-    const int substeps =
-        engine_.needs().substeps(contact.need, rests_on(a, b, contact), double((a.linear - b.linear).norm()));
+    ContactScale scale = scale_of(a, b);
+    scale.rests_on = rests_on(a, b, contact);
+    scale.is_at_rest = is_at_rest(a, b, contact, scale);
+    const int substeps = engine_.needs().substeps(contact.need, scale);
     piece.pairs.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b,
                            contact.is_touching(), contact.restitution > 0,
-                           static_cast<std::uint8_t>(substeps)});
+                           static_cast<std::uint16_t>(substeps)});
     piece.contact_of_pair.push_back(place);
   }
 }

@@ -113,6 +113,7 @@ class NativeWorld final : public SectorWorld {
   Candidate& candidate_of(BodySlot a, BodySlot b);
   void gather(const ParallelFor& parallel);
   double rests_on(const Body& a, const Body& b, const Contact& contact) const;
+  bool is_at_rest(const Body& a, const Body& b, const Contact& contact, const ContactScale& scale) const;
   void gather(std::size_t begin, std::size_t end, CandidatesPiece& piece) const;
   void predict_contacts(std::span<BodySlot> fast, const ParallelFor& parallel);
   std::span<BodySlot> noted(std::vector<BodySlot> BodiesPiece::*list, const Pieces& pieces);
@@ -144,6 +145,9 @@ class NativeWorld final : public SectorWorld {
   std::vector<CandidatesPiece> candidates_pieces_;
   std::vector<BodySlot> noted_;
 };
+
+// Inverse mass and extent.
+ContactScale scale_of(const Body& a, const Body& b);
 
 inline Body& body_of(const WorldBody& body) { return static_cast<NativeWorld*>(body.world)->body(body.slot); }
 

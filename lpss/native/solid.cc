@@ -99,6 +99,7 @@ Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
   margin_ = extent > 0 ? std::min(kMarginMax, kMarginShare * Scalar(std::min(extent, 1.0))) : kMarginMax;
   box_ = native::box_at(parts_.front(), {});
   for (const Part& part : parts_) box_.extend(native::box_at(part, {}));
+  extent_ = parts_.size() == 1 ? Scalar(extent) : (box_.high - box_.low).minCoeff();
   radius_ = box_.low.cwiseAbs().cwiseMax(box_.high.cwiseAbs()).norm();
 }
 

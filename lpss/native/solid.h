@@ -51,6 +51,9 @@ class Solid {
   // m, the distance from which on contacts are kept.
   Scalar margin() const { return margin_; }
 
+  // m, the smallest one; of compounds, that of their box; 0 for surfaces.
+  Scalar extent() const { return extent_; }
+
   // The scale for sweeps, in metres; 0 for shapes that are not swept: compounds (a ring's centre is outside
   // of it, and only a ball at the centre is swept) and surfaces.
   Scalar swept_extent() const { return bullet_.swept_extent(); }
@@ -80,6 +83,7 @@ class Solid {
   std::vector<std::unique_ptr<Terrain>> terrains_;
   Box box_;  // of all parts, in the centre frame
   Scalar margin_ = 0;
+  Scalar extent_ = 0;
   Scalar radius_ = 0;
 };
 

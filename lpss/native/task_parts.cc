@@ -64,6 +64,10 @@ void TaskParts::find_steps(const SolveTask& task, const ContactNeeds& needs, dou
     ask(pushed_[i],
         contact.substeps > 0 ? contact.substeps : contact.world->contacts()[contact.pair].substeps);
   }
+  sizes_.assign(task.bodies.size(), 0);
+  for (std::size_t body = 0; body < task.bodies.size(); ++body) ++sizes_[islands_.find(body)];
+  for (std::size_t island = 0; island < task.bodies.size(); ++island)
+    steps_[island] = needs.granted(steps_[island], sizes_[island]);
   for (const TaskJoint& joint : task.joints) {
     for (const WorldBody& side : {joint.child, joint.parent}) {
       const std::size_t body = place_of(side);

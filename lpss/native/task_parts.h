@@ -32,6 +32,7 @@ class TaskParts {
   DisjointSets islands_;
   std::vector<std::size_t> pushed_;  // by contact: a body that it pushes; Body::kNoPlace if none
   std::vector<int> steps_;           // by the first body of each island
+  std::vector<std::size_t> sizes_;   // likewise: its bodies
   std::vector<std::size_t> places_;  // of bodies in their parts
   std::vector<SolveTask> tasks_;
   std::vector<TaskPart> parts_;

@@ -13,11 +13,12 @@ namespace tessera {
 struct IslandPart {
   std::vector<BodyId> links;  // bodies by which other parts may belong to the same island
   BodyId first;               // the smallest of its own bodies, by which the part is known
+  std::uint32_t bodies = 0;
   std::uint32_t contacts = 0;
   bool any_awake = false;
   bool all_want_sleep = true;  // every own body wants to sleep or sleeps
   // What its contacts ask of the solver; see ContactPair.
-  std::uint8_t substeps = 0;
+  std::uint32_t substeps = 0;
   bool bounces = false;
   // Only a single solver can solve it: joints hold its bodies, or a contact is between homes that are more
   // than one sector apart.

@@ -79,7 +79,8 @@ SeamIsland SeamGraph::island_of(const SeamPart& first, absl::flat_hash_set<const
     island.parts.push_back(part->place);
     island.all_want_sleep &= part->said.all_want_sleep;
     island.contacts += part->said.contacts;
-    island.substeps = std::max<int>(island.substeps, part->said.substeps);
+    island.bodies += part->said.bodies;
+    island.substeps = std::max(island.substeps, static_cast<int>(part->said.substeps));
     island.bounces |= part->said.bounces;
     island.is_indivisible |= part->said.is_indivisible;
   }

@@ -27,8 +27,9 @@ struct SeamIsland {
   std::vector<PartRef> parts;  // ascending by their first bodies
   bool all_want_sleep = true;  // it may fall asleep
   // Of its parts.
+  std::uint64_t bodies = 0;
   std::uint64_t contacts = 0;
-  int substeps = 0;
+  int substeps = 0;  // that its contacts ask for
   bool bounces = false;
   bool is_indivisible = false;
 };

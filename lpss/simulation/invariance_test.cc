@@ -60,7 +60,8 @@ std::unique_ptr<PartitionCluster> in_step(const WorldDescription& world, std::ui
 
 TEST(PlacementInvariance, APyramidThatServersSolveInStep) {
   for (const double sector_size : {4.0, 1.75}) {
-    const WorldDescription world = pyramid_world(sectors_of(sector_size), 12);
+    WorldDescription world = pyramid_world(sectors_of(sector_size), 12);
+    world.settings.sleep_after = 0;
     const std::vector<WorldHash> one = run(world, 1, 1, 60);
     for (const std::uint32_t partitions : {2, 3, 8}) {
       const auto cluster = in_step(world, partitions);

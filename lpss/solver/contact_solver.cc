@@ -17,11 +17,11 @@ namespace {
 constexpr double kFrequencyTick = 1;     // of the rate of ticks, at most
 constexpr double kFrequencyStep = 0.25;  // of the rate of steps, at most
 constexpr double kContactDamping = 10;   // of critical damping
-constexpr double kPushSpeedMax = 3;      // m/s, at which overlaps are corrected
+constexpr double kPushSpeedMax = 3;  // m/s, at which overlaps are corrected; more where contacts are stiffer
 
 // Of loops over threads, which cost some microseconds each.
 constexpr std::size_t kPatchesToSplit = 4096;
-constexpr std::size_t kGroupsInPiece = 64;
+constexpr std::size_t kGroupsInPiece = 16;
 constexpr std::size_t kBodiesInPiece = 512;
 
 const ParallelFor kOneThread;
@@ -104,7 +104,7 @@ void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> 
   const Scalar a = 2 * Scalar(kContactDamping) + rows_.step * omega;
   const Scalar b = rows_.step * omega * a;
   rows_.push_rate = omega / a;
-  rows_.push_speed_max = Scalar(kPushSpeedMax);
+  rows_.push_speed_max = Scalar(kPushSpeedMax) * stiffer;
   rows_.impulse_share = 1 / (1 + b);
   rows_.mass_share = b * rows_.impulse_share;
 

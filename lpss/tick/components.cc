@@ -202,12 +202,13 @@ void list_parts(const Partition& partition, Sector& sector) {
     link_joints(partition, sector, component, part.links);
     if (part.links.empty()) continue;
     part.first = sector.component_bodies[component.bodies_begin]->id;
+    part.bodies = component.bodies_end - component.bodies_begin;
     part.contacts = component.pairs_end - component.pairs_begin;
     part.any_awake = component.any_awake;
     part.all_want_sleep = component.all_want_sleep;
     for (std::uint32_t i = component.pairs_begin; i < component.pairs_end; ++i) {
       const ContactPair& pair = pairs[sector.component_pairs[i]];
-      part.substeps = std::max(part.substeps, pair.substeps);
+      part.substeps = std::max<std::uint32_t>(part.substeps, pair.substeps);
       part.bounces |= pair.bounces;
     }
     part.is_indivisible = is_indivisible(sector, component);

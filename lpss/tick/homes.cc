@@ -11,6 +11,16 @@
 namespace tessera {
 namespace {
 
+// At rest, at the edge of its sector: a force that stays would otherwise carry it on, tick by tick.
+BodyState stopped(BodyState state, double sector_size) {
+  for (double& coordinate : state.position) {
+    coordinate = std::clamp(coordinate, -sector_size / 2, sector_size / 2);
+  }
+  state.linear_velocity = {};
+  state.angular_velocity = {};
+  return state;
+}
+
 // False where the body would leave the representable world: it stops here.
 bool decide_home(Partition& partition, HomeBody& body) {
   body.next_home.reset();
@@ -19,7 +29,7 @@ bool decide_home(Partition& partition, HomeBody& body) {
   if (!offset) return true;
   const absl::StatusOr<SectorIndex> next = translated(body.sector->index, *offset);
   if (!next.ok()) {
-    world.set_velocity(body.slot, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+    world.set_state(body.slot, stopped(world.state(body.slot), partition.sector_size()));
     return false;
   }
   body.next_home = *next;

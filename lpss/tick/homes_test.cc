@@ -73,6 +73,7 @@ TEST(Homes, ABodyIsStoppedAtTheEdgeOfTheWorld) {
   EXPECT_FALSE(body(*partition, 1).next_home);
   EXPECT_THAT(partition->leaving, IsEmpty());
   EXPECT_THAT(state_of(*partition, 1).linear_velocity, ElementsAre(0, 0, 0));
+  EXPECT_THAT(state_of(*partition, 1).position, ElementsAre(partition->sector_size() / 2, 0, 0));
 }
 
 TEST(HomesDeathTest, ABodyForAnotherServerStopsTheProcess) {

@@ -4,6 +4,7 @@
 
 #include "lpss/base/rotation.h"
 #include "lpss/model/limits.h"
+#include "lpss/partition/bodies.h"
 
 namespace tessera {
 namespace {

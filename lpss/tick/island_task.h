@@ -41,7 +41,7 @@ class TaskBuilder {
   void add_clone(const WorldBody& place, BodyId original);
 
   // What the contacts ask for that are added from now on; 0: what each says itself.
-  void set_substeps(int substeps) { substeps_ = static_cast<std::uint8_t>(substeps); }
+  void set_substeps(int substeps) { substeps_ = static_cast<std::uint16_t>(substeps); }
   void add_kinematic(const WorldBody& place) { kinematics_.push_back(place); }
 
   // Adds the joints of the bodies, all of which have been added; `fix_parent` tells where a parent that does
@@ -80,7 +80,7 @@ class TaskBuilder {
   std::vector<std::pair<JointId, TaskJoint>> joints_;
   std::vector<std::pair<BodyId, WorldBody>> clones_;
   std::vector<WorldBody> kinematics_;
-  std::uint8_t substeps_ = 0;
+  std::uint16_t substeps_ = 0;
 };
 
 // Adds a component's bodies and contacts to a task. Its clones are bodies of the task themselves, or stand

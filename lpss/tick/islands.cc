@@ -120,11 +120,12 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
   const Rank solver = solver_of(partition, context.tick, island, weight);
   const bool shipped = std::count_if(weight.begin(), weight.end(), [](std::uint64_t w) { return w > 0; }) > 1;
 
+  const int substeps = island.substeps > 0 ? partition.engine.substeps(island.substeps, island.bodies) : 0;
   const bool staged = shipped && !island.all_want_sleep && is_staged(partition, context.tick, island);
 
   PendingIsland pending;
   pending.id = island.id;
-  pending.builder.set_substeps(island.substeps);
+  pending.builder.set_substeps(substeps);
   JobMaker::Job* job = nullptr;  // if nobody else has a part
   ShippedIsland parcel;
   parcel.island = island.id;
@@ -140,7 +141,7 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
     }
     if (!shipped) {
       if (job == nullptr) job = &jobs.next(weight[partition.self]);
-      job->push_back({&sector, &component, island.substeps});
+      job->push_back({&sector, &component, substeps});
       continue;
     }
     add_component(partition, sector, component, pending.builder, false);

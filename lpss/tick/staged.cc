@@ -200,7 +200,8 @@ class IslandAtSeams {
 
 void stage(Partition& partition, TickContext& context, const SeamIsland& island,
            std::vector<Shipment>& outbox) {
-  StagedIslands& staged = context.plan.staged[{island.substeps, island.bounces}];
+  StagedIslands& staged =
+      context.plan.staged[{partition.engine.substeps(island.substeps, island.bodies), island.bounces}];
   IslandSectors& sectors = staged.islands[island.id];
   for (const PartRef& ref : island.parts) sectors.emplace(ref.sector, partition.map.owner(ref.sector));
   IslandAtSeams at_seams(partition, island, sectors);

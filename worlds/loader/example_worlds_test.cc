@@ -24,7 +24,7 @@ using testing::IsEmpty;
 
 const path kWorlds = TESSERA_SOURCE_WORLDS;
 
-LoadedWorld load(const path& file) {
+LoadedWorld load_example(const path& file) {
   absl::StatusOr<LoadedWorld> loaded = load_world_file(file);
   EXPECT_TRUE(loaded.ok()) << loaded.status();
   return loaded.ok() ? *std::move(loaded) : LoadedWorld{};
@@ -49,36 +49,36 @@ TEST(OwnWorlds, AllLoadWithoutNotices) {
   for (const auto& entry : std::filesystem::directory_iterator(kWorlds)) {
     if (entry.path().extension() != ".sdf") continue;
     ++count;
-    EXPECT_THAT(load(entry.path()).notices, Each(HasSubstr("simulated"))) << entry.path();
+    EXPECT_THAT(load_example(entry.path()).notices, Each(HasSubstr("simulated"))) << entry.path();
   }
   EXPECT_GE(count, 6);
 }
 
 TEST(OwnWorlds, AllModelsLoad) {
   for (const auto& entry : std::filesystem::directory_iterator(kWorlds / "models")) {
-    EXPECT_THAT(load(entry.path()).notices, IsEmpty()) << entry.path();
+    EXPECT_THAT(load_example(entry.path()).notices, IsEmpty()) << entry.path();
   }
 }
 
-TEST(OwnWorlds, Falling) { EXPECT_EQ(dynamic_bodies(load(kWorlds / "falling.sdf")), 10u); }
+TEST(OwnWorlds, Falling) { EXPECT_EQ(dynamic_bodies(load_example(kWorlds / "falling.sdf")), 10u); }
 
-TEST(OwnWorlds, Tower) { EXPECT_EQ(dynamic_bodies(load(kWorlds / "tower.sdf")), 10u); }
+TEST(OwnWorlds, Tower) { EXPECT_EQ(dynamic_bodies(load_example(kWorlds / "tower.sdf")), 10u); }
 
 TEST(OwnWorlds, SeamHasABorderInTheMiddleOfATower) {
-  const LoadedWorld loaded = load(kWorlds / "seam.sdf");
+  const LoadedWorld loaded = load_example(kWorlds / "seam.sdf");
   EXPECT_EQ(sectors(loaded, "tower_1").size(), 2u);
   EXPECT_EQ(sectors(loaded, "tower_2").size(), 2u);
   EXPECT_GE(sectors(loaded, "").size(), 5u);
 }
 
 TEST(OwnWorlds, BusyLiesAroundManyBorders) {
-  const LoadedWorld loaded = load(kWorlds / "busy.sdf");
+  const LoadedWorld loaded = load_example(kWorlds / "busy.sdf");
   EXPECT_EQ(dynamic_bodies(loaded), 60u);
   EXPECT_GE(sectors(loaded, "").size(), 4u);
 }
 
 TEST(OwnWorlds, MachinesStandOnBothSidesOfABorder) {
-  const LoadedWorld loaded = load(kWorlds / "machines.sdf");
+  const LoadedWorld loaded = load_example(kWorlds / "machines.sdf");
   EXPECT_THAT(loaded.notices, ElementsAre("26 joints (21 ball, 5 revolute) simulated"));
   EXPECT_EQ(dynamic_bodies(loaded), 27u);
   EXPECT_EQ(loaded.world.joints.size(), 26u);
@@ -90,7 +90,7 @@ TEST(OwnWorlds, MachinesStandOnBothSidesOfABorder) {
 }
 
 TEST(OwnWorlds, EarthHasThreeTownsFarFromItsCentre) {
-  const LoadedWorld loaded = load(kWorlds / "earth.sdf");
+  const LoadedWorld loaded = load_example(kWorlds / "earth.sdf");
   EXPECT_EQ(dynamic_bodies(loaded), 3006u);
   ASSERT_TRUE(std::holds_alternative<CentralGravity>(loaded.world.settings.gravity));
   std::size_t towers = 0;
@@ -123,13 +123,13 @@ TEST_F(OtherWorlds, AllLoad) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     if (entry.path().extension() != ".sdf" && entry.path().extension() != ".urdf") continue;
     ++count;
-    EXPECT_THAT(load(entry.path()).world.bodies, testing::Not(IsEmpty())) << entry.path();
+    EXPECT_THAT(load_example(entry.path()).world.bodies, testing::Not(IsEmpty())) << entry.path();
   }
   EXPECT_GE(count, 15);
 }
 
 TEST_F(OtherWorlds, ThreeThousandShapesShareFour) {
-  const LoadedWorld loaded = load(folder_ / "gazebo/3k_shapes.sdf");
+  const LoadedWorld loaded = load_example(folder_ / "gazebo/3k_shapes.sdf");
   EXPECT_EQ(loaded.world.bodies.size(), 3004u);
   EXPECT_EQ(loaded.world.shapes.size(), 4u);
   EXPECT_EQ(loaded.world.settings.time_step, 0.001);
@@ -137,17 +137,17 @@ TEST_F(OtherWorlds, ThreeThousandShapesShareFour) {
 }
 
 TEST_F(OtherWorlds, DuckIsACompoundOfHulls) {
-  const LoadedWorld loaded = load(folder_ / "bullet/duck_vhacd.urdf");
+  const LoadedWorld loaded = load_example(folder_ / "bullet/duck_vhacd.urdf");
   ASSERT_EQ(loaded.world.bodies.size(), 1u);
   EXPECT_EQ(loaded.world.shapes[loaded.world.bodies[0].properties.shape].parts.size(), 5u);
 }
 
 TEST_F(OtherWorlds, JointsAreSimulated) {
-  EXPECT_THAT(load(folder_ / "gazebo/pendulum_links.sdf").notices,
+  EXPECT_THAT(load_example(folder_ / "gazebo/pendulum_links.sdf").notices,
               Contains("2 joints (2 revolute) simulated"));
-  EXPECT_THAT(load(folder_ / "bullet/hinge.urdf").notices,
+  EXPECT_THAT(load_example(folder_ / "bullet/hinge.urdf").notices,
               Contains("2 joints (1 ball, 1 revolute) simulated"));
-  const LoadedWorld vehicles = load(folder_ / "gazebo/diff_drive.sdf");
+  const LoadedWorld vehicles = load_example(folder_ / "gazebo/diff_drive.sdf");
   EXPECT_THAT(vehicles.notices, Contains("6 joints (2 ball, 4 revolute) simulated"));
   EXPECT_THAT(vehicles.notices, Contains("2 x <plugin> gz-sim-diff-drive-system skipped"));
   EXPECT_EQ(vehicles.world.joints.size(), 6u);

@@ -1,0 +1,82 @@
+#include "lpss/base/torque_free.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "lpss/base/portable_math.h"
+#include "lpss/base/rotation.h"
+
+namespace tessera {
+namespace {
+
+constexpr double kTurnMax = 0.125;  // rad, about a principal axis in one step
+constexpr double kStepsMax = 1024;
+
+// A body's axes, and its angular momentum in their frame.
+struct Motion {
+  Eigen::Matrix3d axes;
+  Eigen::Vector3d momentum;
+};
+
+portable::SinCos sincos(double angle) {
+  if (!(std::abs(angle) <= kTurnMax)) return portable::sincos(angle);
+  // The tangent of half the angle as p / q, to 1e-10 of it: an exact rotation by almost that angle.
+  const double half = angle / 2;
+  const double p = half * (15 - half * half);
+  const double q = 15 - 6 * half * half;
+  const double scale = 1 / (q * q + p * p);
+  return {2 * p * q * scale, (q * q - p * p) * scale};
+}
+
+// Turns the body about one of its axes. Its momentum stays where it is in the world.
+void turn(Motion& motion, Eigen::Index axis, double angle) {
+  const portable::SinCos by = sincos(angle);
+  const Eigen::Index u = (axis + 1) % 3;
+  const Eigen::Index v = (axis + 2) % 3;
+  const auto mix = [&](auto&& x, auto&& y) {
+    const auto before = x.eval();
+    x = before * by.cos + y * by.sin;
+    y = y * by.cos - before * by.sin;
+  };
+  mix(motion.axes.col(u), motion.axes.col(v));
+  mix(motion.momentum.segment<1>(u), motion.momentum.segment<1>(v));
+}
+
+}  // namespace
+
+Spin torque_free(const Spin& spin, const Eigen::Vector3d& moments, double dt) {
+  Eigen::Index low = 0;
+  Eigen::Index middle = 1;
+  Eigen::Index high = 2;
+  if (moments[low] > moments[middle]) std::swap(low, middle);
+  if (moments[middle] > moments[high]) std::swap(middle, high);
+  if (moments[low] > moments[middle]) std::swap(low, middle);
+  // rad about an axis in the time, by the momentum about it: beyond what the middle moment gives.
+  const double low_rate = (1 / moments[low] - 1 / moments[middle]) * dt;
+  const double high_rate = (1 / moments[high] - 1 / moments[middle]) * dt;
+
+  Motion motion{spin.axes, moments.cwiseProduct(spin.axes.transpose() * spin.rate)};
+  const Eigen::Vector3d momentum = spin.axes * motion.momentum;
+  double steps = 1;
+  if (low_rate != 0 && high_rate != 0) {
+    const double most = motion.momentum.norm() * std::max(low_rate, -high_rate);
+    if (most > kTurnMax) steps = std::min(std::ceil(most / kTurnMax), kStepsMax);
+  }
+  const auto turn_low = [&](double share) { turn(motion, low, motion.momentum[low] * low_rate * share); };
+  const auto turn_high = [&](double share) { turn(motion, high, motion.momentum[high] * high_rate * share); };
+  const double share = 1 / steps;
+  turn_low(share / 2);
+  for (double step = 1; step < steps; ++step) {
+    turn_high(share);
+    turn_low(share);
+  }
+  turn_high(share);
+  turn_low(share / 2);
+
+  const Eigen::Matrix3d about_momentum = rotation_by(momentum * (dt / moments[middle])).toRotationMatrix();
+  const Eigen::Matrix3d axes = about_momentum * motion.axes;
+  return {axes, axes * motion.momentum.cwiseQuotient(moments)};
+}
+
+}  // namespace tessera
