@@ -14,7 +14,7 @@ constexpr double kTurnMax = 0.125;  // rad, about a principal axis in one step
 constexpr double kStepsMax = 1024;
 
 // A body's axes, and its angular momentum in their frame.
-struct Motion {
+struct Turning {
   Eigen::Matrix3d axes;
   Eigen::Vector3d momentum;
 };
@@ -30,7 +30,7 @@ portable::SinCos sincos(double angle) {
 }
 
 // Turns the body about one of its axes. Its momentum stays where it is in the world.
-void turn(Motion& motion, Eigen::Index axis, double angle) {
+void turn(Turning& motion, Eigen::Index axis, double angle) {
   const portable::SinCos by = sincos(angle);
   const Eigen::Index u = (axis + 1) % 3;
   const Eigen::Index v = (axis + 2) % 3;
@@ -56,7 +56,7 @@ Spin torque_free(const Spin& spin, const Eigen::Vector3d& moments, double dt) {
   const double low_rate = (1 / moments[low] - 1 / moments[middle]) * dt;
   const double high_rate = (1 / moments[high] - 1 / moments[middle]) * dt;
 
-  Motion motion{spin.axes, moments.cwiseProduct(spin.axes.transpose() * spin.rate)};
+  Turning motion{spin.axes, moments.cwiseProduct(spin.axes.transpose() * spin.rate)};
   const Eigen::Vector3d momentum = spin.axes * motion.momentum;
   double steps = 1;
   if (low_rate != 0 && high_rate != 0) {

@@ -22,7 +22,7 @@ constexpr double kPushSpeedMax = 3;  // m/s, at which overlaps are corrected; mo
 // Of loops over threads, which cost some microseconds each.
 constexpr std::size_t kPatchesToSplit = 4096;
 constexpr std::size_t kGroupsInPiece = 16;
-constexpr std::size_t kBodiesInPiece = 512;
+constexpr std::size_t kBodiesAtOnce = 512;
 
 const ParallelFor kOneThread;
 
@@ -177,7 +177,7 @@ void ContactSolver<Scalar>::find_waves(std::span<const Patch> patches) {
 template <typename Scalar>
 template <typename Act>
 void ContactSolver<Scalar>::for_each_body(const Act& act) const {
-  const Pieces pieces(bodies_.size(), kBodiesInPiece);
+  const Pieces pieces(bodies_.size(), kBodiesAtOnce);
   run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
     for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) act(n);
   });
