@@ -10,7 +10,8 @@ namespace {
 constexpr double kLightLoad = 1.5;
 constexpr double kUsualLoad = 20;
 constexpr double kLoadAtRest = 21;                 // that a contact at rest may bear until more is known
-constexpr double kReluctance = 1.25;               // to take fewer substeps
+constexpr double kUnseen = 2;                      // what else may rest on a heavy body, and how it sways
+constexpr double kReluctance = 4;                  // to take fewer substeps
 constexpr double kEarth = 9.81;                    // m/s^2
 constexpr double kUsualFall = kEarth / (60 * 60);  // m
 constexpr double kTurnMax = 0.125;                 // rad, in one step
@@ -56,7 +57,7 @@ int ContactNeeds::least() const { return adapts_ ? for_load(0) : usual_; }
 int ContactNeeds::substeps(const ContactNeed& need, const ContactScale& scale) const {
   if (!adapts_) return usual_;
   const bool is_known = need.ticks == ContactNeed::kTicksToKnow;
-  double load_ratio = scale.rests_on > kLightLoad ? scale.rests_on : 0;
+  double load_ratio = scale.rests_on > kLightLoad ? scale.rests_on * kUnseen : 0;
   if (!is_known) load_ratio = std::max(load_ratio, scale.is_at_rest ? kLoadAtRest : 1.0);
   const int by_load = load_ratio > 0 ? for_load(load_ratio) : 0;
   return std::max(by_load, is_known ? need.substeps : for_size(0, scale.extent));

@@ -73,14 +73,14 @@ TEST(ContactNeedsTest, DoNotFlicker) {
     if (tick < 2) continue;
     EXPECT_EQ(needs.substeps(need, scale()), 8) << tick;
   }
-  needs.note(need, 15 * kWeight, scale());
+  needs.note(need, 5 * kWeight, scale());
   EXPECT_EQ(needs.substeps(need, scale()), 4);
 }
 
 TEST(ContactNeedsTest, GrowWithWhatRestsOnALighterBody) {
   const ContactNeeds needs{WorldSettings{}};
   EXPECT_EQ(needs.substeps({}, scale(1, 1, 10)), 4);
-  EXPECT_EQ(needs.substeps({}, scale(1, 1, 1000)), 32);
+  EXPECT_EQ(needs.substeps({}, scale(1, 1, 1000)), 64);
   EXPECT_EQ(needs.substeps({kWeight, 2, 3}, scale(1, 1, 1)), 2);
 }
 
