@@ -54,6 +54,7 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, Server
     pulse.beat();
     for (SectorServer::Outgoing& message : server.take_messages())
       link.send(message.to, std::move(message.payload));
+    if (!server.work_left()) server.work_while_waiting();
     const std::optional<Nanoseconds> deadline = server.next_deadline();
     const auto until = server.work_left()
                            ? std::chrono::steady_clock::time_point{}

@@ -71,6 +71,10 @@ class SectorServer::Impl {
 
   bool work_left() const { return !finished_ && run_ && run_->ready(); }
 
+  void work_while_waiting() {
+    if (!finished_ && run_) run_->machine().work_while_waiting();
+  }
+
   void proceed(Nanoseconds now) {
     if (!work_left()) return;
     if (absl::Status status = run_->proceed(clock_); !status.ok()) {
@@ -251,6 +255,7 @@ void SectorServer::receive(NodeId from, v1::ClusterMessage message, Nanoseconds 
 }
 bool SectorServer::work_left() const { return impl_->work_left(); }
 void SectorServer::proceed(Nanoseconds now) { impl_->proceed(now); }
+void SectorServer::work_while_waiting() { impl_->work_while_waiting(); }
 void SectorServer::advance(Nanoseconds now) { impl_->advance(now); }
 void SectorServer::suspect(NodeId node, Nanoseconds now) { impl_->suspect(node, now); }
 void SectorServer::leave(const std::string& reason) { impl_->leave(reason); }

@@ -61,6 +61,9 @@ class SectorServer {
   bool work_left() const;
   void proceed(Nanoseconds now);
 
+  // Does some of what needs nobody: worth a call once messages have been sent and before others are awaited.
+  void work_while_waiting();
+
   void advance(Nanoseconds now);  // heartbeats, deadlines
   // The transport has lost contact with a process, which may have ended or only stalled.
   void suspect(NodeId node, Nanoseconds now);

@@ -163,7 +163,6 @@ void WorldRun::go_on(std::optional<Round> round, const std::function<Nanoseconds
   round_ = std::move(round);
   if (round_) {
     send(*round_);
-    machine_->work_while_waiting();
   } else {
     end_tick(clock());
   }
