@@ -37,4 +37,13 @@ class Pieces {
   std::size_t size_;
 };
 
+// Runs `act(0)` ... `act(items - 1)` in such pieces.
+template <typename Act>
+void run_in_pieces(const ParallelFor& parallel, std::size_t items, std::size_t size, const Act& act) {
+  const Pieces pieces(items, size);
+  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) act(n);
+  });
+}
+
 }  // namespace tessera

@@ -270,9 +270,9 @@ class StagedSolver {
   virtual ~StagedSolver() = default;
 
   struct Stages {
-    std::vector<std::size_t> ends;  // by stage: the number of the task's contacts up to its end
-    int substeps = 0;               // of the tick, for all islands of the task
-    bool bounces = false;           // a contact of these islands, here or elsewhere, may give speed back
+    std::span<const std::size_t> ends;  // by stage: the number of the task's contacts up to its end
+    int substeps = 0;                   // of the tick, for all islands of the task
+    bool bounces = false;               // a contact of these islands, here or elsewhere, may give speed back
   };
 
   // Returns the number of sweeps to come. The task has no joints. It, its worlds and their bodies stay as

@@ -56,11 +56,10 @@ int ContactNeeds::least() const { return adapts_ ? for_load(0) : usual_; }
 
 int ContactNeeds::substeps(const ContactNeed& need, const ContactScale& scale) const {
   if (!adapts_) return usual_;
-  const bool is_known = need.ticks == ContactNeed::kTicksToKnow;
   double load_ratio = scale.rests_on > kLightLoad ? scale.rests_on * kUnseen : 0;
-  if (!is_known) load_ratio = std::max(load_ratio, scale.is_at_rest ? kLoadAtRest : 1.0);
+  if (!need.is_known()) load_ratio = std::max(load_ratio, scale.is_at_rest ? kLoadAtRest : 1.0);
   const int by_load = load_ratio > 0 ? for_load(load_ratio) : 0;
-  return std::max(by_load, is_known ? need.substeps : for_size(0, scale.extent));
+  return std::max(by_load, need.is_known() ? need.substeps : for_size(0, scale.extent));
 }
 
 int ContactNeeds::granted(int substeps, std::size_t bodies) const {
@@ -74,7 +73,7 @@ void ContactNeeds::note(ContactNeed& need, double impulse, const ContactScale& s
   if (!adapts_) return;
   const double sustained = std::min(need.impulse, impulse);
   need.impulse = impulse;
-  const bool was_known = need.ticks == ContactNeed::kTicksToKnow;
+  const bool was_known = need.is_known();
   if (!was_known && ++need.ticks < ContactNeed::kTicksToKnow) return;
   const double load_ratio = std::max(0.0, sustained * scale.inverse_mass / tick_weight_ - 1);
   const auto wanted = [&](double load) {

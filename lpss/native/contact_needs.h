@@ -20,6 +20,8 @@ struct ContactNeed {
   std::uint16_t substeps = 0;  // that it asks for; of no meaning before `ticks` is kTicksToKnow
   std::uint8_t ticks = 0;      // in which it was solved; counted up to kTicksToKnow
 
+  bool is_known() const { return ticks == kTicksToKnow; }
+
   static constexpr std::uint8_t kTicksToKnow = 3;
   static constexpr std::uint16_t kSubstepsMost = 1024;  // of islands of few bodies
 };

@@ -73,7 +73,7 @@ void NativeSolver::solve(const SolveTask& task, double dt, const ParallelFor& pa
   if (task.bodies.empty()) return;
   const auto solve_part = [&](const SolveTask& part, int steps) {
     const std::size_t contacts = part.contacts.size();
-    const int sweeps = begin(part, dt, std::span(&contacts, 1), steps, /*bounces=*/true, parallel);
+    const int sweeps = begin(part, dt, {std::span(&contacts, 1), steps, /*bounces=*/true}, parallel);
     for (int sweep = 0; sweep < sweeps; ++sweep) solve_stage(sweep, 0);
     end();
   };
@@ -86,14 +86,13 @@ void NativeSolver::solve(const SolveTask& task, double dt, const ParallelFor& pa
 
 int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages) {
   static const ParallelFor kOneThread;
-  return begin(task, dt, stages.ends, stages.substeps, stages.bounces, kOneThread);
+  return begin(task, dt, stages, kOneThread);
 }
 
-int NativeSolver::begin(const SolveTask& task, double dt, std::span<const std::size_t> stage_ends, int steps,
-                        bool bounces, const ParallelFor& parallel) {
+int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, const ParallelFor& parallel) {
   dt_ = dt;
-  steps_ = steps;
-  stages_ = stage_ends.size();
+  steps_ = stages.substeps;
+  stages_ = stages.ends.size();
   task_ = &task;
   parallel_ = &parallel;
   set_places(task);
@@ -109,7 +108,7 @@ int NativeSolver::begin(const SolveTask& task, double dt, std::span<const std::s
   bodies_.emplace_back();
   is_pushed_.assign(dynamics_.size(), false);
   std::size_t next = 0;
-  for (const std::size_t end : stage_ends) {
+  for (const std::size_t end : stages.ends) {
     for (; next < end; ++next) add_contact(task.contacts[next]);
     stage_ends_.push_back(patches_.size());
   }
@@ -122,7 +121,7 @@ int NativeSolver::begin(const SolveTask& task, double dt, std::span<const std::s
                    .bounce_from = kBounceFrom,
                    .parallel = parallel_},
                   bodies_, patches_, stage_ends_);
-  return steps_ * passes_ + (bounces ? 1 : 0);
+  return steps_ * passes_ + (stages.bounces ? 1 : 0);
 }
 
 void NativeSolver::solve_stage(int sweep, std::size_t stage) {
@@ -313,10 +312,7 @@ void NativeSolver::write_impulses() const {
 
 void NativeSolver::write_bodies() const {
   constexpr std::size_t kBodiesInPiece = 256;
-  const Pieces pieces(dynamics_.size(), kBodiesInPiece);
-  run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
-    for (std::size_t place = pieces.begin(piece); place < pieces.end(piece); ++place) write_body(place);
-  });
+  run_in_pieces(*parallel_, dynamics_.size(), kBodiesInPiece, [&](std::size_t place) { write_body(place); });
 }
 
 // The body then moves on by the velocities that it ends with: what is corrected here is all but that.

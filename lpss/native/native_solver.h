@@ -6,7 +6,6 @@
 #include <LinearMath/btVector3.h>
 #include <absl/container/flat_hash_map.h>
 
-#include <span>
 #include <vector>
 
 #include "lpss/bullet/joint_solver.h"
@@ -34,8 +33,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
  private:
   using Contacts = ContactSolver<Scalar>;
 
-  int begin(const SolveTask& task, double dt, std::span<const std::size_t> stage_ends, int steps,
-            bool bounces, const ParallelFor& parallel);
+  int begin(const SolveTask& task, double dt, const Stages& stages, const ParallelFor& parallel);
   bool is_relaxed(int sweep) const { return sweep < steps_ * passes_ && sweep % passes_ == passes_ - 1; }
   void add_body(Body& body);
   std::size_t place_of(const WorldBody& body);

@@ -40,7 +40,6 @@ void NativeWorld::fly(BodySlot slot, double dt) {
 
 std::uint64_t NativeWorld::integrate(double dt, const ParallelFor& parallel) {
   const Pieces pieces = pieces_of_bodies();
-  if (bodies_pieces_.size() < pieces.count()) bodies_pieces_.resize(pieces.count());
   run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
     std::vector<BodySlot>& fast = bodies_pieces_[piece].fast;
     fast.clear();

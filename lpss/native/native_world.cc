@@ -11,6 +11,18 @@ namespace {
 constexpr std::size_t kBodiesInPiece = 128;
 constexpr std::size_t kCandidatesInPiece = 256;
 
+// The weight of the heavier body by that of the lighter one, in the direction of the contact's normal; 0
+// where the lighter one does not carry it.
+double rests_on(const Body& a, const Body& b, const Contact& contact) {
+  if (!(a.inverse_mass > 0 && b.inverse_mass > 0)) return 0;
+  const Body& heavier = a.inverse_mass < b.inverse_mass ? a : b;
+  const Body& lighter = a.inverse_mass < b.inverse_mass ? b : a;
+  const Vector& normal = contact.patches.front().normal;
+  const Scalar down = heavier.gravity.dot(&heavier == &a ? -normal : normal);
+  if (!(down > 0)) return 0;
+  return double(down / heavier.gravity.norm()) * double(lighter.inverse_mass) / double(heavier.inverse_mass);
+}
+
 }  // namespace
 
 NativeWorld::NativeWorld(NativeEngine& engine) : engine_(engine), settings_(engine.settings()) {}
@@ -162,8 +174,17 @@ void NativeWorld::detect(double dt, const ParallelFor& parallel) {
   gather(parallel);
 }
 
-Pieces NativeWorld::pieces_of_bodies() const { return {bodies_.size(), kBodiesInPiece}; }
-Pieces NativeWorld::pieces_of_candidates() const { return {candidates_.size(), kCandidatesInPiece}; }
+Pieces NativeWorld::pieces_of_bodies() {
+  const Pieces pieces(bodies_.size(), kBodiesInPiece);
+  if (bodies_pieces_.size() < pieces.count()) bodies_pieces_.resize(pieces.count());
+  return pieces;
+}
+
+Pieces NativeWorld::pieces_of_candidates() {
+  const Pieces pieces(candidates_.size(), kCandidatesInPiece);
+  if (candidates_pieces_.size() < pieces.count()) candidates_pieces_.resize(pieces.count());
+  return pieces;
+}
 
 // The bodies that the pieces have noted, in the order of slots.
 std::span<BodySlot> NativeWorld::noted(std::vector<BodySlot> BodiesPiece::*list, const Pieces& pieces) {
@@ -178,7 +199,6 @@ std::span<BodySlot> NativeWorld::noted(std::vector<BodySlot> BodiesPiece::*list,
 // Forces, damping and boxes.
 void NativeWorld::predict(Scalar dt, const ParallelFor& parallel) {
   const Pieces pieces = pieces_of_bodies();
-  if (bodies_pieces_.size() < pieces.count()) bodies_pieces_.resize(pieces.count());
   run_parallel(parallel, pieces.count(), [&](std::size_t n) {
     BodiesPiece& piece = bodies_pieces_[n];
     piece.left.clear();
@@ -221,7 +241,6 @@ bool NativeWorld::update_box(Body& body, Scalar dt) const {
 
 void NativeWorld::update_contacts(const ParallelFor& parallel) {
   const Pieces pieces = pieces_of_candidates();
-  if (candidates_pieces_.size() < pieces.count()) candidates_pieces_.resize(pieces.count());
   run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
     update_contacts(pieces.begin(piece), pieces.end(piece), candidates_pieces_[piece]);
   });
@@ -315,18 +334,6 @@ ContactScale scale_of(const Body& a, const Body& b) {
   return scale;
 }
 
-// The weight of the heavier body by that of the lighter one, in the direction of the contact's normal; 0
-// where the lighter one does not carry it.
-double NativeWorld::rests_on(const Body& a, const Body& b, const Contact& contact) const {
-  if (!(a.inverse_mass > 0 && b.inverse_mass > 0)) return 0;
-  const Body& heavier = a.inverse_mass < b.inverse_mass ? a : b;
-  const Body& lighter = a.inverse_mass < b.inverse_mass ? b : a;
-  const Vector& normal = contact.patches.front().normal;
-  const Scalar down = heavier.gravity.dot(&heavier == &a ? -normal : normal);
-  if (!(down > 0)) return 0;
-  return double(down / heavier.gravity.norm()) * double(lighter.inverse_mass) / double(heavier.inverse_mass);
-}
-
 // Two that are deep in each other do not rest, but come apart.
 bool NativeWorld::is_at_rest(const Body& a, const Body& b, const Contact& contact,
                              const ContactScale& scale) const {
@@ -343,7 +350,6 @@ bool NativeWorld::is_at_rest(const Body& a, const Body& b, const Contact& contac
 void NativeWorld::gather(const ParallelFor& parallel) {
   forget_removed();
   const Pieces pieces = pieces_of_candidates();
-  if (candidates_pieces_.size() < pieces.count()) candidates_pieces_.resize(pieces.count());
   run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
     gather(pieces.begin(piece), pieces.end(piece), candidates_pieces_[piece]);
   });
@@ -376,7 +382,7 @@ void NativeWorld::gather(std::size_t begin, std::size_t end, CandidatesPiece& pi
     const Body& b = body(candidate.slot_b);
     ContactScale scale = scale_of(a, b);
     scale.rests_on = rests_on(a, b, contact);
-    scale.is_at_rest = is_at_rest(a, b, contact, scale);
+    if (!contact.need.is_known()) scale.is_at_rest = is_at_rest(a, b, contact, scale);
     const int substeps = engine_.needs().substeps(contact.need, scale);
     piece.pairs.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b,
                            contact.is_touching(), contact.restitution > 0,

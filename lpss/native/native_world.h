@@ -96,8 +96,9 @@ class NativeWorld final : public SectorWorld {
   std::optional<BodySlot> slot_of(BodyId id) const;
   bool is_there(BodySlot slot) const { return body(slot).leaf != nullptr; }
   bool is_wanted(const Body& a, const Body& b) const;
-  Pieces pieces_of_bodies() const;
-  Pieces pieces_of_candidates() const;
+  // With room for what loops note of each.
+  Pieces pieces_of_bodies();
+  Pieces pieces_of_candidates();
   void predict(Scalar dt, const ParallelFor& parallel);
   void predict(Body& body, Scalar dt) const;
   bool update_box(Body& body, Scalar dt) const;
@@ -112,7 +113,6 @@ class NativeWorld final : public SectorWorld {
   void drop_contact(Candidate& candidate);
   Candidate& candidate_of(BodySlot a, BodySlot b);
   void gather(const ParallelFor& parallel);
-  double rests_on(const Body& a, const Body& b, const Contact& contact) const;
   bool is_at_rest(const Body& a, const Body& b, const Contact& contact, const ContactScale& scale) const;
   void gather(std::size_t begin, std::size_t end, CandidatesPiece& piece) const;
   void predict_contacts(std::span<BodySlot> fast, const ParallelFor& parallel);

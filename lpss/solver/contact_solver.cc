@@ -138,10 +138,7 @@ void ContactSolver<Scalar>::begin_patches(std::span<const Patch> patches,
   rows_.group = group_storage_.data();
   rows_.friction = friction_storage_.data();
   rows_.rows = row_storage_.data();
-  const Pieces pieces(groups_.size(), kGroupsInPiece);
-  run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
-    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) begin_group(n, patches);
-  });
+  run_in_pieces(*parallel_, groups_.size(), kGroupsInPiece, [&](std::size_t n) { begin_group(n, patches); });
 }
 
 // Without threads, a stage is one wave: its groups are solved in their order anyway.
@@ -177,10 +174,7 @@ void ContactSolver<Scalar>::find_waves(std::span<const Patch> patches) {
 template <typename Scalar>
 template <typename Act>
 void ContactSolver<Scalar>::for_each_body(const Act& act) const {
-  const Pieces pieces(bodies_.size(), kBodiesAtOnce);
-  run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
-    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) act(n);
-  });
+  run_in_pieces(*parallel_, bodies_.size(), kBodiesAtOnce, act);
 }
 
 template <typename Scalar>
@@ -319,10 +313,7 @@ void ContactSolver<Scalar>::rebound(std::size_t stage) {
 
 template <typename Scalar>
 void ContactSolver<Scalar>::end(std::span<Patch> patches) const {
-  const Pieces pieces(groups_.size(), kGroupsInPiece);
-  run_parallel(*parallel_, pieces.count(), [&](std::size_t piece) {
-    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) end_group(n, patches);
-  });
+  run_in_pieces(*parallel_, groups_.size(), kGroupsInPiece, [&](std::size_t n) { end_group(n, patches); });
 }
 
 template <typename Scalar>

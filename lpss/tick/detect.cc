@@ -9,15 +9,12 @@ namespace {
 // A planet pulls every body in a direction of its own; a uniform pull was set when the body came.
 void pull(const Partition& partition, Sector& sector, const ParallelFor& parallel) {
   if (!std::holds_alternative<CentralGravity>(partition.settings.gravity)) return;
-  const Pieces pieces(sector.homes.size(), kBodiesInPiece);
-  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
-    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) {
-      const HomeBody& body = *sector.homes[n];
-      if (!body.properties.gravity || sector.world->activity(body.slot) == Activity::kAsleep) continue;
-      sector.world->set_gravity(body.slot,
-                                acceleration_at(partition.settings.gravity, sector.index,
-                                                sector.world->position(body.slot), partition.sector_size()));
-    }
+  run_in_pieces(parallel, sector.homes.size(), kBodiesInPiece, [&](std::size_t n) {
+    const HomeBody& body = *sector.homes[n];
+    if (!body.properties.gravity || sector.world->activity(body.slot) == Activity::kAsleep) return;
+    sector.world->set_gravity(body.slot,
+                              acceleration_at(partition.settings.gravity, sector.index,
+                                              sector.world->position(body.slot), partition.sector_size()));
   });
 }
 

@@ -45,10 +45,8 @@ void move_kinematics(Sector& sector, double dt) {
 
 void fly(Sector& sector, double dt, const ParallelFor& parallel) {
   const std::vector<BodySlot>& fliers = sector.in_free_flight;
-  const Pieces pieces(fliers.size(), kBodiesInPiece);
-  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
-    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) sector.world->fly(fliers[n], dt);
-  });
+  run_in_pieces(parallel, fliers.size(), kBodiesInPiece,
+                [&](std::size_t n) { sector.world->fly(fliers[n], dt); });
   sector.in_free_flight.clear();
 }
 

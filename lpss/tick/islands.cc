@@ -109,67 +109,77 @@ bool is_staged(const Partition& partition, Tick tick, const SeamIsland& island) 
   return (scrambled(partition.settings.shuffle ^ scrambled(tick + island.id.value)) & 1) != 0;
 }
 
-// An island that reaches over borders.
-void assemble(Partition& partition, TickContext& context, const SeamIsland& island, JobMaker& jobs,
-              std::vector<Shipment>& outbox) {
-  std::vector<std::uint64_t> weight(partition.map.servers(), 0);
-  for (const PartRef& ref : island.parts) {
-    weight[partition.map.owner(ref.sector)] += partition.seam_graph.part(ref).contacts + 1;
-  }
-  if (weight[partition.self] == 0) return;
-  const Rank solver = solver_of(partition, context.tick, island, weight);
-  const bool shipped = std::count_if(weight.begin(), weight.end(), [](std::uint64_t w) { return w > 0; }) > 1;
-
-  const int substeps = island.substeps > 0 ? partition.engine.substeps(island.substeps, island.bodies) : 0;
-  const bool staged = shipped && !island.all_want_sleep && is_staged(partition, context.tick, island);
-
-  PendingIsland pending;
-  pending.id = island.id;
-  pending.builder.set_substeps(substeps);
-  JobMaker::Job* job = nullptr;  // if nobody else has a part
-  ShippedIsland parcel;
-  parcel.island = island.id;
+// Calls visit(sector, component) for the parts of an island that are hosted here.
+template <typename Visit>
+void for_each_part(Partition& partition, const SeamIsland& island, const Visit& visit) {
   for (const PartRef& ref : island.parts) {
     if (!partition.hosts(ref.sector)) continue;
     Sector& sector = *partition.sectors.at(ref.sector);
-    Component& component = sector.components[sector.part_components[ref.part]];
-    settle(partition, context, sector, component, island.all_want_sleep);
-    if (island.all_want_sleep || staged) continue;
-    if (solver != partition.self) {
+    visit(sector, sector.components[sector.part_components[ref.part]]);
+  }
+}
+
+// An island over several servers, of which one solves it.
+void ship(Partition& partition, TickContext& context, const SeamIsland& island, int substeps,
+          const std::vector<std::uint64_t>& weight, std::vector<Shipment>& outbox) {
+  const Rank solver = solver_of(partition, context.tick, island, weight);
+  if (solver != partition.self) {
+    ShippedIsland parcel;
+    parcel.island = island.id;
+    for_each_part(partition, island, [&](Sector& sector, const Component& component) {
       ship_part(partition, sector, component, parcel);
-      continue;
-    }
-    if (!shipped) {
-      if (job == nullptr) job = &jobs.next(weight[partition.self]);
-      job->push_back({&sector, &component, substeps});
-      continue;
-    }
+    });
+    outbox[solver].islands.push_back(std::move(parcel));
+    context.plan.awaits_solution[solver] = true;
+    return;
+  }
+  PendingIsland pending;
+  pending.id = island.id;
+  pending.builder.set_substeps(substeps);
+  for_each_part(partition, island, [&](Sector& sector, const Component& component) {
     add_component(partition, sector, component, pending.builder, false);
     for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
       const HomeBody& body = *sector.component_bodies[i];
       pending.own.emplace(body.id, record_of(body));
     }
-  }
-  if (island.all_want_sleep) return;
-  if (staged) {
-    if (partition.hosts(island.parts.front().sector)) {
-      ++context.counts.islands_across_seams;
-      ++context.counts.islands_in_step;
-    }
-    return stage(partition, context, island, outbox);
-  }
-  if (solver != partition.self) {
-    outbox[solver].islands.push_back(std::move(parcel));
-    context.plan.awaits_solution[solver] = true;
-    return;
-  }
+  });
+  context.plan.pending.push_back(std::move(pending));
   ++context.counts.islands_across_seams;
-  if (!shipped) return;
   ++context.counts.islands_shipped;
   for (Rank rank = 0; rank < weight.size(); ++rank) {
     if (rank != partition.self && weight[rank] > 0) context.plan.awaits_shipment[rank] = true;
   }
-  context.plan.pending.push_back(std::move(pending));
+}
+
+// An island that reaches over borders.
+void assemble(Partition& partition, TickContext& context, const SeamIsland& island, JobMaker& jobs,
+              std::vector<Shipment>& outbox) {
+  std::vector<std::uint64_t> weight(partition.map.servers(), 0);  // contacts and parts, by rank
+  for (const PartRef& ref : island.parts) {
+    weight[partition.map.owner(ref.sector)] += partition.seam_graph.part(ref).contacts + 1;
+  }
+  if (weight[partition.self] == 0) return;
+  for_each_part(partition, island, [&](Sector& sector, Component& component) {
+    settle(partition, context, sector, component, island.all_want_sleep);
+  });
+  if (island.all_want_sleep) return;
+
+  const int substeps = island.substeps > 0 ? partition.engine.substeps(island.substeps, island.bodies) : 0;
+  if (std::count(weight.begin(), weight.end(), 0u) + 1 == std::ssize(weight)) {
+    ++context.counts.islands_across_seams;
+    JobMaker::Job& job = jobs.next(weight[partition.self]);
+    for_each_part(partition, island, [&](Sector& sector, const Component& component) {
+      job.push_back({&sector, &component, substeps});
+    });
+  } else if (is_staged(partition, context.tick, island)) {
+    if (partition.hosts(island.parts.front().sector)) {
+      ++context.counts.islands_across_seams;
+      ++context.counts.islands_in_step;
+    }
+    stage(partition, context, island, substeps, outbox);
+  } else {
+    ship(partition, context, island, substeps, weight, outbox);
+  }
 }
 
 }  // namespace

@@ -32,17 +32,6 @@ bool is_in(Ranks ranks, Rank rank) { return ((ranks >> rank) & 1) != 0; }
 SeamGroups group_bit(ContactGroup group) { return static_cast<SeamGroups>(1 << (group - kSeamGroup)); }
 bool has_group(SeamGroups groups, ContactGroup group) { return ((groups >> (group - kSeamGroup)) & 1) != 0; }
 
-// The servers that host parts of an island in a block; `home` is one of its sectors.
-Ranks hosts_of_block(const SectorIndex& block, ContactGroup group, const SectorIndex& home,
-                     const IslandSectors& sectors, const SectorIndex& anchor) {
-  Ranks hosts = 0;
-  for_each_around(home, [&](const SectorIndex& near) {
-    const auto host = sectors.find(near);
-    if (host != sectors.end() && block_of(near, group, anchor) == block) hosts |= bit_of(host->second);
-  });
-  return hosts;
-}
-
 // Whether a server may solve a block of another, which tells it all that it needs for that.
 bool may_follow(Rank follower, Rank host, Ranks hosts_of_block) {
   return (hosts_of_block & ~(bit_of(follower) | bit_of(host))) == 0;
@@ -53,18 +42,24 @@ const HomeBody* home_in_slot(const Sector& sector, BodySlot slot) {
   return place < sector.by_slot.size() ? sector.by_slot[place] : nullptr;
 }
 
-}  // namespace
-
-Ranks hosts_around(const SectorIndex& sector, const IslandSectors& sectors, Rank self) {
+// The servers that host parts of an island around a sector, as far as `is_wanted` says of each sector there.
+template <typename IsWanted>
+Ranks hosts_around(const SectorIndex& sector, const IslandSectors& sectors, const IsWanted& is_wanted) {
   Ranks hosts = 0;
-  for_each_around(sector, [&](const SectorIndex& other) {
-    const auto host = sectors.find(other);
-    if (host != sectors.end() && host->second != self) hosts |= bit_of(host->second);
+  for_each_around(sector, [&](const SectorIndex& near) {
+    const auto host = sectors.find(near);
+    if (host != sectors.end() && is_wanted(near)) hosts |= bit_of(host->second);
   });
   return hosts;
 }
 
-namespace {
+// Those that host parts in the block of a group that a sector belongs to.
+Ranks hosts_of_block(const SectorIndex& sector, ContactGroup group, const IslandSectors& sectors,
+                     const SectorIndex& anchor) {
+  const SectorIndex block = block_of(sector, group, anchor);
+  return hosts_around(sector, sectors,
+                      [&](const SectorIndex& near) { return block_of(near, group, anchor) == block; });
+}
 
 // What others must know of an island's bodies and contacts that are hosted here.
 class IslandAtSeams {
@@ -94,8 +89,9 @@ class IslandAtSeams {
     }
   }
 
-  // Once all parts have been added.
-  void tell(StagedIslands& staged, std::vector<Shipment>& outbox) {
+  // Once all parts have been added. Returns the servers that were told something, if only that there is
+  // nothing.
+  Ranks tell(StagedIslands& staged, std::vector<Shipment>& outbox) {
     find_groups();
     for (const auto& [id, known] : bodies_) {
       staged.own.emplace(id, record_of(*known.body));
@@ -104,9 +100,12 @@ class IslandAtSeams {
     for (const Found& found : contacts_) staged.contacts.push_back(found.contact);
     Ranks around = 0;
     for (const auto& [sector, host] : sectors_) {
-      if (host == partition_.self) around |= hosts_around(sector, sectors_, host);
+      if (host == partition_.self)
+        around |= hosts_around(sector, sectors_, [](const SectorIndex&) { return true; });
     }
-    for_each_rank(around, [&](Rank rank) { outbox[rank].staged.push_back(parcel_for(rank)); });
+    around &= ~bit_of(partition_.self);
+    for_each_rank(around, [&](Rank rank) { outbox[rank].staged.push_back(parcel_for(rank, staged.own)); });
+    return around;
   }
 
  private:
@@ -119,7 +118,8 @@ class IslandAtSeams {
     std::uint32_t pair;  // a place in the contacts of its world
     SeamContact contact;
   };
-  using Blocks = absl::flat_hash_set<std::pair<ContactGroup, SectorIndex>>;
+  using BlockPlace = std::pair<ContactGroup, SectorIndex>;
+  using Blocks = absl::flat_hash_set<BlockPlace>;
 
   // A contact that another sector has detected is known by the parts of both.
   void find_groups() {
@@ -137,49 +137,46 @@ class IslandAtSeams {
     }
   }
 
-  SectorIndex block_with(const HomeBody& body, ContactGroup group) const {
-    return block_of(body.sector->index, group, partition_.anchor);
+  BlockPlace block_with(const Known& known, ContactGroup group) const {
+    return {group, block_of(known.body->sector->index, group, partition_.anchor)};
+  }
+
+  // Who hosts parts in a block with one of the bodies.
+  Ranks hosts_of(const Known& known, ContactGroup group) {
+    const auto [hosts, is_new] = hosts_.try_emplace(block_with(known, group), 0);
+    if (is_new) hosts->second = hosts_of_block(known.body->sector->index, group, sectors_, partition_.anchor);
+    return hosts->second;
   }
 
   // The blocks with hosted bodies that the other server may solve.
-  Blocks blocks_of(Rank rank) const {
+  Blocks blocks_of(Rank rank) {
     Blocks blocks;
     for (ContactGroup group = kSeamGroup + kSeamGroups; group-- > kSeamGroup;) {
       for (const auto& [id, known] : bodies_) {
         if (!has_group(known.groups, group)) continue;
-        const SectorIndex block = block_with(*known.body, group);
-        const Ranks hosts =
-            hosts_of_block(block, group, known.body->sector->index, sectors_, partition_.anchor);
-        if (is_in(hosts, rank)) blocks.emplace(group, block);
-        if (!blocks.contains({group, block})) continue;
+        if (is_in(hosts_of(known, group), rank)) blocks.insert(block_with(known, group));
+        if (!blocks.contains(block_with(known, group))) continue;
         // It follows those in which what it solves later is pushed before.
         for (ContactGroup earlier = kSeamGroup; earlier < group; ++earlier) {
-          if (!has_group(known.groups, earlier)) continue;
-          const SectorIndex pushed = block_with(*known.body, earlier);
-          if (may_follow(
-                  rank, partition_.self,
-                  hosts_of_block(pushed, earlier, known.body->sector->index, sectors_, partition_.anchor))) {
-            blocks.emplace(earlier, pushed);
-          }
+          if (has_group(known.groups, earlier) && may_follow(rank, partition_.self, hosts_of(known, earlier)))
+            blocks.insert(block_with(known, earlier));
         }
       }
     }
     return blocks;
   }
 
-  ShippedIsland parcel_for(Rank rank) const {
+  ShippedIsland parcel_for(Rank rank, const absl::flat_hash_map<BodyId, BodyRecord>& records) {
     const Blocks blocks = blocks_of(rank);
     ShippedIsland parcel;
     parcel.island = island_.id;
     for (const auto& [id, known] : bodies_) {
       bool is_wanted = false;
-      for (ContactGroup group = kSeamGroup; group < kSeamGroup + kSeamGroups; ++group) {
-        is_wanted |=
-            has_group(known.groups, group) && blocks.contains({group, block_with(*known.body, group)});
-      }
+      for (ContactGroup group = kSeamGroup; group < kSeamGroup + kSeamGroups; ++group)
+        is_wanted |= has_group(known.groups, group) && blocks.contains(block_with(known, group));
       if (!is_wanted) continue;
       const Wrench wrench = known.body->sector->world->total_wrench(known.body->slot);
-      parcel.bodies.push_back({record_of(*known.body), wrench, known.groups});
+      parcel.bodies.push_back({records.at(id), wrench, known.groups});
     }
     for (const Found& found : contacts_) {
       const ContactGroup group = group_of(found.contact.home_a, found.contact.home_b, partition_.anchor);
@@ -194,14 +191,14 @@ class IslandAtSeams {
   const IslandSectors& sectors_;
   std::map<BodyId, Known> bodies_;  // that others may touch, or that touch others
   std::vector<Found> contacts_;
+  absl::flat_hash_map<BlockPlace, Ranks> hosts_;  // as hosts_of() found them
 };
 
 }  // namespace
 
-void stage(Partition& partition, TickContext& context, const SeamIsland& island,
+void stage(Partition& partition, TickContext& context, const SeamIsland& island, int substeps,
            std::vector<Shipment>& outbox) {
-  StagedIslands& staged =
-      context.plan.staged[{partition.engine.substeps(island.substeps, island.bodies), island.bounces}];
+  StagedIslands& staged = context.plan.staged[{substeps, island.bounces}];
   IslandSectors& sectors = staged.islands[island.id];
   for (const PartRef& ref : island.parts) sectors.emplace(ref.sector, partition.map.owner(ref.sector));
   IslandAtSeams at_seams(partition, island, sectors);
@@ -210,10 +207,9 @@ void stage(Partition& partition, TickContext& context, const SeamIsland& island,
     Sector& sector = *partition.sectors.at(ref.sector);
     const Component& component = sector.components[sector.part_components[ref.part]];
     add_component(partition, sector, component, staged.builder, false);
-    context.plan.in_step |= hosts_around(ref.sector, sectors, partition.self);
     at_seams.add_part(sector, component);
   }
-  at_seams.tell(staged, outbox);
+  context.plan.in_step |= at_seams.tell(staged, outbox);
 }
 
 // Puts one job together: what is hosted here, and of what others told that which this server solves, too.
@@ -310,8 +306,8 @@ class StagedSolve::Builder {
           const auto pushed =
               blocks_.find({earlier, place.island, block_of(home, earlier, partition_.anchor)});
           if (pushed == blocks_.end()) continue;
-          const Ranks hosts = hosts_of_block(pushed->first.index, earlier, home,
-                                             staged_.islands.at(place.island), partition_.anchor);
+          const Ranks hosts =
+              hosts_of_block(home, earlier, staged_.islands.at(place.island), partition_.anchor);
           // Others do not concern this server, nor would it know all.
           const Ranks followers =
               host == partition_.self ? block.solvers : block.solvers & bit_of(partition_.self);

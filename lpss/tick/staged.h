@@ -23,8 +23,8 @@
 namespace tessera {
 
 // Takes up an island that this server solves in step with others: what is hosted here, and what others must
-// know of it. `outbox` by rank.
-void stage(Partition& partition, TickContext& context, const SeamIsland& island,
+// know of it. `substeps` are those that the engine grants it; `outbox` by rank.
+void stage(Partition& partition, TickContext& context, const SeamIsland& island, int substeps,
            std::vector<Shipment>& outbox);
 
 // Solves what is staged, from exchange to exchange.

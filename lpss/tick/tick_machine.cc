@@ -196,11 +196,10 @@ Round TickMachine::shipment_round(const std::vector<const Seams*>& inbox) {
   return result;
 }
 
-Round TickMachine::begin_solving(std::vector<Shipment> inbox) {
+Round TickMachine::begin_solving(const std::vector<Shipment>& inbox) {
   clock_.enter(TickPhase::kSolving);
-  shipments_ = std::move(inbox);
-  shipped_.emplace(partition_, context_.plan, shipments_, *queue_);
-  if (!context_.plan.staged.empty()) staged_.emplace(partition_, context_.plan, shipments_, staged_solvers_);
+  shipped_.emplace(partition_, context_.plan, inbox, *queue_);
+  if (!context_.plan.staged.empty()) staged_.emplace(partition_, context_.plan, inbox, staged_solvers_);
   return go_on_solving();
 }
 
@@ -226,7 +225,6 @@ Round TickMachine::solution_round() {
   queue_.reset();
   shipped_.reset();
   staged_.reset();
-  shipments_.clear();
   return result;
 }
 

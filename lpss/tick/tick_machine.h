@@ -56,7 +56,7 @@ class TickMachine {
   Round exchange_round();
   Round seams_round(std::vector<Exchange> inbox);
   Round shipment_round(const std::vector<const Seams*>& inbox);
-  Round begin_solving(std::vector<Shipment> inbox);
+  Round begin_solving(const std::vector<Shipment>& inbox);
   Round go_on_solving();
   Round solution_round();
   void end_tick(const std::vector<Solution>& inbox);
@@ -74,7 +74,6 @@ class TickMachine {
 
   // While islands are solved.
   std::optional<JobQueue> queue_;
-  std::vector<Shipment> shipments_;
   std::optional<ShippedIslands> shipped_;
   std::optional<StagedSolve> staged_;
   std::vector<std::unique_ptr<StagedSolver>> staged_solvers_;
