@@ -62,6 +62,7 @@ BodyState Body::state() const {
 
 void Body::set_state(const BodyState& state) {
   pose = {matrix(state.rotation), vector(state.position)};
+  start = pose.position;
   still_for = Scalar(state.still_for);
   if (motion == Motion::kStatic) {
     static_state = std::make_unique<BodyState>(state);

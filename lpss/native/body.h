@@ -67,6 +67,7 @@ struct Body {
   Scalar linear_damping;            // the share of the velocity that is left after a tick
   Scalar angular_damping;
   Scalar swept_beyond = 0;  // m per tick; 0: never swept
+  Vector start;             // the position before the solver pushed it; otherwise that of the pose
   Frame next;               // where integrate() moves the body
   Vector next_angular;      // rad/s, there
   Box enlarged;             // in the tree of the broad phase; holds `box`

@@ -44,7 +44,7 @@ std::vector<BodySlot> sorted(std::vector<BodySlot> found, const NativeWorld& wor
 
 std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, const Vector& to) const {
   const Body& swept = body(slot);
-  const Vector& from = swept.pose.position;
+  const Vector& from = swept.start;
   const Scalar radius = swept.solid->swept_extent() * kSweptShare;
   const Box way{from.cwiseMin(to), from.cwiseMax(to)};
   std::vector<BodySlot> near;
@@ -57,8 +57,8 @@ std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, const Vec
 
   const btSphereShape ball(radius);
   // The ball does not rotate: the cast is then a pure translation.
-  const btTransform start = bt(swept.pose);
-  const btTransform end(start.getBasis(), bt(to));
+  const btTransform start(btMatrix3x3::getIdentity(), bt(from));
+  const btTransform end(btMatrix3x3::getIdentity(), bt(to));
   bullet::NearestHit nearest(bt(Vector(to - from)));
   std::optional<SweepHit> hit;
   for (const BodySlot other : candidates) {

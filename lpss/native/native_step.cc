@@ -76,7 +76,7 @@ bool NativeWorld::find_next(Body& body, double dt) const {
 
 bool NativeWorld::is_swept(const Body& body) const {
   if (!settings_.continuous_collision || body.swept_beyond <= 0) return false;
-  const Vector way = body.next.position - body.pose.position;
+  const Vector way = body.next.position - body.start;
   return way.squaredNorm() > body.swept_beyond * body.swept_beyond;
 }
 
@@ -87,7 +87,9 @@ void NativeWorld::stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, c
   run_parallel(parallel, fast.size(), [&](std::size_t n) {
     Body& swept = body(fast[n]);
     if (const std::optional<SweepHit> hit = sweep(fast[n], swept.next.position)) {
+      const Vector way = swept.next.position - swept.start;
       swept.foresee(dt * hit->fraction);
+      swept.next.position = swept.start + way * hit->fraction;
       swept.fine.reset();
     }
   });
@@ -102,7 +104,9 @@ bool NativeWorld::move_on(Body& body, double dt) const {
   body.pose = body.next;
   body.angular = body.next_angular;
   keep_still_clock(body, dt);
-  return stop_runaway(body);
+  const bool is_stopped = stop_runaway(body);
+  body.start = body.pose.position;
+  return is_stopped;
 }
 
 void NativeWorld::keep_still_clock(Body& kept, double dt) const {
