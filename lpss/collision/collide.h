@@ -85,6 +85,9 @@ requires(kRank<B<Scalar>> >= 0 && kRank<A<Scalar>> > kRank<B<Scalar>>) Manifold<
 // surface is lost, and none is deeper than the least penetration of the lone triangle. What is only behind
 // the triangle, with the centre of the shape in front of it, does not touch it.
 //
+// A shape is kept on a side of the surface (KeptOn). With its centre beyond a ridge it is on the front,
+// though behind the plane of the triangle.
+//
 // Precision is that of the vertices in the frame of b: near the origin of that frame it is best.
 template <typename Scalar>
 Manifold<Scalar> collide(const Ball<Scalar>& a, const MeshTriangle<Scalar>& b,
@@ -98,5 +101,9 @@ Manifold<Scalar> collide(const Box<Scalar>& a, const MeshTriangle<Scalar>& b,
 template <typename Scalar>
 Manifold<Scalar> collide(const Polyhedron<Scalar>& a, const MeshTriangle<Scalar>& b,
                          const Placement<Scalar>& placement, Margin<Scalar> margin);
+
+// Whether a shape with its centre at `p` (m, in the frame of the triangle) is kept behind the triangle.
+template <typename Scalar>
+bool is_kept_behind(const MeshTriangle<Scalar>& triangle, const Vector3<Scalar>& p);
 
 }  // namespace tessera::collision

@@ -15,15 +15,16 @@ template <typename Scalar>
 struct Fold {
   using Vector = Vector3<Scalar>;
 
-  explicit Fold(double drop, bool is_one_sided = false) {
+  explicit Fold(double drop, KeptOn kept_on = KeptOn::kSideOfCentre) {
     const Vector low(0, -1, 0);
     const Vector high(0, 1, 0);
     const Vector west(-1, 0, 0);
     const Vector east(1, 0, static_cast<Scalar>(-drop));
-    triangle[0] = make_triangle(low, high, west, is_one_sided);
-    triangle[1] = make_triangle(high, low, east, is_one_sided);
+    triangle[0] = make_triangle(low, high, west);
+    triangle[1] = make_triangle(high, low, east);
     set_neighbour(triangle[0], 0, east);
     set_neighbour(triangle[1], 0, west);
+    for (MeshTriangle<Scalar>& side : triangle) side.kept_on = kept_on;
   }
 
   // Contacts of a shape at a place in the world, with both triangles.
@@ -159,7 +160,7 @@ TYPED_TEST(MeshTriangleTest, SidesOfTriangles) {
   const Box<TypeParam> box{Vector3<TypeParam>(TypeParam(0.1), TypeParam(0.1), TypeParam(0.1))};
   const Capsule<TypeParam> capsule{TypeParam(0.1), TypeParam(0.2)};
   const Fold<TypeParam> open(0);
-  const Fold<TypeParam> solid(0, true);
+  const Fold<TypeParam> solid(0, KeptOn::kFront);
   for (const double z : {0.05, -0.05}) {
     const Manifold<TypeParam> from_open[] = {open.collide(ball, 0, -0.4, 0, z),
                                              open.collide(box, 0, -0.4, 0, z),
@@ -170,7 +171,9 @@ TYPED_TEST(MeshTriangleTest, SidesOfTriangles) {
     for (int n = 0; n < 3; ++n) {
       ASSERT_GT(from_open[n].count, 0);
       EXPECT_NEAR(from_open[n].normal.z(), z > 0 ? 1 : -1, 1e-6);
-      EXPECT_EQ(from_solid[n].count > 0, z > 0);
+      ASSERT_GT(from_solid[n].count, 0);
+      EXPECT_NEAR(from_solid[n].normal.z(), 1, 1e-6);
+      EXPECT_LT(from_solid[n].point[0].gap, -0.04);
     }
   }
 }
@@ -180,7 +183,7 @@ TYPED_TEST(MeshTriangleTest, LoneTrianglesAgainstSamples) {
   using Scalar = TypeParam;
   const MeshTriangle<Scalar> triangle =
       make_triangle<Scalar>({Scalar(-0.7), Scalar(-0.5), 0}, {Scalar(0.8), Scalar(-0.3), Scalar(0.1)},
-                            {0, Scalar(0.9), Scalar(-0.1)}, false);
+                            {0, Scalar(0.9), Scalar(-0.1)});
   const Box<Scalar> box{Vector3<Scalar>(Scalar(0.5), Scalar(0.3), Scalar(0.2))};
   const Polyhedron<Scalar> four = tetrahedron<Scalar>(0.4);
   const Capsule<Scalar> capsule{Scalar(0.15), Scalar(0.4)};

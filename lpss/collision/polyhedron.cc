@@ -172,7 +172,7 @@ std::optional<Polyhedron<Scalar>> make_polyhedron(std::span<const Vector3<Scalar
 
 template <typename Scalar>
 MeshTriangle<Scalar> make_triangle(const Vector3<Scalar>& v0, const Vector3<Scalar>& v1,
-                                   const Vector3<Scalar>& v2, bool is_one_sided) {
+                                   const Vector3<Scalar>& v2) {
   MeshTriangle<Scalar> triangle;
   triangle.vertex[0] = v0;
   triangle.vertex[1] = v1;
@@ -182,7 +182,6 @@ MeshTriangle<Scalar> make_triangle(const Vector3<Scalar>& v0, const Vector3<Scal
     triangle.neighbour_normal[k] = triangle.normal;
     triangle.has_neighbour[k] = false;
   }
-  triangle.is_one_sided = is_one_sided;
   return triangle;
 }
 
@@ -199,9 +198,9 @@ template std::optional<Polyhedron<float>> make_polyhedron(std::span<const Vector
 template std::optional<Polyhedron<double>> make_polyhedron(std::span<const Vector3<double>>,
                                                            std::span<const std::vector<int>>, double);
 template MeshTriangle<float> make_triangle(const Vector3<float>&, const Vector3<float>&,
-                                           const Vector3<float>&, bool);
+                                           const Vector3<float>&);
 template MeshTriangle<double> make_triangle(const Vector3<double>&, const Vector3<double>&,
-                                            const Vector3<double>&, bool);
+                                            const Vector3<double>&);
 template void set_neighbour(MeshTriangle<float>&, int, const Vector3<float>&);
 template void set_neighbour(MeshTriangle<double>&, int, const Vector3<double>&);
 

@@ -88,6 +88,10 @@ std::optional<Polyhedron<Scalar>> make_polyhedron(std::span<const Vector3<Scalar
                                                   std::span<const std::vector<int>> loops,
                                                   double tolerance = 1e-5);
 
+// The side of a surface on which a shape is kept: that of its centre, or the one given, wherever its centre
+// is.
+enum class KeptOn : std::uint8_t { kSideOfCentre, kFront, kBack };
+
 // A triangle of a surface, in the frame of the surface. What touches an edge that two triangles share must
 // not meet it as if the neighbour were absent: at such an edge, normals of contacts lie between the normals
 // of the two triangles; at a flat or concave edge they are normal to the triangle.
@@ -98,16 +102,14 @@ struct MeshTriangle {
   // Of the triangles across the edges; edge k goes from vertex k to k + 1.
   Vector3<Scalar> neighbour_normal[3];
   bool has_neighbour[3];
-  // Whether this is a part of the surface of a solid: shapes whose centre is behind the plane of the triangle
-  // then do not touch it. Otherwise both sides of it are alike, and shapes are kept on the side of their
-  // centre.
-  bool is_one_sided;
+  // Where shapes are kept. By themselves, both sides are alike.
+  KeptOn kept_on = KeptOn::kSideOfCentre;
 };
 
 // A triangle without neighbours. Its area must not be 0.
 template <typename Scalar>
 MeshTriangle<Scalar> make_triangle(const Vector3<Scalar>& v0, const Vector3<Scalar>& v1,
-                                   const Vector3<Scalar>& v2, bool is_one_sided);
+                                   const Vector3<Scalar>& v2);
 
 // Declares that the triangle across `edge` has its third vertex at `opposite`; its own winding does not
 // matter.

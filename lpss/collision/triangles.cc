@@ -30,33 +30,53 @@ struct Facet {
   Facet(const MeshTriangle<Scalar>& triangle, const Matrix3<Scalar>& rotation)
       : mesh(triangle), turn(rotation) {}
 
-  // Places vertices and normal. False if a is behind a triangle of one side.
-  bool place(const Vector& offset) {
+  // Places vertices and normal.
+  void place(const Vector& offset) {
     for (int k = 0; k < 3; ++k) vertex[k] = turn * mesh.vertex[k] + offset;
     normal = turn * mesh.normal;
-    const bool is_flipped = normal.dot(vertex[0]) > 0;
-    if (is_flipped && mesh.is_one_sided) return false;
-    id = is_flipped ? 1 : 0;
-    if (is_flipped) {
-      std::swap(vertex[1], vertex[2]);
-      normal = -normal;
-    }
-    return true;
+    id = 0;
+    if (!is_kept_behind()) return;
+    id = 1;
+    std::swap(vertex[1], vertex[2]);
+    normal = -normal;
   }
 
   // After place(), what is needed of edges.
   void place_edges() {
-    const bool is_flipped = id == 1;
     for (int k = 0; k < 3; ++k) {
-      const int original = is_flipped ? 2 - k : k;
       const Vector along = (vertex[after(k)] - vertex[k]).normalized();
       out[k] = along.cross(normal);
-      has_limit[k] = mesh.has_neighbour[original];
+      has_limit[k] = mesh.has_neighbour[id == 1 ? 2 - k : k];
       if (!has_limit[k]) continue;
-      const Vector neighbour = turn * mesh.neighbour_normal[original] * (is_flipped ? -1 : 1);
+      const Vector neighbour = neighbour_normal(k);
       const bool is_concave = neighbour.dot(out[k]) < Scalar(-1e-6);
       limit[k] = is_concave ? out[k] : Vector(along.cross(neighbour));
     }
+  }
+
+  bool is_kept_behind() {
+    if (mesh.kept_on != KeptOn::kSideOfCentre) return mesh.kept_on == KeptOn::kBack;
+    if (!(normal.dot(vertex[0]) > 0)) return false;
+    // A centre behind the plane of the triangle may be beyond a ridge.
+    place_edges();
+    EdgeMask edges = 0;
+    const Vector nearest = closest(Vector::Zero(), edges);
+    return edges == 0 || is_behind_edges(nearest, edges);
+  }
+
+  // Whether a's centre is behind the surface at the point of an edge or corner that is nearest to it: the sum
+  // of the normals there tells (Baerentzen and Aanaes, Signed Distance Computation Using the Angle Weighted
+  // Pseudonormal, 2005).
+  bool is_behind_edges(const Vector& nearest, EdgeMask edges) const {
+    Vector sum = normal;
+    for (int k = 0; k < 3; ++k) {
+      if (edges >> k & 1 && has_limit[k]) sum += neighbour_normal(k);
+    }
+    return sum.dot(nearest) > 0;
+  }
+
+  Vector neighbour_normal(int k) const {
+    return id == 1 ? Vector(turn * -mesh.neighbour_normal[2 - k]) : Vector(turn * mesh.neighbour_normal[k]);
   }
 
   bool leans_over(const Vector& direction, int k) const {
@@ -180,7 +200,8 @@ class CapsuleFacet {
     }
     const Scalar distance = (at(core_) - on_facet_).dot(normal_);
     const Scalar gap = distance - radius_;
-    const bool is_from_behind = !crosses && edges_ == 0 && distance < 0;
+    const bool is_from_behind =
+        !crosses && edges_ == 0 && distance < 0 && facet_.mesh.kept_on == KeptOn::kSideOfCentre;
     if (gap > margin_ || is_from_behind) return manifold;
 
     manifold.normal = normal_;
@@ -413,7 +434,7 @@ Manifold<Scalar> collide_hull(const Hull<Scalar>& a, const MeshTriangle<Scalar>&
   const Matrix3<Scalar> to_a = placement.a.transpose();
   const Matrix3<Scalar> rotation = to_a * placement.b;
   Facet<Scalar> facet(b, rotation);
-  if (!facet.place(to_a * placement.offset)) return {};
+  facet.place(to_a * placement.offset);
   Manifold<Scalar> manifold = HullFacet<Scalar>(a, facet, margin).collide();
   turn(placement.a, manifold);
   return manifold;
@@ -422,12 +443,20 @@ Manifold<Scalar> collide_hull(const Hull<Scalar>& a, const MeshTriangle<Scalar>&
 }  // namespace
 
 template <typename Scalar>
+bool is_kept_behind(const MeshTriangle<Scalar>& triangle, const Vector3<Scalar>& p) {
+  const Matrix3<Scalar> level = Matrix3<Scalar>::Identity();
+  Facet<Scalar> facet(triangle, level);
+  facet.place(-p);
+  return facet.id == 1;
+}
+
+template <typename Scalar>
 Manifold<Scalar> collide(const Ball<Scalar>& a, const MeshTriangle<Scalar>& b,
                          const Placement<Scalar>& placement, Margin<Scalar> margin) {
   using Vector = Vector3<Scalar>;
   Manifold<Scalar> manifold;
   Facet<Scalar> facet(b, placement.b);
-  if (!facet.place(placement.offset)) return manifold;
+  facet.place(placement.offset);
   const Scalar reach = a.radius + margin;
   const Scalar height = facet.height(Vector::Zero());
   if (height > reach) return manifold;
@@ -439,8 +468,12 @@ Manifold<Scalar> collide(const Ball<Scalar>& a, const MeshTriangle<Scalar>& b,
   if (edges != 0) {
     distance = on_b.norm();
     if (distance > reach) return manifold;
-    if (distance > Scalar(1e-4) * a.radius) manifold.normal = -on_b / distance;
-    if (facet.leans(manifold.normal, edges)) return manifold;
+    if (b.kept_on != KeptOn::kSideOfCentre && facet.is_behind_edges(on_b, edges)) {
+      distance = -distance;
+    } else {
+      if (distance > Scalar(1e-4) * a.radius) manifold.normal = -on_b / distance;
+      if (facet.leans(manifold.normal, edges)) return manifold;
+    }
   }
   manifold.count = 1;
   manifold.point[0] = {-a.radius * manifold.normal, on_b, distance - a.radius, 0};
@@ -451,7 +484,7 @@ template <typename Scalar>
 Manifold<Scalar> collide(const Capsule<Scalar>& a, const MeshTriangle<Scalar>& b,
                          const Placement<Scalar>& placement, Margin<Scalar> margin) {
   Facet<Scalar> facet(b, placement.b);
-  if (!facet.place(placement.offset)) return {};
+  facet.place(placement.offset);
   facet.place_edges();
   return CapsuleFacet<Scalar>(facet, a, placement.a.col(2), margin).collide();
 }
@@ -469,6 +502,8 @@ Manifold<Scalar> collide(const Polyhedron<Scalar>& a, const MeshTriangle<Scalar>
   return collide_hull<Scalar>(view(a), b, placement, margin);
 }
 
+template bool is_kept_behind(const MeshTriangle<float>&, const Vector3<float>&);
+template bool is_kept_behind(const MeshTriangle<double>&, const Vector3<double>&);
 template Manifold<float> collide(const Ball<float>&, const MeshTriangle<float>&, const Placement<float>&,
                                  float);
 template Manifold<double> collide(const Ball<double>&, const MeshTriangle<double>&, const Placement<double>&,

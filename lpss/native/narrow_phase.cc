@@ -23,6 +23,11 @@ constexpr Scalar kContinues = Scalar(0.7);
 // Points of a surface with one body, at most.
 constexpr std::size_t kSurfacePatchesMax = 8;
 constexpr std::size_t kPointsMax = 64;
+// Directions whose angle has a larger cosine than this are on the same side of a surface.
+constexpr Scalar kOutside = Scalar(0.3);
+// How far a shape with its centre beyond a surface is still taken for one that was pushed through, as a share
+// of its least width.
+constexpr Scalar kThrough = Scalar(0.25);
 
 bool is_convex(Kind kind) { return kind != Kind::kPlane && kind != Kind::kTerrain; }
 
@@ -122,6 +127,30 @@ class SurfaceContact {
   absl::InlinedVector<Group, 2> groups_;
 };
 
+// The direction, from b to a, in which the two parts were kept off each other in the last tick; 0 if they
+// were not.
+Vector outside_of(const Contact& before, std::uint64_t parts) {
+  Vector sum = Vector::Zero();
+  for (const ContactPatch& patch : before.patches) {
+    if (patch.parts == parts) sum += patch.normal;
+  }
+  const Scalar length = sum.norm();
+  return length > kOutside ? Vector(sum / length) : Vector(Vector::Zero());
+}
+
+// What has been pushed with its centre a little way through a surface is kept on the side on which it was.
+// `outside` in the frame of the surface.
+void keep_outside(const Vector& outside, const Part& convex, const Placement<Scalar>& placement,
+                  MeshTriangle<Scalar>& triangle) {
+  if (triangle.kept_on != collision::KeptOn::kSideOfCentre) return;
+  const Scalar slope = outside.dot(triangle.normal);
+  if (!(std::abs(slope) > kOutside)) return;
+  const Vector centre = placement.b.transpose() * -placement.offset;
+  const Scalar height = triangle.normal.dot(centre - triangle.vertex[0]);
+  if (std::abs(height) > kThrough * (convex.box.high - convex.box.low).minCoeff()) return;
+  triangle.kept_on = slope > 0 ? collision::KeptOn::kFront : collision::KeptOn::kBack;
+}
+
 // m, the gap up to which two bodies have points. Two balls that bounce have none before they meet: a row of
 // them, each at rest a little way off, would take the blow together, as one body.
 Scalar margin_of(const Body& a, const Body& b) {
@@ -150,7 +179,7 @@ void NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
   const Frame seen = seen_by_larger(a, b);
   if (contact.is_found && move_along(a, b, seen, margin, contact)) return;
   found_.clear();
-  find(a, b, margin);
+  find(a, b, contact, margin);
   inherit(contact);
   contact.patches.assign(found_.begin(), found_.end());
   contact.is_found = !found_.empty() && is_flat(*a.solid) && is_flat(*b.solid);
@@ -175,10 +204,11 @@ bool NarrowPhase::move_along(const Body& a, const Body& b, const Frame& seen, Sc
   return true;
 }
 
-void NarrowPhase::find(const Body& a, const Body& b, Scalar margin) {
+void NarrowPhase::find(const Body& a, const Body& b, const Contact& before, Scalar margin) {
   const std::vector<Part>& parts_a = a.solid->parts();
   const std::vector<Part>& parts_b = b.solid->parts();
-  if (parts_a.size() == 1 && parts_b.size() == 1) return find(a, parts_a[0], b, parts_b[0], 0, margin);
+  if (parts_a.size() == 1 && parts_b.size() == 1)
+    return find(a, parts_a[0], b, parts_b[0], 0, before, margin);
   const auto seen = [&](const Box& box, const Body& from, const Body& by) {
     return box.posed({by.pose.rotation.transpose() * from.pose.rotation, by.pose.inverse(from.pose.position)})
         .grown(margin);
@@ -187,13 +217,13 @@ void NarrowPhase::find(const Body& a, const Body& b, Scalar margin) {
   for (const std::uint32_t i : parts_of_a_) {
     b.solid->parts_near(seen(box_at(parts_a[i], {}), a, b), parts_of_b_);
     for (const std::uint32_t j : parts_of_b_) {
-      find(a, parts_a[i], b, parts_b[j], std::uint64_t{i} << 32 | j, margin);
+      find(a, parts_a[i], b, parts_b[j], std::uint64_t{i} << 32 | j, before, margin);
     }
   }
 }
 
 void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& q, std::uint64_t parts,
-                       Scalar margin) {
+                       const Contact& before, Scalar margin) {
   if (!is_convex(p.kind) && !is_convex(q.kind)) return;
   const Vector offset = b.pose.position - a.pose.position;
   const Vector lever_a = p.is_placed ? Vector(a.pose.rotation * p.frame.position) : Vector(Vector::Zero());
@@ -236,7 +266,9 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
   Terrain::List triangles;
   ground.terrain->near(seen_from_b(convex.box, above).grown(margin), triangles);
   SurfaceContact contact;
-  for (const Terrain::Found& found : triangles) {
+  const Vector outside = above.b.transpose() * (outside_of(before, parts) * (is_swapped ? -1 : 1));
+  for (Terrain::Found& found : triangles) {
+    keep_outside(outside, convex, above, found.triangle);
     contact.add(found.index, collide_triangle(convex, found.triangle, above, margin));
   }
   contact.for_each(keep_above);

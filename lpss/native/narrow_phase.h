@@ -24,8 +24,9 @@ class NarrowPhase {
 
  private:
   bool move_along(const Body& a, const Body& b, const Frame& seen, Scalar margin, Contact& contact) const;
-  void find(const Body& a, const Body& b, Scalar margin);
-  void find(const Body& a, const Part& p, const Body& b, const Part& q, std::uint64_t parts, Scalar margin);
+  void find(const Body& a, const Body& b, const Contact& before, Scalar margin);
+  void find(const Body& a, const Part& p, const Body& b, const Part& q, std::uint64_t parts,
+            const Contact& before, Scalar margin);
   void inherit(const Contact& before);
 
   std::vector<ContactPatch> found_;

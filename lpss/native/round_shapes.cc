@@ -225,6 +225,58 @@ bool belongs_to_neighbour(const MeshTriangle<Scalar>& triangle, const Vector& no
   return false;
 }
 
+// A shape above the face of a triangle.
+class AboveFace {
+ public:
+  // `up`: the triangle's normal on the side where the shape is kept.
+  AboveFace(const Part& a, const MeshTriangle<Scalar>& b, const Placement<Scalar>& placement,
+            const Vector& up)
+      : a_(a), b_(b), placement_(placement) {
+    lowest_.normal = up;
+    const Vector down = placement.a.transpose() * -up;
+    lowest_.on_a = placement.a * vector(a.convex->localGetSupportingVertex(bt(down)));
+    lowest_.gap = up.dot(lowest_.on_a - (placement.b * b.vertex[0] + placement.offset));
+    lowest_.on_b = lowest_.on_a - up * lowest_.gap;
+  }
+
+  Scalar gap() const { return lowest_.gap; }
+  bool is_lowest_above() const { return is_above(lowest_.on_a); }
+
+  // The points along the normal, no deeper than `least`.
+  Manifold<Scalar> touch(Scalar least, Scalar margin) const {
+    const Vector& up = lowest_.normal;
+    Nearest lowest = lowest_;
+    // A shape that is deep in a surface of small triangles is above the one that its centre is above.
+    if (!is_lowest_above() && !is_above(Vector::Zero())) lowest.gap = std::numeric_limits<Scalar>::max();
+    Side face;
+    face.face = collision::supporting_face(b_, Vector(placement_.b.transpose() * up));
+    Manifold<Scalar> manifold =
+        between(placed(side_of(a_, placement_.a.transpose() * -up), placement_.a, Vector::Zero()),
+                placed(face, placement_.b, placement_.offset), lowest, margin);
+    for (int n = 0; n < manifold.count; ++n) {
+      Point& point = manifold.point[n];
+      point.gap = std::max(point.gap, least);
+      point.on_a = point.on_b + point.gap * up;
+    }
+    return manifold;
+  }
+
+ private:
+  bool is_above(const Vector& point) const {
+    const Vector foot = placement_.b.transpose() * (point - placement_.offset);
+    for (int edge = 0; edge < 3; ++edge) {
+      const Vector along = b_.vertex[(edge + 1) % 3] - b_.vertex[edge];
+      if (along.cross(b_.normal).dot(foot - b_.vertex[edge]) > 0) return false;
+    }
+    return true;
+  }
+
+  const Part& a_;
+  const MeshTriangle<Scalar>& b_;
+  const Placement<Scalar>& placement_;
+  Nearest lowest_;
+};
+
 }  // namespace
 
 Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Scalar>& placement,
@@ -240,30 +292,20 @@ Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Sca
 
 Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
                                const Placement<Scalar>& placement, Scalar margin) {
+  const Vector centre = placement.b.transpose() * -placement.offset;
+  const Scalar side = collision::is_kept_behind(b, centre) ? Scalar(-1) : Scalar(1);
+  const AboveFace above(a, b, placement, placement.b * b.normal * side);
+  if (above.gap() > margin) return {};
+  // Where the lowest point is above the triangle, its gap is the distance: GJK, which has trouble with a
+  // small shape on a large triangle, is not needed.
+  if (above.is_lowest_above()) return above.touch(std::numeric_limits<Scalar>::lowest(), margin);
   btTriangleShape triangle(bt(b.vertex[0]), bt(b.vertex[1]), bt(b.vertex[2]));
   triangle.setMargin(0);
-  std::optional<Nearest> found =
+  const std::optional<Nearest> found =
       nearest(*a.convex, {placement.a, Vector::Zero()}, triangle, {placement.b, placement.offset}, margin);
   if (!found) return {};
-  // Shapes are kept on the side of their centre.
-  const Vector centre = placement.b.transpose() * -placement.offset;
-  const Scalar side = (centre - b.vertex[0]).dot(b.normal) < 0 ? Scalar(-1) : Scalar(1);
-  const Vector up = placement.b * b.normal * side;
   const Vector local = placement.b.transpose() * found->normal * side;
-  if (local.dot(b.normal) <= 0 || belongs_to_neighbour(b, local)) {
-    // What is directly above the triangle touches it along its normal.
-    const btVector3 lowest = a.convex->localGetSupportingVertex(bt(Vector(placement.a.transpose() * -up)));
-    found->on_a = placement.a * vector(lowest);
-    found->gap = up.dot(found->on_a - (placement.b * b.vertex[0] + placement.offset));
-    found->normal = up;
-    found->on_b = found->on_a - up * found->gap;
-    if (!(found->gap <= margin)) return {};
-    const Vector foot = placement.b.transpose() * (found->on_b - placement.offset);
-    for (int edge = 0; edge < 3; ++edge) {
-      const Vector along = b.vertex[(edge + 1) % 3] - b.vertex[edge];
-      if (along.cross(b.normal).dot(foot - b.vertex[edge]) > 0) return {};
-    }
-  }
+  if (local.dot(b.normal) <= 0 || belongs_to_neighbour(b, local)) return above.touch(found->gap, margin);
   const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
   Side side_b;
   side_b.face = collision::supporting_face(b, Vector(placement.b.transpose() * found->normal));

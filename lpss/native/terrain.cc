@@ -61,7 +61,6 @@ class Mesh final : public Terrain {
 
   MeshTriangle<Scalar> triangle(std::uint32_t index) const {
     MeshTriangle<Scalar> result;
-    result.is_one_sided = false;
     const std::array<Vector, 3> corners = corners_of(index);
     result.normal = normal_of(corners[0], corners[1], corners[2]);
     for (std::size_t n = 0; n < 3; ++n) {
@@ -128,7 +127,7 @@ class Heights final : public Terrain {
 
   MeshTriangle<Scalar> triangle(std::int64_t column, std::int64_t row, int half) const {
     MeshTriangle<Scalar> result;
-    result.is_one_sided = false;
+    result.kept_on = collision::KeptOn::kFront;  // the ground is solid
     const std::array<Vector, 3> corners = corners_of(column, row, half);
     result.normal = normal_of(corners[0], corners[1], corners[2]);
     const auto set = [&](std::size_t side, std::int64_t c, std::int64_t r, int h) {
