@@ -16,6 +16,9 @@ constexpr double kSameNormal = 0.01;
 // around the triangle: through its neighbours, or past an open edge.
 constexpr double kBehind = 0.5;
 
+// A face whose normal is closer than some 15 degrees to that of a contact lies on what it touches.
+constexpr double kLiesCosine = 0.966;
+
 using EdgeMask = unsigned;  // bit k: edge k is touched; none: the face
 
 constexpr int after(int k) { return k == 2 ? 0 : k + 1; }
@@ -303,8 +306,8 @@ class HullFacet {
     const Scalar face_best = std::max(height, face_separation_);
     bool is_done = false;
     if (edge_separation_ > face_best + Scalar(kEdgeBias) * hull_.thickness) {
-      const bool is_inside = touch_edge(manifold);
-      is_done = is_inside || edge_separation_ <= 0;
+      if (edge_separation_ <= 0) manifold = lie_on_edge();
+      is_done = manifold.count > 0 || touch_edge(manifold) || edge_separation_ <= 0;
     } else if (face_separation_ > height + Scalar(kFaceBias) * hull_.thickness) {
       manifold =
           clip_faces(face_of(hull_, face_), facet_.face(), Vector(-hull_.planes[face_].normal), margin_);
@@ -376,6 +379,14 @@ class HullFacet {
     manifold.point[0] = {closest.on_a, closest.on_b, (closest.on_b - closest.on_a).dot(edge_out_),
                          make_feature(Touch::kEdges, edge_, side_)};
     return closest.is_inside();
+  }
+
+  // A face that lies on an edge of the triangle touches along it, though far corners of a large triangle are
+  // higher.
+  Manifold<Scalar> lie_on_edge() const {
+    const int face = supporting_face_index(hull_, edge_out_);
+    if (hull_.planes[face].normal.dot(edge_out_) < Scalar(kLiesCosine)) return {};
+    return clip_faces(face_of(hull_, face), facet_.face(), Vector(-edge_out_), margin_);
   }
 
   // Where no faces are opposite each other.
