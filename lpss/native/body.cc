@@ -1,5 +1,6 @@
 #include "lpss/native/body.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "lpss/base/portable_math.h"
@@ -41,7 +42,11 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
     inverse_mass = Scalar(1 / record.properties.mass);
     moments = vector(record.properties.inertia);
     inverse_moments = moments.cwiseInverse();
-    swept_beyond = solid->swept_extent() * Scalar(0.5);
+    // Half the extent of the thinnest part.
+    for (const SweptBall& ball : solid->swept_balls()) {
+      const Scalar beyond = ball.radius * Scalar(1.25);
+      swept_beyond = swept_beyond > 0 ? std::min(swept_beyond, beyond) : beyond;
+    }
     still_limits = bullet::still_limits(settings, double(solid->extent()), double(solid->radius()));
   }
   set_state(record.state);

@@ -10,15 +10,13 @@
 namespace tessera::native {
 namespace {
 
-// A ball of this share of a swept body's extent is swept in its place.
-constexpr Scalar kSweptShare = Scalar(0.4);
-
 // A body as Bullet's queries want it.
 class Target {
  public:
-  explicit Target(const Body& body) {
+  explicit Target(const Body& body) : Target(body, body.pose) {}
+  Target(const Body& body, const Frame& at) {
     object_.setCollisionShape(body.solid->bullet());
-    object_.setWorldTransform(bt(body.pose));
+    object_.setWorldTransform(bt(at));
   }
   btCollisionObject& object() { return object_; }
 
@@ -42,70 +40,88 @@ std::vector<BodySlot> sorted(std::vector<BodySlot> found, const NativeWorld& wor
 
 }  // namespace
 
-std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, const Vector& to) const {
+// Two that move are swept in the frame of the other one.
+std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, bool without_clones) const {
   const Body& swept = body(slot);
-  const Vector& from = swept.start;
-  const Scalar radius = swept.solid->swept_extent() * kSweptShare;
-  const Box way{from.cwiseMin(to), from.cwiseMax(to)};
+  const Vector way = swept.next.position - swept.start;
+  const Box box =
+      Box{swept.start.cwiseMin(swept.next.position), swept.start.cwiseMax(swept.next.position)}.grown(
+          swept.solid->radius());
   std::vector<BodySlot> near;
-  broad_phase_.for_each_in(way.grown(radius), [&](BodySlot other) {
-    if (other != slot) near.push_back(other);
+  broad_phase_.for_each_in(box, [&](BodySlot other) {
+    if (other != slot && box.overlaps(body(other).box)) near.push_back(other);
   });
-  const std::vector<BodySlot> candidates =
-      sorted(std::move(near), *this, [&](const Body& other) { return is_wanted(swept, other); });
-  if (candidates.empty()) return std::nullopt;
-
-  const btSphereShape ball(radius);
-  // The ball does not rotate: the cast is then a pure translation.
-  const btTransform start(btMatrix3x3::getIdentity(), bt(from));
-  const btTransform end(btMatrix3x3::getIdentity(), bt(to));
-  bullet::NearestHit nearest(bt(Vector(to - from)));
+  const std::vector<BodySlot> candidates = sorted(std::move(near), *this, [&](const Body& other) {
+    return is_wanted(swept, other) && !(without_clones && other.role == Role::kClone);
+  });
   std::optional<SweepHit> hit;
   for (const BodySlot other : candidates) {
-    Target target(body(other));
-    nearest.object = nullptr;
-    btCollisionWorld::objectQuerySingle(&ball, start, end, &target.object(),
-                                        target.object().getCollisionShape(),
-                                        target.object().getWorldTransform(), nearest,
-                                        /*allowedPenetration=*/0);
-    if (nearest.object) hit = SweepHit{other, nearest.m_closestHitFraction, vector(nearest.normal)};
+    const Body& at = body(other);
+    const Vector other_way =
+        at.is_dynamic() && at.is_awake() ? Vector(at.next.position - at.start) : Vector(Vector::Zero());
+    sweep(swept, way - other_way, other, hit);
   }
   if (!hit || !(hit->fraction < 1)) return std::nullopt;
   return hit;
 }
 
-// A predicted contact: the solver lets the body move as far as the hit, and no farther, in this step.
+// Replaces `hit` where the body, on this way, meets the other one before.
+void NativeWorld::sweep(const Body& swept, const Vector& way, BodySlot other,
+                        std::optional<SweepHit>& hit) const {
+  const Body& at = body(other);
+  Target target(at, at.is_dynamic() ? Frame{at.pose.rotation, at.start} : at.pose);
+  bullet::NearestHit nearest(bt(way));
+  if (hit) nearest.m_closestHitFraction = btScalar(hit->fraction);
+  for (const SweptBall& from : swept.solid->swept_balls()) {
+    const Vector arm = swept.pose.rotation * from.centre;
+    const btSphereShape ball(from.radius);
+    // The ball does not rotate: the cast is then a pure translation.
+    const btTransform start(btMatrix3x3::getIdentity(), bt(Vector(swept.start + arm)));
+    const btTransform end(btMatrix3x3::getIdentity(), bt(Vector(swept.start + arm + way)));
+    nearest.object = nullptr;
+    btCollisionWorld::objectQuerySingle(&ball, start, end, &target.object(),
+                                        target.object().getCollisionShape(),
+                                        target.object().getWorldTransform(), nearest,
+                                        /*allowedPenetration=*/0);
+    if (nearest.object) hit = SweepHit{other, nearest.m_closestHitFraction, way, arm, vector(nearest.normal)};
+  }
+}
+
+// A predicted contact: the solver lets two bodies approach as far as the hit, and no farther, in this step.
 void NativeWorld::predict_contacts(std::span<BodySlot> fast, const ParallelFor& parallel) {
   if (fast.empty()) return;
-  // Two fast bodies may hit each other.
   std::sort(fast.begin(), fast.end(), [&](BodySlot a, BodySlot b) { return body(a).id < body(b).id; });
   std::vector<std::optional<SweepHit>> hits(fast.size());
   run_parallel(parallel, fast.size(),
-               [&](std::size_t n) { hits[n] = sweep(fast[n], body(fast[n]).next.position); });
+               [&](std::size_t n) { hits[n] = sweep(fast[n], /*without_clones=*/false); });
   for (std::size_t n = 0; n < fast.size(); ++n) {
-    const BodySlot slot = fast[n];
-    const std::optional<SweepHit>& hit = hits[n];
-    if (!hit) continue;
-    const Body& swept = body(slot);
-    const Vector way = swept.next.position - swept.pose.position;
-    const Body& other = body(hit->other);
-    const bool is_a = swept.id < other.id;
-    const Vector to_hit = way * hit->fraction;
-    Candidate& candidate = is_a ? candidate_of(slot, hit->other) : candidate_of(hit->other, slot);
-    if (candidate.contact == Candidate::kNone) {
-      candidate.contact = keep_contact(blank_contact(swept, other));
-    }
-    ContactPatch& patch = contacts_[static_cast<std::size_t>(candidate.contact)].patches.emplace_back();
-    patch.is_predicted = true;
-    patch.parts = ~std::uint64_t{0};
-    patch.normal = is_a ? hit->normal : Vector(-hit->normal);
-    patch.count = 1;
-    ContactPoint& point = patch.point[0];
-    const Vector on_other = other.pose.inverse(swept.pose.position + to_hit);
-    point.on_a = is_a ? Vector::Zero() : on_other;
-    point.on_b = is_a ? on_other : Vector::Zero();
-    point.gap = -to_hit.dot(hit->normal);
+    if (hits[n]) predict_contact(fast[n], *hits[n]);
   }
+}
+
+void NativeWorld::predict_contact(BodySlot slot, const SweepHit& hit) {
+  const Body& swept = body(slot);
+  const Body& other = body(hit.other);
+  const bool is_a = swept.id < other.id;
+  Candidate& candidate = is_a ? candidate_of(slot, hit.other) : candidate_of(hit.other, slot);
+  if (candidate.contact == Candidate::kNone) {
+    candidate.contact = keep_contact(blank_contact(swept, other));
+  }
+  Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
+  // Two fast bodies that hit each other are both swept.
+  if (!contact.patches.empty() && contact.patches.back().is_predicted) return;
+  ContactPatch& patch = contact.patches.emplace_back();
+  patch.is_predicted = true;
+  patch.parts = ~std::uint64_t{0};
+  patch.normal = is_a ? hit.normal : Vector(-hit.normal);
+  patch.count = 1;
+  ContactPoint& point = patch.point[0];
+  const Vector to_hit = hit.way * hit.fraction;
+  const Vector on_swept = swept.pose.rotation.transpose() * hit.arm;
+  const Vector on_other = other.pose.inverse(swept.start + hit.arm + to_hit);
+  point.on_a = is_a ? on_swept : on_other;
+  point.on_b = is_a ? on_other : on_swept;
+  point.gap = -to_hit.dot(hit.normal);
 }
 
 void NativeWorld::refresh_boxes() const {

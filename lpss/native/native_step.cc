@@ -74,25 +74,43 @@ bool NativeWorld::find_next(Body& body, double dt) const {
   return !body.jointed && is_swept(body);
 }
 
+// One that the solver has pushed far is squeezed, and may be deep in something.
 bool NativeWorld::is_swept(const Body& body) const {
+  constexpr Scalar kPushedShare = Scalar(0.2);
   if (!settings_.continuous_collision || body.swept_beyond <= 0) return false;
-  const Vector way = body.next.position - body.start;
-  return way.squaredNorm() > body.swept_beyond * body.swept_beyond;
+  const Scalar way = (body.next.position - body.start).squaredNorm();
+  const Scalar push = (body.pose.position - body.start).squaredNorm();
+  const Scalar most = body.swept_beyond * body.swept_beyond;
+  return way > most || push > most * (kPushedShare * kPushedShare);
 }
 
 void NativeWorld::stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, const ParallelFor& parallel) {
   if (fast.empty()) return;
   boxes_are_old_ = true;  // the solver has corrected poses
   refresh_boxes();
-  run_parallel(parallel, fast.size(), [&](std::size_t n) {
-    Body& swept = body(fast[n]);
-    if (const std::optional<SweepHit> hit = sweep(fast[n], swept.next.position)) {
+  // Where a clone goes is known to its own sector alone. What is stopped may be in the way of others: these
+  // are swept again.
+  constexpr int kRoundsMax = 8;
+  constexpr Scalar kSame = Scalar(0.99);  // of its way: it has been stopped here before
+  std::vector<std::optional<SweepHit>> hits(fast.size());
+  std::vector<Scalar> shares(fast.size(), Scalar(1));  // of their ways
+  bool is_stopped = true;
+  for (int round = 0; round < kRoundsMax && is_stopped; ++round) {
+    run_parallel(parallel, fast.size(),
+                 [&](std::size_t n) { hits[n] = sweep(fast[n], /*without_clones=*/true); });
+    is_stopped = false;
+    for (std::size_t n = 0; n < fast.size(); ++n) {
+      if (!hits[n] || (shares[n] < 1 && hits[n]->fraction > kSame)) continue;
+      Body& swept = body(fast[n]);
       const Vector way = swept.next.position - swept.start;
-      swept.foresee(dt * hit->fraction);
-      swept.next.position = swept.start + way * hit->fraction;
+      if (way.isZero(0)) continue;
+      shares[n] *= hits[n]->fraction;
+      swept.foresee(dt * shares[n]);
+      swept.next.position = swept.start + way * hits[n]->fraction;
       swept.fine.reset();
+      is_stopped = true;
     }
-  });
+  }
 }
 
 // True if the body had to be stopped.

@@ -70,8 +70,10 @@ class NativeWorld final : public SectorWorld {
  private:
   struct SweepHit {
     BodySlot other;
-    Scalar fraction;
-    Vector normal;  // on the other
+    Scalar fraction;  // of the way
+    Vector way;       // m, of the swept body, relative to the other one
+    Vector arm;       // m, from the centre of the swept body to that of the ball that hits, world axes
+    Vector normal;    // on the other
   };
 
   // What a loop over bodies notes of a piece of them.
@@ -121,7 +123,9 @@ class NativeWorld final : public SectorWorld {
   bool find_next(Body& body, double dt) const;
   bool move_on(Body& body, double dt) const;
   void stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, const ParallelFor& parallel);
-  std::optional<SweepHit> sweep(BodySlot swept, const Vector& to) const;
+  std::optional<SweepHit> sweep(BodySlot swept, bool without_clones) const;
+  void sweep(const Body& swept, const Vector& way, BodySlot other, std::optional<SweepHit>& hit) const;
+  void predict_contact(BodySlot swept, const SweepHit& hit);
   void keep_still_clock(Body& body, double dt) const;
 
   NativeEngine& engine_;

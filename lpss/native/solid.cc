@@ -15,6 +15,7 @@ namespace {
 
 constexpr Scalar kMarginMax = Scalar(0.02);   // m
 constexpr Scalar kMarginShare = Scalar(0.2);  // of the smallest extent
+constexpr Scalar kSweptShare = Scalar(0.4);   // of the smallest extent, the radius of a swept ball
 constexpr Scalar kFar = Scalar(1e5);          // m, beyond all that a sector's world holds
 // Beyond this, comparing all edges costs more than Bullet's GJK.
 constexpr std::size_t kPolyhedronVerticesMax = 32;
@@ -93,6 +94,7 @@ Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
       }
     }
     parts_.push_back(make_part(part, its));
+    if (!is_static) add_swept_ball(parts_.back(), Scalar(smallest_extent({{part}})));
   }
   const double extent = smallest_extent(shape);
   // Surfaces have no extent.
@@ -101,6 +103,16 @@ Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
   for (const Part& part : parts_) box_.extend(native::box_at(part, {}));
   extent_ = parts_.size() == 1 ? Scalar(extent) : (box_.high - box_.low).minCoeff();
   radius_ = box_.low.cwiseAbs().cwiseMax(box_.high.cwiseAbs()).norm();
+}
+
+void Solid::add_swept_ball(const Part& part, Scalar extent) {
+  if (!part.convex) return;
+  Vector middle = Vector::Zero();
+  if (part.polyhedron) {
+    for (const Vector& vertex : part.polyhedron->vertices) middle += vertex;
+    middle /= Scalar(part.polyhedron->vertices.size());
+  }
+  swept_balls_.push_back({part.frame * middle, extent * kSweptShare});
 }
 
 Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {

@@ -38,6 +38,11 @@ struct Part {
   const Terrain* terrain = nullptr;
 };
 
+struct SweptBall {
+  Vector centre;
+  Scalar radius;  // m; 0.4 of the smallest extent
+};
+
 // Immutable; shared by all bodies of a shape and centre frame.
 class Solid {
  public:
@@ -54,9 +59,9 @@ class Solid {
   // m, the smallest one; of compounds, that of their box; 0 for surfaces.
   Scalar extent() const { return extent_; }
 
-  // The scale for sweeps, in metres; 0 for shapes that are not swept: compounds (a ring's centre is outside
-  // of it, and only a ball at the centre is swept) and surfaces.
-  Scalar swept_extent() const { return bullet_.swept_extent(); }
+  // What is swept in the place of the shape: a ball in the middle of each of its convex parts. In the centre
+  // frame; none for surfaces.
+  const std::vector<SweptBall>& swept_balls() const { return swept_balls_; }
 
   // m, of a ball around the centre; for surfaces, too large to matter.
   Scalar radius() const { return radius_; }
@@ -75,12 +80,14 @@ class Solid {
 
  private:
   Part make_part(const ShapePart& part, const btCollisionShape* bullet);
+  void add_swept_ball(const Part& part, Scalar extent);
 
   bullet::CollisionShape bullet_;
   Frame offset_;
   std::vector<Part> parts_;
   std::vector<std::unique_ptr<collision::Polyhedron<Scalar>>> polyhedra_;
   std::vector<std::unique_ptr<Terrain>> terrains_;
+  std::vector<SweptBall> swept_balls_;
   Box box_;  // of all parts, in the centre frame
   Scalar margin_ = 0;
   Scalar extent_ = 0;
