@@ -9,7 +9,7 @@
 namespace tessera {
 
 enum class SeamPolicy : std::uint8_t {
-  kIsland,  // contacts are found in sectors; each island is solved as a unit, over any number of sectors
+  kIsland,  // contacts are found in sectors and solved in one order over all of them
   kClone,   // the paper's Cloning Manager: every sector solves its own bodies and its clones
 };
 

@@ -76,7 +76,7 @@ inline constexpr auto kSettings = std::to_array<WorldSetting>({
     {"precision", &WorldSettings::precision, "", 0, 0, "floating-point precision of the physics engine"},
     {"time_step", &WorldSettings::time_step, "s", kTimeStepMin, kTimeStepMax, "simulated time of a tick"},
     {"seams", &WorldSettings::seams, "", 0, 0,
-     "at borders, solve each island as a unit (`island`), or let every sector solve its own bodies and clones of "
+     "solve contacts in one order across borders (`island`), or let every sector solve its own bodies and clones of "
      "others, as in the paper (`clone`)"},
     {"clone_depth", &WorldSettings::clone_depth, "contacts", 0, kCloneDepthMax,
      "with `clone`: how many contacts deep bodies are cloned; 1: as in the paper; 0: no clones"},
