@@ -1,7 +1,5 @@
 #include "lpss/native/narrow_phase.h"
 
-#include <BulletCollision/CollisionShapes/btTriangleShape.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -333,13 +331,12 @@ Scalar NarrowPhase::distance(const Solid& p, const Frame& p_at, const Solid& q, 
       const Frame at = posed(convex, is_convex(i.kind) ? p_at : q_at);
       const Frame other_at = posed(other, is_convex(i.kind) ? q_at : p_at);
       if (is_convex(other.kind)) {
-        least = std::min(least, native::distance(*convex.convex, at, *other.convex, other_at, reach));
+        least = std::min(least, native::distance(convex, at, other, other_at, reach));
         continue;
       }
       if (other.kind == Kind::kPlane) {
         const Vector up = other_at.rotation * other.normal;
-        const Vector lowest =
-            at * vector(convex.convex->localGetSupportingVertex(bt(Vector(at.rotation.transpose() * -up))));
+        const Vector lowest = at * farthest(convex, Vector(at.rotation.transpose() * -up));
         least = std::min(least, up.dot(lowest - other_at.position));
         continue;
       }
@@ -347,10 +344,7 @@ Scalar NarrowPhase::distance(const Solid& p, const Frame& p_at, const Solid& q, 
       Terrain::List triangles;
       other.terrain->near(seen_from_b(convex.box, placement).grown(reach), triangles);
       for (const Terrain::Found& found : triangles) {
-        btTriangleShape triangle(bt(found.triangle.vertex[0]), bt(found.triangle.vertex[1]),
-                                 bt(found.triangle.vertex[2]));
-        triangle.setMargin(0);
-        least = std::min(least, native::distance(*convex.convex, at, triangle, other_at, reach));
+        least = std::min(least, native::distance(convex, at, found.triangle, other_at, reach));
       }
     }
   }

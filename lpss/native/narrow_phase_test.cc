@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <tuple>
 
 namespace tessera::native {
 namespace {
@@ -92,6 +95,43 @@ TEST(NarrowPhaseTest, AHullOfManyCornersStandsOnAFace) {
     ASSERT_EQ(contact.patches.size(), 1u) << ground.index();
     EXPECT_GE(contact.patches[0].count, 3) << ground.index();
     EXPECT_NEAR(contact.patches[0].normal.z(), -1, 1e-3) << ground.index();
+  }
+}
+
+// Bullet's GJK rounds edges and corners off by its margin, some centimetres of shapes of this size.
+TEST(NarrowPhaseTest, CornersAndRimsTouchWhereTheyAre) {
+  ConvexHull drum;
+  for (int n = 0; n < 48; ++n) {
+    for (const double z : {-0.5, 0.5})
+      drum.points.push_back({0.5 * std::cos(n * M_PI / 24), 0.5 * std::sin(n * M_PI / 24), z});
+  }
+  const std::pair<Geometry, Scalar> grounds[] = {
+      {Plane{}, 0}, {tessera::Box{{8, 8, 2}}, -1}, {Cylinder{4, 2}, -1}};
+  const Geometry shapes[] = {tessera::Box{}, Cylinder{0.5, 1}, drum};
+  for (const auto& [ground, height] : grounds) {
+    const Body floor = body(1, ground, {0, 0, height}, Motion::kStatic);
+    for (const Geometry& shape : shapes) {
+      for (const Scalar tilt : {Scalar(0.3), Scalar(0.6), Scalar(0.9), Scalar(1.3)}) {
+        Body tilted = body(2, shape, Vector::Zero());
+        tilted.pose.rotation = (Eigen::AngleAxis<Scalar>(tilt, Vector(2, 1, 0).normalized()) *
+                                Eigen::AngleAxis<Scalar>(Scalar(0.4), Vector::UnitZ()))
+                                   .toRotationMatrix();
+        const Vector down = tilted.pose.rotation.transpose() * -Vector::UnitZ();
+        const Scalar reach = farthest(tilted.solid->parts()[0], down).dot(down);
+        tilted.pose.position.z() = reach - Scalar(0.005);
+        NarrowPhase phase;
+        Contact contact;
+        phase.update(floor, tilted, contact);
+        const std::string where =
+            testing::PrintToString(std::tuple(ground.index(), shape.index(), double(tilt)));
+        ASSERT_EQ(contact.patches.size(), 1u) << where;
+        Scalar least = 1;
+        for (int n = 0; n < contact.patches[0].count; ++n)
+          least = std::min(least, contact.patches[0].point[n].gap);
+        EXPECT_NEAR(least, -0.005, 0.0011) << where;
+        EXPECT_NEAR(contact.patches[0].normal.z(), -1, 1e-3) << where;
+      }
+    }
   }
 }
 

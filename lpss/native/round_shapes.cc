@@ -42,8 +42,10 @@ struct Nearest {
   Scalar gap = 0;
 };
 
-std::optional<Nearest> nearest(const btConvexShape& a, const Frame& at_a, const btConvexShape& b,
-                               const Frame& at_b, Scalar margin) {
+// GJK sees the shapes without their edges and corners, which gives it steady normals: it tells the direction,
+// and the shapes themselves how far they are apart in it.
+std::optional<Nearest> nearest(const Part& a, const Frame& at_a, const Part& b, const Frame& at_b,
+                               Scalar margin) {
   struct Output final : btDiscreteCollisionDetectorInterface::Result {
     void setShapeIdentifiersA(int, int) override {}
     void setShapeIdentifiersB(int, int) override {}
@@ -55,15 +57,33 @@ std::optional<Nearest> nearest(const btConvexShape& a, const Frame& at_a, const 
   } output;
   btVoronoiSimplexSolver simplex;
   btGjkEpaPenetrationDepthSolver penetration;
-  btGjkPairDetector detector(&a, &b, &simplex, &penetration);
+  btGjkPairDetector detector(a.convex, b.convex, &simplex, &penetration);
   btGjkPairDetector::ClosestPointInput input;
   input.m_transformA = bt(at_a);
   input.m_transformB = bt(at_b);
-  const btScalar reach = a.getMargin() + b.getMargin() + margin;
+  const btScalar reach =
+      a.convex->getMargin() + b.convex->getMargin() + a.rounded_off + b.rounded_off + margin;
   input.m_maximumDistanceSquared = reach * reach;
   detector.getClosestPoints(input, output, nullptr);
-  if (!output.found || !(output.found->gap <= margin)) return std::nullopt;
-  return output.found;
+  if (!output.found) return std::nullopt;
+  Nearest found = *output.found;
+  const auto reaches = [&](const Part& part, const Frame& at, const Vector& direction) {
+    return found.normal.dot(at * farthest(part, Vector(at.rotation.transpose() * direction)));
+  };
+  const Scalar at_a_end = reaches(a, at_a, -found.normal);
+  const Scalar at_b_end = reaches(b, at_b, found.normal);
+  found.gap = at_a_end - at_b_end;
+  if (!(found.gap <= margin)) return std::nullopt;
+  found.on_a += found.normal * (at_a_end - found.normal.dot(found.on_a));
+  found.on_b += found.normal * (at_b_end - found.normal.dot(found.on_b));
+  return found;
+}
+
+Part part_of(const btTriangleShape& triangle) {
+  Part part;
+  part.kind = Part::Kind::kRound;
+  part.convex = &triangle;
+  return part;
 }
 
 // A line along the side of a shape.
@@ -234,7 +254,7 @@ class AboveFace {
       : a_(a), b_(b), placement_(placement) {
     lowest_.normal = up;
     const Vector down = placement.a.transpose() * -up;
-    lowest_.on_a = placement.a * vector(a.convex->localGetSupportingVertex(bt(down)));
+    lowest_.on_a = placement.a * farthest(a, down);
     lowest_.gap = up.dot(lowest_.on_a - (placement.b * b.vertex[0] + placement.offset));
     lowest_.on_b = lowest_.on_a - up * lowest_.gap;
   }
@@ -282,7 +302,7 @@ class AboveFace {
 Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Scalar>& placement,
                                Scalar margin) {
   const std::optional<Nearest> found =
-      nearest(*a.convex, {placement.a, Vector::Zero()}, *b.convex, {placement.b, placement.offset}, margin);
+      nearest(a, {placement.a, Vector::Zero()}, b, {placement.b, placement.offset}, margin);
   if (!found) return {};
   const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
   const Side side_b = side_of(b, placement.b.transpose() * found->normal);
@@ -302,7 +322,7 @@ Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
   btTriangleShape triangle(bt(b.vertex[0]), bt(b.vertex[1]), bt(b.vertex[2]));
   triangle.setMargin(0);
   const std::optional<Nearest> found =
-      nearest(*a.convex, {placement.a, Vector::Zero()}, triangle, {placement.b, placement.offset}, margin);
+      nearest(a, {placement.a, Vector::Zero()}, part_of(triangle), {placement.b, placement.offset}, margin);
   if (!found) return {};
   const Vector local = placement.b.transpose() * found->normal * side;
   if (local.dot(b.normal) <= 0 || belongs_to_neighbour(b, local)) return above.touch(found->gap, margin);
@@ -341,7 +361,7 @@ Manifold<Scalar> collide_plane(const Part& a, const Vector& normal, const Placem
     }
     Scalar least = std::numeric_limits<Scalar>::max();
     for (const Point& point : points) least = std::min(least, point.gap);
-    const Vector lowest = placement.a * vector(a.convex->localGetSupportingVertex(bt(down)));
+    const Vector lowest = placement.a * farthest(a, down);
     if (up.dot(lowest - placement.offset) < least - kDeeper * margin) add(lowest, kNearest);
   }
   Manifold<Scalar> manifold;
@@ -350,10 +370,16 @@ Manifold<Scalar> collide_plane(const Part& a, const Vector& normal, const Placem
   return manifold;
 }
 
-Scalar distance(const btConvexShape& a, const Frame& at_a, const btConvexShape& b, const Frame& at_b,
-                Scalar reach) {
+Scalar distance(const Part& a, const Frame& at_a, const Part& b, const Frame& at_b, Scalar reach) {
   const std::optional<Nearest> found = nearest(a, at_a, b, at_b, reach);
   return found ? found->gap : std::numeric_limits<Scalar>::max();
+}
+
+Scalar distance(const Part& a, const Frame& at_a, const MeshTriangle<Scalar>& b, const Frame& at_b,
+                Scalar reach) {
+  btTriangleShape triangle(bt(b.vertex[0]), bt(b.vertex[1]), bt(b.vertex[2]));
+  triangle.setMargin(0);
+  return distance(a, at_a, part_of(triangle), at_b, reach);
 }
 
 }  // namespace tessera::native

@@ -20,7 +20,8 @@ collision::Manifold<Scalar> collide_plane(const Part& a, const Vector& normal,
                                           const collision::Placement<Scalar>& placement, Scalar margin);
 
 // m, between two convex shapes; larger than `reach` if they are farther apart.
-Scalar distance(const btConvexShape& a, const Frame& at_a, const btConvexShape& b, const Frame& at_b,
+Scalar distance(const Part& a, const Frame& at_a, const Part& b, const Frame& at_b, Scalar reach);
+Scalar distance(const Part& a, const Frame& at_a, const collision::MeshTriangle<Scalar>& b, const Frame& at_b,
                 Scalar reach);
 
 }  // namespace tessera::native

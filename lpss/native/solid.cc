@@ -3,11 +3,13 @@
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <variant>
 
 namespace tessera::native {
@@ -50,7 +52,49 @@ Box box_of_points(const std::vector<Vector>& points) {
 
 Box around(const Vector& half) { return {-half, half}; }
 
+bool is_cylinder(const Part& part) {
+  return part.kind == Part::Kind::kRound && part.convex->getShapeType() == CYLINDER_SHAPE_PROXYTYPE;
+}
+
+// Of Part, for one whose other members are set. At most so much, for hulls.
+Scalar rounded_off(const Part& part) {
+  const Scalar margin = part.convex->getMargin();
+  if (part.kind == Part::Kind::kBox) return (Scalar(std::numbers::sqrt3) - 1) * margin;
+  if (is_cylinder(part)) return (Scalar(std::numbers::sqrt2) - 1) * margin;
+  if (!part.polyhedron) return 0;
+  const auto* core = static_cast<const btConvexHullShape*>(part.convex);
+  Scalar most = 0;
+  for (const Vector& vertex : part.polyhedron->vertices) {
+    Scalar least = std::numeric_limits<Scalar>::max();
+    for (int n = 0; n < core->getNumPoints(); ++n)
+      least = std::min(least, (vector(core->getScaledPoint(n)) - vertex).squaredNorm());
+    most = std::max(most, std::sqrt(least) - margin);
+  }
+  return most;
+}
+
 }  // namespace
+
+Vector farthest(const Part& part, const Vector& direction) {
+  if (part.kind == Part::Kind::kBox) {
+    const Vector& half = part.cuboid.half;
+    return {std::copysign(half.x(), direction.x()), std::copysign(half.y(), direction.y()),
+            std::copysign(half.z(), direction.z())};
+  }
+  if (part.polyhedron) {
+    const std::vector<Vector>& vertices = part.polyhedron->vertices;
+    return *std::max_element(vertices.begin(), vertices.end(), [&](const Vector& x, const Vector& y) {
+      return x.dot(direction) < y.dot(direction);
+    });
+  }
+  if (is_cylinder(part)) {
+    const Vector half = vector(static_cast<const btCylinderShape*>(part.convex)->getHalfExtentsWithMargin());
+    const Scalar side = std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
+    const Scalar scale = side > 0 ? half.x() / side : 0;
+    return {direction.x() * scale, direction.y() * scale, std::copysign(half.z(), direction.z())};
+  }
+  return vector(part.convex->localGetSupportingVertex(bt(direction)));
+}
 
 Box box_at(const Part& part, const Frame& body) {
   const Frame at = part.is_placed ? body * part.frame : body;
@@ -183,6 +227,7 @@ Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
   } else {
     set_round();
   }
+  if (part.convex) part.rounded_off = rounded_off(part);
   return part;
 }
 

@@ -35,6 +35,8 @@ struct Part {
   const collision::Polyhedron<Scalar>* polyhedron = nullptr;  // of hulls, also large ones: their faces
   Vector normal = Vector::UnitZ();                            // of a plane, pointing out
   const btConvexShape* convex = nullptr;                      // of all convex kinds
+  // m, how far edges and corners reach out of `convex`, whose margin rounds them off.
+  Scalar rounded_off = 0;
   const Terrain* terrain = nullptr;
 };
 
@@ -96,5 +98,9 @@ class Solid {
 
 // The box of a part posed by `frame`, that of its body.
 Box box_at(const Part& part, const Frame& frame);
+
+// The point of a convex part that is farthest in a direction, both in the part's frame; with the edges and
+// corners that Bullet rounds off.
+Vector farthest(const Part& part, const Vector& direction);
 
 }  // namespace tessera::native
