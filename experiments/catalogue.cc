@@ -5,6 +5,7 @@
 #include "experiments/paper/instances.h"
 #include "experiments/paper/overhead.h"
 #include "experiments/paper/stacks.h"
+#include "experiments/performance/idle.h"
 #include "experiments/performance/performance.h"
 #include "experiments/performance/scaling.h"
 #include "experiments/requirements/requirements.h"
@@ -19,7 +20,8 @@ const std::vector<Experiment>& all_experiments() {
        measure_distance},
       {"extremes",
        "The limits of the input range: distances, masses, sizes, speeds, spins, steps, inputs, ages.",
-       measure_extremes},
+       measure_extremes, /*has_scenes=*/true},
+      {"idle", "What a million sectors cost in which everything sleeps: time and memory.", measure_idle},
       {"instances", "The cost of dividing 128 bodies among up to 128 sectors: time and memory.",
        measure_instances},
       {"overhead", "The time of a tick by phase, for 128 to 32,768 bodies, compared with plain Bullet.",

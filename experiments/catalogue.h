@@ -14,6 +14,7 @@ struct ExperimentOptions {
   Precision precision = Precision::kFloat32;
   bool quick = false;
   std::string worlds;  // folder with worlds of other projects; empty: none
+  std::string only;    // of experiments with scenes: those whose "group name" contains this; empty: all
 };
 
 struct Experiment {
@@ -23,6 +24,8 @@ struct Experiment {
   // Call in a process that has loaded no engine, or the one for `options.precision`. Errors: CANCELLED, those
   // of the worlds.
   std::function<absl::StatusOr<Report>(const ExperimentOptions& options, const Progress& progress)> measure;
+
+  bool has_scenes = false;  // ExperimentOptions::only chooses among them
 };
 
 const std::vector<Experiment>& all_experiments();

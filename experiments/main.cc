@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "cli/application.h"
 #include "cli/command.h"
@@ -24,6 +25,7 @@ namespace {
 struct CommandOptions {
   std::optional<Precision> precision;
   bool quick = false;
+  std::string only;
   std::filesystem::path json;
   std::filesystem::path csv;
 };
@@ -66,6 +68,7 @@ absl::Status measure(const Experiment& experiment, const CommandOptions& command
     ExperimentOptions options;
     options.precision = precision;
     options.quick = command.quick;
+    options.only = command.only;
     options.worlds = folder == nullptr ? "" : folder;
     absl::StatusOr<Report> part = in_own_process([&] {
       return cli::with_bar(experiment.name,
@@ -85,6 +88,8 @@ void add_experiment(CLI::App& app, const Experiment& experiment, cli::Action& ac
   const auto options = std::make_shared<CommandOptions>();
   add_parsed(command, "--engine", options->precision, cli::parse_precision, "f32 or f64; default: both");
   command.add_flag("--quick", options->quick, "fewer or shorter runs");
+  if (experiment.has_scenes)
+    command.add_option("--only", options->only, "only the scenes whose `group name` contains this text");
   add_parsed(command, "--json", options->json, cli::parse_output_file, "write all tables to this file");
   add_parsed(command, "--csv", options->csv, cli::parse_output_file,
              "write the rows to this file, other tables to FILE_table next to it");

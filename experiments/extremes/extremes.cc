@@ -1,6 +1,11 @@
 #include "experiments/extremes/extremes.h"
 
+#include <absl/status/status.h>
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+
 #include <iterator>
+#include <vector>
 
 #include "experiments/extremes/row.h"
 
@@ -20,7 +25,13 @@ std::vector<Scene> all_scenes() {
 }  // namespace extremes
 
 absl::StatusOr<Report> measure_extremes(const ExperimentOptions& options, const Progress& progress) {
-  const std::vector<extremes::Scene> scenes = extremes::all_scenes();
+  std::vector<extremes::Scene> scenes = extremes::all_scenes();
+  std::erase_if(scenes, [&](const extremes::Scene& scene) {
+    return !absl::StrContains(absl::StrCat(scene.group, " ", scene.name), options.only);
+  });
+  if (scenes.empty())
+    return absl::InvalidArgumentError(
+        absl::StrCat("No scene's \"group name\" contains \"", options.only, "\"."));
   ProgressCount count(progress, scenes.size());
   Report report;
   for (const extremes::Scene& scene : scenes) {
