@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <variant>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/base/rotation.h"
@@ -33,6 +34,7 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
       mask(record.properties.mask),
       assembly(record.properties.assembly),
       feels_gravity(record.properties.gravity),
+      is_pulled_evenly(std::holds_alternative<UniformGravity>(settings.gravity)),
       friction(Scalar(record.properties.friction)),
       restitution(Scalar(record.properties.restitution)),
       solid(std::move(s)) {
@@ -104,6 +106,13 @@ Vector Body::gyroscopic_push(Scalar dt) const {
   return r * (Vector(wrong.dot(p), wrong.dot(slope.col(2).cross(slope.col(0))),
                      wrong.dot(slope.col(0).cross(slope.col(1)))) /
               -determinant);
+}
+
+void Body::coast(Scalar dt) {
+  const Vector push = linear_push(dt);
+  linear += push;
+  angular += angular_push(dt);
+  if (is_pulled_evenly) pose.position -= push * (dt / 2);
 }
 
 namespace {

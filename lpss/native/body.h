@@ -44,6 +44,11 @@ struct Body {
   // whose solver knows where they turn to; foresee() has it for all others.
   Vector gyroscopic_push(Scalar dt) const;
 
+  // Free flight: the velocities at the end of a tick, and the position from which they lead there in `dt`
+  // seconds. Where the pull is the same all along the way, so that a body falls as it should, x = v t - a t^2
+  // / 2 with v at the end; around a planet x = v t, which keeps orbits (symplectic Euler).
+  void coast(Scalar dt);
+
   // Sets `next` and `next_angular`.
   void foresee(Scalar dt);
 
@@ -81,6 +86,7 @@ struct Body {
   std::uint32_t mask;
   std::uint64_t assembly;
   bool feels_gravity;
+  bool is_pulled_evenly;  // gravity is the same everywhere
   bool flies_fine;
   bool jointed = false;
   bool has_left = false;                    // its enlarged box, in this detection

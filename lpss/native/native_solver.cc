@@ -150,14 +150,19 @@ void NativeSolver::solve_stage(int sweep, std::size_t stage) {
 void NativeSolver::end() {
   contacts_.end(patches_);
   find_corrections();
+  find_pushed();
   write_impulses();
   write_bodies();
   clear_places(*task_);
 }
 
-// In a relaxed sweep gaps move on by how the bodies advanced, too.
+// In a relaxed sweep gaps move on by how the bodies advanced, too, and rebounds depend on how they met.
+bool NativeSolver::needs_advance(int sweep) const {
+  return sweep % passes_ == passes_ - 1 || sweep == steps_ * passes_;
+}
+
 std::size_t NativeSolver::motion_size(int sweep) const {
-  return (is_relaxed(sweep) ? 12 : 6) * sizeof(Scalar);
+  return (needs_advance(sweep) ? 12 : 6) * sizeof(Scalar);
 }
 
 void NativeSolver::append_motion(int sweep, std::size_t body, std::string& bytes) const {
@@ -167,7 +172,7 @@ void NativeSolver::append_motion(int sweep, std::size_t body, std::string& bytes
     write(motion.angular);
   };
   append(contacts_.raw_motion(body));
-  if (is_relaxed(sweep)) append(contacts_.raw_advance(body));
+  if (needs_advance(sweep)) append(contacts_.raw_advance(body));
 }
 
 void NativeSolver::set_motion(int sweep, std::size_t body, std::string_view bytes) {
@@ -181,7 +186,7 @@ void NativeSolver::set_motion(int sweep, std::size_t body, std::string_view byte
     return motion;
   };
   contacts_.set_raw_motion(body, next());
-  if (is_relaxed(sweep)) contacts_.set_raw_advance(body, next());
+  if (needs_advance(sweep)) contacts_.set_raw_advance(body, next());
 }
 
 void NativeSolver::add_body(Body& body) {
@@ -230,6 +235,9 @@ void NativeSolver::add_contact(const WorldPair& place) {
                         from.impulse};
     }
   }
+  // Near what they do not bounce on, bodies fall by what a step of the solver makes of it, which damps
+  // rattling.
+  if (contact.restitution > 0) return;
   for (const std::size_t side : places) {
     if (side < is_pushed_.size()) is_pushed_[side] = true;
   }
@@ -291,6 +299,17 @@ void NativeSolver::find_corrections() {
   }
 }
 
+// A body whose contacts would bounce, but bear nothing, is in free flight.
+void NativeSolver::find_pushed() {
+  for (const Contacts::Patch& patch : patches_) {
+    const auto bears = [](const Contacts::Point& point) { return point.impulse > 0; };
+    if (std::none_of(patch.point, patch.point + patch.points, bears)) continue;
+    for (const std::size_t side : {patch.a, patch.b}) {
+      if (side < is_pushed_.size()) is_pushed_[side] = true;
+    }
+  }
+}
+
 void NativeSolver::write_impulses() const {
   for (const Source& source : sources_) {
     double load = 0;
@@ -318,16 +337,13 @@ void NativeSolver::write_bodies() const {
 // The body then moves on by the velocities that it ends with: what is corrected here is all but that.
 void NativeSolver::write_body(std::size_t place) const {
   Body& body = *dynamics_[place];
-  const Contacts::Body& before = bodies_[place];
-  // Bodies without rows move as in free flight, bit for bit.
-  if (!is_pushed_[place]) {
-    body.linear += before.linear_force;
-    body.angular += before.angular_force;
-    return;
+  if (is_pushed_[place]) {
+    const Contacts::Motion change = contacts_.change(place);
+    body.linear += change.linear;
+    body.angular += change.angular;
+  } else {
+    body.coast(Scalar(dt_));
   }
-  const Contacts::Motion change = contacts_.change(place);
-  body.linear += change.linear;
-  body.angular += change.angular;
   // What is still being pushed out of an overlap does not rest, however slow it is.
   const Scalar pushed_max = body.still_limits.linear * Scalar(dt_);
   if (corrections_[place].linear.squaredNorm() > pushed_max * pushed_max) body.still_for = 0;

@@ -6,6 +6,7 @@
 #include <LinearMath/btVector3.h>
 #include <absl/container/flat_hash_map.h>
 
+#include <span>
 #include <vector>
 
 #include "lpss/bullet/joint_solver.h"
@@ -34,6 +35,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   using Contacts = ContactSolver<Scalar>;
 
   int begin(const SolveTask& task, double dt, const Stages& stages, const ParallelFor& parallel);
+  bool needs_advance(int sweep) const;
   bool is_relaxed(int sweep) const { return sweep < steps_ * passes_ && sweep % passes_ == passes_ - 1; }
   void add_body(Body& body);
   std::size_t place_of(const WorldBody& body);
@@ -42,6 +44,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   template <typename Act>
   void with_joints(Act act);
   void find_corrections();
+  void find_pushed();
   void write_impulses() const;
   void write_bodies() const;
   void write_body(std::size_t place) const;
@@ -67,7 +70,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   bullet::JointSolver joints_;
   std::vector<Body*> dynamics_;  // they come first
   std::vector<Contacts::Body> bodies_;
-  std::vector<bool> is_pushed_;  // has rows
+  std::vector<bool> is_pushed_;  // by joints and contacts
   absl::flat_hash_map<const Body*, std::size_t> kinematics_;
   std::size_t fixed_ = 0;  // the place of what neither moves nor can be pushed
   std::vector<Contacts::Patch> patches_;

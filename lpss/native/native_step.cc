@@ -23,15 +23,11 @@ bool stop_runaway(Body& body) {
 
 }  // namespace
 
-// The same bits as in the solver for a body without rows.
+// The same bits as in the solver for a body that nothing pushes.
 void NativeWorld::fly(BodySlot slot, double dt) {
   Body& flier = body(slot);
-  const auto step = Scalar(dt);
-  flier.angular += flier.angular_push(step);
-  if (!flier.flies_fine) {
-    flier.linear += flier.linear_push(step);
-    return;
-  }
+  if (!flier.flies_fine) return flier.coast(Scalar(dt));
+  flier.angular += flier.angular_push(Scalar(dt));
   if (!flier.fine) flier.fine = flier.rounded();
   flier.fine->velocity += (flier.force.cast<double>() * double(flier.inverse_mass)) * dt;
   flier.linear = flier.fine->velocity.cast<Scalar>();

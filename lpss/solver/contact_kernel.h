@@ -372,13 +372,22 @@ class Kernel {
     });
   }
 
-  // Two that have touched part with the share of the speed at which they met.
+  // Two that have touched part with the share of the speed at which they met: that before the tick, and what
+  // forces did on the way since, v^2 = v0^2 + 2 a s.
   static void rebound(const Rows& rows) {
     for_each(rows, [&](const Group& group, const Friction& f, Row* row, Motion& p, Motion& q) {
       const V zero = V{};
+      const Motion force_a = gather_motion(rows.forces, group.a);
+      const Motion force_b = gather_motion(rows.forces, group.b);
+      const Motion before_a = gather_motion(rows.advanced, group.a);
+      const Motion before_b = gather_motion(rows.advanced, group.b);
       for (int k = 0; k < group.points; ++k) {
         Row& r = row[k];
-        const V wanted = -r.start > splat(rows.bounce_from) ? f.restitution * -r.start : zero;
+        const V approach = max(-r.start - relative(r.normal, r.a, r.b, before_a, before_b), zero);
+        const V way = min(approach, -r.approach_max) * rows.time_step;
+        const V pull = relative(r.normal, r.a, r.b, force_a, force_b) / splat(rows.step);
+        const V met = root(max(r.start * r.start - 2 * pull * way, zero));
+        const V wanted = -r.start > splat(rows.bounce_from) ? f.restitution * met : zero;
         const V missing = wanted - (r.start + relative(r.normal, r.a, r.b, p, q));
         V impulse = max(r.impulse + missing * r.mass, zero);
         impulse = wanted > zero ? impulse : r.impulse;

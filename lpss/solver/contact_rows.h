@@ -66,6 +66,7 @@ struct ImpulseLanes {
 template <typename Scalar>
 struct ContactRows {
   RowBody<Scalar>* bodies;
+  const RowBody<Scalar>* forces;    // what they add in a step
   const RowBody<Scalar>* advanced;  // as bodies moved in this step
   std::int32_t still;               // the place of what cannot be pushed, which is never written
   std::size_t groups;               // of patches, a lane each, that share no body but `still`

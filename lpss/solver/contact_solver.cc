@@ -110,13 +110,15 @@ void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> 
 
   terms_.resize(bodies.size());
   moving_.resize(bodies.size() + 1);
-  forces_.resize(bodies.size());
+  forces_.resize(bodies.size() + 1);
   advanced_.resize(bodies.size() + 1);
   correction_.resize(bodies.size());
   for_each_body([&](std::size_t n) { begin_body(n); });
   moving_[bodies.size()] = {};
+  forces_[bodies.size()] = {};
   advanced_[bodies.size()] = {};
   rows_.bodies = moving_.data();
+  rows_.forces = forces_.data();
   rows_.advanced = advanced_.data();
   rows_.still = static_cast<std::int32_t>(bodies.size());
 
@@ -295,7 +297,8 @@ void ContactSolver<Scalar>::advance() {
   std::copy_n(moving_.data(), bodies_.size(), advanced_.data());
 }
 
-// The way of the biased passes without that of the velocities that stay is what opened overlaps.
+// The way of the biased passes without that of the velocities that stay is what opened overlaps. These are
+// then how bodies move until they rebound.
 template <typename Scalar>
 void ContactSolver<Scalar>::end_step() {
   for_each_body([&](std::size_t n) {
@@ -303,6 +306,7 @@ void ContactSolver<Scalar>::end_step() {
       correction_[n].linear[axis] += (advanced_[n].linear[axis] - moving_[n].linear[axis]) * rows_.step;
       correction_[n].angular[axis] += (advanced_[n].angular[axis] - moving_[n].angular[axis]) * rows_.step;
     }
+    advanced_[n] = moving_[n];
   });
 }
 
@@ -356,7 +360,11 @@ void ContactSolver<Scalar>::set_change(std::size_t body, const Motion& change) {
 
 template <typename Scalar>
 auto ContactSolver<Scalar>::correction(std::size_t body) const -> Motion {
-  const RowBody<Scalar>& way = correction_[body];
+  RowBody<Scalar> way = correction_[body];
+  for (int axis = 0; axis < 3; ++axis) {
+    way.linear[axis] += (advanced_[body].linear[axis] - moving_[body].linear[axis]) * rows_.time_step;
+    way.angular[axis] += (advanced_[body].angular[axis] - moving_[body].angular[axis]) * rows_.time_step;
+  }
   return {Vector(way.linear), unscaled(body, way.angular)};
 }
 

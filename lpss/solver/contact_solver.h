@@ -129,8 +129,9 @@ class ContactSolver : public SolverTypes<Scalar> {
   void set_raw_motion(std::size_t body, const RowBody<Scalar>& motion) { moving_[body] = motion; }
   void set_raw_advance(std::size_t body, const RowBody<Scalar>& motion) { advanced_[body] = motion; }
 
-  // What corrected overlaps beyond the motion by the velocities that stay (m, rad): a body moves by this and
-  // by its final velocities, which conserves the energy of falls and orbits.
+  // What corrected overlaps beyond the motion by the velocities that stay (m, rad), less the way of what they
+  // changed by in rebounds: a body that bounces ends the tick where it touches. A body moves by this and by
+  // its final velocities, which conserves the energy of falls and orbits.
   Motion correction(std::size_t body) const;
 
  private:
@@ -159,11 +160,11 @@ class ContactSolver : public SolverTypes<Scalar> {
   std::vector<std::size_t> waves_;
   std::vector<std::size_t> first_wave_;  // by stage, and the number of all
   std::vector<std::size_t> wave_of_;     // by body: the last wave that pushes it
-  // By body; one more in `moving_`, for all that cannot be pushed.
+  // By body; one more in `moving_`, `forces_` and `advanced_`, for all that cannot be pushed.
   AlignedArray<RowBodyTerms<Scalar>> terms_;
   AlignedArray<RowBody<Scalar>> moving_;
   AlignedArray<RowBody<Scalar>> forces_;      // in a step
-  AlignedArray<RowBody<Scalar>> advanced_;    // moving_, as bodies move in a step
+  AlignedArray<RowBody<Scalar>> advanced_;    // moving_, as bodies move in a step, or before they rebound
   AlignedArray<RowBody<Scalar>> correction_;  // m, and rad in scaled axes
   // Laid out by the kernel.
   AlignedArray<std::byte> group_storage_;

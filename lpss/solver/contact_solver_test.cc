@@ -165,6 +165,19 @@ TYPED_TEST(ContactSolverTest, ABounceReturnsTheShareOfTheApproach) {
   EXPECT_NEAR(cubes.body(cube).linear.z(), 1.5, 1e-4);
 }
 
+// What falls on its way to the floor parts with the speed at which it meets it, from where it met it.
+TYPED_TEST(ContactSolverTest, ABounceKeepsTheEnergyOfTheFallInTheTick) {
+  for (const double gap : {0.0, 0.01, 0.03}) {
+    Cubes<TypeParam> cubes;
+    const std::size_t cube = cubes.add({0, 0, TypeParam(0.5 + gap)}, {0, 0, -3});
+    cubes.body(cube).inverse_inertia.setZero();
+    cubes.touch(cube, 0).restitution = TypeParam(1);
+    cubes.step();
+    EXPECT_NEAR(cubes.centre(cube).z(), 0.5, 1e-6) << gap;
+    EXPECT_NEAR(cubes.body(cube).linear.z(), std::sqrt(9 + 2 * kGravity * gap), 1e-5) << gap;
+  }
+}
+
 TYPED_TEST(ContactSolverTest, AGapMayCloseButNotMore) {
   Cubes<TypeParam> cubes;
   const std::size_t cube = cubes.add({0, 0, TypeParam(0.6)}, {0, 0, -60});
