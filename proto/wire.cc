@@ -19,10 +19,9 @@ namespace tessera {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
-static_assert(std::is_trivially_copyable_v<OffsetSet> && sizeof(OffsetSet) == 2 * sizeof(std::uint64_t));
 
-// Bits of an OffsetSet that stand for a sector: 5 x 5 x 5.
-constexpr int kOffsetBits = 125;
+// In the second word of an OffsetSet's near ones: a list of far ones follows.
+constexpr std::uint64_t kFarFollow = OffsetSet::kNearMax;
 
 template <typename T>
 concept Number = std::same_as<T, std::int64_t> || std::same_as<T, std::uint64_t> ||
@@ -94,6 +93,10 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<JointRecord> T>
 void describe(Archive& archive, T& x) {
   archive(x.id, x.properties, x.parent_motion, x.drives);
+}
+template <typename Archive, Is<SectorOffset> T>
+void describe(Archive& archive, T& x) {
+  archive(x.i, x.j, x.k);
 }
 template <typename Archive, Is<ManifoldState> T>
 void describe(Archive& archive, T& x) {
@@ -238,7 +241,12 @@ class Output {
   void put(Number auto value) { raw(&value, sizeof value); }
   void put(Enumeration auto value) { put(static_cast<std::uint8_t>(value)); }
   void put(bool value) { put(static_cast<std::uint8_t>(value)); }
-  void put(const OffsetSet& set) { raw(&set, sizeof set); }
+  void put(const OffsetSet& set) {
+    OffsetSet::Near near = set.near();
+    if (!set.far().empty()) near[1] |= kFarFollow;
+    raw(near.data(), sizeof near);
+    if (!set.far().empty()) list(set.far());
+  }
   template <std::size_t N>
   void put(const std::array<double, N>& numbers) {
     raw(numbers.data(), sizeof numbers);
@@ -353,10 +361,13 @@ class Reader {
     value = number == 1;
   }
   void get(OffsetSet& set) {
-    std::array<std::uint64_t, 2> words{};
-    raw(words.data(), sizeof words);
-    if ((words[1] >> (kOffsetBits - 64)) != 0) return fail();
-    set = std::bit_cast<OffsetSet>(words);
+    OffsetSet::Near near{};
+    raw(near.data(), sizeof near);
+    std::vector<SectorOffset> far;
+    if ((near[1] & kFarFollow) != 0) list(far);
+    near[1] &= ~kFarFollow;
+    if (near[1] >= OffsetSet::kNearMax || !OffsetSet::are_far(far)) return fail();
+    set = OffsetSet(near, std::move(far));
   }
   template <std::size_t N>
   void get(std::array<double, N>& numbers) {

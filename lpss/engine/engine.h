@@ -49,6 +49,12 @@ enum class CloneContacts : std::uint8_t {
   kAll,   // policy clone: a clone needs its supports
 };
 
+// Where bodies of different homes are found to touch: in the lower home of two, which has a clone of the
+// other one. A fast body, however, may meet any body on its way, so it is told to the sectors above, too, and
+// these homes find its contacts. Clones of usual bodies are then none of its business, nor are those of other
+// fast ones from below.
+enum class Range : std::uint8_t { kUsual, kFast, kFastFromBelow };
+
 // The settings of engine worlds and their solvers; the same for all sectors of a world.
 struct EngineSettings : WorldSettings {
   CloneContacts clone_contacts = CloneContacts::kNone;
@@ -146,6 +152,9 @@ class SectorWorld {
   // Whether joints hold the body. integrate() does not stop such a body short of an obstacle, which would
   // tear its joints: it relies on the contacts predicted by detect().
   virtual void set_jointed(BodySlot slot, bool jointed) = 0;
+
+  // Of a dynamic body that lives here or a clone of one; kUsual until it is set. Policy island.
+  virtual void set_range(BodySlot slot, Range range) = 0;
 
   // Puts the body to sleep (velocities become zero), or wakes it (and resets its time at rest).
   virtual void sleep(BodySlot slot) = 0;

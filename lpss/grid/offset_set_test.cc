@@ -67,6 +67,29 @@ TEST(OffsetSet, MergingKeepsTheMembersOfBoth) {
   EXPECT_THAT(members(b), ElementsAre(SectorOffset{0, 1, 0}, SectorOffset{2, 2, 2}));
 }
 
+TEST(OffsetSet, FarOffsetsAreMembersToo) {
+  OffsetSet set;
+  set.insert(3, 0, 0);
+  set.insert(1, 0, 0);
+  set.insert(-40, 7, 0);
+  set.insert(3, 0, 0);
+  EXPECT_FALSE(set.empty());
+  EXPECT_TRUE(set.contains(3, 0, 0));
+  EXPECT_FALSE(set.contains(0, 3, 0));
+  EXPECT_THAT(members(set),
+              ElementsAre(SectorOffset{-40, 7, 0}, SectorOffset{1, 0, 0}, SectorOffset{3, 0, 0}));
+  EXPECT_THAT(members(set.lower()), ElementsAre(SectorOffset{-40, 7, 0}));
+  EXPECT_TRUE(set.reaches_up());
+  EXPECT_FALSE(set.lower().reaches_up());
+  OffsetSet other;
+  other.insert(0, 0, -9);
+  EXPECT_FALSE(set == other);
+  other.merge(set);
+  other.merge(set);
+  EXPECT_EQ(members(other).size(), 4u);
+  EXPECT_EQ(OffsetSet(set.near(), {set.far().begin(), set.far().end()}), set);
+}
+
 TEST(OffsetSet, EqualityIsThatOfTheMembers) {
   OffsetSet a;
   a.insert(1, 0, 0);

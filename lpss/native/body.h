@@ -62,6 +62,7 @@ struct Body {
   Activity activity = Activity::kAwake;
   Role role;
   Motion motion;
+  Range range = Range::kUsual;
   bool coasts = false;  // until integrate()
   btDbvtNode* leaf = nullptr;
   Box box;  // what pairs are found by: of the last detection, with the distance at which contacts are found
@@ -109,5 +110,15 @@ Matrix turned(const Matrix& rotation, const Vector& turn);
 
 // Whether contacts of the pair are detected, as far as properties and roles decide.
 bool is_wanted_pair(const Body& a, const Body& b);
+
+// Whether a wanted pair is left to the other one's home in this tick.
+inline bool is_found_elsewhere(const Body& a, const Body& b) {
+  if (a.range == Range::kUsual && b.range == Range::kUsual) return false;
+  const auto leaves = [](const Body& home, const Body& clone) {
+    return clone.role == Role::kClone && clone.motion == Motion::kDynamic && home.range != Range::kUsual &&
+           clone.range != Range::kFast;
+  };
+  return leaves(a, b) || leaves(b, a);
+}
 
 }  // namespace tessera::native

@@ -16,6 +16,10 @@ namespace {
 // The approach from which two bodies bounce.
 constexpr Scalar kBounceFrom = Scalar(0.2);  // m/s
 
+// Two free bodies that a sweep has found to meet have met at the end of the tick, as if they bounced at
+// hardly any speed: in the next one, they may live in sectors that do not know each other.
+constexpr Scalar kMetRestitution = Scalar(1e-6);
+
 // Overlaps are opened as if they were no deeper, so that bodies that start inside each other come apart
 // slowly.
 constexpr Scalar kOpenedShare = Scalar(0.06);  // of the smallest extent of those that can be pushed
@@ -225,7 +229,8 @@ void NativeSolver::add_contact(const WorldPair& place) {
     patch.a = places[0];
     patch.b = places[1];
     patch.friction = contact.friction;
-    patch.restitution = contact.restitution;
+    const bool meets = source.is_predicted && a.is_dynamic() && b.is_dynamic();
+    patch.restitution = meets ? std::max(contact.restitution, kMetRestitution) : contact.restitution;
     patch.points = source.count;
     patch.friction_impulse = source.friction_impulse;
     patch.twist_impulse = source.twist_impulse;

@@ -25,6 +25,10 @@ double rests_on(const Body& a, const Body& b, const Contact& contact) {
   return double(down / heavier.gravity.norm()) * double(lighter.inverse_mass) / double(heavier.inverse_mass);
 }
 
+bool is_predicted(const Contact& contact) {
+  return std::ranges::any_of(contact.patches, [](const ContactPatch& patch) { return patch.is_predicted; });
+}
+
 }  // namespace
 
 NativeWorld::NativeWorld(NativeEngine& engine) : engine_(engine), settings_(engine.settings()) {}
@@ -164,7 +168,7 @@ void NativeWorld::set_total_wrench(BodySlot slot, const Wrench& wrench) {
 }
 
 bool NativeWorld::is_wanted(const Body& a, const Body& b) const {
-  return is_wanted_pair(a, b) && !engine_.are_apart(a.id, b.id);
+  return is_wanted_pair(a, b) && !is_found_elsewhere(a, b) && !engine_.are_apart(a.id, b.id);
 }
 
 void NativeWorld::detect(double dt, const ParallelFor& parallel) {
@@ -276,7 +280,7 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
     const Body& b = body(candidate.slot_b);
     const bool is_asleep = !a.is_awake() && !b.is_awake();
     const bool is_near = a.box.overlaps(b.box);
-    const bool is_apart = engine_.are_apart(a.id, b.id);
+    const bool is_apart = is_found_elsewhere(a, b) || engine_.are_apart(a.id, b.id);
     if (is_near && !is_asleep && !is_apart) {
       if (candidate.contact != Candidate::kNone) {
         Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
@@ -390,7 +394,7 @@ void NativeWorld::gather(std::size_t begin, std::size_t end, CandidatesPiece& pi
     if (contact.patches.back().is_predicted && (a.jointed || b.jointed))
       substeps = std::max(substeps, kSubstepsOfHit * settings_.substeps);
     piece.pairs.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b,
-                           contact.is_touching(), contact.restitution > 0,
+                           contact.is_touching(), contact.restitution > 0 || is_predicted(contact),
                            static_cast<std::uint16_t>(substeps)});
     piece.contact_of_pair.push_back(place);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -10,11 +11,45 @@ namespace {
 constexpr double kHysteresisShare = 1.0 / 512;
 
 // How many sectors, along one axis, `place` (m) is beyond that around 0; the nearest ones without a division.
-int cells_beyond(double place, double size) {
+std::int64_t cells_beyond(double place, double size) {
+  constexpr double kCellsMax = 1 << 30;  // also of what is not a number
   if (std::abs(place) < 0.5 * size) return 0;
   if (place >= 0.5 * size && place < 1.5 * size) return 1;
   const double cells = std::floor(place / size + 0.5);
-  return static_cast<int>(std::clamp(cells, -double{OffsetSet::kReach}, double{OffsetSet::kReach}));
+  return static_cast<std::int64_t>(std::max(-kCellsMax, std::min(cells, kCellsMax)));
+}
+
+// Calls visit(offset) for the sectors that a box comes near to.
+template <typename Visit>
+void for_each_near(const Eigen::AlignedBox3d& box, const SeamMargins& margins, const Visit& visit) {
+  std::int64_t low[3];
+  std::int64_t high[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = -cells_beyond(margins.reach - box.min()[axis], margins.sector_size);
+    high[axis] = cells_beyond(box.max()[axis] + margins.reach, margins.sector_size);
+  }
+  for (std::int64_t i = low[0]; i <= high[0]; ++i) {
+    for (std::int64_t j = low[1]; j <= high[1]; ++j) {
+      for (std::int64_t k = low[2]; k <= high[2]; ++k) {
+        if (i != 0 || j != 0 || k != 0) visit(SectorOffset{i, j, k});
+      }
+    }
+  }
+}
+
+// Those near a body's way, piece by piece.
+std::vector<SectorOffset> sectors_along(const Eigen::AlignedBox3d& start, const Eigen::Vector3d& way,
+                                        const SeamMargins& margins) {
+  std::vector<SectorOffset> all;
+  const double pieces = std::ceil(way.cwiseAbs().maxCoeff() / margins.sector_size);
+  for (int n = 0; n < std::min<double>(pieces, kWayPiecesMax); ++n) {
+    Eigen::AlignedBox3d piece = start.translated(way * (n / pieces));
+    piece.extend(start.translated(way * ((n + 1) / pieces)));
+    for_each_near(piece, margins, [&](const SectorOffset& offset) { all.push_back(offset); });
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
 }
 
 }  // namespace
@@ -24,31 +59,25 @@ SeamMargins seam_margins(double sector_size, double time_step, double radius_max
   margins.sector_size = sector_size;
   margins.hysteresis = sector_size * kHysteresisShare;
   // Two ticks pass between the tick that carries a body over its border and the one that changes its home.
-  const double late = std::min(2 * time_step * kSeamSpeed, sector_size / 4);
+  margins.usual_way = std::min(time_step * kSeamSpeed, sector_size / 8);
+  const double late = 2 * margins.usual_way;
   margins.reach = std::min(radius_max, sector_size / 2) + margins.hysteresis + late;
   return margins;
 }
 
-OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const SeamMargins& margins) {
-  int low[3];
-  int high[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = -cells_beyond(margins.reach - swept.min()[axis], margins.sector_size);
-    high[axis] = cells_beyond(swept.max()[axis] + margins.reach, margins.sector_size);
-  }
+OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const Eigen::Vector3d& way,
+                               const SeamMargins& margins) {
   OffsetSet result;
-  for (int i = low[0]; i <= high[0]; ++i) {
-    for (int j = low[1]; j <= high[1]; ++j) {
-      for (int k = low[2]; k <= high[2]; ++k) {
-        if (i != 0 || j != 0 || k != 0) result.insert(i, j, k);
-      }
-    }
+  if (way.cwiseAbs().maxCoeff() > margins.sector_size) {
+    const Eigen::AlignedBox3d start(swept.min() - way.cwiseMin(0), swept.max() - way.cwiseMax(0));
+    return OffsetSet(sectors_along(start, way, margins));
   }
+  for_each_near(swept, margins, [&](const SectorOffset& offset) { result.insert(offset); });
   return result;
 }
 
-OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion) {
-  const bool everywhere = policy == SeamPolicy::kClone || motion == Motion::kKinematic;
+OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion, bool is_fast) {
+  const bool everywhere = policy == SeamPolicy::kClone || motion == Motion::kKinematic || is_fast;
   return everywhere ? within_reach : within_reach.lower();
 }
 

@@ -18,6 +18,7 @@ struct SeamMargins {
   // How far a body that lives in a sector may reach out of the sector's cube: its radius, the hysteresis, and
   // the way it goes between leaving and being taken over.
   double reach = 0;
+  double usual_way = 0;  // that a body goes in a tick, at most, unless it is fast
 };
 
 // The fastest body (m/s) in contact whose late change of home is covered by `reach`.
@@ -27,17 +28,31 @@ inline constexpr double kSeamSpeed = 50;
 // kinematic body has the radius `radius_max` m.
 SeamMargins seam_margins(double sector_size, double time_step, double radius_max);
 
-// The sectors, relative to the body's home and without the home itself, that `swept` (m, relative to the home
-// sector's centre) comes so near to that a body living there could touch it.
-OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const SeamMargins& margins);
+// Of longer ways of a tick, which pass over more sectors, what comes after so many pieces of a sector's
+// length is not looked at.
+inline constexpr int kWayPiecesMax = 256;
 
-// Of those, the ones that need a clone. Policy island: a dynamic pair is detected in the lexicographically
-// lower of its two home sectors, so dynamic bodies are cloned downwards only; kinematic ones, like statics,
-// wherever a dynamic body may meet them. Policy clone: every one.
-OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion);
+// The sectors, relative to the body's home and without the home itself, that a body comes so near to in a
+// tick that one living there could touch it. `swept` (m, relative to the home sector's centre) holds its box
+// all along its `way` (m).
+OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const Eigen::Vector3d& way,
+                               const SeamMargins& margins);
+
+// Whether a body that goes so far in a tick (m) may meet bodies that are too far inside their sectors to be
+// told to others.
+inline bool is_fast(const Eigen::Vector3d& way, const SeamMargins& margins) {
+  return way.squaredNorm() > margins.usual_way * margins.usual_way;
+}
+
+// Of those within reach, the ones that need a clone. Policy island: a dynamic pair is detected in the
+// lexicographically lower of its two home sectors, so dynamic bodies are cloned downwards only; kinematic
+// ones, like statics, and fast ones wherever a dynamic body may meet them. Policy clone: every one.
+OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion, bool is_fast);
 
 // The sector that detects the contacts of two bodies under the policy island: the one rule that every server
-// knows. Statics have no say: their partner's home detects.
+// knows. Statics have no say: their partner's home detects. If one of two dynamic bodies is told to sectors
+// above its own, since it is fast, and the other is not, the other's home detects, whichever that is (Range
+// in engine.h); this lasts for a tick, and nothing follows from it for the next.
 const SectorIndex& detecting_sector(Motion motion_a, const SectorIndex& home_a, Motion motion_b,
                                     const SectorIndex& home_b);
 

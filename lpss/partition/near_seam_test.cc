@@ -22,6 +22,8 @@ constexpr double kLittle = 1e-9;  // m: just beside a border
 // Bodies of 0.5 m radius, ticks of 1/64 s: hysteresis 1/32 m, reach 0.5 + 1/32 + 2/64 * 50 m, all exact.
 const SeamMargins kMargins = seam_margins(kSize, 1.0 / 64, 0.5);
 
+const Eigen::Vector3d kStill = Eigen::Vector3d::Zero();
+
 std::vector<SectorOffset> members(const OffsetSet& set) {
   std::vector<SectorOffset> result;
   set.for_each([&](const SectorOffset& offset) { result.push_back(offset); });
@@ -29,7 +31,8 @@ std::vector<SectorOffset> members(const OffsetSet& set) {
 }
 
 OffsetSet all_around() {
-  return sectors_within_reach({Eigen::Vector3d::Constant(-1000), Eigen::Vector3d::Constant(1000)}, kMargins);
+  const Eigen::Vector3d corner = Eigen::Vector3d::Constant(2 * kSize);
+  return sectors_within_reach({-corner, corner}, kStill, kMargins);
 }
 
 Eigen::AlignedBox3d point(const Eigen::Vector3d& p) { return {p, p}; }
@@ -52,7 +55,7 @@ TEST(SeamMargins, AreBoundedByTheSector) {
 }
 
 TEST(SectorsWithinReach, AreNoneInTheMiddle) {
-  EXPECT_THAT(members(sectors_within_reach(point({0, 0, 0}), kMargins)), IsEmpty());
+  EXPECT_THAT(members(sectors_within_reach(point({0, 0, 0}), kStill, kMargins)), IsEmpty());
 }
 
 TEST(SectorsWithinReach, BeginAtTheReachFromEachBorder) {
@@ -60,29 +63,31 @@ TEST(SectorsWithinReach, BeginAtTheReachFromEachBorder) {
     for (const int side : {-1, 1}) {
       const Eigen::Vector3d out = side * Eigen::Vector3d::Unit(axis);
       const Eigen::Vector3d limit = out * (kHalf - kMargins.reach);
-      EXPECT_THAT(members(sectors_within_reach(point(limit), kMargins)), ElementsAre(along(axis, side)));
-      EXPECT_THAT(members(sectors_within_reach(point(limit - kLittle * out), kMargins)), IsEmpty());
+      EXPECT_THAT(members(sectors_within_reach(point(limit), kStill, kMargins)),
+                  ElementsAre(along(axis, side)));
+      EXPECT_THAT(members(sectors_within_reach(point(limit - kLittle * out), kStill, kMargins)), IsEmpty());
     }
   }
 }
 
 TEST(SectorsWithinReach, AreThreeAtAnEdgeAndSevenAtACorner) {
-  EXPECT_THAT(members(sectors_within_reach(point({7.9, -7.9, 0}), kMargins)),
+  EXPECT_THAT(members(sectors_within_reach(point({7.9, -7.9, 0}), kStill, kMargins)),
               ElementsAre(SectorOffset{0, -1, 0}, SectorOffset{1, -1, 0}, SectorOffset{1, 0, 0}));
-  EXPECT_THAT(members(sectors_within_reach(point({-7.9, -7.9, 7.9}), kMargins)),
+  EXPECT_THAT(members(sectors_within_reach(point({-7.9, -7.9, 7.9}), kStill, kMargins)),
               ElementsAre(SectorOffset{-1, -1, 0}, SectorOffset{-1, -1, 1}, SectorOffset{-1, 0, 0},
                           SectorOffset{-1, 0, 1}, SectorOffset{0, -1, 0}, SectorOffset{0, -1, 1},
                           SectorOffset{0, 0, 1}));
 }
 
 TEST(SectorsWithinReach, FollowABodyThatIsLateToLeaveItsHome) {
-  EXPECT_THAT(members(sectors_within_reach(point({12, 0, 0}), kMargins)), ElementsAre(SectorOffset{1, 0, 0}));
+  EXPECT_THAT(members(sectors_within_reach(point({12, 0, 0}), kStill, kMargins)),
+              ElementsAre(SectorOffset{1, 0, 0}));
 }
 
 TEST(SectorsWithinReach, AreTwoAwayAtMost) {
   const double second = 1.5 * kSize - kMargins.reach;
-  EXPECT_TRUE(sectors_within_reach(point({0, second, 0}), kMargins).contains(0, 2, 0));
-  EXPECT_FALSE(sectors_within_reach(point({0, second - kLittle, 0}), kMargins).contains(0, 2, 0));
+  EXPECT_TRUE(sectors_within_reach(point({0, second, 0}), kStill, kMargins).contains(0, 2, 0));
+  EXPECT_FALSE(sectors_within_reach(point({0, second - kLittle, 0}), kStill, kMargins).contains(0, 2, 0));
   const OffsetSet all = all_around();
   EXPECT_EQ(members(all).size(), 124u);
   EXPECT_FALSE(all.contains(0, 0, 0)) << "the home itself";
@@ -97,9 +102,7 @@ TEST(SectorsWithinReach, AreThoseWhoseCubeTheGrownBoxMeets) {
     const Eigen::AlignedBox3d box(low, low + Eigen::Vector3d(extent(random), extent(random), extent(random)));
     const Eigen::Vector3d reach = Eigen::Vector3d::Constant(kMargins.reach);
     const Eigen::AlignedBox3d grown(box.min() - reach, box.max() + reach);
-    // A box beyond the second sectors is taken for one that is in them.
-    if (grown.min().maxCoeff() > 2.5 * kSize || grown.max().minCoeff() < -2.5 * kSize) continue;
-    const OffsetSet found = sectors_within_reach(box, kMargins);
+    const OffsetSet found = sectors_within_reach(box, kStill, kMargins);
     all_around().for_each([&](const SectorOffset& o) {
       const Eigen::Vector3d centre = kSize * Eigen::Vector3d(o.i, o.j, o.k);
       const Eigen::AlignedBox3d cube(centre - Eigen::Vector3d::Constant(kHalf),
@@ -113,13 +116,13 @@ TEST(SectorsWithinReach, AreThoseWhoseCubeTheGrownBoxMeets) {
 
 TEST(CloneTargets, AreAllOfThemForThePapersPolicyAndForKinematicBodies) {
   const OffsetSet all = all_around();
-  EXPECT_EQ(clone_targets(all, SeamPolicy::kClone, Motion::kDynamic), all);
-  EXPECT_EQ(clone_targets(all, SeamPolicy::kClone, Motion::kKinematic), all);
-  EXPECT_EQ(clone_targets(all, SeamPolicy::kIsland, Motion::kKinematic), all);
+  EXPECT_EQ(clone_targets(all, SeamPolicy::kClone, Motion::kDynamic, false), all);
+  EXPECT_EQ(clone_targets(all, SeamPolicy::kClone, Motion::kKinematic, false), all);
+  EXPECT_EQ(clone_targets(all, SeamPolicy::kIsland, Motion::kKinematic, false), all);
 }
 
 TEST(CloneTargets, OfADynamicBodyAreOneOfEachPairOfOppositeSectors) {
-  const OffsetSet down = clone_targets(all_around(), SeamPolicy::kIsland, Motion::kDynamic);
+  const OffsetSet down = clone_targets(all_around(), SeamPolicy::kIsland, Motion::kDynamic, false);
   EXPECT_EQ(members(down).size(), 62u);
   down.for_each([&](const SectorOffset& o) {
     EXPECT_LT(o, SectorOffset{});
@@ -127,9 +130,31 @@ TEST(CloneTargets, OfADynamicBodyAreOneOfEachPairOfOppositeSectors) {
   });
 }
 
+TEST(SectorsWithinReach, OfAFastBodyAreThoseAlongItsWay) {
+  const Eigen::AlignedBox3d start = point({1, -2, 3});
+  const Eigen::Vector3d way(20.3 * kSize, -20.3 * kSize, 7.1 * kSize);
+  Eigen::AlignedBox3d swept = start;
+  swept.extend(start.min() + way);
+  const OffsetSet found = sectors_within_reach(swept, way, kMargins);
+  EXPECT_FALSE(found.contains(0, 0, 0)) << "the home itself";
+  EXPECT_FALSE(found.contains(20, 0, 0)) << "off the way";
+  EXPECT_LT(members(found).size(), 400u);
+  for (int n = 0; n <= 1000; ++n) {
+    const Eigen::Vector3d at = start.min() + way * (n / 1000.0);
+    const SectorOffset sector = *sectors_from(at, kSize);
+    EXPECT_TRUE(sector == SectorOffset{} || found.contains(sector)) << n;
+  }
+}
+
+TEST(CloneTargets, OfAFastBodyAreAllOfThem) {
+  EXPECT_EQ(clone_targets(all_around(), SeamPolicy::kIsland, Motion::kDynamic, true), all_around());
+  EXPECT_FALSE(is_fast({kSeamSpeed / 64, 0, 0}, kMargins));
+  EXPECT_TRUE(is_fast({0, kSeamSpeed / 63, 0}, kMargins));
+}
+
 TEST(CloneTargets, AddNothingThatIsNotWithinReach) {
-  const OffsetSet near = sectors_within_reach(point({-7.9, 7.9, 0}), kMargins);
-  EXPECT_THAT(members(clone_targets(near, SeamPolicy::kIsland, Motion::kDynamic)),
+  const OffsetSet near = sectors_within_reach(point({-7.9, 7.9, 0}), kStill, kMargins);
+  EXPECT_THAT(members(clone_targets(near, SeamPolicy::kIsland, Motion::kDynamic, false)),
               ElementsAre(SectorOffset{-1, 0, 0}, SectorOffset{-1, 1, 0}));
 }
 
@@ -163,7 +188,7 @@ TEST(DetectingSector, IsACloneTargetOfThePartner) {
       const bool here = detecting == home;
       const SectorOffset to = *offset_between(here ? other : home, detecting);
       const Motion cloned = here ? motion : Motion::kDynamic;
-      EXPECT_TRUE(clone_targets(all, SeamPolicy::kIsland, cloned)
+      EXPECT_TRUE(clone_targets(all, SeamPolicy::kIsland, cloned, false)
                       .contains(static_cast<int>(to.i), static_cast<int>(to.j), static_cast<int>(to.k)));
     }
   });

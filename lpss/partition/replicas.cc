@@ -99,6 +99,13 @@ void lift_clones(Partition& partition, BodyId id) {
   }
 }
 
+Range range_of(const Clone& clone) {
+  const Replica& replica = *clone.replica;
+  if (replica.properties.motion != Motion::kDynamic || !replica.replicated_in.reaches_up())
+    return Range::kUsual;
+  return replica.home < clone.sector->index ? Range::kFastFromBelow : Range::kFast;
+}
+
 BodyState state_of(const Clone& clone) {
   BodyState state = clone.replica->state;
   Eigen::Map<Eigen::Vector3d>(state.position.data()) += clone.home;
@@ -112,6 +119,7 @@ void place_clone(const Partition& partition, Clone& clone) {
       sector.world->add({replica.id, replica.home, replica.properties, state_of(clone)}, Role::kClone);
   sector.placed.insert(std::lower_bound(sector.placed.begin(), sector.placed.end(), replica.id, by_body),
                        &clone);
+  if (partition.settings.seams == SeamPolicy::kIsland) sector.world->set_range(clone.slot, range_of(clone));
   sector.components_stale = true;
   pull_clone(partition, clone);
 }

@@ -42,6 +42,9 @@ void lift_clones(Partition& partition, BodyId id);
 // The body as its sector sees it: relative to the centre of that.
 BodyState state_of(const Clone& clone);
 
+// Of a clone under the policy island.
+Range range_of(const Clone& clone);
+
 // Into its sector's engine world, and out of it. unplace_clone() activates the sector; both leave the clone
 // listed.
 void place_clone(const Partition& partition, Clone& clone);

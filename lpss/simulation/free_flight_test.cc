@@ -63,6 +63,45 @@ TEST(LoneBodies, MixedWorldsEndInTheSameBitsAsWithTheSolver) {
   }
 }
 
+TEST(LoneBodies, FallAsTheyShould) {
+  const WorldSettings settings;
+  WorldBuilder builder(settings);
+  builder.add("ball", builder.shape(Sphere{0.5}), 1, {0, 0, 50}).linear_velocity = {2, 0, 3};
+  auto cluster = cluster_of(builder.world(), 1);
+  for (int tick = 1; tick <= 120; ++tick) {
+    cluster->step();
+    const BodyState state = cluster->body(BodyId{1})->state;
+    const double time = tick * settings.time_step;
+    EXPECT_NEAR(state.position[0], 2 * time, 1e-4);
+    EXPECT_NEAR(state.position[2], 50 + 3 * time - 9.81 / 2 * time * time, 3e-4) << tick;
+    EXPECT_NEAR(state.linear_velocity[2], 3 - 9.81 * time, 1e-4);
+  }
+}
+
+// A ball that passes over several sectors in a tick meets a cube that no sector but its own knows of,
+// wherever they are hosted.
+TEST(LoneBodies, AFastOneHitsWhatIsSeveralSectorsAway) {
+  for (const double speed : {2e3, 1e4, 1e5}) {
+    for (const int direction : {-1, 1}) {
+      WorldSettings settings = sectors_of(64);
+      settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
+      WorldBuilder builder(settings);
+      const double away = 5 + 2.37 * speed * settings.time_step;
+      builder.add("ball", builder.shape(Sphere{0.5}), 1, {-direction * away, 0.013, 0.017})
+          .linear_velocity.x() = direction * speed;
+      builder.add("cube", builder.shape(Box{{1, 1, 1}}), 1, {0, 0, 0});
+      const std::vector<WorldHash> one = run(builder.world(), 1, 1, 20);
+      EXPECT_EQ(first_difference(one, run(builder.world(), 3, 1, 20)), 20u);
+      auto cluster = cluster_of(builder.world(), 2);
+      for (int tick = 0; tick < 20; ++tick) cluster->step();
+      for (const std::uint64_t body : {1, 2}) {
+        EXPECT_NEAR(cluster->body(BodyId{body})->state.linear_velocity[0] / (direction * speed), 0.5, 0.05)
+            << body << " at " << speed;
+      }
+    }
+  }
+}
+
 WorldSettings around_a_planet() {
   WorldSettings settings = sectors_of(16);
   settings.gravity = CentralGravity{{{0, 0, -100'000}, {0, 0, 0}}, 9.81, 1.6e6};

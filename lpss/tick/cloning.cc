@@ -17,6 +17,14 @@ void reach_statics(Partition& partition, Sector& sector) {
   }
 }
 
+void set_ranges(const Partition& partition, Sector& sector) {
+  if (partition.settings.seams != SeamPolicy::kIsland) return;
+  for (const HomeBody* body : sector.attended) {
+    if (body->properties.motion != Motion::kDynamic) continue;
+    sector.world->set_range(body->slot, body->replicated_in.reaches_up() ? Range::kFast : Range::kUsual);
+  }
+}
+
 // Policy clone, depth k > 1: the clones that a sector was told of are there for other clones, too.
 bool supports_clones(const Partition& partition) {
   return partition.settings.seams == SeamPolicy::kClone && partition.settings.clone_depth > 1;
@@ -55,6 +63,7 @@ void refresh_clones(Partition& partition, Sector& sector) {
       place_clone(partition, *clone);
     } else {
       world.set_state(clone->slot, state_of(*clone));
+      world.set_range(clone->slot, range_of(*clone));
       pull_clone(partition, *clone);
     }
     clone->fresh = false;
@@ -68,6 +77,7 @@ void update_clones(Partition& partition, const ParallelFor& parallel) {
     Sector& sector = *partition.active[i];
     if (!sector.world) return;
     reach_statics(partition, sector);
+    set_ranges(partition, sector);
     refresh_clones(partition, sector);
   });
 }

@@ -61,7 +61,8 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
     const Ranks before = all | owners(partition.map, old_home, handover.replicated_in);
     const Eigen::AlignedBox3d swept =
         swept_ball(record.state, radius_of(partition, record.properties), partition.dt());
-    handover.replicated_in = sectors_to_tell(partition, swept, record.properties.motion);
+    handover.replicated_in = sectors_to_tell(
+        partition, swept, Eigen::Vector3d(record.state.linear_velocity.data()), record.properties.motion);
     announce(outbox, record.properties,
              {record.id, record.home, record.home, handover.replicated_in, record.state}, before,
              all | owners(partition.map, record.home, handover.replicated_in));

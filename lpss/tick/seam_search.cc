@@ -35,10 +35,13 @@ void deepen_clones(int depth_max, Sector& sector) {
 
 }  // namespace
 
-OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept, Motion motion) {
+OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept,
+                          const Eigen::Vector3d& velocity, Motion motion) {
   const WorldSettings& settings = partition.settings;
   if (settings.seams == SeamPolicy::kClone && settings.clone_depth == 0) return {};
-  return clone_targets(sectors_within_reach(swept, partition.margins), settings.seams, motion);
+  const Eigen::Vector3d way = velocity * partition.dt();
+  return clone_targets(sectors_within_reach(swept, way, partition.margins), settings.seams, motion,
+                       is_fast(way, partition.margins));
 }
 
 void attend_borders(Partition& partition) {
@@ -81,7 +84,8 @@ void search_seams(Partition& partition) {
   for (Sector* sector : partition.active) {
     for (HomeBody* body : sector->attended) {
       if (!body->may_have_moved) continue;
-      body->wanted_in = sectors_to_tell(partition, body->swept, body->properties.motion);
+      body->wanted_in = sectors_to_tell(partition, body->swept, sector->world->linear_velocity(body->slot),
+                                        body->properties.motion);
     }
   }
   const WorldSettings& settings = partition.settings;
