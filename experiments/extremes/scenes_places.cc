@@ -193,6 +193,18 @@ Scene rest_on_planet(const std::string& name, const Build& world, double hours, 
   return scene;
 }
 
+// How far the box on a ball is from where it should lie.
+Scene height_on_planet(const std::string& name, double radius) {
+  Scene scene = rest_on_planet(name, on_planet(radius, false, false), 0.5, 0.02);
+  scene.figure = [radius](const Moment&, const Moment& now) {
+    return std::abs((now.positions[0] + radius * kUp).norm() - radius - 0.5);
+  };
+  scene.unit = "m off the ground";
+  scene.holds = "It lies on the ground.";
+  scene.fails = "It lies in the ground or above it.";
+  return scene;
+}
+
 }  // namespace
 
 std::vector<Scene> place_scenes() {
@@ -213,6 +225,8 @@ std::vector<Scene> place_scenes() {
   scenes.push_back(
       rest_on_planet("box_on_a_ball_as_large_as_earth", on_planet(kEarthRadius, false, false), 0.5, 0.02));
   scenes.push_back(rest_on_planet("box_on_a_ball_of_1_km", on_planet(1000, false, false), 0.5, 0.02));
+  scenes.push_back(height_on_planet("height_on_a_ball_as_large_as_earth", kEarthRadius));
+  scenes.push_back(height_on_planet("height_on_a_ball_of_1_km", 1000));
   return scenes;
 }
 

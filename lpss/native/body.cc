@@ -1,6 +1,7 @@
 #include "lpss/native/body.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 #include <variant>
 
@@ -74,6 +75,7 @@ void Body::set_state(const BodyState& state) {
   if (motion == Motion::kStatic) {
     static_state = std::make_unique<BodyState>(state);
     pose = pose * solid->offset();
+    rounding = pose.position.cwiseAbs().maxCoeff() * (2 * std::numeric_limits<Scalar>::epsilon());
     activity = Activity::kAsleep;
     return;
   }

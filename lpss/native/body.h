@@ -52,7 +52,7 @@ struct Body {
   // Sets `next` and `next_angular`.
   void foresee(Scalar dt);
 
-  Box box_at(const Frame& at) const { return solid->box_at(at).grown(solid->margin()); }
+  Box box_at(const Frame& at) const { return solid->box_at(at).grown(solid->margin() + rounding); }
 
   // What loops over all bodies look at comes first.
   Frame pose;
@@ -99,6 +99,7 @@ struct Body {
   bullet::StillLimits still_limits;
   std::shared_ptr<const Solid> solid;
   std::optional<FineFlight> fine;           // none if the engine's numbers are the exact state
+  Scalar rounding = 0;                      // m, of where a static body is
   std::unique_ptr<BodyState> static_state;  // of static bodies, whose pose includes the offset of their shape
 };
 

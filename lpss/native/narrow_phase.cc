@@ -29,6 +29,50 @@ constexpr Scalar kThrough = Scalar(0.25);
 
 bool is_convex(Kind kind) { return kind != Kind::kPlane && kind != Kind::kTerrain; }
 
+// A ball as large as a planet beside a small body. Numbers relative to its centre are too coarse to say where
+// its surface is.
+bool is_planet(const Body& body, const Part& part, const Body& other) {
+  constexpr double kLarge = 1024;
+  return body.motion == Motion::kStatic && part.kind == Kind::kBall &&
+         part.radius > kLarge * double(other.solid->radius());
+}
+
+// Its surface near a body: a plane, but for the curvature. In the world's axes.
+class PlanetSurface {
+ public:
+  PlanetSurface(const Body& planet, const Part& ball, const Body& near) : radius_(ball.radius) {
+    const Eigen::Vector3d up = near.pose.position.cast<double>() - centre_of(planet, ball);
+    up_ = up.normalized();
+    height_ = up.norm() - radius_;
+  }
+
+  Vector up() const { return up_.cast<Scalar>(); }
+  // m, of its plane below the body's centre.
+  Vector foot() const { return (up_ * -height_).cast<Scalar>(); }
+
+  // m, from the surface to a point that is `gap` above the plane, `from_body` relative to the body's centre:
+  // sqrt((r + gap)^2 + side^2) - r, without cancellation.
+  Scalar gap(Scalar gap, const Vector& from_body) const {
+    const Eigen::Vector3d lever = from_body.cast<double>();
+    const double side = (lever - up_ * up_.dot(lever)).squaredNorm();
+    const double square = side + double(gap) * double(gap) + 2 * radius_ * double(gap);
+    return Scalar(square / (std::sqrt(radius_ * radius_ + square) + radius_));
+  }
+
+ private:
+  static Eigen::Vector3d centre_of(const Body& planet, const Part& ball) {
+    const Eigen::Vector3d body(planet.static_state->position.data());
+    return body +
+           matrix(planet.static_state->rotation).cast<double>() *
+               planet.solid->offset().position.cast<double>() +
+           planet.pose.rotation.cast<double>() * ball.frame.position.cast<double>();
+  }
+
+  double radius_;  // m
+  double height_;  // m, of the body's centre
+  Eigen::Vector3d up_;
+};
+
 // Points on flat shapes stay where they are on the shape; round ones roll over theirs.
 bool is_flat(const Solid& solid) {
   const auto flat = [](const Part& part) {
@@ -223,6 +267,8 @@ void NarrowPhase::find(const Body& a, const Body& b, const Contact& before, Scal
 void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& q, std::uint64_t parts,
                        const Contact& before, Scalar margin) {
   if (!is_convex(p.kind) && !is_convex(q.kind)) return;
+  if (is_planet(b, q, a)) return find_on_planet(a, p, b, q, parts, margin);
+  if (is_planet(a, p, b)) return find_on_planet(b, q, a, p, parts, margin);
   const Vector offset = b.pose.position - a.pose.position;
   const Vector lever_a = p.is_placed ? Vector(a.pose.rotation * p.frame.position) : Vector(Vector::Zero());
   const Vector lever_b = q.is_placed ? Vector(b.pose.rotation * q.frame.position) : Vector(Vector::Zero());
@@ -270,6 +316,30 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
     contact.add(found.index, collide_triangle(convex, found.triangle, above, margin));
   }
   contact.for_each(keep_above);
+}
+
+void NarrowPhase::find_on_planet(const Body& body, const Part& part, const Body& planet, const Part& ball,
+                                 std::uint64_t parts, Scalar margin) {
+  const PlanetSurface surface(planet, ball, body);
+  const Vector lever = body.pose.rotation * part.frame.position;
+  const Placement<Scalar> above{body.pose.rotation * part.frame.rotation, Matrix::Identity(),
+                                surface.foot() - lever};
+  const Manifold<Scalar> manifold = collide_plane(part, surface.up(), above, margin);
+  if (manifold.count == 0) return;
+  const bool is_planet_a = planet.id < body.id;
+  ContactPatch& patch = found_.emplace_back();
+  patch.parts = parts;
+  patch.normal = is_planet_a ? Vector(-surface.up()) : surface.up();
+  patch.count = static_cast<std::uint8_t>(manifold.count);
+  for (int n = 0; n < manifold.count; ++n) {
+    const collision::ContactPoint<Scalar>& from = manifold.point[n];
+    const Vector on_body = body.pose.rotation.transpose() * (from.on_a + lever);
+    const Vector on_planet = planet.pose.inverse(body.pose.position + lever + from.on_b);
+    patch.point[n] = {is_planet_a ? on_planet : on_body, is_planet_a ? on_body : on_planet,
+                      surface.gap(from.gap, from.on_a + lever), 0, from.feature};
+  }
+  patch.is_fixed_to_a = is_planet_a;
+  patch.fixed_normal = planet.pose.rotation.transpose() * patch.normal;
 }
 
 // Impulses stay with their features; a point with a new one inherits from an old point near it that none

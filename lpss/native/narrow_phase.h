@@ -27,6 +27,8 @@ class NarrowPhase {
   void find(const Body& a, const Body& b, const Contact& before, Scalar margin);
   void find(const Body& a, const Part& p, const Body& b, const Part& q, std::uint64_t parts,
             const Contact& before, Scalar margin);
+  void find_on_planet(const Body& body, const Part& part, const Body& planet, const Part& ball,
+                      std::uint64_t parts, Scalar margin);
   void inherit(const Contact& before);
 
   std::vector<ContactPatch> found_;

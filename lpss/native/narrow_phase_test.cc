@@ -60,6 +60,34 @@ TEST(NarrowPhaseTest, ABoxOnAPlaneABoxAndASurfaceHasFourPointsBelowItsCorners) {
   }
 }
 
+// The centre of the ball is known to half a metre only, the surface to a micrometre.
+TEST(NarrowPhaseTest, APlanetIsRoundAndWhereItShouldBe) {
+  const double radius = 6'371'000.3;
+  const Eigen::Vector3d up = Eigen::Vector3d(1, 2, 2) / 3;
+  BodyRecord record;
+  record.properties.motion = Motion::kStatic;
+  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = up * -radius;
+  const auto solid = std::make_shared<const Solid>(Shape{{ShapePart{Sphere{radius}, {}}}}, Pose{}, true);
+  for (const std::uint64_t id : {1, 9}) {
+    record.id = {id};
+    const Body planet(record, Role::kStatic, solid, EngineSettings{});
+    Body box = body(5, tessera::Box{{1, 1, 1}}, (up * 0.499).cast<Scalar>());
+    box.pose.rotation =
+        Eigen::Quaternion<Scalar>::FromTwoVectors(Vector::UnitZ(), up.cast<Scalar>()).toRotationMatrix();
+    NarrowPhase phase;
+    Contact contact;
+    id < 5 ? phase.update(planet, box, contact) : phase.update(box, planet, contact);
+    ASSERT_EQ(contact.patches.size(), 1u);
+    const ContactPatch& patch = contact.patches[0];
+    ASSERT_EQ(patch.count, 4);
+    EXPECT_NEAR(patch.normal.cast<double>().dot(up), id < 5 ? -1 : 1, 1e-6);
+    for (int n = 0; n < 4; ++n) {
+      EXPECT_NEAR(patch.point[n].gap, -0.001, 2e-6);
+      EXPECT_NEAR((id < 5 ? patch.point[n].on_b : patch.point[n].on_a).cwiseAbs().minCoeff(), 0.5, 1e-5);
+    }
+  }
+}
+
 TEST(NarrowPhaseTest, ACylinderStandsOnItsCapAndLiesOnItsSide) {
   NarrowPhase phase;
   const Body floor = body(1, tessera::Box{{8, 8, 2}}, {0, 0, -1}, Motion::kStatic);

@@ -178,6 +178,7 @@ Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
   } else if (const auto* sphere = std::get_if<Sphere>(&from.geometry)) {
     part.kind = Part::Kind::kBall;
     part.ball.radius = Scalar(sphere->radius);
+    part.radius = sphere->radius;
     part.box = around(Vector::Constant(part.ball.radius));
   } else if (const auto* capsule = std::get_if<Capsule>(&from.geometry)) {
     part.kind = Part::Kind::kCapsule;

@@ -30,6 +30,7 @@ struct Part {
   bool is_placed = false;  // the frame is not the identity
   Box box;                 // in the part's frame
   collision::Ball<Scalar> ball{};
+  double radius = 0;  // m, of balls
   collision::Capsule<Scalar> capsule{};
   collision::Box<Scalar> cuboid{};
   const collision::Polyhedron<Scalar>* polyhedron = nullptr;  // of hulls, also large ones: their faces
