@@ -372,6 +372,7 @@ void NativeWorld::gather(const ParallelFor& parallel) {
     std::copy_n(piece.contact_of_pair.begin(), piece.pairs.size(),
                 contact_of_pair_.begin() + piece.first_pair);
   });
+  thin_crowds();
   is_gathered_ = true;
 }
 

@@ -116,6 +116,7 @@ class NativeWorld final : public SectorWorld {
   void drop_contact(Candidate& candidate);
   Candidate& candidate_of(BodySlot a, BodySlot b);
   void gather(const ParallelFor& parallel);
+  void thin_crowds();
   bool is_at_rest(const Body& a, const Body& b, const Contact& contact, const ContactScale& scale) const;
   void gather(std::size_t begin, std::size_t end, CandidatesPiece& piece) const;
   void predict_contacts(std::span<BodySlot> fast, const ParallelFor& parallel);
@@ -144,6 +145,7 @@ class NativeWorld final : public SectorWorld {
   bool is_gathered_ = true;
   std::vector<ContactPair> pairs_;
   std::vector<std::size_t> contact_of_pair_;
+  std::vector<std::uint32_t> pairs_of_body_;  // by slot, of two dynamic bodies
 
   // Of loops, for their storage.
   std::vector<BodiesPiece> bodies_pieces_;
