@@ -50,6 +50,7 @@ class BulletWorld final : public SectorWorld {
   void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) override;
   void add_wrench(BodySlot slot, const Wrench& wrench) override;
   void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) override;
+  void rest() override {}
   void set_range(BodySlot, Range) override {}  // the policy clone detects all there is
   void set_jointed(BodySlot slot, bool jointed) override { body(slot).jointed = jointed; }
   void sleep(BodySlot slot) override;

@@ -160,6 +160,9 @@ class SectorWorld {
   virtual void sleep(BodySlot slot) = 0;
   virtual void wake(BodySlot slot) = 0;
 
+  // Nothing in here moves for now: gives back the memory that only steps need. Changes no bit.
+  virtual void rest() = 0;
+
   // The box that the body's shape can reach within `dt` seconds at its current velocity, including the
   // distance at which contacts are found.
   virtual Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const = 0;

@@ -44,4 +44,11 @@ void BroadPhase::update(Body& body, BodySlot slot, Scalar dt) {
   tree_.update(body.leaf, changed);
 }
 
+void BroadPhase::rest() {
+  left_.shrink_to_fit();
+  found_by_piece_ = {};
+  found_ = {};
+  merged_ = {};
+}
+
 }  // namespace tessera::native

@@ -43,6 +43,9 @@ class BroadPhase {
   void find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& candidates, const IsWanted& is_wanted,
                   const ParallelFor& parallel = {});
 
+  // Gives back the memory of searches.
+  void rest();
+
   // Calls `visit(slot)` for each body whose enlarged box overlaps. Safe on several threads at a time.
   template <typename Visit>
   void for_each_in(const Box& box, const Visit& visit) const;

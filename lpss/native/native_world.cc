@@ -158,6 +158,20 @@ void NativeWorld::wake(BodySlot slot) {
   body(slot).still_for = 0;
 }
 
+void NativeWorld::rest() {
+  bodies_.shrink_to_fit();
+  candidates_.shrink_to_fit();
+  contacts_.shrink_to_fit();
+  free_contacts_.shrink_to_fit();
+  pairs_.shrink_to_fit();
+  contact_of_pair_.shrink_to_fit();
+  pairs_of_body_ = {};
+  bodies_pieces_ = {};
+  candidates_pieces_ = {};
+  noted_ = {};
+  broad_phase_.rest();
+}
+
 Wrench NativeWorld::total_wrench(BodySlot slot) const {
   return {array(body(slot).force), array(body(slot).torque)};
 }

@@ -42,6 +42,7 @@ class NativeWorld final : public SectorWorld {
   void set_jointed(BodySlot slot, bool jointed) override { body(slot).jointed = jointed; }
   void sleep(BodySlot slot) override;
   void wake(BodySlot slot) override;
+  void rest() override;
   Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
   void append_outside(const Eigen::AlignedBox3d& inside, double dt,
                       std::vector<BodyOutside>& outside) const override;

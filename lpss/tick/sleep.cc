@@ -5,6 +5,17 @@
 #include "lpss/partition/bodies.h"
 
 namespace tessera {
+namespace {
+
+void rest(Sector& sector) {
+  sector.components.shrink_to_fit();
+  sector.component_bodies.shrink_to_fit();
+  sector.component_pairs.shrink_to_fit();
+  sector.in_free_flight = {};
+  if (sector.world) sector.world->rest();
+}
+
+}  // namespace
 
 void settle(Partition& partition, TickContext& context, Sector& sector, Component& component,
             bool all_want_sleep) {
@@ -32,6 +43,7 @@ void retire_sectors(Partition& partition) {
     const bool dirty = std::any_of(sector->attended.begin(), sector->attended.end(),
                                    [](const HomeBody* body) { return body->dirty || body->next_home; });
     sector->active = dirty || (sector->world && anything_awake(*sector));
+    if (!sector->active) rest(*sector);
     return !sector->active;
   });
 }
