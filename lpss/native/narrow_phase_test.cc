@@ -88,6 +88,23 @@ TEST(NarrowPhaseTest, APlanetIsRoundAndWhereItShouldBe) {
   }
 }
 
+// However coarse numbers are beside it.
+TEST(NarrowPhaseTest, ACoinOnALargeFloorHasPointsWhereverItLies) {
+  const Body floor = body(1, tessera::Box{{20, 20, 2}}, {0, 0, -1}, Motion::kStatic);
+  for (int n = 0; n < 500; ++n) {
+    const Scalar height = Scalar(0.001 - 2e-5 * (n % 7) / 7);
+    Body coin = body(2, Cylinder{0.005, 0.002}, {Scalar(0.0123 * n), Scalar(-0.0071 * n), height});
+    coin.pose.rotation = Matrix(
+        Eigen::AngleAxis<Scalar>(Scalar(n), Vector::UnitZ()) *
+        Eigen::AngleAxis<Scalar>(Scalar(n % 2 ? M_PI : 0) + Scalar(1e-6) * Scalar(n % 5), Vector::UnitX()));
+    NarrowPhase phase;
+    Contact contact;
+    phase.update(floor, coin, contact);
+    ASSERT_EQ(contact.patches.size(), 1u) << n;
+    EXPECT_NEAR(contact.patches[0].normal.z(), -1, 1e-3) << n;
+  }
+}
+
 TEST(NarrowPhaseTest, ACylinderStandsOnItsCapAndLiesOnItsSide) {
   NarrowPhase phase;
   const Body floor = body(1, tessera::Box{{8, 8, 2}}, {0, 0, -1}, Motion::kStatic);

@@ -86,6 +86,28 @@ Part part_of(const btTriangleShape& triangle) {
   return part;
 }
 
+// Now and then GJK finds nothing where a small shape lies on a large one: numbers are too coarse for its
+// steps. A point that is the lowest over a face of a box, inside of the face's edges, is near it all the
+// same. `placement` is of the shape and the box; the normal points to the shape.
+std::optional<Nearest> over_a_face(const Part& shape, const collision::Box<Scalar>& box,
+                                   const Placement<Scalar>& placement, Scalar margin) {
+  std::optional<Nearest> best;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const Scalar side : {Scalar(-1), Scalar(1)}) {
+      const Vector out = placement.b.col(axis) * side;
+      const Vector lowest = placement.a * farthest(shape, Vector(placement.a.transpose() * -out));
+      const Vector seen = placement.b.transpose() * (lowest - placement.offset);
+      const Scalar gap = side * seen[axis] - box.half[axis];
+      if (!(gap <= margin)) return std::nullopt;
+      const int u = (axis + 1) % 3;
+      const int v = (axis + 2) % 3;
+      const bool is_over = std::abs(seen[u]) <= box.half[u] && std::abs(seen[v]) <= box.half[v];
+      if (is_over && (!best || gap > best->gap)) best = Nearest{out, lowest, lowest - out * gap, gap};
+    }
+  }
+  return best;
+}
+
 // A line along the side of a shape.
 struct Line {
   Vector from;
@@ -301,8 +323,16 @@ class AboveFace {
 
 Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Scalar>& placement,
                                Scalar margin) {
-  const std::optional<Nearest> found =
+  std::optional<Nearest> found =
       nearest(a, {placement.a, Vector::Zero()}, b, {placement.b, placement.offset}, margin);
+  if (!found && b.kind == Part::Kind::kBox) found = over_a_face(a, b.cuboid, placement, margin);
+  if (!found && a.kind == Part::Kind::kBox) {
+    found = over_a_face(b, a.cuboid, placement.swapped(), margin);
+    if (found) {
+      found =
+          Nearest{-found->normal, found->on_b + placement.offset, found->on_a + placement.offset, found->gap};
+    }
+  }
   if (!found) return {};
   const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
   const Side side_b = side_of(b, placement.b.transpose() * found->normal);
