@@ -9,7 +9,8 @@ namespace tessera {
 // a row.
 //
 // Table "rows": {group, scene, engine, what, figure, unit, bound, within, ticks, wall_s}. `what` describes in
-// a sentence what happened; `figure` is null if it is not a number or could not be measured.
+// a sentence what happened, and names what the number format adds to a bound where that is needed; `figure`
+// is null if it is not a number or could not be measured.
 //
 // Misses: rows with `within` false.
 absl::StatusOr<Report> measure_extremes(const ExperimentOptions& options, const Progress& progress);

@@ -44,6 +44,10 @@ Moment moment_of(const Simulation& simulation, const WorldDescription& world, st
   return moment;
 }
 
+double bound_of(const Scene& scene, Precision precision) {
+  return scene.bound + (scene.rounding ? scene.rounding(precision) : 0);
+}
+
 // A running scene.
 class Run {
  public:
@@ -74,7 +78,9 @@ class Run {
   std::string account(double figure) const {
     if (!std::isfinite(figure))
       return absl::StrCat("The measured figure is not a number at tick ", simulation_.tick(), ".");
-    std::string account = figure <= scene_.bound ? scene_.holds : scene_.fails;
+    const bool holds = figure <= bound_of(scene_, world_.settings.precision);
+    std::string account = holds ? scene_.holds : scene_.fails;
+    if (holds && figure > scene_.bound) absl::StrAppend(&account, " ", scene_.rounding_reason);
     if (stopped_ > 0) absl::StrAppend(&account, " (Bodies out of range were stopped: ", stopped_, " times.)");
     return account;
   }
@@ -102,19 +108,20 @@ Outcome outcome_of(const Scene& scene, const ExperimentOptions& options) {
 Report report_of(const Scene& scene, const ExperimentOptions& options, const Outcome& outcome,
                  double wall_s) {
   const char* engine = name_of(options.precision);
-  const bool within = outcome.figure <= scene.bound;
+  const double bound = bound_of(scene, options.precision);
+  const bool within = outcome.figure <= bound;
   Report report;
   Row row = {{"group", scene.group}, {"scene", scene.name}, {"engine", engine}, {"what", outcome.what}};
   row["figure"] = std::isfinite(outcome.figure) ? Row(outcome.figure) : Row();
   row["unit"] = scene.unit;
-  row["bound"] = scene.bound;
+  row["bound"] = bound;
   row["within"] = within;
   row["ticks"] = outcome.ticks;
   row["wall_s"] = wall_s;
   report.table("rows").push_back(std::move(row));
   if (!within) {
     report.misses.push_back(absl::StrFormat("%s, %s %s: %g %s, bound %g: %s", engine, scene.group, scene.name,
-                                            outcome.figure, scene.unit, scene.bound, outcome.what));
+                                            outcome.figure, scene.unit, bound, outcome.what));
   }
   return report;
 }

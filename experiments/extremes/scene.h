@@ -46,7 +46,11 @@ struct Scene {
   Tick sample_every = 1;  // ticks; the largest figure of all samples counts. 0: only the one at the end
   Figure figure;
   std::string unit;
-  double bound = 0;   // allowed by physics or common sense: the figure must not exceed it
+  double bound = 0;  // allowed by physics or common sense: the figure must not exceed it
+  // What is added to it because the numbers of a precision cannot tell, and why; from the arithmetic, not
+  // from results.
+  std::function<double(Precision)> rounding;
+  std::string rounding_reason;
   std::string holds;  // what happened if it does not; one sentence, like `fails`
   std::string fails;
   bool may_be_refused = false;    // refusing the world with a message also counts as success

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "experiments/extremes/figures.h"
 #include "experiments/extremes/scene_parts.h"
@@ -106,6 +107,25 @@ WorldDescription cubes(const WorldSettings& given, bool stacked) {
   return builder.world();
 }
 
+// m; the distance of neighbouring numbers around `place` (m).
+double spacing(Precision precision, double place) {
+  const int digits = precision == Precision::kFloat32 ? std::numeric_limits<float>::digits
+                                                      : std::numeric_limits<double>::digits;
+  return std::ldexp(1.0, std::ilogb(place) + 1 - digits);
+}
+
+// A cube comes to rest where what would still move it, or the one below, is less than half the spacing of
+// numbers at its height: the gap between two may be off by the spacing at the upper one, and a stack by the
+// sum.
+double stack_rounding(Precision precision, std::size_t cube) {
+  double sum = 0, below = 0;
+  for (std::size_t i = 0; i <= cube; ++i) {
+    sum += spacing(precision, below + kSizes[i] / 2);
+    below += kSizes[i];
+  }
+  return sum;
+}
+
 void add_cubes(std::vector<Scene>& scenes, bool stacked) {
   for (std::size_t i = stacked ? 1 : 0; i < kSizes.size(); ++i) {
     Scene scene;
@@ -121,6 +141,10 @@ void add_cubes(std::vector<Scene>& scenes, bool stacked) {
     scene.bound = kTolerance;
     scene.holds = "It stays in place.";
     scene.fails = "It does not stay in place.";
+    if (stacked) {
+      scene.rounding = [i](Precision precision) { return stack_rounding(precision, i) / kSizes[i]; };
+      scene.rounding_reason = "(Beyond 0.05 the bound is the spacing of numbers below it summed up.)";
+    }
     scenes.push_back(scene);
   }
 }
