@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <map>
 
 #include "lpss/bullet/test_world.h"
 
@@ -454,6 +456,25 @@ TEST(OverlapTest, BallsInOnePlaceComeApartSlowly) {
           Eigen::Vector3d(world.state(a).position.data()) - Eigen::Vector3d(world.state(b).position.data());
       EXPECT_GT(apart.norm(), 0.95) << a << ", " << b;
     }
+  }
+}
+
+TEST(OverlapTest, OfACrowdTheDeepestContactsAreKept) {
+  constexpr std::uint64_t kBalls = 200;
+  const auto engine = test_engine(test_settings());
+  TestWorld world(*engine);
+  for (std::uint64_t id = 1; id <= kBalls; ++id)
+    world.add(dynamic_body(id, kSphereShape, {0.001 * static_cast<double>(id), 0, 10}));
+  world.world().detect(kTick);
+  std::map<BodyId, int> contacts;
+  for (const ContactPair& pair : world.world().contacts()) {
+    ++contacts[pair.a];
+    ++contacts[pair.b];
+  }
+  ASSERT_EQ(contacts.size(), kBalls);
+  for (const auto& [body, count] : contacts) {
+    EXPECT_GE(count, 64) << body.value;
+    EXPECT_LT(count, 199) << body.value;
   }
 }
 
