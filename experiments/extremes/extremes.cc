@@ -15,7 +15,7 @@ namespace extremes {
 std::vector<Scene> all_scenes() {
   std::vector<Scene> all;
   for (const auto& scenes :
-       {place_scenes, body_scenes, motion_scenes, pile_scenes, input_scenes, long_scenes}) {
+       {place_scenes, body_scenes, terrain_scenes, motion_scenes, pile_scenes, input_scenes, long_scenes}) {
     std::vector<Scene> more = scenes();
     std::move(more.begin(), more.end(), std::back_inserter(all));
   }

@@ -60,11 +60,12 @@ struct Scene {
 // All scenes, by group.
 std::vector<Scene> all_scenes();
 
-std::vector<Scene> place_scenes();   // far away, the last sector, planets
-std::vector<Scene> body_scenes();    // ratios of masses, sizes
-std::vector<Scene> motion_scenes();  // speeds, orbits, spins, bounces
-std::vector<Scene> pile_scenes();    // time steps, gravity, heights, overlaps, crowds
-std::vector<Scene> input_scenes();   // numbers at the limits of their range
-std::vector<Scene> long_scenes();    // very many ticks
+std::vector<Scene> place_scenes();    // far away, the last sector, planets
+std::vector<Scene> body_scenes();     // ratios of masses, sizes
+std::vector<Scene> terrain_scenes();  // drops on meshes and height fields
+std::vector<Scene> motion_scenes();   // speeds, orbits, spins, bounces
+std::vector<Scene> pile_scenes();     // time steps, gravity, heights, overlaps, crowds
+std::vector<Scene> input_scenes();    // numbers at the limits of their range
+std::vector<Scene> long_scenes();     // very many ticks
 
 }  // namespace tessera::extremes

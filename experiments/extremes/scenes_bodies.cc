@@ -1,4 +1,4 @@
-// Ratios of masses, sizes, balls on terrain.
+// Ratios of masses, sizes.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -223,65 +223,6 @@ Scene card() {
   return scene;
 }
 
-// --- terrain ---
-
-// Two million triangles.
-constexpr int kSamples = 1001;
-constexpr double kSpacing = 0.25;                        // m
-constexpr double kHalf = kSpacing * (kSamples - 1) / 2;  // m
-constexpr int kDropped = 1000;
-
-double ground(double x, double y) {
-  return std::sin(0.7 * x) * std::cos(0.4 * y) + 0.2 * std::sin(3.1 * x + 2.3 * y);
-}
-
-// Balls of all sizes, at all places and speeds.
-WorldDescription drops(const WorldSettings& settings) {
-  WorldBuilder builder(settings);
-  HeightField field;
-  field.columns = field.rows = kSamples;
-  field.spacing = {kSpacing, kSpacing};
-  for (int row = 0; row < kSamples; ++row) {
-    for (int column = 0; column < kSamples; ++column) {
-      field.heights.push_back(ground(kSpacing * column - kHalf, kSpacing * row - kHalf));
-    }
-  }
-  builder.add("ground", builder.shape(field), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
-  const double radii[] = {0.01, 0.03, 0.1, 0.3};
-  ShapeId shapes[4];
-  for (int n = 0; n < 4; ++n) shapes[n] = builder.shape(Sphere{radii[n]});
-  for (int n = 0; n < kDropped; ++n) {
-    // Points of a lattice without period, off the samples of the ground.
-    const auto fraction = [n](double step) { return std::fmod(n * step, 1.0); };
-    const Eigen::Vector3d place((fraction(0.7548776662) - 0.5) * 200, (fraction(0.5698402910) - 0.5) * 200,
-                                2 + 10 * fraction(0.6180339887));
-    builder.add(absl::StrCat("ball", n), shapes[n % 4], std::pow(10 * radii[n % 4], 3), place)
-        .linear_velocity.z() = n % 8 < 4 ? 0 : -std::pow(10.0, 2 * fraction(0.3247179572));
-  }
-  return builder.world();
-}
-
-Scene drop_scene() {
-  Scene scene;
-  scene.group = "terrain";
-  scene.name = "balls_on_two_million_triangles";
-  scene.world = drops;
-  scene.ticks = 1200;
-  scene.quick_ticks = 300;
-  scene.sample_every = 0;
-  scene.figure = [](const Moment&, const Moment& now) {
-    return static_cast<double>(std::count_if(now.positions.begin(), now.positions.end(), [](const auto& p) {
-      const bool is_over_edge = p.template head<2>().cwiseAbs().maxCoeff() > kHalf;
-      return !is_over_edge && !(p.z() > ground(p.x(), p.y()) - kSpacing);
-    }));
-  };
-  scene.unit = "balls below the ground";
-  scene.bound = 0;
-  scene.holds = "All lie on the ground.";
-  scene.fails = "Some fall through the ground.";
-  return scene;
-}
-
 Scene larger_than_a_sector() {
   const auto world = [](const WorldSettings& settings) {
     WorldBuilder builder(settings);
@@ -303,7 +244,6 @@ std::vector<Scene> body_scenes() {
   scenes.push_back(coin());
   scenes.push_back(card());
   scenes.push_back(larger_than_a_sector());
-  scenes.push_back(drop_scene());
   return scenes;
 }
 
