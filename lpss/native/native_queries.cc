@@ -40,6 +40,52 @@ std::vector<BodySlot> sorted(std::vector<BodySlot> found, const NativeWorld& wor
 
 }  // namespace
 
+namespace {
+
+// A ball on its way, in the frame of a surface.
+struct FlyingBall {
+  Vector from;
+  Vector way;
+  Scalar radius;
+};
+
+// Where, as a share of its way, a ball meets the face of a triangle: none if it does not, or meets an edge.
+// `normal` on the side that it comes from.
+std::optional<Scalar> meets_face(const FlyingBall& ball, const MeshTriangle<Scalar>& triangle,
+                                 Vector& normal) {
+  const Scalar height = triangle.normal.dot(ball.from - triangle.vertex[0]);
+  normal = height < 0 ? Vector(-triangle.normal) : triangle.normal;
+  const Scalar fall = -normal.dot(ball.way);
+  if (!(fall > 0) || std::abs(height) - fall > ball.radius) return std::nullopt;
+  const Scalar fraction = std::max(Scalar(0), (std::abs(height) - ball.radius) / fall);
+  const Vector at = ball.from + ball.way * fraction;
+  for (int k = 0; k < 3; ++k) {
+    const Vector along = triangle.vertex[(k + 1) % 3] - triangle.vertex[k];
+    if (along.cross(triangle.normal).dot(at - triangle.vertex[k]) > 0) return std::nullopt;
+  }
+  return fraction;
+}
+
+}  // namespace
+
+// Replaces `hit` where a ball meets a face of a surface before. Bullet's cast misses large triangles with
+// small balls in float.
+void NativeWorld::meet_faces(const Part& part, const Frame& at, const SweptBall& ball, SweepHit hit_at_end,
+                             std::optional<SweepHit>& hit) {
+  const FlyingBall flying{at.inverse(ball.centre), at.rotation.transpose() * hit_at_end.way, ball.radius};
+  const Vector end = flying.from + flying.way;
+  Terrain::List triangles;
+  part.terrain->near(Box{flying.from.cwiseMin(end), flying.from.cwiseMax(end)}.grown(ball.radius), triangles);
+  for (const Terrain::Found& found : triangles) {
+    Vector normal;
+    const std::optional<Scalar> fraction = meets_face(flying, found.triangle, normal);
+    if (!fraction || (hit && *fraction >= hit->fraction)) continue;
+    hit = hit_at_end;
+    hit->fraction = *fraction;
+    hit->normal = at.rotation * normal;
+  }
+}
+
 // Two that move are swept in the frame of the other one.
 std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, bool without_clones) const {
   const Body& swept = body(slot);
@@ -84,6 +130,12 @@ void NativeWorld::sweep(const Body& swept, const Vector& way, BodySlot other,
                                         target.object().getWorldTransform(), nearest,
                                         /*allowedPenetration=*/0);
     if (nearest.object) hit = SweepHit{other, nearest.m_closestHitFraction, way, arm, vector(nearest.normal)};
+    for (const Part& part : at.solid->parts()) {
+      if (!part.terrain) continue;
+      const Frame surface = part.is_placed ? at.pose * part.frame : at.pose;
+      meet_faces(part, surface, {swept.start + arm, from.radius}, {other, 1, way, arm, Vector::Zero()}, hit);
+    }
+    if (hit) nearest.m_closestHitFraction = btScalar(hit->fraction);
   }
 }
 

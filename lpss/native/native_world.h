@@ -128,6 +128,8 @@ class NativeWorld final : public SectorWorld {
   void stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, const ParallelFor& parallel);
   std::optional<SweepHit> sweep(BodySlot swept, bool without_clones) const;
   void sweep(const Body& swept, const Vector& way, BodySlot other, std::optional<SweepHit>& hit) const;
+  static void meet_faces(const Part& part, const Frame& at, const SweptBall& ball, SweepHit hit_at_end,
+                         std::optional<SweepHit>& hit);
   void predict_contact(BodySlot swept, const SweepHit& hit);
   void keep_still_clock(Body& body, double dt) const;
 
