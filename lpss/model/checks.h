@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/string_view.h>
 
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <string>
 
+#include "lpss/base/utf8.h"
 #include "lpss/model/limits.h"
 
 namespace tessera {
@@ -45,6 +47,11 @@ inline absl::Status finite(const std::string& what, const Eigen::Vector3d& value
   const double norm = value.norm();
   if (norm > norm_max) return refused(what, " = ", norm, " ", unit, " must be at most ", norm_max, " ", unit);
   return absl::OkStatus();
+}
+
+inline absl::Status utf8(const std::string& what, absl::string_view name) {
+  if (is_utf8(name)) return absl::OkStatus();
+  return refused(what, " '", absl::CHexEscape(name), "': the name must be UTF-8");
 }
 
 inline absl::Status unit_quaternion(const std::string& what, const Eigen::Quaterniond& q) {

@@ -24,14 +24,16 @@ inline constexpr double kExtentMin = 1e-4;       // m
 inline constexpr double kStaticExtentMax = 1e8;  // m, of bounded static shapes
 inline constexpr double kInertiaMin = 1e-18;     // kg m^2: smallest solid; less has no inverse in float
 inline constexpr double kInertiaMax = 1e18;      // kg m^2
-inline constexpr double kAccelerationMax = 1e6;  // m/s^2, of gravity
-inline constexpr double kSpeedMax = 1e6;         // m/s
-inline constexpr double kAngularSpeedMax = 1e5;  // rad/s
-inline constexpr double kImpulseMax = 1e12;      // N s
-inline constexpr double kForceMax = 1e12;        // N
-inline constexpr double kTorqueMax = 1e12;       // N m
-inline constexpr double kLeverMax = 1e8;         // m, of an impulse
-inline constexpr double kDriveWayMax = 1e6;      // m, the target of a position drive
+// The smallest principal moment of inertia, as a fraction of the largest: a rod 4,000 times as long as thick.
+inline constexpr double kMomentRatioMin = 1e-7;
+inline constexpr double kAccelerationMax = 1e6;           // m/s^2, of gravity
+inline constexpr double kSpeedMax = 1e6;                  // m/s
+inline constexpr double kAngularSpeedMax = 1e5;           // rad/s
+inline constexpr double kImpulseMax = 1e12;               // N s
+inline constexpr double kForceMax = 1e12;                 // N
+inline constexpr double kTorqueMax = 1e12;                // N m
+inline constexpr double kLeverMax = 1e8;                  // m, of an impulse
+inline constexpr double kDriveWayMax = 1e6;               // m, the target of a position drive
 inline constexpr double kQuaternionNormTolerance = 1e-3;  // how far from 1 a unit quaternion may be
 
 inline constexpr std::size_t kBodiesMax = 4'000'000;

@@ -74,4 +74,20 @@ double smallest_extent(const Shape& shape) {
   return extent;
 }
 
+Slab slab_around(const std::vector<Eigen::Vector3d>& points) {
+  if (points.empty()) return {};
+  const auto farthest_by = [&points](const auto& distance) {
+    return *std::ranges::max_element(points, {}, distance);
+  };
+  const Eigen::Vector3d a = points.front();
+  const Eigen::Vector3d b = farthest_by([&](const Eigen::Vector3d& p) { return (p - a).squaredNorm(); });
+  const Eigen::Vector3d c =
+      farthest_by([&](const Eigen::Vector3d& p) { return (p - a).cross(b - a).squaredNorm(); });
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  if (normal.squaredNorm() == 0) return {};
+  const Eigen::Vector3d up = normal.normalized();
+  const Eigen::Vector3d d = farthest_by([&](const Eigen::Vector3d& p) { return std::abs((p - a).dot(up)); });
+  return {up, normal.norm() / (b - a).norm(), std::abs((d - a).dot(up))};
+}
+
 }  // namespace tessera

@@ -84,4 +84,12 @@ double bounding_radius(const Geometry& geometry);
 // The approximate smallest thickness of the shape: a fast body must not move farther than this in one step.
 double smallest_extent(const Shape& shape);
 
+// The plane that a cloud of points lies along, through three that are far apart.
+struct Slab {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // 0 for points that are all on a line
+  double width = 0;      // m: distance of the third of these points from the line of the others
+  double thickness = 0;  // m: distance of the farthest point from the plane
+};
+Slab slab_around(const std::vector<Eigen::Vector3d>& points);
+
 }  // namespace tessera

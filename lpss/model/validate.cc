@@ -41,27 +41,6 @@ absl::Status unit_normal(const Eigen::Vector3d& normal) {
   return refused("plane normal: the norm ", norm, " must be 1 within ", kQuaternionNormTolerance);
 }
 
-// How thick a cloud of points is: the distance of the farthest one from a plane through three that lie far
-// apart. 0 for points that are all in a plane.
-double thickness(const std::vector<Eigen::Vector3d>& points) {
-  const auto farthest = [&points](const auto& distance) {
-    std::size_t best = 0;
-    for (std::size_t n = 1; n < points.size(); ++n) {
-      if (distance(points[n]) > distance(points[best])) best = n;
-    }
-    return points[best];
-  };
-  const Eigen::Vector3d a = points.front();
-  const Eigen::Vector3d b = farthest([&](const Eigen::Vector3d& p) { return (p - a).squaredNorm(); });
-  const Eigen::Vector3d c =
-      farthest([&](const Eigen::Vector3d& p) { return (p - a).cross(b - a).squaredNorm(); });
-  const Eigen::Vector3d normal = (b - a).cross(c - a);
-  if (normal.squaredNorm() == 0) return 0;
-  const Eigen::Vector3d up = normal.normalized();
-  const Eigen::Vector3d d = farthest([&](const Eigen::Vector3d& p) { return std::abs((p - a).dot(up)); });
-  return std::abs((d - a).dot(up));
-}
-
 struct GeometryCheck {
   absl::Status operator()(const Box& box) const { return lengths("box size", box.size); }
   absl::Status operator()(const Sphere& sphere) const { return length("sphere radius", sphere.radius); }
@@ -93,7 +72,7 @@ absl::Status GeometryCheck::operator()(const ConvexHull& hull) const {
         finite(absl::StrCat("convex hull: point ", n), hull.points[n], kStaticExtentMax, "m");
     if (!status.ok()) return status;
   }
-  const double thick = thickness(hull.points);
+  const double thick = slab_around(hull.points).thickness;
   if (thick < kExtentMin) {
     return refused("convex hull: all points lie in a plane: its thickness ", thick, " m must be at least ",
                    kExtentMin, " m");
@@ -177,6 +156,7 @@ absl::Status moving_shape_check(const BodyProperties& properties, const Shape& s
 }
 
 absl::Status inertia_check(const std::array<double, 3>& inertia) {
+  const double largest = *std::ranges::max_element(inertia);
   for (int axis = 0; axis < 3; ++axis) {
     const double moment = inertia[axis];
     if (!std::isfinite(moment) || moment <= 0) {
@@ -186,6 +166,10 @@ absl::Status inertia_check(const std::array<double, 3>& inertia) {
     absl::Status status = bounded(absl::StrCat("principal moment of inertia ", axis), moment, kInertiaMin,
                                   kInertiaMax, "kg m^2");
     if (!status.ok()) return status;
+    if (moment < kMomentRatioMin * largest) {
+      return refused("principal moment of inertia ", axis, " = ", moment, " kg m^2 must be at least ",
+                     kMomentRatioMin, " of the largest, ", largest, " kg m^2");
+    }
     const double others = inertia[(axis + 1) % 3] + inertia[(axis + 2) % 3];
     if (moment > others * (1 + kTriangleTolerance)) {
       return refused("principal moment of inertia ", axis, " = ", moment,
@@ -347,6 +331,7 @@ absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes
     return refused("body '", body.name.substr(0, 40), "...': the name's ", body.name.size(),
                    " bytes must be at most ", kNameBytesMax);
   }
+  if (absl::Status status = utf8("body", body.name); !status.ok()) return status;
   const BodyProperties& properties = body.properties;
   if (properties.shape >= shapes.size()) {
     return refused(title(body), ": shape ", properties.shape, " must be below the number of shapes, ",
@@ -361,6 +346,7 @@ absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes
 
 absl::Status validate(const WorldDescription& world) {
   if (absl::Status status = validate(world.settings); !status.ok()) return status;
+  if (absl::Status status = utf8("world", world.name); !status.ok()) return status;
   if (absl::Status status = sizes_check(world); !status.ok()) return status;
   if (absl::Status status = shapes_check(world); !status.ok()) return status;
   absl::flat_hash_set<absl::string_view> names;

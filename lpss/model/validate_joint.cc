@@ -20,7 +20,7 @@ const char* unit_of(JointType type) { return is_angle(type) ? "rad" : "m"; }
 
 absl::Status name_check(const std::string& name) {
   if (name.empty()) return refused("a joint's name must not be empty");
-  if (name.size() <= kNameBytesMax) return absl::OkStatus();
+  if (name.size() <= kNameBytesMax) return utf8("joint", name);
   return refused("joint '", name.substr(0, 40), "...': the name's ", name.size(), " bytes must be at most ",
                  kNameBytesMax);
 }

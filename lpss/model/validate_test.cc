@@ -156,6 +156,9 @@ std::vector<Row> body_rows() {
   return {
       {"NameEmpty", box([](auto& b) { b.name = ""; }), {"name must not be empty"}},
       {"NameLong", box([](auto& b) { b.name.assign(2000, 'x'); }), {"2000 bytes", "1024"}},
+      {"NameNotUtf8",
+       box([](auto& b) { b.name = "good::b\xf6x"; }),
+       {"body 'good::b\\xf6x'", "must be UTF-8"}},
       {"NameTwice", box([](auto& b) { b.name = "good::floor"; }), {"good::floor", "unique"}},
       {"ShapeMissing",
        box([](auto& b) { b.properties.shape = 2; }),
@@ -183,6 +186,11 @@ std::vector<Row> body_rows() {
          b.properties.inertia = {1e-40, 1e-40, 1e-40};
        }),
        {"good::box", "inertia 0 = 1e-40 kg m^2", "at least 1e-18"}},
+      {"InertiaOfAThread",
+       box([](auto& b) {
+         b.properties.inertia = {2e-18, 0.215, 0.215};
+       }),
+       {"good::box", "inertia 0 = 2e-18 kg m^2", "at least 1e-07 of the largest, 0.215"}},
       {"InertiaHuge",
        box([](auto& b) {
          b.properties.inertia = {1e30, 1e30, 1e30};
