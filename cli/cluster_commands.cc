@@ -42,6 +42,7 @@ absl::Status up(UpOptions options) {
   if (!options.world.empty()) {
     absl::StatusOr<LoadedWorld> loaded = load_world(options.world, options.overrides);
     if (!loaded.ok()) return loaded.status();
+    absl::PrintF("%s", file_notes(loaded->notices, loaded->repairs));
     world = *std::move(loaded);
   }
   LocalClusterOptions& wanted = options.cluster;
@@ -131,12 +132,9 @@ void add_load(CLI::App& app, Action& action) {
     if (!summary.ok()) return summary.status();
     absl::PrintF("%s: %s bodies, %s sectors, on %d server%s\n", loaded->world.name, grouped(summary->bodies),
                  grouped(summary->sectors), summary->servers, summary->servers == 1 ? "" : "s");
-    data = {{"world", loaded->world.name},
-            {"bodies", summary->bodies},
-            {"sectors", summary->sectors},
-            {"servers", summary->servers},
-            {"notices", loaded->notices}};
-    for (const std::string& notice : loaded->notices) absl::PrintF("note: %s\n", notice);
+    data = {{"world", loaded->world.name}, {"bodies", summary->bodies},  {"sectors", summary->sectors},
+            {"servers", summary->servers}, {"notices", loaded->notices}, {"repairs", loaded->repairs}};
+    absl::PrintF("%s", file_notes(loaded->notices, loaded->repairs));
     return absl::OkStatus();
   });
 }
@@ -161,7 +159,7 @@ void add_time(CLI::App& app, Action& action) {
   };
   const auto pace = std::make_shared<Pace>();
   CLI::Option* factor = resume.add_option("--rtf", pace->factor, "simulated seconds per second")
-                            ->check(CLI::PositiveNumber)
+                            ->check(above_zero())
                             ->capture_default_str();
   resume.add_flag("--fast", pace->fast, "as fast as possible")->excludes(factor);
   on_cluster(resume, action, [pace](Client& client, nlohmann::json& data) {
@@ -170,7 +168,7 @@ void add_time(CLI::App& app, Action& action) {
 
   CLI::App& step = add_command(app, "step", "Do some ticks and wait for them.", "tessera step 60");
   const auto ticks = std::make_shared<std::uint64_t>(1);
-  step.add_option("ticks", *ticks, "how many")->check(CLI::PositiveNumber)->capture_default_str();
+  step.add_option("ticks", *ticks, "how many")->check(above_zero())->capture_default_str();
   on_cluster(step, action, [ticks](Client& client, nlohmann::json& data) {
     return print_tick("at", client.step(*ticks), data);
   });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 
 #include <CLI/CLI.hpp>
@@ -33,6 +34,17 @@ inline CLI::App& add_command(CLI::App& app, const std::string& name, const std::
   CLI::App& command = *app.add_subcommand(name, help);
   command.footer(absl::StrCat("Example:\n  ", example));
   return command;
+}
+
+// CLI::PositiveNumber prints its range, of 300 digits.
+inline CLI::Validator above_zero() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double number = 0;
+        const bool positive = absl::SimpleAtod(text, &number) && number > 0;
+        return positive ? std::string() : absl::StrCat("'", text, "' must be a number above 0");
+      },
+      "ABOVE 0");
 }
 
 }  // namespace tessera::cli

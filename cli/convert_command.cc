@@ -28,7 +28,7 @@ absl::Status convert(const ConvertOptions& options) {
   if (absl::Status status = write_world_message(options.output, loaded->world); !status.ok()) return status;
   absl::PrintF("%s: %s bodies, %s joints, in %s\n", loaded->world.name, grouped(loaded->world.bodies.size()),
                grouped(loaded->world.joints.size()), options.output.string());
-  for (const std::string& notice : loaded->notices) absl::PrintF("note: %s\n", notice);
+  absl::PrintF("%s", file_notes(loaded->notices, loaded->repairs));
   return absl::OkStatus();
 }
 

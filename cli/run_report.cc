@@ -65,6 +65,7 @@ void RunReport::describe(const LoadedWorld& loaded, const RunOptions& options, s
   servers = options.in_process || options.plain ? 0 : options.servers;
   threads = threads_of(options, std::max(1, servers));
   notices = loaded.notices;
+  repairs = loaded.repairs;
 }
 
 void RunReport::set_wall_time(double seconds) {
@@ -97,6 +98,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"load_seconds", report.load_seconds},
       {"wall_seconds", report.wall_seconds},
       {"notices", report.notices},
+      {"repairs", report.repairs},
   };
   for (const TickCounter& counter : kTickCounters) json[counter.name_in_run] = report.counts.*counter.value;
   for (const auto& [process, peak] : report.peak_rss_mb_by_process)
@@ -151,7 +153,7 @@ std::string to_text(const RunReport& report) {
   row("peak memory", absl::StrFormat("%.0f MB (largest process)", report.peak_rss_mb));
   row("world hash", report.world_hash);
   std::string text = table(rows, {}, false);
-  for (const std::string& notice : report.notices) absl::StrAppend(&text, "note: ", notice, "\n");
+  absl::StrAppend(&text, file_notes(report.notices, report.repairs));
   return text;
 }
 

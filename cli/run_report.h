@@ -62,6 +62,7 @@ struct RunReport {
   double load_seconds = 0;
   double wall_seconds = 0;  // of the ticks
   std::vector<std::string> notices;
+  std::vector<std::string> repairs;  // of faults of the world file
   std::optional<TowerReport> towers;
 
   // Fills in what the world and the options say.

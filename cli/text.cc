@@ -22,4 +22,11 @@ std::string to_string(const Eigen::Vector3d& vector) {
   return absl::StrFormat("%.3f, %.3f, %.3f", vector.x(), vector.y(), vector.z());
 }
 
+std::string file_notes(const std::vector<std::string>& notices, const std::vector<std::string>& repairs) {
+  std::string text;
+  for (const std::string& notice : notices) absl::StrAppend(&text, "note: ", notice, "\n");
+  for (const std::string& repair : repairs) absl::StrAppend(&text, "repaired: ", repair, "\n");
+  return text;
+}
+
 }  // namespace tessera::cli

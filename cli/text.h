@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "lpss/model/tick_counts.h"
 
@@ -17,5 +18,8 @@ std::string title_of(const TickCounter& counter);
 
 // "0.123, 4.560, 7.890" with three decimals.
 std::string to_string(const Eigen::Vector3d& vector);
+
+// What a world file has that is not simulated, and its faults that were mended: a line each.
+std::string file_notes(const std::vector<std::string>& notices, const std::vector<std::string>& repairs);
 
 }  // namespace tessera::cli

@@ -18,7 +18,7 @@ absl::StatusOr<Precision> parse_precision(const std::string& text);
 // NOT_FOUND, INVALID_ARGUMENT, naming the file.
 absl::StatusOr<Knobs> read_knobs(const std::string& file);
 
-// Adds --settings, an option for each setting of a world, and --shift.
+// Adds --settings, an option for each setting of a world, --strict and --shift.
 // `overrides` must outlive the parsing.
 void add_override_options(CLI::App& command, WorldOverrides& overrides);
 

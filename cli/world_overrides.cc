@@ -10,17 +10,19 @@
 namespace tessera::cli {
 namespace {
 
-absl::StatusOr<LoadedWorld> read_world(const std::filesystem::path& file) {
-  if (file.extension() != kWorldMessageExtension) return load_world_file(file);
+absl::StatusOr<LoadedWorld> read_world(const std::filesystem::path& file, bool strict) {
+  if (file.extension() != kWorldMessageExtension) {
+    return load_world_file(file, strict ? Faults::kRefuse : Faults::kRepair);
+  }
   absl::StatusOr<WorldDescription> world = read_world_message(file);
   if (!world.ok()) return world.status();
-  return LoadedWorld{*std::move(world), {}};
+  return LoadedWorld{.world = *std::move(world)};
 }
 
 }  // namespace
 
 absl::StatusOr<LoadedWorld> load_world(const std::filesystem::path& file, const WorldOverrides& overrides) {
-  absl::StatusOr<LoadedWorld> loaded = read_world(file);
+  absl::StatusOr<LoadedWorld> loaded = read_world(file, overrides.strict);
   if (!loaded.ok()) return loaded.status();
   WorldDescription& world = loaded->world;
   if (absl::Status status = apply(overrides.knobs, world); !status.ok()) return status;

@@ -12,7 +12,8 @@ namespace tessera::cli {
 
 struct WorldOverrides {
   Knobs knobs;
-  SectorOffset shift;  // the whole world, a planet included, is moved by this
+  bool strict = false;  // refuse a file with faults that could be mended
+  SectorOffset shift;   // the whole world, a planet included, is moved by this
 };
 
 // Reads the world file (SDF, URDF, or NAME.pb, a message), applies the overrides and validates what comes

@@ -34,6 +34,11 @@ class RunTest : public ::testing::Test {
     return nlohmann::json::parse(in, nullptr, false);
   }
 
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+
   std::filesystem::path folder_;
 };
 
@@ -41,9 +46,10 @@ TEST_F(RunTest, ReportsTheSameFieldsWithAndWithoutServers) {
   const std::string world = world_file("seam.sdf").string();
   const nlohmann::json alone = run({world, "--in-process", "--seconds", "1"});
   const nlohmann::json cluster = run({world, "--servers", "3", "--seconds", "1"});
-  for (const char* field : {"world_hash", "ticks", "bodies", "sectors", "clones_max", "islands_across_seams",
-                            "islands_shipped", "bodies_stopped", "settings", "real_time_factor", "tick_ms",
-                            "peak_rss_mb", "servers", "threads", "notices", "load_seconds", "wall_seconds"}) {
+  for (const char* field :
+       {"world_hash", "ticks", "bodies", "sectors", "clones_max", "islands_across_seams", "islands_shipped",
+        "bodies_stopped", "settings", "real_time_factor", "tick_ms", "peak_rss_mb", "servers", "threads",
+        "notices", "repairs", "load_seconds", "wall_seconds"}) {
     EXPECT_TRUE(alone.contains(field)) << field;
     EXPECT_TRUE(cluster.contains(field)) << field;
   }
@@ -94,6 +100,37 @@ TEST_F(RunTest, ConvertedWorldIsTheSameWorld) {
   EXPECT_EQ(from_file["world_hash"], from_message["world_hash"]);
 }
 
+TEST_F(RunTest, FaultsThatAreMendedAreCountedOrRefused) {
+  const std::string robot =
+      write("robot.urdf",
+            "<robot name='r'><link name='l'><inertial><mass value='1'/><inertia ixx='1' "
+            "iyy='1' izz='9' ixy='0' ixz='0' iyz='0'/></inertial><collision><geometry>"
+            "<sphere radius='1'/></geometry></collision></link></robot>");
+  const nlohmann::json report = run({robot, "--in-process", "--seconds", "0.1"});
+  ASSERT_EQ(report["repairs"].size(), 1u) << report["repairs"];
+  EXPECT_THAT(report["repairs"][0].get<std::string>(), HasSubstr("1 x moment of inertia larger"));
+  const Outcome converted = run_tessera({"convert", robot, (folder_ / "robot.pb").string()});
+  EXPECT_EQ(converted.code, 0) << converted.output;
+  EXPECT_THAT(converted.output, HasSubstr("repaired: 1 x moment of inertia larger"));
+  const Outcome strict = run_tessera({"run", robot, "--in-process", "--strict"});
+  EXPECT_EQ(strict.code, 1);
+  EXPECT_THAT(strict.output, HasSubstr("1 x moment of inertia larger"));
+}
+
+TEST_F(RunTest, NamesThatAreNotUtf8AreRefusedAlike) {
+  const std::string world =
+      write("latin.sdf",
+            "<sdf version='1.9'><world name='w'><model name='h\xfcgel'><link name='l'><collision "
+            "name='c'><geometry><box/></geometry></collision></link></model></world></sdf>");
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"run", world, "--in-process"},
+                                                    {"run", world, "--servers", "1"},
+                                                    {"convert", world, (folder_ / "latin.pb").string()}}) {
+    const Outcome outcome = run_tessera(arguments);
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_THAT(outcome.output, HasSubstr("body 'h\\xfcgel::l': the name must be UTF-8"));
+  }
+}
+
 TEST(CommandLineTest, ExitCodesTellUsageFromFailure) {
   const std::string world = world_file("falling.sdf").string();
   EXPECT_EQ(run_tessera({}).code, 2);
@@ -114,6 +151,13 @@ TEST(CommandLineTest, MessagesNameWhatAndTheBound) {
   EXPECT_THAT(run_tessera({"run", "no_such_world.sdf"}).output, HasSubstr("no_such_world.sdf"));
   EXPECT_THAT(run_tessera({"run", world, "--dt", "7"}).output, HasSubstr("0.1"));
   EXPECT_THAT(run_tessera({"hash", "--connect", "127.0.0.1:1"}).output, HasSubstr("127.0.0.1:1"));
+  const Outcome step = run_tessera({"step", "abc"});
+  EXPECT_THAT(step.output, HasSubstr("'abc' must be a number above 0"));
+  EXPECT_LT(step.output.size(), 300u);
+  EXPECT_THAT(run_tessera({"run", world, "--settings", "/"}).output, HasSubstr("/ is a folder"));
+  EXPECT_THAT(run_tessera({"run", world, "--shuffle", "-1"}).output,
+              HasSubstr("'-1' must be an integer of 0"));
+  EXPECT_THAT(run_tessera({"run", world, "--shuffle=-1"}).output, HasSubstr("'-1' must be an integer of 0"));
 }
 
 TEST(CommandLineTest, UnknownNamesAreToldWithThoseThatThereAre) {

@@ -5,7 +5,9 @@
 #include <absl/strings/string_view.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <ignition/math/eigen3/Conversions.hh>
+#include <optional>
 #include <sdf/Box.hh>
 #include <sdf/Capsule.hh>
 #include <sdf/Collision.hh>
@@ -81,8 +83,62 @@ TriangleMesh surface_of(const std::vector<SubMesh>& objects, bool mirrored) {
   return result;
 }
 
+// Triangles less high than this fraction of their longest side have no area.
+constexpr double kFlatTriangle = 1e-6;
+
+std::size_t triangles_without_area(const TriangleMesh& mesh) {
+  std::size_t flat = 0;
+  for (std::size_t n = 0; n < mesh.indices.size(); n += 3) {
+    const Eigen::Vector3d& a = mesh.vertices[mesh.indices[n]];
+    const Eigen::Vector3d ab = mesh.vertices[mesh.indices[n + 1]] - a;
+    const Eigen::Vector3d ac = mesh.vertices[mesh.indices[n + 2]] - a;
+    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+    if (ab.cross(ac).norm() <= kFlatTriangle * longest) ++flat;
+  }
+  return flat;
+}
+
+std::vector<Geometry> surface_of_mesh(const sdf::Mesh& mesh, const std::vector<SubMesh>& objects,
+                                      const std::string& where, Notices& notices) {
+  const ignition::math::Vector3d scale = mesh.Scale();
+  TriangleMesh surface = surface_of(objects, scale.X() * scale.Y() * scale.Z() < 0);
+  const std::size_t flat = triangles_without_area(surface);
+  if (3 * flat == surface.indices.size()) {
+    notices.count_repair("mesh whose triangles have no area, left out", where);
+    return {};
+  }
+  if (flat > 0) notices.count("triangle without area in a mesh: nothing touches it", flat);
+  std::vector<Geometry> result;
+  result.emplace_back(std::move(surface));
+  return result;
+}
+
+// The hull of one object of a mesh; none if its points are all near a line.
+std::optional<ConvexHull> hull_of(const SubMesh& part, const std::string& where, Notices& notices) {
+  ConvexHull hull{hull_points(part.vertices, kHullPointsMax)};
+  const Slab slab = slab_around(hull.points);
+  if (slab.width < kExtentMin) {
+    notices.count_repair("mesh object whose points are all on a line, left out", where);
+    return std::nullopt;
+  }
+  if (slab.thickness < kExtentMin) {
+    notices.count_repair(absl::StrCat("mesh object that is flat, made ", 2 * kExtentMin, " m thick"), where);
+    const std::vector<Eigen::Vector3d> flat = hull_points(part.vertices, kHullPointsMax / 2);
+    hull.points.clear();
+    for (const Eigen::Vector3d& point : flat) {
+      hull.points.push_back(point - kExtentMin * slab.normal);
+      hull.points.push_back(point + kExtentMin * slab.normal);
+    }
+  }
+  if (part.vertices.size() > kHullPointsMax && hull.points.size() < part.vertices.size()) {
+    notices.count("mesh object simplified for its convex hull");
+  }
+  return hull;
+}
+
 absl::StatusOr<std::vector<Geometry>> geometries_of_mesh(const sdf::Mesh& mesh, bool moves,
-                                                         MeshLibrary& meshes, Notices& notices) {
+                                                         const std::string& where, MeshLibrary& meshes,
+                                                         Notices& notices) {
   if (const HeightField* field = meshes.height_field(mesh.Uri()); field != nullptr) {
     return std::vector<Geometry>{*field};
   }
@@ -90,25 +146,18 @@ absl::StatusOr<std::vector<Geometry>> geometries_of_mesh(const sdf::Mesh& mesh, 
   if (!all.ok()) return all.status();
   const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(mesh, **all);
   if (!objects.ok()) return objects.status();
+  if (!moves) return surface_of_mesh(mesh, *objects, where, notices);
   std::vector<Geometry> result;
-  if (!moves) {
-    const ignition::math::Vector3d scale = mesh.Scale();
-    result.emplace_back(surface_of(*objects, scale.X() * scale.Y() * scale.Z() < 0));
-    return result;
-  }
   for (const SubMesh& part : *objects) {
-    ConvexHull hull{hull_points(part.vertices, kHullPointsMax)};
-    if (part.vertices.size() > kHullPointsMax && hull.points.size() < part.vertices.size()) {
-      notices.count("mesh object simplified for its convex hull");
-    }
-    result.emplace_back(std::move(hull));
+    if (std::optional<ConvexHull> hull = hull_of(part, where, notices)) result.emplace_back(*std::move(hull));
   }
   return result;
 }
 
 // Empty for an unsupported kind.
 absl::StatusOr<std::vector<Geometry>> geometries_of(const sdf::Geometry& geometry, bool moves,
-                                                    MeshLibrary& meshes, Notices& notices) {
+                                                    const std::string& where, MeshLibrary& meshes,
+                                                    Notices& notices) {
   switch (geometry.Type()) {
     case sdf::GeometryType::BOX:
       return std::vector<Geometry>{Box{convert(geometry.BoxShape()->Size())}};
@@ -125,7 +174,7 @@ absl::StatusOr<std::vector<Geometry>> geometries_of(const sdf::Geometry& geometr
     case sdf::GeometryType::PLANE:
       return std::vector<Geometry>{Plane{convert(geometry.PlaneShape()->Normal()).normalized()}};
     case sdf::GeometryType::MESH:
-      return geometries_of_mesh(*geometry.MeshShape(), moves, meshes, notices);
+      return geometries_of_mesh(*geometry.MeshShape(), moves, where, meshes, notices);
     default:
       notices.count("collision with unsupported geometry, skipped");
       return std::vector<Geometry>{};
@@ -160,8 +209,10 @@ absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, MeshLibrary& m
   Shape shape;
   for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
     const sdf::Collision& collision = *link.CollisionByIndex(n);
+    const std::string where =
+        absl::StrCat("<collision name='", collision.Name(), "'> of <link name='", link.Name(), "'>");
     absl::StatusOr<std::vector<Geometry>> geometries =
-        geometries_of(*collision.Geom(), moves, meshes, notices);
+        geometries_of(*collision.Geom(), moves, where, meshes, notices);
     if (!geometries.ok()) {
       return absl::Status(geometries.status().code(), absl::StrCat("collision '", collision.Name(),
                                                                    "': ", geometries.status().message()));

@@ -9,9 +9,12 @@
 namespace tessera {
 
 // A file or folder of this machine for a URI in a file of `directory`. Relative paths and file:// start
-// there; model://name/rest (and package://) is searched there, in `models` beside it and in every folder of
-// the environment variable TESSERA_MODEL_PATH (separated by colons).
-// NOT_FOUND with all places searched; INVALID_ARGUMENT for an empty URI or another scheme.
+// there; model://name/rest and package://name/rest are searched there, in `models` beside it, and in the
+// model or package that the file is part of: beside it, and in it if that is its name. Then all but absolute
+// paths are searched in the folders that environment variables list, separated by colons: TESSERA_MODEL_PATH,
+// GZ_SIM_RESOURCE_PATH, IGN_GAZEBO_RESOURCE_PATH, GAZEBO_MODEL_PATH, SDF_PATH, AMENT_PREFIX_PATH (in
+// `share`), ROS_PACKAGE_PATH. NOT_FOUND with all places searched; INVALID_ARGUMENT for an empty URI, another
+// scheme, or a name of a model that leaves these folders ("model://../secret").
 absl::StatusOr<std::filesystem::path> find_uri(const std::string& uri,
                                                const std::filesystem::path& directory);
 

@@ -11,6 +11,7 @@
 #include <ignition/math/Ellipsoid.hh>
 #include <ignition/math/Sphere.hh>
 #include <ignition/math/eigen3/Conversions.hh>
+#include <numbers>
 #include <optional>
 #include <sdf/Box.hh>
 #include <sdf/Capsule.hh>
@@ -20,6 +21,9 @@
 #include <sdf/Ellipsoid.hh>
 #include <sdf/Geometry.hh>
 #include <sdf/Sphere.hh>
+
+#include "lpss/base/portable_math.h"
+#include "lpss/model/limits.h"
 
 namespace tessera {
 namespace {
@@ -62,6 +66,55 @@ double density_of(const sdf::Collision& collision) {
   return element->GetElement("tessera:density")->Get<double>();
 }
 
+// Less, as a fraction of the largest moment, is a slip of the pen: a rod 400 times as long as thick has more.
+constexpr double kRatioOfRods = 1e-5;
+// The least second moment of mass that a repair leaves, as a fraction of the largest. Links of joints whose
+// shape is far thicker than their moments diverge, in f32 and f64, from a tenth of that.
+constexpr double kSpreadMin = 1e-3;
+
+Eigen::Matrix3d tensor_of(const MassProperties& properties) {
+  const Eigen::Vector3d& products = properties.products;
+  Eigen::Matrix3d tensor = properties.moments.asDiagonal();
+  tensor(0, 1) = tensor(1, 0) = products[0];
+  tensor(0, 2) = tensor(2, 0) = products[1];
+  tensor(1, 2) = tensor(2, 1) = products[2];
+  return tensor;
+}
+
+// Whether libsdformat takes a tensor for that of a body.
+bool is_valid(const Eigen::Matrix3d& tensor) {
+  const im::Vector3d moments(tensor(0, 0), tensor(1, 1), tensor(2, 2));
+  const im::Vector3d products(tensor(0, 1), tensor(0, 2), tensor(1, 2));
+  return im::MassMatrix3d(1, moments, products).IsValid();
+}
+
+// What is wrong with a tensor, or nullptr.
+const char* fault_of(const Eigen::Matrix3d& tensor, const Eigen::Vector3d& principal) {
+  const double largest = principal.maxCoeff();
+  if (!(largest > 0))
+    return "moments of inertia of 0 or less, taken as those of a ball of water of the same mass";
+  if (principal.minCoeff() <= 0) return "moment of inertia of 0 or less, raised to what the others allow";
+  if (!is_valid(tensor)) {
+    return "moment of inertia larger than the other two together (triangle inequality), these two raised";
+  }
+  if (principal.minCoeff() < std::max(kInertiaMin, kRatioOfRods * largest)) {
+    return "moment of inertia too small beside the others, raised";
+  }
+  return nullptr;
+}
+
+Eigen::Vector3d nearest_moments(const Eigen::Vector3d& principal, double mass) {
+  Eigen::Vector3d spread = Eigen::Vector3d::Constant(principal.sum() / 2) - principal;
+  if (!(principal.maxCoeff() > 0)) {
+    constexpr double kWater = 1000;  // kg/m^3
+    const double radius = portable::pow(3 * mass / (4 * std::numbers::pi * kWater), 1.0 / 3);
+    spread.setConstant(mass * radius * radius / 5);
+  }
+  const double least = std::max(kSpreadMin * spread.maxCoeff(), kInertiaMin);
+  spread = spread.cwiseMax(least);
+  return Eigen::Vector3d::Constant(spread.sum()) - spread;
+}
+
 }  // namespace
 
 PrincipalInertia principal_inertia(const Eigen::Matrix3d& tensor) {
@@ -82,13 +135,27 @@ PrincipalInertia principal_inertia(const Eigen::Matrix3d& tensor) {
   return {solver.eigenvalues(), Eigen::Quaterniond(axes).normalized()};
 }
 
-absl::Status check_inertia(const Eigen::Vector3d& moments, const Eigen::Vector3d& products) {
-  const im::MassMatrix3d matrix(1, im::eigen3::convert(moments), im::eigen3::convert(products));
-  if (matrix.IsValid()) return absl::OkStatus();
-  const im::Vector3d principal = matrix.PrincipalMoments();
-  return absl::InvalidArgumentError(
-      absl::StrCat("the principal moments ", principal.X(), ", ", principal.Y(), " and ", principal.Z(),
-                   " kg m^2 must be above 0, and none larger than the other two together"));
+std::vector<std::string> repair(MassProperties& properties) {
+  std::vector<std::string> faults;
+  double& mass = properties.mass;
+  if (mass == 0) return faults;
+  Eigen::Matrix3d tensor = tensor_of(properties);
+  if (mass < kMassMin) {
+    faults.push_back(absl::StrCat("mass below ", kMassMin, " kg, raised to it"));
+    tensor *= kMassMin / mass;
+    mass = kMassMin;
+  }
+  const PrincipalInertia principal = principal_inertia(tensor);
+  const char* fault = fault_of(tensor, principal.moments);
+  if (fault == nullptr && faults.empty()) return faults;
+  if (fault != nullptr) {
+    faults.emplace_back(fault);
+    const Eigen::Matrix3d axes = principal.axes.toRotationMatrix();
+    tensor = axes * nearest_moments(principal.moments, mass).asDiagonal() * axes.transpose();
+  }
+  properties.moments = tensor.diagonal();
+  properties.products = {tensor(0, 1), tensor(0, 2), tensor(1, 2)};
+  return faults;
 }
 
 void set_inertia(const im::Inertiald& inertial, BodyProperties& properties) {

@@ -1,12 +1,13 @@
 // Mass properties: converts the tensor of a file to the principal moments that engines need.
 #pragma once
 
-#include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
 #include <Eigen/Core>
 #include <ignition/math/Inertial.hh>
 #include <sdf/Link.hh>
+#include <string>
+#include <vector>
 
 #include "lpss/model/body.h"
 
@@ -21,9 +22,21 @@ struct PrincipalInertia {
 };
 PrincipalInertia principal_inertia(const Eigen::Matrix3d& tensor);
 
-// INVALID_ARGUMENT unless the moments and products of inertia (kg m^2: xx yy zz, and xy xz yz) are those of a
-// body: principal moments above 0, and none larger than the other two together.
-absl::Status check_inertia(const Eigen::Vector3d& moments, const Eigen::Vector3d& products);
+// The mass of a body, and its tensor about the centre of mass.
+struct MassProperties {
+  double mass = 1;                                     // kg
+  Eigen::Vector3d moments{1, 1, 1};                    // xx yy zz, kg m^2
+  Eigen::Vector3d products = Eigen::Vector3d::Zero();  // xy xz yz, kg m^2
+};
+
+// Changes mass properties that no body has, or whose numbers no engine can divide by, to the nearest that
+// one can have, and says what was wrong, a fault an entry; empty: nothing was changed.
+//
+// A mass below kMassMin becomes kMassMin, with the tensor in proportion. A tensor is that of some
+// distribution of mass if its second moments (half the trace, less each principal moment) are not negative:
+// negative ones become kSpreadMin of the largest. Without any above 0 the tensor becomes that of a ball of
+// water of the mass. A mass of 0 remains, with its tensor: others decide what has it (give_least_masses()).
+std::vector<std::string> repair(MassProperties& properties);
 
 // Sets mass, moments, centre of mass and principal axes in `properties`. `inertial` is in the link's frame.
 void set_inertia(const ignition::math::Inertiald& inertial, BodyProperties& properties);

@@ -14,6 +14,7 @@
 #include <sdf/JointAxis.hh>
 #include <utility>
 
+#include "worlds/loader/repairs.h"
 #include "worlds/loader/tessera_elements.h"
 
 namespace tessera {
@@ -74,12 +75,16 @@ void set_angle_limits(double lower, double upper, JointAxis& axis, Notices& noti
   axis.upper = std::min(upper, pi);
 }
 
-JointAxis axis_of(const sdf::JointAxis* from, JointType type, Notices& notices) {
+JointAxis axis_of(const sdf::JointAxis* from, JointType type, const std::string& joint, Notices& notices) {
   JointAxis axis;
   if (from == nullptr) return axis;
-  const double lower = bounded(from->Lower());
-  const double upper = bounded(from->Upper());
-  if (type == JointType::kPrismatic || lower > upper) {
+  double lower = bounded(from->Lower());
+  double upper = bounded(from->Upper());
+  if (lower > upper) {
+    notices.count_repair(kCrossedLimits, absl::StrCat("<joint name='", joint, "'>"));
+    std::swap(lower, upper);
+  }
+  if (type == JointType::kPrismatic) {
     axis.lower = lower;
     axis.upper = upper;
   } else {
@@ -90,7 +95,6 @@ JointAxis axis_of(const sdf::JointAxis* from, JointType type, Notices& notices) 
   if (from->MaxVelocity() == 0) notices.count("joint with a velocity limit of 0, taken as none");
   axis.damping = from->Damping();
   axis.friction = from->Friction();
-  if (from->SpringStiffness() != 0) notices.count("spring of a joint is not simulated");
   return axis;
 }
 
@@ -238,7 +242,7 @@ absl::StatusOr<std::optional<JointKind>> read_joint(const sdf::Joint& joint, Not
   result.axes = *axes;
   result.properties.type = *type;
   for (int n = 0; n < axis_count(*type); ++n) {
-    result.properties.axes[n] = axis_of(joint.Axis(n), *type, notices);
+    result.properties.axes[n] = axis_of(joint.Axis(n), *type, joint.Name(), notices);
   }
   if (*type == JointType::kScrew) {
     const absl::StatusOr<double> pitch = pitch_of(joint);

@@ -12,9 +12,12 @@
 #include <utility>
 
 #include "lpss/model/limits.h"
+#include "worlds/loader/elements.h"
 #include "worlds/loader/file_search.h"
 #include "worlds/loader/inertia.h"
 #include "worlds/loader/joint_reader.h"
+#include "worlds/loader/massless_links.h"
+#include "worlds/loader/repairs.h"
 #include "worlds/loader/sdf_parser.h"
 #include "worlds/loader/urdf.h"
 
@@ -34,9 +37,6 @@ bool is_one_of(const Element& element, const std::array<absl::string_view, N>& n
   return std::find(names.begin(), names.end(), element.Name()) != names.end();
 }
 
-constexpr std::array<absl::string_view, 12> kNoPhysics = {
-    "visual",     "light",     "sensor",  "plugin",           "gripper",     "audio_source",
-    "audio_sink", "projector", "battery", "particle_emitter", "enable_wind", "allow_auto_disable"};
 constexpr std::array<absl::string_view, 8> kKnownGeometries = {
     "box", "sphere", "capsule", "cylinder", "ellipsoid", "plane", "mesh", "tessera:heightfield"};
 // Elements of our own, in place of what libsdformat does not support.
@@ -56,6 +56,8 @@ constexpr std::array<absl::string_view, 13> kNumbers = {"mass",
                                                         "scale",
                                                         "density",
                                                         "restitution_coefficient"};
+constexpr std::array<const char*, 3> kMoments = {"ixx", "iyy", "izz"};
+constexpr std::array<const char*, 3> kProducts = {"ixy", "ixz", "iyz"};
 constexpr std::array<absl::string_view, 4> kSizes = {"size", "radius", "length", "radii"};
 
 // Missing children have SDF's default values.
@@ -72,29 +74,91 @@ absl::StatusOr<Eigen::Vector3d> three_numbers(const Element& parent, const std::
   return numbers;
 }
 
-absl::Status check_inertia_numbers(const Element& inertia) {
-  const absl::StatusOr<Eigen::Vector3d> moments = three_numbers(inertia, {"ixx", "iyy", "izz"}, 1);
-  if (!moments.ok()) return moments.status();
-  const absl::StatusOr<Eigen::Vector3d> products = three_numbers(inertia, {"ixy", "ixz", "iyz"}, 0);
-  if (!products.ok()) return products.status();
-  const absl::Status status = check_inertia(*moments, *products);
-  return status.ok() ? status : xml::invalid(inertia, status.message());
+// The mass properties of an <inertial>, or of a link without one.
+absl::StatusOr<MassProperties> mass_properties(const Element* inertial) {
+  MassProperties result;
+  if (inertial == nullptr) return result;
+  if (const Element* mass = inertial->FirstChildElement("mass")) {
+    const absl::StatusOr<double> kilograms = xml::number_of(*mass);
+    if (!kilograms.ok()) return kilograms.status();
+    if (*kilograms < 0) {
+      return xml::invalid(*mass, "mass = ", *kilograms, " kg must be at least ", kMassMin, " kg");
+    }
+    result.mass = *kilograms;
+  }
+  if (const Element* inertia = inertial->FirstChildElement("inertia")) {
+    const absl::StatusOr<Eigen::Vector3d> moments = three_numbers(*inertia, kMoments, 1);
+    if (!moments.ok()) return moments.status();
+    const absl::StatusOr<Eigen::Vector3d> products = three_numbers(*inertia, kProducts, 0);
+    if (!products.ok()) return products.status();
+    result.moments = *moments;
+    result.products = *products;
+  }
+  return result;
 }
 
-absl::Status check_mass(const Element& mass, double kilograms) {
-  // It may be 0 for a static body, which does not use it.
-  if (kilograms >= 0) return absl::OkStatus();
-  return xml::invalid(mass, "mass = ", kilograms, " kg must be at least ", kMassMin, " kg");
+void set_mass_properties(const MassProperties& properties, Element& inertial) {
+  for (const char* name : {"mass", "inertia"}) {
+    if (Element* old = inertial.FirstChildElement(name)) inertial.DeleteChild(old);
+  }
+  xml::set_number(*inertial.InsertNewChildElement("mass"), properties.mass);
+  Element& inertia = *inertial.InsertNewChildElement("inertia");
+  for (int n = 0; n < 3; ++n) {
+    xml::set_number(*inertia.InsertNewChildElement(kMoments[n]), properties.moments[n]);
+    xml::set_number(*inertia.InsertNewChildElement(kProducts[n]), properties.products[n]);
+  }
+}
+
+absl::Status repair_inertial(Element& inertial, Notices& notices) {
+  absl::StatusOr<MassProperties> properties = mass_properties(&inertial);
+  if (!properties.ok()) return properties.status();
+  const std::vector<std::string> faults = repair(*properties);
+  if (faults.empty()) return absl::OkStatus();
+  for (const std::string& fault : faults) notices.count_repair(fault, xml::place_of(inertial));
+  set_mass_properties(*properties, inertial);
+  return absl::OkStatus();
+}
+
+// Links that a file gives no mass, in a model that is not static.
+absl::Status repair_massless_links(Element& model, Notices& notices) {
+  std::vector<Element*> links;
+  std::vector<LinkMass> masses;
+  absl::flat_hash_map<std::string, std::size_t> places;
+  bool massless = false;
+  for (Element* link = model.FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    const absl::StatusOr<MassProperties> properties = mass_properties(link->FirstChildElement("inertial"));
+    if (!properties.ok()) return properties.status();
+    if (const char* name = link->Attribute("name")) places.emplace(name, links.size());
+    links.push_back(link);
+    masses.push_back({properties->mass, properties->moments.mean()});
+    massless = massless || properties->mass == 0;
+  }
+  if (!massless) return absl::OkStatus();
+  std::vector<std::pair<std::size_t, std::size_t>> joints;
+  for (const Element* joint = model.FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint")) {
+    const auto parent = places.find(xml::child_text(*joint, "parent"));
+    const auto child = places.find(xml::child_text(*joint, "child"));
+    if (parent != places.end() && child != places.end()) joints.emplace_back(parent->second, child->second);
+  }
+  const std::vector<LinkMass> before = masses;
+  give_least_masses(masses, joints);
+  for (std::size_t n = 0; n < links.size(); ++n) {
+    if (before[n].mass != 0) continue;
+    notices.count_repair(kMasslessLink, xml::place_of(*links[n]));
+    set_mass_properties({masses[n].mass, Eigen::Vector3d::Constant(masses[n].moment)},
+                        *links[n]->FirstChildElement("inertial"));
+  }
+  return absl::OkStatus();
 }
 
 absl::Status check_numbers(const Element& element) {
   if (xml::is(element, "pose")) return xml::pose_of(element).status();
-  if (xml::is(element, "inertia")) return check_inertia_numbers(element);
   const bool is_size = is_one_of(element, kSizes);
   if (!is_size && !is_one_of(element, kNumbers)) return absl::OkStatus();
   const absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(element, xml::text_of(element));
   if (!numbers.ok()) return numbers.status();
-  if (xml::is(element, "mass") && !numbers->empty()) return check_mass(element, numbers->front());
   const Element* parent = element.Parent()->ToElement();
   // The size of a plane is for display only; its collision shape is infinite.
   if (!is_size || parent == nullptr || xml::is(*parent, "plane")) return absl::OkStatus();
@@ -186,10 +250,30 @@ absl::Status check_include(const Element& include) {
   return absl::OkStatus();
 }
 
+// Whether all numbers of a shape are 0, which then is no more than a point. The size of a plane is for
+// display.
+bool is_point(const Element& shape) {
+  bool some = false;
+  if (xml::is(shape, "plane")) return false;
+  for (const Element* size = shape.FirstChildElement(); size != nullptr; size = size->NextSiblingElement()) {
+    if (!is_one_of(*size, kSizes)) return false;
+    const absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(*size, xml::text_of(*size));
+    if (!numbers.ok()) return false;
+    if (std::any_of(numbers->begin(), numbers->end(), [](double number) { return number != 0; }))
+      return false;
+    some = some || !numbers->empty();
+  }
+  return some;
+}
+
 // Whether a collision is supported; unsupported ones are counted.
 bool has_known_geometry(const Element& collision, Notices& notices) {
   const Element* geometry = collision.FirstChildElement("geometry");
   const Element* kind = geometry == nullptr ? nullptr : geometry->FirstChildElement();
+  if (kind != nullptr && is_point(*kind)) {
+    notices.count_repair("collision of no size, left out", xml::place_of(collision));
+    return false;
+  }
   if (kind != nullptr && is_one_of(*kind, kKnownGeometries)) return true;
   notices.count(kind == nullptr || xml::is(*kind, "empty")
                     ? std::string("collision without geometry, skipped")
@@ -210,11 +294,12 @@ absl::Status use_mesh_path(Element& mesh, const path& directory) {
 }  // namespace
 
 std::string ModelSource::document(std::optional<bool> is_static) const {
-  if (!is_static) return absl::StrCat("<sdf version='", version, "'>", xml::print(*element), "</sdf>");
   tinyxml2::XMLDocument document;
   document.InsertEndChild(element->DeepClone(&document));
-  set_static(*document.RootElement(), is_static);
-  return absl::StrCat("<sdf version='", version, "'>", xml::print(*document.RootElement()), "</sdf>");
+  Element& model = *document.RootElement();
+  model.SetAttribute("name", kAnyModel);
+  set_static(model, is_static);
+  return absl::StrCat("<sdf version='", version, "'>", xml::print(model), "</sdf>");
 }
 
 absl::StatusOr<std::string> sdf_version(const Element& root, Notices& notices) {
@@ -249,7 +334,6 @@ absl::StatusOr<ModelSource> ModelSources::prepare(Element& model, const std::str
   }
   std::vector<Slot> slots;
   if (absl::Status status = clean(model, directory, slots, result.notices); !status.ok()) return status;
-  model.SetAttribute("name", "m");
   model.DeleteAttribute("placement_frame");
   result.element = &model;
   const bool mixed = std::any_of(slots.begin(), slots.end(),
@@ -276,6 +360,13 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
       if (Element* inertial = link->FirstChildElement("inertial")) link->DeleteChild(inertial);
     }
   }
+  if (in_model) {
+    rename_joints(element, notices);
+    if (absl::Status status = repair_massless_links(element, notices); !status.ok()) return status;
+  }
+  if (xml::is(element, "inertial")) {
+    if (absl::Status status = repair_inertial(element, notices); !status.ok()) return status;
+  }
   if (xml::is(element, "link")) keep_auto_inertia(element);
   if (xml::is(element, "joint")) {
     if (absl::Status status = prepare_joint(element); !status.ok()) return status;
@@ -283,7 +374,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
   for (Element* child = element.FirstChildElement(); child != nullptr;) {
     Element* const next = child->NextSiblingElement();
     absl::Status status;
-    if (is_one_of(*child, kNoPhysics)) {
+    if (is_no_physics(*child)) {
       notices.count(absl::StrCat(described(*child), " skipped"));
       element.DeleteChild(child);
     } else if (xml::is(*child, "collision") && !has_known_geometry(*child, notices)) {

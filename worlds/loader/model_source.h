@@ -17,6 +17,9 @@
 
 namespace tessera {
 
+// The name of every model in the documents that libsdformat reads.
+inline constexpr char kAnyModel[] = "tessera:model";
+
 // A prepared <model> element, owned by its document.
 struct ModelSource {
   std::string version;  // of SDF
@@ -24,10 +27,11 @@ struct ModelSource {
   std::optional<xml::RelativePose> pose;  // its own; an include may override it
   std::string pose_xml;                   // the same as it was written
   std::string placement_frame;
-  xml::Element* element = nullptr;  // named "m", without pose and placement frame
+  xml::Element* element = nullptr;  // without pose and placement frame
   Notices notices;                  // what was removed
 
-  // A whole document with this model in it, for ModelTemplates: equal for models equal but for name and pose.
+  // A whole document with this model in it, named kAnyModel, for ModelTemplates: equal for models equal but
+  // for name and pose.
   std::string document(std::optional<bool> is_static) const;
 };
 

@@ -12,6 +12,7 @@
 #include <sdf/Root.hh>
 #include <utility>
 
+#include "worlds/loader/elements.h"
 #include "worlds/loader/inertia.h"
 #include "worlds/loader/joint_reader.h"
 #include "worlds/loader/sdf_parser.h"
@@ -84,6 +85,7 @@ class Reader {
 
   absl::Status read(const sdf::Model& model) {
     self_collide_ = model.SelfCollide();
+    note_unread(*model.Element(), result_.notices);
     collect_joints(model, "");
     find_fixed_links();
     if (absl::Status status = read_model(model, "", Pose{}, model.Static()); !status.ok()) return status;

@@ -130,6 +130,14 @@ const std::string& latest_sdf_version() {
   return version;
 }
 
+sdf::ElementConstPtr sdf_description(const std::string& name) {
+  const absl::MutexLock lock(&parser_mutex());
+  const sdf::ElementPtr root = description().Root();
+  if (name == "sdf") return root;
+  const sdf::ElementPtr world = root->GetElementDescription("world");
+  return name == "world" ? world : world->GetElementDescription(name);
+}
+
 absl::Status parse_sdf(const std::string& xml, sdf::Root& root, Notices& notices) {
   const absl::MutexLock lock(&parser_mutex());
   const sdf::SDFPtr document = empty_document();

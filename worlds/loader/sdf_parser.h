@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <sdf/Element.hh>
 #include <sdf/Root.hh>
 #include <string>
 
@@ -13,6 +14,9 @@ namespace tessera {
 
 // The version of SDF that libsdformat converts everything to, "1.9".
 const std::string& latest_sdf_version();
+
+// What SDF allows in an <sdf>, <world> or <physics>.
+sdf::ElementConstPtr sdf_description(const std::string& name);
 
 // Reads the text of one SDF model into `root`, and counts libsdformat's warnings.
 // INVALID_ARGUMENT with libsdformat's errors.

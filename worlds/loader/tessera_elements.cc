@@ -72,7 +72,7 @@ absl::StatusOr<DriveMode> drive_mode(const Element& drive) {
   return xml::invalid(drive, "mode '", *mode, "' must be free, velocity, position or effort");
 }
 
-absl::Status read_drive(const Element& drive, JointDrives& drives) {
+absl::Status read_drive(const Element& drive, JointDrives& drives, std::array<bool, 2>& taken) {
   if (absl::Status status = only_attributes(drive, {"mode", "target", "axis"}); !status.ok()) return status;
   const absl::StatusOr<DriveMode> mode = drive_mode(drive);
   if (!mode.ok()) return mode.status();
@@ -84,7 +84,10 @@ absl::Status read_drive(const Element& drive, JointDrives& drives) {
     if (!target.ok()) return target.status();
     result.target = *target;
   }
-  drives[axis == "1" ? 0 : 1] = result;
+  const std::size_t place = axis == "1" ? 0 : 1;
+  if (taken[place]) return xml::invalid(drive, "axis ", axis, " has a drive already");
+  taken[place] = true;
+  drives[place] = result;
   return absl::OkStatus();
 }
 
@@ -186,8 +189,9 @@ absl::StatusOr<PlacementExtras> take_extras(Element& element) {
 
 absl::StatusOr<JointDrives> take_drives(Element& joint) {
   JointDrives result;
+  std::array<bool, 2> taken{};
   while (Element* drive = joint.FirstChildElement("tessera:drive")) {
-    if (absl::Status status = read_drive(*drive, result); !status.ok()) return status;
+    if (absl::Status status = read_drive(*drive, result, taken); !status.ok()) return status;
     joint.DeleteChild(drive);
   }
   return result;

@@ -5,66 +5,107 @@
 #include <absl/strings/str_cat.h>
 
 #include <cstring>
+#include <filesystem>
 #include <string>
 
+#include "worlds/loader/elements.h"
+#include "worlds/loader/file_search.h"
+#include "worlds/loader/repairs.h"
 #include "worlds/loader/sdf_parser.h"
+#include "worlds/loader/urdf_masses.h"
 
 namespace tessera {
 namespace {
 
 using xml::Element;
 
-void skip_children(Element& parent, const char* name, Notices& notices) {
-  while (Element* child = parent.FirstChildElement(name)) {
-    notices.count(absl::StrCat("<", name, "> skipped"));
-    parent.DeleteChild(child);
+constexpr char kUnlimited[] = "1e16";  // SDF's number for it
+
+// The names of materials that a robot defines more than once: urdfdom would refuse it.
+void note_materials(const Element& robot, Notices& notices) {
+  absl::flat_hash_set<std::string> names;
+  for (const Element* material = robot.FirstChildElement("material"); material != nullptr;
+       material = material->NextSiblingElement("material")) {
+    const char* name = material->Attribute("name");
+    if (name == nullptr || names.insert(name).second) continue;
+    notices.count_repair("material that is defined twice", xml::place_of(*material));
   }
 }
 
-std::string link_of(const Element& joint, const char* side) {
-  const Element* element = joint.FirstChildElement(side);
-  const char* name = element == nullptr ? nullptr : element->Attribute("link");
-  return name == nullptr ? "" : name;
-}
-
-// Fixes a link to the world with a URDF joint.
-void fix_to_world(Element& robot, const std::string& link) {
-  bool has_world = false;
-  for (const Element* other = robot.FirstChildElement("link"); other != nullptr;
-       other = other->NextSiblingElement("link")) {
-    has_world = has_world || other->Attribute("name", "world") != nullptr;
-  }
-  if (!has_world) robot.InsertNewChildElement("link")->SetAttribute("name", "world");
-  Element* joint = robot.InsertNewChildElement("joint");
-  joint->SetAttribute("name", absl::StrCat(link, "_fixed_to_world").c_str());
-  joint->SetAttribute("type", "fixed");
-  joint->InsertNewChildElement("parent")->SetAttribute("link", "world");
-  joint->InsertNewChildElement("child")->SetAttribute("link", link.c_str());
-}
-
-// libsdformat drops links without mass, and all their children.
-absl::Status treat_massless_links(Element& robot, const absl::flat_hash_set<std::string>& children) {
+// libsdformat would change the URIs; here an error can still name the place.
+absl::Status find_meshes(Element& robot, const std::filesystem::path& directory) {
   for (Element* link = robot.FirstChildElement("link"); link != nullptr;
        link = link->NextSiblingElement("link")) {
-    Element* inertial = link->FirstChildElement("inertial");
-    Element* mass = inertial == nullptr ? nullptr : inertial->FirstChildElement("mass");
-    if (mass == nullptr) continue;
-    const absl::StatusOr<double> value = xml::number_attribute(*mass, "value");
-    if (!value.ok()) return value.status();
-    if (*value > 0) continue;
-    const char* name = link->Attribute("name");
-    if (*value < 0 || name == nullptr || children.contains(name)) {
-      return xml::invalid(*mass, "mass = ", *value, " kg must be above 0");
+    for (Element* collision = link->FirstChildElement("collision"); collision != nullptr;
+         collision = collision->NextSiblingElement("collision")) {
+      Element* geometry = collision->FirstChildElement("geometry");
+      Element* mesh = geometry == nullptr ? nullptr : geometry->FirstChildElement("mesh");
+      if (mesh == nullptr) continue;
+      const absl::StatusOr<std::string> uri = xml::required_attribute(*mesh, "filename");
+      if (!uri.ok()) return uri.status();
+      const absl::StatusOr<std::filesystem::path> file = find_uri(*uri, directory);
+      if (!file.ok()) return xml::error_at(*mesh, file.status().code(), file.status().message());
+      mesh->SetAttribute("filename", std::filesystem::absolute(*file).c_str());
     }
-    inertial->DeleteChild(mass);
-    if (Element* tensor = inertial->FirstChildElement("inertia")) inertial->DeleteChild(tensor);
-    inertial->InsertNewChildElement("mass")->SetAttribute("value", 1);
-    Element* tensor = inertial->InsertNewChildElement("inertia");
-    for (const char* moment : {"ixx", "iyy", "izz"}) tensor->SetAttribute(moment, 1);
-    for (const char* product : {"ixy", "ixz", "iyz"}) tensor->SetAttribute(product, 0);
-    fix_to_world(robot, name);
   }
   return absl::OkStatus();
+}
+
+void complete_limit(Element& limit, Notices& notices) {
+  for (const char* attribute : {"effort", "velocity"}) {
+    if (limit.Attribute(attribute) != nullptr) continue;
+    notices.count_repair(absl::StrCat("<limit> without ", attribute, ", taken as unlimited"),
+                         xml::place_of(limit));
+    limit.SetAttribute(attribute, kUnlimited);
+  }
+  // libsdformat would exchange them without a word.
+  double lower = 0;
+  double upper = 0;
+  if (limit.QueryDoubleAttribute("lower", &lower) == tinyxml2::XML_SUCCESS &&
+      limit.QueryDoubleAttribute("upper", &upper) == tinyxml2::XML_SUCCESS && lower > upper) {
+    notices.count_repair(kCrossedLimits, xml::place_of(limit));
+  }
+}
+
+// urdfdom refuses joints without limits, or with <dynamics> that say nothing.
+void complete_joint(Element& joint, Notices& notices) {
+  Element* dynamics = joint.FirstChildElement("dynamics");
+  if (dynamics != nullptr && dynamics->Attribute("damping") == nullptr &&
+      dynamics->Attribute("friction") == nullptr) {
+    notices.count_repair("<dynamics> without damping and friction, left out", xml::place_of(*dynamics));
+    joint.DeleteChild(dynamics);
+  }
+  if (Element* limit = joint.FirstChildElement("limit")) return complete_limit(*limit, notices);
+  const bool limited =
+      joint.Attribute("type", "revolute") != nullptr || joint.Attribute("type", "prismatic") != nullptr;
+  if (!limited) return;
+  notices.count_repair("joint without <limit>, taken as unlimited", xml::place_of(joint));
+  Element& limit = *joint.InsertNewChildElement("limit");
+  limit.SetAttribute("lower", absl::StrCat("-", kUnlimited).c_str());
+  for (const char* attribute : {"upper", "effort", "velocity"}) limit.SetAttribute(attribute, kUnlimited);
+}
+
+// It refuses collisions without a geometry that it knows, too.
+void complete_link(Element& link, Notices& notices) {
+  for (Element* collision = link.FirstChildElement("collision"); collision != nullptr;) {
+    Element& element = *collision;
+    collision = collision->NextSiblingElement("collision");
+    const Element* geometry = element.FirstChildElement("geometry");
+    if (geometry != nullptr && geometry->FirstChildElement() != nullptr) continue;
+    notices.count_repair("collision without geometry, left out", xml::place_of(element));
+    link.DeleteChild(&element);
+  }
+}
+
+void complete(Element& robot, Notices& notices) {
+  for (Element* joint = robot.FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint")) {
+    complete_joint(*joint, notices);
+  }
+  for (Element* link = robot.FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    complete_link(*link, notices);
+  }
 }
 
 // urdfdom drops capsules: they are passed as cylinders with a marked collision name.
@@ -123,12 +164,17 @@ void restore_joints(Element& model, const absl::flat_hash_map<std::string, std::
 
 absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices& notices) {
   Element& robot = file.root();
-  absl::flat_hash_set<std::string> children;
+  if (robot.Attribute("name") == nullptr) {
+    notices.count_repair("robot without name, called robot", xml::place_of(robot));
+    robot.SetAttribute("name", "robot");
+  }
+  note_materials(robot, notices);
+  remove_unread(robot, notices);
+  rename_joints(robot, notices);
+  complete(robot, notices);
   absl::flat_hash_map<std::string, std::string> unknown_joints;  // to libsdformat: names and types
   for (Element* joint = robot.FirstChildElement("joint"); joint != nullptr;
        joint = joint->NextSiblingElement("joint")) {
-    children.insert(link_of(*joint, "child"));
-    skip_children(*joint, "mimic", notices);
     const char* type = joint->Attribute("type");
     const std::string type_name = type == nullptr ? "" : type;
     if (type_name != "spherical" && type_name != "planar" && type_name != "floating") continue;
@@ -138,24 +184,18 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
     unknown_joints[*name] = type_name;
     joint->SetAttribute("type", "continuous");
   }
-  if (absl::Status status = treat_massless_links(robot, children); !status.ok()) return status;
-  for (Element* link = robot.FirstChildElement("link"); link != nullptr;
-       link = link->NextSiblingElement("link")) {
-    skip_children(*link, "visual", notices);
-    skip_children(*link, "contact", notices);
-  }
+  if (absl::Status status = repair_urdf_masses(robot, notices); !status.ok()) return status;
+  if (absl::Status status = find_meshes(robot, file.directory()); !status.ok()) return status;
   hide_capsules(robot);
-  skip_children(robot, "transmission", notices);
-  skip_children(robot, "gazebo", notices);
 
   const absl::StatusOr<std::string> converted = to_latest_sdf(xml::print(robot));
   if (!converted.ok()) return xml::invalid(robot, converted.status().message());
   absl::StatusOr<std::unique_ptr<xml::File>> result =
-      xml::File::parse(*converted, file.name(), file.directory());
+      xml::File::parse(*converted, absl::StrCat(file.name(), " (as SDF)"), file.directory());
   if (!result.ok()) return result.status();
   Element* model = (*result)->root().FirstChildElement("model");
   if (model == nullptr || model->FirstChildElement("link") == nullptr) {
-    return xml::invalid(robot, "no link has an <inertial>: there is nothing to simulate");
+    return xml::invalid(robot, "there is no <link>");
   }
   restore_joints(*model, unknown_joints);
   restore_capsules(*model);

@@ -1,6 +1,7 @@
 #include "worlds/loader/world_file.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 
 #include <exception>
 #include <memory>
@@ -13,7 +14,7 @@
 namespace tessera {
 namespace {
 
-absl::StatusOr<LoadedWorld> load(xml::File& file) {
+absl::StatusOr<LoadedWorld> load(xml::File& file, Faults faults) {
   Notices notices;
   LoadedWorld result;
   // libsdformat and assimp throw on unexpected input.
@@ -28,22 +29,27 @@ absl::StatusOr<LoadedWorld> load(xml::File& file) {
     return absl::Status(status.code(), absl::StrCat(file.name(), ": ", status.message()));
   }
   result.notices = notices.lines();
+  result.repairs = notices.repairs();
+  if (faults == Faults::kRefuse && !result.repairs.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(file.name(), ": has faults: ", absl::StrJoin(result.repairs, "; ")));
+  }
   return result;
 }
 
 }  // namespace
 
-absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file) {
+absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file, Faults faults) {
   absl::StatusOr<std::unique_ptr<xml::File>> xml = xml::File::read(file);
   if (!xml.ok()) return xml.status();
-  return load(**xml);
+  return load(**xml, faults);
 }
 
 absl::StatusOr<LoadedWorld> load_world_string(const std::string& xml,
-                                              const std::filesystem::path& base_directory) {
+                                              const std::filesystem::path& base_directory, Faults faults) {
   absl::StatusOr<std::unique_ptr<xml::File>> file = xml::File::parse(xml, "<string>", base_directory);
   if (!file.ok()) return file.status();
-  return load(**file);
+  return load(**file, faults);
 }
 
 }  // namespace tessera

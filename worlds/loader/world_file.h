@@ -14,6 +14,14 @@ namespace tessera {
 struct LoadedWorld {
   WorldDescription world;            // has passed validate()
   std::vector<std::string> notices;  // joints, and unsupported elements: one line per kind, with its count
+  std::vector<std::string> repairs;  // faults of the file that were mended, likewise
+};
+
+// What to do with a file that has faults that can be mended: links without mass, impossible moments of
+// inertia, flat meshes, unknown elements and others; worlds/README.md lists them.
+enum class Faults {
+  kRepair,
+  kRefuse,  // INVALID_ARGUMENT with all of them
 };
 
 // Reads an SDF world, an SDF model or a URDF robot; the content decides which. A model or a robot becomes a
@@ -27,10 +35,12 @@ struct LoadedWorld {
 // OUT_OF_RANGE for positions outside the 64-bit range of sectors.
 //
 // Thread-safe; libsdformat is used by one thread at a time.
-absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file);
+absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file,
+                                            Faults faults = Faults::kRepair);
 
 // The same for text in memory. Relative includes and meshes are searched in `base_directory`.
 absl::StatusOr<LoadedWorld> load_world_string(const std::string& xml,
-                                              const std::filesystem::path& base_directory);
+                                              const std::filesystem::path& base_directory,
+                                              Faults faults = Faults::kRepair);
 
 }  // namespace tessera

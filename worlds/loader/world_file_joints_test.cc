@@ -200,10 +200,12 @@ TEST(Joints, WhatIsNotSimulatedIsNamed) {
       "gearbox", axis("0 0 1") + axis("0 0 1", "", "axis2") +
                      "<gearbox_ratio>2</gearbox_ratio><gearbox_reference_body>a</gearbox_reference_body>"));
   EXPECT_THAT(loaded.world.joints, IsEmpty());
-  EXPECT_THAT(loaded.notices, ElementsAre("1 joint (1 gearbox) not simulated: their links move freely"));
+  EXPECT_THAT(loaded.notices, ElementsAre("1 x <gearbox_ratio> of <joint> not simulated",
+                                          "1 x <gearbox_reference_body> of <joint> not simulated",
+                                          "1 joint (1 gearbox) not simulated: their links move freely"));
   const LoadedWorld spring = with_joint(
       joint("revolute", axis("0 0 1", "<dynamics><spring_stiffness>5</spring_stiffness></dynamics>")));
-  EXPECT_THAT(spring.notices, Contains("1 x spring of a joint is not simulated"));
+  EXPECT_THAT(spring.notices, Contains("1 x <axis><dynamics><spring_stiffness> of <joint> not simulated"));
 }
 
 TEST(Joints, Drives) {
@@ -282,7 +284,7 @@ TEST(Joints, OfUrdf) {
   EXPECT_EQ(slide.axes[0].effort_max, 3);
   EXPECT_EQ(slide.axes[0].velocity_max, 4);
   expect_near(frame_of(loaded, slide).orientation * Eigen::Vector3d::UnitX(), {0, 1, 0});
-  EXPECT_THAT(loaded.notices, Contains("1 x <mimic> skipped"));
+  EXPECT_THAT(loaded.notices, Contains("1 x <mimic> not simulated"));
   EXPECT_THAT(loaded.notices,
               Contains("2 joints (1 floating, 1 planar) not simulated: their links move freely"));
 }

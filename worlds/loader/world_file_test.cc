@@ -243,6 +243,55 @@ TEST(Includes, FromTheModelPath) {
   EXPECT_THAT(names(loaded), ElementsAre("thing::l"));
 }
 
+// A variable of the environment for one test.
+class Variable {
+ public:
+  Variable(const char* name, const std::string& value) : name_(name) { setenv(name, value.c_str(), 1); }
+  ~Variable() { unsetenv(name_); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* name_;
+};
+
+TEST(Includes, FromThePathsOfGazeboAndRos) {
+  const Folder folder;
+  folder.write("elsewhere/thing/model.sdf", model_file(model("thing", "")));
+  folder.write("elsewhere/share/thing/model.sdf", model_file(model("shared_thing", "")));
+  const std::string elsewhere = (static_cast<const std::filesystem::path&>(folder) / "elsewhere").string();
+  for (const char* name : {"GZ_SIM_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH", "ROS_PACKAGE_PATH"}) {
+    const Variable path(name, absl::StrCat("/no/such:", elsewhere));
+    EXPECT_THAT(names(load(world("<include><uri>package://thing</uri></include>"), folder)),
+                ElementsAre("thing::l"))
+        << name;
+    EXPECT_THAT(names(load(world("<include><uri>thing</uri></include>"), folder)), ElementsAre("thing::l"))
+        << name;
+  }
+  const Variable path("AMENT_PREFIX_PATH", elsewhere);
+  EXPECT_THAT(names(load(world("<include><uri>package://thing</uri></include>"), folder)),
+              ElementsAre("shared_thing::l"));
+}
+
+TEST(Includes, OfTheModelThatAFileIsPartOf) {
+  const Folder folder;
+  folder.write("arm/model.config", "<model/>");
+  folder.write("arm/meshes/t.obj", kTetrahedra);
+  folder.write("hand/model.sdf", model_file(model("hand", "")));
+  const std::filesystem::path urdf = static_cast<const std::filesystem::path&>(folder) / "arm/urdf";
+  const std::string mesh = collision("<mesh><uri>model://arm/meshes/t.obj</uri></mesh>");
+  const LoadedWorld loaded =
+      load(world("<include><uri>model://hand</uri></include>" + model("m", "", mesh)), urdf);
+  EXPECT_THAT(names(loaded), ElementsAre("hand::l", "m::l"));
+  // Without the file that says that it is a package, in the place where packages have their robots.
+  folder.write("leg/meshes/t.obj", kTetrahedra);
+  load(world(model("m", "", collision("<mesh><uri>package://leg_support/meshes/t.obj</uri></mesh>"))),
+       static_cast<const std::filesystem::path&>(folder) / "leg/urdf");
+  // Whatever the folder of the package is called.
+  load(world(model("m", "", collision("<mesh><uri>package://arm_description/meshes/t.obj</uri></mesh>"))),
+       urdf);
+}
+
 TEST(Includes, NestedWithMeshesBesideTheirFile) {
   const Folder folder;
   folder.write("a/outer.sdf", model_file("<model name='outer'><link name='l'>" + kUnitBox +

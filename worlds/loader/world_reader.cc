@@ -3,6 +3,7 @@
 #include <absl/container/flat_hash_map.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_replace.h>
 #include <absl/strings/string_view.h>
 
 #include <deque>
@@ -11,6 +12,7 @@
 #include <utility>
 
 #include "lpss/model/validate.h"
+#include "worlds/loader/elements.h"
 #include "worlds/loader/model_source.h"
 #include "worlds/loader/model_template.h"
 #include "worlds/loader/shape_table.h"
@@ -100,7 +102,10 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     if (model == nullptr) return xml::invalid(*root, "there is neither a <world> nor a <model>");
     if (const char* name = model->Attribute("name")) world_.name = name;
   } else {
-    if (world->NextSiblingElement("world") != nullptr) notices_.count("further <world> in the file, skipped");
+    for (const Element* other = root->FirstChildElement(); other != nullptr;
+         other = other->NextSiblingElement()) {
+      if (other != world) notices_.count(absl::StrCat("<", other->Name(), "> beside the <world>, skipped"));
+    }
     if (const char* name = world->Attribute("name")) world_.name = name;
     if (absl::Status status = read_world_settings(*world); !status.ok()) return status;
   }
@@ -125,6 +130,8 @@ absl::Status WorldReader::read_world_settings(const Element& world) {
   const Element* physics = world.FirstChildElement("physics");
   for (const Element* other = physics; other != nullptr; other = other->NextSiblingElement("physics")) {
     if (other->BoolAttribute("default", false)) physics = other;
+    if (other->NextSiblingElement("physics") != nullptr)
+      notices_.count("<physics> beside the default one, skipped");
   }
   if (physics != nullptr) {
     if (absl::Status status = read_physics(*physics); !status.ok()) return status;
@@ -144,6 +151,10 @@ absl::Status WorldReader::read_world_settings(const Element& world) {
 }
 
 absl::Status WorldReader::read_physics(const Element& physics) {
+  for (const Element* child = physics.FirstChildElement(); child != nullptr;
+       child = child->NextSiblingElement()) {
+    note_unread(*child, notices_);
+  }
   if (const Element* step = physics.FirstChildElement("max_step_size")) {
     const absl::StatusOr<double> value = xml::number_of(*step);
     if (!value.ok()) return value.status();
@@ -190,7 +201,7 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
     notices_.count("<spherical_coordinates> not used: positions stay in the file's local frame");
     return absl::OkStatus();
   }
-  notices_.count(absl::StrCat("<", element.Name(), "> skipped"));
+  note_unread(element, notices_);
   return absl::OkStatus();
 }
 
@@ -274,8 +285,10 @@ absl::Status WorldReader::read_frame(Element& frame, const WorldPose& scope) {
 absl::Status WorldReader::add_model(Placed placed, const ModelSource& source, std::optional<bool> is_static) {
   absl::StatusOr<const ModelTemplate*> model = templates_.get(source.document(is_static));
   if (!model.ok()) {
-    return xml::error_at(*placed.element, model.status().code(),
-                         absl::StrCat("model '", placed.name, "': ", model.status().message()));
+    return xml::error_at(
+        *placed.element, model.status().code(),
+        absl::StrCat("model '", placed.name,
+                     "': ", absl::StrReplaceAll(model.status().message(), {{kAnyModel, placed.name}})));
   }
   placed.model = *model;
   notices_.add(source.notices);

@@ -175,7 +175,7 @@ std::string title(const Element& element) {
                          : absl::StrCat("<", element.Name(), " name='", name, "'>");
 }
 
-absl::Status error_at(const Element& element, absl::StatusCode code, absl::string_view message) {
+std::string place_of(const Element& element) {
   const auto* file = static_cast<const File*>(element.GetDocument()->GetUserData());
   std::string what = title(element);
   // Most elements have no name of their own; the nearest ancestor with one identifies it.
@@ -187,8 +187,11 @@ absl::Status error_at(const Element& element, absl::StatusCode code, absl::strin
       break;
     }
   }
-  return absl::Status(code, absl::StrCat(file == nullptr ? "" : file->name(), ":", element.GetLineNum(), ": ",
-                                         what, ": ", message));
+  return absl::StrCat(file == nullptr ? "" : file->name(), ":", element.GetLineNum(), ": ", what);
+}
+
+absl::Status error_at(const Element& element, absl::StatusCode code, absl::string_view message) {
+  return absl::Status(code, absl::StrCat(place_of(element), ": ", message));
 }
 
 bool is(const Element& element, absl::string_view name) { return name == element.Name(); }
@@ -244,6 +247,8 @@ absl::StatusOr<double> number_attribute(const Element& element, const char* name
     return invalid(element, "the attribute ", name, " = '", *text, "' must be one number");
   return numbers->front();
 }
+
+void set_number(Element& element, double value) { element.SetText(absl::StrFormat("%.17g", value).c_str()); }
 
 absl::StatusOr<bool> bool_of(const Element& element) {
   const std::string text = absl::AsciiStrToLower(text_of(element));

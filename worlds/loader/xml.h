@@ -49,6 +49,9 @@ class File {
 // "<model name='box'>".
 std::string title(const Element& element);
 
+// "a.sdf:12: <mass> of <link name='arm'>", with the nearest ancestor that has a name.
+std::string place_of(const Element& element);
+
 // An error that begins with file, line and element: "a.sdf:12: <model name='box'>: ...".
 absl::Status error_at(const Element& element, absl::StatusCode code, absl::string_view message);
 
@@ -71,6 +74,7 @@ absl::StatusOr<std::string> required_attribute(const Element& element, const cha
 // Attributes and elements as finite numbers; errors name the place.
 absl::StatusOr<double> number_attribute(const Element& element, const char* name);
 absl::StatusOr<double> number_of(const Element& element);
+void set_number(Element& element, double value);
 absl::StatusOr<bool> bool_of(const Element& element);
 absl::StatusOr<std::int64_t> integer_in(const Element& element, absl::string_view text);
 absl::StatusOr<std::vector<double>> numbers_in(const Element& element, absl::string_view text);

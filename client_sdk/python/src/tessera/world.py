@@ -25,6 +25,7 @@ from tessera.position import (
 )
 
 NOTE = "note: "  # how the program begins a line about an unsupported element
+REPAIRED = "repaired: "  # and one about a fault of the file
 
 
 class Precision(enum.IntEnum):
@@ -95,7 +96,8 @@ class World:
         client.load(world)
 
     `anchor` is the sector around which the world is located. `message` is the serialisable world
-    (proto/world.proto), and may be changed directly. `notices` lists the unsupported elements of the file.
+    (proto/world.proto), and may be changed directly. `notices` lists the unsupported elements of the file,
+    `repairs` its faults that were mended.
     """
 
     def __init__(
@@ -105,6 +107,7 @@ class World:
             name=name, settings=(settings or Settings()).message(), anchor=sector_message(anchor)
         )
         self.notices: list[str] = []
+        self.repairs: list[str] = []
         self._shapes: dict[bytes, int] = {}  # indices of the shapes added here
 
     @classmethod
@@ -122,7 +125,9 @@ class World:
             said = run("convert", os.fspath(path), str(converted), *options)
             world = cls()
             world.message.ParseFromString(converted.read_bytes())
-        world.notices = [line.removeprefix(NOTE) for line in said.splitlines() if line.startswith(NOTE)]
+        lines = said.splitlines()
+        world.notices = [line.removeprefix(NOTE) for line in lines if line.startswith(NOTE)]
+        world.repairs = [line.removeprefix(REPAIRED) for line in lines if line.startswith(REPAIRED)]
         return world
 
     def write(self, path: str | os.PathLike[str]) -> None:

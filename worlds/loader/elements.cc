@@ -1,0 +1,347 @@
+#include "worlds/loader/elements.h"
+
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "worlds/loader/sdf_parser.h"
+
+namespace tessera {
+namespace {
+
+using xml::Element;
+
+// What is simulated of SDF: elements with a value, each after the element that it is in. All others are not.
+constexpr std::array<absl::string_view, 46> kSimulated = {"model/static",
+                                                          "model/self_collide",
+                                                          "link/gravity",
+                                                          "link/self_collide",
+                                                          "link/kinematic",
+                                                          "velocity_decay/linear",
+                                                          "velocity_decay/angular",
+                                                          "inertial/mass",
+                                                          "inertia/ixx",
+                                                          "inertia/iyy",
+                                                          "inertia/izz",
+                                                          "inertia/ixy",
+                                                          "inertia/ixz",
+                                                          "inertia/iyz",
+                                                          "box/size",
+                                                          "sphere/radius",
+                                                          "capsule/radius",
+                                                          "capsule/length",
+                                                          "cylinder/radius",
+                                                          "cylinder/length",
+                                                          "ellipsoid/radii",
+                                                          "plane/normal",
+                                                          "plane/size",
+                                                          "mesh/uri",
+                                                          "mesh/scale",
+                                                          "submesh/name",
+                                                          "submesh/center",
+                                                          "bounce/restitution_coefficient",
+                                                          "ode/mu",
+                                                          "bullet/friction",
+                                                          "contact/collide_bitmask",
+                                                          "joint/parent",
+                                                          "joint/child",
+                                                          "joint/thread_pitch",
+                                                          "axis/xyz",
+                                                          "axis2/xyz",
+                                                          "dynamics/damping",
+                                                          "dynamics/friction",
+                                                          "limit/lower",
+                                                          "limit/upper",
+                                                          "limit/effort",
+                                                          "limit/velocity",
+                                                          "world/gravity",
+                                                          "world/physics",
+                                                          "physics/gravity",
+                                                          "physics/max_step_size"};
+
+constexpr std::array<absl::string_view, 13> kNoPhysics = {"visual",
+                                                          "light",
+                                                          "sensor",
+                                                          "plugin",
+                                                          "gripper",
+                                                          "audio_source",
+                                                          "laser_retro",
+                                                          "audio_sink",
+                                                          "projector",
+                                                          "battery",
+                                                          "particle_emitter",
+                                                          "enable_wind",
+                                                          "allow_auto_disable"};
+
+// Elements of SDF that are newer than the parser.
+constexpr std::array<absl::string_view, 6> kNewer = {"mimic",   "fluid_added_mass",     "auto_inertia_params",
+                                                     "density", "convex_decomposition", "cone"};
+
+// Where a second number says the same as a first one.
+constexpr std::array<std::pair<absl::string_view, absl::string_view>, 2> kTwins = {
+    std::pair<absl::string_view, absl::string_view>{"mu2", "mu"}, {"friction2", "friction"}};
+
+enum class Use { kRead, kNotSimulated };
+
+// What URDF knows: an element, the one that it is in, and its attributes.
+struct UrdfElement {
+  absl::string_view parent;
+  absl::string_view name;
+  Use use = Use::kRead;
+  absl::string_view attributes;  // separated by spaces
+};
+constexpr std::array kUrdf = {
+    UrdfElement{"", "robot", Use::kRead, "name version xmlns"},
+    UrdfElement{"robot", "link", Use::kRead, "name type"},
+    UrdfElement{"robot", "joint", Use::kRead, "name type"},
+    UrdfElement{"robot", "material", Use::kNotSimulated, ""},
+    UrdfElement{"robot", "transmission", Use::kNotSimulated, ""},
+    UrdfElement{"robot", "gazebo", Use::kNotSimulated, ""},
+    UrdfElement{"robot", "sensor", Use::kNotSimulated, ""},
+    UrdfElement{"robot", "ros2_control", Use::kNotSimulated, ""},
+    UrdfElement{"robot", "mujoco", Use::kNotSimulated, ""},
+    UrdfElement{"link", "inertial", Use::kRead, ""},
+    UrdfElement{"link", "collision", Use::kRead, "name group concave"},
+    UrdfElement{"link", "visual", Use::kNotSimulated, ""},
+    UrdfElement{"link", "contact", Use::kNotSimulated, ""},
+    UrdfElement{"link", "sensor", Use::kNotSimulated, ""},
+    UrdfElement{"link", "self_collision_checking", Use::kNotSimulated, ""},
+    UrdfElement{"inertial", "origin", Use::kRead, "xyz rpy"},
+    UrdfElement{"inertial", "mass", Use::kRead, "value"},
+    UrdfElement{"inertial", "inertia", Use::kRead, "ixx ixy ixz iyy iyz izz"},
+    UrdfElement{"collision", "origin", Use::kRead, "xyz rpy"},
+    UrdfElement{"collision", "geometry", Use::kRead, "name"},
+    UrdfElement{"collision", "verbose", Use::kNotSimulated, ""},
+    UrdfElement{"collision", "material", Use::kNotSimulated, ""},
+    UrdfElement{"collision", "contact_coefficients", Use::kNotSimulated, ""},
+    UrdfElement{"geometry", "box", Use::kRead, "size"},
+    UrdfElement{"geometry", "sphere", Use::kRead, "radius"},
+    UrdfElement{"geometry", "cylinder", Use::kRead, "radius length"},
+    UrdfElement{"geometry", "capsule", Use::kRead, "radius length"},
+    UrdfElement{"geometry", "mesh", Use::kRead, "filename scale"},
+    UrdfElement{"joint", "origin", Use::kRead, "xyz rpy"},
+    UrdfElement{"joint", "parent", Use::kRead, "link"},
+    UrdfElement{"joint", "child", Use::kRead, "link"},
+    UrdfElement{"joint", "axis", Use::kRead, "xyz"},
+    UrdfElement{"joint", "limit", Use::kRead, "lower upper effort velocity"},
+    UrdfElement{"joint", "dynamics", Use::kRead, "damping friction"},
+    UrdfElement{"joint", "mimic", Use::kNotSimulated, ""},
+    UrdfElement{"joint", "safety_controller", Use::kNotSimulated, ""},
+    UrdfElement{"joint", "calibration", Use::kNotSimulated, ""},
+    // Of Drake, and of Gazebo and ROS before they settled.
+    UrdfElement{"robot", "frame", Use::kNotSimulated, ""},
+    UrdfElement{"robot", "loop_joint", Use::kNotSimulated, ""},
+    UrdfElement{"robot", "force_element", Use::kNotSimulated, ""},
+    UrdfElement{"joint", "joint_properties", Use::kNotSimulated, ""},
+    UrdfElement{"joint", "controller_gains", Use::kNotSimulated, ""},
+    UrdfElement{"joint", "traits", Use::kNotSimulated, ""},
+};
+
+template <std::size_t N>
+bool holds(const std::array<absl::string_view, N>& names, absl::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+bool is_simulated(absl::string_view parent, absl::string_view name) {
+  return name == "pose" || holds(kSimulated, absl::StrCat(parent, "/", name));
+}
+
+// How many letters to change, add or leave out (Levenshtein's distance).
+std::size_t distance(absl::string_view a, absl::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t n = 0; n < row.size(); ++n) row[n] = n;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+// "; the nearest known is <inertial>", or nothing where all known words are far.
+std::string nearest(absl::string_view name, const std::vector<std::string>& known, const char* open,
+                    const char* close) {
+  constexpr std::size_t kWordMax = 64;
+  const std::size_t far = name.size() / 3 + 2;
+  std::size_t best = far;
+  std::string word;
+  for (const std::string& candidate : known) {
+    if (name.size() > kWordMax) break;
+    const std::size_t letters = distance(name, candidate);
+    if (letters >= best) continue;
+    best = letters;
+    word = candidate;
+  }
+  return word.empty() ? "" : absl::StrCat("; the nearest known is ", open, word, close);
+}
+
+void count_unknown(absl::string_view name, absl::string_view parent, const std::vector<std::string>& known,
+                   const std::string& where, Notices& notices) {
+  notices.count_repair(absl::StrCat("unknown element <", name, "> in <", parent, ">, left out",
+                                    nearest(name, known, "<", ">")),
+                       where);
+}
+
+std::vector<std::string> known_children(const sdf::Element& element) {
+  std::vector<std::string> names;
+  for (unsigned n = 0; n < element.GetElementDescriptionCount(); ++n) {
+    names.push_back(element.GetElementDescription(n)->GetName());
+  }
+  return names;
+}
+
+bool is_known(const sdf::Element& parent, const std::string& name) {
+  // Names with a prefix are extensions, which SDF allows anywhere.
+  return parent.HasElementDescription(name) || holds(kNewer, name) || absl::StrContains(name, ":");
+}
+
+bool has_default(const sdf::Element& parent, const sdf::Element& element) {
+  const sdf::ParamPtr value = element.GetValue();
+  if (value == nullptr) return false;
+  for (const auto& [second, first] : kTwins) {
+    if (second != element.GetName()) continue;
+    const std::string twin(first);
+    const sdf::ElementConstPtr other = parent.FindElement(twin);
+    return other == nullptr ? value->GetAsString() == value->GetDefaultAsString()
+                            : value->GetAsString() == other->GetValue()->GetAsString();
+  }
+  return value->GetAsString() == value->GetDefaultAsString();
+}
+
+// An element with a name, and the way from it to one below: "<surface><friction>" of a <collision>.
+struct Way {
+  std::string owner;  // "<collision>"
+  std::string where;  // "<collision name='c'>"
+  std::string path;
+};
+
+Way way_to(const sdf::Element& element, const Way& parent) {
+  if (element.HasAttribute("name") && element.GetAttribute("name")->GetSet()) {
+    const std::string name = element.GetAttribute("name")->GetAsString();
+    return {absl::StrCat("<", element.GetName(), ">"),
+            absl::StrCat("<", element.GetName(), " name='", name, "'>"), ""};
+  }
+  return {parent.owner, parent.where, absl::StrCat(parent.path, "<", element.GetName(), ">")};
+}
+
+void note_children(const sdf::Element& parent, const Way& way, Notices& notices);
+
+void note_child(const sdf::Element& parent, const sdf::Element& child, const Way& way, Notices& notices) {
+  const std::string& name = child.GetName();
+  if (absl::StartsWith(name, "tessera:")) return;  // ours, checked before
+  if (!is_known(parent, name)) {
+    count_unknown(name, parent.GetName(), known_children(parent), way.where, notices);
+    return;
+  }
+  const bool described = parent.HasElementDescription(name);
+  if (described && child.GetElementDescriptionCount() > 0) {
+    note_children(child, way_to(child, way), notices);
+  } else if (!described || (!is_simulated(parent.GetName(), name) && child.GetExplicitlySetInFile() &&
+                            !has_default(parent, child))) {
+    notices.count(absl::StrCat(way.path, "<", name, "> of ", way.owner, " not simulated"));
+  }
+}
+
+void note_children(const sdf::Element& parent, const Way& way, Notices& notices) {
+  for (sdf::ElementPtr child = parent.GetFirstElement(); child != nullptr; child = child->GetNextElement()) {
+    note_child(parent, *child, way, notices);
+  }
+}
+
+const UrdfElement* find_urdf(absl::string_view parent, absl::string_view name) {
+  const auto found = std::ranges::find_if(
+      kUrdf, [&](const UrdfElement& one) { return one.parent == parent && one.name == name; });
+  return found == kUrdf.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> known_in_urdf(absl::string_view parent) {
+  std::vector<std::string> names;
+  for (const UrdfElement& one : kUrdf) {
+    if (one.parent == parent) names.emplace_back(one.name);
+  }
+  return names;
+}
+
+// A <gazebo> holds settings of many kinds: each is named.
+void count_unused(const Element& element, Notices& notices) {
+  if (!xml::is(element, "gazebo")) {
+    notices.count(
+        absl::StrCat("<", element.Name(), "> ", is_no_physics(element) ? "skipped" : "not simulated"));
+    return;
+  }
+  for (const Element* child = element.FirstChildElement(); child != nullptr;
+       child = child->NextSiblingElement()) {
+    notices.count(
+        absl::StrCat("<gazebo><", child->Name(), "> ", is_no_physics(*child) ? "skipped" : "not simulated"));
+  }
+}
+
+void note_attributes(const Element& element, const UrdfElement& known, Notices& notices) {
+  const std::vector<std::string> names = absl::StrSplit(known.attributes, ' ', absl::SkipEmpty());
+  for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
+       attribute = attribute->Next()) {
+    const absl::string_view name = attribute->Name();
+    if (absl::StrContains(name, ":") || std::ranges::find(names, name) != names.end()) continue;
+    notices.count_repair(absl::StrCat("unknown attribute ", name, " of <", element.Name(), ">, left out",
+                                      nearest(name, names, "", "")),
+                         xml::place_of(element));
+  }
+}
+
+void remove_unread_children(Element& parent, Notices& notices) {
+  for (Element* child = parent.FirstChildElement(); child != nullptr;) {
+    Element& element = *child;
+    child = child->NextSiblingElement();
+    const UrdfElement* known = find_urdf(parent.Name(), element.Name());
+    if (known != nullptr && known->use == Use::kRead) {
+      note_attributes(element, *known, notices);
+      remove_unread_children(element, notices);
+      continue;
+    }
+    if (known != nullptr || absl::StrContains(element.Name(), ":")) {
+      count_unused(element, notices);
+    } else {
+      count_unknown(element.Name(), parent.Name(), known_in_urdf(parent.Name()), xml::place_of(element),
+                    notices);
+    }
+    parent.DeleteChild(&element);
+  }
+}
+
+}  // namespace
+
+bool is_no_physics(const Element& element) { return holds(kNoPhysics, element.Name()); }
+
+void note_unread(const sdf::Element& model, Notices& notices) {
+  note_children(model, {"<model>", "the model itself", ""}, notices);
+}
+
+void note_unread(const Element& element, Notices& notices) {
+  const Element& parent = *element.Parent()->ToElement();
+  if (is_simulated(parent.Name(), element.Name())) return;
+  const sdf::Element& description = *sdf_description(parent.Name());
+  if (is_known(description, element.Name())) {
+    const std::string what = xml::is(parent, "physics") ? "<physics>" : "";
+    notices.count(absl::StrCat(what, "<", element.Name(), "> skipped"));
+  } else {
+    count_unknown(element.Name(), parent.Name(), known_children(description), xml::place_of(element),
+                  notices);
+  }
+}
+
+void remove_unread(Element& robot, Notices& notices) {
+  note_attributes(robot, *find_urdf("", "robot"), notices);
+  remove_unread_children(robot, notices);
+}
+
+}  // namespace tessera

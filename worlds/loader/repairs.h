@@ -1,0 +1,17 @@
+// Faults of files that are mended alike in SDF and URDF.
+#pragma once
+
+#include "worlds/loader/notices.h"
+#include "worlds/loader/xml.h"
+
+namespace tessera {
+
+inline constexpr char kMasslessLink[] = "link without mass, given a hundredth of that of the nearest link";
+
+inline constexpr char kCrossedLimits[] = "joint whose lower limit is above the upper one, exchanged";
+
+// In SDF, unlike in URDF, a joint must not have the name of a link, frame or model beside it: such joints of
+// `model`, a <model> or <robot>, get the suffix "_joint".
+void rename_joints(xml::Element& model, Notices& notices);
+
+}  // namespace tessera
