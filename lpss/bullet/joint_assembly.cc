@@ -1,10 +1,12 @@
 #include "lpss/bullet/joint_assembly.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <utility>
 
+#include "lpss/base/disjoint_sets.h"
 #include "lpss/base/invariant.h"
 #include "lpss/base/rotation.h"
 #include "lpss/bullet/conversions.h"
@@ -16,8 +18,20 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using Matrix = Eigen::SparseMatrix<double>;
 
-// By this share of what holds it, a row gives way, so that rows which imply one another have a solution.
-constexpr double kGivesWay = 1e-9;
+// By this share of what holds it, a row gives way, so that rows which imply one another have a solution. In a
+// loop they do so nearly, and up to the rounding of poses: were rows to give way by less than that, errors
+// that nothing can correct would move what is free.
+constexpr double kTreeGivesWay = 1e-9;
+constexpr double kLoopGivesWay = 1e-7;
+
+// The share of an error that is corrected in a step.
+constexpr double kPutRight = 0.3;
+
+// m or rad, of the way of a step: what changes by less is settled.
+constexpr double kSettled = 1e-8;
+
+// An assembly of so many joints has its rows anew in each step; a larger one only if it turns far.
+constexpr std::size_t kJointsAnewMax = 250;
 
 // A row of which less is left by what is held is held itself.
 constexpr double kFree = 1e-9;
@@ -25,8 +39,17 @@ constexpr double kFree = 1e-9;
 // rad, in one tick. What turns farther moves step by step.
 constexpr double kTurnWhole = 0.25;
 
-// rad, in one step. Where a body turns farther, its arc is not foreseen: Newton's method would diverge.
+// rad, by which a body is turned at most to correct errors in a step.
+constexpr double kTurnPutRight = 0.1;
+
+// rad, in one step. Where a body turns farther, Newton's method would not find its arc.
 constexpr double kTurnForeseen = 0.7;
+
+constexpr int kLooksAhead = 2;
+
+// The share of its square by which what is turned back may change from one step of Newton's method to the
+// next.
+constexpr double kBentChange = 0.5;
 
 constexpr Index kNumbers = 6;  // of a body's velocities: linear, angular
 
@@ -40,7 +63,7 @@ JointAssembly::JointAssembly(std::vector<SolvedJoint> joints, std::span<const Jo
     const auto [place, is_new] = places.emplace(body, static_cast<Index>(bodies_.size()));
     if (is_new) {
       bodies_.push_back({bodies[static_cast<std::size_t>(body)],
-                         {body, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()}});
+                         {body, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), false}});
     }
     return place->second;
   };
@@ -50,15 +73,41 @@ JointAssembly::JointAssembly(std::vector<SolvedJoint> joints, std::span<const Jo
     if (joint.parent) tie.parent = place_of(*joint.parent);
     tie.joint = std::move(joint);
   }
-  make_rows();
+  is_anchored_ = std::ranges::any_of(ties_, [](const Tie& tie) { return !tie.parent; });
+  gives_way_ = has_loop() ? kLoopGivesWay : kTreeGivesWay;
+  velocities_ = VectorXd(kNumbers * static_cast<Index>(bodies_.size()));
+  Index first = 0;
+  for (const Body& body : bodies_) {
+    velocities_.segment<3>(first) = body.now.linear;
+    velocities_.segment<3>(first + 3) = body.now.angular;
+    first += kNumbers;
+  }
+  moves_ = steps > 1 && ties_.size() <= kJointsAnewMax;
+  if (moves_) {
+    span_ /= steps;
+  } else {
+    make_rows();
+  }
 }
 
-// As the velocities are now: a whip cracks within a tick.
+bool JointAssembly::has_loop() const {
+  const std::size_t world = bodies_.size();
+  DisjointSets sets(world + 1);
+  for (const Tie& tie : ties_) {
+    const auto child = static_cast<std::size_t>(tie.child);
+    const std::size_t parent = tie.parent ? static_cast<std::size_t>(*tie.parent) : world;
+    if (sets.find(child) == sets.find(parent)) return true;
+    sets.unite(child, parent);
+  }
+  return false;
+}
+
+// A large one as the velocities are now: a whip cracks within a tick.
 void JointAssembly::find_whether_to_move() {
   if (moves_ || steps_ == 1) return;
-  VectorXd held = velocities();
+  VectorXd held = velocities_;
   hold(held);
-  if (!turns_beyond(kTurnWhole, velocities(), span_) && !turns_beyond(kTurnWhole, held, span_)) return;
+  if (!turns_beyond(kTurnWhole, velocities_, span_) && !turns_beyond(kTurnWhole, held, span_)) return;
   moves_ = true;
   span_ /= steps_;
 }
@@ -73,6 +122,7 @@ bool JointAssembly::turns_beyond(double turn, const VectorXd& velocities, double
 // The motion of a parent that nothing can push goes into the rows.
 void JointAssembly::make_rows() {
   std::vector<double> wanted;
+  std::vector<double> errors;
   for (Tie& tie : ties_) {
     const SolvedJoint& joint = tie.joint;
     tie.rows.clear();
@@ -83,19 +133,47 @@ void JointAssembly::make_rows() {
         row.velocity +=
             row.linear.dot(parent.linear_velocity) + row.angular_parent.dot(parent.angular_velocity);
       }
-      if (row.is_held) wanted.push_back(row.velocity);
+      if (!row.is_held) continue;
+      wanted.push_back(row.velocity);
+      errors.push_back(row.error);
     }
   }
   wanted_ = Eigen::Map<const VectorXd>(wanted.data(), static_cast<Index>(wanted.size()));
-  wanted_now_ = wanted_;
+  errors_ = Eigen::Map<const VectorXd>(errors.data(), static_cast<Index>(errors.size()));
+  factorise();
+  bent_ = bending_ = VectorXd::Zero(wanted_.size());
+  is_bent_ = false;
+  is_foreseen_ = true;
+  find_correction();
+}
+
+void JointAssembly::find_correction() {
+  put_right_ = -kPutRight * (response_ * factors_.solve(errors_));
+  double turn = 0;
+  for (Index first = 0; first < put_right_.size(); first += kNumbers)
+    turn = std::max(turn, put_right_.segment<3>(first + 3).norm());
+  if (turn > kTurnPutRight) put_right_ *= kTurnPutRight / turn;
+}
+
+void JointAssembly::factorise() {
   held_ = columns(/*is_held=*/true);
   const Matrix masses = inverse_masses();
   response_ = masses * held_;
   Matrix matrix = held_.transpose() * response_;
-  for (Index i = 0; i < matrix.rows(); ++i) matrix.coeffRef(i, i) *= 1 + kGivesWay;
-  factors_.compute(matrix);
+  for (Index i = 0; i < matrix.rows(); ++i) matrix.coeffRef(i, i) *= 1 + gives_way_;
+  if (!is_ordered_) factors_.analyzePattern(matrix);
+  is_ordered_ = true;
+  factors_.factorize(matrix);
   invariant(factors_.info() == Eigen::Success, "what joints hold can be solved for");
   add_free_rows(masses);
+}
+
+// Of what is held, that are in a row.
+VectorXd JointAssembly::shares_of(const VectorXd& row) const {
+  const VectorXd whole = response_.transpose() * row;
+  VectorXd shares = factors_.solve(whole);
+  shares += factors_.solve(whole - response_.transpose() * (held_ * shares));
+  return shares;
 }
 
 Matrix JointAssembly::columns(bool is_held) const {
@@ -150,7 +228,7 @@ void JointAssembly::add_free_rows(const Matrix& masses) {
       FreeRow free;
       free.row = rows.col(column++);
       const double whole = free.row.dot(masses * free.row);
-      free.shares = factors_.solve(response_.transpose() * free.row);
+      free.shares = shares_of(free.row);
       free.row -= held_ * free.shares;
       free.response = masses * free.row;
       free.mobility = free.row.dot(free.response);
@@ -169,40 +247,54 @@ void JointAssembly::add_free_rows(const Matrix& masses) {
   }
 }
 
-VectorXd JointAssembly::velocities() const {
-  VectorXd velocities(kNumbers * static_cast<Index>(bodies_.size()));
+// True if others have changed a velocity.
+bool JointAssembly::see_changes() {
+  bool is_changed = false;
   Index first = 0;
-  for (const auto& [now, moved] : bodies_) {
-    velocities.segment<3>(first) = now.linear + to_eigen(*now.linear_change);
-    velocities.segment<3>(first + 3) = now.angular + to_eigen(*now.angular_change);
+  const auto see = [&](const btVector3& change, btVector3& seen, Index place) {
+    if (change == seen) return;
+    const Eigen::Vector3d push = to_eigen(change) - to_eigen(seen);
+    velocities_.segment<3>(place) += push;
+    seen = change;
+    is_changed = true;
+  };
+  for (Body& body : bodies_) {
+    see(*body.now.linear_change, body.linear_seen, first);
+    see(*body.now.angular_change, body.angular_seen, first + 3);
     first += kNumbers;
   }
-  return velocities;
+  return is_changed;
 }
 
 void JointAssembly::set_velocities(const VectorXd& velocities) {
+  velocities_ = velocities;
   Index first = 0;
-  for (const auto& [now, moved] : bodies_) {
-    *now.linear_change = to_bullet(Eigen::Vector3d(velocities.segment<3>(first) - now.linear));
-    *now.angular_change = to_bullet(Eigen::Vector3d(velocities.segment<3>(first + 3) - now.angular));
+  for (Body& body : bodies_) {
+    const JointedBody& now = body.now;
+    *now.linear_change = body.linear_seen =
+        to_bullet(Eigen::Vector3d(velocities.segment<3>(first) - now.linear));
+    *now.angular_change = body.angular_seen =
+        to_bullet(Eigen::Vector3d(velocities.segment<3>(first + 3) - now.angular));
     first += kNumbers;
   }
 }
 
 void JointAssembly::start_step() {
+  is_settled_ = false;
+  see_changes();
   find_whether_to_move();
   if (moves_) {
     advance();
     make_rows();
   }
   if (free_rows_.empty()) return;
-  VectorXd moved = velocities();
+  VectorXd moved = velocities_;
   for (const FreeRow& free : free_rows_) moved += free.response * free.impulse;
   set_velocities(moved);
 }
 
 void JointAssembly::hold(VectorXd& velocities) const {
-  velocities += response_ * factors_.solve(wanted_ - held_.transpose() * velocities);
+  velocities += response_ * factors_.solve(wanted_ + bent_ - held_.transpose() * velocities);
 }
 
 // Both sides of a joint after a time at these velocities.
@@ -218,60 +310,135 @@ PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, doub
   return end;
 }
 
-// By how much more than what may be left of it each error will be off once the bodies have moved.
-VectorXd JointAssembly::excess(const VectorXd& velocities) const {
-  VectorXd excess(wanted_.size());
+// By how much errors will have grown once the bodies have moved, by the time.
+VectorXd JointAssembly::bend(const VectorXd& velocities) const {
+  VectorXd bend(wanted_.size());
   std::vector<JointRow> rows;
   Index n = 0;
   for (const Tie& tie : ties_) {
     rows.clear();
     append_held_rows(*tie.joint.properties, after(tie, velocities, span_), span_, rows);
-    for (std::size_t i = 0; i < rows.size(); ++i, ++n) {
-      excess[n] = rows[i].error - kErrorLeft * tie.rows[i].error;
+    for (const JointRow& row : rows) {
+      bend[n] = (row.error - errors_[n]) / span_;
+      ++n;
     }
   }
-  return excess;
+  return bend;
 }
 
-// One step of Newton's method towards no excess. What turns too fast for that is held along its rows as they
-// are.
+// Towards errors that do not grow.
 void JointAssembly::hold_at_end(VectorXd& velocities) {
   hold(velocities);
-  if (turns_beyond(kTurnForeseen, velocities, span_)) {
-    wanted_ = wanted_now_;
-  } else {
-    wanted_ -= excess(velocities) / span_;
-  }
+  if (is_foreseen_ && !bend_back(velocities)) look_ahead(velocities);
+}
+
+// One step of Newton's method with the rows as they are: what turns out of the held directions in a step is
+// turned back at its end. False if that does not converge: where bodies turn far, and where a system is near
+// to where it could not move at all.
+bool JointAssembly::bend_back(VectorXd& velocities) {
+  if (turns_beyond(kTurnForeseen, velocities, span_)) return false;
+  VectorXd bent = bent_ - bend(velocities);
+  VectorXd bending = factors_.solve(bent);
+  const VectorXd change = bending - bending_;
+  const double square = bent.dot(bending);
+  const double changed = (bent - bent_).dot(change);
+  const VectorXd moved = response_ * change;
+  const bool is_settled = moved.lpNorm<Eigen::Infinity>() * span_ <= kSettled;
+  if (!is_settled && !(square <= bent_energy_max(velocities))) return false;
+  if (!is_settled && is_bent_ && !(changed <= kBentChange * square)) return false;
+  is_bent_ = true;
+  velocities += moved;
+  bent_ = std::move(bent);
+  bending_ = std::move(bending);
+  return true;
+}
+
+// Steps of Newton's method with rows where the bodies will be: impulses along these take energy at most.
+void JointAssembly::look_ahead(VectorXd& velocities) {
+  is_foreseen_ = false;
+  bent_.setZero();
   hold(velocities);
+  std::vector<JointRow> rows;
+  for (int n = 0; n < kLooksAhead; ++n) {
+    for (Tie& tie : ties_) {
+      rows.clear();
+      append_held_rows(*tie.joint.properties, after(tie, velocities, span_), span_, rows);
+      std::copy(rows.begin(), rows.end(), tie.rows.begin());
+    }
+    factorise();
+    bent_ = held_.transpose() * velocities - wanted_ - bend(velocities);
+    VectorXd change = velocities;
+    hold(change);
+    change -= velocities;
+    const VectorXd momenta = momenta_of(change);
+    const double share = -velocities.dot(momenta) / change.dot(momenta);
+    if (share > 0) velocities += change * std::min(share, 1.0);
+  }
+  bent_ = held_.transpose() * velocities - wanted_;
+}
+
+VectorXd JointAssembly::momenta_of(const VectorXd& velocities) const {
+  VectorXd momenta(velocities.size());
+  Index first = 0;
+  for (const Body& body : bodies_) {
+    momenta.segment<3>(first) = velocities.segment<3>(first) / body.now.inverse_mass;
+    momenta.segment<3>(first + 3) = body.now.inverse_inertia.inverse() * velocities.segment<3>(first + 3);
+    first += kNumbers;
+  }
+  return momenta;
+}
+
+// Twice the energy (J) of what turns by the largest turn of a step: twice as far as joints turn it back.
+double JointAssembly::bent_energy_max(const VectorXd& velocities) const {
+  const VectorXd momenta = momenta_of(velocities);
+  double energy = velocities.dot(momenta);
+  double turn = 0;
+  double mass = 0;
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  Index first = 0;
+  for (const Body& body : bodies_) {
+    momentum += momenta.segment<3>(first);
+    mass += 1 / body.now.inverse_mass;
+    turn = std::max(turn, velocities.segment<3>(first + 3).norm() * span_);
+    first += kNumbers;
+  }
+  if (!is_anchored_) energy -= momentum.squaredNorm() / mass;
+  return energy * (turn * turn);
 }
 
 void JointAssembly::pass() {
-  VectorXd moved = velocities();
+  if (!see_changes() && is_settled_) return;
+  VectorXd moved = velocities_;
   hold_at_end(moved);
+  const VectorXd wanted = wanted_ + bent_;
   for (FreeRow& free : free_rows_) {
     const double missing =
-        free.velocity - free.shares.dot(wanted_) - free.row.dot(moved) - free.compliance * free.impulse;
+        free.velocity - free.shares.dot(wanted) - free.row.dot(moved) - free.compliance * free.impulse;
     const double impulse = std::clamp(free.impulse + missing / (free.mobility + free.compliance),
                                       free.impulse_min, free.impulse_max);
     moved += free.response * (impulse - free.impulse);
     free.impulse = impulse;
   }
+  is_settled_ = (moved - velocities_).lpNorm<Eigen::Infinity>() * span_ <= kSettled;
   set_velocities(moved);
 }
 
-void JointAssembly::move() { ways_.push_back(velocities()); }
+void JointAssembly::move() {
+  see_changes();
+  ways_.push_back(moves_ ? VectorXd(velocities_ + put_right_ / span_) : velocities_);
+}
 
 // To where move() has found the bodies to come in the steps before.
 void JointAssembly::advance() {
   for (const VectorXd& velocities : ways_) {
     for (Tie& tie : ties_) tie.joint.posed = after(tie, velocities, span_);
     Index first = 0;
-    for (auto& [now, moved] : bodies_) {
+    for (Body& body : bodies_) {
       const Eigen::Quaterniond turn = rotation_by(velocities.segment<3>(first + 3) * span_);
       const Eigen::Matrix3d axes = turn.toRotationMatrix();
-      now.inverse_inertia = axes * now.inverse_inertia * axes.transpose();
-      moved.way += velocities.segment<3>(first) * span_;
-      moved.turn = (turn * moved.turn).normalized();
+      body.now.inverse_inertia = axes * body.now.inverse_inertia * axes.transpose();
+      body.moved.way += velocities.segment<3>(first) * span_;
+      body.moved.turn = (turn * body.moved.turn).normalized();
       first += kNumbers;
     }
   }
@@ -279,9 +446,18 @@ void JointAssembly::advance() {
 }
 
 void JointAssembly::end(std::vector<BodyMotion>& moved) {
-  if (!moves_) return;
-  advance();
-  for (const Body& body : bodies_) moved.push_back(body.moved);
+  if (moves_) advance();
+  Index first = 0;
+  for (Body& body : bodies_) {
+    BodyMotion& motion = body.moved;
+    motion.is_whole = moves_;
+    if (!moves_) {
+      motion.way = put_right_.segment<3>(first);
+      motion.turn = rotation_by(put_right_.segment<3>(first + 3));
+    }
+    moved.push_back(motion);
+    first += kNumbers;
+  }
 }
 
 }  // namespace tessera::bullet

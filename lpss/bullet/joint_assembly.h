@@ -34,11 +34,12 @@ struct SolvedJoint {
   PosedJoint posed;
 };
 
-// The motion of a body in a tick, apart from its final velocity.
+// How a body has come to move in a tick.
 struct BodyMotion {
   int body;
   Eigen::Vector3d way;      // m
   Eigen::Quaterniond turn;  // world axes
+  bool is_whole;            // or it comes on top of what the final velocities do
 };
 
 // Of a tick of `dt` seconds in so many steps, which share the bounds of impulses: for each step start_step()
@@ -79,21 +80,31 @@ class JointAssembly {
   struct Body {
     JointedBody now;
     BodyMotion moved;
+    btVector3 linear_seen{0, 0, 0};  // the changes that velocities_ have
+    btVector3 angular_seen{0, 0, 0};
   };
 
+  bool has_loop() const;
   void find_whether_to_move();
   bool turns_beyond(double turn, const Eigen::VectorXd& velocities, double time) const;
   void make_rows();
+  void find_correction();
+  void factorise();
   // Rows as the columns of a matrix.
   Matrix columns(bool is_held) const;
   Matrix inverse_masses() const;
   void add_free_rows(const Matrix& inverse_masses);
+  Eigen::VectorXd shares_of(const Eigen::VectorXd& row) const;
   void hold(Eigen::VectorXd& velocities) const;
   PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time) const;
-  Eigen::VectorXd excess(const Eigen::VectorXd& velocities) const;
+  Eigen::VectorXd bend(const Eigen::VectorXd& velocities) const;
   void hold_at_end(Eigen::VectorXd& velocities);
+  double bent_energy_max(const Eigen::VectorXd& velocities) const;
+  bool bend_back(Eigen::VectorXd& velocities);
+  void look_ahead(Eigen::VectorXd& velocities);
+  Eigen::VectorXd momenta_of(const Eigen::VectorXd& velocities) const;
   void advance();
-  Eigen::VectorXd velocities() const;
+  bool see_changes();
   void set_velocities(const Eigen::VectorXd& velocities);
 
   std::vector<Tie> ties_;
@@ -102,11 +113,21 @@ class JointAssembly {
   bool moves_ = false;  // from step to step
   double span_;         // s, over which rows hold: a tick, or a step of those that move
   Matrix held_;
-  Matrix response_;  // of the velocities to a unit of impulse of each
-  Eigen::VectorXd wanted_;
-  Eigen::VectorXd wanted_now_;  // were nothing to turn
+  Matrix response_;            // of the velocities to a unit of impulse of each
+  Eigen::VectorXd wanted_;     // m/s, rad/s: the velocities of held rows, were nothing to turn
+  Eigen::VectorXd errors_;     // m, rad: of held rows, at the start of the step
+  Eigen::VectorXd bent_;       // m/s, rad/s: what it takes beyond the wanted velocities, since bodies turn
+  Eigen::VectorXd bending_;    // impulses of that
+  bool is_bent_ = false;       // they were set in this step
+  bool is_foreseen_ = true;    // and follow the velocities of each pass
+  Eigen::VectorXd put_right_;  // m, rad: how bodies are moved in a step to correct errors
+  double gives_way_ = 0;       // the share by which rows do
+  bool is_anchored_ = false;   // to something that cannot be pushed
+  bool is_ordered_ = false;    // the pattern of the matrix never changes
   Eigen::SimplicialLDLT<Matrix> factors_;
   std::vector<FreeRow> free_rows_;
+  Eigen::VectorXd velocities_;
+  bool is_settled_ = false;
   std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by
 };
 

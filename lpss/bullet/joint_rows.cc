@@ -18,6 +18,9 @@ constexpr double kServoGain = 0.2;
 // A limit gets a row if the axis could reach it in the step at a speed increased by this: rad/s or m/s.
 constexpr double kSpeedGained = 10;
 
+// The fraction of the way beyond a limit that an axis returns by in a step.
+constexpr double kReturned = 0.3;
+
 // The maximum speed of an axis returning from beyond a limit, which it keeps. rad/s or m/s.
 constexpr double kReturnSpeed = 0.2;
 
@@ -74,8 +77,14 @@ class RowMaker {
   void hold_point(const Vector3d& d) { hold(along(d), d.dot(apart_)); }
   void hold_angle(const Vector3d& n, double error) { hold(about(n), error); }
 
+  // The axes turn with no body, unlike those of hold_point(): each side has its own lever, also where the two
+  // points are apart.
   void hold_all_points() {
-    for (int i = 0; i < 3; ++i) hold_point(Vector3d::Unit(i));
+    for (int i = 0; i < 3; ++i) {
+      JointRow row = along(Vector3d::Unit(i));
+      row.angular_parent = (parent_lever_ - apart_).cross(row.linear);
+      hold(row, apart_[i]);
+    }
   }
 
   // No rotation.
@@ -116,7 +125,6 @@ class RowMaker {
   void hold(JointRow row, double error) {
     row.is_held = true;
     row.error = error;
-    row.velocity = (kErrorLeft - 1) * error / dt_;
     rows_.push_back(row);
   }
 
@@ -186,7 +194,7 @@ void RowMaker::limit(const JointRow& motion, const Coordinate& at) {
   const double below = at.axis.upper - at.position;
   const double reach = (std::abs(rate(motion)) + kSpeedGained) * dt_;
   const auto wanted = [this](double gap) {
-    return gap > 0 ? gap / dt_ : std::max((1 - kErrorLeft) * gap / dt_, -kReturnSpeed);
+    return gap > 0 ? gap / dt_ : std::max(kReturned * gap / dt_, -kReturnSpeed);
   };
   if (above < reach) {
     JointRow row = motion;

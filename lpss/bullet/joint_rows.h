@@ -24,7 +24,7 @@ struct JointRow {
   double impulse_min = -kUnbounded;  // N s or N m s
   double impulse_max = kUnbounded;
   bool is_held = false;  // a direction that is not free: unbounded impulse
-  double error = 0;      // for held rows: m or rad, to be corrected
+  double error = 0;      // for held rows: m or rad, by which the bodies are off
 };
 
 // A joint at one time, relative to one origin near both of its bodies.
@@ -41,16 +41,13 @@ struct PosedJoint {
 // The pose of a body after `dt` seconds at its velocities.
 JointSide moved(const JointSide& side, double dt);
 
-// Appends the rows of one step of `dt` seconds, of which a tick has `steps`: first held rows, whose errors
-// are corrected in the next step, then damping, friction and drives, whose errors would add up, then limits.
+// Appends the rows of one step of `dt` seconds, of which a tick has `steps`: first held rows, then damping,
+// friction and drives, whose errors would add up, then limits.
 void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
                        double dt, int steps, std::vector<JointRow>& rows);
 
 // The first of them.
 void append_held_rows(const JointProperties& joint, const PosedJoint& posed, double dt,
                       std::vector<JointRow>& rows);
-
-// The fraction of an error that remains after a step.
-inline constexpr double kErrorLeft = 0.7;
 
 }  // namespace tessera::bullet

@@ -2,13 +2,16 @@
 //
 // Joints hold exactly: the bodies that joints connect form an assembly, whose rows are
 // solved at once by a sparse factorisation (Baraff, Linear-time dynamics using Lagrange multipliers, 1996;
-// here with closed loops, too), so that they hold for the poses at the end of the tick (Ryckaert,
+// here with closed loops, too), so that they hold for the poses at the end of a step (Ryckaert,
 // Ciccotti and Berendsen, Numerical integration of the cartesian equations of motion of a system with
 // constraints, 1977). Limits, drives and friction act one after the other on the motions that are left free,
 // with the inertia of all that they move.
 //
-// An assembly that turns far in a tick moves substep by substep, with new rows in each: rows at the start of
-// the tick predict the end of such a motion badly.
+// Errors of poses are corrected as poses: no velocity stays of it. Rows of a loop follow from each other, up
+// to the rounding of poses, so a velocity that corrects an error can be of any size.
+//
+// An assembly moves substep by substep, with new rows in each: rows at the start of the tick predict the end
+// of a fast motion badly, and so that of a taut one. A large one does so only if it turns far.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSolverBody.h>

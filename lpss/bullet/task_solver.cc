@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "lpss/base/rotation.h"
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
@@ -85,6 +86,12 @@ void TaskSolver::pass(int n) {
 
 // Writes velocities, corrected poses and impulses back.
 void TaskSolver::finish() {
+  for (const BodyMotion& moved : joints_.end()) {
+    btSolverBody& body = m_tmpSolverBodyPool[moved.body];
+    body.m_pushVelocity += to_bullet(Eigen::Vector3d(moved.way / info_.m_timeStep));
+    body.m_turnVelocity += to_bullet(Eigen::Vector3d(
+        rotation_vector(moved.turn) / (double(info_.m_timeStep) * double(info_.m_splitImpulseTurnErp))));
+  }
   correct_poses();
   // It resets the companion of every body with a solver body: the originals.
   solveGroupCacheFriendlyFinish(bodies_.data(), static_cast<int>(bodies_.size()), info_);

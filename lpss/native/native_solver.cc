@@ -256,14 +256,18 @@ void NativeSolver::begin_joints() {
   jointed_.erase(std::unique(jointed_.begin(), jointed_.end()), jointed_.end());
   linear_changes_.assign(dynamics_.size(), btVector3(0, 0, 0));
   angular_changes_.assign(dynamics_.size(), btVector3(0, 0, 0));
+  set_changes_.assign(dynamics_.size(), {Vector::Zero(), Vector::Zero()});
   std::vector<bullet::JointedBody> bodies(dynamics_.size());
   for (const std::size_t place : jointed_) {
     is_pushed_[place] = true;
     Contacts::Body& body = bodies_[place];
     body.angular_force += dynamics_[place]->gyroscopic_push(Scalar(dt_));
-    bodies[place] = {body.inverse_mass,          body.inverse_inertia.cast<double>(),
-                     body.linear.cast<double>(), body.angular.cast<double>(),
-                     &linear_changes_[place],    &angular_changes_[place]};
+    bodies[place] = {.inverse_mass = body.inverse_mass,
+                     .inverse_inertia = body.inverse_inertia.cast<double>(),
+                     .linear = body.linear.cast<double>(),
+                     .angular = body.angular.cast<double>(),
+                     .linear_change = &linear_changes_[place],
+                     .angular_change = &angular_changes_[place]};
   }
   joints_.set_up(bodies, dt_, steps_);
   const auto is_jointed = [&](std::size_t body) {
@@ -277,12 +281,15 @@ void NativeSolver::with_joints(Act act) {
   if (joints_.is_empty()) return;
   for (const std::size_t place : jointed_) {
     const Contacts::Motion change = contacts_.change(place);
+    const Contacts::Motion& set = set_changes_[place];
+    if (change.linear == set.linear && change.angular == set.angular) continue;
     linear_changes_[place] = bt(change.linear);
     angular_changes_[place] = bt(change.angular);
   }
   act();
   for (const std::size_t place : jointed_) {
     contacts_.set_change(place, {vector(linear_changes_[place]), vector(angular_changes_[place])});
+    set_changes_[place] = contacts_.change(place);  // which rounding has moved
   }
 }
 
@@ -292,9 +299,14 @@ void NativeSolver::find_corrections() {
     corrections_[place] = contacts_.correction(place);
   }
   if (joints_.is_empty()) return;
-  // Those that joints have moved step by step move on by their final velocities, too.
   for (const bullet::BodyMotion& moved : joints_.end()) {
     const auto place = static_cast<std::size_t>(moved.body);
+    if (!moved.is_whole) {
+      corrections_[place].linear += moved.way.cast<Scalar>();
+      corrections_[place].angular += rotation_vector(moved.turn).cast<Scalar>();
+      continue;
+    }
+    // Bodies move on by their final velocities, too.
     const Contacts::Body& body = bodies_[place];
     const Contacts::Motion change = contacts_.change(place);
     const Eigen::Vector3d linear = (body.linear + change.linear).cast<double>();

@@ -80,6 +80,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   std::vector<std::size_t> jointed_;
   std::vector<btVector3> linear_changes_;  // of jointed bodies since the start of the tick
   std::vector<btVector3> angular_changes_;
+  std::vector<Contacts::Motion> set_changes_;  // as contacts_ has them
 };
 
 }  // namespace tessera::native
