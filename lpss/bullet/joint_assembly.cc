@@ -45,7 +45,8 @@ constexpr double kTurnPutRight = 0.1;
 // rad, in one step. Where a body turns farther, Newton's method would not find its arc.
 constexpr double kTurnForeseen = 0.7;
 
-constexpr int kLooksAhead = 2;
+constexpr int kHalvings = 6;    // of a step that goes too far
+constexpr int kLooksAhead = 2;  // in a step
 
 // The share of its square by which what is turned back may change from one step of Newton's method to the
 // next.
@@ -144,15 +145,44 @@ void JointAssembly::make_rows() {
   bent_ = bending_ = VectorXd::Zero(wanted_.size());
   is_bent_ = false;
   is_foreseen_ = true;
-  find_correction();
+  put_right();
 }
 
-void JointAssembly::find_correction() {
-  put_right_ = -kPutRight * (response_ * factors_.solve(errors_));
+// Moves bodies by a share of Newton's step that leaves smaller errors: where little gives way along a row,
+// the whole of it may go too far.
+void JointAssembly::put_right() {
+  const VectorXd whole = -kPutRight * (response_ * factors_.solve(errors_));
   double turn = 0;
-  for (Index first = 0; first < put_right_.size(); first += kNumbers)
-    turn = std::max(turn, put_right_.segment<3>(first + 3).norm());
-  if (turn > kTurnPutRight) put_right_ *= kTurnPutRight / turn;
+  for (Index first = 0; first < whole.size(); first += kNumbers)
+    turn = std::max(turn, whole.segment<3>(first + 3).norm());
+  double share = turn > kTurnPutRight ? kTurnPutRight / turn : 1;
+  for (int n = 0; n < kHalvings; ++n) {
+    const VectorXd way = whole * share;
+    VectorXd left = errors_of([&](const Tie& tie) { return shifted(tie, way); });
+    if (weighed(left) <= weighed(errors_)) {
+      for (Tie& tie : ties_) tie.joint.posed = shifted(tie, way);
+      shift_bodies(way);
+      errors_ = std::move(left);
+      return;
+    }
+    share /= 2;
+  }
+}
+
+// Both sides of a joint, where bodies that can be pushed are shifted.
+PosedJoint JointAssembly::shifted(const Tie& tie, const VectorXd& way) const {
+  const auto shift = [&](Pose& pose, Index body) {
+    pose = moved({pose, way.segment<3>(kNumbers * body), way.segment<3>(kNumbers * body + 3)}, 1).pose;
+  };
+  PosedJoint end = tie.joint.posed;
+  shift(end.child.pose, tie.child);
+  if (tie.parent) shift(end.parent.pose, *tie.parent);
+  return end;
+}
+
+// Of what is m or rad, by what it takes to move it.
+double JointAssembly::weighed(const VectorXd& errors) const {
+  return errors.dot(errors.cwiseProduct(weights_));
 }
 
 void JointAssembly::factorise() {
@@ -160,6 +190,7 @@ void JointAssembly::factorise() {
   const Matrix masses = inverse_masses();
   response_ = masses * held_;
   Matrix matrix = held_.transpose() * response_;
+  weights_ = matrix.diagonal().cwiseInverse();
   for (Index i = 0; i < matrix.rows(); ++i) matrix.coeffRef(i, i) *= 1 + gives_way_;
   if (!is_ordered_) factors_.analyzePattern(matrix);
   is_ordered_ = true;
@@ -310,20 +341,24 @@ PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, doub
   return end;
 }
 
-// By how much errors will have grown once the bodies have moved, by the time.
-VectorXd JointAssembly::bend(const VectorXd& velocities) const {
-  VectorXd bend(wanted_.size());
+// Of held rows, with each joint where `posed` has it.
+template <typename Posed>
+VectorXd JointAssembly::errors_of(const Posed& posed) const {
+  VectorXd errors(wanted_.size());
   std::vector<JointRow> rows;
   Index n = 0;
   for (const Tie& tie : ties_) {
     rows.clear();
-    append_held_rows(*tie.joint.properties, after(tie, velocities, span_), span_, rows);
-    for (const JointRow& row : rows) {
-      bend[n] = (row.error - errors_[n]) / span_;
-      ++n;
-    }
+    append_held_rows(*tie.joint.properties, posed(tie), span_, rows);
+    for (const JointRow& row : rows) errors[n++] = row.error;
   }
-  return bend;
+  return errors;
+}
+
+// By how much errors will have grown once the bodies have moved, by the time.
+VectorXd JointAssembly::bend(const VectorXd& velocities) const {
+  const VectorXd end = errors_of([&](const Tie& tie) { return after(tie, velocities, span_); });
+  return (end - errors_) / span_;
 }
 
 // Towards errors that do not grow.
@@ -366,13 +401,18 @@ void JointAssembly::look_ahead(VectorXd& velocities) {
       std::copy(rows.begin(), rows.end(), tie.rows.begin());
     }
     factorise();
-    bent_ = held_.transpose() * velocities - wanted_ - bend(velocities);
+    const VectorXd off = bend(velocities);
+    bent_ = held_.transpose() * velocities - wanted_ - off;
     VectorXd change = velocities;
     hold(change);
     change -= velocities;
     const VectorXd momenta = momenta_of(change);
-    const double share = -velocities.dot(momenta) / change.dot(momenta);
-    if (share > 0) velocities += change * std::min(share, 1.0);
+    double share = -velocities.dot(momenta) / change.dot(momenta);
+    if (!(share > 0)) break;
+    share = std::min(share, 1.0);
+    for (int k = 0; k < kHalvings && weighed(bend(velocities + change * share)) > weighed(off); ++k)
+      share /= 2;
+    velocities += change * share;
   }
   bent_ = held_.transpose() * velocities - wanted_;
 }
@@ -425,38 +465,35 @@ void JointAssembly::pass() {
 
 void JointAssembly::move() {
   see_changes();
-  ways_.push_back(moves_ ? VectorXd(velocities_ + put_right_ / span_) : velocities_);
+  ways_.push_back(velocities_);
 }
 
 // To where move() has found the bodies to come in the steps before.
 void JointAssembly::advance() {
   for (const VectorXd& velocities : ways_) {
     for (Tie& tie : ties_) tie.joint.posed = after(tie, velocities, span_);
-    Index first = 0;
-    for (Body& body : bodies_) {
-      const Eigen::Quaterniond turn = rotation_by(velocities.segment<3>(first + 3) * span_);
-      const Eigen::Matrix3d axes = turn.toRotationMatrix();
-      body.now.inverse_inertia = axes * body.now.inverse_inertia * axes.transpose();
-      body.moved.way += velocities.segment<3>(first) * span_;
-      body.moved.turn = (turn * body.moved.turn).normalized();
-      first += kNumbers;
-    }
+    shift_bodies(velocities * span_);
   }
   ways_.clear();
 }
 
-void JointAssembly::end(std::vector<BodyMotion>& moved) {
-  if (moves_) advance();
+void JointAssembly::shift_bodies(const VectorXd& way) {
   Index first = 0;
   for (Body& body : bodies_) {
-    BodyMotion& motion = body.moved;
-    motion.is_whole = moves_;
-    if (!moves_) {
-      motion.way = put_right_.segment<3>(first);
-      motion.turn = rotation_by(put_right_.segment<3>(first + 3));
-    }
-    moved.push_back(motion);
+    const Eigen::Quaterniond turn = rotation_by(way.segment<3>(first + 3));
+    const Eigen::Matrix3d axes = turn.toRotationMatrix();
+    body.now.inverse_inertia = axes * body.now.inverse_inertia * axes.transpose();
+    body.moved.way += way.segment<3>(first);
+    body.moved.turn = (turn * body.moved.turn).normalized();
     first += kNumbers;
+  }
+}
+
+void JointAssembly::end(std::vector<BodyMotion>& moved) {
+  if (moves_) advance();
+  for (Body& body : bodies_) {
+    body.moved.is_whole = moves_;
+    moved.push_back(body.moved);
   }
 }
 

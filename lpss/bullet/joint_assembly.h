@@ -88,7 +88,10 @@ class JointAssembly {
   void find_whether_to_move();
   bool turns_beyond(double turn, const Eigen::VectorXd& velocities, double time) const;
   void make_rows();
-  void find_correction();
+  void put_right();
+  PosedJoint shifted(const Tie& tie, const Eigen::VectorXd& way) const;
+  void shift_bodies(const Eigen::VectorXd& way);
+  double weighed(const Eigen::VectorXd& errors) const;
   void factorise();
   // Rows as the columns of a matrix.
   Matrix columns(bool is_held) const;
@@ -97,6 +100,8 @@ class JointAssembly {
   Eigen::VectorXd shares_of(const Eigen::VectorXd& row) const;
   void hold(Eigen::VectorXd& velocities) const;
   PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time) const;
+  template <typename Posed>
+  Eigen::VectorXd errors_of(const Posed& posed) const;
   Eigen::VectorXd bend(const Eigen::VectorXd& velocities) const;
   void hold_at_end(Eigen::VectorXd& velocities);
   double bent_energy_max(const Eigen::VectorXd& velocities) const;
@@ -113,17 +118,17 @@ class JointAssembly {
   bool moves_ = false;  // from step to step
   double span_;         // s, over which rows hold: a tick, or a step of those that move
   Matrix held_;
-  Matrix response_;            // of the velocities to a unit of impulse of each
-  Eigen::VectorXd wanted_;     // m/s, rad/s: the velocities of held rows, were nothing to turn
-  Eigen::VectorXd errors_;     // m, rad: of held rows, at the start of the step
-  Eigen::VectorXd bent_;       // m/s, rad/s: what it takes beyond the wanted velocities, since bodies turn
-  Eigen::VectorXd bending_;    // impulses of that
-  bool is_bent_ = false;       // they were set in this step
-  bool is_foreseen_ = true;    // and follow the velocities of each pass
-  Eigen::VectorXd put_right_;  // m, rad: how bodies are moved in a step to correct errors
-  double gives_way_ = 0;       // the share by which rows do
-  bool is_anchored_ = false;   // to something that cannot be pushed
-  bool is_ordered_ = false;    // the pattern of the matrix never changes
+  Matrix response_;           // of the velocities to a unit of impulse of each
+  Eigen::VectorXd wanted_;    // m/s, rad/s: the velocities of held rows, were nothing to turn
+  Eigen::VectorXd errors_;    // m, rad: of held rows, at the start of the step
+  Eigen::VectorXd weights_;   // kg, kg m^2: of held rows
+  Eigen::VectorXd bent_;      // m/s, rad/s: what it takes beyond the wanted velocities, since bodies turn
+  Eigen::VectorXd bending_;   // impulses of that
+  bool is_bent_ = false;      // they were set in this step
+  bool is_foreseen_ = true;   // and follow the velocities of each pass
+  double gives_way_ = 0;      // the share by which rows do
+  bool is_anchored_ = false;  // to something that cannot be pushed
+  bool is_ordered_ = false;   // the pattern of the matrix never changes
   Eigen::SimplicialLDLT<Matrix> factors_;
   std::vector<FreeRow> free_rows_;
   Eigen::VectorXd velocities_;
