@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
+#include <absl/strings/str_replace.h>
 
 #include <algorithm>
 #include <cmath>
@@ -31,6 +32,12 @@ std::string to_cell(const Row& row, const std::string& name, int digits) {
   if (!found->is_number_float()) return found->dump();
   const double value = found->get<double>();
   return std::isfinite(value) ? absl::StrFormat("%.*g", digits, value) : "";
+}
+
+// As RFC 4180 has it.
+std::string quoted(const std::string& cell) {
+  if (cell.find_first_of(",\"\n") == std::string::npos) return cell;
+  return absl::StrCat("\"", absl::StrReplaceAll(cell, {{"\"", "\"\""}}), "\"");
 }
 
 }  // namespace
@@ -90,7 +97,8 @@ std::string to_csv(const std::vector<Row>& rows) {
   constexpr int kDigits = 9;
   std::string text;
   for (const std::vector<std::string>& line : to_cells(rows, kDigits)) {
-    absl::StrAppend(&text, absl::StrJoin(line, ","), "\n");
+    const auto append = [](std::string* out, const std::string& cell) { *out += quoted(cell); };
+    absl::StrAppend(&text, absl::StrJoin(line, ",", append), "\n");
   }
   return text;
 }
