@@ -42,8 +42,8 @@ struct Nearest {
   Scalar gap = 0;
 };
 
-// GJK sees the shapes without their edges and corners, which gives it steady normals: it tells the direction,
-// and the shapes themselves how far they are apart in it.
+// GJK sees shapes with rounded edges and corners, which gives it steady normals. What it does not see is
+// added in the direction that it finds.
 std::optional<Nearest> nearest(const Part& a, const Frame& at_a, const Part& b, const Frame& at_b,
                                Scalar margin) {
   struct Output final : btDiscreteCollisionDetectorInterface::Result {
@@ -62,20 +62,17 @@ std::optional<Nearest> nearest(const Part& a, const Frame& at_a, const Part& b, 
   input.m_transformA = bt(at_a);
   input.m_transformB = bt(at_b);
   const btScalar reach =
-      a.convex->getMargin() + b.convex->getMargin() + a.rounded_off + b.rounded_off + margin;
+      a.convex->getMargin() + b.convex->getMargin() + a.rounded_off_most + b.rounded_off_most + margin;
   input.m_maximumDistanceSquared = reach * reach;
   detector.getClosestPoints(input, output, nullptr);
   if (!output.found) return std::nullopt;
   Nearest found = *output.found;
-  const auto reaches = [&](const Part& part, const Frame& at, const Vector& direction) {
-    return found.normal.dot(at * farthest(part, Vector(at.rotation.transpose() * direction)));
-  };
-  const Scalar at_a_end = reaches(a, at_a, -found.normal);
-  const Scalar at_b_end = reaches(b, at_b, found.normal);
-  found.gap = at_a_end - at_b_end;
+  const Scalar more_of_a = rounded_off(a, Vector(at_a.rotation.transpose() * -found.normal));
+  const Scalar more_of_b = rounded_off(b, Vector(at_b.rotation.transpose() * found.normal));
+  found.gap -= more_of_a + more_of_b;
   if (!(found.gap <= margin)) return std::nullopt;
-  found.on_a += found.normal * (at_a_end - found.normal.dot(found.on_a));
-  found.on_b += found.normal * (at_b_end - found.normal.dot(found.on_b));
+  found.on_a -= found.normal * more_of_a;
+  found.on_b += found.normal * more_of_b;
   return found;
 }
 

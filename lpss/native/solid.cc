@@ -57,7 +57,7 @@ bool is_cylinder(const Part& part) {
 }
 
 // Of Part, for one whose other members are set. At most so much, for hulls.
-Scalar rounded_off(const Part& part) {
+Scalar rounded_off_most(const Part& part) {
   const Scalar margin = part.convex->getMargin();
   if (part.kind == Part::Kind::kBox) return (Scalar(std::numbers::sqrt3) - 1) * margin;
   if (is_cylinder(part)) return (Scalar(std::numbers::sqrt2) - 1) * margin;
@@ -94,6 +94,17 @@ Vector farthest(const Part& part, const Vector& direction) {
     return {direction.x() * scale, direction.y() * scale, std::copysign(half.z(), direction.z())};
   }
   return vector(part.convex->localGetSupportingVertex(bt(direction)));
+}
+
+Scalar rounded_off(const Part& part, const Vector& direction) {
+  if (part.kind == Part::Kind::kBox) return (direction.cwiseAbs().sum() - 1) * part.convex->getMargin();
+  if (is_cylinder(part)) {
+    const Scalar side = std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
+    return (side + std::abs(direction.z()) - 1) * part.convex->getMargin();
+  }
+  if (!part.polyhedron) return 0;
+  const btVector3 seen = part.convex->localGetSupportingVertexWithoutMargin(bt(direction));
+  return direction.dot(farthest(part, direction) - vector(seen)) - part.convex->getMargin();
 }
 
 Box box_at(const Part& part, const Frame& body) {
@@ -228,7 +239,7 @@ Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
   } else {
     set_round();
   }
-  if (part.convex) part.rounded_off = rounded_off(part);
+  if (part.convex) part.rounded_off_most = rounded_off_most(part);
   return part;
 }
 

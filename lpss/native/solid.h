@@ -36,8 +36,7 @@ struct Part {
   const collision::Polyhedron<Scalar>* polyhedron = nullptr;  // of hulls, also large ones: their faces
   Vector normal = Vector::UnitZ();                            // of a plane, pointing out
   const btConvexShape* convex = nullptr;                      // of all convex kinds
-  // m, how far edges and corners reach out of `convex`, whose margin rounds them off.
-  Scalar rounded_off = 0;
+  Scalar rounded_off_most = 0;                                // m, of rounded_off() in any direction
   const Terrain* terrain = nullptr;
 };
 
@@ -100,8 +99,11 @@ class Solid {
 // The box of a part posed by `frame`, that of its body.
 Box box_at(const Part& part, const Frame& frame);
 
-// The point of a convex part that is farthest in a direction, both in the part's frame; with the edges and
-// corners that Bullet rounds off.
+// The point of a convex part that is farthest in a direction, both in the part's frame.
 Vector farthest(const Part& part, const Vector& direction);
+
+// m, how much farther that is than what GJK sees of Bullet's shape, whose edges and corners are rounded by
+// its margin. The direction is of length 1.
+Scalar rounded_off(const Part& part, const Vector& direction);
 
 }  // namespace tessera::native

@@ -111,7 +111,9 @@ TEST(Standing, BarrelsThatAreTippedOverSleep) {
   }
 }
 
+// Its corners meet the ground one after the other within a pass, which turns it a little: by about 1 mm.
 TEST(Standing, ABoxDroppedFlatStaysOnAPlaneAsOnABox) {
+  Eigen::Vector3d ends[2];
   for (const bool is_plane : {true, false}) {
     WorldBuilder builder(sectors_of(128));
     if (is_plane) {
@@ -122,9 +124,11 @@ TEST(Standing, ABoxDroppedFlatStaysOnAPlaneAsOnABox) {
     builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {0, 0, 1.5});
     const auto cluster = cluster_of(builder.world(), 1);
     for (int tick = 0; tick < 300; ++tick) cluster->step();
-    EXPECT_LT((position_of(*cluster, 1, 128) - Eigen::Vector3d(0, 0, 0.5)).norm(), 1e-3) << is_plane;
+    ends[is_plane] = position_of(*cluster, 1, 128);
+    EXPECT_LT((ends[is_plane] - Eigen::Vector3d(0, 0, 0.5)).norm(), 0.01) << is_plane;
     EXPECT_TRUE(is_asleep(*cluster, 1)) << is_plane;
   }
+  EXPECT_LT((ends[0] - ends[1]).norm(), 1e-4);
 }
 
 TEST(Standing, LightAndHeavyBoxesInTurns) {
