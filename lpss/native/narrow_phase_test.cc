@@ -180,6 +180,22 @@ TEST(NarrowPhaseTest, CornersAndRimsTouchWhereTheyAre) {
   }
 }
 
+TEST(NarrowPhaseTest, WhatIsBesideACornerDoesNotTouchTheFaceBehindIt) {
+  const Body box = body(1, tessera::Box{}, Vector::Zero());
+  Body cylinder = body(2, Cylinder{0.5, 1}, {Scalar(0.3), Scalar(0.2), Scalar(1.35)});
+  cylinder.pose.rotation =
+      Eigen::AngleAxis<Scalar>(Scalar(0.7), Vector(1, -1, 0).normalized()).toRotationMatrix();
+  for (int n = 0; n < 200; ++n) {
+    cylinder.pose.position = Vector(1, Scalar(0.9), Scalar(0.6)) * Scalar(0.9 + 0.002 * n);
+    NarrowPhase phase;
+    Contact contact;
+    phase.update(box, cylinder, contact);
+    for (const ContactPatch& patch : contact.patches) {
+      for (int point = 0; point < patch.count; ++point) EXPECT_GT(patch.point[point].gap, -0.5) << n;
+    }
+  }
+}
+
 TEST(NarrowPhaseTest, ImpulsesStayWithTheirFeatures) {
   NarrowPhase phase;
   const Body floor = body(1, tessera::Box{{8, 8, 2}}, {0, 0, -1}, Motion::kStatic);

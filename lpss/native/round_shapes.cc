@@ -99,7 +99,8 @@ std::optional<Nearest> over_a_face(const Part& shape, const collision::Box<Scala
       const int u = (axis + 1) % 3;
       const int v = (axis + 2) % 3;
       const bool is_over = std::abs(seen[u]) <= box.half[u] && std::abs(seen[v]) <= box.half[v];
-      if (is_over && (!best || gap > best->gap)) best = Nearest{out, lowest, lowest - out * gap, gap};
+      // A face on the far side is not what is touched.
+      if (is_over && gap > (best ? best->gap : -margin)) best = Nearest{out, lowest, lowest - out * gap, gap};
     }
   }
   return best;
