@@ -24,13 +24,16 @@ WorldDescription balls_beside_sleepers(const WorldSettings& settings, int idle_s
   builder.add("ground", builder.shape(Plane{}), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
   const ShapeId ball = builder.shape(Sphere{0.5});
   for (int i = 0; i < kAwake; ++i) {
-    const Eigen::Vector3d place(kBallsApart * (i % kBallsInRow - kBallsInRow / 2),
-                                kBallsApart * (i / kBallsInRow - kBallsInRow / 2), 0.5);
+    const int column = i % kBallsInRow - kBallsInRow / 2;
+    const int row = i / kBallsInRow - kBallsInRow / 2;
+    const Eigen::Vector3d place(kBallsApart * column, kBallsApart * row, 0.5);
     builder.add(absl::StrCat("ball", i), ball, 1, place).linear_velocity.x() = 0.1;
   }
   const ShapeId box = builder.shape(Box{{1, 1, 1}});
   for (int i = 0; i < idle_sectors; ++i) {
-    const Eigen::Vector3d sector(2 + i % kSectorsInRow, i / kSectorsInRow, 0);
+    const int column = 2 + i % kSectorsInRow;
+    const int row = i / kSectorsInRow;
+    const Eigen::Vector3d sector(column, row, 0);
     const Eigen::Vector3d place = sector * settings.sector_size + Eigen::Vector3d(7, 9, 0.5);
     builder.add(absl::StrCat("box", i), box, 1, place);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "lpss/native/round_shapes.h"
 
@@ -73,13 +74,21 @@ class PlanetSurface {
   Eigen::Vector3d up_;
 };
 
-// Points on flat shapes stay where they are on the shape; round ones roll over theirs.
-bool is_flat(const Solid& solid) {
-  const auto flat = [](const Part& part) {
-    return part.kind == Kind::kBox || part.kind == Kind::kPolyhedron || part.kind == Kind::kPlane ||
-           part.kind == Kind::kTerrain;
+bool is_flat(const Part& part) {
+  return part.kind == Kind::kBox || part.kind == Kind::kPlane || part.kind == Kind::kTerrain ||
+         part.polyhedron;
+}
+
+// Points on flat shapes stay where they are on the shape, and so do those on the caps of cylinders, where
+// there are three or more; other round ones roll over theirs.
+bool keeps_points(const Solid& solid, std::span<const ContactPatch> patches) {
+  const auto lies_on_caps = [&] {
+    return std::all_of(patches.begin(), patches.end(),
+                       [](const ContactPatch& patch) { return patch.count >= 3; });
   };
-  return std::all_of(solid.parts().begin(), solid.parts().end(), flat);
+  return std::all_of(solid.parts().begin(), solid.parts().end(), [&](const Part& part) {
+    return is_flat(part) || (is_cylinder(part) && lies_on_caps());
+  });
 }
 
 // Calls `with` with the shape of a part that lpss/collision knows.
@@ -224,7 +233,7 @@ void NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
   find(a, b, contact, margin);
   inherit(contact);
   contact.patches.assign(found_.begin(), found_.end());
-  contact.is_found = !found_.empty() && is_flat(*a.solid) && is_flat(*b.solid);
+  contact.is_found = !found_.empty() && keeps_points(*a.solid, found_) && keeps_points(*b.solid, found_);
   contact.found_at = contact.is_found ? seen : Frame{};
 }
 

@@ -146,7 +146,7 @@ Side side_of(const Part& part, const Vector& direction) {
   } else if (part.kind == Part::Kind::kCapsule) {
     radius = part.capsule.radius;
     half_length = part.capsule.half_length;
-  } else if (part.kind == Part::Kind::kRound && part.convex->getShapeType() == CYLINDER_SHAPE_PROXYTYPE) {
+  } else if (is_cylinder(part)) {
     const btVector3 half = static_cast<const btCylinderShape*>(part.convex)->getHalfExtentsWithMargin();
     radius = half.x();
     half_length = half.z();

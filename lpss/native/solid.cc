@@ -13,6 +13,11 @@
 #include <variant>
 
 namespace tessera::native {
+
+bool is_cylinder(const Part& part) {
+  return part.kind == Part::Kind::kRound && part.convex->getShapeType() == CYLINDER_SHAPE_PROXYTYPE;
+}
+
 namespace {
 
 constexpr Scalar kMarginMax = Scalar(0.02);   // m
@@ -51,10 +56,6 @@ Box box_of_points(const std::vector<Vector>& points) {
 }
 
 Box around(const Vector& half) { return {-half, half}; }
-
-bool is_cylinder(const Part& part) {
-  return part.kind == Part::Kind::kRound && part.convex->getShapeType() == CYLINDER_SHAPE_PROXYTYPE;
-}
 
 // Of Part, for one whose other members are set. At most so much, for hulls.
 Scalar rounded_off_most(const Part& part) {

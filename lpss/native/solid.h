@@ -40,6 +40,8 @@ struct Part {
   const Terrain* terrain = nullptr;
 };
 
+bool is_cylinder(const Part& part);
+
 struct SweptBall {
   Vector centre;
   Scalar radius;  // m; 0.4 of the smallest extent
