@@ -33,7 +33,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with Client(options.connect) as client, Recorder(
             client, options.output, every=options.every, bodies=options.bodies, sector=options.sector
         ) as recorder:
-            print(f"recording {recorder.world} to {options.output}; Ctrl-C ends it", flush=True)
             _record(recorder, options)
     except (TesseraError, OSError) as error:
         print(f"tessera-record: {error}", file=sys.stderr)
@@ -51,6 +50,7 @@ def _record(recorder: Recorder, options: argparse.Namespace) -> None:
         ticks = math.ceil(options.seconds / recorder.time_step)
     with ThreadPoolExecutor(1) as executor:
         try:
+            print(f"recording {recorder.world} to {options.output}; Ctrl-C ends it", flush=True)
             executor.submit(_follow, recorder, ticks).result()
         except KeyboardInterrupt:
             recorder.stop()
