@@ -68,6 +68,27 @@ function(tessera_test name)
     PROPERTIES TIMEOUT ${arg_TIMEOUT})
 endfunction()
 
+# tessera_test_by_precision(NAME TIMEOUT s SOURCES files... LIBS libraries...): tests that run once a precision, with
+# `--precision=f32` or f64, since a process loads one engine. The sources have a main() that takes it.
+function(tessera_test_by_precision name)
+  if(NOT TESSERA_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  math(EXPR arg_TIMEOUT "${arg_TIMEOUT} * ${tessera_slowness}")
+  add_executable(${name} ${arg_SOURCES})
+  target_compile_options(${name} PRIVATE ${tessera_warnings})
+  target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gmock Threads::Threads)
+  tessera_compile_fast(${name} test)
+  foreach(precision f32 f64)
+    gtest_discover_tests(${name}
+      TEST_PREFIX ${precision}.
+      EXTRA_ARGS --precision=${precision}
+      DISCOVERY_MODE PRE_TEST
+      PROPERTIES TIMEOUT ${arg_TIMEOUT})
+  endforeach()
+endfunction()
+
 # tessera_npm_packages(FOLDER COMMENT): building packages.stamp installs the packages of FOLDER/package-lock.json into
 # node_modules of the current binary directory.
 function(tessera_npm_packages folder comment)
