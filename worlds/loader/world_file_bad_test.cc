@@ -85,6 +85,7 @@ std::string urdf(const std::string& body) {
 std::vector<Row> xml_rows() {
   return {
       {"Empty", "", {"<string>: malformed XML: the text is empty"}},
+      {"Binary", std::string("\0\1", 2), {"<string>: malformed XML: a byte is 0, so this is no text"}},
       {"NoXml", "once upon a time", {"<string>:1: malformed XML: there is text outside of all elements"}},
       {"Unclosed", "<sdf>\n<world name='w'>\n<model>", {"<string>:3: malformed XML: <model> is not closed"}},
       {"Mismatched",

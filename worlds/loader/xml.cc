@@ -1,6 +1,7 @@
 #include "worlds/loader/xml.h"
 
 #include <absl/strings/ascii.h>
+#include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_split.h>
@@ -64,10 +65,10 @@ std::string tag_in(absl::string_view said) {
   return absl::StrCat("<", name.substr(0, kQuotedBytesMax), name.size() > kQuotedBytesMax ? "...>" : ">");
 }
 
-std::string what_is_wrong(const tinyxml2::XMLDocument& document) {
+std::string what_is_wrong(const tinyxml2::XMLDocument& document, absl::string_view text) {
   switch (document.ErrorID()) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
-      return "the text is empty";
+      return absl::StrContains(text, '\0') ? "a byte is 0, so this is no text" : "the text is empty";
     case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
       return absl::StrCat(tag_in(document.ErrorStr()),
                           " is not closed, or another tag is closed in its place");
@@ -153,8 +154,9 @@ absl::StatusOr<std::unique_ptr<File>> File::parse(absl::string_view text, const 
                                                    ": elements are nested deeper than ", kXmlDepthMax));
   }
   if (error != tinyxml2::XML_SUCCESS) {
-    return absl::InvalidArgumentError(absl::StrCat(place_in(name, file->document_.ErrorLineNum()),
-                                                   ": malformed XML: ", what_is_wrong(file->document_)));
+    return absl::InvalidArgumentError(
+        absl::StrCat(place_in(name, file->document_.ErrorLineNum()),
+                     ": malformed XML: ", what_is_wrong(file->document_, text)));
   }
   if (file->document_.RootElement() == nullptr) {
     return absl::InvalidArgumentError(absl::StrCat(name, ": the XML has no element"));
