@@ -51,8 +51,7 @@ enum class CloneContacts : std::uint8_t {
 
 // Where bodies of different homes are found to touch: in the lower home of two, which has a clone of the
 // other one. A fast body, however, may meet any body on its way, so it is told to the sectors above, too, and
-// these homes find its contacts. Clones of usual bodies are then none of its business, nor are those of other
-// fast ones from below.
+// the home of the slower one of two finds their contact; at the same speed, it is the lower home.
 enum class Range : std::uint8_t { kUsual, kFast, kFastFromBelow };
 
 // The settings of engine worlds and their solvers; the same for all sectors of a world.

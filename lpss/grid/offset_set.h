@@ -62,10 +62,6 @@ class OffsetSet {
     result.set_far({far().begin(), end});
     return result;
   }
-  // Whether one comes after the home.
-  bool reaches_up() const {
-    return (near_[0] & ~kBeforeHome) != 0 || near_[1] != 0 || (far_ && SectorOffset{} < far_->back());
-  }
   bool empty() const { return (near_[0] | near_[1]) == 0 && !far_; }
   void merge(const OffsetSet& other) {
     near_[0] |= other.near_[0];

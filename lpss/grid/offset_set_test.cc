@@ -79,8 +79,6 @@ TEST(OffsetSet, FarOffsetsAreMembersToo) {
   EXPECT_THAT(members(set),
               ElementsAre(SectorOffset{-40, 7, 0}, SectorOffset{1, 0, 0}, SectorOffset{3, 0, 0}));
   EXPECT_THAT(members(set.lower()), ElementsAre(SectorOffset{-40, 7, 0}));
-  EXPECT_TRUE(set.reaches_up());
-  EXPECT_FALSE(set.lower().reaches_up());
   OffsetSet other;
   other.insert(0, 0, -9);
   EXPECT_FALSE(set == other);

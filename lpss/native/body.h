@@ -112,12 +112,15 @@ Matrix turned(const Matrix& rotation, const Vector& turn);
 // Whether contacts of the pair are detected, as far as properties and roles decide.
 bool is_wanted_pair(const Body& a, const Body& b);
 
-// Whether a wanted pair is left to the other one's home in this tick.
+// Whether a wanted pair is left to the other one's home in this tick (Range).
 inline bool is_found_elsewhere(const Body& a, const Body& b) {
   if (a.range == Range::kUsual && b.range == Range::kUsual) return false;
   const auto leaves = [](const Body& home, const Body& clone) {
-    return clone.role == Role::kClone && clone.motion == Motion::kDynamic && home.range != Range::kUsual &&
-           clone.range != Range::kFast;
+    if (clone.role != Role::kClone || clone.motion != Motion::kDynamic || home.range == Range::kUsual)
+      return false;
+    if (clone.range == Range::kUsual) return true;
+    const Scalar ahead = home.linear.squaredNorm() - clone.linear.squaredNorm();
+    return ahead > 0 || (ahead == 0 && clone.range == Range::kFastFromBelow);
   };
   return leaves(a, b) || leaves(b, a);
 }

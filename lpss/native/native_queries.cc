@@ -179,13 +179,27 @@ void NativeWorld::predict_contact(BodySlot slot, const SweepHit& hit) {
 void NativeWorld::refresh_boxes() const {
   if (!boxes_are_old_) return;
   home_box_ = Box::nothing();
+  home_way_ = 0;
   for (std::size_t n = 0; n < bodies_.size(); ++n) {
     const Body& body = bodies_[n];
     if (!body.leaf) continue;
     if (body.is_awake()) set_box_to_pose(static_cast<BodySlot>(n));
-    if (body.lives_here()) home_box_.extend(body.box);
+    note_home(body);
   }
   boxes_are_old_ = false;
+}
+
+// What the box of a body sweeps in a tick, without its turn.
+Box NativeWorld::box_on_way(const Body& body) const {
+  Box box = body.box;
+  if (body.is_awake()) box.extend(box.moved(body.linear * Scalar(settings_.time_step)));
+  return box;
+}
+
+void NativeWorld::note_home(const Body& body) const {
+  if (!body.lives_here()) return;
+  home_box_.extend(box_on_way(body));
+  if (body.is_awake()) home_way_ = std::max(home_way_, body.linear.norm() * Scalar(settings_.time_step));
 }
 
 Box NativeWorld::swept(const Body& body, const Box& box, Scalar dt) const {
@@ -221,11 +235,11 @@ bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hi
   if (!wanted.overlaps(home_box_)) return false;
   const auto is_reached = [&](BodySlot slot) {
     const Body& other = body(slot);
-    return other.lives_here() && wanted.overlaps(other.box);
+    return other.lives_here() && wanted.overlaps(box_on_way(other));
   };
   if (hint != kNoSlot && is_there(hint) && is_reached(hint)) return true;
   hint = kNoSlot;
-  broad_phase_.for_each_in(wanted, [&](BodySlot slot) {
+  broad_phase_.for_each_in(wanted.grown(home_way_), [&](BodySlot slot) {
     if (hint == kNoSlot && is_reached(slot)) hint = slot;
   });
   return hint != kNoSlot;

@@ -63,7 +63,7 @@ BodySlot NativeWorld::add(Body added) {
   Body& body = this->body(slot);
   slots_[body.id] = slot;
   body.box = body.box_at(body.pose);
-  if (body.lives_here()) home_box_.extend(body.box);
+  note_home(body);
   broad_phase_.add(body, slot);
   return slot;
 }
@@ -109,6 +109,7 @@ void NativeWorld::set_velocity(BodySlot slot, const Eigen::Vector3d& linear, con
   changed.fine.reset();
   changed.linear = linear.cast<Scalar>();
   changed.angular = angular.cast<Scalar>();
+  note_home(changed);
 }
 
 void NativeWorld::apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) {
@@ -116,6 +117,7 @@ void NativeWorld::apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, c
   pushed.fine.reset();
   pushed.linear += impulse.cast<Scalar>() * pushed.inverse_mass;
   pushed.angular += pushed.inverse_inertia() * lever.cast<Scalar>().cross(impulse.cast<Scalar>());
+  note_home(pushed);
 }
 
 void NativeWorld::add_wrench(BodySlot slot, const Wrench& wrench) {
@@ -138,7 +140,7 @@ void NativeWorld::set_box_to_pose(BodySlot slot) const {
   // A body without a sensible box keeps its last one.
   if (boxed.motion != Motion::kStatic && !is_sensible(box)) return;
   boxed.box = box;
-  if (boxed.lives_here()) home_box_.extend(box);
+  note_home(boxed);
   broad_phase_.update(boxed, slot, Scalar(settings_.time_step));
 }
 

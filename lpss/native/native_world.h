@@ -109,6 +109,8 @@ class NativeWorld final : public SectorWorld {
   void set_box_to_pose(BodySlot slot) const;
   void refresh_boxes() const;  // to the poses, if bodies have moved
   Box swept(const Body& body, const Box& box, Scalar dt) const;
+  Box box_on_way(const Body& body) const;
+  void note_home(const Body& body) const;
   void update_contacts(const ParallelFor& parallel);
   void update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece);
   void forget_removed();
@@ -141,7 +143,8 @@ class NativeWorld final : public SectorWorld {
   absl::flat_hash_map<BodyId, BodySlot> slots_;
   mutable BroadPhase broad_phase_;
   mutable bool boxes_are_old_ = false;     // bodies have moved since, or boxes hold their way
-  mutable Box home_box_ = Box::nothing();  // holds the boxes of all bodies that live here
+  mutable Box home_box_ = Box::nothing();  // holds the boxes of all bodies that live here, and their ways
+  mutable Scalar home_way_ = 0;            // m, that none of them exceeds in a tick
   std::vector<Candidate> candidates_;      // ascending by ids
   std::vector<Contact> contacts_;
   std::vector<std::int32_t> free_contacts_;

@@ -76,6 +76,24 @@ OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const Eigen::Ve
   return result;
 }
 
+OffsetSet homes_of_slower(const Eigen::AlignedBox3d& swept, const Eigen::Vector3d& way,
+                          const SeamMargins& margins) {
+  OffsetSet result;
+  const double length = way.norm();
+  if (!(length <= kChaseMax * margins.sector_size)) return result;
+  const Eigen::AlignedBox3d end(swept.min() + way.cwiseMax(0), swept.max() + way.cwiseMin(0));
+  const Eigen::Vector3d around = Eigen::Vector3d::Constant(length);
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(margins.sector_size / 2 + margins.reach);
+  for_each_near({end.min() - around, end.max() + around}, margins, [&](const SectorOffset& offset) {
+    const Eigen::Vector3d centre =
+        margins.sector_size * Eigen::Vector3d(static_cast<double>(offset.i), static_cast<double>(offset.j),
+                                              static_cast<double>(offset.k));
+    const Eigen::AlignedBox3d reached(centre - half, centre + half);
+    if (reached.squaredExteriorDistance(end) <= length * length) result.insert(offset);
+  });
+  return result;
+}
+
 OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion, bool is_fast) {
   const bool everywhere = policy == SeamPolicy::kClone || motion == Motion::kKinematic || is_fast;
   return everywhere ? within_reach : within_reach.lower();
@@ -96,6 +114,12 @@ std::optional<SectorOffset> leaves_home(const Eigen::Vector3d& position, const S
   const absl::StatusOr<SectorOffset> offset = sectors_from(position, margins.sector_size);
   if (!offset.ok() || *offset == SectorOffset{}) return std::nullopt;
   return *offset;
+}
+
+std::optional<SectorOffset> leaves_home(const Eigen::Vector3d& position, const Eigen::Vector3d& way,
+                                        Motion motion, const SeamMargins& margins) {
+  const bool is_foreseen = motion == Motion::kDynamic && is_fast(way, margins);
+  return leaves_home(is_foreseen ? Eigen::Vector3d(position + way) : position, margins);
 }
 
 BodyState seen_from(const BodyState& state, const SectorOffset& offset, double sector_size) {

@@ -38,6 +38,16 @@ inline constexpr int kWayPiecesMax = 256;
 OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const Eigen::Vector3d& way,
                                const SeamMargins& margins);
 
+// Of two fast bodies that meet, the home of the slower one finds the contact, so the faster one is told to
+// all sectors where a slower one may come from. Of bodies that go farther in a tick than so many times a
+// sector's length, these are not looked for.
+inline constexpr double kChaseMax = 2;
+
+// Those sectors. A body that goes no farther than this one and meets it on its way starts within a ball
+// around the way's end, whose radius is the way's length. As sectors_within_reach() otherwise.
+OffsetSet homes_of_slower(const Eigen::AlignedBox3d& swept, const Eigen::Vector3d& way,
+                          const SeamMargins& margins);
+
 // Whether a body that goes so far in a tick (m) may meet bodies that are too far inside their sectors to be
 // told to others.
 inline bool is_fast(const Eigen::Vector3d& way, const SeamMargins& margins) {
@@ -50,15 +60,20 @@ inline bool is_fast(const Eigen::Vector3d& way, const SeamMargins& margins) {
 OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion, bool is_fast);
 
 // The sector that detects the contacts of two bodies under the policy island: the one rule that every server
-// knows. Statics have no say: their partner's home detects. If one of two dynamic bodies is told to sectors
-// above its own, since it is fast, and the other is not, the other's home detects, whichever that is (Range
-// in engine.h); this lasts for a tick, and nothing follows from it for the next.
+// knows. Statics have no say: their partner's home detects. If one of two dynamic bodies is fast, the home of
+// the slower one detects, whichever that is (Range in engine.h); this lasts for a tick, and nothing follows
+// from it for the next.
 const SectorIndex& detecting_sector(Motion motion_a, const SectorIndex& home_a, Motion motion_b,
                                     const SectorIndex& home_b);
 
 // The offset to the new home of a body at `position` (m, relative to its home's centre): none while it is
 // inside its sector or within the hysteresis around it.
 std::optional<SectorOffset> leaves_home(const Eigen::Vector3d& position, const SeamMargins& margins);
+
+// The same of a body that goes a `way` (m) in this tick. A change takes effect in the next one, so a dynamic
+// body that is fast moves to the sector where it is going to be.
+std::optional<SectorOffset> leaves_home(const Eigen::Vector3d& position, const Eigen::Vector3d& way,
+                                        Motion motion, const SeamMargins& margins);
 
 // `state` as seen from the centre of the sector `offset` away.
 BodyState seen_from(const BodyState& state, const SectorOffset& offset, double sector_size);

@@ -146,6 +146,33 @@ TEST(SectorsWithinReach, OfAFastBodyAreThoseAlongItsWay) {
   }
 }
 
+// Straight ways of two bodies that meet.
+TEST(HomesOfSlower, HoldTheHomeOfEveryBodyThatMayBeMet) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> share(-1, 1);
+  const auto direction = [&] {
+    return Eigen::Vector3d(share(random), share(random), share(random)).normalized();
+  };
+  for (int n = 0; n < 2000; ++n) {
+    const Eigen::Vector3d start = kHalf * Eigen::Vector3d(share(random), share(random), share(random));
+    const Eigen::Vector3d way = direction() * std::abs(share(random)) * kChaseMax * kSize;
+    Eigen::AlignedBox3d swept = point(start);
+    swept.extend(start + way);
+    const OffsetSet found = homes_of_slower(swept, way, kMargins);
+    const Eigen::Vector3d slower = direction() * std::abs(share(random)) * way.norm();
+    const double when = std::abs(share(random));
+    const SectorOffset home = *sectors_from(start + when * (way - slower), kSize);
+    EXPECT_TRUE(home == SectorOffset{} || found.contains(home)) << n;
+  }
+}
+
+TEST(HomesOfSlower, AreFewAndNoneOfWhatGoesOverManySectors) {
+  const Eigen::Vector3d way(kSize, 0, 0);
+  EXPECT_LT(members(homes_of_slower({Eigen::Vector3d::Zero(), way}, way, kMargins)).size(), 30u);
+  const Eigen::Vector3d far = 1.01 * kChaseMax * way;
+  EXPECT_THAT(members(homes_of_slower({Eigen::Vector3d::Zero(), far}, far, kMargins)), IsEmpty());
+}
+
 TEST(CloneTargets, OfAFastBodyAreAllOfThem) {
   EXPECT_EQ(clone_targets(all_around(), SeamPolicy::kIsland, Motion::kDynamic, true), all_around());
   EXPECT_FALSE(is_fast({kSeamSpeed / 64, 0, 0}, kMargins));
@@ -221,6 +248,17 @@ TEST(LeavesHome, ForTheSectorThatHoldsThePosition) {
   EXPECT_EQ(leaves_home({9, 8.01, 0}, kMargins), (SectorOffset{1, 1, 0}));
   EXPECT_EQ(leaves_home({100, -100, 0}, kMargins), (SectorOffset{6, -6, 0}));
   EXPECT_EQ(leaves_home({24, -24, -40}, kMargins), (SectorOffset{2, -1, -2}));
+}
+
+TEST(LeavesHome, AFastBodyMovesToWhereItIsGoingToBe) {
+  const Eigen::Vector3d fast(4, 0, 0);
+  const Eigen::Vector3d usual(0.5, 0, 0);
+  EXPECT_EQ(leaves_home({7, 0, 0}, fast, Motion::kDynamic, kMargins), (SectorOffset{1, 0, 0}));
+  EXPECT_EQ(leaves_home({-9, 0, 0}, fast, Motion::kDynamic, kMargins), std::nullopt) << "it comes back";
+  EXPECT_EQ(leaves_home({7.9, 0, 0}, usual, Motion::kDynamic, kMargins), std::nullopt);
+  EXPECT_EQ(leaves_home({8.1, 0, 0}, -usual, Motion::kDynamic, kMargins), (SectorOffset{1, 0, 0}));
+  EXPECT_EQ(leaves_home({7, 0, 0}, fast, Motion::kKinematic, kMargins), std::nullopt)
+      << "it may be told to stop";
 }
 
 TEST(LeavesHome, NotWithAPositionThatIsNone) {

@@ -5,6 +5,7 @@
 #include "lpss/base/invariant.h"
 #include "lpss/model/gravity.h"
 #include "lpss/partition/bodies.h"
+#include "lpss/partition/near_seam.h"
 #include "lpss/partition/sectors.h"
 
 namespace tessera {
@@ -99,10 +100,10 @@ void lift_clones(Partition& partition, BodyId id) {
   }
 }
 
-Range range_of(const Clone& clone) {
+Range range_of(const Partition& partition, const Clone& clone) {
   const Replica& replica = *clone.replica;
-  if (replica.properties.motion != Motion::kDynamic || !replica.replicated_in.reaches_up())
-    return Range::kUsual;
+  const Eigen::Vector3d way = Eigen::Vector3d(replica.state.linear_velocity.data()) * partition.dt();
+  if (replica.properties.motion != Motion::kDynamic || !is_fast(way, partition.margins)) return Range::kUsual;
   return replica.home < clone.sector->index ? Range::kFastFromBelow : Range::kFast;
 }
 
@@ -119,7 +120,8 @@ void place_clone(const Partition& partition, Clone& clone) {
       sector.world->add({replica.id, replica.home, replica.properties, state_of(clone)}, Role::kClone);
   sector.placed.insert(std::lower_bound(sector.placed.begin(), sector.placed.end(), replica.id, by_body),
                        &clone);
-  if (partition.settings.seams == SeamPolicy::kIsland) sector.world->set_range(clone.slot, range_of(clone));
+  if (partition.settings.seams == SeamPolicy::kIsland)
+    sector.world->set_range(clone.slot, range_of(partition, clone));
   sector.components_stale = true;
   pull_clone(partition, clone);
 }

@@ -43,7 +43,7 @@ void lift_clones(Partition& partition, BodyId id);
 BodyState state_of(const Clone& clone);
 
 // Of a clone under the policy island.
-Range range_of(const Clone& clone);
+Range range_of(const Partition& partition, const Clone& clone);
 
 // Into its sector's engine world, and out of it. unplace_clone() activates the sector; both leave the clone
 // listed.

@@ -21,7 +21,9 @@ void set_ranges(const Partition& partition, Sector& sector) {
   if (partition.settings.seams != SeamPolicy::kIsland) return;
   for (const HomeBody* body : sector.attended) {
     if (body->properties.motion != Motion::kDynamic) continue;
-    sector.world->set_range(body->slot, body->replicated_in.reaches_up() ? Range::kFast : Range::kUsual);
+    const Eigen::Vector3d way = sector.world->linear_velocity(body->slot) * partition.dt();
+    const bool goes_fast = !body->replicated_in.empty() && is_fast(way, partition.margins);
+    sector.world->set_range(body->slot, goes_fast ? Range::kFast : Range::kUsual);
   }
 }
 
@@ -63,7 +65,7 @@ void refresh_clones(Partition& partition, Sector& sector) {
       place_clone(partition, *clone);
     } else {
       world.set_state(clone->slot, state_of(*clone));
-      world.set_range(clone->slot, range_of(*clone));
+      world.set_range(clone->slot, range_of(partition, *clone));
       pull_clone(partition, *clone);
     }
     clone->fresh = false;

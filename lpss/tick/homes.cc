@@ -21,11 +21,25 @@ BodyState stopped(BodyState state, double sector_size) {
   return state;
 }
 
+// Where a body that arrives in `record.home` goes on to in the next tick, if it is fast: it may pass over
+// more than a sector in a tick. Its old and its new home find the same.
+std::optional<SectorIndex> goes_on_to(const Partition& partition, const BodyRecord& record) {
+  const Eigen::Vector3d way = Eigen::Vector3d(record.state.linear_velocity.data()) * partition.dt();
+  if (record.properties.motion != Motion::kDynamic || !is_fast(way, partition.margins)) return std::nullopt;
+  const std::optional<SectorOffset> offset =
+      leaves_home(Eigen::Vector3d(record.state.position.data()) + way, partition.margins);
+  const absl::StatusOr<SectorIndex> next = translated(record.home, offset.value_or(SectorOffset{}));
+  if (!offset || !next.ok()) return std::nullopt;
+  return *next;
+}
+
 // False where the body would leave the representable world: it stops here.
 bool decide_home(Partition& partition, HomeBody& body) {
   body.next_home.reset();
   SectorWorld& world = *body.sector->world;
-  const std::optional<SectorOffset> offset = leaves_home(world.position(body.slot), partition.margins);
+  const std::optional<SectorOffset> offset =
+      leaves_home(world.position(body.slot), world.linear_velocity(body.slot) * partition.dt(),
+                  body.properties.motion, partition.margins);
   if (!offset) return true;
   const absl::StatusOr<SectorIndex> next = translated(body.sector->index, *offset);
   if (!next.ok()) {
@@ -64,8 +78,9 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
     handover.replicated_in = sectors_to_tell(
         partition, swept, Eigen::Vector3d(record.state.linear_velocity.data()), record.properties.motion);
     announce(outbox, record.properties,
-             {record.id, record.home, record.home, handover.replicated_in, record.state}, before,
-             all | owners(partition.map, record.home, handover.replicated_in));
+             {record.id, record.home, goes_on_to(partition, record).value_or(record.home),
+              handover.replicated_in, record.state},
+             before, all | owners(partition.map, record.home, handover.replicated_in));
     outbox[partition.map.owner(record.home)].handovers.push_back(handover);
   }
   partition.leaving.clear();
@@ -86,6 +101,8 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
     body.known_everywhere = handover.known_everywhere;
     mark_dirty(body);
     body.swept = body.sector->world->swept_box(body.slot, partition.dt());
+    body.next_home = goes_on_to(partition, handover.record);
+    if (body.next_home) partition.leaving.push_back(body.id);
   }
 }
 

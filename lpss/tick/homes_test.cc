@@ -55,6 +55,27 @@ TEST(Homes, WhatWasAnnouncedIsHandedToTheServerOfTheNewHome) {
   EXPECT_THAT(state.linear_velocity, ElementsAre(1, 0, 0));
 }
 
+TEST(Homes, AFastBodyThatArrivesMayBeOnItsWayToTheNext) {
+  TestWorld world(2);
+  world.add(moving(box(2, kLow, {0, 3, 0}), {16 * 64, 0, 0}));
+  attend_borders(world[0]);
+  announce_home_changes(world[0]);
+  EXPECT_EQ(body(world[0], 2).next_home, kHigh);
+  BodyState after = state_of(world[0], 2);
+  after.position[0] = 16;
+  body(world[0], 2).sector->world->set_state(body(world[0], 2).slot, after);
+  std::vector<std::vector<Exchange>> outboxes(2, std::vector<Exchange>(2));
+  change_homes(world[0], {}, outboxes[0]);
+  const SectorIndex third = *translated(kHigh, {1, 0, 0});
+  ASSERT_EQ(outboxes[0][0].replicas.size(), 1u);
+  EXPECT_EQ(outboxes[0][0].replicas[0].home, kHigh);
+  EXPECT_EQ(outboxes[0][0].replicas[0].next_home, third);
+  std::vector<Exchange> inbox = received(outboxes, 1);
+  take_homes(world[1], inbox);
+  EXPECT_EQ(body(world[1], 2).next_home, third);
+  EXPECT_THAT(world[1].leaving, ElementsAre(BodyId{2}));
+}
+
 TEST(Homes, ABodyThatArrivesAsleepWakesUp) {
   TestPartition partition;
   std::vector<Exchange> inbox(1);

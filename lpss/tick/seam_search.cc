@@ -40,8 +40,12 @@ OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d&
   const WorldSettings& settings = partition.settings;
   if (settings.seams == SeamPolicy::kClone && settings.clone_depth == 0) return {};
   const Eigen::Vector3d way = velocity * partition.dt();
-  return clone_targets(sectors_within_reach(swept, way, partition.margins), settings.seams, motion,
-                       is_fast(way, partition.margins));
+  const bool goes_fast = is_fast(way, partition.margins);
+  OffsetSet reached = sectors_within_reach(swept, way, partition.margins);
+  if (goes_fast && motion == Motion::kDynamic && settings.seams == SeamPolicy::kIsland) {
+    reached.merge(homes_of_slower(swept, way, partition.margins));
+  }
+  return clone_targets(reached, settings.seams, motion, goes_fast);
 }
 
 void attend_borders(Partition& partition) {
