@@ -126,27 +126,24 @@ struct MakePart {
 };
 
 // Puts the pose of a lone hull into its points, so that its bodies need no compound.
-ShapePart bake_hull(const ShapePart& part) {
-  ShapePart baked{part.geometry, {}};
-  for (Eigen::Vector3d& p : std::get<ConvexHull>(baked.geometry).points) p = part.pose * p;
-  return baked;
+ConvexHull baked(const ConvexHull& hull, const Pose& pose) {
+  ConvexHull result = hull;
+  for (Eigen::Vector3d& p : result.points) p = pose * p;
+  return result;
 }
 
 }  // namespace
 
 CollisionShape::CollisionShape(const Shape& shape, const Pose& centre, bool is_static, Use use) {
-  std::vector<ShapePart> parts;
   const bool is_centred = centre.is_identity();  // keeps part poses free of rounding
-  for (const ShapePart& part : shape.parts) {
-    parts.push_back({part.geometry, is_centred ? part.pose : centre.inverse() * part.pose});
-  }
-  if (parts.size() == 1 && std::holds_alternative<ConvexHull>(parts[0].geometry))
-    parts[0] = bake_hull(parts[0]);
-
   std::vector<std::pair<btTransform, btCollisionShape*>> children;
-  for (const ShapePart& part : parts) {
-    btTransform pose = part.pose.is_identity() ? btTransform::getIdentity() : to_bullet(part.pose);
-    btCollisionShape* child = build_part(part.geometry, pose);
+  for (const ShapePart& part : shape.parts) {
+    const Pose placed = is_centred ? part.pose : centre.inverse() * part.pose;
+    const auto* lone_hull = shape.parts.size() == 1 ? std::get_if<ConvexHull>(&part.geometry) : nullptr;
+    const bool is_unmoved = lone_hull || placed.is_identity();
+    btTransform pose = is_unmoved ? btTransform::getIdentity() : to_bullet(placed);
+    btCollisionShape* child =
+        lone_hull ? build_part(baked(*lone_hull, placed), pose) : build_part(part.geometry, pose);
     if (use == Use::kContacts) add_edges(*child, data_);
     children.emplace_back(pose, child);
   }

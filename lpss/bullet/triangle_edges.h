@@ -1,8 +1,6 @@
 // Which triangles of a mesh share edges.
 #pragma once
 
-#include <absl/container/flat_hash_map.h>
-
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -16,11 +14,19 @@ namespace tessera::bullet {
 class TriangleEdges {
  public:
   using Corners = std::array<Eigen::Vector3d, 3>;
+  using Vertices = std::array<std::uint32_t, 3>;
 
-  // Adds a triangle. `key` is its name for across().
+  // Makes room for so many vertices and triangles.
+  void reserve(std::size_t vertices, std::size_t triangles);
+
+  // Adds a vertex. Its number: they count from 0.
+  std::uint32_t add(const Eigen::Vector3d& vertex);
+
+  // Adds a triangle. `key` is its name for beyond(); keys that count from 0, in order, are found fastest.
+  void add(std::uint64_t key, const Vertices& vertices);
   void add(std::uint64_t key, const Corners& corners);
 
-  // Finds the shared edges, after all triangles are added.
+  // Finds the shared edges, after all triangles are added, and forgets the vertices.
   void connect();
 
   // The triangle beyond edge `n` of a triangle, from its corner n to the next. None at outer edges and for
@@ -37,14 +43,17 @@ class TriangleEdges {
  private:
   struct Triangle {
     std::uint64_t key;
-    Corners corners;
-    Eigen::Vector3d normal;
+    Eigen::Vector3d normal;                          // 0 without area
     std::array<std::int32_t, 3> beyond{-1, -1, -1};  // by edge, an index into triangles_
     std::array<bool, 3> is_reversed{};               // the one beyond winds the other way
   };
 
-  std::vector<Triangle> triangles_;
-  absl::flat_hash_map<std::uint64_t, std::int32_t> places_;
+  const Triangle* find(std::uint64_t key) const;
+  void sort_by_keys();
+
+  std::vector<Eigen::Vector3d> vertices_;
+  std::vector<Vertices> vertices_of_;  // by triangle
+  std::vector<Triangle> triangles_;    // ascending by key, once connected
 };
 
 }  // namespace tessera::bullet

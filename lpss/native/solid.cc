@@ -137,20 +137,20 @@ Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
   for (int row = 0; row < 3; ++row) offset_.rotation.row(row) = vector(offset.getBasis()[row]).transpose();
   const auto* compound = root->isCompound() ? static_cast<const btCompoundShape*>(root) : nullptr;
   for (std::size_t n = 0; n < shape.parts.size(); ++n) {
-    ShapePart part = shape.parts[n];
-    if (!is_centred) part.pose = centre.inverse() * part.pose;
+    const Geometry& geometry = shape.parts[n].geometry;
+    Pose pose = is_centred ? shape.parts[n].pose : centre.inverse() * shape.parts[n].pose;
     const btCollisionShape* its = compound ? compound->getChildShape(static_cast<int>(n)) : root;
     // The pose of the only part of a static body is in its offset, or in the points of a hull. Bullet has the
     // middle of a height field at its origin.
-    if (!compound && is_static && !std::holds_alternative<ConvexHull>(part.geometry)) {
-      part.pose = {};
-      if (const auto* field = std::get_if<HeightField>(&part.geometry)) {
+    if (!compound && is_static && !std::holds_alternative<ConvexHull>(geometry)) {
+      pose = {};
+      if (const auto* field = std::get_if<HeightField>(&geometry)) {
         const auto [low, high] = std::minmax_element(field->heights.begin(), field->heights.end());
-        part.pose.position.z() = -double((Scalar(*low) + Scalar(*high)) / 2);
+        pose.position.z() = -double((Scalar(*low) + Scalar(*high)) / 2);
       }
     }
-    parts_.push_back(make_part(part, its));
-    if (!is_static) add_swept_ball(parts_.back(), Scalar(smallest_extent({{part}})));
+    parts_.push_back(make_part(geometry, pose, its));
+    if (!is_static) add_swept_ball(parts_.back(), Scalar(smallest_extent({{{geometry, pose}}})));
   }
   const double extent = smallest_extent(shape);
   // Surfaces have no extent.
@@ -171,10 +171,10 @@ void Solid::add_swept_ball(const Part& part, Scalar extent) {
   swept_balls_.push_back({part.frame * middle, extent * kSweptShare});
 }
 
-Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
+Part Solid::make_part(const Geometry& geometry, const Pose& pose, const btCollisionShape* bullet) {
   Part part;
-  part.frame = frame(from.pose);
-  part.is_placed = !from.pose.is_identity();
+  part.frame = frame(pose);
+  part.is_placed = !pose.is_identity();
   if (bullet->isConvex()) part.convex = static_cast<const btConvexShape*>(bullet);
   const auto set_round = [&] {
     part.kind = Part::Kind::kRound;
@@ -183,30 +183,30 @@ Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
     bullet->getAabb(btTransform::getIdentity(), low, high);
     part.box = {vector(low), vector(high)};
   };
-  if (const auto* box = std::get_if<tessera::Box>(&from.geometry)) {
+  if (const auto* box = std::get_if<tessera::Box>(&geometry)) {
     part.kind = Part::Kind::kBox;
     part.cuboid.half = (box->size / 2).cast<Scalar>();
     part.box = around(part.cuboid.half);
-  } else if (const auto* sphere = std::get_if<Sphere>(&from.geometry)) {
+  } else if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
     part.kind = Part::Kind::kBall;
     part.ball.radius = Scalar(sphere->radius);
     part.radius = sphere->radius;
     part.box = around(Vector::Constant(part.ball.radius));
-  } else if (const auto* capsule = std::get_if<Capsule>(&from.geometry)) {
+  } else if (const auto* capsule = std::get_if<Capsule>(&geometry)) {
     part.kind = Part::Kind::kCapsule;
     part.capsule.radius = Scalar(capsule->radius);
     part.capsule.half_length = Scalar(capsule->length / 2);
     part.box =
         around({part.capsule.radius, part.capsule.radius, part.capsule.radius + part.capsule.half_length});
-  } else if (const auto* plane = std::get_if<Plane>(&from.geometry)) {
+  } else if (const auto* plane = std::get_if<Plane>(&geometry)) {
     part.kind = Part::Kind::kPlane;
     part.normal = plane->normal.cast<Scalar>();
     part.box = around(Vector::Constant(kFar));
-  } else if (const auto* hull = std::get_if<ConvexHull>(&from.geometry)) {
+  } else if (const auto* hull = std::get_if<ConvexHull>(&geometry)) {
     // A lone hull has its pose in its points, as in Bullet's form of it.
     ConvexHull posed = *hull;
     if (part.is_placed && bullet == bullet_.root()) {
-      for (Eigen::Vector3d& point : posed.points) point = from.pose * point;
+      for (Eigen::Vector3d& point : posed.points) point = pose * point;
       part.frame = {};
       part.is_placed = false;
     }
@@ -221,7 +221,7 @@ Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
           polyhedra_.emplace_back(std::make_unique<collision::Polyhedron<Scalar>>(*std::move(polyhedron)))
               .get();
     }
-  } else if (const auto* mesh = std::get_if<TriangleMesh>(&from.geometry)) {
+  } else if (const auto* mesh = std::get_if<TriangleMesh>(&geometry)) {
     part.kind = Part::Kind::kTerrain;
     std::vector<Vector> vertices;
     for (const Eigen::Vector3d& vertex : mesh->vertices) vertices.push_back(vertex.cast<Scalar>());
@@ -229,7 +229,7 @@ Part Solid::make_part(const ShapePart& from, const btCollisionShape* bullet) {
     part.terrain =
         terrains_.emplace_back(make_terrain(*mesh, *static_cast<const btBvhTriangleMeshShape*>(bullet)))
             .get();
-  } else if (const auto* field = std::get_if<HeightField>(&from.geometry)) {
+  } else if (const auto* field = std::get_if<HeightField>(&geometry)) {
     part.kind = Part::Kind::kTerrain;
     const auto [low, high] = std::minmax_element(field->heights.begin(), field->heights.end());
     const Eigen::Vector2d half =

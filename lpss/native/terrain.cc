@@ -22,15 +22,16 @@ class Mesh final : public Terrain {
  public:
   Mesh(const TriangleMesh& mesh, const btBvhTriangleMeshShape& tree) : tree_(tree) {
     vertices_.reserve(mesh.vertices.size());
-    for (const Eigen::Vector3d& vertex : mesh.vertices) vertices_.push_back(vertex.cast<Scalar>());
+    edges_.reserve(mesh.vertices.size(), mesh.indices.size() / 3);
+    for (const Eigen::Vector3d& vertex : mesh.vertices) {
+      vertices_.push_back(vertex.cast<Scalar>());
+      edges_.add(vertices_.back().cast<double>());
+    }
     triangles_.reserve(mesh.indices.size() / 3);
     for (std::size_t n = 0; n + 2 < mesh.indices.size(); n += 3) {
       triangles_.push_back({mesh.indices[n], mesh.indices[n + 1], mesh.indices[n + 2]});
     }
-    for (std::uint32_t n = 0; n < triangles_.size(); ++n) {
-      const std::array<Vector, 3> corners = corners_of(n);
-      edges_.add(n, {corners[0].cast<double>(), corners[1].cast<double>(), corners[2].cast<double>()});
-    }
+    for (std::uint32_t n = 0; n < triangles_.size(); ++n) edges_.add(n, triangles_[n]);
     edges_.connect();
   }
 
@@ -52,10 +53,8 @@ class Mesh final : public Terrain {
   }
 
  private:
-  using Corners = std::array<std::uint32_t, 3>;
-
   std::array<Vector, 3> corners_of(std::uint32_t index) const {
-    const Corners& t = triangles_[index];
+    const bullet::TriangleEdges::Vertices& t = triangles_[index];
     return {vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]};
   }
 
@@ -77,7 +76,7 @@ class Mesh final : public Terrain {
 
   const btBvhTriangleMeshShape& tree_;
   std::vector<Vector> vertices_;
-  std::vector<Corners> triangles_;
+  std::vector<bullet::TriangleEdges::Vertices> triangles_;
   bullet::TriangleEdges edges_;
 };
 

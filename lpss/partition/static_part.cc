@@ -1,9 +1,9 @@
 #include "lpss/partition/static_part.h"
 
-#include <absl/container/flat_hash_map.h>
-
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -14,6 +14,16 @@ Eigen::AlignedBox3d seen_from_geometry(const Eigen::AlignedBox3d& region, const 
   const Eigen::Vector3d centre = back * region.center();
   const Eigen::Vector3d half = back.orientation.toRotationMatrix().cwiseAbs() * (region.sizes() / 2);
   return {centre - half, centre + half};
+}
+
+// The sides of a box that a point is beyond, a bit each.
+std::uint8_t sides_beyond(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& point) {
+  unsigned sides = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    sides |= static_cast<unsigned>(point[axis] < box.min()[axis]) << (2 * axis);
+    sides |= static_cast<unsigned>(point[axis] > box.max()[axis]) << (2 * axis + 1);
+  }
+  return static_cast<std::uint8_t>(sides);
 }
 
 struct Cutter {
@@ -43,18 +53,22 @@ struct Cutter {
   std::optional<ShapePart> operator()(const TriangleMesh& mesh) const {
     const Eigen::AlignedBox3d wanted = seen_from_geometry(region, pose);
     const Eigen::Vector3d origin = wanted.center();
+    std::vector<std::uint8_t> beyond;  // by vertex
+    beyond.reserve(mesh.vertices.size());
+    for (const Eigen::Vector3d& vertex : mesh.vertices) beyond.push_back(sides_beyond(wanted, vertex));
     TriangleMesh part;
-    absl::flat_hash_map<std::uint32_t, std::uint32_t> renumbered;
+    constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    std::vector<std::uint32_t> renumbered(mesh.vertices.size(), kNone);
     for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
-      Eigen::AlignedBox3d bounds;
-      for (int corner = 0; corner < 3; ++corner) bounds.extend(mesh.vertices[mesh.indices[t + corner]]);
-      if (!bounds.intersects(wanted)) continue;
+      const std::uint32_t* const corners = &mesh.indices[t];
+      if ((beyond[corners[0]] & beyond[corners[1]] & beyond[corners[2]]) != 0) continue;
       for (int corner = 0; corner < 3; ++corner) {
-        const std::uint32_t old = mesh.indices[t + corner];
-        const auto [place, is_new] =
-            renumbered.try_emplace(old, static_cast<std::uint32_t>(part.vertices.size()));
-        if (is_new) part.vertices.push_back(mesh.vertices[old] - origin);
-        part.indices.push_back(place->second);
+        std::uint32_t& place = renumbered[corners[corner]];
+        if (place == kNone) {
+          place = static_cast<std::uint32_t>(part.vertices.size());
+          part.vertices.push_back(mesh.vertices[corners[corner]] - origin);
+        }
+        part.indices.push_back(place);
       }
     }
     if (part.indices.empty()) return std::nullopt;
