@@ -7,7 +7,7 @@
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
-#include "lpss/bullet/task_joint.h"
+#include "lpss/joints/task_joint.h"
 
 namespace tessera::bullet {
 namespace {
@@ -20,7 +20,7 @@ JointSide side_of(const btRigidBody& rigid) {
 }
 
 // While bodies of the task store their places in the solver as companion ids.
-SolvedJoint solved_joint(const TaskJoint& joint) {
+joints::SolvedJoint solved_joint(const TaskJoint& joint) {
   const btRigidBody& child = rigid_of(joint.child);
   const btRigidBody* parent = joint.parent.world ? &rigid_of(joint.parent) : nullptr;
   std::optional<int> pushed;
@@ -28,7 +28,22 @@ SolvedJoint solved_joint(const TaskJoint& joint) {
   std::optional<JointSide> parent_side;
   if (parent) parent_side = side_of(*parent);
   return {child.getCompanionId(), pushed, joint.properties, joint.drives,
-          posed(joint, side_of(child), parent_side)};
+          joints::posed(joint, side_of(child), parent_side)};
+}
+
+// As set up by Bullet, without the forces of the tick; changes go where Bullet's own solver writes them.
+joints::JointedBody jointed(btSolverBody& body) {
+  const btRigidBody& rigid = *body.m_originalBody;
+  const double inverse_mass = body.m_invMass.x();
+  joints::JointedBody jointed;
+  jointed.inverse_mass = inverse_mass;
+  // The solver may have made the body lighter than it is.
+  jointed.inverse_inertia = to_eigen(rigid.getInvInertiaTensorWorld()) * (inverse_mass / rigid.getInvMass());
+  jointed.linear = to_eigen(body.m_linearVelocity);
+  jointed.angular = to_eigen(body.m_angularVelocity);
+  jointed.linear_change = joints::SharedVector(&body.m_deltaLinearVelocity[0]);
+  jointed.angular_change = joints::SharedVector(&body.m_deltaAngularVelocity[0]);
+  return jointed;
 }
 
 }  // namespace
@@ -86,7 +101,7 @@ void TaskSolver::pass(int n) {
 
 // Writes velocities, corrected poses and impulses back.
 void TaskSolver::finish() {
-  for (const BodyMotion& moved : joints_.end()) {
+  for (const joints::BodyMotion& moved : joints_.end()) {
     btSolverBody& body = m_tmpSolverBodyPool[moved.body];
     body.m_pushVelocity += to_bullet(Eigen::Vector3d(moved.way / info_.m_timeStep));
     body.m_turnVelocity += to_bullet(Eigen::Vector3d(
@@ -117,10 +132,10 @@ void TaskSolver::convertBodies(btCollisionObject** bodies, int count, const btCo
 
 void TaskSolver::begin_joints() {
   if (joints_.is_empty()) return;
-  std::vector<JointedBody> bodies(static_cast<std::size_t>(m_tmpSolverBodyPool.size()));
+  std::vector<joints::JointedBody> bodies(static_cast<std::size_t>(m_tmpSolverBodyPool.size()));
   for (const int place : joints_.bodies()) {
     btSolverBody& body = m_tmpSolverBodyPool[place];
-    JointedBody& into = bodies[static_cast<std::size_t>(place)] = jointed(body);
+    joints::JointedBody& into = bodies[static_cast<std::size_t>(place)] = jointed(body);
     into.linear += to_eigen(body.m_externalForceImpulse);
     into.angular += to_eigen(body.m_externalTorqueImpulse);
   }

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "lpss/bullet/joint_solver.h"
 #include "lpss/engine/engine.h"
+#include "lpss/joints/joint_solver.h"
 
 namespace tessera::bullet {
 
@@ -40,7 +40,7 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   std::vector<btCollisionObject*> bodies_;
   std::vector<Link> links_;
   std::vector<btPersistentManifold*> manifolds_;
-  JointSolver joints_;
+  joints::JointSolver joints_;
 };
 
 }  // namespace tessera::bullet

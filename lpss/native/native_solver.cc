@@ -7,7 +7,7 @@
 
 #include "lpss/base/rotation.h"
 #include "lpss/bullet/bytes.h"
-#include "lpss/bullet/task_joint.h"
+#include "lpss/joints/task_joint.h"
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
@@ -43,7 +43,7 @@ JointSide side_of(const Body& body) {
       body.angular.cast<double>()};
 }
 
-bullet::SolvedJoint solved_joint(const TaskJoint& joint) {
+joints::SolvedJoint solved_joint(const TaskJoint& joint) {
   const Body& child = body_of(joint.child);
   const Body* parent = joint.parent.world ? &body_of(joint.parent) : nullptr;
   std::optional<int> pushed;
@@ -51,7 +51,7 @@ bullet::SolvedJoint solved_joint(const TaskJoint& joint) {
   std::optional<JointSide> parent_side;
   if (parent) parent_side = side_of(*parent);
   return {static_cast<int>(child.place), pushed, joint.properties, joint.drives,
-          bullet::posed(joint, side_of(child), parent_side)};
+          joints::posed(joint, side_of(child), parent_side)};
 }
 
 // Lets the bodies of a task and their clones know their places in it ...
@@ -254,10 +254,10 @@ void NativeSolver::begin_joints() {
   for (const int place : joints_.bodies()) jointed_.push_back(static_cast<std::size_t>(place));
   std::sort(jointed_.begin(), jointed_.end());
   jointed_.erase(std::unique(jointed_.begin(), jointed_.end()), jointed_.end());
-  linear_changes_.assign(dynamics_.size(), btVector3(0, 0, 0));
-  angular_changes_.assign(dynamics_.size(), btVector3(0, 0, 0));
+  linear_changes_.assign(dynamics_.size(), Vector::Zero());
+  angular_changes_.assign(dynamics_.size(), Vector::Zero());
   set_changes_.assign(dynamics_.size(), {Vector::Zero(), Vector::Zero()});
-  std::vector<bullet::JointedBody> bodies(dynamics_.size());
+  std::vector<joints::JointedBody> bodies(dynamics_.size());
   for (const std::size_t place : jointed_) {
     is_pushed_[place] = true;
     Contacts::Body& body = bodies_[place];
@@ -266,8 +266,8 @@ void NativeSolver::begin_joints() {
                      .inverse_inertia = body.inverse_inertia.cast<double>(),
                      .linear = body.linear.cast<double>(),
                      .angular = body.angular.cast<double>(),
-                     .linear_change = &linear_changes_[place],
-                     .angular_change = &angular_changes_[place]};
+                     .linear_change = joints::SharedVector(linear_changes_[place].data()),
+                     .angular_change = joints::SharedVector(angular_changes_[place].data())};
   }
   joints_.set_up(bodies, dt_, steps_);
   const auto is_jointed = [&](std::size_t body) {
@@ -283,12 +283,12 @@ void NativeSolver::with_joints(Act act) {
     const Contacts::Motion change = contacts_.change(place);
     const Contacts::Motion& set = set_changes_[place];
     if (change.linear == set.linear && change.angular == set.angular) continue;
-    linear_changes_[place] = bt(change.linear);
-    angular_changes_[place] = bt(change.angular);
+    linear_changes_[place] = change.linear;
+    angular_changes_[place] = change.angular;
   }
   act();
   for (const std::size_t place : jointed_) {
-    contacts_.set_change(place, {vector(linear_changes_[place]), vector(angular_changes_[place])});
+    contacts_.set_change(place, {linear_changes_[place], angular_changes_[place]});
     set_changes_[place] = contacts_.change(place);  // which rounding has moved
   }
 }
@@ -299,7 +299,7 @@ void NativeSolver::find_corrections() {
     corrections_[place] = contacts_.correction(place);
   }
   if (joints_.is_empty()) return;
-  for (const bullet::BodyMotion& moved : joints_.end()) {
+  for (const joints::BodyMotion& moved : joints_.end()) {
     const auto place = static_cast<std::size_t>(moved.body);
     if (!moved.is_whole) {
       corrections_[place].linear += moved.way.cast<Scalar>();

@@ -1,15 +1,14 @@
 // Solves islands in small steps: their contacts by lpss/solver/contact_solver.h, their joints by
-// lpss/bullet/joint_solver.h, in turns. A sweep is a pass of a step over all contacts; after those of all
+// lpss/joints/joint_solver.h, in turns. A sweep is a pass of a step over all contacts; after those of all
 // steps, one more lets bodies bounce.
 #pragma once
 
-#include <LinearMath/btVector3.h>
 #include <absl/container/flat_hash_map.h>
 
 #include <span>
 #include <vector>
 
-#include "lpss/bullet/joint_solver.h"
+#include "lpss/joints/joint_solver.h"
 #include "lpss/native/body.h"
 #include "lpss/native/contact.h"
 #include "lpss/native/contact_needs.h"
@@ -67,7 +66,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   const ParallelFor* parallel_ = nullptr;
   TaskParts parts_;
   Contacts contacts_;
-  bullet::JointSolver joints_;
+  joints::JointSolver joints_;
   std::vector<Body*> dynamics_;  // they come first
   std::vector<Contacts::Body> bodies_;
   std::vector<bool> is_pushed_;  // by joints and contacts
@@ -78,8 +77,8 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   std::vector<std::size_t> stage_ends_;  // in patches
   std::vector<Contacts::Motion> corrections_;
   std::vector<std::size_t> jointed_;
-  std::vector<btVector3> linear_changes_;  // of jointed bodies since the start of the tick
-  std::vector<btVector3> angular_changes_;
+  std::vector<Vector> linear_changes_;  // of jointed bodies since the start of the tick
+  std::vector<Vector> angular_changes_;
   std::vector<Contacts::Motion> set_changes_;  // as contacts_ has them
 };
 

@@ -1,29 +1,12 @@
-#include "lpss/bullet/joint_solver.h"
-
-#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include "lpss/joints/joint_solver.h"
 
 #include <cstddef>
 #include <map>
 #include <utility>
 
 #include "lpss/base/disjoint_sets.h"
-#include "lpss/bullet/conversions.h"
 
-namespace tessera::bullet {
-
-JointedBody jointed(btSolverBody& body) {
-  const btRigidBody& rigid = *body.m_originalBody;
-  const double inverse_mass = body.m_invMass.x();
-  JointedBody jointed;
-  jointed.inverse_mass = inverse_mass;
-  // The solver may have made the body lighter than it is.
-  jointed.inverse_inertia = to_eigen(rigid.getInvInertiaTensorWorld()) * (inverse_mass / rigid.getInvMass());
-  jointed.linear = to_eigen(body.m_linearVelocity);
-  jointed.angular = to_eigen(body.m_angularVelocity);
-  jointed.linear_change = &body.m_deltaLinearVelocity;
-  jointed.angular_change = &body.m_deltaAngularVelocity;
-  return jointed;
-}
+namespace tessera::joints {
 
 void JointSolver::clear() {
   joints_.clear();
@@ -72,4 +55,4 @@ std::vector<BodyMotion> JointSolver::end() {
   return moved;
 }
 
-}  // namespace tessera::bullet
+}  // namespace tessera::joints

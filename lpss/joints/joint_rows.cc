@@ -1,4 +1,4 @@
-#include "lpss/bullet/joint_rows.h"
+#include "lpss/joints/joint_rows.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "lpss/base/rotation.h"
 
-namespace tessera::bullet {
+namespace tessera::joints {
 namespace {
 
 using Eigen::Vector3d;
@@ -293,4 +293,4 @@ void append_joint_rows(const JointProperties& joint, const JointDrives& drives, 
   }
 }
 
-}  // namespace tessera::bullet
+}  // namespace tessera::joints

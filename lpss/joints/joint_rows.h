@@ -7,7 +7,7 @@
 
 #include "lpss/model/joint.h"
 
-namespace tessera::bullet {
+namespace tessera::joints {
 
 // With the velocities v and angular velocities w of child (c) and parent (p) at the end of the step,
 //
@@ -50,4 +50,4 @@ void append_joint_rows(const JointProperties& joint, const JointDrives& drives, 
 void append_held_rows(const JointProperties& joint, const PosedJoint& posed, double dt,
                       std::vector<JointRow>& rows);
 
-}  // namespace tessera::bullet
+}  // namespace tessera::joints

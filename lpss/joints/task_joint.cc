@@ -1,6 +1,6 @@
-#include "lpss/bullet/task_joint.h"
+#include "lpss/joints/task_joint.h"
 
-namespace tessera::bullet {
+namespace tessera::joints {
 
 PosedJoint posed(const TaskJoint& joint, const JointSide& child, const std::optional<JointSide>& parent) {
   PosedJoint posed;
@@ -16,4 +16,4 @@ PosedJoint posed(const TaskJoint& joint, const JointSide& child, const std::opti
   return posed;
 }
 
-}  // namespace tessera::bullet
+}  // namespace tessera::joints

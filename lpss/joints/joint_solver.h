@@ -14,19 +14,14 @@
 // of a fast motion badly, and so that of a taut one. A large one does so only if it turns far.
 #pragma once
 
-#include <BulletDynamics/ConstraintSolver/btSolverBody.h>
-
 #include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "lpss/bullet/joint_assembly.h"
+#include "lpss/joints/joint_assembly.h"
 
-namespace tessera::bullet {
-
-// As set up by Bullet, without the forces of the tick; changes go where Bullet's own solver writes them.
-JointedBody jointed(btSolverBody& body);
+namespace tessera::joints {
 
 // One task at a time: clear(), add(), set_up(), then for each substep start_step() and passes, with a
 // move() among them; or passes alone, if a tick is one step.
@@ -58,4 +53,4 @@ class JointSolver {
   std::vector<std::unique_ptr<JointAssembly>> assemblies_;
 };
 
-}  // namespace tessera::bullet
+}  // namespace tessera::joints

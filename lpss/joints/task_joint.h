@@ -3,12 +3,12 @@
 
 #include <optional>
 
-#include "lpss/bullet/joint_assembly.h"
 #include "lpss/engine/engine.h"
+#include "lpss/joints/joint_assembly.h"
 
-namespace tessera::bullet {
+namespace tessera::joints {
 
 // `child` and `parent` are the sides of the joint as their worlds have them; no parent if nothing moves it.
 PosedJoint posed(const TaskJoint& joint, const JointSide& child, const std::optional<JointSide>& parent);
 
-}  // namespace tessera::bullet
+}  // namespace tessera::joints

@@ -1,4 +1,4 @@
-#include "lpss/bullet/joint_assembly.h"
+#include "lpss/joints/joint_assembly.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,8 @@
 #include "lpss/base/disjoint_sets.h"
 #include "lpss/base/invariant.h"
 #include "lpss/base/rotation.h"
-#include "lpss/bullet/conversions.h"
 
-namespace tessera::bullet {
+namespace tessera::joints {
 namespace {
 
 using Eigen::Index;
@@ -55,6 +54,21 @@ constexpr double kBentChange = 0.5;
 constexpr Index kNumbers = 6;  // of a body's velocities: linear, angular
 
 }  // namespace
+
+Eigen::Vector3d SharedVector::get() const {
+  if (single_ != nullptr) return Eigen::Map<const Eigen::Vector3f>(single_).cast<double>();
+  return Eigen::Map<const Eigen::Vector3d>(double_);
+}
+
+void SharedVector::set(const Eigen::Vector3d& value) const {
+  for (Index i = 0; i < 3; ++i) {
+    if (single_ != nullptr) {
+      single_[i] = static_cast<float>(value[i]);
+    } else {
+      double_[i] = value[i];
+    }
+  }
+}
 
 JointAssembly::JointAssembly(std::vector<SolvedJoint> joints, std::span<const JointedBody> bodies, double dt,
                              int steps)
@@ -282,16 +296,17 @@ void JointAssembly::add_free_rows(const Matrix& masses) {
 bool JointAssembly::see_changes() {
   bool is_changed = false;
   Index first = 0;
-  const auto see = [&](const btVector3& change, btVector3& seen, Index place) {
+  const auto see = [&](const SharedVector& shared, Eigen::Vector3d& seen, Index place) {
+    const Eigen::Vector3d change = shared.get();
     if (change == seen) return;
-    const Eigen::Vector3d push = to_eigen(change) - to_eigen(seen);
+    const Eigen::Vector3d push = change - seen;
     velocities_.segment<3>(place) += push;
     seen = change;
     is_changed = true;
   };
   for (Body& body : bodies_) {
-    see(*body.now.linear_change, body.linear_seen, first);
-    see(*body.now.angular_change, body.angular_seen, first + 3);
+    see(body.now.linear_change, body.linear_seen, first);
+    see(body.now.angular_change, body.angular_seen, first + 3);
     first += kNumbers;
   }
   return is_changed;
@@ -302,10 +317,10 @@ void JointAssembly::set_velocities(const VectorXd& velocities) {
   Index first = 0;
   for (Body& body : bodies_) {
     const JointedBody& now = body.now;
-    *now.linear_change = body.linear_seen =
-        to_bullet(Eigen::Vector3d(velocities.segment<3>(first) - now.linear));
-    *now.angular_change = body.angular_seen =
-        to_bullet(Eigen::Vector3d(velocities.segment<3>(first + 3) - now.angular));
+    now.linear_change.set(velocities.segment<3>(first) - now.linear);
+    now.angular_change.set(velocities.segment<3>(first + 3) - now.angular);
+    body.linear_seen = now.linear_change.get();
+    body.angular_seen = now.angular_change.get();
     first += kNumbers;
   }
 }
@@ -333,11 +348,11 @@ PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, doub
   const auto moved_by = [&](JointSide side, Index body) {
     side.linear_velocity = velocities.segment<3>(kNumbers * body);
     side.angular_velocity = velocities.segment<3>(kNumbers * body + 3);
-    return bullet::moved(side, time);
+    return joints::moved(side, time);
   };
   PosedJoint end = tie.joint.posed;
   end.child = moved_by(end.child, tie.child);
-  end.parent = tie.parent ? moved_by(end.parent, *tie.parent) : bullet::moved(end.parent, time);
+  end.parent = tie.parent ? moved_by(end.parent, *tie.parent) : joints::moved(end.parent, time);
   return end;
 }
 
@@ -497,4 +512,4 @@ void JointAssembly::end(std::vector<BodyMotion>& moved) {
   }
 }
 
-}  // namespace tessera::bullet
+}  // namespace tessera::joints

@@ -1,8 +1,6 @@
 // The bodies that joints connect, whose rows are solved at once (joint_solver.h).
 #pragma once
 
-#include <LinearMath/btVector3.h>
-
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
@@ -11,9 +9,25 @@
 #include <span>
 #include <vector>
 
-#include "lpss/bullet/joint_rows.h"
+#include "lpss/joints/joint_rows.h"
 
-namespace tessera::bullet {
+namespace tessera::joints {
+
+// Three numbers of a contact solver, in its precision.
+class SharedVector {
+ public:
+  SharedVector() = default;
+  explicit SharedVector(float* numbers) : single_(numbers) {}
+  explicit SharedVector(double* numbers) : double_(numbers) {}
+
+  Eigen::Vector3d get() const;
+  // Rounds to that precision.
+  void set(const Eigen::Vector3d& value) const;
+
+ private:
+  float* single_ = nullptr;
+  double* double_ = nullptr;
+};
 
 // The solver's data of a body.
 struct JointedBody {
@@ -21,8 +35,8 @@ struct JointedBody {
   Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  // world axes
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();           // m/s, at the start of the passes
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();          // rad/s
-  btVector3* linear_change = nullptr;  // since then; its address is stable until the last pass
-  btVector3* angular_change = nullptr;
+  SharedVector linear_change;  // since then; its numbers stay in place until the last pass
+  SharedVector angular_change;
 };
 
 // Bodies by their indices in a list; a parent only if it is movable.
@@ -80,8 +94,8 @@ class JointAssembly {
   struct Body {
     JointedBody now;
     BodyMotion moved;
-    btVector3 linear_seen{0, 0, 0};  // the changes that velocities_ have
-    btVector3 angular_seen{0, 0, 0};
+    Eigen::Vector3d linear_seen = Eigen::Vector3d::Zero();  // the changes that velocities_ have
+    Eigen::Vector3d angular_seen = Eigen::Vector3d::Zero();
   };
 
   bool has_loop() const;
@@ -136,4 +150,4 @@ class JointAssembly {
   std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by
 };
 
-}  // namespace tessera::bullet
+}  // namespace tessera::joints
