@@ -39,17 +39,19 @@ const char* name_of(DriveMode mode) {
       return "position";
     case DriveMode::kEffort:
       return "effort";
+    case DriveMode::kServo:
+      return "servo";
   }
   return "unknown";
 }
 
 absl::StatusOr<DriveMode> parse_mode(const std::string& text) {
-  for (const DriveMode mode :
-       {DriveMode::kFree, DriveMode::kVelocity, DriveMode::kPosition, DriveMode::kEffort}) {
+  for (const DriveMode mode : {DriveMode::kFree, DriveMode::kVelocity, DriveMode::kPosition,
+                               DriveMode::kEffort, DriveMode::kServo}) {
     if (text == name_of(mode)) return mode;
   }
   return absl::InvalidArgumentError(
-      absl::StrCat("\"", text, "\" is none of free, velocity, position and effort"));
+      absl::StrCat("\"", text, "\" is none of free, velocity, position, effort and servo"));
 }
 
 // A number is an id, all else a name.
@@ -107,7 +109,14 @@ nlohmann::json to_json(const FoundJoint& joint, const JointState& state) {
     const JointDrive& drive = joint.joint.drives[axis];
     result["position"].push_back(state.position[axis]);
     result["velocity"].push_back(state.velocity[axis]);
-    result["drives"].push_back({{"mode", name_of(drive.mode)}, {"target", drive.target}});
+    nlohmann::json shown = {{"mode", name_of(drive.mode)}, {"target", drive.target}};
+    if (drive.mode == DriveMode::kServo) {
+      shown["stiffness"] = drive.stiffness;
+      shown["damping"] = drive.damping;
+      shown["velocity"] = drive.velocity;
+      shown["effort"] = drive.effort;
+    }
+    result["drives"].push_back(std::move(shown));
   }
   return result;
 }
@@ -157,6 +166,7 @@ void add_joints(CLI::App& app, Action& action) {
 void add_drive(CLI::App& app, Action& action) {
   CLI::App& command = add_command(app, "drive", "Set the motor of a joint.",
                                   "tessera drive cart::left_motor velocity 4\n"
+                                  "  tessera drive arm::elbow servo 0.5 --stiffness 200 --damping 20\n"
                                   "  tessera drive cart::left_motor free");
   struct DriveOptions {
     std::string joint;
@@ -165,12 +175,17 @@ void add_drive(CLI::App& app, Action& action) {
   };
   const auto options = std::make_shared<DriveOptions>();
   command.add_option("joint", options->joint, "its name, or its id")->required();
-  add_parsed(command, "mode", options->drive.mode, parse_mode, "velocity, position, effort or free")
+  add_parsed(command, "mode", options->drive.mode, parse_mode, "velocity, position, effort, servo or free")
       ->required();
   command.add_option("target", options->drive.target, "rad/s or m/s; rad or m; N m or N");
   command.add_option("--axis", options->axis, "2: the second axis of a universal joint")
       ->check(CLI::Range(1, 2))
       ->capture_default_str();
+  const std::string of_servo = "of a servo: ";
+  command.add_option("--stiffness", options->drive.stiffness, of_servo + "N m/rad or N/m");
+  command.add_option("--damping", options->drive.damping, of_servo + "N m s/rad or N s/m");
+  command.add_option("--velocity", options->drive.velocity, of_servo + "that of its target, rad/s or m/s");
+  command.add_option("--effort", options->drive.effort, of_servo + "what it applies on top, N m or N");
   on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
     return print_effect(client.set_drive(parse_joint(options->joint), options->drive, options->axis), data);
   });

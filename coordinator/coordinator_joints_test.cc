@@ -103,6 +103,37 @@ TEST(JointsOfAWorld, AreCheckedBeforeItIsLoaded) {
   EXPECT_THAT(load->message(), HasSubstr("joint 'pin': child = 9"));
 }
 
+TEST(Joints, FollowOthersAsLongAsTheseLast) {
+  const auto cluster = loaded_cluster();
+  const auto follower = [](std::uint64_t leader, std::uint32_t axis) {
+    v1::AddJointRequest request = hinge("follower", "", "egg");
+    v1::AxisMimic& mimic = *request.mutable_joint()->mutable_properties()->add_axes()->mutable_mimic();
+    mimic.set_leader(leader);
+    mimic.set_axis(axis);
+    mimic.set_multiplier(-2);
+    return request;
+  };
+  const auto leader = cluster->ask<v1::AddJointReply>(hinge("leader", "", "ball"));
+  const std::uint64_t id = leader->answer.id();
+  const auto missing = cluster->ask<v1::AddJointReply>(follower(id + 7, 1));
+  EXPECT_EQ(missing->code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(missing->message(), HasSubstr("joint 'follower': mimic leader"));
+  const auto no_axis = cluster->ask<v1::AddJointReply>(follower(id, 2));
+  EXPECT_EQ(no_axis->code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(no_axis->message(), HasSubstr("mimic axis = 2 must be 1 to 1"));
+  EXPECT_TRUE(cluster->ask<v1::AddJointReply>(follower(id, 1))->ok());
+  const auto leaders = [&] {
+    v1::ListJointsRequest request;
+    request.set_name_prefix("follower");
+    const auto heard = cluster->ask<v1::ListJointsReply>(request);
+    return heard->answer.joints(0).joint().properties().axes(0).mimic().leader();
+  };
+  EXPECT_EQ(leaders(), id);
+  cluster->ask<v1::CommandReply>(removal("leader"));
+  next_commands(*cluster);
+  EXPECT_EQ(leaders(), 0u);
+}
+
 TEST(Joints, AreAddedInCentreFramesAndListedInBodyFrames) {
   const auto cluster = loaded_cluster();
   v1::AddJointRequest request = hinge("arm", "lift", "egg");

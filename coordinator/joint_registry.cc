@@ -22,6 +22,9 @@ void JointRegistry::insert(std::string name, const JointRecord& record) {
             "ids and names of joints are unique");
   by_body_.emplace(record.properties.parent, record.id);
   by_body_.emplace(record.properties.child, record.id);
+  for (const JointAxis& axis : axes_of(record.properties)) {
+    if (axis.mimic.is_set()) followers_.insert({axis.mimic.leader, record.id});
+  }
   next_id_ = JointId{record.id.value + 1};
 }
 
@@ -80,6 +83,7 @@ absl::StatusOr<JointRecord> JointRegistry::add(JointDescription joint, const Bod
     return absl::AlreadyExistsError(absl::StrCat("joint '", joint.name, "': the name is in use"));
   }
   if (absl::Status status = validate(joint, parent, child, settings); !status.ok()) return status;
+  if (absl::Status status = leaders_check(joint); !status.ok()) return status;
   absl::StatusOr<JointProperties> properties =
       joint_properties_of(joint.properties, parent, child, settings.sector_size);
   if (!properties.ok()) return properties.status();
@@ -89,9 +93,31 @@ absl::StatusOr<JointRecord> JointRegistry::add(JointDescription joint, const Bod
   return record;
 }
 
+// A new joint follows joints that are there, so that none ever follows itself.
+absl::Status JointRegistry::leaders_check(const JointDescription& joint) const {
+  for (const JointAxis& axis : axes_of(joint.properties)) {
+    if (!axis.mimic.is_set()) continue;
+    const Entry* leader = find(axis.mimic.leader);
+    const absl::Status status =
+        leader == nullptr ? absl::NotFoundError(absl::StrCat("mimic leader: there is no joint with the id ",
+                                                             axis.mimic.leader.value))
+                          : validate_mimic(axis.mimic, leader->record.properties.type);
+    if (!status.ok()) return {status.code(), absl::StrCat("joint '", joint.name, "': ", status.message())};
+  }
+  return absl::OkStatus();
+}
+
 void JointRegistry::remove(JointId id) {
   const auto found = joints_.find(id);
   if (found == joints_.end()) return;
+  for (auto follower = followers_.lower_bound({id, JointId{}});
+       follower != followers_.end() && follower->first == id; follower = followers_.erase(follower)) {
+    const auto joint = joints_.find(follower->second);
+    if (joint == joints_.end()) continue;
+    for (JointAxis& axis : joint->second.record.properties.axes) {
+      if (axis.mimic.leader == id) axis.mimic = {};
+    }
+  }
   const JointProperties& properties = found->second.record.properties;
   by_body_.erase({properties.parent, id});
   by_body_.erase({properties.child, id});

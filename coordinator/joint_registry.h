@@ -3,6 +3,7 @@
 
 #include <absl/container/btree_map.h>
 #include <absl/container/btree_set.h>
+#include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
 #include <map>
@@ -46,16 +47,20 @@ class JointRegistry {
   absl::StatusOr<JointRecord> add(JointDescription joint, const BodyProperties* parent,
                                   const BodyProperties& child, const WorldSettings& settings);
 
+  // Axes that followed it follow nothing from then on.
   void remove(JointId id);
   void remove_of(BodyId body);
   void set_drives(JointId id, const JointDrives& drives);
 
  private:
   void insert(std::string name, const JointRecord& record);
+  absl::Status leaders_check(const JointDescription& joint) const;
 
   std::map<JointId, Entry> joints_;  // node addresses are stable: names_ refers to them
   absl::btree_map<std::string_view, JointId> names_;
   absl::btree_set<std::pair<BodyId, JointId>> by_body_;
+  // Leaders with those that follow them, or did before they were removed.
+  absl::btree_set<std::pair<JointId, JointId>> followers_;
   JointId next_id_{1};
 };
 

@@ -1,6 +1,7 @@
 #include <absl/status/status.h>
 #include <absl/strings/str_cat.h>
 
+#include <cstdint>
 #include <string>
 
 #include "lpss/model/checks.h"
@@ -20,6 +21,25 @@ static_assert(static_cast<int>(DriveMode::kFree) == v1::JointDrive::FREE);
 static_assert(static_cast<int>(DriveMode::kVelocity) == v1::JointDrive::VELOCITY);
 static_assert(static_cast<int>(DriveMode::kPosition) == v1::JointDrive::POSITION);
 static_assert(static_cast<int>(DriveMode::kEffort) == v1::JointDrive::EFFORT);
+static_assert(static_cast<int>(DriveMode::kServo) == v1::JointDrive::SERVO);
+
+v1::AxisMimic mimic_to_proto(const AxisMimic& mimic) {
+  v1::AxisMimic result;
+  result.set_leader(mimic.leader.value);
+  result.set_axis(mimic.axis + 1u);
+  result.set_multiplier(mimic.multiplier);
+  result.set_reference(mimic.reference);
+  result.set_offset(mimic.offset);
+  return result;
+}
+
+absl::StatusOr<AxisMimic> mimic_from_proto(const v1::AxisMimic& mimic) {
+  if (mimic.axis() < 1 || mimic.axis() > JointProperties{}.axes.size()) {
+    return refused("mimic axis = ", mimic.axis(), " must be 1 or 2");
+  }
+  return AxisMimic{JointId{mimic.leader()}, static_cast<std::uint8_t>(mimic.axis() - 1), mimic.multiplier(),
+                   mimic.reference(), mimic.offset()};
+}
 
 v1::JointAxis axis_to_proto(const JointAxis& axis) {
   v1::JointAxis result;
@@ -29,10 +49,13 @@ v1::JointAxis axis_to_proto(const JointAxis& axis) {
   if (axis.effort_max != kUnbounded) result.set_effort_max(axis.effort_max);
   result.set_damping(axis.damping);
   result.set_friction(axis.friction);
+  result.set_spring_stiffness(axis.spring_stiffness);
+  result.set_spring_reference(axis.spring_reference);
+  if (axis.mimic.is_set()) *result.mutable_mimic() = mimic_to_proto(axis.mimic);
   return result;
 }
 
-JointAxis axis_from_proto(const v1::JointAxis& axis) {
+absl::StatusOr<JointAxis> axis_from_proto(const v1::JointAxis& axis) {
   JointAxis result;
   if (axis.has_lower()) result.lower = axis.lower();
   if (axis.has_upper()) result.upper = axis.upper();
@@ -40,6 +63,12 @@ JointAxis axis_from_proto(const v1::JointAxis& axis) {
   if (axis.has_effort_max()) result.effort_max = axis.effort_max();
   result.damping = axis.damping();
   result.friction = axis.friction();
+  result.spring_stiffness = axis.spring_stiffness();
+  result.spring_reference = axis.spring_reference();
+  if (!axis.has_mimic()) return result;
+  const absl::StatusOr<AxisMimic> mimic = mimic_from_proto(axis.mimic());
+  if (!mimic.ok()) return mimic.status();
+  result.mimic = *mimic;
   return result;
 }
 
@@ -65,6 +94,10 @@ v1::JointDrive to_proto(const JointDrive& drive) {
   v1::JointDrive result;
   result.set_mode(static_cast<v1::JointDrive::Mode>(drive.mode));
   result.set_target(drive.target);
+  result.set_stiffness(drive.stiffness);
+  result.set_damping(drive.damping);
+  result.set_velocity(drive.velocity);
+  result.set_effort(drive.effort);
   return result;
 }
 
@@ -91,7 +124,11 @@ absl::StatusOr<JointProperties> from_proto(const v1::JointProperties& properties
     return refused("the number of axes, ", properties.axes_size(), ", must be at most ",
                    axis_count(result.type), " for a joint of this type");
   }
-  for (int n = 0; n < properties.axes_size(); ++n) result.axes[n] = axis_from_proto(properties.axes(n));
+  for (int n = 0; n < properties.axes_size(); ++n) {
+    const absl::StatusOr<JointAxis> axis = axis_from_proto(properties.axes(n));
+    if (!axis.ok()) return in(absl::StrCat("axis ", n + 1), axis.status());
+    result.axes[n] = *axis;
+  }
   result.pitch = properties.pitch();
   result.bodies_collide = properties.bodies_collide();
   return result;
@@ -99,9 +136,14 @@ absl::StatusOr<JointProperties> from_proto(const v1::JointProperties& properties
 
 absl::StatusOr<JointDrive> from_proto(const v1::JointDrive& drive) {
   if (!v1::JointDrive::Mode_IsValid(drive.mode())) {
-    return refused("mode = ", static_cast<int>(drive.mode()), " must be 0 (free) to 3 (effort)");
+    return refused("mode = ", static_cast<int>(drive.mode()), " must be 0 (free) to 4 (servo)");
   }
-  return JointDrive{static_cast<DriveMode>(drive.mode()), drive.target()};
+  return JointDrive{static_cast<DriveMode>(drive.mode()),
+                    drive.target(),
+                    drive.stiffness(),
+                    drive.damping(),
+                    drive.velocity(),
+                    drive.effort()};
 }
 
 absl::StatusOr<JointDrives> drives_from_proto(

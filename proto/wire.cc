@@ -39,7 +39,7 @@ constexpr bool is_known(Activity activity) {
   return activity >= Activity::kAwake && activity <= Activity::kWantsSleep;
 }
 constexpr bool is_known(JointType type) { return type <= JointType::kScrew; }
-constexpr bool is_known(DriveMode mode) { return mode <= DriveMode::kEffort; }
+constexpr bool is_known(DriveMode mode) { return mode <= DriveMode::kServo; }
 
 // Each struct is described once: describe() passes its fields to an archive, which measures, writes or reads
 // them. Fields are packed without gaps, so padding is never sent and equal values have equal bytes.
@@ -77,9 +77,18 @@ void describe(Archive& archive, T& x) {
   archive(x.position.x(), x.position.y(), x.position.z(), x.orientation.x(), x.orientation.y(),
           x.orientation.z(), x.orientation.w());
 }
+template <typename Archive, Is<AxisMimic> T>
+void describe(Archive& archive, T& x) {
+  archive(x.leader, x.axis, x.multiplier, x.reference, x.offset);
+}
 template <typename Archive, Is<JointAxis> T>
 void describe(Archive& archive, T& x) {
-  archive(x.lower, x.upper, x.velocity_max, x.effort_max, x.damping, x.friction);
+  archive(x.lower, x.upper, x.velocity_max, x.effort_max, x.damping, x.friction, x.spring_stiffness,
+          x.spring_reference, x.mimic);
+}
+template <typename Archive, Is<JointDrive> T>
+void describe(Archive& archive, T& x) {
+  archive(x.mode, x.target, x.stiffness, x.damping, x.velocity, x.effort);
 }
 template <typename Archive, Is<JointProperties> T>
 void describe(Archive& archive, T& x) {
@@ -88,7 +97,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<JointDrives> T>
 void describe(Archive& archive, T& x) {
-  for (auto& drive : x) archive(drive.mode, drive.target);
+  archive(x[0], x[1]);
 }
 template <typename Archive, Is<JointRecord> T>
 void describe(Archive& archive, T& x) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <new>
@@ -40,12 +41,12 @@ JointRecord some_joint(std::uint64_t id) {
   record.properties.anchor = {-1, 2, std::int64_t{1} << 62};
   record.properties.in_parent = {{1.0 / 3, -0.0, 3}, Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)};
   record.properties.in_child = {{4, 5, 6}, Eigen::Quaterniond(0, 1, 0, 0)};
-  record.properties.axes[0] = {-1, kUnbounded, 2, 3, 4, 5};
+  record.properties.axes[0] = {-1, kUnbounded, 2, 3, 4, 5, 6, -7, {JointId{9}, 1, -3.7, 0.1, 1.0 / 3}};
   record.properties.axes[1].friction = 0.1;
   record.properties.pitch = -0.01;
   record.properties.bodies_collide = true;
   record.parent_motion = Motion::kKinematic;
-  record.drives = {JointDrive{DriveMode::kPosition, 0.5}, JointDrive{DriveMode::kEffort, -7}};
+  record.drives = {JointDrive{DriveMode::kPosition, 0.5}, JointDrive{DriveMode::kServo, -7, 8, 9, 10, 11}};
   return record;
 }
 
@@ -168,6 +169,12 @@ TEST(Wire, JointRecordsSurviveBitForBit) {
             joints[0].properties.in_parent.orientation.coeffs());
   EXPECT_TRUE(std::signbit(joint.properties.in_parent.position.y()));
   EXPECT_EQ(joint.properties.axes[0].upper, kUnbounded);
+  EXPECT_EQ(joint.properties.axes[0].spring_stiffness, 6);
+  EXPECT_EQ(joint.properties.axes[0].spring_reference, -7);
+  const AxisMimic& mimic = joint.properties.axes[0].mimic;
+  EXPECT_EQ(mimic.leader, JointId{9});
+  EXPECT_EQ(mimic.axis, 1);
+  EXPECT_EQ((std::array{mimic.multiplier, mimic.reference, mimic.offset}), (std::array{-3.7, 0.1, 1.0 / 3}));
   EXPECT_EQ(joint.properties.axes[1].friction, 0.1);
   EXPECT_EQ(joint.parent_motion, Motion::kKinematic);
   EXPECT_EQ(joint.drives, joints[0].drives);

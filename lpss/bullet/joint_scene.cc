@@ -82,7 +82,7 @@ TaskJoint JointScene::task_joint(const Tied& tied) const {
 }
 
 void JointScene::step(IslandSolver& solver) {
-  for (const auto& world : worlds_) world->detect(kTick);
+  for (const auto& world : worlds_) world->detect(dt_);
   SolveTask task;
   for (const auto& [id, home] : homes_) {
     if (home.motion == Motion::kDynamic) task.bodies.push_back(place({id}));
@@ -90,13 +90,16 @@ void JointScene::step(IslandSolver& solver) {
   for (const auto& world : worlds_) {
     for (std::size_t k = 0; k < world->contacts().size(); ++k) task.contacts.push_back({world.get(), k});
   }
-  for (const Tied& tied : joints_) task.joints.push_back(task_joint(tied));
-  solver.solve(task, kTick);
-  for (const auto& world : worlds_) world->integrate(kTick);
+  for (const Tied& tied : joints_) {
+    task.joints.push_back(task_joint(tied));
+    task.joints.back().id = JointId{task.joints.size()};
+  }
+  solver.solve(task, dt_);
+  for (const auto& world : worlds_) world->integrate(dt_);
 }
 
 void JointScene::run(double seconds) {
-  for (int tick = 0; tick < std::lround(seconds / kTick); ++tick) step();
+  for (int tick = 0; tick < std::lround(seconds / dt_); ++tick) step();
 }
 
 BodyState JointScene::state(std::uint64_t id) const {

@@ -20,6 +20,7 @@ inline const Eigen::Vector3d kNoGravity = Eigen::Vector3d::Zero();
 class JointScene {
  public:
   explicit JointScene(Engine& engine, int sectors = 1);
+  explicit JointScene(Engine& engine, double dt) : JointScene(engine) { dt_ = dt; }
 
   // Gravity is felt by dynamic bodies only, as in an engine world.
   void add(const BodyRecord& record, int sector = 0, const Eigen::Vector3d& gravity = {0, 0, -9.81});
@@ -58,6 +59,7 @@ class JointScene {
   JointSide side(BodyId id) const;
   TaskJoint task_joint(const Tied& tied) const;
 
+  double dt_ = kTick;  // s
   std::vector<std::unique_ptr<SectorWorld>> worlds_;
   std::unique_ptr<IslandSolver> solver_;
   std::map<std::uint64_t, Home> homes_;

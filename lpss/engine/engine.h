@@ -238,6 +238,7 @@ struct WorldPair {
 
 // A joint needs no clone: only relative quantities go into its rows, so its bodies may be in any two worlds.
 struct TaskJoint {
+  JointId id;
   const JointProperties* properties = nullptr;
   const JointDrives* drives = nullptr;
   WorldBody child;

@@ -51,8 +51,6 @@ constexpr int kLooksAhead = 2;  // in a step
 // next.
 constexpr double kBentChange = 0.5;
 
-constexpr Index kNumbers = 6;  // of a body's velocities: linear, angular
-
 }  // namespace
 
 Eigen::Vector3d SharedVector::get() const {
@@ -88,14 +86,15 @@ JointAssembly::JointAssembly(std::vector<SolvedJoint> joints, std::span<const Jo
     if (joint.parent) tie.parent = place_of(*joint.parent);
     tie.joint = std::move(joint);
   }
+  add_links();
   is_anchored_ = std::ranges::any_of(ties_, [](const Tie& tie) { return !tie.parent; });
   gives_way_ = has_loop() ? kLoopGivesWay : kTreeGivesWay;
-  velocities_ = VectorXd(kNumbers * static_cast<Index>(bodies_.size()));
+  velocities_ = VectorXd(kBodyNumbers * static_cast<Index>(bodies_.size()));
   Index first = 0;
   for (const Body& body : bodies_) {
     velocities_.segment<3>(first) = body.now.linear;
     velocities_.segment<3>(first + 3) = body.now.angular;
-    first += kNumbers;
+    first += kBodyNumbers;
   }
   moves_ = steps > 1 && ties_.size() <= kJointsAnewMax;
   if (moves_) {
@@ -120,46 +119,20 @@ bool JointAssembly::has_loop() const {
 // A large one as the velocities are now: a whip cracks within a tick.
 void JointAssembly::find_whether_to_move() {
   if (moves_ || steps_ == 1) return;
-  VectorXd held = velocities_;
+  Motion held{velocities_, soft_impulses_};
   hold(held);
-  if (!turns_beyond(kTurnWhole, velocities_, span_) && !turns_beyond(kTurnWhole, held, span_)) return;
+  if (!turns_beyond(kTurnWhole, velocities_, span_) && !turns_beyond(kTurnWhole, held.velocities, span_)) {
+    return;
+  }
   moves_ = true;
   span_ /= steps_;
 }
 
 bool JointAssembly::turns_beyond(double turn, const VectorXd& velocities, double time) const {
-  for (Index first = 0; first < velocities.size(); first += kNumbers) {
+  for (Index first = 0; first < velocities.size(); first += kBodyNumbers) {
     if (!(velocities.segment<3>(first + 3).norm() * time <= turn)) return true;
   }
   return false;
-}
-
-// The motion of a parent that nothing can push goes into the rows.
-void JointAssembly::make_rows() {
-  std::vector<double> wanted;
-  std::vector<double> errors;
-  for (Tie& tie : ties_) {
-    const SolvedJoint& joint = tie.joint;
-    tie.rows.clear();
-    append_joint_rows(*joint.properties, *joint.drives, joint.posed, span_, moves_ ? steps_ : 1, tie.rows);
-    for (JointRow& row : tie.rows) {
-      if (!tie.parent) {
-        const JointSide& parent = joint.posed.parent;
-        row.velocity +=
-            row.linear.dot(parent.linear_velocity) + row.angular_parent.dot(parent.angular_velocity);
-      }
-      if (!row.is_held) continue;
-      wanted.push_back(row.velocity);
-      errors.push_back(row.error);
-    }
-  }
-  wanted_ = Eigen::Map<const VectorXd>(wanted.data(), static_cast<Index>(wanted.size()));
-  errors_ = Eigen::Map<const VectorXd>(errors.data(), static_cast<Index>(errors.size()));
-  factorise();
-  bent_ = bending_ = VectorXd::Zero(wanted_.size());
-  is_bent_ = false;
-  is_foreseen_ = true;
-  put_right();
 }
 
 // Moves bodies by a share of Newton's step that leaves smaller errors: where little gives way along a row,
@@ -167,7 +140,7 @@ void JointAssembly::make_rows() {
 void JointAssembly::put_right() {
   const VectorXd whole = -kPutRight * (response_ * factors_.solve(errors_));
   double turn = 0;
-  for (Index first = 0; first < whole.size(); first += kNumbers)
+  for (Index first = 0; first < whole.size(); first += kBodyNumbers)
     turn = std::max(turn, whole.segment<3>(first + 3).norm());
   double share = turn > kTurnPutRight ? kTurnPutRight / turn : 1;
   for (int n = 0; n < kHalvings; ++n) {
@@ -186,7 +159,8 @@ void JointAssembly::put_right() {
 // Both sides of a joint, where bodies that can be pushed are shifted.
 PosedJoint JointAssembly::shifted(const Tie& tie, const VectorXd& way) const {
   const auto shift = [&](Pose& pose, Index body) {
-    pose = moved({pose, way.segment<3>(kNumbers * body), way.segment<3>(kNumbers * body + 3)}, 1).pose;
+    pose =
+        moved({pose, way.segment<3>(kBodyNumbers * body), way.segment<3>(kBodyNumbers * body + 3)}, 1).pose;
   };
   PosedJoint end = tie.joint.posed;
   shift(end.child.pose, tie.child);
@@ -205,7 +179,10 @@ void JointAssembly::factorise() {
   response_ = masses * held_;
   Matrix matrix = held_.transpose() * response_;
   weights_ = matrix.diagonal().cwiseInverse();
-  for (Index i = 0; i < matrix.rows(); ++i) matrix.coeffRef(i, i) *= 1 + gives_way_;
+  for (Index i = 0; i < matrix.rows(); ++i) {
+    matrix.coeffRef(i, i) *= 1 + gives_way_;
+    if (is_soft_.size() > 0) matrix.coeffRef(i, i) += compliances_[i];
+  }
   if (!is_ordered_) factors_.analyzePattern(matrix);
   is_ordered_ = true;
   factors_.factorize(matrix);
@@ -217,47 +194,10 @@ void JointAssembly::factorise() {
 VectorXd JointAssembly::shares_of(const VectorXd& row) const {
   const VectorXd whole = response_.transpose() * row;
   VectorXd shares = factors_.solve(whole);
-  shares += factors_.solve(whole - response_.transpose() * (held_ * shares));
+  VectorXd left = whole - response_.transpose() * (held_ * shares);
+  if (is_soft_.size() > 0) left -= compliances_.cwiseProduct(shares);
+  shares += factors_.solve(left);
   return shares;
-}
-
-Matrix JointAssembly::columns(bool is_held) const {
-  std::vector<Eigen::Triplet<double>> entries;
-  Index column = 0;
-  const auto append = [&](Index body, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) {
-    const Index first = kNumbers * body;
-    for (Index i = 0; i < 3; ++i) {
-      entries.emplace_back(first + i, column, linear[i]);
-      entries.emplace_back(first + 3 + i, column, angular[i]);
-    }
-  };
-  for (const Tie& tie : ties_) {
-    for (const JointRow& row : tie.rows) {
-      if (row.is_held != is_held) continue;
-      append(tie.child, row.linear, row.angular_child);
-      if (tie.parent) append(*tie.parent, -row.linear, -row.angular_parent);
-      ++column;
-    }
-  }
-  Matrix matrix(kNumbers * static_cast<Index>(bodies_.size()), column);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
-Matrix JointAssembly::inverse_masses() const {
-  std::vector<Eigen::Triplet<double>> entries;
-  Index first = 0;
-  for (const Body& body : bodies_) {
-    for (Index i = 0; i < 3; ++i) {
-      entries.emplace_back(first + i, first + i, body.now.inverse_mass);
-      for (Index j = 0; j < 3; ++j)
-        entries.emplace_back(first + 3 + i, first + 3 + j, body.now.inverse_inertia(i, j));
-    }
-    first += kNumbers;
-  }
-  Matrix matrix(first, first);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
 }
 
 // Takes out of each row what is held, in the metric of the inverse masses. Rows that are made anew go on from
@@ -265,7 +205,7 @@ Matrix JointAssembly::inverse_masses() const {
 void JointAssembly::add_free_rows(const Matrix& masses) {
   const std::vector<FreeRow> before = std::exchange(free_rows_, {});
   const Matrix rows = columns(/*is_held=*/false);
-  const double parts = moves_ ? 1 : steps_;  // of what a row's impulse is shared among
+  const double parts = moves_ ? 1 : steps_;
   Index column = 0;
   for (const Tie& tie : ties_) {
     for (const JointRow& row : tie.rows) {
@@ -274,8 +214,13 @@ void JointAssembly::add_free_rows(const Matrix& masses) {
       free.row = rows.col(column++);
       const double whole = free.row.dot(masses * free.row);
       free.shares = shares_of(free.row);
+      if (is_soft_.size() > 0) {
+        free.soft_shares = free.shares.cwiseProduct(is_soft_);
+        free.shares -= free.soft_shares;
+      }
       free.row -= held_ * free.shares;
       free.response = masses * free.row;
+      if (is_soft_.size() > 0) free.response -= response_ * free.soft_shares;
       free.mobility = free.row.dot(free.response);
       if (!(free.mobility > kFree * whole)) continue;
       free.velocity = row.velocity;
@@ -307,13 +252,14 @@ bool JointAssembly::see_changes() {
   for (Body& body : bodies_) {
     see(body.now.linear_change, body.linear_seen, first);
     see(body.now.angular_change, body.angular_seen, first + 3);
-    first += kNumbers;
+    first += kBodyNumbers;
   }
   return is_changed;
 }
 
-void JointAssembly::set_velocities(const VectorXd& velocities) {
-  velocities_ = velocities;
+void JointAssembly::set_motion(const Motion& motion) {
+  const VectorXd& velocities = velocities_ = motion.velocities;
+  soft_impulses_ = motion.soft_impulses;
   Index first = 0;
   for (Body& body : bodies_) {
     const JointedBody& now = body.now;
@@ -321,33 +267,49 @@ void JointAssembly::set_velocities(const VectorXd& velocities) {
     now.angular_change.set(velocities.segment<3>(first + 3) - now.angular);
     body.linear_seen = now.linear_change.get();
     body.angular_seen = now.angular_change.get();
-    first += kNumbers;
+    first += kBodyNumbers;
   }
 }
 
 void JointAssembly::start_step() {
   is_settled_ = false;
   see_changes();
+  soft_impulses_.setZero();
   find_whether_to_move();
   if (moves_) {
     advance();
     make_rows();
   }
   if (free_rows_.empty()) return;
-  VectorXd moved = velocities_;
-  for (const FreeRow& free : free_rows_) moved += free.response * free.impulse;
-  set_velocities(moved);
+  Motion moved{velocities_, soft_impulses_};
+  for (const FreeRow& free : free_rows_) push(moved, free, free.impulse);
+  set_motion(moved);
 }
 
-void JointAssembly::hold(VectorXd& velocities) const {
-  velocities += response_ * factors_.solve(wanted_ + bent_ - held_.transpose() * velocities);
+void JointAssembly::hold(Motion& motion) const {
+  VectorXd left = wanted_ + bent_ - held_.transpose() * motion.velocities;
+  if (is_soft_.size() > 0) left -= compliances_.cwiseProduct(motion.soft_impulses);
+  const VectorXd impulses = factors_.solve(left);
+  motion.velocities += response_ * impulses;
+  if (is_soft_.size() > 0) motion.soft_impulses += impulses.cwiseProduct(is_soft_);
+}
+
+void JointAssembly::push(Motion& motion, const FreeRow& free, double impulse) const {
+  motion.velocities += free.response * impulse;
+  if (is_soft_.size() > 0) motion.soft_impulses -= free.soft_shares * impulse;
+}
+
+// Of errors, none of soft rows.
+VectorXd JointAssembly::without_soft(VectorXd held) const {
+  if (is_soft_.size() > 0) held -= held.cwiseProduct(is_soft_);
+  return held;
 }
 
 // Both sides of a joint after a time at these velocities.
 PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, double time) const {
   const auto moved_by = [&](JointSide side, Index body) {
-    side.linear_velocity = velocities.segment<3>(kNumbers * body);
-    side.angular_velocity = velocities.segment<3>(kNumbers * body + 3);
+    side.linear_velocity = velocities.segment<3>(kBodyNumbers * body);
+    side.angular_velocity = velocities.segment<3>(kBodyNumbers * body + 3);
     return joints::moved(side, time);
   };
   PosedJoint end = tie.joint.posed;
@@ -359,14 +321,18 @@ PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, doub
 // Of held rows, with each joint where `posed` has it.
 template <typename Posed>
 VectorXd JointAssembly::errors_of(const Posed& posed) const {
-  VectorXd errors(wanted_.size());
+  VectorXd errors = VectorXd::Zero(wanted_.size());
   std::vector<JointRow> rows;
   Index n = 0;
   for (const Tie& tie : ties_) {
     rows.clear();
-    append_held_rows(*tie.joint.properties, posed(tie), span_, rows);
-    for (const JointRow& row : rows) errors[n++] = row.error;
+    append_held_rows(*tie.joint.properties, posed(tie), rows);
+    Index next = n;
+    for (const JointRow& row : rows) errors[next++] = row.error;
+    n += std::ranges::count(tie.rows, true, &JointRow::is_held);
   }
+  for (const Link& link : links_)
+    errors[n++] = link.coupling.error(posed(ties_[link.follower]), posed(ties_[link.leader]));
   return errors;
 }
 
@@ -377,50 +343,47 @@ VectorXd JointAssembly::bend(const VectorXd& velocities) const {
 }
 
 // Towards errors that do not grow.
-void JointAssembly::hold_at_end(VectorXd& velocities) {
-  hold(velocities);
-  if (is_foreseen_ && !bend_back(velocities)) look_ahead(velocities);
+void JointAssembly::hold_at_end(Motion& motion) {
+  hold(motion);
+  if (is_foreseen_ && !bend_back(motion)) look_ahead(motion);
 }
 
 // One step of Newton's method with the rows as they are: what turns out of the held directions in a step is
 // turned back at its end. False if that does not converge: where bodies turn far, and where a system is near
 // to where it could not move at all.
-bool JointAssembly::bend_back(VectorXd& velocities) {
-  if (turns_beyond(kTurnForeseen, velocities, span_)) return false;
-  VectorXd bent = bent_ - bend(velocities);
+bool JointAssembly::bend_back(Motion& motion) {
+  if (turns_beyond(kTurnForeseen, motion.velocities, span_)) return false;
+  VectorXd bent = bent_ - bend(motion.velocities);
   VectorXd bending = factors_.solve(bent);
   const VectorXd change = bending - bending_;
   const double square = bent.dot(bending);
   const double changed = (bent - bent_).dot(change);
   const VectorXd moved = response_ * change;
   const bool is_settled = moved.lpNorm<Eigen::Infinity>() * span_ <= kSettled;
-  if (!is_settled && !(square <= bent_energy_max(velocities))) return false;
+  if (!is_settled && !(square <= bent_energy_max(motion.velocities))) return false;
   if (!is_settled && is_bent_ && !(changed <= kBentChange * square)) return false;
   is_bent_ = true;
-  velocities += moved;
+  motion.velocities += moved;
+  if (is_soft_.size() > 0) motion.soft_impulses += change.cwiseProduct(is_soft_);
   bent_ = std::move(bent);
   bending_ = std::move(bending);
   return true;
 }
 
 // Steps of Newton's method with rows where the bodies will be: impulses along these take energy at most.
-void JointAssembly::look_ahead(VectorXd& velocities) {
+void JointAssembly::look_ahead(Motion& motion) {
   is_foreseen_ = false;
   bent_.setZero();
-  hold(velocities);
-  std::vector<JointRow> rows;
+  hold(motion);
+  VectorXd& velocities = motion.velocities;
   for (int n = 0; n < kLooksAhead; ++n) {
-    for (Tie& tie : ties_) {
-      rows.clear();
-      append_held_rows(*tie.joint.properties, after(tie, velocities, span_), span_, rows);
-      std::copy(rows.begin(), rows.end(), tie.rows.begin());
-    }
+    make_held_rows_after(velocities);
     factorise();
     const VectorXd off = bend(velocities);
-    bent_ = held_.transpose() * velocities - wanted_ - off;
-    VectorXd change = velocities;
-    hold(change);
-    change -= velocities;
+    bent_ = without_soft(held_.transpose() * velocities - wanted_ - off);
+    Motion held = motion;
+    hold(held);
+    const VectorXd change = held.velocities - velocities;
     const VectorXd momenta = momenta_of(change);
     double share = -velocities.dot(momenta) / change.dot(momenta);
     if (!(share > 0)) break;
@@ -428,8 +391,9 @@ void JointAssembly::look_ahead(VectorXd& velocities) {
     for (int k = 0; k < kHalvings && weighed(bend(velocities + change * share)) > weighed(off); ++k)
       share /= 2;
     velocities += change * share;
+    motion.soft_impulses += (held.soft_impulses - motion.soft_impulses) * share;
   }
-  bent_ = held_.transpose() * velocities - wanted_;
+  bent_ = without_soft(held_.transpose() * velocities - wanted_);
 }
 
 VectorXd JointAssembly::momenta_of(const VectorXd& velocities) const {
@@ -438,7 +402,7 @@ VectorXd JointAssembly::momenta_of(const VectorXd& velocities) const {
   for (const Body& body : bodies_) {
     momenta.segment<3>(first) = velocities.segment<3>(first) / body.now.inverse_mass;
     momenta.segment<3>(first + 3) = body.now.inverse_inertia.inverse() * velocities.segment<3>(first + 3);
-    first += kNumbers;
+    first += kBodyNumbers;
   }
   return momenta;
 }
@@ -455,7 +419,7 @@ double JointAssembly::bent_energy_max(const VectorXd& velocities) const {
     momentum += momenta.segment<3>(first);
     mass += 1 / body.now.inverse_mass;
     turn = std::max(turn, velocities.segment<3>(first + 3).norm() * span_);
-    first += kNumbers;
+    first += kBodyNumbers;
   }
   if (!is_anchored_) energy -= momentum.squaredNorm() / mass;
   return energy * (turn * turn);
@@ -463,19 +427,19 @@ double JointAssembly::bent_energy_max(const VectorXd& velocities) const {
 
 void JointAssembly::pass() {
   if (!see_changes() && is_settled_) return;
-  VectorXd moved = velocities_;
+  Motion moved{velocities_, soft_impulses_};
   hold_at_end(moved);
   const VectorXd wanted = wanted_ + bent_;
   for (FreeRow& free : free_rows_) {
-    const double missing =
-        free.velocity - free.shares.dot(wanted) - free.row.dot(moved) - free.compliance * free.impulse;
+    const double missing = free.velocity - free.shares.dot(wanted) - free.row.dot(moved.velocities) -
+                           free.compliance * free.impulse;
     const double impulse = std::clamp(free.impulse + missing / (free.mobility + free.compliance),
                                       free.impulse_min, free.impulse_max);
-    moved += free.response * (impulse - free.impulse);
+    push(moved, free, impulse - free.impulse);
     free.impulse = impulse;
   }
-  is_settled_ = (moved - velocities_).lpNorm<Eigen::Infinity>() * span_ <= kSettled;
-  set_velocities(moved);
+  is_settled_ = (moved.velocities - velocities_).lpNorm<Eigen::Infinity>() * span_ <= kSettled;
+  set_motion(moved);
 }
 
 void JointAssembly::move() {
@@ -500,7 +464,7 @@ void JointAssembly::shift_bodies(const VectorXd& way) {
     body.now.inverse_inertia = axes * body.now.inverse_inertia * axes.transpose();
     body.moved.way += way.segment<3>(first);
     body.moved.turn = (turn * body.moved.turn).normalized();
-    first += kNumbers;
+    first += kBodyNumbers;
   }
 }
 

@@ -5,10 +5,13 @@
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "lpss/joints/joint_coupling.h"
 #include "lpss/joints/joint_rows.h"
 
 namespace tessera::joints {
@@ -41,6 +44,7 @@ struct JointedBody {
 
 // Bodies by their indices in a list; a parent only if it is movable.
 struct SolvedJoint {
+  JointId id;
   int child;
   std::optional<int> parent;
   const JointProperties* properties;
@@ -55,6 +59,8 @@ struct BodyMotion {
   Eigen::Quaterniond turn;  // world axes
   bool is_whole;            // or it comes on top of what the final velocities do
 };
+
+inline constexpr Eigen::Index kBodyNumbers = 6;  // of a body's velocities: linear, angular
 
 // Of a tick of `dt` seconds in so many steps, which share the bounds of impulses: for each step start_step()
 // and passes, with a move() among them; or passes alone, where a tick is one step.
@@ -78,13 +84,29 @@ class JointAssembly {
     std::vector<JointRow> rows;
   };
 
-  // A row over the velocities of all bodies whose impulses do not affect the held directions.
+  // An axis that follows another one, with the ties of both.
+  struct Link {
+    JointCoupling coupling;
+    std::size_t follower;
+    std::size_t leader;
+    std::array<JointRow, 2> rows;
+  };
+
+  // Velocities, and the impulses of soft rows that have made them in this step: held rows with a compliance.
+  struct Motion {
+    Eigen::VectorXd velocities;
+    Eigen::VectorXd soft_impulses;  // by held row; 0 for others
+  };
+
+  // A row over the velocities of all bodies whose impulses do not affect the held directions, but for those
+  // of soft rows.
   struct FreeRow {
     Eigen::VectorXd row;
-    Eigen::VectorXd response;  // of the velocities to a unit of impulse
-    Eigen::VectorXd shares;    // of what is held, that were taken out of the row
-    double mobility = 0;       // of the row's own velocity
-    double velocity = 0;       // wanted of the row before
+    Eigen::VectorXd response;     // of the velocities to a unit of impulse
+    Eigen::VectorXd shares;       // of what is held, that were taken out of the row; of soft rows: 0
+    Eigen::VectorXd soft_shares;  // of soft rows, that answer with so much impulse
+    double mobility = 0;          // of the row's own velocity
+    double velocity = 0;          // wanted of the row before
     double compliance = 0;
     double impulse_min = 0;
     double impulse_max = 0;
@@ -98,10 +120,14 @@ class JointAssembly {
     Eigen::Vector3d angular_seen = Eigen::Vector3d::Zero();
   };
 
+  void add_links();
   bool has_loop() const;
+  const PosedJoint& posed_of(std::size_t tie) const { return ties_[tie].joint.posed; }
   void find_whether_to_move();
   bool turns_beyond(double turn, const Eigen::VectorXd& velocities, double time) const;
   void make_rows();
+  void make_tie_rows(Tie& tie);
+  double parents_rate(const Tie& tie, const JointRow& row) const;
   void put_right();
   PosedJoint shifted(const Tie& tie, const Eigen::VectorXd& way) const;
   void shift_bodies(const Eigen::VectorXd& way);
@@ -112,40 +138,47 @@ class JointAssembly {
   Matrix inverse_masses() const;
   void add_free_rows(const Matrix& inverse_masses);
   Eigen::VectorXd shares_of(const Eigen::VectorXd& row) const;
-  void hold(Eigen::VectorXd& velocities) const;
+  void hold(Motion& motion) const;
+  void push(Motion& motion, const FreeRow& free, double impulse) const;
+  Eigen::VectorXd without_soft(Eigen::VectorXd held) const;
   PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time) const;
   template <typename Posed>
   Eigen::VectorXd errors_of(const Posed& posed) const;
   Eigen::VectorXd bend(const Eigen::VectorXd& velocities) const;
-  void hold_at_end(Eigen::VectorXd& velocities);
+  void hold_at_end(Motion& motion);
   double bent_energy_max(const Eigen::VectorXd& velocities) const;
-  bool bend_back(Eigen::VectorXd& velocities);
-  void look_ahead(Eigen::VectorXd& velocities);
+  bool bend_back(Motion& motion);
+  void look_ahead(Motion& motion);
+  void make_held_rows_after(const Eigen::VectorXd& velocities);
   Eigen::VectorXd momenta_of(const Eigen::VectorXd& velocities) const;
   void advance();
   bool see_changes();
-  void set_velocities(const Eigen::VectorXd& velocities);
+  void set_motion(const Motion& motion);
 
   std::vector<Tie> ties_;
+  std::vector<Link> links_;  // their rows come after those of ties
   std::vector<Body> bodies_;
   int steps_;           // of the tick
   bool moves_ = false;  // from step to step
   double span_;         // s, over which rows hold: a tick, or a step of those that move
   Matrix held_;
-  Matrix response_;           // of the velocities to a unit of impulse of each
-  Eigen::VectorXd wanted_;    // m/s, rad/s: the velocities of held rows, were nothing to turn
-  Eigen::VectorXd errors_;    // m, rad: of held rows, at the start of the step
-  Eigen::VectorXd weights_;   // kg, kg m^2: of held rows
-  Eigen::VectorXd bent_;      // m/s, rad/s: what it takes beyond the wanted velocities, since bodies turn
-  Eigen::VectorXd bending_;   // impulses of that
-  bool is_bent_ = false;      // they were set in this step
-  bool is_foreseen_ = true;   // and follow the velocities of each pass
-  double gives_way_ = 0;      // the share by which rows do
-  bool is_anchored_ = false;  // to something that cannot be pushed
-  bool is_ordered_ = false;   // the pattern of the matrix never changes
+  Matrix response_;              // of the velocities to a unit of impulse of each
+  Eigen::VectorXd wanted_;       // m/s, rad/s: the velocities of held rows, were nothing to turn
+  Eigen::VectorXd errors_;       // m, rad: of held rows, at the start of the step; of soft rows: 0
+  Eigen::VectorXd compliances_;  // velocity per impulse, of held rows: above 0 for soft ones
+  Eigen::VectorXd is_soft_;      // 1 for soft rows, else 0; empty if there is none
+  Eigen::VectorXd weights_;      // kg, kg m^2: of held rows
+  Eigen::VectorXd bent_;         // m/s, rad/s: what it takes beyond the wanted velocities, since bodies turn
+  Eigen::VectorXd bending_;      // impulses of that
+  bool is_bent_ = false;         // they were set in this step
+  bool is_foreseen_ = true;      // and follow the velocities of each pass
+  double gives_way_ = 0;         // the share by which rows do
+  bool is_anchored_ = false;     // to something that cannot be pushed
+  bool is_ordered_ = false;      // the pattern of the matrix never changes
   Eigen::SimplicialLDLT<Matrix> factors_;
   std::vector<FreeRow> free_rows_;
   Eigen::VectorXd velocities_;
+  Eigen::VectorXd soft_impulses_;
   bool is_settled_ = false;
   std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by
 };

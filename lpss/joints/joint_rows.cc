@@ -1,11 +1,13 @@
 #include "lpss/joints/joint_rows.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <cstddef>
 #include <numbers>
 
 #include "lpss/base/rotation.h"
+#include "lpss/joints/soft_row.h"
 
 namespace tessera::joints {
 namespace {
@@ -24,6 +26,10 @@ constexpr double kReturned = 0.3;
 // The maximum speed of an axis returning from beyond a limit, which it keeps. rad/s or m/s.
 constexpr double kReturnSpeed = 0.2;
 
+constexpr double kPi = std::numbers::pi;
+
+bool is_angle(JointType type) { return type != JointType::kPrismatic; }
+
 bool is_limited(const JointAxis& axis) { return axis.lower > -kUnbounded || axis.upper < kUnbounded; }
 
 // A coordinate for rows: an angle has no limits beyond half a turn, and takes the equivalent value nearest to
@@ -31,25 +37,29 @@ bool is_limited(const JointAxis& axis) { return axis.lower > -kUnbounded || axis
 struct Coordinate {
   JointAxis axis;
   double position;
+  bool turns_freely;
+
+  // To a target: of an angle without limits, the shorter one.
+  double way_to(double target) const {
+    const double way = target - position;
+    return turns_freely ? std::remainder(way, 2 * kPi) : way;
+  }
 };
 
-Coordinate way_of(const JointAxis& axis, double position) { return {axis, position}; }
-
-Coordinate angle_of(JointAxis axis, double angle) {
-  constexpr double kPi = std::numbers::pi;
+Coordinate coordinate_of(JointType type, JointAxis axis, double position) {
+  if (!is_angle(type)) return {axis, position, false};
   const double middle = (std::max(axis.lower, -kPi) + std::min(axis.upper, kPi)) / 2;
   if (axis.lower < -kPi) axis.lower = -kUnbounded;
   if (axis.upper > kPi) axis.upper = kUnbounded;
-  return {axis, is_limited(axis) ? middle + std::remainder(angle - middle, 2 * kPi) : angle};
+  if (!is_limited(axis)) return {axis, position, true};
+  return {axis, middle + std::remainder(position - middle, 2 * kPi), false};
 }
 
 // Makes the rows of one joint.
 class RowMaker {
  public:
-  RowMaker(const PosedJoint& posed, double dt, int steps, std::vector<JointRow>& rows)
+  RowMaker(const PosedJoint& posed, std::vector<JointRow>& rows)
       : posed_(posed),
-        dt_(dt),
-        steps_(steps),
         rows_(rows),
         parent_frame_(posed.parent_frame()),
         child_frame_(posed.child_frame()),
@@ -118,9 +128,6 @@ class RowMaker {
     hold(row, error);
   }
 
-  void drive(const JointRow& motion, const Coordinate& at, const JointDrive& drive, bool is_angle);
-  void limit(const JointRow& motion, const Coordinate& at);
-
  private:
   void hold(JointRow row, double error) {
     row.is_held = true;
@@ -128,17 +135,7 @@ class RowMaker {
     rows_.push_back(row);
   }
 
-  void resist(JointRow row, const JointAxis& axis);
-
-  double rate(const JointRow& motion) const {
-    return motion.linear.dot(posed_.child.linear_velocity - posed_.parent.linear_velocity) +
-           motion.angular_child.dot(posed_.child.angular_velocity) -
-           motion.angular_parent.dot(posed_.parent.angular_velocity);
-  }
-
   const PosedJoint& posed_;
-  const double dt_;
-  const int steps_;  // of a tick
   std::vector<JointRow>& rows_;
   const Pose parent_frame_;  // of the joint
   const Pose child_frame_;
@@ -147,27 +144,67 @@ class RowMaker {
   const Vector3d apart_;         // m, from the parent's frame to the child's
 };
 
-// Damping and friction.
-void RowMaker::resist(JointRow row, const JointAxis& axis) {
-  row.velocity = 0;
-  // Smaller values have no inverse, and no effect.
-  if (axis.damping * dt_ >= std::numeric_limits<double>::min()) {
-    row.compliance = 1 / (axis.damping * dt_);
-    rows_.push_back(row);
-    row.compliance = 0;
-  }
-  if (axis.friction > 0) {
-    row.impulse_max = axis.friction * dt_;
-    row.impulse_min = -row.impulse_max;
-    rows_.push_back(row);
-  }
+// Makes the rows of one free axis of a joint.
+class AxisRows {
+ public:
+  // `held` rows of the joint are the first of `rows`.
+  AxisRows(const JointStep& step, const JointRow& motion, const Coordinate& at, std::size_t held,
+           std::vector<JointRow>& rows)
+      : step_(step), motion_(motion), at_(at), held_(held), rows_(rows) {}
+
+  // Spring and damper.
+  void yield();
+  void drive(const JointDrive& drive);
+  void limit();
+
+ private:
+  void rub();
+  void serve(const JointDrive& drive, JointRow row);
+  double mobility() const { return mobility_of(motion_, {rows_.data(), held_}, step_); }
+  double rate() const;
+
+  const JointStep& step_;
+  const JointRow& motion_;
+  const Coordinate& at_;
+  const std::size_t held_;
+  std::vector<JointRow>& rows_;
+};
+
+double AxisRows::rate() const {
+  const PosedJoint& posed = step_.posed;
+  return motion_.linear.dot(posed.child.linear_velocity - posed.parent.linear_velocity) +
+         motion_.angular_child.dot(posed.child.angular_velocity) -
+         motion_.angular_parent.dot(posed.parent.angular_velocity);
 }
 
-void RowMaker::drive(const JointRow& motion, const Coordinate& at, const JointDrive& drive, bool is_angle) {
-  const JointAxis& axis = at.axis;
-  resist(motion, axis);
-  JointRow row = motion;
-  row.impulse_max = axis.effort_max * dt_;
+void AxisRows::yield() {
+  const JointAxis& axis = at_.axis;
+  SoftEffort effort;
+  effort.damping = axis.damping;
+  if (axis.spring_stiffness > 0) {
+    effort.stiffness = axis.spring_stiffness;
+    effort.way = at_.way_to(axis.spring_reference);
+    effort.rate = rate();
+    effort.mobility = mobility();
+  }
+  JointRow row = motion_;
+  row.is_held = true;
+  if (soften(effort, step_.dt, row)) rows_.push_back(row);
+}
+
+void AxisRows::rub() {
+  if (!(at_.axis.friction > 0)) return;
+  JointRow row = motion_;
+  row.impulse_max = at_.axis.friction * step_.dt;
+  row.impulse_min = -row.impulse_max;
+  rows_.push_back(row);
+}
+
+void AxisRows::drive(const JointDrive& drive) {
+  rub();
+  const JointAxis& axis = at_.axis;
+  JointRow row = motion_;
+  row.impulse_max = axis.effort_max * step_.dt;
   row.impulse_min = -row.impulse_max;
   switch (drive.mode) {
     case DriveMode::kFree:
@@ -176,34 +213,55 @@ void RowMaker::drive(const JointRow& motion, const Coordinate& at, const JointDr
       row.velocity = drive.target;
       break;
     case DriveMode::kPosition: {
-      double way = std::clamp(drive.target, axis.lower, axis.upper) - at.position;
-      if (is_angle && !is_limited(axis)) way = std::remainder(way, 2 * std::numbers::pi);
-      row.velocity = std::clamp(kServoGain * way / (steps_ * dt_), -axis.velocity_max, axis.velocity_max);
+      const double way = at_.way_to(std::clamp(drive.target, axis.lower, axis.upper));
+      row.velocity =
+          std::clamp(kServoGain * way / (step_.steps * step_.dt), -axis.velocity_max, axis.velocity_max);
       break;
     }
     case DriveMode::kEffort:
-      row.impulse_min = row.impulse_max = std::clamp(drive.target * dt_, row.impulse_min, row.impulse_max);
+      row.impulse_min = row.impulse_max =
+          std::clamp(drive.target * step_.dt, row.impulse_min, row.impulse_max);
       break;
+    case DriveMode::kServo:
+      serve(drive, row);
+      return;
+  }
+  rows_.push_back(row);
+}
+
+void AxisRows::serve(const JointDrive& drive, JointRow row) {
+  SoftEffort effort;
+  effort.damping = drive.damping;
+  effort.wanted_rate = drive.velocity;
+  effort.effort = drive.effort;
+  if (drive.stiffness > 0) {
+    effort.stiffness = drive.stiffness;
+    effort.way = at_.way_to(drive.target);
+    effort.rate = rate();
+    effort.mobility = mobility();
+  }
+  if (!soften(effort, step_.dt, row)) {
+    row.impulse_min = row.impulse_max = std::clamp(drive.effort * step_.dt, row.impulse_min, row.impulse_max);
   }
   rows_.push_back(row);
 }
 
 // An axis may reach a limit in one step, but not exceed it: no bounce.
-void RowMaker::limit(const JointRow& motion, const Coordinate& at) {
-  const double above = at.position - at.axis.lower;
-  const double below = at.axis.upper - at.position;
-  const double reach = (std::abs(rate(motion)) + kSpeedGained) * dt_;
+void AxisRows::limit() {
+  const double above = at_.position - at_.axis.lower;
+  const double below = at_.axis.upper - at_.position;
+  const double reach = (std::abs(rate()) + kSpeedGained) * step_.dt;
   const auto wanted = [this](double gap) {
-    return gap > 0 ? gap / dt_ : std::max(kReturned * gap / dt_, -kReturnSpeed);
+    return gap > 0 ? gap / step_.dt : std::max(kReturned * gap / step_.dt, -kReturnSpeed);
   };
   if (above < reach) {
-    JointRow row = motion;
+    JointRow row = motion_;
     row.velocity = -wanted(above);
     row.impulse_min = 0;
     rows_.push_back(row);
   }
   if (below < reach) {
-    JointRow row = motion;
+    JointRow row = motion_;
     row.velocity = wanted(below);
     row.impulse_max = 0;
     rows_.push_back(row);
@@ -219,9 +277,8 @@ JointSide moved(const JointSide& side, double dt) {
   return end;
 }
 
-void append_held_rows(const JointProperties& joint, const PosedJoint& posed, double dt,
-                      std::vector<JointRow>& rows) {
-  RowMaker make(posed, dt, /*steps=*/1, rows);
+void append_held_rows(const JointProperties& joint, const PosedJoint& posed, std::vector<JointRow>& rows) {
+  RowMaker make(posed, rows);
   const Eigen::Matrix3d axes = posed.parent_frame().orientation.toRotationMatrix();
   const Vector3d x = axes.col(0);
   switch (joint.type) {
@@ -255,42 +312,57 @@ void append_held_rows(const JointProperties& joint, const PosedJoint& posed, dou
   }
 }
 
-void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
-                       double dt, int steps, std::vector<JointRow>& rows) {
-  append_held_rows(joint, posed, dt, rows);
-  RowMaker make(posed, dt, steps, rows);
-  const Pose parent_frame = posed.parent_frame();
-  const Pose child_frame = posed.child_frame();
-  const Vector3d x = parent_frame.orientation * Vector3d::UnitX();
-  const std::array<double, 2> position = joint_position(joint.type, parent_frame, child_frame);
-  switch (joint.type) {
+JointRow axis_row(JointType type, const PosedJoint& posed, int axis) {
+  std::vector<JointRow> none;
+  const RowMaker make(posed, none);
+  const Vector3d x = posed.parent_frame().orientation * Vector3d::UnitX();
+  switch (type) {
     case JointType::kFixed:
     case JointType::kBall:
       break;
     case JointType::kRevolute:
-    case JointType::kScrew: {
-      const Coordinate angle = angle_of(joint.axes[0], position[0]);
-      make.drive(make.about(x), angle, drives[0], /*is_angle=*/true);
-      make.limit(make.about(x), angle);
-      break;
-    }
-    case JointType::kPrismatic: {
-      const Coordinate way = way_of(joint.axes[0], position[0]);
-      make.drive(make.along(x), way, drives[0], /*is_angle=*/false);
-      make.limit(make.along(x), way);
-      break;
-    }
-    case JointType::kUniversal: {
-      const Vector3d child_y = child_frame.orientation * Vector3d::UnitY();
-      const Coordinate first = angle_of(joint.axes[0], position[0]);
-      const Coordinate second = angle_of(joint.axes[1], position[1]);
-      make.drive(make.about(x), first, drives[0], /*is_angle=*/true);
-      make.drive(make.about(child_y), second, drives[1], /*is_angle=*/true);
-      make.limit(make.about(x), first);
-      make.limit(make.about(child_y), second);
-      break;
-    }
+    case JointType::kScrew:
+      return make.about(x);
+    case JointType::kPrismatic:
+      return make.along(x);
+    case JointType::kUniversal:
+      return make.about(axis == 0 ? x : posed.child_frame().orientation * Vector3d::UnitY());
   }
+  return {};
+}
+
+double axis_position(const JointProperties& joint, const PosedJoint& posed, int axis) {
+  const auto place = static_cast<std::size_t>(axis);
+  const double position = joint_position(joint.type, posed.parent_frame(), posed.child_frame())[place];
+  return coordinate_of(joint.type, joint.axes[place], position).position;
+}
+
+bool turns_freely(const JointProperties& joint, int axis) {
+  return coordinate_of(joint.type, joint.axes[static_cast<std::size_t>(axis)], 0).turns_freely;
+}
+
+void append_joint_rows(const JointStep& step, std::vector<JointRow>& rows) {
+  const JointProperties& joint = step.properties;
+  append_held_rows(joint, step.posed, rows);
+  const std::size_t held = rows.size();
+  const int axes = axis_count(joint.type);
+  if (axes == 0) return;
+  const std::array<double, 2> position =
+      joint_position(joint.type, step.posed.parent_frame(), step.posed.child_frame());
+  std::array<JointRow, 2> motion;
+  std::array<Coordinate, 2> at;
+  for (std::size_t n = 0; n < static_cast<std::size_t>(axes); ++n) {
+    motion[n] = axis_row(joint.type, step.posed, static_cast<int>(n));
+    at[n] = coordinate_of(joint.type, joint.axes[n], position[n]);
+  }
+  const auto for_each_axis = [&](auto act) {
+    for (std::size_t n = 0; n < static_cast<std::size_t>(axes); ++n) {
+      act(AxisRows(step, motion[n], at[n], held, rows), step.drives[n]);
+    }
+  };
+  for_each_axis([](AxisRows axis, const JointDrive&) { axis.yield(); });
+  for_each_axis([](AxisRows axis, const JointDrive& drive) { axis.drive(drive); });
+  for_each_axis([](AxisRows axis, const JointDrive&) { axis.limit(); });
 }
 
 }  // namespace tessera::joints

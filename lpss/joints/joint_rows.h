@@ -23,8 +23,10 @@ struct JointRow {
   double compliance = 0;             // velocity per impulse: m/s per N s, or rad/s per N m s
   double impulse_min = -kUnbounded;  // N s or N m s
   double impulse_max = kUnbounded;
-  bool is_held = false;  // a direction that is not free: unbounded impulse
-  double error = 0;      // for held rows: m or rad, by which the bodies are off
+  // Part of the sparse system: a direction that is not free, or, with a compliance, a spring or damper.
+  // Unbounded impulse.
+  bool is_held = false;
+  double error = 0;  // for held rows without a compliance: m or rad, by which the bodies are off
 };
 
 // A joint at one time, relative to one origin near both of its bodies.
@@ -38,16 +40,40 @@ struct PosedJoint {
   Pose child_frame() const { return child.pose * in_child; }
 };
 
+// What moves a body; all 0 for one that nothing can push.
+struct Inertia {
+  double inverse_mass = 0;                                    // 1/kg
+  Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  // 1/(kg m^2), world axes
+};
+
+// One step of a joint.
+struct JointStep {
+  const JointProperties& properties;
+  const JointDrives& drives;
+  const PosedJoint& posed;
+  Inertia parent;
+  Inertia child;
+  double dt = 0;  // s
+  int steps = 1;  // of which a tick has so many
+};
+
 // The pose of a body after `dt` seconds at its velocities.
 JointSide moved(const JointSide& side, double dt);
 
-// Appends the rows of one step of `dt` seconds, of which a tick has `steps`: first held rows, then damping,
-// friction and drives, whose errors would add up, then limits.
-void append_joint_rows(const JointProperties& joint, const JointDrives& drives, const PosedJoint& posed,
-                       double dt, int steps, std::vector<JointRow>& rows);
+// Appends the rows of a step: first held rows, those of springs and dampers last of them; then friction and
+// drives, whose errors would add up, then limits.
+void append_joint_rows(const JointStep& step, std::vector<JointRow>& rows);
 
-// The first of them.
-void append_held_rows(const JointProperties& joint, const PosedJoint& posed, double dt,
-                      std::vector<JointRow>& rows);
+// The held rows without a compliance.
+void append_held_rows(const JointProperties& joint, const PosedJoint& posed, std::vector<JointRow>& rows);
+
+// The row of the rate of a coordinate of a joint that has it, without a velocity.
+JointRow axis_row(JointType type, const PosedJoint& posed, int axis);
+
+// The coordinate: rad (nearest to the middle of its limits, if it has any) or m.
+double axis_position(const JointProperties& joint, const PosedJoint& posed, int axis);
+
+// Whether the coordinate is an angle that turns freely, and so known up to whole turns only.
+bool turns_freely(const JointProperties& joint, int axis);
 
 }  // namespace tessera::joints

@@ -24,9 +24,17 @@ std::vector<int> JointSolver::bodies() const {
 
 void JointSolver::set_up(std::span<const JointedBody> bodies, double dt, int steps) {
   DisjointSets sets(bodies.size());
+  std::map<JointId, std::size_t> children;
   for (const SolvedJoint& joint : joints_) {
-    if (joint.parent)
-      sets.unite(static_cast<std::size_t>(joint.child), static_cast<std::size_t>(*joint.parent));
+    const auto child = static_cast<std::size_t>(joint.child);
+    children.emplace(joint.id, child);
+    if (joint.parent) sets.unite(child, static_cast<std::size_t>(*joint.parent));
+  }
+  for (const SolvedJoint& joint : joints_) {
+    for (const JointAxis& axis : axes_of(*joint.properties)) {
+      const auto leader = axis.mimic.is_set() ? children.find(axis.mimic.leader) : children.end();
+      if (leader != children.end()) sets.unite(static_cast<std::size_t>(joint.child), leader->second);
+    }
   }
   std::map<std::size_t, std::vector<SolvedJoint>> assemblies;
   for (const SolvedJoint& joint : joints_) {

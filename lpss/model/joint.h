@@ -6,8 +6,10 @@
 
 #include <array>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "lpss/grid/world_position.h"
@@ -39,6 +41,22 @@ enum class JointType : std::uint8_t {
 
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
+// Lets an axis follow an axis of another joint, the leader, as gears or a linkage do:
+//
+//   position = multiplier * (leader's position - reference) + offset
+//
+// What holds the follower back acts on the leader. An angle without limits is known up to whole turns only;
+// what follows from it then is known up to as many turns, too. It ends with the leader's joint.
+struct AxisMimic {
+  JointId leader;         // another joint; 0: none. In a description: its place in the list plus one
+  std::uint8_t axis = 0;  // of the leader: its place among the axes
+  double multiplier = 1;  // within kMimicMultiplierMax
+  double reference = 0;   // rad or m, of the leader
+  double offset = 0;      // rad or m, of the follower
+
+  bool is_set() const { return leader.value != 0; }
+};
+
 // One degree of freedom. Units: rad, N m and rad/s for an angle; m, N and m/s for a displacement.
 struct JointAxis {
   double lower = -kUnbounded;  // for an angle: within [-pi, pi] if bounded; beyond that it is free
@@ -47,6 +65,9 @@ struct JointAxis {
   double effort_max = kUnbounded;    // of every drive; >= 0
   double damping = 0;                // effort per velocity; >= 0
   double friction = 0;               // effort that resists any motion; >= 0
+  double spring_stiffness = 0;       // effort per way from the reference, back to it; 0 to kGainMax
+  double spring_reference = 0;       // rad or m; of an angle without limits: the nearest equivalent counts
+  AxisMimic mimic;
 };
 
 struct JointProperties {
@@ -66,12 +87,20 @@ enum class DriveMode : std::uint8_t {
   kVelocity,  // holds a velocity, with at most effort_max
   kPosition,  // moves to a position and holds it, with at most velocity_max and effort_max
   kEffort,    // applies an effort
+  kServo,  // applies stiffness (target - position) + damping (velocity - rate) + effort, at most effort_max
 };
 
-// The drive of one axis of a joint; stays until it is changed.
+// The drive of one axis of a joint; stays until it is changed. The gains of a servo may be of any size: they
+// act on where and how fast the axis is at the end of a step.
 struct JointDrive {
   DriveMode mode = DriveMode::kFree;
   double target = 0;  // rad/s or m/s; rad or m; N m or N
+
+  // Of a servo:
+  double stiffness = 0;  // N m/rad or N/m; 0 to kGainMax
+  double damping = 0;    // N m s/rad or N s/m; 0 to kGainMax
+  double velocity = 0;   // rad/s or m/s, of the target
+  double effort = 0;     // N m or N, on top
 
   friend bool operator==(const JointDrive&, const JointDrive&) = default;
 };
@@ -88,6 +117,11 @@ struct JointRecord {
 
 // How many axes of the joint have a coordinate: 0 (fixed, ball), 1 or 2 (universal).
 int axis_count(JointType type);
+
+// These axes of a joint.
+inline std::span<const JointAxis> axes_of(const JointProperties& joint) {
+  return {joint.axes.data(), static_cast<std::size_t>(axis_count(joint.type))};
+}
 
 // The pose and velocity of a body, in a frame common to two bodies.
 struct JointSide {

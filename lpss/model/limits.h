@@ -34,6 +34,8 @@ inline constexpr double kForceMax = 1e12;                 // N
 inline constexpr double kTorqueMax = 1e12;                // N m
 inline constexpr double kLeverMax = 1e8;                  // m, of an impulse
 inline constexpr double kDriveWayMax = 1e6;               // m, the target of a position drive
+inline constexpr double kGainMax = 1e12;                  // of a drive or spring: N/m, N s/m; N m and rad
+inline constexpr double kMimicMultiplierMax = 1e6;        // rad/rad, m/m, m/rad or rad/m
 inline constexpr double kQuaternionNormTolerance = 1e-3;  // how far from 1 a unit quaternion may be
 
 inline constexpr std::size_t kBodiesMax = 4'000'000;

@@ -30,8 +30,11 @@ absl::Status validate(const JointDescription& joint, const BodyProperties* paren
 // What drives a joint of that type.
 absl::Status validate(const JointDrives& drives, JointType type);
 
+// What an axis follows, of a leader of that type.
+absl::Status validate_mimic(const AxisMimic& mimic, JointType leader);
+
 // All joints of a world whose bodies are valid: each one, that its bodies exist and that its two frames are
-// no farther apart than L, and unique names.
+// no farther apart than L, unique names, and that leaders exist and follow nothing that follows them.
 absl::Status validate_joints(const WorldDescription& world);
 
 // All of a world: its settings, every shape, body and joint, unique names, the limits.

@@ -3,8 +3,12 @@
 #include <absl/strings/string_view.h>
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "lpss/model/checks.h"
 #include "lpss/model/validate.h"
@@ -17,6 +21,12 @@ std::string title(const JointDescription& joint) { return absl::StrCat("joint '"
 bool is_angle(JointType type) { return type != JointType::kPrismatic; }
 
 const char* unit_of(JointType type) { return is_angle(type) ? "rad" : "m"; }
+
+const char* effort_unit(JointType type) { return is_angle(type) ? "N m" : "N"; }
+
+const char* gain_unit(JointType type) { return is_angle(type) ? "N m/rad" : "N/m"; }
+
+const char* damping_unit(JointType type) { return is_angle(type) ? "N m s/rad" : "N s/m"; }
 
 absl::Status name_check(const std::string& name) {
   if (name.empty()) return refused("a joint's name must not be empty");
@@ -41,6 +51,17 @@ absl::Status limits_check(const JointAxis& axis, JointType type) {
   return absl::OkStatus();
 }
 
+// What needs no knowledge of the leader.
+absl::Status mimic_check(const AxisMimic& mimic, JointType type) {
+  if (!mimic.is_set()) return absl::OkStatus();
+  absl::Status status =
+      bounded("mimic multiplier", mimic.multiplier, -kMimicMultiplierMax, kMimicMultiplierMax);
+  if (!status.ok()) return status;
+  status = bounded("mimic reference", mimic.reference, -kDriveWayMax, kDriveWayMax);
+  if (!status.ok()) return status;
+  return bounded("mimic offset", mimic.offset, -kDriveWayMax, kDriveWayMax, unit_of(type));
+}
+
 absl::Status axis_check(const JointAxis& axis, JointType type) {
   if (absl::Status status = limits_check(axis, type); !status.ok()) return status;
   if (!(axis.velocity_max > 0)) {
@@ -48,7 +69,11 @@ absl::Status axis_check(const JointAxis& axis, JointType type) {
   }
   if (!(axis.effort_max >= 0)) return refused("effort_max = ", axis.effort_max, " must be at least 0");
   if (absl::Status status = bounded("damping", axis.damping, 0, kNoBound); !status.ok()) return status;
-  return bounded("friction", axis.friction, 0, kNoBound);
+  if (absl::Status status = bounded("friction", axis.friction, 0, kNoBound); !status.ok()) return status;
+  absl::Status status = bounded("spring_stiffness", axis.spring_stiffness, 0, kGainMax, gain_unit(type));
+  if (!status.ok()) return status;
+  status = bounded("spring_reference", axis.spring_reference, -kDriveWayMax, kDriveWayMax, unit_of(type));
+  return status.ok() ? mimic_check(axis.mimic, type) : status;
 }
 
 // How far from a body's origin a joint may be: only what never moves may be large.
@@ -84,24 +109,50 @@ absl::Status frames_check(const JointProperties& joint, const BodyProperties* pa
   return frame_check("in_child", joint.in_child, &child, sector_size);
 }
 
+absl::Status velocity_check(double velocity, JointType type) {
+  const double most = is_angle(type) ? kAngularSpeedMax : kSpeedMax;
+  return bounded("velocity", velocity, -most, most, is_angle(type) ? "rad/s" : "m/s");
+}
+
+absl::Status position_check(double position, JointType type) {
+  const double most = is_angle(type) ? std::numbers::pi : kDriveWayMax;
+  return bounded("position", position, -most, most, unit_of(type));
+}
+
+absl::Status effort_check(double effort, JointType type) {
+  const double most = is_angle(type) ? kTorqueMax : kForceMax;
+  return bounded("effort", effort, -most, most, effort_unit(type));
+}
+
+absl::Status servo_check(const JointDrive& drive, JointType type) {
+  absl::Status status = position_check(drive.target, type);
+  status.Update(bounded("stiffness", drive.stiffness, 0, kGainMax, gain_unit(type)));
+  status.Update(bounded("damping", drive.damping, 0, kGainMax, damping_unit(type)));
+  status.Update(velocity_check(drive.velocity, type));
+  status.Update(effort_check(drive.effort, type));
+  return status;
+}
+
 absl::Status drive_check(const JointDrive& drive, JointType type) {
+  if (drive.mode == DriveMode::kServo) return servo_check(drive, type);
+  for (const auto& [name, value] :
+       {std::pair{"stiffness", drive.stiffness}, std::pair{"damping", drive.damping},
+        std::pair{"velocity", drive.velocity}, std::pair{"effort", drive.effort}}) {
+    if (value != 0) return refused(name, " = ", value, " must be 0: only a servo has it");
+  }
   switch (drive.mode) {
     case DriveMode::kFree:
+    case DriveMode::kServo:
       return absl::OkStatus();
-    case DriveMode::kVelocity: {
-      const double most = is_angle(type) ? kAngularSpeedMax : kSpeedMax;
-      return bounded("velocity", drive.target, -most, most, is_angle(type) ? "rad/s" : "m/s");
-    }
-    case DriveMode::kPosition: {
-      const double most = is_angle(type) ? std::numbers::pi : kDriveWayMax;
-      return bounded("position", drive.target, -most, most, unit_of(type));
-    }
-    case DriveMode::kEffort: {
-      const double most = is_angle(type) ? kTorqueMax : kForceMax;
-      return bounded("effort", drive.target, -most, most, is_angle(type) ? "N m" : "N");
-    }
+    case DriveMode::kVelocity:
+      return velocity_check(drive.target, type);
+    case DriveMode::kPosition:
+      return position_check(drive.target, type);
+    case DriveMode::kEffort:
+      return effort_check(drive.target, type);
   }
-  return refused("mode = ", static_cast<int>(drive.mode), " must be free, velocity, position or effort");
+  return refused("mode = ", static_cast<int>(drive.mode),
+                 " must be free, velocity, position, effort or servo");
 }
 
 // Bodies of a description go by their places plus one; null for 0.
@@ -192,6 +243,68 @@ absl::Status validate(const JointDescription& joint, const BodyProperties* paren
   return in(what, validate(joint.drives, properties.type));
 }
 
+absl::Status validate_mimic(const AxisMimic& mimic, JointType leader) {
+  const int axes = axis_count(leader);
+  if (mimic.axis < axes) return absl::OkStatus();
+  return refused("mimic axis = ", mimic.axis + 1, " must be 1 to ", axes,
+                 ", the number of axes of its leader with a coordinate");
+}
+
+namespace {
+
+// The leader that the axis of a joint follows; null if none.
+absl::StatusOr<const JointDescription*> leader_of(const WorldDescription& world, const AxisMimic& mimic) {
+  if (!mimic.is_set()) return nullptr;
+  if (mimic.leader.value > world.joints.size()) {
+    return refused("mimic leader = ", mimic.leader.value, " must be 1 to ", world.joints.size(),
+                   ", the number of joints");
+  }
+  return &world.joints[mimic.leader.value - 1];
+}
+
+absl::Status leaders_check(const WorldDescription& world, const JointDescription& joint) {
+  for (int n = 0; n < axis_count(joint.properties.type); ++n) {
+    const AxisMimic& mimic = joint.properties.axes[n].mimic;
+    const std::string what = absl::StrCat(title(joint), ": axis ", n + 1);
+    const absl::StatusOr<const JointDescription*> leader = leader_of(world, mimic);
+    if (!leader.ok()) return in(what, leader.status());
+    if (*leader == nullptr) continue;
+    absl::Status status = validate_mimic(mimic, (*leader)->properties.type);
+    if (!status.ok()) return in(what, status);
+  }
+  return absl::OkStatus();
+}
+
+// Following leaders from joint to joint must come to an end.
+absl::Status no_circle_check(const WorldDescription& world) {
+  enum class State : std::uint8_t { kNew, kOnTheWay, kDone };
+  std::vector<State> states(world.joints.size(), State::kNew);
+  std::vector<std::size_t> way;
+  for (std::size_t start = 0; start < world.joints.size(); ++start) {
+    way.assign(1, start);
+    while (!way.empty()) {
+      const std::size_t joint = way.back();
+      if (states[joint] != State::kNew) {
+        states[joint] = State::kDone;
+        way.pop_back();
+        continue;
+      }
+      states[joint] = State::kOnTheWay;
+      for (const JointAxis& axis : axes_of(world.joints[joint].properties)) {
+        if (!axis.mimic.is_set()) continue;
+        const std::size_t leader = axis.mimic.leader.value - 1;
+        if (states[leader] == State::kOnTheWay) {
+          return refused(title(world.joints[joint]), ": by its mimic, it would follow itself");
+        }
+        if (states[leader] == State::kNew) way.push_back(leader);
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
 absl::Status validate_joints(const WorldDescription& world) {
   absl::flat_hash_set<absl::string_view> names;
   names.reserve(world.joints.size());
@@ -200,8 +313,9 @@ absl::Status validate_joints(const WorldDescription& world) {
     if (!names.insert(joint.name).second) {
       return refused(title(joint), ": the name must be unique, but two joints have it");
     }
+    if (absl::Status status = leaders_check(world, joint); !status.ok()) return status;
   }
-  return absl::OkStatus();
+  return no_circle_check(world);
 }
 
 }  // namespace tessera

@@ -50,8 +50,9 @@ joints::SolvedJoint solved_joint(const TaskJoint& joint) {
   if (parent && parent->is_dynamic()) pushed = static_cast<int>(parent->place);
   std::optional<JointSide> parent_side;
   if (parent) parent_side = side_of(*parent);
-  return {static_cast<int>(child.place), pushed, joint.properties, joint.drives,
-          joints::posed(joint, side_of(child), parent_side)};
+  return {joint.id,     static_cast<int>(child.place),
+          pushed,       joint.properties,
+          joint.drives, joints::posed(joint, side_of(child), parent_side)};
 }
 
 // Lets the bodies of a task and their clones know their places in it ...

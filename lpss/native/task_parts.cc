@@ -1,6 +1,7 @@
 #include "lpss/native/task_parts.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "lpss/native/native_world.h"
 
@@ -49,7 +50,16 @@ void TaskParts::connect(const SolveTask& task) {
     pushed_.push_back(std::min(a, b));
     unite(a, b);
   }
-  for (const TaskJoint& joint : task.joints) unite(place_of(joint.child), place_of(joint.parent));
+  for (const TaskJoint& joint : task.joints) {
+    unite(place_of(joint.child), place_of(joint.parent));
+    for (const JointAxis& axis : axes_of(*joint.properties)) {
+      if (!axis.mimic.is_set()) continue;
+      const auto leader =
+          std::ranges::lower_bound(task.joints, axis.mimic.leader, std::ranges::less{}, &TaskJoint::id);
+      if (leader != task.joints.end() && leader->id == axis.mimic.leader)
+        unite(place_of(joint.child), place_of(leader->child));
+    }
+  }
 }
 
 void TaskParts::find_steps(const SolveTask& task, const ContactNeeds& needs, double dt) {

@@ -52,14 +52,16 @@ void set_drives(Partition& partition, JointId id, const JointDrives& drives) {
 }
 
 void wake_jointed(Partition& partition, const JointRecord& joint) {
-  for (const BodyId id : {joint.properties.parent, joint.properties.child}) {
+  const auto wake = [&](BodyId id) {
     const auto found = partition.bodies.find(id);
-    if (found == partition.bodies.end()) continue;
+    if (found == partition.bodies.end()) return;
     HomeBody& body = *found->second;
     if (body.properties.motion == Motion::kDynamic) body.sector->world->wake(body.slot);
     mark_dirty(body);
     activate(partition, *body.sector);
-  }
+  };
+  for_each_tied(partition.joints, joint, joint.properties.child, wake);
+  wake(joint.properties.child);
 }
 
 bool is_everywhere(const HomeBody& body) {

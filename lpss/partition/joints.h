@@ -13,7 +13,7 @@ void remove_joint(Partition& partition, JointId id);
 void remove_joints_of(Partition& partition, BodyId body);
 void set_drives(Partition& partition, JointId id, const JointDrives& drives);
 
-// Wakes the bodies of a joint that changes.
+// Wakes the bodies of a joint that changes, and those that follow it or that it follows.
 void wake_jointed(Partition& partition, const JointRecord& joint);
 
 // A kinematic body may lead a joint whose other side lives anywhere, so all servers are told where it is.

@@ -1,8 +1,11 @@
 // Joints and changes of authority: neither may notice a border, a server or a change of either.
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/test_runs.h"
@@ -86,6 +89,59 @@ TEST(Joints, CommandsAddDriveAndRemoveThemInEveryPartition) {
       hashes.push_back(cluster->hash());
     }
     EXPECT_EQ(cluster->partition(0).joints.size(), 3u);
+    runs.push_back(std::move(hashes));
+  }
+  EXPECT_EQ(first_difference(runs[0], runs[1]), 120u);
+}
+
+// Two arms that no body connects: each swings on a spring and lives in sectors of its own. One follows the
+// other, which a servo moves.
+WorldDescription followers_world() {
+  WorldBuilder builder(sectors_of(4));
+  const ShapeId arm = builder.shape(Box{{2, 0.2, 0.2}});
+  for (const auto& [name, x] : {std::pair{"leader", -9.0}, std::pair{"follower", 9.0}}) {
+    const std::string near = absl::StrCat(name, "_near");
+    const std::string far = absl::StrCat(name, "_far");
+    builder.add(near, arm, 2, {x + 1, 0, 0});
+    builder.add(far, arm, 1, {x + 3.1, 0, 0});
+    builder.tie(absl::StrCat(name, "_shoulder"), JointType::kRevolute, "", near, {x, 0, 0},
+                Eigen::Vector3d::UnitY());
+    JointAxis& elbow = builder
+                           .tie(absl::StrCat(name, "_elbow"), JointType::kRevolute, near, far,
+                                {x + 2.05, 0, 0}, Eigen::Vector3d::UnitY())
+                           .properties.axes[0];
+    elbow.spring_stiffness = 40;
+    elbow.spring_reference = 0.3;
+    elbow.damping = 0.2;
+  }
+  WorldDescription world = builder.world();
+  world.joints[0].drives[0] = {DriveMode::kServo, -0.4, 300, 30};
+  world.joints[2].properties.axes[0].mimic = {JointId{1}, 0, -0.5, 0.1, 0.05};
+  return world;
+}
+
+TEST(Joints, WhatFollowsIsTheSameOnAnyNumberOfPartitions) {
+  const WorldDescription world = followers_world();
+  const std::vector<WorldHash> one = run(world, 1, 1, 240);
+  EXPECT_EQ(first_difference(one, run(world, 2, 1, 240)), 240u);
+  EXPECT_EQ(first_difference(one, run(world, 3, 1, 240)), 240u);
+  EXPECT_EQ(first_difference(one, run(with_shuffle(world, 7), 3, 1, 240)), 240u);
+}
+
+TEST(Joints, WhatFollowsMovesUntilItsLeaderIsRemoved) {
+  const WorldDescription world = followers_world();
+  std::vector<std::vector<WorldHash>> runs;
+  for (const std::uint32_t partitions : {1u, 3u}) {
+    auto cluster = cluster_of(world, partitions);
+    std::vector<WorldHash> hashes;
+    for (int t = 0; t < 120; ++t) {
+      std::vector<Command> commands;
+      if (t == 60) commands.push_back(RemoveJoint{JointId{1}});
+      cluster->step(commands);
+      hashes.push_back(cluster->hash());
+      EXPECT_EQ(cluster->partition(0).joints.coupled(JointId{3}).size(), t < 60 ? 1u : 0u);
+    }
+    EXPECT_FALSE(cluster->partition(0).joints.find(JointId{3})->properties.axes[0].mimic.is_set());
     runs.push_back(std::move(hashes));
   }
   EXPECT_EQ(first_difference(runs[0], runs[1]), 120u);

@@ -46,12 +46,12 @@ void connect_by_joints(const Partition& partition, const ContactGraph& graph, bo
     if (!graph[n].home->jointed || !graph[n].dynamic) continue;
     for (const JointId id : partition.joints.of(graph[n].id)) {
       const JointRecord& joint = *partition.joints.find(id);
-      const ContactGraph::Node* partner = graph.named(partner_of(joint.properties, graph[n].id));
-      if (partner != nullptr && partner->dynamic && (partner->home != nullptr || clones_are_solved)) {
-        connections.sets.unite(n, graph.index(partner));
-      } else if (is_pushed_by(partition, joint)) {
-        connections.pushed[n] = true;
-      }
+      if (is_pushed_by(partition, joint)) connections.pushed[n] = true;
+      for_each_tied(partition.joints, joint, graph[n].id, [&](BodyId body) {
+        const ContactGraph::Node* partner = graph.named(body);
+        if (partner != nullptr && partner->dynamic && (partner->home != nullptr || clones_are_solved))
+          connections.sets.unite(n, graph.index(partner));
+      });
     }
   }
 }
@@ -153,10 +153,6 @@ void list_lone_body(Sector& sector, std::size_t pairs) {
   sector.components.front().pairs_end = static_cast<std::uint32_t>(pairs);
 }
 
-bool is_dynamic(BodyId body, const JointRecord& joint) {
-  return body == joint.properties.child || joint.parent_motion == Motion::kDynamic;
-}
-
 // Both sides of a joint that runs over a border name both of its bodies.
 void link_joints(const Partition& partition, const Sector& sector, const Component& component,
                  std::vector<BodyId>& links) {
@@ -165,10 +161,12 @@ void link_joints(const Partition& partition, const Sector& sector, const Compone
     if (!body.jointed) continue;
     for (const JointId id : partition.joints.of(body.id)) {
       const JointRecord& joint = *partition.joints.find(id);
-      const BodyId partner = partner_of(joint.properties, body.id);
-      if (partner.value == 0 || !is_dynamic(partner, joint) || lives_in(partition, partner, sector)) continue;
-      links.push_back(body.id);
-      links.push_back(partner);
+      for_each_tied(partition.joints, joint, body.id, [&](BodyId tied) {
+        const bool is_fixed = tied == joint.properties.parent && joint.parent_motion != Motion::kDynamic;
+        if (tied.value == 0 || is_fixed || lives_in(partition, tied, sector)) return;
+        links.push_back(body.id);
+        links.push_back(tied);
+      });
     }
   }
   std::sort(links.begin(), links.end());

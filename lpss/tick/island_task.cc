@@ -33,6 +33,7 @@ void TaskBuilder::add_joints(const JointIndex& joints, double sector_size, bool 
       const JointRecord& joint = *joints.find(id);
       if (joint.properties.child != child.id) continue;
       TaskJoint task;
+      task.id = id;
       task.properties = &joint.properties;
       task.drives = &joint.drives;
       task.child = child.place;

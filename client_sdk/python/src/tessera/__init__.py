@@ -27,7 +27,7 @@ from tessera.errors import (
     Unavailable,
 )
 from tessera.frame import BodyFrame, Contact, ContactFrame, Phase, Trajectory
-from tessera.joint import Axis, Drive, DriveMode, Joint, JointType
+from tessera.joint import Axis, Drive, DriveMode, Joint, JointType, Mimic
 from tessera.position import WorldPosition, relative_to
 from tessera.results import Added, FoundBody, FoundJoint, HashAt, LoadSummary, Neighbour, RayHit, Region
 from tessera.shape import (
@@ -75,6 +75,7 @@ __all__ = [
     "Joint",
     "JointType",
     "LoadSummary",
+    "Mimic",
     "Motion",
     "Neighbour",
     "NotFound",

@@ -33,6 +33,7 @@ class DriveMode(enum.IntEnum):
     VELOCITY = world_pb2.JointDrive.VELOCITY  # holds a velocity, with at most `effort_max`
     POSITION = world_pb2.JointDrive.POSITION  # moves to a position, with at most `velocity_max`, and holds it
     EFFORT = world_pb2.JointDrive.EFFORT  # applies an effort
+    SERVO = world_pb2.JointDrive.SERVO  # stiffness (target - position) + damping (velocity - rate) + effort
 
 
 @dataclass
@@ -41,9 +42,40 @@ class Drive:
 
     mode: DriveMode = DriveMode.FREE
     target: float = 0.0
+    stiffness: float = 0.0  # of a servo, as all that follows: N m/rad or N/m
+    damping: float = 0.0  # N m s/rad or N s/m
+    velocity: float = 0.0  # of its target, rad/s or m/s
+    effort: float = 0.0  # on top, N m or N
 
     def message(self) -> world_pb2.JointDrive:
-        return world_pb2.JointDrive(mode=self.mode.value, target=self.target)
+        return world_pb2.JointDrive(
+            mode=self.mode.value,
+            target=self.target,
+            stiffness=self.stiffness,
+            damping=self.damping,
+            velocity=self.velocity,
+            effort=self.effort,
+        )
+
+
+@dataclass
+class Mimic:
+    """What an axis follows: multiplier * (position of the leader - reference) + offset."""
+
+    leader: int  # the id of another joint
+    axis: int = 1  # of the leader
+    multiplier: float = 1.0
+    reference: float = 0.0  # rad or m, of the leader
+    offset: float = 0.0  # rad or m
+
+    def message(self) -> world_pb2.AxisMimic:
+        return world_pb2.AxisMimic(
+            leader=self.leader,
+            axis=self.axis,
+            multiplier=self.multiplier,
+            reference=self.reference,
+            offset=self.offset,
+        )
 
 
 @dataclass
@@ -56,9 +88,18 @@ class Axis:
     effort_max: float = math.inf  # of every drive
     damping: float = 0.0  # effort per velocity
     friction: float = 0.0  # effort that resists any motion
+    spring_stiffness: float = 0.0  # effort per way from the reference, back to it
+    spring_reference: float = 0.0  # rad or m
+    mimic: Mimic | None = None
 
     def message(self) -> world_pb2.JointAxis:
-        result = world_pb2.JointAxis(damping=self.damping, friction=self.friction)
+        result = world_pb2.JointAxis(
+            damping=self.damping,
+            friction=self.friction,
+            spring_stiffness=self.spring_stiffness,
+            spring_reference=self.spring_reference,
+            mimic=None if self.mimic is None else self.mimic.message(),
+        )
         for name in ("lower", "upper", "velocity_max", "effort_max"):
             if math.isfinite(getattr(self, name)):
                 setattr(result, name, getattr(self, name))
