@@ -19,7 +19,7 @@ namespace {
 using xml::Element;
 
 // What is simulated of SDF: elements with a value, each after the element that it is in. All others are not.
-constexpr std::array<absl::string_view, 46> kSimulated = {"model/static",
+constexpr std::array<absl::string_view, 50> kSimulated = {"model/static",
                                                           "model/self_collide",
                                                           "link/gravity",
                                                           "link/self_collide",
@@ -53,10 +53,14 @@ constexpr std::array<absl::string_view, 46> kSimulated = {"model/static",
                                                           "joint/parent",
                                                           "joint/child",
                                                           "joint/thread_pitch",
+                                                          "joint/gearbox_ratio",
+                                                          "joint/gearbox_reference_body",
                                                           "axis/xyz",
                                                           "axis2/xyz",
                                                           "dynamics/damping",
                                                           "dynamics/friction",
+                                                          "dynamics/spring_reference",
+                                                          "dynamics/spring_stiffness",
                                                           "limit/lower",
                                                           "limit/upper",
                                                           "limit/effort",
@@ -132,7 +136,7 @@ constexpr std::array kUrdf = {
     UrdfElement{"joint", "axis", Use::kRead, "xyz"},
     UrdfElement{"joint", "limit", Use::kRead, "lower upper effort velocity"},
     UrdfElement{"joint", "dynamics", Use::kRead, "damping friction"},
-    UrdfElement{"joint", "mimic", Use::kNotSimulated, ""},
+    UrdfElement{"joint", "mimic", Use::kRead, "joint multiplier offset"},
     UrdfElement{"joint", "safety_controller", Use::kNotSimulated, ""},
     UrdfElement{"joint", "calibration", Use::kNotSimulated, ""},
     // Of Drake, and of Gazebo and ROS before they settled.

@@ -95,21 +95,9 @@ JointAxis axis_of(const sdf::JointAxis* from, JointType type, const std::string&
   if (from->MaxVelocity() == 0) notices.count("joint with a velocity limit of 0, taken as none");
   axis.damping = from->Damping();
   axis.friction = from->Friction();
+  axis.spring_stiffness = from->SpringStiffness();
+  axis.spring_reference = from->SpringReference();
   return axis;
-}
-
-// The direction of an axis in SDF's joint frame.
-absl::StatusOr<Vector3d> direction_of(const sdf::JointAxis* axis) {
-  if (axis == nullptr) return Vector3d(Vector3d::UnitZ());
-  ignition::math::Vector3d xyz = axis->Xyz();
-  if (!axis->XyzExpressedIn().empty()) {
-    const sdf::Errors errors = axis->ResolveXyz(xyz);
-    if (!errors.empty()) return absl::InvalidArgumentError(errors.front().Message());
-  }
-  const Vector3d direction = ignition::math::eigen3::convert(xyz);
-  const double norm = direction.norm();
-  if (std::isfinite(norm) && norm > 0) return Vector3d(direction / norm);
-  return absl::InvalidArgumentError("the <xyz> of its axis must be finite and not 0 0 0");
 }
 
 // The rotation whose x is `x` and whose y is as near to `y` as can be.
@@ -145,9 +133,23 @@ std::vector<double> kept_numbers(const sdf::Joint& joint, absl::string_view name
 JointDrives drives_of(const sdf::Joint& joint) {
   JointDrives result;
   const std::vector<double> kept = kept_numbers(joint, kKeptDrives);
-  if (kept.size() != 2 * result.size()) return result;
-  for (std::size_t n = 0; n < result.size(); ++n) {
-    result[n] = {static_cast<DriveMode>(kept[2 * n]), kept[2 * n + 1]};
+  constexpr std::size_t kNumbers = 6;  // of a drive
+  if (kept.size() != kNumbers * result.size()) return result;
+  const double* next = kept.data();
+  for (JointDrive& drive : result) {
+    drive = {static_cast<DriveMode>(next[0]), next[1], next[2], next[3], next[4], next[5]};
+    next += kNumbers;
+  }
+  return result;
+}
+
+std::vector<MimicByName> mimics_of(const sdf::Joint& joint) {
+  std::vector<MimicByName> result;
+  const std::string name(kKeptMimic);
+  if (joint.Element() == nullptr || !joint.Element()->HasElement(name)) return result;
+  for (sdf::ElementPtr kept = joint.Element()->GetElement(name); kept != nullptr;
+       kept = kept->GetNextElement(name)) {
+    if (const std::optional<MimicByName> mimic = mimic_in(kept->Get<std::string>())) result.push_back(*mimic);
   }
   return result;
 }
@@ -178,6 +180,19 @@ absl::StatusOr<Quaterniond> axes_of(const sdf::Joint& joint, JointType type) {
 
 }  // namespace
 
+absl::StatusOr<Vector3d> direction_of(const sdf::JointAxis* axis) {
+  if (axis == nullptr) return Vector3d(Vector3d::UnitZ());
+  ignition::math::Vector3d xyz = axis->Xyz();
+  if (!axis->XyzExpressedIn().empty()) {
+    const sdf::Errors errors = axis->ResolveXyz(xyz);
+    if (!errors.empty()) return absl::InvalidArgumentError(errors.front().Message());
+  }
+  const Vector3d direction = ignition::math::eigen3::convert(xyz);
+  const double norm = direction.norm();
+  if (std::isfinite(norm) && norm > 0) return Vector3d(direction / norm);
+  return absl::InvalidArgumentError("the <xyz> of its axis must be finite and not 0 0 0");
+}
+
 absl::Status prepare_joint(xml::Element& joint) {
   const absl::StatusOr<JointDrives> drives = take_drives(joint);
   if (!drives.ok()) return drives.status();
@@ -189,10 +204,12 @@ absl::Status prepare_joint(xml::Element& joint) {
   if (*drives != JointDrives{}) {
     std::string text;
     for (const JointDrive& drive : *drives) {
-      absl::StrAppendFormat(&text, "%d %.17g ", static_cast<int>(drive.mode), drive.target);
+      absl::StrAppendFormat(&text, "%d %.17g %.17g %.17g %.17g %.17g ", static_cast<int>(drive.mode),
+                            drive.target, drive.stiffness, drive.damping, drive.velocity, drive.effort);
     }
     joint.InsertNewChildElement(kKeptDrives.data())->SetText(text.c_str());
   }
+  if (absl::Status status = keep_mimics(joint); !status.ok()) return status;
   if (xml::Element* pitch = joint.FirstChildElement("screw_thread_pitch")) {
     if (absl::Status status = xml::number_of(*pitch).status(); !status.ok()) return status;
     pitch->SetName(kKeptThreadPitch.data());
@@ -250,6 +267,7 @@ absl::StatusOr<std::optional<JointKind>> read_joint(const sdf::Joint& joint, Not
     result.properties.pitch = *pitch;
   }
   result.drives = drives_of(joint);
+  result.mimics = mimics_of(joint);
   notices.count_joint(type_name(joint.Type()));
   return result;
 }

@@ -4,11 +4,16 @@
 #include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 #include <sdf/Joint.hh>
+#include <sdf/JointAxis.hh>
 #include <string>
+#include <vector>
 
 #include "lpss/model/joint.h"
+#include "worlds/loader/joint_followers.h"
 #include "worlds/loader/notices.h"
 #include "worlds/loader/xml.h"
 
@@ -18,8 +23,8 @@ namespace tessera {
 inline constexpr absl::string_view kKeptDrives = "tessera:drives";
 inline constexpr absl::string_view kKeptThreadPitch = "tessera:screw_thread_pitch";
 
-// Prepares a <joint> of a file so that <tessera:drive> and SDF 1.10's <screw_thread_pitch> survive parsing.
-// INVALID_ARGUMENT, naming the place, if they are invalid.
+// Prepares a <joint> of a file so that <tessera:drive>, SDF 1.10's <screw_thread_pitch> and SDF 1.11's
+// <mimic> survive parsing. INVALID_ARGUMENT, naming the place, if they are invalid.
 absl::Status prepare_joint(xml::Element& joint);
 
 // SDF's name of a type of joint: "revolute".
@@ -29,8 +34,12 @@ const char* type_name(sdf::JointType type);
 struct JointKind {
   JointProperties properties;  // type, axes and pitch
   JointDrives drives;
+  std::vector<MimicByName> mimics;
   Eigen::Quaterniond axes = Eigen::Quaterniond::Identity();  // our joint frame, x along the axis, in SDF's
 };
+
+// The direction of an axis in SDF's joint frame; z without an axis.
+absl::StatusOr<Eigen::Vector3d> direction_of(const sdf::JointAxis* axis);
 
 // None for an unsupported joint; `notices` gets what is changed or left out.
 absl::StatusOr<std::optional<JointKind>> read_joint(const sdf::Joint& joint, Notices& notices);

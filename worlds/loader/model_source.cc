@@ -40,8 +40,8 @@ bool is_one_of(const Element& element, const std::array<absl::string_view, N>& n
 constexpr std::array<absl::string_view, 8> kKnownGeometries = {
     "box", "sphere", "capsule", "cylinder", "ellipsoid", "plane", "mesh", "tessera:heightfield"};
 // Elements of our own, in place of what libsdformat does not support.
-constexpr std::array<absl::string_view, 4> kKept = {"tessera:auto_inertia", "tessera:density", kKeptDrives,
-                                                    kKeptThreadPitch};
+constexpr std::array<absl::string_view, 5> kKept = {"tessera:auto_inertia", "tessera:density", kKeptDrives,
+                                                    kKeptMimic, kKeptThreadPitch};
 // libsdformat would accept any number, even NaN; here the error can still name the line.
 constexpr std::array<absl::string_view, 13> kNumbers = {"mass",
                                                         "ixx",

@@ -94,6 +94,9 @@ class Reader {
         return absl::Status(status.code(), absl::StrCat("joint '", joint.name, "': ", status.message()));
       }
     }
+    absl::flat_hash_set<std::string> names;
+    for (const FoundJoint& joint : joints_) names.insert(joint.name);
+    if (absl::Status status = connect_followers(names, gearboxes_, result_); !status.ok()) return status;
     if (result_.links.size() == 1) result_.links.front().properties.assembly = 0;
     return absl::OkStatus();
   }
@@ -104,12 +107,13 @@ class Reader {
     const sdf::Joint* joint = nullptr;
     std::string parent;  // a link, or "world"
     std::string child;
+    std::string prefix;  // the models around it: "nested::"
   };
 
   void collect_joints(const sdf::Model& model, const std::string& prefix) {
     for (std::uint64_t n = 0; n < model.JointCount(); ++n) {
       const sdf::Joint& joint = *model.JointByIndex(n);
-      FoundJoint found{prefix + joint.Name(), &joint, joint.ParentLinkName(), joint.ChildLinkName()};
+      FoundJoint found{prefix + joint.Name(), &joint, joint.ParentLinkName(), joint.ChildLinkName(), prefix};
       std::string link;
       if (joint.ResolveParentLink(link).empty()) found.parent = link;
       if (joint.ResolveChildLink(link).empty()) found.child = link;
@@ -241,16 +245,42 @@ class Reader {
       result_.notices.count("joint between links that no force moves, skipped");
       return absl::OkStatus();
     }
+    if (found.joint->Type() == sdf::JointType::GEARBOX) return read_gearbox(found, parent, child);
     const absl::StatusOr<std::optional<JointKind>> kind = tessera::read_joint(*found.joint, result_.notices);
     if (!kind.ok()) return kind.status();
     if (kind->has_value()) result_.joints.push_back(placed(found, **kind, parent, child));
     return absl::OkStatus();
   }
 
+  absl::Status read_gearbox(const FoundJoint& found, std::optional<std::size_t> parent, std::size_t child) {
+    Gearbox gearbox{found.name, parent, child, std::nullopt};
+    std::string reference;
+    find_value(found.joint->Element(), {"gearbox_ratio"}, gearbox.ratio);
+    find_value(found.joint->Element(), {"gearbox_reference_body"}, reference);
+    if (reference != "world") {
+      const auto place = places_.find(found.prefix + reference);
+      if (place == places_.end()) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("<gearbox_reference_body>: there is no link '", reference, "'"));
+      }
+      gearbox.reference = place->second;
+    }
+    const Eigen::Quaterniond frame = result_.frames.at(found.name).orientation;
+    for (const auto& [axis, direction] : {std::pair{found.joint->Axis(0), &gearbox.parent_axis},
+                                          std::pair{found.joint->Axis(1), &gearbox.child_axis}}) {
+      const absl::StatusOr<Eigen::Vector3d> local = direction_of(axis);
+      if (!local.ok()) return local.status();
+      *direction = frame * *local;
+    }
+    gearboxes_.push_back(std::move(gearbox));
+    return absl::OkStatus();
+  }
+
   // The joint at its place in the file; its child is the one that can move.
   JointTemplate placed(const FoundJoint& found, const JointKind& kind, std::optional<std::size_t> parent,
                        std::size_t child) const {
-    JointTemplate entry{found.name, parent, child, kind.properties, kind.drives};
+    JointTemplate entry{found.name, parent, child, kind.properties, kind.drives, kind.mimics};
+    for (MimicByName& mimic : entry.mimics) mimic.leader = found.prefix + mimic.leader;
     const auto turned = [](const Pose& pose, const Eigen::Quaterniond& by) {
       return Pose{pose.position, pose.orientation * by};
     };
@@ -268,6 +298,10 @@ class Reader {
     entry.properties.in_child = turned(entry.properties.in_child, turn);
     entry.parent = child;
     entry.child = *parent;
+    entry.is_exchanged = true;
+    if (entry.properties.type == JointType::kUniversal) {
+      for (MimicByName& mimic : entry.mimics) mimic.axis = 1 - mimic.axis;
+    }
     return entry;
   }
 
@@ -292,6 +326,7 @@ class Reader {
   ModelTemplate& result_;
   bool self_collide_ = false;
   std::vector<FoundJoint> joints_;
+  std::vector<Gearbox> gearboxes_;
   absl::flat_hash_map<std::string, std::size_t> places_;  // of links, in result_.links
   absl::flat_hash_set<std::string> jointed_;
   absl::flat_hash_set<std::string> fixed_;

@@ -13,6 +13,7 @@
 #include "lpss/model/body.h"
 #include "lpss/model/joint.h"
 #include "worlds/loader/collision_shape.h"
+#include "worlds/loader/joint_followers.h"
 #include "worlds/loader/notices.h"
 #include "worlds/loader/shape_table.h"
 
@@ -29,8 +30,10 @@ struct JointTemplate {
   std::optional<std::size_t> parent;  // a place in the links; none: the world
   std::size_t child = 0;              // likewise
   // Without bodies; if the parent is the world, `in_parent` is in the model's frame.
-  JointProperties properties;
+  JointProperties properties;  // leaders of mimics: places in the joints plus one
   JointDrives drives;
+  std::vector<MimicByName> mimics;  // as read, with scoped names
+  bool is_exchanged = false;        // parent and child, since only the parent of the file can move
 };
 
 struct ModelTemplate {

@@ -11,6 +11,7 @@
 #include <initializer_list>
 #include <limits>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -69,20 +70,27 @@ absl::StatusOr<DriveMode> drive_mode(const Element& drive) {
   if (*mode == "velocity") return DriveMode::kVelocity;
   if (*mode == "position") return DriveMode::kPosition;
   if (*mode == "effort") return DriveMode::kEffort;
-  return xml::invalid(drive, "mode '", *mode, "' must be free, velocity, position or effort");
+  if (*mode == "servo") return DriveMode::kServo;
+  return xml::invalid(drive, "mode '", *mode, "' must be free, velocity, position, effort or servo");
 }
 
 absl::Status read_drive(const Element& drive, JointDrives& drives, std::array<bool, 2>& taken) {
-  if (absl::Status status = only_attributes(drive, {"mode", "target", "axis"}); !status.ok()) return status;
+  absl::Status known =
+      only_attributes(drive, {"mode", "target", "axis", "stiffness", "damping", "velocity", "effort"});
+  if (!known.ok()) return known;
   const absl::StatusOr<DriveMode> mode = drive_mode(drive);
   if (!mode.ok()) return mode.status();
   const absl::string_view axis = drive.Attribute("axis") == nullptr ? "1" : drive.Attribute("axis");
   if (axis != "1" && axis != "2") return xml::invalid(drive, "axis '", axis, "' must be 1 or 2");
   JointDrive result{*mode, 0};
-  if (drive.Attribute("target") != nullptr) {
-    const absl::StatusOr<double> target = xml::number_attribute(drive, "target");
-    if (!target.ok()) return target.status();
-    result.target = *target;
+  for (const auto& [name, number] :
+       {std::pair{"target", &result.target}, std::pair{"stiffness", &result.stiffness},
+        std::pair{"damping", &result.damping}, std::pair{"velocity", &result.velocity},
+        std::pair{"effort", &result.effort}}) {
+    if (drive.Attribute(name) == nullptr) continue;
+    const absl::StatusOr<double> value = xml::number_attribute(drive, name);
+    if (!value.ok()) return value.status();
+    *number = *value;
   }
   const std::size_t place = axis == "1" ? 0 : 1;
   if (taken[place]) return xml::invalid(drive, "axis ", axis, " has a drive already");

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 #include "worlds/loader/elements.h"
 #include "worlds/loader/file_search.h"
@@ -139,6 +140,51 @@ void restore_capsules(Element& model) {
   }
 }
 
+// A <mimic> of URDF, by the name of its joint: libsdformat drops it.
+struct UrdfMimic {
+  std::string leader;
+  std::string multiplier = "1";
+  std::string offset = "0";
+};
+using UrdfMimics = absl::flat_hash_map<std::string, UrdfMimic>;
+
+absl::StatusOr<UrdfMimics> urdf_mimics_of(const Element& robot) {
+  UrdfMimics result;
+  for (const Element* joint = robot.FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint")) {
+    const Element* mimic = joint->FirstChildElement("mimic");
+    if (mimic == nullptr) continue;
+    const absl::StatusOr<std::string> name = xml::required_attribute(*joint, "name");
+    if (!name.ok()) return name.status();
+    const absl::StatusOr<std::string> leader = xml::required_attribute(*mimic, "joint");
+    if (!leader.ok()) return leader.status();
+    UrdfMimic& into = result[*name] = {*leader};
+    for (const auto& [attribute, text] :
+         {std::pair{"multiplier", &into.multiplier}, std::pair{"offset", &into.offset}}) {
+      if (mimic->Attribute(attribute) == nullptr) continue;
+      if (absl::Status status = xml::number_attribute(*mimic, attribute).status(); !status.ok())
+        return status;
+      *text = mimic->Attribute(attribute);
+    }
+  }
+  return result;
+}
+
+// As SDF 1.11 has them.
+void restore_mimics(Element& model, const UrdfMimics& mimics) {
+  for (Element* joint = model.FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint")) {
+    const char* name = joint->Attribute("name");
+    const auto found = mimics.find(name == nullptr ? "" : name);
+    Element* axis = joint->FirstChildElement("axis");
+    if (found == mimics.end() || axis == nullptr) continue;
+    Element& mimic = *axis->InsertNewChildElement("mimic");
+    mimic.SetAttribute("joint", found->second.leader.c_str());
+    mimic.InsertNewChildElement("multiplier")->SetText(found->second.multiplier.c_str());
+    mimic.InsertNewChildElement("offset")->SetText(found->second.offset.c_str());
+  }
+}
+
 // Spherical joints become ball joints. Children of planar or floating joints are free, and keep their poses.
 void restore_joints(Element& model, const absl::flat_hash_map<std::string, std::string>& types) {
   for (Element* joint = model.FirstChildElement("joint"); joint != nullptr;) {
@@ -187,6 +233,8 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
   if (absl::Status status = repair_urdf_masses(robot, notices); !status.ok()) return status;
   if (absl::Status status = find_meshes(robot, file.directory()); !status.ok()) return status;
   hide_capsules(robot);
+  const absl::StatusOr<UrdfMimics> mimics = urdf_mimics_of(robot);
+  if (!mimics.ok()) return mimics.status();
 
   const absl::StatusOr<std::string> converted = to_latest_sdf(xml::print(robot));
   if (!converted.ok()) return xml::invalid(robot, converted.status().message());
@@ -197,6 +245,7 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
   if (model == nullptr || model->FirstChildElement("link") == nullptr) {
     return xml::invalid(robot, "there is no <link>");
   }
+  restore_mimics(*model, *mimics);
   restore_joints(*model, unknown_joints);
   restore_capsules(*model);
   return result;

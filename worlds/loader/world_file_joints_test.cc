@@ -200,18 +200,89 @@ TEST(Joints, WhatIsNotSimulatedIsNamed) {
       "gearbox", axis("0 0 1") + axis("0 0 1", "", "axis2") +
                      "<gearbox_ratio>2</gearbox_ratio><gearbox_reference_body>a</gearbox_reference_body>"));
   EXPECT_THAT(loaded.world.joints, IsEmpty());
-  EXPECT_THAT(loaded.notices, ElementsAre("1 x <gearbox_ratio> of <joint> not simulated",
-                                          "1 x <gearbox_reference_body> of <joint> not simulated",
-                                          "1 joint (1 gearbox) not simulated: their links move freely"));
-  const LoadedWorld spring = with_joint(
-      joint("revolute", axis("0 0 1", "<dynamics><spring_stiffness>5</spring_stiffness></dynamics>")));
-  EXPECT_THAT(spring.notices, Contains("1 x <axis><dynamics><spring_stiffness> of <joint> not simulated"));
+  EXPECT_THAT(loaded.notices,
+              ElementsAre("1 joint (1 gearbox without hinges of both links on its reference body) not "
+                          "simulated: their links move freely"));
+}
+
+TEST(Joints, Springs) {
+  const LoadedWorld loaded =
+      with_joint(joint("revolute", axis("0 0 1",
+                                        "<dynamics><spring_reference>0.5</spring_reference>"
+                                        "<spring_stiffness>5</spring_stiffness></dynamics>")));
+  EXPECT_EQ(only_joint(loaded).properties.axes[0].spring_stiffness, 5);
+  EXPECT_EQ(only_joint(loaded).properties.axes[0].spring_reference, 0.5);
+  EXPECT_THAT(loaded.notices, IsEmpty());
+}
+
+// A model 'm' of a base and two links on it, which turn about z and about `second`.
+LoadedWorld with_two(const std::string& first_of_axis, const std::string& second_of_axis,
+                     const std::string& more = "", const std::string& second = "0 0 1") {
+  const auto hinge = [](const std::string& name, const std::string& child, const std::string& its_axis) {
+    return absl::StrCat("<joint name='", name, "' type='revolute'><parent>a</parent><child>", child,
+                        "</child>", its_axis, "</joint>");
+  };
+  return load(world("<model name='m'>" + link("a") + link("b", "2 0 0 0 0 0") + link("c", "4 0 0 0 0 0") +
+                    hinge("first", "b", axis("0 0 1", first_of_axis)) +
+                    hinge("second", "c", axis(second, second_of_axis)) + more + "</model>"));
+}
+
+TEST(Joints, FollowOthers) {
+  const LoadedWorld loaded = with_two(
+      "<mimic "
+      "joint='second'><multiplier>-3.7</multiplier><offset>0.1</offset><reference>0.2</reference></mimic>",
+      "");
+  ASSERT_EQ(loaded.world.joints.size(), 2u);
+  const AxisMimic& mimic = loaded.world.joints[0].properties.axes[0].mimic;
+  EXPECT_EQ(mimic.leader, JointId{2});
+  EXPECT_EQ(mimic.axis, 0);
+  EXPECT_EQ(mimic.multiplier, -3.7);
+  EXPECT_EQ(mimic.offset, 0.1);
+  EXPECT_EQ(mimic.reference, 0.2);
+  EXPECT_FALSE(loaded.world.joints[1].properties.axes[0].mimic.is_set());
+  EXPECT_THAT(loaded.notices, IsEmpty());
+}
+
+TEST(Joints, FollowOthersOfTheirOwnModel) {
+  std::string models;
+  for (int n = 0; n < 2; ++n) {
+    absl::StrAppend(&models, "<model name='m", n, "'><pose>", 10 * n, " 0 0 0 0 0</pose>", link("a"),
+                    link("b", "0 0 2 0 0 0"), link("c", "0 0 4 0 0 0"), joint("revolute", axis("0 0 1")),
+                    "<joint name='k' type='revolute'><parent>b</parent><child>c</child>",
+                    axis("0 0 1", "<mimic joint='j'/>"), "</joint></model>");
+  }
+  const LoadedWorld loaded = load(world(models));
+  ASSERT_EQ(loaded.world.joints.size(), 4u);
+  EXPECT_EQ(loaded.world.joints[1].properties.axes[0].mimic.leader, JointId{1});
+  EXPECT_EQ(loaded.world.joints[3].properties.axes[0].mimic.leader, JointId{3});
+}
+
+TEST(Joints, GearboxesConnectHinges) {
+  const auto gearbox = [](const std::string& first, const std::string& second) {
+    return "<joint name='g' type='gearbox'><parent>b</parent><child>c</child>" + axis(first) +
+           axis(second, "", "axis2") +
+           "<gearbox_ratio>2.5</gearbox_ratio><gearbox_reference_body>a</gearbox_reference_body></joint>";
+  };
+  const LoadedWorld loaded = with_two("", "", gearbox("0 0 1", "0 0 1"));
+  ASSERT_EQ(loaded.world.joints.size(), 2u);
+  EXPECT_EQ(loaded.world.joints[1].properties.axes[0].mimic.leader, JointId{1});
+  EXPECT_EQ(loaded.world.joints[1].properties.axes[0].mimic.multiplier, -2.5);
+  EXPECT_THAT(loaded.notices, IsEmpty());
+  const LoadedWorld turned = with_two("", "", gearbox("0 0 1", "0 0 1"), "0 0 -1");
+  EXPECT_EQ(turned.world.joints[1].properties.axes[0].mimic.multiplier, 2.5);
 }
 
 TEST(Joints, Drives) {
   const LoadedWorld loaded =
       with_joint(joint("revolute", axis("0 0 1") + "<tessera:drive mode='position' target='0.1'/>"));
   EXPECT_EQ(only_joint(loaded).drives, (JointDrives{JointDrive{DriveMode::kPosition, 0.1}, {}}));
+}
+
+TEST(Joints, ServosHaveGains) {
+  const LoadedWorld loaded =
+      with_joint(joint("revolute", axis("0 0 1") + "<tessera:drive mode='servo' target='0.1' stiffness='200' "
+                                                   "damping='20' velocity='-1' effort='3'/>"));
+  EXPECT_EQ(only_joint(loaded).drives, (JointDrives{JointDrive{DriveMode::kServo, 0.1, 200, 20, -1, 3}, {}}));
 }
 
 TEST(Joints, OfNestedModels) {
@@ -263,12 +334,13 @@ TEST(Joints, OfUrdf) {
     return absl::StrCat("<joint name='", name, "' type='", type, "'><parent link='a'/><child link='", child,
                         "'/><origin xyz='0 0 2'/><axis xyz='0 1 0'/>", more, "</joint>");
   };
-  const LoadedWorld loaded =
-      load("<robot name='r'>" + links +
-           urdf_joint("turn", "continuous", "b",
-                      "<dynamics damping='0.5' friction='0.25'/><mimic joint='slide'/>") +
-           urdf_joint("slide", "prismatic", "c", "<limit lower='-1' upper='2' effort='3' velocity='4'/>") +
-           urdf_joint("glide", "planar", "d", "") + urdf_joint("fly", "floating", "e", "") + "</robot>");
+  const LoadedWorld loaded = load(
+      "<robot name='r'>" + links +
+      urdf_joint(
+          "turn", "continuous", "b",
+          "<dynamics damping='0.5' friction='0.25'/><mimic joint='slide' multiplier='-2' offset='0.5'/>") +
+      urdf_joint("slide", "prismatic", "c", "<limit lower='-1' upper='2' effort='3' velocity='4'/>") +
+      urdf_joint("glide", "planar", "d", "") + urdf_joint("fly", "floating", "e", "") + "</robot>");
   ASSERT_EQ(loaded.world.joints.size(), 2u);
   const JointProperties& slide =
       loaded.world.joints[loaded.world.joints[0].name == "r::slide" ? 0 : 1].properties;
@@ -284,7 +356,11 @@ TEST(Joints, OfUrdf) {
   EXPECT_EQ(slide.axes[0].effort_max, 3);
   EXPECT_EQ(slide.axes[0].velocity_max, 4);
   expect_near(frame_of(loaded, slide).orientation * Eigen::Vector3d::UnitX(), {0, 1, 0});
-  EXPECT_THAT(loaded.notices, Contains("1 x <mimic> not simulated"));
+  const AxisMimic& mimic = turn.axes[0].mimic;
+  EXPECT_EQ(loaded.world.joints.at(mimic.leader.value - 1).name, "r::slide");
+  EXPECT_EQ(mimic.multiplier, -2);
+  EXPECT_EQ(mimic.offset, 0.5);
+  EXPECT_FALSE(slide.axes[0].mimic.is_set());
   EXPECT_THAT(loaded.notices,
               Contains("2 joints (1 floating, 1 planar) not simulated: their links move freely"));
 }

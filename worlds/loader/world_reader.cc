@@ -383,8 +383,12 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
 
 // `first_body` is the id that joints use for the first body of the model.
 absl::Status WorldReader::add_joints(const Placed& placed, std::uint64_t first_body) {
+  const std::size_t joints_before = world_.joints.size();
   for (const JointTemplate& from : placed.model->joints) {
     JointDescription joint{absl::StrCat(placed.name, "::", from.name), from.properties, from.drives};
+    for (JointAxis& axis : joint.properties.axes) {
+      if (axis.mimic.is_set()) axis.mimic.leader.value += joints_before;
+    }
     joint.properties.child = BodyId{first_body + from.child};
     if (from.parent) {
       joint.properties.parent = BodyId{first_body + *from.parent};
