@@ -258,7 +258,8 @@ bool JointAssembly::see_changes() {
 }
 
 void JointAssembly::set_motion(const Motion& motion) {
-  const VectorXd& velocities = velocities_ = motion.velocities;
+  const VectorXd& velocities = motion.velocities;
+  velocities_ = velocities;
   soft_impulses_ = motion.soft_impulses;
   Index first = 0;
   for (Body& body : bodies_) {
