@@ -197,6 +197,18 @@ v1::Shape to_proto(const Shape& shape) {
   return result;
 }
 
+v1::Surface to_proto(const Surface& surface) {
+  v1::Surface result;
+  *result.mutable_direction() = to_proto(vector(surface.direction));
+  result.set_second_friction(surface.second_friction);
+  result.set_torsional_friction(surface.torsional_friction);
+  result.set_patch_radius(surface.patch_radius);
+  result.set_rolling_friction(surface.rolling_friction);
+  *result.mutable_velocity() = to_proto(vector(surface.velocity));
+  *result.mutable_running() = to_proto(vector(surface.running));
+  return result;
+}
+
 v1::BodyProperties to_proto(const BodyProperties& properties) {
   v1::BodyProperties result;
   result.set_motion(motion_to_proto(properties.motion));
@@ -213,6 +225,7 @@ v1::BodyProperties to_proto(const BodyProperties& properties) {
   result.set_mask(properties.mask);
   result.set_no_gravity(!properties.gravity);
   result.set_assembly(properties.assembly);
+  if (properties.surface) *result.mutable_surface() = to_proto(*properties.surface);
   return result;
 }
 
@@ -277,6 +290,18 @@ absl::StatusOr<Shape> from_proto(const v1::Shape& shape) {
   return result;
 }
 
+Surface from_proto(const v1::Surface& surface) {
+  Surface result;
+  result.direction = array(surface.direction());
+  result.second_friction = surface.second_friction();
+  if (surface.has_torsional_friction()) result.torsional_friction = surface.torsional_friction();
+  result.patch_radius = surface.patch_radius();
+  result.rolling_friction = surface.rolling_friction();
+  result.velocity = array(surface.velocity());
+  result.running = array(surface.running());
+  return result;
+}
+
 absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties) {
   const absl::StatusOr<Motion> kind = motion(properties.motion());
   if (!kind.ok()) return kind.status();
@@ -298,6 +323,7 @@ absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties) 
   result.mask = properties.mask();
   result.gravity = !properties.no_gravity();
   result.assembly = properties.assembly();
+  if (properties.has_surface()) result.surface = from_proto(properties.surface());
   return result;
 }
 

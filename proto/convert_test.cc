@@ -47,6 +47,7 @@ BodyDescription some_body() {
   body.properties.mask = 0xfffffffe;
   body.properties.gravity = false;
   body.properties.assembly = 5;
+  body.properties.surface = Surface{{kThird, 0, -0.0}, 0.1, 0.2, 0.3, 0.4, {5, 6, 7}, {8, 9, 10}};
   body.pose.position = {
       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), -1},
       {kThird, -64, 63.5}};

@@ -55,10 +55,15 @@ template <typename Archive, Is<SectorIndex> T>
 void describe(Archive& archive, T& x) {
   archive(x.i, x.j, x.k);
 }
+template <typename Archive, Is<Surface> T>
+void describe(Archive& archive, T& x) {
+  archive(x.direction, x.second_friction, x.torsional_friction, x.patch_radius, x.rolling_friction,
+          x.velocity, x.running);
+}
 template <typename Archive, Is<BodyProperties> T>
 void describe(Archive& archive, T& x) {
   archive(x.motion, x.shape, x.mass, x.inertia, x.centre, x.principal_axes, x.friction, x.restitution,
-          x.linear_damping, x.angular_damping, x.category, x.mask, x.gravity, x.assembly);
+          x.linear_damping, x.angular_damping, x.category, x.mask, x.gravity, x.assembly, x.surface);
 }
 template <typename Archive, Is<BodyState> T>
 void describe(Archive& archive, T& x) {
@@ -215,6 +220,10 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<KinematicTarget> T>
 void describe(Archive& archive, T& x) {
   archive(x.id, x.home, x.state, x.keeps_rotation);
+}
+template <typename Archive, Is<SetSurfaceMotion> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.velocity, x.running);
 }
 template <typename Archive, Is<AddJoint> T>
 void describe(Archive& archive, T& x) {
@@ -475,19 +484,17 @@ std::size_t packed_size() {
 std::uint64_t wire_layout() {
   constexpr std::uint64_t kPrime = 0x100000001b3;  // FNV-1a
   std::uint64_t hash = 0xcbf29ce484222325;
-  for (const std::size_t number : {std::size_t{kClusterProtocol}, sizeof(BodyRecord),
-                                   packed_size<BodyRecord>(),     packed_size<ReplicaUpdate>(),
-                                   packed_size<Handover>(),       packed_size<ManifoldTransfer>(),
-                                   packed_size<Exchange>(),       packed_size<IslandPart>(),
-                                   packed_size<SectorSeams>(),    packed_size<ShippedBody>(),
-                                   packed_size<ShippedContact>(), packed_size<ShippedIsland>(),
-                                   packed_size<SolvedBody>(),     packed_size<Solution>(),
-                                   packed_size<ApplyImpulse>(),   packed_size<ApplyForce>(),
-                                   packed_size<Teleport>(),       packed_size<KinematicTarget>(),
-                                   packed_size<JointRecord>(),    packed_size<SetDrives>(),
-                                   packed_size<MovedBody>(),      packed_size<MovedClone>(),
-                                   packed_size<MovedSector>(),    packed_size<Shipment>(),
-                                   std::variant_size_v<Command>,  std::variant_size_v<RoundMessage>}) {
+  for (const std::size_t number :
+       {std::size_t{kClusterProtocol},    sizeof(BodyRecord),           packed_size<BodyRecord>(),
+        packed_size<Surface>(),           packed_size<ReplicaUpdate>(), packed_size<Handover>(),
+        packed_size<ManifoldTransfer>(),  packed_size<Exchange>(),      packed_size<IslandPart>(),
+        packed_size<SectorSeams>(),       packed_size<ShippedBody>(),   packed_size<ShippedContact>(),
+        packed_size<ShippedIsland>(),     packed_size<SolvedBody>(),    packed_size<Solution>(),
+        packed_size<ApplyImpulse>(),      packed_size<ApplyForce>(),    packed_size<Teleport>(),
+        packed_size<KinematicTarget>(),   packed_size<JointRecord>(),   packed_size<SetDrives>(),
+        packed_size<SetSurfaceMotion>(),  packed_size<MovedBody>(),     packed_size<MovedClone>(),
+        packed_size<MovedSector>(),       packed_size<Shipment>(),      std::variant_size_v<Command>,
+        std::variant_size_v<RoundMessage>}) {
     hash = (hash ^ number) * kPrime;
   }
   for (const TickCounter& counter : kTickCounters) {

@@ -24,6 +24,7 @@ BodyRecord some_record(std::uint64_t id) {
   record.properties.category = 0x80000001;
   record.properties.gravity = false;
   record.properties.assembly = 77;
+  if (id % 2 == 1) record.properties.surface = Surface{{1, 2, 3}, 0.1, 0.2, 0.3, 0.4, {5, 6, 7}, {8, 9, 10}};
   record.state.position = {1.0 / 3, -2, 63.999};
   record.state.linear_velocity = {1, 2, 3};
   record.state.angular_velocity = {4, 5, 6};
@@ -70,7 +71,8 @@ std::vector<Command> some_commands() {
           KinematicTarget{BodyId{9}, {4, 5, 6}, some_record(1).state, true},
           AddJoint{some_joint(10)},
           RemoveJoint{JointId{11}},
-          SetDrives{JointId{12}, some_joint(1).drives}};
+          SetDrives{JointId{12}, some_joint(1).drives},
+          SetSurfaceMotion{BodyId{13}, {1, 2, 3}, {4, 5, 6}}};
 }
 
 Exchange some_exchange() {
@@ -195,6 +197,8 @@ TEST(Wire, CommandsSurviveBitForBit) {
   EXPECT_FALSE(jump.keeps_angular_velocity);
   EXPECT_TRUE(std::get<KinematicTarget>((*read)[6]).keeps_rotation);
   EXPECT_EQ(std::get<SetDrives>((*read)[9]).drives, some_joint(1).drives);
+  EXPECT_EQ(std::get<SetSurfaceMotion>((*read)[10]).running, (std::array<double, 3>{4, 5, 6}));
+  EXPECT_EQ(std::get<SpawnBody>((*read)[0]).record.properties.surface, some_record(3).properties.surface);
 }
 
 TEST(Wire, RoundsSurviveBitForBit) {

@@ -47,6 +47,7 @@ class BulletWorld final : public SectorWorld {
   Eigen::Vector3d linear_velocity(BodySlot slot) const override;
   Activity activity(BodySlot slot) const override { return body(slot).activity(); }
   void set_velocity(BodySlot slot, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) override;
+  void set_surface(BodySlot, const Surface&) override {}  // Bullet knows one coefficient of friction alone
   void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) override;
   void add_wrench(BodySlot slot, const Wrench& wrench) override;
   void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) override;

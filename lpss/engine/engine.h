@@ -119,6 +119,7 @@ class SectorWorld {
   virtual BodySlot add(const BodyRecord& record, Role role) = 0;
 
   // Adds the part of a static body that this sector needs: a shape of its own, posed in this sector's frame.
+  // Vectors of the surface of static bodies are along the world's axes, here and in add().
   virtual BodySlot add_static(BodyId id, const BodyProperties& properties, const Shape& part,
                               const Pose& pose) = 0;
 
@@ -137,6 +138,9 @@ class SectorWorld {
   virtual Activity activity(BodySlot slot) const = 0;
 
   virtual void set_velocity(BodySlot slot, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) = 0;
+
+  // Changes the surface of a body, given as add() takes it, from the next detection on.
+  virtual void set_surface(BodySlot slot, const Surface& surface) = 0;
 
   // Changes velocities immediately by an impulse (N s) that acts at `lever` (m, from the centre of mass).
   virtual void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) = 0;

@@ -26,6 +26,14 @@ std::array<double, 9> rotation_of(const Eigen::Quaterniond& q) {
   return rows;
 }
 
+void set_surface_motion(BodyProperties& properties, const std::array<double, 3>& velocity,
+                        const std::array<double, 3>& running) {
+  Surface surface = properties.surface.value_or(Surface{});
+  surface.velocity = velocity;
+  surface.running = running;
+  properties.surface = surface;
+}
+
 Pose centre_frame(const BodyProperties& properties) {
   return {Eigen::Map<const Eigen::Vector3d>(properties.centre.data()),
           Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(properties.principal_axes.data()))};

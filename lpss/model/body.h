@@ -7,10 +7,12 @@
 #include <compare>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "lpss/grid/world_position.h"
 #include "lpss/model/shape.h"
+#include "lpss/model/surface.h"
 
 namespace tessera {
 
@@ -34,9 +36,9 @@ enum class Motion : std::uint8_t { kStatic, kDynamic, kKinematic };
 
 const char* name_of(Motion motion);  // "static", "dynamic", "kinematic"
 
-// The properties of a body, which never change. The *centre frame* of a body has its origin in the centre of
-// mass and its axes along the principal axes of inertia: the frame that engines integrate in. States are
-// those of the centre frame; clients see the body frame.
+// The properties of a body, which never change, but for how its surface moves. The *centre frame* of a body
+// has its origin in the centre of mass and its axes along the principal axes of inertia: the frame that
+// engines integrate in. States are those of the centre frame; clients see the body frame.
 struct BodyProperties {
   Motion motion = Motion::kDynamic;
   ShapeId shape = 0;
@@ -51,7 +53,8 @@ struct BodyProperties {
   std::uint32_t category = 1;       // collision bits: two bodies collide if each one's category
   std::uint32_t mask = 0xffffffff;  // matches the other one's mask
   bool gravity = true;
-  std::uint64_t assembly = 0;  // bodies of one assembly (not 0) do not collide: the links of a model
+  std::uint64_t assembly = 0;      // bodies of one assembly (not 0) do not collide: the links of a model
+  std::optional<Surface> surface;  // none: one like any other
 };
 
 // How awake a body is. A body wants to sleep when it has been slow for long enough, and falls asleep when all
@@ -87,6 +90,10 @@ struct BodyRecord {
 // The centre frame's rotation as a unit quaternion, and back.
 Eigen::Quaterniond quaternion_of(const BodyState& state);
 std::array<double, 9> rotation_of(const Eigen::Quaterniond& q);
+
+// Changes how the surface of a body moves: Surface::velocity and running.
+void set_surface_motion(BodyProperties& properties, const std::array<double, 3>& velocity,
+                        const std::array<double, 3>& running);
 
 // The centre frame in the body frame.
 Pose centre_frame(const BodyProperties& properties);

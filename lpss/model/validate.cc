@@ -180,7 +180,26 @@ absl::Status inertia_check(const std::array<double, 3>& inertia) {
   return absl::OkStatus();
 }
 
+absl::Status surface_check(const Surface& s) {
+  if (absl::Status status = finite("friction direction", Eigen::Vector3d(s.direction.data())); !status.ok())
+    return status;
+  absl::Status status = bounded("second friction", s.second_friction, 0, kNoBound);
+  if (!status.ok()) return status;
+  status = bounded("torsional friction", s.torsional_friction, 0, kNoBound);
+  if (!status.ok()) return status;
+  status = bounded("patch radius", s.patch_radius, 0, kPatchRadiusMax, "m");
+  if (!status.ok()) return status;
+  status = bounded("rolling friction", s.rolling_friction, 0, kRollingFrictionMax, "m");
+  if (!status.ok()) return status;
+  status = finite("surface velocity", Eigen::Vector3d(s.velocity.data()), kSurfaceSpeedMax, "m/s");
+  if (!status.ok()) return status;
+  return finite("running surface", Eigen::Vector3d(s.running.data()), kSurfaceSpeedMax, "m/s");
+}
+
 absl::Status surface_check(const BodyProperties& p) {
+  if (p.surface) {
+    if (absl::Status status = surface_check(*p.surface); !status.ok()) return status;
+  }
   if (absl::Status status = bounded("friction", p.friction, 0, kNoBound); !status.ok()) return status;
   if (absl::Status status = bounded("restitution", p.restitution, 0, 1); !status.ok()) return status;
   if (absl::Status status = bounded("linear damping", p.linear_damping, 0, 1); !status.ok()) return status;

@@ -36,6 +36,7 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
       assembly(record.properties.assembly),
       feels_gravity(record.properties.gravity),
       is_pulled_evenly(std::holds_alternative<UniformGravity>(settings.gravity)),
+      principal_axes(centre_frame(record.properties).orientation.toRotationMatrix().cast<Scalar>()),
       friction(Scalar(record.properties.friction)),
       restitution(Scalar(record.properties.restitution)),
       solid(std::move(s)) {
@@ -53,6 +54,18 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
     still_limits = bullet::still_limits(settings, double(solid->extent()), double(solid->radius()));
   }
   set_state(record.state);
+  if (record.properties.surface) set_surface(*record.properties.surface);
+}
+
+void Body::set_surface(const Surface& given) {
+  const auto in_centre_frame = [&](const std::array<double, 3>& v) -> Vector {
+    return motion == Motion::kStatic ? vector(v) : Vector(principal_axes.transpose() * vector(v));
+  };
+  const Eigen::Vector3d direction = Eigen::Vector3d(given.direction.data()).stableNormalized();
+  surface = std::make_unique<const BodySurface>(BodySurface{
+      in_centre_frame(array(Vector(direction.cast<Scalar>()))), Scalar(given.second_friction),
+      Scalar(given.torsional_friction), Scalar(given.patch_radius), Scalar(given.rolling_friction),
+      in_centre_frame(given.velocity), in_centre_frame(given.running)});
 }
 
 BodyState Body::state() const {

@@ -19,6 +19,18 @@ struct FineFlight {
   Eigen::Vector3d velocity;
 };
 
+// The surface of a body, if it has one of its own: see Surface. In the centre frame; in the world's axes if
+// the body is static.
+struct BodySurface {
+  Vector direction;  // of unit length, or 0
+  Scalar second_friction;
+  Scalar torsional_friction;
+  Scalar patch_radius;
+  Scalar rolling_friction;
+  Vector velocity;
+  Vector running;
+};
+
 struct Body {
   Body(const BodyRecord& record, Role role, std::shared_ptr<const Solid> solid,
        const EngineSettings& settings);
@@ -29,6 +41,7 @@ struct Body {
 
   BodyState state() const;
   void set_state(const BodyState& state);
+  void set_surface(const Surface& given);
   FineFlight rounded() const { return {pose.position.cast<double>(), linear.cast<double>()}; }
 
   // 1/(kg m^2), world axes.
@@ -65,6 +78,7 @@ struct Body {
   Range range = Range::kUsual;
   bool coasts = false;  // until integrate()
   btDbvtNode* leaf = nullptr;
+  std::unique_ptr<const BodySurface> surface;  // none: one like any other
   Box box;  // what pairs are found by: of the last detection, with the distance at which contacts are found
   Vector gravity = Vector::Zero();  // m/s^2
   Vector force = Vector::Zero();    // N, in this tick
@@ -94,6 +108,7 @@ struct Body {
   Box left;                                 // the enlarged box before this detection
   Vector moments = Vector::Zero();          // kg m^2, principal
   Vector inverse_moments = Vector::Zero();  // 1/(kg m^2)
+  Matrix principal_axes;                    // from the centre to the body frame
   Scalar friction;
   Scalar restitution;
   bullet::StillLimits still_limits;

@@ -18,6 +18,14 @@ void visit_header(C& contact, const Visit& visit) {
   visit(contact.need.substeps);
 }
 
+template <typename S, typename Visit>
+void visit_surface(S& surface, const Visit& visit) {
+  for (auto* number : {&surface.along, &surface.across, &surface.torsion, &surface.rolling}) visit(*number);
+  for (auto* v : {&surface.direction, &surface.velocity, &surface.running}) {
+    for (int n = 0; n < 3; ++n) visit((*v)[n]);
+  }
+}
+
 template <typename P, typename Visit>
 void visit_patch(P& patch, const Visit& visit) {
   visit(patch.parts);
@@ -62,9 +70,12 @@ std::string encode(const Contact& contact) {
   const bullet::ByteWriter write(bytes);
   write(static_cast<std::uint8_t>(sizeof(Scalar)));
   visit_header(contact, write);
+  write(contact.surface != nullptr);
+  if (contact.surface) visit_surface(*contact.surface, write);
   write(static_cast<std::uint32_t>(contact.patches.size()));
   for (const ContactPatch& patch : contact.patches) {
     visit_patch(patch, write);
+    for (int n = 0; n < 3 && contact.surface; ++n) write(patch.rolling_impulse[n]);
     for (int n = 0; n < patch.count; ++n) visit_point(patch.point[n], write);
   }
   return bytes;
@@ -77,11 +88,17 @@ bool decode(std::string_view bytes, Contact& contact) {
   visit_header(contact, read);
   if (contact.need.ticks > ContactNeed::kTicksToKnow || contact.need.substeps > ContactNeed::kSubstepsMost)
     return false;
+  if (read.get<bool>()) {
+    ContactSurface surface;
+    visit_surface(surface, read);
+    contact.surface = std::make_shared<const ContactSurface>(surface);
+  }
   const auto patches = read.get<std::uint32_t>();
   if (patches > kPatchesMax) return false;
   for (std::uint32_t p = 0; p < patches && !read.is_short(); ++p) {
     ContactPatch& patch = contact.patches.emplace_back();
     visit_patch(patch, read);
+    for (int n = 0; n < 3 && contact.surface; ++n) read(patch.rolling_impulse[n]);
     if (patch.count > kPatchPointsMax) return false;
     for (int n = 0; n < patch.count; ++n) visit_point(patch.point[n], read);
   }

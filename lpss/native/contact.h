@@ -4,6 +4,7 @@
 #include <absl/container/inlined_vector.h>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -32,7 +33,24 @@ struct ContactPatch {
   std::uint8_t count = 0;
   Vector friction_impulse = Vector::Zero();  // N s, on a, in the last solution
   Scalar twist_impulse = 0;                  // N m s
+  Vector rolling_impulse = Vector::Zero();   // N m s, on a, in the last solution
   ContactPoint point[kPatchPointsMax];
+};
+
+// What a contact has of surfaces of their own (Surface), since a solver elsewhere may not know the bodies.
+// World axes.
+struct ContactSurface {
+  Vector direction = Vector::Zero();  // of unit length, or 0
+  Scalar along = 1;                   // shares of the contact's friction
+  Scalar across = 1;
+  Scalar torsion = 0;  // m
+  Scalar rolling = 0;  // m
+  // m/s: with a normal n from b to a, the surface of a moves past that of b by velocity - running x n, beyond
+  // how the bodies move.
+  Vector velocity = Vector::Zero();
+  Vector running = Vector::Zero();
+
+  bool moves() const { return !velocity.isZero(0) || !running.isZero(0); }
 };
 
 // Of bodies a and b, a.id < b.id.
@@ -47,6 +65,8 @@ struct Contact {
   Frame found_at;
 
   ContactNeed need;
+
+  std::shared_ptr<const ContactSurface> surface;  // none: two usual ones
 
   bool is_touching() const;
 };

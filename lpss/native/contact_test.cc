@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 namespace tessera::native {
 namespace {
 
@@ -46,6 +48,22 @@ TEST(ContactBytesTest, AnyPrefixAndAnyMoreIsRefused) {
     EXPECT_FALSE(decode(bytes.substr(0, length), read)) << length;
   }
   EXPECT_FALSE(decode(bytes + "x", read));
+}
+
+TEST(ContactBytesTest, SurfacesOfTheirOwnComeBackToo) {
+  Contact contact = some_contact();
+  contact.surface = std::make_shared<const ContactSurface>(
+      ContactSurface{{1, 0, 0}, Scalar(0.5), Scalar(0.25), Scalar(0.1), Scalar(0.2), {1, 2, 3}, {4, 5, 6}});
+  contact.patches[1].rolling_impulse = {7, 8, 9};
+  const std::string bytes = encode(contact);
+  Contact read;
+  ASSERT_TRUE(decode(bytes, read));
+  EXPECT_EQ(encode(read), bytes);
+  ASSERT_TRUE(read.surface);
+  EXPECT_EQ(read.surface->running, Vector(4, 5, 6));
+  EXPECT_EQ(read.patches[1].rolling_impulse, Vector(7, 8, 9));
+  for (std::size_t length = 0; length < bytes.size(); ++length)
+    EXPECT_FALSE(decode(bytes.substr(0, length), read)) << length;
 }
 
 TEST(ContactBytesTest, AnotherPrecisionIsRefused) {

@@ -369,6 +369,7 @@ void NarrowPhase::inherit(const Contact& before) {
     if (!best) continue;
     patch.friction_impulse = best->friction_impulse;
     patch.twist_impulse = best->twist_impulse;
+    patch.rolling_impulse = best->rolling_impulse;
     bool is_taken[kPatchPointsMax] = {};
     bool has_inherited[kPatchPointsMax] = {};
     for (int n = 0; n < patch.count; ++n) {

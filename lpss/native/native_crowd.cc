@@ -23,6 +23,7 @@ void forget_impulses(Contact& contact) {
   for (ContactPatch& patch : contact.patches) {
     patch.friction_impulse.setZero();
     patch.twist_impulse = 0;
+    patch.rolling_impulse.setZero();
     for (int n = 0; n < patch.count; ++n) patch.point[n].impulse = 0;
   }
 }

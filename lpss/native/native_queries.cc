@@ -157,7 +157,7 @@ void NativeWorld::predict_contact(BodySlot slot, const SweepHit& hit) {
   const bool is_a = swept.id < other.id;
   Candidate& candidate = is_a ? candidate_of(slot, hit.other) : candidate_of(hit.other, slot);
   if (candidate.contact == Candidate::kNone) {
-    candidate.contact = keep_contact(blank_contact(swept, other));
+    candidate.contact = keep_contact(is_a ? blank_contact(swept, other) : blank_contact(other, swept));
   }
   Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
   // Two fast bodies that hit each other are both swept.

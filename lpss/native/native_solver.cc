@@ -36,6 +36,16 @@ Vector lever(const Body& body, const Vector& point) {
   return body.pose.rotation * point;
 }
 
+ContactSolver<Scalar>::Surface surface_of(const ContactSurface& contact, const ContactPatch& patch) {
+  return {.direction = contact.direction,
+          .along = contact.along,
+          .across = contact.across,
+          .drift = contact.velocity - contact.running.cross(patch.normal),
+          .torsion = contact.torsion,
+          .rolling = contact.rolling,
+          .rolling_impulse = patch.rolling_impulse};
+}
+
 JointSide side_of(const Body& body) {
   return {
       {body.pose.position.cast<double>(), Eigen::Quaterniond(body.pose.rotation.cast<double>()).normalized()},
@@ -105,6 +115,7 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
   bodies_.clear();
   kinematics_.clear();
   patches_.clear();
+  surfaces_.clear();
   sources_.clear();
   stage_ends_.clear();
   joints_.clear();
@@ -112,6 +123,7 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
   fixed_ = bodies_.size();
   bodies_.emplace_back();
   is_pushed_.assign(dynamics_.size(), false);
+  is_carried_.assign(dynamics_.size(), false);
   std::size_t next = 0;
   for (const std::size_t end : stages.ends) {
     for (; next < end; ++next) add_contact(task.contacts[next]);
@@ -235,10 +247,16 @@ void NativeSolver::add_contact(const WorldPair& place) {
     patch.points = source.count;
     patch.friction_impulse = source.friction_impulse;
     patch.twist_impulse = source.twist_impulse;
+    if (contact.surface) patch.surface = &surfaces_.emplace_back(surface_of(*contact.surface, source));
     for (std::size_t n = 0; n < patch.points; ++n) {
       const ContactPoint& from = source.point[n];
       patch.point[n] = {lever(a, from.on_a), lever(b, from.on_b), source.normal, std::max(from.gap, gap_min),
                         from.impulse};
+    }
+  }
+  if (contact.surface && contact.surface->moves()) {
+    for (const std::size_t side : places) {
+      if (side < is_carried_.size()) is_carried_[side] = true;
     }
   }
   // Near what they do not bounce on, bodies fall by what a step of the solver makes of it, which damps
@@ -337,6 +355,7 @@ void NativeSolver::write_impulses() const {
       const Contacts::Patch& patch = patches_[p++];
       into.friction_impulse = patch.friction_impulse;
       into.twist_impulse = patch.twist_impulse;
+      if (patch.surface) into.rolling_impulse = patch.surface->rolling_impulse;
       for (std::size_t n = 0; n < patch.points; ++n) {
         into.point[n].impulse = patch.point[n].impulse;
         // What opens a deep overlap bears nothing.
@@ -362,9 +381,11 @@ void NativeSolver::write_body(std::size_t place) const {
   } else {
     body.coast(Scalar(dt_));
   }
-  // What is still being pushed out of an overlap does not rest, however slow it is.
+  // What is still being pushed out of an overlap does not rest, however slow it is; nor does what a moving
+  // surface carries.
   const Scalar pushed_max = body.still_limits.linear * Scalar(dt_);
-  if (corrections_[place].linear.squaredNorm() > pushed_max * pushed_max) body.still_for = 0;
+  const bool is_corrected = corrections_[place].linear.squaredNorm() > pushed_max * pushed_max;
+  if (is_corrected || is_carried_[place]) body.still_for = 0;
   body.pose.position += corrections_[place].linear;
   body.pose.rotation = turned(body.pose.rotation, corrections_[place].angular);
 }

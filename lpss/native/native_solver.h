@@ -5,6 +5,7 @@
 
 #include <absl/container/flat_hash_map.h>
 
+#include <deque>
 #include <span>
 #include <vector>
 
@@ -69,10 +70,12 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   joints::JointSolver joints_;
   std::vector<Body*> dynamics_;  // they come first
   std::vector<Contacts::Body> bodies_;
-  std::vector<bool> is_pushed_;  // by joints and contacts
+  std::vector<bool> is_pushed_;   // by joints and contacts
+  std::vector<bool> is_carried_;  // by a surface that moves
   absl::flat_hash_map<const Body*, std::size_t> kinematics_;
   std::size_t fixed_ = 0;  // the place of what neither moves nor can be pushed
   std::vector<Contacts::Patch> patches_;
+  std::deque<Contacts::Surface> surfaces_;  // of patches, which refer to them
   std::vector<Source> sources_;
   std::vector<std::size_t> stage_ends_;  // in patches
   std::vector<Contacts::Motion> corrections_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 namespace tessera::native {
@@ -119,6 +120,8 @@ void NativeWorld::apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, c
   pushed.angular += pushed.inverse_inertia() * lever.cast<Scalar>().cross(impulse.cast<Scalar>());
   note_home(pushed);
 }
+
+void NativeWorld::set_surface(BodySlot slot, const Surface& surface) { body(slot).set_surface(surface); }
 
 void NativeWorld::add_wrench(BodySlot slot, const Wrench& wrench) {
   body(slot).force += vector(wrench.force);
@@ -301,6 +304,7 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
       if (candidate.contact != Candidate::kNone) {
         Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
         piece.narrow_phase.update(a, b, contact);
+        update_surface(a, b, contact);
         if (contact.patches.empty()) drop(candidate);
       } else {
         Contact contact = blank_contact(a, b);
@@ -316,11 +320,54 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
   piece.kept = next - begin;
 }
 
+// What slides at an angle to the direction of friction is held within an ellipse, whose axes are the smaller
+// coefficients of both.
+void NativeWorld::update_surface(const Body& a, const Body& b, Contact& contact) {
+  constexpr Scalar kShareMin = Scalar(1e-4);  // less is none
+  if (!a.surface && !b.surface) return;
+  ContactSurface surface;
+  const Scalar first = std::min(a.friction, b.friction);
+  Scalar second = std::numeric_limits<Scalar>::max();
+  Scalar torsional = 1;
+  Scalar radius = 0;
+  Scalar sign = 1;
+  for (const Body* body : {&a, &b}) {
+    if (!body->surface) {
+      second = std::min(second, body->friction);
+      torsional = std::min(torsional, Scalar(1));
+    } else {
+      const BodySurface& own = *body->surface;
+      const auto in_world = [&](const Vector& v) -> Vector {
+        return body->motion == Motion::kStatic ? v : Vector(body->pose.rotation * v);
+      };
+      const bool has_direction = !own.direction.isZero(0);
+      if (has_direction && surface.direction.isZero(0)) surface.direction = in_world(own.direction);
+      second = std::min(second, has_direction ? own.second_friction : body->friction);
+      torsional = body == &a ? own.torsional_friction : std::min(torsional, own.torsional_friction);
+      radius = std::max(radius, own.patch_radius);
+      surface.rolling = std::max(surface.rolling, own.rolling_friction);
+      surface.velocity += in_world(own.velocity) * sign;
+      surface.running += in_world(own.running);
+    }
+    sign = -1;
+  }
+  surface.torsion = Scalar(3 * std::numbers::pi / 16) * torsional * radius;
+  contact.friction = std::max(first, second);
+  const auto share = [&](Scalar coefficient) {
+    const Scalar is = contact.friction > 0 ? coefficient / contact.friction : 1;
+    return is >= kShareMin ? is : 0;
+  };
+  surface.along = share(first);
+  surface.across = share(second);
+  contact.surface = std::make_shared<const ContactSurface>(surface);
+}
+
 // The friction of a contact is the smaller one of its two bodies, as in Gazebo.
 Contact NativeWorld::blank_contact(const Body& a, const Body& b) const {
   Contact contact;
   contact.friction = std::min(a.friction, b.friction);
   contact.restitution = a.restitution * b.restitution;
+  update_surface(a, b, contact);
   return contact;
 }
 

@@ -35,6 +35,7 @@ class NativeWorld final : public SectorWorld {
   Eigen::Vector3d linear_velocity(BodySlot slot) const override;
   Activity activity(BodySlot slot) const override { return body(slot).activity; }
   void set_velocity(BodySlot slot, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) override;
+  void set_surface(BodySlot slot, const Surface& surface) override;
   void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) override;
   void add_wrench(BodySlot slot, const Wrench& wrench) override;
   void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) override;
@@ -114,6 +115,7 @@ class NativeWorld final : public SectorWorld {
   void update_contacts(const ParallelFor& parallel);
   void update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece);
   void forget_removed();
+  static void update_surface(const Body& a, const Body& b, Contact& contact);
   Contact blank_contact(const Body& a, const Body& b) const;
   std::int32_t keep_contact(Contact contact);
   void drop_contact(Candidate& candidate);

@@ -25,6 +25,9 @@ class StaticIndex {
   // nullptr if there is no such static body.
   const BodyRecord* find(BodyId id) const;
 
+  // There is such a body.
+  void set_surface(BodyId id, const Surface& surface) { bodies_.at(id).record.properties.surface = surface; }
+
   // Whether a static body of the index may reach into `box` (m, relative to the centre of `sector`).
   bool reaches(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
 

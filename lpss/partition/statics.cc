@@ -1,5 +1,6 @@
 #include "lpss/partition/statics.h"
 
+#include <array>
 #include <utility>
 
 #include "lpss/base/invariant.h"
@@ -9,15 +10,27 @@
 namespace tessera {
 namespace {
 
+// The surface of a static body, whose vectors are in its frame, along the world's axes.
+Surface surface_in_world(const BodyRecord& record) {
+  Surface surface = *record.properties.surface;
+  const Eigen::Quaterniond turn =
+      quaternion_of(record.state) * centre_frame(record.properties).orientation.conjugate();
+  for (std::array<double, 3>* v : {&surface.direction, &surface.velocity, &surface.running}) {
+    Eigen::Map<Eigen::Vector3d> mapped(v->data());
+    mapped = (turn * mapped).eval();
+  }
+  return surface;
+}
+
 // As much of a static body as the sector needs.
 void add_static(const Partition& partition, Sector& sector, BodyId id) {
-  const BodyRecord& record = *partition.statics.find(id);
+  BodyRecord record = *partition.statics.find(id);
+  if (record.properties.surface) record.properties.surface = surface_in_world(record);
   StaticIndex::Part part = partition.statics.part(id, sector.index, cube(1.5 * partition.sector_size()));
   if (part.whole) {
-    BodyRecord moved = record;
     const Pose centre = part.pose * centre_frame(record.properties);
-    Eigen::Map<Eigen::Vector3d>(moved.state.position.data()) = centre.position;
-    sector.statics[id] = sector.world->add(moved, Role::kStatic);
+    Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = centre.position;
+    sector.statics[id] = sector.world->add(record, Role::kStatic);
     return;
   }
   if (part.shape.parts.empty()) return;
@@ -61,6 +74,21 @@ void remove_static_body(Partition& partition, BodyId id) {
     sector->world->remove(place->second);
     sector->statics.erase(place);
     sector->components_stale = true;
+    activate(partition, *sector);
+  }
+}
+
+void set_static_surface_motion(Partition& partition, BodyId id, const std::array<double, 3>& velocity,
+                               const std::array<double, 3>& running) {
+  BodyProperties properties = partition.statics.find(id)->properties;
+  set_surface_motion(properties, velocity, running);
+  partition.statics.set_surface(id, *properties.surface);
+  const Surface surface = surface_in_world(*partition.statics.find(id));
+  for (auto& [index, sector] : partition.sectors) {
+    const auto place = sector->statics.find(id);
+    if (place == sector->statics.end()) continue;
+    sector->world->set_surface(place->second, surface);
+    wake_touching(partition, *sector, place->second);
     activate(partition, *sector);
   }
 }

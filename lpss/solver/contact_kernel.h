@@ -13,6 +13,7 @@ class Kernel {
   using V = typename L::Vector;
   using Rows = ContactRows<Scalar>;
   using Patches = PatchLanes<Scalar>;
+  using Surfaces = SurfaceLanes<Scalar>;
 
   struct V3 {
     V x, y, z;
@@ -67,6 +68,20 @@ class Kernel {
     V twist_impulse;
     V total[2];
     V twist_total;
+  };
+
+  // Of patches with surfaces of their own: what resists rolling, as the angular velocity about two directions
+  // along the contact.
+  struct Grip {
+    V3 tangent[2];
+    V3 a[2];  // scaled
+    V3 b[2];
+    V start[2];  // rad/s, before the tick
+    V mass[3];   // as that of friction
+    V arm;       // m
+    V impulse[2];
+    V total[2];
+    V slip_mass;  // of friction that differs by direction, while it slips; otherwise 0
   };
 
   // The two sides of a group's patches.
@@ -186,8 +201,9 @@ class Kernel {
   }
 
   // Where `is_masked`, only patches of jointed bodies.
-  static TESSERA_INLINE void solve_friction(Friction& f, const Row* row, int points, bool is_masked,
-                                            Motion& p, Motion& q) {
+  template <bool kHasGrips>
+  static TESSERA_INLINE void solve_friction(Friction& f, const Grip* grip, const Row* row, int points,
+                                            bool is_masked, Motion& p, Motion& q) {
     V most = row[0].impulse;
     for (int n = 1; n < points; ++n) most = most + row[n].impulse;
     most = most * f.friction;
@@ -197,8 +213,14 @@ class Kernel {
                         f.start[1] + relative(f.tangent[1], f.a[1], f.b[1], p, q)};
     V wanted[2] = {f.impulse[0] - (f.mass[0] * slide[0] + f.mass[1] * slide[1]),
                    f.impulse[1] - (f.mass[1] * slide[0] + f.mass[2] * slide[1])};
-    const V length = root(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
-    const V scale = length > most ? most / length : splat(1);
+    if constexpr (kHasGrips) {
+      // Where this slips, it would act against the velocity; that of most dissipation follows from steps of
+      // the same size in both scaled directions.
+      const auto slips =
+          (wanted[0] * wanted[0] + wanted[1] * wanted[1] > most * most) & (grip->slip_mass > V{});
+      for (int k = 0; k < 2; ++k) wanted[k] = slips ? f.impulse[k] - grip->slip_mass * slide[k] : wanted[k];
+    }
+    const V scale = scale_within(wanted, most);
     for (int k = 0; k < 2; ++k) {
       wanted[k] = wanted[k] * scale;
       if (is_masked) wanted[k] = is_off ? f.impulse[k] : wanted[k];
@@ -214,8 +236,39 @@ class Kernel {
     f.twist_impulse = turned;
   }
 
+  // Where `is_masked`, only patches of jointed bodies.
+  static TESSERA_INLINE void solve_rolling(Grip& r, const Friction& f, const Row* row, int points,
+                                           bool is_masked, Motion& p, Motion& q) {
+    V most = row[0].impulse;
+    for (int n = 1; n < points; ++n) most = most + row[n].impulse;
+    most = most * r.arm;
+    const auto is_off = f.is_jointed == V{};
+    V turn[2];
+    for (int k = 0; k < 2; ++k) turn[k] = r.start[k] + (dot(r.a[k], p.angular) - dot(r.b[k], q.angular));
+    V wanted[2] = {r.impulse[0] - (r.mass[0] * turn[0] + r.mass[1] * turn[1]),
+                   r.impulse[1] - (r.mass[1] * turn[0] + r.mass[2] * turn[1])};
+    const V scale = scale_within(wanted, most);
+    for (int k = 0; k < 2; ++k) {
+      wanted[k] = wanted[k] * scale;
+      if (is_masked) wanted[k] = is_off ? r.impulse[k] : wanted[k];
+      roll(r, k, wanted[k] - r.impulse[k], p, q);
+      r.impulse[k] = wanted[k];
+    }
+  }
+
+  static TESSERA_INLINE void roll(const Grip& r, int k, V impulse, Motion& p, Motion& q) {
+    p.angular = p.angular + r.a[k] * impulse;
+    q.angular = q.angular - r.b[k] * impulse;
+  }
+
+  // What brings a vector within a length.
+  static TESSERA_INLINE V scale_within(const V* v, V most) {
+    const V length = root(v[0] * v[0] + v[1] * v[1]);
+    return length > most ? most / length : splat(1);
+  }
+
   static void set_up(const Rows& rows, std::size_t n, std::size_t first, std::size_t points,
-                     const Patches& patches) {
+                     const Patches& patches, const Surfaces* surfaces) {
     Group& group = static_cast<Group*>(rows.group)[n];
     group.first = static_cast<std::uint32_t>(first);
     group.points = static_cast<std::uint16_t>(points);
@@ -242,7 +295,13 @@ class Kernel {
       row[k].impulse = v[10] * rows.share;
       set_up_normal(rows, levers.lever_a[k], levers.lever_b[k], a, b, row[k]);
     }
-    set_up_friction(rows, patches, points, levers, a, b, row, static_cast<Friction*>(rows.friction)[n]);
+    Friction& friction = static_cast<Friction*>(rows.friction)[n];
+    Grip* const grip = rows.grips ? static_cast<Grip*>(rows.grips) + n : nullptr;
+    if (surfaces) {
+      set_up_friction<true>(rows, patches, surfaces, points, levers, a, b, row, friction, grip);
+    } else {
+      set_up_friction<false>(rows, patches, nullptr, points, levers, a, b, row, friction, grip);
+    }
   }
 
   static TESSERA_INLINE void set_up_normal(const Rows& rows, const V3& lever_a, const V3& lever_b,
@@ -257,11 +316,62 @@ class Kernel {
     row.total = V{};
   }
 
+  // The tangents of friction that differs by direction: its ellipse is a circle in tangents that are scaled
+  // by the shares of its axes, where impulses and velocities are those of the unscaled ones times and by the
+  // shares. So the impulse that the circle bounds dissipates most, as that of the ellipse should.
+  static TESSERA_INLINE void scale_tangents(const Surfaces& surfaces, const V3& normal, V3* tangent,
+                                            V* share) {
+    const V zero = V{};
+    const V3 given{load(surfaces.direction[0]), load(surfaces.direction[1]), load(surfaces.direction[2])};
+    const V3 flat = given - normal * dot(given, normal);
+    const V square = dot(flat, flat);
+    // Along the normal it says nothing: the smaller share then holds everywhere.
+    const auto is_flat = square > splat(Scalar(1e-6));
+    const V3 unit = flat * inverse_or_zero(root(is_flat ? square : zero));
+    share[0] = load(surfaces.along);
+    share[1] = load(surfaces.across);
+    const V least = min(share[0], share[1]);
+    for (int k = 0; k < 2; ++k) share[k] = is_flat ? share[k] : least;
+    tangent[0] = select(is_flat, unit, tangent[0]) * share[0];
+    tangent[1] = select(is_flat, cross(normal, unit), tangent[1]) * share[1];
+  }
+
+  static TESSERA_INLINE void set_up_rolling(const Rows& rows, const Surfaces* surfaces, const V3* tangent,
+                                            const Terms& a, const Terms& b, V load_of_points, Grip& r) {
+    const V zero = V{};
+    V3 last{zero, zero, zero};
+    r.arm = zero;
+    if (surfaces) {
+      r.arm = load(surfaces->rolling);
+      last = {load(surfaces->rolling_impulse[0]), load(surfaces->rolling_impulse[1]),
+              load(surfaces->rolling_impulse[2])};
+    }
+    for (int k = 0; k < 2; ++k) {
+      r.tangent[k] = tangent[k];
+      r.a[k] = scaled(a, tangent[k]);
+      r.b[k] = scaled(b, tangent[k]);
+      r.start[k] = dot(tangent[k], a.angular - b.angular);
+      r.impulse[k] = dot(last, tangent[k]) * rows.share;
+      r.total[k] = zero;
+    }
+    const V k00 = dot(r.a[0], r.a[0]) + dot(r.b[0], r.b[0]);
+    const V k01 = dot(r.a[0], r.a[1]) + dot(r.b[0], r.b[1]);
+    const V k11 = dot(r.a[1], r.a[1]) + dot(r.b[1], r.b[1]);
+    const V inverse = inverse_or_zero(k00 * k11 - k01 * k01);
+    r.mass[0] = k11 * inverse;
+    r.mass[1] = -k01 * inverse;
+    r.mass[2] = k00 * inverse;
+    const V scale = scale_within(r.impulse, load_of_points * r.arm);
+    for (int k = 0; k < 2; ++k) r.impulse[k] = r.impulse[k] * scale;
+  }
+
   // Friction acts at the centre of the points. Its impulse of the last tick is projected on the new plane,
   // and limited by the new normal impulses.
-  static TESSERA_INLINE void set_up_friction(const Rows& rows, const Patches& patches, std::size_t points,
+  template <bool kHasSurfaces>
+  static TESSERA_INLINE void set_up_friction(const Rows& rows, const Patches& patches,
+                                             const Surfaces* surfaces, std::size_t points,
                                              const Points& levers, const Terms& a, const Terms& b,
-                                             const Row* row, Friction& f) {
+                                             const Row* row, Friction& f, Grip* grip) {
     const V zero = V{};
     V3 lever_a{zero, zero, zero};
     V3 lever_b = lever_a;
@@ -286,6 +396,16 @@ class Kernel {
     f.radius = f.radius / count;
 
     span_plane(normal, f.tangent[0], f.tangent[1]);
+    if (grip) {
+      V load_of_points = zero;
+      for (std::size_t k = 0; k < points; ++k) load_of_points = load_of_points + row[k].impulse;
+      set_up_rolling(rows, surfaces, f.tangent, a, b, load_of_points, *grip);
+    }
+    V share[2];
+    if constexpr (kHasSurfaces) {
+      scale_tangents(*surfaces, normal, f.tangent, share);
+      f.radius = f.radius + load(surfaces->torsion) * inverse_or_zero(load(patches.friction));
+    }
     for (int k = 0; k < 2; ++k) {
       const V3 turn_a = cross(lever_a, f.tangent[k]);
       const V3 turn_b = cross(lever_b, f.tangent[k]);
@@ -294,13 +414,31 @@ class Kernel {
       f.start[k] = dot(f.tangent[k], a.linear - b.linear) + (dot(turn_a, a.angular) - dot(turn_b, b.angular));
     }
     const V masses = a.inverse_mass + b.inverse_mass;
-    const V k00 = masses + (dot(f.a[0], f.a[0]) + dot(f.b[0], f.b[0]));
+    V masses_along[2] = {masses, masses};
+    if constexpr (kHasSurfaces) {
+      const auto drifts = load(surfaces->drifts) > zero;
+      const V3 drift{load(surfaces->drift[0]), load(surfaces->drift[1]), load(surfaces->drift[2])};
+      for (int k = 0; k < 2; ++k) {
+        masses_along[k] = masses * (share[k] * share[k]);
+        f.start[k] = drifts ? f.start[k] + dot(f.tangent[k], drift) : f.start[k];
+      }
+    }
+    const V k00 = masses_along[0] + (dot(f.a[0], f.a[0]) + dot(f.b[0], f.b[0]));
     const V k01 = dot(f.a[0], f.a[1]) + dot(f.b[0], f.b[1]);
-    const V k11 = masses + (dot(f.a[1], f.a[1]) + dot(f.b[1], f.b[1]));
+    const V k11 = masses_along[1] + (dot(f.a[1], f.a[1]) + dot(f.b[1], f.b[1]));
     const V inverse = inverse_or_zero(k00 * k11 - k01 * k01);
     f.mass[0] = k11 * inverse;
     f.mass[1] = -k01 * inverse;
     f.mass[2] = k00 * inverse;
+    if constexpr (kHasSurfaces) {
+      // Where one direction has no friction at all, the other one is on its own.
+      f.mass[0] = k11 > zero ? f.mass[0] : inverse_or_zero(k00);
+      f.mass[2] = k00 > zero ? f.mass[2] : inverse_or_zero(k11);
+      const V uneven = share[0] - share[1];
+      grip->slip_mass = uneven * uneven > zero ? inverse_or_zero(k00 + k11) : zero;
+    } else if (grip) {
+      grip->slip_mass = zero;
+    }
 
     f.twist_start = dot(normal, a.angular - b.angular);
     f.twist_a = scaled(a, normal);
@@ -315,9 +453,11 @@ class Kernel {
     V v[4];
     gather<L, 4>(patches.impulse, v);
     const V3 last = V3{v[0], v[1], v[2]} * splat(rows.share);
-    const V impulse[2] = {dot(last, f.tangent[0]), dot(last, f.tangent[1])};
-    const V length = root(impulse[0] * impulse[0] + impulse[1] * impulse[1]);
-    const V scale = length > most ? most / length : splat(1);
+    V impulse[2] = {dot(last, f.tangent[0]), dot(last, f.tangent[1])};
+    if constexpr (kHasSurfaces) {
+      for (int k = 0; k < 2; ++k) impulse[k] = impulse[k] * inverse_or_zero(share[k] * share[k]);
+    }
+    const V scale = scale_within(impulse, most);
     const V twist_max = most * f.radius;
     f.twist_impulse = min(max(v[3] * rows.share, -twist_max), twist_max);
     f.twist_total = zero;
@@ -327,7 +467,7 @@ class Kernel {
     }
   }
 
-  // Calls act(group, its friction, its rows, the motions of both sides) for each group in order.
+  // Calls act(group, its place, its friction, its rows, the motions of both sides) for each group in order.
   template <typename Act>
   static TESSERA_INLINE void for_each(const Rows& rows, const Act& act) {
     const Group* const groups = static_cast<const Group*>(rows.group);
@@ -335,32 +475,51 @@ class Kernel {
       const Group& group = groups[n];
       Motion p = gather_motion(rows.bodies, group.a);
       Motion q = gather_motion(rows.bodies, group.b);
-      act(group, static_cast<Friction*>(rows.friction)[n], static_cast<Row*>(rows.rows) + group.first, p, q);
+      act(group, n, static_cast<Friction*>(rows.friction)[n], static_cast<Row*>(rows.rows) + group.first, p,
+          q);
       scatter_motion(p, rows, group.a);
       scatter_motion(q, rows, group.b);
     }
   }
 
+  template <bool kHasGrips>
   static void warm_start(const Rows& rows) {
-    for_each(rows, [](const Group& group, const Friction& f, const Row* row, Motion& p, Motion& q) {
-      for (int k = 0; k < group.points; ++k) push(row[k].normal, row[k].a, row[k].b, row[k].impulse, p, q);
-      for (int k = 0; k < 2; ++k) push(f.tangent[k], f.a[k], f.b[k], f.impulse[k], p, q);
-      twist(f, f.twist_impulse, p, q);
-    });
+    for_each(rows,
+             [&](const Group& group, std::size_t n, const Friction& f, const Row* row, Motion& p, Motion& q) {
+               for (int k = 0; k < group.points; ++k)
+                 push(row[k].normal, row[k].a, row[k].b, row[k].impulse, p, q);
+               for (int k = 0; k < 2; ++k) push(f.tangent[k], f.a[k], f.b[k], f.impulse[k], p, q);
+               twist(f, f.twist_impulse, p, q);
+               if constexpr (kHasGrips) {
+                 const Grip& r = static_cast<const Grip*>(rows.grips)[n];
+                 for (int k = 0; k < 2; ++k) roll(r, k, r.impulse[k], p, q);
+               }
+             });
   }
 
+  template <bool kHasGrips>
   static void biased_pass(const Rows& rows) {
-    for_each(rows, [&](const Group& group, Friction& f, Row* row, Motion& p, Motion& q) {
-      if (group.has_jointed) solve_friction(f, row, group.points, true, p, q);
+    for_each(rows, [&](const Group& group, std::size_t n, Friction& f, Row* row, Motion& p, Motion& q) {
+      if (group.has_jointed) {
+        Grip* const grip = static_cast<Grip*>(rows.grips) + n;
+        solve_friction<kHasGrips>(f, grip, row, group.points, true, p, q);
+        if constexpr (kHasGrips) solve_rolling(*grip, f, row, group.points, true, p, q);
+      }
       for (int k = 0; k < group.points; ++k) solve_normal(rows, row[k], true, p, q);
     });
   }
 
+  template <bool kHasGrips>
   static void relaxed_pass(const Rows& rows) {
-    for_each(rows, [&](const Group& group, Friction& f, Row* row, Motion& p, Motion& q) {
+    for_each(rows, [&](const Group& group, std::size_t n, Friction& f, Row* row, Motion& p, Motion& q) {
       const Motion advanced_a = gather_motion(rows.advanced, group.a);
       const Motion advanced_b = gather_motion(rows.advanced, group.b);
-      solve_friction(f, row, group.points, false, p, q);
+      Grip* const grip = static_cast<Grip*>(rows.grips) + n;
+      solve_friction<kHasGrips>(f, grip, row, group.points, false, p, q);
+      if constexpr (kHasGrips) {
+        solve_rolling(*grip, f, row, group.points, false, p, q);
+        for (int k = 0; k < 2; ++k) grip->total[k] = grip->total[k] + grip->impulse[k];
+      }
       for (int k = 0; k < 2; ++k) f.total[k] = f.total[k] + f.impulse[k];
       f.twist_total = f.twist_total + f.twist_impulse;
       for (int k = 0; k < group.points; ++k) {
@@ -375,7 +534,7 @@ class Kernel {
   // Two that have touched part with the share of the speed at which they met: that before the tick, and what
   // forces did on the way since, v^2 = v0^2 + 2 a s.
   static void rebound(const Rows& rows) {
-    for_each(rows, [&](const Group& group, const Friction& f, Row* row, Motion& p, Motion& q) {
+    for_each(rows, [&](const Group& group, std::size_t, const Friction& f, Row* row, Motion& p, Motion& q) {
       const V zero = V{};
       const Motion force_a = gather_motion(rows.forces, group.a);
       const Motion force_b = gather_motion(rows.forces, group.b);
@@ -410,12 +569,26 @@ class Kernel {
     store(friction.y, impulses.friction[1]);
     store(friction.z, impulses.friction[2]);
     store(f.twist_total, impulses.twist);
+    if (!rows.grips) return;
+    const Grip& r = static_cast<const Grip*>(rows.grips)[n];
+    const V3 rolling = r.tangent[0] * r.total[0] + r.tangent[1] * r.total[1];
+    store(rolling.x, impulses.rolling[0]);
+    store(rolling.y, impulses.rolling[1]);
+    store(rolling.z, impulses.rolling[2]);
   }
 
  public:
-  static constexpr ContactKernel<Scalar> kTable = {
-      L::kWidth,  sizeof(Group), sizeof(Friction), sizeof(Row), set_up,
-      warm_start, biased_pass,   relaxed_pass,     rebound,     end};
+  static constexpr ContactKernel<Scalar> kTable = {L::kWidth,
+                                                   sizeof(Group),
+                                                   sizeof(Friction),
+                                                   sizeof(Grip),
+                                                   sizeof(Row),
+                                                   set_up,
+                                                   {warm_start<false>, warm_start<true>},
+                                                   {biased_pass<false>, biased_pass<true>},
+                                                   {relaxed_pass<false>, relaxed_pass<true>},
+                                                   rebound,
+                                                   end};
 };
 
 }  // namespace

@@ -54,6 +54,21 @@ struct PatchLanes {
   alignas(32) Lane is_jointed;  // 0 or 1
 };
 
+// What surfaces of their own add to the patches of a group; lanes of usual ones have shares of 1, and 0
+// elsewhere.
+template <typename Scalar>
+struct SurfaceLanes {
+  using Lane = Scalar[kRowLanesMax];
+  alignas(32) Lane direction[3];
+  alignas(32) Lane along;
+  alignas(32) Lane across;
+  alignas(32) Lane drift[3];
+  alignas(32) Lane torsion;
+  alignas(32) Lane rolling;
+  alignas(32) Lane rolling_impulse[3];
+  alignas(32) Lane drifts;  // 0 or 1
+};
+
 // Their impulses after the tick.
 template <typename Scalar>
 struct ImpulseLanes {
@@ -61,6 +76,7 @@ struct ImpulseLanes {
   alignas(32) Lane normal[kRowPointsMax];
   alignas(32) Lane friction[3];
   alignas(32) Lane twist;
+  alignas(32) Lane rolling[3];  // where rows have grips
 };
 
 template <typename Scalar>
@@ -72,6 +88,7 @@ struct ContactRows {
   std::size_t groups;               // of patches, a lane each, that share no body but `still`
   void* group;                      // arrays of what the kernel lays out, from the first of the groups on
   void* friction;
+  void* grips;  // null where all surfaces are usual
   void* rows;
   Scalar time_step;  // s, of the tick
   Scalar step;       // s
@@ -89,15 +106,18 @@ struct ContactKernel {
   int lanes;
   std::size_t group_size;  // bytes
   std::size_t friction_size;
+  std::size_t grip_size;
   std::size_t row_size;
 
-  // Group n, with its rows from row `first`, as many as its patch of most points has points.
+  // Group n, with its rows from row `first`, as many as its patch of most points has points. `surfaces` is
+  // null where all are usual.
   void (*set_up)(const ContactRows<Scalar>& rows, std::size_t n, std::size_t first, std::size_t points,
-                 const PatchLanes<Scalar>& patches);
-  void (*warm_start)(const ContactRows<Scalar>& rows);
-  void (*biased_pass)(const ContactRows<Scalar>& rows);
+                 const PatchLanes<Scalar>& patches, const SurfaceLanes<Scalar>* surfaces);
+  // Each without grips, and with them.
+  void (*warm_start[2])(const ContactRows<Scalar>& rows);
+  void (*biased_pass[2])(const ContactRows<Scalar>& rows);
   // Gaps move on by `advanced`, too, and impulses of the step are added to those of the tick.
-  void (*relaxed_pass)(const ContactRows<Scalar>& rows);
+  void (*relaxed_pass[2])(const ContactRows<Scalar>& rows);
   void (*rebound)(const ContactRows<Scalar>& rows);
   // The impulses of group n.
   void (*end)(const ContactRows<Scalar>& rows, std::size_t n, ImpulseLanes<Scalar>& impulses);

@@ -132,6 +132,7 @@ void ContactSolver<Scalar>::begin_patches(std::span<const Patch> patches,
   find_waves(patches);
   group_storage_.resize(groups_.size() * kernel_->group_size);
   friction_storage_.resize(groups_.size() * kernel_->friction_size);
+  if (has_surfaces_) grip_storage_.resize(groups_.size() * kernel_->grip_size);
   first_row_.resize(groups_.size());
   std::exclusive_scan(points_.begin(), points_.end(), first_row_.begin(), std::size_t{0});
   const std::size_t rows = groups_.size() > 0 ? first_row_.back() + points_.back() : 0;
@@ -139,6 +140,7 @@ void ContactSolver<Scalar>::begin_patches(std::span<const Patch> patches,
   rows_.groups = groups_.size();
   rows_.group = group_storage_.data();
   rows_.friction = friction_storage_.data();
+  rows_.grips = has_surfaces_ ? grip_storage_.data() : nullptr;
   rows_.rows = row_storage_.data();
   run_in_pieces(*parallel_, groups_.size(), kGroupsInPiece, [&](std::size_t n) { begin_group(n, patches); });
 }
@@ -189,6 +191,7 @@ void ContactSolver<Scalar>::run(void (*act)(const ContactRows<Scalar>&), std::si
       rows.groups = pieces.end(piece) - pieces.begin(piece);
       rows.group = static_cast<std::byte*>(rows_.group) + first * kernel_->group_size;
       rows.friction = static_cast<std::byte*>(rows_.friction) + first * kernel_->friction_size;
+      if (has_surfaces_) rows.grips = static_cast<std::byte*>(rows_.grips) + first * kernel_->grip_size;
       act(rows);
     });
   }
@@ -226,6 +229,7 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches,
     groups_.clear(bodies_.size(), lanes);
     points_.clear();
     bounces_ = false;
+    has_surfaces_ = false;
     stages_.assign(1, 0);
     std::size_t next = 0;
     for (const std::size_t end : stage_ends) {
@@ -235,12 +239,39 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches,
         if (group == points_.size()) points_.push_back(0);
         points_[group] = std::max(points_[group], static_cast<std::uint8_t>(patch.points));
         bounces_ = bounces_ || patch.restitution > 0;
+        has_surfaces_ = has_surfaces_ || patch.surface;
       }
       groups_.fence();
       stages_.push_back(groups_.size());
     }
     if (options_.lanes != 0 || groups_.size() * 2 <= patches.size()) return;
   }
+}
+
+template <typename Scalar>
+const SurfaceLanes<Scalar>* ContactSolver<Scalar>::surfaces_of(std::size_t group,
+                                                               std::span<const Patch> patches,
+                                                               SurfaceLanes<Scalar>& lanes) const {
+  static const typename SolverTypes<Scalar>::Surface kUsual;
+  bool is_any = false;
+  std::size_t lane = 0;
+  for (const std::uint32_t n : groups_[group]) {
+    const auto* const own = n != PatchGroups::kNone ? patches[n].surface : nullptr;
+    const auto& surface = own ? *own : kUsual;
+    is_any = is_any || own;
+    for (int axis = 0; axis < 3; ++axis) {
+      lanes.direction[axis][lane] = surface.direction[axis];
+      lanes.drift[axis][lane] = surface.drift[axis];
+      lanes.rolling_impulse[axis][lane] = surface.rolling_impulse[axis];
+    }
+    lanes.along[lane] = surface.along;
+    lanes.across[lane] = surface.across;
+    lanes.torsion[lane] = surface.torsion;
+    lanes.rolling[lane] = surface.rolling;
+    lanes.drifts[lane] = surface.drift.isZero(0) ? 0 : 1;
+    ++lane;
+  }
+  return is_any ? &lanes : nullptr;
 }
 
 template <typename Scalar>
@@ -254,6 +285,9 @@ void ContactSolver<Scalar>::begin_group(std::size_t group, std::span<const Patch
     return bodies_[body].inverse_mass > 0 ? static_cast<std::int32_t>(body) : rows_.still;
   };
   PatchLanes<Scalar> lanes;
+  SurfaceLanes<Scalar> surface_lanes;
+  const SurfaceLanes<Scalar>* const surfaces =
+      has_surfaces_ ? surfaces_of(group, patches, surface_lanes) : nullptr;
   std::size_t lane = 0;
   for (const std::uint32_t n : groups_[group]) {
     const bool is_used = n != PatchGroups::kNone;
@@ -271,7 +305,7 @@ void ContactSolver<Scalar>::begin_group(std::size_t group, std::span<const Patch
     lanes.is_jointed[lane] = patch.is_jointed;
     ++lane;
   }
-  kernel_->set_up(rows_, group, first_row_[group], points_[group], lanes);
+  kernel_->set_up(rows_, group, first_row_[group], points_[group], lanes, surfaces);
 }
 
 // Forces of one step, and the impulses of the step before.
@@ -283,12 +317,13 @@ void ContactSolver<Scalar>::start_step() {
       moving_[n].angular[axis] += forces_[n].angular[axis];
     }
   });
-  for (std::size_t stage = 0; stage + 1 < stages_.size(); ++stage) run(kernel_->warm_start, stage);
+  for (std::size_t stage = 0; stage + 1 < stages_.size(); ++stage)
+    run(kernel_->warm_start[has_surfaces_], stage);
 }
 
 template <typename Scalar>
 void ContactSolver<Scalar>::pass(bool biased, std::size_t stage) {
-  run(biased ? kernel_->biased_pass : kernel_->relaxed_pass, stage);
+  run((biased ? kernel_->biased_pass : kernel_->relaxed_pass)[has_surfaces_], stage);
 }
 
 // Bodies move by the velocities of the biased passes; what the relaxed pass takes back, end_step() does.
@@ -331,6 +366,9 @@ void ContactSolver<Scalar>::end_group(std::size_t group, std::span<Patch> patche
     for (std::size_t k = 0; k < patch.points; ++k) patch.point[k].impulse = lanes.normal[k][lane];
     for (int axis = 0; axis < 3; ++axis) patch.friction_impulse[axis] = lanes.friction[axis][lane];
     patch.twist_impulse = lanes.twist[lane];
+    if (patch.surface) {
+      for (int axis = 0; axis < 3; ++axis) patch.surface->rolling_impulse[axis] = lanes.rolling[axis][lane];
+    }
     ++lane;
   }
 }

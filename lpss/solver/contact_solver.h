@@ -50,6 +50,18 @@ struct SolverTypes {
     Scalar impulse = 0;  // N s, in the last tick; after it, in this one
   };
 
+  // How a patch differs from one of usual surfaces, which are alike in all directions and stay with their
+  // bodies.
+  struct Surface {
+    Vector direction = Vector::Zero();  // world axes; 0: shares are 1
+    Scalar along = 1;                   // shares of the patch's friction, along the direction and across it
+    Scalar across = 1;
+    Vector drift = Vector::Zero();  // m/s, of the surface of a less that of b, beyond how the bodies move
+    Scalar torsion = 0;             // m: the moment that resists twisting, by the normal force
+    Scalar rolling = 0;             // m, that resists rolling, likewise
+    Vector rolling_impulse = Vector::Zero();  // N m s, on a, in the last tick; after it, in this one
+  };
+
   // Points of two bodies that share friction: their normals differ little.
   struct Patch {
     std::size_t a = 0;  // places of the bodies
@@ -63,6 +75,7 @@ struct SolverTypes {
     Point point[kPatchPointsMax];
     Vector friction_impulse = Vector::Zero();  // N s, on a, in the last tick; after it, in this one
     Scalar twist_impulse = 0;                  // N m s, on a about the mean normal; likewise
+    Surface* surface = nullptr;                // none: usual ones
   };
 };
 
@@ -140,6 +153,9 @@ class ContactSolver : public SolverTypes<Scalar> {
   void group_patches(std::span<const Patch> patches, std::span<const std::size_t> stage_ends);
   void find_waves(std::span<const Patch> patches);
   void begin_group(std::size_t group, std::span<const Patch> patches);
+  // Of the patches of a group; null if all are usual.
+  const SurfaceLanes<Scalar>* surfaces_of(std::size_t group, std::span<const Patch> patches,
+                                          SurfaceLanes<Scalar>& lanes) const;
   void end_group(std::size_t group, std::span<Patch> patches) const;
   template <typename Act>
   void for_each_body(const Act& act) const;
@@ -149,6 +165,7 @@ class ContactSolver : public SolverTypes<Scalar> {
   Options options_;
   std::span<const Body> bodies_;
   bool bounces_ = false;
+  bool has_surfaces_ = false;  // a patch has one of its own
   const ContactKernel<Scalar>* kernel_ = nullptr;
   ContactRows<Scalar> rows_{};
   PatchGroups groups_;
@@ -169,6 +186,7 @@ class ContactSolver : public SolverTypes<Scalar> {
   // Laid out by the kernel.
   AlignedArray<std::byte> group_storage_;
   AlignedArray<std::byte> friction_storage_;
+  AlignedArray<std::byte> grip_storage_;
   AlignedArray<std::byte> row_storage_;
 };
 

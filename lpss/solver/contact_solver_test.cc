@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <deque>
 #include <limits>
 #include <random>
 #include <vector>
@@ -253,7 +254,7 @@ class RandomScene {
   using Solver = ContactSolver<Scalar>;
   using Vector = typename Solver::Vector;
 
-  explicit RandomScene(unsigned seed) : random_(seed) {
+  explicit RandomScene(unsigned seed) : random_(seed), has_surfaces_(seed % 2 == 1) {
     const auto count = static_cast<std::size_t>(number(3, 80));
     for (std::size_t n = 0; n < count; ++n) bodies_.push_back(body());
     const auto patches = static_cast<std::size_t>(number(0, Scalar(4 * count)));
@@ -262,7 +263,7 @@ class RandomScene {
 
   // A chain of so many bodies, of which each touches the next three times: every other pair, then the rest,
   // and so on.
-  RandomScene(unsigned seed, std::size_t count) : random_(seed) {
+  RandomScene(unsigned seed, std::size_t count) : random_(seed), has_surfaces_(seed % 2 == 1) {
     for (std::size_t n = 0; n < count; ++n) bodies_.push_back(body());
     for (std::size_t round = 0; round < 6; ++round) {
       for (std::size_t a = round % 2; a + 1 < count; a += 2) {
@@ -323,6 +324,7 @@ class RandomScene {
       for (std::size_t n = 0; n < patch.points; ++n) all.push_back(patch.point[n].impulse);
       keep(patch.friction_impulse);
       all.push_back(patch.twist_impulse);
+      if (patch.surface) keep(patch.surface->rolling_impulse);
     }
     return all;
   }
@@ -379,11 +381,29 @@ class RandomScene {
     }
     patch.friction_impulse = vector(Scalar(0.05));
     patch.twist_impulse = number(Scalar(-0.01), Scalar(0.01));
+    if (has_surfaces_ && number(0, 1) < Scalar(0.3)) patch.surface = &surfaces_.emplace_back(surface());
     return patch;
+  }
+
+  // Each of its traits in some.
+  typename Solver::Surface surface() {
+    const auto sometimes = [&](Scalar value) { return number(0, 1) < Scalar(0.5) ? value : Scalar(0); };
+    typename Solver::Surface surface;
+    if (number(0, 1) < Scalar(0.5)) {
+      surface.direction = vector(1).normalized();
+      surface.across = sometimes(number(0, 1));
+    }
+    surface.drift = vector(1) * sometimes(1);
+    surface.torsion = sometimes(number(0, Scalar(0.1)));
+    surface.rolling = sometimes(number(0, Scalar(0.1)));
+    surface.rolling_impulse = vector(Scalar(0.01)) * sometimes(1);
+    return surface;
   }
 
   std::mt19937 random_;
   Solver solver_;
+  bool has_surfaces_;
+  std::deque<typename Solver::Surface> surfaces_;
   std::vector<typename Solver::Body> bodies_;
   std::vector<typename Solver::Patch> patches_;
 };

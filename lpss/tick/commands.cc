@@ -114,6 +114,31 @@ void set_target(Partition& partition, const KinematicTarget& target) {
   activate(partition, *body.sector);
 }
 
+// Whoever detects contacts of the body looks at its replica.
+void set_surface_motion(Partition& partition, const SetSurfaceMotion& motion) {
+  if (partition.statics.find(motion.id))
+    return set_static_surface_motion(partition, motion.id, motion.velocity, motion.running);
+  if (const auto found = partition.replicas.find(motion.id); found != partition.replicas.end()) {
+    Replica& replica = *found->second;
+    set_surface_motion(replica.properties, motion.velocity, motion.running);
+    for (const std::unique_ptr<Clone>& clone : replica.clones) {
+      if (!clone->is_placed()) continue;
+      clone->sector->world->set_surface(clone->slot, *replica.properties.surface);
+      wake_touching(partition, *clone->sector, clone->slot);
+    }
+  }
+  const auto found = partition.bodies.find(motion.id);
+  if (found == partition.bodies.end()) return;
+  HomeBody& body = *found->second;
+  SectorWorld& world = *body.sector->world;
+  set_surface_motion(body.properties, motion.velocity, motion.running);
+  world.set_surface(body.slot, *body.properties.surface);
+  world.wake(body.slot);
+  wake_touching(partition, *body.sector, body.slot);
+  mark_dirty(body);
+  activate(partition, *body.sector);
+}
+
 void apply(Partition& partition, const Command& command, std::vector<HomeChange>& changes) {
   const auto with_body = [&](BodyId id, auto&& change) {
     const auto found = partition.bodies.find(id);
@@ -142,6 +167,8 @@ void apply(Partition& partition, const Command& command, std::vector<HomeChange>
           remove_joint(partition, c.id);
         } else if constexpr (std::is_same_v<C, SetDrives>) {
           set_drives(partition, c.id, c.drives);
+        } else if constexpr (std::is_same_v<C, SetSurfaceMotion>) {
+          set_surface_motion(partition, c);
         } else if constexpr (std::is_same_v<C, SetVelocity>) {
           with_body(c.id, [&](SectorWorld& world, HomeBody& body) {
             world.set_velocity(body.slot, vector(c.linear), vector(c.angular));

@@ -147,6 +147,13 @@ struct KinematicTarget {
   bool keeps_rotation = false;
 };
 
+// Of the surface of any body, in the body frame: see Surface. What touches it wakes.
+struct SetSurfaceMotion {
+  BodyId id;
+  std::array<double, 3> velocity{};  // m/s
+  std::array<double, 3> running{};
+};
+
 // A joint between bodies of any two sectors; all servers know all joints.
 struct AddJoint {
   JointRecord record;
@@ -160,7 +167,7 @@ struct SetDrives {
 };
 
 using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport,
-                             KinematicTarget, AddJoint, RemoveJoint, SetDrives>;
+                             KinematicTarget, AddJoint, RemoveJoint, SetDrives, SetSurfaceMotion>;
 
 using RoundMessage =
     std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Motions, Solution>;
