@@ -108,6 +108,13 @@ constexpr VectorCommand kVectorCommands[] = {
      [](Client& client, const BodyName& body, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
        return client.apply_force(body, a, b);
      }},
+    {"belt", "Start or stop the moving surface of a body: a conveyor belt, a track.",
+     "tessera belt conveyor --velocity 0.5,0,0", "--velocity",
+     "X,Y,Z: m/s, in the body frame; 0,0,0 stops it", "--running",
+     "X,Y,Z: m/s, the axis that it runs around, as a track does",
+     [](Client& client, const BodyName& body, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+       return client.set_surface_motion(body, a, b);
+     }},
 };
 
 void add_vector_command(CLI::App& app, Action& action, const VectorCommand& spec) {

@@ -31,7 +31,7 @@ using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Answ
 constexpr std::tuple kMethods(&Stub::Load, &Stub::Step, &Stub::GetHash, &Stub::Spawn, &Stub::Remove,
                               &Stub::SetVelocity, &Stub::ApplyImpulse, &Stub::ApplyForce, &Stub::Teleport,
                               &Stub::SetKinematicTarget, &Stub::AddJoint, &Stub::RemoveJoint,
-                              &Stub::SetJointDrives);
+                              &Stub::SetJointDrives, &Stub::SetSurfaceMotion);
 
 // Processes on this machine.
 class NetworkCluster {
@@ -181,6 +181,8 @@ class Player {
         return send<v1::CommandReply>(command, command.remove_joint());
       case Kind::kSetJointDrives:
         return send<v1::CommandReply>(command, command.set_joint_drives());
+      case Kind::kSurfaceMotion:
+        return send<v1::CommandReply>(command, command.surface_motion());
       case Kind::REQUEST_NOT_SET:
         break;
     }

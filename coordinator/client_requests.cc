@@ -198,6 +198,7 @@ template void Coordinator::Impl::on(Call<v1::SetVelocityRequest, v1::CommandRepl
 template void Coordinator::Impl::on(Call<v1::ApplyImpulseRequest, v1::CommandReply>&, Nanoseconds);
 template void Coordinator::Impl::on(Call<v1::ApplyForceRequest, v1::CommandReply>&, Nanoseconds);
 template void Coordinator::Impl::on(Call<v1::TeleportRequest, v1::CommandReply>&, Nanoseconds);
+template void Coordinator::Impl::on(Call<v1::SurfaceMotionRequest, v1::CommandReply>&, Nanoseconds);
 template void Coordinator::Impl::on(Call<v1::KinematicTargetRequest, v1::CommandReply>&, Nanoseconds);
 template void Coordinator::Impl::on(Call<v1::RemoveJointRequest, v1::CommandReply>&, Nanoseconds);
 template void Coordinator::Impl::on(Call<v1::SetJointDrivesRequest, v1::CommandReply>&, Nanoseconds);

@@ -164,6 +164,16 @@ absl::StatusOr<Command> checked(const v1::KinematicTargetRequest& request, const
   return KinematicTarget{body->id, record->home, record->state, request.keeps_orientation()};
 }
 
+absl::StatusOr<Command> checked(const v1::SurfaceMotionRequest& request, const WorldRegistry& world) {
+  const absl::StatusOr<Target> body = target(request.body(), world);
+  if (!body.ok()) return body.status();
+  const auto velocity = bounded("surface velocity", request.velocity(), kSurfaceSpeedMax, "m/s");
+  if (!velocity.ok()) return in(*body, velocity.status());
+  const auto running = bounded("running surface", request.running(), kSurfaceSpeedMax, "m/s");
+  if (!running.ok()) return in(*body, running.status());
+  return SetSurfaceMotion{body->id, *velocity, *running};
+}
+
 absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const WorldRegistry& world) {
   if (!request.has_origin()) return refused("origin must be set");
   const double size = world.settings().sector_size;

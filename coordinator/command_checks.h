@@ -21,6 +21,7 @@ absl::StatusOr<Command> checked(const v1::ApplyImpulseRequest& request, const Wo
 absl::StatusOr<Command> checked(const v1::ApplyForceRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::TeleportRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::KinematicTargetRequest& request, const WorldRegistry& world);
+absl::StatusOr<Command> checked(const v1::SurfaceMotionRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::RemoveJointRequest& request, const WorldRegistry& world);
 absl::StatusOr<Command> checked(const v1::SetJointDrivesRequest& request, const WorldRegistry& world);
 

@@ -45,6 +45,7 @@ using ClientRequest = std::variant<
     ClientCall<v1::ApplyImpulseRequest, v1::CommandReply>,
     ClientCall<v1::ApplyForceRequest, v1::CommandReply>, ClientCall<v1::TeleportRequest, v1::CommandReply>,
     ClientCall<v1::KinematicTargetRequest, v1::CommandReply>,
+    ClientCall<v1::SurfaceMotionRequest, v1::CommandReply>,
     ClientCall<v1::AddJointRequest, v1::AddJointReply>, ClientCall<v1::RemoveJointRequest, v1::CommandReply>,
     ClientCall<v1::SetJointDrivesRequest, v1::CommandReply>,
     ClientCall<v1::ListJointsRequest, v1::ListJointsReply>, ClientCall<v1::PauseRequest, v1::PauseReply>,

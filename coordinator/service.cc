@@ -113,6 +113,10 @@ grpc::ServerUnaryReactor* TesseraService::SetKinematicTarget(Context*, const v1:
                                                              v1::CommandReply* a) {
   return post(q, a);
 }
+grpc::ServerUnaryReactor* TesseraService::SetSurfaceMotion(Context*, const v1::SurfaceMotionRequest* q,
+                                                           v1::CommandReply* a) {
+  return post(q, a);
+}
 grpc::ServerUnaryReactor* TesseraService::AddJoint(Context*, const v1::AddJointRequest* q,
                                                    v1::AddJointReply* a) {
   return post(q, a);

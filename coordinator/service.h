@@ -28,6 +28,7 @@ class TesseraService final : public v1::Tessera::CallbackService {
   Reactor* ApplyForce(Context*, const v1::ApplyForceRequest*, v1::CommandReply*) override;
   Reactor* Teleport(Context*, const v1::TeleportRequest*, v1::CommandReply*) override;
   Reactor* SetKinematicTarget(Context*, const v1::KinematicTargetRequest*, v1::CommandReply*) override;
+  Reactor* SetSurfaceMotion(Context*, const v1::SurfaceMotionRequest*, v1::CommandReply*) override;
   Reactor* AddJoint(Context*, const v1::AddJointRequest*, v1::AddJointReply*) override;
   Reactor* RemoveJoint(Context*, const v1::RemoveJointRequest*, v1::CommandReply*) override;
   Reactor* SetJointDrives(Context*, const v1::SetJointDrivesRequest*, v1::CommandReply*) override;

@@ -159,6 +159,9 @@ absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJointRequest& 
 void WorldRegistry::apply(const Command& command) {
   if (const auto* body = std::get_if<RemoveBody>(&command)) remove(body->id);
   if (const auto* joint = std::get_if<RemoveJoint>(&command)) joints_.remove(joint->id);
+  if (const auto* motion = std::get_if<SetSurfaceMotion>(&command)) {
+    set_surface_motion(bodies_.at(motion->id).properties, motion->velocity, motion->running);
+  }
   if (const auto* drives = std::get_if<SetDrives>(&command)) joints_.set_drives(drives->id, drives->drives);
 }
 

@@ -66,6 +66,8 @@ class Playback {
         return checked(recorded.remove_joint(), registry_);
       case Kind::kSetJointDrives:
         return checked(recorded.set_joint_drives(), registry_);
+      case Kind::kSurfaceMotion:
+        return checked(recorded.surface_motion(), registry_);
       case Kind::REQUEST_NOT_SET:
         break;
     }

@@ -145,6 +145,13 @@ tessera_code tessera_apply_impulse(tessera_client* client, uint64_t id, const do
   return code_of(client->client->apply_impulse(tessera::BodyId{id}, Vector3d(impulse), arm).status());
 }
 
+tessera_code tessera_set_surface_motion(tessera_client* client, uint64_t id, const double velocity[3],
+                                        const double running[3]) {
+  const auto given = [](const double* v) { return v == nullptr ? Vector3d(Vector3d::Zero()) : Vector3d(v); };
+  return code_of(
+      client->client->set_surface_motion(tessera::BodyId{id}, given(velocity), given(running)).status());
+}
+
 tessera_code tessera_step(tessera_client* client, uint64_t ticks, uint64_t* tick) {
   return give_tick(client->client->step(ticks), tick);
 }

@@ -358,6 +358,15 @@ absl::StatusOr<Tick> Client::set_kinematic_target(const BodyName& body, const Ta
   return impl_->command(&Stub::SetKinematicTarget, request, timeout);
 }
 
+absl::StatusOr<Tick> Client::set_surface_motion(const BodyName& body, const Eigen::Vector3d& velocity,
+                                                const Eigen::Vector3d& running, absl::Duration timeout) {
+  v1::SurfaceMotionRequest request;
+  *request.mutable_body() = to_proto(body);
+  *request.mutable_velocity() = to_proto(velocity);
+  *request.mutable_running() = to_proto(running);
+  return impl_->command(&Stub::SetSurfaceMotion, request, timeout);
+}
+
 absl::StatusOr<AddedJoint> Client::add_joint(const NewJoint& joint, absl::Duration timeout) {
   JointDescription description = joint.joint;
   description.properties.parent = {};

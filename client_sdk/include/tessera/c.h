@@ -87,6 +87,11 @@ TESSERA_API tessera_code tessera_find(tessera_client* client, const char* name, 
 TESSERA_API tessera_code tessera_apply_impulse(tessera_client* client, uint64_t id, const double impulse[3],
                                                const double lever[3]);
 
+/* Starts or stops the moving surface of a body, as that of a conveyor belt: `velocity` in m/s, and `running`
+ * in m/s, the axis that a track runs around, in the body frame; null: 0. NOT_FOUND. */
+TESSERA_API tessera_code tessera_set_surface_motion(tessera_client* client, uint64_t id,
+                                                    const double velocity[3], const double running[3]);
+
 /* Runs that many ticks, however long they take. `tick`, the last of them, may be null, here and below.
  * FAILED_PRECONDITION unless the world is paused. */
 TESSERA_API tessera_code tessera_step(tessera_client* client, uint64_t ticks, uint64_t* tick);

@@ -216,6 +216,12 @@ class Client {
   absl::StatusOr<Tick> set_kinematic_target(const BodyName& body, const TargetPose& pose,
                                             absl::Duration timeout = kCallTimeout);
 
+  // How the surface of a body of any kind moves from now on, in its body frame and m/s: Surface in
+  // lpss/model/surface.h. Starts and stops conveyor belts (`velocity`) and tracks (`running`).
+  absl::StatusOr<Tick> set_surface_motion(const BodyName& body, const Eigen::Vector3d& velocity,
+                                          const Eigen::Vector3d& running = Eigen::Vector3d::Zero(),
+                                          absl::Duration timeout = kCallTimeout);
+
   // --- joints: likewise ---
 
   absl::StatusOr<AddedJoint> add_joint(const NewJoint& joint, absl::Duration timeout = kCallTimeout);

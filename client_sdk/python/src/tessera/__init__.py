@@ -10,7 +10,7 @@ Units: m, kg, s, rad, N. Positions are a sector and a displacement from its cent
 """
 
 from tessera._proto.world_pb2 import Shape
-from tessera.body import Body, Motion
+from tessera.body import Body, Motion, Surface
 from tessera.client import BodyName, BodyStream, Catalogue, Client, ContactStream, Status
 from tessera.cluster import Cluster
 from tessera.errors import (
@@ -90,6 +90,7 @@ __all__ = [
     "Shape",
     "Status",
     "Stream",
+    "Surface",
     "TesseraError",
     "Trajectory",
     "Unavailable",

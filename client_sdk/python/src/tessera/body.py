@@ -30,6 +30,31 @@ class Motion(enum.IntEnum):
 
 
 @dataclass
+class Surface:
+    """How the surface of a body holds and carries what touches it. Vectors are in the body frame."""
+
+    direction: VectorLike = (0.0, 0.0, 0.0)  # of `Body.friction`, not 0: it then differs by direction
+    second_friction: float = 0.0  # Coulomb coefficient across the direction
+    torsional_friction: float = 1.0  # with a patch: it resists spinning by 3 pi / 16 of their product
+    patch_radius: float = 0.0  # m; a contact has the larger of its two
+    rolling_friction: float = 0.0  # m: the torque that resists rolling, by the normal force; likewise
+    velocity: VectorLike = (0.0, 0.0, 0.0)  # m/s: of a conveyor belt
+    running: VectorLike = (0.0, 0.0, 0.0)  # m/s: the axis that a track runs around
+
+    def message(self) -> world_pb2.Surface:
+        """The surface on the wire."""
+        return world_pb2.Surface(
+            direction=vector_message(self.direction, "direction"),
+            second_friction=self.second_friction,
+            torsional_friction=self.torsional_friction,
+            patch_radius=self.patch_radius,
+            rolling_friction=self.rolling_friction,
+            velocity=vector_message(self.velocity, "velocity"),
+            running=vector_message(self.running, "running"),
+        )
+
+
+@dataclass
 class Body:
     """The initial state of one rigid body. Units: m, kg, s, rad; velocities are along the world's axes.
 
@@ -56,6 +81,7 @@ class Body:
     mask: int = 0xFFFFFFFF  # ... matches the other one's mask
     gravity: bool = True
     assembly: int = 0  # bodies of the same assembly, not 0, do not collide
+    surface: Surface | None = None  # none: one like any other
 
     def message(self, shape_place: int = 0) -> world_pb2.Body:
         """The body on the wire; `shape_place` is the index of its shape in the table of a world."""
@@ -76,6 +102,7 @@ class Body:
                 mask=self.mask,
                 no_gravity=not self.gravity,
                 assembly=self.assembly,
+                surface=None if self.surface is None else self.surface.message(),
             ),
             pose=world_pose_message(self.position, self.orientation),
             linear_velocity=vector_message(self.linear_velocity, "linear_velocity"),

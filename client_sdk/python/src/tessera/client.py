@@ -155,6 +155,26 @@ class Client:
             timeout,
         )
 
+    def set_surface_motion(
+        self,
+        body: BodyName,
+        velocity: VectorLike,
+        running: VectorLike = _ZERO,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> int:
+        """Starts or stops the moving surface of a body, in its frame and m/s: a conveyor belt (`velocity`), or
+        a track, which runs around the axis `running`.
+        """
+        return self._command(
+            "SetSurfaceMotion",
+            tessera_pb2.SurfaceMotionRequest(
+                body=_body_ref(body),
+                velocity=vector_message(velocity, "velocity"),
+                running=vector_message(running, "running"),
+            ),
+            timeout,
+        )
+
     def apply_impulse(
         self,
         body: BodyName,
