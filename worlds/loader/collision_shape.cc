@@ -6,7 +6,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstdint>
 #include <ignition/math/eigen3/Conversions.hh>
+#include <iterator>
 #include <optional>
 #include <sdf/Box.hh>
 #include <sdf/Capsule.hh>
@@ -18,6 +20,7 @@
 #include <sdf/Plane.hh>
 #include <sdf/Sphere.hh>
 #include <utility>
+#include <variant>
 
 #include "lpss/model/limits.h"
 
@@ -26,7 +29,11 @@ namespace {
 
 using ignition::math::eigen3::convert;
 
-constexpr absl::string_view kHeightFieldPrefix = "tessera:heightfield/";
+constexpr absl::string_view kGivenPrefix = "tessera:given/";
+
+using Parts = std::vector<ShapePart>;  // in the frame of a collision
+
+Parts one(Geometry geometry) { return {{std::move(geometry), Pose{}}}; }
 
 Pose pose_in_link(const sdf::Collision& collision) {
   ignition::math::Pose3d pose = collision.RawPose();
@@ -98,8 +105,8 @@ std::size_t triangles_without_area(const TriangleMesh& mesh) {
   return flat;
 }
 
-std::vector<Geometry> surface_of_mesh(const sdf::Mesh& mesh, const std::vector<SubMesh>& objects,
-                                      const std::string& where, Notices& notices) {
+Parts surface_of_mesh(const sdf::Mesh& mesh, const std::vector<SubMesh>& objects, const std::string& where,
+                      Notices& notices) {
   const ignition::math::Vector3d scale = mesh.Scale();
   TriangleMesh surface = surface_of(objects, scale.X() * scale.Y() * scale.Z() < 0);
   const std::size_t flat = triangles_without_area(surface);
@@ -108,9 +115,7 @@ std::vector<Geometry> surface_of_mesh(const sdf::Mesh& mesh, const std::vector<S
     return {};
   }
   if (flat > 0) notices.count("triangle without area in a mesh: nothing touches it", flat);
-  std::vector<Geometry> result;
-  result.emplace_back(std::move(surface));
-  return result;
+  return one(std::move(surface));
 }
 
 // The hull of one object of a mesh; none if its points are all near a line.
@@ -136,48 +141,124 @@ std::optional<ConvexHull> hull_of(const SubMesh& part, const std::string& where,
   return hull;
 }
 
-absl::StatusOr<std::vector<Geometry>> geometries_of_mesh(const sdf::Mesh& mesh, bool moves,
-                                                         const std::string& where, MeshLibrary& meshes,
-                                                         Notices& notices) {
-  if (const HeightField* field = meshes.height_field(mesh.Uri()); field != nullptr) {
-    return std::vector<Geometry>{*field};
+// The hulls of the parts of an object; none if it cannot be divided.
+Parts hulls_of_parts(const SubMesh& object, std::size_t parts_max, const std::string& where,
+                     Notices& notices) {
+  Parts result;
+  const auto divided = tessera::divided(object, parts_max);
+  if (!divided) {
+    notices.count(absl::StrCat("mesh object that cannot be divided into convex parts (of more than ",
+                               kDividedTrianglesMax,
+                               " triangles, or in many pieces), taken as its convex hull"));
+    return result;
   }
-  const absl::StatusOr<const std::vector<SubMesh>*> all = meshes.mesh(mesh.Uri());
-  if (!all.ok()) return all.status();
-  const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(mesh, **all);
-  if (!objects.ok()) return objects.status();
-  if (!moves) return surface_of_mesh(mesh, *objects, where, notices);
-  std::vector<Geometry> result;
-  for (const SubMesh& part : *objects) {
-    if (std::optional<ConvexHull> hull = hull_of(part, where, notices)) result.emplace_back(*std::move(hull));
+  for (const std::vector<Eigen::Vector3d>& points : *divided) {
+    SubMesh part;
+    part.vertices = points;
+    if (std::optional<ConvexHull> hull = hull_of(part, where, notices))
+      result.push_back({*std::move(hull), Pose{}});
   }
   return result;
 }
 
+absl::StatusOr<Parts> parts_of_mesh(const sdf::Mesh& mesh, const std::string& file, std::size_t parts_max,
+                                    bool moves, const std::string& where, MeshLibrary& meshes,
+                                    Notices& notices) {
+  const absl::StatusOr<const std::vector<SubMesh>*> all = meshes.mesh(file);
+  if (!all.ok()) return all.status();
+  const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(mesh, **all);
+  if (!objects.ok()) return objects.status();
+  if (!moves) return surface_of_mesh(mesh, *objects, where, notices);
+  Parts result;
+  for (const SubMesh& object : *objects) {
+    Parts parts;
+    if (!is_convex(object)) {
+      if (parts_max > 1) {
+        parts = hulls_of_parts(object, parts_max, where, notices);
+      } else {
+        notices.count("concave mesh object that moves, taken as its convex hull");
+      }
+    }
+    if (parts.empty()) {
+      if (std::optional<ConvexHull> hull = hull_of(object, where, notices)) parts = one(*std::move(hull));
+    }
+    std::ranges::move(parts, std::back_inserter(result));
+  }
+  return result;
+}
+
+ConvexHull prism_hull(const Outline& outline, double height) {
+  ConvexHull hull;
+  for (const double z : {0.0, height}) {
+    for (const Eigen::Vector2d& point : outline) hull.points.emplace_back(point.x(), point.y(), z);
+  }
+  return hull;
+}
+
+TriangleMesh prism_surface(const Prism& prism, const std::vector<std::uint32_t>& triangles) {
+  TriangleMesh mesh{prism_hull(prism.outline, prism.height).points, {}};
+  const auto size = static_cast<std::uint32_t>(prism.outline.size());
+  for (std::size_t n = 0; n < triangles.size(); n += 3) {
+    const std::uint32_t* const t = &triangles[n];
+    mesh.indices.insert(mesh.indices.end(), {t[0], t[2], t[1], size + t[0], size + t[1], size + t[2]});
+  }
+  for (std::uint32_t n = 0; n < size; ++n) {
+    const std::uint32_t next = (n + 1) % size;
+    mesh.indices.insert(mesh.indices.end(), {n, next, size + next, n, size + next, size + n});
+  }
+  return mesh;
+}
+
+// A hull where the outline is convex; else a surface, or, of what moves, the hulls of its convex parts.
+absl::StatusOr<Parts> parts_of_prisms(const Prisms& prisms, bool moves) {
+  Parts result;
+  for (const Prism& prism : prisms) {
+    const absl::StatusOr<std::vector<Outline>> convex = convex_parts(prism.outline);
+    if (!convex.ok()) return convex.status();
+    if (!moves && convex->size() > 1) {
+      const absl::StatusOr<std::vector<std::uint32_t>> triangles = triangles_of(prism.outline);
+      if (!triangles.ok()) return triangles.status();
+      result.push_back({prism_surface(prism, *triangles), Pose{}});
+      continue;
+    }
+    for (const Outline& part : *convex) result.push_back({prism_hull(part, prism.height), Pose{}});
+  }
+  return result;
+}
+
+absl::StatusOr<Parts> parts_of_mesh(const sdf::Mesh& mesh, bool moves, const std::string& where,
+                                    MeshLibrary& meshes, Notices& notices) {
+  const GivenGeometry* const given = meshes.given(mesh.Uri());
+  if (given == nullptr) return parts_of_mesh(mesh, mesh.Uri(), 0, moves, where, meshes, notices);
+  if (const auto* field = std::get_if<PlacedHeightField>(given))
+    return Parts{{field->field, Pose{field->position, Eigen::Quaterniond::Identity()}}};
+  if (const auto* prisms = std::get_if<Prisms>(given)) return parts_of_prisms(*prisms, moves);
+  if (const auto* hull = std::get_if<ConvexHull>(given)) return one(*hull);
+  const auto& divided = std::get<DividedMesh>(*given);
+  return parts_of_mesh(mesh, divided.file, divided.parts_max, moves, where, meshes, notices);
+}
+
 // Empty for an unsupported kind.
-absl::StatusOr<std::vector<Geometry>> geometries_of(const sdf::Geometry& geometry, bool moves,
-                                                    const std::string& where, MeshLibrary& meshes,
-                                                    Notices& notices) {
+absl::StatusOr<Parts> parts_of(const sdf::Geometry& geometry, bool moves, const std::string& where,
+                               MeshLibrary& meshes, Notices& notices) {
   switch (geometry.Type()) {
     case sdf::GeometryType::BOX:
-      return std::vector<Geometry>{Box{convert(geometry.BoxShape()->Size())}};
+      return one(Box{convert(geometry.BoxShape()->Size())});
     case sdf::GeometryType::SPHERE:
-      return std::vector<Geometry>{Sphere{geometry.SphereShape()->Radius()}};
+      return one(Sphere{geometry.SphereShape()->Radius()});
     case sdf::GeometryType::CAPSULE:
-      return std::vector<Geometry>{
-          Capsule{geometry.CapsuleShape()->Radius(), geometry.CapsuleShape()->Length()}};
+      return one(Capsule{geometry.CapsuleShape()->Radius(), geometry.CapsuleShape()->Length()});
     case sdf::GeometryType::CYLINDER:
-      return std::vector<Geometry>{
-          Cylinder{geometry.CylinderShape()->Radius(), geometry.CylinderShape()->Length()}};
+      return one(Cylinder{geometry.CylinderShape()->Radius(), geometry.CylinderShape()->Length()});
     case sdf::GeometryType::ELLIPSOID:
-      return std::vector<Geometry>{Ellipsoid{convert(geometry.EllipsoidShape()->Radii())}};
+      return one(Ellipsoid{convert(geometry.EllipsoidShape()->Radii())});
     case sdf::GeometryType::PLANE:
-      return std::vector<Geometry>{Plane{convert(geometry.PlaneShape()->Normal()).normalized()}};
+      return one(Plane{convert(geometry.PlaneShape()->Normal()).normalized()});
     case sdf::GeometryType::MESH:
-      return geometries_of_mesh(*geometry.MeshShape(), moves, where, meshes, notices);
+      return parts_of_mesh(*geometry.MeshShape(), moves, where, meshes, notices);
     default:
       notices.count("collision with unsupported geometry, skipped");
-      return std::vector<Geometry>{};
+      return Parts{};
   }
 }
 
@@ -193,16 +274,20 @@ absl::StatusOr<const std::vector<SubMesh>*> MeshLibrary::mesh(const std::string&
   return entry.get();
 }
 
-std::string MeshLibrary::add(HeightField field) {
-  std::string name = absl::StrCat(kHeightFieldPrefix, height_fields_.size());
-  height_fields_.emplace(name, std::move(field));
+std::string MeshLibrary::add(GivenGeometry geometry) {
+  std::string name = absl::StrCat(kGivenPrefix, given_.size());
+  if (const auto* mesh = std::get_if<DividedMesh>(&geometry)) {
+    const auto [known, is_new] = divided_.try_emplace({mesh->file, mesh->parts_max}, name);
+    if (!is_new) return known->second;
+  }
+  given_.emplace(name, std::move(geometry));
   return name;
 }
 
-const HeightField* MeshLibrary::height_field(const std::string& name) const {
-  if (!absl::StartsWith(name, kHeightFieldPrefix)) return nullptr;
-  const auto place = height_fields_.find(name);
-  return place == height_fields_.end() ? nullptr : &place->second;
+const GivenGeometry* MeshLibrary::given(const std::string& name) const {
+  if (!absl::StartsWith(name, kGivenPrefix)) return nullptr;
+  const auto place = given_.find(name);
+  return place == given_.end() ? nullptr : &place->second;
 }
 
 absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, MeshLibrary& meshes, Notices& notices) {
@@ -211,14 +296,14 @@ absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, MeshLibrary& m
     const sdf::Collision& collision = *link.CollisionByIndex(n);
     const std::string where =
         absl::StrCat("<collision name='", collision.Name(), "'> of <link name='", link.Name(), "'>");
-    absl::StatusOr<std::vector<Geometry>> geometries =
-        geometries_of(*collision.Geom(), moves, where, meshes, notices);
-    if (!geometries.ok()) {
-      return absl::Status(geometries.status().code(), absl::StrCat("collision '", collision.Name(),
-                                                                   "': ", geometries.status().message()));
+    absl::StatusOr<Parts> parts = parts_of(*collision.Geom(), moves, where, meshes, notices);
+    if (!parts.ok()) {
+      return absl::Status(parts.status().code(),
+                          absl::StrCat("collision '", collision.Name(), "': ", parts.status().message()));
     }
-    for (Geometry& geometry : *geometries)
-      shape.parts.push_back({std::move(geometry), pose_in_link(collision)});
+    const Pose pose = pose_in_link(collision);
+    for (ShapePart& part : *parts)
+      shape.parts.push_back({std::move(part.geometry), part.pose.is_identity() ? pose : pose * part.pose});
   }
   return shape;
 }

@@ -7,33 +7,36 @@
 #include <memory>
 #include <sdf/Link.hh>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "lpss/model/shape.h"
+#include "worlds/loader/given_geometry.h"
 #include "worlds/loader/mesh_file.h"
 #include "worlds/loader/notices.h"
 
 namespace tessera {
 
-// Mesh files, each read once, and height fields from the world file itself.
+// Mesh files, each read once, and geometry that passes through libsdformat by a name.
 class MeshLibrary {
  public:
   absl::StatusOr<const std::vector<SubMesh>*> mesh(const std::string& file);
 
-  // Stores a height field, and returns the name that represents it in a mesh's <uri>.
-  std::string add(HeightField field);
+  // Stores a geometry, and returns the name that represents it in a mesh's <uri>: that of an equal one, too.
+  std::string add(GivenGeometry geometry);
 
-  // The height field of that name, or nullptr if it is the name of a file.
-  const HeightField* height_field(const std::string& name) const;
+  // The geometry of that name, or nullptr if it is the name of a file.
+  const GivenGeometry* given(const std::string& name) const;
 
  private:
   absl::flat_hash_map<std::string, std::unique_ptr<std::vector<SubMesh>>> meshes_;
-  absl::flat_hash_map<std::string, HeightField> height_fields_;
+  absl::flat_hash_map<std::string, GivenGeometry> given_;
+  absl::flat_hash_map<std::pair<std::string, std::size_t>, std::string> divided_;  // names
 };
 
 // All collisions of a link as one shape in the link's frame; without parts if it has none. With `moves`, for
-// a movable body, each object of a mesh file becomes the convex hull of its points; otherwise it is a surface
-// of triangles.
+// a movable body, each object of a mesh file becomes the convex hull of its points, or of those of its parts
+// if the file asks for them; otherwise it is a surface of triangles.
 absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, MeshLibrary& meshes, Notices& notices);
 
 }  // namespace tessera

@@ -19,7 +19,7 @@ namespace {
 using xml::Element;
 
 // What is simulated of SDF: elements with a value, each after the element that it is in. All others are not.
-constexpr std::array<absl::string_view, 50> kSimulated = {"model/static",
+constexpr std::array<absl::string_view, 58> kSimulated = {"model/static",
                                                           "model/self_collide",
                                                           "link/gravity",
                                                           "link/self_collide",
@@ -48,7 +48,14 @@ constexpr std::array<absl::string_view, 50> kSimulated = {"model/static",
                                                           "submesh/center",
                                                           "bounce/restitution_coefficient",
                                                           "ode/mu",
+                                                          "ode/mu2",
+                                                          "ode/fdir1",
                                                           "bullet/friction",
+                                                          "bullet/friction2",
+                                                          "bullet/fdir1",
+                                                          "bullet/rolling_friction",
+                                                          "torsional/coefficient",
+                                                          "torsional/patch_radius",
                                                           "contact/collide_bitmask",
                                                           "joint/parent",
                                                           "joint/child",
@@ -85,12 +92,8 @@ constexpr std::array<absl::string_view, 13> kNoPhysics = {"visual",
                                                           "allow_auto_disable"};
 
 // Elements of SDF that are newer than the parser.
-constexpr std::array<absl::string_view, 6> kNewer = {"mimic",   "fluid_added_mass",     "auto_inertia_params",
-                                                     "density", "convex_decomposition", "cone"};
-
-// Where a second number says the same as a first one.
-constexpr std::array<std::pair<absl::string_view, absl::string_view>, 2> kTwins = {
-    std::pair<absl::string_view, absl::string_view>{"mu2", "mu"}, {"friction2", "friction"}};
+constexpr std::array<absl::string_view, 4> kNewer = {"mimic", "fluid_added_mass", "auto_inertia_params",
+                                                     "density"};
 
 enum class Use { kRead, kNotSimulated };
 
@@ -209,17 +212,9 @@ bool is_known(const sdf::Element& parent, const std::string& name) {
   return parent.HasElementDescription(name) || holds(kNewer, name) || absl::StrContains(name, ":");
 }
 
-bool has_default(const sdf::Element& parent, const sdf::Element& element) {
+bool has_default(const sdf::Element& element) {
   const sdf::ParamPtr value = element.GetValue();
-  if (value == nullptr) return false;
-  for (const auto& [second, first] : kTwins) {
-    if (second != element.GetName()) continue;
-    const std::string twin(first);
-    const sdf::ElementConstPtr other = parent.FindElement(twin);
-    return other == nullptr ? value->GetAsString() == value->GetDefaultAsString()
-                            : value->GetAsString() == other->GetValue()->GetAsString();
-  }
-  return value->GetAsString() == value->GetDefaultAsString();
+  return value != nullptr && value->GetAsString() == value->GetDefaultAsString();
 }
 
 // An element with a name, and the way from it to one below: "<surface><friction>" of a <collision>.
@@ -251,7 +246,7 @@ void note_child(const sdf::Element& parent, const sdf::Element& child, const Way
   if (described && child.GetElementDescriptionCount() > 0) {
     note_children(child, way_to(child, way), notices);
   } else if (!described || (!is_simulated(parent.GetName(), name) && child.GetExplicitlySetInFile() &&
-                            !has_default(parent, child))) {
+                            !has_default(child))) {
     notices.count(absl::StrCat(way.path, "<", name, "> of ", way.owner, " not simulated"));
   }
 }

@@ -14,11 +14,13 @@
 #include "lpss/model/limits.h"
 #include "worlds/loader/elements.h"
 #include "worlds/loader/file_search.h"
+#include "worlds/loader/given_geometry.h"
 #include "worlds/loader/inertia.h"
 #include "worlds/loader/joint_reader.h"
 #include "worlds/loader/massless_links.h"
 #include "worlds/loader/repairs.h"
 #include "worlds/loader/sdf_parser.h"
+#include "worlds/loader/surface_reader.h"
 #include "worlds/loader/urdf.h"
 
 namespace tessera {
@@ -37,25 +39,21 @@ bool is_one_of(const Element& element, const std::array<absl::string_view, N>& n
   return std::find(names.begin(), names.end(), element.Name()) != names.end();
 }
 
-constexpr std::array<absl::string_view, 8> kKnownGeometries = {
-    "box", "sphere", "capsule", "cylinder", "ellipsoid", "plane", "mesh", "tessera:heightfield"};
+constexpr std::array<absl::string_view, 7> kKnownGeometries = {"box",       "sphere", "capsule", "cylinder",
+                                                               "ellipsoid", "plane",  "mesh"};
 // Elements of our own, in place of what libsdformat does not support.
-constexpr std::array<absl::string_view, 5> kKept = {"tessera:auto_inertia", "tessera:density", kKeptDrives,
-                                                    kKeptMimic, kKeptThreadPitch};
+constexpr std::array<absl::string_view, 6> kKept = {
+    "tessera:auto_inertia", "tessera:density", kKeptDrives, kKeptMimic, kKeptThreadPitch, kSurfaceMotion};
 // libsdformat would accept any number, even NaN; here the error can still name the line.
-constexpr std::array<absl::string_view, 13> kNumbers = {"mass",
-                                                        "ixx",
-                                                        "ixy",
-                                                        "ixz",
-                                                        "iyy",
-                                                        "iyz",
-                                                        "izz",
-                                                        "mu",
-                                                        "mu2",
-                                                        "normal",
-                                                        "scale",
-                                                        "density",
-                                                        "restitution_coefficient"};
+constexpr std::array<absl::string_view, 18> kNumbers = {"mass",         "ixx",
+                                                        "ixy",          "ixz",
+                                                        "iyy",          "iyz",
+                                                        "izz",          "mu",
+                                                        "mu2",          "fdir1",
+                                                        "friction2",    "coefficient",
+                                                        "patch_radius", "rolling_friction",
+                                                        "normal",       "scale",
+                                                        "density",      "restitution_coefficient"};
 constexpr std::array<const char*, 3> kMoments = {"ixx", "iyy", "izz"};
 constexpr std::array<const char*, 3> kProducts = {"ixy", "ixz", "iyz"};
 constexpr std::array<absl::string_view, 4> kSizes = {"size", "radius", "length", "radii"};
@@ -274,21 +272,12 @@ bool has_known_geometry(const Element& collision, Notices& notices) {
     notices.count_repair("collision of no size, left out", xml::place_of(collision));
     return false;
   }
-  if (kind != nullptr && is_one_of(*kind, kKnownGeometries)) return true;
+  if (kind != nullptr && (is_one_of(*kind, kKnownGeometries) || is_given(*kind))) return true;
   notices.count(kind == nullptr || xml::is(*kind, "empty")
                     ? std::string("collision without geometry, skipped")
                     : absl::StrCat("collision with the geometry <", kind->Name(),
                                    ">, which is not supported, skipped"));
   return false;
-}
-
-absl::Status use_mesh_path(Element& mesh, const path& directory) {
-  Element* uri = mesh.FirstChildElement("uri");
-  if (uri == nullptr) return xml::invalid(mesh, "the <uri> is missing");
-  const absl::StatusOr<path> file = find_uri(xml::text_of(*uri), directory);
-  if (!file.ok()) return xml::error_at(*uri, file.status().code(), file.status().message());
-  uri->SetText(file->string().c_str());
-  return absl::OkStatus();
 }
 
 }  // namespace
@@ -367,7 +356,10 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
   if (xml::is(element, "inertial")) {
     if (absl::Status status = repair_inertial(element, notices); !status.ok()) return status;
   }
-  if (xml::is(element, "link")) keep_auto_inertia(element);
+  if (xml::is(element, "link")) {
+    keep_auto_inertia(element);
+    if (absl::Status status = keep_surface_motion(element); !status.ok()) return status;
+  }
   if (xml::is(element, "joint")) {
     if (absl::Status status = prepare_joint(element); !status.ok()) return status;
   }
@@ -381,10 +373,10 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
       element.DeleteChild(child);
     } else if (in_model && xml::is(*child, "include")) {
       status = take_include(*child, directory, slots, notices);
-    } else if (xml::is(*child, "tessera:heightfield") && xml::is(element, "geometry")) {
-      status = take_height_field(element);
+    } else if (is_given(*child) && xml::is(element, "geometry")) {
+      return take_given(*child, directory, notices);
     } else if (!is_one_of(*child, kKept)) {
-      if (xml::is(*child, "mesh")) status = use_mesh_path(*child, directory);
+      if (xml::is(*child, "mesh")) status = take_mesh(*child, directory, notices);
       if (status.ok()) status = clean(*child, directory, slots, notices);
     }
     if (!status.ok()) return status;
@@ -393,35 +385,26 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
   return absl::OkStatus();
 }
 
-// <tessera:heightfield columns= rows= spacing="x y">heights, row by row</tessera:heightfield>
-absl::Status ModelSources::take_height_field(Element& geometry) {
-  Element& element = *geometry.FirstChildElement("tessera:heightfield");
-  HeightField field;
-  for (const auto& [name, count] : {std::pair{"columns", &field.columns}, std::pair{"rows", &field.rows}}) {
-    const absl::StatusOr<double> value = xml::number_attribute(element, name);
-    if (!value.ok()) return value.status();
-    if (*value < 2 || *value > static_cast<double>(kHeightFieldSamplesMax)) {
-      return xml::invalid(element, name, " = ", *value, " must be 2 to ", kHeightFieldSamplesMax);
-    }
-    *count = static_cast<std::uint32_t>(*value);
-  }
-  const absl::StatusOr<std::string> text = xml::required_attribute(element, "spacing");
-  if (!text.ok()) return text.status();
-  const absl::StatusOr<std::vector<double>> spacing = xml::numbers_in(element, *text);
-  if (!spacing.ok()) return spacing.status();
-  if (spacing->size() != 2) return xml::invalid(element, "spacing = '", *text, "' must be 2 numbers: x y");
-  field.spacing = {(*spacing)[0], (*spacing)[1]};
-  absl::StatusOr<std::vector<double>> heights = xml::numbers_in(element, xml::text_of(element));
-  if (!heights.ok()) return heights.status();
-  const std::uint64_t samples = std::uint64_t{field.columns} * field.rows;
-  if (heights->size() != samples) {
-    return xml::invalid(element, heights->size(), " heights must be ", field.columns, " x ", field.rows,
-                        " = ", samples);
-  }
-  field.heights = *std::move(heights);
-  geometry.DeleteChild(&element);
-  const std::string name = meshes_.add(std::move(field));
+// In the place of all of the geometry.
+absl::Status ModelSources::take_given(const Element& kind, const path& directory, Notices& notices) {
+  Element& geometry = *const_cast<Element&>(kind).Parent()->ToElement();
+  absl::StatusOr<GivenGeometry> given = given_geometry(kind, directory, notices);
+  if (!given.ok()) return given.status();
+  geometry.DeleteChildren();
+  const std::string name = meshes_.add(*std::move(given));
   geometry.InsertNewChildElement("mesh")->InsertNewChildElement("uri")->SetText(name.c_str());
+  return absl::OkStatus();
+}
+
+absl::Status ModelSources::take_mesh(Element& mesh, const path& directory, Notices& notices) {
+  Element* uri = mesh.FirstChildElement("uri");
+  if (uri == nullptr) return xml::invalid(mesh, "the <uri> is missing");
+  const absl::StatusOr<path> file = find_uri(xml::text_of(*uri), directory);
+  if (!file.ok()) return xml::error_at(*uri, file.status().code(), file.status().message());
+  const absl::StatusOr<std::size_t> parts = take_optimization(mesh, notices);
+  if (!parts.ok()) return parts.status();
+  const std::string name = *parts > 0 ? meshes_.add(DividedMesh{file->string(), *parts}) : file->string();
+  uri->SetText(name.c_str());
   return absl::OkStatus();
 }
 

@@ -73,7 +73,8 @@ class ModelSources {
                             std::vector<Slot>& slots, Notices& notices);
   absl::Status fill(xml::Element& model, const std::string& version, const std::vector<Slot>& slots);
   absl::StatusOr<xml::Element*> to_latest(const xml::Element& model, const std::string& version);
-  absl::Status take_height_field(xml::Element& geometry);
+  absl::Status take_given(const xml::Element& kind, const std::filesystem::path& directory, Notices& notices);
+  absl::Status take_mesh(xml::Element& mesh, const std::filesystem::path& directory, Notices& notices);
 
   MeshLibrary& meshes_;
   absl::flat_hash_map<std::string, std::unique_ptr<IncludedFile>> files_;  // by canonical path

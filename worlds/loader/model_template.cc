@@ -16,6 +16,7 @@
 #include "worlds/loader/inertia.h"
 #include "worlds/loader/joint_reader.h"
 #include "worlds/loader/sdf_parser.h"
+#include "worlds/loader/surface_reader.h"
 
 namespace tessera {
 namespace {
@@ -24,58 +25,6 @@ using ignition::math::eigen3::convert;
 
 Pose to_pose(const ignition::math::Pose3d& pose) {
   return {convert(pose.Pos()), convert(pose.Rot()).normalized()};
-}
-
-// A number deep in an element that the DOM classes of libsdformat do not cover.
-template <typename T>
-bool find_value(sdf::ElementPtr element, std::initializer_list<const char*> path, T& value) {
-  for (const char* name : path) {
-    if (element == nullptr || !element->HasElement(name)) return false;
-    element = element->GetElement(name);
-  }
-  value = element->Get<T>();
-  return true;
-}
-
-struct SurfaceOfCollision {
-  double friction = 1;  // SDF's default
-  double restitution = 0;
-  std::uint32_t bitmask = 0xffff;
-
-  friend bool operator==(const SurfaceOfCollision&, const SurfaceOfCollision&) = default;
-};
-
-SurfaceOfCollision surface_of(const sdf::Collision& collision) {
-  SurfaceOfCollision result;
-  const sdf::ElementPtr element = collision.Element();
-  if (!find_value(element, {"surface", "friction", "ode", "mu"}, result.friction)) {
-    find_value(element, {"surface", "friction", "bullet", "friction"}, result.friction);
-  }
-  find_value(element, {"surface", "bounce", "restitution_coefficient"}, result.restitution);
-  // Not through libsdformat's Contact, whose default is 0xff.
-  unsigned bitmask = result.bitmask;
-  find_value(element, {"surface", "contact", "collide_bitmask"}, bitmask);
-  result.bitmask = bitmask;
-  return result;
-}
-
-// A body has one surface: that of its first collision, and all bits of them.
-void set_surface(const sdf::Link& link, BodyProperties& properties, Notices& notices) {
-  if (link.CollisionCount() == 0) return;
-  const SurfaceOfCollision first = surface_of(*link.CollisionByIndex(0));
-  std::uint32_t bits = 0;
-  bool differ = false;
-  for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
-    const SurfaceOfCollision surface = surface_of(*link.CollisionByIndex(n));
-    differ = differ || surface != first;
-    bits |= surface.bitmask;
-  }
-  if (differ) notices.count("link whose collisions differ in their surface: the first one is used");
-  properties.friction = first.friction;
-  properties.restitution = first.restitution;
-  // In SDF two collisions meet if their bitmasks have a bit in common.
-  properties.category = bits;
-  properties.mask = bits;
 }
 
 class Reader {
@@ -200,7 +149,7 @@ class Reader {
     const bool moves = properties.motion != Motion::kStatic;
     absl::StatusOr<Shape> shape = shape_of(link, moves, meshes_, result_.notices);
     if (!shape.ok()) return shape.status();
-    set_surface(link, properties, result_.notices);
+    read_surface(link, properties, result_.notices);
     if (shape->parts.empty()) {
       if (!jointed_.contains(name)) {
         result_.notices.count("link without collision shape, skipped");

@@ -162,4 +162,12 @@ absl::StatusOr<std::string> to_latest_sdf(const std::string& xml) {
   return document->Root()->ToString("");
 }
 
+sdf::ElementPtr find_element(sdf::ElementPtr element, std::initializer_list<const char*> path) {
+  for (const char* name : path) {
+    if (element == nullptr || !element->HasElement(name)) return nullptr;
+    element = element->GetElement(name);
+  }
+  return element;
+}
+
 }  // namespace tessera

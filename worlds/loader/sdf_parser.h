@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <initializer_list>
 #include <sdf/Element.hh>
 #include <sdf/Root.hh>
 #include <string>
@@ -24,5 +25,16 @@ absl::Status parse_sdf(const std::string& xml, sdf::Root& root, Notices& notices
 
 // SDF of any version, or URDF, as text in the latest version of SDF. Includes must have been removed.
 absl::StatusOr<std::string> to_latest_sdf(const std::string& xml);
+
+// An element deep in another that the DOM classes of libsdformat do not cover; null if the file has none.
+sdf::ElementPtr find_element(sdf::ElementPtr element, std::initializer_list<const char*> path);
+
+// Its value; false, and no change, if the file has none.
+template <typename T>
+bool find_value(const sdf::ElementPtr& element, std::initializer_list<const char*> path, T& value) {
+  const sdf::ElementPtr found = find_element(element, path);
+  if (found != nullptr) value = found->Get<T>();
+  return found != nullptr;
+}
 
 }  // namespace tessera

@@ -10,6 +10,7 @@
 //     <model>, <include> and <frame>.
 //   tessera:sector="i j k", attribute or element of <model>, <include> and <frame> of a world or site.
 //   <tessera:velocity linear="x y z" angular="x y z"> in the same <model> and <include>.
+//   <tessera:surface_motion [velocity="x y z"] [running="x y z"]/> in <link>.
 //   <tessera:drive mode= [target=] [axis=] [stiffness=] [damping=] [velocity=] [effort=]/> in <joint>.
 //   <tessera:heightfield columns= rows= spacing="x y">heights</tessera:heightfield> in <geometry>.
 #pragma once

@@ -323,14 +323,12 @@ TEST(NotSimulated, SurfacesByTheirOwnNames) {
     return load(world(model("m", "", collision("<box/>", "<surface>" + of_surface + "</surface>")))).notices;
   };
   EXPECT_THAT(surface("<friction><ode><mu>0.5</mu><mu2>0.7</mu2><fdir1>1 0 0</fdir1><slip1>0.1</slip1></ode>"
-                      "<torsional><coefficient>0.3</coefficient></torsional></friction>"
+                      "<torsional><surface_radius>0.3</surface_radius></torsional></friction>"
                       "<contact><ode><kp>1e5</kp><kd>10</kd></ode></contact>"),
               ElementsAre("1 x <surface><contact><ode><kd> of <collision> not simulated",
                           "1 x <surface><contact><ode><kp> of <collision> not simulated",
-                          "1 x <surface><friction><ode><fdir1> of <collision> not simulated",
-                          "1 x <surface><friction><ode><mu2> of <collision> not simulated",
                           "1 x <surface><friction><ode><slip1> of <collision> not simulated",
-                          "1 x <surface><friction><torsional><coefficient> of <collision> not simulated"));
+                          "1 x <surface><friction><torsional><surface_radius> of <collision> not simulated"));
   EXPECT_THAT(surface("<friction><ode><mu>0.5</mu><mu2>0.5</mu2><slip1>0</slip1></ode></friction>"),
               IsEmpty());
 }

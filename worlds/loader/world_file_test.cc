@@ -343,14 +343,14 @@ TEST(NoticeLines, CountByKind) {
       "<light name='sun' type='point'/><plugin name='p' filename='f'/><scene/>" +
       model("a", "<plugin name='p' filename='f'/>", visual + "<sensor name='s' type='imu'/>" + kUnitBox) +
       model("b", "", visual + kUnitBox) + model("c", "", visual) +
-      model("d", "", collision("<cone><radius>1</radius></cone>")) +
+      model("d", "", collision("<torus><radius>1</radius></torus>")) +
       model("e", "", "<collision name='c'/>")));
   EXPECT_THAT(names(loaded), ElementsAre("a::l", "b::l"));
   EXPECT_THAT(
       loaded.notices,
       ElementsAre("1 x <light> skipped", "1 x <plugin> f skipped", "1 x <plugin> skipped",
                   "1 x <scene> skipped", "1 x <sensor> skipped", "3 x <visual> skipped",
-                  "1 x collision with the geometry <cone>, which is not supported, skipped",
+                  "1 x collision with the geometry <torus>, which is not supported, skipped",
                   "1 x collision without geometry, skipped", "3 x link without collision shape, skipped"));
 }
 

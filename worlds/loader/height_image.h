@@ -1,0 +1,22 @@
+// Height maps: images of grey as heights.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace tessera {
+
+struct HeightImage {
+  std::uint32_t columns = 0;
+  std::uint32_t rows = 0;
+  std::vector<double> heights;  // 0 (black) to 1 (white), row by row from the top of the image
+};
+
+// A PNG of 8 or 16 bits; of colours counts the red, as in Gazebo. NOT_FOUND without such a file;
+// INVALID_ARGUMENT if it is none, or has more than kHeightFieldSamplesMax pixels.
+absl::StatusOr<HeightImage> read_height_image(const std::filesystem::path& file);
+
+}  // namespace tessera
