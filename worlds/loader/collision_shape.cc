@@ -187,28 +187,6 @@ absl::StatusOr<Parts> parts_of_mesh(const sdf::Mesh& mesh, const std::string& fi
   return result;
 }
 
-ConvexHull prism_hull(const Outline& outline, double height) {
-  ConvexHull hull;
-  for (const double z : {0.0, height}) {
-    for (const Eigen::Vector2d& point : outline) hull.points.emplace_back(point.x(), point.y(), z);
-  }
-  return hull;
-}
-
-TriangleMesh prism_surface(const Prism& prism, const std::vector<std::uint32_t>& triangles) {
-  TriangleMesh mesh{prism_hull(prism.outline, prism.height).points, {}};
-  const auto size = static_cast<std::uint32_t>(prism.outline.size());
-  for (std::size_t n = 0; n < triangles.size(); n += 3) {
-    const std::uint32_t* const t = &triangles[n];
-    mesh.indices.insert(mesh.indices.end(), {t[0], t[2], t[1], size + t[0], size + t[1], size + t[2]});
-  }
-  for (std::uint32_t n = 0; n < size; ++n) {
-    const std::uint32_t next = (n + 1) % size;
-    mesh.indices.insert(mesh.indices.end(), {n, next, size + next, n, size + next, size + n});
-  }
-  return mesh;
-}
-
 // A hull where the outline is convex; else a surface, or, of what moves, the hulls of its convex parts.
 absl::StatusOr<Parts> parts_of_prisms(const Prisms& prisms, bool moves) {
   Parts result;
@@ -216,9 +194,9 @@ absl::StatusOr<Parts> parts_of_prisms(const Prisms& prisms, bool moves) {
     const absl::StatusOr<std::vector<Outline>> convex = convex_parts(prism.outline);
     if (!convex.ok()) return convex.status();
     if (!moves && convex->size() > 1) {
-      const absl::StatusOr<std::vector<std::uint32_t>> triangles = triangles_of(prism.outline);
-      if (!triangles.ok()) return triangles.status();
-      result.push_back({prism_surface(prism, *triangles), Pose{}});
+      absl::StatusOr<TriangleMesh> surface = prism_surface(prism);
+      if (!surface.ok()) return surface.status();
+      result.push_back({*std::move(surface), Pose{}});
       continue;
     }
     for (const Outline& part : *convex) result.push_back({prism_hull(part, prism.height), Pose{}});
@@ -233,7 +211,7 @@ absl::StatusOr<Parts> parts_of_mesh(const sdf::Mesh& mesh, bool moves, const std
   if (const auto* field = std::get_if<PlacedHeightField>(given))
     return Parts{{field->field, Pose{field->position, Eigen::Quaterniond::Identity()}}};
   if (const auto* prisms = std::get_if<Prisms>(given)) return parts_of_prisms(*prisms, moves);
-  if (const auto* hull = std::get_if<ConvexHull>(given)) return one(*hull);
+  if (const auto* cone = std::get_if<Cone>(given)) return one(cone->hull);
   const auto& divided = std::get<DividedMesh>(*given);
   return parts_of_mesh(mesh, divided.file, divided.parts_max, moves, where, meshes, notices);
 }

@@ -29,7 +29,7 @@ absl::StatusOr<std::vector<Outline>> convex_parts(const Outline& outline);
 // for which that would take too long, they are taken not to be.
 bool is_convex(const SubMesh& object);
 
-inline constexpr std::size_t kDividedTrianglesMax = 4096;  // of an object to be divided: a few seconds
+inline constexpr std::size_t kDividedTrianglesMax = 2048;  // of an object to be divided: some seconds
 inline constexpr std::size_t kPartsMax = 64;               // of an object
 
 // Divides an object by HACD into at most so many groups of triangles, whose hulls follow its surface within

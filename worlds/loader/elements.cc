@@ -19,7 +19,7 @@ namespace {
 using xml::Element;
 
 // What is simulated of SDF: elements with a value, each after the element that it is in. All others are not.
-constexpr std::array<absl::string_view, 58> kSimulated = {"model/static",
+constexpr std::array<absl::string_view, 59> kSimulated = {"model/static",
                                                           "model/self_collide",
                                                           "link/gravity",
                                                           "link/self_collide",
@@ -55,6 +55,7 @@ constexpr std::array<absl::string_view, 58> kSimulated = {"model/static",
                                                           "bullet/fdir1",
                                                           "bullet/rolling_friction",
                                                           "torsional/coefficient",
+                                                          "torsional/use_patch_radius",
                                                           "torsional/patch_radius",
                                                           "contact/collide_bitmask",
                                                           "joint/parent",

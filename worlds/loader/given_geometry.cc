@@ -166,13 +166,14 @@ absl::StatusOr<GivenGeometry> cone(const Element& element) {
   if (!radius.ok()) return radius.status();
   const absl::StatusOr<double> length = length_of(element, "length");
   if (!length.ok()) return length.status();
-  ConvexHull hull;
+  Cone result;
+  ConvexHull& hull = result.hull;
   hull.points.emplace_back(0, 0, *length / 2);
   for (int n = 0; n < kConeSides; ++n) {
     const portable::SinCos around = portable::sincos(2 * std::numbers::pi * n / kConeSides);
     hull.points.emplace_back(*radius * around.cos, *radius * around.sin, -*length / 2);
   }
-  return hull;
+  return result;
 }
 
 }  // namespace
@@ -208,6 +209,49 @@ absl::StatusOr<std::size_t> take_optimization(Element& mesh, Notices& notices) {
   mesh.DeleteAttribute("optimization");
   if (decomposition != nullptr) mesh.DeleteChild(decomposition);
   return parts;
+}
+
+ConvexHull prism_hull(const Outline& outline, double height) {
+  ConvexHull hull;
+  for (const double z : {0.0, height}) {
+    for (const Eigen::Vector2d& point : outline) hull.points.emplace_back(point.x(), point.y(), z);
+  }
+  return hull;
+}
+
+absl::StatusOr<TriangleMesh> prism_surface(const Prism& prism) {
+  const absl::StatusOr<std::vector<std::uint32_t>> triangles = triangles_of(prism.outline);
+  if (!triangles.ok()) return triangles.status();
+  TriangleMesh mesh{prism_hull(prism.outline, prism.height).points, {}};
+  const auto size = static_cast<std::uint32_t>(prism.outline.size());
+  for (std::size_t n = 0; n < triangles->size(); n += 3) {
+    const std::uint32_t* const t = &(*triangles)[n];
+    mesh.indices.insert(mesh.indices.end(), {t[0], t[2], t[1], size + t[0], size + t[1], size + t[2]});
+  }
+  for (std::uint32_t n = 0; n < size; ++n) {
+    const std::uint32_t next = (n + 1) % size;
+    mesh.indices.insert(mesh.indices.end(), {n, next, size + next, n, size + next, size + n});
+  }
+  return mesh;
+}
+
+absl::StatusOr<std::vector<TriangleMesh>> surfaces_of(const GivenGeometry& given) {
+  std::vector<TriangleMesh> result;
+  if (const auto* prisms = std::get_if<Prisms>(&given)) {
+    for (const Prism& prism : *prisms) {
+      absl::StatusOr<TriangleMesh> surface = prism_surface(prism);
+      if (!surface.ok()) return surface.status();
+      result.push_back(*std::move(surface));
+    }
+  } else if (const auto* cone = std::get_if<Cone>(&given)) {
+    TriangleMesh& mesh = result.emplace_back(TriangleMesh{cone->hull.points, {}});
+    const auto sides = static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+    for (std::uint32_t n = 1; n <= sides; ++n) {
+      const std::uint32_t next = n % sides + 1;
+      mesh.indices.insert(mesh.indices.end(), {0, n, next, 1, next, n});
+    }
+  }
+  return result;
 }
 
 }  // namespace tessera

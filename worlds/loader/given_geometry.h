@@ -31,13 +31,17 @@ struct Prism {
 };
 using Prisms = std::vector<Prism>;
 
+struct Cone {
+  ConvexHull hull;  // its tip, then its base, counter-clockwise seen from there
+};
+
 // A mesh file whose objects are divided into convex parts where the body moves.
 struct DividedMesh {
   std::string file;
   std::size_t parts_max = 0;  // of an object
 };
 
-using GivenGeometry = std::variant<PlacedHeightField, Prisms, ConvexHull, DividedMesh>;
+using GivenGeometry = std::variant<PlacedHeightField, Prisms, Cone, DividedMesh>;
 
 inline constexpr std::size_t kOutlinePointsMax = 4096;  // of all outlines of a collision
 
@@ -49,6 +53,15 @@ bool is_given(const xml::Element& kind);
 // name file, line and element, and the bound.
 absl::StatusOr<GivenGeometry> given_geometry(const xml::Element& kind, const std::filesystem::path& directory,
                                              Notices& notices);
+
+ConvexHull prism_hull(const Outline& outline, double height);
+
+// Closed, its triangles counter-clockwise from outside. The outlines of given geometry are known to be
+// simple.
+absl::StatusOr<TriangleMesh> prism_surface(const Prism& prism);
+
+// Of cones and prisms, likewise; none for all else.
+absl::StatusOr<std::vector<TriangleMesh>> surfaces_of(const GivenGeometry& given);
 
 // How many parts a <mesh optimization="convex_decomposition"> allows; 0 for any other mesh. Takes from it
 // what libsdformat does not know.

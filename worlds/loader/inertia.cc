@@ -20,10 +20,12 @@
 #include <sdf/Element.hh>
 #include <sdf/Ellipsoid.hh>
 #include <sdf/Geometry.hh>
+#include <sdf/Mesh.hh>
 #include <sdf/Sphere.hh>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
+#include "worlds/loader/given_geometry.h"
 
 namespace tessera {
 namespace {
@@ -58,6 +60,45 @@ std::optional<im::MassMatrix3d> mass_matrix(const sdf::Geometry& geometry, doubl
     default:
       return std::nullopt;
   }
+}
+
+// Of a solid within closed surfaces, by the tetrahedra between their triangles and the origin.
+std::optional<im::Inertiald> inertia_within(const std::vector<TriangleMesh>& surfaces, double density) {
+  double volume = 0;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();  // moments of the volume
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (const TriangleMesh& mesh : surfaces) {
+    for (std::size_t n = 0; n < mesh.indices.size(); n += 3) {
+      const Eigen::Vector3d& a = mesh.vertices[mesh.indices[n]];
+      const Eigen::Vector3d& b = mesh.vertices[mesh.indices[n + 1]];
+      const Eigen::Vector3d& c = mesh.vertices[mesh.indices[n + 2]];
+      const double part = a.dot(b.cross(c)) / 6;
+      const Eigen::Vector3d sum = a + b + c;
+      volume += part;
+      first += sum * (part / 4);
+      second +=
+          (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose()) * (part / 20);
+    }
+  }
+  if (!(volume > 0)) return std::nullopt;
+  const Eigen::Vector3d centre = first / volume;
+  second -= centre * centre.transpose() * volume;
+  const Eigen::Matrix3d tensor = (Eigen::Matrix3d::Identity() * second.trace() - second) * density;
+  const im::MassMatrix3d matrix(volume * density, {tensor(0, 0), tensor(1, 1), tensor(2, 2)},
+                                {tensor(0, 1), tensor(0, 2), tensor(1, 2)});
+  return im::Inertiald(matrix, {im::eigen3::convert(centre), im::Quaterniond::Identity});
+}
+
+std::optional<im::Inertiald> inertia_of(const sdf::Geometry& geometry, double density,
+                                        const MeshLibrary& meshes) {
+  if (geometry.Type() != sdf::GeometryType::MESH) {
+    const std::optional<im::MassMatrix3d> matrix = mass_matrix(geometry, density);
+    return matrix ? std::optional(im::Inertiald(*matrix, im::Pose3d::Zero)) : std::nullopt;
+  }
+  const GivenGeometry* const given = meshes.given(geometry.MeshShape()->Uri());
+  if (given == nullptr) return std::nullopt;
+  const absl::StatusOr<std::vector<TriangleMesh>> surfaces = surfaces_of(*given);
+  return surfaces.ok() ? inertia_within(*surfaces, density) : std::nullopt;
 }
 
 double density_of(const sdf::Collision& collision) {
@@ -174,18 +215,18 @@ void set_inertia(const im::Inertiald& inertial, BodyProperties& properties) {
   properties.principal_axes = {axes.x(), axes.y(), axes.z(), axes.w()};
 }
 
-absl::StatusOr<im::Inertiald> inertia_of_collisions(const sdf::Link& link) {
+absl::StatusOr<im::Inertiald> inertia_of_collisions(const sdf::Link& link, const MeshLibrary& meshes) {
   std::optional<im::Inertiald> sum;
   for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
     const sdf::Collision& collision = *link.CollisionByIndex(n);
-    const std::optional<im::MassMatrix3d> matrix = mass_matrix(*collision.Geom(), density_of(collision));
-    if (!matrix) {
+    const std::optional<im::Inertiald> own = inertia_of(*collision.Geom(), density_of(collision), meshes);
+    if (!own) {
       return absl::InvalidArgumentError(absl::StrCat("<inertial auto='true'>: the mass of collision '",
                                                      collision.Name(), "' is not known"));
     }
     im::Pose3d pose;
     if (!collision.SemanticPose().Resolve(pose, "__link__").empty()) pose = collision.RawPose();
-    const im::Inertiald part(*matrix, pose);
+    const im::Inertiald part(own->MassMatrix(), pose * own->Pose());
     sum = sum ? *sum + part : part;
   }
   if (!sum)

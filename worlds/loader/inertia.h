@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "lpss/model/body.h"
+#include "worlds/loader/collision_shape.h"
 
 namespace tessera {
 
@@ -42,7 +43,8 @@ std::vector<std::string> repair(MassProperties& properties);
 void set_inertia(const ignition::math::Inertiald& inertial, BodyProperties& properties);
 
 // Mass properties from the link's collision shapes and their densities (SDF 1.11's <inertial auto="true">).
-// INVALID_ARGUMENT for shapes that have no volume or whose volume is not known here, such as meshes.
-absl::StatusOr<ignition::math::Inertiald> inertia_of_collisions(const sdf::Link& link);
+// INVALID_ARGUMENT for shapes that have no volume or whose volume is not known here, such as mesh files.
+absl::StatusOr<ignition::math::Inertiald> inertia_of_collisions(const sdf::Link& link,
+                                                                const MeshLibrary& meshes);
 
 }  // namespace tessera

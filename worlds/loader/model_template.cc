@@ -264,7 +264,7 @@ class Reader {
       set_inertia(link.Inertial(), properties);
       return absl::OkStatus();
     }
-    const absl::StatusOr<ignition::math::Inertiald> inertial = inertia_of_collisions(link);
+    const absl::StatusOr<ignition::math::Inertiald> inertial = inertia_of_collisions(link, meshes_);
     if (!inertial.ok()) return inertial.status();
     set_inertia(*inertial, properties);
     return absl::OkStatus();

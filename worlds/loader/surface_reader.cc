@@ -54,6 +54,11 @@ void read_friction(const sdf::Collision& collision, SurfaceOfCollision& result, 
   const sdf::ElementPtr torsional = find_element(friction, {"torsional"});
   find_value(torsional, {"coefficient"}, surface.torsional_friction);
   find_value(torsional, {"patch_radius"}, surface.patch_radius);
+  bool is_by_patch = true;
+  if (find_value(torsional, {"use_patch_radius"}, is_by_patch); !is_by_patch) {
+    notices.count("torsional friction by <surface_radius> not simulated");
+    surface.patch_radius = 0;
+  }
   if (surface.patch_radius == 0) surface.torsional_friction = 1;  // of no meaning without a patch
   if (surface != Surface{}) result.own = surface;
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -143,7 +144,7 @@ TEST(Outlines, PartsOfRandomStarsCoverThem) {
     Outline star;
     const int corners = 3 + seed;
     for (int n = 0; n < corners; ++n) {
-      const double angle = 2 * 3.14159265358979 * n / corners;
+      const double angle = 2 * std::numbers::pi * n / corners;
       const double radius = 1 + 0.8 * std::sin(seed * 7.0 * n + seed);
       star.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
     }
@@ -187,6 +188,24 @@ TEST(Cones, AreHullsWithTheirTipUp) {
     EXPECT_NEAR(hull.points[n].head<2>().norm(), 0.5, 1e-12);
   }
   EXPECT_THAT(loaded.notices, IsEmpty());
+}
+
+// A cylinder of 32 sides is 0.6 % lighter than a round one, and so is a cone.
+TEST(Shapes, AutomaticInertiaOfConesAndOutlines) {
+  const std::string automatic = "<inertial auto='true'><density>500</density></inertial>";
+  const LoadedWorld cone = load(world(
+      model("m", "", automatic + collision("<cone><radius>0.5</radius><length>2</length></cone>")), "1.11"));
+  const BodyProperties& p = properties_of(cone);
+  const double mass = 500 * std::numbers::pi * 0.25 * 2 / 3;
+  EXPECT_NEAR(p.mass, mass, 0.01 * mass);
+  expect_near(Eigen::Vector3d(p.centre.data()), {0, 0, -0.5}, 1e-9);
+  EXPECT_NEAR(p.inertia[0], mass * (3 * 0.25 / 20 + 3 * 4 / 80.0), 0.02 * mass * 0.1875);
+  EXPECT_NEAR(p.inertia[2], mass * 3 * 0.25 / 10, 0.02 * mass * 0.075);
+
+  const LoadedWorld ell = load(world(model("m", "", automatic + collision(polyline(kEll))), "1.11"));
+  EXPECT_NEAR(properties_of(ell).mass, 500 * 10, 1e-6);
+  // Of two boxes: 3 x 1 around (1.5, 0.5) and 1 x 2 around (0.5, 2).
+  expect_near(Eigen::Vector3d(properties_of(ell).centre.data()), {1.1, 1.1, 1}, 1e-9);
 }
 
 // Height maps.
