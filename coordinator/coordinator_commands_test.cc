@@ -279,6 +279,14 @@ TEST(Commands, AreRefusedWithTheFieldAndTheBound) {
   *target.mutable_pose() = to_proto(WorldPose{});
   expect(command(target), kInvalid, "it is dynamic, and must be kinematic");
 
+  v1::SurfaceMotionRequest belt;
+  belt.mutable_body()->set_name("ball");
+  *belt.mutable_velocity() = xyz(0, 2 * kSurfaceSpeedMax, 0);
+  expect(command(belt), kInvalid, "surface velocity");
+  *belt.mutable_velocity() = xyz(0, 1, 0);
+  *belt.mutable_running() = xyz(kNan, 0, 0);
+  expect(command(belt), kInvalid, "running surface x = nan");
+
   const auto spawned = [&](const v1::SpawnRequest& request) { return cluster->ask<v1::SpawnReply>(request); };
   expect(spawned(spawn("ball", 0.5)), absl::StatusCode::kAlreadyExists, "'ball'");
   expect(spawned(spawn("new", -1)), kInvalid, "shape of body 'new'");

@@ -228,33 +228,6 @@ std::vector<Row> body_rows() {
       {"RestitutionLarge",
        box([](auto& b) { b.properties.restitution = 1.1; }),
        {"good::box", "restitution = 1.1", "at most 1"}},
-      {"FrictionDirectionInfinite",
-       box([](auto& b) {
-         b.properties.surface = Surface{.direction = {0, kInfinite, 0}};
-       }),
-       {"good::box", "friction direction y = inf", "finite"}},
-      {"SecondFrictionNegative",
-       box([](auto& b) { b.properties.surface = Surface{.second_friction = -1}; }),
-       {"good::box", "second friction = -1", "at least 0"}},
-      {"TorsionalFrictionNan",
-       box([](auto& b) { b.properties.surface = Surface{.torsional_friction = kNan}; }),
-       {"good::box", "torsional friction", "finite"}},
-      {"PatchRadiusLarge",
-       box([](auto& b) { b.properties.surface = Surface{.patch_radius = 1001}; }),
-       {"good::box", "patch radius = 1001", "at most 1000"}},
-      {"RollingFrictionNegative",
-       box([](auto& b) { b.properties.surface = Surface{.rolling_friction = -0.1}; }),
-       {"good::box", "rolling friction = -0.1", "at least 0"}},
-      {"SurfaceFast",
-       box([](auto& b) {
-         b.properties.surface = Surface{.velocity = {0, 1001, 0}};
-       }),
-       {"good::box", "surface velocity = 1001", "at most 1000"}},
-      {"SurfaceRunsFast",
-       box([](auto& b) {
-         b.properties.surface = Surface{.running = {0, 0, -1001}};
-       }),
-       {"good::box", "running surface = 1001", "at most 1000"}},
       {"DampingLarge",
        box([](auto& b) { b.properties.linear_damping = 1.1; }),
        {"good::box", "linear damping = 1.1", "at most 1"}},

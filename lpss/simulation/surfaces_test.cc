@@ -118,6 +118,28 @@ TEST(Belt, OneThatIsTurnedCarriesAlongItsOwnAxes) {
   EXPECT_NEAR(speed_of(*cluster, 2).x(), 0, 0.01);
 }
 
+// The crate is in another sector than the belt, which is known there as a replica.
+TEST(Belt, OneOfAKinematicBodyIsToldToOtherServers) {
+  WorldBuilder builder(level_world(2));
+  builder.add_floor(20, -0.5);
+  builder.add("belt", builder.shape(Box{{6, 1, 0.4}}), 1, {0.5, 0, -0.3}, Motion::kKinematic);
+  builder.add("crate", builder.shape(Box{{0.4, 0.4, 0.2}}), 2, {2, 0, 0});
+  std::vector<std::vector<WorldHash>> runs;
+  for (const std::uint32_t partitions : {1u, 3u}) {
+    const auto cluster = cluster_of(builder.world(), partitions);
+    std::vector<WorldHash> hashes;
+    for (int tick = 0; tick < 300; ++tick) {
+      std::vector<Command> commands;
+      if (tick == 120) commands.push_back(SetSurfaceMotion{BodyId{2}, {-0.5, 0, 0}});
+      cluster->step(commands);
+      hashes.push_back(cluster->hash());
+    }
+    EXPECT_NEAR(speed_of(*cluster, 3).x(), -0.5, 0.005) << partitions;
+    runs.push_back(std::move(hashes));
+  }
+  EXPECT_EQ(first_difference(runs[0], runs[1]), runs[0].size());
+}
+
 TEST(Track, ItDrivesItsBodyForwards) {
   constexpr double kSpeed = 0.8;
   for (const double sector_size : {128.0, 1.5}) {

@@ -99,6 +99,9 @@ class Kernel {
 
   static TESSERA_INLINE V splat(Scalar s) { return V{} + s; }
   static TESSERA_INLINE V load(const Scalar* s) { return *reinterpret_cast<const V*>(s); }
+  static TESSERA_INLINE V3 load(const Scalar (*s)[kRowLanesMax]) {
+    return {load(s[0]), load(s[1]), load(s[2])};
+  }
   static TESSERA_INLINE void store(V v, Scalar* s) { *reinterpret_cast<V*>(s) = v; }
 
   // The second operand where one is not a number.
@@ -297,11 +300,9 @@ class Kernel {
     }
     Friction& friction = static_cast<Friction*>(rows.friction)[n];
     Grip* const grip = rows.grips ? static_cast<Grip*>(rows.grips) + n : nullptr;
-    if (surfaces) {
-      set_up_friction<true>(rows, patches, surfaces, points, levers, a, b, row, friction, grip);
-    } else {
-      set_up_friction<false>(rows, patches, nullptr, points, levers, a, b, row, friction, grip);
-    }
+    if (surfaces)
+      return set_up_friction<true>(rows, patches, surfaces, points, levers, a, b, row, friction, grip);
+    set_up_friction<false>(rows, patches, nullptr, points, levers, a, b, row, friction, grip);
   }
 
   static TESSERA_INLINE void set_up_normal(const Rows& rows, const V3& lever_a, const V3& lever_b,
@@ -321,48 +322,92 @@ class Kernel {
   // shares. So the impulse that the circle bounds dissipates most, as that of the ellipse should.
   static TESSERA_INLINE void scale_tangents(const Surfaces& surfaces, const V3& normal, V3* tangent,
                                             V* share) {
-    const V zero = V{};
-    const V3 given{load(surfaces.direction[0]), load(surfaces.direction[1]), load(surfaces.direction[2])};
+    const V3 given = load(surfaces.direction);
     const V3 flat = given - normal * dot(given, normal);
     const V square = dot(flat, flat);
     // Along the normal it says nothing: the smaller share then holds everywhere.
     const auto is_flat = square > splat(Scalar(1e-6));
-    const V3 unit = flat * inverse_or_zero(root(is_flat ? square : zero));
-    share[0] = load(surfaces.along);
-    share[1] = load(surfaces.across);
-    const V least = min(share[0], share[1]);
-    for (int k = 0; k < 2; ++k) share[k] = is_flat ? share[k] : least;
+    const V3 unit = flat * inverse_or_zero(root(is_flat ? square : V{}));
+    const V along = load(surfaces.along);
+    const V across = load(surfaces.across);
+    share[0] = is_flat ? along : min(along, across);
+    share[1] = is_flat ? across : share[0];
     tangent[0] = select(is_flat, unit, tangent[0]) * share[0];
     tangent[1] = select(is_flat, cross(normal, unit), tangent[1]) * share[1];
   }
 
+  // The inverse of a symmetric matrix (00, 01, 11); 0 if there is none.
+  static TESSERA_INLINE void invert(V k00, V k01, V k11, V* inverse) {
+    const V factor = inverse_or_zero(k00 * k11 - k01 * k01);
+    inverse[0] = k11 * factor;
+    inverse[1] = -k01 * factor;
+    inverse[2] = k00 * factor;
+  }
+
+  // With the inverse masses of both sides together.
+  template <bool kHasSurfaces>
+  static TESSERA_INLINE void set_up_masses(V masses, const V* share, Friction& f, Grip* grip) {
+    const V zero = V{};
+    V along[2] = {masses, masses};
+    if constexpr (kHasSurfaces) {
+      for (int k = 0; k < 2; ++k) along[k] = masses * (share[k] * share[k]);
+    }
+    const V k00 = along[0] + (dot(f.a[0], f.a[0]) + dot(f.b[0], f.b[0]));
+    const V k01 = dot(f.a[0], f.a[1]) + dot(f.b[0], f.b[1]);
+    const V k11 = along[1] + (dot(f.a[1], f.a[1]) + dot(f.b[1], f.b[1]));
+    invert(k00, k01, k11, f.mass);
+    if constexpr (kHasSurfaces) {
+      // Where one direction has no friction at all, the other one is on its own.
+      f.mass[0] = k11 > zero ? f.mass[0] : inverse_or_zero(k00);
+      f.mass[2] = k00 > zero ? f.mass[2] : inverse_or_zero(k11);
+      const V uneven = share[0] - share[1];
+      grip->slip_mass = uneven * uneven > zero ? inverse_or_zero(k00 + k11) : zero;
+    } else if (grip) {
+      grip->slip_mass = zero;
+    }
+  }
+
+  // Of the last tick, limited by the new normal impulses.
+  template <bool kHasSurfaces>
+  static TESSERA_INLINE void set_up_impulses(const Rows& rows, const Patches& patches, const V* share,
+                                             std::size_t points, const Row* row, Friction& f) {
+    V most{};
+    for (std::size_t k = 0; k < points; ++k) most = most + f.friction * row[k].impulse;
+    V v[4];
+    gather<L, 4>(patches.impulse, v);
+    const V3 last = V3{v[0], v[1], v[2]} * splat(rows.share);
+    V impulse[2] = {dot(last, f.tangent[0]), dot(last, f.tangent[1])};
+    if constexpr (kHasSurfaces) {
+      for (int k = 0; k < 2; ++k) impulse[k] = impulse[k] * inverse_or_zero(share[k] * share[k]);
+    }
+    const V scale = scale_within(impulse, most);
+    const V twist_max = most * f.radius;
+    f.twist_impulse = min(max(v[3] * rows.share, -twist_max), twist_max);
+    f.twist_total = V{};
+    for (int k = 0; k < 2; ++k) {
+      f.impulse[k] = impulse[k] * scale;
+      f.total[k] = V{};
+    }
+  }
+
   static TESSERA_INLINE void set_up_rolling(const Rows& rows, const Surfaces* surfaces, const V3* tangent,
                                             const Terms& a, const Terms& b, V load_of_points, Grip& r) {
-    const V zero = V{};
-    V3 last{zero, zero, zero};
-    r.arm = zero;
-    if (surfaces) {
-      r.arm = load(surfaces->rolling);
-      last = {load(surfaces->rolling_impulse[0]), load(surfaces->rolling_impulse[1]),
-              load(surfaces->rolling_impulse[2])};
-    }
+    r.arm = surfaces ? load(surfaces->rolling) : V{};
+    const V3 last = surfaces ? load(surfaces->rolling_impulse) : V3{};
     for (int k = 0; k < 2; ++k) {
       r.tangent[k] = tangent[k];
       r.a[k] = scaled(a, tangent[k]);
       r.b[k] = scaled(b, tangent[k]);
       r.start[k] = dot(tangent[k], a.angular - b.angular);
       r.impulse[k] = dot(last, tangent[k]) * rows.share;
-      r.total[k] = zero;
+      r.total[k] = V{};
     }
     const V k00 = dot(r.a[0], r.a[0]) + dot(r.b[0], r.b[0]);
     const V k01 = dot(r.a[0], r.a[1]) + dot(r.b[0], r.b[1]);
     const V k11 = dot(r.a[1], r.a[1]) + dot(r.b[1], r.b[1]);
-    const V inverse = inverse_or_zero(k00 * k11 - k01 * k01);
-    r.mass[0] = k11 * inverse;
-    r.mass[1] = -k01 * inverse;
-    r.mass[2] = k00 * inverse;
+    invert(k00, k01, k11, r.mass);
     const V scale = scale_within(r.impulse, load_of_points * r.arm);
-    for (int k = 0; k < 2; ++k) r.impulse[k] = r.impulse[k] * scale;
+    for (V& impulse : r.impulse) impulse = impulse * scale;
   }
 
   // Friction acts at the centre of the points. Its impulse of the last tick is projected on the new plane,
@@ -413,31 +458,11 @@ class Kernel {
       f.b[k] = scaled(b, turn_b);
       f.start[k] = dot(f.tangent[k], a.linear - b.linear) + (dot(turn_a, a.angular) - dot(turn_b, b.angular));
     }
-    const V masses = a.inverse_mass + b.inverse_mass;
-    V masses_along[2] = {masses, masses};
+    set_up_masses<kHasSurfaces>(a.inverse_mass + b.inverse_mass, share, f, grip);
     if constexpr (kHasSurfaces) {
       const auto drifts = load(surfaces->drifts) > zero;
-      const V3 drift{load(surfaces->drift[0]), load(surfaces->drift[1]), load(surfaces->drift[2])};
-      for (int k = 0; k < 2; ++k) {
-        masses_along[k] = masses * (share[k] * share[k]);
-        f.start[k] = drifts ? f.start[k] + dot(f.tangent[k], drift) : f.start[k];
-      }
-    }
-    const V k00 = masses_along[0] + (dot(f.a[0], f.a[0]) + dot(f.b[0], f.b[0]));
-    const V k01 = dot(f.a[0], f.a[1]) + dot(f.b[0], f.b[1]);
-    const V k11 = masses_along[1] + (dot(f.a[1], f.a[1]) + dot(f.b[1], f.b[1]));
-    const V inverse = inverse_or_zero(k00 * k11 - k01 * k01);
-    f.mass[0] = k11 * inverse;
-    f.mass[1] = -k01 * inverse;
-    f.mass[2] = k00 * inverse;
-    if constexpr (kHasSurfaces) {
-      // Where one direction has no friction at all, the other one is on its own.
-      f.mass[0] = k11 > zero ? f.mass[0] : inverse_or_zero(k00);
-      f.mass[2] = k00 > zero ? f.mass[2] : inverse_or_zero(k11);
-      const V uneven = share[0] - share[1];
-      grip->slip_mass = uneven * uneven > zero ? inverse_or_zero(k00 + k11) : zero;
-    } else if (grip) {
-      grip->slip_mass = zero;
+      const V3 drift = load(surfaces->drift);
+      for (int k = 0; k < 2; ++k) f.start[k] = drifts ? f.start[k] + dot(f.tangent[k], drift) : f.start[k];
     }
 
     f.twist_start = dot(normal, a.angular - b.angular);
@@ -448,23 +473,7 @@ class Kernel {
     f.friction = load(patches.friction);
     f.restitution = load(patches.restitution);
     f.is_jointed = load(patches.is_jointed);
-    V most = zero;
-    for (std::size_t k = 0; k < points; ++k) most = most + f.friction * row[k].impulse;
-    V v[4];
-    gather<L, 4>(patches.impulse, v);
-    const V3 last = V3{v[0], v[1], v[2]} * splat(rows.share);
-    V impulse[2] = {dot(last, f.tangent[0]), dot(last, f.tangent[1])};
-    if constexpr (kHasSurfaces) {
-      for (int k = 0; k < 2; ++k) impulse[k] = impulse[k] * inverse_or_zero(share[k] * share[k]);
-    }
-    const V scale = scale_within(impulse, most);
-    const V twist_max = most * f.radius;
-    f.twist_impulse = min(max(v[3] * rows.share, -twist_max), twist_max);
-    f.twist_total = zero;
-    for (int k = 0; k < 2; ++k) {
-      f.impulse[k] = impulse[k] * scale;
-      f.total[k] = zero;
-    }
+    set_up_impulses<kHasSurfaces>(rows, patches, share, points, row, f);
   }
 
   // Calls act(group, its place, its friction, its rows, the motions of both sides) for each group in order.
@@ -578,17 +587,12 @@ class Kernel {
   }
 
  public:
-  static constexpr ContactKernel<Scalar> kTable = {L::kWidth,
-                                                   sizeof(Group),
-                                                   sizeof(Friction),
-                                                   sizeof(Grip),
-                                                   sizeof(Row),
-                                                   set_up,
-                                                   {warm_start<false>, warm_start<true>},
-                                                   {biased_pass<false>, biased_pass<true>},
-                                                   {relaxed_pass<false>, relaxed_pass<true>},
-                                                   rebound,
-                                                   end};
+  template <bool kHasGrips>
+  static constexpr ContactPasses<Scalar> kPasses{warm_start<kHasGrips>, biased_pass<kHasGrips>,
+                                                 relaxed_pass<kHasGrips>};
+  static constexpr ContactKernel<Scalar> kTable = {
+      L::kWidth, sizeof(Group),  sizeof(Friction), sizeof(Grip), sizeof(Row),
+      set_up,    kPasses<false>, kPasses<true>,    rebound,      end};
 };
 
 }  // namespace

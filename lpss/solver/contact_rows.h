@@ -102,6 +102,14 @@ struct ContactRows {
 };
 
 template <typename Scalar>
+struct ContactPasses {
+  void (*warm_start)(const ContactRows<Scalar>& rows);
+  void (*biased)(const ContactRows<Scalar>& rows);
+  // Gaps move on by `advanced`, too, and impulses of the step are added to those of the tick.
+  void (*relaxed)(const ContactRows<Scalar>& rows);
+};
+
+template <typename Scalar>
 struct ContactKernel {
   int lanes;
   std::size_t group_size;  // bytes
@@ -113,11 +121,8 @@ struct ContactKernel {
   // null where all are usual.
   void (*set_up)(const ContactRows<Scalar>& rows, std::size_t n, std::size_t first, std::size_t points,
                  const PatchLanes<Scalar>& patches, const SurfaceLanes<Scalar>* surfaces);
-  // Each without grips, and with them.
-  void (*warm_start[2])(const ContactRows<Scalar>& rows);
-  void (*biased_pass[2])(const ContactRows<Scalar>& rows);
-  // Gaps move on by `advanced`, too, and impulses of the step are added to those of the tick.
-  void (*relaxed_pass[2])(const ContactRows<Scalar>& rows);
+  ContactPasses<Scalar> usual;
+  ContactPasses<Scalar> with_grips;
   void (*rebound)(const ContactRows<Scalar>& rows);
   // The impulses of group n.
   void (*end)(const ContactRows<Scalar>& rows, std::size_t n, ImpulseLanes<Scalar>& impulses);

@@ -317,13 +317,12 @@ void ContactSolver<Scalar>::start_step() {
       moving_[n].angular[axis] += forces_[n].angular[axis];
     }
   });
-  for (std::size_t stage = 0; stage + 1 < stages_.size(); ++stage)
-    run(kernel_->warm_start[has_surfaces_], stage);
+  for (std::size_t stage = 0; stage + 1 < stages_.size(); ++stage) run(passes().warm_start, stage);
 }
 
 template <typename Scalar>
 void ContactSolver<Scalar>::pass(bool biased, std::size_t stage) {
-  run((biased ? kernel_->biased_pass : kernel_->relaxed_pass)[has_surfaces_], stage);
+  run(biased ? passes().biased : passes().relaxed, stage);
 }
 
 // Bodies move by the velocities of the biased passes; what the relaxed pass takes back, end_step() does.

@@ -159,6 +159,7 @@ class ContactSolver : public SolverTypes<Scalar> {
   void end_group(std::size_t group, std::span<Patch> patches) const;
   template <typename Act>
   void for_each_body(const Act& act) const;
+  const ContactPasses<Scalar>& passes() const { return has_surfaces_ ? kernel_->with_grips : kernel_->usual; }
   void run(void (*act)(const ContactRows<Scalar>&), std::size_t stage) const;
   Vector unscaled(std::size_t body, const Scalar* angular) const;
 
