@@ -18,7 +18,7 @@ CoordinatorFigures figures_of_a_run() {
   status.mutable_tick_ms()->set_p50(4);
   (*status.mutable_counts())["clones"] = 7;
   (*status.mutable_counts_since_load())["clones"] = 9;
-  (*status.mutable_counts_since_load())["bodies_stopped"] = 3;
+  (*status.mutable_counts_since_load())["diverged"] = 3;
   status.add_servers()->set_takes_part(true);
   status.add_servers()->set_suspect(true);
   return figures;
@@ -33,8 +33,8 @@ TEST(CoordinatorMetricsTest, SaysWhatTheStatusSays) {
         "tessera_world_info{world=\"earth\"} 1\n", "tessera_world_ticks_total 121\n",
         "tessera_world_time_seconds_total 2\n", "tessera_world_tick_duration_seconds_count 120\n",
         "tessera_world_tick_duration_seconds{quantile=\"0.5\"} 0.004", "tessera_world_clones 7\n",
-        "# TYPE tessera_world_clones gauge\n", "tessera_world_bodies_stopped_total 3\n",
-        "# TYPE tessera_world_bodies_stopped_total counter\n"}) {
+        "# TYPE tessera_world_clones gauge\n", "tessera_world_diverged_total 3\n",
+        "# TYPE tessera_world_diverged_total counter\n"}) {
     EXPECT_THAT(text, HasSubstr(line));
   }
 }

@@ -14,7 +14,7 @@ v1::TickReport report(Tick tick, std::uint64_t work_us, std::uint32_t clones) {
   v1::TickReport report;
   report.set_tick(tick);
   report.set_work_us(work_us);
-  write(TickCounts{.clones = clones, .bodies_stopped = 1}, *report.mutable_counts());
+  write(TickCounts{.clones = clones, .diverged = 1}, *report.mutable_counts());
   return report;
 }
 
@@ -47,7 +47,7 @@ TEST(TickStatistics, SumsAreOfTicksThatAllHaveReported) {
   statistics.add(1, report(1, 2000, 6));
   EXPECT_EQ(statistics.last().tick, 2u);
   EXPECT_EQ(statistics.counts_since_load().clones, 11u);
-  EXPECT_EQ(statistics.counts_since_load().bodies_stopped, 4u);
+  EXPECT_EQ(statistics.counts_since_load().diverged, 4u);
   EXPECT_NEAR(statistics.durations().times().p50, 2, 0.02);
   EXPECT_EQ(statistics.durations().times().max, 3);
   EXPECT_EQ(statistics.durations_of(1).times().max, 2);

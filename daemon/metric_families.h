@@ -27,7 +27,7 @@ inline prometheus::MetricFamily counter(std::string name, std::string help, doub
   return {std::move(name), std::move(help), prometheus::MetricType::Counter, {std::move(metric)}};
 }
 
-// The metric that shows a counter of ticks: "tessera_world_clones", "tessera_world_bodies_stopped_total".
+// The metric that shows a counter of ticks: "tessera_world_clones", "tessera_world_diverged_total".
 inline std::string metric_name(std::string prefix, const TickCounter& counter) {
   return std::move(prefix) + counter.name + (counter.over_ticks == OverTicks::kTotal ? "_total" : "");
 }

@@ -187,7 +187,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<SolvedBody> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.state);
+  archive(x.id, x.state, x.blamed);
 }
 template <typename Archive, Is<Solution> T>
 void describe(Archive& archive, T& x) {

@@ -16,7 +16,7 @@
 
 namespace tessera {
 
-inline constexpr std::uint32_t kClusterProtocol = 4;
+inline constexpr std::uint32_t kClusterProtocol = 5;
 
 // A hash of the sizes and versions of the packed structs and of the names of the counters; equal in
 // compatible processes.

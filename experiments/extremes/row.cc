@@ -72,7 +72,7 @@ class Run {
  private:
   void step() {
     simulation_.step(simulation_.tick() == 0 ? std::span(scene_.commands) : std::span<const Command>());
-    stopped_ += simulation_.counts().bodies_stopped;
+    stopped_ += simulation_.counts().diverged;
   }
 
   std::string account(double figure) const {

@@ -20,7 +20,7 @@ struct Moment {
   double time = 0;                         // s
   std::vector<BodyRecord> bodies;          // ascending by id
   std::vector<Eigen::Vector3d> positions;  // m, of the same bodies, from the centre of the anchor's sector
-  std::uint64_t stopped = 0;               // bodies stopped since the start: TickCounts::bodies_stopped
+  std::uint64_t stopped = 0;               // bodies stopped since the start: TickCounts::diverged
   std::size_t heap_bytes = 0;              // of this process
 
   Eigen::Vector3d velocity(std::size_t body) const {  // m/s

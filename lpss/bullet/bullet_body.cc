@@ -58,6 +58,9 @@ Body::Body(const BodyRecord& record, Role r, CollisionShapeRef s, const EngineSe
   if (is_dynamic()) {
     swept_beyond = shape->swept_extent() * btScalar(0.5);
     swept_radius = shape->swept_extent() * btScalar(0.4);
+    btVector3 centre;
+    shape->root()->getBoundingSphere(centre, radius);
+    radius += centre.length();
   }
   set_state(record.state);
 }

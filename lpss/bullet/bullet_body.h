@@ -51,6 +51,7 @@ struct Body {
   BodyState static_state;     // of static bodies, whose Bullet pose includes the offset of their shape
   btScalar swept_beyond = 0;  // m per step; 0: never swept
   btScalar swept_radius = 0;
+  btScalar radius = 0;             // m, of dynamic bodies: a ball around the centre holds the shape
   std::optional<FineFlight> fine;  // none if the engine's numbers are the exact state
   bool jointed = false;
   bool coasts = false;  // until integrate()

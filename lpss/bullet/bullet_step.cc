@@ -1,12 +1,14 @@
 // The two halves of a step.
 #include <algorithm>
+#include <optional>
+#include <vector>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
 #include "lpss/bullet/still_clock.h"
-#include "lpss/model/limits.h"
+#include "lpss/model/divergence.h"
 
 namespace tessera::bullet {
 namespace {
@@ -18,21 +20,26 @@ void damp(btRigidBody& rigid, double dt) {
   rigid.setAngularVelocity(rigid.getAngularVelocity() * left(rigid.getAngularDamping()));
 }
 
-// A body that has left the range in which numbers mean something is stopped where it was.
-bool stop_runaway(Body& body, const btTransform& before) {
-  const Eigen::Vector3d position = to_eigen(body.rigid.getWorldTransform().getOrigin());
-  const Eigen::Vector3d velocity = to_eigen(body.rigid.getLinearVelocity());
-  if (position.allFinite() && velocity.squaredNorm() <= kSpeedMax * kSpeedMax) return false;
+bool is_finite(const btTransform& pose) {
+  return to_eigen(pose.getOrigin()).allFinite() && to_eigen(pose.getBasis()).allFinite();
+}
+
+std::optional<DivergenceKind> divergence_of(const Body& body) {
+  return tessera::divergence_of(to_eigen(body.rigid.getLinearVelocity()),
+                                to_eigen(body.rigid.getAngularVelocity()), double(body.radius));
+}
+
+// At rest where it is.
+void stop(Body& body) {
   BodyState state = body.state();
-  if (!position.allFinite()) {
-    const Eigen::Vector3d last = to_eigen(before.getOrigin());
-    Eigen::Map<Eigen::Vector3d>(state.position.data()) = last.allFinite() ? last : Eigen::Vector3d::Zero();
-    state.rotation = BodyState{}.rotation;
-  }
+  Eigen::Map<Eigen::Vector3d>(state.position.data()) = to_eigen(body.rigid.getWorldTransform().getOrigin());
   state.linear_velocity = {};
   state.angular_velocity = {};
+  state.still_for = 0;
+  state.activity = Activity::kAwake;
   body.set_state(state);
-  return true;
+  body.next = body.rigid.getWorldTransform();
+  body.coasts = false;
 }
 
 }  // namespace
@@ -130,13 +137,18 @@ void BulletWorld::fly(BodySlot slot, double dt) {
   flier.coasts = true;
 }
 
-std::uint64_t BulletWorld::integrate(double dt, const ParallelFor& /*parallel*/) {
+std::vector<StoppedBody> BulletWorld::integrate(double dt, const ParallelFor& /*parallel*/) {
   const auto step = btScalar(dt);
   std::vector<Body*> fast;
-  std::uint64_t stopped = 0;
+  std::vector<StoppedBody> stopped;
   for (const std::unique_ptr<Body>& slot : bodies_) {
     if (!slot || !slot->is_dynamic() || slot->role != Role::kHome || !slot->is_awake()) continue;
     btRigidBody& rigid = slot->rigid;
+    if (const std::optional<DivergenceKind> kind = divergence_of(*slot)) {
+      stop(*slot);
+      stopped.push_back({slot->slot, *kind});
+      continue;
+    }
     slot->next = after(rigid, step);
     if (!slot->coasts) {
       slot->fine.reset();
@@ -144,6 +156,11 @@ std::uint64_t BulletWorld::integrate(double dt, const ParallelFor& /*parallel*/)
       slot->fine->position += slot->fine->velocity * dt;
       slot->next.setOrigin(to_bullet(slot->fine->position));
       slot->coasts = false;
+    }
+    if (!is_finite(slot->next)) {
+      stop(*slot);
+      stopped.push_back({slot->slot, DivergenceKind::kPosition});
+      continue;
     }
     const btVector3 motion = slot->next.getOrigin() - rigid.getWorldTransform().getOrigin();
     if (settings_.continuous_collision && slot->swept_beyond > 0 && !slot->jointed &&
@@ -165,10 +182,8 @@ std::uint64_t BulletWorld::integrate(double dt, const ParallelFor& /*parallel*/)
     if (!slot || !slot->is_dynamic()) continue;
     slot->rigid.clearForces();
     if (slot->role != Role::kHome || !slot->is_awake()) continue;
-    const btTransform before = slot->rigid.getWorldTransform();
     slot->rigid.proceedToTransform(slot->next);
     keep_still_clock(*slot, dt);
-    if (stop_runaway(*slot, before)) ++stopped;
   }
   boxes_are_old_ = true;
   return stopped;

@@ -62,7 +62,7 @@ class BulletWorld final : public SectorWorld {
   // The step: bullet_step.cc.
   void detect(double dt, const ParallelFor& parallel) override;
   void fly(BodySlot slot, double dt) override;
-  std::uint64_t integrate(double dt, const ParallelFor& parallel) override;
+  std::vector<StoppedBody> integrate(double dt, const ParallelFor& parallel) override;
 
   // Contacts: bullet_contacts.cc.
   std::span<const ContactPair> contacts() override;

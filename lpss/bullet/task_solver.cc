@@ -2,12 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "lpss/base/rotation.h"
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
 #include "lpss/joints/task_joint.h"
+#include "lpss/model/limits.h"
 
 namespace tessera::bullet {
 namespace {
@@ -17,6 +20,12 @@ JointSide side_of(const btRigidBody& rigid) {
   return {{to_eigen(pose.getOrigin()), Eigen::Quaterniond(to_eigen(pose.getBasis())).normalized()},
           to_eigen(rigid.getLinearVelocity()),
           to_eigen(rigid.getAngularVelocity())};
+}
+
+// Whether what moves a body into place is of numbers, and goes no farther than any body does.
+bool is_bounded(const btSolverBody& body) {
+  const Eigen::Vector3d push = to_eigen(body.m_pushVelocity);
+  return push.squaredNorm() <= kSpeedMax * kSpeedMax && to_eigen(body.m_turnVelocity).allFinite();
 }
 
 // While bodies of the task store their places in the solver as companion ids.
@@ -110,7 +119,23 @@ void TaskSolver::finish() {
   correct_poses();
   // It resets the companion of every body with a solver body: the originals.
   solveGroupCacheFriendlyFinish(bodies_.data(), static_cast<int>(bodies_.size()), info_);
+  drop_unbounded_impulses();
   for (const Link& link : links_) link.clone->setCompanionId(-1);
+}
+
+// Impulses that no tick may start from are forgotten.
+void TaskSolver::drop_unbounded_impulses() {
+  constexpr double kMost = kMassMax * kSpeedMax;  // N s
+  const auto is_within = [](btScalar impulse) { return std::abs(double(impulse)) <= kMost; };
+  for (btPersistentManifold* manifold : manifolds_) {
+    for (int n = 0; n < manifold->getNumContacts(); ++n) {
+      btManifoldPoint& point = manifold->getContactPoint(n);
+      if (is_within(point.m_appliedImpulse) && is_within(point.m_appliedImpulseLateral1) &&
+          is_within(point.m_appliedImpulseLateral2))
+        continue;
+      point.m_appliedImpulse = point.m_appliedImpulseLateral1 = point.m_appliedImpulseLateral2 = 0;
+    }
+  }
 }
 
 // In Bullet's place, whose sin and cos are those of the C library.
@@ -118,6 +143,14 @@ void TaskSolver::correct_poses() {
   for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {
     btSolverBody& body = m_tmpSolverBodyPool[i];
     if (!body.m_originalBody || (body.m_pushVelocity.isZero() && body.m_turnVelocity.isZero())) continue;
+    if (!is_bounded(body)) {
+      constexpr btScalar kNone = std::numeric_limits<btScalar>::quiet_NaN();
+      body.m_linearVelocity.setValue(kNone, kNone, kNone);
+      body.m_angularVelocity.setValue(kNone, kNone, kNone);
+      body.m_pushVelocity.setZero();
+      body.m_turnVelocity.setZero();
+      continue;
+    }
     body.m_worldTransform = after(body.m_worldTransform, body.m_pushVelocity,
                                   body.m_turnVelocity * info_.m_splitImpulseTurnErp, info_.m_timeStep);
     body.m_pushVelocity.setZero();

@@ -33,6 +33,7 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   void pass(int n);
   void finish();
   void correct_poses();
+  void drop_unbounded_impulses();
   void release_kinematic_bodies();
 
   btContactSolverInfo info_;

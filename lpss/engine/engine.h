@@ -26,6 +26,7 @@
 
 #include "lpss/base/parallel.h"
 #include "lpss/model/body.h"
+#include "lpss/model/divergence.h"
 #include "lpss/model/joint.h"
 #include "lpss/model/settings.h"
 #include "lpss/model/shape.h"
@@ -101,6 +102,12 @@ struct RayHit {
 struct BodyOutside {
   BodySlot slot = 0;
   Eigen::AlignedBox3d swept;  // swept_box()
+};
+
+// A body that diverged, and was stopped.
+struct StoppedBody {
+  BodySlot slot = 0;
+  DivergenceKind kind = DivergenceKind::kPosition;
 };
 
 // A body near a probe.
@@ -214,10 +221,10 @@ class SectorWorld {
   virtual void fly(BodySlot slot, double dt) = 0;
 
   // Second half of a step: moves the awake bodies that live here with their solved velocities, sweeping the
-  // fast ones, clears forces, and counts how long each body has been still. A body that is faster than
-  // kSpeedMax afterwards, or whose position is not of numbers, stops where it was last known to be. Returns
-  // how many did.
-  virtual std::uint64_t integrate(double dt, const ParallelFor& parallel = {}) = 0;
+  // fast ones, clears forces, and counts how long each body has been still. A body that has diverged
+  // (divergence_of()), or would come to no place of numbers, stops where it was before the tick. Returns
+  // those, in any order.
+  virtual std::vector<StoppedBody> integrate(double dt, const ParallelFor& parallel = {}) = 0;
 
   // The nearest home or static body (never a clone) that the segment hits and whose category meets `mask`.
   virtual std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
@@ -270,7 +277,8 @@ struct SolveTask {
 };
 
 // Solves contacts and joints for new velocities. Rows take lever arms from the frame in which the contact was
-// found and velocity, mass and inertia from the original.
+// found and velocity, mass and inertia from the original. A body for which no finite velocity or correction
+// of its pose is found stays where it is, with velocities that are not finite: integrate() stops it.
 class IslandSolver {
  public:
   virtual ~IslandSolver() = default;

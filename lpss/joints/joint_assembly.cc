@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <utility>
 
 #include "lpss/base/disjoint_sets.h"
-#include "lpss/base/invariant.h"
 #include "lpss/base/rotation.h"
 
 namespace tessera::joints {
@@ -50,6 +50,9 @@ constexpr int kLooksAhead = 2;  // in a step
 // The share of its square by which what is turned back may change from one step of Newton's method to the
 // next.
 constexpr double kBentChange = 0.5;
+
+// m/s or rad/s: beyond all that a body survives (divergence_of()), and far within the range of numbers.
+constexpr double kBeyondSpeed = 1e15;
 
 }  // namespace
 
@@ -173,7 +176,8 @@ double JointAssembly::weighed(const VectorXd& errors) const {
   return errors.dot(errors.cwiseProduct(weights_));
 }
 
-void JointAssembly::factorise() {
+// False where the rows have no solution: the assembly has diverged.
+bool JointAssembly::factorise() {
   held_ = columns(/*is_held=*/true);
   const Matrix masses = inverse_masses();
   response_ = masses * held_;
@@ -186,8 +190,10 @@ void JointAssembly::factorise() {
   if (!is_ordered_) factors_.analyzePattern(matrix);
   is_ordered_ = true;
   factors_.factorize(matrix);
-  invariant(factors_.info() == Eigen::Success, "what joints hold can be solved for");
+  has_diverged_ = factors_.info() != Eigen::Success || !factors_.vectorD().allFinite();
+  if (has_diverged_) return false;
   add_free_rows(masses);
+  return true;
 }
 
 // Of what is held, that are in a row.
@@ -257,8 +263,12 @@ bool JointAssembly::see_changes() {
   return is_changed;
 }
 
+// Velocities out of all range are not told to others, which contacts would push to wherever these go.
 void JointAssembly::set_motion(const Motion& motion) {
   const VectorXd& velocities = motion.velocities;
+  has_diverged_ =
+      has_diverged_ || !velocities.allFinite() || velocities.lpNorm<Eigen::Infinity>() > kBeyondSpeed;
+  if (has_diverged_) return;
   velocities_ = velocities;
   soft_impulses_ = motion.soft_impulses;
   Index first = 0;
@@ -273,6 +283,7 @@ void JointAssembly::set_motion(const Motion& motion) {
 }
 
 void JointAssembly::start_step() {
+  if (has_diverged_) return;
   is_settled_ = false;
   see_changes();
   soft_impulses_.setZero();
@@ -281,7 +292,7 @@ void JointAssembly::start_step() {
     advance();
     make_rows();
   }
-  if (free_rows_.empty()) return;
+  if (has_diverged_ || free_rows_.empty()) return;
   Motion moved{velocities_, soft_impulses_};
   for (const FreeRow& free : free_rows_) push(moved, free, free.impulse);
   set_motion(moved);
@@ -379,7 +390,7 @@ void JointAssembly::look_ahead(Motion& motion) {
   VectorXd& velocities = motion.velocities;
   for (int n = 0; n < kLooksAhead; ++n) {
     make_held_rows_after(velocities);
-    factorise();
+    if (!factorise()) return;
     const VectorXd off = bend(velocities);
     bent_ = without_soft(held_.transpose() * velocities - wanted_ - off);
     Motion held = motion;
@@ -427,9 +438,10 @@ double JointAssembly::bent_energy_max(const VectorXd& velocities) const {
 }
 
 void JointAssembly::pass() {
-  if (!see_changes() && is_settled_) return;
+  if (has_diverged_ || (!see_changes() && is_settled_)) return;
   Motion moved{velocities_, soft_impulses_};
   hold_at_end(moved);
+  if (has_diverged_) return;
   const VectorXd wanted = wanted_ + bent_;
   for (FreeRow& free : free_rows_) {
     const double missing = free.velocity - free.shares.dot(wanted) - free.row.dot(moved.velocities) -
@@ -444,6 +456,7 @@ void JointAssembly::pass() {
 }
 
 void JointAssembly::move() {
+  if (has_diverged_) return;
   see_changes();
   ways_.push_back(velocities_);
 }
@@ -470,9 +483,10 @@ void JointAssembly::shift_bodies(const VectorXd& way) {
 }
 
 void JointAssembly::end(std::vector<BodyMotion>& moved) {
-  if (moves_) advance();
+  if (moves_ && !has_diverged_) advance();
   for (Body& body : bodies_) {
     body.moved.is_whole = moves_;
+    if (has_diverged_) body.moved.way.setConstant(std::numeric_limits<double>::quiet_NaN());
     moved.push_back(body.moved);
   }
 }

@@ -58,6 +58,7 @@ struct BodyMotion {
   Eigen::Vector3d way;      // m
   Eigen::Quaterniond turn;  // world axes
   bool is_whole;            // or it comes on top of what the final velocities do
+                            // `way` is not finite where the assembly has diverged
 };
 
 inline constexpr Eigen::Index kBodyNumbers = 6;  // of a body's velocities: linear, angular
@@ -132,7 +133,7 @@ class JointAssembly {
   PosedJoint shifted(const Tie& tie, const Eigen::VectorXd& way) const;
   void shift_bodies(const Eigen::VectorXd& way);
   double weighed(const Eigen::VectorXd& errors) const;
-  void factorise();
+  bool factorise();
   // Rows as the columns of a matrix.
   Matrix columns(bool is_held) const;
   Matrix inverse_masses() const;
@@ -180,6 +181,7 @@ class JointAssembly {
   Eigen::VectorXd velocities_;
   Eigen::VectorXd soft_impulses_;
   bool is_settled_ = false;
+  bool has_diverged_ = false;          // in this tick: nothing is solved any more
   std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by
 };
 

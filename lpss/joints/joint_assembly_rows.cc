@@ -64,7 +64,7 @@ void JointAssembly::make_rows() {
   const bool any_soft = (compliances_.array() > 0).any();
   is_soft_ = any_soft ? VectorXd((compliances_.array() > 0).cast<double>()) : VectorXd();
   soft_impulses_ = VectorXd::Zero(is_soft_.size());
-  factorise();
+  if (!factorise()) return;
   bent_ = bending_ = VectorXd::Zero(wanted_.size());
   is_bent_ = false;
   is_foreseen_ = true;

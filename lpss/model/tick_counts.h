@@ -19,7 +19,7 @@ struct TickCounts {
   std::uint64_t islands_across_seams = 0;
   std::uint64_t islands_shipped = 0;
   std::uint64_t islands_in_step = 0;
-  std::uint64_t bodies_stopped = 0;
+  std::uint64_t diverged = 0;
 
   bool operator==(const TickCounts&) const = default;
   constexpr TickCounts& operator+=(const TickCounts& other);  // over servers
@@ -60,8 +60,8 @@ inline constexpr auto kTickCounters = std::to_array<TickCounter>({
      "Of these, islands over several servers, solved by one of them"},
     {"islands_in_step", &TickCounts::islands_in_step, OverTicks::kMost, "islands_in_step",
      "Of these, islands over several servers, which solve them in step"},
-    {"bodies_stopped", &TickCounts::bodies_stopped, OverTicks::kTotal, "bodies_stopped",
-     "Bodies that left the range of numbers or sectors, and were stopped"},
+    {"diverged", &TickCounts::diverged, OverTicks::kTotal, "diverged",
+     "Bodies that left the range of numbers, speeds or sectors, and were stopped"},
 });
 // clang-format on
 

@@ -42,9 +42,9 @@ TEST(TickCountsTest, SumsOverServers) {
 
 TEST(TickCountsTest, OverTicksKeepsTheMostOfWhatThereIsAndAddsWhatHappens) {
   TickCounts run;
-  run.add_tick({.clones = 5, .bodies_stopped = 1});
-  run.add_tick({.clones = 3, .bodies_stopped = 2});
-  EXPECT_EQ(run, (TickCounts{.clones = 5, .bodies_stopped = 3}));
+  run.add_tick({.clones = 5, .diverged = 1});
+  run.add_tick({.clones = 3, .diverged = 2});
+  EXPECT_EQ(run, (TickCounts{.clones = 5, .diverged = 3}));
 }
 
 }  // namespace

@@ -130,6 +130,22 @@ void Body::coast(Scalar dt) {
   if (is_pulled_evenly) pose.position -= push * (dt / 2);
 }
 
+std::optional<DivergenceKind> Body::divergence() const {
+  return divergence_of(linear.cast<double>(), angular.cast<double>(), double(solid->radius()));
+}
+
+void Body::stop() {
+  pose.position = start;
+  linear.setZero();
+  angular.setZero();
+  next = pose;
+  next_angular.setZero();
+  still_for = 0;
+  coasts = false;
+  fine.reset();
+  if (flies_fine) fine = rounded();
+}
+
 namespace {
 
 // One step of Newton's method towards the nearest rotation: rounding does not add up.

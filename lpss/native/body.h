@@ -62,6 +62,10 @@ struct Body {
   // / 2 with v at the end; around a planet x = v t, which keeps orbits (symplectic Euler).
   void coast(Scalar dt);
 
+  // Where its velocities are out of range: back at the start of the tick, and at rest.
+  std::optional<DivergenceKind> divergence() const;
+  void stop();
+
   // Sets `next` and `next_angular`.
   void foresee(Scalar dt);
 

@@ -61,6 +61,15 @@ bool Contact::is_touching() const {
   return false;
 }
 
+void drop_impulses(Contact& contact) {
+  for (ContactPatch& patch : contact.patches) {
+    patch.friction_impulse.setZero();
+    patch.twist_impulse = 0;
+    for (ContactPoint& point : patch.point) point.impulse = 0;
+  }
+  contact.need = {};
+}
+
 void drop_predicted(Contact& contact) {
   while (!contact.patches.empty() && contact.patches.back().is_predicted) contact.patches.pop_back();
 }

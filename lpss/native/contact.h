@@ -74,6 +74,9 @@ struct Contact {
 // Removes the patches of sweeps.
 void drop_predicted(Contact& contact);
 
+// Forgets what it bore: the next tick starts as if the contact had just begun.
+void drop_impulses(Contact& contact);
+
 // Equal contacts give equal bytes. decode() returns false if the bytes are not output of encode() in this
 // precision.
 std::string encode(const Contact& contact);

@@ -1,6 +1,8 @@
 #include "lpss/native/native_solver.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -8,6 +10,7 @@
 #include "lpss/base/rotation.h"
 #include "lpss/bullet/bytes.h"
 #include "lpss/joints/task_joint.h"
+#include "lpss/model/limits.h"
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
@@ -346,8 +349,28 @@ void NativeSolver::find_pushed() {
   }
 }
 
+// Of impulses that the next tick may start from: none is larger than it takes to stop the heaviest body at
+// the highest speed. What they are follows from the contact alone, whoever solves it.
+bool NativeSolver::is_bounded(const Source& source) const {
+  constexpr double kMost = kMassMax * kSpeedMax;  // N s
+  const auto within = [](double impulse) { return std::abs(impulse) <= kMost; };
+  const std::size_t end = source.first + source.contact->patches.size();
+  for (std::size_t p = source.first; p < end; ++p) {
+    const Contacts::Patch& patch = patches_[p];
+    if (!within(patch.friction_impulse.cast<double>().norm()) || !within(patch.twist_impulse)) return false;
+    for (std::size_t n = 0; n < patch.points; ++n) {
+      if (!within(patch.point[n].impulse)) return false;
+    }
+  }
+  return true;
+}
+
 void NativeSolver::write_impulses() const {
   for (const Source& source : sources_) {
+    if (!is_bounded(source)) {
+      drop_impulses(*source.contact);
+      continue;
+    }
     double load = 0;
     const Scalar gap_min = -deepest_opened(source.scale);
     std::size_t p = source.first;
@@ -371,9 +394,18 @@ void NativeSolver::write_bodies() const {
   run_in_pieces(*parallel_, dynamics_.size(), kBodiesInPiece, [&](std::size_t place) { write_body(place); });
 }
 
-// The body then moves on by the velocities that it ends with: what is corrected here is all but that.
+// The body then moves on by the velocities that it ends with: what is corrected here is all but that. One
+// that would be corrected to nowhere, or farther than any body goes, stays, and has diverged.
 void NativeSolver::write_body(std::size_t place) const {
   Body& body = *dynamics_[place];
+  const double corrected_max = kSpeedMax * dt_;
+  if (!(corrections_[place].linear.cast<double>().squaredNorm() <= corrected_max * corrected_max) ||
+      !corrections_[place].angular.allFinite()) {
+    constexpr Scalar kNone = std::numeric_limits<Scalar>::quiet_NaN();
+    body.linear.setConstant(kNone);
+    body.angular.setConstant(kNone);
+    return;
+  }
   if (is_pushed_[place]) {
     const Contacts::Motion change = contacts_.change(place);
     body.linear += change.linear;

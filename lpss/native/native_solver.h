@@ -45,6 +45,8 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   void with_joints(Act act);
   void find_corrections();
   void find_pushed();
+  struct Source;
+  bool is_bounded(const Source& source) const;
   void write_impulses() const;
   void write_bodies() const;
   void write_body(std::size_t place) const;

@@ -1,28 +1,8 @@
 // The second half of a step, and free flight.
 #include "lpss/bullet/still_clock.h"
-#include "lpss/model/limits.h"
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
-namespace {
-
-// A body that has left the range in which numbers mean something is stopped where it was last known to be.
-bool stop_runaway(Body& body) {
-  const bool is_somewhere = body.pose.is_somewhere();
-  const bool is_slow =
-      body.linear.cast<double>().squaredNorm() <= kSpeedMax * kSpeedMax && body.angular.allFinite();
-  if (is_somewhere && is_slow) return false;
-  if (!is_somewhere) body.pose = {Matrix::Identity(), (body.box.low + body.box.high) / 2};
-  body.linear.setZero();
-  body.angular.setZero();
-  body.still_for = 0;
-  body.fine.reset();
-  if (body.flies_fine) body.fine = body.rounded();
-  return true;
-}
-
-}  // namespace
-
 // The same bits as in the solver for a body that nothing pushes.
 void NativeWorld::fly(BodySlot slot, double dt) {
   Body& flier = body(slot);
@@ -34,31 +14,43 @@ void NativeWorld::fly(BodySlot slot, double dt) {
   flier.coasts = true;
 }
 
-std::uint64_t NativeWorld::integrate(double dt, const ParallelFor& parallel) {
+std::vector<StoppedBody> NativeWorld::integrate(double dt, const ParallelFor& parallel) {
   const Pieces pieces = pieces_of_bodies();
   run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
-    std::vector<BodySlot>& fast = bodies_pieces_[piece].fast;
-    fast.clear();
+    BodiesPiece& notes = bodies_pieces_[piece];
+    notes.fast.clear();
+    notes.stopped.clear();
     for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) {
-      if (find_next(bodies_[n], dt)) fast.push_back(static_cast<BodySlot>(n));
+      const auto slot = static_cast<BodySlot>(n);
+      if (!moves_on(bodies_[n])) continue;
+      if (const std::optional<DivergenceKind> kind = find_next(bodies_[n], dt)) {
+        bodies_[n].stop();
+        notes.stopped.push_back({slot, *kind});
+      } else if (!bodies_[n].jointed && is_swept(bodies_[n])) {
+        notes.fast.push_back(slot);
+      }
     }
   });
   stop_at_obstacles(noted(&BodiesPiece::fast, pieces), Scalar(dt), parallel);
   run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
-    bodies_pieces_[piece].stopped = 0;
-    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) {
-      if (move_on(bodies_[n], dt)) ++bodies_pieces_[piece].stopped;
-    }
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) move_on(bodies_[n], dt);
   });
   boxes_are_old_ = true;
-  std::uint64_t stopped = 0;
-  for (std::size_t piece = 0; piece < pieces.count(); ++piece) stopped += bodies_pieces_[piece].stopped;
+  std::vector<StoppedBody> stopped;
+  for (std::size_t piece = 0; piece < pieces.count(); ++piece) {
+    const std::vector<StoppedBody>& some = bodies_pieces_[piece].stopped;
+    stopped.insert(stopped.end(), some.begin(), some.end());
+  }
   return stopped;
 }
 
-// Where the body goes. True if the way is so long that it has to be swept.
-bool NativeWorld::find_next(Body& body, double dt) const {
-  if (!body.leaf || !body.is_dynamic() || body.role != Role::kHome || !body.is_awake()) return false;
+bool NativeWorld::moves_on(const Body& body) {
+  return body.leaf && body.is_dynamic() && body.role == Role::kHome && body.is_awake();
+}
+
+// Where the body goes, unless it has diverged.
+std::optional<DivergenceKind> NativeWorld::find_next(Body& body, double dt) {
+  if (const std::optional<DivergenceKind> kind = body.divergence()) return kind;
   body.foresee(Scalar(dt));
   if (!body.coasts) {
     body.fine.reset();
@@ -67,7 +59,8 @@ bool NativeWorld::find_next(Body& body, double dt) const {
     body.next.position = body.fine->position.cast<Scalar>();
     body.coasts = false;
   }
-  return !body.jointed && is_swept(body);
+  if (!body.next.is_somewhere()) return DivergenceKind::kPosition;
+  return std::nullopt;
 }
 
 // One that the solver has pushed far is squeezed, and may be deep in something.
@@ -109,18 +102,15 @@ void NativeWorld::stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, c
   }
 }
 
-// True if the body had to be stopped.
-bool NativeWorld::move_on(Body& body, double dt) const {
-  if (!body.leaf || !body.is_dynamic()) return false;
+void NativeWorld::move_on(Body& body, double dt) const {
+  if (!body.leaf || !body.is_dynamic()) return;
   body.force.setZero();
   body.torque.setZero();
-  if (body.role != Role::kHome || !body.is_awake()) return false;
+  if (!moves_on(body)) return;
   body.pose = body.next;
   body.angular = body.next_angular;
   keep_still_clock(body, dt);
-  const bool is_stopped = stop_runaway(body);
   body.start = body.pose.position;
-  return is_stopped;
 }
 
 void NativeWorld::keep_still_clock(Body& kept, double dt) const {

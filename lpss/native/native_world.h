@@ -58,7 +58,7 @@ class NativeWorld final : public SectorWorld {
   Wrench total_wrench(BodySlot slot) const override;
   void set_total_wrench(BodySlot slot, const Wrench& wrench) override;
   void fly(BodySlot slot, double dt) override;
-  std::uint64_t integrate(double dt, const ParallelFor& parallel) override;
+  std::vector<StoppedBody> integrate(double dt, const ParallelFor& parallel) override;
   std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                 std::uint32_t mask) const override;
   std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach,
@@ -83,7 +83,7 @@ class NativeWorld final : public SectorWorld {
   struct BodiesPiece {
     std::vector<BodySlot> left;  // their enlarged boxes
     std::vector<BodySlot> fast;  // to be swept
-    std::uint64_t stopped = 0;
+    std::vector<StoppedBody> stopped;
   };
 
   // What a loop over candidates notes of a piece of them.
@@ -126,9 +126,10 @@ class NativeWorld final : public SectorWorld {
   void gather(std::size_t begin, std::size_t end, CandidatesPiece& piece) const;
   void predict_contacts(std::span<BodySlot> fast, const ParallelFor& parallel);
   std::span<BodySlot> noted(std::vector<BodySlot> BodiesPiece::*list, const Pieces& pieces);
-  bool is_swept(const Body& body) const;  // it moves so far in this tick
-  bool find_next(Body& body, double dt) const;
-  bool move_on(Body& body, double dt) const;
+  bool is_swept(const Body& body) const;   // it moves so far in this tick
+  static bool moves_on(const Body& body);  // by its velocities, in this tick
+  static std::optional<DivergenceKind> find_next(Body& body, double dt);
+  void move_on(Body& body, double dt) const;
   void stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, const ParallelFor& parallel);
   std::optional<SweepHit> sweep(BodySlot swept, bool without_clones) const;
   void sweep(const Body& swept, const Vector& way, BodySlot other, std::optional<SweepHit>& hit) const;

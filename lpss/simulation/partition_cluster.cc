@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <map>
 
 #include "lpss/engine/load_engine.h"
@@ -86,6 +87,16 @@ TickCounts PartitionCluster::counts() const {
   TickCounts sum;
   for (const Member& member : members_) sum += member.machine->counts();
   return sum;
+}
+
+std::vector<Divergence> PartitionCluster::divergences() const {
+  std::vector<Divergence> all;
+  for (const Member& member : members_) {
+    const std::vector<Divergence>& some = member.machine->divergences();
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
 }
 
 absl::StatusOr<BodyRecord> PartitionCluster::body(BodyId id) const {

@@ -28,6 +28,9 @@ class PartitionCluster {
   // Sums over the partitions.
   TickCounts counts() const;
 
+  // Of the last tick, ascending by (body, kind).
+  std::vector<Divergence> divergences() const;
+
   // The state of a body, wherever it lives. NOT_FOUND for static and unknown ones.
   absl::StatusOr<BodyRecord> body(BodyId id) const;
 

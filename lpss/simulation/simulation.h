@@ -77,6 +77,9 @@ class Simulation {
   const TickCounts& counts() const { return machine_->counts(); }
   const PhaseTimes& phase_times() const { return machine_->phase_times(); }
 
+  // Bodies that diverged in the last tick, ascending by (body, kind).
+  const std::vector<Divergence>& divergences() const { return machine_->divergences(); }
+
   // Contact events of the last tick, ascending by (a, b); only gathered while switched on.
   void report_contacts(bool on);
   const std::vector<ContactEvent>& contact_events() const { return machine_->contact_events(); }

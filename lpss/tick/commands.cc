@@ -1,6 +1,7 @@
 #include "lpss/tick/commands.h"
 
 #include <algorithm>
+#include <optional>
 #include <type_traits>
 
 #include "lpss/base/rotation.h"
@@ -94,7 +95,12 @@ void teleport(Partition& partition, const Teleport& jump, std::vector<HomeChange
   changes.push_back({handover, old_home});
 }
 
-void set_target(Partition& partition, const KinematicTarget& target) {
+void note_if_stopped(Partition& partition, HomeBody& body, std::vector<Stopped>& stopped) {
+  if (const std::optional<DivergenceKind> kind = stop_if_diverged(partition, body))
+    stopped.push_back({body.id, *kind});
+}
+
+void set_target(Partition& partition, const KinematicTarget& target, std::vector<Stopped>& stopped) {
   const auto found = partition.bodies.find(target.id);
   if (found == partition.bodies.end()) return;
   HomeBody& body = *found->second;
@@ -110,6 +116,7 @@ void set_target(Partition& partition, const KinematicTarget& target) {
   goal.linear_velocity = {};
   goal.angular_velocity = {};
   body.kinematic_target = goal;
+  note_if_stopped(partition, body, stopped);
   mark_dirty(body);
   activate(partition, *body.sector);
 }
@@ -139,7 +146,8 @@ void set_surface_motion(Partition& partition, const SetSurfaceMotion& motion) {
   activate(partition, *body.sector);
 }
 
-void apply(Partition& partition, const Command& command, std::vector<HomeChange>& changes) {
+void apply(Partition& partition, const Command& command, std::vector<HomeChange>& changes,
+           std::vector<Stopped>& stopped) {
   const auto with_body = [&](BodyId id, auto&& change) {
     const auto found = partition.bodies.find(id);
     if (found == partition.bodies.end()) return;
@@ -147,6 +155,7 @@ void apply(Partition& partition, const Command& command, std::vector<HomeChange>
     SectorWorld& world = *body.sector->world;
     world.wake(body.slot);
     change(world, body);
+    note_if_stopped(partition, body, stopped);
     mark_dirty(body);
     activate(partition, *body.sector);
   };
@@ -160,7 +169,7 @@ void apply(Partition& partition, const Command& command, std::vector<HomeChange>
         } else if constexpr (std::is_same_v<C, Teleport>) {
           teleport(partition, c, changes);
         } else if constexpr (std::is_same_v<C, KinematicTarget>) {
-          set_target(partition, c);
+          set_target(partition, c, stopped);
         } else if constexpr (std::is_same_v<C, AddJoint>) {
           add_joint(partition, c.record);
         } else if constexpr (std::is_same_v<C, RemoveJoint>) {
@@ -196,10 +205,11 @@ void mark_all_dirty(Partition& partition) {
 
 }  // namespace
 
-std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands) {
+std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands,
+                                       std::vector<Stopped>& stopped) {
   const double radius_max = partition.radius_max;
   std::vector<HomeChange> changes;
-  for (const Command& command : commands) apply(partition, command, changes);
+  for (const Command& command : commands) apply(partition, command, changes, stopped);
   if (partition.radius_max > radius_max) mark_all_dirty(partition);
   return changes;
 }

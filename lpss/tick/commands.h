@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "lpss/partition/partition.h"
+#include "lpss/tick/divergences.h"
 #include "lpss/tick/homes.h"
 #include "lpss/tick/messages.h"
 
@@ -12,6 +13,8 @@ namespace tessera {
 
 // Every server sees every command: the one that hosts the body carries it out, and those that know it as a
 // replica forget what no longer holds. Returns the bodies that are elsewhere from now on, for change_homes().
-std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands);
+// Appends those that a command would have taken out of all range, and that stay where they are.
+std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands,
+                                       std::vector<Stopped>& stopped);
 
 }  // namespace tessera

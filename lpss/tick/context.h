@@ -6,6 +6,7 @@
 #include "lpss/model/tick_counts.h"
 #include "lpss/partition/partition.h"
 #include "lpss/partition/sectors.h"
+#include "lpss/tick/divergences.h"
 #include "lpss/tick/island_plan.h"
 #include "lpss/tick/messages.h"
 
@@ -23,7 +24,12 @@ struct TickContext {
   // From the islands: what is to be solved here, and who waits for whom.
   IslandPlan plan;
 
+  // Bodies that have been stopped so far, and the joints to blame, wherever they were solved.
+  std::vector<Stopped> stopped;
+  BlamedJoints blamed;
+
   // For those who watch.
+  std::vector<Divergence> divergences;
   std::vector<ContactEvent> events;  // ascending by (a, b)
   TickCounts counts;
 };

@@ -106,14 +106,13 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
   }
 }
 
-std::uint64_t announce_home_changes(Partition& partition) {
-  std::uint64_t stopped = 0;
+void announce_home_changes(Partition& partition, std::vector<Stopped>& stopped) {
   for (Sector* sector : partition.active) {
     for (HomeBody* body : sector->attended) {
-      if (body->may_have_moved && !decide_home(partition, *body)) ++stopped;
+      if (body->may_have_moved && !decide_home(partition, *body))
+        stopped.push_back({body->id, DivergenceKind::kSector});
     }
   }
-  return stopped;
 }
 
 }  // namespace tessera

@@ -2,10 +2,10 @@
 // carried out in the next, so that every server knows of it when it happens.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "lpss/partition/partition.h"
+#include "lpss/tick/divergences.h"
 #include "lpss/tick/messages.h"
 
 namespace tessera {
@@ -24,8 +24,8 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
 // Takes the bodies in that come to live here.
 void take_homes(Partition& partition, std::vector<Exchange>& inbox);
 
-// Decides which bodies change home at the next tick. Returns how many were stopped at the edge of the
+// Decides which bodies change home at the next tick. Appends those that were stopped at the edge of the
 // representable world instead.
-std::uint64_t announce_home_changes(Partition& partition);
+void announce_home_changes(Partition& partition, std::vector<Stopped>& stopped);
 
 }  // namespace tessera

@@ -23,7 +23,9 @@ TEST(Homes, AChangeIsAnnouncedOnlyBeyondTheHysteresis) {
   add_body(*partition, box(1, kLow, {kLimit, 0, 0}));
   add_body(*partition, box(2, kLow, {kLimit + kLittle, 3, 0}));
   attend_borders(*partition);
-  EXPECT_EQ(announce_home_changes(*partition), 0u);
+  std::vector<Stopped> stopped;
+  announce_home_changes(*partition, stopped);
+  EXPECT_THAT(stopped, IsEmpty());
   EXPECT_FALSE(body(*partition, 1).next_home);
   EXPECT_EQ(body(*partition, 2).next_home, kHigh);
   EXPECT_THAT(partition->leaving, ElementsAre(BodyId{2}));
@@ -35,7 +37,8 @@ TEST(Homes, WhatWasAnnouncedIsHandedToTheServerOfTheNewHome) {
   world.add(moving(box(2, kLow, {kLimit + kLittle, 3, 0}), {1, 0, 0}));
   world.exchange();
   attend_borders(world[0]);
-  announce_home_changes(world[0]);
+  std::vector<Stopped> stopped;
+  announce_home_changes(world[0], stopped);
   std::vector<std::vector<Exchange>> outboxes(2, std::vector<Exchange>(2));
   change_homes(world[0], {}, outboxes[0]);
   EXPECT_THAT(world[0].bodies, IsEmpty());
@@ -90,7 +93,11 @@ TEST(Homes, ABodyIsStoppedAtTheEdgeOfTheWorld) {
   const SectorIndex last{std::numeric_limits<std::int64_t>::max(), 0, 0};
   add_body(*partition, moving(box(1, last, {9, 0, 0}), {100, 0, 0}));
   attend_borders(*partition);
-  EXPECT_EQ(announce_home_changes(*partition), 1u);
+  std::vector<Stopped> stopped;
+  announce_home_changes(*partition, stopped);
+  ASSERT_EQ(stopped.size(), 1u);
+  EXPECT_EQ(stopped[0].body, BodyId{1});
+  EXPECT_EQ(stopped[0].kind, DivergenceKind::kSector);
   EXPECT_FALSE(body(*partition, 1).next_home);
   EXPECT_THAT(partition->leaving, IsEmpty());
   EXPECT_THAT(state_of(*partition, 1).linear_velocity, ElementsAre(0, 0, 0));

@@ -1,9 +1,8 @@
 #include "lpss/tick/integrate.h"
 
-#include <numeric>
+#include <utility>
 
 #include "lpss/base/rotation.h"
-#include "lpss/model/limits.h"
 #include "lpss/partition/bodies.h"
 
 namespace tessera {
@@ -52,17 +51,24 @@ void fly(Sector& sector, double dt, const ParallelFor& parallel) {
 
 }  // namespace
 
-std::uint64_t integrate(Partition& partition, const std::vector<Sector*>& stepped,
-                        const ParallelFor& parallel) {
+std::vector<Stopped> integrate(Partition& partition, const std::vector<Sector*>& stepped,
+                               const ParallelFor& parallel) {
   const double dt = partition.dt();
-  std::vector<std::uint64_t> stopped(stepped.size(), 0);
+  std::vector<std::vector<StoppedBody>> stopped(stepped.size());
   run_parallel(parallel, stepped.size(), [&](std::size_t i) {
     Sector& sector = *stepped[i];
     fly(sector, dt, parallel);
     stopped[i] = sector.world->integrate(dt, parallel);
     move_kinematics(sector, dt);
   });
-  return std::accumulate(stopped.begin(), stopped.end(), std::uint64_t{0});
+  std::vector<Stopped> all;
+  for (std::size_t i = 0; i < stepped.size(); ++i) {
+    for (const StoppedBody& body : stopped[i]) {
+      const HomeBody& home = *stepped[i]->by_slot[static_cast<std::size_t>(body.slot)];
+      all.push_back({home.id, body.kind});
+    }
+  }
+  return all;
 }
 
 }  // namespace tessera

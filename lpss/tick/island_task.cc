@@ -131,7 +131,10 @@ SolveJob TaskBuilder::build(const SectorIndex& anchor) {
   std::partial_sum(job.group_ends.begin(), job.group_ends.end(), job.group_ends.begin());
   for (const std::uint32_t n : solve_order(contacts, bodies_.size()))
     job.task.contacts.push_back(contacts_[n].place);
-  for (const auto& [id, joint] : joints_) job.task.joints.push_back(joint);
+  for (const auto& [id, joint] : joints_) {
+    job.task.joints.push_back(joint);
+    job.joints.push_back(id);
+  }
   job.kinematics = std::move(kinematics_);
   return job;
 }

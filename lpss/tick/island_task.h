@@ -15,6 +15,7 @@ namespace tessera {
 // One task for a solver and how much work it is.
 struct SolveJob {
   SolveTask task;
+  std::vector<JointId> joints;          // those of the task, in its order
   std::vector<std::size_t> group_ends;  // by contact group: the number of contacts up to its end
   std::vector<WorldBody> kinematics;    // touched by its bodies; engines keep solver state in them
 };

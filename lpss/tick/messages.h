@@ -98,6 +98,7 @@ struct Motions {
 struct SolvedBody {
   BodyId id;
   BodyState state;
+  JointId blamed = {};  // if it diverged: the joint whose error is largest
 };
 
 struct Solution {

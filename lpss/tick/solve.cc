@@ -56,7 +56,15 @@ void JobQueue::run(double share) {
     sum += static_cast<double>(groups_[end].weight);
   run_parallel(parallel_, end - next_, [&](std::size_t n) {
     std::unique_ptr<IslandSolver> solver = solvers_.take();
-    for (const SolveJob& job : groups_[next_ + n].jobs) solver->solve(job.task, dt_, parallel_);
+    for (const SolveJob& job : groups_[next_ + n].jobs) {
+      solver->solve(job.task, dt_, parallel_);
+      if (job.joints.empty()) continue;
+      BlamedJoints blamed;
+      blame_joints(job, blamed);
+      if (blamed.empty()) continue;
+      const std::lock_guard lock(mutex_);
+      blamed_.merge(blamed);
+    }
     solvers_.put_back(std::move(solver));
   });
   next_ = end;
@@ -83,9 +91,14 @@ ShippedIslands::ShippedIslands(Partition& partition, IslandPlan& plan, const std
   queue.add(std::move(jobs));
 }
 
-std::vector<Solution> ShippedIslands::solutions(const SectorMap& map) const {
+std::vector<Solution> ShippedIslands::solutions(const SectorMap& map, const BlamedJoints& blamed) const {
   std::vector<Solution> outbox(map.servers());
   for (const std::unique_ptr<Carriers>& carried : carriers_) carried->collect(map, outbox);
+  for (Solution& solution : outbox) {
+    for (SolvedBody& solved : solution.bodies) {
+      if (const auto joint = blamed.find(solved.id); joint != blamed.end()) solved.blamed = joint->second;
+    }
+  }
   return outbox;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "lpss/tick/context.h"
+#include "lpss/tick/divergences.h"
 #include "lpss/tick/messages.h"
 #include "lpss/tick/parallel.h"
 #include "lpss/tick/ship.h"
@@ -39,6 +40,9 @@ class JobQueue {
   void run(double share);
   void finish() { run(1); }
 
+  // Of the bodies that diverged so far.
+  const BlamedJoints& blamed() const { return blamed_; }
+
  private:
   // Jobs that touch the same kinematic bodies: engines keep solver state in these, so that such jobs must run
   // one after the other.
@@ -53,6 +57,8 @@ class JobQueue {
   std::vector<Group> groups_;
   std::size_t next_ = 0;
   std::size_t weight_ = 0;
+  std::mutex mutex_;  // of what follows
+  BlamedJoints blamed_;
 };
 
 // Islands of which other servers ship parts.
@@ -62,7 +68,7 @@ class ShippedIslands {
   ShippedIslands(Partition& partition, IslandPlan& plan, const std::vector<Shipment>& inbox, JobQueue& queue);
 
   // What goes back, by rank, once they are solved.
-  std::vector<Solution> solutions(const SectorMap& map) const;
+  std::vector<Solution> solutions(const SectorMap& map, const BlamedJoints& blamed) const;
 
  private:
   std::vector<std::unique_ptr<Carriers>> carriers_;

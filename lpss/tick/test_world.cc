@@ -84,7 +84,7 @@ void TestWorld::solve() {
     const ShippedIslands shipped(partition, islands, inbox, queue);
     queue.add(std::move(islands.jobs));
     queue.finish();
-    solutions.push_back(shipped.solutions(partition.map));
+    solutions.push_back(shipped.solutions(partition.map, queue.blamed()));
   }
   for (Rank rank = 0; rank < servers(); ++rank) {
     for (const Solution& solution : received(solutions, rank)) take_solution(*partitions_[rank], solution);

@@ -138,11 +138,11 @@ Round TickMachine::transfer_round() {
 Round TickMachine::exchange_round() {
   std::vector<Exchange> outbox(partition_.map.servers());
   clock_.enter(TickPhase::kSectorization);
-  std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands);
+  std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, context_.stopped);
   send_contact_points(partition_, outbox);
   change_homes(partition_, std::move(jumps), outbox);
   attend_borders(partition_);
-  context_.counts.bodies_stopped += announce_home_changes(partition_);
+  announce_home_changes(partition_, context_.stopped);
 
   clock_.enter(TickPhase::kSeamSearch);
   search_seams(partition_);
@@ -215,7 +215,8 @@ Round TickMachine::go_on_solving() {
 
 Round TickMachine::solution_round() {
   queue_->finish();
-  std::vector<Solution> solutions = shipped_->solutions(partition_.map);
+  std::vector<Solution> solutions = shipped_->solutions(partition_.map, queue_->blamed());
+  context_.blamed = queue_->blamed();
   Round result = round(RoundKind::kSolution);
   for (Rank rank = 0; rank < solutions.size(); ++rank) {
     const bool self = rank == partition_.self;
@@ -240,19 +241,34 @@ void TickMachine::work_while_waiting() {
   }
 }
 
+void TickMachine::take(const Solution& solution) {
+  take_solution(partition_, solution);
+  for (const SolvedBody& solved : solution.bodies) {
+    if (solved.blamed.value != 0) context_.blamed[solved.id] = solved.blamed;
+  }
+}
+
 void TickMachine::end_tick(const std::vector<Solution>& inbox) {
   clock_.enter(TickPhase::kIntegration);
-  for (const Solution& solution : inbox) take_solution(partition_, solution);
+  for (const Solution& solution : inbox) take(solution);
   context_.events = gather_events(partition_, tick_, context_.stepped, context_.vacated, parallel_);
-  context_.counts.bodies_stopped += integrate(partition_, context_.stepped, parallel_);
+  const std::vector<Stopped> stopped = integrate(partition_, context_.stepped, parallel_);
+  context_.stopped.insert(context_.stopped.end(), stopped.begin(), stopped.end());
+  note_divergences();
   count(partition_, context_.stepped, parallel_, context_.counts);
   retire_sectors(partition_);
   awaited_ = RoundKind::kIdle;
 }
 
+void TickMachine::note_divergences() {
+  context_.divergences = divergences_of(tick_, context_.stopped, context_.blamed);
+  context_.counts.diverged = context_.divergences.size();
+}
+
 // The rest of a tick in which nothing in the whole world moves.
 void TickMachine::rest() {
   awaited_ = RoundKind::kIdle;
+  note_divergences();
   count(partition_, {}, parallel_, context_.counts);
 }
 

@@ -44,6 +44,9 @@ class TickMachine {
 
   const TickCounts& counts() const { return context_.counts; }
 
+  // Bodies that diverged, ascending by (body, kind).
+  const std::vector<Divergence>& divergences() const { return context_.divergences; }
+
   // Ascending by (a, b); only gathered while they are reported (events.h).
   const std::vector<ContactEvent>& contact_events() const { return context_.events; }
 
@@ -59,7 +62,9 @@ class TickMachine {
   Round begin_solving(const std::vector<Shipment>& inbox);
   Round go_on_solving();
   Round solution_round();
+  void take(const Solution& solution);
   void end_tick(const std::vector<Solution>& inbox);
+  void note_divergences();
   void rest();
 
   Round round(RoundKind kind);
