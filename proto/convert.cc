@@ -250,6 +250,12 @@ v1::World to_proto(const WorldDescription& world) {
   for (const BodyDescription& body : world.bodies) *result.add_bodies() = to_proto(body);
   result.mutable_joints()->Reserve(static_cast<int>(world.joints.size()));
   for (const JointDescription& joint : world.joints) *result.add_joints() = to_proto(joint);
+  for (const FrameDescription& frame : world.frames) {
+    v1::Frame& added = *result.add_frames();
+    added.set_name(frame.name);
+    added.set_body(frame.body + 1);
+    *added.mutable_pose() = to_proto(frame.pose);
+  }
   return result;
 }
 
@@ -367,6 +373,11 @@ absl::StatusOr<WorldDescription> from_proto(const v1::World& world) {
     absl::StatusOr<JointDescription> joint = from_proto(from);
     if (!joint.ok()) return joint.status();
     result.joints.push_back(*std::move(joint));
+  }
+  result.frames.reserve(world.frames_size());
+  for (const v1::Frame& from : world.frames()) {
+    if (from.body() == 0) return refused("frame '", from.name(), "': body must be at least 1");
+    result.frames.push_back({from.name(), from.body() - 1, from_proto(from.pose())});
   }
   return result;
 }

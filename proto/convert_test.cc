@@ -102,6 +102,7 @@ WorldDescription some_world() {
   world.shapes = {every_geometry(), Shape{{{Sphere{1}, {}}}}};
   world.bodies = {some_body(), BodyDescription{.name = "plain"}};
   world.joints = {some_joint(), some_screw()};
+  world.frames = {{"model::frame", 1, {{1, kThird, -0.0}, Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5)}}};
   return world;
 }
 
@@ -115,6 +116,10 @@ TEST(Convert, AWorldSurvivesBitForBit) {
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(to_proto(*back).SerializeAsString(), message.SerializeAsString());
 
+  ASSERT_EQ(back->frames.size(), 1u);
+  EXPECT_EQ(back->frames[0].name, "model::frame");
+  EXPECT_EQ(back->frames[0].body, 1u);
+  EXPECT_EQ(back->frames[0].pose.position, world.frames[0].pose.position);
   EXPECT_EQ(back->name, world.name);
   EXPECT_EQ(back->anchor, world.anchor);
   EXPECT_EQ(back->settings.precision, Precision::kFloat64);

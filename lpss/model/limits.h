@@ -39,10 +39,12 @@ inline constexpr double kLeverMax = 1e8;                  // m, of an impulse
 inline constexpr double kDriveWayMax = 1e6;               // m, the target of a position drive
 inline constexpr double kGainMax = 1e12;                  // of a drive or spring: N/m, N s/m; N m and rad
 inline constexpr double kMimicMultiplierMax = 1e6;        // rad/rad, m/m, m/rad or rad/m
+inline constexpr double kFrameReachMax = 1e8;             // m, of a frame from its body
 inline constexpr double kQuaternionNormTolerance = 1e-3;  // how far from 1 a unit quaternion may be
 
 inline constexpr std::size_t kBodiesMax = 4'000'000;
 inline constexpr std::size_t kJointsMax = 4'000'000;
+inline constexpr std::size_t kFramesMax = 4'000'000;
 inline constexpr std::size_t kShapesMax = 1'000'000;
 inline constexpr std::size_t kShapePartsMax = 4096;
 inline constexpr std::size_t kHullPointsMax = 4096;

@@ -291,6 +291,9 @@ absl::Status sizes_check(const WorldDescription& world) {
   if (world.shapes.size() > kShapesMax) {
     return refused("the world's ", world.shapes.size(), " shapes must be at most ", kShapesMax);
   }
+  if (world.frames.size() > kFramesMax) {
+    return refused("the world's ", world.frames.size(), " frames must be at most ", kFramesMax);
+  }
   if (world.joints.size() > kJointsMax) {
     return refused("the world's ", world.joints.size(), " joints must be at most ", kJointsMax);
   }
@@ -308,6 +311,32 @@ absl::Status shapes_check(const WorldDescription& world) {
                                  ? absl::StrCat("shape ", id)
                                  : absl::StrCat("shape ", id, " of ", title(*user->second));
     if (absl::Status status = validate(world.shapes[id], name); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status named_frame_check(const FrameDescription& frame, std::size_t bodies) {
+  if (frame.name.empty()) return refused("a frame's name must not be empty");
+  if (frame.name.size() > kNameBytesMax) {
+    return refused("frame '", frame.name.substr(0, 40), "...': the name's ", frame.name.size(),
+                   " bytes must be at most ", kNameBytesMax);
+  }
+  if (absl::Status status = utf8("frame", frame.name); !status.ok()) return status;
+  if (frame.body >= bodies)
+    return refused("body ", frame.body, " must be below the number of bodies, ", bodies);
+  if (absl::Status status = finite("position", frame.pose.position, kFrameReachMax, "m"); !status.ok())
+    return status;
+  return unit_quaternion("orientation", frame.pose.orientation);
+}
+
+// `names`: of the bodies.
+absl::Status named_frames_check(const WorldDescription& world, absl::flat_hash_set<absl::string_view> names) {
+  for (const FrameDescription& frame : world.frames) {
+    const std::string what = absl::StrCat("frame '", frame.name, "'");
+    if (absl::Status status = named_frame_check(frame, world.bodies.size()); !status.ok())
+      return in(what, status);
+    if (!names.insert(frame.name).second)
+      return refused(what, ": the name must be unique, but another frame or a body has it");
   }
   return absl::OkStatus();
 }
@@ -376,6 +405,7 @@ absl::Status validate(const WorldDescription& world) {
       return refused(title(body), ": the name must be unique, but two bodies have it");
     }
   }
+  if (absl::Status status = named_frames_check(world, std::move(names)); !status.ok()) return status;
   return validate_joints(world);
 }
 

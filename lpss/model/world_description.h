@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -34,6 +35,14 @@ struct JointDescription {
   JointDrives drives;
 };
 
+// A named frame that is fixed to a body: a <frame> of a model, or a link that a URDF file fixes to another
+// one.
+struct FrameDescription {
+  std::string name;      // unique among bodies and frames: "model::frame"
+  std::size_t body = 0;  // its place in WorldDescription::bodies
+  Pose pose;             // in the body frame
+};
+
 struct WorldDescription {
   std::string name;
   WorldSettings settings;
@@ -41,6 +50,7 @@ struct WorldDescription {
   std::vector<Shape> shapes;  // BodyProperties::shape is a place in here
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
+  std::vector<FrameDescription> frames;
 };
 
 // Moves the whole world, a planet included, by whole sectors. OUT_OF_RANGE, naming the body or joint, where

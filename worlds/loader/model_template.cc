@@ -38,6 +38,7 @@ class Reader {
     collect_joints(model, "");
     find_fixed_links();
     if (absl::Status status = read_model(model, "", Pose{}, model.Static()); !status.ok()) return status;
+    add_link_frames();
     for (const FoundJoint& joint : joints_) {
       if (absl::Status status = read_joint(joint); !status.ok()) {
         return absl::Status(status.code(), absl::StrCat("joint '", joint.name, "': ", status.message()));
@@ -97,6 +98,9 @@ class Reader {
       const sdf::Frame& entry = *model.FrameByIndex(n);
       absl::Status status = add_frame(prefix + entry.Name(), entry.SemanticPose(), frame);
       if (!status.ok()) return status;
+      std::string link;
+      if (entry.ResolveAttachedToBody(link).empty())
+        attached_.emplace_back(prefix + entry.Name(), prefix + link);
     }
     for (std::uint64_t n = 0; n < model.JointCount(); ++n) {
       const sdf::Joint& entry = *model.JointByIndex(n);
@@ -125,6 +129,17 @@ class Reader {
       if (!status.ok()) return status;
     }
     return absl::OkStatus();
+  }
+
+  // Frames on links that are left out are left out, too.
+  void add_link_frames() {
+    absl::flat_hash_set<std::string> names;
+    for (const auto& [name, link] : attached_) {
+      const auto place = places_.find(link);
+      if (place == places_.end() || places_.contains(name) || !names.insert(name).second) continue;
+      const Pose in_link = result_.links[place->second].pose.inverse() * result_.frames.at(name);
+      result_.link_frames.push_back({name, place->second, in_link});
+    }
   }
 
   absl::Status add_frame(const std::string& name, const sdf::SemanticPose& semantic, const Pose& model) {
@@ -276,7 +291,8 @@ class Reader {
   bool self_collide_ = false;
   std::vector<FoundJoint> joints_;
   std::vector<Gearbox> gearboxes_;
-  absl::flat_hash_map<std::string, std::size_t> places_;  // of links, in result_.links
+  absl::flat_hash_map<std::string, std::size_t> places_;       // of links, in result_.links
+  std::vector<std::pair<std::string, std::string>> attached_;  // frames, and the links that they go with
   absl::flat_hash_set<std::string> jointed_;
   absl::flat_hash_set<std::string> fixed_;
 };

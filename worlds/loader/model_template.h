@@ -36,9 +36,17 @@ struct JointTemplate {
   bool is_exchanged = false;        // parent and child, since only the parent of the file can move
 };
 
+// A frame that goes with a link: a <frame>, or a link that a URDF file fixes to another one.
+struct FrameTemplate {
+  std::string name;      // "frame", "nested::frame"
+  std::size_t link = 0;  // a place in the links
+  Pose pose;             // in the link's frame
+};
+
 struct ModelTemplate {
   std::vector<LinkTemplate> links;
   std::vector<JointTemplate> joints;
+  std::vector<FrameTemplate> link_frames;
   absl::flat_hash_map<std::string, Pose> frames;  // links, frames, joints and nested models, by scoped name
   Notices notices;
 };

@@ -321,6 +321,49 @@ TEST(Joints, LinksOfAModelCollideIfItSaysSo) {
   EXPECT_EQ(body_named(load(world(model("one", ""))), "one::l").properties.assembly, 0u);
 }
 
+const FrameDescription& frame_named(const LoadedWorld& loaded, const std::string& name) {
+  for (const FrameDescription& frame : loaded.world.frames) {
+    if (frame.name == name) return frame;
+  }
+  ADD_FAILURE() << "there is no frame " << name;
+  static const FrameDescription kNone;
+  return kNone;
+}
+
+// Links that fixed joints connect become one body, of which the others are frames.
+TEST(Frames, OfLinksThatUrdfFixesToOthers) {
+  const std::string inertial =
+      "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>";
+  const std::string box = "<collision><geometry><box size='1 1 1'/></geometry></collision>";
+  const LoadedWorld loaded = load(absl::StrCat(
+      "<robot name='r'><link name='base'>", inertial, box, "</link><link name='hand'>", inertial, box,
+      "</link><link name='camera'/><link name='lens'/>",
+      "<joint name='wrist' type='continuous'><parent link='base'/><child link='hand'/><axis xyz='0 0 1'/>"
+      "<origin xyz='0 0 2'/></joint>"
+      "<joint name='mount' type='fixed'><parent link='hand'/><child link='camera'/>"
+      "<origin xyz='1 0 0' rpy='0 0 1.5707963267948966'/></joint>"
+      "<joint name='screw' type='fixed'><parent link='camera'/><child link='lens'/>"
+      "<origin xyz='0.5 0 0'/></joint></robot>"));
+  EXPECT_THAT(names(loaded), ElementsAre("r::base", "r::hand"));
+  const FrameDescription& camera = frame_named(loaded, "r::camera");
+  EXPECT_EQ(loaded.world.bodies.at(camera.body).name, "r::hand");
+  expect_near(camera.pose.position, {1, 0, 0}, 1e-9);
+  expect_near(camera.pose.orientation * Eigen::Vector3d::UnitX(), {0, 1, 0}, 1e-9);
+  const FrameDescription& lens = frame_named(loaded, "r::lens");
+  EXPECT_EQ(loaded.world.bodies.at(lens.body).name, "r::hand");
+  expect_near(lens.pose.position, {1, 0.5, 0}, 1e-9);
+}
+
+TEST(Frames, OfSdfModelsGoWithTheirLinks) {
+  const LoadedWorld loaded =
+      load(world(absl::StrCat("<model name='m'><pose>1 2 3 0 0 0</pose>", link("a"), link("b", "0 0 2 0 0 0"),
+                              "<frame name='f' attached_to='b'><pose>0.5 0 0 0 0 0</pose></frame>",
+                              "<frame name='g' attached_to='f'><pose>0 0.5 0 0 0 0</pose></frame></model>")));
+  const FrameDescription& g = frame_named(loaded, "m::g");
+  EXPECT_EQ(loaded.world.bodies.at(g.body).name, "m::b");
+  expect_near(g.pose.position, {0.5, 0.5, 0}, 1e-9);
+}
+
 TEST(Joints, OfUrdf) {
   const std::string inertial =
       "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";

@@ -362,6 +362,10 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
   const Eigen::Vector3d velocity = placed.scope.orientation * placed.extras.linear_velocity;
   const Eigen::Vector3d spin = placed.scope.orientation * placed.extras.angular_velocity;
   ++models_;
+  for (const FrameTemplate& frame : placed.model->link_frames) {
+    world_.frames.push_back(
+        {absl::StrCat(placed.name, "::", frame.name), world_.bodies.size() + frame.link, frame.pose});
+  }
   for (const LinkTemplate& link : placed.model->links) {
     BodyDescription body;
     body.name = absl::StrCat(placed.name, "::", link.name);
