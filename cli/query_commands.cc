@@ -83,13 +83,29 @@ void add_near(CLI::App& app, Action& action) {
   });
 }
 
+struct FindOptions {
+  std::string prefix;
+  std::uint64_t limit = 0;
+};
+
+absl::Status list_frames(Client& client, const FindOptions& options, nlohmann::json& data) {
+  const absl::StatusOr<FoundFrames> found = client.find_frames(options.prefix, options.limit);
+  if (!found.ok()) return found.status();
+  nlohmann::json& frames = data["frames"] = nlohmann::json::array();
+  std::vector<std::vector<std::string>> rows = {{"frame", "of body", "at"}};
+  for (const FoundFrame& frame : found->frames) {
+    const Eigen::Vector3d& p = frame.pose.position;
+    frames.push_back({{"name", frame.name}, {"body", frame.body.value}, {"position", {p.x(), p.y(), p.z()}}});
+    rows.push_back({frame.name, frame.body_name, absl::StrCat("(", to_string(p), ") m")});
+  }
+  if (rows.size() > 1)
+    absl::PrintF("\n%s%s", table(rows, {false, false, false}), found->truncated ? "and more\n" : "");
+  return absl::OkStatus();
+}
+
 void add_find(CLI::App& app, Action& action) {
-  CLI::App& command =
-      add_command(app, "find", "Bodies whose names begin so.", "tessera find tower_ --limit 20");
-  struct FindOptions {
-    std::string prefix;
-    std::uint64_t limit = 0;
-  };
+  CLI::App& command = add_command(app, "find", "Bodies, and frames of bodies, whose names begin so.",
+                                  "tessera find tower_ --limit 20");
   const auto options = std::make_shared<FindOptions>();
   command.add_option("prefix", options->prefix, "beginning of the names; all bodies if not given");
   command.add_option("--limit", options->limit, "how many at most; 0: 1000");
@@ -105,11 +121,12 @@ void add_find(CLI::App& app, Action& action) {
                       dynamic ? absl::StrFormat("%g kg", body.properties.mass) : ""});
     }
     absl::PrintF("%s%s", table(rows, {true, false, false, true}), found->truncated ? "and more\n" : "");
-    return absl::OkStatus();
+    return list_frames(client, *options, data);
   });
 }
 
 struct WatchOptions {
+  bool divergences = false;
   std::vector<std::string> bodies;
   bool contacts = false;
   bool persisting = false;
@@ -170,6 +187,20 @@ void print(const ContactFrame& frame) {
   }
 }
 
+nlohmann::json to_json(const DivergenceFrame& frame) {
+  nlohmann::json divergences = nlohmann::json::array();
+  for (const Divergence& divergence : frame.divergences) {
+    divergences.push_back({{"body", divergence.body.value}, {"what", name_of(divergence.kind)}});
+    if (divergence.joint.value != 0) divergences.back()["joint"] = divergence.joint.value;
+  }
+  return {{"tick", frame.tick}, {"divergences", std::move(divergences)}};
+}
+
+void print(const DivergenceFrame& frame) {
+  for (const Divergence& divergence : frame.divergences)
+    absl::PrintF("%s\n", to_text(NamedDivergence{divergence, "", ""}));
+}
+
 template <typename Frame>
 absl::Status follow(absl::StatusOr<std::unique_ptr<Stream<Frame>>> stream, std::uint64_t frames,
                     nlohmann::json& data) {
@@ -205,6 +236,9 @@ absl::Status watch(Client& client, const WatchOptions& options, nlohmann::json& 
     return follow<ContactFrame>(client.watch_contacts({.ids = ids, .persisting = options.persisting}),
                                 options.frames, data);
   }
+  if (options.divergences) {
+    return follow<DivergenceFrame>(client.watch_divergences(), options.frames, data);
+  }
   BodyFilter filter;
   filter.ids = ids;
   filter.every_ticks = options.every;
@@ -219,6 +253,8 @@ void add_watch(CLI::App& app, Action& action) {
   command.add_option("bodies", options->bodies, "names or ids; all bodies if none is given");
   CLI::Option* contacts = command.add_flag("--contacts", options->contacts, "contacts that begin and end");
   command.add_flag("--persisting", options->persisting, "and those that go on")->needs(contacts);
+  command.add_flag("--divergences", options->divergences, "bodies that leave all range, and are stopped")
+      ->excludes(contacts);
   command.add_flag("--awake", options->awake, "only bodies that are awake")->excludes(contacts);
   command.add_option("--every", options->every, "ticks between two looks at bodies")
       ->check(CLI::Range(1, 1'000'000))

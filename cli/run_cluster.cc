@@ -45,6 +45,7 @@ absl::Status question(Client& client, RunReport& report) {
   report.world_hash = hash->hash;
   report.sectors = status->counts.sectors;
   report.counts = status->counts_since_load;
+  report.divergences = status->divergences;
   report.tick_ms = status->tick_ms;
   return absl::OkStatus();
 }

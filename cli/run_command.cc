@@ -1,4 +1,5 @@
 // `tessera run`: a world from its file to its report.
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include <memory>
@@ -35,6 +36,11 @@ absl::Status run(const RunOptions& options) {
     if (!holds(*proof, *report))
       outcome = absl::InternalError("the cluster and one process ended in different bits");
   }
+  if (report->counts.diverged > 0 && !options.allow_divergence) {
+    outcome.Update(absl::OutOfRangeError(absl::StrCat(
+        "bodies diverged, and were stopped, ", report->counts.diverged,
+        report->counts.diverged == 1 ? " time" : " times", " (--allow-divergence accepts that)")));
+  }
   if (!options.json.empty()) outcome.Update(write_json(options.json, json));
   return outcome;
 }
@@ -68,6 +74,8 @@ void add_run_command(CLI::App& app, Action& action) {
       .add_flag("--prove", options->prove,
                 "afterwards compare with the same run in one process, bit by bit, and with plain Bullet")
       ->excludes(plain);
+  command.add_flag("--allow-divergence", options->allow_divergence,
+                   "succeed even if bodies leave the range of numbers, speeds or sectors");
   add_parsed(command, "--json", options->json, parse_output_file, "write the report to this file, too");
   command.callback([options, &action] { action = [options] { return run(*options); }; });
 }

@@ -45,6 +45,17 @@ RunReport finished(RunReport report, const WorldHash& hash, const Towers& towers
   return report;
 }
 
+// With the names of the world file: bodies and joints have their ids in its order.
+void note_divergences(const std::vector<Divergence>& divergences, const WorldDescription& world,
+                      RunReport& report) {
+  for (const Divergence& divergence : divergences) {
+    if (report.divergences.size() == kDivergencesKept) return;
+    NamedDivergence& named = report.divergences.emplace_back(NamedDivergence{divergence, "", ""});
+    named.body_name = world.bodies.at(divergence.body.value - 1).name;
+    if (divergence.joint.value != 0) named.joint_name = world.joints.at(divergence.joint.value - 1).name;
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
@@ -63,6 +74,7 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
     const TickCounts& counts = (*simulation)->counts();
     report.sectors = counts.sectors;
     report.counts.add_tick(counts);
+    note_divergences((*simulation)->divergences(), world, report);
   };
   if (absl::Status status = step_all("in-process", step, report); !status.ok()) return status;
 

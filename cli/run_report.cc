@@ -101,6 +101,8 @@ nlohmann::json to_json(const RunReport& report) {
       {"repairs", report.repairs},
   };
   for (const TickCounter& counter : kTickCounters) json[counter.name_in_run] = report.counts.*counter.value;
+  nlohmann::json& divergences = json["divergences"] = nlohmann::json::array();
+  for (const NamedDivergence& divergence : report.divergences) divergences.push_back(to_json(divergence));
   for (const auto& [process, peak] : report.peak_rss_mb_by_process)
     json["peak_rss_mb_by_process"][process] = peak;
   if (report.towers) json["towers"] = to_json(*report.towers);
@@ -153,6 +155,12 @@ std::string to_text(const RunReport& report) {
   row("peak memory", absl::StrFormat("%.0f MB (largest process)", report.peak_rss_mb));
   row("world hash", report.world_hash);
   std::string text = table(rows, {}, false);
+  for (const NamedDivergence& divergence : report.divergences)
+    absl::StrAppend(&text, "diverged: ", to_text(divergence), "\n");
+  if (report.counts.diverged > report.divergences.size()) {
+    absl::StrAppend(&text, "diverged: ", report.counts.diverged - report.divergences.size(),
+                    " times more, later\n");
+  }
   absl::StrAppend(&text, file_notes(report.notices, report.repairs));
   return text;
 }

@@ -18,6 +18,7 @@
 #include "lpss/model/settings.h"
 #include "lpss/model/tick_counts.h"
 #include "lpss/model/tick_times.h"
+#include "tessera/client.h"
 
 namespace tessera::cli {
 
@@ -32,6 +33,7 @@ struct RunOptions {
   bool in_process = false;
   bool plain = false;  // one plain Bullet world, in this process
   bool prove = false;
+  bool allow_divergence = false;
   std::filesystem::path json;  // empty: none
 };
 
@@ -64,6 +66,7 @@ struct RunReport {
   std::vector<std::string> notices;
   std::vector<std::string> repairs;  // of faults of the world file
   std::optional<TowerReport> towers;
+  std::vector<NamedDivergence> divergences;  // the first kDivergencesKept; `counts` has the number of all
 
   // Fills in what the world and the options say.
   void describe(const LoadedWorld& loaded, const RunOptions& options, std::uint64_t tick_count);

@@ -29,6 +29,12 @@ std::string summary(const ClusterStatus& status) {
     absl::StrAppend(&text, ", ", title_of(counter), " ", grouped(counts.*counter.value));
   }
   absl::StrAppend(&text, "\n");
+  if (!status.divergences.empty()) {
+    const std::uint64_t more = status.counts_since_load.diverged - 1;
+    absl::StrAppend(&text,
+                    coloured(absl::StrCat("diverged: ", to_text(status.divergences.front())), Colour::kRed),
+                    more == 0 ? "" : absl::StrCat(", and ", grouped(more), " more"), "\n");
+  }
   absl::StrAppendFormat(&text, "tick mean %.2f ms, p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n",
                         status.tick_ms.mean, status.tick_ms.p50, status.tick_ms.p99, status.tick_ms.max,
                         megabytes(static_cast<double>(status.coordinator_peak_rss_bytes)));

@@ -188,6 +188,12 @@ void Coordinator::Impl::on(Call<v1::ListJointsRequest, v1::ListJointsReply>& cal
   call.reply(absl::OkStatus(), (*world)->registry.list_joints(call.request));
 }
 
+void Coordinator::Impl::on(Call<v1::ListFramesRequest, v1::ListFramesReply>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> world = live_world();
+  if (!world.ok()) return call.reply(world.status(), {});
+  call.reply(absl::OkStatus(), (*world)->registry.list_frames(call.request));
+}
+
 void Coordinator::Impl::on(Call<v1::ShutdownRequest, v1::ShutdownReply>& call, Nanoseconds) {
   shut_down("the cluster is shutting down");
   call.reply(absl::OkStatus(), {});

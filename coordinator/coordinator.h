@@ -53,6 +53,7 @@ using ClientRequest = std::variant<
     ClientCall<v1::StatusRequest, v1::StatusReply>, ClientCall<v1::HashRequest, v1::HashReply>,
     ClientCall<v1::RaycastRequest, v1::RaycastReply>, ClientCall<v1::NearRequest, v1::NearReply>,
     ClientCall<v1::FindBodiesRequest, v1::FindBodiesReply>,
+    ClientCall<v1::ListFramesRequest, v1::ListFramesReply>,
     ClientCall<v1::ShutdownRequest, v1::ShutdownReply>>;
 
 struct OutgoingMessage {

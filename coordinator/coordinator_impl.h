@@ -85,6 +85,7 @@ class Coordinator::Impl {
   void on(Call<v1::NearRequest, v1::NearReply>& call, Nanoseconds now);
   void on(Call<v1::FindBodiesRequest, v1::FindBodiesReply>& call, Nanoseconds now);
   void on(Call<v1::ListJointsRequest, v1::ListJointsReply>& call, Nanoseconds now);
+  void on(Call<v1::ListFramesRequest, v1::ListFramesReply>& call, Nanoseconds now);
   void on(Call<v1::ShutdownRequest, v1::ShutdownReply>& call, Nanoseconds now);
 
   // status.cc

@@ -161,6 +161,10 @@ grpc::ServerUnaryReactor* TesseraService::ListJoints(Context*, const v1::ListJoi
                                                      v1::ListJointsReply* a) {
   return post(q, a);
 }
+grpc::ServerUnaryReactor* TesseraService::ListFrames(Context*, const v1::ListFramesRequest* q,
+                                                     v1::ListFramesReply* a) {
+  return post(q, a);
+}
 grpc::ServerUnaryReactor* TesseraService::Shutdown(Context*, const v1::ShutdownRequest* q,
                                                    v1::ShutdownReply* a) {
   return post(q, a);

@@ -41,6 +41,7 @@ class TesseraService final : public v1::Tessera::CallbackService {
   Reactor* Near(Context*, const v1::NearRequest*, v1::NearReply*) override;
   Reactor* FindBodies(Context*, const v1::FindBodiesRequest*, v1::FindBodiesReply*) override;
   Reactor* ListJoints(Context*, const v1::ListJointsRequest*, v1::ListJointsReply*) override;
+  Reactor* ListFrames(Context*, const v1::ListFramesRequest*, v1::ListFramesReply*) override;
   Reactor* Shutdown(Context*, const v1::ShutdownRequest*, v1::ShutdownReply*) override;
 
  private:

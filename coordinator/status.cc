@@ -44,6 +44,13 @@ void Coordinator::Impl::describe_world(v1::StatusReply& reply, Nanoseconds now) 
   write(counts, *reply.mutable_counts());
   write(statistics.counts_since_load(), *reply.mutable_counts_since_load());
   write(statistics.durations().times(), *reply.mutable_tick_ms());
+  for (const Divergence& divergence : statistics.divergences()) {
+    v1::Divergence& told = *reply.add_divergences();
+    told = to_proto(divergence);
+    if (const auto* body = world_->registry.find(divergence.body)) told.set_body_name(body->name);
+    if (const auto* joint = world_->registry.joints().find(divergence.joint))
+      told.set_joint_name(joint->name);
+  }
   reply.set_map_epoch(world_->map.epoch());
   *reply.mutable_settings() = to_proto(world_->settings);
   *reply.mutable_anchor() = to_proto(world_->anchor);

@@ -6,6 +6,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/limits.h"
+#include "proto/convert.h"
 #include "proto/convert_counts.h"
 
 namespace tessera {
@@ -80,6 +81,10 @@ std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickRepo
   sums.work_us = std::max(sums.work_us, report.work_us());
   sums.counts += counts_from(report.counts());
   sums.hash.add(WorldHash(report.hash_low(), report.hash_high()));
+  for (const v1::Divergence& divergence : report.divergences()) {
+    if (sums.divergences.size() >= kDivergencesKept * servers_.size()) break;
+    sums.divergences.push_back(from_proto(divergence));
+  }
   if (static_cast<std::size_t>(std::popcount(sums.heard_from)) < servers_.size()) return std::nullopt;
   const TickSums whole = sums;
   partial_.erase(report.tick());
@@ -91,6 +96,10 @@ void TickStatistics::complete(const TickSums& sums) {
   durations_.add(sums.work_us);
   counts_since_load_.add_tick(sums.counts);
   if (sums.tick > last_.tick) last_ = sums;
+  // Ticks are complete in their order, so that the first ones are the same on any number of servers.
+  divergences_.insert(divergences_.end(), sums.divergences.begin(), sums.divergences.end());
+  std::sort(divergences_.begin(), divergences_.end());
+  divergences_.resize(first_divergences(divergences_).size());
 }
 
 void RealTimeMeter::start(Tick tick, Nanoseconds now) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "lpss/model/divergence.h"
 #include "lpss/model/tick_counts.h"
 #include "lpss/model/tick_times.h"
 #include "lpss/observe/world_hash.h"
@@ -45,8 +46,9 @@ struct TickSums {
   Tick tick = 0;
   std::uint64_t work_us = 0;
   TickCounts counts;
-  WorldHash hash;                // empty unless the world hashes its ticks
-  std::uint64_t heard_from = 0;  // a bit per rank
+  WorldHash hash;                       // empty unless the world hashes its ticks
+  std::uint64_t heard_from = 0;         // a bit per rank
+  std::vector<Divergence> divergences;  // the first ones of each server
 };
 
 class TickStatistics {
@@ -60,6 +62,8 @@ class TickStatistics {
   // Over all ticks that all servers have reported.
   const TickCounts& counts_since_load() const { return counts_since_load_; }
   const DurationHistogram& durations() const { return durations_; }
+  // The first kDivergencesKept since the load, ascending.
+  const std::vector<Divergence>& divergences() const { return divergences_; }
 
   // The figures of one server.
   const v1::TickReport& last_of(std::size_t rank) const { return servers_[rank].last; }
@@ -78,6 +82,7 @@ class TickStatistics {
   TickSums last_;
   TickCounts counts_since_load_;
   DurationHistogram durations_;
+  std::vector<Divergence> divergences_;
 };
 
 // Simulated time per wall time: over the last two seconds while the world runs, over the whole last run once

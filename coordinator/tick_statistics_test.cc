@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "proto/convert.h"
 #include "proto/convert_counts.h"
 
 namespace tessera {
@@ -51,6 +52,29 @@ TEST(TickStatistics, SumsAreOfTicksThatAllHaveReported) {
   EXPECT_NEAR(statistics.durations().times().p50, 2, 0.02);
   EXPECT_EQ(statistics.durations().times().max, 3);
   EXPECT_EQ(statistics.durations_of(1).times().max, 2);
+}
+
+// However many servers there are, and in whatever order they report.
+TEST(TickStatistics, KeepsTheFirstDivergences) {
+  TickStatistics statistics(2);
+  const auto told = [](Tick tick, std::uint64_t first_body) {
+    v1::TickReport message = report(tick, 1000, 0);
+    for (std::uint64_t n = 0; n < kDivergencesKept; ++n)
+      *message.add_divergences() = to_proto(Divergence{tick, BodyId{first_body + 2 * n}});
+    return message;
+  };
+  statistics.add(0, report(1, 1000, 0));
+  v1::TickReport one = report(1, 1000, 0);
+  *one.add_divergences() = to_proto(Divergence{1, BodyId{9}, JointId{3}, DivergenceKind::kSpeed});
+  statistics.add(1, one);
+  statistics.add(1, told(2, 2));
+  statistics.add(0, told(2, 1));
+  statistics.add(0, told(3, 1));
+  statistics.add(1, told(3, 2));
+  const std::vector<Divergence>& first = statistics.divergences();
+  ASSERT_EQ(first.size(), kDivergencesKept);
+  EXPECT_EQ(first[0], (Divergence{1, BodyId{9}, JointId{3}, DivergenceKind::kSpeed}));
+  for (std::uint64_t n = 1; n < kDivergencesKept; ++n) EXPECT_EQ(first[n], (Divergence{2, BodyId{n}}));
 }
 
 TEST(RealTimeMeter, LooksBackTwoSecondsWhileItRuns) {

@@ -17,7 +17,10 @@ namespace tessera {
 
 WorldRegistry::WorldRegistry(WorldDescription world, std::span<const BodyRecord> records,
                              std::span<const JointRecord> joints)
-    : settings_(world.settings), shapes_(std::move(world.shapes)), joints_(std::move(world.joints), joints) {
+    : settings_(world.settings),
+      shapes_(std::move(world.shapes)),
+      joints_(std::move(world.joints), joints),
+      frames_(std::move(world.frames), records) {
   invariant(world.bodies.size() == records.size(), "every body of a world has a record");
   for (std::size_t n = 0; n < records.size(); ++n) {
     insert(records[n].id, std::move(world.bodies[n].name), records[n].properties);
@@ -38,6 +41,10 @@ absl::StatusOr<BodyId> WorldRegistry::resolve(const v1::BodyRef& reference) cons
     case v1::BodyRef::kName: {
       const auto found = names_.find(reference.name());
       if (found != names_.end()) return found->second;
+      if (const FrameRegistry::Entry* frame = frames_.find(reference.name())) {
+        return absl::InvalidArgumentError(absl::StrCat("'", reference.name(), "' is a frame of the body '",
+                                                       find(frame->body)->name, "', and no body itself"));
+      }
       return absl::NotFoundError(absl::StrCat("there is no body with the name '", reference.name(), "'"));
     }
     case v1::BodyRef::BY_NOT_SET:
@@ -66,7 +73,8 @@ absl::Status WorldRegistry::check_room() const {
 std::string WorldRegistry::name_for(BodyId id) const {
   const std::string name = absl::StrCat("body_", id.value);
   std::string unique = name;
-  for (int n = 2; names_.contains(unique); ++n) unique = absl::StrCat(name, "_", n);
+  for (int n = 2; names_.contains(unique) || frames_.find(unique) != nullptr; ++n)
+    unique = absl::StrCat(name, "_", n);
   return unique;
 }
 
@@ -81,7 +89,7 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnReque
   absl::StatusOr<BodyDescription> body = from_proto(request.body());
   if (!body.ok()) return body.status();
   if (body->name.empty()) body->name = name_for(next_id_);
-  if (names_.contains(body->name)) {
+  if (names_.contains(body->name) || frames_.find(body->name) != nullptr) {
     return absl::AlreadyExistsError(absl::StrCat("body '", body->name, "': the name is in use"));
   }
 
@@ -120,6 +128,7 @@ void WorldRegistry::remove(BodyId id) {
   const auto found = bodies_.find(id);
   if (found == bodies_.end()) return;
   joints_.remove_of(id);
+  frames_.remove_of(id);
   names_.erase(found->second.name);
   bodies_.erase(found);
 }
@@ -189,6 +198,24 @@ v1::ListJointsReply WorldRegistry::list_joints(const v1::ListJointsRequest& requ
       *found.mutable_parent_centre() = to_proto(centre_frame(parent.properties).position);
     }
     *found.mutable_joint() = to_proto(joint);
+  }
+  return reply;
+}
+
+v1::ListFramesReply WorldRegistry::list_frames(const v1::ListFramesRequest& request) const {
+  const std::uint64_t wanted = request.limit() == 0 ? kFoundBodiesDefault : request.limit();
+  const std::size_t limit = std::min(wanted, kFoundBodiesMax);
+  v1::ListFramesReply reply;
+  for (const auto& [name, entry] : frames_.with_prefix(request.name_prefix(), limit + 1)) {
+    if (reply.frames_size() == static_cast<int>(limit)) {
+      reply.set_truncated(true);
+      break;
+    }
+    v1::ListFramesReply::Found& found = *reply.add_frames();
+    found.mutable_frame()->set_name(std::string(name));
+    found.mutable_frame()->set_body(entry->body.value);
+    *found.mutable_frame()->mutable_pose() = to_proto(entry->pose);
+    found.set_body(bodies_.at(entry->body).name);
   }
   return reply;
 }

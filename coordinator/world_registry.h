@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "coordinator/frame_registry.h"
 #include "coordinator/joint_registry.h"
 #include "coordinator/shape_table.h"
 #include "lpss/model/body.h"
@@ -36,7 +37,8 @@ class WorldRegistry {
   std::span<const Shape> shapes() const { return shapes_.shapes(); }
   std::size_t body_count() const { return bodies_.size(); }
 
-  // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a body that does not exist (or no longer exists).
+  // INVALID_ARGUMENT for an empty reference, or the name of a frame; NOT_FOUND for a body that does not exist
+  // (or no longer exists).
   absl::StatusOr<BodyId> resolve(const v1::BodyRef& reference) const;
 
   // Null if there is none.
@@ -62,6 +64,9 @@ class WorldRegistry {
   // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty lists all.
   v1::ListJointsReply list_joints(const v1::ListJointsRequest& request) const;
 
+  // Ascending by name, otherwise likewise.
+  v1::ListFramesReply list_frames(const v1::ListFramesRequest& request) const;
+
   // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty finds all. Ids that no
   // body has are skipped.
   v1::FindBodiesReply find_bodies(const v1::FindBodiesRequest& request) const;
@@ -81,6 +86,7 @@ class WorldRegistry {
   absl::btree_map<std::string_view, BodyId> names_;
   BodyId next_id_{1};
   JointRegistry joints_;
+  FrameRegistry frames_;
 };
 
 }  // namespace tessera

@@ -259,6 +259,22 @@ v1::World to_proto(const WorldDescription& world) {
   return result;
 }
 
+v1::Divergence to_proto(const Divergence& divergence) {
+  v1::Divergence result;
+  result.set_tick(divergence.tick);
+  result.set_body(divergence.body.value);
+  result.set_joint(divergence.joint.value);
+  result.set_kind(static_cast<v1::Divergence::Kind>(divergence.kind));
+  return result;
+}
+
+Divergence from_proto(const v1::Divergence& divergence) {
+  Divergence result{divergence.tick(), BodyId{divergence.body()}, JointId{divergence.joint()}};
+  if (divergence.kind() >= 0 && divergence.kind() <= static_cast<int>(kDivergenceKindLast))
+    result.kind = static_cast<DivergenceKind>(divergence.kind());
+  return result;
+}
+
 v1::Precision to_proto(Precision precision) {
   return precision == Precision::kFloat32 ? v1::PRECISION_FLOAT32 : v1::PRECISION_FLOAT64;
 }

@@ -6,9 +6,11 @@
 
 #include "lpss/grid/world_position.h"
 #include "lpss/model/body.h"
+#include "lpss/model/divergence.h"
 #include "lpss/model/joint.h"
 #include "lpss/model/shape.h"
 #include "lpss/model/world_description.h"
+#include "tessera.pb.h"
 #include "world.pb.h"
 
 namespace tessera {
@@ -27,6 +29,7 @@ v1::Body to_proto(const BodyDescription& body);
 v1::JointProperties to_proto(const JointProperties& properties);
 v1::JointDrive to_proto(const JointDrive& drive);
 v1::Joint to_proto(const JointDescription& joint);
+v1::Divergence to_proto(const Divergence& divergence);
 v1::WorldSettings to_proto(const WorldSettings& settings);
 v1::World to_proto(const WorldDescription& world);
 v1::Precision to_proto(Precision precision);
@@ -44,6 +47,8 @@ absl::StatusOr<JointDrive> from_proto(const v1::JointDrive& drive);
 absl::StatusOr<JointDrives> drives_from_proto(
     const google::protobuf::RepeatedPtrField<v1::JointDrive>& drives);
 absl::StatusOr<JointDescription> from_proto(const v1::Joint& joint);
+// An unknown kind, of a newer cluster, is that of what is not finite.
+Divergence from_proto(const v1::Divergence& divergence);
 absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings);
 absl::StatusOr<WorldDescription> from_proto(const v1::World& world);
 absl::StatusOr<Precision> from_proto(v1::Precision precision);

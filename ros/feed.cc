@@ -1,5 +1,6 @@
 #include "ros/feed.h"
 
+#include <absl/strings/str_cat.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@ namespace {
 
 constexpr absl::Duration kStatusPeriod = absl::Milliseconds(250);
 constexpr absl::Duration kTimeout = absl::Seconds(5);
+constexpr std::uint64_t kFramesAsked = 100'000;  // the coordinator's maximum
 constexpr std::chrono::seconds kRepeatAfter{1};  // all transforms, for late joiners
 
 void warn(const absl::Status& status) {
@@ -130,8 +132,29 @@ absl::Status Feed::look_up(Tick tick) {
     transforms_->name(sample.id, name);
     chosen.bodies.push_back(sample);
   }
+  const absl::StatusOr<std::vector<TransformStamped>> frames = look_up_frames(tick);
+  if (!frames.ok()) return frames.status();
+  std::vector<TransformStamped> transforms = transforms_->all(chosen);
+  transforms.insert(transforms.end(), frames->begin(), frames->end());
   ids_ = std::move(ids);
-  return publisher_.publish_static_transforms(transforms_->all(chosen));
+  return publisher_.publish_static_transforms(transforms);
+}
+
+// Those of the bodies that are published.
+absl::StatusOr<std::vector<TransformStamped>> Feed::look_up_frames(Tick tick) {
+  const absl::StatusOr<FoundFrames> found = client_.find_frames("", kFramesAsked, kTimeout);
+  if (!found.ok()) return found.status();
+  if (found->truncated) {
+    warn(absl::ResourceExhaustedError(
+        absl::StrCat("only the first ", kFramesAsked, " frames of models are published")));
+  }
+  const std::vector<std::string>& names = options_.bodies;
+  std::vector<FoundFrame> chosen;
+  for (const FoundFrame& frame : found->frames) {
+    if (names.empty() || std::find(names.begin(), names.end(), frame.body_name) != names.end())
+      chosen.push_back(frame);
+  }
+  return transforms_->fixed(chosen, tick);
 }
 
 bool Feed::is_chosen(const std::string& name, const WorldPosition& position) const {

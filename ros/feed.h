@@ -42,6 +42,7 @@ class Feed {
   void hear(const live::ClusterReport& report);
   void enter(const live::ClusterReport& report);  // a new world
   absl::Status look_up(Tick tick);                // finds the chosen bodies; publishes the static ones
+  absl::StatusOr<std::vector<TransformStamped>> look_up_frames(Tick tick);
   bool is_chosen(const std::string& name, const WorldPosition& position) const;
   void watch(std::uint32_t every_ticks);
   void publish(Clock::time_point now);

@@ -63,6 +63,25 @@ std::vector<TransformStamped> Transforms::changed(const BodyFrame& frame) {
   return transforms;
 }
 
+std::vector<TransformStamped> Transforms::fixed(const std::vector<FoundFrame>& frames, Tick tick) {
+  const Time stamp = time_at(tick, settings_.time_step);
+  fixed_names_.clear();
+  for (const FoundFrame& frame : frames)
+    fixed_names_.emplace_back(frame_name(frame.body_name), frame_name(frame.name));
+  std::vector<TransformStamped> transforms;
+  for (std::size_t n = 0; n < frames.size(); ++n) {
+    const auto& [parent, child] = fixed_names_[n];
+    const Eigen::Vector3d& position = frames[n].pose.position;
+    const Eigen::Quaterniond& orientation = frames[n].pose.orientation;
+    transforms.push_back(
+        {.header = {.stamp = stamp, .frame_id = text(parent)},
+         .child_frame_id = text(child),
+         .transform = {.translation = {position.x(), position.y(), position.z()},
+                       .rotation = {orientation.x(), orientation.y(), orientation.z(), orientation.w()}}});
+  }
+  return transforms;
+}
+
 TransformStamped Transforms::transform(const BodySample& body, const Time& stamp) const {
   const Eigen::Vector3d position = relative_to(body.pose.position, sector_, settings_.sector_size);
   const Eigen::Quaterniond& orientation = body.pose.orientation;

@@ -6,10 +6,12 @@
 #include <absl/strings/string_view.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "lpss/model/world_description.h"
 #include "ros_messages.h"
+#include "tessera/client.h"
 #include "tessera/stream.h"
 
 namespace tessera::ros {
@@ -33,6 +35,9 @@ class Transforms {
   void name(BodyId id, absl::string_view body_name);
   bool has_name(BodyId id) const { return names_.contains(id); }
 
+  // Of frames that are fixed to bodies: children of the frames of these. Those of the call before are gone.
+  std::vector<TransformStamped> fixed(const std::vector<FoundFrame>& frames, Tick tick);
+
   // The transforms of all bodies with a name.
   std::vector<TransformStamped> all(const BodyFrame& frame) const;
 
@@ -49,6 +54,7 @@ class Transforms {
   WorldSettings settings_;
   absl::node_hash_map<BodyId, std::string> names_;
   Poses last_;
+  std::vector<std::pair<std::string, std::string>> fixed_names_;  // of frames: parents and children
 };
 
 }  // namespace tessera::ros

@@ -64,6 +64,19 @@ TEST_F(TransformsTest, CountFromTheCentreOfTheSectorAtAnyDistance) {
               ElementsAre(-0.5, 0.5, -0.5, 0.5));
 }
 
+TEST_F(TransformsTest, FramesAreChildrenOfTheirBodies) {
+  const FoundFrame tool{"tower::tool", kBox, "tower::box", {{1, 2, 3}, {0.5, -0.5, 0.5, -0.5}}};
+  const std::vector<TransformStamped> fixed = transforms.fixed({tool}, 3);
+  ASSERT_EQ(fixed.size(), 1u);
+  EXPECT_STREQ(fixed[0].header.frame_id, "tower/box");
+  EXPECT_STREQ(fixed[0].child_frame_id, "tower/tool");
+  EXPECT_EQ(fixed[0].header.stamp.nanosec, 750'000'000u);
+  const auto& [translation, rotation] = fixed[0].transform;
+  EXPECT_THAT((std::array{translation.x, translation.y, translation.z}), ElementsAre(1, 2, 3));
+  EXPECT_THAT((std::array{rotation.x, rotation.y, rotation.z, rotation.w}),
+              ElementsAre(-0.5, 0.5, -0.5, 0.5));
+}
+
 TEST_F(TransformsTest, OnlyWhatIsElsewhereHasChanged) {
   BodyFrame frame{0, {sample(kBall, {}), sample(kBox, {})}};
   EXPECT_THAT(children(transforms.changed(frame)), ElementsAre("ball", "tower/box"));

@@ -197,6 +197,15 @@ v1::SeamBatch Streams::seams_for(const v1::WatchSeamsRequest& request, Tick tick
   return batch;
 }
 
+v1::DivergenceBatch Streams::divergences_in(Tick tick, const std::vector<Divergence>& divergences) const {
+  v1::DivergenceBatch batch;
+  batch.set_tick(tick);
+  batch.set_node(node_.value);
+  for (const Divergence& divergence : first_divergences(divergences))
+    *batch.add_divergences() = to_proto(divergence);
+  return batch;
+}
+
 void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
   const Partition& partition = machine.partition();
   const std::lock_guard lock(mutex_);
@@ -224,6 +233,14 @@ void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
     if (counts) batch = contacts_for(subscription->request(), tick, machine.contact_events());
     subscription->served = true;
     subscription->push(std::move(batch));
+  }
+  // Likewise.
+  for (const std::shared_ptr<Divergences>& subscription : divergences_) {
+    const bool counts = subscription->served && !new_only;
+    if (!counts && subscription->served) continue;
+    static const std::vector<Divergence> kNone;
+    subscription->push(divergences_in(tick, counts ? machine.divergences() : kNone));
+    subscription->served = true;
   }
   report_contacts(machine.partition(), !contacts_.empty());
 }
@@ -285,12 +302,20 @@ grpc::Status Streams::WatchSeams(grpc::ServerContext* context, const v1::WatchSe
   return serve(seams_, context, *request, [&](const v1::SeamBatch& batch) { return writer->Write(batch); });
 }
 
+grpc::Status Streams::WatchDivergences(grpc::ServerContext* context,
+                                       const v1::WatchDivergencesRequest* request,
+                                       grpc::ServerWriter<v1::DivergenceBatch>* writer) {
+  return serve(divergences_, context, *request,
+               [&](const v1::DivergenceBatch& batch) { return writer->Write(batch); });
+}
+
 void Streams::shut_down() {
   const std::lock_guard lock(mutex_);
   closing_ = true;
   for (const auto& subscription : bodies_) subscription->close();
   for (const auto& subscription : contacts_) subscription->close();
   for (const auto& subscription : seams_) subscription->close();
+  for (const auto& subscription : divergences_) subscription->close();
 }
 
 }  // namespace tessera

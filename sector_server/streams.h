@@ -119,12 +119,17 @@ class Streams final : public v1::Streams::Service {
                              grpc::ServerWriter<v1::ContactBatch>* writer) override;
   grpc::Status WatchSeams(grpc::ServerContext* context, const v1::WatchSeamsRequest* request,
                           grpc::ServerWriter<v1::SeamBatch>* writer) override;
+  grpc::Status WatchDivergences(grpc::ServerContext* context, const v1::WatchDivergencesRequest* request,
+                                grpc::ServerWriter<v1::DivergenceBatch>* writer) override;
 
  private:
   using Bodies = Subscription<v1::WatchBodiesRequest, BodySnapshot>;
   using Contacts = Subscription<v1::WatchContactsRequest, v1::ContactBatch>;
   using Seams = Subscription<v1::WatchSeamsRequest, v1::SeamBatch>;
 
+  using Divergences = Subscription<v1::WatchDivergencesRequest, v1::DivergenceBatch>;
+
+  v1::DivergenceBatch divergences_in(Tick tick, const std::vector<Divergence>& divergences) const;
   v1::SeamBatch seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Partition& partition) const;
   v1::ContactBatch contacts_for(const v1::WatchContactsRequest& request, Tick tick,
                                 const std::vector<ContactEvent>& events) const;
@@ -140,6 +145,7 @@ class Streams final : public v1::Streams::Service {
   std::list<std::shared_ptr<Bodies>> bodies_;
   std::list<std::shared_ptr<Contacts>> contacts_;
   std::list<std::shared_ptr<Seams>> seams_;
+  std::list<std::shared_ptr<Divergences>> divergences_;
   bool closing_ = false;
 };
 

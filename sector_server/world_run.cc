@@ -198,6 +198,9 @@ void WorldRun::end_tick(Nanoseconds now) {
   report.set_work_us(static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::microseconds>(now - tick_began_).count()));
   write(machine_->counts(), *report.mutable_counts());
+  report.clear_divergences();
+  for (const Divergence& divergence : first_divergences(machine_->divergences()))
+    *report.add_divergences() = to_proto(divergence);
   if (hash_ticks_) {
     const WorldHash hash = hash_of(*partition_);
     report.set_hash_low(hash.low());

@@ -114,6 +114,7 @@ TEST_F(RosTest, BodiesFarAwayAreNearTheirSectorAndWhereTheStreamSays) {
   WorldDescription world = flat_world(8);
   add(world, solid("tower::ball", sphere(0.5), 10, {{0, 0, 0}, {0.3, 0.2, 5}})).angular_velocity = {1, 2, 3};
   add(world, solid("beyond", sphere(0.5), 10, {{0, 0, 0}, {30, 0, 5}}));
+  world.frames.push_back({"tower::tool", 1, {{0, 0, 1}, Eigen::Quaterniond::Identity()}});
   ASSERT_THAT(move_by(world, {kFar, -kFar, 0}), IsOk());
   const Cluster cluster = start_cluster(2);
   ASSERT_TRUE(cluster.client);
@@ -145,9 +146,9 @@ TEST_F(RosTest, BodiesFarAwayAreNearTheirSectorAndWhereTheStreamSays) {
         << "tick " << tick << "\n"
         << ros.output();
   }
-  // The ground was published long ago.
+  // The ground, and the frame on the ball, were published long ago.
   EXPECT_TRUE(await<TransformMessage>(read_static_transforms(), [](const TransformMessage& message) {
-    return children(message) == std::set<std::string>{"ground"};
+    return children(message) == std::set<std::string>{"ground", "tower/tool"};
   })) << ros.output();
 }
 

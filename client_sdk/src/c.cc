@@ -169,6 +169,26 @@ tessera_code tessera_get_status(tessera_client* client, tessera_status* status) 
               [&](const tessera::ClusterStatus& found) { *status = status_for_c(found); });
 }
 
+tessera_code tessera_divergences(tessera_client* client, tessera_divergence* divergences, size_t capacity,
+                                 size_t* count, uint64_t* total) {
+  return give(client->client->status(), [&](const tessera::ClusterStatus& found) {
+    *count = std::min(capacity, found.divergences.size());
+    *total = found.counts_since_load.diverged;
+    std::transform(found.divergences.begin(), found.divergences.begin() + static_cast<std::ptrdiff_t>(*count),
+                   divergences, [](const tessera::NamedDivergence& one) {
+                     return tessera_divergence{one.tick, one.body.value, one.joint.value, name_of(one.kind)};
+                   });
+  });
+}
+
+tessera_code tessera_find_frame(tessera_client* client, const char* name, tessera_frame* frame) {
+  return give(client->client->find_frame(name), [&](const tessera::FoundFrame& found) {
+    *frame = {.body = found.body.value, .position = {}, .orientation = {}};
+    write(found.pose.position, frame->position);
+    std::copy_n(found.pose.orientation.coeffs().data(), 4, frame->orientation);
+  });
+}
+
 tessera_code tessera_hash(tessera_client* client, char hash[33], uint64_t* tick) {
   return give(client->client->hash(), [&](const tessera::HashAt& found) {
     const std::size_t length = found.hash.copy(hash, 32);

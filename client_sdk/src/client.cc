@@ -7,6 +7,7 @@
 
 #include "client_sdk/src/joint_stream.h"
 #include "client_sdk/src/server_stream.h"
+#include "client_sdk/src/stream_traits.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
 #include "proto/status.h"
@@ -59,92 +60,6 @@ absl::StatusOr<FoundJoint> read(const v1::ListJointsReply::Found& found) {
                     from_proto(found.child_centre())};
 }
 
-bool agree(const v1::BodyColumns& columns) {
-  const int count = columns.ids_size();
-  return columns.sector_size() == count && columns.positions_size() == 3 * count &&
-         columns.orientations_size() == 4 * count && columns.linear_velocities_size() == 3 * count &&
-         columns.angular_velocities_size() == 3 * count && columns.asleep_size() == count &&
-         std::all_of(columns.sector().begin(), columns.sector().end(), [&](std::uint32_t place) {
-           return place < static_cast<std::uint32_t>(columns.sectors_size());
-         });
-}
-
-struct BodyTraits {
-  using Frame = BodyFrame;
-  using Request = v1::WatchBodiesRequest;
-  using Batch = v1::BodyBatch;
-  static constexpr bool kFirstIsWhole = true;
-
-  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
-    return stub.WatchBodies(context, request);
-  }
-  static absl::StatusOr<Frame> read(const Batch& batch) {
-    const v1::BodyColumns& columns = batch.columns();
-    if (!agree(columns)) return absl::DataLossError("it told of bodies in columns of different lengths");
-    std::vector<SectorIndex> sectors;
-    for (const v1::SectorIndex& sector : columns.sectors()) sectors.push_back(from_proto(sector));
-    Frame frame{batch.tick(), std::vector<BodySample>(static_cast<std::size_t>(columns.ids_size()))};
-    for (int n = 0; n < columns.ids_size(); ++n) {
-      BodySample& body = frame.bodies[n];
-      body.id = BodyId{columns.ids(n)};
-      body.pose.position = {sectors[columns.sector(n)], Eigen::Vector3d(&columns.positions().Get(3 * n))};
-      body.pose.orientation = Eigen::Quaterniond(&columns.orientations().Get(4 * n));
-      body.linear_velocity = Eigen::Vector3d(&columns.linear_velocities().Get(3 * n));
-      body.angular_velocity = Eigen::Vector3d(&columns.angular_velocities().Get(3 * n));
-      body.asleep = columns.asleep(n);
-      body.server = batch.node();
-    }
-    return frame;
-  }
-};
-
-struct ContactTraits {
-  using Frame = ContactFrame;
-  using Request = v1::WatchContactsRequest;
-  using Batch = v1::ContactBatch;
-  static constexpr bool kFirstIsWhole =
-      false;  // it only states the tick from which on the stream is complete
-
-  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
-    return stub.WatchContacts(context, request);
-  }
-  static ContactPhase phase_of(v1::Contact::Phase phase) {
-    if (phase == v1::Contact::BEGIN) return ContactPhase::kBegin;
-    return phase == v1::Contact::END ? ContactPhase::kEnd : ContactPhase::kPersist;
-  }
-  static Frame read(const Batch& batch) {
-    Frame frame{batch.tick(), {}};
-    for (const v1::Contact& contact : batch.contacts()) {
-      frame.contacts.push_back({phase_of(contact.phase()), BodyId{contact.a()}, BodyId{contact.b()},
-                                from_proto(contact.position()), from_proto(contact.normal()),
-                                contact.impulse()});
-    }
-    return frame;
-  }
-};
-
-struct SeamTraits {
-  using Frame = SeamFrame;
-  using Request = v1::WatchSeamsRequest;
-  using Batch = v1::SeamBatch;
-  static constexpr bool kFirstIsWhole = true;
-
-  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
-    return stub.WatchSeams(context, request);
-  }
-  static Frame read(const Batch& batch) {
-    Frame frame{batch.tick(), {}, {}};
-    for (const v1::SeamBatch::Clone& clone : batch.clones()) {
-      frame.clones.push_back({BodyId{clone.body()}, from_proto(clone.sector()), batch.node()});
-    }
-    for (const v1::SeamBatch::Island& island : batch.islands()) {
-      IslandSample& sample = frame.islands.emplace_back(IslandSample{BodyId{island.id()}, {}});
-      for (const std::uint64_t id : island.bodies()) sample.bodies.push_back(BodyId{id});
-    }
-    return frame;
-  }
-};
-
 v1::Region to_proto(const WatchedRegion& region) {
   v1::Region message;
   *message.mutable_centre() = to_proto(region.centre);
@@ -185,6 +100,9 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.failure = reply.failure();
   status.coordinator_peak_rss_bytes = reply.coordinator_peak_rss_bytes();
   status.anchor = from_proto(reply.anchor());
+  for (const v1::Divergence& divergence : reply.divergences()) {
+    status.divergences.push_back({from_proto(divergence), divergence.body_name(), divergence.joint_name()});
+  }
   if (reply.has_settings()) {
     absl::StatusOr<WorldSettings> settings = from_proto(reply.settings());
     if (!settings.ok()) return settings.status();
@@ -531,6 +449,30 @@ absl::StatusOr<FoundJoint> Client::find_joint(const std::string& name, absl::Dur
   return absl::NotFoundError(absl::StrCat("no joint is called \"", name, "\""));
 }
 
+absl::StatusOr<FoundFrames> Client::find_frames(const std::string& prefix, std::uint64_t limit,
+                                                absl::Duration timeout) {
+  v1::ListFramesRequest request;
+  request.set_name_prefix(prefix);
+  request.set_limit(limit);
+  const auto reply = impl_->call(&Stub::ListFrames, request, timeout);
+  if (!reply.ok()) return reply.status();
+  FoundFrames result;
+  result.truncated = reply->truncated();
+  for (const v1::ListFramesReply::Found& found : reply->frames()) {
+    const v1::Frame& frame = found.frame();
+    result.frames.push_back({frame.name(), BodyId{frame.body()}, found.body(), from_proto(frame.pose())});
+  }
+  return result;
+}
+
+absl::StatusOr<FoundFrame> Client::find_frame(const std::string& name, absl::Duration timeout) {
+  // The name itself is the first of those that begin with it.
+  absl::StatusOr<FoundFrames> found = find_frames(name, 1, timeout);
+  if (!found.ok()) return found.status();
+  if (!found->frames.empty() && found->frames.front().name == name) return std::move(found->frames.front());
+  return absl::NotFoundError(absl::StrCat("no frame is called \"", name, "\""));
+}
+
 absl::StatusOr<std::unique_ptr<BodyStream>> Client::watch_bodies(const BodyFilter& filter,
                                                                  absl::Duration timeout) {
   v1::WatchBodiesRequest request;
@@ -556,6 +498,10 @@ absl::StatusOr<std::unique_ptr<SeamStream>> Client::watch_seams(const SeamFilter
   if (filter.region) *request.mutable_region() = to_proto(*filter.region);
   request.set_every_ticks(filter.every_ticks);
   return impl_->watch<SeamTraits>(request, timeout);
+}
+
+absl::StatusOr<std::unique_ptr<DivergenceStream>> Client::watch_divergences(absl::Duration timeout) {
+  return impl_->watch<DivergenceTraits>(v1::WatchDivergencesRequest(), timeout);
 }
 
 absl::StatusOr<std::unique_ptr<JointStream>> Client::watch_joints(const std::vector<FoundJoint>& joints,

@@ -35,6 +35,17 @@ json to_json(const TickTimes& times) {
   return {{"mean", times.mean}, {"p50", times.p50}, {"p99", times.p99}, {"max", times.max}};
 }
 
+json to_json(const NamedDivergence& divergence) {
+  json one = {{"tick", divergence.tick},
+              {"body", divergence.body.value},
+              {"body_name", divergence.body_name},
+              {"what", name_of(divergence.kind)}};
+  if (divergence.joint.value == 0) return one;
+  one["joint"] = divergence.joint.value;
+  one["joint_name"] = divergence.joint_name;
+  return one;
+}
+
 json to_json(const ClusterStatus& status) {
   json servers = json::array();
   for (const ServerStatus& server : status.servers) servers.push_back(described(server));
@@ -53,6 +64,8 @@ json to_json(const ClusterStatus& status) {
     all[counter.name] = (is_total ? status.counts_since_load : status.counts).*counter.value;
     all["counters"].push_back(counter.name);
   }
+  json& divergences = all["divergences"] = json::array();
+  for (const NamedDivergence& divergence : status.divergences) divergences.push_back(to_json(divergence));
   if (status.settings) all["settings"] = to_json(*status.settings);
   return all;
 }

@@ -49,6 +49,10 @@ inline void join(ContactFrame& whole, ContactFrame part) {
   });
 }
 
+inline void join(DivergenceFrame& whole, DivergenceFrame part) {
+  join(whole.divergences, std::move(part.divergences), std::less());
+}
+
 // Merges the parts of an island.
 inline void join(SeamFrame& whole, SeamFrame part) {
   join(whole.clones, std::move(part.clones), [](const auto& a, const auto& b) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <limits>
 #include <map>
 
 namespace tessera {
@@ -16,9 +17,11 @@ JointSide side_of(const WorldBody& body) {
           eigen(state.angular_velocity)};
 }
 
-// Cheaper than what integrate() asks: what the solver could not solve, or made faster than any body may be.
+// Or may have, where it turns fast: integrate() decides, by its size.
 bool has_diverged(const WorldBody& body) {
-  return divergence_of(body.world->linear_velocity(body.slot), Eigen::Vector3d::Zero(), 0).has_value();
+  constexpr double kOfAnySize = std::numeric_limits<double>::infinity();
+  const BodyState state = body.world->state(body.slot);
+  return divergence_of(eigen(state.linear_velocity), eigen(state.angular_velocity), kOfAnySize).has_value();
 }
 
 // m: how far the child is from where the joint would have it.

@@ -129,6 +129,30 @@ typedef struct tessera_status {
 
 TESSERA_API tessera_code tessera_get_status(tessera_client* client, tessera_status* status);
 
+/* A body that left the range of numbers, speeds or sectors in a tick, and was stopped there. */
+typedef struct tessera_divergence {
+  uint64_t tick;
+  uint64_t body;
+  uint64_t joint;   /* of its joints, the one whose error is largest; 0: none */
+  const char* what; /* "speed above 1e+06 m/s": valid as long as the library */
+} tessera_divergence;
+
+/* Writes the first `capacity` of those since the load that the cluster keeps, ascending by tick and body, to
+ * `divergences`, the number of these to `count`, and that of all that ever happened to `total`. */
+TESSERA_API tessera_code tessera_divergences(tessera_client* client, tessera_divergence* divergences,
+                                             size_t capacity, size_t* count, uint64_t* total);
+
+/* A frame of a model: its pose is that of its body, followed by `position` and `orientation` in the body
+ * frame. */
+typedef struct tessera_frame {
+  uint64_t body;
+  double position[3];
+  double orientation[4];
+} tessera_frame;
+
+/* The frame of that name. NOT_FOUND. */
+TESSERA_API tessera_code tessera_find_frame(tessera_client* client, const char* name, tessera_frame* frame);
+
 /* The hash of the world's state as 32 hexadecimal digits and a null: equal states have equal hashes, on any
  * number of servers. */
 TESSERA_API tessera_code tessera_hash(tessera_client* client, char hash[33], uint64_t* tick);

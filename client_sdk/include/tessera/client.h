@@ -143,6 +143,32 @@ struct FoundBodies {
   std::map<ShapeId, Shape> shapes;  // if requested: by BodyProperties::shape
 };
 
+// A frame that is fixed to a body: frame_pose() has its pose.
+struct FoundFrame {
+  std::string name;
+  BodyId body;
+  std::string body_name;
+  Pose pose;  // in the body frame
+};
+
+struct FoundFrames {
+  std::vector<FoundFrame> frames;  // ascending by name
+  bool truncated = false;          // there are more
+};
+
+// The pose of a frame, from its body at one tick. A position that would leave the range of sectors stays
+// relative to the sector of its body.
+WorldPose frame_pose(const FoundFrame& frame, const BodySample& body, double sector_size);
+
+// A body that diverged: see Divergence.
+struct NamedDivergence : Divergence {
+  std::string body_name;   // empty if the body no longer exists
+  std::string joint_name;  // likewise
+};
+
+// "body 'arm::link' at tick 12: speed above 1e+06 m/s, joint 'arm::elbow'"
+std::string to_text(const NamedDivergence& divergence);
+
 struct ServerStatus {
   std::uint64_t node = 0;
   std::string stream_address;
@@ -174,6 +200,8 @@ struct ClusterStatus {
   std::uint64_t coordinator_peak_rss_bytes = 0;
   std::optional<WorldSettings> settings;  // of the world, if there is one
   SectorIndex anchor;
+  // The first kDivergencesKept since the load, ascending by (tick, body, kind); `counts_since_load` has all.
+  std::vector<NamedDivergence> divergences;
 };
 
 // One connection to a coordinator. Safe to use from any thread. Streams may outlive the client.
@@ -265,6 +293,12 @@ class Client {
   // NOT_FOUND if no joint has that name.
   absl::StatusOr<FoundJoint> find_joint(const std::string& name, absl::Duration timeout = kCallTimeout);
 
+  // Frames whose names begin with `prefix`, at most `limit`; 0: 1000.
+  absl::StatusOr<FoundFrames> find_frames(const std::string& prefix, std::uint64_t limit = 0,
+                                          absl::Duration timeout = kCallTimeout);
+  // NOT_FOUND if no frame has that name.
+  absl::StatusOr<FoundFrame> find_frame(const std::string& name, absl::Duration timeout = kCallTimeout);
+
   // --- streams: one frame per tick, merged over all servers. FAILED_PRECONDITION without a loaded world ---
 
   absl::StatusOr<std::unique_ptr<BodyStream>> watch_bodies(const BodyFilter& filter = {},
@@ -274,6 +308,9 @@ class Client {
 
   absl::StatusOr<std::unique_ptr<SeamStream>> watch_seams(const SeamFilter& filter = {},
                                                           absl::Duration timeout = kCallTimeout);
+
+  // Bodies that diverge. The first frame is empty: its tick is the one from which on the stream is complete.
+  absl::StatusOr<std::unique_ptr<DivergenceStream>> watch_divergences(absl::Duration timeout = kCallTimeout);
 
   // The positions of `joints`, from the states of their bodies at each tick. INVALID_ARGUMENT if there are
   // none.

@@ -16,6 +16,7 @@
 #include "lpss/grid/world_position.h"
 #include "lpss/model/body.h"
 #include "lpss/model/contact_phase.h"
+#include "lpss/model/divergence.h"
 
 namespace tessera {
 
@@ -92,6 +93,13 @@ struct SeamFrame {
   std::vector<IslandSample> islands;  // ascending by id
 };
 
+// Bodies that left the range of numbers, speeds or sectors in a tick, and were stopped.
+struct DivergenceFrame {
+  Tick tick = 0;
+  std::vector<Divergence>
+      divergences;  // ascending by (body, kind); of each server, the first kDivergencesKept
+};
+
 // A subscription; ends when it is destroyed. At most kFramesQueuedMax ticks per server are buffered here, and
 // some thousands at the server; a reader that falls further behind loses the subscription
 // (RESOURCE_EXHAUSTED). For one reading thread; any thread may call cancel().
@@ -114,6 +122,7 @@ class Stream {
 using BodyStream = Stream<BodyFrame>;
 using ContactStream = Stream<ContactFrame>;
 using SeamStream = Stream<SeamFrame>;
+using DivergenceStream = Stream<DivergenceFrame>;
 
 inline constexpr std::size_t kFramesQueuedMax = 256;
 

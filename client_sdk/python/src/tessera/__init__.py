@@ -11,7 +11,7 @@ Units: m, kg, s, rad, N. Positions are a sector and a displacement from its cent
 
 from tessera._proto.world_pb2 import Shape
 from tessera.body import Body, Motion, Surface
-from tessera.client import BodyName, BodyStream, Catalogue, Client, ContactStream, Status
+from tessera.client import BodyName, BodyStream, Catalogue, Client, ContactStream, DivergenceStream, Status
 from tessera.cluster import Cluster
 from tessera.errors import (
     Aborted,
@@ -26,10 +26,29 @@ from tessera.errors import (
     TesseraError,
     Unavailable,
 )
-from tessera.frame import BodyFrame, Contact, ContactFrame, Phase, Trajectory
+from tessera.frame import (
+    BodyFrame,
+    Contact,
+    ContactFrame,
+    Divergence,
+    DivergenceFrame,
+    DivergenceKind,
+    Phase,
+    Trajectory,
+)
 from tessera.joint import Axis, Drive, DriveMode, Joint, JointType, Mimic
 from tessera.position import WorldPosition, relative_to
-from tessera.results import Added, FoundBody, FoundJoint, HashAt, LoadSummary, Neighbour, RayHit, Region
+from tessera.results import (
+    Added,
+    FoundBody,
+    FoundFrame,
+    FoundJoint,
+    HashAt,
+    LoadSummary,
+    Neighbour,
+    RayHit,
+    Region,
+)
 from tessera.shape import (
     box,
     bounding_radius,
@@ -65,10 +84,15 @@ __all__ = [
     "ContactFrame",
     "ContactStream",
     "DeadlineExceeded",
+    "Divergence",
+    "DivergenceFrame",
+    "DivergenceKind",
+    "DivergenceStream",
     "Drive",
     "DriveMode",
     "FailedPrecondition",
     "FoundBody",
+    "FoundFrame",
     "FoundJoint",
     "HashAt",
     "InvalidArgument",

@@ -13,7 +13,16 @@ import grpc
 from tessera._proto import tessera_pb2, tessera_pb2_grpc, world_pb2
 from tessera.body import Body
 from tessera.errors import FailedPrecondition, NotFound, Unavailable, from_grpc
-from tessera.frame import BodyFrame, ContactFrame, Trajectory, body_frame, contact_frame, trajectory
+from tessera.frame import (
+    BodyFrame,
+    ContactFrame,
+    DivergenceFrame,
+    Trajectory,
+    body_frame,
+    contact_frame,
+    divergence_frame,
+    trajectory,
+)
 from tessera.joint import Drive, Joint, joint_ref
 from tessera.position import (
     IDENTITY,
@@ -22,6 +31,7 @@ from tessera.position import (
     VectorLike,
     position_message,
     to_position,
+    to_quaternion,
     to_vector,
     vector_message,
     world_pose_message,
@@ -29,6 +39,7 @@ from tessera.position import (
 from tessera.results import (
     Added,
     FoundBody,
+    FoundFrame,
     FoundJoint,
     HashAt,
     LoadSummary,
@@ -56,6 +67,7 @@ Catalogue: TypeAlias = tessera_pb2.FindBodiesReply
 
 BodyStream: TypeAlias = Stream[tessera_pb2.BodyBatch, BodyFrame]
 ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
+DivergenceStream: TypeAlias = Stream[tessera_pb2.DivergenceBatch, DivergenceFrame]
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
 
@@ -429,6 +441,22 @@ class Client:
         )
         return [FoundJoint(j.id, j.joint.name, j.parent, j.child, j.joint) for j in reply.joints]
 
+    def find_frame(self, name: str, timeout: float | None = CALL_TIMEOUT_S) -> FoundFrame:
+        """NotFound if no frame has that name."""
+        for frame in self.find_frames(name, 1, timeout):  # the name itself comes first
+            if frame.name == name:
+                return frame
+        raise NotFound(f'no frame is called "{name}"')
+
+    def find_frames(
+        self, prefix: str = "", limit: int = 0, timeout: float | None = CALL_TIMEOUT_S
+    ) -> list[FoundFrame]:
+        """Frames whose names begin with `prefix`, ascending by name, at most `limit`; 0: 1000."""
+        reply = self._call(
+            "ListFrames", tessera_pb2.ListFramesRequest(name_prefix=prefix, limit=limit), timeout
+        )
+        return [_frame(found) for found in reply.frames]
+
     # --- streams: one frame per tick, merged over all servers; FailedPrecondition without a world ---
 
     def watch_bodies(
@@ -485,6 +513,18 @@ class Client:
             timeout=timeout,
         )
 
+    def watch_divergences(self, timeout: float | None = CALL_TIMEOUT_S) -> DivergenceStream:
+        """Bodies that leave the range of numbers, speeds or sectors. The first frame is as that of contacts."""
+        return Stream(
+            _addresses(self._watchable(timeout)),
+            lambda channel: tessera_pb2_grpc.StreamsStub(channel).WatchDivergences(
+                tessera_pb2.WatchDivergencesRequest()
+            ),
+            divergence_frame,
+            first_is_whole=False,
+            timeout=timeout,
+        )
+
     def shutdown(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
         """Ends the coordinator and its servers."""
         self._call("Shutdown", tessera_pb2.ShutdownRequest(), timeout)
@@ -512,6 +552,17 @@ class Client:
 
 def _addresses(status: Status) -> list[str]:
     return [server.stream_address for server in status.servers if server.takes_part]
+
+
+def _frame(found: tessera_pb2.ListFramesReply.Found) -> FoundFrame:
+    frame = found.frame
+    return FoundFrame(
+        frame.name,
+        frame.body,
+        found.body,
+        to_vector(frame.pose.position),
+        to_quaternion(frame.pose.orientation),
+    )
 
 
 def _body_ref(body: BodyName) -> tessera_pb2.BodyRef:

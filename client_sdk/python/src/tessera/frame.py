@@ -15,6 +15,7 @@ from tessera.position import (
     ORIGIN,
     Floats,
     Integers,
+    Quaternion,
     SectorLike,
     Vector,
     WorldPosition,
@@ -22,6 +23,7 @@ from tessera.position import (
     to_position,
     to_vector,
 )
+from tessera.results import FoundFrame
 
 Ids: TypeAlias = NDArray[np.uint64]
 
@@ -63,6 +65,19 @@ class BodyFrame:
             angular_velocities=self.angular_velocities[rows],
             asleep=self.asleep[rows],
         )
+
+    def pose_of(self, frame: FoundFrame) -> tuple[WorldPosition, Quaternion]:
+        """The position and orientation (to world axes) of a frame that is fixed to one of the bodies.
+
+        KeyError if its body is not in the frame.
+        """
+        row = self.row(frame.body)
+        turn = self.orientations[row]
+        x, y, z = self.local[row] + _turned(turn, np.array(frame.position))
+        qx, qy, qz, qw = _product(turn, np.array(frame.orientation))
+        i, j, k = (int(index) for index in self.sectors[row])
+        position = WorldPosition((float(x), float(y), float(z)), (i, j, k))
+        return position, (float(qx), float(qy), float(qz), float(qw))
 
     def relative_to(self, sector: SectorLike = ORIGIN) -> Floats:
         """Positions [n, 3] in metres from the centre of `sector`; see `tessera.relative_to()`."""
@@ -118,6 +133,33 @@ class ContactFrame:
 
     tick: int
     contacts: Sequence[Contact]
+
+
+class DivergenceKind(enum.IntEnum):
+    """Why a body was stopped."""
+
+    POSITION = tessera_pb2.Divergence.POSITION  # not finite
+    VELOCITY = tessera_pb2.Divergence.VELOCITY  # not finite, or its joints have no solution
+    SPEED = tessera_pb2.Divergence.SPEED  # above 1e6 m/s
+    SECTOR = tessera_pb2.Divergence.SECTOR  # beyond the last sector
+
+
+@dataclass(frozen=True, order=True)
+class Divergence:
+    """A body that left the range of numbers, speeds or sectors in a tick, and was stopped there."""
+
+    tick: int
+    body: int
+    kind: DivergenceKind
+    joint: int  # of its joints, the one whose error is largest; 0: none
+
+
+@dataclass(frozen=True)
+class DivergenceFrame:
+    """The bodies that diverged in one tick, ascending by (body, kind); of each server, the first 64."""
+
+    tick: int
+    divergences: Sequence[Divergence]
 
 
 def body_frame(tick: int, parts: Iterable[tessera_pb2.BodyBatch], sector_size: float) -> BodyFrame:
@@ -182,6 +224,17 @@ def contact_frame(tick: int, parts: Iterable[tessera_pb2.ContactBatch]) -> Conta
     return ContactFrame(tick, sorted(contacts, key=lambda c: (c.a, c.b, c.phase is not Phase.END)))
 
 
+def divergence_frame(tick: int, parts: Iterable[tessera_pb2.DivergenceBatch]) -> DivergenceFrame:
+    """Likewise for bodies that diverged."""
+    return DivergenceFrame(
+        tick, sorted(to_divergence(message) for part in parts for message in part.divergences)
+    )
+
+
+def to_divergence(message: tessera_pb2.Divergence) -> Divergence:
+    return Divergence(message.tick, message.body, DivergenceKind(message.kind), message.joint)
+
+
 def trajectory(frames: Sequence[BodyFrame], time_step: float) -> Trajectory:
     """Frames of the same bodies, at least one, along an axis of time."""
     ticks = np.array([frame.tick for frame in frames], dtype=np.uint64)
@@ -208,3 +261,15 @@ def _contact(contact: tessera_pb2.Contact) -> Contact:
         to_vector(contact.normal),
         contact.impulse,
     )
+
+
+def _turned(q: Floats, v: Floats) -> Floats:
+    """A vector, turned by a unit quaternion x y z w."""
+    across = 2 * np.cross(q[:3], v)
+    turned: Floats = v + q[3] * across + np.cross(q[:3], across)
+    return turned
+
+
+def _product(a: Floats, b: Floats) -> Floats:
+    """The rotation by b, followed by that by a."""
+    return np.append(a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3]), a[3] * b[3] - a[:3] @ b[:3])

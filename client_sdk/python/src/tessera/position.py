@@ -20,6 +20,7 @@ Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Sector: TypeAlias = tuple[int, int, int]
 Vector: TypeAlias = tuple[float, float, float]
+Quaternion: TypeAlias = tuple[float, float, float, float]  # x y z w
 VectorLike: TypeAlias = Sequence[float] | Floats
 SectorLike: TypeAlias = Sequence[int] | Integers
 
@@ -62,6 +63,10 @@ def _difference(a: Integers, b: Integers) -> NDArray[Any]:
 
 def to_vector(message: world_pb2.Vector3) -> Vector:
     return (message.x, message.y, message.z)
+
+
+def to_quaternion(message: world_pb2.Quaternion) -> Quaternion:
+    return (message.x, message.y, message.z, message.w)
 
 
 def vector_message(vector: VectorLike, name: str) -> world_pb2.Vector3:

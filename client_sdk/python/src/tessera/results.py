@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tessera._proto import world_pb2
 from tessera.body import Motion
-from tessera.position import PositionLike, Vector, VectorLike, WorldPosition
+from tessera.position import PositionLike, Quaternion, Vector, VectorLike, WorldPosition
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,17 @@ class FoundJoint:
     parent: str  # name of the body; empty: the world
     child: str
     joint: world_pb2.Joint  # with its latest drives; proto/world.proto has its fields
+
+
+@dataclass(frozen=True)
+class FoundFrame:
+    """A frame that is fixed to a body; `BodyFrame.pose_of()` has its pose."""
+
+    name: str
+    body: int
+    body_name: str
+    position: Vector  # m, in the body frame
+    orientation: Quaternion  # frame to body frame, x y z w
 
 
 @dataclass(frozen=True)

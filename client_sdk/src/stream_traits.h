@@ -1,0 +1,121 @@
+// The streams of a sector server: what is asked for, and how a batch becomes part of a frame
+// (server_stream.h).
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "proto/convert.h"
+#include "tessera.grpc.pb.h"
+#include "tessera/stream.h"
+
+namespace tessera {
+
+// Whether all columns are of the same bodies.
+inline bool agree(const v1::BodyColumns& columns) {
+  const int count = columns.ids_size();
+  return columns.sector_size() == count && columns.positions_size() == 3 * count &&
+         columns.orientations_size() == 4 * count && columns.linear_velocities_size() == 3 * count &&
+         columns.angular_velocities_size() == 3 * count && columns.asleep_size() == count &&
+         std::all_of(columns.sector().begin(), columns.sector().end(), [&](std::uint32_t place) {
+           return place < static_cast<std::uint32_t>(columns.sectors_size());
+         });
+}
+
+struct BodyTraits {
+  using Frame = BodyFrame;
+  using Request = v1::WatchBodiesRequest;
+  using Batch = v1::BodyBatch;
+  static constexpr bool kFirstIsWhole = true;
+
+  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
+    return stub.WatchBodies(context, request);
+  }
+  static absl::StatusOr<Frame> read(const Batch& batch) {
+    const v1::BodyColumns& columns = batch.columns();
+    if (!agree(columns)) return absl::DataLossError("it told of bodies in columns of different lengths");
+    std::vector<SectorIndex> sectors;
+    for (const v1::SectorIndex& sector : columns.sectors()) sectors.push_back(from_proto(sector));
+    Frame frame{batch.tick(), std::vector<BodySample>(static_cast<std::size_t>(columns.ids_size()))};
+    for (int n = 0; n < columns.ids_size(); ++n) {
+      BodySample& body = frame.bodies[n];
+      body.id = BodyId{columns.ids(n)};
+      body.pose.position = {sectors[columns.sector(n)], Eigen::Vector3d(&columns.positions().Get(3 * n))};
+      body.pose.orientation = Eigen::Quaterniond(&columns.orientations().Get(4 * n));
+      body.linear_velocity = Eigen::Vector3d(&columns.linear_velocities().Get(3 * n));
+      body.angular_velocity = Eigen::Vector3d(&columns.angular_velocities().Get(3 * n));
+      body.asleep = columns.asleep(n);
+      body.server = batch.node();
+    }
+    return frame;
+  }
+};
+
+struct ContactTraits {
+  using Frame = ContactFrame;
+  using Request = v1::WatchContactsRequest;
+  using Batch = v1::ContactBatch;
+  static constexpr bool kFirstIsWhole =
+      false;  // it only states the tick from which on the stream is complete
+
+  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
+    return stub.WatchContacts(context, request);
+  }
+  static ContactPhase phase_of(v1::Contact::Phase phase) {
+    if (phase == v1::Contact::BEGIN) return ContactPhase::kBegin;
+    return phase == v1::Contact::END ? ContactPhase::kEnd : ContactPhase::kPersist;
+  }
+  static Frame read(const Batch& batch) {
+    Frame frame{batch.tick(), {}};
+    for (const v1::Contact& contact : batch.contacts()) {
+      frame.contacts.push_back({phase_of(contact.phase()), BodyId{contact.a()}, BodyId{contact.b()},
+                                from_proto(contact.position()), from_proto(contact.normal()),
+                                contact.impulse()});
+    }
+    return frame;
+  }
+};
+
+struct SeamTraits {
+  using Frame = SeamFrame;
+  using Request = v1::WatchSeamsRequest;
+  using Batch = v1::SeamBatch;
+  static constexpr bool kFirstIsWhole = true;
+
+  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
+    return stub.WatchSeams(context, request);
+  }
+  static Frame read(const Batch& batch) {
+    Frame frame{batch.tick(), {}, {}};
+    for (const v1::SeamBatch::Clone& clone : batch.clones()) {
+      frame.clones.push_back({BodyId{clone.body()}, from_proto(clone.sector()), batch.node()});
+    }
+    for (const v1::SeamBatch::Island& island : batch.islands()) {
+      IslandSample& sample = frame.islands.emplace_back(IslandSample{BodyId{island.id()}, {}});
+      for (const std::uint64_t id : island.bodies()) sample.bodies.push_back(BodyId{id});
+    }
+    return frame;
+  }
+};
+
+struct DivergenceTraits {
+  using Frame = DivergenceFrame;
+  using Request = v1::WatchDivergencesRequest;
+  using Batch = v1::DivergenceBatch;
+  static constexpr bool kFirstIsWhole = false;  // as of contacts
+
+  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
+    return stub.WatchDivergences(context, request);
+  }
+  static Frame read(const Batch& batch) {
+    Frame frame{batch.tick(), {}};
+    for (const v1::Divergence& divergence : batch.divergences())
+      frame.divergences.push_back(from_proto(divergence));
+    return frame;
+  }
+};
+
+}  // namespace tessera

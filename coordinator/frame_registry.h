@@ -1,0 +1,42 @@
+// The coordinator's record of a world's frames: names of places on bodies, which go with their bodies.
+#pragma once
+
+#include <absl/container/btree_map.h>
+#include <absl/container/btree_set.h>
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "lpss/model/world_description.h"
+
+namespace tessera {
+
+class FrameRegistry {
+ public:
+  struct Entry {
+    BodyId body;
+    Pose pose;  // in the body frame
+  };
+
+  // Of a valid world, with the records of its bodies.
+  FrameRegistry(std::vector<FrameDescription> frames, std::span<const BodyRecord> records);
+
+  // Null if there is none.
+  const Entry* find(std::string_view name) const;
+
+  // At most `limit` frames whose names begin with `prefix`, ascending by name; valid until one is removed.
+  std::vector<std::pair<std::string_view, const Entry*>> with_prefix(std::string_view prefix,
+                                                                     std::size_t limit) const;
+
+  void remove_of(BodyId body);
+
+ private:
+  absl::btree_map<std::string, Entry, std::less<>> frames_;
+  absl::btree_set<std::pair<BodyId, std::string>> by_body_;
+};
+
+}  // namespace tessera
