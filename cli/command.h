@@ -24,6 +24,7 @@ void add_joint_commands(CLI::App& app, Action& action);
 void add_query_commands(CLI::App& app, Action& action);
 void add_replay_command(CLI::App& app, Action& action);
 void add_tune_command(CLI::App& app, Action& action);
+void add_snapshot_commands(CLI::App& app, Action& action);
 void add_status_commands(CLI::App& app, Action& action);
 void add_simulate_command(CLI::App& app, Action& action);
 void add_experiment_command(CLI::App& app, Action& action);

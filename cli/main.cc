@@ -22,6 +22,7 @@ int run(int argc, char** argv) {
   add_cluster_commands(app, action);
   add_body_commands(app, action);
   add_joint_commands(app, action);
+  add_snapshot_commands(app, action);
   add_status_commands(app, action);
   add_query_commands(app, action);
   add_convert_command(app, action);

@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 #include "cli/run_report.h"
@@ -19,11 +20,13 @@ inline double seconds_since(Clock::time_point start) {
 // A world as the options want it, and the report with all that is known before the first tick.
 struct PreparedRun {
   Clock::time_point begin;  // of the loading
-  LoadedWorld loaded;
+  LoadedWorld loaded;       // empty where there is a snapshot
+  std::optional<ReadSnapshot> snapshot;
   RunReport report;
 };
 
-// Reads the world file, applies the overrides and counts the ticks. Errors as load_world() and ticks_of().
+// Reads the world file and applies the overrides, or reads the snapshot, and counts the ticks. Errors as
+// load_world(), read_snapshot(), from_chunks() and ticks_of(); INVALID_ARGUMENT for overrides of a snapshot.
 absl::StatusOr<PreparedRun> prepare(const RunOptions& options, const std::string& mode);
 
 }  // namespace tessera::cli

@@ -15,6 +15,7 @@
 #include "cli/terminal.h"
 #include "proto/convert.h"
 #include "proto/recording_file.h"
+#include "proto/snapshot_file.h"
 #include "proto/status.h"
 #include "simulator/simulated_cluster.h"
 #include "tessera.grpc.pb.h"
@@ -47,6 +48,23 @@ class NetworkCluster {
     return NetworkCluster(*std::move(processes));
   }
 
+  absl::Status restore(const SnapshotChunks& chunks) {
+    grpc::ClientContext context;
+    v1::LoadReply reply;
+    const auto stream = stub_->Restore(&context, &reply);
+    SnapshotEncoder encoder;
+    v1::RestoreRequest request;
+    request.set_replace(true);
+    for (const v1::SnapshotChunk& chunk : chunks) {
+      absl::StatusOr<std::string> bytes = encoder.encode(chunk);
+      if (!bytes.ok()) return bytes.status();
+      request.set_bytes(*std::move(bytes));
+      if (!stream->Write(request)) break;  // Finish() says why
+    }
+    stream->WritesDone();
+    return from_grpc(stream->Finish());
+  }
+
   template <typename Request, typename Answer>
   absl::StatusOr<Answer> call(const Request& request) {
     if (interrupted()) return absl::CancelledError("interrupted");
@@ -73,6 +91,7 @@ class NetworkCluster {
 // What was recorded of one world. Hashes come in later than commands that were given meanwhile.
 struct Section {
   v1::World world;
+  SnapshotChunks snapshot;  // in the place of a world
   std::vector<v1::RecordedCommand> commands;
   absl::btree_map<Tick, std::string> hashes;
 };
@@ -92,12 +111,15 @@ class SectionReader {
   absl::StatusOr<std::optional<Section>> next() {
     if (!ahead_) return std::nullopt;
     Section section;
-    section.world = std::move(*ahead_->mutable_world());
+    if (ahead_->has_world()) section.world = std::move(*ahead_->mutable_world());
+    if (ahead_->has_snapshot()) section.snapshot.push_back(std::move(*ahead_->mutable_snapshot()));
     for (;;) {
       absl::StatusOr<std::optional<v1::RecordedInput>> input = reader_.next();
       if (!input.ok()) return input.status();
       ahead_ = *std::move(input);
-      if (!ahead_ || ahead_->has_world()) return section;
+      const bool begins = ahead_ && (ahead_->has_world() || ahead_->snapshot().has_head());
+      if (!ahead_ || begins) return section;
+      if (ahead_->has_snapshot()) section.snapshot.push_back(std::move(*ahead_->mutable_snapshot()));
       if (ahead_->has_command()) section.commands.push_back(std::move(*ahead_->mutable_command()));
       if (ahead_->has_hash()) section.hashes[ahead_->hash().tick()] = ahead_->hash().hash();
     }
@@ -120,9 +142,10 @@ class Player {
   const ReplayReport& report() const { return report_; }
 
   absl::Status play(const Section& section) {
-    if (absl::Status status = load(section.world); !status.ok()) return status;
+    absl::Status status = section.snapshot.empty() ? load(section.world) : restore(section.snapshot);
+    if (!status.ok()) return status;
     const Tick last = section.hashes.empty() ? 0 : section.hashes.rbegin()->first;
-    ProgressBar progress(section.world.name(), last);
+    ProgressBar progress(report_.world, last);
     auto hash = section.hashes.begin();
     for (const v1::RecordedCommand& command : section.commands) {
       for (; hash != section.hashes.end() && hash->first < command.tick(); ++hash) {
@@ -146,6 +169,12 @@ class Player {
     report_.world = world.name();
     report_.tick = 0;
     return cluster_.template call<v1::LoadRequest, v1::LoadReply>(request).status();
+  }
+
+  absl::Status restore(const SnapshotChunks& snapshot) {
+    report_.world = snapshot.front().head().name();
+    report_.tick = snapshot.front().head().tick();
+    return cluster_.restore(snapshot);
   }
 
   absl::Status run_to(Tick tick) {
@@ -245,7 +274,9 @@ absl::StatusOr<ReplayReport> replay(const ReplayOptions& options) {
   if (!reader.ok()) return reader.status();
   absl::StatusOr<std::optional<Section>> first = reader->next();
   if (!first.ok()) return first.status();
-  const absl::StatusOr<Precision> precision = from_proto((*first)->world.settings().precision());
+  const v1::WorldSettings& settings =
+      (*first)->snapshot.empty() ? (*first)->world.settings() : (*first)->snapshot.front().head().settings();
+  const absl::StatusOr<Precision> precision = from_proto(settings.precision());
   if (!precision.ok()) return precision.status();
   if (options.servers == 0) {
     SimulatedCluster cluster(/*seed=*/1, /*servers=*/1, *precision);

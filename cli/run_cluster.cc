@@ -38,9 +38,8 @@ absl::Status question(Client& client, RunReport& report) {
   if (!status.ok()) return status.status();
   const absl::StatusOr<HashAt> hash = client.hash();
   if (!hash.ok()) return hash.status();
-  if (hash->tick != report.ticks) {
-    return absl::InternalError(
-        absl::StrCat("the world is at tick ", hash->tick, " and not at ", report.ticks));
+  if (const Tick last = report.first_tick + report.ticks; hash->tick != last) {
+    return absl::InternalError(absl::StrCat("the world is at tick ", hash->tick, " and not at ", last));
   }
   report.world_hash = hash->hash;
   report.sectors = status->counts.sectors;
@@ -71,14 +70,17 @@ absl::StatusOr<RunReport> run_cluster(const RunOptions& options) {
 
   LocalClusterOptions cluster_options;
   cluster_options.servers = options.servers;
-  cluster_options.precision = world.settings.precision;
+  cluster_options.precision = report.settings.precision;
   cluster_options.threads = report.threads;
   cluster_options.interrupt_descriptor = interrupt_descriptor();
   absl::StatusOr<std::unique_ptr<LocalCluster>> cluster = LocalCluster::start(cluster_options);
   if (!cluster.ok()) return cluster.status();
   absl::StatusOr<std::unique_ptr<Client>> client = Client::connect((*cluster)->address());
   if (!client.ok()) return client.status();
-  absl::Status status = (*cluster)->attend([&] { return (*client)->load(world).status(); });
+  const auto load = [&] {
+    return run->snapshot ? (*client)->restore(options.from).status() : (*client)->load(world).status();
+  };
+  absl::Status status = (*cluster)->attend(load);
   if (!status.ok()) return status;
   report.load_seconds = seconds_since(run->begin);
 
@@ -86,6 +88,9 @@ absl::StatusOr<RunReport> run_cluster(const RunOptions& options) {
   if (status.ok()) status = question(**client, report);
   if (!status.ok()) return status;
   measure_memory(**cluster, report);
+  if (!options.snapshot.empty()) {
+    if (status = (*client)->snapshot(options.snapshot).status(); !status.ok()) return status;
+  }
   if (status = (*client)->shutdown(); !status.ok()) return status;
   if (status = (*cluster)->wait_until_ended(kShutdownTimeout); !status.ok()) return status;
   return std::move(report);

@@ -52,7 +52,10 @@ void add_run_command(CLI::App& app, Action& action) {
       app, "run", "Simulate a world file as fast as possible, and report.",
       "tessera run worlds/earth.sdf --servers 4 --seconds 10 --shift 2^40,0,-2^62 --json earth.json");
   const auto options = std::make_shared<RunOptions>();
-  command.add_option("world", options->world, kWorldFile)->required();
+  CLI::Option* world = command.add_option("world", options->world, kWorldFile);
+  CLI::Option* from =
+      command.add_option("--from", options->from, "a snapshot to go on from, in the place of a world")
+          ->excludes(world);
   CLI::Option* servers =
       command.add_option("--servers", options->servers, "sector servers to start, each a process")
           ->check(CLI::Range(1, 64))
@@ -62,7 +65,7 @@ void add_run_command(CLI::App& app, Action& action) {
   CLI::Option* plain = command.add_flag("--plain", options->plain,
                                         "without sectors: one plain Bullet world of single precision");
   in_process->excludes(servers)->excludes(plain);
-  plain->excludes(servers);
+  plain->excludes(servers)->excludes(from);
   command
       .add_option("--threads", options->threads, "threads of each process; by default the cores, shared out")
       ->check(CLI::Range(1, 256));
@@ -73,11 +76,18 @@ void add_run_command(CLI::App& app, Action& action) {
   command
       .add_flag("--prove", options->prove,
                 "afterwards compare with the same run in one process, bit by bit, and with plain Bullet")
+      ->excludes(plain)
+      ->excludes(from);
+  add_parsed(command, "--snapshot", options->snapshot, parse_output_file,
+             "write all of the world at the end to this file: a snapshot")
       ->excludes(plain);
   command.add_flag("--allow-divergence", options->allow_divergence,
                    "succeed even if bodies leave the range of numbers, speeds or sectors");
   add_parsed(command, "--json", options->json, parse_output_file, "write the report to this file, too");
-  command.callback([options, &action] { action = [options] { return run(*options); }; });
+  command.callback([options, world, from, &action] {
+    if (world->count() + from->count() == 0) throw CLI::RequiredError("world, or --from FILE,");
+    action = [options] { return run(*options); };
+  });
 }
 
 }  // namespace tessera::cli

@@ -9,6 +9,7 @@
 #include "cli/terminal.h"
 #include "lpss/simulation/plain_world.h"
 #include "lpss/simulation/simulation.h"
+#include "proto/snapshot_file.h"
 
 namespace tessera::cli {
 namespace {
@@ -63,7 +64,9 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
   if (!run.ok()) return run.status();
   RunReport& report = run->report;
   const WorldDescription& world = run->loaded.world;
-  const absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world, report.threads);
+  const absl::StatusOr<std::unique_ptr<Simulation>> simulation =
+      run->snapshot ? Simulation::restore(run->snapshot->world, report.threads)
+                    : Simulation::create(world, report.threads);
   if (!simulation.ok()) return simulation.status();
   absl::StatusOr<Towers> towers = towers_of(world);
   if (!towers.ok()) return towers.status();
@@ -79,6 +82,12 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
   if (absl::Status status = step_all("in-process", step, report); !status.ok()) return status;
 
   (*simulation)->for_each_body([&](const BodyRecord& record) { towers->set_end(record); });
+  if (!options.snapshot.empty()) {
+    absl::Status status = write_snapshot(
+        options.snapshot,
+        chunks_of((*simulation)->snapshot(), run->snapshot ? run->snapshot->catalogue : catalogue_of(world)));
+    if (!status.ok()) return status;
+  }
   return finished(std::move(report), (*simulation)->hash(), *towers);
 }
 

@@ -68,6 +68,16 @@ void RunReport::describe(const LoadedWorld& loaded, const RunOptions& options, s
   repairs = loaded.repairs;
 }
 
+void RunReport::describe(const ReadSnapshot& snapshot, const RunOptions& options, std::uint64_t tick_count) {
+  settings = snapshot.world.settings;
+  world = snapshot.catalogue.name;
+  first_tick = snapshot.world.tick;
+  ticks = tick_count;
+  bodies = snapshot.catalogue.bodies.size();
+  servers = options.in_process ? 0 : options.servers;
+  threads = threads_of(options, std::max(1, servers));
+}
+
 void RunReport::set_wall_time(double seconds) {
   wall_seconds = seconds;
   real_time_factor = seconds > 0 ? static_cast<double>(ticks) * settings.time_step / seconds : 0;
@@ -86,6 +96,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"mode", report.mode},
       {"world", report.world},
       {"world_hash", report.world_hash},
+      {"first_tick", report.first_tick},
       {"ticks", report.ticks},
       {"bodies", report.bodies},
       {"sectors", report.sectors},
@@ -140,6 +151,7 @@ std::string to_text(const RunReport& report) {
       absl::StrFormat("%s, %s, sectors of %g m, seams %s", report.world, name_of(report.settings.precision),
                       report.settings.sector_size, name_of(report.settings.seams)));
   const std::string threads = absl::StrCat(report.threads, report.threads == 1 ? " thread" : " threads");
+  if (report.first_tick > 0) row("from", absl::StrCat("a snapshot of tick ", grouped(report.first_tick)));
   row("servers", report.servers == 0 ? absl::StrCat("none (", report.mode, "), ", threads)
                                      : absl::StrCat(report.servers, ", each with ", threads));
   row("bodies", grouped(report.bodies));

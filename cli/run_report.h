@@ -18,6 +18,7 @@
 #include "lpss/model/settings.h"
 #include "lpss/model/tick_counts.h"
 #include "lpss/model/tick_times.h"
+#include "proto/snapshot.h"
 #include "tessera/client.h"
 
 namespace tessera::cli {
@@ -26,6 +27,8 @@ inline constexpr double kRunTicksMax = 1e12;
 
 struct RunOptions {
   std::filesystem::path world;
+  std::filesystem::path from;      // a snapshot, in the place of a world; empty: none
+  std::filesystem::path snapshot;  // to be written at the end; empty: none
   WorldOverrides overrides;
   double seconds = 10;  // simulated
   int servers = 2;
@@ -50,6 +53,7 @@ struct RunReport {
   std::string mode;  // "cluster", "in-process", "plain"
   std::string world;
   std::string world_hash;
+  std::uint64_t first_tick = 0;  // completed before the run: of the snapshot
   std::uint64_t ticks = 0;
   std::uint64_t bodies = 0;   // static ones too
   std::uint64_t sectors = 0;  // with a body that can move, at the end
@@ -70,6 +74,7 @@ struct RunReport {
 
   // Fills in what the world and the options say.
   void describe(const LoadedWorld& loaded, const RunOptions& options, std::uint64_t tick_count);
+  void describe(const ReadSnapshot& snapshot, const RunOptions& options, std::uint64_t tick_count);
   // How long the ticks took, which gives the real-time factor.
   void set_wall_time(double seconds);
 };

@@ -1,12 +1,15 @@
 // Requests of clients about a loaded world.
 #include <absl/strings/str_cat.h>
 
+#include <iterator>
+#include <span>
 #include <utility>
 
 #include "coordinator/command_checks.h"
 #include "coordinator/coordinator_impl.h"
 #include "coordinator/limits.h"
 #include "proto/convert.h"
+#include "proto/snapshot.h"
 
 namespace tessera {
 namespace {
@@ -115,6 +118,36 @@ void Coordinator::Impl::on(Call<v1::HashRequest, v1::HashReply>& call, Nanosecon
           answer.set_hash(hash.to_string());
         }
         reply(status, answer);
+      }));
+}
+
+// What is held is taken down as it is now, and the servers are asked before they are granted any of it.
+void Coordinator::Impl::on(Call<v1::SnapshotRequest, SnapshotChunks>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> live = live_world();
+  if (!live.ok()) return call.reply(live.status(), {});
+  ActiveWorld& world = **live;
+  if (absl::Status status = world.queries.room(); !status.ok()) return call.reply(status, {});
+  WorldCatalogue catalogue = world.registry.catalogue();
+  catalogue.name = world.name;
+  std::size_t held_shapes = 0;
+  const std::span<const Shape> shapes = world.registry.shapes();
+  std::vector<Sequencer::Held> held = world.sequencer.held();
+  for (const Sequencer::Held& batch : held) held_shapes += batch.new_shapes.size();
+  auto next = shapes.end() - static_cast<std::ptrdiff_t>(held_shapes);
+  for (Sequencer::Held& batch : held) {
+    const auto end = next + static_cast<std::ptrdiff_t>(batch.new_shapes.size());
+    catalogue.held.push_back({std::move(batch.commands), {next, end}});
+    next = end;
+  }
+  SnapshotChunks chunks = head_chunks(catalogue, world.settings, world.anchor, world.sequencer.granted(),
+                                      shapes.first(shapes.size() - held_shapes));
+  world.sequencer.ask_first(world.queries.snapshot(
+      [chunks = std::move(chunks), reply = std::move(call.reply)](
+          const absl::Status& status, std::vector<v1::SnapshotChunk> of_servers) mutable {
+        if (!status.ok()) return reply(status, {});
+        std::move(of_servers.begin(), of_servers.end(), std::back_inserter(chunks));
+        chunks.push_back(end_chunk(chunks.size()));
+        reply(status, chunks);
       }));
 }
 

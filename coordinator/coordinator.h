@@ -38,7 +38,15 @@ struct ClientCall {
   std::function<void(absl::Status, const Answer&)> reply;
 };
 
+// What streams of chunks bring in and take out.
+struct RestoreChunks {
+  bool replace = false;
+  std::vector<v1::SnapshotChunk> chunks;
+};
+using SnapshotChunks = std::vector<v1::SnapshotChunk>;
+
 using ClientRequest = std::variant<
+    ClientCall<v1::SnapshotRequest, SnapshotChunks>, ClientCall<RestoreChunks, v1::LoadReply>,
     ClientCall<v1::LoadRequest, v1::LoadReply>, ClientCall<v1::UnloadRequest, v1::UnloadReply>,
     ClientCall<v1::SpawnRequest, v1::SpawnReply>, ClientCall<v1::RemoveRequest, v1::CommandReply>,
     ClientCall<v1::SetVelocityRequest, v1::CommandReply>,

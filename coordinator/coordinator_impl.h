@@ -14,6 +14,7 @@
 #include "coordinator/active_world.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/membership.h"
+#include "coordinator/placement.h"
 
 namespace tessera {
 
@@ -38,10 +39,8 @@ class Coordinator::Impl {
 
   // A load whose world is valid and whose servers have not all joined.
   struct WaitingLoad {
-    Call<v1::LoadRequest, v1::LoadReply> call;
-    WorldDescription world;
-    std::vector<BodyRecord> records;
-    std::vector<JointRecord> joints;
+    std::function<void(const absl::Status&, const v1::LoadReply&)> reply;
+    WorldToLoad world;
     Nanoseconds deadline{};
   };
 
@@ -61,8 +60,9 @@ class Coordinator::Impl {
 
   // loading.cc
   void on(Call<v1::LoadRequest, v1::LoadReply>& call, Nanoseconds now);
+  void on(Call<RestoreChunks, v1::LoadReply>& call, Nanoseconds now);
   void on(Call<v1::UnloadRequest, v1::UnloadReply>& call, Nanoseconds now);
-  absl::Status may_load(const v1::LoadRequest& request) const;
+  absl::Status may_load(bool replace) const;
   void try_start();
   void start(WaitingLoad load, const std::vector<NodeId>& nodes);
   void give_up_waiting(const absl::Status& status);
@@ -81,6 +81,7 @@ class Coordinator::Impl {
   void on(Call<v1::ResumeRequest, v1::ResumeReply>& call, Nanoseconds now);
   void on(Call<v1::StepRequest, v1::StepReply>& call, Nanoseconds now);
   void on(Call<v1::HashRequest, v1::HashReply>& call, Nanoseconds now);
+  void on(Call<v1::SnapshotRequest, SnapshotChunks>& call, Nanoseconds now);
   void on(Call<v1::RaycastRequest, v1::RaycastReply>& call, Nanoseconds now);
   void on(Call<v1::NearRequest, v1::NearReply>& call, Nanoseconds now);
   void on(Call<v1::FindBodiesRequest, v1::FindBodiesReply>& call, Nanoseconds now);

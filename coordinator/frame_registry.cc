@@ -16,6 +16,17 @@ FrameRegistry::FrameRegistry(std::vector<FrameDescription> frames, std::span<con
   }
 }
 
+FrameRegistry::FrameRegistry(const WorldCatalogue& catalogue) {
+  for (const WorldCatalogue::Frame& frame : catalogue.frames) {
+    by_body_.emplace(frame.body, frame.name);
+    frames_.try_emplace(frame.name, Entry{frame.body, frame.pose});
+  }
+}
+
+void FrameRegistry::describe(WorldCatalogue& catalogue) const {
+  for (const auto& [name, entry] : frames_) catalogue.frames.push_back({name, entry.body, entry.pose});
+}
+
 const FrameRegistry::Entry* FrameRegistry::find(std::string_view name) const {
   const auto found = frames_.find(name);
   return found == frames_.end() ? nullptr : &found->second;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "lpss/model/world_description.h"
+#include "lpss/simulation/world_snapshot.h"
 
 namespace tessera {
 
@@ -24,6 +25,10 @@ class FrameRegistry {
 
   // Of a valid world, with the records of its bodies.
   FrameRegistry(std::vector<FrameDescription> frames, std::span<const BodyRecord> records);
+
+  // Of a valid catalogue, and back.
+  explicit FrameRegistry(const WorldCatalogue& catalogue);
+  void describe(WorldCatalogue& catalogue) const;
 
   // Null if there is none.
   const Entry* find(std::string_view name) const;

@@ -16,6 +16,16 @@ JointRegistry::JointRegistry(std::vector<JointDescription> joints, std::span<con
   for (std::size_t n = 0; n < records.size(); ++n) insert(std::move(joints[n].name), records[n]);
 }
 
+JointRegistry::JointRegistry(const WorldCatalogue& catalogue) {
+  for (const WorldCatalogue::Joint& joint : catalogue.joints) insert(joint.name, joint.record);
+  next_id_ = catalogue.next_joint;
+}
+
+void JointRegistry::describe(WorldCatalogue& catalogue) const {
+  for (const auto& [id, entry] : joints_) catalogue.joints.push_back({entry.name, entry.record});
+  catalogue.next_joint = next_id_;
+}
+
 void JointRegistry::insert(std::string name, const JointRecord& record) {
   const auto [entry, is_new] = joints_.emplace(record.id, Entry{std::move(name), record});
   invariant(is_new && names_.emplace(entry->second.name, record.id).second,

@@ -15,6 +15,7 @@
 
 #include "lpss/model/joint.h"
 #include "lpss/model/world_description.h"
+#include "lpss/simulation/world_snapshot.h"
 #include "tessera.pb.h"
 
 namespace tessera {
@@ -28,6 +29,10 @@ class JointRegistry {
 
   // The joints of a valid world, with their records.
   JointRegistry(std::vector<JointDescription> joints, std::span<const JointRecord> records);
+
+  // The joints of a valid catalogue, and back.
+  explicit JointRegistry(const WorldCatalogue& catalogue);
+  void describe(WorldCatalogue& catalogue) const;
 
   // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a joint that does not exist (or no longer exists).
   absl::StatusOr<JointId> resolve(const v1::JointRef& reference) const;

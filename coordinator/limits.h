@@ -23,6 +23,7 @@ inline constexpr std::uint64_t kFoundBodiesDefault = 1000;
 inline constexpr std::uint64_t kFoundBodiesMax = 100'000;
 
 inline constexpr int kClientMessageBytesMax = 1 << 30;
+inline constexpr std::size_t kSnapshotBytesMax = std::size_t{64} << 30;  // of one that is restored
 // protobuf serialises up to 2^31 - 1 bytes; the rest is room for the envelope.
 inline constexpr std::size_t kLoadMessageBytesMax = (std::size_t{1} << 31) - (std::size_t{1} << 20);
 

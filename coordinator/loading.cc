@@ -11,22 +11,52 @@
 #include "proto/convert.h"
 
 namespace tessera {
+namespace {
 
-absl::Status Coordinator::Impl::may_load(const v1::LoadRequest& request) const {
+WorldRegistry registry_of(WorldToLoad world) {
+  if (auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
+    return {std::move(described->world), described->records, described->joints};
+  }
+  ReadSnapshot& snapshot = std::get<ReadSnapshot>(world.from);
+  std::vector<Shape> shapes = std::move(snapshot.world.shapes);
+  for (const WorldCatalogue::HeldBatch& batch : snapshot.catalogue.held) {
+    shapes.insert(shapes.end(), batch.new_shapes.begin(), batch.new_shapes.end());
+  }
+  return {snapshot.world.settings, std::move(shapes), snapshot.catalogue};
+}
+
+std::vector<Sequencer::Held> held_of(const WorldToLoad& world) {
+  std::vector<Sequencer::Held> held;
+  const auto* snapshot = std::get_if<ReadSnapshot>(&world.from);
+  if (snapshot == nullptr) return held;
+  for (const WorldCatalogue::HeldBatch& batch : snapshot->catalogue.held) {
+    Sequencer::Held& to = held.emplace_back();
+    to.commands = batch.commands;
+    for (const Shape& shape : batch.new_shapes) to.new_shapes.push_back(to_proto(shape));
+  }
+  return held;
+}
+
+}  // namespace
+
+absl::Status Coordinator::Impl::may_load(bool replace) const {
   if (waiting_load_ || (world_ && world_->loading())) {
     return absl::FailedPreconditionError("another world is being loaded");
   }
-  if (world_ && !request.replace()) {
+  if (world_ && !replace) {
     return absl::AlreadyExistsError(
         absl::StrCat("the world '", world_->name, "' is loaded; set `replace` to replace it"));
   }
-  if (!request.has_world()) return absl::InvalidArgumentError("world must be set");
   return absl::OkStatus();
 }
 
 void Coordinator::Impl::on(Call<v1::LoadRequest, v1::LoadReply>& call, Nanoseconds now) {
-  if (absl::Status status = may_load(call.request); !status.ok()) {
+  if (absl::Status status = may_load(call.request.replace()); !status.ok()) {
     call.reply(status, {});
+    return;
+  }
+  if (!call.request.has_world()) {
+    call.reply(absl::InvalidArgumentError("world must be set"), {});
     return;
   }
   absl::StatusOr<WorldDescription> world = from_proto(call.request.world());
@@ -45,15 +75,32 @@ void Coordinator::Impl::on(Call<v1::LoadRequest, v1::LoadReply>& call, Nanosecon
     return;
   }
   call.request.Clear();  // the description has everything, and the request may be large
-  waiting_load_ = WaitingLoad{std::move(call), *std::move(world), *std::move(records), *std::move(joints),
-                              now + options_.join_timeout};
+  waiting_load_ =
+      WaitingLoad{std::move(call.reply),
+                  {WorldToLoad::Described{*std::move(world), *std::move(records), *std::move(joints)}},
+                  now + options_.join_timeout};
+  try_start();
+}
+
+void Coordinator::Impl::on(Call<RestoreChunks, v1::LoadReply>& call, Nanoseconds now) {
+  if (absl::Status status = may_load(call.request.replace); !status.ok()) {
+    call.reply(status, {});
+    return;
+  }
+  absl::StatusOr<ReadSnapshot> snapshot = from_chunks(call.request.chunks);
+  if (!snapshot.ok()) {
+    call.reply(snapshot.status(), {});
+    return;
+  }
+  call.request = {};
+  waiting_load_ = WaitingLoad{std::move(call.reply), {*std::move(snapshot)}, now + options_.join_timeout};
   try_start();
 }
 
 std::string Coordinator::Impl::missing_servers(const WaitingLoad& load) const {
-  const Precision precision = load.world.settings.precision;
+  const Precision precision = load.world.settings().precision;
   const std::size_t wanted = std::max<std::size_t>(options_.servers_wanted, 1);
-  return absl::StrCat("the world '", load.world.name, "' needs ", wanted, " servers of precision ",
+  return absl::StrCat("the world '", load.world.name(), "' needs ", wanted, " servers of precision ",
                       name_of(precision), ", but there are ", members_.nodes_of(precision).size(),
                       " after waiting for ", std::chrono::duration<double>(options_.join_timeout).count(),
                       " s");
@@ -62,7 +109,7 @@ std::string Coordinator::Impl::missing_servers(const WaitingLoad& load) const {
 // Starts the waiting load if the servers that it needs have joined.
 void Coordinator::Impl::try_start() {
   if (!waiting_load_) return;
-  std::vector<NodeId> nodes = members_.nodes_of(waiting_load_->world.settings.precision);
+  std::vector<NodeId> nodes = members_.nodes_of(waiting_load_->world.settings().precision);
   if (nodes.size() < std::max<std::size_t>(options_.servers_wanted, 1)) return;
   if (options_.servers_wanted > 0) nodes.resize(options_.servers_wanted);
   WaitingLoad load = *std::exchange(waiting_load_, std::nullopt);
@@ -74,9 +121,9 @@ void Coordinator::Impl::try_start() {
 
 void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes) {
   const std::uint64_t number = worlds_ + 1;
-  absl::StatusOr<Placement> placement = place(number, load.world, load.records, load.joints, nodes);
+  absl::StatusOr<Placement> placement = place(number, load.world, nodes);
   if (!placement.ok()) {
-    load.call.reply(placement.status(), {});
+    load.reply(placement.status(), {});
     return;
   }
   const bool replaces = world_ != nullptr;
@@ -84,9 +131,11 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
   failed_.reset();
   worlds_ = number;
 
-  const WorldSettings settings = load.world.settings;
-  std::string name = load.world.name;
-  const SectorIndex anchor = load.world.anchor;
+  const WorldSettings settings = load.world.settings();
+  std::string name = load.world.name();
+  const SectorIndex anchor = load.world.anchor();
+  const Tick tick = load.world.tick();
+  std::vector<Sequencer::Held> held = held_of(load.world);
   world_ = std::make_unique<ActiveWorld>(ActiveWorld{
       .number = number,
       .name = std::move(name),
@@ -95,17 +144,19 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
       .map = placement->map,
       .sectors = placement->sectors,
       .nodes = nodes,
-      .registry = WorldRegistry(std::move(load.world), load.records, load.joints),
-      .sequencer = Sequencer({number, nodes.size(), settings.time_step, options_.grant_window}),
+      .registry = registry_of(std::move(load.world)),
+      .sequencer = Sequencer({number, nodes.size(), settings.time_step, options_.grant_window, tick}),
       .queries = Queries(nodes.size()),
       .statistics = TickStatistics(nodes.size()),
       .ready = std::vector<bool>(nodes.size()),
-      .load_reply = std::move(load.call.reply),
+      .load_reply = std::move(load.reply),
       .replaced_another = replaces,
   });
+  world_->sequencer.hold(std::move(held));
   for (std::size_t rank = 0; rank < nodes.size(); ++rank) {
     Server& server = *members_.find(nodes[rank]);
-    server.tick = server.bodies = server.exchange_bytes = 0;
+    server.bodies = server.exchange_bytes = 0;
+    server.tick = tick;
     v1::LoadWorld& message = *send(nodes[rank]).mutable_load_world();
     message = std::move(placement->loads[rank]);
     message.set_hash_ticks(static_cast<bool>(options_.inputs));
@@ -118,7 +169,7 @@ void Coordinator::Impl::give_up_waiting(const absl::Status& status) {
   if (!waiting_load_) return;
   const WaitingLoad load = *std::exchange(waiting_load_, std::nullopt);
   log(std::string(status.message()), Severity::kWarning);
-  load.call.reply(status, {});
+  load.reply(status, {});
 }
 
 void Coordinator::Impl::finish_load() {

@@ -21,6 +21,15 @@ std::vector<std::pair<SectorIndex, double>> load_of(std::span<const BodyRecord> 
   return {weights.begin(), weights.end()};
 }
 
+std::vector<std::pair<SectorIndex, double>> load_of(const WorldSnapshot& world) {
+  std::vector<std::pair<SectorIndex, double>> weights;
+  for (const MovedSector& sector : world.sectors) {
+    if (sector.bodies.empty()) continue;
+    weights.emplace_back(sector.sector, 1 + static_cast<double>(sector.bodies.size()));
+  }
+  return weights;
+}
+
 // The radius of the largest movable body, which no server can compute alone.
 double largest_radius(const WorldDescription& world, std::span<const BodyRecord> records) {
   double largest = 0;
@@ -50,39 +59,102 @@ std::vector<std::string> records_by_rank(std::span<const BodyRecord> records, co
   return packed;
 }
 
-}  // namespace
+// The shapes of the world at its tick: those of held commands come with their grants.
+std::span<const Shape> shapes_of(const WorldToLoad& world) {
+  if (const auto* described = std::get_if<WorldToLoad::Described>(&world.from))
+    return described->world.shapes;
+  return std::get<ReadSnapshot>(world.from).world.shapes;
+}
 
-absl::StatusOr<Placement> place(std::uint64_t number, const WorldDescription& world,
-                                std::span<const BodyRecord> records, std::span<const JointRecord> joints,
-                                std::span<const NodeId> nodes) {
+// Divides sectors with so much to do.
+Placement divided(std::uint64_t number, const WorldToLoad& world,
+                  std::vector<std::pair<SectorIndex, double>> load, std::span<const NodeId> nodes) {
   Placement placement;
-  std::vector<std::pair<SectorIndex, double>> load = load_of(records);
   placement.sectors = load.size();
-  placement.map = SectorMap::balanced(world.anchor, std::move(load), static_cast<std::uint32_t>(nodes.size()),
-                                      /*epoch=*/1);
-
+  placement.map = SectorMap::balanced(world.anchor(), std::move(load),
+                                      static_cast<std::uint32_t>(nodes.size()), /*epoch=*/1);
   v1::LoadWorld common;
   common.set_world(number);
-  *common.mutable_settings() = to_proto(world.settings);
-  *common.mutable_anchor() = to_proto(world.anchor);
-  for (const Shape& shape : world.shapes) *common.add_shapes() = to_proto(shape);
+  *common.mutable_settings() = to_proto(world.settings());
+  *common.mutable_anchor() = to_proto(world.anchor());
+  for (const Shape& shape : shapes_of(world)) *common.add_shapes() = to_proto(shape);
   for (const NodeId node : nodes) common.add_nodes(node.value);
   for (const SectorIndex& splitter : placement.map.splitters()) *common.add_splitters() = to_proto(splitter);
   common.set_map_epoch(placement.map.epoch());
-  common.set_radius_max(largest_radius(world, records));
-  common.set_joints(pack(joints));
+  placement.loads.assign(nodes.size(), common);
+  return placement;
+}
 
-  const std::size_t common_bytes = common.ByteSizeLong();
-  for (std::string& packed : records_by_rank(records, placement.map)) {
-    if (common_bytes + packed.size() > kLoadMessageBytesMax) {
-      return absl::ResourceExhaustedError(
-          absl::StrCat("one server's part of the world has ", common_bytes + packed.size(),
-                       " bytes, and may have at most ", kLoadMessageBytesMax));
-    }
-    v1::LoadWorld& part = placement.loads.emplace_back(common);
-    part.set_records(std::move(packed));
+absl::Status room_for(std::size_t bytes) {
+  if (bytes <= kLoadMessageBytesMax) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("one server's part of the world has ", bytes,
+                                                   " bytes, and may have at most ", kLoadMessageBytesMax));
+}
+
+absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world,
+                                const WorldToLoad::Described& described, std::span<const NodeId> nodes) {
+  Placement placement = divided(number, world, load_of(described.records), nodes);
+  const double radius = largest_radius(described.world, described.records);
+  const std::string joints = pack(std::span<const JointRecord>(described.joints));
+  std::vector<std::string> records = records_by_rank(described.records, placement.map);
+  for (std::size_t rank = 0; rank < nodes.size(); ++rank) {
+    v1::LoadWorld& load = placement.loads[rank];
+    absl::Status status = room_for(load.ByteSizeLong() + joints.size() + records[rank].size());
+    if (!status.ok()) return status;
+    load.set_radius_max(radius);
+    load.set_joints(joints);
+    load.set_records(std::move(records[rank]));
   }
   return placement;
+}
+
+absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, const ReadSnapshot& snapshot,
+                                std::span<const NodeId> nodes) {
+  Placement placement = divided(number, world, load_of(snapshot.world), nodes);
+  std::vector<std::vector<MovedSector>> sectors(nodes.size());
+  for (const MovedSector& sector : snapshot.world.sectors) {
+    sectors[placement.map.owner(sector.sector)].push_back(sector);
+  }
+  const std::string shared = pack(snapshot.world.shared);
+  for (std::size_t rank = 0; rank < nodes.size(); ++rank) {
+    v1::LoadWorld& load = placement.loads[rank];
+    std::string packed = pack(std::span<const MovedSector>(sectors[rank]));
+    sectors[rank] = {};
+    absl::Status status = room_for(load.ByteSizeLong() + shared.size() + packed.size());
+    if (!status.ok()) return status;
+    v1::Restored& restored = *load.mutable_restored();
+    restored.set_tick(snapshot.world.tick);
+    restored.set_shared(shared);
+    restored.set_sectors(std::move(packed));
+  }
+  return placement;
+}
+
+}  // namespace
+
+const std::string& WorldToLoad::name() const {
+  if (const auto* described = std::get_if<Described>(&from)) return described->world.name;
+  return std::get<ReadSnapshot>(from).catalogue.name;
+}
+
+const WorldSettings& WorldToLoad::settings() const {
+  if (const auto* described = std::get_if<Described>(&from)) return described->world.settings;
+  return std::get<ReadSnapshot>(from).world.settings;
+}
+
+const SectorIndex& WorldToLoad::anchor() const {
+  if (const auto* described = std::get_if<Described>(&from)) return described->world.anchor;
+  return std::get<ReadSnapshot>(from).world.anchor;
+}
+
+Tick WorldToLoad::tick() const {
+  const auto* snapshot = std::get_if<ReadSnapshot>(&from);
+  return snapshot == nullptr ? 0 : snapshot->world.tick;
+}
+
+absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world,
+                                std::span<const NodeId> nodes) {
+  return std::visit([&](const auto& from) { return place(number, world, from, nodes); }, world.from);
 }
 
 }  // namespace tessera

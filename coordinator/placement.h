@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
+#include <variant>
 #include <vector>
 
 #include "cluster.pb.h"
@@ -12,9 +14,25 @@
 #include "lpss/model/body.h"
 #include "lpss/model/joint.h"
 #include "lpss/model/world_description.h"
+#include "proto/snapshot.h"
 #include "transport/link.h"
 
 namespace tessera {
+
+// A valid world, as described or from a snapshot.
+struct WorldToLoad {
+  struct Described {
+    WorldDescription world;
+    std::vector<BodyRecord> records;
+    std::vector<JointRecord> joints;
+  };
+  std::variant<Described, ReadSnapshot> from;
+
+  const std::string& name() const;
+  const WorldSettings& settings() const;
+  const SectorIndex& anchor() const;
+  Tick tick() const;  // completed
+};
 
 struct Placement {
   SectorMap map;
@@ -23,10 +41,8 @@ struct Placement {
 };
 
 // Divides the world into runs of equal weight along the curve, one per node; a sector weighs 1, and each
-// movable body 1. `world` and its records are valid. RESOURCE_EXHAUSTED if a server's part does not fit into
-// a message of kLoadMessageBytesMax.
-absl::StatusOr<Placement> place(std::uint64_t number, const WorldDescription& world,
-                                std::span<const BodyRecord> records, std::span<const JointRecord> joints,
+// movable body 1. RESOURCE_EXHAUSTED if a server's part does not fit into a message of kLoadMessageBytesMax.
+absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world,
                                 std::span<const NodeId> nodes);
 
 }  // namespace tessera

@@ -40,14 +40,29 @@ v1::Query Queries::near(v1::NearQuery near, NearReply reply) {
   return query;
 }
 
+v1::Query Queries::snapshot(SnapshotReply reply) {
+  v1::Query query = open(Snapshot{std::move(reply), std::vector<std::vector<v1::SnapshotChunk>>(servers_)});
+  query.mutable_snapshot();
+  return query;
+}
+
 absl::Status Queries::answer(std::size_t rank, const v1::Answer& answer) {
   const auto found = open_.find(answer.query());
   if (found == open_.end() || found->second.answered[rank]) {
     return absl::InternalError(absl::StrCat("it answers query ", answer.query(), ", which is not open"));
   }
   Open& open = found->second;
+  if (auto* snapshot = std::get_if<Snapshot>(&open.question)) {
+    add(*snapshot, rank, answer);
+    if (answer.more()) return absl::OkStatus();
+  } else if (auto* hash = std::get_if<Hash>(&open.question)) {
+    add(*hash, answer);
+  } else if (auto* ray = std::get_if<Ray>(&open.question)) {
+    add(*ray, answer);
+  } else {
+    add(std::get<Near>(open.question), answer);
+  }
   open.answered[rank] = true;
-  std::visit([&](auto& question) { add(question, answer); }, open.question);
   if (--open.missing > 0) return absl::OkStatus();
   Question question = std::move(open.question);
   open_.erase(found);
@@ -80,16 +95,26 @@ void Queries::add(Near& near, const v1::Answer& answer) {
   }
 }
 
+void Queries::add(Snapshot& snapshot, std::size_t rank, const v1::Answer& answer) {
+  if (answer.has_snapshot()) snapshot.chunks[rank].push_back(answer.snapshot());
+}
+
 void Queries::reply(const absl::Status& status, Tick tick, Question& question) {
   if (const auto* hash = std::get_if<Hash>(&question)) {
     hash->reply(status, tick, hash->sum);
   } else if (auto* ray = std::get_if<Ray>(&question)) {
     ray->nearest.tick = tick;
     ray->reply(status, ray->nearest);
+  } else if (auto* near = std::get_if<Near>(&question)) {
+    near->result.tick = tick;
+    near->reply(status, near->result);
   } else {
-    auto& near = std::get<Near>(question);
-    near.result.tick = tick;
-    near.reply(status, near.result);
+    auto& snapshot = std::get<Snapshot>(question);
+    std::vector<v1::SnapshotChunk> all;
+    for (std::vector<v1::SnapshotChunk>& chunks : snapshot.chunks) {
+      std::move(chunks.begin(), chunks.end(), std::back_inserter(all));
+    }
+    snapshot.reply(status, std::move(all));
   }
 }
 

@@ -30,6 +30,8 @@ class Queries {
   using HashReply = std::function<void(const absl::Status&, Tick, const WorldHash&)>;
   using RayReply = std::function<void(const absl::Status&, const RayResult&)>;
   using NearReply = std::function<void(const absl::Status&, const NearResult&)>;
+  // The chunks of all servers, by rank.
+  using SnapshotReply = std::function<void(const absl::Status&, std::vector<v1::SnapshotChunk>)>;
 
   explicit Queries(std::size_t servers) : servers_(servers) {}
 
@@ -39,6 +41,7 @@ class Queries {
   v1::Query hash(HashReply reply);
   v1::Query ray(v1::RayQuery ray, RayReply reply);
   v1::Query near(v1::NearQuery near, NearReply reply);
+  v1::Query snapshot(SnapshotReply reply);
 
   // INTERNAL for an answer to a question that was not asked, or that this server has answered before.
   absl::Status answer(std::size_t rank, const v1::Answer& answer);
@@ -59,7 +62,11 @@ class Queries {
     NearReply reply;
     NearResult result;
   };
-  using Question = std::variant<Hash, Ray, Near>;
+  struct Snapshot {
+    SnapshotReply reply;
+    std::vector<std::vector<v1::SnapshotChunk>> chunks;  // by rank
+  };
+  using Question = std::variant<Hash, Ray, Near, Snapshot>;
   struct Open {
     Question question;
     std::vector<bool> answered;  // by rank
@@ -70,6 +77,7 @@ class Queries {
   static void add(Hash& hash, const v1::Answer& answer);
   static void add(Ray& ray, const v1::Answer& answer);
   static void add(Near& near, const v1::Answer& answer);
+  static void add(Snapshot& snapshot, std::size_t rank, const v1::Answer& answer);
   static void reply(const absl::Status& status, Tick tick, Question& question);
 
   std::size_t servers_;

@@ -70,6 +70,18 @@ inline void record_on_reply(ClientCall<v1::LoadRequest, v1::LoadReply>& call, co
   };
 }
 
+inline void record_on_reply(ClientCall<RestoreChunks, v1::LoadReply>& call, const InputSink& record) {
+  call.reply = [record, chunks = call.request.chunks, reply = std::move(call.reply)](
+                   const absl::Status& status, const v1::LoadReply& answer) {
+    for (const v1::SnapshotChunk& chunk : status.ok() ? chunks : SnapshotChunks()) {
+      v1::RecordedInput input;
+      *input.mutable_snapshot() = chunk;
+      record(input);
+    }
+    reply(status, answer);
+  };
+}
+
 // The hash of a tick that all servers have reported.
 inline v1::RecordedInput recorded(const TickSums& tick) {
   v1::RecordedInput input;

@@ -32,7 +32,9 @@ constexpr std::uint64_t kChunksPerWindow = 4;
 Sequencer::Sequencer(const Options& options)
     : options_(options),
       chunk_(std::max<std::uint64_t>(options.grant_window / kChunksPerWindow, 1)),
-      completed_by_(options.servers, 0) {
+      granted_(options.tick),
+      completed_(options.tick),
+      completed_by_(options.servers, options.tick) {
   options_.grant_window = std::max<std::uint32_t>(options.grant_window, 1);
 }
 
@@ -79,6 +81,26 @@ void Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Repl
 }
 
 void Sequencer::ask(v1::Query query) { queries_.push_back(std::move(query)); }
+void Sequencer::ask_first(v1::Query query) { first_queries_.push_back(std::move(query)); }
+
+std::vector<Sequencer::Held> Sequencer::held() const {
+  std::vector<Held> held;
+  for (const Batch& batch : batches_) held.push_back({batch.commands, batch.new_shapes});
+  return held;
+}
+
+void Sequencer::hold(std::vector<Held> held) {
+  for (Held& from : held) {
+    Batch& batch = batches_.emplace_back();
+    for (const Command& command : from.commands) {
+      if (const auto* jump = std::get_if<Teleport>(&command)) batch.teleported.insert(jump->id);
+    }
+    held_commands_ += from.commands.size();
+    for (const v1::Shape& shape : from.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
+    batch.commands = std::move(from.commands);
+    batch.new_shapes = std::move(from.new_shapes);
+  }
+}
 
 absl::Status Sequencer::resume(double real_time_factor, Nanoseconds now) {
   if (mode_ == Mode::kStepping) {
@@ -235,17 +257,21 @@ v1::Grant Sequencer::next_grant(std::uint64_t ticks) {
   return grant;
 }
 
+v1::Grant Sequencer::query_grant(std::vector<v1::Query> queries) {
+  v1::Grant grant;
+  grant.set_world(options_.world);
+  grant.set_serial(++serial_);
+  for (v1::Query& query : queries) *grant.add_queries() = std::move(query);
+  return grant;
+}
+
 std::vector<v1::Grant> Sequencer::take_grants(Nanoseconds now) {
   forgive_debt(now);
   std::vector<v1::Grant> grants;
+  if (!first_queries_.empty()) grants.push_back(query_grant(std::exchange(first_queries_, {})));
   while (const std::uint64_t ticks = ticks_to_grant(now)) grants.push_back(next_grant(ticks));
-  if (!queries_.empty()) {
-    // A separate grant: a slow pace must not delay answers.
-    v1::Grant& grant = grants.emplace_back();
-    grant.set_world(options_.world);
-    grant.set_serial(++serial_);
-    for (v1::Query& query : std::exchange(queries_, {})) *grant.add_queries() = std::move(query);
-  }
+  // A separate grant: a slow pace must not delay answers.
+  if (!queries_.empty()) grants.push_back(query_grant(std::exchange(queries_, {})));
   settle();
   return grants;
 }
@@ -261,6 +287,7 @@ void Sequencer::abandon(const absl::Status& status) {
   }
   batches_.clear();
   queries_.clear();
+  first_queries_.clear();
   for (const Reply& waiting : std::exchange(pauses_, {})) waiting(status, 0);
   if (step_reply_) std::exchange(step_reply_, {})(status, 0);
   mode_ = Mode::kPaused;

@@ -29,6 +29,7 @@ class Sequencer {
     std::size_t servers = 1;
     double time_step = 1.0 / 60;      // s
     std::uint32_t grant_window = 32;  // ticks granted ahead of the slowest server, at least 1
+    Tick tick = 0;                    // completed before the sequence begins
   };
 
   explicit Sequencer(const Options& options);
@@ -49,6 +50,19 @@ class Sequencer {
 
   // Asks a question that is answered after all ticks granted so far.
   void ask(v1::Query query);
+
+  // Asks one that is answered before any further tick is granted: held() has all that is to come.
+  void ask_first(v1::Query query);
+
+  // The commands of ticks that have not been granted.
+  struct Held {
+    std::vector<Command> commands;
+    std::vector<v1::Shape> new_shapes;
+  };
+  std::vector<Held> held() const;
+
+  // As the first of all: the commands that a snapshot holds.
+  void hold(std::vector<Held> held);
 
   // Runs at `real_time_factor` simulated seconds per second; 0: as fast as possible. INVALID_ARGUMENT for a
   // factor out of bounds, FAILED_PRECONDITION during a step. Calls that wait for a pause get an error.
@@ -103,6 +117,7 @@ class Sequencer {
   std::uint64_t ticks_due(Nanoseconds now) const;
   void forgive_debt(Nanoseconds now);
   v1::Grant next_grant(std::uint64_t ticks);
+  v1::Grant query_grant(std::vector<v1::Query> queries);
   void tell_ticks();
   void settle();
 
@@ -122,6 +137,7 @@ class Sequencer {
   std::size_t held_commands_ = 0;
   std::size_t held_shape_bytes_ = 0;
   std::vector<v1::Query> queries_;
+  std::vector<v1::Query> first_queries_;
 };
 
 }  // namespace tessera

@@ -123,5 +123,32 @@ TEST(Sequencer, HasLimits) {
   EXPECT_TRUE(sequencer.room_for_command(0).ok());
 }
 
+// What is held is granted after a question that is asked first, and goes on in another sequencer.
+TEST(Sequencer, GoesOnFromWhatAnotherHeld) {
+  Sequencer before({.tick = 7});
+  before.submit(Teleport{.id = BodyId{1}}, std::nullopt, nobody);
+  before.submit(ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, v1::Shape(), nobody);
+  ASSERT_TRUE(before.resume(0, {}).ok());
+  before.ask_first(v1::Query());
+  const std::vector<Sequencer::Held> held = before.held();
+  const std::vector<v1::Grant> asked = before.take_grants({});
+  EXPECT_EQ(asked.front().queries_size(), 1);
+  EXPECT_EQ(asked.front().ticks(), 0u);
+
+  Sequencer after({.tick = 7});
+  EXPECT_EQ(after.completed(), 7u);
+  after.hold(held);
+  ASSERT_TRUE(after.resume(0, {}).ok());
+  const std::vector<v1::Grant> grants = after.take_grants({});
+  ASSERT_EQ(grants.size(), asked.size() - 1);
+  for (std::size_t n = 0; n < grants.size(); ++n) {
+    EXPECT_EQ(grants[n].ticks(), asked[n + 1].ticks());
+    EXPECT_EQ(grants[n].commands(), asked[n + 1].commands());
+    EXPECT_EQ(grants[n].new_shapes_size(), asked[n + 1].new_shapes_size());
+  }
+  EXPECT_EQ(grants.front().ticks(), 1u) << "the tick of the teleport is one of its own";
+  EXPECT_EQ(after.granted(), before.granted());
+}
+
 }  // namespace
 }  // namespace tessera

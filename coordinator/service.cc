@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "coordinator/snapshot_calls.h"
 #include "proto/peak_memory.h"
 #include "proto/status.h"
 
@@ -164,6 +165,12 @@ grpc::ServerUnaryReactor* TesseraService::ListJoints(Context*, const v1::ListJoi
 grpc::ServerUnaryReactor* TesseraService::ListFrames(Context*, const v1::ListFramesRequest* q,
                                                      v1::ListFramesReply* a) {
   return post(q, a);
+}
+grpc::ServerWriteReactor<v1::SnapshotPiece>* TesseraService::Snapshot(Context*, const v1::SnapshotRequest*) {
+  return start_snapshot(queue_);
+}
+grpc::ServerReadReactor<v1::RestoreRequest>* TesseraService::Restore(Context*, v1::LoadReply* a) {
+  return start_restore(queue_, a);
 }
 grpc::ServerUnaryReactor* TesseraService::Shutdown(Context*, const v1::ShutdownRequest* q,
                                                    v1::ShutdownReply* a) {

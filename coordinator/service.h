@@ -42,6 +42,8 @@ class TesseraService final : public v1::Tessera::CallbackService {
   Reactor* FindBodies(Context*, const v1::FindBodiesRequest*, v1::FindBodiesReply*) override;
   Reactor* ListJoints(Context*, const v1::ListJointsRequest*, v1::ListJointsReply*) override;
   Reactor* ListFrames(Context*, const v1::ListFramesRequest*, v1::ListFramesReply*) override;
+  grpc::ServerWriteReactor<v1::SnapshotPiece>* Snapshot(Context*, const v1::SnapshotRequest*) override;
+  grpc::ServerReadReactor<v1::RestoreRequest>* Restore(Context*, v1::LoadReply*) override;
   Reactor* Shutdown(Context*, const v1::ShutdownRequest*, v1::ShutdownReply*) override;
 
  private:

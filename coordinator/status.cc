@@ -23,7 +23,7 @@ v1::StatusReply Coordinator::Impl::status(Nanoseconds now) const {
     reply = *failed_;
     reply.clear_servers();
   } else if (waiting_load_) {
-    reply.set_world(waiting_load_->world.name);
+    reply.set_world(waiting_load_->world.name());
   }
   reply.set_state(state());
   for (const Server& server : members_.servers()) describe_server(server, *reply.add_servers());

@@ -28,6 +28,22 @@ WorldRegistry::WorldRegistry(WorldDescription world, std::span<const BodyRecord>
   }
 }
 
+WorldRegistry::WorldRegistry(const WorldSettings& settings, std::vector<Shape> shapes,
+                             const WorldCatalogue& catalogue)
+    : settings_(settings), shapes_(std::move(shapes)), joints_(catalogue), frames_(catalogue) {
+  for (const WorldCatalogue::Body& body : catalogue.bodies) insert(body.id, body.name, body.properties);
+  next_id_ = catalogue.next_body;
+}
+
+WorldCatalogue WorldRegistry::catalogue() const {
+  WorldCatalogue catalogue;
+  for (const auto& [id, entry] : bodies_) catalogue.bodies.push_back({id, entry.name, entry.properties});
+  catalogue.next_body = next_id_;
+  joints_.describe(catalogue);
+  frames_.describe(catalogue);
+  return catalogue;
+}
+
 void WorldRegistry::insert(BodyId id, std::string name, const BodyProperties& properties) {
   const auto [entry, is_new] = bodies_.emplace(id, Entry{std::move(name), properties});
   invariant(is_new && names_.emplace(entry->second.name, id).second, "ids and names of bodies are unique");

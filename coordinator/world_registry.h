@@ -17,6 +17,7 @@
 #include "coordinator/shape_table.h"
 #include "lpss/model/body.h"
 #include "lpss/model/world_description.h"
+#include "lpss/simulation/world_snapshot.h"
 #include "lpss/tick/messages.h"
 #include "tessera.pb.h"
 
@@ -32,6 +33,11 @@ class WorldRegistry {
   // A valid world, with its records.
   WorldRegistry(WorldDescription world, std::span<const BodyRecord> records,
                 std::span<const JointRecord> joints);
+
+  // From a catalogue that is valid, with all shapes of its world, held ones included; and back, but for what
+  // is held.
+  WorldRegistry(const WorldSettings& settings, std::vector<Shape> shapes, const WorldCatalogue& catalogue);
+  WorldCatalogue catalogue() const;
 
   const WorldSettings& settings() const { return settings_; }
   std::span<const Shape> shapes() const { return shapes_.shapes(); }

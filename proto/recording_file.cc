@@ -17,8 +17,10 @@ using google::protobuf::io::IstreamInputStream;
 
 constexpr std::uint32_t kLengthDelimited = 2;  // protobuf's wire type of messages
 constexpr std::uint32_t kWorldTag = v1::RecordedInput::kWorldFieldNumber << 3 | kLengthDelimited;
+constexpr std::uint32_t kSnapshotTag = v1::RecordedInput::kSnapshotFieldNumber << 3 | kLengthDelimited;
 
-// Whether an entry with nothing but a world begins here. Only its lengths need to be present.
+// Whether an entry with nothing but a world, or a chunk of one, begins here. Only its lengths need to be
+// present.
 bool begins_with_world(std::istream& in) {
   IstreamInputStream stream(&in);
   CodedInputStream coded(&stream);
@@ -26,7 +28,8 @@ bool begins_with_world(std::istream& in) {
   if (!coded.ReadVarint32(&entry_bytes)) return false;
   const int entry = coded.CurrentPosition();
   std::uint32_t world_bytes = 0;
-  if (coded.ReadTag() != kWorldTag || !coded.ReadVarint32(&world_bytes)) return false;
+  const std::uint32_t tag = coded.ReadTag();
+  if ((tag != kWorldTag && tag != kSnapshotTag) || !coded.ReadVarint32(&world_bytes)) return false;
   const auto lengths = static_cast<std::uint32_t>(coded.CurrentPosition() - entry);
   return entry_bytes == std::uint64_t{lengths} + world_bytes;
 }

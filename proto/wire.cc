@@ -146,7 +146,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<MovedSector> T>
 void describe(Archive& archive, T& x) {
-  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_reported);
+  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_reported, x.active);
 }
 template <typename Archive, Is<Transfer> T>
 void describe(Archive& archive, T& x) {
@@ -160,6 +160,14 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<SectorSeams> T>
 void describe(Archive& archive, T& x) {
   archive(x.sector, x.parts);
+}
+template <typename Archive, Is<KnownReplica> T>
+void describe(Archive& archive, T& x) {
+  archive(x.introduction, x.update);
+}
+template <typename Archive, Is<SharedState> T>
+void describe(Archive& archive, T& x) {
+  archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas, x.seams);
 }
 template <typename Archive, Is<Seams> T>
 void describe(Archive& archive, T& x) {
@@ -485,16 +493,16 @@ std::uint64_t wire_layout() {
   constexpr std::uint64_t kPrime = 0x100000001b3;  // FNV-1a
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const std::size_t number :
-       {std::size_t{kClusterProtocol},    sizeof(BodyRecord),           packed_size<BodyRecord>(),
-        packed_size<Surface>(),           packed_size<ReplicaUpdate>(), packed_size<Handover>(),
-        packed_size<ManifoldTransfer>(),  packed_size<Exchange>(),      packed_size<IslandPart>(),
-        packed_size<SectorSeams>(),       packed_size<ShippedBody>(),   packed_size<ShippedContact>(),
-        packed_size<ShippedIsland>(),     packed_size<SolvedBody>(),    packed_size<Solution>(),
-        packed_size<ApplyImpulse>(),      packed_size<ApplyForce>(),    packed_size<Teleport>(),
-        packed_size<KinematicTarget>(),   packed_size<JointRecord>(),   packed_size<SetDrives>(),
-        packed_size<SetSurfaceMotion>(),  packed_size<MovedBody>(),     packed_size<MovedClone>(),
-        packed_size<MovedSector>(),       packed_size<Shipment>(),      std::variant_size_v<Command>,
-        std::variant_size_v<RoundMessage>}) {
+       {std::size_t{kClusterProtocol},   sizeof(BodyRecord),           packed_size<BodyRecord>(),
+        packed_size<Surface>(),          packed_size<ReplicaUpdate>(), packed_size<Handover>(),
+        packed_size<ManifoldTransfer>(), packed_size<Exchange>(),      packed_size<IslandPart>(),
+        packed_size<SectorSeams>(),      packed_size<ShippedBody>(),   packed_size<ShippedContact>(),
+        packed_size<ShippedIsland>(),    packed_size<SolvedBody>(),    packed_size<Solution>(),
+        packed_size<ApplyImpulse>(),     packed_size<ApplyForce>(),    packed_size<Teleport>(),
+        packed_size<KinematicTarget>(),  packed_size<JointRecord>(),   packed_size<SetDrives>(),
+        packed_size<SetSurfaceMotion>(), packed_size<MovedBody>(),     packed_size<MovedClone>(),
+        packed_size<MovedSector>(),      packed_size<Shipment>(),      packed_size<SharedState>(),
+        packed_size<KnownReplica>(),     std::variant_size_v<Command>, std::variant_size_v<RoundMessage>}) {
     hash = (hash ^ number) * kPrime;
   }
   for (const TickCounter& counter : kTickCounters) {
@@ -509,6 +517,13 @@ std::string pack(std::span<const BodyRecord> records) { return pack_list(records
 std::string pack(std::span<const JointRecord> joints) { return pack_list(joints); }
 std::string pack(std::span<const Command> commands) { return pack_list(commands); }
 std::string pack(const RoundMessage& message) { return pack_struct(message); }
+std::string pack(const SharedState& state) { return pack_struct(state); }
+std::string pack(std::span<const MovedSector> sectors) { return pack_list(sectors); }
+std::size_t packed_bytes(const MovedSector& sector) {
+  Meter meter;
+  meter(sector);
+  return meter.size();
+}
 
 absl::StatusOr<std::vector<BodyRecord>> unpack_records(std::string_view bytes) {
   return unpack_struct<std::vector<BodyRecord>>(bytes, "body records");
@@ -521,6 +536,12 @@ absl::StatusOr<std::vector<Command>> unpack_commands(std::string_view bytes) {
 }
 absl::StatusOr<RoundMessage> unpack_round(std::string_view bytes) {
   return unpack_struct<RoundMessage>(bytes, "round of a tick");
+}
+absl::StatusOr<SharedState> unpack_shared(std::string_view bytes) {
+  return unpack_struct<SharedState>(bytes, "shared state");
+}
+absl::StatusOr<std::vector<MovedSector>> unpack_sectors(std::string_view bytes) {
+  return unpack_struct<std::vector<MovedSector>>(bytes, "sectors");
 }
 
 }  // namespace tessera

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "lpss/partition/world_state.h"
 #include "lpss/tick/messages.h"
 
 namespace tessera {
@@ -26,10 +27,15 @@ std::string pack(std::span<const BodyRecord> records);
 std::string pack(std::span<const JointRecord> joints);
 std::string pack(std::span<const Command> commands);
 std::string pack(const RoundMessage& message);
+std::string pack(const SharedState& state);
+std::string pack(std::span<const MovedSector> sectors);
+std::size_t packed_bytes(const MovedSector& sector);
 
 absl::StatusOr<std::vector<BodyRecord>> unpack_records(std::string_view bytes);
 absl::StatusOr<std::vector<JointRecord>> unpack_joints(std::string_view bytes);
 absl::StatusOr<std::vector<Command>> unpack_commands(std::string_view bytes);
 absl::StatusOr<RoundMessage> unpack_round(std::string_view bytes);
+absl::StatusOr<SharedState> unpack_shared(std::string_view bytes);
+absl::StatusOr<std::vector<MovedSector>> unpack_sectors(std::string_view bytes);
 
 }  // namespace tessera

@@ -121,7 +121,7 @@ class SectorServer::Impl {
   Tick tick() const { return run_ ? run_->tick() : 0; }
   bool joined() const { return heartbeat_ && !coordinator_deadline_; }
   const v1::TickReport* last_tick() const {
-    return run_ && run_->tick() > 0 ? &run_->last_report() : nullptr;
+    return run_ && run_->last_report().tick() > 0 ? &run_->last_report() : nullptr;
   }
   std::uint64_t exchange_bytes() const { return run_ ? run_->exchange_bytes() : 0; }
   std::vector<Outgoing> take_messages() { return std::exchange(outgoing_, {}); }
@@ -177,7 +177,7 @@ class SectorServer::Impl {
     if (run.ok()) {
       run_ = std::move(*run);
       log(absl::StrCat("a world is loaded: ", run_->body_count(), " bodies live here"));
-      if (observer_) observer_(0, run_->machine());
+      if (observer_) observer_(run_->tick(), run_->machine());
     } else {
       loaded.set_error(std::string(run.status().message()));
       log(absl::StrCat("a world cannot be loaded: ", run.status().message()), Severity::kWarning);

@@ -42,7 +42,7 @@ class SectorServer {
     std::string payload;  // a serialised v1::ClusterMessage
   };
 
-  // Called after each completed tick and after a load (tick 0), from within receive(): for streams.
+  // Called after each completed tick and after a load (with its tick), from within receive(): for streams.
   using TickObserver = std::function<void(Tick tick, TickMachine& machine)>;
 
   // `make_engine` loads the engine of a world; `clock` only measures work for reports; no decision depends on

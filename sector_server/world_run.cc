@@ -12,6 +12,7 @@
 #include "lpss/simulation/simulation.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
+#include "proto/snapshot.h"
 #include "proto/wire.h"
 
 namespace tessera {
@@ -53,16 +54,36 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
   options.map = SectorMap(anchor, std::move(splitters), load.map_epoch());
   options.self = run->self_;
   run->partition_ = std::make_unique<Partition>(std::move(options), *run->engine_);
-  run->machine_ = std::make_unique<TickMachine>(*run->partition_, TickMachine::Options{parallel_on(threads)});
   if (absl::Status status = run->add_shapes(load.shapes()); !status.ok()) return status;
+  if (load.has_restored()) {
+    if (absl::Status status = run->restore(load.restored()); !status.ok()) return status;
+  } else if (absl::Status status = run->fill(load); !status.ok()) {
+    return status;
+  }
+  run->machine_ = std::make_unique<TickMachine>(
+      *run->partition_, TickMachine::Options{.parallel = parallel_on(threads), .tick = run->tick_});
+  return run;
+}
+
+absl::Status WorldRun::fill(const v1::LoadWorld& load) {
   absl::StatusOr<std::vector<BodyRecord>> records = unpack_records(load.records());
   if (!records.ok()) return records.status();
-  for (const BodyRecord& record : *records) add_body(*run->partition_, record);
+  for (const BodyRecord& record : *records) add_body(*partition_, record);
   const absl::StatusOr<std::vector<JointRecord>> joints = unpack_joints(load.joints());
   if (!joints.ok()) return joints.status();
-  for (const JointRecord& joint : *joints) add_joint(*run->partition_, joint);
-  expect_radius(*run->partition_, load.radius_max());
-  return run;
+  for (const JointRecord& joint : *joints) add_joint(*partition_, joint);
+  expect_radius(*partition_, load.radius_max());
+  return absl::OkStatus();
+}
+
+// The coordinator has checked what it sends, but for what only engines know.
+absl::Status WorldRun::restore(const v1::Restored& restored) {
+  const absl::StatusOr<SharedState> shared = unpack_shared(restored.shared());
+  if (!shared.ok()) return shared.status();
+  const absl::StatusOr<std::vector<MovedSector>> sectors = unpack_sectors(restored.sectors());
+  if (!sectors.ok()) return sectors.status();
+  tick_ = restored.tick();
+  return resume(*partition_, *shared, *sectors);
 }
 
 absl::Status WorldRun::add_shapes(const google::protobuf::RepeatedPtrField<v1::Shape>& shapes) {
@@ -235,6 +256,7 @@ void WorldRun::answer(const v1::Query& query) {
       *answer.mutable_normal() = to_proto(hit->normal);
     }
   }
+  if (query.has_snapshot()) return answer_with_snapshot(query.id());
   if (query.has_near()) {
     for (const NearBody& near : nearby(query.near())) {
       v1::NearBody& body = *answer.add_near();
@@ -243,6 +265,25 @@ void WorldRun::answer(const v1::Query& query) {
     }
   }
   send_(kCoordinatorNode, message);
+}
+
+// A chunk an answer; the state that all share comes from the first server.
+void WorldRun::answer_with_snapshot(std::uint64_t query) {
+  std::vector<v1::SnapshotChunk> chunks = sector_chunks(pack_sectors(*partition_));
+  if (self_ == 0) chunks.insert(chunks.begin(), shared_chunk(shared_state(*partition_)));
+  if (chunks.empty()) chunks.emplace_back();
+  for (std::size_t n = 0; n < chunks.size(); ++n) {
+    v1::ClusterMessage message;
+    v1::Answer& answer = *message.mutable_answer();
+    answer.set_world(world_);
+    answer.set_query(query);
+    answer.set_tick(tick_);
+    if (chunks[n].kind_case() != v1::SnapshotChunk::KIND_NOT_SET) {
+      *answer.mutable_snapshot() = std::move(chunks[n]);
+    }
+    answer.set_more(n + 1 < chunks.size());
+    send_(kCoordinatorNode, message);
+  }
 }
 
 std::vector<NearBody> WorldRun::nearby(const v1::NearQuery& query) {

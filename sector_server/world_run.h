@@ -65,6 +65,9 @@ class WorldRun {
   void go_on(std::optional<Round> round, const std::function<Nanoseconds()>& clock);
   void end_tick(Nanoseconds now);
   void answer(const v1::Query& query);
+  void answer_with_snapshot(std::uint64_t query);
+  absl::Status fill(const v1::LoadWorld& load);
+  absl::Status restore(const v1::Restored& restored);
   std::vector<NearBody> nearby(const v1::NearQuery& query);
   absl::Status add_shapes(const google::protobuf::RepeatedPtrField<v1::Shape>& shapes);
 

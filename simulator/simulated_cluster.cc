@@ -154,6 +154,10 @@ absl::Status SimulatedCluster::load(const WorldDescription& world) {
   return call<v1::LoadRequest, v1::LoadReply>(std::move(request)).status();
 }
 
+absl::Status SimulatedCluster::restore(const SnapshotChunks& snapshot) {
+  return call<RestoreChunks, v1::LoadReply>({/*replace=*/true, snapshot}).status();
+}
+
 absl::StatusOr<v1::StepReply> SimulatedCluster::step(std::uint64_t ticks) {
   v1::StepRequest request;
   request.set_ticks(ticks);

@@ -43,6 +43,7 @@ class SimulatedCluster {
 
   // The cluster runs until the answer arrives. DEADLINE_EXCEEDED if no events are left before that.
   absl::Status load(const WorldDescription& world);
+  absl::Status restore(const SnapshotChunks& snapshot);  // in the place of a world that is loaded
   absl::StatusOr<v1::StepReply> step(std::uint64_t ticks);
   absl::StatusOr<v1::HashReply> hash();
   absl::StatusOr<v1::StatusReply> status();

@@ -26,6 +26,7 @@ class Knobs {
     return is_set_[place_of(member)] ? std::optional<T>(values_.*member) : std::nullopt;
   }
 
+  bool any() const { return is_set_.any(); }
   bool has(const WorldSetting& setting) const { return is_set_[place_of(setting.member)]; }
   // Of what is not set: the default.
   const WorldSettings& values() const { return values_; }

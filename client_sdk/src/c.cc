@@ -125,6 +125,16 @@ tessera_code tessera_load(tessera_client* client, const char* file, bool replace
   return code_of(client->client->load(*world, replace).status());
 }
 
+tessera_code tessera_snapshot(tessera_client* client, const char* file, uint64_t* tick) {
+  return give(client->client->snapshot(file), [&](const tessera::SnapshotSummary& summary) {
+    if (tick != nullptr) *tick = summary.tick;
+  });
+}
+
+tessera_code tessera_restore(tessera_client* client, const char* file, bool replace) {
+  return code_of(client->client->restore(file, replace).status());
+}
+
 tessera_code tessera_spawn_box(tessera_client* client, const char* name, const double size[3], double mass,
                                const tessera_position* position, uint64_t* id) {
   return spawn(client, name, tessera::box(size[0], size[1], size[2]), mass, position, id);

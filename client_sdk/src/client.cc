@@ -4,6 +4,8 @@
 #include <grpcpp/grpcpp.h>
 
 #include <chrono>
+#include <string>
+#include <string_view>
 
 #include "client_sdk/src/joint_stream.h"
 #include "client_sdk/src/server_stream.h"
@@ -11,6 +13,7 @@
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
 #include "proto/status.h"
+#include "proto/whole_file.h"
 #include "tessera.grpc.pb.h"
 
 namespace tessera {
@@ -124,18 +127,55 @@ class Client::Impl {
                                                                        Reply*),
                              const Request& request, absl::Duration timeout) {
     grpc::ClientContext context;
-    if (timeout != absl::InfiniteDuration()) context.set_deadline(deadline_of(timeout));
+    set_deadline(context, timeout);
     Reply reply;
     const absl::Status status = from_grpc((stub_.get()->*method)(&context, request, &reply));
     if (status.ok()) return reply;
-    if (status.code() == absl::StatusCode::kUnavailable) {
-      return absl::UnavailableError(absl::StrCat("coordinator at ", address_, ": ", status.message()));
+    return explained(status, timeout);
+  }
+
+  absl::StatusOr<SnapshotSummary> snapshot(WholeFile& file, absl::Duration timeout) {
+    grpc::ClientContext context;
+    set_deadline(context, timeout);
+    const auto stream = stub_->Snapshot(&context, v1::SnapshotRequest());
+    SnapshotSummary summary;
+    for (v1::SnapshotPiece piece; stream->Read(&piece);) {
+      if (absl::Status status = file.append(piece.bytes()); !status.ok()) {
+        context.TryCancel();
+        static_cast<void>(stream->Finish());
+        return status;
+      }
+      summary.tick = piece.tick();
+      summary.bytes += piece.bytes().size();
     }
-    if (status.code() == absl::StatusCode::kDeadlineExceeded) {
-      return absl::DeadlineExceededError(
-          absl::StrCat("coordinator at ", address_, ": no answer within ", absl::FormatDuration(timeout)));
+    if (const absl::Status status = from_grpc(stream->Finish()); !status.ok())
+      return explained(status, timeout);
+    return summary;
+  }
+
+  absl::StatusOr<v1::LoadReply> restore(const std::filesystem::path& file, bool replace,
+                                        absl::Duration timeout) {
+    grpc::ClientContext context;
+    set_deadline(context, timeout);
+    v1::LoadReply reply;
+    const auto stream = stub_->Restore(&context, &reply);
+    v1::RestoreRequest request;
+    request.set_replace(replace);
+    bool is_taken = true;  // otherwise Finish() says why not
+    const absl::Status read = read_pieces(file, [&](std::string_view bytes) {
+      request.set_bytes(std::string(bytes));
+      is_taken = is_taken && stream->Write(request);
+      return absl::OkStatus();
+    });
+    if (!read.ok()) {
+      context.TryCancel();
+      static_cast<void>(stream->Finish());
+      return read;
     }
-    return status;
+    stream->WritesDone();
+    if (const absl::Status status = from_grpc(stream->Finish()); !status.ok())
+      return explained(status, timeout);
+    return reply;
   }
 
   template <typename Request, typename Reply>
@@ -170,6 +210,22 @@ class Client::Impl {
   }
 
  private:
+  static void set_deadline(grpc::ClientContext& context, absl::Duration timeout) {
+    if (timeout != absl::InfiniteDuration()) context.set_deadline(deadline_of(timeout));
+  }
+
+  // The status of a call, with where it was made.
+  absl::Status explained(const absl::Status& status, absl::Duration timeout) const {
+    if (status.code() == absl::StatusCode::kUnavailable) {
+      return absl::UnavailableError(absl::StrCat("coordinator at ", address_, ": ", status.message()));
+    }
+    if (status.code() == absl::StatusCode::kDeadlineExceeded) {
+      return absl::DeadlineExceededError(
+          absl::StrCat("coordinator at ", address_, ": no answer within ", absl::FormatDuration(timeout)));
+    }
+    return status;
+  }
+
   std::string address_;
   std::unique_ptr<v1::Tessera::Stub> stub_;
 };
@@ -204,6 +260,22 @@ absl::StatusOr<LoadSummary> Client::load(const WorldDescription& world, bool rep
   *request.mutable_world() = to_proto(world);
   request.set_replace(replace);
   const auto reply = impl_->call(&Stub::Load, request, timeout);
+  if (!reply.ok()) return reply.status();
+  return LoadSummary{reply->bodies(), reply->sectors(), reply->servers()};
+}
+
+absl::StatusOr<SnapshotSummary> Client::snapshot(const std::filesystem::path& file, absl::Duration timeout) {
+  absl::StatusOr<WholeFile> out = WholeFile::create(file);
+  if (!out.ok()) return out.status();
+  const absl::StatusOr<SnapshotSummary> summary = impl_->snapshot(*out, timeout);
+  if (!summary.ok()) return summary;
+  if (absl::Status status = out->finish(); !status.ok()) return status;
+  return summary;
+}
+
+absl::StatusOr<LoadSummary> Client::restore(const std::filesystem::path& file, bool replace,
+                                            absl::Duration timeout) {
+  const absl::StatusOr<v1::LoadReply> reply = impl_->restore(file, replace, timeout);
   if (!reply.ok()) return reply.status();
   return LoadSummary{reply->bodies(), reply->sectors(), reply->servers()};
 }

@@ -2,9 +2,11 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <vector>
 
 #include "lpss/bullet/bullet_solver.h"
 #include "lpss/bullet/bullet_world.h"
+#include "lpss/bullet/manifold_codec.h"
 
 namespace tessera::bullet {
 
@@ -18,6 +20,11 @@ std::unique_ptr<SectorWorld> BulletEngine::make_world() { return std::make_uniqu
 
 std::unique_ptr<IslandSolver> BulletEngine::make_solver() {
   return std::make_unique<BulletSolver>(settings_);
+}
+
+bool BulletEngine::can_read(const ManifoldState& manifold) const {
+  std::vector<ManifoldRecord> read;
+  return decode_manifolds(manifold.points, read);
 }
 
 }  // namespace tessera::bullet

@@ -330,6 +330,9 @@ class Engine {
   // Null if the engine's contacts cannot be solved in stages.
   virtual std::unique_ptr<StagedSolver> make_staged_solver() = 0;
 
+  // Whether import_manifold() can read it: an engine of this kind and precision has written it.
+  virtual bool can_read(const ManifoldState& manifold) const = 0;
+
   // Sets whether two bodies collide with each other, in every world; joints use it to exclude their bodies.
   // Must not be called during a detection. Takes effect with the next detection.
   virtual void set_apart(BodyId a, BodyId b, bool apart) = 0;

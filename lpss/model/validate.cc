@@ -315,7 +315,20 @@ absl::Status shapes_check(const WorldDescription& world) {
   return absl::OkStatus();
 }
 
-absl::Status named_frame_check(const FrameDescription& frame, std::size_t bodies) {
+// `names`: of the bodies.
+absl::Status named_frames_check(const WorldDescription& world, absl::flat_hash_set<absl::string_view> names) {
+  for (const FrameDescription& frame : world.frames) {
+    const std::string what = absl::StrCat("frame '", frame.name, "'");
+    if (absl::Status status = validate(frame, world.bodies.size()); !status.ok()) return in(what, status);
+    if (!names.insert(frame.name).second)
+      return refused(what, ": the name must be unique, but another frame or a body has it");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status validate(const FrameDescription& frame, std::size_t bodies) {
   if (frame.name.empty()) return refused("a frame's name must not be empty");
   if (frame.name.size() > kNameBytesMax) {
     return refused("frame '", frame.name.substr(0, 40), "...': the name's ", frame.name.size(),
@@ -328,20 +341,6 @@ absl::Status named_frame_check(const FrameDescription& frame, std::size_t bodies
     return status;
   return unit_quaternion("orientation", frame.pose.orientation);
 }
-
-// `names`: of the bodies.
-absl::Status named_frames_check(const WorldDescription& world, absl::flat_hash_set<absl::string_view> names) {
-  for (const FrameDescription& frame : world.frames) {
-    const std::string what = absl::StrCat("frame '", frame.name, "'");
-    if (absl::Status status = named_frame_check(frame, world.bodies.size()); !status.ok())
-      return in(what, status);
-    if (!names.insert(frame.name).second)
-      return refused(what, ": the name must be unique, but another frame or a body has it");
-  }
-  return absl::OkStatus();
-}
-
-}  // namespace
 
 double precision_limit(Precision precision) {
   const int digits = precision == Precision::kFloat32 ? std::numeric_limits<float>::digits

@@ -27,6 +27,9 @@ absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes
 absl::Status validate(const JointDescription& joint, const BodyProperties* parent,
                       const BodyProperties& child, const WorldSettings& settings);
 
+// A frame on one of so many bodies.
+absl::Status validate(const FrameDescription& frame, std::size_t bodies);
+
 // What drives a joint of that type.
 absl::Status validate(const JointDrives& drives, JointType type);
 

@@ -4,6 +4,7 @@
 
 #include "lpss/bullet/bullet_engine.h"
 #include "lpss/bullet/collision_space.h"
+#include "lpss/native/contact.h"
 #include "lpss/native/native_solver.h"
 #include "lpss/native/native_world.h"
 
@@ -17,6 +18,11 @@ std::unique_ptr<IslandSolver> NativeEngine::make_solver() {
 
 std::unique_ptr<StagedSolver> NativeEngine::make_staged_solver() {
   return std::make_unique<NativeSolver>(settings_, needs_);
+}
+
+bool NativeEngine::can_read(const ManifoldState& manifold) const {
+  Contact contact;
+  return decode(manifold.points, contact);
 }
 
 }  // namespace tessera::native

@@ -22,6 +22,7 @@ class NativeEngine final : public Engine {
   std::unique_ptr<IslandSolver> make_solver() override;
   int substeps(int asked, std::size_t bodies) const override { return needs_.granted(asked, bodies); }
   std::unique_ptr<StagedSolver> make_staged_solver() override;
+  bool can_read(const ManifoldState& manifold) const override;
   void set_apart(BodyId a, BodyId b, bool apart) override { apart_.set(a, b, apart); }
   bool are_apart(BodyId a, BodyId b) const { return apart_.contains(a, b); }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "lpss/partition/bodies.h"
+#include "lpss/partition/replicas.h"
 #include "lpss/partition/sectors.h"
 #include "lpss/partition/statics.h"
 
@@ -27,11 +28,7 @@ void unpack_clones(Partition& partition, const MovedSector& moved) {
   for (const MovedClone& from : moved.clones) {
     Replica& replica = introduce(partition, from.introduction);
     revise(replica, from.update);
-    if (replica.next_home != replica.home &&
-        std::find(partition.moving_replicas.begin(), partition.moving_replicas.end(), replica.id) ==
-            partition.moving_replicas.end()) {
-      partition.moving_replicas.push_back(replica.id);
-    }
+    note_moving(partition, replica);
     Clone& clone = clone_in(partition, replica, moved.sector);
     clone.home = metres_between(moved.sector, replica.home, partition.sector_size());
     if (from.placed) place_clone(partition, clone);
@@ -55,16 +52,14 @@ void unpack_contacts(Partition& partition, const MovedSector& moved) {
 MovedSector pack_sector(const Sector& sector) {
   MovedSector moved;
   moved.sector = sector.index;
+  moved.active = sector.active;
   for (const HomeBody* body : sector.homes) {
     moved.bodies.push_back({record_of(*body), body->replicated_in, body->known_everywhere, body->next_home,
                             body->kinematic_target, body->dirty});
   }
   for (const auto& [id, clone] : sector.clones) {
     const Replica& replica = *clone->replica;
-    moved.clones.push_back({{id, replica.properties},
-                            {id, replica.home, replica.next_home, replica.replicated_in, replica.state},
-                            clone->is_placed(),
-                            clone->fresh});
+    moved.clones.push_back({introduction_of(replica), update_of(replica), clone->is_placed(), clone->fresh});
   }
   if (!sector.world) return moved;
   const std::span<const ContactPair> pairs = sector.world->contacts();
@@ -86,10 +81,7 @@ void forget_sector(Partition& partition, Sector& sector) {
     Replica& replica = *clone->replica;
     std::erase_if(replica.clones,
                   [&](const std::unique_ptr<Clone>& other) { return other->sector == &sector; });
-    // What all servers know stays known.
-    const bool known_everywhere =
-        replica.properties.motion == Motion::kKinematic && !partition.joints.of(id).empty();
-    if (replica.clones.empty() && !known_everywhere) {
+    if (replica.clones.empty() && !is_known_everywhere(partition, replica)) {
       std::erase(partition.moving_replicas, id);
       partition.replicas.erase(BodyId(id));
     }

@@ -39,6 +39,7 @@ struct MovedSector {
   std::array<double, 6>
       static_region{};  // low and high corner, m, of the region that statics are complete for
   bool parts_reported = false;
+  bool active = false;  // the next tick would have looked at it
 };
 
 MovedSector pack_sector(const Sector& sector);
@@ -46,7 +47,8 @@ MovedSector pack_sector(const Sector& sector);
 // Forgets the sector, and the replicas that only it needed.
 void forget_sector(Partition& partition, Sector& sector);
 
-// Takes a sector over, with the bits that it had. The partition must not have it yet.
+// Takes a sector over, with the bits that it had; the next tick looks at it. The partition must not have it
+// yet.
 void unpack_sector(Partition& partition, const MovedSector& moved);
 
 }  // namespace tessera

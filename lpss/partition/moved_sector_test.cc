@@ -84,6 +84,7 @@ void expect_equal(const MovedSector& a, const MovedSector& b) {
   EXPECT_EQ(a.touching, b.touching);
   EXPECT_EQ(a.static_region, b.static_region);
   EXPECT_EQ(a.parts_reported, b.parts_reported);
+  EXPECT_EQ(a.active, b.active);
 }
 
 TEST(MovedSector, IsAtTheNewServerWhatItWasAtTheOldOne) {

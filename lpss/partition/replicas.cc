@@ -48,6 +48,23 @@ void revise(Replica& replica, const ReplicaUpdate& update) {
   replica.state = update.state;
 }
 
+ReplicaIntroduction introduction_of(const Replica& replica) { return {replica.id, replica.properties}; }
+
+ReplicaUpdate update_of(const Replica& replica) {
+  return {replica.id, replica.home, replica.next_home, replica.replicated_in, replica.state};
+}
+
+void note_moving(Partition& partition, const Replica& replica) {
+  if (replica.next_home == replica.home) return;
+  const auto end = partition.moving_replicas.end();
+  if (std::find(partition.moving_replicas.begin(), end, replica.id) != end) return;
+  partition.moving_replicas.push_back(replica.id);
+}
+
+bool is_known_everywhere(const Partition& partition, const Replica& replica) {
+  return replica.properties.motion == Motion::kKinematic && !partition.joints.of(replica.id).empty();
+}
+
 Clone& clone_in(Partition& partition, Replica& replica, const SectorIndex& index) {
   const auto place = std::lower_bound(
       replica.clones.begin(), replica.clones.end(), index,

@@ -26,6 +26,15 @@ Replica& introduce(Partition& partition, const ReplicaIntroduction& news);
 
 void revise(Replica& replica, const ReplicaUpdate& update);
 
+ReplicaIntroduction introduction_of(const Replica& replica);
+ReplicaUpdate update_of(const Replica& replica);
+
+// Lists a replica whose home changes at the next tick, once.
+void note_moving(Partition& partition, const Replica& replica);
+
+// Whether all partitions know the replica, clones or not: a joint leads from it to a body anywhere.
+bool is_known_everywhere(const Partition& partition, const Replica& replica);
+
 // The replica's clone in that sector of the partition, made and listed if there is none yet.
 Clone& clone_in(Partition& partition, Replica& replica, const SectorIndex& index);
 

@@ -58,6 +58,19 @@ void SeamGraph::replace(const SectorSeams& seams) {
   for (SeamPart& part : parts) link(part);
 }
 
+std::vector<SectorSeams> SeamGraph::reported() const {
+  std::vector<SectorSeams> reported;
+  reported.reserve(parts_.size());
+  for (const auto& [sector, parts] : parts_) {
+    SectorSeams& seams = reported.emplace_back();
+    seams.sector = sector;
+    for (const SeamPart& part : parts) seams.parts.push_back(part.said);
+  }
+  std::sort(reported.begin(), reported.end(),
+            [](const SectorSeams& a, const SectorSeams& b) { return a.sector < b.sector; });
+  return reported;
+}
+
 std::span<const SeamPart> SeamGraph::parts_of(const SectorIndex& sector) const {
   const auto parts = parts_.find(sector);
   if (parts == parts_.end()) return {};

@@ -58,6 +58,9 @@ class SeamGraph {
   // What was last reported of a sector.
   std::span<const SeamPart> parts_of(const SectorIndex& sector) const;
 
+  // What was last reported of all sectors, ascending; sectors without parts are left out.
+  std::vector<SectorSeams> reported() const;
+
   const IslandPart& part(const PartRef& ref) const { return parts_of(ref.sector)[ref.part].said; }
 
  private:

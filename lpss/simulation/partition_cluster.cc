@@ -20,22 +20,67 @@ absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::create(const
   const SectorMap map = placed(world, *records, partitions, 1);
   std::unique_ptr<PartitionCluster> cluster(new PartitionCluster());
   for (Rank rank = 0; rank < partitions; ++rank) {
-    absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(world.settings));
-    if (!engine.ok()) return engine.status();
-    Member& member = cluster->members_.emplace_back();
-    member.engine = std::move(*engine);
     PartitionOptions options;
     options.settings = world.settings;
     options.anchor = world.anchor;
     options.map = map;
     options.self = rank;
     options.free_flight = free_flight;
-    member.partition = std::make_unique<Partition>(std::move(options), *member.engine);
-    add_world(*member.partition, world, *records, *joints);
-    member.machine = std::make_unique<TickMachine>(*member.partition,
-                                                   TickMachine::Options{.parallel = parallel_on(threads)});
+    absl::StatusOr<Member*> member = cluster->add_member(std::move(options));
+    if (!member.ok()) return member.status();
+    Partition& partition = *(*member)->partition;
+    add_world(partition, world, *records, *joints);
+    (*member)->machine =
+        std::make_unique<TickMachine>(partition, TickMachine::Options{.parallel = parallel_on(threads)});
   }
   return cluster;
+}
+
+absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::restore(const WorldSnapshot& world,
+                                                                            std::uint32_t partitions,
+                                                                            int threads) {
+  if (absl::Status status = validate(world); !status.ok()) return status;
+  const SectorMap map = placed(world, partitions, 1);
+  std::unique_ptr<PartitionCluster> cluster(new PartitionCluster());
+  cluster->tick_ = world.tick;
+  for (Rank rank = 0; rank < partitions; ++rank) {
+    PartitionOptions options;
+    options.settings = world.settings;
+    options.anchor = world.anchor;
+    options.map = map;
+    options.self = rank;
+    absl::StatusOr<Member*> member = cluster->add_member(std::move(options));
+    if (!member.ok()) return member.status();
+    Partition& partition = *(*member)->partition;
+    if (absl::Status status = resume(partition, world); !status.ok()) return status;
+    (*member)->machine = std::make_unique<TickMachine>(
+        partition, TickMachine::Options{.parallel = parallel_on(threads), .tick = world.tick});
+  }
+  return cluster;
+}
+
+absl::StatusOr<PartitionCluster::Member*> PartitionCluster::add_member(PartitionOptions options) {
+  absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(options.settings));
+  if (!engine.ok()) return engine.status();
+  Member& member = members_.emplace_back();
+  member.engine = std::move(*engine);
+  member.partition = std::make_unique<Partition>(std::move(options), *member.engine);
+  return &member;
+}
+
+WorldSnapshot PartitionCluster::snapshot() const {
+  const Partition& first = *members_.front().partition;
+  WorldSnapshot world{.settings = first.settings,
+                      .anchor = first.anchor,
+                      .tick = tick_,
+                      .shapes = shapes_of(first),
+                      .shared = shared_state(first)};
+  for (const Member& member : members_) {
+    for (MovedSector& sector : pack_sectors(*member.partition)) world.sectors.push_back(std::move(sector));
+  }
+  std::sort(world.sectors.begin(), world.sectors.end(),
+            [](const MovedSector& a, const MovedSector& b) { return a.sector < b.sector; });
+  return world;
 }
 
 // Lets every partition go on as soon as it has heard whom it waits for.

@@ -19,6 +19,13 @@ class PartitionCluster {
                                                                   std::uint32_t partitions, int threads = 1,
                                                                   bool free_flight = true);
 
+  // Goes on from a snapshot. Errors as Simulation::restore().
+  static absl::StatusOr<std::unique_ptr<PartitionCluster>> restore(const WorldSnapshot& world,
+                                                                   std::uint32_t partitions, int threads = 1);
+
+  // All that goes on after this tick, whatever the number of partitions.
+  WorldSnapshot snapshot() const;
+
   void step(std::span<const Command> commands = {});
 
   Tick tick() const { return tick_; }
@@ -46,6 +53,8 @@ class PartitionCluster {
     std::unique_ptr<Partition> partition;
     std::unique_ptr<TickMachine> machine;
   };
+
+  absl::StatusOr<Member*> add_member(PartitionOptions options);
 
   std::vector<Member> members_;
   Tick tick_ = 0;

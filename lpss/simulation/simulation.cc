@@ -88,26 +88,55 @@ double largest_radius(const WorldDescription& world) {
   return largest;
 }
 
+absl::StatusOr<std::unique_ptr<Simulation>> Simulation::make(const WorldSettings& settings,
+                                                             const SectorIndex& anchor) {
+  absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(settings));
+  if (!engine.ok()) return engine.status();
+  std::unique_ptr<Simulation> simulation(new Simulation());
+  simulation->engine_ = std::move(*engine);
+  PartitionOptions options;
+  options.settings = settings;
+  options.anchor = anchor;
+  options.map = SectorMap(anchor, {}, 1);
+  simulation->partition_ = std::make_unique<Partition>(std::move(options), *simulation->engine_);
+  return simulation;
+}
+
 absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescription& world, int threads,
                                                                TimeSource time) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
   const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
   if (!joints.ok()) return joints.status();
-  absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(world.settings));
-  if (!engine.ok()) return engine.status();
-
-  std::unique_ptr<Simulation> simulation(new Simulation());
-  simulation->engine_ = std::move(*engine);
-  PartitionOptions options;
-  options.settings = world.settings;
-  options.anchor = world.anchor;
-  options.map = SectorMap(world.anchor, {}, 1);
-  simulation->partition_ = std::make_unique<Partition>(std::move(options), *simulation->engine_);
-  add_world(*simulation->partition_, world, *records, *joints);
-  simulation->machine_ = std::make_unique<TickMachine>(
-      *simulation->partition_, TickMachine::Options{parallel_on(threads), std::move(time)});
+  absl::StatusOr<std::unique_ptr<Simulation>> simulation = make(world.settings, world.anchor);
+  if (!simulation.ok()) return simulation.status();
+  Partition& partition = *(*simulation)->partition_;
+  add_world(partition, world, *records, *joints);
+  (*simulation)->machine_ =
+      std::make_unique<TickMachine>(partition, TickMachine::Options{parallel_on(threads), std::move(time)});
   return simulation;
+}
+
+absl::StatusOr<std::unique_ptr<Simulation>> Simulation::restore(const WorldSnapshot& world, int threads,
+                                                                TimeSource time) {
+  if (absl::Status status = validate(world); !status.ok()) return status;
+  absl::StatusOr<std::unique_ptr<Simulation>> simulation = make(world.settings, world.anchor);
+  if (!simulation.ok()) return simulation.status();
+  Partition& partition = *(*simulation)->partition_;
+  if (absl::Status status = resume(partition, world); !status.ok()) return status;
+  (*simulation)->tick_ = world.tick;
+  (*simulation)->machine_ = std::make_unique<TickMachine>(
+      partition, TickMachine::Options{parallel_on(threads), std::move(time), world.tick});
+  return simulation;
+}
+
+WorldSnapshot Simulation::snapshot() const {
+  return {.settings = partition_->settings,
+          .anchor = partition_->anchor,
+          .tick = tick_,
+          .shapes = shapes_of(*partition_),
+          .shared = shared_state(*partition_),
+          .sectors = pack_sectors(*partition_)};
 }
 
 void Simulation::add_shape(ShapeId id, const Shape& shape) { tessera::add_shape(*partition_, id, shape); }

@@ -13,6 +13,7 @@
 #include "lpss/engine/engine.h"
 #include "lpss/model/world_description.h"
 #include "lpss/observe/world_hash.h"
+#include "lpss/simulation/world_snapshot.h"
 #include "lpss/tick/tick_machine.h"
 
 namespace tessera {
@@ -61,6 +62,14 @@ class Simulation {
   static absl::StatusOr<std::unique_ptr<Simulation>> create(const WorldDescription& world, int threads = 1,
                                                             TimeSource time = {});
 
+  // Goes on from a snapshot with the bits that its world would have had. Errors as validate(), restore() and
+  // load_engine().
+  static absl::StatusOr<std::unique_ptr<Simulation>> restore(const WorldSnapshot& world, int threads = 1,
+                                                             TimeSource time = {});
+
+  // All that goes on after this tick.
+  WorldSnapshot snapshot() const;
+
   // A shape for bodies that commands spawn; its id must be new.
   void add_shape(ShapeId id, const Shape& shape);
 
@@ -89,6 +98,8 @@ class Simulation {
 
  private:
   Simulation() = default;
+  static absl::StatusOr<std::unique_ptr<Simulation>> make(const WorldSettings& settings,
+                                                          const SectorIndex& anchor);
 
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<Partition> partition_;

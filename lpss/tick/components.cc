@@ -239,7 +239,24 @@ void find_components_of(const Partition& partition, Sector& sector) {
   if (!clones_are_solved) list_parts(partition, sector);
 }
 
+bool are_known(std::span<const IslandPart> parts, std::span<const SeamPart> known) {
+  return std::equal(
+      parts.begin(), parts.end(), known.begin(), known.end(),
+      [](const IslandPart& part, const SeamPart& said) { return part.links == said.said.links; });
+}
+
 }  // namespace
+
+bool resume_components(Partition& partition) {
+  bool all_known = true;
+  for (const auto& [index, sector] : partition.sectors) {
+    if (!sector->world || sector->active) continue;
+    find_components_of(partition, *sector);
+    all_known &= are_known(sector->parts, partition.seam_graph.parts_of(index));
+    sector->parts.clear();
+  }
+  return all_known;
+}
 
 Seams find_components(Partition& partition, const ParallelFor& parallel, const Vacated& vacated) {
   std::vector<Sector*> changed;

@@ -13,4 +13,8 @@ namespace tessera {
 // have none.
 Seams find_components(Partition& partition, const ParallelFor& parallel, const Vacated& vacated);
 
+// Finds the components of the sectors that the next tick does not look at, in a partition that was restored.
+// False where their parts are not those that the seam graph has.
+bool resume_components(Partition& partition);
+
 }  // namespace tessera

@@ -68,7 +68,8 @@ TickMachine::TickMachine(Partition& partition, Options options)
     : partition_(partition),
       parallel_(std::move(options.parallel)),
       clock_(std::move(options.time)),
-      solvers_(partition.engine) {}
+      solvers_(partition.engine),
+      tick_(options.tick) {}
 
 Round TickMachine::round(RoundKind kind) {
   awaited_ = kind;

@@ -22,6 +22,7 @@ class TickMachine {
   struct Options {
     ParallelFor parallel;  // empty: one after the other
     TimeSource time{};     // empty: phases are not timed
+    Tick tick = 0;         // completed, by the machines that brought the partition to its state
   };
 
   // The partition must outlive the machine. Between ticks it may be changed from outside.

@@ -74,6 +74,14 @@ TESSERA_API void tessera_disconnect(tessera_client* client);
  * INVALID_ARGUMENT for the file, ALREADY_EXISTS if a world is loaded and `replace` is not set. */
 TESSERA_API tessera_code tessera_load(tessera_client* client, const char* file, bool replace);
 
+/* Writes all of the world between two ticks, whether it runs or not, to a file. `tick`: completed; may be
+ * null. UNAVAILABLE if the file cannot be written. */
+TESSERA_API tessera_code tessera_snapshot(tessera_client* client, const char* file, uint64_t* tick);
+
+/* Loads the world of such a file, paused at its tick: it goes on with the bits that it would have had.
+ * DATA_LOSS for a file that is damaged; otherwise as tessera_load(). */
+TESSERA_API tessera_code tessera_restore(tessera_client* client, const char* file, bool replace);
+
 /* Adds a dynamic body of uniform density to the world; `name` must be unique in it. */
 TESSERA_API tessera_code tessera_spawn_box(tessera_client* client, const char* name, const double size[3],
                                            double mass, const tessera_position* position, uint64_t* id);

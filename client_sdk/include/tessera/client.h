@@ -20,6 +20,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -69,6 +70,11 @@ NewBody solid(std::string name, Shape shape, double mass, const WorldPosition& p
 struct TargetPose {
   WorldPosition position;
   std::optional<Eigen::Quaterniond> orientation = std::nullopt;
+};
+
+struct SnapshotSummary {
+  Tick tick = 0;  // completed
+  std::uint64_t bytes = 0;
 };
 
 struct LoadSummary {
@@ -220,6 +226,17 @@ class Client {
   absl::StatusOr<LoadSummary> load(const WorldDescription& world, bool replace = false,
                                    absl::Duration timeout = kLoadTimeout);
   absl::Status unload(absl::Duration timeout = kCallTimeout);
+
+  // Writes all of the world between two ticks, whether it runs or not, to a file; one of that name is
+  // replaced once the new one is whole. UNAVAILABLE if it cannot be written.
+  absl::StatusOr<SnapshotSummary> snapshot(const std::filesystem::path& file,
+                                           absl::Duration timeout = kLoadTimeout);
+
+  // Loads the world of such a file: paused at its tick, it goes on with the bits that it would have had, on
+  // any number of servers. DATA_LOSS for a file that is damaged, FAILED_PRECONDITION for one of another
+  // version, both before anything is changed; otherwise as load().
+  absl::StatusOr<LoadSummary> restore(const std::filesystem::path& file, bool replace = false,
+                                      absl::Duration timeout = kLoadTimeout);
 
   // --- bodies: each takes effect at the beginning of the tick that it returns, in the order of the calls ---
 

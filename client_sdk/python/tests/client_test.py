@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pathlib
 import subprocess
 
 import numpy as np
@@ -125,6 +126,25 @@ def test_joints_tie_and_drive(client: tessera.Client) -> None:
     client.remove_joint(added.id)
     client.step()
     assert client.find_joints("slide") == []
+
+
+def test_snapshot_is_gone_on_from(client: tessera.Client, tmp_path: pathlib.Path) -> None:
+    file = tmp_path / "a.snapshot"
+    client.apply_impulse("crate_0", (3, 2, 1))
+    client.step(20)
+    assert client.snapshot(file) == 20
+    client.step(20)
+    expected = client.hash()
+    assert client.restore(file, replace=True).bodies == 6
+    assert client.status().tick == 20
+    client.step(20)
+    assert client.hash() == expected
+    file.write_bytes(file.read_bytes()[:-1])
+    with pytest.raises(tessera.DataLoss, match="cut off"):
+        client.restore(file, replace=True)
+    with pytest.raises(FileNotFoundError):
+        client.restore(tmp_path / "none", replace=True)
+    assert client.hash() == expected
 
 
 def test_inertia_is_that_of_the_command_line(client: tessera.Client, cluster: tessera.Cluster) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import dropwhile
 from types import TracebackType
 from typing import Any, TypeAlias
@@ -70,6 +71,7 @@ ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
 DivergenceStream: TypeAlias = Stream[tessera_pb2.DivergenceBatch, DivergenceFrame]
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
+_PIECE_BYTES = 1 << 20
 
 
 class Client:
@@ -134,6 +136,40 @@ class Client:
     def unload(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
         """Unloads the world; servers stay."""
         self._call("Unload", tessera_pb2.UnloadRequest(), timeout)
+
+    def snapshot(self, file: str | os.PathLike[str], timeout: float | None = LOAD_TIMEOUT_S) -> int:
+        """Writes all of the world between two ticks, whether it runs or not, to a file; one of that name is
+        replaced once the new one is whole. Returns the tick. OSError if the file cannot be written.
+        """
+        beside = f"{os.fspath(file)}.part"
+        tick = 0
+        try:
+            with open(beside, "wb") as out, self._raising():
+                for piece in self._stub.Snapshot(tessera_pb2.SnapshotRequest(), timeout=timeout):
+                    out.write(piece.bytes)
+                    tick = piece.tick
+            os.replace(beside, file)
+        except BaseException:
+            with contextlib.suppress(FileNotFoundError):
+                os.remove(beside)
+            raise
+        return tick
+
+    def restore(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        replace: bool = False,
+        timeout: float | None = LOAD_TIMEOUT_S,
+    ) -> LoadSummary:
+        """Loads the world of such a file: paused at its tick, it goes on with the bits that it would have had,
+        on any number of servers. DataLoss for a file that is damaged; otherwise as load().
+        """
+        with open(file, "rb") as source, self._raising():
+            pieces = iter(lambda: source.read(_PIECE_BYTES), b"")
+            requests = (tessera_pb2.RestoreRequest(replace=replace, bytes=piece) for piece in pieces)
+            reply = self._stub.Restore(requests, timeout=timeout)
+        return LoadSummary(reply.bodies, reply.sectors, reply.servers)
 
     # --- bodies: each returns the tick at which it takes effect; NotFound if there is no such body ---
 
@@ -530,8 +566,13 @@ class Client:
         self._call("Shutdown", tessera_pb2.ShutdownRequest(), timeout)
 
     def _call(self, method: str, request: Any, timeout: float | None) -> Any:
-        try:
+        with self._raising():
             return getattr(self._stub, method)(request, timeout=timeout)
+
+    @contextlib.contextmanager
+    def _raising(self) -> Iterator[None]:
+        try:
+            yield
         except grpc.RpcError as error:
             raise from_grpc(error, f"coordinator at {self.address}") from None
 

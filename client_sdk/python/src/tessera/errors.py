@@ -48,6 +48,10 @@ class DeadlineExceeded(TesseraError, TimeoutError):
     """No answer came in time."""
 
 
+class DataLoss(TesseraError, ValueError):
+    """A snapshot is damaged, or is none."""
+
+
 class Unavailable(TesseraError, ConnectionError):
     """A process of the cluster cannot be reached, or is gone."""
 
@@ -62,6 +66,7 @@ _BY_CODE: dict[grpc.StatusCode, type[TesseraError]] = {
     grpc.StatusCode.ABORTED: Aborted,
     grpc.StatusCode.CANCELLED: Cancelled,
     grpc.StatusCode.DEADLINE_EXCEEDED: DeadlineExceeded,
+    grpc.StatusCode.DATA_LOSS: DataLoss,
     grpc.StatusCode.UNAVAILABLE: Unavailable,
 }
 

@@ -1,0 +1,143 @@
+#include "coordinator/snapshot_calls.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "coordinator/limits.h"
+#include "proto/snapshot_file.h"
+#include "proto/status.h"
+
+namespace tessera {
+namespace {
+
+// Shared between a call and the reply to it, which may come after the call has ended.
+template <typename Call>
+struct Place {
+  std::mutex mutex;
+  Call* call = nullptr;  // null once it has ended, or is about to
+
+  Call* take() {
+    const std::lock_guard lock(mutex);
+    return std::exchange(call, nullptr);
+  }
+};
+
+grpc::Status gone() {
+  return {grpc::StatusCode::CANCELLED, "the client has disconnected, or its deadline has passed"};
+}
+
+grpc::Status no_room() {
+  return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down, or has too many requests"};
+}
+
+class SnapshotCall final : public grpc::ServerWriteReactor<v1::SnapshotPiece> {
+ public:
+  explicit SnapshotCall(RequestQueue& queue) {
+    place_->call = this;
+    ClientRequest posted(ClientCall<v1::SnapshotRequest, SnapshotChunks>{
+        {}, [place = place_](const absl::Status& status, const SnapshotChunks& chunks) {
+          if (SnapshotCall* call = place->take()) call->write(status, chunks);
+        }});
+    if (!queue.push(posted) && place_->take() != nullptr) Finish(no_room());
+  }
+
+  void OnWriteDone(bool ok) override {
+    if (!ok) return Finish(gone());
+    write_next();
+  }
+  // A write that is under way ends by itself.
+  void OnCancel() override {
+    if (place_->take() != nullptr) Finish(gone());
+  }
+  void OnDone() override { delete this; }
+
+ private:
+  void write(const absl::Status& status, const SnapshotChunks& chunks) {
+    if (!status.ok()) return Finish(to_grpc(status));
+    chunks_ = chunks;
+    piece_.set_tick(chunks_.front().head().tick());
+    write_next();
+  }
+
+  void write_next() {
+    if (written_ == chunks_.size()) return Finish(grpc::Status::OK);
+    absl::StatusOr<std::string> bytes = encoder_.encode(chunks_[written_]);
+    if (!bytes.ok()) return Finish(to_grpc(bytes.status()));
+    chunks_[written_++].Clear();
+    piece_.set_bytes(*std::move(bytes));
+    StartWrite(&piece_);
+  }
+
+  std::shared_ptr<Place<SnapshotCall>> place_ = std::make_shared<Place<SnapshotCall>>();
+  SnapshotChunks chunks_;  // at least a head and an end
+  std::size_t written_ = 0;
+  SnapshotEncoder encoder_;
+  v1::SnapshotPiece piece_;
+};
+
+class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
+ public:
+  RestoreCall(RequestQueue& queue, v1::LoadReply* answer) : queue_(queue), answer_(answer) {
+    place_->call = this;
+    StartRead(&message_);
+  }
+
+  void OnReadDone(bool ok) override {
+    if (!ok) return post();
+    bytes_ += message_.bytes().size();
+    if (bytes_ > kSnapshotBytesMax) {
+      return end({grpc::StatusCode::RESOURCE_EXHAUSTED,
+                  absl::StrCat("a snapshot may have at most ", kSnapshotBytesMax, " bytes")});
+    }
+    if (is_first_) restored_.replace = message_.replace();
+    is_first_ = false;
+    if (absl::Status status = decoder_.add(message_.bytes()); !status.ok()) return end(to_grpc(status));
+    StartRead(&message_);
+  }
+  void OnCancel() override { end(gone()); }
+  void OnDone() override { delete this; }
+
+ private:
+  void end(const grpc::Status& status) {
+    if (place_->take() != nullptr) Finish(status);
+  }
+
+  void post() {
+    absl::StatusOr<SnapshotChunks> chunks = decoder_.finish();
+    if (!chunks.ok()) return end(to_grpc(chunks.status()));
+    restored_.chunks = *std::move(chunks);
+    ClientRequest posted(ClientCall<RestoreChunks, v1::LoadReply>{
+        std::move(restored_), [place = place_](const absl::Status& status, const v1::LoadReply& reply) {
+          RestoreCall* call = place->take();
+          if (call == nullptr) return;
+          *call->answer_ = reply;
+          call->Finish(to_grpc(status));
+        }});
+    if (!queue_.push(posted)) end(no_room());
+  }
+
+  RequestQueue& queue_;
+  v1::LoadReply* answer_;
+  std::shared_ptr<Place<RestoreCall>> place_ = std::make_shared<Place<RestoreCall>>();
+  v1::RestoreRequest message_;
+  SnapshotDecoder decoder_;
+  RestoreChunks restored_;
+  bool is_first_ = true;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace
+
+grpc::ServerWriteReactor<v1::SnapshotPiece>* start_snapshot(RequestQueue& queue) {
+  return std::make_unique<SnapshotCall>(queue).release();
+}
+
+grpc::ServerReadReactor<v1::RestoreRequest>* start_restore(RequestQueue& queue, v1::LoadReply* answer) {
+  return std::make_unique<RestoreCall>(queue, answer).release();
+}
+
+}  // namespace tessera

@@ -1,0 +1,66 @@
+#include "lpss/partition/world_state.h"
+
+#include <algorithm>
+
+#include "lpss/base/invariant.h"
+#include "lpss/partition/bodies.h"
+#include "lpss/partition/joints.h"
+
+namespace tessera {
+
+SharedState shared_state(const Partition& partition) {
+  SharedState state;
+  state.radius_max = partition.radius_max;
+  state.at_rest = partition.at_rest;
+  partition.statics.for_each([&](const BodyRecord& record) { state.statics.push_back(record); });
+  partition.joints.for_each([&](const JointRecord& record) { state.joints.push_back(record); });
+  for (const auto& [id, replica] : partition.replicas) {
+    if (!is_known_everywhere(partition, *replica)) continue;
+    state.known_replicas.push_back({introduction_of(*replica), update_of(*replica)});
+  }
+  std::sort(state.known_replicas.begin(), state.known_replicas.end(),
+            [](const KnownReplica& a, const KnownReplica& b) { return a.update.id < b.update.id; });
+  state.seams = partition.seam_graph.reported();
+  return state;
+}
+
+std::vector<Shape> shapes_of(const Partition& partition) {
+  std::vector<Shape> shapes;
+  for (const auto& [id, shape] : partition.shapes) {
+    invariant(id == shapes.size(), "the ids of shapes count up from 0");
+    shapes.push_back(*shape);
+  }
+  return shapes;
+}
+
+std::vector<MovedSector> pack_sectors(const Partition& partition) {
+  std::vector<MovedSector> sectors;
+  sectors.reserve(partition.sectors.size());
+  for (const auto& [index, sector] : partition.sectors) sectors.push_back(pack_sector(*sector));
+  std::sort(sectors.begin(), sectors.end(),
+            [](const MovedSector& a, const MovedSector& b) { return a.sector < b.sector; });
+  return sectors;
+}
+
+void restore(Partition& partition, const SharedState& state, std::span<const MovedSector> sectors) {
+  expect_radius(partition, state.radius_max);
+  for (const BodyRecord& record : state.statics) add_body(partition, record);
+  for (const JointRecord& record : state.joints) add_joint(partition, record);
+  for (const KnownReplica& known : state.known_replicas) {
+    Replica& replica = introduce(partition, known.introduction);
+    revise(replica, known.update);
+    note_moving(partition, replica);
+  }
+  for (const MovedSector& sector : sectors) {
+    if (!partition.hosts(sector.sector)) continue;
+    unpack_sector(partition, sector);
+    if (sector.active) continue;
+    if (const auto found = partition.sectors.find(sector.sector); found != partition.sectors.end())
+      found->second->active = false;
+  }
+  std::erase_if(partition.active, [](const Sector* sector) { return !sector->active; });
+  for (const SectorSeams& seams : state.seams) partition.seam_graph.replace(seams);
+  partition.at_rest = state.at_rest;
+}
+
+}  // namespace tessera

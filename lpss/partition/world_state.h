@@ -1,0 +1,43 @@
+// All that lasts of a world from one tick to the next, apart from who hosts what: any number of partitions
+// goes on from it with the same bits.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "lpss/partition/moved_sector.h"
+#include "lpss/partition/partition.h"
+#include "lpss/partition/replicas.h"
+
+namespace tessera {
+
+// A replica that all partitions have, because a joint leads from it to a body anywhere.
+struct KnownReplica {
+  ReplicaIntroduction introduction;
+  ReplicaUpdate update;
+};
+
+// What all partitions of a world know alike, shapes and settings excepted.
+struct SharedState {
+  double radius_max = 0;            // m, of the largest body that can move that the world has ever had
+  bool at_rest = false;             // nothing in the whole world moves
+  std::vector<BodyRecord> statics;  // ascending by ids
+  std::vector<JointRecord> joints;  // likewise
+  std::vector<KnownReplica> known_replicas;  // likewise
+  std::vector<SectorSeams> seams;            // ascending by sectors
+};
+
+// Between ticks. The same from every partition of a world.
+SharedState shared_state(const Partition& partition);
+
+// By their ids, which count up from 0.
+std::vector<Shape> shapes_of(const Partition& partition);
+
+// The sectors of a partition, in ascending order.
+std::vector<MovedSector> pack_sectors(const Partition& partition);
+
+// Fills a new partition, which has the world's shapes, with the state and with those of `sectors` that it
+// hosts. Sectors that the next tick does not look at have no components yet: see resume_components().
+void restore(Partition& partition, const SharedState& state, std::span<const MovedSector> sectors);
+
+}  // namespace tessera

@@ -1,0 +1,43 @@
+// Snapshots of worlds as chunks (snapshot.proto), and back.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <span>
+#include <vector>
+
+#include "lpss/simulation/world_snapshot.h"
+#include "snapshot.pb.h"
+
+namespace tessera {
+
+inline constexpr std::uint32_t kSnapshotVersion = 1;
+
+// A chunk ends with the sector, or the like, that passes this size.
+inline constexpr std::size_t kSnapshotChunkBytes = std::size_t{4} << 20;
+
+// What the owner of the sequence contributes: the chunks before the shared state. `shapes` are those of the
+// world; held ones follow.
+std::vector<v1::SnapshotChunk> head_chunks(const WorldCatalogue& catalogue, const WorldSettings& settings,
+                                           const SectorIndex& anchor, Tick tick,
+                                           std::span<const Shape> shapes);
+
+// What a server contributes: the state that all share, and the sectors that it hosts.
+v1::SnapshotChunk shared_chunk(const SharedState& state);
+std::vector<v1::SnapshotChunk> sector_chunks(std::span<const MovedSector> sectors);
+
+v1::SnapshotChunk end_chunk(std::size_t chunks_before);
+
+// All of them.
+std::vector<v1::SnapshotChunk> chunks_of(const WorldSnapshot& world, const WorldCatalogue& catalogue);
+
+struct ReadSnapshot {
+  WorldSnapshot world;
+  WorldCatalogue catalogue;
+};
+
+// All of a world; sectors may come in any order. FAILED_PRECONDITION for the snapshot of another version or
+// arithmetic, DATA_LOSS for chunks that are missing, surplus or unreadable, otherwise errors as validate().
+absl::StatusOr<ReadSnapshot> from_chunks(std::span<const v1::SnapshotChunk> chunks);
+
+}  // namespace tessera

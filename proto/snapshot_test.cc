@@ -1,0 +1,234 @@
+// A world that is restored from a snapshot goes on as the one that was not stopped.
+#include "proto/snapshot.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+
+#include "lpss/bullet/test_world.h"
+#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/partition_cluster.h"
+#include "proto/snapshot_file.h"
+#include "proto/wire.h"
+
+namespace tessera {
+namespace {
+
+using testing::HasSubstr;
+
+WorldSettings in_sectors(double size) {
+  WorldSettings settings;
+  settings.sector_size = size;
+  settings.precision = bullet::test_precision;
+  return settings;
+}
+
+// Something of everything: contacts over borders, joints, one of them led by a kinematic body, sleepers.
+WorldDescription busy_world() {
+  WorldDescription pile = pile_world(in_sectors(3), 60);
+  WorldBuilder builder(pile.settings);
+  builder.world() = std::move(pile);
+  builder.add_chain(8, {0.2, 3, 9}, {1, 0, 0});
+  const ShapeId box = builder.shape(Box{{0.5, 0.5, 0.5}});
+  builder.add("leader", box, 1, {-4, 6, 6}, Motion::kKinematic);
+  builder.add("follower", box, 1, {-2.9, 6, 6});
+  builder.tie("lead", JointType::kBall, "leader", "follower", {-3.4, 6, 6});
+  return builder.world();
+}
+
+// Equal where all that lasts is.
+std::size_t digest(const std::string& bytes) { return std::hash<std::string>()(bytes); }
+
+// What all that lasts packs to: the shared state first, then sector by sector. While sectors move, islands at
+// rest are reported as often as their sectors come to another server, which is no part of the state.
+std::vector<std::size_t> digests_of(const WorldSnapshot& world) {
+  SharedState shared = world.shared;
+  if (world.settings.shuffle != 0) shared.seams.clear();
+  std::vector<std::size_t> digests = {digest(pack(shared))};
+  for (const MovedSector& sector : world.sectors) digests.push_back(digest(pack(std::span(&sector, 1))));
+  return digests;
+}
+
+std::unique_ptr<PartitionCluster> started(const WorldDescription& world, std::uint32_t partitions) {
+  auto cluster = PartitionCluster::create(world, partitions);
+  EXPECT_TRUE(cluster.ok()) << cluster.status();
+  return *std::move(cluster);
+}
+
+// A push every few ticks, at one body or another.
+std::vector<Command> commands_at(Tick tick) {
+  if (tick % 20 != 7) return {};
+  return {ApplyImpulse{BodyId{2 + tick % 50}, {1, -2, 3}, {0.1, 0, 0}}};
+}
+
+void expect_to_go_on(const WorldDescription& world, int before, int after) {
+  const auto undisturbed = started(world, 2);
+  for (int n = 0; n < before; ++n) undisturbed->step(commands_at(undisturbed->tick() + 1));
+  const WorldSnapshot taken = undisturbed->snapshot();
+  const absl::StatusOr<ReadSnapshot> read = from_chunks(chunks_of(taken, catalogue_of(world)));
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(digests_of(read->world), digests_of(taken));
+
+  std::vector<std::unique_ptr<PartitionCluster>> restored;
+  for (const std::uint32_t partitions : {1u, 2u, 5u}) {
+    auto cluster = PartitionCluster::restore(read->world, partitions);
+    ASSERT_TRUE(cluster.ok()) << cluster.status();
+    EXPECT_EQ(digests_of((*cluster)->snapshot()), digests_of(taken)) << partitions << " partitions";
+    restored.push_back(*std::move(cluster));
+  }
+  for (int n = 0; n < after; ++n) {
+    const std::vector<Command> commands = commands_at(undisturbed->tick() + 1);
+    undisturbed->step(commands);
+    const std::vector<std::size_t> expected = digests_of(undisturbed->snapshot());
+    for (const auto& cluster : restored) {
+      cluster->step(commands);
+      ASSERT_EQ(cluster->tick(), undisturbed->tick());
+      ASSERT_EQ(cluster->hash(), undisturbed->hash()) << cluster->size() << " at " << cluster->tick();
+      ASSERT_EQ(digests_of(cluster->snapshot()), expected) << cluster->size() << " at " << cluster->tick();
+    }
+  }
+}
+
+TEST(Snapshot, AWorldThatMovesGoesOn) { expect_to_go_on(busy_world(), 45, 150); }
+
+TEST(Snapshot, AWorldFromItsStartGoesOn) { expect_to_go_on(busy_world(), 0, 60); }
+
+TEST(Snapshot, AWorldAsleepGoesOn) { expect_to_go_on(pile_world(in_sectors(4), 60), 900, 200); }
+
+TEST(Snapshot, AWorldWhoseSectorsMoveGoesOn) {
+  WorldDescription world = busy_world();
+  world.settings.shuffle = 7;
+  expect_to_go_on(world, 50, 100);
+}
+
+TEST(Snapshot, AWorldOfClonesGoesOn) {
+  WorldDescription world = pile_world(in_sectors(4), 30);
+  world.settings.seams = SeamPolicy::kClone;
+  expect_to_go_on(world, 40, 60);
+}
+
+std::vector<v1::SnapshotChunk> small_snapshot() {
+  const WorldDescription world = tower_world(in_sectors(4), 3, {0, 0, -1});
+  const auto cluster = started(world, 1);
+  for (int n = 0; n < 30; ++n) cluster->step();
+  return chunks_of(cluster->snapshot(), catalogue_of(world));
+}
+
+class SnapshotFile : public testing::Test {
+ protected:
+  SnapshotFile() : folder_(testing::TempDir() + "/snapshot_file") {
+    std::filesystem::create_directories(folder_);
+  }
+  ~SnapshotFile() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path file(const std::string& name) const { return folder_ / name; }
+
+  static std::string contents(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+TEST_F(SnapshotFile, IsReadAsWritten) {
+  const std::vector<v1::SnapshotChunk> chunks = small_snapshot();
+  ASSERT_TRUE(write_snapshot(file("a"), chunks).ok());
+  const auto read = read_snapshot(file("a"));
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->size(), chunks.size());
+  for (std::size_t n = 0; n < chunks.size(); ++n) {
+    EXPECT_EQ((*read)[n].SerializeAsString(), chunks[n].SerializeAsString());
+  }
+  EXPECT_FALSE(std::filesystem::exists(file("a.part")));
+}
+
+TEST_F(SnapshotFile, AnyByteFlippedAndAnyPrefixIsRefused) {
+  WorldBuilder builder(in_sectors(4));
+  builder.add("ball", builder.shape(Sphere{0.5}), 1, {0, 0, 0});
+  ASSERT_TRUE(write_snapshot(file("a"), chunks_of(started(builder.world(), 1)->snapshot(),
+                                                  catalogue_of(builder.world())))
+                  .ok());
+  const std::string whole = contents(file("a"));
+  const auto expect_refused = [&](const std::string& bytes, const std::string& what) {
+    SnapshotDecoder decoder;
+    absl::Status status = decoder.add(bytes);
+    if (status.ok()) status = decoder.finish().status();
+    ASSERT_EQ(status.code(), absl::StatusCode::kDataLoss) << what << ": " << status;
+  };
+  for (std::size_t byte = 0; byte < whole.size(); ++byte) {
+    std::string damaged = whole;
+    damaged[byte] = static_cast<char>(damaged[byte] ^ (1 << (byte % 8)));
+    expect_refused(damaged, "byte " + std::to_string(byte));
+    expect_refused(whole.substr(0, byte), "prefix of " + std::to_string(byte));
+  }
+  expect_refused(whole + '\0', "one byte more");
+  SnapshotDecoder decoder;
+  for (const char byte : whole) ASSERT_TRUE(decoder.add({&byte, 1}).ok());
+  EXPECT_TRUE(decoder.finish().ok());
+}
+
+TEST_F(SnapshotFile, OfAnOldOneNothingIsLostWhereTheNewOneCannotBeWritten) {
+  EXPECT_EQ(write_snapshot(file("no/folder"), small_snapshot()).code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(read_snapshot(file("none")).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_FALSE(read_snapshot(file("")).ok());
+}
+
+// Whatever packed bytes say that no checksum guards, they are an error or a world.
+TEST(Snapshot, PackedBytesThatAreDamagedAreRefusedOrAWorld) {
+  const std::vector<v1::SnapshotChunk> chunks = small_snapshot();
+  std::mt19937 dice(1);
+  int refused = 0;
+  for (int round = 0; round < 2000; ++round) {
+    std::vector<v1::SnapshotChunk> damaged = chunks;
+    for (v1::SnapshotChunk& chunk : damaged) {
+      std::string* bytes = chunk.has_shared()    ? chunk.mutable_shared()
+                           : chunk.has_sectors() ? chunk.mutable_sectors()
+                                                 : nullptr;
+      if (bytes == nullptr) continue;
+      (*bytes)[dice() % bytes->size()] = static_cast<char>(dice());
+    }
+    const auto read = from_chunks(damaged);
+    if (!read.ok()) {
+      ++refused;
+      continue;
+    }
+    const auto cluster = PartitionCluster::restore(read->world, 2);
+    if (!cluster.ok()) continue;
+    EXPECT_EQ((*cluster)->tick(), read->world.tick);
+  }
+  EXPECT_GT(refused, 100);
+}
+
+TEST(Snapshot, OfAnotherVersionIsRefused) {
+  std::vector<v1::SnapshotChunk> chunks = small_snapshot();
+  chunks.front().mutable_head()->set_layout(1);
+  EXPECT_THAT(from_chunks(chunks).status().message(), HasSubstr("another version"));
+  chunks = small_snapshot();
+  chunks.front().mutable_head()->set_arithmetic(1);
+  EXPECT_THAT(from_chunks(chunks).status().message(), HasSubstr("other bits"));
+}
+
+TEST(Snapshot, LacksNoChunk) {
+  const std::vector<v1::SnapshotChunk> chunks = small_snapshot();
+  for (std::size_t n = 0; n < chunks.size(); ++n) {
+    std::vector<v1::SnapshotChunk> less = chunks;
+    less.erase(less.begin() + static_cast<std::ptrdiff_t>(n));
+    EXPECT_EQ(from_chunks(less).status().code(), absl::StatusCode::kDataLoss) << "without chunk " << n;
+    std::vector<v1::SnapshotChunk> more = chunks;
+    more.insert(more.begin() + static_cast<std::ptrdiff_t>(n), chunks[n]);
+    EXPECT_FALSE(from_chunks(more).ok()) << "with chunk " << n << " twice";
+  }
+}
+
+}  // namespace
+}  // namespace tessera
