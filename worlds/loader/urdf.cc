@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "worlds/loader/elements.h"
 #include "worlds/loader/file_search.h"
@@ -206,6 +207,53 @@ void restore_joints(Element& model, const absl::flat_hash_map<std::string, std::
   }
 }
 
+// A link on a fixed joint: libsdformat makes it part of its parent, and forgets its name.
+struct FixedLink {
+  std::string name;
+  std::string parent;
+  std::string pose;  // in the parent
+};
+
+std::vector<FixedLink> fixed_links(const Element& robot) {
+  std::vector<FixedLink> links;
+  for (const Element* joint = robot.FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint")) {
+    const Element* parent = joint->FirstChildElement("parent");
+    const Element* child = joint->FirstChildElement("child");
+    if (joint->Attribute("type", "fixed") == nullptr || parent == nullptr || child == nullptr) continue;
+    const char* names[2] = {parent->Attribute("link"), child->Attribute("link")};
+    if (names[0] == nullptr || names[1] == nullptr) continue;
+    const Element* origin = joint->FirstChildElement("origin");
+    const auto part = [&](const char* attribute) {
+      const char* given = origin == nullptr ? nullptr : origin->Attribute(attribute);
+      return given == nullptr ? "0 0 0" : given;
+    };
+    links.push_back({names[1], names[0], absl::StrCat(part("xyz"), " ", part("rpy"))});
+  }
+  return links;
+}
+
+// Those that are no longer there become frames of what they became part of.
+void restore_fixed_links(Element& model, std::vector<FixedLink> lost) {
+  absl::flat_hash_set<std::string> names;
+  for (const Element* element = model.FirstChildElement(); element != nullptr;
+       element = element->NextSiblingElement()) {
+    if (const char* name = element->Attribute("name")) names.insert(name);
+  }
+  std::erase_if(lost, [&](const FixedLink& link) { return names.contains(link.name); });
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (const FixedLink& link : lost) {
+      if (!names.contains(link.parent) || !names.insert(link.name).second) continue;
+      Element& frame = *model.InsertNewChildElement("frame");
+      frame.SetAttribute("name", link.name.c_str());
+      frame.SetAttribute("attached_to", link.parent.c_str());
+      frame.InsertNewChildElement("pose")->SetText(link.pose.c_str());
+      grown = true;
+    }
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices& notices) {
@@ -235,6 +283,7 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
   hide_capsules(robot);
   const absl::StatusOr<UrdfMimics> mimics = urdf_mimics_of(robot);
   if (!mimics.ok()) return mimics.status();
+  std::vector<FixedLink> fixed = fixed_links(robot);
 
   const absl::StatusOr<std::string> converted = to_latest_sdf(xml::print(robot));
   if (!converted.ok()) return xml::invalid(robot, converted.status().message());
@@ -248,6 +297,7 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
   restore_mimics(*model, *mimics);
   restore_joints(*model, unknown_joints);
   restore_capsules(*model);
+  restore_fixed_links(*model, std::move(fixed));
   return result;
 }
 
