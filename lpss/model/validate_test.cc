@@ -539,22 +539,6 @@ TEST(PrecisionLimit, DecidesWhichSectorSizesPass) {
     EXPECT_TRUE(passes(Precision::kFloat64, sector_size));
 }
 
-TEST(Frames, AreRefusedWithTheirNameAndTheBound) {
-  const auto refusal = [](const FrameDescription& frame) {
-    WorldDescription world = good_world();
-    world.frames = {{"good::frame", 0, {}}, frame};
-    return std::string(validate(world).message());
-  };
-  EXPECT_EQ(refusal({"other", 1, {{1, 2, 3}, {0, 1, 0, 0}}}), "");
-  EXPECT_THAT(refusal({"good::frame", 1, {}}), HasSubstr("frame 'good::frame': the name must be unique"));
-  EXPECT_THAT(refusal({"good::floor", 1, {}}), HasSubstr("the name must be unique"));
-  EXPECT_THAT(refusal({"", 1, {}}), HasSubstr("must not be empty"));
-  EXPECT_THAT(refusal({"\xff", 1, {}}), HasSubstr("UTF-8"));
-  EXPECT_THAT(refusal({"other", 1000, {}}), HasSubstr("frame 'other': body 1000 must be below"));
-  EXPECT_THAT(refusal({"other", 0, {{2e8, 0, 0}, {1, 0, 0, 0}}}), HasSubstr("at most 1e+08 m"));
-  EXPECT_THAT(refusal({"other", 0, {{0, 0, 0}, {2, 0, 0, 0}}}), HasSubstr("norm 2"));
-}
-
 TEST(MoveBy, MovesBodiesPlanetAndAnchor) {
   WorldDescription world = good_world();
   world.settings.gravity = CentralGravity{{{0, 0, -1}, {1, 2, 3}}, 9.8, 100};
