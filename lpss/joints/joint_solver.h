@@ -4,8 +4,9 @@
 // solved at once by a sparse factorisation (Baraff, Linear-time dynamics using Lagrange multipliers, 1996;
 // here with closed loops, too), so that they hold for the poses at the end of a step (Ryckaert,
 // Ciccotti and Berendsen, Numerical integration of the cartesian equations of motion of a system with
-// constraints, 1977). Limits, drives and friction act one after the other on the motions that are left free,
-// with the inertia of all that they move.
+// constraints, 1977). Springs, dampers and axes that follow others are rows of the same system. Limits,
+// drives and friction act one after the other on the motions that are left free, with the inertia of all that
+// they move.
 //
 // Errors of poses are corrected as poses: no velocity stays of it. Rows of a loop follow from each other, up
 // to the rounding of poses, so a velocity that corrects an error can be of any size.
