@@ -63,7 +63,7 @@ void read_friction(const sdf::Collision& collision, SurfaceOfCollision& result, 
   if (surface != Surface{}) result.own = surface;
 }
 
-SurfaceOfCollision surface_of(const sdf::Collision& collision, Notices& notices) {
+SurfaceOfCollision surface_in(const sdf::Collision& collision, Notices& notices) {
   SurfaceOfCollision result;
   const sdf::ElementPtr element = collision.Element();
   read_friction(collision, result, notices);
@@ -98,11 +98,11 @@ absl::Status keep_surface_motion(xml::Element& link) {
 
 void read_surface(const sdf::Link& link, BodyProperties& properties, Notices& notices) {
   if (link.CollisionCount() == 0) return;
-  const SurfaceOfCollision first = surface_of(*link.CollisionByIndex(0), notices);
+  const SurfaceOfCollision first = surface_in(*link.CollisionByIndex(0), notices);
   std::uint32_t bits = first.bitmask;
   bool differ = false;
   for (std::uint64_t n = 1; n < link.CollisionCount(); ++n) {
-    const SurfaceOfCollision surface = surface_of(*link.CollisionByIndex(n), notices);
+    const SurfaceOfCollision surface = surface_in(*link.CollisionByIndex(n), notices);
     differ = differ || surface != first;
     bits |= surface.bitmask;
   }
