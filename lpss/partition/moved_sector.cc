@@ -5,12 +5,16 @@
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/replicas.h"
 #include "lpss/partition/sectors.h"
-#include "lpss/partition/statics.h"
 
 namespace tessera {
 namespace {
 
 void unpack_bodies(Partition& partition, const MovedSector& moved) {
+  if (!moved.bodies.empty()) {
+    make_world(
+        partition, sector_at(partition, moved.sector),
+        {Eigen::Vector3d(moved.static_region.data()), Eigen::Vector3d(moved.static_region.data() + 3)});
+  }
   for (const MovedBody& body : moved.bodies) {
     HomeBody& home = add_home(partition, body.record);
     home.replicated_in = body.replicated_in;
@@ -40,8 +44,6 @@ void unpack_contacts(Partition& partition, const MovedSector& moved) {
   const auto found = partition.sectors.find(moved.sector);
   if (found == partition.sectors.end() || !found->second->world) return;
   Sector& sector = *found->second;
-  add_statics(partition, sector,
-              {Eigen::Vector3d(moved.static_region.data()), Eigen::Vector3d(moved.static_region.data() + 3)});
   for (const ManifoldState& manifold : moved.manifolds) sector.world->import_manifold(manifold);
   sector.touching.insert(moved.touching.begin(), moved.touching.end());
   sector.parts_reported = moved.parts_reported;

@@ -17,12 +17,16 @@ Sector& sector_at(Partition& partition, const SectorIndex& index) {
 
 SectorWorld& world_of(Partition& partition, Sector& sector) {
   if (!sector.world) {
-    sector.world = partition.engine.make_world();
-    ++partition.world_count;
-    add_statics(partition, sector,
-                cube(partition.sector_size() / 2 + partition.margins.reach + partition.radius_max));
+    make_world(partition, sector,
+               cube(partition.sector_size() / 2 + partition.margins.reach + partition.radius_max));
   }
   return *sector.world;
+}
+
+void make_world(Partition& partition, Sector& sector, const Eigen::AlignedBox3d& region) {
+  sector.world = partition.engine.make_world();
+  ++partition.world_count;
+  add_statics(partition, sector, region);
 }
 
 void activate(Partition& partition, Sector& sector) {

@@ -14,6 +14,9 @@ Sector& sector_at(Partition& partition, const SectorIndex& index);
 // Its engine world, made with the statics around if there is none yet.
 SectorWorld& world_of(Partition& partition, Sector& sector);
 
+// Makes it for a sector that has none, with the statics within `region` (m, relative to the sector's centre).
+void make_world(Partition& partition, Sector& sector, const Eigen::AlignedBox3d& region);
+
 // Puts the sector on the list of those that the next tick looks at.
 void activate(Partition& partition, Sector& sector);
 
