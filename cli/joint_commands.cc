@@ -166,7 +166,7 @@ void add_joints(CLI::App& app, Action& action) {
 void add_drive(CLI::App& app, Action& action) {
   CLI::App& command = add_command(app, "drive", "Set the motor of a joint.",
                                   "tessera drive cart::left_motor velocity 4\n"
-                                  "  tessera drive arm::elbow servo 0.5 --stiffness 200 --damping 20\n"
+                                  "  tessera drive pendulum::pin_1 servo 0.5 --stiffness 200 --damping 20\n"
                                   "  tessera drive cart::left_motor free");
   struct DriveOptions {
     std::string joint;

@@ -10,6 +10,7 @@
 #include "cli/child_process.h"
 #include "cli/connection.h"
 #include "cli/snapshot_difference.h"
+#include "cli/status_text.h"
 #include "cli/text.h"
 #include "proto/snapshot_file.h"
 

@@ -28,7 +28,18 @@ std::string difference_in(const MovedSector& a, const MovedSector& b) {
     return absl::StrCat(where, " has ", a.bodies.size(), " bodies in one and ", b.bodies.size(),
                         " in the other");
   }
-  return absl::StrCat("the contacts or replicas of ", where, " differ");
+  // Of the rest, what differs alone.
+  MovedSector same = b;
+  same.manifolds = a.manifolds;
+  if (packed(same) == packed(a)) return absl::StrCat("contact points in ", where, " differ");
+  same = b;
+  same.clones = a.clones;
+  if (packed(same) == packed(a))
+    return absl::StrCat("what is known of other sectors' bodies in ", where, " differs");
+  same = b;
+  same.bodies = a.bodies;
+  if (packed(same) == packed(a)) return absl::StrCat("what others know of bodies in ", where, " differs");
+  return absl::StrCat("contacts and replicas of ", where, " differ");
 }
 
 }  // namespace

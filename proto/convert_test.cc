@@ -303,8 +303,8 @@ TEST(Convert, RefusesWhatATypeCannotHold) {
   expect_refused(world, "joint 'screw': the number of axes, 2, must be at most 1");
 
   world = to_proto(some_world());
-  world.mutable_joints(0)->mutable_drives(1)->set_mode(static_cast<v1::JointDrive::Mode>(4));
-  expect_refused(world, "joint 'model::joint': drive of axis 2: mode = 4");
+  world.mutable_joints(0)->mutable_drives(1)->set_mode(static_cast<v1::JointDrive::Mode>(5));
+  expect_refused(world, "joint 'model::joint': drive of axis 2: mode = 5");
 
   world = to_proto(some_world());
   world.mutable_joints(0)->add_drives();

@@ -124,7 +124,10 @@ std::vector<v1::SnapshotChunk> small_snapshot() {
 
 class SnapshotFile : public testing::Test {
  protected:
-  SnapshotFile() : folder_(testing::TempDir() + "/snapshot_file") {
+  // Tests of both precisions run at the same time.
+  SnapshotFile()
+      : folder_(testing::TempDir() + "/snapshot_file_" + name_of(bullet::test_precision) + "_" +
+                testing::UnitTest::GetInstance()->current_test_info()->name()) {
     std::filesystem::create_directories(folder_);
   }
   ~SnapshotFile() override { std::filesystem::remove_all(folder_); }

@@ -236,14 +236,14 @@ TEST(CommandLineTest, UnknownArgumentsAreNamedAlsoWhereOthersAreMissing) {
     EXPECT_THAT(outcome.output, HasSubstr("--no-such-option")) << command;
   }
   EXPECT_THAT(run_tessera({"nonsense"}).output, HasSubstr("nonsense"));
-  EXPECT_THAT(run_tessera({"run"}).output, HasSubstr("world is required"));
+  EXPECT_THAT(run_tessera({"run"}).output, HasSubstr("world, or --from FILE, is required"));
 }
 
 TEST(CommandLineTest, EveryCommandHasHelpWithAnExample) {
   for (const char* command :
-       {"run",   "up",       "load",   "unload",   "spawn",  "remove", "impulse", "velocity",
-        "force", "teleport", "target", "raycast",  "status", "watch",  "hash",    "find",
-        "pause", "resume",   "step",   "shutdown", "config", "top"}) {
+       {"run",      "up",       "load",    "unload", "spawn", "remove",   "impulse", "velocity", "force",
+        "teleport", "target",   "raycast", "status", "watch", "hash",     "find",    "pause",    "resume",
+        "step",     "shutdown", "config",  "top",    "belt",  "snapshot", "restore"}) {
     const Outcome outcome = run_tessera({command, "--help"});
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.output, HasSubstr("Example:\n  tessera ")) << command;

@@ -30,7 +30,7 @@ TEST(DivergenceTest, TheLargestInputEndsNoServer) {
   EXPECT_EQ(stream->next(kPatience).value().tick, 0u);
 
   const std::string address = cluster.processes->address();
-  const Outcome pushed = run_tessera({"impulse", "light", "1e12,0,0", "--connect", address});
+  const Outcome pushed = run_tessera({"impulse", "light", "--impulse", "1e12,0,0", "--connect", address});
   EXPECT_EQ(pushed.code, 0) << pushed.output;
   ASSERT_THAT(client.apply_impulse("crate", {0, 0, kImpulseMax}, {kLeverMax, 0, 0}).status(), IsOk());
   ASSERT_THAT(client.step(1, kPatience).status(), IsOk());

@@ -48,6 +48,7 @@ STAGE_WORLD = "tessera load stage.pb --replace"
 RECORDING = "inputs.rec"
 STAGE_BODIES = {
     "crate": "tessera spawn --name crate --shape box:1,1,1 --at 0,0,5",
+    "conveyor": "tessera spawn --name conveyor --shape box:4,1,0.2 --at 0,9,0.1 --kinematic",
     "lift": "tessera spawn --name lift --shape box:2,2,0.1 --at 0,-6,0.1 --kinematic",
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 // Three hinges, 'j1' to 'j3', that hold three boxes.
 WorldDescription hinged_world() {
@@ -67,9 +67,11 @@ std::vector<Fault> faults() {
       {"SpringTooStiff",
        of_axis([](auto& a) { a.spring_stiffness = 1e13; }),
        {"spring_stiffness = 1e+13", "1e+12 N m/rad"}},
-      {"SpringNan", of_axis([](auto& a) { a.spring_stiffness = kNoNumber; }), {"spring_stiffness", "finite"}},
+      {"SpringNan",
+       of_axis([](auto& a) { a.spring_stiffness = kUndefined; }),
+       {"spring_stiffness", "finite"}},
       {"ReferenceNan",
-       of_axis([](auto& a) { a.spring_reference = kNoNumber; }),
+       of_axis([](auto& a) { a.spring_reference = kUndefined; }),
        {"spring_reference", "finite"}},
       {"ReferenceFar",
        of_axis([](auto& a) { a.spring_reference = -1e7; }),
@@ -81,7 +83,7 @@ std::vector<Fault> faults() {
        of_drive([](auto& d) { d.damping = 2e12; }),
        {"damping = 2e+12 N m s/rad", "1e+12 N m s/rad"}},
       {"TargetBeyondHalfATurn", of_drive([](auto& d) { d.target = 4; }), {"position = 4 rad", "3.14159 rad"}},
-      {"VelocityNan", of_drive([](auto& d) { d.velocity = kNoNumber; }), {"velocity", "finite"}},
+      {"VelocityNan", of_drive([](auto& d) { d.velocity = kUndefined; }), {"velocity", "finite"}},
       {"EffortTooLarge", of_drive([](auto& d) { d.effort = 1e13; }), {"effort = 1e+13 N m", "1e+12 N m"}},
       {"GainOfAnother",
        of_drive([](auto& d) {
@@ -91,7 +93,7 @@ std::vector<Fault> faults() {
       {"MultiplierNan",
        [](auto& world) {
          follow(world, 1, 2);
-         world.joints[0].properties.axes[0].mimic.multiplier = kNoNumber;
+         world.joints[0].properties.axes[0].mimic.multiplier = kUndefined;
        },
        {"'j1': axis 1", "mimic multiplier", "finite"}},
       {"MultiplierTooLarge",
@@ -103,7 +105,7 @@ std::vector<Fault> faults() {
       {"OffsetNan",
        [](auto& world) {
          follow(world, 1, 2);
-         world.joints[0].properties.axes[0].mimic.offset = kNoNumber;
+         world.joints[0].properties.axes[0].mimic.offset = kUndefined;
        },
        {"mimic offset", "finite"}},
       {"LeaderMissing",

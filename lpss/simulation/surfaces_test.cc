@@ -120,10 +120,10 @@ TEST(Belt, OneThatIsTurnedCarriesAlongItsOwnAxes) {
 
 // The crate is in another sector than the belt, which is known there as a replica.
 TEST(Belt, OneOfAKinematicBodyIsToldToOtherServers) {
-  WorldBuilder builder(level_world(2));
+  WorldBuilder builder(level_world(8));
   builder.add_floor(20, -0.5);
-  builder.add("belt", builder.shape(Box{{6, 1, 0.4}}), 1, {0.5, 0, -0.3}, Motion::kKinematic);
-  builder.add("crate", builder.shape(Box{{0.4, 0.4, 0.2}}), 2, {2, 0, 0});
+  builder.add("belt", builder.shape(Box{{6, 1, 0.4}}), 1, {3.5, 0, -0.3}, Motion::kKinematic);
+  builder.add("crate", builder.shape(Box{{0.4, 0.4, 0.2}}), 2, {5.5, 0, 0});
   std::vector<std::vector<WorldHash>> runs;
   for (const std::uint32_t partitions : {1u, 3u}) {
     const auto cluster = cluster_of(builder.world(), partitions);

@@ -62,7 +62,8 @@ TEST(Homes, AFastBodyThatArrivesMayBeOnItsWayToTheNext) {
   TestWorld world(2);
   world.add(moving(box(2, kLow, {0, 3, 0}), {16 * 64, 0, 0}));
   attend_borders(world[0]);
-  announce_home_changes(world[0]);
+  std::vector<Stopped> stopped;
+  announce_home_changes(world[0], stopped);
   EXPECT_EQ(body(world[0], 2).next_home, kHigh);
   BodyState after = state_of(world[0], 2);
   after.position[0] = 16;

@@ -349,7 +349,7 @@ test('places and bodies are found, and nothing can be changed', async () => {
 });
 
 test('only the shown part of a large file is read', async () => {
-  const messages = fallingBall({ticks: 1200, weight: 10_000});
+  const messages = fallingBall({ticks: 2400, weight: 10_000});
   const file = await recordingOf(messages, {chunkSize: 10_000});
   const recording = await Recording.open(file);
   const playback = new Playback(recording, () => null);
