@@ -142,7 +142,7 @@ class Player {
   const ReplayReport& report() const { return report_; }
 
   absl::Status play(const Section& section) {
-    const absl::Status loaded = section.snapshot.empty() ? load(section.world) : restore(section.snapshot);
+    absl::Status loaded = section.snapshot.empty() ? load(section.world) : restore(section.snapshot);
     if (!loaded.ok()) return loaded;
     const Tick last = section.hashes.empty() ? 0 : section.hashes.rbegin()->first;
     ProgressBar progress(report_.world, last);
