@@ -267,7 +267,7 @@ absl::StatusOr<LoadSummary> Client::load(const WorldDescription& world, bool rep
 absl::StatusOr<SnapshotSummary> Client::snapshot(const std::filesystem::path& file, absl::Duration timeout) {
   absl::StatusOr<WholeFile> out = WholeFile::create(file);
   if (!out.ok()) return out.status();
-  const absl::StatusOr<SnapshotSummary> summary = impl_->snapshot(*out, timeout);
+  absl::StatusOr<SnapshotSummary> summary = impl_->snapshot(*out, timeout);
   if (!summary.ok()) return summary;
   if (absl::Status status = out->finish(); !status.ok()) return status;
   return summary;
