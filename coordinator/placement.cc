@@ -21,15 +21,6 @@ std::vector<std::pair<SectorIndex, double>> load_of(std::span<const BodyRecord> 
   return {weights.begin(), weights.end()};
 }
 
-std::vector<std::pair<SectorIndex, double>> load_of(const WorldSnapshot& world) {
-  std::vector<std::pair<SectorIndex, double>> weights;
-  for (const MovedSector& sector : world.sectors) {
-    if (sector.bodies.empty()) continue;
-    weights.emplace_back(sector.sector, 1 + static_cast<double>(sector.bodies.size()));
-  }
-  return weights;
-}
-
 // The radius of the largest movable body, which no server can compute alone.
 double largest_radius(const WorldDescription& world, std::span<const BodyRecord> records) {
   double largest = 0;

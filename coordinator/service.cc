@@ -3,10 +3,10 @@
 #include <unistd.h>
 
 #include <memory>
-#include <mutex>
 #include <type_traits>
 #include <utility>
 
+#include "coordinator/call_place.h"
 #include "coordinator/snapshot_calls.h"
 #include "proto/peak_memory.h"
 #include "proto/status.h"
@@ -18,41 +18,24 @@ namespace {
 template <typename Answer>
 class UnaryCall final : public grpc::ServerUnaryReactor {
  public:
-  // Shared with the reply, which may come after the client has gone.
-  struct Place {
-    std::mutex mutex;
-    UnaryCall* call = nullptr;  // null once it has ended
-    Answer* answer = nullptr;
+  explicit UnaryCall(Answer* answer) : answer_(answer) {}
 
-    // gRPC may call back from within Finish(): not under the lock.
-    void end(const grpc::Status& status, const Answer* from) {
-      UnaryCall* ending = nullptr;
-      {
-        const std::lock_guard lock(mutex);
-        ending = std::exchange(call, nullptr);
-        if (ending != nullptr && from != nullptr) *answer = *from;
-      }
-      if (ending != nullptr) ending->Finish(status);
-    }
-  };
+  const std::shared_ptr<CallPlace<UnaryCall>>& place() const { return place_; }
 
-  explicit UnaryCall(Answer* answer) : place_(std::make_shared<Place>()) {
-    place_->call = this;
-    place_->answer = answer;
+  // Of a call that was taken from its place.
+  void end(const grpc::Status& status, const Answer& answer) {
+    *answer_ = answer;
+    Finish(status);
   }
 
-  const std::shared_ptr<Place>& place() const { return place_; }
-
   void OnCancel() override {
-    const std::shared_ptr<Place> place = place_;  // outlives the call
-    place->end(
-        grpc::Status(grpc::StatusCode::CANCELLED, "the client has disconnected, or its deadline has passed"),
-        nullptr);
+    if (place_->take() != nullptr) Finish(client_is_gone());
   }
   void OnDone() override { delete this; }
 
  private:
-  std::shared_ptr<Place> place_;
+  Answer* answer_;
+  std::shared_ptr<CallPlace<UnaryCall>> place_ = std::make_shared<CallPlace<UnaryCall>>(this);
 };
 
 // Information that only the process has.
@@ -66,19 +49,17 @@ grpc::ServerUnaryReactor* TesseraService::post(const Request* request, Answer* a
   const auto place = call->place();
   ClientRequest posted(
       ClientCall<Request, Answer>{*request, [place](const absl::Status& status, const Answer& from) {
+                                    UnaryCall<Answer>* taken = place->take();
+                                    if (taken == nullptr) return;
                                     if constexpr (std::is_same_v<Answer, v1::StatusReply>) {
                                       Answer whole = from;
                                       complete(whole);
-                                      place->end(to_grpc(status), &whole);
+                                      taken->end(to_grpc(status), whole);
                                     } else {
-                                      place->end(to_grpc(status), &from);
+                                      taken->end(to_grpc(status), from);
                                     }
                                   }});
-  if (!queue_.push(posted)) {
-    place->end(grpc::Status(grpc::StatusCode::UNAVAILABLE,
-                            "the coordinator is shutting down, or has too many requests"),
-               nullptr);
-  }
+  if (!queue_.push(posted) && place->take() != nullptr) call->Finish(request_is_refused());
   return call;
 }
 

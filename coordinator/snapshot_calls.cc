@@ -3,10 +3,10 @@
 #include <absl/strings/str_cat.h>
 
 #include <memory>
-#include <mutex>
 #include <string>
 #include <utility>
 
+#include "coordinator/call_place.h"
 #include "coordinator/limits.h"
 #include "proto/snapshot_file.h"
 #include "proto/status.h"
@@ -14,44 +14,23 @@
 namespace tessera {
 namespace {
 
-// Shared between a call and the reply to it, which may come after the call has ended.
-template <typename Call>
-struct Place {
-  std::mutex mutex;
-  Call* call = nullptr;  // null once it has ended, or is about to
-
-  Call* take() {
-    const std::lock_guard lock(mutex);
-    return std::exchange(call, nullptr);
-  }
-};
-
-grpc::Status gone() {
-  return {grpc::StatusCode::CANCELLED, "the client has disconnected, or its deadline has passed"};
-}
-
-grpc::Status no_room() {
-  return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down, or has too many requests"};
-}
-
 class SnapshotCall final : public grpc::ServerWriteReactor<v1::SnapshotPiece> {
  public:
   explicit SnapshotCall(RequestQueue& queue) {
-    place_->call = this;
     ClientRequest posted(ClientCall<v1::SnapshotRequest, SnapshotChunks>{
         {}, [place = place_](const absl::Status& status, const SnapshotChunks& chunks) {
           if (SnapshotCall* call = place->take()) call->write(status, chunks);
         }});
-    if (!queue.push(posted) && place_->take() != nullptr) Finish(no_room());
+    if (!queue.push(posted) && place_->take() != nullptr) Finish(request_is_refused());
   }
 
   void OnWriteDone(bool ok) override {
-    if (!ok) return Finish(gone());
+    if (!ok) return Finish(client_is_gone());
     write_next();
   }
   // A write that is under way ends by itself.
   void OnCancel() override {
-    if (place_->take() != nullptr) Finish(gone());
+    if (place_->take() != nullptr) Finish(client_is_gone());
   }
   void OnDone() override { delete this; }
 
@@ -72,7 +51,7 @@ class SnapshotCall final : public grpc::ServerWriteReactor<v1::SnapshotPiece> {
     StartWrite(&piece_);
   }
 
-  std::shared_ptr<Place<SnapshotCall>> place_ = std::make_shared<Place<SnapshotCall>>();
+  std::shared_ptr<CallPlace<SnapshotCall>> place_ = std::make_shared<CallPlace<SnapshotCall>>(this);
   SnapshotChunks chunks_;  // at least a head and an end
   std::size_t written_ = 0;
   SnapshotEncoder encoder_;
@@ -82,7 +61,6 @@ class SnapshotCall final : public grpc::ServerWriteReactor<v1::SnapshotPiece> {
 class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
  public:
   RestoreCall(RequestQueue& queue, v1::LoadReply* answer) : queue_(queue), answer_(answer) {
-    place_->call = this;
     StartRead(&message_);
   }
 
@@ -98,7 +76,7 @@ class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
     if (absl::Status status = decoder_.add(message_.bytes()); !status.ok()) return end(to_grpc(status));
     StartRead(&message_);
   }
-  void OnCancel() override { end(gone()); }
+  void OnCancel() override { end(client_is_gone()); }
   void OnDone() override { delete this; }
 
  private:
@@ -117,12 +95,12 @@ class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
           *call->answer_ = reply;
           call->Finish(to_grpc(status));
         }});
-    if (!queue_.push(posted)) end(no_room());
+    if (!queue_.push(posted)) end(request_is_refused());
   }
 
   RequestQueue& queue_;
   v1::LoadReply* answer_;
-  std::shared_ptr<Place<RestoreCall>> place_ = std::make_shared<Place<RestoreCall>>();
+  std::shared_ptr<CallPlace<RestoreCall>> place_ = std::make_shared<CallPlace<RestoreCall>>(this);
   v1::RestoreRequest message_;
   SnapshotDecoder decoder_;
   RestoreChunks restored_;

@@ -160,6 +160,7 @@ class AxisRows {
  private:
   void rub();
   void serve(const JointDrive& drive, JointRow row);
+  void pull(double stiffness, double target, SoftEffort& effort);
   double mobility() const { return mobility_of(motion_, {rows_.data(), held_}, step_); }
   double rate() const;
 
@@ -177,16 +178,20 @@ double AxisRows::rate() const {
          motion_.angular_parent.dot(posed.parent.angular_velocity);
 }
 
+// By a spring, if it has any stiffness.
+void AxisRows::pull(double stiffness, double target, SoftEffort& effort) {
+  if (!(stiffness > 0)) return;
+  effort.stiffness = stiffness;
+  effort.way = at_.way_to(target);
+  effort.rate = rate();
+  effort.mobility = mobility();
+}
+
 void AxisRows::yield() {
   const JointAxis& axis = at_.axis;
   SoftEffort effort;
   effort.damping = axis.damping;
-  if (axis.spring_stiffness > 0) {
-    effort.stiffness = axis.spring_stiffness;
-    effort.way = at_.way_to(axis.spring_reference);
-    effort.rate = rate();
-    effort.mobility = mobility();
-  }
+  pull(axis.spring_stiffness, axis.spring_reference, effort);
   JointRow row = motion_;
   row.is_held = true;
   if (soften(effort, step_.dt, row)) rows_.push_back(row);
@@ -234,12 +239,7 @@ void AxisRows::serve(const JointDrive& drive, JointRow row) {
   effort.damping = drive.damping;
   effort.wanted_rate = drive.velocity;
   effort.effort = drive.effort;
-  if (drive.stiffness > 0) {
-    effort.stiffness = drive.stiffness;
-    effort.way = at_.way_to(drive.target);
-    effort.rate = rate();
-    effort.mobility = mobility();
-  }
+  pull(drive.stiffness, drive.target, effort);
   if (!soften(effort, step_.dt, row)) {
     row.impulse_min = row.impulse_max = std::clamp(drive.effort * step_.dt, row.impulse_min, row.impulse_max);
   }

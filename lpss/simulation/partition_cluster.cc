@@ -17,16 +17,13 @@ absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::create(const
   if (!records.ok()) return records.status();
   const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
   if (!joints.ok()) return joints.status();
-  const SectorMap map = placed(world, *records, partitions, 1);
+  PartitionOptions options{.settings = world.settings,
+                           .anchor = world.anchor,
+                           .map = placed(world, *records, partitions, 1),
+                           .free_flight = free_flight};
   std::unique_ptr<PartitionCluster> cluster(new PartitionCluster());
-  for (Rank rank = 0; rank < partitions; ++rank) {
-    PartitionOptions options;
-    options.settings = world.settings;
-    options.anchor = world.anchor;
-    options.map = map;
-    options.self = rank;
-    options.free_flight = free_flight;
-    absl::StatusOr<Member*> member = cluster->add_member(std::move(options));
+  for (options.self = 0; options.self < partitions; ++options.self) {
+    absl::StatusOr<Member*> member = cluster->add_member(options);
     if (!member.ok()) return member.status();
     Partition& partition = *(*member)->partition;
     add_world(partition, world, *records, *joints);
@@ -40,16 +37,12 @@ absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::restore(cons
                                                                             std::uint32_t partitions,
                                                                             int threads) {
   if (absl::Status status = validate(world); !status.ok()) return status;
-  const SectorMap map = placed(world, partitions, 1);
+  PartitionOptions options{
+      .settings = world.settings, .anchor = world.anchor, .map = placed(world, partitions, 1)};
   std::unique_ptr<PartitionCluster> cluster(new PartitionCluster());
   cluster->tick_ = world.tick;
-  for (Rank rank = 0; rank < partitions; ++rank) {
-    PartitionOptions options;
-    options.settings = world.settings;
-    options.anchor = world.anchor;
-    options.map = map;
-    options.self = rank;
-    absl::StatusOr<Member*> member = cluster->add_member(std::move(options));
+  for (options.self = 0; options.self < partitions; ++options.self) {
+    absl::StatusOr<Member*> member = cluster->add_member(options);
     if (!member.ok()) return member.status();
     Partition& partition = *(*member)->partition;
     if (absl::Status status = resume(partition, world); !status.ok()) return status;
@@ -59,12 +52,12 @@ absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::restore(cons
   return cluster;
 }
 
-absl::StatusOr<PartitionCluster::Member*> PartitionCluster::add_member(PartitionOptions options) {
+absl::StatusOr<PartitionCluster::Member*> PartitionCluster::add_member(const PartitionOptions& options) {
   absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(options.settings));
   if (!engine.ok()) return engine.status();
   Member& member = members_.emplace_back();
   member.engine = std::move(*engine);
-  member.partition = std::make_unique<Partition>(std::move(options), *member.engine);
+  member.partition = std::make_unique<Partition>(options, *member.engine);
   return &member;
 }
 

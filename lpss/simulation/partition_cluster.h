@@ -54,7 +54,7 @@ class PartitionCluster {
     std::unique_ptr<TickMachine> machine;
   };
 
-  absl::StatusOr<Member*> add_member(PartitionOptions options);
+  absl::StatusOr<Member*> add_member(const PartitionOptions& options);
 
   std::vector<Member> members_;
   Tick tick_ = 0;

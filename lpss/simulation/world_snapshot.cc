@@ -370,13 +370,17 @@ absl::Status validate(const WorldCatalogue& catalogue, const WorldSnapshot& worl
 
 absl::Status validate(const WorldSnapshot& world) { return Check(world).all(); }
 
-SectorMap placed(const WorldSnapshot& world, std::uint32_t servers, std::uint64_t epoch) {
+std::vector<std::pair<SectorIndex, double>> load_of(const WorldSnapshot& world) {
   std::vector<std::pair<SectorIndex, double>> weights;
   for (const MovedSector& sector : world.sectors) {
-    if (!sector.bodies.empty())
-      weights.emplace_back(sector.sector, static_cast<double>(sector.bodies.size()));
+    if (sector.bodies.empty()) continue;
+    weights.emplace_back(sector.sector, 1 + static_cast<double>(sector.bodies.size()));
   }
-  return SectorMap::balanced(world.anchor, std::move(weights), servers, epoch);
+  return weights;
+}
+
+SectorMap placed(const WorldSnapshot& world, std::uint32_t servers, std::uint64_t epoch) {
+  return SectorMap::balanced(world.anchor, load_of(world), servers, epoch);
 }
 
 absl::Status resume(Partition& partition, const SharedState& shared, std::span<const MovedSector> sectors) {

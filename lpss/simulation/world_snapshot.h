@@ -74,7 +74,10 @@ absl::Status validate(const WorldCatalogue& catalogue, const WorldSnapshot& worl
 // contradicts itself or is out of bounds. Contact points are checked apart, by the engine that reads them.
 absl::Status validate(const WorldSnapshot& world);
 
-// The map that gives each of `servers` about as many of the bodies that can move.
+// What the sectors in which bodies live weigh: 1, and 1 a body.
+std::vector<std::pair<SectorIndex, double>> load_of(const WorldSnapshot& world);
+
+// The map that gives each of `servers` about as much of it.
 SectorMap placed(const WorldSnapshot& world, std::uint32_t servers, std::uint64_t epoch);
 
 // Fills a new partition, which has the world's shapes, with its part of a snapshot that is valid.

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import dropwhile
 from types import TracebackType
 from typing import Any, TypeAlias
@@ -13,7 +12,7 @@ import grpc
 
 from tessera._proto import tessera_pb2, tessera_pb2_grpc, world_pb2
 from tessera.body import Body
-from tessera.errors import FailedPrecondition, NotFound, Unavailable, from_grpc
+from tessera.errors import FailedPrecondition, NotFound, Unavailable, raising
 from tessera.frame import (
     BodyFrame,
     ContactFrame,
@@ -49,6 +48,7 @@ from tessera.results import (
     Region,
 )
 from tessera.stream import FRAMES_QUEUED_MAX, Stream
+from tessera.whole_file import whole_file
 from tessera.world import World
 
 ADDRESS_VARIABLE = "TESSERA_ADDRESS"
@@ -141,18 +141,11 @@ class Client:
         """Writes all of the world between two ticks, whether it runs or not, to a file; one of that name is
         replaced once the new one is whole. Returns the tick. OSError if the file cannot be written.
         """
-        beside = f"{os.fspath(file)}.part"
         tick = 0
-        try:
-            with open(beside, "wb") as out, self._raising():
-                for piece in self._stub.Snapshot(tessera_pb2.SnapshotRequest(), timeout=timeout):
-                    out.write(piece.bytes)
-                    tick = piece.tick
-            os.replace(beside, file)
-        except BaseException:
-            with contextlib.suppress(FileNotFoundError):
-                os.remove(beside)
-            raise
+        with whole_file(file) as out, raising(self._where):
+            for piece in self._stub.Snapshot(tessera_pb2.SnapshotRequest(), timeout=timeout):
+                out.write(piece.bytes)
+                tick = piece.tick
         return tick
 
     def restore(
@@ -165,7 +158,7 @@ class Client:
         """Loads the world of such a file: paused at its tick, it goes on with the bits that it would have had,
         on any number of servers. DataLoss for a file that is damaged; otherwise as load().
         """
-        with open(file, "rb") as source, self._raising():
+        with open(file, "rb") as source, raising(self._where):
             pieces = iter(lambda: source.read(_PIECE_BYTES), b"")
             requests = (tessera_pb2.RestoreRequest(replace=replace, bytes=piece) for piece in pieces)
             reply = self._stub.Restore(requests, timeout=timeout)
@@ -565,16 +558,13 @@ class Client:
         """Ends the coordinator and its servers."""
         self._call("Shutdown", tessera_pb2.ShutdownRequest(), timeout)
 
-    def _call(self, method: str, request: Any, timeout: float | None) -> Any:
-        with self._raising():
-            return getattr(self._stub, method)(request, timeout=timeout)
+    @property
+    def _where(self) -> str:
+        return f"coordinator at {self.address}"
 
-    @contextlib.contextmanager
-    def _raising(self) -> Iterator[None]:
-        try:
-            yield
-        except grpc.RpcError as error:
-            raise from_grpc(error, f"coordinator at {self.address}") from None
+    def _call(self, method: str, request: Any, timeout: float | None) -> Any:
+        with raising(self._where):
+            return getattr(self._stub, method)(request, timeout=timeout)
 
     def _command(self, method: str, request: Any, timeout: float | None) -> int:
         tick: int = self._call(method, request, timeout).tick

@@ -5,6 +5,9 @@ Each corresponds to a status code of gRPC, and derives from the closest built-in
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
+
 import grpc
 
 
@@ -69,6 +72,15 @@ _BY_CODE: dict[grpc.StatusCode, type[TesseraError]] = {
     grpc.StatusCode.DATA_LOSS: DataLoss,
     grpc.StatusCode.UNAVAILABLE: Unavailable,
 }
+
+
+@contextlib.contextmanager
+def raising(where: str) -> Iterator[None]:
+    """Raises the exceptions of this package for failed calls; `where` as in from_grpc()."""
+    try:
+        yield
+    except grpc.RpcError as error:
+        raise from_grpc(error, where) from None
 
 
 def from_grpc(error: grpc.RpcError, where: str = "") -> TesseraError:
