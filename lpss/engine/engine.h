@@ -59,8 +59,8 @@ enum class Range : std::uint8_t { kUsual, kFast, kFastFromBelow };
 struct EngineSettings : WorldSettings {
   CloneContacts clone_contacts = CloneContacts::kNone;
   bool clones_are_solved = false;  // policy clone: a sector solves its clones like bodies
-  // Bullet's own worlds and solver: for the policy clone, as the paper has it, and as the baseline of
-  // experiments.
+  // Bullet's own worlds and solver: for the policy clone, as the paper has it, and, where clones are not
+  // solved, with Bullet's own joints, too: the baseline of experiments.
   bool plain_bullet = false;
   bool fine_flight = false;  // free flight (fly()) in double precision, whatever the engine computes with
 };

@@ -1,5 +1,7 @@
 #include "lpss/simulation/plain_world.h"
 
+#include <algorithm>
+
 #include "lpss/base/disjoint_sets.h"
 #include "lpss/engine/load_engine.h"
 #include "lpss/model/gravity.h"
@@ -7,11 +9,22 @@
 #include "lpss/simulation/simulation.h"
 
 namespace tessera {
+namespace {
+
+bool is_bullets(const JointRecord& joint) {
+  return joint.properties.type != JointType::kScrew && joint.parent_motion != Motion::kKinematic &&
+         std::ranges::none_of(axes_of(joint.properties),
+                              [](const JointAxis& axis) { return axis.mimic.is_set(); });
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescription& world,
                                                                Precision precision) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
+  const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
+  if (!joints.ok()) return joints.status();
   EngineSettings settings = engine_settings(world.settings);
   settings.precision = precision;
   settings.plain_bullet = true;
@@ -37,7 +50,47 @@ absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescri
     if (record.properties.motion == Motion::kDynamic) plain->places_[record.id] = plain->bodies_.size();
     plain->bodies_.push_back({record, slot});
   }
+  plain->add_joints(*joints, *records);
   return plain;
+}
+
+void PlainWorld::add_joints(const std::vector<JointRecord>& joints, const std::vector<BodyRecord>& records) {
+  joints_.reserve(joints.size());
+  for (const JointRecord& record : joints) {
+    if (!is_bullets(record)) continue;
+    Joint& joint = joints_.emplace_back(Joint{record, {}});
+    const JointProperties& properties = joint.record.properties;
+    const auto of_world = [&](BodyId id) {
+      const BodySlot slot = bodies_[places_.at(id)].slot;
+      world_->set_jointed(slot, true);
+      return WorldBody{world_.get(), slot};
+    };
+    TaskJoint& task = joint.task;
+    task.id = record.id;
+    task.properties = &properties;
+    task.drives = &joint.record.drives;
+    task.child = of_world(properties.child);
+    if (record.parent_motion == Motion::kDynamic) {
+      task.parent = of_world(properties.parent);
+    } else if (properties.parent.value != 0) {
+      const BodyState& parent = records[properties.parent.value - 1].state;
+      task.fixed_parent =
+          Pose{Eigen::Vector3d(parent.position.data()), quaternion_of(parent)} * properties.in_parent;
+    } else {
+      task.fixed_parent = properties.in_parent;
+      task.fixed_parent.position += metres_between(anchor_, properties.anchor, settings_.sector_size);
+    }
+    if (!properties.bodies_collide && properties.parent.value != 0)
+      engine_->set_apart(properties.parent, properties.child, true);
+  }
+}
+
+void PlainWorld::set_drives(JointId id, const JointDrives& drives) {
+  for (Joint& joint : joints_) {
+    if (joint.record.id != id) continue;
+    joint.record.drives = drives;
+    world_->wake(joint.task.child.slot);
+  }
 }
 
 void PlainWorld::set_gravity() {
@@ -48,7 +101,8 @@ void PlainWorld::set_gravity() {
   }
 }
 
-// Bodies that touch sleep and wake together, as everywhere in Tessera; what is awake goes to the solver.
+// Bodies that touch, or that joints connect, sleep and wake together, as everywhere in Tessera; what is awake
+// goes to the solver.
 void PlainWorld::settle_islands(SolveTask& task) {
   DisjointSets sets(bodies_.size());
   const std::span<const ContactPair> pairs = world_->contacts();
@@ -56,6 +110,11 @@ void PlainWorld::settle_islands(SolveTask& task) {
     const auto a = places_.find(pair.a);
     const auto b = places_.find(pair.b);
     if (a != places_.end() && b != places_.end()) sets.unite(a->second, b->second);
+  }
+  for (const Joint& joint : joints_) {
+    if (joint.task.parent.world == nullptr) continue;
+    const JointProperties& properties = joint.record.properties;
+    sets.unite(places_.at(properties.parent), places_.at(properties.child));
   }
   std::vector<char> awake(bodies_.size(), 0);
   std::vector<char> restless(bodies_.size(), 0);
@@ -82,6 +141,9 @@ void PlainWorld::settle_islands(SolveTask& task) {
     if (a == places_.end() && b == places_.end()) continue;
     if (restless[sets.find(a != places_.end() ? a->second : b->second)])
       task.contacts.push_back({world_.get(), i});
+  }
+  for (const Joint& joint : joints_) {
+    if (restless[sets.find(places_.at(joint.record.properties.child))]) task.joints.push_back(joint.task);
   }
 }
 

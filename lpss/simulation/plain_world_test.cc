@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "lpss/simulation/example_worlds.h"
+
 namespace tessera {
 namespace {
 
@@ -59,6 +61,67 @@ TEST(PlainWorldTest, BodiesFallAsleepTogether) {
   const std::unique_ptr<PlainWorld> plain = PlainWorld::create(tower_at(0), Precision::kFloat32).value();
   for (int tick = 0; tick < 600; ++tick) plain->step();
   plain->for_each_body([](const BodyRecord& record) { EXPECT_EQ(record.state.activity, Activity::kAsleep); });
+}
+
+// An arm of 1 m and 1 kg that is held out from a wall by a joint along or about y: it weighs 9.81 N,
+// and 4.905 N m about the joint.
+WorldDescription arm_with(JointType type, const JointAxis& axis, const JointDrive& drive) {
+  WorldSettings settings;
+  settings.sleep_after = 0;
+  WorldBuilder builder(settings);
+  builder.add("arm", builder.shape(Box{{1, 0.1, 0.1}}), 1, {-0.5, 0, 0});
+  const Eigen::Vector3d along =
+      type == JointType::kPrismatic ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitY();
+  JointDescription& joint = builder.tie("joint", type, "", "arm", {0, 0, 0}, along);
+  joint.properties.axes[0] = axis;
+  joint.drives[0] = drive;
+  return builder.world();
+}
+
+// The joint after `ticks`.
+JointState joint_after(const WorldDescription& world, int ticks) {
+  const std::unique_ptr<PlainWorld> plain = PlainWorld::create(world, Precision::kFloat32).value();
+  for (int tick = 0; tick < ticks; ++tick) plain->step();
+  JointState state;
+  plain->for_each_body([&](const BodyRecord& record) {
+    const JointSide arm{{Eigen::Vector3d(record.state.position.data()), quaternion_of(record.state)},
+                        Eigen::Vector3d(record.state.linear_velocity.data()),
+                        Eigen::Vector3d(record.state.angular_velocity.data())};
+    state = joint_state(joint_records_of(world).value()[0].properties, {}, arm);
+  });
+  return state;
+}
+
+class PlainJointTest : public testing::TestWithParam<JointType> {};
+
+TEST_P(PlainJointTest, MovesTheWayThatItsAxisSays) {
+  EXPECT_LT(joint_after(arm_with(GetParam(), {}, {}), 20).position[0], -0.3);
+  JointAxis narrow;
+  narrow.lower = -0.2;
+  narrow.upper = 0.1;
+  EXPECT_NEAR(joint_after(arm_with(GetParam(), narrow, {}), 300).position[0], -0.2, 0.02);
+  EXPECT_NEAR(joint_after(arm_with(GetParam(), {}, {DriveMode::kVelocity, 0.5}), 60).velocity[0], 0.5, 0.05);
+  EXPECT_NEAR(joint_after(arm_with(GetParam(), {}, {DriveMode::kPosition, 0.3}), 300).position[0], 0.3, 0.02);
+  EXPECT_GT(joint_after(arm_with(GetParam(), {}, {DriveMode::kEffort, 12}), 20).position[0], 0.1);
+  JointAxis sprung;
+  sprung.spring_stiffness = 40;
+  sprung.spring_reference = -0.2;
+  sprung.damping = 10;
+  const double sag = (GetParam() == JointType::kPrismatic ? 9.81 : 4.905) / 40;
+  EXPECT_NEAR(joint_after(arm_with(GetParam(), sprung, {}), 600).position[0], -0.2 - sag, 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(Axes, PlainJointTest, testing::Values(JointType::kRevolute, JointType::kPrismatic),
+                         [](const testing::TestParamInfo<JointType>& type) {
+                           return type.param == JointType::kRevolute ? "Revolute" : "Prismatic";
+                         });
+
+TEST(PlainWorldTest, JointsHoldTheirBodies) {
+  for (const JointType type : {JointType::kFixed, JointType::kBall, JointType::kUniversal}) {
+    const JointState state = joint_after(arm_with(type, {}, {}), 120);
+    EXPECT_LT(state.gap, 0.05);
+    EXPECT_LT(state.twist, 0.05);
+  }
 }
 
 }  // namespace
