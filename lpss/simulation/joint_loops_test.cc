@@ -1,5 +1,4 @@
 // Loops of joints: rows that follow from each other, and systems near to where they could not move at all.
-#include <absl/strings/str_cat.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,13 +8,12 @@
 #include <vector>
 
 #include "lpss/bullet/test_world.h"
-#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/example_mechanisms.h"
+#include "lpss/simulation/mechanics.h"
 #include "lpss/simulation/test_runs.h"
 
 namespace tessera {
 namespace {
-
-using Eigen::Vector3d;
 
 WorldSettings settings_of(double sector_size) {
   WorldSettings settings = sectors_of(sector_size);
@@ -23,124 +21,27 @@ WorldSettings settings_of(double sector_size) {
   return settings;
 }
 
-void add_bar(WorldBuilder& builder, const std::string& name, const Vector3d& from, const Vector3d& to,
-             double width, double mass) {
-  const Vector3d along = to - from;
-  const ShapeId shape = builder.shape(Box{{along.norm() - 0.02, width, 0.1}});
-  builder.add(name, shape, mass, (from + to) / 2).pose.orientation =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitX(), along.normalized());
-}
-
-// Hinged bars from point to point, the first and the last hinge with the world.
-void add_hinged(WorldBuilder& builder, const std::vector<Vector3d>& points, double width, double mass) {
-  std::string last;
-  for (std::size_t n = 0; n < points.size(); ++n) {
-    std::string next;
-    if (n + 1 < points.size())
-      add_bar(builder, next = absl::StrCat("bar", n), points[n], points[n + 1], width, mass);
-    const bool is_end = next.empty();
-    builder.tie(absl::StrCat("hinge", n), JointType::kRevolute, is_end ? "" : last, is_end ? last : next,
-                points[n], Vector3d::UnitY());
-    last = next;
-  }
-}
-
-// A Grashof four-bar, whose crank turns at 6 rad/s.
+// Its crank turns at 6 rad/s.
 WorldDescription driven_four_bar(const WorldSettings& settings) {
-  WorldBuilder builder(settings);
-  add_hinged(builder, {{0, 0, 3}, {0, 0, 2.5}, {1.5, 0, 2.2}, {1.5, 0, 3.2}}, 0.1, 5);
-  builder.world().joints.front().drives[0] = {DriveMode::kVelocity, 6};
-  return builder.world();
+  WorldDescription world = four_bar_world(settings);
+  world.joints.front().drives[0] = {DriveMode::kVelocity, 6};
+  return world;
 }
 
-// A chain of planks between two posts that hangs through by about `sag` m, more on the right: it swings.
-WorldDescription bridge(const WorldSettings& settings, double sag) {
-  constexpr int kPlanks = 10;
-  WorldBuilder builder(settings);
-  std::vector<Vector3d> points;
-  for (int n = 0; n <= kPlanks; ++n) {
-    const double x = n - kPlanks / 2.0;
-    const double u = 2 * x / kPlanks;
-    points.emplace_back(x, 0, -sag * (1 - u * u) * (1 + 0.3 * u));
-  }
-  add_hinged(builder, points, 1.5, 20);
-  return builder.world();
+WorldDescription hung_chain(const WorldSettings& settings) { return bridge_world(settings, 4); }
+WorldDescription flat_bridge(const WorldSettings& settings) { return bridge_world(settings, 0); }
+WorldDescription flat_net(const WorldSettings& settings) {
+  return net_world(settings, 6, /*at_corners=*/true);
 }
-
-WorldDescription hung_chain(const WorldSettings& settings) { return bridge(settings, 4); }
-WorldDescription flat_bridge(const WorldSettings& settings) { return bridge(settings, 0); }
-
-// 6 x 6 balls of 1 kg, half a metre apart, with a ball joint between neighbours; held at its corners, or
-// along a side.
-WorldDescription net(const WorldSettings& settings, bool at_corners) {
-  constexpr int kSide = 6;
-  constexpr double kMesh = 0.5;
-  WorldBuilder builder(settings);
-  const ShapeId ball = builder.shape(Sphere{0.1});
-  const auto name = [](int i, int j) { return absl::StrCat("ball", i, "_", j); };
-  const auto place = [](double i, double j) { return Vector3d(kMesh * i, kMesh * j, 0); };
-  for (int i = 0; i < kSide; ++i) {
-    for (int j = 0; j < kSide; ++j) builder.add(name(i, j), ball, 1, place(i, j));
-  }
-  for (int i = 0; i < kSide; ++i) {
-    for (int j = 0; j < kSide; ++j) {
-      const auto tie = [&](int di, int dj) {
-        if (i + di == kSide || j + dj == kSide) return;
-        builder.tie(absl::StrCat(name(i, j), "-", di), JointType::kBall, name(i, j), name(i + di, j + dj),
-                    place(i + di / 2.0, j + dj / 2.0));
-      };
-      tie(1, 0);
-      tie(0, 1);
-      const bool is_held = at_corners ? i % (kSide - 1) == 0 && j % (kSide - 1) == 0 : i == 0;
-      if (is_held)
-        builder.tie(absl::StrCat("hook", i, "_", j), JointType::kBall, "", name(i, j), place(i, j));
-    }
-  }
-  return builder.world();
+WorldDescription curtain(const WorldSettings& settings) {
+  return net_world(settings, 6, /*at_corners=*/false);
 }
-
-WorldDescription flat_net(const WorldSettings& settings) { return net(settings, /*at_corners=*/true); }
-WorldDescription curtain(const WorldSettings& settings) { return net(settings, /*at_corners=*/false); }
 
 // What a world shows while it runs.
-struct Moment {
-  double energy = 0;  // J, of motion and height
-  double moving = 0;  // J, of motion alone
-  double gap = 0;     // m, the largest of a joint
-};
-
-JointSide side(const PartitionCluster& cluster, const WorldDescription& world, BodyId id) {
-  if (id.value == 0) return {};
-  const BodyRecord record = *cluster.body(id);
-  return {{metres_between(world.anchor, record.home, world.settings.sector_size) +
-               Vector3d(record.state.position.data()),
-           quaternion_of(record.state)},
-          Vector3d(record.state.linear_velocity.data()),
-          Vector3d(record.state.angular_velocity.data())};
-}
-
-Moment look(const PartitionCluster& cluster, const WorldDescription& world) {
-  constexpr double kGravity = 9.80665;
-  // Velocities are those in the middle of the last step.
-  const double half_step = world.settings.time_step / world.settings.substeps / 2;
-  Moment now;
-  for (std::uint64_t id = 1; id <= world.bodies.size(); ++id) {
-    const BodyProperties& body = world.bodies[id - 1].properties;
-    const JointSide at = side(cluster, world, BodyId{id});
-    const Vector3d spin = at.pose.orientation.conjugate() * at.angular_velocity;
-    now.moving += body.mass * at.linear_velocity.squaredNorm() / 2;
-    now.moving += spin.cwiseAbs2().dot(Vector3d(body.inertia.data())) / 2;
-    const double height = at.pose.position.z() - at.linear_velocity.z() * half_step;
-    now.energy += body.mass * kGravity * height;
-  }
-  now.energy += now.moving;
-  const std::vector<JointRecord> joints = joint_records_of(world).value();
-  for (const JointRecord& joint : joints) {
-    const JointState state = joint_state(joint.properties, side(cluster, world, joint.properties.parent),
-                                         side(cluster, world, joint.properties.child));
-    now.gap = std::max(now.gap, state.gap);
-  }
-  return now;
+Mechanics look(const PartitionCluster& cluster, const WorldDescription& world, MechanicsOfWorld& mechanics) {
+  std::vector<BodyRecord> bodies;
+  for (std::uint64_t id = 1; id <= world.bodies.size(); ++id) bodies.push_back(*cluster.body(BodyId{id}));
+  return mechanics.at(bodies, world.settings.time_step / world.settings.substeps / 2);
 }
 
 struct LoopCase {
@@ -179,18 +80,19 @@ TEST_P(LoopTest, HoldsAndGainsNoEnergy) {
   const LoopCase& param = GetParam();
   const WorldDescription world = param.world(param.settings());
   auto cluster = cluster_of(world, 1);
-  const double start = look(*cluster, world).energy;
+  MechanicsOfWorld mechanics = MechanicsOfWorld::create(world).value();
+  const double start = look(*cluster, world, mechanics).energy();
   double moved = 0;
   double gap = 0;
   double gained = 0;
   constexpr int kTicks = 240;
   for (int tick = 0; tick < kTicks; ++tick) {
     cluster->step();
-    const Moment now = look(*cluster, world);
-    moved = std::max(moved, now.moving);
+    const Mechanics now = look(*cluster, world, mechanics);
+    moved = std::max(moved, now.kinetic);
     gap = std::max(gap, now.gap);
-    gained = std::max(gained, now.energy - start);
-    ASSERT_TRUE(std::isfinite(now.energy)) << "tick " << tick;
+    gained = std::max(gained, now.energy() - start);
+    ASSERT_TRUE(std::isfinite(now.energy())) << "tick " << tick;
   }
   RecordProperty("gap_mm", std::to_string(1000 * gap));
   RecordProperty("gained_J", std::to_string(gained));
@@ -209,7 +111,8 @@ TEST(Loops, TheMotorTurnsItsCrankForEver) {
   for (int tick = 0; tick < 1200; ++tick) {
     cluster->step();
     if (tick < 60) continue;
-    ASSERT_NEAR(side(*cluster, world, BodyId{1}).angular_velocity.norm(), 6, 0.01) << "tick " << tick;
+    const BodyState crank = cluster->body(BodyId{1})->state;
+    ASSERT_NEAR(Eigen::Vector3d(crank.angular_velocity.data()).norm(), 6, 0.01) << "tick " << tick;
   }
 }
 
