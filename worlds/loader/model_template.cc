@@ -124,8 +124,8 @@ class Reader {
       const sdf::Model& nested = *model.ModelByIndex(n);
       const std::string name = prefix + nested.Name();
       if (absl::Status status = add_frame(name, nested.SemanticPose(), frame); !status.ok()) return status;
-      absl::Status status =
-          read_model(nested, name + "::", result_.frames[name], is_static || nested.Static());
+      const Pose place = result_.frames[name];  // which moves as more frames are added
+      absl::Status status = read_model(nested, name + "::", place, is_static || nested.Static());
       if (!status.ok()) return status;
     }
     return absl::OkStatus();

@@ -119,6 +119,19 @@ TEST(Places, FramesInsideAModel) {
   expect_near(place(loaded, "m::b"), {1, 0, 4});
 }
 
+// Enough of them that where they are kept moves.
+TEST(Places, ManyLinksInsideANestedModel) {
+  std::string links = "<link name='l0'>" + kUnitBox + "</link>";
+  for (int n = 1; n < 40; ++n) {
+    const std::string name = std::to_string(n);
+    links += "<link name='l" + name + "'><pose relative_to='l0'>0 0 " + name + " 0 0 0</pose>" + kUnitBox +
+             "</link>";
+  }
+  const LoadedWorld loaded =
+      load(world("<model name='m'><model name='n'><pose>0 2 0 0 0 0</pose>" + links + "</model></model>"));
+  for (int n = 0; n < 40; ++n) expect_near(place(loaded, "m::n::l" + std::to_string(n)), {0, 2, double(n)});
+}
+
 TEST(Places, PlacementFrame) {
   const LoadedWorld loaded =
       load(world("<model name='m' placement_frame='top'><pose>0 0 10 0 0 0</pose><frame name='top'><pose>0 0 "
