@@ -32,8 +32,9 @@ constexpr double kSettled = 1e-8;
 // An assembly of so many joints has its rows anew in each step; a larger one only if it turns far.
 constexpr std::size_t kJointsAnewMax = 250;
 
-// A row of which less is left by what is held is held itself.
-constexpr double kFree = 1e-9;
+// A row of which less is left by what is held than so many times what rows give way by is held itself: what
+// moves then is a mechanism that jams, as far as its rows give way.
+constexpr double kFree = 10;
 
 // rad, in one tick. What turns farther moves step by step.
 constexpr double kTurnWhole = 0.25;
@@ -228,8 +229,9 @@ void JointAssembly::add_free_rows(const Matrix& masses) {
       free.response = masses * free.row;
       if (is_soft_.size() > 0) free.response -= response_ * free.soft_shares;
       free.mobility = free.row.dot(free.response);
-      if (!(free.mobility > kFree * whole)) continue;
-      free.velocity = row.velocity;
+      if (!(free.mobility > kFree * gives_way_ * whole)) continue;
+      const double return_max = kReturnSpeed * std::sqrt(std::min(free.mobility / whole, 1.0));
+      free.velocity = row.velocity + std::clamp(row.return_velocity, -return_max, return_max);
       free.compliance = row.compliance * parts;
       free.impulse_min = row.impulse_min / parts;
       free.impulse_max = row.impulse_max / parts;

@@ -23,9 +23,6 @@ constexpr double kSpeedGained = 10;
 // The fraction of the way beyond a limit that an axis returns by in a step.
 constexpr double kReturned = 0.3;
 
-// The maximum speed of an axis returning from beyond a limit, which it keeps. rad/s or m/s.
-constexpr double kReturnSpeed = 0.2;
-
 constexpr double kPi = std::numbers::pi;
 
 bool is_angle(JointType type) { return type != JointType::kPrismatic; }
@@ -251,21 +248,15 @@ void AxisRows::limit() {
   const double above = at_.position - at_.axis.lower;
   const double below = at_.axis.upper - at_.position;
   const double reach = (std::abs(rate()) + kSpeedGained) * step_.dt;
-  const auto wanted = [this](double gap) {
-    return gap > 0 ? gap / step_.dt : std::max(kReturned * gap / step_.dt, -kReturnSpeed);
+  const auto add = [this](double gap, double away, double impulse_min, double impulse_max) {
+    JointRow row = motion_;
+    (gap > 0 ? row.velocity : row.return_velocity) = away * (gap > 0 ? 1 : kReturned) * gap / step_.dt;
+    row.impulse_min = impulse_min;
+    row.impulse_max = impulse_max;
+    rows_.push_back(row);
   };
-  if (above < reach) {
-    JointRow row = motion_;
-    row.velocity = -wanted(above);
-    row.impulse_min = 0;
-    rows_.push_back(row);
-  }
-  if (below < reach) {
-    JointRow row = motion_;
-    row.velocity = wanted(below);
-    row.impulse_max = 0;
-    rows_.push_back(row);
-  }
+  if (above < reach) add(above, -1, 0, kUnbounded);
+  if (below < reach) add(below, 1, -kUnbounded, 0);
 }
 
 }  // namespace

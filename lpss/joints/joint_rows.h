@@ -20,6 +20,7 @@ struct JointRow {
   Eigen::Vector3d angular_child = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_parent = Eigen::Vector3d::Zero();
   double velocity = 0;               // m/s or rad/s
+  double return_velocity = 0;        // on top, from beyond a limit: as far as kReturnSpeed allows
   double compliance = 0;             // velocity per impulse: m/s per N s, or rad/s per N m s
   double impulse_min = -kUnbounded;  // N s or N m s
   double impulse_max = kUnbounded;
@@ -28,6 +29,11 @@ struct JointRow {
   bool is_held = false;
   double error = 0;  // for held rows without a compliance: m or rad, by which the bodies are off
 };
+
+// The speed of an axis that returns from beyond a limit, which it keeps: rad/s or m/s. The more moves with
+// the axis, the slower it returns: with the energy that its two bodies alone have at this speed, at most. A
+// mechanism that jams before the limit is reached would otherwise take any effort.
+inline constexpr double kReturnSpeed = 0.2;
 
 // A joint at one time, relative to one origin near both of its bodies.
 struct PosedJoint {
