@@ -1,6 +1,8 @@
 #include "experiments/catalogue.h"
 
 #include "experiments/extremes/extremes.h"
+#include "experiments/joints/joints.h"
+#include "experiments/joints/models.h"
 #include "experiments/paper/distance.h"
 #include "experiments/paper/instances.h"
 #include "experiments/paper/overhead.h"
@@ -24,6 +26,12 @@ const std::vector<Experiment>& all_experiments() {
       {"idle", "What a million sectors cost in which everything sleeps: time and memory.", measure_idle},
       {"instances", "The cost of dividing 128 bodies among up to 128 sectors: time and memory.",
        measure_instances},
+      {"joints",
+       "Joints of every type, chains, loops and drives: gaps, energy, errors, compared with Bullet's own.",
+       measure_joints, /*has_scenes=*/true},
+      {"models",
+       "World files of other projects (TESSERA_WORLDS): which load, hold together and come to rest.",
+       measure_models, /*has_scenes=*/true},
       {"overhead", "The time of a tick by phase, for 128 to 32,768 bodies, compared with plain Bullet.",
        measure_overhead},
       {"performance", "What a core does: piles, towers and a pyramid, compared with plain Bullet.",

@@ -14,7 +14,7 @@ struct ExperimentOptions {
   Precision precision = Precision::kFloat32;
   bool quick = false;
   std::string worlds;  // folder with worlds of other projects; empty: none
-  std::string only;    // of experiments with scenes: those whose "group name" contains this; empty: all
+  std::string only;  // of experiments with scenes: those whose "group name" or file contains this; empty: all
 };
 
 struct Experiment {

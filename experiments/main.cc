@@ -89,7 +89,8 @@ void add_experiment(CLI::App& app, const Experiment& experiment, cli::Action& ac
   add_parsed(command, "--engine", options->precision, cli::parse_precision, "f32 or f64; default: both");
   command.add_flag("--quick", options->quick, "fewer or shorter runs");
   if (experiment.has_scenes)
-    command.add_option("--only", options->only, "only the scenes whose `group name` contains this text");
+    command.add_option("--only", options->only,
+                       "only the scenes whose `group name`, or files whose path, contains this text");
   add_parsed(command, "--json", options->json, cli::parse_output_file, "write all tables to this file");
   add_parsed(command, "--csv", options->csv, cli::parse_output_file,
              "write the rows to this file, other tables to FILE_table next to it");
