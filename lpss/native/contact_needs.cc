@@ -15,6 +15,7 @@ constexpr double kReluctance = 4;                  // to take fewer substeps
 constexpr double kEarth = 9.81;                    // m/s^2
 constexpr double kUsualFall = kEarth / (60 * 60);  // m
 constexpr double kTurnMax = 0.125;                 // rad, in one step
+constexpr double kSwingMax = 1;                    // rad, of the phase of a swing, in one step
 constexpr double kSinkMax = 0.02;                  // of the smallest extent
 constexpr std::size_t kBodySubstepsMax = 16384;    // bodies times substeps, beyond kSubstepsMax
 
@@ -86,10 +87,17 @@ void ContactNeeds::note(ContactNeed& need, double impulse, const ContactScale& s
   }
 }
 
-int ContactNeeds::for_turn(double turn) const {
+int ContactNeeds::for_turn(double turn) const { return for_angle(turn, kTurnMax); }
+
+int ContactNeeds::for_pull(double mass, double lever, double mobility) const {
+  return for_angle(std::sqrt(mass * fall_ * lever * mobility), kSwingMax);
+}
+
+// For an angle in a tick, of which a step may have so much.
+int ContactNeeds::for_angle(double angle, double most) const {
   int substeps = usual_;
   if (!adapts_) return substeps;
-  for (double most = kTurnMax * usual_; turn > most && 2 * substeps <= kSubstepsMax; most *= 2) substeps *= 2;
+  for (most *= usual_; angle > most && 2 * substeps <= kSubstepsMax; most *= 2) substeps *= 2;
   return substeps;
 }
 

@@ -66,9 +66,16 @@ class ContactNeeds {
   // What jointed bodies ask for that turn by this angle in a tick, rad.
   int for_turn(double turn) const;
 
+  // What a jointed body asks for on which `mass` kg hang by a joint `lever` m from its centre: the pull turns
+  // it back to its line like a pendulum, at sqrt(pull lever / inertia). `mobility` is 1 / inertia, 1/(kg
+  // m^2).
+  int for_pull(double mass, double lever, double mobility) const;
+
  private:
   int for_load(double load_ratio) const;
   int for_size(double load_ratio, double extent) const;
+
+  int for_angle(double angle, double most) const;
 
   bool adapts_;
   int usual_;

@@ -64,11 +64,6 @@ void TaskParts::connect(const SolveTask& task) {
 
 void TaskParts::find_steps(const SolveTask& task, const ContactNeeds& needs, double dt) {
   steps_.assign(task.bodies.size(), needs.least());
-  const auto ask = [&](std::size_t body, int wanted) {
-    if (body == Body::kNoPlace) return;
-    int& most = steps_[islands_.find(body)];
-    most = std::max(most, wanted);
-  };
   for (std::size_t i = 0; i < task.contacts.size(); ++i) {
     const WorldPair& contact = task.contacts[i];
     ask(pushed_[i],
@@ -83,6 +78,53 @@ void TaskParts::find_steps(const SolveTask& task, const ContactNeeds& needs, dou
       const std::size_t body = place_of(side);
       if (body != Body::kNoPlace) ask(body, needs.for_turn(double(body_of(side).angular.norm()) * dt));
     }
+  }
+  if (!task.joints.empty()) ask_for_loads(task, needs);
+}
+
+// The island of a body asks for so many.
+void TaskParts::ask(std::size_t body, int steps) {
+  if (body == Body::kNoPlace) return;
+  int& most = steps_[islands_.find(body)];
+  most = std::max(most, steps);
+}
+
+// Takes off what hangs on a single joint, again and again: what is left are loops, and what holds all of it.
+// The order in an island does not depend on others.
+void TaskParts::ask_for_loads(const SolveTask& task, const ContactNeeds& needs) {
+  hanging_.assign(task.bodies.size(), {});
+  for (std::size_t body = 0; body < task.bodies.size(); ++body)
+    hanging_[body].mass = 1 / double(body_of(task.bodies[body]).inverse_mass);
+  for (std::size_t n = 0; n < task.joints.size(); ++n) {
+    for (const WorldBody& side : {task.joints[n].child, task.joints[n].parent}) {
+      const std::size_t body = place_of(side);
+      if (body == Body::kNoPlace) continue;
+      ++hanging_[body].joints;
+      hanging_[body].all ^= n;
+    }
+  }
+  ends_.clear();
+  for (std::size_t body = 0; body < task.bodies.size(); ++body) {
+    if (hanging_[body].joints == 1) ends_.push_back(body);
+  }
+  for (std::size_t n = 0; n < ends_.size(); ++n) {
+    Hanging& end = hanging_[ends_[n]];
+    if (end.joints == 0) continue;  // the last of a tree that nothing holds
+    const TaskJoint& joint = task.joints[end.all];
+    const bool is_child = place_of(joint.child) == ends_[n];
+    const WorldBody& above = is_child ? joint.parent : joint.child;
+    const std::size_t holder = place_of(above);
+    if (holder == Body::kNoPlace) continue;  // the world holds it
+    const Eigen::Vector3d lever =
+        (is_child ? joint.properties->in_parent : joint.properties->in_child).position;
+    const Eigen::Vector3d mobilities = body_of(above).inverse_moments.cast<double>();
+    const double across =
+        mobilities.sum() - mobilities.dot(lever.cwiseAbs2()) / std::max(lever.squaredNorm(), 1e-30);
+    ask(holder, needs.for_pull(end.mass, lever.norm(), across));
+    hanging_[holder].mass += end.mass;
+    hanging_[holder].all ^= end.all;
+    end.joints = 0;
+    if (--hanging_[holder].joints == 1) ends_.push_back(holder);
   }
 }
 

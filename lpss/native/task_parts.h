@@ -26,13 +26,24 @@ class TaskParts {
  private:
   void connect(const SolveTask& task);
   void find_steps(const SolveTask& task, const ContactNeeds& needs, double dt);
+  void ask(std::size_t body, int steps);
+  void ask_for_loads(const SolveTask& task, const ContactNeeds& needs);
   void divide(const SolveTask& task);
+
+  // What is left of a body's joints as the bodies that hang on only one of them are taken off.
+  struct Hanging {
+    int joints = 0;
+    std::size_t all = 0;  // their places, by exclusive or: that of the last one
+    double mass = 0;      // kg, with all that hangs on the body
+  };
 
   // Kept from call to call for their storage.
   DisjointSets islands_;
   std::vector<std::size_t> pushed_;  // by contact: a body that it pushes; Body::kNoPlace if none
   std::vector<int> steps_;           // by the first body of each island
   std::vector<std::size_t> sizes_;   // likewise: its bodies
+  std::vector<Hanging> hanging_;     // by body
+  std::vector<std::size_t> ends_;    // bodies from which only one joint leads on
   std::vector<std::size_t> places_;  // of bodies in their parts
   std::vector<SolveTask> tasks_;
   std::vector<TaskPart> parts_;

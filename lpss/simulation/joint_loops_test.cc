@@ -117,6 +117,25 @@ TEST(Loops, TheMotorTurnsItsCrankForEver) {
   }
 }
 
+// Not a loop, but taut, too: links of 1 kg that swing with a load.
+TEST(Loads, AChainSwingsWithTenThousandTimesTheMassOfALink) {
+  constexpr double kLoad = 1e4;  // kg
+  const Eigen::Vector3d way = Eigen::Vector3d(1, 0, -1).normalized();
+  WorldBuilder builder(settings_of(128));
+  const std::string last = builder.add_chain(10, Eigen::Vector3d::Zero(), way);
+  const Eigen::Vector3d end = 10 * kChainLink * way;
+  builder.add("load", builder.shape(Sphere{0.2}), kLoad, end);
+  builder.tie("hook", JointType::kBall, last, "load", end);
+  const WorldDescription& world = builder.world();
+  auto cluster = cluster_of(world, 1);
+  MechanicsOfWorld mechanics = MechanicsOfWorld::create(world).value();
+  for (int tick = 0; tick < 240; ++tick) {
+    cluster->step();
+    ASSERT_LT(look(*cluster, world, mechanics).gap, 1e-5) << "tick " << tick;
+  }
+  EXPECT_EQ(first_difference(run(world, 1, 1, 60), run(world, 3, 1, 60)), 60u);
+}
+
 // The foot of a robot: a crank and the foot, which a rod keeps parallel. The rod's hinge is a little out of
 // line, so that the loop jams after a few degrees; the limit of the foot asks for more.
 WorldDescription jammed_foot(const WorldSettings& settings) {
