@@ -58,11 +58,11 @@ std::vector<Variant> variants_of(const Mechanism& mechanism, const ExperimentOpt
     WorldSettings fixed = settings;
     fixed.substeps = substeps;
     fixed.adapt = false;
-    add(absl::StrCat("Tessera, substeps: ", substeps), fixed, false);
+    add(absl::StrCat("Tessera with substeps: ", substeps), fixed, false);
   }
   WorldSettings passes = settings;
   passes.solver_iterations = 100;
-  add("plain Bullet, 100 passes", passes, true);
+  add("plain Bullet with 100 passes", passes, true);
   for (const double time_step : {1.0 / 240, 1.0 / 1000}) {
     WorldSettings fine = settings;
     fine.time_step = time_step;
