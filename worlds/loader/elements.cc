@@ -111,7 +111,10 @@ constexpr std::array kUrdf = {
     UrdfElement{"robot", "joint", Use::kRead, "name type"},
     UrdfElement{"robot", "material", Use::kNotSimulated, ""},
     UrdfElement{"robot", "transmission", Use::kNotSimulated, ""},
-    UrdfElement{"robot", "gazebo", Use::kNotSimulated, ""},
+    UrdfElement{"robot", "gazebo", Use::kRead, "reference"},
+    UrdfElement{"gazebo", "mu1", Use::kRead, "value"},
+    UrdfElement{"gazebo", "mu2", Use::kRead, "value"},
+    UrdfElement{"gazebo", "fdir1", Use::kRead, "value"},
     UrdfElement{"robot", "sensor", Use::kNotSimulated, ""},
     UrdfElement{"robot", "ros2_control", Use::kNotSimulated, ""},
     UrdfElement{"robot", "mujoco", Use::kNotSimulated, ""},
@@ -272,18 +275,16 @@ std::vector<std::string> known_in_urdf(absl::string_view parent) {
   return names;
 }
 
-// A <gazebo> holds settings of many kinds: each is named.
 void count_unused(const Element& element, Notices& notices) {
-  if (!xml::is(element, "gazebo")) {
-    notices.count(
-        absl::StrCat("<", element.Name(), "> ", is_no_physics(element) ? "skipped" : "not simulated"));
-    return;
-  }
-  for (const Element* child = element.FirstChildElement(); child != nullptr;
-       child = child->NextSiblingElement()) {
-    notices.count(
-        absl::StrCat("<gazebo><", child->Name(), "> ", is_no_physics(*child) ? "skipped" : "not simulated"));
-  }
+  const Element& parent = *element.Parent()->ToElement();
+  const char* where = xml::is(parent, "gazebo") ? "<gazebo>" : "";
+  notices.count(
+      absl::StrCat(where, "<", element.Name(), "> ", is_no_physics(element) ? "skipped" : "not simulated"));
+}
+
+// Settings of many kinds, none of them unknown. Those that are read are for a link.
+bool is_setting_of_gazebo(const Element& parent, const UrdfElement* known) {
+  return xml::is(parent, "gazebo") && (known == nullptr || parent.Attribute("reference") == nullptr);
 }
 
 void note_attributes(const Element& element, const UrdfElement& known, Notices& notices) {
@@ -303,12 +304,13 @@ void remove_unread_children(Element& parent, Notices& notices) {
     Element& element = *child;
     child = child->NextSiblingElement();
     const UrdfElement* known = find_urdf(parent.Name(), element.Name());
-    if (known != nullptr && known->use == Use::kRead) {
+    const bool is_setting = is_setting_of_gazebo(parent, known);
+    if (known != nullptr && known->use == Use::kRead && !is_setting) {
       note_attributes(element, *known, notices);
       remove_unread_children(element, notices);
       continue;
     }
-    if (known != nullptr || absl::StrContains(element.Name(), ":")) {
+    if (known != nullptr || is_setting || absl::StrContains(element.Name(), ":")) {
       count_unused(element, notices);
     } else {
       count_unknown(element.Name(), parent.Name(), known_in_urdf(parent.Name()), xml::place_of(element),

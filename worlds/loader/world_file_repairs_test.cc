@@ -343,10 +343,12 @@ TEST(NotSimulated, PhysicsByItsOwnNames) {
 TEST(NotSimulated, ExtensionsOfUrdfByTheirOwnNames) {
   const LoadedWorld loaded =
       load(robot(urdf_inertial(1, 1) + "<visual/>", urdf_inertial(1, 1),
-                 "<gazebo reference='tip'><mu1>0.2</mu1><plugin/></gazebo><transmission/>"));
+                 "<gazebo reference='tip'><kp>1e6</kp><plugin/></gazebo><gazebo><mu1>0.2</mu1></gazebo>"
+                 "<transmission/>"));
   EXPECT_THAT(loaded.notices,
-              AllOf(Contains("1 x <gazebo><mu1> not simulated"), Contains("1 x <visual> skipped"),
-                    Contains("1 x <gazebo><plugin> skipped"), Contains("1 x <transmission> not simulated")));
+              AllOf(Contains("1 x <gazebo><kp> not simulated"), Contains("1 x <gazebo><mu1> not simulated"),
+                    Contains("1 x <visual> skipped"), Contains("1 x <gazebo><plugin> skipped"),
+                    Contains("1 x <transmission> not simulated")));
 }
 
 // Messages.

@@ -52,6 +52,25 @@ TEST(Surfaces, FrictionByDirectionTurnsWithItsCollision) {
   expect_near(Eigen::Vector3d(properties.surface->direction.data()), {0, 1, 0}, 1e-9);
 }
 
+TEST(Surfaces, FrictionOfUrdfIsInExtensionsForGazebo) {
+  const std::string link =
+      "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"
+      "<collision><geometry><box size='1 1 1'/></geometry></collision></link>";
+  const LoadedWorld loaded = load(
+      "<robot name='r'><link name='hip'>" + link + "<link name='foot'>" + link +
+      "<joint name='j' type='continuous'><parent link='hip'/><child link='foot'/><origin xyz='0 0 "
+      "2'/></joint>"
+      "<gazebo reference='hip'><mu1>0.4</mu1><mu2>0.4</mu2></gazebo>"
+      "<gazebo reference='foot'><mu1 value='0.6'/><mu2 value='0.2'/><fdir1 value='0 1 0'/></gazebo></robot>");
+  EXPECT_EQ(body_named(loaded, "r::hip").properties.friction, 0.4);
+  const BodyProperties foot = body_named(loaded, "r::foot").properties;
+  EXPECT_EQ(foot.friction, 0.6);
+  ASSERT_TRUE(foot.surface.has_value());
+  EXPECT_EQ(foot.surface->second_friction, 0.2);
+  expect_near(Eigen::Vector3d(foot.surface->direction.data()), {0, 1, 0}, 1e-9);
+  EXPECT_THAT(loaded.notices, ElementsAre("1 joint (1 revolute) simulated"));
+}
+
 TEST(Surfaces, ASecondCoefficientWithoutADirectionIsNamed) {
   const LoadedWorld loaded =
       load(world(model("m", "", with_surface("<friction><ode><mu>0.6</mu><mu2>0.2</mu2></ode></friction>"))));
