@@ -30,9 +30,10 @@ absl::StatusOr<WorldDescription> world_of(const SimulateOptions& options) {
 
 std::string told(const absl::StatusOr<ScenarioReport>& report) {
   if (!report.ok()) return absl::StrCat("WRONG: ", report.status().message());
-  if (!report->failure.empty())
-    return absl::StrCat("the same bits up to tick ", report->tick, ", then: ", report->failure);
-  return absl::StrCat(report->hash, "  the same bits");
+  std::string text = absl::StrCat(report->hash, "  the same bits");
+  if (report->recoveries > 0)
+    absl::StrAppend(&text, ", went on from a checkpoint ", report->recoveries, " times");
+  return text;
 }
 
 nlohmann::json row_of(const Scenario& scenario, const absl::StatusOr<ScenarioReport>& report) {
@@ -42,10 +43,9 @@ nlohmann::json row_of(const Scenario& scenario, const absl::StatusOr<ScenarioRep
                         {"world_hash", nlohmann::json()}, {"same", report.ok()}};
   if (!report.ok()) {
     row["error"] = std::string(report.status().message());
-  } else if (report->failure.empty()) {
-    row["world_hash"] = report->hash;
   } else {
-    row["failure"] = report->failure;
+    row["world_hash"] = report->hash;
+    row["recoveries"] = report->recoveries;
   }
   return row;
 }
@@ -111,10 +111,12 @@ void add_simulate_command(CLI::App& app, Action& action) {
   command
       .add_option("--cuts", scenario.cuts,
                   "links between two processes that are cut for a while, and heal; one in four outlasts the\n"
-                  "time-outs, which ends the world where the coordinator is cut off from a server")
+                  "time-outs, so that the coordinator gives the server up, and the world goes on elsewhere")
       ->check(CLI::Range(0, 10'000))
       ->capture_default_str();
-  command.add_option("--crashes", scenario.crashes, "servers that end without a word, which ends the world")
+  command
+      .add_option("--crashes", scenario.crashes,
+                  "servers that end without a word; each time, another one joins some seconds later")
       ->check(CLI::Range(0, 64))
       ->capture_default_str();
   add_override_options(command, options->overrides);

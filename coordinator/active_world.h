@@ -2,13 +2,16 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "coordinator/checkpoints.h"
 #include "coordinator/queries.h"
 #include "coordinator/sequencer.h"
 #include "coordinator/tick_statistics.h"
@@ -20,7 +23,8 @@
 namespace tessera {
 
 struct ActiveWorld {
-  std::uint64_t number = 0;
+  std::uint64_t load = 0;    // counts loads and restores of clients
+  std::uint64_t number = 0;  // of the message by which its servers got it: other ones when it is set back
   std::string name;
   WorldSettings settings;
   SectorIndex anchor;
@@ -33,12 +37,30 @@ struct ActiveWorld {
   TickStatistics statistics;
   RealTimeMeter meter;
 
-  // While it is being loaded: the servers (by rank) that are not ready yet, and the call that waits for them.
+  // Which servers (by rank) have it, and the call that waits for the first time that all do.
   std::vector<bool> ready;
   std::function<void(const absl::Status&, const v1::LoadReply&)> load_reply;
   bool replaced_another = false;
 
+  // Where it can be set back to; empty if it ends with any of its servers.
+  std::optional<Checkpoints> checkpoints;
+  std::optional<Checkpoint> fresh_checkpoint;  // that has just come
+  bool awaits_checkpoint = false;
+  std::chrono::nanoseconds next_checkpoint{};  // the time
+  std::uint64_t recoveries = 0;
+  Tick last_loss = 0;  // completed when a server was lost
+  std::uint32_t losses_in_place = 0;
+
   bool loading() const { return static_cast<bool>(load_reply); }
+  // Whether all servers have it.
+  bool hosted() const {
+    return !ready.empty() && std::find(ready.begin(), ready.end(), false) == ready.end();
+  }
+  bool recovering() const { return !loading() && (!hosted() || sequencer.replaying()); }
+  // The shapes at the end of the last tick that is certain: those of commands that are held follow.
+  std::span<const Shape> certain_shapes() const {
+    return registry.shapes().first(registry.shapes().size() - sequencer.held_shapes());
+  }
 
   // The rank of a server in this world, if it takes part.
   std::optional<std::size_t> rank_of(NodeId node) const {

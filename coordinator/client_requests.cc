@@ -129,18 +129,15 @@ void Coordinator::Impl::on(Call<v1::SnapshotRequest, SnapshotChunks>& call, Nano
   if (absl::Status status = world.queries.room(); !status.ok()) return call.reply(status, {});
   WorldCatalogue catalogue = world.registry.catalogue();
   catalogue.name = world.name;
-  std::size_t held_shapes = 0;
-  const std::span<const Shape> shapes = world.registry.shapes();
-  std::vector<Sequencer::Held> held = world.sequencer.held();
-  for (const Sequencer::Held& batch : held) held_shapes += batch.new_shapes.size();
-  auto next = shapes.end() - static_cast<std::ptrdiff_t>(held_shapes);
-  for (Sequencer::Held& batch : held) {
+  const std::span<const Shape> shapes = world.certain_shapes();
+  auto next = shapes.end();
+  for (Sequencer::Held& batch : world.sequencer.held()) {
     const auto end = next + static_cast<std::ptrdiff_t>(batch.new_shapes.size());
     catalogue.held.push_back({std::move(batch.commands), {next, end}});
     next = end;
   }
-  SnapshotChunks chunks = head_chunks(catalogue, world.settings, world.anchor, world.sequencer.granted(),
-                                      shapes.first(shapes.size() - held_shapes));
+  SnapshotChunks chunks =
+      head_chunks(catalogue, world.settings, world.anchor, world.sequencer.certain(), shapes);
   world.sequencer.ask_first(world.queries.snapshot(
       [chunks = std::move(chunks), reply = std::move(call.reply)](
           const absl::Status& status, std::vector<v1::SnapshotChunk> of_servers) mutable {

@@ -12,7 +12,10 @@
 namespace tessera {
 
 Coordinator::Impl::Impl(const CoordinatorOptions& options)
-    : options_(options), members_(options.server_timeout) {}
+    : options_(options),
+      members_(options.server_timeout,
+               options.checkpoint_every > Nanoseconds::zero() ? options.contact_timeout : kStallMax),
+      worlds_(options.worlds_before) {}
 
 v1::ClusterMessage& Coordinator::Impl::send(NodeId to) {
   return outbox_.emplace_back(OutgoingMessage{to, {}}).message;
@@ -45,7 +48,8 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
 
 // Sends all grants that are due, and updates the real-time factor.
 void Coordinator::Impl::flush(Nanoseconds now) {
-  if (!world_ || world_->loading()) {
+  if (world_ && !world_->loading()) tend_checkpoints(now);
+  if (!world_ || world_->loading() || !world_->hosted()) {
     was_moving_ = false;
     return;
   }
@@ -57,7 +61,7 @@ void Coordinator::Impl::flush(Nanoseconds now) {
     send_to_world(message);
   }
   world_->meter.progress(sequencer.completed(), now);
-  const bool moving = !sequencer.paused() || sequencer.completed() < sequencer.granted();
+  const bool moving = !sequencer.paused() || sequencer.completed() < sequencer.certain();
   if (!moving) world_->meter.stop(sequencer.completed(), now);
   was_moving_ = moving;
 }
@@ -117,18 +121,21 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
   log(absl::StrCat(title_of(server), " joined, precision ", name_of(server.precision), ", ", server.threads,
                    " threads"));
   try_start();
+  if (world_ && !world_->loading() && world_->nodes.empty()) recover();
 }
 
-// The server was given up, or belongs to a coordinator that is gone: it must not continue on its own.
+// The server was given up, or belongs to a coordinator that is gone: it must not continue on its own, and may
+// join as if it were new.
 void Coordinator::Impl::on_stranger(NodeId from) {
   if (strangers_.size() >= kStrangersMax || !strangers_.insert(from).second) return;
-  send(from).mutable_refusal()->set_reason(
-      "the server is not, or is no longer, part of this coordinator's cluster");
+  v1::Refusal& refusal = *send(from).mutable_refusal();
+  refusal.set_reason("the server is not, or is no longer, part of this coordinator's cluster");
+  refusal.set_may_rejoin(true);
 }
 
 void Coordinator::Impl::on_loaded(NodeId from, const v1::Loaded& loaded, Nanoseconds now) {
   Server& server = *members_.find(from);
-  const std::optional<std::size_t> rank = world_ && world_->loading() ? world_->rank_of(from) : std::nullopt;
+  const std::optional<std::size_t> rank = world_ && !world_->hosted() ? world_->rank_of(from) : std::nullopt;
   if (rank && loaded.world() != world_->number) return;  // this server has yet to load the next world
   server.patience = members_.timeout();
   if (!rank) return;
@@ -138,7 +145,12 @@ void Coordinator::Impl::on_loaded(NodeId from, const v1::Loaded& loaded, Nanosec
     return;
   }
   world_->ready[*rank] = true;
-  if (std::find(world_->ready.begin(), world_->ready.end(), false) == world_->ready.end()) finish_load();
+  if (!world_->hosted()) return;
+  if (world_->loading()) {
+    finish_load();
+  } else {
+    go_on_again();
+  }
 }
 
 void Coordinator::Impl::on_report(Server& server, const v1::Report& report, Nanoseconds now) {
@@ -193,9 +205,14 @@ void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds no
   log(failure, Severity::kWarning);
   members_.remove(node);
   if (world_ && world_->rank_of(node)) {
-    fail_world(absl::StrCat(failure, "; the world cannot go on without it"), absl::StatusCode::kUnavailable,
-               now);
+    if (may_recover()) {
+      recover();
+    } else {
+      fail_world(absl::StrCat(failure, "; the world cannot go on without it"), absl::StatusCode::kUnavailable,
+                 now);
+    }
   }
+  answer_drains();
   flush(now);
 }
 
@@ -220,7 +237,11 @@ std::optional<Nanoseconds> Coordinator::Impl::next_deadline() const {
     if (deadline && (!earliest || *deadline < *earliest)) earliest = deadline;
   };
   if (waiting_load_) consider(waiting_load_->deadline);
-  if (world_ && !world_->loading()) consider(world_->sequencer.next_due());
+  if (world_ && !world_->loading()) {
+    if (world_->hosted()) consider(world_->sequencer.next_due());
+    const bool is_moving = !world_->recovering() && !world_->sequencer.paused();
+    if (world_->checkpoints && is_moving && !world_->awaits_checkpoint) consider(world_->next_checkpoint);
+  }
   return earliest;
 }
 

@@ -61,7 +61,7 @@ using ClientRequest = std::variant<
     ClientCall<v1::StatusRequest, v1::StatusReply>, ClientCall<v1::HashRequest, v1::HashReply>,
     ClientCall<v1::RaycastRequest, v1::RaycastReply>, ClientCall<v1::NearRequest, v1::NearReply>,
     ClientCall<v1::FindBodiesRequest, v1::FindBodiesReply>,
-    ClientCall<v1::ListFramesRequest, v1::ListFramesReply>,
+    ClientCall<v1::ListFramesRequest, v1::ListFramesReply>, ClientCall<v1::DrainRequest, v1::DrainReply>,
     ClientCall<v1::ShutdownRequest, v1::ShutdownReply>>;
 
 struct OutgoingMessage {
@@ -74,10 +74,18 @@ using InputSink = std::function<void(const v1::RecordedInput&)>;
 
 struct CoordinatorOptions {
   std::uint32_t servers_wanted = 0;  // a world is loaded on this many of its precision; 0: on all
-  // Silence after which a server counts as lost. A server that stalls for less time loses nothing.
+  // Silence after which a server counts as lost, and, once the transport has lost contact with it, how long
+  // it may take to come back. A server that stalls for less time loses nothing.
   Nanoseconds server_timeout = std::chrono::seconds(10);
+  Nanoseconds contact_timeout = std::chrono::seconds(1);
+  // How often a running world's state is taken down, so that it survives the loss of servers; 0: never, and a
+  // world ends with any of its servers, which may then be out of contact for server_timeout.
+  Nanoseconds checkpoint_every{0};
   Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for the servers it needs
   std::uint32_t grant_window = 32;                      // ticks granted ahead of the slowest server
+  // The numbers of worlds that an earlier coordinator of the cluster gave: servers ignore what is older than
+  // what they have.
+  std::uint64_t worlds_before = 0;
   InputSink inputs;  // empty: inputs are not reported and ticks are not hashed
   LogSink log;       // events for the operator; may be empty
 };

@@ -1,6 +1,6 @@
 // The implementation of the coordinator, over several files: coordinator.cc (messages and servers),
-// loading.cc (loading and unloading worlds), client_requests.cc (all other requests of clients), status.cc
-// (status replies).
+// loading.cc (loading and unloading worlds), recovery.cc (what keeps a world alive when servers come and go),
+// client_requests.cc (all other requests of clients), status.cc (status replies).
 #pragma once
 
 #include <absl/container/flat_hash_set.h>
@@ -44,6 +44,12 @@ class Coordinator::Impl {
     Nanoseconds deadline{};
   };
 
+  // A server that hosts nothing once the world has moved on, and who waits for that.
+  struct Drain {
+    NodeId node;
+    std::function<void(const absl::Status&, const v1::DrainReply&)> reply;
+  };
+
   // coordinator.cc
   v1::ClusterMessage& send(NodeId to);
   void send_to_world(const v1::ClusterMessage& message);
@@ -64,12 +70,25 @@ class Coordinator::Impl {
   void on(Call<v1::UnloadRequest, v1::UnloadReply>& call, Nanoseconds now);
   absl::Status may_load(bool replace) const;
   void try_start();
+  std::vector<NodeId> chosen_nodes(Precision precision) const;
   void start(WaitingLoad load, const std::vector<NodeId>& nodes);
+  void send_loads(Placement placement, Tick tick);
   void give_up_waiting(const absl::Status& status);
   void finish_load();
   void close_world(const absl::Status& status, const std::vector<NodeId>& staying);
   void fail_world(const std::string& failure, absl::StatusCode code, Nanoseconds now);
   std::string missing_servers(const WaitingLoad& load) const;
+
+  // recovery.cc
+  bool survives_losses() const { return options_.checkpoint_every > Nanoseconds::zero(); }
+  void tend_checkpoints(Nanoseconds now);
+  void ask_for_checkpoint();
+  bool may_recover();
+  void recover();
+  void go_on_again();
+  bool wants_to_move() const;
+  void answer_drains();
+  void on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanoseconds now);
 
   // client_requests.cc
   absl::StatusOr<ActiveWorld*> live_world() const;
@@ -102,7 +121,9 @@ class Coordinator::Impl {
   std::unique_ptr<ActiveWorld> world_;
   std::optional<WaitingLoad> waiting_load_;
   std::optional<v1::StatusReply> failed_;  // the last status of a world that failed
-  std::uint64_t worlds_ = 0;
+  std::uint64_t loads_ = 0;
+  std::uint64_t worlds_ = 0;  // sent to servers: loads, and worlds that were set back
+  std::vector<Drain> drains_;
   bool was_moving_ = false;
   bool finished_ = false;
   std::vector<OutgoingMessage> outbox_;

@@ -10,6 +10,7 @@ namespace tessera {
 // Commands and shapes that wait for a tick, queries that wait for servers, and calls that wait for the world
 // to pause. Beyond these limits, clients get RESOURCE_EXHAUSTED.
 inline constexpr std::size_t kHeldCommandsMax = 262'144;
+inline constexpr std::size_t kPastCommandsMax = 1'048'576;  // since the last checkpoint
 inline constexpr std::size_t kHeldShapeBytesMax = std::size_t{1} << 30;
 inline constexpr std::size_t kOpenQueriesMax = 4096;
 inline constexpr std::size_t kWaitingCallsMax = 4096;
@@ -29,8 +30,11 @@ inline constexpr std::size_t kLoadMessageBytesMax = (std::size_t{1} << 31) - (st
 
 // A server may be silent for longer while it loads a world than while it runs one.
 inline constexpr std::chrono::minutes kLoadSilenceMax{10};
-// The transport sees whether such a server is alive; if not, it has this long to come back.
+// The transport sees whether such a server is alive; if not, it has this long to come back where the world
+// ends with it.
 inline constexpr std::chrono::minutes kStallMax{1};
+// A world that loses a server so often without a tick in between has failed.
+inline constexpr std::uint32_t kLossesInPlaceMax = 16;
 inline constexpr std::chrono::milliseconds kHeartbeatMax{1000};
 // A coordinator that is this late has stalled itself. The silence of servers then means nothing, and they get
 // the full time again.

@@ -109,14 +109,18 @@ std::string Coordinator::Impl::missing_servers(const WaitingLoad& load) const {
 // Starts the waiting load if the servers that it needs have joined.
 void Coordinator::Impl::try_start() {
   if (!waiting_load_) return;
-  std::vector<NodeId> nodes = members_.nodes_of(waiting_load_->world.settings().precision);
+  const std::vector<NodeId> nodes = chosen_nodes(waiting_load_->world.settings().precision);
   if (nodes.size() < std::max<std::size_t>(options_.servers_wanted, 1)) return;
-  if (options_.servers_wanted > 0) nodes.resize(options_.servers_wanted);
-  WaitingLoad load = *std::exchange(waiting_load_, std::nullopt);
-  for (const NodeId node : nodes) {
-    members_.find(node)->patience = std::max<Nanoseconds>(members_.timeout(), kLoadSilenceMax);
+  start(*std::exchange(waiting_load_, std::nullopt), nodes);
+}
+
+// The servers that a world is to have, as far as they are there.
+std::vector<NodeId> Coordinator::Impl::chosen_nodes(Precision precision) const {
+  std::vector<NodeId> nodes = members_.nodes_of(precision);
+  if (options_.servers_wanted > 0 && nodes.size() > options_.servers_wanted) {
+    nodes.resize(options_.servers_wanted);
   }
-  start(std::move(load), nodes);
+  return nodes;
 }
 
 void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes) {
@@ -136,7 +140,10 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
   const SectorIndex anchor = load.world.anchor();
   const Tick tick = load.world.tick();
   std::vector<Sequencer::Held> held = held_of(load.world);
+  std::optional<Checkpoints> checkpoints;
+  if (survives_losses()) checkpoints.emplace(load.world);
   world_ = std::make_unique<ActiveWorld>(ActiveWorld{
+      .load = ++loads_,
       .number = number,
       .name = std::move(name),
       .settings = settings,
@@ -145,24 +152,33 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
       .sectors = placement->sectors,
       .nodes = nodes,
       .registry = registry_of(std::move(load.world)),
-      .sequencer = Sequencer({number, nodes.size(), settings.time_step, options_.grant_window, tick}),
+      .sequencer = Sequencer({number, nodes.size(), settings.time_step, options_.grant_window, tick,
+                              /*keeps_past=*/survives_losses()}),
       .queries = Queries(nodes.size()),
       .statistics = TickStatistics(nodes.size()),
       .ready = std::vector<bool>(nodes.size()),
       .load_reply = std::move(load.reply),
       .replaced_another = replaces,
+      .checkpoints = std::move(checkpoints),
   });
   world_->sequencer.hold(std::move(held));
-  for (std::size_t rank = 0; rank < nodes.size(); ++rank) {
-    Server& server = *members_.find(nodes[rank]);
-    server.bodies = server.exchange_bytes = 0;
-    server.tick = tick;
-    v1::LoadWorld& message = *send(nodes[rank]).mutable_load_world();
-    message = std::move(placement->loads[rank]);
-    message.set_hash_ticks(static_cast<bool>(options_.inputs));
-  }
+  send_loads(*std::move(placement), tick);
   log(absl::StrCat("loading the world '", world_->name, "': ", world_->registry.body_count(), " bodies on ",
                    nodes.size(), " servers"));
+}
+
+// Sends the servers of the world what they host of it, at the end of `tick`.
+void Coordinator::Impl::send_loads(Placement placement, Tick tick) {
+  for (std::size_t rank = 0; rank < world_->nodes.size(); ++rank) {
+    Server& server = *members_.find(world_->nodes[rank]);
+    server.patience = std::max<Nanoseconds>(members_.timeout(), kLoadSilenceMax);
+    server.bodies = server.exchange_bytes = 0;
+    server.tick = tick;
+    v1::LoadWorld& message = *send(server.node).mutable_load_world();
+    message = std::move(placement.loads[rank]);
+    message.set_load(world_->load);
+    message.set_hash_ticks(static_cast<bool>(options_.inputs));
+  }
 }
 
 void Coordinator::Impl::give_up_waiting(const absl::Status& status) {
@@ -189,6 +205,7 @@ void Coordinator::Impl::close_world(const absl::Status& status, const std::vecto
   if (world->load_reply) std::exchange(world->load_reply, {})(status, {});
   world->sequencer.abandon(status);
   world->queries.abandon(status);
+  answer_drains();
   for (const NodeId node : world->nodes) {
     if (std::find(staying.begin(), staying.end(), node) != staying.end()) continue;
     if (members_.find(node) != nullptr) send(node).mutable_unload_world()->set_world(world->number);

@@ -167,6 +167,8 @@ int run(CoordinatorArguments& arguments) {
     recording = *std::move(writer);
     arguments.coordinator.inputs = [&recording](const v1::RecordedInput& input) { record(input, recording); };
   }
+  arguments.coordinator.worlds_before = static_cast<std::uint64_t>(
+      std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1));
   Coordinator coordinator(arguments.coordinator);
   Pulse pulse;
   const absl::StatusOr<std::unique_ptr<Monitor>> monitor = open_monitor(arguments, queue, coordinator, pulse);

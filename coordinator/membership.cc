@@ -14,7 +14,7 @@ namespace tessera {
 
 std::chrono::nanoseconds Server::deadline() const {
   const std::chrono::nanoseconds own = last_heard + patience;
-  return suspect_since ? std::min<std::chrono::nanoseconds>(own, *suspect_since + kStallMax) : own;
+  return suspect_since ? std::min(own, *suspect_since + contact_patience) : own;
 }
 
 absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds now) {
@@ -51,6 +51,7 @@ absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds 
   server.stream_address = hello.stream_address();
   server.last_heard = now;
   server.patience = timeout_;
+  server.contact_patience = contact_timeout_;
   return absl::OkStatus();
 }
 
@@ -67,7 +68,7 @@ void Membership::remove(NodeId node) {
 std::vector<NodeId> Membership::nodes_of(Precision precision) const {
   std::vector<NodeId> nodes;
   for (const Server& server : servers_) {
-    if (server.precision == precision) nodes.push_back(server.node);
+    if (server.precision == precision && !server.drained) nodes.push_back(server.node);
   }
   return nodes;
 }
@@ -75,7 +76,8 @@ std::vector<NodeId> Membership::nodes_of(Precision precision) const {
 void Membership::spare_until(Nanoseconds time) {
   for (Server& server : servers_) {
     server.last_heard = std::max(server.last_heard, time - server.patience);
-    if (server.suspect_since) server.suspect_since = std::max(*server.suspect_since, time - kStallMax);
+    if (server.suspect_since)
+      server.suspect_since = std::max(*server.suspect_since, time - server.contact_patience);
   }
 }
 

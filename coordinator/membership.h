@@ -22,7 +22,9 @@ struct Server {
   std::uint32_t threads = 0;
   std::string stream_address;
   std::chrono::nanoseconds last_heard{};
-  std::chrono::nanoseconds patience{};  // how long it may be silent
+  std::chrono::nanoseconds patience{};          // how long it may be silent
+  std::chrono::nanoseconds contact_patience{};  // how long it may be out of contact
+  bool drained = false;                         // is to host nothing
   // When the transport lost contact; none while the server responds.
   std::optional<std::chrono::nanoseconds> suspect_since;
 
@@ -39,7 +41,9 @@ class Membership {
  public:
   using Nanoseconds = std::chrono::nanoseconds;
 
-  explicit Membership(Nanoseconds timeout) : timeout_(timeout) {}
+  // A server is lost after `timeout` of silence, or `contact_timeout` after the transport has lost contact.
+  Membership(Nanoseconds timeout, Nanoseconds contact_timeout)
+      : timeout_(timeout), contact_timeout_(contact_timeout) {}
 
   // Lets a server join; a member may say hello again. FAILED_PRECONDITION, with its value and ours, for
   // another protocol, layout or arithmetic; INVALID_ARGUMENT for an invalid hello; RESOURCE_EXHAUSTED beyond
@@ -53,7 +57,7 @@ class Membership {
 
   // In the order in which they joined.
   const std::vector<Server>& servers() const { return servers_; }
-  std::vector<NodeId> nodes_of(Precision precision) const;
+  std::vector<NodeId> nodes_of(Precision precision) const;  // without drained ones
 
   // Gives every server at least until `time`.
   void spare_until(Nanoseconds time);
@@ -66,6 +70,7 @@ class Membership {
 
  private:
   Nanoseconds timeout_;
+  Nanoseconds contact_timeout_;
   std::vector<Server> servers_;
 };
 

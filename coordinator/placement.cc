@@ -58,12 +58,12 @@ std::span<const Shape> shapes_of(const WorldToLoad& world) {
 }
 
 // Divides sectors with so much to do.
-Placement divided(std::uint64_t number, const WorldToLoad& world,
+Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
                   std::vector<std::pair<SectorIndex, double>> load, std::span<const NodeId> nodes) {
   Placement placement;
   placement.sectors = load.size();
   placement.map = SectorMap::balanced(world.anchor(), std::move(load),
-                                      static_cast<std::uint32_t>(nodes.size()), /*epoch=*/1);
+                                      static_cast<std::uint32_t>(nodes.size()), map_epoch);
   v1::LoadWorld common;
   common.set_world(number);
   *common.mutable_settings() = to_proto(world.settings());
@@ -82,9 +82,9 @@ absl::Status room_for(std::size_t bytes) {
                                                    " bytes, and may have at most ", kLoadMessageBytesMax));
 }
 
-absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world,
+absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
                                 const WorldToLoad::Described& described, std::span<const NodeId> nodes) {
-  Placement placement = divided(number, world, load_of(described.records), nodes);
+  Placement placement = divided(number, map_epoch, world, load_of(described.records), nodes);
   const double radius = largest_radius(described.world, described.records);
   const std::string joints = pack(std::span<const JointRecord>(described.joints));
   std::vector<std::string> records = records_by_rank(described.records, placement.map);
@@ -99,9 +99,9 @@ absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world,
   return placement;
 }
 
-absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, const ReadSnapshot& snapshot,
-                                std::span<const NodeId> nodes) {
-  Placement placement = divided(number, world, load_of(snapshot.world), nodes);
+absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
+                                const ReadSnapshot& snapshot, std::span<const NodeId> nodes) {
+  Placement placement = divided(number, map_epoch, world, load_of(snapshot.world), nodes);
   std::vector<std::vector<MovedSector>> sectors(nodes.size());
   for (const MovedSector& sector : snapshot.world.sectors) {
     sectors[placement.map.owner(sector.sector)].push_back(sector);
@@ -143,9 +143,10 @@ Tick WorldToLoad::tick() const {
   return snapshot == nullptr ? 0 : snapshot->world.tick;
 }
 
-absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world,
-                                std::span<const NodeId> nodes) {
-  return std::visit([&](const auto& from) { return place(number, world, from, nodes); }, world.from);
+absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
+                                std::uint64_t map_epoch) {
+  return std::visit([&](const auto& from) { return place(number, map_epoch, world, from, nodes); },
+                    world.from);
 }
 
 }  // namespace tessera

@@ -42,7 +42,7 @@ struct Placement {
 
 // Divides the world into runs of equal weight along the curve, one per node; a sector weighs 1, and each
 // movable body 1. RESOURCE_EXHAUSTED if a server's part does not fit into a message of kLoadMessageBytesMax.
-absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world,
-                                std::span<const NodeId> nodes);
+absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
+                                std::uint64_t map_epoch = 1);
 
 }  // namespace tessera

@@ -15,35 +15,55 @@ absl::Status Queries::room() const {
       absl::StrCat(open_.size(), " queries are open already, which is the maximum"));
 }
 
-v1::Query Queries::open(Question question) {
-  v1::Query query;
+v1::Query Queries::open(Question question, v1::Query query) {
   query.set_id(++last_id_);
-  open_.emplace(last_id_, Open{std::move(question), std::vector<bool>(servers_), servers_});
+  open_.emplace(last_id_, Open{std::move(question), query, std::vector<bool>(servers_), servers_});
   return query;
 }
 
 v1::Query Queries::hash(HashReply reply) {
-  v1::Query query = open(Hash{std::move(reply), {}});
+  v1::Query query;
   query.mutable_hash();
-  return query;
+  return open(Hash{std::move(reply), {}}, std::move(query));
 }
 
 v1::Query Queries::ray(v1::RayQuery ray, RayReply reply) {
-  v1::Query query = open(Ray{std::move(reply), {}});
+  v1::Query query;
   *query.mutable_ray() = std::move(ray);
-  return query;
+  return open(Ray{std::move(reply), {}}, std::move(query));
 }
 
 v1::Query Queries::near(v1::NearQuery near, NearReply reply) {
-  v1::Query query = open(Near{std::move(reply), {}});
+  v1::Query query;
   *query.mutable_near() = std::move(near);
-  return query;
+  return open(Near{std::move(reply), {}}, std::move(query));
 }
 
 v1::Query Queries::snapshot(SnapshotReply reply) {
-  v1::Query query = open(Snapshot{std::move(reply), std::vector<std::vector<v1::SnapshotChunk>>(servers_)});
+  v1::Query query;
   query.mutable_snapshot();
-  return query;
+  return open(Snapshot{std::move(reply), std::vector<std::vector<v1::SnapshotChunk>>(servers_),
+                       std::vector<std::uint32_t>(servers_)},
+              std::move(query));
+}
+
+std::vector<v1::Query> Queries::restart(std::size_t servers, const absl::Status& status) {
+  servers_ = servers;
+  std::vector<v1::Query> again;
+  for (auto& [id, open] : std::exchange(open_, {})) {
+    if (std::holds_alternative<Snapshot>(open.question)) {
+      reply(status, 0, open.question);
+      continue;
+    }
+    if (auto* hash = std::get_if<Hash>(&open.question)) hash->sum = {};
+    if (auto* ray = std::get_if<Ray>(&open.question)) ray->nearest = {};
+    if (auto* near = std::get_if<Near>(&open.question)) near->result = {};
+    again.push_back(open.query);
+    open.answered.assign(servers, false);
+    open.missing = servers;
+    open_.emplace(id, std::move(open));
+  }
+  return again;
 }
 
 absl::Status Queries::answer(std::size_t rank, const v1::Answer& answer) {
@@ -54,7 +74,7 @@ absl::Status Queries::answer(std::size_t rank, const v1::Answer& answer) {
   Open& open = found->second;
   if (auto* snapshot = std::get_if<Snapshot>(&open.question)) {
     add(*snapshot, rank, answer);
-    if (answer.more()) return absl::OkStatus();
+    if (++snapshot->parts[rank] < answer.parts()) return absl::OkStatus();
   } else if (auto* hash = std::get_if<Hash>(&open.question)) {
     add(*hash, answer);
   } else if (auto* ray = std::get_if<Ray>(&open.question)) {
@@ -114,6 +134,8 @@ void Queries::reply(const absl::Status& status, Tick tick, Question& question) {
     for (std::vector<v1::SnapshotChunk>& chunks : snapshot.chunks) {
       std::move(chunks.begin(), chunks.end(), std::back_inserter(all));
     }
+    // Answers may overtake each other, and what all sectors share comes before them.
+    std::stable_partition(all.begin(), all.end(), [](const auto& chunk) { return chunk.has_shared(); });
     snapshot.reply(status, std::move(all));
   }
 }

@@ -46,6 +46,10 @@ class Queries {
   // INTERNAL for an answer to a question that was not asked, or that this server has answered before.
   absl::Status answer(std::size_t rank, const v1::Answer& answer);
 
+  // The world goes on, set back, on so many servers: all questions are to be asked again, and snapshots are
+  // refused with `status`, since their tick may be over.
+  std::vector<v1::Query> restart(std::size_t servers, const absl::Status& status);
+
   // Answers all waiting calls.
   void abandon(const absl::Status& status);
 
@@ -65,15 +69,17 @@ class Queries {
   struct Snapshot {
     SnapshotReply reply;
     std::vector<std::vector<v1::SnapshotChunk>> chunks;  // by rank
+    std::vector<std::uint32_t> parts;                    // that have come, by rank
   };
   using Question = std::variant<Hash, Ray, Near, Snapshot>;
   struct Open {
     Question question;
+    v1::Query query;             // as asked
     std::vector<bool> answered;  // by rank
     std::size_t missing = 0;
   };
 
-  v1::Query open(Question question);
+  v1::Query open(Question question, v1::Query query);
   static void add(Hash& hash, const v1::Answer& answer);
   static void add(Ray& ray, const v1::Answer& answer);
   static void add(Near& near, const v1::Answer& answer);

@@ -33,7 +33,9 @@ Sequencer::Sequencer(const Options& options)
     : options_(options),
       chunk_(std::max<std::uint64_t>(options.grant_window / kChunksPerWindow, 1)),
       granted_(options.tick),
+      certain_(options.tick),
       completed_(options.tick),
+      reached_(options.tick),
       completed_by_(options.servers, options.tick) {
   options_.grant_window = std::max<std::uint32_t>(options.grant_window, 1);
 }
@@ -42,6 +44,10 @@ absl::Status Sequencer::room_for_command(std::size_t shape_bytes) const {
   if (held_commands_ >= kHeldCommandsMax) {
     return absl::ResourceExhaustedError(
         absl::StrCat(held_commands_, " commands wait for a tick already, which is the maximum"));
+  }
+  if (past_commands_ >= kPastCommandsMax) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        past_commands_, " commands came since the last checkpoint already, which is the maximum"));
   }
   if (held_shape_bytes_ + shape_bytes > kHeldShapeBytesMax) {
     return absl::ResourceExhaustedError(
@@ -57,6 +63,25 @@ absl::Status Sequencer::room_for_query() const {
       absl::StrCat(queries_.size(), " queries wait already, which is the maximum"));
 }
 
+void Sequencer::rewind(std::uint64_t world, std::size_t servers, Tick tick) {
+  options_.world = world;
+  serial_ = 0;
+  granted_ = completed_ = tick;
+  completed_by_.assign(servers, tick);
+  for (auto again = past_.upper_bound(tick); again != past_.end(); again = past_.erase(again)) {
+    past_commands_ -= again->second.commands.size();
+    held_commands_ += again->second.commands.size();
+    for (const v1::Shape& shape : again->second.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
+    batches_.insert(std::move(*again));
+  }
+}
+
+void Sequencer::forget_past(Tick tick) {
+  const auto end = past_.upper_bound(tick);
+  for (auto old = past_.begin(); old != end; ++old) past_commands_ -= old->second.commands.size();
+  past_.erase(past_.begin(), end);
+}
+
 // A teleported body has no home until the end of that tick's exchange. Later commands for it or for joints,
 // and all commands after them, go to the next tick.
 void Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Reply reply) {
@@ -64,8 +89,11 @@ void Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Repl
   const auto must_wait = [&body](const Batch& batch) {
     return body ? batch.teleported.contains(*body) : !batch.teleported.empty();
   };
-  if (batches_.empty() || must_wait(batches_.back())) batches_.emplace_back();
-  Batch& batch = batches_.back();
+  Tick tick = certain_ + 1;
+  if (!batches_.empty() && batches_.rbegin()->first >= tick) {
+    tick = batches_.rbegin()->first + (must_wait(batches_.rbegin()->second) ? 1 : 0);
+  }
+  Batch& batch = batches_[tick];
   if (const auto* jump = std::get_if<Teleport>(&command)) batch.teleported.insert(jump->id);
   batch.commands.push_back(std::move(command));
   ++held_commands_;
@@ -76,7 +104,7 @@ void Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Repl
   if (more_to_come()) {
     batch.replies.push_back(std::move(reply));
   } else {
-    reply(absl::OkStatus(), granted_ + batches_.size());
+    reply(absl::OkStatus(), tick);
   }
 }
 
@@ -85,13 +113,24 @@ void Sequencer::ask_first(v1::Query query) { first_queries_.push_back(std::move(
 
 std::vector<Sequencer::Held> Sequencer::held() const {
   std::vector<Held> held;
-  for (const Batch& batch : batches_) held.push_back({batch.commands, batch.new_shapes});
+  for (auto batch = batches_.upper_bound(certain_); batch != batches_.end(); ++batch) {
+    held.push_back({batch->second.commands, batch->second.new_shapes});
+  }
   return held;
 }
 
+std::size_t Sequencer::held_shapes() const {
+  std::size_t shapes = 0;
+  for (auto batch = batches_.upper_bound(certain_); batch != batches_.end(); ++batch) {
+    shapes += batch->second.new_shapes.size();
+  }
+  return shapes;
+}
+
 void Sequencer::hold(std::vector<Held> held) {
+  Tick tick = certain_;
   for (Held& from : held) {
-    Batch& batch = batches_.emplace_back();
+    Batch& batch = batches_[++tick];
     for (const Command& command : from.commands) {
       if (const auto* jump = std::get_if<Teleport>(&command)) batch.teleported.insert(jump->id);
     }
@@ -117,7 +156,7 @@ absl::Status Sequencer::resume(double real_time_factor, Nanoseconds now) {
     pace_ = Pace{};
     Pace& pace = *pace_;
     pace.period_ns = options_.time_step / real_time_factor * 1e9;
-    pace.base_tick = granted_;
+    pace.base_tick = certain_;
     pace.base_time = now;
     const double ahead = std::min<double>(std::ceil(kAheadNs / pace.period_ns), options_.grant_window);
     pace.ahead_max = std::min<std::uint64_t>(std::max<std::uint64_t>(static_cast<std::uint64_t>(ahead), 2),
@@ -127,7 +166,7 @@ absl::Status Sequencer::resume(double real_time_factor, Nanoseconds now) {
     pace.quantum = std::max<std::uint64_t>(static_cast<std::uint64_t>(quantum), 1);
   }
   for (const Reply& waiting : std::exchange(pauses_, {})) {
-    waiting(absl::FailedPreconditionError("the world was resumed before it had paused"), completed_);
+    waiting(absl::FailedPreconditionError("the world was resumed before it had paused"), reached_);
   }
   return absl::OkStatus();
 }
@@ -137,10 +176,10 @@ void Sequencer::pause(Reply reply) {
     reply(absl::ResourceExhaustedError(absl::StrCat(pauses_.size(), " calls wait for the pause already")), 0);
     return;
   }
-  if (mode_ == Mode::kStepping && granted_ < target_) {
+  if (mode_ == Mode::kStepping && certain_ < target_) {
     std::exchange(step_reply_, {})(
-        absl::FailedPreconditionError(absl::StrCat("the step was cut short by a pause, at tick ", granted_)),
-        granted_);
+        absl::FailedPreconditionError(absl::StrCat("the step was cut short by a pause, at tick ", certain_)),
+        certain_);
     mode_ = Mode::kPaused;
   }
   if (mode_ == Mode::kRunning) mode_ = Mode::kPaused;
@@ -158,7 +197,7 @@ void Sequencer::step(std::uint64_t ticks, Reply reply) {
     return;
   }
   mode_ = Mode::kStepping;
-  target_ = granted_ + ticks;
+  target_ = certain_ + ticks;
   step_reply_ = std::move(reply);
 }
 
@@ -169,6 +208,7 @@ absl::Status Sequencer::report(std::size_t rank, Tick tick) {
   }
   completed_by_[rank] = std::max(completed_by_[rank], tick);
   completed_ = *std::min_element(completed_by_.begin(), completed_by_.end());
+  reached_ = std::max(reached_, completed_);
   settle();
   return absl::OkStatus();
 }
@@ -180,15 +220,14 @@ void Sequencer::settle() {
     std::exchange(step_reply_, {})(absl::OkStatus(), completed_);
   }
   if (!more_to_come()) tell_ticks();
-  if (mode_ != Mode::kPaused || completed_ != granted_) return;
+  if (mode_ != Mode::kPaused || completed_ != certain_) return;
   for (const Reply& waiting : std::exchange(pauses_, {})) waiting(absl::OkStatus(), completed_);
 }
 
 // Held commands stay held until the world continues; their ticks are certain nevertheless.
 void Sequencer::tell_ticks() {
-  for (std::size_t n = 0; n < batches_.size(); ++n) {
-    for (const Reply& reply : std::exchange(batches_[n].replies, {}))
-      reply(absl::OkStatus(), granted_ + n + 1);
+  for (auto& [tick, batch] : batches_) {
+    for (const Reply& reply : std::exchange(batch.replies, {})) reply(absl::OkStatus(), tick);
   }
 }
 
@@ -196,9 +235,7 @@ Nanoseconds Sequencer::Pace::due(std::uint64_t n) const {
   return base_time + Nanoseconds(std::llround(static_cast<double>(n - 1) * period_ns));
 }
 
-std::uint64_t Sequencer::window() const {
-  return mode_ == Mode::kRunning && pace_ ? pace_->ahead_max : options_.grant_window;
-}
+std::uint64_t Sequencer::window() const { return paced() ? pace_->ahead_max : options_.grant_window; }
 
 // How many ticks after the base are due; estimated within rounding, then corrected by due().
 std::uint64_t Sequencer::ticks_due(Nanoseconds now) const {
@@ -212,7 +249,7 @@ std::uint64_t Sequencer::ticks_due(Nanoseconds now) const {
 
 // A world that cannot keep up slows down evenly instead of catching up later.
 void Sequencer::forgive_debt(Nanoseconds now) {
-  if (mode_ != Mode::kRunning || !pace_) return;
+  if (!paced()) return;
   const std::uint64_t done = granted_ - pace_->base_tick;
   const Nanoseconds due = pace_->due(done + 1);
   if (due >= now - kDebtMax && done < kPeriodsMax) return;
@@ -224,12 +261,17 @@ std::uint64_t Sequencer::ticks_to_grant(Nanoseconds now) const {
   const std::uint64_t ahead = granted_ - completed_;
   if (!more_to_come() || ahead >= window()) return 0;
   const std::uint64_t room = window() - ahead;
-  if (mode_ == Mode::kRunning && pace_) {
+  if (paced()) {
     const std::uint64_t done = granted_ - pace_->base_tick;
     const std::uint64_t due = ticks_due(now);
     return due <= done ? 0 : std::min(room, std::max(due - done, pace_->quantum));
   }
-  const std::uint64_t wanted = mode_ == Mode::kStepping ? std::min(chunk_, target_ - granted_) : chunk_;
+  std::uint64_t wanted = chunk_;
+  if (replaying()) {
+    wanted = std::min(wanted, certain_ - granted_);
+  } else if (mode_ == Mode::kStepping) {
+    wanted = std::min(wanted, target_ - granted_);
+  }
   const bool worth_a_message = room >= wanted || !batches_.empty();
   return worth_a_message ? std::min(room, wanted) : 0;
 }
@@ -238,23 +280,33 @@ v1::Grant Sequencer::next_grant(std::uint64_t ticks) {
   v1::Grant grant;
   grant.set_world(options_.world);
   grant.set_serial(++serial_);
-  if (batches_.size() > 1) ticks = 1;  // the next tick has commands of its own
-  grant.set_ticks(ticks);
-  if (!batches_.empty()) {
-    Batch batch = std::move(batches_.front());
-    batches_.pop_front();
-    held_commands_ -= batch.commands.size();
-    grant.set_commands(pack(std::span<const Command>(batch.commands)));
-    for (v1::Shape& shape : batch.new_shapes) {
-      held_shape_bytes_ -= shape.ByteSizeLong();
-      *grant.add_new_shapes() = std::move(shape);
+  auto next = batches_.begin();
+  if (next != batches_.end() && next->first == granted_ + 1) {
+    give(next->second, grant);
+    if (options_.keeps_past) {
+      past_commands_ += next->second.commands.size();
+      past_.insert(std::move(*next));
     }
-    for (const Reply& reply : batch.replies) reply(absl::OkStatus(), granted_ + 1);
+    next = batches_.erase(next);
   } else {
     grant.set_commands(pack(std::span<const Command>()));
   }
+  // A tick that has commands begins another grant.
+  if (next != batches_.end()) ticks = std::min(ticks, next->first - granted_ - 1);
+  grant.set_ticks(ticks);
   granted_ += ticks;
+  certain_ = std::max(certain_, granted_);
   return grant;
+}
+
+void Sequencer::give(Batch& batch, v1::Grant& grant) {
+  held_commands_ -= batch.commands.size();
+  grant.set_commands(pack(std::span<const Command>(batch.commands)));
+  for (const v1::Shape& shape : batch.new_shapes) {
+    held_shape_bytes_ -= shape.ByteSizeLong();
+    *grant.add_new_shapes() = shape;
+  }
+  for (const Reply& reply : std::exchange(batch.replies, {})) reply(absl::OkStatus(), granted_ + 1);
 }
 
 v1::Grant Sequencer::query_grant(std::vector<v1::Query> queries) {
@@ -268,6 +320,11 @@ v1::Grant Sequencer::query_grant(std::vector<v1::Query> queries) {
 std::vector<v1::Grant> Sequencer::take_grants(Nanoseconds now) {
   forgive_debt(now);
   std::vector<v1::Grant> grants;
+  while (replaying()) {
+    const std::uint64_t ticks = ticks_to_grant(now);
+    if (ticks == 0) return grants;
+    grants.push_back(next_grant(ticks));
+  }
   if (!first_queries_.empty()) grants.push_back(query_grant(std::exchange(first_queries_, {})));
   while (const std::uint64_t ticks = ticks_to_grant(now)) grants.push_back(next_grant(ticks));
   // A separate grant: a slow pace must not delay answers.
@@ -277,15 +334,16 @@ std::vector<v1::Grant> Sequencer::take_grants(Nanoseconds now) {
 }
 
 std::optional<Nanoseconds> Sequencer::next_due() const {
-  if (mode_ != Mode::kRunning || !pace_ || granted_ - completed_ >= window()) return std::nullopt;
+  if (!paced() || granted_ - completed_ >= window()) return std::nullopt;
   return pace_->due(granted_ - pace_->base_tick + 1);
 }
 
 void Sequencer::abandon(const absl::Status& status) {
-  for (Batch& batch : batches_) {
+  for (auto& [tick, batch] : batches_) {
     for (const Reply& reply : std::exchange(batch.replies, {})) reply(status, 0);
   }
   batches_.clear();
+  past_.clear();
   queries_.clear();
   first_queries_.clear();
   for (const Reply& waiting : std::exchange(pauses_, {})) waiting(status, 0);

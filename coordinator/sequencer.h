@@ -1,12 +1,12 @@
 // The sequence of a world: the tick at which each command takes effect, and how far the servers may run.
 #pragma once
 
+#include <absl/container/btree_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <absl/status/status.h>
 
 #include <chrono>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -19,6 +19,10 @@ namespace tessera {
 // A grant carries several ticks if possible, and its commands apply at the first of them. The next grant
 // always begins with the tick after the last one granted, so a command's tick is known as soon as it is
 // accepted.
+//
+// What was granted can be granted again: after rewind() the servers, or others in their place, repeat the
+// ticks since a checkpoint with the same commands. To clients that is only a delay: the ticks of commands
+// stay what they were told, and completed() does not go back.
 class Sequencer {
  public:
   using Nanoseconds = std::chrono::nanoseconds;
@@ -30,14 +34,25 @@ class Sequencer {
     double time_step = 1.0 / 60;      // s
     std::uint32_t grant_window = 32;  // ticks granted ahead of the slowest server, at least 1
     Tick tick = 0;                    // completed before the sequence begins
+    bool keeps_past = false;          // so that rewind() may be called
   };
 
   explicit Sequencer(const Options& options);
 
   // Whether the world is paused, or will be once all granted ticks are done.
   bool paused() const { return mode_ == Mode::kPaused; }
-  Tick completed() const { return completed_; }  // by all servers
-  Tick granted() const { return granted_; }
+  Tick completed() const { return reached_; }  // by all servers, at any time
+  // The last tick that is certain to run, with what takes effect up to it: the last one granted so far.
+  Tick certain() const { return certain_; }
+  // Whether ticks that were granted before rewind() have yet to be granted again.
+  bool replaying() const { return granted_ < certain_; }
+
+  // The servers, `servers` of them now, are at the end of tick `tick`, which none of forget_past() has
+  // passed, and go on from there as world `world`.
+  void rewind(std::uint64_t world, std::size_t servers, Tick tick);
+
+  // The world will not be set back to before the end of this tick.
+  void forget_past(Tick tick);
 
   // RESOURCE_EXHAUSTED if submit() or ask() must not be called at present.
   absl::Status room_for_command(std::size_t shape_bytes) const;
@@ -48,18 +63,19 @@ class Sequencer {
   // granted.
   void submit(Command command, std::optional<v1::Shape> new_shape, Reply reply);
 
-  // Asks a question that is answered after all ticks granted so far.
+  // Asks a question that is answered after all ticks that are certain.
   void ask(v1::Query query);
 
   // Asks one that is answered before any further tick is granted: held() has all that is to come.
   void ask_first(v1::Query query);
 
-  // The commands of ticks that have not been granted.
+  // The commands of each of the ticks after certain(), as far as there are any.
   struct Held {
     std::vector<Command> commands;
     std::vector<v1::Shape> new_shapes;
   };
   std::vector<Held> held() const;
+  std::size_t held_shapes() const;  // how many they have
 
   // As the first of all: the commands that a snapshot holds.
   void hold(std::vector<Held> held);
@@ -90,13 +106,14 @@ class Sequencer {
  private:
   enum class Mode { kPaused, kStepping, kRunning };
 
-  // The commands of one future tick.
+  // The commands of one tick.
   struct Batch {
     std::vector<Command> commands;
     std::vector<v1::Shape> new_shapes;
     std::vector<Reply> replies;  // of commands that have not been answered
     absl::flat_hash_set<BodyId> teleported;
   };
+  using Batches = absl::btree_map<Tick, Batch>;  // by the tick at whose beginning they take effect
 
   // Tick `base_tick + n` (n >= 1) is due n - 1 periods after `base_time`.
   struct Pace {
@@ -110,13 +127,15 @@ class Sequencer {
   };
 
   bool more_to_come() const {
-    return mode_ == Mode::kRunning || (mode_ == Mode::kStepping && granted_ < target_);
+    return replaying() || mode_ == Mode::kRunning || (mode_ == Mode::kStepping && granted_ < target_);
   }
+  bool paced() const { return mode_ == Mode::kRunning && pace_ && !replaying(); }
   std::uint64_t window() const;
   std::uint64_t ticks_to_grant(Nanoseconds now) const;
   std::uint64_t ticks_due(Nanoseconds now) const;
   void forgive_debt(Nanoseconds now);
   v1::Grant next_grant(std::uint64_t ticks);
+  void give(Batch& batch, v1::Grant& grant);
   v1::Grant query_grant(std::vector<v1::Query> queries);
   void tell_ticks();
   void settle();
@@ -131,9 +150,13 @@ class Sequencer {
 
   std::uint64_t serial_ = 0;
   Tick granted_ = 0;
+  Tick certain_ = 0;  // the largest that granted_ has been
   Tick completed_ = 0;
+  Tick reached_ = 0;                // the largest that completed_ has been
   std::vector<Tick> completed_by_;  // by rank
-  std::deque<Batch> batches_;       // the first one is of tick granted_ + 1, and so on
+  Batches batches_;                 // after granted_; those after certain_ without a gap
+  Batches past_;                    // granted, and not forgotten
+  std::size_t past_commands_ = 0;
   std::size_t held_commands_ = 0;
   std::size_t held_shape_bytes_ = 0;
   std::vector<v1::Query> queries_;

@@ -147,7 +147,7 @@ TEST(Sequencer, GoesOnFromWhatAnotherHeld) {
     EXPECT_EQ(grants[n].new_shapes_size(), asked[n + 1].new_shapes_size());
   }
   EXPECT_EQ(grants.front().ticks(), 1u) << "the tick of the teleport is one of its own";
-  EXPECT_EQ(after.granted(), before.granted());
+  EXPECT_EQ(after.certain(), before.certain());
 }
 
 }  // namespace

@@ -153,6 +153,9 @@ grpc::ServerWriteReactor<v1::SnapshotPiece>* TesseraService::Snapshot(Context*, 
 grpc::ServerReadReactor<v1::RestoreRequest>* TesseraService::Restore(Context*, v1::LoadReply* a) {
   return start_restore(queue_, a);
 }
+grpc::ServerUnaryReactor* TesseraService::Drain(Context*, const v1::DrainRequest* q, v1::DrainReply* a) {
+  return post(q, a);
+}
 grpc::ServerUnaryReactor* TesseraService::Shutdown(Context*, const v1::ShutdownRequest* q,
                                                    v1::ShutdownReply* a) {
   return post(q, a);

@@ -44,6 +44,7 @@ class TesseraService final : public v1::Tessera::CallbackService {
   Reactor* ListFrames(Context*, const v1::ListFramesRequest*, v1::ListFramesReply*) override;
   grpc::ServerWriteReactor<v1::SnapshotPiece>* Snapshot(Context*, const v1::SnapshotRequest*) override;
   grpc::ServerReadReactor<v1::RestoreRequest>* Restore(Context*, v1::LoadReply*) override;
+  Reactor* Drain(Context*, const v1::DrainRequest*, v1::DrainReply*) override;
   Reactor* Shutdown(Context*, const v1::ShutdownRequest*, v1::ShutdownReply*) override;
 
  private:

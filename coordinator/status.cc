@@ -10,7 +10,11 @@ void Coordinator::Impl::on(Call<v1::StatusRequest, v1::StatusReply>& call, Nanos
 }
 
 const char* Coordinator::Impl::state() const {
-  if (world_) return world_->loading() ? "loading" : world_->sequencer.paused() ? "paused" : "running";
+  if (world_) {
+    if (world_->loading()) return "loading";
+    if (world_->recovering()) return "recovering";
+    return world_->sequencer.paused() ? "paused" : "running";
+  }
   if (waiting_load_) return "loading";
   return failed_ ? "failed" : "empty";
 }
@@ -52,6 +56,9 @@ void Coordinator::Impl::describe_world(v1::StatusReply& reply, Nanoseconds now) 
       told.set_joint_name(joint->name);
   }
   reply.set_map_epoch(world_->map.epoch());
+  reply.set_load(world_->load);
+  reply.set_recoveries(world_->recoveries);
+  if (world_->checkpoints) reply.set_checkpoint_tick(world_->checkpoints->latest());
   *reply.mutable_settings() = to_proto(world_->settings);
   *reply.mutable_anchor() = to_proto(world_->anchor);
 }
@@ -65,6 +72,7 @@ void Coordinator::Impl::describe_server(const Server& server, v1::ServerStatus& 
   const std::optional<std::size_t> rank = world_ ? world_->rank_of(server.node) : std::nullopt;
   status.set_suspect(server.suspect_since.has_value());
   status.set_takes_part(rank.has_value());
+  status.set_drained(server.drained);
   if (!rank) return;
   const v1::TickReport& last = world_->statistics.last_of(*rank);
   status.set_tick(server.tick);

@@ -34,6 +34,9 @@ constexpr std::chrono::nanoseconds kMeterGap = std::chrono::milliseconds(50);
 // Ticks reported by some servers only; larger than any window of grants.
 constexpr std::size_t kPartialTicksMax = 65'536;
 
+// Older ones than these were complete, too.
+constexpr std::size_t kWholeTicksMax = 16'384;
+
 }  // namespace
 
 void DurationHistogram::add(std::uint64_t microseconds) {
@@ -67,15 +70,24 @@ TickStatistics::TickStatistics(std::size_t servers) : servers_(servers) {
   invariant(servers <= kServersMax, "a world has at most kServersMax servers");
 }
 
+void TickStatistics::restart(std::size_t servers) {
+  invariant(servers <= kServersMax, "a world has at most kServersMax servers");
+  servers_.assign(servers, {});
+  partial_.clear();
+}
+
 std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickReport& report) {
+  OfServer& server = servers_[rank];
+  if (report.tick() > server.last.tick()) server.last = report;
+  const bool was_whole =
+      whole_.contains(report.tick()) || (whole_.size() == kWholeTicksMax && report.tick() < *whole_.begin());
+  if (was_whole) return std::nullopt;
   if (partial_.size() >= kPartialTicksMax) partial_.erase(partial_.begin());
   TickSums& sums = partial_[report.tick()];
   const std::uint64_t bit = std::uint64_t{1} << rank;
   if ((sums.heard_from & bit) != 0) return std::nullopt;
   sums.heard_from |= bit;
 
-  OfServer& server = servers_[rank];
-  if (report.tick() > server.last.tick()) server.last = report;
   server.durations.add(report.work_us());
   sums.tick = report.tick();
   sums.work_us = std::max(sums.work_us, report.work_us());
@@ -93,6 +105,8 @@ std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickRepo
 }
 
 void TickStatistics::complete(const TickSums& sums) {
+  if (whole_.size() == kWholeTicksMax) whole_.erase(whole_.begin());
+  whole_.insert(sums.tick);
   durations_.add(sums.work_us);
   counts_since_load_.add_tick(sums.counts);
   if (sums.tick > last_.tick) last_ = sums;

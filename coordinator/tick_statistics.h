@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/container/btree_map.h>
+#include <absl/container/btree_set.h>
 
 #include <array>
 #include <chrono>
@@ -55,6 +56,9 @@ class TickStatistics {
  public:
   explicit TickStatistics(std::size_t servers);
 
+  // The world goes on, set back, on so many servers. Ticks that were complete do not count again.
+  void restart(std::size_t servers);
+
   // Reports may come in any order, each once. Returns the tick if this was the last server to report it.
   std::optional<TickSums> add(std::size_t rank, const v1::TickReport& report);
 
@@ -79,6 +83,7 @@ class TickStatistics {
 
   std::vector<OfServer> servers_;
   absl::btree_map<Tick, TickSums> partial_;  // some servers have reported, others have not
+  absl::btree_set<Tick> whole_;              // the last ones of those that all have reported
   TickSums last_;
   TickCounts counts_since_load_;
   DurationHistogram durations_;

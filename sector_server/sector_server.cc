@@ -43,6 +43,10 @@ class SectorServer::Impl {
         next_heartbeat_ = now + *heartbeat_;
         break;
       case Kind::kRefusal:
+        if (message.refusal().may_rejoin()) {
+          join_anew(message.refusal().reason(), now);
+          break;
+        }
         finish(absl::FailedPreconditionError(
             absl::StrCat("the coordinator refused this server: ", message.refusal().reason())));
         break;
@@ -152,6 +156,18 @@ class SectorServer::Impl {
     send(kCoordinatorNode, message);
   }
 
+  // The coordinator has given this server up, or is another one: what is here now lives on elsewhere.
+  void join_anew(const std::string& reason, Nanoseconds now) {
+    log(absl::StrCat("joining the cluster anew: ", reason), Severity::kWarning);
+    if (run_) last_unloaded_ = std::max(last_unloaded_, run_->world());
+    run_.reset();
+    early_.clear();
+    heartbeat_.reset();
+    coordinator_deadline_.reset();
+    join_deadline_ = now + options_.join_timeout;
+    say_hello();
+  }
+
   void say_goodbye(const std::string& reason) {
     v1::ClusterMessage message;
     message.mutable_goodbye()->set_reason(reason);
@@ -166,7 +182,7 @@ class SectorServer::Impl {
   }
 
   void load(const v1::LoadWorld& world) {
-    if (world.world() <= last_unloaded_) return;
+    if (world.world() <= newest()) return;  // a later one has overtaken it
     run_.reset();
     absl::StatusOr<std::unique_ptr<WorldRun>> run =
         WorldRun::create(world, self_, options_.threads, make_engine_,
@@ -187,6 +203,9 @@ class SectorServer::Impl {
     for (auto& [from, waiting] : early) deliver(from, std::move(waiting));
   }
 
+  // The number of the last world that was loaded or unloaded here.
+  std::uint64_t newest() const { return std::max(run_ ? run_->world() : 0, last_unloaded_); }
+
   // Passes a grant or round to its world; keeps it if that world has not been loaded yet.
   void deliver(NodeId from, v1::ClusterMessage message) {
     const std::uint64_t world = message.has_grant() ? message.grant().world() : message.round().world();
@@ -198,8 +217,7 @@ class SectorServer::Impl {
       }
       return;
     }
-    const std::uint64_t newest = std::max(run_ ? run_->world() : 0, last_unloaded_);
-    if (world <= newest) return;  // for a world that has been unloaded
+    if (world <= newest()) return;  // for a world that has been unloaded
     if (early_.size() >= kEarlyMessagesMax) {
       finish(absl::ResourceExhaustedError("too many messages for a world that was not loaded"));
       return;

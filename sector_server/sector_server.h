@@ -29,8 +29,8 @@ struct SectorServerOptions {
   int threads = 1;
   std::string stream_address;                           // where clients open streams
   Nanoseconds join_timeout = std::chrono::seconds(30);  // how long to wait for a coordinator's welcome
-  // How long to wait for a coordinator that has stopped responding.
-  Nanoseconds coordinator_timeout = std::chrono::seconds(10);
+  // How long to wait for a coordinator that has stopped responding, or for the one that takes its place.
+  Nanoseconds coordinator_timeout = std::chrono::seconds(60);
   std::function<std::uint64_t()> peak_rss_bytes;  // for reports; may be empty
   LogSink log;                                    // events for the operator; may be empty
 };

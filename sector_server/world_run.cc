@@ -28,6 +28,9 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
                                                            Send send) {
   std::unique_ptr<WorldRun> run(new WorldRun());
   run->world_ = load.world();
+  run->source_.set_load(load.load());
+  run->source_.set_epoch(load.world());
+  run->source_.set_servers(static_cast<std::uint32_t>(load.nodes_size()));
   run->hash_ticks_ = load.hash_ticks();
   run->send_ = std::move(send);
   for (const std::uint64_t node : load.nodes()) run->nodes_.push_back(NodeId{node});
@@ -281,7 +284,7 @@ void WorldRun::answer_with_snapshot(std::uint64_t query) {
     if (chunks[n].kind_case() != v1::SnapshotChunk::KIND_NOT_SET) {
       *answer.mutable_snapshot() = std::move(chunks[n]);
     }
-    answer.set_more(n + 1 < chunks.size());
+    answer.set_parts(static_cast<std::uint32_t>(chunks.size()));
     send_(kCoordinatorNode, message);
   }
 }

@@ -19,6 +19,7 @@ std::uint64_t timeout_ns() {
 
 // Heartbeats come once a second, and servers notice a second later than the coordinator.
 constexpr std::uint64_t kMargin = 2 * kSecond;
+constexpr std::uint64_t kRestartMax = 5 * kSecond;
 
 // Short cuts are spread over all magnitudes, from less than a tick to seconds.
 std::uint64_t draw_length_ns(Dice& dice) {
@@ -37,15 +38,6 @@ T take_any(Dice& dice, std::vector<T>& from) {
 
 }  // namespace
 
-std::vector<NodeId> FaultSchedule::lost_servers() const {
-  std::vector<NodeId> lost;
-  for (const Crash& crash : crashes) lost.push_back(crash.node);
-  for (const Cut& cut : cuts) {
-    if (cut.node == kCoordinatorNode && cut.end_ns - cut.begin_ns > timeout_ns()) lost.push_back(cut.peer);
-  }
-  return lost;
-}
-
 FaultSchedule draw_faults(std::uint64_t seed, const FaultOptions& options, std::span<const NodeId> servers) {
   Dice dice(seed, kFaultStream);
   std::vector<std::pair<NodeId, NodeId>> links;
@@ -56,12 +48,14 @@ FaultSchedule draw_faults(std::uint64_t seed, const FaultOptions& options, std::
   FaultSchedule faults;
   while (faults.cuts.size() < options.cuts && !links.empty()) {
     const auto [node, peer] = take_any(dice, links);
-    const std::uint64_t begin_ns = dice.between(0, options.begin_ns_max);
+    const std::uint64_t begin_ns = dice.between(std::uint64_t{0}, options.begin_ns_max);
     faults.cuts.push_back({node, peer, begin_ns, begin_ns + draw_length_ns(dice)});
   }
   std::vector<NodeId> alive(servers.begin(), servers.end());
   while (faults.crashes.size() < options.crashes && !alive.empty()) {
-    faults.crashes.push_back({take_any(dice, alive), dice.between(0, options.begin_ns_max)});
+    const std::uint64_t time_ns = dice.between(std::uint64_t{0}, options.begin_ns_max);
+    faults.crashes.push_back(
+        {take_any(dice, alive), time_ns, time_ns + dice.between(std::uint64_t{0}, kRestartMax)});
   }
   return faults;
 }

@@ -18,19 +18,15 @@ struct FaultSchedule {
     std::uint64_t begin_ns = 0;
     std::uint64_t end_ns = 0;
   };
-  // A server ends permanently without a message.
+  // A server ends without a message, and another one starts in its place.
   struct Crash {
     NodeId node;
     std::uint64_t time_ns = 0;
+    std::uint64_t restart_ns = 0;  // from then on
   };
 
   std::vector<Cut> cuts;
   std::vector<Crash> crashes;
-
-  // The servers that the coordinator gives up: those that crash, and those cut off from it for longer than
-  // its time-out. Any of them ends the world; all other faults only cost time. A cut must be clearly shorter
-  // or longer than the time-out.
-  std::vector<NodeId> lost_servers() const;
 };
 
 struct FaultOptions {

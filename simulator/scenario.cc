@@ -1,6 +1,5 @@
 #include "simulator/scenario.h"
 
-#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -26,7 +25,7 @@ absl::Status broken(const absl::Status& status) {
   return absl::IsCancelled(status) ? status : absl::AbortedError(status.message());
 }
 
-// Runs the ticks of a scenario, and requests of clients in between. UNAVAILABLE if the world ends.
+// Runs the ticks of a scenario, and requests of clients in between.
 absl::Status drive(SimulatedCluster& cluster, const WorldDescription& world, const Scenario& scenario,
                    Tick ticks) {
   using Step = SimulatedCluster::Pending<v1::StepReply>;
@@ -56,34 +55,6 @@ absl::Status drive(SimulatedCluster& cluster, const WorldDescription& world, con
     if (ticks == 0) return absl::OkStatus();
     start_step(ticks);
   }
-}
-
-// Checks of a world that has ended that it had to end, that it states why, and that servers that were cut off
-// have ended as well.
-absl::Status check_end(SimulatedCluster& cluster, const FaultSchedule& faults, std::string& failure) {
-  const std::vector<NodeId> lost = faults.lost_servers();
-  const absl::StatusOr<v1::StatusReply> status = cluster.status();
-  if (!status.ok()) return broken(status.status());
-  failure = status->failure();
-  const auto names = [&](NodeId node) {
-    return absl::StrContains(failure, absl::StrCat("server ", absl::Hex(node.value)));
-  };
-  if (status->state() != "failed" || std::none_of(lost.begin(), lost.end(), names)) {
-    return absl::AbortedError(
-        absl::StrCat("the world is ", status->state(), "; the reason given is \"", failure, "\""));
-  }
-  for (const NodeId server : cluster.servers()) {
-    const auto is_it = [server](const FaultSchedule::Crash& crash) { return crash.node == server; };
-    if (std::any_of(faults.crashes.begin(), faults.crashes.end(), is_it)) continue;
-    const bool was_cut_off = std::find(lost.begin(), lost.end(), server) != lost.end();
-    const std::optional<absl::Status> end = cluster.end_of(server);
-    if (was_cut_off != end.has_value()) {
-      return absl::AbortedError(absl::StrCat(
-          "server ", absl::Hex(server.value),
-          end ? absl::StrCat(" ended: ", end->message()) : " continues without its coordinator"));
-    }
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace
@@ -121,27 +92,20 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
   cluster.outlast_faults();
   if (outcome.ok() && after_faults > 0) outcome = cluster.step(after_faults).status();
 
-  if (absl::IsCancelled(outcome)) return outcome;
+  if (!outcome.ok()) return broken(outcome);
+  const absl::StatusOr<v1::HashReply> hash = cluster.hash();
+  if (!hash.ok()) return broken(hash.status());
   ScenarioReport report;
-  const bool must_end = !faults.lost_servers().empty();
-  if (must_end && absl::IsUnavailable(outcome)) {
-    if (absl::Status end = check_end(cluster, faults, report.failure); !end.ok()) return end;
-  } else if (must_end) {
-    return absl::AbortedError(
-        absl::StrCat("the world did not end after it lost a server: ", outcome.ToString()));
-  } else if (!outcome.ok()) {
-    return broken(outcome);
-  } else {
-    const absl::StatusOr<v1::HashReply> hash = cluster.hash();
-    if (!hash.ok()) return broken(hash.status());
-    report.hash = hash->hash();
-    v1::RecordedHash& last = *log.emplace_back().mutable_hash();
-    last.set_tick(hash->tick());
-    last.set_hash(hash->hash());
-    if (hash->tick() != scenario.ticks) {
-      return absl::AbortedError(absl::StrCat("the world is at tick ", hash->tick()));
-    }
+  report.hash = hash->hash();
+  v1::RecordedHash& last = *log.emplace_back().mutable_hash();
+  last.set_tick(hash->tick());
+  last.set_hash(hash->hash());
+  if (hash->tick() != scenario.ticks) {
+    return absl::AbortedError(absl::StrCat("the world is at tick ", hash->tick()));
   }
+  const absl::StatusOr<v1::StatusReply> status = cluster.status();
+  if (!status.ok()) return broken(status.status());
+  report.recoveries = status->recoveries();
   for (const v1::RecordedInput& input : log) report.tick = std::max(report.tick, input.hash().tick());
   report.events = cluster.events();
   if (absl::Status same = checker_.check(log); !same.ok()) return same;

@@ -15,6 +15,7 @@ CoordinatorOptions options_for(std::uint32_t servers, const SimulatedClusterOpti
   CoordinatorOptions coordinator;
   coordinator.servers_wanted = servers;
   coordinator.inputs = options.inputs;
+  coordinator.checkpoint_every = options.checkpoint_every;
   return coordinator;
 }
 
@@ -28,25 +29,25 @@ v1::ClusterMessage parsed(const Delivery& delivery) {
 
 SimulatedCluster::SimulatedCluster(std::uint64_t seed, std::uint32_t servers, Precision precision,
                                    const SimulatedClusterOptions& given)
-    : network_(seed, given.network),
+    : precision_(precision),
+      network_(seed, given.network),
       coordinator_(options_for(servers, given)),
       coordinator_link_(network_.connect(kCoordinatorNode)) {
-  for (std::uint32_t i = 0; i < servers; ++i) {
-    Server server;
-    server.node = NodeId{kFirstServer.value + i};
-    server.link = network_.connect(server.node);
-    SectorServerOptions options;
-    options.precision = precision;
-    options.stream_address = "simulated";
-    server.machine = std::make_unique<SectorServer>(
-        options, load_engine, [this] { return now(); }, nullptr);
-    servers_.push_back(std::move(server));
-  }
-  for (Server& server : servers_) {
-    server.machine->start(server.node, now());
-    run_server(server);
-  }
+  for (std::uint32_t i = 0; i < servers; ++i) start_server();
   run_coordinator();
+}
+
+void SimulatedCluster::start_server() {
+  Server& server = servers_.emplace_back();
+  server.node = NodeId{kFirstServer.value + servers_.size() - 1};
+  server.link = network_.connect(server.node);
+  SectorServerOptions options;
+  options.precision = precision_;
+  options.stream_address = "simulated";
+  server.machine = std::make_unique<SectorServer>(
+      options, load_engine, [this] { return now(); }, nullptr);
+  server.machine->start(server.node, now());
+  run_server(server);
 }
 
 SimulatedCluster::~SimulatedCluster() = default;
@@ -124,6 +125,7 @@ void SimulatedCluster::meet(const FaultSchedule& faults) {
   }
   for (const FaultSchedule::Crash& crash : faults.crashes) {
     plan(crash.time_ns, [this, crash] { network_.kill(crash.node); });
+    plan(crash.restart_ns, [this] { start_server(); });
   }
 }
 

@@ -24,6 +24,7 @@ namespace tessera {
 struct SimulatedClusterOptions {
   SimOptions network{.lease_ns = 1'000'000'000};
   InputSink inputs;  // as CoordinatorOptions::inputs
+  Nanoseconds checkpoint_every = std::chrono::milliseconds(100);
 };
 
 class SimulatedCluster {
@@ -86,9 +87,11 @@ class SimulatedCluster {
   bool run_one_event();
   void run_faults();
   void run_coordinator();
+  void start_server();
   void run_server(Server& server);
   void keep_timer(NodeId node, std::uint64_t& timer_ns, std::optional<Nanoseconds> deadline);
 
+  const Precision precision_;
   SimNetwork network_;
   Coordinator coordinator_;
   std::unique_ptr<Link> coordinator_link_;

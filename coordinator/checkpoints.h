@@ -1,0 +1,66 @@
+// The states to which a running world can be set back when a server is lost.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "coordinator/placement.h"
+#include "lpss/tick/messages.h"
+#include "snapshot.pb.h"
+
+namespace tessera {
+
+// What the servers of a world had at the end of a tick.
+struct Checkpoint {
+  Tick tick = 0;
+  std::size_t shapes = 0;  // that the world had: the first ones
+  std::vector<v1::SnapshotChunk> chunks;
+};
+
+class Checkpoints {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  // `start` is what the servers are sent at first.
+  explicit Checkpoints(WorldToLoad start) : start_(std::make_unique<WorldToLoad>(std::move(start))) {}
+
+  // Adds a later one. Earlier ones stay until this one is kStreamSlack old: what servers had yet to send to
+  // clients when one of them was lost comes again only from ticks after the state that all go back to.
+  void add(Checkpoint checkpoint, Nanoseconds now);
+
+  // Drops those that are not needed any more, and all but the latest.
+  void settle(Nanoseconds now);
+  void keep_latest();
+
+  // The tick that the world would be set back to, and that of the latest checkpoint.
+  Tick earliest() const { return start_ ? start_->tick() : later_.front().checkpoint.tick; }
+  Tick latest() const { return later_.empty() ? start_->tick() : later_.back().checkpoint.tick; }
+
+  // What the servers `nodes` are sent to go on from earliest(). `shapes` are all of the world. DATA_LOSS
+  // where a server sent what cannot be read, otherwise errors as place().
+  absl::StatusOr<Placement> place_earliest(std::uint64_t number, const WorldSettings& settings,
+                                           const SectorIndex& anchor, std::span<const Shape> shapes,
+                                           std::span<const NodeId> nodes, std::uint64_t map_epoch) const;
+
+ private:
+  struct Kept {
+    Checkpoint checkpoint;
+    Nanoseconds time{};
+  };
+
+  std::unique_ptr<WorldToLoad> start_;  // null once there is a later one instead
+  std::deque<Kept> later_;              // ascending
+};
+
+// How far behind the servers a client may be that misses no tick of a stream when one of them is lost.
+inline constexpr std::chrono::milliseconds kStreamSlack{500};
+
+}  // namespace tessera
