@@ -94,7 +94,7 @@ class Tower {
     sort_contacts(task);
     engine_.make_solver()->solve(task, kTick);
     for (int i = 0; i < kBoxes; ++i) {
-      worlds_[sector_of(i)]->set_state(home_[i], carriers[sector_of(i)]->state(slots[i]));
+      worlds_[sector_of(i)]->set_solved_state(home_[i], carriers[sector_of(i)]->state(slots[i]));
     }
     for (int s = 0; s < sectors_; ++s) {
       for (std::size_t k = 0; k < worlds_[s]->contacts().size(); ++k) {
@@ -185,6 +185,21 @@ TEST(IslandTest, SolvedElsewhereHasTheSameBits) {
       }
     }
   }
+}
+
+TEST(IslandTest, WhatASolverElsewherePushesThroughAWallStopsAtIt) {
+  const auto engine = test_engine(test_settings());
+  TestWorld test(*engine);
+  test.add_static(kFloor, Shape{{ShapePart{Box{{0.1, 4, 4}}, {}}}},
+                  {{1, 0, 0}, Eigen::Quaterniond::Identity()});
+  const BodySlot ball = test.add(dynamic_body(10, kSmallBallShape, {0, 0, 0}));
+  test.world().detect(kTick);
+  BodyState pushed = test.state(10);
+  pushed.position = {2, 0, 0};
+  test.world().set_solved_state(ball, pushed);
+  test.world().integrate(kTick);
+  EXPECT_GT(test.state(10).position[0], 0.7);
+  EXPECT_LT(test.state(10).position[0], 0.95);
 }
 
 TEST(IslandTest, WhatElseIsInTheTaskDoesNotMatter) {

@@ -43,6 +43,7 @@ class BulletWorld final : public SectorWorld {
   void remove(BodySlot slot) override;
   BodyState state(BodySlot slot) const override { return body(slot).state(); }
   void set_state(BodySlot slot, const BodyState& state) override;
+  void set_solved_state(BodySlot slot, const BodyState& state) override { set_state(slot, state); }
   Eigen::Vector3d position(BodySlot slot) const override;
   Eigen::Vector3d linear_velocity(BodySlot slot) const override;
   Activity activity(BodySlot slot) const override { return body(slot).activity(); }

@@ -139,6 +139,10 @@ class SectorWorld {
   // and are updated by the next detection.
   virtual void set_state(BodySlot slot, const BodyState& state) = 0;
 
+  // Sets a body that lives here to what a solver elsewhere made of it in this tick. The position before the
+  // solver pushed it stays known, as after a solver here: integrate() sweeps the body from there.
+  virtual void set_solved_state(BodySlot slot, const BodyState& state) = 0;
+
   // Parts of state() that are cheap to get.
   virtual Eigen::Vector3d position(BodySlot slot) const = 0;
   virtual Eigen::Vector3d linear_velocity(BodySlot slot) const = 0;

@@ -137,6 +137,13 @@ void NativeWorld::set_state(BodySlot slot, const BodyState& state) {
   set_box_to_pose(slot);
 }
 
+void NativeWorld::set_solved_state(BodySlot slot, const BodyState& state) {
+  Body& solved = body(slot);
+  const Vector start = solved.start;
+  solved.set_state(state);
+  solved.start = start;
+}
+
 void NativeWorld::set_box_to_pose(BodySlot slot) const {
   Body& boxed = bodies_[static_cast<std::size_t>(slot)];
   const Box box = boxed.box_at(boxed.pose);

@@ -106,7 +106,7 @@ void take_solution(Partition& partition, const Solution& solution) {
   for (const SolvedBody& solved : solution.bodies) {
     const auto body = partition.bodies.find(solved.id);
     invariant(body != partition.bodies.end(), "a solution names bodies of the server that shipped them");
-    body->second->sector->world->set_state(body->second->slot, solved.state);
+    body->second->sector->world->set_solved_state(body->second->slot, solved.state);
   }
   for (const ShippedContact& contact : solution.contacts) {
     SectorWorld& world = *partition.sectors.at(contact.sector)->world;
