@@ -1,4 +1,6 @@
 // A cluster and its world: up, load, unload, pause, resume, step, shutdown.
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
@@ -22,6 +24,8 @@ struct UpOptions {
   std::filesystem::path world;  // empty: none yet
   WorldOverrides overrides;
   bool end_with_input = false;
+  bool no_replacement = false;
+  double checkpoint_s = 1;
   bool without_viewer = false;  // the web UI was not asked for, and tessera-viewer is not there
 };
 
@@ -68,9 +72,8 @@ absl::Status up(UpOptions options) {
     if (absl::Status status = (*cluster)->attend(load); !status.ok()) return status;
     std::fflush(stdout);
   }
-  return (*cluster)->wait_for_interrupt([](const std::string& why) {
-    absl::FPrintF(stderr, "%s; the cluster continues: %s\n", coloured("the web UI is lost", Colour::kRed),
-                  why);
+  return (*cluster)->wait_for_interrupt([](const std::string& what) {
+    absl::FPrintF(stderr, "%s: %s\n", coloured("the cluster continues", Colour::kRed), what);
   });
 }
 
@@ -98,6 +101,18 @@ void add_up(CLI::App& app, Action& action) {
   command.add_option(
       "--record-inputs", cluster.record_inputs,
       "write worlds, commands and the hash of every tick to this new file, for tessera replay");
+  command
+      .add_option(
+          "--checkpoint-every", options->checkpoint_s,
+          "s; the world survives the loss of servers, and repeats at most about this much and half a\n"
+          "second; 0: the world ends with any of its servers")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command.add_option(
+      "--store", cluster.store_folder,
+      "keep the world in this folder, and go on with the one that is there; by default it is kept\n"
+      "until the cluster ends");
+  command.add_flag("--no-replacement", options->no_replacement, "end with any daemon");
   command.add_flag("--end-with-input", options->end_with_input,
                    "end when the standard input does: with the program that holds the pipe");
   add_override_options(command, options->overrides);
@@ -109,6 +124,9 @@ void add_up(CLI::App& app, Action& action) {
         page->count() + no_page->count() == 0 && !std::filesystem::exists(executable_folder() / kViewer);
     if (no_page->count() > 0 || options->without_viewer) wanted.page.clear();
     wanted.page_on_any_port = page->count() == 0;
+    wanted.checkpoint_every = absl::Seconds(options->checkpoint_s);
+    wanted.replaces_daemons = !options->no_replacement && options->checkpoint_s > 0;
+    wanted.store = wanted.replaces_daemons;
     action = [options] { return up(*options); };
   });
 }
@@ -174,6 +192,21 @@ void add_time(CLI::App& app, Action& action) {
   });
 }
 
+void add_drain(CLI::App& app, Action& action) {
+  CLI::App& drain = add_command(
+      app, "drain", "Move all that a sector server hosts to others, so that it can be ended without a loss.",
+      "tessera drain b85343912c61318e");
+  const auto node = std::make_shared<std::string>();
+  drain.add_option("node", *node, "of the server, as tessera status shows it")->required();
+  on_cluster(drain, action, [node](Client& client, nlohmann::json& data) -> absl::Status {
+    std::uint64_t number = 0;
+    if (!absl::SimpleHexAtoi(*node, &number)) {
+      return absl::InvalidArgumentError(absl::StrCat("node = ", *node, " must be a hexadecimal number"));
+    }
+    return print_tick("hosts nothing since", client.drain(number), data);
+  });
+}
+
 void add_ends(CLI::App& app, Action& action) {
   CLI::App& unload = add_command(app, "unload", "Forget the world; the servers stay.", "tessera unload");
   on_cluster(unload, action, [](Client& client, nlohmann::json&) { return client.unload(); });
@@ -188,6 +221,7 @@ void add_cluster_commands(CLI::App& app, Action& action) {
   add_up(app, action);
   add_load(app, action);
   add_time(app, action);
+  add_drain(app, action);
   add_ends(app, action);
 }
 

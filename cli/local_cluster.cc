@@ -22,8 +22,11 @@ namespace tessera::cli {
 namespace {
 
 constexpr absl::Duration kLookEvery = absl::Milliseconds(200);
+constexpr absl::Duration kReplacedSpan = absl::Minutes(1);
+constexpr std::size_t kReplacedMax = 20;  // daemons in that time
 constexpr absl::Duration kForever = absl::InfiniteDuration();
 constexpr const char* kReadyFile = "coordinator.ready";
+constexpr const char* kStore = "store";
 constexpr const char* kPageReadyFile = "page.ready";
 
 // Domains up to 100 use ports that Linux hands out to nobody else. Clusters of different names may share one.
@@ -61,15 +64,7 @@ absl::Status LocalCluster::launch() {
   if (inotify < 0 || inotify_add_watch(inotify, folder_.c_str(), IN_CLOSE_WRITE | IN_MOVED_TO) < 0) {
     return absl::InternalError(absl::StrCat("cannot watch ", folder_.string(), ": ", std::strerror(errno)));
   }
-  std::vector<std::string> arguments = {
-      "--listen",       options_.listen,
-      "--servers",      absl::StrCat(options_.servers),
-      "--ready-file",   (folder_ / kReadyFile).string(),
-      "--join-timeout", absl::StrCat(absl::ToDoubleSeconds(options_.join_timeout))};
-  if (!options_.record_inputs.empty()) {
-    arguments.insert(arguments.end(), {"--record-inputs", options_.record_inputs.string()});
-  }
-  absl::StatusOr<ChildProcess> coordinator = start_daemon("coordinator", std::move(arguments));
+  absl::StatusOr<ChildProcess> coordinator = new_coordinator(options_.listen);
   if (!coordinator.ok()) return coordinator.status();
   daemons_.push_back(*std::move(coordinator));
   const int servers = options_.servers_to_start < 0 ? options_.servers : options_.servers_to_start;
@@ -102,14 +97,35 @@ absl::StatusOr<ChildProcess> LocalCluster::start_daemon(const std::string& name,
                                                         std::vector<std::string> arguments) {
   for (const std::string& argument : identity()) arguments.push_back(argument);
   arguments.emplace_back("--exit-with-parent");
-  const std::string log = absl::StrCat(name, "-", daemons_.size(), ".log");
+  const std::string log = absl::StrCat(name, "-", logs_++, ".log");
   return ChildProcess::start(options_.daemons / absl::StrCat("tessera-", name), arguments, folder_ / log);
 }
 
+absl::StatusOr<ChildProcess> LocalCluster::new_coordinator(const std::string& listen) {
+  std::vector<std::string> arguments = {
+      "--listen",           listen,
+      "--servers",          absl::StrCat(options_.servers),
+      "--ready-file",       (folder_ / kReadyFile).string(),
+      "--join-timeout",     absl::StrCat(absl::ToDoubleSeconds(options_.join_timeout)),
+      "--checkpoint-every", absl::StrCat(absl::ToDoubleSeconds(options_.checkpoint_every))};
+  if (!options_.record_inputs.empty()) {
+    arguments.insert(arguments.end(), {"--record-inputs", options_.record_inputs.string()});
+  }
+  if (options_.store || !options_.store_folder.empty()) {
+    const std::filesystem::path store =
+        options_.store_folder.empty() ? folder_ / kStore : options_.store_folder;
+    arguments.insert(arguments.end(), {"--store", store.string()});
+  }
+  return start_daemon("coordinator", std::move(arguments));
+}
+
+absl::StatusOr<ChildProcess> LocalCluster::new_server() {
+  return start_daemon("sector-server", {"--engine", name_of(options_.precision), "--threads",
+                                        absl::StrCat(options_.threads), "--listen", "127.0.0.1:0"});
+}
+
 absl::Status LocalCluster::start_server() {
-  absl::StatusOr<ChildProcess> server =
-      start_daemon("sector-server", {"--engine", name_of(options_.precision), "--threads",
-                                     absl::StrCat(options_.threads), "--listen", "127.0.0.1:0"});
+  absl::StatusOr<ChildProcess> server = new_server();
   if (!server.ok()) return server.status();
   daemons_.push_back(*std::move(server));
   return absl::OkStatus();
@@ -205,7 +221,7 @@ absl::Status LocalCluster::wait_until_ended(absl::Duration timeout) {
   return absl::OkStatus();
 }
 
-absl::Status LocalCluster::wait_for_interrupt(const std::function<void(const std::string&)>& page_lost) {
+absl::Status LocalCluster::wait_for_interrupt(const std::function<void(const std::string&)>& on_loss) {
   std::vector<int> descriptors = {options_.interrupt_descriptor};
   for (const ChildProcess& daemon : daemons_) descriptors.push_back(daemon.descriptor());
   if (page_) descriptors.push_back(page_->descriptor());
@@ -215,13 +231,35 @@ absl::Status LocalCluster::wait_for_interrupt(const std::function<void(const std
     if (*event == 0) return absl::OkStatus();
     if (*event > daemons_.size()) {
       page_->ended();
-      page_lost(page_->epitaph());
+      on_loss(absl::StrCat("the web UI is lost: ", page_->epitaph()));
       descriptors.pop_back();
       continue;
     }
-    const std::optional<int> end = daemons_[*event - 1].ended();
-    return end == 0 ? absl::OkStatus() : failure();
+    const std::size_t place = *event - 1;
+    ChildProcess& daemon = daemons_[place];
+    if (daemon.ended() == 0) return absl::OkStatus();
+    if (!options_.replaces_daemons || !may_replace()) return failure();
+    const std::string what =
+        absl::StrCat(place == 0 ? "the coordinator" : "a sector server", " is replaced: ", daemon.epitaph());
+    if (absl::Status status = replace(place); !status.ok()) return status;
+    descriptors[*event] = daemons_[place].descriptor();
+    on_loss(what);
   }
+}
+
+// Daemons that end as soon as they start would do so for ever.
+bool LocalCluster::may_replace() {
+  while (!replaced_.empty() && replaced_.front() < absl::Now() - kReplacedSpan) replaced_.pop_front();
+  replaced_.push_back(absl::Now());
+  return replaced_.size() <= kReplacedMax;
+}
+
+absl::Status LocalCluster::replace(std::size_t place) {
+  wait_readable({daemons_[place].descriptor()}, options_.start_timeout);
+  absl::StatusOr<ChildProcess> another = place == 0 ? new_coordinator(address_) : new_server();
+  if (!another.ok()) return another.status();
+  daemons_[place] = *std::move(another);
+  return absl::OkStatus();
 }
 
 void LocalCluster::stop(absl::Duration patience) {

@@ -6,6 +6,7 @@
 #include <absl/time/time.h>
 #include <sys/types.h>
 
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -32,6 +33,10 @@ struct LocalClusterOptions {
   int interrupt_descriptor = -1;                    // readable when the user wants to end
   std::string page;                                 // host:port of tessera-viewer; empty: without
   bool page_on_any_port = false;                    // where that port is in use
+  absl::Duration checkpoint_every;                  // 0: none, and the world ends with any of its servers
+  bool store = false;                   // the world, in a folder of the cluster's, which ends with it
+  std::filesystem::path store_folder;   // or in this one, which stays
+  bool replaces_daemons = false;        // in wait_for_interrupt()
   std::filesystem::path record_inputs;  // a file that is not there yet; empty: nothing is recorded
 };
 
@@ -63,6 +68,11 @@ class LocalCluster {
   // One more sector server of the same kind.
   absl::Status start_server();
 
+  // Others in the place of daemons that have ended, or are ending: the server that was started as number
+  // `place`, or the coordinator, at the same address.
+  absl::Status replace_server(std::size_t place) { return replace(place + 1); }
+  absl::Status replace_coordinator() { return replace(0); }
+
   // Does `call`, which talks to the cluster, on another thread, and `meanwhile` here a few times a second. If
   // a daemon ends before the call does, or the user interrupts, the cluster is stopped and the status says
   // why.
@@ -74,8 +84,9 @@ class LocalCluster {
   absl::Status wait_until_ended(absl::Duration timeout);
 
   // Waits, without any limit, until the user interrupts (OK) or a daemon ends (UNAVAILABLE; OK if in order).
-  // If the web UI ends, `page_lost` is called with the reason, and the cluster continues.
-  absl::Status wait_for_interrupt(const std::function<void(const std::string&)>& page_lost);
+  // If the web UI ends, or a daemon that is replaced, `on_loss` is called with what is lost, and the cluster
+  // continues.
+  absl::Status wait_for_interrupt(const std::function<void(const std::string&)>& on_loss);
 
   // Asks all daemons to end (SIGTERM), and ends those that have not within `patience`.
   void stop(absl::Duration patience = absl::Seconds(5));
@@ -87,6 +98,10 @@ class LocalCluster {
   explicit LocalCluster(const LocalClusterOptions& options);
   absl::Status launch();
   absl::Status start_page(int inotify);
+  absl::StatusOr<ChildProcess> new_server();
+  absl::StatusOr<ChildProcess> new_coordinator(const std::string& listen);
+  bool may_replace();
+  absl::Status replace(std::size_t place);
   absl::StatusOr<std::string> await_ready(const std::string& file, ChildProcess& process, int inotify);
   absl::StatusOr<ChildProcess> start_daemon(const std::string& name, std::vector<std::string> arguments);
 
@@ -97,6 +112,8 @@ class LocalCluster {
   std::string address_;
   std::string page_url_;
   std::vector<ChildProcess> daemons_;  // the coordinator first
+  int logs_ = 0;                       // begun
+  std::deque<absl::Time> replaced_;    // the latest ones, when
   std::optional<ChildProcess> page_;   // no part of the cluster: it may end and the cluster goes on
   bool keep_logs_ = false;
 };

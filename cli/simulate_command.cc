@@ -37,10 +37,15 @@ std::string told(const absl::StatusOr<ScenarioReport>& report) {
 }
 
 nlohmann::json row_of(const Scenario& scenario, const absl::StatusOr<ScenarioReport>& report) {
-  nlohmann::json row = {{"seed", scenario.seed},          {"servers", scenario.servers},
-                        {"ticks", scenario.ticks},        {"commands", scenario.commands},
-                        {"cuts", scenario.cuts},          {"crashes", scenario.crashes},
-                        {"world_hash", nlohmann::json()}, {"same", report.ok()}};
+  nlohmann::json row = {{"seed", scenario.seed},
+                        {"servers", scenario.servers},
+                        {"ticks", scenario.ticks},
+                        {"commands", scenario.commands},
+                        {"cuts", scenario.cuts},
+                        {"crashes", scenario.crashes},
+                        {"coordinator_crashes", scenario.coordinator_crashes},
+                        {"world_hash", nlohmann::json()},
+                        {"same", report.ok()}};
   if (!report.ok()) {
     row["error"] = std::string(report.status().message());
   } else {
@@ -118,6 +123,12 @@ void add_simulate_command(CLI::App& app, Action& action) {
       .add_option("--crashes", scenario.crashes,
                   "servers that end without a word; each time, another one joins some seconds later")
       ->check(CLI::Range(0, 64))
+      ->capture_default_str();
+  command
+      .add_option(
+          "--coordinator-crashes", scenario.coordinator_crashes,
+          "how often the coordinator ends without a word; another one takes its place some seconds later")
+      ->check(CLI::Range(0, 10'000))
       ->capture_default_str();
   add_override_options(command, options->overrides);
   add_parsed(command, "--json", options->json, parse_output_file, "write the hashes to this file, too");

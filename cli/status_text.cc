@@ -10,7 +10,11 @@ namespace tessera::cli {
 std::string megabytes(double bytes) { return absl::StrFormat("%.0f MB", bytes / 1e6); }
 
 std::string label(const ServerStatus& server) {
-  return absl::StrFormat("%x%s", server.node, server.suspect ? " silent" : server.takes_part ? "" : " idle");
+  return absl::StrFormat("%x%s", server.node,
+                         server.suspect      ? " silent"
+                         : server.drained    ? " drained"
+                         : server.takes_part ? ""
+                                             : " idle");
 }
 
 std::string summary(const ClusterStatus& status) {
@@ -34,6 +38,10 @@ std::string summary(const ClusterStatus& status) {
     absl::StrAppend(&text,
                     coloured(absl::StrCat("diverged: ", to_text(status.divergences.front())), Colour::kRed),
                     more == 0 ? "" : absl::StrCat(", and ", grouped(more), " more"), "\n");
+  }
+  if (status.recoveries > 0) {
+    absl::StrAppend(&text, "went on from a checkpoint ", grouped(status.recoveries),
+                    " times, the latest is of tick ", grouped(status.checkpoint_tick), "\n");
   }
   absl::StrAppendFormat(&text, "tick mean %.2f ms, p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n",
                         status.tick_ms.mean, status.tick_ms.p50, status.tick_ms.p99, status.tick_ms.max,

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "coordinator/checkpoints.h"
+#include "coordinator/coordinator.h"
 #include "coordinator/queries.h"
 #include "coordinator/sequencer.h"
 #include "coordinator/tick_statistics.h"
@@ -45,10 +47,14 @@ struct ActiveWorld {
   // Where it can be set back to; empty if it ends with any of its servers.
   std::optional<Checkpoints> checkpoints;
   std::optional<Checkpoint> fresh_checkpoint;  // that has just come
+  SnapshotChunks fresh_head;         // of the snapshot that it makes; empty if it is not to be stored
+  std::uint64_t fresh_position = 0;  // of the inputs that it has
   bool awaits_checkpoint = false;
-  std::chrono::nanoseconds next_checkpoint{};  // the time
+  std::chrono::nanoseconds next_checkpoint{};             // the time
+  std::optional<std::chrono::nanoseconds> gathers_until;  // for servers, while it has none
   std::uint64_t recoveries = 0;
-  Tick last_loss = 0;  // completed when a server was lost
+  std::map<NodeId, v1::Subscriptions> subscriptions;  // of clients, at each of its servers
+  Tick last_loss = 0;                                 // completed when a server was lost
   std::uint32_t losses_in_place = 0;
 
   bool loading() const { return static_cast<bool>(load_reply); }

@@ -8,6 +8,7 @@
 #include "coordinator/command_checks.h"
 #include "coordinator/coordinator_impl.h"
 #include "coordinator/limits.h"
+#include "coordinator/recording.h"
 #include "proto/convert.h"
 #include "proto/snapshot.h"
 
@@ -43,15 +44,17 @@ void Coordinator::Impl::on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanosec
   absl::StatusOr<WorldRegistry::Spawned> spawned = (*world)->registry.spawn(call.request);
   if (!spawned.ok()) return call.reply(spawned.status(), {});
   const BodyId id = spawned->record.id;
-  sequencer.submit(SpawnBody{spawned->record}, std::move(spawned->new_shape),
-                   [id, reply = std::move(call.reply)](const absl::Status& status, Tick tick) {
-                     v1::SpawnReply answer;
-                     if (status.ok()) {
-                       answer.set_id(id.value);
-                       answer.set_tick(tick);
-                     }
-                     reply(status, answer);
-                   });
+  const Tick at =
+      sequencer.submit(SpawnBody{spawned->record}, std::move(spawned->new_shape),
+                       [id, reply = std::move(call.reply)](const absl::Status& status, Tick tick) {
+                         v1::SpawnReply answer;
+                         if (status.ok()) {
+                           answer.set_id(id.value);
+                           answer.set_tick(tick);
+                         }
+                         reply(status, answer);
+                       });
+  store_command(call.request, at, id.value);
 }
 
 void Coordinator::Impl::on(Call<v1::AddJointRequest, v1::AddJointReply>& call, Nanoseconds) {
@@ -61,15 +64,17 @@ void Coordinator::Impl::on(Call<v1::AddJointRequest, v1::AddJointReply>& call, N
   if (absl::Status status = sequencer.room_for_command(0); !status.ok()) return call.reply(status, {});
   const absl::StatusOr<JointRecord> joint = (*world)->registry.add_joint(call.request);
   if (!joint.ok()) return call.reply(joint.status(), {});
-  sequencer.submit(AddJoint{*joint}, std::nullopt,
-                   [id = joint->id, reply = std::move(call.reply)](const absl::Status& status, Tick tick) {
-                     v1::AddJointReply answer;
-                     if (status.ok()) {
-                       answer.set_id(id.value);
-                       answer.set_tick(tick);
-                     }
-                     reply(status, answer);
-                   });
+  const Tick at = sequencer.submit(
+      AddJoint{*joint}, std::nullopt,
+      [id = joint->id, reply = std::move(call.reply)](const absl::Status& status, Tick tick) {
+        v1::AddJointReply answer;
+        if (status.ok()) {
+          answer.set_id(id.value);
+          answer.set_tick(tick);
+        }
+        reply(status, answer);
+      });
+  store_command(call.request, at, joint->id.value);
 }
 
 template <typename Request>
@@ -81,7 +86,8 @@ void Coordinator::Impl::on(Call<Request, v1::CommandReply>& call, Nanoseconds) {
   absl::StatusOr<Command> command = checked(call.request, (*world)->registry);
   if (!command.ok()) return call.reply(command.status(), {});
   (*world)->registry.apply(*command);
-  sequencer.submit(*std::move(command), std::nullopt, with_tick(std::move(call.reply)));
+  const Tick at = sequencer.submit(*std::move(command), std::nullopt, with_tick(std::move(call.reply)));
+  store_command(call.request, at, 0);
 }
 
 void Coordinator::Impl::on(Call<v1::PauseRequest, v1::PauseReply>& call, Nanoseconds) {
@@ -121,12 +127,8 @@ void Coordinator::Impl::on(Call<v1::HashRequest, v1::HashReply>& call, Nanosecon
       }));
 }
 
-// What is held is taken down as it is now, and the servers are asked before they are granted any of it.
-void Coordinator::Impl::on(Call<v1::SnapshotRequest, SnapshotChunks>& call, Nanoseconds) {
-  const absl::StatusOr<ActiveWorld*> live = live_world();
-  if (!live.ok()) return call.reply(live.status(), {});
-  ActiveWorld& world = **live;
-  if (absl::Status status = world.queries.room(); !status.ok()) return call.reply(status, {});
+// A snapshot without what the servers contribute.
+SnapshotChunks Coordinator::Impl::snapshot_head(const ActiveWorld& world) {
   WorldCatalogue catalogue = world.registry.catalogue();
   catalogue.name = world.name;
   const std::span<const Shape> shapes = world.certain_shapes();
@@ -136,8 +138,16 @@ void Coordinator::Impl::on(Call<v1::SnapshotRequest, SnapshotChunks>& call, Nano
     catalogue.held.push_back({std::move(batch.commands), {next, end}});
     next = end;
   }
-  SnapshotChunks chunks =
-      head_chunks(catalogue, world.settings, world.anchor, world.sequencer.certain(), shapes);
+  return head_chunks(catalogue, world.settings, world.anchor, world.sequencer.certain(), shapes);
+}
+
+// What is held is taken down as it is now, and the servers are asked before they are granted any of it.
+void Coordinator::Impl::on(Call<v1::SnapshotRequest, SnapshotChunks>& call, Nanoseconds) {
+  const absl::StatusOr<ActiveWorld*> live = live_world();
+  if (!live.ok()) return call.reply(live.status(), {});
+  ActiveWorld& world = **live;
+  if (absl::Status status = world.queries.room(); !status.ok()) return call.reply(status, {});
+  SnapshotChunks chunks = snapshot_head(world);
   world.sequencer.ask_first(world.queries.snapshot(
       [chunks = std::move(chunks), reply = std::move(call.reply)](
           const absl::Status& status, std::vector<v1::SnapshotChunk> of_servers) mutable {

@@ -38,6 +38,7 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
         if (finished_) {
           call.reply(absl::UnavailableError("the coordinator is shutting down"), {});
         } else {
+          reply_once_stored(call);
           if (options_.inputs) record_on_reply(call, options_.inputs);
           on(call, now);
         }
@@ -46,8 +47,14 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
   flush(now);
 }
 
-// Sends all grants that are due, and updates the real-time factor.
+// Sends all grants that are due, and stores and answers what has come.
 void Coordinator::Impl::flush(Nanoseconds now) {
+  send_grants(now);
+  store_inputs();
+}
+
+// Also updates the real-time factor.
+void Coordinator::Impl::send_grants(Nanoseconds now) {
   if (world_ && !world_->loading()) tend_checkpoints(now);
   if (!world_ || world_->loading() || !world_->hosted()) {
     was_moving_ = false;
@@ -121,7 +128,7 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
   log(absl::StrCat(title_of(server), " joined, precision ", name_of(server.precision), ", ", server.threads,
                    " threads"));
   try_start();
-  if (world_ && !world_->loading() && world_->nodes.empty()) recover();
+  if (world_ && !world_->loading() && world_->nodes.empty()) gather(now);
 }
 
 // The server was given up, or belongs to a coordinator that is gone: it must not continue on its own, and may
@@ -155,6 +162,9 @@ void Coordinator::Impl::on_loaded(NodeId from, const v1::Loaded& loaded, Nanosec
 
 void Coordinator::Impl::on_report(Server& server, const v1::Report& report, Nanoseconds now) {
   server.peak_rss_bytes = report.peak_rss_bytes();
+  if (report.has_subscriptions() && world_ && world_->rank_of(server.node)) {
+    world_->subscriptions[server.node] = report.subscriptions();
+  }
   if (!world_ || report.world() != world_->number) return;
   const std::optional<std::size_t> rank = world_->rank_of(server.node);
   if (!rank) return;
@@ -216,9 +226,16 @@ void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds no
   flush(now);
 }
 
+std::map<NodeId, std::string> Coordinator::Impl::server_addresses() const {
+  std::map<NodeId, std::string> addresses;
+  for (const Server& server : members_.servers()) addresses[server.node] = server.stream_address;
+  return addresses;
+}
+
 void Coordinator::Impl::advance(Nanoseconds now) {
   if (finished_) return;
   if (const auto due = next_deadline(); due && now > *due + kLateMax) members_.spare_until(now + kLateMax);
+  if (world_ && world_->gathers_until && now >= *world_->gathers_until) recover();
   for (const NodeId node : members_.silent(now)) {
     const auto silence = now - members_.find(node)->last_heard;
     lost(node, absl::StrCat("was silent for ", std::chrono::duration<double>(silence).count(), " s"), now);
@@ -237,10 +254,10 @@ std::optional<Nanoseconds> Coordinator::Impl::next_deadline() const {
     if (deadline && (!earliest || *deadline < *earliest)) earliest = deadline;
   };
   if (waiting_load_) consider(waiting_load_->deadline);
+  if (world_) consider(world_->gathers_until);
   if (world_ && !world_->loading()) {
     if (world_->hosted()) consider(world_->sequencer.next_due());
-    const bool is_moving = !world_->recovering() && !world_->sequencer.paused();
-    if (world_->checkpoints && is_moving && !world_->awaits_checkpoint) consider(world_->next_checkpoint);
+    if (may_ask_for_checkpoint()) consider(world_->next_checkpoint);
   }
   return earliest;
 }
@@ -262,9 +279,13 @@ void Coordinator::receive(NodeId from, const v1::ClusterMessage& message, Nanose
   impl_->receive(from, message, now);
 }
 bool Coordinator::suspect(NodeId server, Nanoseconds now) { return impl_->suspect(server, now); }
+void Coordinator::ended(NodeId server, Nanoseconds now) { impl_->lost(server, "has ended", now); }
+std::map<NodeId, std::string> Coordinator::server_addresses() const { return impl_->server_addresses(); }
 void Coordinator::advance(Nanoseconds now) { impl_->advance(now); }
 std::optional<Nanoseconds> Coordinator::next_deadline() const { return impl_->next_deadline(); }
 std::vector<OutgoingMessage> Coordinator::take_messages() { return impl_->take_messages(); }
+absl::Status Coordinator::resume_stored() { return impl_->resume_stored(); }
+void Coordinator::retire() { impl_->retire(); }
 bool Coordinator::finished() const { return impl_->finished(); }
 const DurationHistogram* Coordinator::tick_durations() const { return impl_->tick_durations(); }
 

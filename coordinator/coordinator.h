@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +19,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "coordinator/world_store.h"
 #include "daemon/log_line.h"
 #include "lpss/grid/sector_map.h"
 #include "lpss/model/world_description.h"
@@ -86,6 +88,8 @@ struct CoordinatorOptions {
   // The numbers of worlds that an earlier coordinator of the cluster gave: servers ignore what is older than
   // what they have.
   std::uint64_t worlds_before = 0;
+  // Where the world is kept, so that it outlives this process; null: nowhere. Needs checkpoints.
+  WorldStore* store = nullptr;
   InputSink inputs;  // empty: inputs are not reported and ticks are not hashed
   LogSink log;       // events for the operator; may be empty
 };
@@ -97,17 +101,28 @@ class Coordinator {
   explicit Coordinator(const CoordinatorOptions& options);
   ~Coordinator();
 
+  // Goes on with the world that is stored, if there is one, as soon as servers have joined. Before all
+  // others. Errors of reading it; then nothing has changed.
+  absl::Status resume_stored();
+
   // Each call may add outgoing messages, which the shell then takes and sends.
   void handle(ClientRequest request, Nanoseconds now);
   void receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now);
   // The transport has lost contact with a server, which may have ended or only stalled: it is a suspect until
   // it responds again or counts as lost. False if it is not, or is no longer, a server of the cluster.
   bool suspect(NodeId server, Nanoseconds now);
+  // The process of a server has ended.
+  void ended(NodeId server, Nanoseconds now);
   void advance(Nanoseconds now);  // deadlines and pacing
+  // Ends, and leaves a world that is stored to the coordinator that takes its place; without a store, as
+  // after Shutdown.
+  void retire();
 
   // When advance() must be called next; nullopt: not before a message arrives.
   std::optional<Nanoseconds> next_deadline() const;
   std::vector<OutgoingMessage> take_messages();
+  // Where the servers of the cluster serve streams.
+  std::map<NodeId, std::string> server_addresses() const;
   bool finished() const;  // after Shutdown, once the servers have been notified
 
   // The duration of each tick of the loaded world on its slowest server; null without a world. Like

@@ -1,26 +1,34 @@
 // The implementation of the coordinator, over several files: coordinator.cc (messages and servers),
 // loading.cc (loading and unloading worlds), recovery.cc (what keeps a world alive when servers come and go),
-// client_requests.cc (all other requests of clients), status.cc (status replies).
+// stored_world.cc (what makes it outlive this process), client_requests.cc (all other requests of clients),
+// status.cc (status replies).
 #pragma once
 
 #include <absl/container/flat_hash_set.h>
 #include <absl/status/statusor.h>
 
+#include <concepts>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "coordinator/active_world.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/membership.h"
 #include "coordinator/placement.h"
+#include "coordinator/recording.h"
 
 namespace tessera {
 
 class Coordinator::Impl {
  public:
   explicit Impl(const CoordinatorOptions& options);
+  absl::Status resume_stored();
+  void retire();
 
   void handle(ClientRequest request, Nanoseconds now);
   void receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now);
@@ -28,6 +36,8 @@ class Coordinator::Impl {
   void advance(Nanoseconds now);
   std::optional<Nanoseconds> next_deadline() const;
   std::vector<OutgoingMessage> take_messages() { return std::exchange(outbox_, {}); }
+  void lost(NodeId node, const std::string& how, Nanoseconds now);
+  std::map<NodeId, std::string> server_addresses() const;
   bool finished() const { return finished_; }
   const DurationHistogram* tick_durations() const {
     return world_ ? &world_->statistics.durations() : nullptr;
@@ -54,10 +64,10 @@ class Coordinator::Impl {
   v1::ClusterMessage& send(NodeId to);
   void send_to_world(const v1::ClusterMessage& message);
   void flush(Nanoseconds now);
+  void send_grants(Nanoseconds now);
   void log(std::string text, Severity severity = Severity::kInfo) const;
   void on_hello(NodeId from, const v1::Hello& hello, Nanoseconds now);
   void heard(Server& server, Nanoseconds now);
-  void lost(NodeId node, const std::string& how, Nanoseconds now);
   void on_stranger(NodeId from);
   void on_loaded(NodeId from, const v1::Loaded& loaded, Nanoseconds now);
   void on_report(Server& server, const v1::Report& report, Nanoseconds now);
@@ -82,15 +92,33 @@ class Coordinator::Impl {
   // recovery.cc
   bool survives_losses() const { return options_.checkpoint_every > Nanoseconds::zero(); }
   void tend_checkpoints(Nanoseconds now);
+  bool may_ask_for_checkpoint() const;
   void ask_for_checkpoint();
   bool may_recover();
+  void gather(Nanoseconds now);
   void recover();
+  void hand_over_streams(Placement& placement);
   void go_on_again();
   bool wants_to_move() const;
   void answer_drains();
   void on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanoseconds now);
 
+  // stored_world.cc
+  bool stores() const { return options_.store != nullptr && store_failure_.empty(); }
+  template <typename Request, typename Answer>
+  void reply_once_stored(Call<Request, Answer>& call);
+  template <typename Request>
+  void store_command(const Request& request, Tick tick, std::uint64_t id);
+  void store_pace();
+  void store_inputs();
+  absl::Status store_beginning(std::uint64_t load, const WorldToLoad& world);
+  void store_checkpoint(SnapshotChunks snapshot, std::uint64_t position);
+  void forget_stored();
+  void store_failed(const absl::Status& status);
+  std::uint64_t stored_position() const { return options_.store->position() + unstored_.size(); }
+
   // client_requests.cc
+  static SnapshotChunks snapshot_head(const ActiveWorld& world);
   absl::StatusOr<ActiveWorld*> live_world() const;
   void on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanoseconds now);
   void on(Call<v1::AddJointRequest, v1::AddJointReply>& call, Nanoseconds now);
@@ -124,9 +152,38 @@ class Coordinator::Impl {
   std::uint64_t loads_ = 0;
   std::uint64_t worlds_ = 0;  // sent to servers: loads, and worlds that were set back
   std::vector<Drain> drains_;
+
+  std::vector<v1::StoredInput> unstored_;
+  std::vector<std::function<void()>> replies_;  // that rest on what is to be stored
+  std::optional<v1::StoredPace> stored_pace_;
+  std::string store_failure_;  // since when nothing is stored; empty while all is well
   bool was_moving_ = false;
   bool finished_ = false;
   std::vector<OutgoingMessage> outbox_;
 };
+
+// Answers that are not given before what they rest on is on disk.
+template <typename Answer>
+concept RestsOnStore = CommandAnswer<Answer> || std::same_as<Answer, v1::PauseReply> ||
+    std::same_as<Answer, v1::ResumeReply> || std::same_as<Answer, v1::StepReply>;
+
+template <typename Request, typename Answer>
+void Coordinator::Impl::reply_once_stored(Call<Request, Answer>& call) {
+  if constexpr (RestsOnStore<Answer>) {
+    if (!stores()) return;
+    call.reply = [this, reply = std::move(call.reply)](const absl::Status& status, const Answer& answer) {
+      replies_.push_back([reply, status, answer] { reply(status, answer); });
+    };
+  }
+}
+
+template <typename Request>
+void Coordinator::Impl::store_command(const Request& request, Tick tick, std::uint64_t id) {
+  if (!stores()) return;
+  v1::RecordedCommand& command = *unstored_.emplace_back().mutable_command();
+  command.set_tick(tick);
+  command.set_id(id);
+  put(request, command);
+}
 
 }  // namespace tessera

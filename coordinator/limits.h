@@ -33,6 +33,9 @@ inline constexpr std::chrono::minutes kLoadSilenceMax{10};
 // The transport sees whether such a server is alive; if not, it has this long to come back where the world
 // ends with it.
 inline constexpr std::chrono::minutes kStallMax{1};
+inline constexpr int kSubscriptionsMax = 4096;  // streams of clients that go on at other servers
+// A world without servers waits for others so long once one has come.
+inline constexpr std::chrono::milliseconds kGatherServers{300};
 // A world that loses a server so often without a tick in between has failed.
 inline constexpr std::uint32_t kLossesInPlaceMax = 16;
 inline constexpr std::chrono::milliseconds kHeartbeatMax{1000};

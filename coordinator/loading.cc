@@ -11,34 +11,6 @@
 #include "proto/convert.h"
 
 namespace tessera {
-namespace {
-
-WorldRegistry registry_of(WorldToLoad world) {
-  if (auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
-    return {std::move(described->world), described->records, described->joints};
-  }
-  ReadSnapshot& snapshot = std::get<ReadSnapshot>(world.from);
-  std::vector<Shape> shapes = std::move(snapshot.world.shapes);
-  for (const WorldCatalogue::HeldBatch& batch : snapshot.catalogue.held) {
-    shapes.insert(shapes.end(), batch.new_shapes.begin(), batch.new_shapes.end());
-  }
-  return {snapshot.world.settings, std::move(shapes), snapshot.catalogue};
-}
-
-std::vector<Sequencer::Held> held_of(const WorldToLoad& world) {
-  std::vector<Sequencer::Held> held;
-  const auto* snapshot = std::get_if<ReadSnapshot>(&world.from);
-  if (snapshot == nullptr) return held;
-  for (const WorldCatalogue::HeldBatch& batch : snapshot->catalogue.held) {
-    Sequencer::Held& to = held.emplace_back();
-    to.commands = batch.commands;
-    for (const Shape& shape : batch.new_shapes) to.new_shapes.push_back(to_proto(shape));
-  }
-  return held;
-}
-
-}  // namespace
-
 absl::Status Coordinator::Impl::may_load(bool replace) const {
   if (waiting_load_ || (world_ && world_->loading())) {
     return absl::FailedPreconditionError("another world is being loaded");
@@ -59,26 +31,13 @@ void Coordinator::Impl::on(Call<v1::LoadRequest, v1::LoadReply>& call, Nanosecon
     call.reply(absl::InvalidArgumentError("world must be set"), {});
     return;
   }
-  absl::StatusOr<WorldDescription> world = from_proto(call.request.world());
+  absl::StatusOr<WorldToLoad> world = described_world(call.request.world());
   if (!world.ok()) {
     call.reply(world.status(), {});
     return;
   }
-  absl::StatusOr<std::vector<BodyRecord>> records = records_of(*world);
-  if (!records.ok()) {
-    call.reply(records.status(), {});
-    return;
-  }
-  absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(*world);
-  if (!joints.ok()) {
-    call.reply(joints.status(), {});
-    return;
-  }
   call.request.Clear();  // the description has everything, and the request may be large
-  waiting_load_ =
-      WaitingLoad{std::move(call.reply),
-                  {WorldToLoad::Described{*std::move(world), *std::move(records), *std::move(joints)}},
-                  now + options_.join_timeout};
+  waiting_load_ = WaitingLoad{std::move(call.reply), *std::move(world), now + options_.join_timeout};
   try_start();
 }
 
@@ -128,6 +87,10 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
   absl::StatusOr<Placement> placement = place(number, load.world, nodes);
   if (!placement.ok()) {
     load.reply(placement.status(), {});
+    return;
+  }
+  if (absl::Status status = store_beginning(loads_ + 1, load.world); !status.ok()) {
+    load.reply(status, {});
     return;
   }
   const bool replaces = world_ != nullptr;
@@ -221,6 +184,7 @@ void Coordinator::Impl::fail_world(const std::string& failure, absl::StatusCode 
     failed_->set_failure(failure);
   }
   log(absl::StrCat("the world '", world_->name, "' has failed: ", failure), Severity::kError);
+  forget_stored();
   close_world(absl::Status(code, failure), {});
 }
 
@@ -233,6 +197,7 @@ void Coordinator::Impl::on(Call<v1::UnloadRequest, v1::UnloadReply>& call, Nanos
   give_up_waiting(status);
   if (world_) log(absl::StrCat("the world '", world_->name, "' is unloaded"));
   close_world(status, {});
+  forget_stored();
   failed_.reset();
   call.reply(absl::OkStatus(), {});
 }

@@ -16,9 +16,11 @@
 
 #include "coordinator/client_edge.h"
 #include "coordinator/coordinator.h"
+#include "coordinator/folder_store.h"
 #include "coordinator/metrics.h"
 #include "coordinator/options.h"
 #include "coordinator/request_queue.h"
+#include "coordinator/server_watch.h"
 #include "daemon/end_signals.h"
 #include "daemon/log.h"
 #include "daemon/monitor.h"
@@ -85,10 +87,9 @@ void record(const v1::RecordedInput& input, std::optional<RecordingWriter>& reco
 }
 
 // The loop of the one thread that owns link and state machine.
-void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const StopSignals& signals,
-           Pulse& pulse) {
+void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, ServerWatch& watch,
+           const StopSignals& signals, Pulse& pulse) {
   using Clock = std::chrono::steady_clock;
-  using Shutdown = ClientCall<v1::ShutdownRequest, v1::ShutdownReply>;
   const Clock::time_point start = Clock::now();
   const auto now = [&] { return Nanoseconds(Clock::now() - start); };
   const auto send = [&] {
@@ -98,7 +99,7 @@ void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const S
   };
   while (!coordinator.finished()) {
     pulse.beat();
-    if (signals.wanted()) coordinator.handle(Shutdown{{}, [](const absl::Status&, const auto&) {}}, now());
+    if (signals.wanted()) coordinator.retire();
     for (ClientRequest& request : queue.take()) coordinator.handle(std::move(request), now());
     send();
     if (coordinator.finished()) break;
@@ -115,6 +116,8 @@ void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, const S
     for (const NodeId node : link.take_lost_peers()) {
       if (!coordinator.suspect(node, now())) link.forget(node);
     }
+    for (const NodeId node : watch.take_ended()) coordinator.ended(node, now());
+    watch.follow(coordinator.server_addresses());
     coordinator.advance(now());
     send();
   }
@@ -169,13 +172,32 @@ int run(CoordinatorArguments& arguments) {
   }
   arguments.coordinator.worlds_before = static_cast<std::uint64_t>(
       std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1));
+  std::unique_ptr<WorldStore> store;
+  if (!arguments.store.empty()) {
+    if (arguments.coordinator.checkpoint_every == Nanoseconds::zero()) {
+      spdlog::error("--store needs --checkpoint-every above 0");
+      return 1;
+    }
+    absl::StatusOr<std::unique_ptr<WorldStore>> opened = open_folder_store(arguments.store);
+    if (!opened.ok()) {
+      spdlog::error("{}", text(opened.status()));
+      return 1;
+    }
+    store = *std::move(opened);
+    arguments.coordinator.store = store.get();
+  }
   Coordinator coordinator(arguments.coordinator);
+  if (absl::Status status = coordinator.resume_stored(); !status.ok()) {
+    spdlog::error("{}: {}", arguments.store, text(status));
+    return 1;
+  }
   Pulse pulse;
   const absl::StatusOr<std::unique_ptr<Monitor>> monitor = open_monitor(arguments, queue, coordinator, pulse);
   if (!monitor.ok()) {
     spdlog::error("{}", text(monitor.status()));
     return 1;
   }
+  ServerWatch watch([&] { waker.wake(); });
   const std::string& address = (*edge)->address();
   if (absl::Status status = (*link)->announce_coordinator(address); !status.ok()) {
     spdlog::error("{}", text(status));
@@ -190,7 +212,7 @@ int run(CoordinatorArguments& arguments) {
   spdlog::info("cluster {}, domain {}, clients on {}", arguments.dds.cluster, arguments.dds.domain, address);
   if (*monitor) spdlog::info("metrics on http://{}/metrics", (*monitor)->address());
   waker.attach(link->get());
-  serve(coordinator, **link, queue, signals, pulse);
+  serve(coordinator, **link, queue, watch, signals, pulse);
   waker.attach(nullptr);
   (*edge)->close();
   if (!arguments.ready_file.empty()) std::remove(arguments.ready_file.c_str());

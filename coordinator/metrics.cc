@@ -16,7 +16,7 @@ namespace tessera {
 namespace {
 
 constexpr std::chrono::seconds kPatience(5);
-constexpr std::array kStates = {"empty", "loading", "paused", "running", "failed"};
+constexpr std::array kStates = {"empty", "loading", "paused", "running", "recovering", "failed"};
 
 prometheus::MetricFamily states(const std::string& state) {
   prometheus::MetricFamily family = {"tessera_world_state",
@@ -93,6 +93,8 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
       tick_durations(figures),
       gauge("tessera_world_bodies", "Bodies of the loaded world", number(status.bodies())),
 
+      counter("tessera_world_recoveries_total",
+              "How often the world went on from a checkpoint, on other servers", number(status.recoveries())),
       gauge("tessera_world_map_epoch", "How often the sector map has changed", number(status.map_epoch())),
   };
   const TickCounts last = counts_from(status.counts());

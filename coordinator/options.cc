@@ -20,7 +20,19 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
               0, 1e6);
   add_seconds(app, "--server-timeout", coordinator.server_timeout,
               "Silence after which a sector server counts as lost, s", 0.1, 1e6);
+  add_seconds(app, "--contact-timeout", coordinator.contact_timeout,
+              "How long a sector server that the network has lost contact with may take to come back, s", 0,
+              1e6);
+  add_seconds(
+      app, "--checkpoint-every", coordinator.checkpoint_every,
+      "How often a running world's state is taken down, s, so that it survives the loss of servers; 0: "
+      "never",
+      0, 1e6);
   add_metrics_option(app, arguments.metrics_address);
+  app.add_option(
+         "--store", arguments.store,
+         "Keep the world in this folder, and go on with the one that is there; needs --checkpoint-every")
+      ->capture_default_str();
   app.add_option("--record-inputs", arguments.record_inputs,
                  "Record worlds, commands and the hash of every tick to this new file, for tessera replay")
       ->capture_default_str();

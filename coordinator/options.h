@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <chrono>
 #include <string>
 
 #include "coordinator/coordinator.h"
@@ -12,10 +13,11 @@ namespace tessera {
 
 struct CoordinatorArguments {
   DdsOptions dds{.self = kCoordinatorNode};
-  CoordinatorOptions coordinator;
+  CoordinatorOptions coordinator{.checkpoint_every = std::chrono::seconds(1)};
   std::string listen = "127.0.0.1:7300";
   std::string metrics_address;  // empty: no metrics
   std::string record_inputs;    // empty: no recording
+  std::string store;            // a folder; empty: nothing outlives the process
   std::string ready_file;
   LogOptions log;
   bool exit_with_parent = false;

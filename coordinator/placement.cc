@@ -123,26 +123,6 @@ absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, c
 
 }  // namespace
 
-const std::string& WorldToLoad::name() const {
-  if (const auto* described = std::get_if<Described>(&from)) return described->world.name;
-  return std::get<ReadSnapshot>(from).catalogue.name;
-}
-
-const WorldSettings& WorldToLoad::settings() const {
-  if (const auto* described = std::get_if<Described>(&from)) return described->world.settings;
-  return std::get<ReadSnapshot>(from).world.settings;
-}
-
-const SectorIndex& WorldToLoad::anchor() const {
-  if (const auto* described = std::get_if<Described>(&from)) return described->world.anchor;
-  return std::get<ReadSnapshot>(from).world.anchor;
-}
-
-Tick WorldToLoad::tick() const {
-  const auto* snapshot = std::get_if<ReadSnapshot>(&from);
-  return snapshot == nullptr ? 0 : snapshot->world.tick;
-}
-
 absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
                                 std::uint64_t map_epoch) {
   return std::visit([&](const auto& from) { return place(number, map_epoch, world, from, nodes); },

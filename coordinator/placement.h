@@ -5,34 +5,14 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
-#include <variant>
 #include <vector>
 
 #include "cluster.pb.h"
+#include "coordinator/world_to_load.h"
 #include "lpss/grid/sector_map.h"
-#include "lpss/model/body.h"
-#include "lpss/model/joint.h"
-#include "lpss/model/world_description.h"
-#include "proto/snapshot.h"
 #include "transport/link.h"
 
 namespace tessera {
-
-// A valid world, as described or from a snapshot.
-struct WorldToLoad {
-  struct Described {
-    WorldDescription world;
-    std::vector<BodyRecord> records;
-    std::vector<JointRecord> joints;
-  };
-  std::variant<Described, ReadSnapshot> from;
-
-  const std::string& name() const;
-  const WorldSettings& settings() const;
-  const SectorIndex& anchor() const;
-  Tick tick() const;  // completed
-};
 
 struct Placement {
   SectorMap map;

@@ -4,6 +4,9 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <iterator>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "coordinator/coordinator_impl.h"
@@ -15,26 +18,42 @@ void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
   ActiveWorld& world = *world_;
   if (!world.checkpoints) return;
   if (world.fresh_checkpoint) {
+    if (!world.fresh_head.empty()) {
+      SnapshotChunks snapshot = std::exchange(world.fresh_head, {});
+      const std::vector<v1::SnapshotChunk>& rest = world.fresh_checkpoint->chunks;
+      snapshot.insert(snapshot.end(), rest.begin(), rest.end());
+      snapshot.push_back(end_chunk(snapshot.size()));
+      store_checkpoint(std::move(snapshot), world.fresh_position);
+    }
     world.checkpoints->add(*std::exchange(world.fresh_checkpoint, std::nullopt), now);
   } else {
     world.checkpoints->settle(now);
   }
   world.sequencer.forget_past(world.checkpoints->earliest());
-  if (world.recovering() || world.awaits_checkpoint) return;
-  const bool has_gone_on = world.sequencer.certain() > world.checkpoints->latest();
-  if (!has_gone_on && wants_to_move()) {
-    world.checkpoints->keep_latest();
-    recover();
-  } else if (has_gone_on && (now >= world.next_checkpoint || wants_to_move())) {
+  if (may_ask_for_checkpoint()) {
+    if (now < world.next_checkpoint && !wants_to_move()) return;
     world.next_checkpoint = now + options_.checkpoint_every;
     ask_for_checkpoint();
+  } else if (!world.recovering() && !world.awaits_checkpoint && wants_to_move()) {
+    world.checkpoints->keep_latest();
+    recover();
   }
+}
+
+// Whether none is under way, and the world has gone on since the last.
+bool Coordinator::Impl::may_ask_for_checkpoint() const {
+  return world_->checkpoints && !world_->recovering() && !world_->awaits_checkpoint &&
+         world_->sequencer.certain() > world_->checkpoints->latest();
 }
 
 void Coordinator::Impl::ask_for_checkpoint() {
   ActiveWorld* world = world_.get();
   if (!world->queries.room().ok()) return;
   world->awaits_checkpoint = true;
+  if (stores()) {
+    world->fresh_head = snapshot_head(*world);
+    world->fresh_position = stored_position();
+  }
   // The world calls this, so `world` exists.
   world->sequencer.ask_first(world->queries.snapshot(
       [world, next = Checkpoint{world->sequencer.certain(), world->certain_shapes().size(), {}}](
@@ -52,9 +71,21 @@ bool Coordinator::Impl::wants_to_move() const {
   return !chosen.empty() && chosen != world_->nodes;
 }
 
+// Waits a moment for more servers than have come.
+void Coordinator::Impl::gather(Nanoseconds now) {
+  const std::size_t servers = chosen_nodes(world_->settings.precision).size();
+  if (servers == 0) return;
+  if (options_.servers_wanted > 0 && servers == options_.servers_wanted) {
+    recover();
+  } else if (!world_->gathers_until) {
+    world_->gathers_until = now + kGatherServers;
+  }
+}
+
 // Goes on from the earliest checkpoint on the servers that are there, or waits for one.
 void Coordinator::Impl::recover() {
   ActiveWorld& world = *world_;
+  world.gathers_until.reset();
   const std::vector<NodeId> before = std::exchange(world.nodes, chosen_nodes(world.settings.precision));
   for (const NodeId node : before) {
     const bool stays = std::find(world.nodes.begin(), world.nodes.end(), node) != world.nodes.end();
@@ -83,8 +114,27 @@ void Coordinator::Impl::recover() {
     return;
   }
   world.map = placement->map;
+  hand_over_streams(*placement);
   send_loads(*std::move(placement), tick);
   log(absl::StrCat("the world '", world.name, "' goes on from tick ", tick, " on ", servers, " servers"));
+}
+
+// The streams that clients have at any server of the world go on at all that it has now.
+void Coordinator::Impl::hand_over_streams(Placement& placement) {
+  v1::Subscriptions all;
+  std::set<std::string> known;
+  for (const auto& [node, subscriptions] : world_->subscriptions) {
+    for (const v1::Subscription& subscription : subscriptions.all()) {
+      if (all.all_size() >= kSubscriptionsMax || !known.insert(subscription.SerializeAsString()).second)
+        continue;
+      *all.add_all() = subscription;
+    }
+  }
+  world_->subscriptions.clear();
+  for (std::size_t rank = 0; rank < world_->nodes.size(); ++rank) {
+    *placement.loads[rank].mutable_subscriptions() = all.all();
+    world_->subscriptions[world_->nodes[rank]] = all;
+  }
 }
 
 void Coordinator::Impl::go_on_again() {

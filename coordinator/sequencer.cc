@@ -74,6 +74,13 @@ void Sequencer::rewind(std::uint64_t world, std::size_t servers, Tick tick) {
     for (const v1::Shape& shape : again->second.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
     batches_.insert(std::move(*again));
   }
+  // Those that an earlier rewind() brought back, and this one does not need.
+  while (!batches_.empty() && batches_.begin()->first <= tick) {
+    held_commands_ -= batches_.begin()->second.commands.size();
+    for (const v1::Shape& shape : batches_.begin()->second.new_shapes)
+      held_shape_bytes_ -= shape.ByteSizeLong();
+    batches_.erase(batches_.begin());
+  }
 }
 
 void Sequencer::forget_past(Tick tick) {
@@ -84,7 +91,7 @@ void Sequencer::forget_past(Tick tick) {
 
 // A teleported body has no home until the end of that tick's exchange. Later commands for it or for joints,
 // and all commands after them, go to the next tick.
-void Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Reply reply) {
+Tick Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Reply reply) {
   const std::optional<BodyId> body = body_of(command);
   const auto must_wait = [&body](const Batch& batch) {
     return body ? batch.teleported.contains(*body) : !batch.teleported.empty();
@@ -106,6 +113,7 @@ void Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Repl
   } else {
     reply(absl::OkStatus(), tick);
   }
+  return tick;
 }
 
 void Sequencer::ask(v1::Query query) { queries_.push_back(std::move(query)); }
@@ -141,6 +149,40 @@ void Sequencer::hold(std::vector<Held> held) {
   }
 }
 
+void Sequencer::hold_at(Tick tick, Command command, std::optional<v1::Shape> new_shape) {
+  Batch& batch = batches_[tick];
+  if (const auto* jump = std::get_if<Teleport>(&command)) batch.teleported.insert(jump->id);
+  batch.commands.push_back(std::move(command));
+  ++held_commands_;
+  if (!new_shape) return;
+  held_shape_bytes_ += new_shape->ByteSizeLong();
+  batch.new_shapes.push_back(*std::move(new_shape));
+}
+
+v1::StoredPace Sequencer::stored_pace(std::uint64_t ticks_ahead) const {
+  v1::StoredPace pace;
+  pace.set_certain(certain_);
+  if (mode_ == Mode::kRunning) {
+    pace.set_mode(v1::StoredPace::RUNNING);
+    pace.set_certain(certain_ + ticks_ahead);
+    pace.set_real_time_factor(real_time_factor_);
+  } else if (mode_ == Mode::kStepping) {
+    pace.set_mode(v1::StoredPace::STEPPING);
+    pace.set_certain(std::min(certain_ + ticks_ahead, target_));
+    pace.set_target(target_);
+  }
+  return pace;
+}
+
+void Sequencer::restore_pace(const v1::StoredPace& pace) {
+  certain_ = std::max(certain_, pace.certain());
+  if (pace.mode() == v1::StoredPace::STEPPING && pace.target() > certain_) {
+    step(pace.target() - certain_, [](const absl::Status&, Tick) {});
+  } else if (pace.mode() == v1::StoredPace::RUNNING) {
+    resume(pace.real_time_factor(), {}).IgnoreError();  // it was accepted before
+  }
+}
+
 absl::Status Sequencer::resume(double real_time_factor, Nanoseconds now) {
   if (mode_ == Mode::kStepping) {
     return absl::FailedPreconditionError("a step is under way: wait for it, or pause first");
@@ -151,6 +193,7 @@ absl::Status Sequencer::resume(double real_time_factor, Nanoseconds now) {
                                                    kRealTimeFactorMin, " to ", kRealTimeFactorMax));
   }
   mode_ = Mode::kRunning;
+  real_time_factor_ = real_time_factor;
   pace_.reset();
   if (real_time_factor != 0) {
     pace_ = Pace{};

@@ -13,6 +13,7 @@
 
 #include "cluster.pb.h"
 #include "lpss/tick/messages.h"
+#include "store.pb.h"
 
 namespace tessera {
 
@@ -58,10 +59,9 @@ class Sequencer {
   absl::Status room_for_command(std::size_t shape_bytes) const;
   absl::Status room_for_query() const;
 
-  // Takes a checked command, with the shape that it adds. `reply` gets its tick once that is granted. While
-  // the world is paused it gets it immediately: the command takes effect at the next tick, whenever that is
-  // granted.
-  void submit(Command command, std::optional<v1::Shape> new_shape, Reply reply);
+  // Takes a checked command, with the shape that it adds, and returns the tick at whose beginning it takes
+  // effect. `reply` gets that tick once it is granted, or immediately while the world is paused.
+  Tick submit(Command command, std::optional<v1::Shape> new_shape, Reply reply);
 
   // Asks a question that is answered after all ticks that are certain.
   void ask(v1::Query query);
@@ -77,8 +77,15 @@ class Sequencer {
   std::vector<Held> held() const;
   std::size_t held_shapes() const;  // how many they have
 
-  // As the first of all: the commands that a snapshot holds.
+  // As the first of all: the commands that a snapshot holds, and those that were stored since, by their
+  // ticks.
   void hold(std::vector<Held> held);
+  void hold_at(Tick tick, Command command, std::optional<v1::Shape> new_shape);
+
+  // How the world runs. Where it goes on, so many more ticks than were granted may be certain.
+  v1::StoredPace stored_pace(std::uint64_t ticks_ahead) const;
+  // As the last of all, of a world that is at the tick where the sequence begins.
+  void restore_pace(const v1::StoredPace& pace);
 
   // Runs at `real_time_factor` simulated seconds per second; 0: as fast as possible. INVALID_ARGUMENT for a
   // factor out of bounds, FAILED_PRECONDITION during a step. Calls that wait for a pause get an error.
@@ -143,6 +150,7 @@ class Sequencer {
   Options options_;
   std::uint64_t chunk_;  // ticks per grant without pacing
   Mode mode_ = Mode::kPaused;
+  double real_time_factor_ = 0;
   std::optional<Pace> pace_;  // set while running with real-time pacing
   Tick target_ = 0;           // of the step
   Reply step_reply_;

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <string>
+
 #include "coordinator/limits.h"
 #include "proto/wire.h"
 
@@ -148,6 +151,112 @@ TEST(Sequencer, GoesOnFromWhatAnotherHeld) {
   }
   EXPECT_EQ(grants.front().ticks(), 1u) << "the tick of the teleport is one of its own";
   EXPECT_EQ(after.certain(), before.certain());
+}
+
+// The commands of each tick, from grants that begin after tick `tick`.
+std::map<Tick, std::string> commands_by_tick(const std::vector<v1::Grant>& grants, Tick tick) {
+  std::map<Tick, std::string> commands;
+  for (const v1::Grant& grant : grants) {
+    for (std::uint64_t n = 0; n < grant.ticks(); ++n) {
+      commands[++tick] = n == 0 ? grant.commands() : pack(std::span<const Command>());
+    }
+  }
+  return commands;
+}
+
+// A sequencer at tick 20, after commands for the ticks 1, 6, 7 and 11, as far as they are not forgotten.
+struct Rewound {
+  explicit Rewound(Tick forgotten) {
+    const auto run_to = [&](Tick tick, Sequencer::Reply reply) {
+      sequencer.step(tick - sequencer.certain(), std::move(reply));
+      for (v1::Grant& grant : sequencer.take_grants({})) grants.push_back(std::move(grant));
+      EXPECT_TRUE(sequencer.report(0, tick).ok());
+    };
+    sequencer.submit(ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, std::nullopt, nobody);
+    run_to(5, nobody);
+    sequencer.submit(Teleport{.id = BodyId{1}}, std::nullopt, nobody);
+    sequencer.submit(ApplyImpulse{BodyId{1}, {2, 0, 0}, {}}, v1::Shape(), nobody);
+    run_to(10, nobody);
+    sequencer.submit(ApplyImpulse{BodyId{1}, {3, 0, 0}, {}}, std::nullopt, nobody);
+    run_to(20, nobody);
+    sequencer.forget_past(forgotten);
+  }
+
+  Sequencer sequencer{{.world = 1, .keeps_past = true}};
+  std::vector<v1::Grant> grants;
+};
+
+TEST(Rewind, TheSameCommandsComeAtTheSameTicks) {
+  for (const Tick tick : {0, 4, 5, 6, 7, 10, 19}) {
+    Rewound world(tick);
+    world.sequencer.rewind(2, 3, tick);
+    EXPECT_EQ(world.sequencer.completed(), 20u) << "as clients were told";
+    EXPECT_TRUE(world.sequencer.replaying());
+    std::vector<v1::Grant> again = world.sequencer.take_grants({});
+    EXPECT_FALSE(world.sequencer.replaying());
+    EXPECT_EQ(again.front().serial(), 1u);
+    EXPECT_EQ(again.front().world(), 2u);
+    std::map<Tick, std::string> expected = commands_by_tick(world.grants, 0);
+    expected.erase(expected.begin(), expected.upper_bound(tick));
+    EXPECT_EQ(commands_by_tick(again, tick), expected) << tick;
+  }
+}
+
+TEST(Rewind, MayComeAgainToALaterTickBeforeAnythingWasGranted) {
+  Rewound world(0);
+  world.sequencer.rewind(2, 1, 0);
+  world.sequencer.rewind(3, 1, 6);
+  std::map<Tick, std::string> expected = commands_by_tick(world.grants, 0);
+  expected.erase(expected.begin(), expected.upper_bound(6));
+  EXPECT_EQ(commands_by_tick(world.sequencer.take_grants({}), 6), expected);
+}
+
+TEST(Rewind, WhatComesMeanwhileTakesEffectAfterwards) {
+  Rewound world(7);
+  world.sequencer.rewind(2, 1, 7);
+  Tick told = 0;
+  world.sequencer.submit(ApplyImpulse{BodyId{1}, {4, 0, 0}, {}}, std::nullopt,
+                         [&](const absl::Status& status, Tick tick) {
+                           EXPECT_TRUE(status.ok());
+                           told = tick;
+                         });
+  v1::Query query;
+  query.set_id(5);
+  world.sequencer.ask(query);
+  bool has_paused = false;
+  world.sequencer.pause([&](const absl::Status& status, Tick tick) {
+    EXPECT_TRUE(status.ok());
+    EXPECT_EQ(tick, 20u);
+    has_paused = true;
+  });
+  EXPECT_FALSE(has_paused);
+  const std::vector<v1::Grant> again = world.sequencer.take_grants({});
+  EXPECT_EQ(told, 21u);
+  EXPECT_EQ(again.back().queries_size(), 1) << "answered at the tick that was reached before";
+  EXPECT_EQ(ticks_of(again), 13u);
+  ASSERT_TRUE(world.sequencer.report(0, 20).ok());
+  EXPECT_TRUE(has_paused);
+  EXPECT_EQ(world.sequencer.held().size(), 1u);
+}
+
+TEST(Rewind, AStepEndsWhereItWasToEnd) {
+  Sequencer sequencer({.world = 1, .grant_window = 8, .keeps_past = true});
+  Tick done = 0;
+  sequencer.step(30, [&](const absl::Status& status, Tick tick) {
+    EXPECT_TRUE(status.ok());
+    done = tick;
+  });
+  sequencer.take_grants({});
+  ASSERT_TRUE(sequencer.report(0, 6).ok());
+  sequencer.take_grants({});
+  sequencer.rewind(2, 1, 0);
+  Tick tick = 0;
+  for (int n = 0; n < 100 && done == 0; ++n) {
+    tick += ticks_of(sequencer.take_grants({}));
+    ASSERT_TRUE(sequencer.report(0, tick).ok());
+  }
+  EXPECT_EQ(done, 30u);
+  EXPECT_EQ(tick, 30u);
 }
 
 }  // namespace

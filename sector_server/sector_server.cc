@@ -16,6 +16,9 @@ namespace {
 constexpr std::size_t kEarlyMessagesMax = 4096;
 constexpr std::chrono::milliseconds kMeasureMemoryEvery(500);
 
+// How often a server says hello until it is welcome: the coordinator that heard it may be lost.
+constexpr std::chrono::seconds kHelloEvery(1);
+
 }  // namespace
 
 class SectorServer::Impl {
@@ -30,7 +33,7 @@ class SectorServer::Impl {
   void start(NodeId self, Nanoseconds now) {
     self_ = self;
     join_deadline_ = now + options_.join_timeout;
-    say_hello();
+    say_hello(now);
   }
 
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
@@ -94,10 +97,17 @@ class SectorServer::Impl {
       finish(absl::DeadlineExceededError(absl::StrCat(
           "no coordinator answered within ", options_.join_timeout / std::chrono::seconds(1), " s")));
     }
+    if ((!heartbeat_ || coordinator_deadline_) && now >= next_hello_) say_hello(now);
     if (coordinator_deadline_ && now >= *coordinator_deadline_) {
       finish(
           absl::UnavailableError(absl::StrCat("the coordinator did not respond for ",
                                               options_.coordinator_timeout / std::chrono::seconds(1), " s")));
+    }
+    if (heartbeat_ && options_.changed_subscriptions) {
+      if (std::optional<v1::Subscriptions> changed = options_.changed_subscriptions()) {
+        subscriptions_ = *std::move(changed);
+        report(now);
+      }
     }
     if (heartbeat_ && now >= next_heartbeat_) report(now);
   }
@@ -107,7 +117,7 @@ class SectorServer::Impl {
     if (node != kCoordinatorNode || !heartbeat_ || coordinator_deadline_) return;
     coordinator_deadline_ = now + options_.coordinator_timeout;
     log("the coordinator is not responding", Severity::kWarning);
-    say_hello();
+    say_hello(now);
   }
 
   void leave(const std::string& reason) {
@@ -117,8 +127,9 @@ class SectorServer::Impl {
   }
 
   std::optional<Nanoseconds> next_deadline() const {
-    if (!heartbeat_) return join_deadline_;
-    return std::min(next_heartbeat_, coordinator_deadline_.value_or(next_heartbeat_));
+    if (!heartbeat_) return std::min(join_deadline_, next_hello_);
+    if (!coordinator_deadline_) return next_heartbeat_;
+    return std::min({next_heartbeat_, *coordinator_deadline_, next_hello_});
   }
 
   TickMachine* machine_between_ticks() { return run_ && run_->between_ticks() ? &run_->machine() : nullptr; }
@@ -143,7 +154,8 @@ class SectorServer::Impl {
     outgoing_.push_back({to, message.SerializeAsString()});
   }
 
-  void say_hello() {
+  void say_hello(Nanoseconds now) {
+    next_hello_ = now + kHelloEvery;
     v1::ClusterMessage message;
     v1::Hello& hello = *message.mutable_hello();
     hello.set_protocol(kClusterProtocol);
@@ -165,7 +177,7 @@ class SectorServer::Impl {
     heartbeat_.reset();
     coordinator_deadline_.reset();
     join_deadline_ = now + options_.join_timeout;
-    say_hello();
+    say_hello(now);
   }
 
   void say_goodbye(const std::string& reason) {
@@ -193,6 +205,7 @@ class SectorServer::Impl {
     if (run.ok()) {
       run_ = std::move(*run);
       log(absl::StrCat("a world is loaded: ", run_->body_count(), " bodies live here"));
+      if (options_.on_load) options_.on_load(world);
       if (observer_) observer_(run_->tick(), run_->machine());
     } else {
       loaded.set_error(std::string(run.status().message()));
@@ -240,6 +253,7 @@ class SectorServer::Impl {
       next_measurement_ = now + kMeasureMemoryEvery;
     }
     report.set_peak_rss_bytes(peak_rss_bytes_);
+    if (subscriptions_) *report.mutable_subscriptions() = *std::exchange(subscriptions_, std::nullopt);
     send(kCoordinatorNode, message);
     if (heartbeat_) next_heartbeat_ = now + *heartbeat_;
   }
@@ -250,11 +264,13 @@ class SectorServer::Impl {
   TickObserver observer_;
   NodeId self_;
   Nanoseconds join_deadline_{};
+  Nanoseconds next_hello_{};
   std::optional<Nanoseconds> heartbeat_;  // set once welcome
   Nanoseconds next_heartbeat_{};
   std::optional<Nanoseconds> coordinator_deadline_;  // while it is a suspect
   Nanoseconds next_measurement_{};
   std::uint64_t peak_rss_bytes_ = 0;
+  std::optional<v1::Subscriptions> subscriptions_;  // to be reported
   std::unique_ptr<WorldRun> run_;
   std::uint64_t last_unloaded_ = 0;
   std::vector<std::pair<NodeId, v1::ClusterMessage>> early_;

@@ -31,8 +31,12 @@ struct SectorServerOptions {
   Nanoseconds join_timeout = std::chrono::seconds(30);  // how long to wait for a coordinator's welcome
   // How long to wait for a coordinator that has stopped responding, or for the one that takes its place.
   Nanoseconds coordinator_timeout = std::chrono::seconds(60);
-  std::function<std::uint64_t()> peak_rss_bytes;  // for reports; may be empty
-  LogSink log;                                    // events for the operator; may be empty
+  std::function<std::uint64_t()> peak_rss_bytes;  // for reports; may be empty, like those below
+  // Called before the observer when a world has been loaded.
+  std::function<void(const v1::LoadWorld&)> on_load;
+  // The streams of clients, if they are others than at the last call.
+  std::function<std::optional<v1::Subscriptions>()> changed_subscriptions;
+  LogSink log;  // events for the operator
 };
 
 class SectorServer {

@@ -18,6 +18,22 @@ namespace {
 // How often a waiting stream checks whether its client is still connected.
 constexpr std::chrono::milliseconds kPatience(200);
 
+// How long a stream waits for a client that has it at other servers.
+constexpr std::chrono::seconds kUnclaimedMax(10);
+
+v1::WatchBodiesRequest* request_in(v1::Subscription& of, const v1::WatchBodiesRequest&) {
+  return of.mutable_bodies();
+}
+v1::WatchContactsRequest* request_in(v1::Subscription& of, const v1::WatchContactsRequest&) {
+  return of.mutable_contacts();
+}
+v1::WatchSeamsRequest* request_in(v1::Subscription& of, const v1::WatchSeamsRequest&) {
+  return of.mutable_seams();
+}
+v1::WatchDivergencesRequest* request_in(v1::Subscription& of, const v1::WatchDivergencesRequest&) {
+  return of.mutable_divergences();
+}
+
 // The box of the world that a client watches; the whole world if it named none.
 class WatchedBox {
  public:
@@ -153,11 +169,19 @@ BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const 
 
 }  // namespace
 
-v1::ContactBatch Streams::contacts_for(const v1::WatchContactsRequest& request, Tick tick,
-                                       const std::vector<ContactEvent>& events) const {
-  v1::ContactBatch batch;
+template <typename Batch>
+Batch Streams::batch_of(Tick tick, bool is_first) const {
+  Batch batch;
   batch.set_tick(tick);
   batch.set_node(node_.value);
+  *batch.mutable_source() = source_;
+  batch.mutable_source()->set_first(is_first);
+  return batch;
+}
+
+v1::ContactBatch Streams::contacts_for(const v1::WatchContactsRequest& request, Tick tick,
+                                       const std::vector<ContactEvent>& events) const {
+  auto batch = batch_of<v1::ContactBatch>(tick);
   const absl::flat_hash_set<std::uint64_t> ids(request.ids().begin(), request.ids().end());
   for (const ContactEvent& event : events) {
     if (event.phase == ContactPhase::kPersist && !request.persisting()) continue;
@@ -176,9 +200,7 @@ v1::ContactBatch Streams::contacts_for(const v1::WatchContactsRequest& request, 
 
 v1::SeamBatch Streams::seams_for(const v1::WatchSeamsRequest& request, Tick tick,
                                  const Partition& partition) const {
-  v1::SeamBatch batch;
-  batch.set_tick(tick);
-  batch.set_node(node_.value);
+  auto batch = batch_of<v1::SeamBatch>(tick);
   const WatchedBox box(request, partition.sector_size());
   for (const CloneAt& clone : clones_of(partition)) {
     if (!box.holds(clone.position)) continue;
@@ -198,17 +220,91 @@ v1::SeamBatch Streams::seams_for(const v1::WatchSeamsRequest& request, Tick tick
 }
 
 v1::DivergenceBatch Streams::divergences_in(Tick tick, const std::vector<Divergence>& divergences) const {
-  v1::DivergenceBatch batch;
-  batch.set_tick(tick);
-  batch.set_node(node_.value);
+  auto batch = batch_of<v1::DivergenceBatch>(tick);
   for (const Divergence& divergence : first_divergences(divergences))
     *batch.add_divergences() = to_proto(divergence);
   return batch;
 }
 
+template <typename Visit>
+void Streams::for_each_list(const Visit& visit) {
+  visit(bodies_);
+  visit(contacts_);
+  visit(seams_);
+  visit(divergences_);
+}
+
+template <typename S, typename Request>
+void Streams::expect(List<S>& list, const Request& request) {
+  const auto is_it = [&](const std::shared_ptr<S>& known) {
+    return known->request().subscription() == request.subscription();
+  };
+  if (std::any_of(list.begin(), list.end(), is_it)) return;
+  list.push_back(std::make_shared<S>(request));
+  list.back()->unclaimed_since = std::chrono::steady_clock::now();
+}
+
+void Streams::begin_world(const v1::LoadWorld& load) {
+  using Kind = v1::Subscription::RequestCase;
+  const std::lock_guard lock(mutex_);
+  const bool goes_on = source_.load() == load.load();
+  source_.set_load(load.load());
+  source_.set_epoch(load.world());
+  source_.set_servers(static_cast<std::uint32_t>(load.nodes_size()));
+  for (const auto& contacts : contacts_) contacts->served = false;
+  for (const auto& divergences : divergences_) divergences->served = false;
+  if (!goes_on) {
+    for (const auto& bodies : bodies_) bodies->served = false;
+    for (const auto& seams : seams_) seams->served = false;
+  }
+  for (const v1::Subscription& subscription : load.subscriptions()) {
+    switch (subscription.request_case()) {
+      case Kind::kBodies:
+        expect(bodies_, subscription.bodies());
+        break;
+      case Kind::kContacts:
+        expect(contacts_, subscription.contacts());
+        break;
+      case Kind::kSeams:
+        expect(seams_, subscription.seams());
+        break;
+      case Kind::kDivergences:
+        expect(divergences_, subscription.divergences());
+        break;
+      case Kind::REQUEST_NOT_SET:
+        break;
+    }
+  }
+  changed_ = true;
+}
+
+void Streams::drop_unclaimed() {
+  const auto oldest = std::chrono::steady_clock::now() - kUnclaimedMax;
+  for_each_list([&](auto& list) {
+    const std::size_t dropped = std::erase_if(list, [&](const auto& subscription) {
+      return subscription->unclaimed_since && *subscription->unclaimed_since < oldest;
+    });
+    changed_ = changed_ || dropped > 0;
+  });
+}
+
+std::optional<v1::Subscriptions> Streams::changed_subscriptions() {
+  const std::lock_guard lock(mutex_);
+  if (!std::exchange(changed_, false)) return std::nullopt;
+  v1::Subscriptions subscriptions;
+  for_each_list([&](const auto& list) {
+    for (const auto& known : list) {
+      if (known->request().subscription() == 0) continue;
+      *request_in(*subscriptions.add_all(), known->request()) = known->request();
+    }
+  });
+  return subscriptions;
+}
+
 void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
   const Partition& partition = machine.partition();
   const std::lock_guard lock(mutex_);
+  drop_unclaimed();
   const auto publish_states = [&](const auto& subscriptions, const auto& states_for) {
     for (const auto& subscription : subscriptions) {
       const std::uint64_t every = std::max<std::uint64_t>(subscription->request().every_ticks(), 1);
@@ -219,7 +315,9 @@ void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
     }
   };
   publish_states(bodies_, [&](Bodies& subscription) {
-    return bodies_for(subscription.request(), tick, partition, subscription.spare());
+    BodySnapshot bodies = bodies_for(subscription.request(), tick, partition, subscription.spare());
+    bodies.source = source_;
+    return bodies;
   });
   publish_states(seams_,
                  [&](Seams& subscription) { return seams_for(subscription.request(), tick, partition); });
@@ -227,33 +325,40 @@ void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
     // The first batch only states the tick from which on the stream is complete.
     const bool counts = subscription->served && !new_only;
     if (!counts && subscription->served) continue;
-    v1::ContactBatch batch;
-    batch.set_tick(tick);
-    batch.set_node(node_.value);
-    if (counts) batch = contacts_for(subscription->request(), tick, machine.contact_events());
+    subscription->push(counts ? contacts_for(subscription->request(), tick, machine.contact_events())
+                              : batch_of<v1::ContactBatch>(tick, /*is_first=*/true));
     subscription->served = true;
-    subscription->push(std::move(batch));
   }
   // Likewise.
   for (const std::shared_ptr<Divergences>& subscription : divergences_) {
     const bool counts = subscription->served && !new_only;
     if (!counts && subscription->served) continue;
-    static const std::vector<Divergence> kNone;
-    subscription->push(divergences_in(tick, counts ? machine.divergences() : kNone));
+    subscription->push(counts ? divergences_in(tick, machine.divergences())
+                              : batch_of<v1::DivergenceBatch>(tick, /*is_first=*/true));
     subscription->served = true;
   }
   report_contacts(machine.partition(), !contacts_.empty());
 }
 
-template <typename S, typename Request, typename Send>
-grpc::Status Streams::serve(std::list<std::shared_ptr<S>>& list, grpc::ServerContext* context,
-                            const Request& request, const Send& send) {
-  auto subscription = std::make_shared<S>(request);
-  {
-    const std::lock_guard lock(mutex_);
-    if (closing_) return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the server is shutting down");
-    list.push_back(subscription);
+// The stream that waits for this client, or else a new one. Null when the server is shutting down.
+template <typename S, typename Request>
+std::shared_ptr<S> Streams::claim(List<S>& list, const Request& request) {
+  const std::lock_guard lock(mutex_);
+  if (closing_) return nullptr;
+  changed_ = true;
+  for (const std::shared_ptr<S>& known : list) {
+    if (!known->unclaimed_since || known->request().subscription() != request.subscription()) continue;
+    known->unclaimed_since.reset();
+    return known;
   }
+  return list.emplace_back(std::make_shared<S>(request));
+}
+
+template <typename S, typename Request, typename Send>
+grpc::Status Streams::serve(List<S>& list, grpc::ServerContext* context, const Request& request,
+                            const Send& send) {
+  const std::shared_ptr<S> subscription = claim(list, request);
+  if (!subscription) return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the server is shutting down");
   wake_();
   while (subscription->alive() && !context->IsCancelled()) {
     auto batch = subscription->next(kPatience);
@@ -265,8 +370,10 @@ grpc::Status Streams::serve(std::list<std::shared_ptr<S>>& list, grpc::ServerCon
   {
     const std::lock_guard lock(mutex_);
     list.remove(subscription);
+    changed_ = true;
     closing = closing_;
   }
+  wake_();
   if (subscription->overrun()) {
     return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "the client fell too far behind the stream");
   }
@@ -281,6 +388,7 @@ grpc::Status Streams::WatchBodies(grpc::ServerContext* context, const v1::WatchB
     batch.Clear();
     batch.set_tick(snapshot.tick);
     batch.set_node(node_.value);
+    *batch.mutable_source() = snapshot.source;
     const BodiesInOrder bodies = by_id(snapshot);
     if (request->in_columns()) {
       describe(bodies, snapshot.sector_size, *batch.mutable_columns());
@@ -312,10 +420,9 @@ grpc::Status Streams::WatchDivergences(grpc::ServerContext* context,
 void Streams::shut_down() {
   const std::lock_guard lock(mutex_);
   closing_ = true;
-  for (const auto& subscription : bodies_) subscription->close();
-  for (const auto& subscription : contacts_) subscription->close();
-  for (const auto& subscription : seams_) subscription->close();
-  for (const auto& subscription : divergences_) subscription->close();
+  for_each_list([](const auto& list) {
+    for (const auto& subscription : list) subscription->close();
+  });
 }
 
 }  // namespace tessera

@@ -2,14 +2,17 @@
 // partition, over gRPC.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
+#include "cluster.pb.h"
 #include "lpss/tick/tick_machine.h"
 #include "tessera.grpc.pb.h"
 #include "transport/link.h"
@@ -27,6 +30,7 @@ struct BodySnapshot {
   };
 
   Tick tick = 0;
+  v1::StreamSource source;
   double sector_size = 0;
   std::vector<Body> bodies;  // each once, in any order
 };
@@ -89,7 +93,10 @@ class Subscription {
     return !closed_ || !batches_.empty();
   }
 
-  bool served = false;  // the initial state has been sent; owned by the tick
+  // Owned by the list that holds it.
+  bool served = false;  // the initial state has been sent, in this world
+  // Since when it waits for the client that has it at other servers.
+  std::optional<std::chrono::steady_clock::time_point> unclaimed_since;
 
  private:
   const Request request_;
@@ -106,9 +113,18 @@ class Streams final : public v1::Streams::Service {
   // `wake` is called when a client subscribes, so that it is also shown a paused world.
   Streams(NodeId node, std::function<void()> wake) : node_(node), wake_(std::move(wake)) {}
 
-  // To be called by the thread that owns the partition: after every tick, and with `new_only` while the world
-  // is paused.
+  // The following are for the thread that owns the partition.
+
+  // The world that publish() is about from now on. Streams go on where it is one that was set back, and those
+  // that clients have at other servers begin.
+  void begin_world(const v1::LoadWorld& load);
+
+  // After every tick, and with `new_only` while the world is paused.
   void publish(Tick tick, TickMachine& machine, bool new_only);
+
+  // Those that clients expect to find at all servers of the world; nothing if that has not changed since the
+  // last call.
+  std::optional<v1::Subscriptions> changed_subscriptions();
 
   // Ends all streams.
   void shut_down();
@@ -128,6 +144,18 @@ class Streams final : public v1::Streams::Service {
   using Seams = Subscription<v1::WatchSeamsRequest, v1::SeamBatch>;
 
   using Divergences = Subscription<v1::WatchDivergencesRequest, v1::DivergenceBatch>;
+  template <typename S>
+  using List = std::list<std::shared_ptr<S>>;
+
+  template <typename Batch>
+  Batch batch_of(Tick tick, bool is_first = false) const;
+  template <typename S, typename Request>
+  static void expect(List<S>& list, const Request& request);
+  template <typename S, typename Request>
+  std::shared_ptr<S> claim(List<S>& list, const Request& request);
+  template <typename Visit>
+  void for_each_list(const Visit& visit);
+  void drop_unclaimed();
 
   v1::DivergenceBatch divergences_in(Tick tick, const std::vector<Divergence>& divergences) const;
   v1::SeamBatch seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Partition& partition) const;
@@ -136,16 +164,17 @@ class Streams final : public v1::Streams::Service {
 
   // `send` writes one batch of the subscription, and returns whether the client still accepts batches.
   template <typename S, typename Request, typename Send>
-  grpc::Status serve(std::list<std::shared_ptr<S>>& list, grpc::ServerContext* context,
-                     const Request& request, const Send& send);
+  grpc::Status serve(List<S>& list, grpc::ServerContext* context, const Request& request, const Send& send);
 
   const NodeId node_;
   const std::function<void()> wake_;
-  std::mutex mutex_;  // guards the lists and closing_
-  std::list<std::shared_ptr<Bodies>> bodies_;
-  std::list<std::shared_ptr<Contacts>> contacts_;
-  std::list<std::shared_ptr<Seams>> seams_;
-  std::list<std::shared_ptr<Divergences>> divergences_;
+  v1::StreamSource source_;  // of the world; owned by the thread that publishes
+  std::mutex mutex_;         // guards the following
+  List<Bodies> bodies_;
+  List<Contacts> contacts_;
+  List<Seams> seams_;
+  List<Divergences> divergences_;
+  bool changed_ = false;  // the lists, since changed_subscriptions()
   bool closing_ = false;
 };
 

@@ -28,9 +28,6 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
                                                            Send send) {
   std::unique_ptr<WorldRun> run(new WorldRun());
   run->world_ = load.world();
-  run->source_.set_load(load.load());
-  run->source_.set_epoch(load.world());
-  run->source_.set_servers(static_cast<std::uint32_t>(load.nodes_size()));
   run->hash_ticks_ = load.hash_ticks();
   run->send_ = std::move(send);
   for (const std::uint64_t node : load.nodes()) run->nodes_.push_back(NodeId{node});

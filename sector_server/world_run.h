@@ -29,8 +29,6 @@ class WorldRun {
                                                           const MakeEngine& make_engine, Send send);
 
   std::uint64_t world() const { return world_; }
-  // Where batches of streams come from.
-  const v1::StreamSource& source() const { return source_; }
   Tick tick() const { return tick_; }
   TickMachine& machine() { return *machine_; }
   std::size_t body_count() const { return partition_->bodies.size(); }
@@ -74,7 +72,6 @@ class WorldRun {
   absl::Status add_shapes(const google::protobuf::RepeatedPtrField<v1::Shape>& shapes);
 
   std::uint64_t world_ = 0;
-  v1::StreamSource source_;
   std::vector<NodeId> nodes_;
   Rank self_ = 0;
   Send send_;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/command_checks.h"
+#include "coordinator/recorded_commands.h"
 #include "coordinator/world_registry.h"
 #include "proto/convert.h"
 
@@ -28,10 +28,13 @@ class Playback {
 
   // Gives a command for the next tick.
   absl::Status give(const v1::RecordedCommand& recorded) {
-    absl::StatusOr<Command> command = command_from(recorded);
-    if (!command.ok()) return command.status();
-    registry_.apply(*command);
-    commands_.push_back(*std::move(command));
+    absl::StatusOr<GivenCommand> given = given_again(recorded, registry_);
+    if (!given.ok()) return given.status();
+    if (given->new_shape) {
+      const auto id = static_cast<ShapeId>(registry_.shapes().size() - 1);
+      simulation_->add_shape(id, registry_.shapes()[id]);
+    }
+    commands_.push_back(std::move(given->command));
     return absl::OkStatus();
   }
 
@@ -42,60 +45,6 @@ class Playback {
  private:
   Playback(WorldRegistry registry, std::unique_ptr<Simulation> simulation)
       : registry_(std::move(registry)), simulation_(std::move(simulation)) {}
-
-  absl::StatusOr<Command> command_from(const v1::RecordedCommand& recorded) {
-    using Kind = v1::RecordedCommand::RequestCase;
-    switch (recorded.request_case()) {
-      case Kind::kSpawn:
-        return spawned(recorded);
-      case Kind::kAddJoint:
-        return joined(recorded);
-      case Kind::kRemove:
-        return checked(recorded.remove(), registry_);
-      case Kind::kSetVelocity:
-        return checked(recorded.set_velocity(), registry_);
-      case Kind::kApplyImpulse:
-        return checked(recorded.apply_impulse(), registry_);
-      case Kind::kApplyForce:
-        return checked(recorded.apply_force(), registry_);
-      case Kind::kTeleport:
-        return checked(recorded.teleport(), registry_);
-      case Kind::kKinematicTarget:
-        return checked(recorded.kinematic_target(), registry_);
-      case Kind::kRemoveJoint:
-        return checked(recorded.remove_joint(), registry_);
-      case Kind::kSetJointDrives:
-        return checked(recorded.set_joint_drives(), registry_);
-      case Kind::kSurfaceMotion:
-        return checked(recorded.surface_motion(), registry_);
-      case Kind::REQUEST_NOT_SET:
-        break;
-    }
-    return absl::DataLossError("unknown kind of command");
-  }
-
-  absl::StatusOr<Command> spawned(const v1::RecordedCommand& recorded) {
-    const absl::StatusOr<WorldRegistry::Spawned> body = registry_.spawn(recorded.spawn());
-    if (!body.ok()) return body.status();
-    if (body->new_shape) {
-      const ShapeId id = body->record.properties.shape;
-      simulation_->add_shape(id, registry_.shapes()[id]);
-    }
-    if (body->record.id.value != recorded.id()) return other_id(body->record.id.value, recorded.id());
-    return SpawnBody{body->record};
-  }
-
-  absl::StatusOr<Command> joined(const v1::RecordedCommand& recorded) {
-    const absl::StatusOr<JointRecord> joint = registry_.add_joint(recorded.add_joint());
-    if (!joint.ok()) return joint.status();
-    if (joint->id.value != recorded.id()) return other_id(joint->id.value, recorded.id());
-    return AddJoint{*joint};
-  }
-
-  static absl::Status other_id(std::uint64_t here, std::uint64_t recorded) {
-    return absl::InternalError(
-        absl::StrCat("a new body or joint has id ", here, ", but the log has ", recorded));
-  }
 
   WorldRegistry registry_;
   std::unique_ptr<Simulation> simulation_;
@@ -129,7 +78,12 @@ absl::Status Checker::check(std::span<const v1::RecordedInput> log) {
   absl::btree_map<Tick, std::string> hashes;  // may arrive after commands of later ticks
   for (const v1::RecordedInput& input : log) {
     if (input.has_command()) commands.push_back(&input.command());
-    if (input.has_hash()) hashes[input.hash().tick()] = input.hash().hash();
+    if (!input.has_hash()) continue;
+    const auto [place, is_new] = hashes.try_emplace(input.hash().tick(), input.hash().hash());
+    if (!is_new && place->second != input.hash().hash()) {
+      return absl::AbortedError(absl::StrCat("tick ", input.hash().tick(), " has the hash ", place->second,
+                                             ", and later ", input.hash().hash()));
+    }
   }
   if (commands.empty()) {
     for (const auto& [tick, hash] : hashes) {

@@ -57,6 +57,12 @@ FaultSchedule draw_faults(std::uint64_t seed, const FaultOptions& options, std::
     faults.crashes.push_back(
         {take_any(dice, alive), time_ns, time_ns + dice.between(std::uint64_t{0}, kRestartMax)});
   }
+  std::uint64_t from_ns = 0;
+  for (std::uint32_t n = 0; n < options.coordinator_crashes; ++n) {
+    const std::uint64_t time_ns = from_ns + dice.between(std::uint64_t{1}, options.begin_ns_max);
+    from_ns = time_ns + dice.between(std::uint64_t{1}, kRestartMax);
+    faults.coordinator_crashes.push_back({time_ns, from_ns});
+  }
   return faults;
 }
 

@@ -25,14 +25,22 @@ struct FaultSchedule {
     std::uint64_t restart_ns = 0;  // from then on
   };
 
+  // The coordinator ends without a message, and another one takes its place.
+  struct CoordinatorCrash {
+    std::uint64_t time_ns = 0;
+    std::uint64_t restart_ns = 0;
+  };
+
   std::vector<Cut> cuts;
   std::vector<Crash> crashes;
+  std::vector<CoordinatorCrash> coordinator_crashes;  // one after the other
 };
 
 struct FaultOptions {
   std::uint32_t cuts =
       0;  // each of a different link, at most all links; a quarter of them outlast every time-out
-  std::uint32_t crashes = 0;       // each of a different server, at most all servers
+  std::uint32_t crashes = 0;  // each of a different server, at most all servers
+  std::uint32_t coordinator_crashes = 0;
   std::uint64_t begin_ns_max = 0;  // latest begin of a fault
 };
 

@@ -17,10 +17,11 @@ namespace tessera {
 struct Scenario {
   std::uint64_t seed = 1;  // determines when each message arrives, and everything below
   std::uint32_t servers = 3;
-  Tick ticks = 120;            // at least 1
-  std::uint32_t commands = 0;  // of clients, while the world runs
-  std::uint32_t cuts = 0;      // of links between two processes
-  std::uint32_t crashes = 0;   // of servers, each of which another one replaces
+  Tick ticks = 120;                       // at least 1
+  std::uint32_t commands = 0;             // of clients, while the world runs
+  std::uint32_t cuts = 0;                 // of links between two processes
+  std::uint32_t crashes = 0;              // of servers, each of which another one replaces
+  std::uint32_t coordinator_crashes = 0;  // likewise
 };
 
 // The command that repeats it, for the world corner_pile().
@@ -39,6 +40,7 @@ struct ScenarioReport {
 // - All ticks are done, whatever links are cut for however long and however many servers crash.
 // - After every tick the hash is that of one process with the same commands.
 // - Every command that was acknowledged took effect once, at the tick that was told.
+// - A command that a lost coordinator did not answer took effect once or not at all.
 class ScenarioRunner {
  public:
   explicit ScenarioRunner(const WorldDescription& world) : world_(world), checker_(world) {}

@@ -1,5 +1,7 @@
 #include "simulator/simulated_cluster.h"
 
+#include <utility>
+
 #include "lpss/base/invariant.h"
 #include "lpss/engine/load_engine.h"
 #include "proto/convert.h"
@@ -16,6 +18,12 @@ CoordinatorOptions options_for(std::uint32_t servers, const SimulatedClusterOpti
   coordinator.servers_wanted = servers;
   coordinator.inputs = options.inputs;
   coordinator.checkpoint_every = options.checkpoint_every;
+  coordinator.log = [](const LogLine& l) {
+    fprintf(stderr, "[%s] %s\n", l.tick ? std::to_string(*l.tick).c_str() : "-", l.text.c_str());
+  };
+  coordinator.log = [](const LogLine& l) {
+    fprintf(stderr, "[%s] %s\n", l.tick ? std::to_string(*l.tick).c_str() : "-", l.text.c_str());
+  };
   return coordinator;
 }
 
@@ -31,10 +39,30 @@ SimulatedCluster::SimulatedCluster(std::uint64_t seed, std::uint32_t servers, Pr
                                    const SimulatedClusterOptions& given)
     : precision_(precision),
       network_(seed, given.network),
-      coordinator_(options_for(servers, given)),
-      coordinator_link_(network_.connect(kCoordinatorNode)) {
+      coordinator_options_(options_for(servers, given)) {
+  start_coordinator();
   for (std::uint32_t i = 0; i < servers; ++i) start_server();
   run_coordinator();
+}
+
+void SimulatedCluster::start_coordinator() {
+  CoordinatorOptions options = coordinator_options_;
+  store_ = std::make_unique<MemoryStore>(disk_);
+  options.store = store_.get();
+  options.worlds_before = network_.now_ns();
+  coordinator_ = std::make_unique<Coordinator>(options);
+  const absl::Status resumed = coordinator_->resume_stored();
+  invariant(resumed.ok(), "what a coordinator has stored, another one can read");
+  coordinator_link_ = network_.connect(kCoordinatorNode);
+  coordinator_timer_ns_ = 0;
+  run_coordinator();
+}
+
+void SimulatedCluster::crash_coordinator() {
+  network_.kill(kCoordinatorNode);
+  coordinator_.reset();
+  store_.reset();
+  for (const std::function<void()>& lose : std::exchange(unanswered_, {})) lose();
 }
 
 void SimulatedCluster::start_server() {
@@ -44,6 +72,12 @@ void SimulatedCluster::start_server() {
   SectorServerOptions options;
   options.precision = precision_;
   options.stream_address = "simulated";
+  options.log = [n = server.node.value](const LogLine& l) {
+    fprintf(stderr, "    %lx [%s] %s\n", n, l.tick ? std::to_string(*l.tick).c_str() : "-", l.text.c_str());
+  };
+  options.log = [n = server.node.value](const LogLine& l) {
+    fprintf(stderr, "    %lx [%s] %s\n", n, l.tick ? std::to_string(*l.tick).c_str() : "-", l.text.c_str());
+  };
   server.machine = std::make_unique<SectorServer>(
       options, load_engine, [this] { return now(); }, nullptr);
   server.machine->start(server.node, now());
@@ -61,14 +95,15 @@ void SimulatedCluster::keep_timer(NodeId node, std::uint64_t& timer_ns, std::opt
 }
 
 void SimulatedCluster::run_coordinator() {
+  if (!coordinator_) return;
   for (const Delivery& delivery : coordinator_link_->receive({})) {
-    coordinator_.receive(delivery.from, parsed(delivery), now());
+    coordinator_->receive(delivery.from, parsed(delivery), now());
   }
-  coordinator_.advance(now());
-  for (OutgoingMessage& out : coordinator_.take_messages()) {
+  coordinator_->advance(now());
+  for (OutgoingMessage& out : coordinator_->take_messages()) {
     coordinator_link_->send(out.to, out.message.SerializeAsString());
   }
-  keep_timer(kCoordinatorNode, coordinator_timer_ns_, coordinator_.next_deadline());
+  keep_timer(kCoordinatorNode, coordinator_timer_ns_, coordinator_->next_deadline());
 }
 
 // A finished machine is kept but inactive: its last message may still be in transit.
@@ -97,7 +132,7 @@ bool SimulatedCluster::run_one_event() {
   }
   if (event->node == kCoordinatorNode) {
     if (is_timer) coordinator_timer_ns_ = 0;
-    if (is_loss) coordinator_.suspect(event->peer, now());
+    if (is_loss && coordinator_) coordinator_->suspect(event->peer, now());
     run_coordinator();
     return true;
   }
@@ -126,6 +161,10 @@ void SimulatedCluster::meet(const FaultSchedule& faults) {
   for (const FaultSchedule::Crash& crash : faults.crashes) {
     plan(crash.time_ns, [this, crash] { network_.kill(crash.node); });
     plan(crash.restart_ns, [this] { start_server(); });
+  }
+  for (const FaultSchedule::CoordinatorCrash& crash : faults.coordinator_crashes) {
+    plan(crash.time_ns, [this] { crash_coordinator(); });
+    plan(crash.restart_ns, [this] { start_coordinator(); });
   }
 }
 

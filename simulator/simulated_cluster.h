@@ -17,6 +17,7 @@
 #include "lpss/tick/messages.h"
 #include "sector_server/sector_server.h"
 #include "simulator/fault_schedule.h"
+#include "simulator/memory_store.h"
 #include "transport/sim_network.h"
 
 namespace tessera {
@@ -64,6 +65,12 @@ class SimulatedCluster {
   // Runs at most `count` events.
   void run_events(std::uint64_t count);
 
+  // All commands that were stored since the load, in their order.
+  const std::vector<v1::RecordedCommand>& stored_commands() const { return disk_.commands; }
+  // Whether there is a coordinator at present; without one, calls fail with UNAVAILABLE, as do those that one
+  // leaves without an answer.
+  bool has_coordinator() const { return coordinator_ != nullptr; }
+
   // Schedules these faults, relative to now.
   void meet(const FaultSchedule& faults);
   // Runs until the last of them is over.
@@ -88,13 +95,19 @@ class SimulatedCluster {
   void run_faults();
   void run_coordinator();
   void start_server();
+  void start_coordinator();
+  void crash_coordinator();
   void run_server(Server& server);
   void keep_timer(NodeId node, std::uint64_t& timer_ns, std::optional<Nanoseconds> deadline);
 
   const Precision precision_;
   SimNetwork network_;
-  Coordinator coordinator_;
+  const CoordinatorOptions coordinator_options_;
+  MemoryDisk disk_;
+  std::unique_ptr<MemoryStore> store_;
+  std::unique_ptr<Coordinator> coordinator_;  // null between two of them
   std::unique_ptr<Link> coordinator_link_;
+  std::vector<std::function<void()>> unanswered_;  // what to do if the coordinator is lost
   std::uint64_t coordinator_timer_ns_ = 0;
   std::vector<Server> servers_;
   std::multimap<std::uint64_t, std::function<void()>> faults_;  // pending begins and ends, by time
@@ -105,15 +118,24 @@ class SimulatedCluster {
 template <typename Request, typename Answer>
 SimulatedCluster::Pending<Answer> SimulatedCluster::post(Request request) {
   const auto result = std::make_shared<std::optional<absl::StatusOr<Answer>>>();
-  coordinator_.handle(ClientCall<Request, Answer>{std::move(request),
-                                                  [result](const absl::Status& status, const Answer& answer) {
-                                                    if (status.ok()) {
-                                                      *result = answer;
-                                                    } else {
-                                                      *result = status;
-                                                    }
-                                                  }},
-                      now());
+  const auto lose = [result] {
+    if (!*result) *result = absl::UnavailableError("the coordinator was lost");
+  };
+  if (!coordinator_) {
+    lose();
+    return result;
+  }
+  unanswered_.push_back(lose);
+  coordinator_->handle(
+      ClientCall<Request, Answer>{std::move(request),
+                                  [result](const absl::Status& status, const Answer& answer) {
+                                    if (status.ok()) {
+                                      *result = answer;
+                                    } else {
+                                      *result = status;
+                                    }
+                                  }},
+      now());
   run_coordinator();
   return result;
 }

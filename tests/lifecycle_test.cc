@@ -143,12 +143,23 @@ TEST_F(UpTest, DaemonsEndWithTheirParentWhateverEndsIt) {
   EXPECT_TRUE(daemons_->await_end());
 }
 
-TEST_F(UpTest, LostDaemonEndsAllWithAnError) {
+TEST_F(UpTest, ALostServerIsReplaced) {
   start();
   kill(daemons_->ids()[2], SIGKILL);  // a server: they start after the coordinator and before the web UI
-  EXPECT_EQ(up_.wait(), 1);
+  EXPECT_TRUE(up_.await_output("a sector server is replaced")) << up_.output();
   EXPECT_THAT(up_.output(), ::testing::HasSubstr("signal 9"));
-  EXPECT_TRUE(daemons_->await_end());
+  up_.process().signal(SIGINT);
+  EXPECT_EQ(up_.wait(), kSignalled + SIGINT) << up_.output();
+}
+
+TEST(UpWithoutReplacement, LostDaemonEndsAllWithAnError) {
+  Program up("tessera", {"up", "--listen", "127.0.0.1:0", "--no-page", "--no-replacement"});
+  ASSERT_TRUE(up.await_output("a cluster is up")) << up.output();
+  const Processes daemons(children_of(up.process().pid()));
+  kill(daemons.ids()[2], SIGKILL);
+  EXPECT_EQ(up.wait(), 1);
+  EXPECT_THAT(up.output(), ::testing::HasSubstr("signal 9"));
+  EXPECT_TRUE(daemons.await_end());
 }
 
 }  // namespace

@@ -72,6 +72,14 @@ TEST_F(Scenarios, CrashesChangeNothing) { expect_all_right(40, {.commands = 10, 
 
 TEST_F(Scenarios, NorDoesTheLossOfAllServers) { expect_all_right(20, {.commands = 10, .crashes = 64}); }
 
+TEST_F(Scenarios, CrashesOfTheCoordinatorChangeNothing) {
+  expect_all_right(40, {.commands = 10, .coordinator_crashes = 2});
+}
+
+TEST_F(Scenarios, NorDoesAnythingAtOnce) {
+  expect_all_right(80, {.commands = 20, .cuts = 2, .crashes = 2, .coordinator_crashes = 2});
+}
+
 TEST_F(Scenarios, TheSameSeedIsTheSameRun) {
   for_seeds(3, [&](std::uint64_t seed) {
     const Scenario scenario{

@@ -23,7 +23,9 @@ struct ClusterReport {
   std::vector<std::uint64_t> nodes;  // of all servers seen so far, in order of appearance
 
   // Whether a world was loaded at the last answer.
-  bool is_live() const { return cluster.state == "paused" || cluster.state == "running"; }
+  bool is_live() const {
+    return cluster.state == "paused" || cluster.state == "running" || cluster.state == "recovering";
+  }
 };
 
 class ClusterMonitor {

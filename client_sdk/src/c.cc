@@ -25,7 +25,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr absl::string_view kStates[] = {"empty", "loading", "paused", "running", "failed"};
+constexpr absl::string_view kStates[] = {"empty", "loading", "paused", "running", "failed", "recovering"};
 
 thread_local std::string error_message;
 

@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 #include <grpcpp/grpcpp.h>
 
+#include <algorithm>
 #include <chrono>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@
 namespace tessera {
 namespace {
 
+constexpr absl::Duration kStatusTimeout = absl::Seconds(2);
 constexpr std::uint64_t kBodiesAsked = 100'000;  // per request, also of joints: the coordinator's maximum
 
 std::chrono::system_clock::time_point deadline_of(absl::Duration timeout) {
@@ -84,6 +86,7 @@ ServerStatus read(const v1::ServerStatus& status) {
   server.exchange_bytes = status.exchange_bytes();
   server.takes_part = status.takes_part();
   server.suspect = status.suspect();
+  server.drained = status.drained();
   return server;
 }
 
@@ -99,6 +102,8 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.counts_since_load = counts_from(reply.counts_since_load());
   status.tick_ms = times_from(reply.tick_ms());
   status.map_epoch = reply.map_epoch();
+  status.recoveries = reply.recoveries();
+  status.checkpoint_tick = reply.checkpoint_tick();
   for (const v1::ServerStatus& server : reply.servers()) status.servers.push_back(read(server));
   status.failure = reply.failure();
   status.coordinator_peak_rss_bytes = reply.coordinator_peak_rss_bytes();
@@ -196,15 +201,13 @@ class Client::Impl {
     if (!status.ok()) return status.status();
     if (status->state() == "empty")
       return absl::FailedPreconditionError("no world is loaded: there is nothing to watch");
-    std::vector<std::string> addresses;
-    for (const v1::ServerStatus& server : status->servers()) {
-      if (server.takes_part()) addresses.push_back(server.stream_address());
-    }
-    if (addresses.empty()) {
+    const auto takes_part = [](const v1::ServerStatus& server) { return server.takes_part(); };
+    if (std::none_of(status->servers().begin(), status->servers().end(), takes_part)) {
       return absl::FailedPreconditionError(absl::StrCat(
           "the world is ", status->state(), ": no server takes part in it that could be watched"));
     }
-    auto stream = std::make_unique<ServerStreams<Traits>>(addresses, request);
+    auto stream = std::make_unique<ServerStreams<Traits>>(
+        request, *status, [stub = stub_, address = address_] { return ask_status(*stub, address); });
     if (absl::Status subscribed = stream->wait_for_all(timeout); !subscribed.ok()) return subscribed;
     return stream;
   }
@@ -226,8 +229,19 @@ class Client::Impl {
     return status;
   }
 
+  static absl::StatusOr<v1::StatusReply> ask_status(v1::Tessera::Stub& stub, const std::string& address) {
+    grpc::ClientContext context;
+    context.set_deadline(deadline_of(kStatusTimeout));
+    v1::StatusReply reply;
+    const absl::Status status = from_grpc(stub.GetStatus(&context, v1::StatusRequest(), &reply));
+    if (!status.ok()) {
+      return absl::UnavailableError(absl::StrCat("coordinator at ", address, ": ", status.message()));
+    }
+    return reply;
+  }
+
   std::string address_;
-  std::unique_ptr<v1::Tessera::Stub> stub_;
+  std::shared_ptr<v1::Tessera::Stub> stub_;  // streams have it, too
 };
 
 using Stub = v1::Tessera::Stub;
@@ -239,6 +253,10 @@ absl::StatusOr<std::unique_ptr<Client>> Client::connect(const std::string& addre
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(-1);
+  // A coordinator that is replaced is back within a second or two.
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
   const auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
   bool connected = channel->WaitForConnected(deadline_of(timeout));
   if (!connected && channel->GetState(/*try_to_connect=*/false) == GRPC_CHANNEL_CONNECTING) {
@@ -589,6 +607,12 @@ absl::StatusOr<std::unique_ptr<JointStream>> Client::watch_joints(const std::vec
   absl::StatusOr<std::unique_ptr<BodyStream>> bodies = watch_bodies(filter, timeout);
   if (!bodies.ok()) return bodies.status();
   return std::make_unique<JointsOfBodies>(*std::move(bodies), joints, now->settings->sector_size);
+}
+
+absl::StatusOr<Tick> Client::drain(std::uint64_t node, absl::Duration timeout) {
+  v1::DrainRequest request;
+  request.set_node(node);
+  return impl_->command(&Stub::Drain, request, timeout);
 }
 
 absl::Status Client::shutdown(absl::Duration timeout) {

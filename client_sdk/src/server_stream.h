@@ -1,10 +1,19 @@
-// One gRPC stream to each server of a cluster, merged.
+// One gRPC stream to each server that takes part in a world, merged. Where the world moves to other servers,
+// so do the streams.
 #pragma once
 
 #include <absl/strings/str_cat.h>
+#include <absl/time/clock.h>
 #include <grpcpp/grpcpp.h>
 
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <random>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -22,69 +31,174 @@ template <typename Traits>
 class ServerStreams final : public Stream<typename Traits::Frame> {
  public:
   using Frame = typename Traits::Frame;
+  using Request = typename Traits::Request;
+  // Asks the coordinator where the world is.
+  using AskStatus = std::function<absl::StatusOr<v1::StatusReply>()>;
 
-  ServerStreams(const std::vector<std::string>& addresses, const typename Traits::Request& request)
-      : merger_(addresses.size()) {
-    for (std::size_t source = 0; source < addresses.size(); ++source) {
-      auto reader = std::make_unique<Reader>();
-      grpc::ChannelArguments arguments;
-      arguments.SetMaxReceiveMessageSize(-1);
-      reader->stub = v1::Streams::NewStub(
-          grpc::CreateCustomChannel(addresses[source], grpc::InsecureChannelCredentials(), arguments));
-      reader->thread = std::thread([this, source, address = addresses[source], request, from = reader.get()] {
-        read(source, address, request, *from);
-      });
-      readers_.push_back(std::move(reader));
-    }
+  ServerStreams(Request request, const v1::StatusReply& status, AskStatus ask_status)
+      : request_(std::move(request)), load_(status.load()), ask_status_(std::move(ask_status)) {
+    std::random_device source;
+    request_.set_subscription((std::uint64_t{source()} << 32) | source() | 1);
+    follow(status);
+    follower_ = std::thread([this] { follow_world(); });
   }
 
   ~ServerStreams() override {
     cancel();
-    for (const auto& reader : readers_) reader->thread.join();
+    follower_.join();
+    for (const auto& [address, reader] : readers_) reader->thread.join();
   }
 
   absl::Status wait_for_all(absl::Duration timeout) { return merger_.wait_for_all(timeout); }
   absl::StatusOr<Frame> next(absl::Duration timeout) override { return merger_.next(timeout); }
   std::uint64_t skipped() const override { return merger_.skipped(); }
-
-  void cancel() override {
-    merger_.end(absl::CancelledError("the stream was cancelled"));
-    for (const auto& reader : readers_) reader->context.TryCancel();
-  }
+  void cancel() override { end(absl::CancelledError("the stream was cancelled")); }
 
  private:
+  // How long a coordinator may be missing that has told where the world is before.
+  static constexpr std::chrono::seconds kCoordinatorMissedMax{5};
+  static constexpr std::chrono::milliseconds kAskAgain{100};
+
   struct Reader {
     grpc::ClientContext context;
     std::unique_ptr<v1::Streams::Stub> stub;
+    bool has_ended = false;  // guarded by mutex_
     std::thread thread;
   };
 
-  void read(std::size_t source, const std::string& address, const typename Traits::Request& request,
-            Reader& reader) {
-    const auto stream = Traits::open(*reader.stub, &reader.context, request);
+  void end(absl::Status status) {
+    merger_.end(std::move(status));
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    for (const auto& [address, reader] : readers_) reader->context.TryCancel();
+    changed_.notify_all();
+  }
+
+  void look_again() {
+    const std::lock_guard lock(mutex_);
+    look_again_ = true;
+    changed_.notify_all();
+  }
+
+  // Opens streams at the servers that take part in the world, and ends those at others.
+  void follow(const v1::StatusReply& status) {
+    std::set<std::string> wanted;
+    for (const v1::ServerStatus& server : status.servers()) {
+      if (server.takes_part()) wanted.insert(server.stream_address());
+    }
+    std::vector<std::unique_ptr<Reader>> old;
+    {
+      const std::lock_guard lock(mutex_);
+      for (auto reader = readers_.begin(); reader != readers_.end();) {
+        const auto here = reader++;
+        if (wanted.contains(here->first) && !here->second->has_ended) continue;
+        here->second->context.TryCancel();
+        old.push_back(std::move(here->second));
+        readers_.erase(here);
+      }
+      for (const std::string& address : wanted) {
+        if (!ended_ && !readers_.contains(address)) readers_.emplace(address, open(address));
+      }
+    }
+    for (const auto& reader : old) reader->thread.join();
+  }
+
+  std::unique_ptr<Reader> open(const std::string& address) {
+    auto reader = std::make_unique<Reader>();
+    grpc::ChannelArguments arguments;
+    arguments.SetMaxReceiveMessageSize(-1);
+    reader->stub = v1::Streams::NewStub(
+        grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
+    reader->thread = std::thread([this, address, from = reader.get()] { read(address, *from); });
+    return reader;
+  }
+
+  void read(const std::string& address, Reader& reader) {
+    const auto stream = Traits::open(*reader.stub, &reader.context, request_);
     typename Traits::Batch batch;
-    bool first = true;
+    std::uint64_t epoch = 0;
     while (stream->Read(&batch)) {
       absl::StatusOr<Frame> frame = Traits::read(batch);
       if (!frame.ok()) {
-        merger_.end(
-            absl::DataLossError(absl::StrCat("sector server at ", address, ": ", frame.status().message())));
+        end(absl::DataLossError(absl::StrCat("sector server at ", address, ": ", frame.status().message())));
         break;
       }
-      if (!merger_.push(source, *std::move(frame), !first || Traits::kFirstIsWhole)) break;
-      first = false;
+      const v1::StreamSource& source = batch.source();
+      if (epoch != 0 && source.epoch() != epoch) look_again();
+      epoch = source.epoch();
+      const PartOrigin origin{source.load(), source.epoch(), source.servers(), batch.node()};
+      if (!merger_.push(origin, *std::move(frame), !source.first())) break;
     }
     reader.context.TryCancel();
-    const grpc::Status status = stream->Finish();
-    const absl::Status why = from_grpc(status);
-    const std::string said = why.ok() ? "it ended the stream" : std::string(why.message());
-    const absl::StatusCode code =
-        why.code() == absl::StatusCode::kResourceExhausted ? why.code() : absl::StatusCode::kUnavailable;
-    merger_.end(absl::Status(code, absl::StrCat("sector server at ", address, ": ", said)));
+    const absl::Status why = from_grpc(stream->Finish());
+    if (why.code() == absl::StatusCode::kResourceExhausted) {
+      end(absl::ResourceExhaustedError(absl::StrCat("sector server at ", address, ": ", why.message())));
+    }
+    const std::lock_guard lock(mutex_);
+    last_end_ = absl::StrCat("sector server at ", address, ": ",
+                             why.ok() ? "it ended the stream" : std::string(why.message()));
+    reader.has_ended = true;
+    look_again_ = true;
+    changed_.notify_all();
   }
 
+  // Wherever the world goes, until the stream ends.
+  void follow_world() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      changed_.wait(lock, [&] { return ended_ || look_again_; });
+      if (ended_) return;
+      look_again_ = false;
+      lock.unlock();
+      const bool is_followed = look_for_world();
+      lock.lock();
+      if (is_followed) continue;
+      // The world, a server of it, or the coordinator, may be about to come back.
+      changed_.wait_for(lock, kAskAgain, [&] { return ended_; });
+      look_again_ = true;
+    }
+  }
+
+  // Whether streams are open at all servers that the world has.
+  bool look_for_world() {
+    const absl::StatusOr<v1::StatusReply> status = ask_status_();
+    const auto now = std::chrono::steady_clock::now();
+    if (!status.ok()) {
+      if (now - last_told_ > kCoordinatorMissedMax) end(status.status());
+      return false;
+    }
+    last_told_ = now;
+    if (status->state() == "failed" || status->load() != load_) {
+      end(status->state() == "failed"
+              ? absl::UnavailableError(absl::StrCat(why_ended(), "; ", status->failure()))
+              : absl::AbortedError("the world was unloaded or replaced"));
+      return true;
+    }
+    follow(*status);
+    const std::lock_guard lock(mutex_);
+    return !readers_.empty() && std::none_of(readers_.begin(), readers_.end(),
+                                             [](const auto& entry) { return entry.second->has_ended; });
+  }
+
+  std::string why_ended() {
+    const std::lock_guard lock(mutex_);
+    return last_end_;
+  }
+
+  Request request_;
+  const std::uint64_t load_;
+  const AskStatus ask_status_;
   StreamMerger<Frame> merger_;
-  std::vector<std::unique_ptr<Reader>> readers_;
+  std::chrono::steady_clock::time_point last_told_ = std::chrono::steady_clock::now();  // of follower_
+
+  std::mutex mutex_;  // guards the following
+  std::condition_variable changed_;
+  std::map<std::string, std::unique_ptr<Reader>> readers_;  // by address
+  std::string last_end_;
+  bool look_again_ = false;
+  bool ended_ = false;
+
+  std::thread follower_;
 };
 
 }  // namespace tessera

@@ -18,6 +18,7 @@ json described(const ServerStatus& server) {
               {"threads", server.threads},
               {"takes_part", server.takes_part},
               {"suspect", server.suspect},
+              {"drained", server.drained},
               {"tick", server.tick},
               {"bodies", server.bodies},
               {"exchange_bytes", server.exchange_bytes},
@@ -56,6 +57,8 @@ json to_json(const ClusterStatus& status) {
               {"time", status.time},
               {"real_time_factor", status.real_time_factor},
               {"bodies", status.bodies},
+              {"recoveries", status.recoveries},
+              {"checkpoint_tick", status.checkpoint_tick},
               {"tick_ms", to_json(status.tick_ms)},
               {"coordinator_peak_rss_bytes", status.coordinator_peak_rss_bytes},
               {"servers", std::move(servers)}};

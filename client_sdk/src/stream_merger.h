@@ -14,6 +14,7 @@
 #include <deque>
 #include <functional>
 #include <iterator>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <tuple>
@@ -69,24 +70,37 @@ inline void join(SeamFrame& whole, SeamFrame part) {
   }
 }
 
-// Sources push their parts of ticks, ascending; one reader gets whole ticks. Safe to use from any thread.
+// Where a part of a tick comes from: see StreamSource in tessera.proto.
+struct PartOrigin {
+  std::uint64_t load = 0;
+  std::uint64_t epoch = 0;
+  std::size_t servers = 1;
+  std::uint64_t node = 0;
+};
+
+// Servers push their parts of ticks, ascending within an epoch; one reader gets whole ticks, each once, in
+// their order. Safe to use from any thread.
 template <typename Frame>
 class StreamMerger {
  public:
-  explicit StreamMerger(std::size_t sources) : sources_(sources) {}
-
-  // Waits while the source is kFramesQueuedMax ahead of the reader. `is_whole` is false if the source does
-  // not have the complete tick: then the frame is empty. False once the stream has ended.
-  bool push(std::size_t source, Frame part, bool is_whole = true) {
+  // Waits while the server is kFramesQueuedMax ahead of the reader. `is_whole` is false if it does not have
+  // the complete tick: then the frame is empty. False once the stream has ended.
+  bool push(const PartOrigin& origin, Frame part, bool is_whole = true) {
     std::unique_lock lock(mutex_);
-    Source& from = sources_[source];
-    if (from.last && part.tick <= *from.last) {
+    if (load_.value_or(origin.load) != origin.load) {
       finish(absl::AbortedError("the world was unloaded or replaced"));
     }
-    changed_.wait(lock, [&] { return end_ || from.parts.size() < kFramesQueuedMax; });
+    load_ = origin.load;
+    if (origin.epoch > epoch_) begin_epoch(origin);
+    const auto has_room = [&] { return sources_[origin.node].parts.size() < kFramesQueuedMax; };
+    changed_.wait(lock, [&] { return end_ || origin.epoch < epoch_ || has_room(); });
     if (end_) return false;
-    from.last = part.tick;
-    from.parts.push_back({std::move(part), is_whole});
+    if (origin.epoch < epoch_) return true;
+    Source& from = sources_[origin.node];
+    const bool is_new =
+        part.tick > std::max(from.last.value_or(0), merged_.value_or(0)) || (!from.last && !merged_);
+    from.last = std::max(part.tick, from.last.value_or(0));
+    if (is_new) from.parts.push_back({std::move(part), is_whole});
     changed_.notify_all();
     return true;
   }
@@ -96,18 +110,18 @@ class StreamMerger {
     const std::lock_guard lock(mutex_);
     finish(std::move(status));
   }
+  bool has_ended() const {
+    const std::lock_guard lock(mutex_);
+    return end_.has_value();
+  }
 
-  // Waits until every source has pushed something. Errors as next().
+  // Waits until every server of the world has pushed something. Errors as next().
   absl::Status wait_for_all(absl::Duration timeout) {
     std::unique_lock lock(mutex_);
-    const auto all = [&] {
-      return std::all_of(sources_.begin(), sources_.end(),
-                         [](const Source& s) { return s.last.has_value(); });
-    };
-    if (!wait(lock, timeout, [&] { return end_ || all(); })) {
+    if (!wait(lock, timeout, [&] { return end_ || all_have_told(); })) {
       return absl::DeadlineExceededError("not every server has answered to the subscription in time");
     }
-    return all() ? absl::OkStatus() : *end_;
+    return all_have_told() ? absl::OkStatus() : *end_;
   }
 
   absl::StatusOr<Frame> next(absl::Duration timeout) {
@@ -125,6 +139,15 @@ class StreamMerger {
     const std::lock_guard lock(mutex_);
     return skipped_;
   }
+  // Of the world; nothing before the first part.
+  std::optional<std::uint64_t> load() const {
+    const std::lock_guard lock(mutex_);
+    return load_;
+  }
+  std::uint64_t epoch() const {
+    const std::lock_guard lock(mutex_);
+    return epoch_;
+  }
 
  private:
   struct Part {
@@ -135,6 +158,8 @@ class StreamMerger {
     std::deque<Part> parts;
     std::optional<Tick> last;
   };
+
+  static constexpr std::size_t kReadyMax = 16 * kFramesQueuedMax;
 
   template <typename Condition>
   bool wait(std::unique_lock<std::mutex>& lock, absl::Duration timeout, Condition condition) {
@@ -151,16 +176,40 @@ class StreamMerger {
     changed_.notify_all();
   }
 
-  // The earliest tick that all sources have; earlier ticks that only some have are dropped.
+  bool all_have_told() const {
+    return epoch_ > 0 && sources_.size() >= servers_ &&
+           std::all_of(sources_.begin(), sources_.end(),
+                       [](const auto& source) { return source.second.last.has_value(); });
+  }
+
+  // The world was set back: what the servers have told of ticks that are not whole will come again.
+  void begin_epoch(const PartOrigin& origin) {
+    while (std::optional<Frame> frame = take_merged()) ready_.push_back(*std::move(frame));
+    if (ready_.size() > kReadyMax) finish(absl::ResourceExhaustedError("the reader is too far behind"));
+    sources_.clear();
+    epoch_ = origin.epoch;
+    servers_ = origin.servers;
+    changed_.notify_all();
+  }
+
   std::optional<Frame> take() {
+    if (ready_.empty()) return take_merged();
+    std::optional<Frame> frame = std::move(ready_.front());
+    ready_.pop_front();
+    return frame;
+  }
+
+  // The earliest tick that all servers have; earlier ticks that only some have are dropped.
+  std::optional<Frame> take_merged() {
     for (;;) {
+      if (!all_have_told()) return std::nullopt;
       Tick tick = 0;
-      for (const Source& source : sources_) {
+      for (const auto& [node, source] : sources_) {
         if (source.parts.empty()) return std::nullopt;
         tick = std::max(tick, source.parts.front().frame.tick);
       }
       bool equal = true;
-      for (Source& source : sources_) {
+      for (auto& [node, source] : sources_) {
         while (!source.parts.empty() && source.parts.front().frame.tick < tick) {
           source.parts.pop_front();
           ++skipped_;
@@ -175,20 +224,27 @@ class StreamMerger {
   Frame merge(Tick tick) {
     Frame whole;
     bool is_whole = true;
-    for (Source& source : sources_) {
+    for (auto& [node, source] : sources_) {
       is_whole = is_whole && source.parts.front().is_whole;
       join(whole, std::move(source.parts.front().frame));
       source.parts.pop_front();
     }
     changed_.notify_all();
     if (!is_whole) whole = Frame();
+    if (!is_whole && merged_) ++skipped_;
     whole.tick = tick;
+    merged_ = tick;
     return whole;
   }
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Source> sources_;
+  std::optional<std::uint64_t> load_;
+  std::uint64_t epoch_ = 0;
+  std::size_t servers_ = 0;
+  std::map<std::uint64_t, Source> sources_;  // of this epoch, by node
+  std::deque<Frame> ready_;                  // of earlier epochs
+  std::optional<Tick> merged_;               // the last tick that was whole
   std::optional<absl::Status> end_;
   std::uint64_t skipped_ = 0;
 };

@@ -11,6 +11,10 @@ namespace {
 constexpr absl::Duration kNow = absl::ZeroDuration();
 constexpr absl::Duration kPatience = absl::Seconds(30);
 
+PartOrigin server(std::uint64_t node, std::size_t servers, std::uint64_t epoch = 1) {
+  return {.load = 1, .epoch = epoch, .servers = servers, .node = node};
+}
+
 BodyFrame part(Tick tick, const std::vector<std::uint64_t>& ids) {
   BodyFrame frame;
   frame.tick = tick;
@@ -25,24 +29,24 @@ std::vector<std::uint64_t> ids(const BodyFrame& frame) {
 }
 
 TEST(StreamMergerTest, TickIsCompleteWhenAllHaveToldOfIt) {
-  StreamMerger<BodyFrame> merger(2);
-  merger.push(0, part(1, {2, 5}));
-  merger.push(0, part(2, {2}));
+  StreamMerger<BodyFrame> merger;
+  merger.push(server(0, 2), part(1, {2, 5}));
+  merger.push(server(0, 2), part(2, {2}));
   EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
-  merger.push(1, part(1, {3}));
+  merger.push(server(1, 2), part(1, {3}));
   const BodyFrame frame = merger.next(kNow).value();
   EXPECT_EQ(frame.tick, 1u);
   EXPECT_EQ(ids(frame), (std::vector<std::uint64_t>{2, 3, 5}));
   EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
-  merger.push(1, part(2, {3, 5}));
+  merger.push(server(1, 2), part(2, {3, 5}));
   EXPECT_EQ(ids(merger.next(kNow).value()), (std::vector<std::uint64_t>{2, 3, 5}));
   EXPECT_EQ(merger.skipped(), 0u);
 }
 
 TEST(StreamMergerTest, TicksThatNotAllTellOfAreLeftOut) {
-  StreamMerger<BodyFrame> merger(2);
-  for (const Tick tick : {3, 4, 6}) merger.push(0, part(tick, {1}));
-  for (const Tick tick : {4, 5, 6}) merger.push(1, part(tick, {2}));
+  StreamMerger<BodyFrame> merger;
+  for (const Tick tick : {3, 4, 6}) merger.push(server(0, 2), part(tick, {1}));
+  for (const Tick tick : {4, 5, 6}) merger.push(server(1, 2), part(tick, {2}));
   EXPECT_EQ(merger.next(kNow)->tick, 4u);
   EXPECT_EQ(merger.next(kNow)->tick, 6u);
   EXPECT_EQ(merger.skipped(), 2u);
@@ -50,7 +54,7 @@ TEST(StreamMergerTest, TicksThatNotAllTellOfAreLeftOut) {
 
 // The end comes from the server that had the two bodies, the begin from the one that has them now.
 TEST(StreamMergerTest, AContactEndsBeforeItBeginsAnew) {
-  StreamMerger<ContactFrame> merger(2);
+  StreamMerger<ContactFrame> merger;
   const auto contact = [](ContactPhase phase) {
     ContactSample sample;
     sample.phase = phase;
@@ -58,8 +62,8 @@ TEST(StreamMergerTest, AContactEndsBeforeItBeginsAnew) {
     sample.b = BodyId{2};
     return ContactFrame{1, {sample}};
   };
-  merger.push(0, contact(ContactPhase::kBegin));
-  merger.push(1, contact(ContactPhase::kEnd));
+  merger.push(server(0, 2), contact(ContactPhase::kBegin));
+  merger.push(server(1, 2), contact(ContactPhase::kEnd));
   const ContactFrame frame = merger.next(kNow).value();
   ASSERT_EQ(frame.contacts.size(), 2u);
   EXPECT_EQ(frame.contacts[0].phase, ContactPhase::kEnd);
@@ -67,10 +71,11 @@ TEST(StreamMergerTest, AContactEndsBeforeItBeginsAnew) {
 }
 
 TEST(StreamMergerTest, PartsOfAnIslandBecomeOne) {
-  StreamMerger<SeamFrame> merger(2);
+  StreamMerger<SeamFrame> merger;
   merger.push(
-      0, SeamFrame{1, {{BodyId{9}, {1, 0, 0}, 7}}, {{BodyId{2}, {BodyId{5}}}, {BodyId{3}, {BodyId{3}}}}});
-  merger.push(1, SeamFrame{1, {{BodyId{4}, {0, 0, 0}, 8}}, {{BodyId{2}, {BodyId{2}, BodyId{8}}}}});
+      server(0, 2),
+      SeamFrame{1, {{BodyId{9}, {1, 0, 0}, 7}}, {{BodyId{2}, {BodyId{5}}}, {BodyId{3}, {BodyId{3}}}}});
+  merger.push(server(1, 2), SeamFrame{1, {{BodyId{4}, {0, 0, 0}, 8}}, {{BodyId{2}, {BodyId{2}, BodyId{8}}}}});
   const SeamFrame frame = merger.next(kNow).value();
   ASSERT_EQ(frame.clones.size(), 2u);
   EXPECT_EQ(frame.clones[0].body, BodyId{4});
@@ -80,38 +85,72 @@ TEST(StreamMergerTest, PartsOfAnIslandBecomeOne) {
 }
 
 TEST(StreamMergerTest, PartThatNobodyVouchesForMakesAnEmptyFrame) {
-  StreamMerger<BodyFrame> merger(2);
-  merger.push(0, part(3, {}), false);
-  merger.push(0, part(4, {1}));
-  merger.push(1, part(4, {}), false);
+  StreamMerger<BodyFrame> merger;
+  merger.push(server(0, 2), part(3, {}), false);
+  merger.push(server(0, 2), part(4, {1}));
+  merger.push(server(1, 2), part(4, {}), false);
   const BodyFrame frame = merger.next(kNow).value();
   EXPECT_EQ(frame.tick, 4u);
   EXPECT_TRUE(frame.bodies.empty());
 }
 
 TEST(StreamMergerTest, WholeTicksAreReadBeforeTheEnd) {
-  StreamMerger<BodyFrame> merger(1);
-  merger.push(0, part(1, {1}));
+  StreamMerger<BodyFrame> merger;
+  merger.push(server(0, 1), part(1, {1}));
   merger.end(absl::UnavailableError("server b is gone"));
   merger.end(absl::CancelledError("later"));
-  EXPECT_FALSE(merger.push(0, part(2, {1})));
+  EXPECT_FALSE(merger.push(server(0, 1), part(2, {1})));
   EXPECT_EQ(merger.next(kNow)->tick, 1u);
   EXPECT_EQ(merger.next(kNow).status(), absl::UnavailableError("server b is gone"));
 }
 
-TEST(StreamMergerTest, TimeThatGoesBackEndsTheStream) {
-  StreamMerger<BodyFrame> merger(1);
-  merger.push(0, part(7, {1}));
-  EXPECT_FALSE(merger.push(0, part(0, {1})));
+TEST(StreamMergerTest, AnotherWorldEndsTheStream) {
+  StreamMerger<BodyFrame> merger;
+  merger.push(server(0, 1), part(7, {1}));
+  PartOrigin other = server(0, 1, 2);
+  other.load = 2;
+  EXPECT_FALSE(merger.push(other, part(0, {1})));
   EXPECT_EQ(merger.next(kNow)->tick, 7u);
   EXPECT_TRUE(absl::IsAborted(merger.next(kNow).status()));
 }
 
+// Server 0 is lost after it told of tick 2: what server 1 alone told is void, and comes again.
+TEST(StreamMergerTest, EachTickIsReadOnceWhereTheWorldIsSetBack) {
+  StreamMerger<BodyFrame> merger;
+  for (const Tick tick : {1, 2}) merger.push(server(0, 2), part(tick, {1}));
+  for (const Tick tick : {1, 2, 3, 4}) merger.push(server(1, 2), part(tick, {2}));
+  EXPECT_EQ(merger.next(kNow)->tick, 1u);
+  for (const Tick tick : {0, 1, 2, 3}) merger.push(server(1, 1, 2), part(tick, {1, 2}));
+  merger.push(server(0, 2), part(3, {1}));  // from the lost server, late
+  EXPECT_EQ(merger.next(kNow)->tick, 2u);
+  const BodyFrame frame = merger.next(kNow).value();
+  EXPECT_EQ(frame.tick, 3u);
+  EXPECT_EQ(ids(frame), (std::vector<std::uint64_t>{1, 2}));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
+  merger.push(server(1, 1, 2), part(4, {1, 2}));
+  EXPECT_EQ(merger.next(kNow)->tick, 4u);
+  EXPECT_EQ(merger.skipped(), 0u);
+}
+
+TEST(StreamMergerTest, AServerThatJoinsIsWaitedFor) {
+  StreamMerger<BodyFrame> merger;
+  for (const Tick tick : {1, 2}) merger.push(server(0, 1), part(tick, {1, 2}));
+  merger.push(server(0, 2, 2), part(2, {1}));
+  merger.push(server(0, 2, 2), part(3, {1}));
+  EXPECT_EQ(merger.next(kNow)->tick, 1u);
+  EXPECT_EQ(merger.next(kNow)->tick, 2u);
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
+  merger.push(server(5, 2, 2), part(2, {2}), false);
+  merger.push(server(5, 2, 2), part(3, {2}));
+  EXPECT_EQ(ids(merger.next(kNow).value()), (std::vector<std::uint64_t>{1, 2}));
+  EXPECT_EQ(merger.skipped(), 0u);
+}
+
 TEST(StreamMergerTest, AllSourcesMustAnswer) {
-  StreamMerger<BodyFrame> merger(2);
-  merger.push(0, part(1, {}));
+  StreamMerger<BodyFrame> merger;
+  merger.push(server(0, 2), part(1, {}));
   EXPECT_TRUE(absl::IsDeadlineExceeded(merger.wait_for_all(kNow)));
-  merger.push(1, part(9, {}));
+  merger.push(server(1, 2), part(9, {}));
   EXPECT_TRUE(merger.wait_for_all(kNow).ok());
 }
 
@@ -119,7 +158,7 @@ TEST(StreamMergerTest, AllSourcesMustAnswer) {
 TEST(StreamMergerTest, NothingIsLostOrDoubledUnderLoad) {
   constexpr Tick kTicks = 20 * kFramesQueuedMax;
   constexpr std::size_t kSources = 4;
-  StreamMerger<BodyFrame> merger(kSources);
+  StreamMerger<BodyFrame> merger;
   std::vector<std::thread> sources;
   for (std::size_t source = 0; source < kSources; ++source) {
     sources.emplace_back([&merger, source] {
@@ -127,7 +166,7 @@ TEST(StreamMergerTest, NothingIsLostOrDoubledUnderLoad) {
         std::vector<std::uint64_t> bodies;
         if (tick / 7 % kSources == source) bodies.push_back(1);
         bodies.push_back(100 + source);
-        EXPECT_TRUE(merger.push(source, part(tick, bodies)));
+        EXPECT_TRUE(merger.push(server(source, kSources), part(tick, bodies)));
       }
     });
   }

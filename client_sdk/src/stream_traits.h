@@ -29,7 +29,6 @@ struct BodyTraits {
   using Frame = BodyFrame;
   using Request = v1::WatchBodiesRequest;
   using Batch = v1::BodyBatch;
-  static constexpr bool kFirstIsWhole = true;
 
   static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
     return stub.WatchBodies(context, request);
@@ -58,9 +57,6 @@ struct ContactTraits {
   using Frame = ContactFrame;
   using Request = v1::WatchContactsRequest;
   using Batch = v1::ContactBatch;
-  static constexpr bool kFirstIsWhole =
-      false;  // it only states the tick from which on the stream is complete
-
   static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
     return stub.WatchContacts(context, request);
   }
@@ -83,7 +79,6 @@ struct SeamTraits {
   using Frame = SeamFrame;
   using Request = v1::WatchSeamsRequest;
   using Batch = v1::SeamBatch;
-  static constexpr bool kFirstIsWhole = true;
 
   static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
     return stub.WatchSeams(context, request);
@@ -105,7 +100,6 @@ struct DivergenceTraits {
   using Frame = DivergenceFrame;
   using Request = v1::WatchDivergencesRequest;
   using Batch = v1::DivergenceBatch;
-  static constexpr bool kFirstIsWhole = false;  // as of contacts
 
   static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
     return stub.WatchDivergences(context, request);

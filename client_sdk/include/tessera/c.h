@@ -115,7 +115,8 @@ typedef enum tessera_state {
   TESSERA_LOADING = 1,
   TESSERA_PAUSED = 2,
   TESSERA_RUNNING = 3,
-  TESSERA_FAILED = 4
+  TESSERA_FAILED = 4,
+  TESSERA_RECOVERING = 5 /* from the loss of a server, or waiting for one */
 } tessera_state;
 
 typedef struct tessera_status {

@@ -188,10 +188,13 @@ struct ServerStatus {
   std::uint64_t exchange_bytes = 0;  // sent to other servers so far
   bool takes_part = false;           // in the world; idle servers do not
   bool suspect = false;              // does not respond: it has ended or stalled
+  bool drained = false;              // is to host nothing
 };
 
 struct ClusterStatus {
-  std::string state;  // "empty", "loading", "paused", "running", "failed"
+  // "empty", "loading", "paused", "running", "recovering" (from the loss of a server, or waiting for one),
+  // "failed"
+  std::string state;
   std::string world;
   Tick tick = 0;    // completed by every server
   double time = 0;  // s, simulated
@@ -201,6 +204,8 @@ struct ClusterStatus {
   TickCounts counts_since_load;  // the most of any tick, or the total: see kTickCounters
   TickTimes tick_ms;             // of the slowest server of each tick, since the load
   std::uint64_t map_epoch = 0;
+  std::uint64_t recoveries = 0;  // how often the world went on from a checkpoint, on other servers
+  Tick checkpoint_tick = 0;      // of the latest checkpoint
   std::vector<ServerStatus> servers;
   std::string failure;  // why the world ended, in state "failed"
   std::uint64_t coordinator_peak_rss_bytes = 0;
@@ -336,6 +341,11 @@ class Client {
                                                             absl::Duration timeout = kCallTimeout);
 
   // Ends the coordinator and its servers.
+  // Moves all that a server hosts to others, which it waits for, so that it can be ended without a loss; the
+  // tick at which they took over. NOT_FOUND for no server of the cluster, FAILED_PRECONDITION where no other
+  // one could take over.
+  absl::StatusOr<Tick> drain(std::uint64_t node, absl::Duration timeout = kLoadTimeout);
+
   absl::Status shutdown(absl::Duration timeout = kCallTimeout);
 
  private:

@@ -108,14 +108,17 @@ class Stream {
  public:
   virtual ~Stream() = default;
 
-  // The next tick that all servers have reported. DEADLINE_EXCEEDED if none is complete in time (call again);
-  // any other error ends the stream for good: UNAVAILABLE, naming the server, if one was lost, CANCELLED
-  // after cancel(), ABORTED if the world was unloaded or replaced, DATA_LOSS for corrupt messages.
+  // The next tick that all servers have reported: each once, in their order, also where the world loses
+  // servers and goes on elsewhere. DEADLINE_EXCEEDED if none is complete in time (call again); any other
+  // error ends the stream for good: UNAVAILABLE if the world ended with a server, or no coordinator answers
+  // for 5 s, CANCELLED after cancel(), ABORTED if the world was unloaded or replaced, DATA_LOSS for corrupt
+  // messages.
   virtual absl::StatusOr<Frame> next(absl::Duration timeout = absl::InfiniteDuration()) = 0;
 
   virtual void cancel() = 0;
 
-  // The number of ticks so far that only some of the servers reported.
+  // The number of ticks so far that are missing: that only some of the servers reported, or of which a server
+  // was lost before it had sent them to a client that was more than half a second behind.
   virtual std::uint64_t skipped() const = 0;
 };
 

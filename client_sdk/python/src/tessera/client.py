@@ -361,7 +361,7 @@ class Client:
     # --- questions ---
 
     def status(self, timeout: float | None = CALL_TIMEOUT_S) -> Status:
-        """The status of the cluster: `state` ("empty", "loading", "paused", "running", "failed"), `world`,
+        """The status of the cluster: `state` ("empty", "loading", "paused", "running", "recovering", "failed"), `world`,
         `tick`, `time`, `bodies`, `settings`, `servers` and more: the fields of StatusReply in
         proto/tessera.proto.
         """

@@ -1,0 +1,152 @@
+// What makes a world outlive this process: inputs are on disk before anybody is told of them, and the
+// coordinator that takes the place of this one goes on from the last state and the inputs since.
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "coordinator/coordinator_impl.h"
+#include "coordinator/recorded_commands.h"
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+// Ticks that are stored as certain before they are granted: a coordinator that takes over repeats at most so
+// much more than was done.
+constexpr double kAheadSeconds = 0.5;
+constexpr std::uint64_t kAheadTicksMax = 256;
+
+absl::StatusOr<WorldToLoad> world_from(const StoredState& state) {
+  if (const auto* chunks = std::get_if<SnapshotChunks>(&state)) {
+    absl::StatusOr<ReadSnapshot> snapshot = from_chunks(*chunks);
+    if (!snapshot.ok()) return snapshot.status();
+    return WorldToLoad{*std::move(snapshot)};
+  }
+  return described_world(std::get<v1::World>(state));
+}
+
+}  // namespace
+
+// Writes what has come, then answers. Where that fails the world goes on, and what is stored stays as it is:
+// the operator is told, in the log and in the status.
+void Coordinator::Impl::store_inputs() {
+  if (stores()) {
+    store_pace();
+    absl::Status status = unstored_.empty() ? absl::OkStatus() : options_.store->append(unstored_);
+    if (status.ok()) status = options_.store->tend();
+    if (!status.ok()) store_failed(status);
+  }
+  unstored_.clear();
+  for (const std::function<void()>& reply : std::exchange(replies_, {})) reply();
+}
+
+void Coordinator::Impl::store_pace() {
+  if (!world_ || world_->loading()) return;
+  const Sequencer& sequencer = world_->sequencer;
+  const double ticks = kAheadSeconds / world_->settings.time_step;
+  const auto ahead = static_cast<std::uint64_t>(std::min<double>(std::ceil(ticks), kAheadTicksMax));
+  v1::StoredPace pace = sequencer.stored_pace(ahead);
+  if (stored_pace_) {
+    const bool is_same = pace.mode() == stored_pace_->mode() && pace.target() == stored_pace_->target() &&
+                         pace.real_time_factor() == stored_pace_->real_time_factor();
+    const bool is_enough = pace.mode() == v1::StoredPace::PAUSED
+                               ? pace.certain() == stored_pace_->certain()
+                               : sequencer.certain() <= stored_pace_->certain();
+    if (is_same && is_enough) return;
+  }
+  *unstored_.emplace_back().mutable_pace() = pace;
+  stored_pace_ = std::move(pace);
+}
+
+absl::Status Coordinator::Impl::store_beginning(std::uint64_t load, const WorldToLoad& world) {
+  if (!stores()) return absl::OkStatus();
+  stored_pace_.reset();
+  if (const auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
+    return options_.store->begin(load, to_proto(described->world));
+  }
+  const ReadSnapshot& snapshot = std::get<ReadSnapshot>(world.from);
+  return options_.store->begin(load, chunks_of(snapshot.world, snapshot.catalogue));
+}
+
+void Coordinator::Impl::store_checkpoint(SnapshotChunks snapshot, std::uint64_t position) {
+  if (!stores() || !options_.store->replace(std::move(snapshot), position)) return;
+  stored_pace_.reset();  // it is stored anew, after the inputs that the snapshot has
+}
+
+void Coordinator::Impl::forget_stored() {
+  if (!stores()) return;
+  unstored_.clear();
+  stored_pace_.reset();
+  if (absl::Status status = options_.store->end(); !status.ok()) store_failed(status);
+}
+
+void Coordinator::Impl::store_failed(const absl::Status& status) {
+  store_failure_ = std::string(status.message());
+  log(absl::StrCat("nothing is stored any more, and the world would not outlive this process: ",
+                   store_failure_),
+      Severity::kError);
+}
+
+absl::Status Coordinator::Impl::resume_stored() {
+  std::optional<StoredWorld> stored = stores() ? options_.store->take_stored() : std::nullopt;
+  if (!stored) return absl::OkStatus();
+  absl::StatusOr<WorldToLoad> world = world_from(stored->state);
+  if (!world.ok()) return world.status();
+  stored->state = {};
+  loads_ = stored->load;
+  const WorldSettings settings = world->settings();
+  const Tick tick = world->tick();
+  Checkpoints checkpoints(*world);
+  std::string name = world->name();
+  const SectorIndex anchor = world->anchor();
+  std::vector<Sequencer::Held> held = held_of(*world);
+  world_ = std::make_unique<ActiveWorld>(ActiveWorld{
+      .load = loads_,
+      .number = ++worlds_,
+      .name = std::move(name),
+      .settings = settings,
+      .anchor = anchor,
+      .map = SectorMap(anchor, {}, 0),
+      .registry = registry_of(*std::move(world)),
+      .sequencer =
+          Sequencer({worlds_, 0, settings.time_step, options_.grant_window, tick, /*keeps_past=*/true}),
+      .queries = Queries(0),
+      .statistics = TickStatistics(0),
+      .checkpoints = std::move(checkpoints),
+  });
+  world_->sequencer.hold(std::move(held));
+  v1::StoredPace pace;
+  for (const v1::StoredInput& input : stored->inputs) {
+    if (input.has_pace()) pace = input.pace();
+    if (!input.has_command()) continue;
+    absl::StatusOr<GivenCommand> given = given_again(input.command(), world_->registry);
+    if (!given.ok()) {
+      world_.reset();
+      return absl::DataLossError(absl::StrCat("a stored command of tick ", input.command().tick(),
+                                              " cannot be given again: ", given.status().message()));
+    }
+    world_->sequencer.hold_at(input.command().tick(), std::move(given->command), std::move(given->new_shape));
+  }
+  world_->sequencer.restore_pace(pace);
+  log(absl::StrCat("the world '", world_->name, "' was stored at tick ", tick,
+                   " and goes on once servers have joined"));
+  return absl::OkStatus();
+}
+
+// Leaves the world, and the servers, to whoever takes over.
+void Coordinator::Impl::retire() {
+  if (!stores() || !world_) return shut_down("the coordinator was asked to end");
+  log("leaving the world to the next coordinator");
+  store_inputs();
+  const absl::Status status = absl::UnavailableError("the coordinator is being replaced");
+  give_up_waiting(status);
+  world_->sequencer.abandon(status);
+  world_->queries.abandon(status);
+  world_.reset();
+  finished_ = true;
+  store_inputs();
+}
+
+}  // namespace tessera

@@ -1,0 +1,51 @@
+// What a coordinator must find again when it is started anew: its world, and what has happened to it since.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "snapshot.pb.h"
+#include "store.pb.h"
+#include "world.pb.h"
+
+namespace tessera {
+
+// A world as clients load it, or all chunks of a snapshot.
+using StoredState = std::variant<v1::World, std::vector<v1::SnapshotChunk>>;
+
+struct StoredWorld {
+  std::uint64_t load = 0;  // the number of the load, which clients know
+  StoredState state;
+  std::vector<v1::StoredInput> inputs;  // since then
+};
+
+// One thread uses it. Errors are the system's, with the file; after one, nothing more is stored.
+class WorldStore {
+ public:
+  virtual ~WorldStore() = default;
+
+  // What was there when it was opened; once.
+  virtual std::optional<StoredWorld> take_stored() = 0;
+
+  // A world begins, in the place of another. On return it is on disk.
+  virtual absl::Status begin(std::uint64_t load, const StoredState& state) = 0;
+  // There is no world any more.
+  virtual absl::Status end() = 0;
+
+  // On return, all of them are on disk.
+  virtual absl::Status append(const std::vector<v1::StoredInput>& inputs) = 0;
+  // The number of inputs so far.
+  virtual std::uint64_t position() const = 0;
+
+  // The world after the inputs up to `position`: takes the place of what is stored, in the background. False
+  // while another one is being written.
+  virtual bool replace(std::vector<v1::SnapshotChunk> snapshot, std::uint64_t position) = 0;
+  // Call it now and then: the errors of the background.
+  virtual absl::Status tend() = 0;
+};
+
+}  // namespace tessera
