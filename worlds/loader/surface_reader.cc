@@ -78,9 +78,9 @@ SurfaceOfCollision surface_in(const sdf::Collision& collision, Notices& notices)
 }  // namespace
 
 absl::Status keep_surface_motion(xml::Element& link) {
-  xml::Element* const motion = link.FirstChildElement(kSurfaceMotion);
+  xml::Element* const motion = link.FirstChildElement(kSurfaceMotion.data());
   if (motion == nullptr) return absl::OkStatus();
-  if (motion->NextSiblingElement(kSurfaceMotion) != nullptr)
+  if (motion->NextSiblingElement(kSurfaceMotion.data()) != nullptr)
     return xml::invalid(*motion, "a link has one such element");
   std::string numbers;
   for (const char* name : {"velocity", "running"}) {
@@ -113,7 +113,7 @@ void read_surface(const sdf::Link& link, BodyProperties& properties, Notices& no
   // In SDF two collisions meet if their bitmasks have a bit in common.
   properties.category = bits;
   properties.mask = bits;
-  if (std::string text; find_value(link.Element(), {kSurfaceMotion}, text)) {
+  if (std::string text; find_value(link.Element(), {kSurfaceMotion.data()}, text)) {
     std::array<double, 3> velocity{};
     std::array<double, 3> running{};
     std::istringstream numbers(text);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/strings/string_view.h>
 
 #include <sdf/Link.hh>
 
@@ -12,7 +13,7 @@
 namespace tessera {
 
 // In a <link>, how libsdformat passes on what it says, in numbers.
-inline constexpr char kSurfaceMotion[] = "tessera:surface_motion";
+inline constexpr absl::string_view kSurfaceMotion = "tessera:surface_motion";
 
 // Checks <tessera:surface_motion velocity="x y z" running="x y z"/> of a <link>, and keeps it as numbers.
 absl::Status keep_surface_motion(xml::Element& link);
