@@ -39,12 +39,6 @@ void Checkpoints::settle(Nanoseconds now) {
   while (!start_ && later_.size() > 1 && later_[1].time + kStreamSlack <= now) later_.pop_front();
 }
 
-void Checkpoints::keep_latest() {
-  if (later_.empty()) return;
-  start_.reset();
-  later_.erase(later_.begin(), later_.end() - 1);
-}
-
 absl::StatusOr<Placement> Checkpoints::place_earliest(std::uint64_t number, const WorldSettings& settings,
                                                       const SectorIndex& anchor,
                                                       std::span<const Shape> shapes,

@@ -36,9 +36,8 @@ class Checkpoints {
   // clients when one of them was lost comes again only from ticks after the state that all go back to.
   void add(Checkpoint checkpoint, Nanoseconds now);
 
-  // Drops those that are not needed any more, and all but the latest.
+  // Drops those that are not needed any more.
   void settle(Nanoseconds now);
-  void keep_latest();
 
   // The tick that the world would be set back to, and that of the latest checkpoint.
   Tick earliest() const { return start_ ? start_->tick() : later_.front().checkpoint.tick; }

@@ -35,7 +35,6 @@ void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
     world.next_checkpoint = now + options_.checkpoint_every;
     ask_for_checkpoint();
   } else if (!world.recovering() && !world.awaits_checkpoint && wants_to_move()) {
-    world.checkpoints->keep_latest();
     recover();
   }
 }

@@ -30,7 +30,7 @@ absl::StatusOr<WorldToLoad> world_from(const StoredState& state) {
 }  // namespace
 
 // Writes what has come, then answers. Where that fails the world goes on, and what is stored stays as it is:
-// the operator is told, in the log and in the status.
+// the operator is told, in the log.
 void Coordinator::Impl::store_inputs() {
   if (stores()) {
     store_pace();
