@@ -9,13 +9,36 @@ from dataclasses import dataclass
 import pytest
 
 from tessera.errors import Aborted, Cancelled, DeadlineExceeded, Unavailable
-from tessera.stream import FRAMES_QUEUED_MAX, StreamMerger
+from tessera.stream_merger import FRAMES_QUEUED_MAX, StreamMerger
+
+
+@dataclass
+class Source:
+    load: int
+    epoch: int
+    servers: int
+    first: bool
 
 
 @dataclass
 class Part:
     tick: int
-    ids: Sequence[int] = ()
+    ids: Sequence[int]
+    node: int
+    source: Source
+
+
+@dataclass
+class Server:
+    """One of `servers` that take part in an epoch."""
+
+    node: int
+    servers: int
+    epoch: int = 1
+    load: int = 1
+
+    def part(self, tick: int, ids: Sequence[int] = (), first: bool = False) -> Part:
+        return Part(tick, ids, self.node, Source(self.load, self.epoch, self.servers, first))
 
 
 def ids(parts: list[Part]) -> list[int]:
@@ -23,80 +46,126 @@ def ids(parts: list[Part]) -> list[int]:
 
 
 def test_tick_is_complete_when_all_have_told_of_it() -> None:
-    merger = StreamMerger[Part](2)
-    merger.push(0, Part(1, [2, 5]))
-    merger.push(0, Part(2, [2]))
+    merger, a, b = StreamMerger[Part](), Server(0, 2), Server(1, 2)
+    merger.push(a.part(1, [2, 5]))
+    merger.push(a.part(2, [2]))
     with pytest.raises(DeadlineExceeded):
         merger.next(0)
-    merger.push(1, Part(1, [3]))
+    merger.push(b.part(1, [3]))
     tick, parts = merger.next(0)
     assert (tick, ids(parts)) == (1, [2, 3, 5])
     with pytest.raises(DeadlineExceeded):
         merger.next(0)
-    merger.push(1, Part(2, [3, 5]))
+    merger.push(b.part(2, [3, 5]))
     assert ids(merger.next(0)[1]) == [2, 3, 5]
     assert merger.skipped == 0
 
 
 def test_ticks_that_not_all_tell_of_are_left_out() -> None:
-    merger = StreamMerger[Part](2)
+    merger, a, b = StreamMerger[Part](), Server(0, 2), Server(1, 2)
     for tick in (3, 4, 6):
-        merger.push(0, Part(tick))
+        merger.push(a.part(tick))
     for tick in (4, 5, 6):
-        merger.push(1, Part(tick))
+        merger.push(b.part(tick))
     assert [merger.next(0)[0] for _ in range(2)] == [4, 6]
     assert merger.skipped == 2
 
 
 def test_part_that_nobody_vouches_for_makes_an_empty_frame() -> None:
-    merger = StreamMerger[Part](2)
-    merger.push(0, Part(3), is_whole=False)
-    merger.push(0, Part(4, [1]))
-    merger.push(1, Part(4), is_whole=False)
+    merger, a, b = StreamMerger[Part](), Server(0, 2), Server(1, 2)
+    merger.push(a.part(3, first=True))
+    merger.push(a.part(4, [1]))
+    merger.push(b.part(4, first=True))
     assert merger.next(0) == (4, [])
 
 
 def test_whole_ticks_are_read_before_the_end() -> None:
-    merger = StreamMerger[Part](1)
-    merger.push(0, Part(1, [1]))
+    merger, server = StreamMerger[Part](), Server(0, 1)
+    merger.push(server.part(1, [1]))
     merger.end(Unavailable("server b is gone"))
     merger.end(Cancelled("later"))
-    assert not merger.push(0, Part(2, [1]))
+    assert not merger.push(server.part(2, [1]))
     assert merger.next(0)[0] == 1
     with pytest.raises(Unavailable, match="server b is gone"):
         merger.next(0)
 
 
-def test_time_that_goes_back_ends_the_stream() -> None:
-    merger = StreamMerger[Part](1)
-    merger.push(0, Part(7, [1]))
-    assert not merger.push(0, Part(0, [1]))
+def test_another_world_ends_the_stream() -> None:
+    merger = StreamMerger[Part]()
+    merger.push(Server(0, 1).part(7, [1]))
+    assert not merger.push(Server(0, 1, epoch=2, load=2).part(0, [1]))
     assert merger.next(0)[0] == 7
     with pytest.raises(Aborted):
         merger.next(0)
 
 
+def test_each_tick_is_read_once_where_the_world_is_set_back() -> None:
+    """Server a is lost after it told of tick 2: what server b alone told is void, and comes again."""
+    merger, a, b, alone = StreamMerger[Part](), Server(0, 2), Server(1, 2), Server(1, 1, epoch=2)
+    for tick in (1, 2):
+        merger.push(a.part(tick, [1]))
+    for tick in (1, 2, 3, 4):
+        merger.push(b.part(tick, [2]))
+    assert merger.next(0)[0] == 1
+    for tick in (0, 1, 2, 3):
+        merger.push(alone.part(tick, [1, 2]))
+    merger.push(a.part(3, [1]))  # late
+    assert merger.next(0)[0] == 2
+    tick, parts = merger.next(0)
+    assert (tick, ids(parts)) == (3, [1, 2])
+    with pytest.raises(DeadlineExceeded):
+        merger.next(0)
+    merger.push(alone.part(4, [1, 2]))
+    assert merger.next(0)[0] == 4
+    assert merger.skipped == 0
+
+
+def test_a_server_that_joins_is_waited_for() -> None:
+    merger, alone, a, b = StreamMerger[Part](), Server(0, 1), Server(0, 2, epoch=2), Server(5, 2, epoch=2)
+    for tick in (1, 2):
+        merger.push(alone.part(tick, [1, 2]))
+    for tick in (2, 3):
+        merger.push(a.part(tick, [1]))
+    assert [merger.next(0)[0] for _ in range(2)] == [1, 2]
+    with pytest.raises(DeadlineExceeded):
+        merger.next(0)
+    merger.push(b.part(2, first=True))
+    merger.push(b.part(3, [2]))
+    assert ids(merger.next(0)[1]) == [1, 2]
+    assert merger.skipped == 0
+
+
+def test_a_server_that_waits_is_let_go_when_the_world_is_set_back() -> None:
+    merger, a = StreamMerger[Part](), Server(0, 2)
+    for tick in range(FRAMES_QUEUED_MAX):
+        merger.push(a.part(tick))
+    waiting = threading.Thread(target=merger.push, args=(a.part(FRAMES_QUEUED_MAX),))
+    waiting.start()
+    merger.push(Server(1, 1, epoch=2).part(0))
+    waiting.join()
+    assert merger.next(0)[0] == 0
+
+
 def test_all_sources_must_answer() -> None:
-    merger = StreamMerger[Part](2)
-    merger.push(0, Part(1))
+    merger = StreamMerger[Part]()
+    merger.push(Server(0, 2).part(1))
     with pytest.raises(DeadlineExceeded):
         merger.wait_for_all(0)
-    merger.push(1, Part(9))
+    merger.push(Server(1, 2).part(9))
     merger.wait_for_all(0)
 
 
 def test_nothing_is_lost_or_doubled_under_load() -> None:
     """Sources on threads of their own, more ticks than the queue holds, a body that changes its source."""
     ticks, sources = 4 * FRAMES_QUEUED_MAX, 3
-    merger = StreamMerger[Part](sources)
+    merger = StreamMerger[Part]()
 
-    def tell(source: int) -> None:
+    def tell(server: Server) -> None:
         for tick in range(1, ticks + 1):
-            merger.push(
-                source, Part(tick, [100 + source, 1] if tick // 7 % sources == source else [100 + source])
-            )
+            bodies = [1] if tick // 7 % sources == server.node else []
+            merger.push(server.part(tick, [*bodies, 100 + server.node]))
 
-    threads = [threading.Thread(target=tell, args=(source,)) for source in range(sources)]
+    threads = [threading.Thread(target=tell, args=(Server(node, sources),)) for node in range(sources)]
     for thread in threads:
         thread.start()
     for expected in range(1, ticks + 1):

@@ -47,7 +47,8 @@ from tessera.results import (
     RayHit,
     Region,
 )
-from tessera.stream import FRAMES_QUEUED_MAX, Stream
+from tessera.stream import Stream
+from tessera.stream_merger import FRAMES_QUEUED_MAX
 from tessera.whole_file import whole_file
 from tessera.world import World
 
@@ -72,6 +73,14 @@ DivergenceStream: TypeAlias = Stream[tessera_pb2.DivergenceBatch, DivergenceFram
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
 _PIECE_BYTES = 1 << 20
+_CHANNEL_OPTIONS = [
+    ("grpc.max_receive_message_length", -1),
+    ("grpc.max_send_message_length", -1),
+    # A coordinator that is replaced is back within a second or two.
+    ("grpc.initial_reconnect_backoff_ms", 100),
+    ("grpc.min_reconnect_backoff_ms", 100),
+    ("grpc.max_reconnect_backoff_ms", 1000),
+]
 
 
 class Client:
@@ -93,9 +102,7 @@ class Client:
         Unavailable if no coordinator answers within `timeout` s.
         """
         self.address = address or os.environ.get(ADDRESS_VARIABLE, ADDRESS_DEFAULT)
-        self._channel = grpc.insecure_channel(
-            self.address, [("grpc.max_receive_message_length", -1), ("grpc.max_send_message_length", -1)]
-        )
+        self._channel = grpc.insecure_channel(self.address, _CHANNEL_OPTIONS)
         self._stub = tessera_pb2_grpc.TesseraStub(self._channel)
         try:
             grpc.channel_ready_future(self._channel).result(timeout)
@@ -104,7 +111,7 @@ class Client:
             raise Unavailable(f"no coordinator answers at {self.address} within {timeout:g} s") from None
 
     def close(self) -> None:
-        """Closes the connection; the cluster and its world stay."""
+        """Closes the connection; the cluster and its world stay. Streams end if the world changes servers."""
         self._channel.close()
 
     def __enter__(self) -> Client:
@@ -515,14 +522,12 @@ class Client:
     ) -> BodyStream:
         """As `watch_bodies()`, with a message of proto/tessera.proto."""
         status = self._watchable(timeout)
-        sector_size = status.settings.sector_size
-        return Stream(
-            _addresses(status),
-            lambda channel: tessera_pb2_grpc.StreamsStub(channel).WatchBodies(request),
-            lambda tick, parts: body_frame(tick, parts, sector_size),
-            first_is_whole=True,
-            timeout=timeout,
-        )
+        size = status.settings.sector_size
+
+        def read(tick: int, parts: list[tessera_pb2.BodyBatch]) -> BodyFrame:
+            return body_frame(tick, parts, size)
+
+        return Stream("WatchBodies", request, read, status, self.status, timeout)
 
     def watch_contacts(
         self, *, ids: Iterable[int] = (), persisting: bool = False, timeout: float | None = CALL_TIMEOUT_S
@@ -532,27 +537,15 @@ class Client:
         Without `ids`, all contacts; otherwise those with any of these bodies. The first frame is empty: its
         tick is the one from which on the stream is complete.
         """
-        status = self._watchable(timeout)
         request = tessera_pb2.WatchContactsRequest(ids=ids, persisting=persisting)
-        return Stream(
-            _addresses(status),
-            lambda channel: tessera_pb2_grpc.StreamsStub(channel).WatchContacts(request),
-            contact_frame,
-            first_is_whole=False,
-            timeout=timeout,
-        )
+        status = self._watchable(timeout)
+        return Stream("WatchContacts", request, contact_frame, status, self.status, timeout)
 
     def watch_divergences(self, timeout: float | None = CALL_TIMEOUT_S) -> DivergenceStream:
         """Bodies that leave the range of numbers, speeds or sectors. The first frame is as that of contacts."""
-        return Stream(
-            _addresses(self._watchable(timeout)),
-            lambda channel: tessera_pb2_grpc.StreamsStub(channel).WatchDivergences(
-                tessera_pb2.WatchDivergencesRequest()
-            ),
-            divergence_frame,
-            first_is_whole=False,
-            timeout=timeout,
-        )
+        request = tessera_pb2.WatchDivergencesRequest()
+        status = self._watchable(timeout)
+        return Stream("WatchDivergences", request, divergence_frame, status, self.status, timeout)
 
     def shutdown(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
         """Ends the coordinator and its servers."""
@@ -574,15 +567,9 @@ class Client:
         status = self.status(timeout)
         if status.state == "empty":
             raise FailedPrecondition("no world is loaded: there is nothing to watch")
-        if not _addresses(status):
-            raise FailedPrecondition(
-                f"the world is {status.state}: it has no server that could be watched"
-            )
+        if not any(server.takes_part for server in status.servers):
+            raise FailedPrecondition(f"the world is {status.state}: it has no server that could be watched")
         return status
-
-
-def _addresses(status: Status) -> list[str]:
-    return [server.stream_address for server in status.servers if server.takes_part]
 
 
 def _frame(found: tessera_pb2.ListFramesReply.Found) -> FoundFrame:

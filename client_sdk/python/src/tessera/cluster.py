@@ -16,7 +16,7 @@ PATIENCE_S = 15.0  # for the daemons to end
 
 
 class Cluster:
-    """A coordinator and its sector servers, started by `tessera up`.
+    """A coordinator and its sector servers, started by `tessera up`, which replaces those that are lost.
 
     It ends with `stop()`, with the end of a `with` block, or with this process. Interrupts of this process,
     as in a notebook, do not reach it.

@@ -1,134 +1,41 @@
 """Streams of a cluster, tick by tick.
 
 Every server streams the contents of its sectors; the parts of one tick are merged into one frame. A body that
-changes servers is in each frame exactly once.
+changes servers is in each frame exactly once. Where the world moves to other servers, so do the streams.
 """
 
 from __future__ import annotations
 
+import secrets
 import threading
 import time
 import weakref
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
+from copy import deepcopy
+from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 import grpc
 
-from tessera.errors import (
-    Aborted,
-    Cancelled,
-    DeadlineExceeded,
-    ResourceExhausted,
-    TesseraError,
-    Unavailable,
-    from_grpc,
-)
+from tessera._proto import tessera_pb2, tessera_pb2_grpc
+from tessera.errors import Aborted, Cancelled, ResourceExhausted, TesseraError, Unavailable, from_grpc
+from tessera.stream_merger import Part, StreamMerger
 
-FRAMES_QUEUED_MAX = 256  # per server, which waits while it is that far ahead of the reader
+COORDINATOR_MISSED_MAX_S = 5.0  # when a stream asks it where the world is
+STATUS_TIMEOUT_S = 2.0
+ASK_AGAIN_S = 0.1
 
+AskStatus: TypeAlias = Callable[[float], tessera_pb2.StatusReply]
+"""Asks the coordinator where the world is, with a timeout in s."""
 
-class Batch(Protocol):
-    """One server's part of one tick."""
-
-    @property
-    def tick(self) -> int:
-        ...
-
-
-Part = TypeVar("Part", bound=Batch)
 Frame = TypeVar("Frame")
-
-
-class StreamMerger(Generic[Part]):
-    """Merges the parts of ticks of several sources.
-
-    Sources push their parts, ascending by tick; one reader gets whole ticks. Safe to use from any thread.
-    """
-
-    def __init__(self, sources: int) -> None:
-        self._changed = threading.Condition()
-        self._parts: list[deque[tuple[Part, bool]]] = [deque() for _ in range(sources)]
-        self._last: list[int | None] = [None] * sources
-        self._end: TesseraError | None = None
-        self._skipped = 0
-
-    def push(self, source: int, part: Part, is_whole: bool = True) -> bool:
-        """Waits while the source is too far ahead. `is_whole` is false if the source does not have the
-        complete tick: then the frame is empty. False once the stream has ended.
-        """
-        with self._changed:
-            last = self._last[source]
-            if last is not None and part.tick <= last:
-                self._finish(Aborted("the world was unloaded or replaced"))
-            self._changed.wait_for(lambda: self._end or len(self._parts[source]) < FRAMES_QUEUED_MAX)
-            if self._end:
-                return False
-            self._last[source] = part.tick
-            self._parts[source].append((part, is_whole))
-            self._changed.notify_all()
-            return True
-
-    def end(self, error: TesseraError) -> None:
-        """Only the first end counts. Whole ticks that have arrived can still be read."""
-        with self._changed:
-            self._finish(error)
-
-    def wait_for_all(self, timeout: float | None) -> None:
-        """Waits until every source has pushed something."""
-        with self._changed:
-            told = self._changed.wait_for(lambda: self._end or None not in self._last, timeout)
-            if None not in self._last:
-                return
-            if told and self._end:
-                raise self._end
-            raise DeadlineExceeded("not every server has answered the subscription in time")
-
-    def next(self, timeout: float | None) -> tuple[int, list[Part]]:
-        """The next tick that all sources have pushed, and its parts."""
-        deadline = None if timeout is None else time.monotonic() + timeout
-        with self._changed:
-            while not self._ready():
-                if self._end:
-                    raise self._end
-                left = None if deadline is None else deadline - time.monotonic()
-                if left is not None and left <= 0:
-                    raise DeadlineExceeded("no tick was complete in time")
-                self._changed.wait(left)
-            return self._take()
-
-    @property
-    def skipped(self) -> int:
-        with self._changed:
-            return self._skipped
-
-    def _finish(self, error: TesseraError) -> None:
-        self._end = self._end or error
-        self._changed.notify_all()
-
-    def _ready(self) -> bool:
-        """Whether all sources have the same tick in front; ticks that only some have are dropped."""
-        while all(self._parts):
-            ticks = [parts[0][0].tick for parts in self._parts]
-            if min(ticks) == max(ticks):
-                return True
-            for parts, tick in zip(self._parts, ticks):
-                if tick < max(ticks):
-                    parts.popleft()
-                    self._skipped += 1
-            self._changed.notify_all()
-        return False
-
-    def _take(self) -> tuple[int, list[Part]]:
-        front = [parts.popleft() for parts in self._parts]
-        self._changed.notify_all()
-        tick = front[0][0].tick
-        return tick, [part for part, _ in front] if all(whole for _, whole in front) else []
 
 
 class Stream(Generic[Part, Frame]):
     """A subscription; iterating over it waits for frame after frame.
+
+    It goes on with the world after the loss of servers or of the coordinator: each tick comes once, in order.
 
     At most 256 ticks per server are buffered here, and some thousands at the server; a reader that falls
     further behind loses the subscription (ResourceExhausted). For one reading thread; any thread may call
@@ -137,25 +44,20 @@ class Stream(Generic[Part, Frame]):
 
     def __init__(
         self,
-        addresses: Sequence[str],
-        open_at: Callable[[grpc.Channel], Any],
+        method: str,
+        request: Any,
         read: Callable[[int, list[Part]], Frame],
-        *,
-        first_is_whole: bool,
+        status: tessera_pb2.StatusReply,
+        ask_status: AskStatus,
         timeout: float | None,
     ) -> None:
-        """Subscribes with `open_at` at every server and waits until all have answered; `read` makes a frame
-        from the parts of a tick. DeadlineExceeded, Unavailable.
+        """Subscribes with a method of service Streams at every server that takes part in the world, and waits
+        until all have answered; `read` makes a frame from the parts of a tick. DeadlineExceeded, Unavailable.
         """
-        self._merger: StreamMerger[Part] = StreamMerger(len(addresses))
+        self._merger: StreamMerger[Part] = StreamMerger()
         self._read = read
-        channels = [
-            grpc.insecure_channel(address, [("grpc.max_receive_message_length", -1)]) for address in addresses
-        ]
-        for source, (address, channel) in enumerate(zip(addresses, channels)):
-            arguments = (self._merger, source, address, open_at(channel), first_is_whole)
-            threading.Thread(target=_listen, args=arguments, daemon=True).start()
-        self._finalizer = weakref.finalize(self, _cancel, self._merger, channels)
+        follower = _Follower(self._merger, method, request, status, ask_status)
+        self._finalizer = weakref.finalize(self, follower.end, Cancelled("the stream was cancelled"))
         try:
             self._merger.wait_for_all(timeout)
         except TesseraError:
@@ -166,8 +68,8 @@ class Stream(Generic[Part, Frame]):
         """The next tick that all servers have streamed; waits at most `timeout` s, by default indefinitely.
 
         Raises DeadlineExceeded if none is complete in time (call again). Any other error ends the stream for
-        good: Unavailable, naming the server, if one was lost, Cancelled after `cancel()`, Aborted if the
-        world was unloaded or replaced.
+        good: Unavailable if the world has failed, or if no coordinator answers for 5 s when a server is lost,
+        Cancelled after `cancel()`, Aborted if the world was unloaded or replaced.
         """
         return self._read(*self.next_parts(timeout))
 
@@ -200,22 +102,119 @@ class Stream(Generic[Part, Frame]):
         self.cancel()
 
 
-def _listen(merger: StreamMerger[Part], source: int, address: str, call: Any, is_whole: bool) -> None:
-    """Passes on the messages of a server, until it or the reader ends."""
-    why = TesseraError("it ended the stream")
-    try:
-        for batch in call:
-            if not merger.push(source, batch, is_whole):
-                break
-            is_whole = True
-    except grpc.RpcError as error:
-        why = from_grpc(error)
-    call.cancel()
-    kind = ResourceExhausted if isinstance(why, ResourceExhausted) else Unavailable
-    merger.end(kind(f"sector server at {address}: {why}"))
+@dataclass
+class _Reader:
+    channel: grpc.Channel
+    has_ended: bool = False
 
 
-def _cancel(merger: StreamMerger[Any], channels: Sequence[grpc.Channel]) -> None:
-    merger.end(Cancelled("the stream was cancelled"))
-    for channel in channels:
-        channel.close()
+class _Follower(Generic[Part]):
+    """Keeps a gRPC stream open to each server that takes part in the world, until `end()`."""
+
+    def __init__(
+        self,
+        merger: StreamMerger[Part],
+        method: str,
+        request: Any,
+        status: tessera_pb2.StatusReply,
+        ask_status: AskStatus,
+    ) -> None:
+        self._merger = merger
+        self._method = method
+        self._request = deepcopy(request)
+        self._request.subscription = secrets.randbits(64) | 1
+        self._load = status.load
+        self._ask_status = ask_status
+        self._changed = threading.Condition()  # its lock guards the following
+        self._readers: dict[str, _Reader] = {}  # by address
+        self._last_end = ""
+        self._looks_again = False
+        self._has_ended = False
+        self._follow(status)
+        threading.Thread(target=self._follow_world, daemon=True).start()
+
+    def end(self, error: TesseraError) -> None:
+        """Only the first end counts."""
+        self._merger.end(error)
+        with self._changed:
+            self._has_ended = True
+            for reader in self._readers.values():
+                reader.channel.close()
+            self._changed.notify_all()
+
+    def _follow_world(self) -> None:
+        """Asks where the world is whenever that may have changed."""
+        missed_since: float | None = None
+        while self._awaits_change():
+            try:
+                is_followed = self._follow(self._ask_status(STATUS_TIMEOUT_S))
+                missed_since = None
+            except (TesseraError, ValueError) as error:  # ValueError: the client was closed
+                is_followed = False
+                missed_since = missed_since or time.monotonic()
+                if time.monotonic() - missed_since >= COORDINATOR_MISSED_MAX_S:
+                    self.end(Unavailable(str(error)))
+            with self._changed:
+                self._looks_again = self._looks_again or not is_followed
+                # The world, a server of it, or the coordinator, may be about to come back.
+                self._changed.wait_for(lambda: self._has_ended, ASK_AGAIN_S)
+
+    def _awaits_change(self) -> bool:
+        """False once the stream has ended."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._has_ended or self._looks_again)
+            self._looks_again = False
+            return not self._has_ended
+
+    def _follow(self, status: tessera_pb2.StatusReply) -> bool:
+        """Opens streams at the servers that take part in the world, and ends those at others. False if no
+        server does.
+        """
+        wanted = {server.stream_address for server in status.servers if server.takes_part}
+        with self._changed:
+            if status.state == "failed":
+                self.end(Unavailable("; ".join(filter(None, (self._last_end, status.failure)))))
+            elif status.load != self._load:
+                self.end(Aborted("the world was unloaded or replaced"))
+            if self._has_ended:
+                return True
+            for address, reader in list(self._readers.items()):
+                if address not in wanted or reader.has_ended:
+                    self._readers.pop(address).channel.close()
+            for address in wanted - self._readers.keys():
+                self._readers[address] = self._open(address)
+        return bool(wanted)
+
+    def _open(self, address: str) -> _Reader:
+        reader = _Reader(grpc.insecure_channel(address, [("grpc.max_receive_message_length", -1)]))
+        call = getattr(tessera_pb2_grpc.StreamsStub(reader.channel), self._method)(self._request)
+        threading.Thread(target=self._read, args=(address, reader, call), daemon=True).start()
+        return reader
+
+    def _read(self, address: str, reader: _Reader, call: Any) -> None:
+        """Passes on the messages of a server, until it or the stream ends."""
+        why = TesseraError("it ended the stream")
+        epoch = 0
+        try:
+            for batch in call:
+                source = batch.source
+                if source.epoch != epoch and (epoch or source.servers != len(self._readers)):
+                    self._look_again()
+                epoch = source.epoch
+                if not self._merger.push(batch):
+                    self.end(Cancelled("the stream has ended"))
+                    return
+        except grpc.RpcError as error:
+            why = from_grpc(error)
+        told = f"sector server at {address}: {why}"
+        if isinstance(why, ResourceExhausted):
+            self.end(ResourceExhausted(told))
+        with self._changed:
+            self._last_end = told
+            reader.has_ended = True
+        self._look_again()
+
+    def _look_again(self) -> None:
+        with self._changed:
+            self._looks_again = True
+            self._changed.notify_all()
