@@ -68,6 +68,9 @@ def test_each_tick_comes_once_where_processes_are_killed(cluster: tessera.Cluste
             last = client.pause(PATIENCE_S)
             told.read(bodies, contacts, last)
             assert bodies.skipped == contacts.skipped == 0
+        status = client.status()
+        assert status.recoveries >= 1
+        assert 0 < status.checkpoint_tick <= last
 
         client.load(WORLDS / "busy.sdf", replace=True)
         with client.watch_bodies() as bodies, client.watch_contacts() as contacts:
@@ -78,3 +81,24 @@ def test_each_tick_comes_once_where_processes_are_killed(cluster: tessera.Cluste
     assert told == undisturbed
     assert told.ticks == list(range(last + 1))
     assert len(told.counts) == 1
+
+
+def test_drained_server_can_be_ended(cluster: tessera.Cluster) -> None:
+    with cluster.connect() as client:
+        client.load(WORLDS / "busy.sdf")
+        with client.watch_bodies() as bodies:
+            frames = [bodies.next(PATIENCE_S)]
+            client.resume()
+            node = client.status().servers[0].node
+            taken_over = client.drain(node)
+            (drained,) = (server for server in client.status().servers if server.drained)
+            assert (drained.node, drained.bodies, drained.takes_part) == (node, 0, False)
+            while frames[-1].tick < taken_over + 30:
+                frames.append(bodies.next(PATIENCE_S))
+            assert [frame.tick for frame in frames] == list(range(len(frames)))
+            assert len({len(frame) for frame in frames}) == 1
+            assert bodies.skipped == 0
+        with pytest.raises(tessera.FailedPrecondition):
+            client.drain(client.status().servers[1].node)
+        with pytest.raises(tessera.NotFound):
+            client.drain(1)

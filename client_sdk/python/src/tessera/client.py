@@ -368,9 +368,9 @@ class Client:
     # --- questions ---
 
     def status(self, timeout: float | None = CALL_TIMEOUT_S) -> Status:
-        """The status of the cluster: `state` ("empty", "loading", "paused", "running", "recovering", "failed"), `world`,
-        `tick`, `time`, `bodies`, `settings`, `servers` and more: the fields of StatusReply in
-        proto/tessera.proto.
+        """The status of the cluster: `state` ("empty", "loading", "paused", "running", "recovering",
+        "failed"), `world`, `tick`, `time`, `bodies`, `settings`, `recoveries`, `checkpoint_tick`, `servers`
+        (`node`, `drained` and more) and more: the fields of StatusReply in proto/tessera.proto.
         """
         status: Status = self._call("GetStatus", tessera_pb2.StatusRequest(), timeout)
         return status
@@ -546,6 +546,15 @@ class Client:
         request = tessera_pb2.WatchDivergencesRequest()
         status = self._watchable(timeout)
         return Stream("WatchDivergences", request, divergence_frame, status, self.status, timeout)
+
+    # --- servers ---
+
+    def drain(self, node: int, timeout: float | None = LOAD_TIMEOUT_S) -> int:
+        """Moves all that a server hosts to others, so that it can be ended without a loss, and returns the
+        tick at which they took over. NotFound if no server has this `node`, FailedPrecondition if no other
+        one can take over.
+        """
+        return self._command("Drain", tessera_pb2.DrainRequest(node=node), timeout)
 
     def shutdown(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
         """Ends the coordinator and its servers."""
