@@ -135,6 +135,19 @@ def test_a_server_that_joins_is_waited_for() -> None:
     assert merger.skipped == 0
 
 
+def test_a_server_that_joins_may_overtake_one_that_stays() -> None:
+    merger, alone, a, b = StreamMerger[Part](), Server(0, 1), Server(0, 2, epoch=2), Server(5, 2, epoch=2)
+    merger.push(alone.part(1, [1, 2]))
+    for tick in (3, 4):
+        merger.push(b.part(tick, [2]))
+    for tick in (2, 3):
+        merger.push(alone.part(tick, [1, 2]))
+    for tick in (3, 4):
+        merger.push(a.part(tick, [1]))
+    assert [ids(merger.next(0)[1]) for _ in range(4)] == [[1, 2]] * 4
+    assert merger.skipped == 0
+
+
 def test_a_server_that_waits_is_let_go_when_the_world_is_set_back() -> None:
     merger, a = StreamMerger[Part](), Server(0, 2)
     for tick in range(FRAMES_QUEUED_MAX):

@@ -58,6 +58,18 @@ class _Server(Generic[Part]):
     last: int = -1  # tick that it has pushed
 
 
+@dataclass
+class _Epoch(Generic[Part]):
+    number: int = 0
+    size: int = 0  # the number of servers that take part
+    servers: defaultdict[int, _Server[Part]] = field(default_factory=lambda: defaultdict(_Server))  # by node
+
+    def all_have_told(self) -> bool:
+        return 0 < self.size <= len(self.servers) and all(
+            server.last >= 0 for server in self.servers.values()
+        )
+
+
 class StreamMerger(Generic[Part]):
     """Servers push their parts of ticks, ascending within an epoch; one reader gets whole ticks, each once,
     in order. Safe to use from any thread.
@@ -66,9 +78,8 @@ class StreamMerger(Generic[Part]):
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._load: int | None = None
-        self._epoch = 0
-        self._servers_of_epoch = 0
-        self._servers: defaultdict[int, _Server[Part]] = defaultdict(_Server)  # of this epoch, by node
+        self._epoch: _Epoch[Part] = _Epoch()  # the last of which all servers have told
+        self._newest = self._epoch
         self._ready: deque[tuple[int, list[Part]]] = deque()  # of earlier epochs
         self._merged = -1  # the last tick that was whole
         self._end: TesseraError | None = None
@@ -81,21 +92,25 @@ class StreamMerger(Generic[Part]):
             if self._load not in (None, source.load):
                 self._finish(Aborted("the world was unloaded or replaced"))
             self._load = source.load
-            if source.epoch > self._epoch:
-                self._begin_epoch(source)
+            if source.epoch > self._newest.number:
+                self._newest = _Epoch(source.epoch, source.servers)
+                self._changed.notify_all()
             self._changed.wait_for(
                 lambda: self._end
-                or source.epoch < self._epoch
-                or len(self._servers[part.node].parts) < FRAMES_QUEUED_MAX
+                or source.epoch < self._newest.number
+                or len(self._newest.servers[part.node].parts) < FRAMES_QUEUED_MAX
             )
             if self._end:
                 return False
-            if source.epoch < self._epoch:
+            epoch = self._epoch if source.epoch == self._epoch.number else self._newest
+            if source.epoch < epoch.number:
                 return True
-            server = self._servers[part.node]
+            server = epoch.servers[part.node]
             if part.tick > max(server.last, self._merged):
                 server.parts.append(part)
             server.last = max(server.last, part.tick)
+            if self._newest is not self._epoch and self._newest.all_have_told():
+                self._begin_newest()
             self._changed.notify_all()
             return True
 
@@ -107,8 +122,8 @@ class StreamMerger(Generic[Part]):
     def wait_for_all(self, timeout: float | None) -> None:
         """Waits until every server of the world has pushed something."""
         with self._changed:
-            self._changed.wait_for(lambda: self._end or self._all_have_told(), timeout)
-            if not self._all_have_told():
+            self._changed.wait_for(lambda: self._end or self._epoch.all_have_told(), timeout)
+            if not self._epoch.all_have_told():
                 raise self._end or DeadlineExceeded("not every server has answered the subscription in time")
 
     def next(self, timeout: float | None) -> tuple[int, list[Part]]:
@@ -130,30 +145,29 @@ class StreamMerger(Generic[Part]):
         self._end = self._end or error
         self._changed.notify_all()
 
-    def _all_have_told(self) -> bool:
-        return 0 < self._servers_of_epoch <= len(self._servers) and all(
-            server.last >= 0 for server in self._servers.values()
-        )
+    def _begin_newest(self) -> None:
+        """The world was set back: what the servers have told of ticks that are not whole will come again.
 
-    def _begin_epoch(self, source: Source) -> None:
-        """The world was set back: what the servers have told of ticks that are not whole will come again."""
+        A server that stays has sent all of the earlier epoch before it tells of this one, while others may
+        overtake it.
+        """
         while merged := self._take_merged():
             self._ready.append(merged)
         if len(self._ready) > READY_MAX:
             self._finish(ResourceExhausted("the reader is too far behind"))
-        self._servers.clear()
-        self._epoch = source.epoch
-        self._servers_of_epoch = source.servers
-        self._changed.notify_all()
+        self._epoch = self._newest
+        for server in self._epoch.servers.values():
+            while server.parts and server.parts[0].tick <= self._merged:
+                server.parts.popleft()
 
     def _take(self) -> tuple[int, list[Part]] | None:
         return self._ready.popleft() if self._ready else self._take_merged()
 
     def _take_merged(self) -> tuple[int, list[Part]] | None:
         """The earliest tick that all servers have; earlier ticks that only some have are dropped."""
-        if not self._all_have_told():
+        if not self._epoch.all_have_told():
             return None
-        queues = [server.parts for server in self._servers.values()]
+        queues = [server.parts for server in self._epoch.servers.values()]
         while all(queues):
             ticks = [parts[0].tick for parts in queues]
             if min(ticks) == max(ticks):
