@@ -30,12 +30,11 @@ void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
     world.checkpoints->settle(now);
   }
   world.sequencer.forget_past(world.checkpoints->earliest());
-  if (may_ask_for_checkpoint()) {
-    if (now < world.next_checkpoint && !wants_to_move()) return;
+  if (!world.recovering() && wants_to_move()) {
+    recover();
+  } else if (may_ask_for_checkpoint() && now >= world.next_checkpoint) {
     world.next_checkpoint = now + options_.checkpoint_every;
     ask_for_checkpoint();
-  } else if (!world.recovering() && !world.awaits_checkpoint && wants_to_move()) {
-    recover();
   }
 }
 
