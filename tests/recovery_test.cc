@@ -113,6 +113,7 @@ class Recovery : public ::testing::Test {
     std::sort(contacts_told_.begin(), contacts_told_.end());
     EXPECT_EQ(contacts_told_, alone.contacts);
     EXPECT_EQ(bodies_->skipped(), 0u);
+    EXPECT_EQ(contacts_->skipped(), 0u);
   }
 
   const WorldDescription world_ = read_world("busy.sdf");

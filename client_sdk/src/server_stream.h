@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <random>
 #include <set>
 #include <string>
@@ -124,7 +125,7 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
         break;
       }
       const v1::StreamSource& source = batch.source();
-      if (epoch != 0 && source.epoch() != epoch) look_again();
+      if (source.epoch() != epoch) look_again();
       epoch = source.epoch();
       const PartOrigin origin{source.load(), source.epoch(), source.servers(), batch.node()};
       if (!merger_.push(origin, *std::move(frame), !source.first())) break;
@@ -133,6 +134,8 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
     const absl::Status why = from_grpc(stream->Finish());
     if (why.code() == absl::StatusCode::kResourceExhausted) {
       end(absl::ResourceExhaustedError(absl::StrCat("sector server at ", address, ": ", why.message())));
+    } else if (merger_.has_ended()) {
+      end(why);  // the merger has told the reason
     }
     const std::lock_guard lock(mutex_);
     last_end_ = absl::StrCat("sector server at ", address, ": ",
@@ -152,10 +155,9 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
       lock.unlock();
       const bool is_followed = look_for_world();
       lock.lock();
-      if (is_followed) continue;
       // The world, a server of it, or the coordinator, may be about to come back.
+      if (!is_followed) look_again_ = true;
       changed_.wait_for(lock, kAskAgain, [&] { return ended_; });
-      look_again_ = true;
     }
   }
 
@@ -164,10 +166,11 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
     const absl::StatusOr<v1::StatusReply> status = ask_status_();
     const auto now = std::chrono::steady_clock::now();
     if (!status.ok()) {
-      if (now - last_told_ > kCoordinatorMissedMax) end(status.status());
+      if (!missed_since_) missed_since_ = now;
+      if (now - *missed_since_ > kCoordinatorMissedMax) end(status.status());
       return false;
     }
-    last_told_ = now;
+    missed_since_.reset();
     if (status->state() == "failed" || status->load() != load_) {
       end(status->state() == "failed"
               ? absl::UnavailableError(absl::StrCat(why_ended(), "; ", status->failure()))
@@ -189,7 +192,7 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
   const std::uint64_t load_;
   const AskStatus ask_status_;
   StreamMerger<Frame> merger_;
-  std::chrono::steady_clock::time_point last_told_ = std::chrono::steady_clock::now();  // of follower_
+  std::optional<std::chrono::steady_clock::time_point> missed_since_;  // the coordinator; of follower_
 
   std::mutex mutex_;  // guards the following
   std::condition_variable changed_;
