@@ -13,6 +13,7 @@
 #include "cli/terminal.h"
 #include "cli/text.h"
 #include "cli/world_options.h"
+#include "lpss/model/limits.h"
 
 namespace tessera::cli {
 namespace {
@@ -195,13 +196,24 @@ void add_time(CLI::App& app, Action& action) {
 void add_drain(CLI::App& app, Action& action) {
   CLI::App& drain = add_command(
       app, "drain", "Move all that a sector server hosts to others, so that it can be ended without a loss.",
-      "tessera drain b85343912c61318e");
+      "tessera drain 2");
   const auto node = std::make_shared<std::string>();
-  drain.add_option("node", *node, "of the server, as tessera status shows it")->required();
+  drain.add_option("node", *node, "of the server, as tessera status shows it, or its place there, from 1 on")
+      ->required();
   on_cluster(drain, action, [node](Client& client, nlohmann::json& data) -> absl::Status {
     std::uint64_t number = 0;
     if (!absl::SimpleHexAtoi(*node, &number)) {
       return absl::InvalidArgumentError(absl::StrCat("node = ", *node, " must be a hexadecimal number"));
+    }
+    std::size_t place = 0;
+    if (absl::SimpleAtoi(*node, &place) && place <= kServersMax) {
+      const absl::StatusOr<ClusterStatus> status = client.status();
+      if (!status.ok()) return status.status();
+      if (place < 1 || place > status->servers.size()) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("node = ", place, " must be a place from 1 to ", status->servers.size()));
+      }
+      number = status->servers[place - 1].node;
     }
     return print_tick("hosts nothing since", client.drain(number), data);
   });

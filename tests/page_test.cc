@@ -34,7 +34,7 @@ TEST(PageTest, ClusterGoesOnWithoutItsPage) {
                                  [](pid_t child) { return name_of(child) == "tessera-viewer"; });
   ASSERT_NE(page, children.end());
   kill(*page, SIGKILL);
-  ASSERT_TRUE(up.await_output("the web UI is lost; the cluster continues: tessera-viewer")) << up.output();
+  ASSERT_TRUE(up.await_output("the cluster continues: the web UI is lost: tessera-viewer")) << up.output();
   up.process().signal(SIGINT);
   EXPECT_EQ(up.wait(), kSignalled + SIGINT) << up.output();
 }

@@ -233,6 +233,7 @@ TEST(BodyStreamTest, ServerThatIsKilledEndsStreamAndWorldWithItsName) {
   Client& client = *cluster.client;
   ASSERT_THAT(client.load(read_world("busy.sdf")).status(), IsOk());
   const std::unique_ptr<BodyStream> stream = client.watch_bodies({}, kPatience).value();
+  const Processes killed({cluster.processes->server(1)});
   ASSERT_EQ(kill(cluster.processes->server(1), SIGKILL), 0);
 
   const absl::Status stepped = client.step(1'000'000, kPatience).status();
@@ -245,6 +246,7 @@ TEST(BodyStreamTest, ServerThatIsKilledEndsStreamAndWorldWithItsName) {
   EXPECT_EQ(status.state, "failed");
   EXPECT_FALSE(status.failure.empty());
   EXPECT_EQ(status.servers.size(), 1u);
+  EXPECT_TRUE(killed.await_end());
   EXPECT_THAT(cluster.processes->failure(), IsStatus(absl::StatusCode::kUnavailable, "signal 9"));
 
   // The coordinator continues: once another server joins, the world can be loaded again.
