@@ -133,7 +133,7 @@ class Check:
         before = stage_of(words) if staged else []
         for command in (*before, words):
             self._programs.run(command, self._cluster.address)
-        if words[1] == "shutdown":
+        if words[1] in ("shutdown", "drain"):  # after either, examples need another cluster
             self.stop_cluster(where)
 
 
