@@ -58,7 +58,7 @@ absl::Status drive(SimulatedCluster& cluster, const WorldDescription& world, con
   };
   // Where its coordinator is lost, the world does the step or has not heard of it.
   const auto end_step = [&]() -> absl::Status {
-    const absl::Status status = cluster.wait<v1::StepReply>(step).status();
+    absl::Status status = cluster.wait<v1::StepReply>(step).status();
     step.reset();
     if (!absl::IsUnavailable(status)) return status;
     const absl::StatusOr<Tick> tick = paused_tick(cluster);
@@ -72,7 +72,7 @@ absl::Status drive(SimulatedCluster& cluster, const WorldDescription& world, con
     }
     if (!step && begun < ticks && !dice.one_in(3)) start_step(dice.between(std::uint64_t{1}, longest));
     for (std::uint64_t events = dice.below(20); step && !*step && events > 0; --events) cluster.run_events(1);
-    const absl::Status given = workload.give_next(cluster);
+    absl::Status given = workload.give_next(cluster);
     if (!given.ok() && !absl::IsUnavailable(given)) return given;
   }
   for (;;) {
