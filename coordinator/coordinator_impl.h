@@ -82,6 +82,8 @@ class Coordinator::Impl {
   void try_start();
   std::vector<NodeId> chosen_nodes(Precision precision) const;
   void start(WaitingLoad load, const std::vector<NodeId>& nodes);
+  std::unique_ptr<ActiveWorld> make_world(WorldToLoad from, std::uint64_t load, std::uint64_t number,
+                                          const std::vector<NodeId>& nodes) const;
   void send_loads(Placement placement, Tick tick);
   void give_up_waiting(const absl::Status& status);
   void finish_load();

@@ -98,36 +98,46 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
   failed_.reset();
   worlds_ = number;
 
-  const WorldSettings settings = load.world.settings();
-  std::string name = load.world.name();
-  const SectorIndex anchor = load.world.anchor();
   const Tick tick = load.world.tick();
-  std::vector<Sequencer::Held> held = held_of(load.world);
+  world_ = make_world(std::move(load.world), ++loads_, number, nodes);
+  world_->map = placement->map;
+  world_->sectors = placement->sectors;
+  world_->load_reply = std::move(load.reply);
+  world_->replaced_another = replaces;
+  send_loads(*std::move(placement), tick);
+  log(absl::StrCat("loading the world '", world_->name, "': ", world_->registry.body_count(), " bodies on ",
+                   nodes.size(), " servers"));
+}
+
+// A world that no server has yet.
+std::unique_ptr<ActiveWorld> Coordinator::Impl::make_world(WorldToLoad from, std::uint64_t load,
+                                                           std::uint64_t number,
+                                                           const std::vector<NodeId>& nodes) const {
+  const WorldSettings settings = from.settings();
+  const SectorIndex anchor = from.anchor();
+  const Tick tick = from.tick();
+  std::string name = from.name();
+  std::vector<Sequencer::Held> held = held_of(from);
   std::optional<Checkpoints> checkpoints;
-  if (survives_losses()) checkpoints.emplace(load.world);
-  world_ = std::make_unique<ActiveWorld>(ActiveWorld{
-      .load = ++loads_,
+  if (survives_losses()) checkpoints.emplace(from);
+  auto world = std::make_unique<ActiveWorld>(ActiveWorld{
+      .load = load,
       .number = number,
       .name = std::move(name),
       .settings = settings,
       .anchor = anchor,
-      .map = placement->map,
-      .sectors = placement->sectors,
+      .map = SectorMap(anchor, {}, /*epoch=*/0),
       .nodes = nodes,
-      .registry = registry_of(std::move(load.world)),
+      .registry = registry_of(std::move(from)),
       .sequencer = Sequencer({number, nodes.size(), settings.time_step, options_.grant_window, tick,
                               /*keeps_past=*/survives_losses()}),
       .queries = Queries(nodes.size()),
       .statistics = TickStatistics(nodes.size()),
       .ready = std::vector<bool>(nodes.size()),
-      .load_reply = std::move(load.reply),
-      .replaced_another = replaces,
       .checkpoints = std::move(checkpoints),
   });
-  world_->sequencer.hold(std::move(held));
-  send_loads(*std::move(placement), tick);
-  log(absl::StrCat("loading the world '", world_->name, "': ", world_->registry.body_count(), " bodies on ",
-                   nodes.size(), " servers"));
+  world->sequencer.hold(std::move(held));
+  return world;
 }
 
 // Sends the servers of the world what they host of it, at the end of `tick`.

@@ -96,27 +96,8 @@ absl::Status Coordinator::Impl::resume_stored() {
   if (!world.ok()) return world.status();
   stored->state = {};
   loads_ = stored->load;
-  const WorldSettings settings = world->settings();
   const Tick tick = world->tick();
-  Checkpoints checkpoints(*world);
-  std::string name = world->name();
-  const SectorIndex anchor = world->anchor();
-  std::vector<Sequencer::Held> held = held_of(*world);
-  world_ = std::make_unique<ActiveWorld>(ActiveWorld{
-      .load = loads_,
-      .number = ++worlds_,
-      .name = std::move(name),
-      .settings = settings,
-      .anchor = anchor,
-      .map = SectorMap(anchor, {}, 0),
-      .registry = registry_of(*std::move(world)),
-      .sequencer =
-          Sequencer({worlds_, 0, settings.time_step, options_.grant_window, tick, /*keeps_past=*/true}),
-      .queries = Queries(0),
-      .statistics = TickStatistics(0),
-      .checkpoints = std::move(checkpoints),
-  });
-  world_->sequencer.hold(std::move(held));
+  world_ = make_world(*std::move(world), loads_, ++worlds_, {});
   v1::StoredPace pace;
   for (const v1::StoredInput& input : stored->inputs) {
     if (input.has_pace()) pace = input.pace();
