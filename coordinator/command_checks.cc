@@ -187,6 +187,11 @@ absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const Wo
   if (!std::isfinite(length) || length <= 0 || length > kRayLengthMax) {
     return refused("length = ", length, " m must be above 0 m and at most ", kRayLengthMax, " m");
   }
+  const double length_max = kRaySectorsMax * size / direction->lpNorm<1>();
+  if (length > length_max) {
+    return refused("length = ", length, " m must be at most ", length_max,
+                   " m: in this direction, the ray then passes through ", kRaySectorsMax, " sectors");
+  }
   const auto end = canonical(origin->sector, origin->local + length * *direction, size);
   if (!end.ok())
     return absl::Status(end.status().code(), absl::StrCat("the ray's end: ", end.status().message()));
@@ -258,22 +263,6 @@ absl::StatusOr<Command> checked(const v1::SetJointDrivesRequest& request, const 
     return refused(title, status.message());
   }
   return SetDrives{*id, drives};
-}
-
-std::optional<BodyId> body_of(const Command& command) {
-  return std::visit(
-      [](const auto& c) -> std::optional<BodyId> {
-        using C = std::decay_t<decltype(c)>;
-        if constexpr (std::is_same_v<C, SpawnBody>) {
-          return c.record.id;
-        } else if constexpr (std::is_same_v<C, AddJoint> || std::is_same_v<C, RemoveJoint> ||
-                             std::is_same_v<C, SetDrives>) {
-          return std::nullopt;
-        } else {
-          return c.id;
-        }
-      },
-      command);
 }
 
 }  // namespace tessera

@@ -19,7 +19,8 @@ inline constexpr std::size_t kQueuedRequestsMax = 4096;  // from gRPC's threads 
 inline constexpr std::uint64_t kStepTicksMax = 1'000'000'000;
 inline constexpr double kRealTimeFactorMin = 1e-3;
 inline constexpr double kRealTimeFactorMax = 1e6;
-inline constexpr double kReachMax = 4;  // sectors: how far from a probe `near` searches for bodies
+inline constexpr double kRaySectorsMax = 65'536;  // that a ray may pass through
+inline constexpr double kReachMax = 4;            // sectors: how far from a probe `near` searches for bodies
 inline constexpr std::uint64_t kFoundBodiesDefault = 1000;
 inline constexpr std::uint64_t kFoundBodiesMax = 100'000;
 

@@ -13,7 +13,9 @@ namespace tessera {
 
 struct CoordinatorArguments {
   DdsOptions dds{.self = kCoordinatorNode};
-  CoordinatorOptions coordinator{.checkpoint_every = std::chrono::seconds(1)};
+  // A tick may take long, and the network sees where a server is gone.
+  CoordinatorOptions coordinator{.server_timeout = std::chrono::minutes(2),
+                                 .checkpoint_every = std::chrono::seconds(1)};
   std::string listen = "127.0.0.1:7300";
   std::string metrics_address;  // empty: no metrics
   std::string record_inputs;    // empty: no recording

@@ -207,13 +207,14 @@ inline WorldDescription small_world() {
   return world;
 }
 
-// A cluster of two servers with the small world, paused at tick 0.
-inline std::unique_ptr<TestCluster> loaded_cluster(CoordinatorOptions options = {}) {
+// A cluster of two servers with a world, paused at tick 0.
+inline std::unique_ptr<TestCluster> loaded_cluster(CoordinatorOptions options = {},
+                                                   const WorldDescription& world = small_world()) {
   auto cluster = std::make_unique<TestCluster>(options);
   cluster->join(kFirst);
   cluster->join(kSecond);
   v1::LoadRequest request;
-  *request.mutable_world() = to_proto(small_world());
+  *request.mutable_world() = to_proto(world);
   const auto load = cluster->ask<v1::LoadReply>(request);
   cluster->finish_loads();
   EXPECT_TRUE(load->ok()) << load->message();

@@ -145,11 +145,13 @@ absl::Status WorldRun::next_grant_or_tick(const std::function<Nanoseconds()>& cl
     grants_.erase(next);
     ++next_serial_;
     ticks_left_ = grant_->ticks();
+    next_query_ = 0;
     if (absl::Status status = add_shapes(grant_->new_shapes()); !status.ok()) return status;
   }
   if (ticks_left_ > 0) return begin_tick(clock);
-  for (const v1::Query& query : grant_->queries()) answer(query);
-  grant_.reset();
+  // One a turn, so that nothing else has to wait for all of them.
+  if (next_query_ < grant_->queries_size()) answer(grant_->queries(next_query_++));
+  if (next_query_ == grant_->queries_size()) grant_.reset();
   return absl::OkStatus();
 }
 

@@ -85,6 +85,7 @@ class WorldRun {
   std::uint64_t next_serial_ = 1;
   std::optional<v1::Grant> grant_;  // being carried out
   std::uint64_t ticks_left_ = 0;
+  int next_query_ = 0;
 
   std::optional<Round> round_;                                      // in which the current tick waits
   Tick tick_ = 0;                                                   // completed

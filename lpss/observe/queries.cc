@@ -27,6 +27,8 @@ class SectorWalk {
   }
 
   SectorOffset sector() const { return {at_[0], at_[1], at_[2]}; }
+  // Where the ray enters it, m from the origin.
+  double begin() const { return begin_; }
 
   // Goes on to the next sector; false at the end of the ray.
   bool advance() {
@@ -35,6 +37,7 @@ class SectorWalk {
       if (next_[other] < next_[axis]) axis = other;
     }
     if (next_[axis] > length_) return false;
+    begin_ = next_[axis];
     at_[axis] += step_[axis];
     next_[axis] += every_[axis];
     return true;
@@ -42,6 +45,7 @@ class SectorWalk {
 
  private:
   double length_;
+  double begin_ = 0;
   std::int64_t at_[3] = {0, 0, 0};
   std::int64_t step_[3];
   double next_[3];
@@ -69,72 +73,124 @@ std::optional<std::pair<double, double>> stretch_inside(const Eigen::AlignedBox3
   return std::pair(begin, end);
 }
 
-// A sector in which nothing moves has no engine world; one is made in `passing` for the moment where statics
-// are there. nullptr where nothing is.
-SectorWorld* world_to_ask(const Partition& partition, const SectorIndex& index,
-                          const Eigen::AlignedBox3d& surroundings, Sector& passing) {
-  const auto found = partition.sectors.find(index);
-  if (found != partition.sectors.end() && found->second->world) return found->second->world.get();
-  if (partition.statics.overlapping(index, surroundings).empty()) return nullptr;
+// What a sector's engine world knows of, relative to the sector's centre.
+Eigen::AlignedBox3d surroundings(const Partition& partition) {
+  return cube(partition.sector_size() / 2 + partition.margins.reach);
+}
+
+// A sector in which nothing moves has no engine world. Makes one in `passing`, for the moment, with the
+// statics around it, if any of them meets `region` (m, relative to the sector's centre); otherwise nullptr.
+SectorWorld* passing_world(const Partition& partition, const SectorIndex& index,
+                           const Eigen::AlignedBox3d& region, Sector& passing) {
+  const std::vector<BodyId> statics = partition.statics.overlapping(index, region);
+  const bool any = std::any_of(statics.begin(), statics.end(), [&](BodyId id) {
+    const StaticIndex::Part part = partition.statics.part(id, index, region);
+    return part.whole || !part.shape.parts.empty();
+  });
+  if (!any) return nullptr;
   passing.index = index;
   passing.world = partition.engine.make_world();
-  add_statics(partition, passing, surroundings);
+  add_statics(partition, passing, surroundings(partition));
   return passing.world.get();
 }
 
-void raycast_sector(const Partition& partition, const SectorIndex& index, const WorldPosition& origin,
-                    const Eigen::Vector3d& direction, double length, std::uint32_t mask,
-                    std::optional<RayAnswer>& nearest) {
-  const Eigen::Vector3d half =
-      Eigen::Vector3d::Constant(partition.sector_size() / 2 + partition.margins.reach);
-  const Eigen::AlignedBox3d surroundings(-half, half);
-  const Eigen::Vector3d from = relative_to(origin, index, partition.sector_size());
-  const auto stretch = stretch_inside(surroundings, from, direction, length);
-  if (!stretch) return;
-
-  Sector passing;
-  SectorWorld* world = world_to_ask(partition, index, surroundings, passing);
-  if (world == nullptr) return;
-  const auto [begin, end] = *stretch;
-  const std::optional<RayHit> hit = world->raycast(from + direction * begin, from + direction * end, mask);
-  if (!hit) return;
-  const double distance = begin + hit->fraction * (end - begin);
-  if (nearest && std::pair(nearest->distance, nearest->body) <= std::pair(distance, hit->body)) return;
-  nearest = RayAnswer{hit->body, distance, hit->normal};
+SectorWorld* living_world(const Partition& partition, const SectorIndex& index) {
+  const auto found = partition.sectors.find(index);
+  return found == partition.sectors.end() ? nullptr : found->second->world.get();
 }
+
+class Raycast {
+ public:
+  Raycast(const Partition& partition, const WorldPosition& origin, const Eigen::Vector3d& direction,
+          double length, std::uint32_t mask)
+      : partition_(partition), origin_(origin), direction_(direction), length_(length), mask_(mask) {}
+
+  std::optional<RayAnswer> nearest() {
+    const double size = partition_.sector_size();
+    const int around = partition_.margins.reach + partition_.radius_max > size / 2 ? OffsetSet::kReach : 1;
+    // What is found around a sector is at most so much nearer than where the ray enters the sector.
+    const double back = 2 * size * (around + 1);
+    SectorWalk walk(origin_.local, direction_, length_, size);
+    do {
+      if (nearest_ && nearest_->distance < walk.begin() - back) break;
+      ask_sector(walk.sector());
+      ask_around(walk.sector(), around);
+    } while (walk.advance());
+    return nearest_;
+  }
+
+ private:
+  struct Stretch {
+    Eigen::Vector3d from;  // of the ray, relative to the sector's centre
+    double begin;
+    double end;
+  };
+
+  // Of the ray in the surroundings of a sector.
+  std::optional<Stretch> stretch_in(const SectorIndex& index) const {
+    const Eigen::Vector3d from = relative_to(origin_, index, partition_.sector_size());
+    const auto stretch = stretch_inside(surroundings(partition_), from, direction_, length_);
+    if (!stretch) return std::nullopt;
+    return Stretch{from, stretch->first, stretch->second};
+  }
+
+  // The sector that the ray passes through, where nothing lives.
+  void ask_sector(const SectorOffset& at) {
+    const absl::StatusOr<SectorIndex> index = translated(origin_.sector, at);
+    if (!index.ok() || !partition_.hosts(*index) || living_world(partition_, *index) != nullptr) return;
+    const std::optional<Stretch> stretch = stretch_in(*index);
+    if (!stretch) return;
+    Eigen::AlignedBox3d region(Eigen::Vector3d(stretch->from + direction_ * stretch->begin));
+    region.extend(Eigen::Vector3d(stretch->from + direction_ * stretch->end));
+    Sector passing;
+    if (SectorWorld* world = passing_world(partition_, *index, region, passing)) ask(*world, *stretch);
+  }
+
+  // Bodies of neighbouring sectors may reach into the one that the ray passes through.
+  void ask_around(const SectorOffset& at, int around) {
+    for (int i = -around; i <= around; ++i) {
+      for (int j = -around; j <= around; ++j) {
+        for (int k = -around; k <= around; ++k) {
+          const absl::StatusOr<SectorIndex> index =
+              translated(origin_.sector, {at.i + i, at.j + j, at.k + k});
+          if (!index.ok()) continue;
+          SectorWorld* world = living_world(partition_, *index);
+          if (world == nullptr || !done_.insert(*index).second) continue;
+          if (const std::optional<Stretch> stretch = stretch_in(*index)) ask(*world, *stretch);
+        }
+      }
+    }
+  }
+
+  void ask(SectorWorld& world, const Stretch& stretch) {
+    const auto& [from, begin, end] = stretch;
+    const std::optional<RayHit> hit =
+        world.raycast(from + direction_ * begin, from + direction_ * end, mask_);
+    if (!hit) return;
+    const double distance = begin + hit->fraction * (end - begin);
+    if (nearest_ && std::pair(nearest_->distance, nearest_->body) <= std::pair(distance, hit->body)) return;
+    nearest_ = RayAnswer{hit->body, distance, hit->normal};
+  }
+
+  const Partition& partition_;
+  const WorldPosition& origin_;
+  const Eigen::Vector3d& direction_;
+  const double length_;
+  const std::uint32_t mask_;
+  absl::flat_hash_set<SectorIndex> done_;  // of those where something lives
+  std::optional<RayAnswer> nearest_;
+};
 
 }  // namespace
 
 std::optional<RayAnswer> raycast(const Partition& partition, const WorldPosition& origin,
                                  const Eigen::Vector3d& direction, double length, std::uint32_t mask) {
-  std::optional<RayAnswer> nearest;
-  absl::flat_hash_set<SectorIndex> done;
-  SectorWalk walk(origin.local, direction, length, partition.sector_size());
-  const int around =
-      partition.margins.reach + partition.radius_max > partition.sector_size() / 2 ? OffsetSet::kReach : 1;
-  do {
-    // Bodies of neighbouring sectors may reach into this one.
-    for (int i = -around; i <= around; ++i) {
-      for (int j = -around; j <= around; ++j) {
-        for (int k = -around; k <= around; ++k) {
-          const SectorOffset at = walk.sector();
-          const absl::StatusOr<SectorIndex> sector =
-              translated(origin.sector, {at.i + i, at.j + j, at.k + k});
-          if (!sector.ok() || !partition.hosts(*sector) || !done.insert(*sector).second) continue;
-          raycast_sector(partition, *sector, origin, direction, length, mask, nearest);
-        }
-      }
-    }
-  } while (walk.advance());
-  return nearest;
+  return Raycast(partition, origin, direction, length, mask).nearest();
 }
 
 std::vector<NearBody> bodies_near(const Partition& partition, const Geometry& probe, const WorldPose& pose,
                                   double reach, std::uint32_t mask) {
   const double radius = bounding_radius(probe) + reach;
-  const Eigen::Vector3d half =
-      Eigen::Vector3d::Constant(partition.sector_size() / 2 + partition.margins.reach);
-  const Eigen::AlignedBox3d surroundings(-half, half);
   const auto cell = [&](double x) {
     return static_cast<std::int64_t>(std::floor(x / partition.sector_size() + 0.5));
   };
@@ -149,7 +205,8 @@ std::vector<NearBody> bodies_near(const Partition& partition, const Geometry& pr
         const absl::StatusOr<SectorIndex> sector = translated(pose.position.sector, {i, j, k});
         if (!sector.ok() || !partition.hosts(*sector)) continue;
         Sector passing;
-        SectorWorld* world = world_to_ask(partition, *sector, surroundings, passing);
+        SectorWorld* world = living_world(partition, *sector);
+        if (world == nullptr) world = passing_world(partition, *sector, surroundings(partition), passing);
         if (world == nullptr) continue;
         const Pose local{relative_to(pose.position, *sector, partition.sector_size()), pose.orientation};
         for (const NearBody& near : world->near(probe, local, reach, mask)) {

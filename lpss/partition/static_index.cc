@@ -50,10 +50,11 @@ std::vector<SectorIndex> StaticIndex::cells(const Entry& entry) const {
 }
 
 void StaticIndex::add(const BodyRecord& record, const Shape& shape) {
-  Entry entry{record, &shape, body_frame(record), 0, false};
+  Entry entry{record, &shape, body_frame(record), 0, false, nullptr};
   entry.radius = is_bounded(shape) ? bounding_radius(shape, Eigen::Vector3d::Zero())
                                    : std::numeric_limits<double>::infinity();
   entry.large = !(2 * entry.radius <= kCellsMax * sector_size_);
+  if (entry.large) entry.trees = trees_of(shape);
   const auto [place, is_new] = bodies_.try_emplace(record.id, entry);
   if (!is_new) return;
   if (entry.large) {
@@ -61,6 +62,19 @@ void StaticIndex::add(const BodyRecord& record, const Shape& shape) {
     return;
   }
   for (const SectorIndex& cell : cells(entry)) insert_sorted(by_sector_[cell], record.id);
+}
+
+std::shared_ptr<const StaticIndex::MeshTrees> StaticIndex::trees_of(const Shape& shape) const {
+  for (const BodyId id : large_) {
+    const Entry& other = bodies_.at(id);
+    if (other.shape == &shape) return other.trees;
+  }
+  auto trees = std::make_shared<MeshTrees>();
+  for (const ShapePart& part : shape.parts) {
+    const auto* mesh = std::get_if<TriangleMesh>(&part.geometry);
+    trees->push_back(mesh == nullptr ? nullptr : std::make_unique<const MeshTree>(*mesh));
+  }
+  return trees;
 }
 
 bool StaticIndex::remove(BodyId id) {
@@ -139,8 +153,10 @@ StaticIndex::Part StaticIndex::part(BodyId id, const SectorIndex& sector,
     result.pose = pose;
     return result;
   }
-  for (const ShapePart& piece : entry.shape->parts) {
-    std::optional<ShapePart> cut = part_within(piece.geometry, pose * piece.pose, region);
+  for (std::size_t n = 0; n < entry.shape->parts.size(); ++n) {
+    const ShapePart& piece = entry.shape->parts[n];
+    std::optional<ShapePart> cut =
+        part_within(piece.geometry, pose * piece.pose, region, (*entry.trees)[n].get());
     if (cut) result.shape.parts.push_back(std::move(*cut));
   }
   return result;

@@ -5,10 +5,12 @@
 #include <absl/container/flat_hash_map.h>
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <vector>
 
 #include "lpss/model/body.h"
 #include "lpss/model/shape.h"
+#include "lpss/partition/mesh_tree.h"
 
 namespace tessera {
 
@@ -51,16 +53,22 @@ class StaticIndex {
   }
 
  private:
+  // By the parts of a shape: null for those that are not meshes.
+  using MeshTrees = std::vector<std::unique_ptr<const MeshTree>>;
   struct Entry {
     BodyRecord record;
     const Shape* shape;
     Pose pose;      // of the body frame, relative to the home's centre
     double radius;  // around the home-relative position; infinite for planes
     bool large;
+    std::shared_ptr<const MeshTrees> trees;  // of a large one
   };
 
   // Sectors that the entry's box overlaps; only for entries that are not large.
   std::vector<SectorIndex> cells(const Entry& entry) const;
+
+  // Bodies of one shape share them.
+  std::shared_ptr<const MeshTrees> trees_of(const Shape& shape) const;
 
   double sector_size_;
   absl::btree_map<BodyId, Entry> bodies_;

@@ -1,5 +1,7 @@
 #include "lpss/partition/static_part.h"
 
+#include <absl/container/flat_hash_map.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -16,19 +18,10 @@ Eigen::AlignedBox3d seen_from_geometry(const Eigen::AlignedBox3d& region, const 
   return {centre - half, centre + half};
 }
 
-// The sides of a box that a point is beyond, a bit each.
-std::uint8_t sides_beyond(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& point) {
-  unsigned sides = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    sides |= static_cast<unsigned>(point[axis] < box.min()[axis]) << (2 * axis);
-    sides |= static_cast<unsigned>(point[axis] > box.max()[axis]) << (2 * axis + 1);
-  }
-  return static_cast<std::uint8_t>(sides);
-}
-
 struct Cutter {
   const Pose& pose;
   const Eigen::AlignedBox3d& region;
+  const MeshTree* tree;
 
   // The half space again, with its origin at the foot of the region's centre.
   std::optional<ShapePart> operator()(const Plane& plane) const {
@@ -53,22 +46,15 @@ struct Cutter {
   std::optional<ShapePart> operator()(const TriangleMesh& mesh) const {
     const Eigen::AlignedBox3d wanted = seen_from_geometry(region, pose);
     const Eigen::Vector3d origin = wanted.center();
-    std::vector<std::uint8_t> beyond;  // by vertex
-    beyond.reserve(mesh.vertices.size());
-    for (const Eigen::Vector3d& vertex : mesh.vertices) beyond.push_back(sides_beyond(wanted, vertex));
     TriangleMesh part;
-    constexpr std::uint32_t kNone = ~std::uint32_t{0};
-    std::vector<std::uint32_t> renumbered(mesh.vertices.size(), kNone);
-    for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
-      const std::uint32_t* const corners = &mesh.indices[t];
-      if ((beyond[corners[0]] & beyond[corners[1]] & beyond[corners[2]]) != 0) continue;
-      for (int corner = 0; corner < 3; ++corner) {
-        std::uint32_t& place = renumbered[corners[corner]];
-        if (place == kNone) {
-          place = static_cast<std::uint32_t>(part.vertices.size());
-          part.vertices.push_back(mesh.vertices[corners[corner]] - origin);
-        }
-        part.indices.push_back(place);
+    absl::flat_hash_map<std::uint32_t, std::uint32_t> renumbered;
+    for (const std::uint32_t triangle : tree->overlapping(wanted)) {
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const std::uint32_t vertex = mesh.indices[3 * std::size_t{triangle} + corner];
+        const auto [place, is_new] =
+            renumbered.try_emplace(vertex, static_cast<std::uint32_t>(part.vertices.size()));
+        if (is_new) part.vertices.push_back(mesh.vertices[vertex] - origin);
+        part.indices.push_back(place->second);
       }
     }
     if (part.indices.empty()) return std::nullopt;
@@ -126,8 +112,8 @@ struct Cutter {
 }  // namespace
 
 std::optional<ShapePart> part_within(const Geometry& geometry, const Pose& pose,
-                                     const Eigen::AlignedBox3d& region) {
-  return std::visit(Cutter{pose, region}, geometry);
+                                     const Eigen::AlignedBox3d& region, const MeshTree* tree) {
+  return std::visit(Cutter{pose, region, tree}, geometry);
 }
 
 }  // namespace tessera

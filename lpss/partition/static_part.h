@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "lpss/model/shape.h"
+#include "lpss/partition/mesh_tree.h"
 
 namespace tessera {
 
@@ -12,8 +13,8 @@ namespace tessera {
 // same frame. The part's own pose is near the region, however far away the geometry's origin is: planes and
 // boxes are moved and clipped, meshes and height fields keep the triangles and cells that overlap. Where a
 // clipped box ends inside, it ends outside of the region. Nothing where the two do not meet. Other geometries
-// come back whole.
+// come back whole. `tree` is that of the geometry, if that is a mesh, and is not looked at otherwise.
 std::optional<ShapePart> part_within(const Geometry& geometry, const Pose& pose,
-                                     const Eigen::AlignedBox3d& region);
+                                     const Eigen::AlignedBox3d& region, const MeshTree* tree);
 
 }  // namespace tessera

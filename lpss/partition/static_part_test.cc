@@ -45,11 +45,18 @@ bool inside(const Box& box, const Pose& pose, const Point& p) {
   return ((pose.inverse() * p).cwiseAbs().array() <= box.size.array() / 2).all();
 }
 
+std::optional<ShapePart> part_of(const Geometry& geometry, const Pose& pose,
+                                 const Eigen::AlignedBox3d& region) {
+  const auto* mesh = std::get_if<TriangleMesh>(&geometry);
+  const std::optional<MeshTree> tree = mesh == nullptr ? std::nullopt : std::optional<MeshTree>(*mesh);
+  return part_within(geometry, pose, region, tree ? &*tree : nullptr);
+}
+
 TEST(PartOfAPlane, IsTheSamePlaneFromNearby) {
   const Pose pose{{1e6, -2e6, 30}, turned(0.3, {1, 1, 0})};
   const Point foot = pose * Point(-1e6, 5e5, 0);
   const Eigen::AlignedBox3d region = cube(foot, 16);
-  const auto part = part_within(Plane{}, pose, region);
+  const auto part = part_of(Plane{}, pose, region);
   ASSERT_TRUE(part);
   EXPECT_LT((part->pose.position - region.center()).norm(), region.sizes().norm());
   for (const Point& p : points_in(region, 50)) {
@@ -60,7 +67,7 @@ TEST(PartOfAPlane, IsTheSamePlaneFromNearby) {
 
 TEST(PartOfAPlane, IsThereWheneverTheHalfSpaceMayReachIntoTheRegion) {
   const double radius = cube({0, 0, 0}, 8).sizes().norm() / 2;
-  const auto part_at = [](double height) { return part_within(Plane{}, {}, cube({0, 0, height}, 8)); };
+  const auto part_at = [](double height) { return part_of(Plane{}, {}, cube({0, 0, height}, 8)); };
   EXPECT_FALSE(part_at(radius + 0.01));
   EXPECT_TRUE(part_at(radius - 0.01));
   EXPECT_TRUE(part_at(-1e6)) << "deep below the plane is inside the half space";
@@ -68,15 +75,15 @@ TEST(PartOfAPlane, IsThereWheneverTheHalfSpaceMayReachIntoTheRegion) {
 
 TEST(PartOfABox, IsNothingFarFromIt) {
   const Box box{{100, 100, 2}};
-  EXPECT_FALSE(part_within(box, {}, cube({0, 0, 20}, 8)));
-  EXPECT_FALSE(part_within(box, {}, cube({-70, 0, 0}, 8)));
-  EXPECT_TRUE(part_within(box, {}, cube({-57, 0, 0}, 8)));
+  EXPECT_FALSE(part_of(box, {}, cube({0, 0, 20}, 8)));
+  EXPECT_FALSE(part_of(box, {}, cube({-70, 0, 0}, 8)));
+  EXPECT_TRUE(part_of(box, {}, cube({-57, 0, 0}, 8)));
 }
 
 TEST(PartOfABox, IsAllOfItWhereTheRegionIsLarge) {
   const Box box{{3, 4, 5}};
   const Pose pose{{1, 2, 3}, Eigen::Quaterniond::Identity()};
-  const auto part = part_within(box, pose, cube({0, 0, 0}, 16));
+  const auto part = part_of(box, pose, cube({0, 0, 0}, 16));
   ASSERT_TRUE(part);
   EXPECT_EQ(std::get<Box>(part->geometry).size, box.size);
   EXPECT_EQ(part->pose.position, pose.position);
@@ -91,7 +98,7 @@ TEST(PartOfABox, IsTheSameWithinTheRegionAndEndsWellOutsideOfIt) {
     // Around the surface, and around an edge.
     for (const Point& local : {Point(2e4, -1e4, 10), Point(5e4, 1e4, 10)}) {
       const Eigen::AlignedBox3d region = cube(pose * local, 16);
-      const auto part = part_within(box, pose, region);
+      const auto part = part_of(box, pose, region);
       ASSERT_TRUE(part);
       const Box& cut = std::get<Box>(part->geometry);
       EXPECT_LT((part->pose.position - region.center()).norm(), 300) << "its origin is near the region";
@@ -168,7 +175,7 @@ TEST(PartOfAMesh, HasEveryTriangleThatMayReachIntoTheRegionAndNoneFarFromIt) {
                            Pose{{5, 6, 0}, turned(std::numbers::pi / 2, {0, 0, 1})},
                            Pose{{1, 2, 3}, turned(0.7, {1, 0.5, 0.2})}}) {
     const Eigen::AlignedBox3d region = cube(pose * Point(10, -8, 0), 4.1);
-    const auto part = part_within(mesh, pose, region);
+    const auto part = part_of(mesh, pose, region);
     ASSERT_TRUE(part);
     const auto& cut = std::get<TriangleMesh>(part->geometry);
     const std::vector<Triangle> found = triangles_of(cut, part->pose);
@@ -195,7 +202,7 @@ TEST(PartOfAMesh, HasSmallNumbersHoweverFarItsOriginIs) {
   TriangleMesh mesh = waves(4);
   for (Point& vertex : mesh.vertices) vertex.x() += 1 << 20;
   const Pose pose{{-(1 << 20), 0, 0}, Eigen::Quaterniond::Identity()};
-  const auto part = part_within(mesh, pose, cube({0, 0, 0}, 4));
+  const auto part = part_of(mesh, pose, cube({0, 0, 0}, 4));
   ASSERT_TRUE(part);
   EXPECT_LT(part->pose.position.norm(), 8);
   for (const Point& vertex : std::get<TriangleMesh>(part->geometry).vertices) EXPECT_LT(vertex.norm(), 8);
@@ -203,8 +210,8 @@ TEST(PartOfAMesh, HasSmallNumbersHoweverFarItsOriginIs) {
 }
 
 TEST(PartOfAMesh, IsNothingWhereNoTriangleIs) {
-  EXPECT_FALSE(part_within(waves(4), {}, cube({0, 0, 10}, 4)));
-  EXPECT_FALSE(part_within(waves(4), {}, cube({20, 0, 0}, 4)));
+  EXPECT_FALSE(part_of(waves(4), {}, cube({0, 0, 10}, 4)));
+  EXPECT_FALSE(part_of(waves(4), {}, cube({20, 0, 0}, 4)));
 }
 
 HeightField hills(std::uint32_t columns, std::uint32_t rows, const Eigen::Vector2d& spacing, double level) {
@@ -227,7 +234,7 @@ TEST(PartOfAHeightField, HasTheSamplesThatSurroundTheRegionInTheirPlaces) {
   const HeightField field = hills(101, 64, {1, 2}, 0);
   const Pose pose{{7, -3, 1}, Eigen::Quaterniond::Identity()};
   const Eigen::AlignedBox3d region = cube({20.3, 11.2, 0}, 4);
-  const auto part = part_within(field, pose, region);
+  const auto part = part_of(field, pose, region);
   ASSERT_TRUE(part);
   const auto& cut = std::get<HeightField>(part->geometry);
   EXPECT_EQ(cut.spacing, field.spacing);
@@ -259,20 +266,20 @@ TEST(PartOfAHeightField, HasTheSamplesThatSurroundTheRegionInTheirPlaces) {
 
 TEST(PartOfAHeightField, EndsWhereTheFieldEnds) {
   const HeightField field = hills(21, 21, {1, 1}, 0);
-  const auto part = part_within(field, {}, cube({-10, 10, 0}, 4));
+  const auto part = part_of(field, {}, cube({-10, 10, 0}, 4));
   ASSERT_TRUE(part);
   const auto& cut = std::get<HeightField>(part->geometry);
   EXPECT_EQ(cut.columns, 5u);
   EXPECT_EQ(cut.rows, 5u);
   EXPECT_EQ(sample(cut, part->pose, 0, 4).head<2>(), Eigen::Vector2d(-10, 10));
-  EXPECT_FALSE(part_within(field, {}, cube({-15, 0, 0}, 4)));
-  EXPECT_FALSE(part_within(field, {}, cube({0, 40, 0}, 4)));
+  EXPECT_FALSE(part_of(field, {}, cube({-15, 0, 0}, 4)));
+  EXPECT_FALSE(part_of(field, {}, cube({0, 40, 0}, 4)));
 }
 
 TEST(PartOfAHeightField, CountsHeightsFromTheMiddleOfTheRegion) {
   const double summit = 1 << 20;
   const HeightField field = hills(21, 21, {1, 1}, summit);
-  const auto part = part_within(field, {{0, 0, -summit}, Eigen::Quaterniond::Identity()}, cube({0, 0, 0}, 4));
+  const auto part = part_of(field, {{0, 0, -summit}, Eigen::Quaterniond::Identity()}, cube({0, 0, 0}, 4));
   ASSERT_TRUE(part);
   EXPECT_LT(part->pose.position.norm(), 4);
   for (const double height : std::get<HeightField>(part->geometry).heights) EXPECT_LE(std::abs(height), 1.5);
@@ -280,7 +287,7 @@ TEST(PartOfAHeightField, CountsHeightsFromTheMiddleOfTheRegion) {
 
 TEST(PartOfOtherShapes, IsTheWholeOfThem) {
   const Pose pose{{1000, 0, 0}, turned(0.5, {0, 1, 0})};
-  const auto part = part_within(Sphere{3}, pose, cube({0, 0, 0}, 8));
+  const auto part = part_of(Sphere{3}, pose, cube({0, 0, 0}, 8));
   ASSERT_TRUE(part);
   EXPECT_EQ(std::get<Sphere>(part->geometry).radius, 3);
   EXPECT_EQ(part->pose.position, pose.position);
