@@ -29,7 +29,4 @@ absl::StatusOr<Command> checked(const v1::SetJointDrivesRequest& request, const 
 absl::StatusOr<v1::RayQuery> checked(const v1::RaycastRequest& request, const WorldRegistry& world);
 absl::StatusOr<v1::NearQuery> checked(const v1::NearRequest& request, const WorldRegistry& world);
 
-// The body that a command concerns; none for commands about joints.
-std::optional<BodyId> body_of(const Command& command);
-
 }  // namespace tessera

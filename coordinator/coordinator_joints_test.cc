@@ -204,15 +204,6 @@ TEST(Joints, DrivesOfAxesThatAreNotNamedStay) {
   EXPECT_EQ(listed->answer.joints(0).joint().drives(1).target(), 3);
 }
 
-TEST(Joints, FollowATeleportInTheTickAfter) {
-  const auto cluster = loaded_cluster();
-  v1::TeleportRequest jump;
-  jump.mutable_body()->set_name("ball");
-  *jump.mutable_pose() = to_proto(WorldPose{});
-  ASSERT_EQ(cluster->ask<v1::CommandReply>(jump)->answer.tick(), 1u);
-  EXPECT_EQ(cluster->ask<v1::AddJointReply>(hinge("a", "", "ball"))->answer.tick(), 2u);
-}
-
 TEST(Joints, AreRefusedWithTheFieldAndTheBound) {
   const auto cluster = loaded_cluster();
   const auto expect = [](const auto& heard, absl::StatusCode code, const std::string& words) {

@@ -89,19 +89,10 @@ void Sequencer::forget_past(Tick tick) {
   past_.erase(past_.begin(), end);
 }
 
-// A teleported body has no home until the end of that tick's exchange. Later commands for it or for joints,
-// and all commands after them, go to the next tick.
+// Commands keep their order: none overtakes those of a snapshot, which may be for later ticks.
 Tick Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Reply reply) {
-  const std::optional<BodyId> body = body_of(command);
-  const auto must_wait = [&body](const Batch& batch) {
-    return body ? batch.teleported.contains(*body) : !batch.teleported.empty();
-  };
-  Tick tick = certain_ + 1;
-  if (!batches_.empty() && batches_.rbegin()->first >= tick) {
-    tick = batches_.rbegin()->first + (must_wait(batches_.rbegin()->second) ? 1 : 0);
-  }
+  const Tick tick = batches_.empty() ? certain_ + 1 : std::max(certain_ + 1, batches_.rbegin()->first);
   Batch& batch = batches_[tick];
-  if (const auto* jump = std::get_if<Teleport>(&command)) batch.teleported.insert(jump->id);
   batch.commands.push_back(std::move(command));
   ++held_commands_;
   if (new_shape) {
@@ -139,9 +130,6 @@ void Sequencer::hold(std::vector<Held> held) {
   Tick tick = certain_;
   for (Held& from : held) {
     Batch& batch = batches_[++tick];
-    for (const Command& command : from.commands) {
-      if (const auto* jump = std::get_if<Teleport>(&command)) batch.teleported.insert(jump->id);
-    }
     held_commands_ += from.commands.size();
     for (const v1::Shape& shape : from.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
     batch.commands = std::move(from.commands);
@@ -151,7 +139,6 @@ void Sequencer::hold(std::vector<Held> held) {
 
 void Sequencer::hold_at(Tick tick, Command command, std::optional<v1::Shape> new_shape) {
   Batch& batch = batches_[tick];
-  if (const auto* jump = std::get_if<Teleport>(&command)) batch.teleported.insert(jump->id);
   batch.commands.push_back(std::move(command));
   ++held_commands_;
   if (!new_shape) return;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <absl/container/btree_map.h>
-#include <absl/container/flat_hash_set.h>
 #include <absl/status/status.h>
 
 #include <chrono>
@@ -118,7 +117,6 @@ class Sequencer {
     std::vector<Command> commands;
     std::vector<v1::Shape> new_shapes;
     std::vector<Reply> replies;  // of commands that have not been answered
-    absl::flat_hash_set<BodyId> teleported;
   };
   using Batches = absl::btree_map<Tick, Batch>;  // by the tick at whose beginning they take effect
 

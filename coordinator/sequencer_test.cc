@@ -130,7 +130,7 @@ TEST(Sequencer, HasLimits) {
 TEST(Sequencer, GoesOnFromWhatAnotherHeld) {
   Sequencer before({.tick = 7});
   before.submit(Teleport{.id = BodyId{1}}, std::nullopt, nobody);
-  before.submit(ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, v1::Shape(), nobody);
+  before.hold_at(9, ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, v1::Shape());
   ASSERT_TRUE(before.resume(0, {}).ok());
   before.ask_first(v1::Query());
   const std::vector<Sequencer::Held> held = before.held();
@@ -149,7 +149,7 @@ TEST(Sequencer, GoesOnFromWhatAnotherHeld) {
     EXPECT_EQ(grants[n].commands(), asked[n + 1].commands());
     EXPECT_EQ(grants[n].new_shapes_size(), asked[n + 1].new_shapes_size());
   }
-  EXPECT_EQ(grants.front().ticks(), 1u) << "the tick of the teleport is one of its own";
+  EXPECT_EQ(grants.front().ticks(), 1u) << "another tick has commands";
   EXPECT_EQ(after.certain(), before.certain());
 }
 

@@ -126,7 +126,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Handover> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record, x.replicated_in, x.known_everywhere);
+  archive(x.record, x.replicated_in, x.known_everywhere, x.wrench, x.kinematic_target);
 }
 template <typename Archive, Is<ManifoldTransfer> T>
 void describe(Archive& archive, T& x) {

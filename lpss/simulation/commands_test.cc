@@ -89,6 +89,28 @@ TEST(Commands, ATeleportLeavesWhatItKeepsAsItIs) {
   }
 }
 
+// No tick of the way is lost where the body changes home.
+TEST(Commands, ForcesAndTargetsCarryBodiesOverBorders) {
+  WorldBuilder builder(sectors_of(4));
+  builder.world().settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
+  const auto ball = builder.shape(Sphere{0.5});
+  builder.add("rocket", ball, 1, {0, 0, 0});
+  builder.add("lift", ball, 1, {0, 10, 0}).properties.motion = Motion::kKinematic;
+  for (const std::uint32_t partitions : {1u, 3u}) {
+    auto cluster = cluster_of(builder.world(), partitions);
+    for (int tick = 1; tick <= 60; ++tick) {
+      KinematicTarget target{BodyId{2}, {}, {}, true};
+      target.state.position = {0.2 * tick, 10, 0};
+      const std::vector<Command> commands{ApplyForce{BodyId{1}, Wrench{{30, 0, 0}, {}}}, target};
+      cluster->step(commands);
+      ASSERT_NEAR(place(*cluster, BodyId{2}, 4).x(), 0.2 * tick, 1e-6) << "tick " << tick;
+    }
+    EXPECT_NEAR(cluster->body(BodyId{1})->state.linear_velocity[0], 30, 1e-4);
+    cluster->step();
+    EXPECT_NEAR(place(*cluster, BodyId{2}, 4).x(), 12, 1e-6) << "it stays where it was sent";
+  }
+}
+
 TEST(Commands, AKinematicTargetWithoutARotationKeepsIt) {
   WorldDescription world = lopsided_box();
   world.bodies[0].properties.motion = Motion::kKinematic;
@@ -103,6 +125,32 @@ TEST(Commands, AKinematicTargetWithoutARotationKeepsIt) {
   EXPECT_LT(quaternion_of(after).angularDistance(quaternion_of(before)), 1e-6);
   EXPECT_NEAR(after.position[0], 0.1, 1e-6);
   EXPECT_NEAR(after.position[1], 0.3, 1e-6);
+}
+
+TEST(Commands, AJointMayHoldABodyFromTheTickOfItsTeleportOn) {
+  WorldBuilder builder(sectors_of(4));
+  const auto ball = builder.shape(Sphere{0.5});
+  builder.add("high", ball, 1, {0, 0, 0});
+  builder.add("low", ball, 1, {20, 0, 0});
+  BodyState state;
+  state.position = {0, 0, 2};
+  JointRecord joint;
+  joint.id = JointId{1};
+  joint.properties = {.type = JointType::kBall, .parent = BodyId{1}, .child = BodyId{2}};
+  joint.properties.in_parent.position = {0, 0, -1};
+  joint.properties.in_child.position = {0, 0, 1};
+  joint.parent_motion = Motion::kDynamic;
+  const std::vector<Command> commands{Teleport{BodyId{2}, {0, 0, -1}, state}, AddJoint{joint},
+                                      ApplyImpulse{BodyId{2}, {3, 0, 0}, {}}};
+  auto one = cluster_of(builder.world(), 1);
+  auto three = cluster_of(builder.world(), 3);
+  for (int tick = 0; tick < 60; ++tick) {
+    one->step(tick == 5 ? commands : std::vector<Command>());
+    three->step(tick == 5 ? commands : std::vector<Command>());
+    ASSERT_EQ(one->hash(), three->hash()) << "tick " << tick;
+    if (tick < 5) continue;
+    ASSERT_NEAR((place(*one, BodyId{1}, 4) - place(*one, BodyId{2}, 4)).norm(), 2, 0.02) << "tick " << tick;
+  }
 }
 
 // No coordinate of the place is a float: the clones of the tick must not be nearer to it than the body

@@ -1,5 +1,7 @@
 #include "lpss/tick/commands.h"
 
+#include <absl/container/btree_map.h>
+
 #include <algorithm>
 #include <optional>
 #include <type_traits>
@@ -65,54 +67,91 @@ void remove_body(Partition& partition, BodyId id) {
   remove_home(partition, *body->second);
 }
 
-void teleport(Partition& partition, const Teleport& jump, std::vector<HomeChange>& changes) {
-  if (const BodyRecord* fixed = partition.statics.find(jump.id)) {
-    BodyRecord moved = *fixed;
+// The teleports of a tick, which end it: until then, a body is where it was, with the orientation and the
+// velocities that it lands with, so that other commands of the tick find it.
+class Landings {
+ public:
+  void add(Partition& partition, const Teleport& jump) {
+    if (partition.statics.find(jump.id)) return move_static(partition, jump);
+    jumps_.insert_or_assign(jump.id, jump);
+    const auto found = partition.bodies.find(jump.id);
+    if (found == partition.bodies.end()) return;
+    HomeBody& body = *found->second;
+    body.kinematic_target.reset();
+    BodyState state = body.sector->world->state(body.slot);
+    if (!jump.keeps_rotation) state.rotation = jump.state.rotation;
+    if (!jump.keeps_linear_velocity) state.linear_velocity = jump.state.linear_velocity;
+    if (!jump.keeps_angular_velocity) state.angular_velocity = jump.state.angular_velocity;
+    body.sector->world->set_state(body.slot, state);
+  }
+  void forget(BodyId id) { jumps_.erase(id); }
+
+  // A body as it is now, or where it will land.
+  BodyRecord record(const Partition& partition, const HomeBody& body) const {
+    BodyRecord record = record_of(body);
+    const auto found = jumps_.find(body.id);
+    if (found == jumps_.end()) return record;
+    Teleport jump = found->second;
+    jump.keeps_linear_velocity = jump.keeps_angular_velocity = true;
+    carry_out(jump, partition.sector_size(), record);
+    return record;
+  }
+
+  std::vector<HomeChange> carry_out_all(Partition& partition) const {
+    std::vector<HomeChange> changes;
+    for (const auto& [id, jump] : jumps_) {
+      lift_clones(partition, id);
+      forget_moves(partition, id);
+      const auto found = partition.bodies.find(id);
+      if (found == partition.bodies.end()) continue;
+      HomeBody& body = *found->second;
+      wake_touching(partition, *body.sector, body.slot);
+      const SectorIndex old_home = body.sector->index;
+      const BodyRecord landed = record(partition, body);
+      // The state as the engine rounds it: clones have to be where the body will be, to the bit.
+      body.sector->world->set_state(body.slot, landed.state);
+      Handover handover = taken_out(partition, body);
+      handover.record.home = landed.home;
+      changes.push_back({handover, old_home});
+    }
+    return changes;
+  }
+
+ private:
+  static void move_static(Partition& partition, const Teleport& jump) {
+    BodyRecord moved = *partition.statics.find(jump.id);
     carry_out(jump, partition.sector_size(), moved);
     remove_static_body(partition, jump.id);
     add_static_body(partition, moved);
     for (const JointId joint : partition.joints.of(jump.id))
       wake_jointed(partition, *partition.joints.find(joint));
-    return;
   }
-  lift_clones(partition, jump.id);
-  forget_moves(partition, jump.id);
-  const auto found = partition.bodies.find(jump.id);
-  if (found == partition.bodies.end()) return;
-  HomeBody& body = *found->second;
-  wake_touching(partition, *body.sector, body.slot);
-  Handover handover;
-  handover.replicated_in =
-      body.replicated_in;  // of the old home; change_homes() needs them to tell who had clones
-  handover.known_everywhere = body.known_everywhere;
-  const SectorIndex old_home = body.sector->index;
-  BodyRecord landed = record_of(body);
-  carry_out(jump, partition.sector_size(), landed);
-  // The state as the engine rounds it: clones have to be where the body will be, to the bit.
-  body.sector->world->set_state(body.slot, landed.state);
-  handover.record = remove_home(partition, body);
-  handover.record.home = landed.home;
-  changes.push_back({handover, old_home});
-}
+
+  absl::btree_map<BodyId, Teleport> jumps_;  // the last one of each body
+};
 
 void note_if_stopped(Partition& partition, HomeBody& body, std::vector<Stopped>& stopped) {
   if (const std::optional<DivergenceKind> kind = stop_if_diverged(partition, body))
     stopped.push_back({body.id, *kind});
 }
 
-void set_target(Partition& partition, const KinematicTarget& target, std::vector<Stopped>& stopped) {
+void set_target(Partition& partition, const KinematicTarget& target, const Landings& landings,
+                std::vector<Stopped>& stopped) {
   const auto found = partition.bodies.find(target.id);
   if (found == partition.bodies.end()) return;
   HomeBody& body = *found->second;
-  BodyState now = body.sector->world->state(body.slot);
+  BodyRecord now = landings.record(partition, body);
   BodyState goal = target.state;
-  const Eigen::Vector3d position = metres_between(body.sector->index, target.home, partition.sector_size()) +
-                                   vector(target.state.position);
+  const Eigen::Vector3d position =
+      metres_between(now.home, target.home, partition.sector_size()) + vector(target.state.position);
   Eigen::Map<Eigen::Vector3d>(goal.position.data()) = position;
-  if (target.keeps_rotation) keep_rotation(body.properties, now, goal);
-  set_velocities_between(now, goal, partition.dt());
-  now.activity = Activity::kAwake;
-  body.sector->world->set_state(body.slot, now);
+  if (target.keeps_rotation) keep_rotation(body.properties, now.state, goal);
+  set_velocities_between(now.state, goal, partition.dt());
+  BodyState state = body.sector->world->state(body.slot);
+  state.linear_velocity = now.state.linear_velocity;
+  state.angular_velocity = now.state.angular_velocity;
+  state.activity = Activity::kAwake;
+  body.sector->world->set_state(body.slot, state);
   goal.linear_velocity = {};
   goal.angular_velocity = {};
   body.kinematic_target = goal;
@@ -146,8 +185,7 @@ void set_surface_motion(Partition& partition, const SetSurfaceMotion& motion) {
   activate(partition, *body.sector);
 }
 
-void apply(Partition& partition, const Command& command, std::vector<HomeChange>& changes,
-           std::vector<Stopped>& stopped) {
+void apply(Partition& partition, const Command& command, Landings& landings, std::vector<Stopped>& stopped) {
   const auto with_body = [&](BodyId id, auto&& change) {
     const auto found = partition.bodies.find(id);
     if (found == partition.bodies.end()) return;
@@ -166,10 +204,11 @@ void apply(Partition& partition, const Command& command, std::vector<HomeChange>
           add_body(partition, c.record);
         } else if constexpr (std::is_same_v<C, RemoveBody>) {
           remove_body(partition, c.id);
+          landings.forget(c.id);
         } else if constexpr (std::is_same_v<C, Teleport>) {
-          teleport(partition, c, changes);
+          landings.add(partition, c);
         } else if constexpr (std::is_same_v<C, KinematicTarget>) {
-          set_target(partition, c, stopped);
+          set_target(partition, c, landings, stopped);
         } else if constexpr (std::is_same_v<C, AddJoint>) {
           add_joint(partition, c.record);
         } else if constexpr (std::is_same_v<C, RemoveJoint>) {
@@ -208,10 +247,10 @@ void mark_all_dirty(Partition& partition) {
 std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands,
                                        std::vector<Stopped>& stopped) {
   const double radius_max = partition.radius_max;
-  std::vector<HomeChange> changes;
-  for (const Command& command : commands) apply(partition, command, changes, stopped);
+  Landings landings;
+  for (const Command& command : commands) apply(partition, command, landings, stopped);
   if (partition.radius_max > radius_max) mark_all_dirty(partition);
-  return changes;
+  return landings.carry_out_all(partition);
 }
 
 }  // namespace tessera

@@ -61,6 +61,50 @@ TEST(Commands, ATeleportTakesTheBodyOutAndHandsItToTheChangeOfHomes) {
   EXPECT_TRUE(partition->bodies.empty());
 }
 
+TEST(Commands, TheLastTeleportOfATickCountsAndOthersFindTheBody) {
+  TestPartition partition;
+  add_body(*partition, moving(box(1, kLow, {1, 1, 1}), {7, 0, 0}));
+  Teleport first{BodyId{1}, kLow, {}};
+  first.state.linear_velocity = {0, 0, 5};
+  first.keeps_rotation = true;
+  Teleport last{BodyId{1}, kHigh, {}};
+  last.state.position = {2, 3, 4};
+  last.keeps_linear_velocity = last.keeps_rotation = true;
+  const std::vector<Command> commands{first, ApplyForce{BodyId{1}, Wrench{{0, 8, 0}, {}}},
+                                      ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, last};
+  const std::vector<HomeChange> changes = carried_out(*partition, commands);
+  ASSERT_EQ(changes.size(), 1u);
+  const Handover& handover = changes[0].handover;
+  EXPECT_EQ(handover.record.home, kHigh);
+  EXPECT_THAT(handover.record.state.position, ElementsAre(2, 3, 4));
+  EXPECT_THAT(handover.record.state.linear_velocity, ElementsAre(1, 0, 5));
+  EXPECT_THAT(handover.wrench.force, ElementsAre(0, 8, 0));
+}
+
+TEST(Commands, ABodyThatIsTeleportedAndRemovedIsGone) {
+  TestPartition partition;
+  add_body(*partition, box(1, kLow, {1, 1, 1}));
+  const std::vector<Command> commands{Teleport{BodyId{1}, kHigh, {}}, RemoveBody{BodyId{1}}};
+  EXPECT_TRUE(carried_out(*partition, commands).empty());
+  EXPECT_TRUE(partition->bodies.empty());
+}
+
+TEST(Commands, ATargetAfterATeleportIsReachedFromWhereTheBodyLands) {
+  TestPartition partition;
+  add_body(*partition, box(1, kLow, {1, 0, 0}, Motion::kKinematic));
+  Teleport jump{BodyId{1}, kHigh, {}};
+  jump.state.position = {2, 0, 0};
+  KinematicTarget target{BodyId{1}, kHigh, {}};
+  target.state.position = {2.5, 0, 0};
+  const std::vector<HomeChange> changes = carried_out(*partition, std::vector<Command>{jump, target});
+  ASSERT_EQ(changes.size(), 1u);
+  const Handover& handover = changes[0].handover;
+  EXPECT_THAT(handover.record.state.position, ElementsAre(2, 0, 0));
+  EXPECT_THAT(handover.record.state.linear_velocity, ElementsAre(32, 0, 0)) << "0.5 m in 1/64 s";
+  ASSERT_TRUE(handover.kinematic_target);
+  EXPECT_THAT(handover.kinematic_target->position, ElementsAre(2.5, 0, 0));
+}
+
 TEST(Commands, WhatRestsOnABodyThatIsRemovedWakesUp) {
   TestWorld world;
   world.add(box(1, kHigh, {0, 0, 0}));

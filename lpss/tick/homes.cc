@@ -53,20 +53,28 @@ bool decide_home(Partition& partition, HomeBody& body) {
 
 }  // namespace
 
+Handover taken_out(Partition& partition, HomeBody& body) {
+  Handover handover;
+  handover.replicated_in = body.replicated_in;
+  handover.known_everywhere = body.known_everywhere;
+  handover.wrench = body.sector->world->total_wrench(body.slot);
+  handover.kinematic_target = body.kinematic_target;
+  handover.record = remove_home(partition, body);
+  return handover;
+}
+
 void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vector<Exchange>& outbox) {
   std::sort(partition.leaving.begin(), partition.leaving.end());
   for (const BodyId id : partition.leaving) {
     HomeBody& body = *partition.bodies.at(id);
     const SectorIndex old_home = body.sector->index;
     const SectorIndex new_home = *body.next_home;
-    Handover handover;
-    handover.replicated_in = body.replicated_in;
-    handover.known_everywhere = body.known_everywhere;
-    handover.record = remove_home(partition, body);
+    Handover handover = taken_out(partition, body);
     handover.record.home = new_home;
-    const Eigen::Vector3d position = metres_between(new_home, old_home, partition.sector_size()) +
-                                     Eigen::Vector3d(handover.record.state.position.data());
-    Eigen::Map<Eigen::Vector3d>(handover.record.state.position.data()) = position;
+    const Eigen::Vector3d shift = metres_between(new_home, old_home, partition.sector_size());
+    Eigen::Map<Eigen::Vector3d>(handover.record.state.position.data()) += shift;
+    if (handover.kinematic_target)
+      Eigen::Map<Eigen::Vector3d>(handover.kinematic_target->position.data()) += shift;
     jumps.push_back({handover, old_home});
   }
   for (auto& [handover, old_home] : jumps) {
@@ -99,6 +107,9 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
     HomeBody& body = add_home(partition, handover.record);
     body.replicated_in = handover.replicated_in;
     body.known_everywhere = handover.known_everywhere;
+    body.kinematic_target = handover.kinematic_target;
+    if (body.properties.motion == Motion::kDynamic)
+      body.sector->world->set_total_wrench(body.slot, handover.wrench);
     mark_dirty(body);
     body.swept = body.sector->world->swept_box(body.slot, partition.dt());
     body.next_home = goes_on_to(partition, handover.record);

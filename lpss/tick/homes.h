@@ -17,6 +17,9 @@ struct HomeChange {
   SectorIndex old_home;
 };
 
+// Takes a body out of its home; all that the handover says is relative to that.
+Handover taken_out(Partition& partition, HomeBody& body);
+
 // Carries out the changes that were announced in the last tick, and the `jumps` that commands asked for. The
 // old home announces the body once more, since no other server knows who has replicas of it.
 void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vector<Exchange>& outbox);

@@ -39,6 +39,9 @@ struct Handover {
   OffsetSet
       replicated_in;  // relative to the new home: the sectors that were told in the same tick to have a clone
   bool known_everywhere = false;  // all servers were told of it
+  Wrench wrench;                  // of this tick's commands
+  std::optional<BodyState>
+      kinematic_target;  // where it arrives at the end of this tick, relative to the new home
 };
 
 // The contact points of a pair that is detected in sector `to` from this tick on.
