@@ -14,11 +14,13 @@
 
 #include "coordinator/limits.h"
 #include "daemon/address.h"
+#include "proto/grpc_limits.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::chrono::seconds kFarewell{1};
+constexpr int kClientThreadsMax = 64;  // of gRPC: calls wait for their replies without one
 
 // gRPC does not report why it cannot bind an address, so ask the system.
 std::string why_not(const ListenAddress& endpoint) {
@@ -54,6 +56,7 @@ absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& 
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  limit_clients(builder, kClientThreadsMax);
   builder.SetMaxReceiveMessageSize(kClientMessageBytesMax);
   builder.SetMaxSendMessageSize(kClientMessageBytesMax);
   builder.AddListeningPort(listen, grpc::InsecureServerCredentials(), &port);

@@ -15,6 +15,7 @@
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
 #include "lpss/engine/load_engine.h"
+#include "proto/grpc_limits.h"
 #include "proto/peak_memory.h"
 #include "sector_server/metrics.h"
 #include "sector_server/options.h"
@@ -24,6 +25,9 @@
 
 namespace tessera {
 namespace {
+
+constexpr std::size_t kThreadsBesideStreams =
+    64;  // of gRPC: they accept calls, and refuse those beyond the limit
 
 std::atomic<Link*> signalled_link = nullptr;
 std::atomic<bool> stop_wanted = false;
@@ -100,6 +104,7 @@ int run(SectorServerArguments& arguments) {
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  limit_clients(builder, static_cast<int>(kStreamsMax + kThreadsBesideStreams));
   builder.AddListeningPort(arguments.listen, grpc::InsecureServerCredentials(), &port);
   builder.RegisterService(&streams);
   const std::unique_ptr<grpc::Server> edge = builder.BuildAndStart();

@@ -2,6 +2,7 @@
 
 #include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
+#include <absl/strings/str_cat.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,6 +12,7 @@
 #include "lpss/simulation/simulation.h"
 #include "lpss/tick/events.h"
 #include "proto/convert.h"
+#include "proto/status.h"
 
 namespace tessera {
 namespace {
@@ -20,6 +22,14 @@ constexpr std::chrono::milliseconds kPatience(200);
 
 // How long a stream waits for a client that has it at other servers.
 constexpr std::chrono::seconds kUnclaimedMax(10);
+
+// How long a client that fell behind has to take its last batch, and the reason why there are no more.
+constexpr std::chrono::seconds kFarewellMax(30);
+
+std::size_t bytes_of(const BodySnapshot& snapshot) {
+  return sizeof snapshot + snapshot.bodies.capacity() * sizeof(BodySnapshot::Body);
+}
+std::size_t bytes_of(const google::protobuf::Message& batch) { return batch.SpaceUsedLong(); }
 
 v1::WatchBodiesRequest* request_in(v1::Subscription& of, const v1::WatchBodiesRequest&) {
   return of.mutable_bodies();
@@ -288,6 +298,33 @@ void Streams::drop_unclaimed() {
   });
 }
 
+// Clients that take nothing must not cost the others their streams, or the world its memory.
+void Streams::keep_limits() {
+  const auto now = std::chrono::steady_clock::now();
+  std::size_t bytes = 0;
+  for_each_list([&](const auto& list) {
+    for (const auto& subscription : list) {
+      bytes += subscription->bytes();
+      const auto since = subscription->overrun_since();
+      if (since && now - *since >= kFarewellMax && subscription->cancel) subscription->cancel();
+    }
+  });
+  while (bytes > kAllStreamsBytesMax) {
+    std::size_t most = 0;
+    std::function<void()> drop_fullest;
+    for_each_list([&](const auto& list) {
+      for (const auto& subscription : list) {
+        if (subscription->bytes() <= most) continue;
+        most = subscription->bytes();
+        drop_fullest = [subscription, now] { subscription->drop(now); };
+      }
+    });
+    if (!drop_fullest) return;
+    drop_fullest();
+    bytes -= std::min(bytes, most);
+  }
+}
+
 std::optional<v1::Subscriptions> Streams::changed_subscriptions() {
   const std::lock_guard lock(mutex_);
   if (!std::exchange(changed_, false)) return std::nullopt;
@@ -307,11 +344,14 @@ void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
   drop_unclaimed();
   const auto publish_states = [&](const auto& subscriptions, const auto& states_for) {
     for (const auto& subscription : subscriptions) {
-      const std::uint64_t every = std::max<std::uint64_t>(subscription->request().every_ticks(), 1);
+      const std::uint64_t every =
+          std::max<std::uint64_t>(subscription->request().every_ticks(), 1) * subscription->thinning();
       const bool wanted = new_only ? !subscription->served : tick % every == 0;
       if (!wanted) continue;
       subscription->served = true;
-      subscription->push(states_for(*subscription));
+      auto states = states_for(*subscription);
+      const std::size_t bytes = bytes_of(states);
+      subscription->push_state(std::move(states), bytes, std::chrono::steady_clock::now());
     }
   };
   publish_states(bodies_, [&](Bodies& subscription) {
@@ -325,40 +365,56 @@ void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
     // The first batch only states the tick from which on the stream is complete.
     const bool counts = subscription->served && !new_only;
     if (!counts && subscription->served) continue;
-    subscription->push(counts ? contacts_for(subscription->request(), tick, machine.contact_events())
-                              : batch_of<v1::ContactBatch>(tick, /*is_first=*/true));
+    auto batch = counts ? contacts_for(subscription->request(), tick, machine.contact_events())
+                        : batch_of<v1::ContactBatch>(tick, /*is_first=*/true);
+    const std::size_t bytes = bytes_of(batch);
+    subscription->push(std::move(batch), bytes);
     subscription->served = true;
   }
   // Likewise.
   for (const std::shared_ptr<Divergences>& subscription : divergences_) {
     const bool counts = subscription->served && !new_only;
     if (!counts && subscription->served) continue;
-    subscription->push(counts ? divergences_in(tick, machine.divergences())
-                              : batch_of<v1::DivergenceBatch>(tick, /*is_first=*/true));
+    auto batch = counts ? divergences_in(tick, machine.divergences())
+                        : batch_of<v1::DivergenceBatch>(tick, /*is_first=*/true);
+    const std::size_t bytes = bytes_of(batch);
+    subscription->push(std::move(batch), bytes);
     subscription->served = true;
   }
+  keep_limits();
   report_contacts(machine.partition(), !contacts_.empty());
 }
 
-// The stream that waits for this client, or else a new one. Null when the server is shutting down.
+// The stream that waits for this client, or else a new one.
 template <typename S, typename Request>
-std::shared_ptr<S> Streams::claim(List<S>& list, const Request& request) {
+absl::StatusOr<std::shared_ptr<S>> Streams::claim(List<S>& list, const Request& request,
+                                                  std::function<void()> cancel) {
   const std::lock_guard lock(mutex_);
-  if (closing_) return nullptr;
-  changed_ = true;
+  if (closing_) return absl::UnavailableError("the server is shutting down");
   for (const std::shared_ptr<S>& known : list) {
     if (!known->unclaimed_since || known->request().subscription() != request.subscription()) continue;
     known->unclaimed_since.reset();
+    known->cancel = std::move(cancel);
     return known;
   }
-  return list.emplace_back(std::make_shared<S>(request));
+  std::size_t streams = 0;
+  for_each_list([&](const auto& other) { streams += other.size(); });
+  if (streams >= kStreamsMax) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the server has ", streams, " streams already, which is the maximum"));
+  }
+  changed_ = true;
+  const std::shared_ptr<S>& added = list.emplace_back(std::make_shared<S>(request));
+  added->cancel = std::move(cancel);
+  return added;
 }
 
 template <typename S, typename Request, typename Send>
 grpc::Status Streams::serve(List<S>& list, grpc::ServerContext* context, const Request& request,
                             const Send& send) {
-  const std::shared_ptr<S> subscription = claim(list, request);
-  if (!subscription) return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the server is shutting down");
+  absl::StatusOr<std::shared_ptr<S>> claimed = claim(list, request, [context] { context->TryCancel(); });
+  if (!claimed.ok()) return to_grpc(claimed.status());
+  const std::shared_ptr<S> subscription = *std::move(claimed);
   wake_();
   while (subscription->alive() && !context->IsCancelled()) {
     auto batch = subscription->next(kPatience);
@@ -369,12 +425,13 @@ grpc::Status Streams::serve(List<S>& list, grpc::ServerContext* context, const R
   bool closing = false;
   {
     const std::lock_guard lock(mutex_);
+    subscription->cancel = nullptr;
     list.remove(subscription);
     changed_ = true;
     closing = closing_;
   }
   wake_();
-  if (subscription->overrun()) {
+  if (subscription->overrun_since()) {
     return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "the client fell too far behind the stream");
   }
   return closing ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "the server is shutting down")

@@ -2,9 +2,7 @@
 // partition, over gRPC.
 #pragma once
 
-#include <chrono>
-#include <condition_variable>
-#include <deque>
+#include <cstddef>
 #include <functional>
 #include <list>
 #include <memory>
@@ -14,6 +12,7 @@
 
 #include "cluster.pb.h"
 #include "lpss/tick/tick_machine.h"
+#include "sector_server/subscription.h"
 #include "tessera.grpc.pb.h"
 #include "transport/link.h"
 
@@ -33,79 +32,6 @@ struct BodySnapshot {
   v1::StreamSource source;
   double sector_size = 0;
   std::vector<Body> bodies;  // each once, in any order
-};
-
-// A queue of batches for one client. The tick fills it, a gRPC thread empties it.
-template <typename Request, typename Batch>
-class Subscription {
- public:
-  static constexpr std::size_t kBatchesMax = 4096;  // a client that is further behind is disconnected
-  static constexpr std::size_t kSpareMax = 2;
-
-  explicit Subscription(Request request) : request_(std::move(request)) {}
-
-  const Request& request() const { return request_; }
-
-  void push(Batch batch) {
-    const std::lock_guard lock(mutex_);
-    if (closed_) return;
-    if (batches_.size() >= kBatchesMax) {
-      overrun_ = closed_ = true;
-    } else {
-      batches_.push_back(std::move(batch));
-    }
-    changed_.notify_one();
-  }
-  void close() {
-    const std::lock_guard lock(mutex_);
-    closed_ = true;
-    changed_.notify_one();
-  }
-  bool overrun() const {
-    const std::lock_guard lock(mutex_);
-    return overrun_;
-  }
-
-  // The next batch; nothing once the subscription is closed, or `patience` has passed (then alive() tells).
-  std::optional<Batch> next(std::chrono::milliseconds patience) {
-    std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, patience, [&] { return closed_ || !batches_.empty(); });
-    if (batches_.empty()) return std::nullopt;
-    Batch batch = std::move(batches_.front());
-    batches_.pop_front();
-    return batch;
-  }
-  // Returns a batch of next() that is no longer needed; its memory is reused.
-  void take_back(Batch batch) {
-    const std::lock_guard lock(mutex_);
-    if (spare_.size() < kSpareMax) spare_.push_back(std::move(batch));
-  }
-  // Such a batch, with its old contents, or else an empty one.
-  Batch spare() {
-    const std::lock_guard lock(mutex_);
-    if (spare_.empty()) return {};
-    Batch batch = std::move(spare_.back());
-    spare_.pop_back();
-    return batch;
-  }
-  bool alive() const {
-    const std::lock_guard lock(mutex_);
-    return !closed_ || !batches_.empty();
-  }
-
-  // Owned by the list that holds it.
-  bool served = false;  // the initial state has been sent, in this world
-  // Since when it waits for the client that has it at other servers.
-  std::optional<std::chrono::steady_clock::time_point> unclaimed_since;
-
- private:
-  const Request request_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<Batch> batches_;
-  std::vector<Batch> spare_;
-  bool closed_ = false;
-  bool overrun_ = false;
 };
 
 class Streams final : public v1::Streams::Service {
@@ -152,10 +78,12 @@ class Streams final : public v1::Streams::Service {
   template <typename S, typename Request>
   static void expect(List<S>& list, const Request& request);
   template <typename S, typename Request>
-  std::shared_ptr<S> claim(List<S>& list, const Request& request);
+  absl::StatusOr<std::shared_ptr<S>> claim(List<S>& list, const Request& request,
+                                           std::function<void()> cancel);
   template <typename Visit>
   void for_each_list(const Visit& visit);
   void drop_unclaimed();
+  void keep_limits();
 
   v1::DivergenceBatch divergences_in(Tick tick, const std::vector<Divergence>& divergences) const;
   v1::SeamBatch seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Partition& partition) const;
