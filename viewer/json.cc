@@ -107,6 +107,18 @@ absl::StatusOr<WorldPosition> position_from(const json& given) {
   return WorldPosition{{index[0], index[1], index[2]}, *displacement};
 }
 
+json message_from(std::string_view text) {
+  bool is_too_deep = false;
+  const json message = json::parse(
+      text.begin(), text.end(),
+      [&](int depth, json::parse_event_t, json&) {
+        is_too_deep = is_too_deep || depth > kNestingMax;
+        return !is_too_deep;
+      },
+      /*allow_exceptions=*/false);
+  return is_too_deep ? json(json::value_t::discarded) : message;
+}
+
 std::string dump(const json& given) { return given.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 }  // namespace tessera::viewer

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
 
 #include "lpss/grid/world_position.h"
 #include "lpss/model/shape.h"
@@ -22,6 +24,10 @@ nlohmann::json to_json(const FoundBody& body);
 // INVALID_ARGUMENT if a field is missing or has another type.
 absl::StatusOr<WorldPosition> position_from(const nlohmann::json& json);
 absl::StatusOr<Eigen::Vector3d> vector_from(const nlohmann::json& json);
+
+// A message of a page; discarded() if it is not JSON, or nested deeper than kNestingMax.
+inline constexpr int kNestingMax = 16;
+nlohmann::json message_from(std::string_view text);
 
 // One line of JSON; invalid UTF-8 in strings is replaced.
 std::string dump(const nlohmann::json& json);

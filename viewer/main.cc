@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "client_sdk/live/client_program.h"
 #include "daemon/address.h"
@@ -20,6 +21,7 @@ namespace {
 struct Arguments {
   live::ClientOptions client;
   std::string listen = "127.0.0.1:7380";
+  std::vector<std::string> hosts;
   std::string ready_file;
   PageOptions page;
   bool any_port = false;
@@ -35,6 +37,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--listen", arguments.listen, "Address for browsers, host:port; port 0: any free port")
       ->check(complaint_of_address)
       ->capture_default_str();
+  app.add_option(
+      "--allow-host", arguments.hosts,
+      "A name under which browsers may ask, besides IP addresses, localhost and this machine's name");
   app.add_flag("--any-port", arguments.any_port, "Use any free port if that of --listen is in use");
   app.add_flag("--read-only", arguments.page.read_only, "Refuse requests that would change the world");
   app.add_option("--fps", arguments.page.frames_per_second,
@@ -48,9 +53,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
 
 absl::StatusOr<std::unique_ptr<WebServer>> open(const Arguments& arguments, Client& client) {
   absl::StatusOr<std::unique_ptr<WebServer>> server =
-      WebServer::open(arguments.listen, client, arguments.page);
+      WebServer::open(arguments.listen, Hosts(arguments.hosts), client, arguments.page);
   if (server.ok() || !arguments.any_port) return server;
-  return WebServer::open(with_port(arguments.listen, 0), client, arguments.page);
+  return WebServer::open(with_port(arguments.listen, 0), Hosts(arguments.hosts), client, arguments.page);
 }
 
 absl::Status serve(const Arguments& arguments, Client& client, const std::function<void()>& wait) {

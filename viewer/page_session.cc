@@ -18,7 +18,8 @@ using nlohmann::json;
 
 constexpr int kFramesUnderWayMax = 2;
 constexpr std::size_t kRequestsMax = 64;
-constexpr double kHalfMax = 1e9;  // m
+constexpr std::size_t kTextsMax = 256;  // for a tab that does not read
+constexpr double kHalfMax = 1e9;        // m
 constexpr absl::Duration kSubscribeTimeout = absl::Seconds(10);
 constexpr std::uint32_t kFramesPerSeamFrame = 4;  // seams change slowly
 constexpr double kFramesPerSecondMin = 5;
@@ -94,7 +95,7 @@ void PageSession::watch_at_another_rate_where_needed() {
 }
 
 bool PageSession::hear(const std::string& text) {
-  const json message = json::parse(text, nullptr, false);
+  const json message = message_from(text);
   if (!message.is_object() || !message.contains("type")) return false;
   const json& type = message["type"];
   const std::lock_guard lock(mutex_);
@@ -121,7 +122,7 @@ bool PageSession::look(const json& message) {
 }
 
 bool PageSession::ask(const json& message) {
-  if (!message.contains("id")) return false;
+  if (!message.contains("id") || texts_.size() >= kTextsMax) return false;
   if (requests_.size() >= kRequestsMax) {
     tell({{"type", "answer"}, {"id", message["id"]}, {"error", "too many requests at once"}});
   } else {

@@ -51,7 +51,7 @@ class PageSession {
               std::shared_ptr<const live::ClusterReport> report);
   ~PageSession();
 
-  // Handles a text message of the tab. False if it is invalid.
+  // Handles a text message of the tab. False if it is invalid, or the tab does not read the answers.
   bool hear(const std::string& text);
 
   void report(std::shared_ptr<const live::ClusterReport> report);

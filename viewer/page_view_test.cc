@@ -68,5 +68,13 @@ TEST(JsonTest, PositionsThatAreNoneAreRefused) {
   }
 }
 
+TEST(JsonTest, MessagesOfPagesAreShallow) {
+  EXPECT_EQ(message_from(R"({"type": "ask", "at": {"local": [1, 2]}})")["at"]["local"][1], 2);
+  EXPECT_TRUE(message_from("{").is_discarded());
+  EXPECT_TRUE(message_from(std::string(4096, '[')).is_discarded());
+  const std::string deep = std::string(4096, '[') + std::string(4096, ']');
+  EXPECT_TRUE(message_from(R"({"type": "ask", "id": )" + deep + "}").is_discarded());
+}
+
 }  // namespace
 }  // namespace tessera::viewer

@@ -41,9 +41,21 @@ void reply(mg_connection* connection, absl::string_view status, absl::string_vie
   mg_write(connection, body.data(), body.size());
 }
 
+// False, and an answer that says so, for a request under a name that is not one of this server's.
+bool is_admitted(const Hosts& hosts, mg_connection* connection) {
+  const char* host = mg_get_header(connection, "Host");
+  if (host != nullptr && hosts.allows(host)) return true;
+  reply(connection, "403 Forbidden", "Content-Type: text/plain\r\n",
+        "this name is not one of the web UI's: use an IP address, or start it with --allow-host NAME\n");
+  return false;
+}
+
 class PageHandler final : public CivetHandler {
  public:
+  explicit PageHandler(const Hosts& hosts) : hosts_(hosts) {}
+
   bool handleGet(CivetServer*, mg_connection* connection) override {
+    if (!is_admitted(hosts_, connection)) return true;
     if (absl::string_view(mg_get_request_info(connection)->local_uri) != "/") {
       reply(connection, "404 Not Found", "Content-Type: text/plain\r\n", "there is no such page\n");
     } else {
@@ -52,13 +64,17 @@ class PageHandler final : public CivetHandler {
     }
     return true;
   }
+
+ private:
+  const Hosts& hosts_;
 };
 
 class StatusHandler final : public CivetHandler {
  public:
-  explicit StatusHandler(const live::ClusterMonitor& monitor) : monitor_(monitor) {}
+  StatusHandler(const Hosts& hosts, const live::ClusterMonitor& monitor) : hosts_(hosts), monitor_(monitor) {}
 
   bool handleGet(CivetServer*, mg_connection* connection) override {
+    if (!is_admitted(hosts_, connection)) return true;
     const std::shared_ptr<const live::ClusterReport> report = monitor_.latest();
     const bool answers = report->answer.ok();
     const nlohmann::json told =
@@ -69,12 +85,14 @@ class StatusHandler final : public CivetHandler {
   }
 
  private:
+  const Hosts& hosts_;
   const live::ClusterMonitor& monitor_;
 };
 
 class LiveHandler final : public CivetWebSocketHandler {
  public:
-  LiveHandler(Client& client, const PageOptions& options) : client_(client), options_(options) {}
+  LiveHandler(const Hosts& hosts, Client& client, const PageOptions& options)
+      : hosts_(hosts), client_(client), options_(options) {}
 
   void report(const std::shared_ptr<const live::ClusterReport>& report) {
     const std::lock_guard lock(mutex_);
@@ -87,7 +105,8 @@ class LiveHandler final : public CivetWebSocketHandler {
   bool handleConnection(CivetServer*, const mg_connection* connection) override {
     const char* origin = mg_get_header(connection, "Origin");
     const char* host = mg_get_header(connection, "Host");
-    if (origin != nullptr && (host == nullptr || origin != absl::StrCat("http://", host))) return false;
+    if (host == nullptr || !hosts_.allows(host)) return false;
+    if (origin != nullptr && origin != absl::StrCat("http://", host)) return false;
     const std::lock_guard lock(mutex_);
     return sessions_.size() < static_cast<std::size_t>(kPagesMax);
   }
@@ -128,6 +147,7 @@ class LiveHandler final : public CivetWebSocketHandler {
     return found == sessions_.end() ? nullptr : found->second;
   }
 
+  const Hosts& hosts_;
   Client& client_;
   const PageOptions options_;
   std::mutex mutex_;
@@ -139,10 +159,12 @@ class LiveHandler final : public CivetWebSocketHandler {
 
 class WebServer::Impl {
  public:
-  Impl(const std::string& address, Client& client, const PageOptions& options)
-      : live_(client, options),
+  Impl(const std::string& address, Hosts hosts, Client& client, const PageOptions& options)
+      : hosts_(std::move(hosts)),
+        live_(hosts_, client, options),
         monitor_(client, kStatusPeriod, [this](const auto& report) { live_.report(report); }),
-        status_(monitor_),
+        status_(hosts_, monitor_),
+        page_(hosts_),
         server_(std::vector<std::string>{"listening_ports", address, "num_threads", absl::StrCat(kThreads),
                                          "tcp_nodelay", "1", "enable_websocket_ping_pong", "yes",
                                          "websocket_timeout_ms", "10000"}) {
@@ -156,6 +178,7 @@ class WebServer::Impl {
   const std::string& url() const { return url_; }
 
  private:
+  const Hosts hosts_;
   LiveHandler live_;
   live::ClusterMonitor monitor_;
   StatusHandler status_;
@@ -167,10 +190,11 @@ class WebServer::Impl {
 WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 WebServer::~WebServer() = default;
 
-absl::StatusOr<std::unique_ptr<WebServer>> WebServer::open(const std::string& address, Client& client,
-                                                           const PageOptions& options) {
+absl::StatusOr<std::unique_ptr<WebServer>> WebServer::open(const std::string& address, Hosts hosts,
+                                                           Client& client, const PageOptions& options) {
   try {
-    return std::unique_ptr<WebServer>(new WebServer(std::make_unique<Impl>(address, client, options)));
+    return std::unique_ptr<WebServer>(
+        new WebServer(std::make_unique<Impl>(address, std::move(hosts), client, options)));
   } catch (const CivetException&) {
     return absl::UnavailableError(absl::StrCat("cannot listen on ", address,
                                                ": the address is in use or does not belong to this machine"));

@@ -8,15 +8,17 @@
 #include <string>
 
 #include "tessera/client.h"
+#include "viewer/hosts.h"
 #include "viewer/page_session.h"
 
 namespace tessera::viewer {
 
 class WebServer {
  public:
-  // Listens on `address`, host:port; port 0: any free port. UNAVAILABLE if it cannot be bound.
-  static absl::StatusOr<std::unique_ptr<WebServer>> open(const std::string& address, Client& client,
-                                                         const PageOptions& options);
+  // Listens on `address`, host:port; port 0: any free port. Requests under other names than `hosts` are
+  // refused. UNAVAILABLE if the address cannot be bound.
+  static absl::StatusOr<std::unique_ptr<WebServer>> open(const std::string& address, Hosts hosts,
+                                                         Client& client, const PageOptions& options);
   ~WebServer();
 
   // "http://127.0.0.1:7380/"
