@@ -14,6 +14,10 @@ namespace {
 
 constexpr std::chrono::minutes kStandstillMax(10);
 
+// Connections that ask nothing have a thread each, for so long: probes must find one that is free.
+constexpr const char* kThreads = "32";
+constexpr const char* kPatienceMs = "2000";
+
 struct Page {
   int code = 200;
   std::string type = "text/plain; charset=utf-8";
@@ -71,7 +75,7 @@ absl::StatusOr<std::unique_ptr<Monitor>> Monitor::open(const std::string& addres
   std::unique_ptr<Monitor> monitor(new Monitor());
   try {
     monitor->server_ = std::make_unique<CivetServer>(std::vector<std::string>{
-        "listening_ports", address, "num_threads", "2", "request_timeout_ms", "10000"});
+        "listening_ports", address, "num_threads", kThreads, "request_timeout_ms", kPatienceMs});
   } catch (const CivetException&) {
     return absl::UnavailableError(absl::StrCat("cannot serve metrics on ", address,
                                                ": the address is in use or does not belong to this machine"));
