@@ -1,18 +1,12 @@
 // tessera-coordinator: the process of a cluster that serves clients, orders commands and grants ticks.
-#include <pthread.h>
-#include <signal.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "coordinator/client_edge.h"
 #include "coordinator/coordinator.h"
@@ -21,59 +15,18 @@
 #include "coordinator/options.h"
 #include "coordinator/request_queue.h"
 #include "coordinator/server_watch.h"
-#include "daemon/end_signals.h"
 #include "daemon/log.h"
 #include "daemon/monitor.h"
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
 #include "daemon/ready_file.h"
+#include "daemon/stop_signals.h"
 #include "proto/recording_file.h"
 #include "transport/dds_link.h"
+#include "transport/waker.h"
 
 namespace tessera {
 namespace {
-
-// Turns SIGINT and SIGTERM into a flag and a call. Construct it before any other thread starts, so that no
-// other thread receives the signals.
-class StopSignals {
- public:
-  explicit StopSignals(std::function<void()> on_stop) : on_stop_(std::move(on_stop)) {
-    thread_ = std::thread([this] {
-      signals_.wait();
-      wanted_ = true;
-      on_stop_();
-    });
-  }
-  ~StopSignals() {
-    pthread_kill(thread_.native_handle(), SIGTERM);  // ends the wait, if it is still waiting
-    thread_.join();
-  }
-
-  bool wanted() const { return wanted_; }
-
- private:
-  std::function<void()> on_stop_;
-  const EndSignals signals_;
-  std::atomic<bool> wanted_ = false;
-  std::thread thread_;
-};
-
-// A link that other threads may wake as soon as it exists.
-class Waker {
- public:
-  void attach(Link* link) {
-    const std::lock_guard lock(mutex_);
-    link_ = link;
-  }
-  void wake() {
-    const std::lock_guard lock(mutex_);
-    if (link_ != nullptr) link_->wake();
-  }
-
- private:
-  std::mutex mutex_;
-  Link* link_ = nullptr;
-};
 
 std::string text(const absl::Status& status) { return std::string(status.message()); }
 
@@ -213,7 +166,7 @@ int run(CoordinatorArguments& arguments) {
   if (*monitor) spdlog::info("metrics on http://{}/metrics", (*monitor)->address());
   waker.attach(link->get());
   serve(coordinator, **link, queue, watch, signals, pulse);
-  waker.attach(nullptr);
+  waker.detach();
   (*edge)->close();
   if (!arguments.ready_file.empty()) std::remove(arguments.ready_file.c_str());
   return 0;

@@ -1,11 +1,9 @@
 // tessera-sector-server: hosts sectors of a world for a coordinator.
 #include <grpcpp/grpcpp.h>
 #include <malloc.h>
-#include <signal.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <chrono>
 #include <random>
 
@@ -14,6 +12,7 @@
 #include "daemon/monitor.h"
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
+#include "daemon/stop_signals.h"
 #include "lpss/engine/load_engine.h"
 #include "proto/grpc_limits.h"
 #include "proto/peak_memory.h"
@@ -22,20 +21,13 @@
 #include "sector_server/sector_server.h"
 #include "sector_server/streams.h"
 #include "transport/dds_link.h"
+#include "transport/waker.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::size_t kThreadsBesideStreams =
     64;  // of gRPC: they accept calls, and refuse those beyond the limit
-
-std::atomic<Link*> signalled_link = nullptr;
-std::atomic<bool> stop_wanted = false;
-
-void on_signal(int) {
-  stop_wanted = true;
-  if (Link* link = signalled_link) link->wake();
-}
 
 Nanoseconds since_start() {
   static const auto kStart = std::chrono::steady_clock::now();
@@ -51,10 +43,10 @@ NodeId drawn_node() {
 
 // One thread owns the link and the state machine; the threads of gRPC only wake it.
 absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, ServerMetrics& metrics,
-                   Pulse& pulse) {
+                   const StopSignals& signals, Pulse& pulse) {
   const auto start = std::chrono::steady_clock::now() - since_start();
   server.start(link.self(), since_start());
-  while (!server.finished() && !stop_wanted) {
+  while (!server.finished() && !signals.wanted()) {
     pulse.beat();
     for (SectorServer::Outgoing& message : server.take_messages())
       link.send(message.to, std::move(message.payload));
@@ -68,8 +60,11 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, Server
     for (const NodeId node : link.take_lost_peers()) server.suspect(node, since_start());
     for (Delivery& delivery : deliveries) {
       v1::ClusterMessage message;
-      if (!message.ParseFromString(delivery.payload)) return absl::DataLossError("a message cannot be read");
-      server.receive(delivery.from, std::move(message), since_start());
+      if (message.ParseFromString(delivery.payload)) {
+        server.receive(delivery.from, std::move(message), since_start());
+      } else {
+        spdlog::warn("a message from node {:x} cannot be read", delivery.from.value);
+      }
     }
     server.proceed(since_start());
     server.advance(since_start());
@@ -94,13 +89,15 @@ absl::StatusOr<std::unique_ptr<Monitor>> open_monitor(const SectorServerArgument
 }
 
 int run(SectorServerArguments& arguments) {
+  Waker waker;
+  const StopSignals signals([&] { waker.wake(); });
   arguments.dds.self = drawn_node();
   absl::StatusOr<std::unique_ptr<DdsLink>> link = DdsLink::create(arguments.dds);
   if (!link.ok()) {
     spdlog::error("cannot join the network of the cluster: {}", std::string(link.status().message()));
     return 1;
   }
-  Streams streams(arguments.dds.self, [&] { (*link)->wake(); });
+  Streams streams(arguments.dds.self, [&] { waker.wake(); });
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
@@ -132,19 +129,15 @@ int run(SectorServerArguments& arguments) {
     streams.publish(tick, machine, false);
   };
   server = std::make_unique<SectorServer>(arguments.server, load_engine, since_start, on_tick);
-  signalled_link = link->get();
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  waker.attach(link->get());
   spdlog::info("node {:x} of cluster {}, engine {}, streams on {}", arguments.dds.self.value,
                arguments.dds.cluster, name_of(arguments.server.precision), arguments.server.stream_address);
   if (*monitor) spdlog::info("metrics on http://{}/metrics", (*monitor)->address());
 
-  const absl::Status status = serve(**link, *server, streams, metrics, pulse);
+  const absl::Status status = serve(**link, *server, streams, metrics, signals, pulse);
   streams.shut_down();
   edge->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
-  signalled_link = nullptr;
+  waker.detach();
   if (!status.ok()) {
     spdlog::error("{}", std::string(status.message()));
     return 1;
