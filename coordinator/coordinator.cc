@@ -134,7 +134,8 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
 // The server was given up, or belongs to a coordinator that is gone: it must not continue on its own, and may
 // join as if it were new.
 void Coordinator::Impl::on_stranger(NodeId from) {
-  if (strangers_.size() >= kStrangersMax || !strangers_.insert(from).second) return;
+  if (strangers_.size() >= kStrangersMax) strangers_.clear();
+  if (!strangers_.insert(from).second) return;
   v1::Refusal& refusal = *send(from).mutable_refusal();
   refusal.set_reason("the server is not, or is no longer, part of this coordinator's cluster");
   refusal.set_may_rejoin(true);

@@ -38,6 +38,11 @@ class SectorServer::Impl {
 
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
     using Kind = v1::ClusterMessage::KindCase;
+    if (from != kCoordinatorNode && message.kind_case() != Kind::kRound) {
+      log(absl::StrCat("node ", absl::Hex(from.value), " sent a message that only a coordinator may send"),
+          Severity::kWarning);
+      return;
+    }
     if (from == kCoordinatorNode) coordinator_deadline_.reset();
     switch (message.kind_case()) {
       case Kind::kWelcome:
@@ -71,8 +76,7 @@ class SectorServer::Impl {
         finish(absl::OkStatus());
         break;
       default:
-        finish(absl::InternalError(
-            absl::StrCat("received a message that is not meant for sector servers from ", from.value)));
+        log("the coordinator sent a message that is not meant for sector servers", Severity::kWarning);
     }
   }
 
@@ -226,7 +230,7 @@ class SectorServer::Impl {
       if (message.has_grant()) {
         run_->take(std::move(*message.mutable_grant()));
       } else if (absl::Status status = run_->take(from, std::move(*message.mutable_round())); !status.ok()) {
-        finish(status);
+        log(absl::StrCat("a message is ignored: ", status.message()), Severity::kWarning);
       }
       return;
     }

@@ -148,17 +148,16 @@ TEST(Ending, TheFirstReasonStands) {
   EXPECT_EQ(server.take(Kind::kGoodbye).size(), 1u);
 }
 
-TEST(Ending, AMessageThatIsNotForServersEndsOne) {
-  for (const bool empty : {true, false}) {
-    TestServer server;
-    server.start();
-    server.welcome();
-    v1::ClusterMessage message;
-    if (!empty) message.mutable_hello();
-    server.receive(kSecond, message);
-    EXPECT_EQ(server.failure().code(), absl::StatusCode::kInternal);
-    EXPECT_THAT(std::string(server.failure().message()), HasSubstr("from 200"));
-  }
+TEST(Joined, MessagesThatAreNotForServersAreIgnored) {
+  TestServer server;
+  server.start();
+  server.welcome();
+  v1::ClusterMessage message;
+  server.receive(kCoordinatorNode, message);
+  message.mutable_hello();
+  server.receive(kCoordinatorNode, message);
+  EXPECT_THAT(server.log, Contains(HasSubstr("not meant for sector servers")).Times(2));
+  EXPECT_FALSE(server.has_ended());
 }
 
 class LostCoordinator : public testing::Test {

@@ -34,7 +34,7 @@ class WorldRun {
   std::size_t body_count() const { return partition_->bodies.size(); }
   bool between_ticks() const { return !round_; }
 
-  // Grants and rounds, in any order; each once.
+  // Grants and rounds, in any order. Errors of a round that cannot be one of this world; it is ignored.
   void take(v1::Grant grant);
   absl::Status take(NodeId from, v1::Round round);
 

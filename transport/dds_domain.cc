@@ -1,12 +1,22 @@
 #include "transport/dds_domain.h"
 
+#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 
 #include <cctype>
+#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <filesystem>
 #include <map>
 #include <mutex>
+#include <set>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "dds/dds.h"
@@ -36,12 +46,46 @@ std::map<std::uint32_t, OpenDomain>& open_domains() {
   return domains;
 }
 
+// The UDP sockets of this process that receive from any interface, by their descriptors.
+std::set<int> open_sockets() {
+  std::set<int> sockets;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", error)) {
+    int descriptor = 0;
+    if (!absl::SimpleAtoi(entry.path().filename().string(), &descriptor)) continue;
+    int type = 0;
+    socklen_t type_size = sizeof type;
+    if (getsockopt(descriptor, SOL_SOCKET, SO_TYPE, &type, &type_size) != 0 || type != SOCK_DGRAM) continue;
+    sockaddr_in address{};
+    socklen_t address_size = sizeof address;
+    const bool named = getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &address_size) == 0;
+    if (named && address.sin_family == AF_INET && address.sin_addr.s_addr == INADDR_ANY)
+      sockets.insert(descriptor);
+  }
+  return sockets;
+}
+
+// Cyclone DDS receives from any interface, whichever it is told to use. Packets of other hosts must not reach
+// a cluster on the loopback interface.
+void keep_to_loopback(const std::set<int>& sockets_before) {
+  constexpr std::string_view kLoopback = "lo";
+  for (const int descriptor : open_sockets()) {
+    if (sockets_before.contains(descriptor)) continue;
+    if (setsockopt(descriptor, SOL_SOCKET, SO_BINDTODEVICE, kLoopback.data(), kLoopback.size()) != 0) {
+      std::fprintf(stderr, "tessera: packets of other hosts may reach this process: %s\n",
+                   std::strerror(errno));
+      return;
+    }
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<DdsDomain> DdsDomain::open(std::uint32_t id, const DdsNetwork& network) {
   const std::lock_guard lock(mutex);
   OpenDomain& domain = open_domains()[id];
   if (domain.users == 0 && std::getenv("CYCLONEDDS_URI") == nullptr) {
+    const std::set<int> sockets_before = open_sockets();
     const dds_entity_t entity = dds_create_domain(id, dds_configuration(network).c_str());
     if (entity < 0) {
       open_domains().erase(id);
@@ -52,6 +96,7 @@ absl::StatusOr<DdsDomain> DdsDomain::open(std::uint32_t id, const DdsNetwork& ne
       return dds_error(entity, absl::StrCat("cannot open DDS domain ", id));
     }
     domain.entity = entity;
+    if (network.interface == DdsNetwork().interface) keep_to_loopback(sockets_before);
   }
   ++domain.users;
   return DdsDomain(id);

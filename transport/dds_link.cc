@@ -44,6 +44,9 @@ constexpr dds_duration_t kPulse = DDS_MSECS(500);
 constexpr dds_duration_t kWriteWait = DDS_MSECS(1);
 constexpr std::chrono::milliseconds kStallRetry{10};
 
+// Processes that this one has heard of since it began; more are not listened to.
+constexpr std::size_t kPeersMax = 4096;
+
 constexpr int kTakeBatch = 64;
 constexpr int kTriggerBatch = 32;
 
@@ -423,6 +426,7 @@ void DdsLink::Impl::take(std::vector<Delivery>& deliveries) {
     for (dds_return_t i = 0; i < count; ++i) {
       if (!infos[i].valid_data) continue;
       const auto& message = *static_cast<const tessera_Message*>(samples[i]);
+      if (!peers_.contains(NodeId{message.from}) && peers_.size() >= kPeersMax) continue;
       Peer& sender = peer(NodeId{message.from});
       sender.stream.accept(to_packet(message), deliveries);
       if (touched_.empty() || touched_.back() != &sender) touched_.push_back(&sender);

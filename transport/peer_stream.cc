@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <utility>
 
 namespace tessera {
@@ -132,13 +131,13 @@ void PeerStream::accept_part(const Packet& packet, std::vector<Delivery>& delive
     complained_ = received_sequence_ + 1;
     return;
   }
+  if (packet.payload.size() > kPartBytes || packet.rest > kMessageBytesMax)
+    return complain("a message is too large", packet.rest);
+  if (partial_rest_ != 0 && partial_rest_ != packet.payload.size() + packet.rest)
+    return complain("a message changes its size in transit", packet.sequence);
   received_sequence_ = packet.sequence;
   ++unacknowledged_parts_;
   unacknowledged_bytes_ += packet.payload.size();
-  if (partial_rest_ != 0 && partial_rest_ != packet.payload.size() + packet.rest) {
-    broken("a message changes its size in transit", packet.sequence);
-  }
-  if (partial_rest_ == 0 && packet.rest != 0) partial_.reserve(packet.payload.size() + packet.rest);
   partial_.append(packet.payload);
   partial_rest_ = packet.rest;
   if (packet.rest == 0) deliveries.push_back({peer_, std::exchange(partial_, {})});
@@ -146,7 +145,7 @@ void PeerStream::accept_part(const Packet& packet, std::vector<Delivery>& delive
 
 void PeerStream::take_acknowledgement(std::uint64_t sequence) {
   if (sequence <= acknowledged_sequence_) return;
-  if (sequence > sent_sequence_max_) broken("acknowledges what was never sent", sequence);
+  if (sequence > sent_sequence_max_) return complain("it acknowledges what was never sent", sequence);
   acknowledged_sequence_ = sequence;
   while (!outgoing_.empty() && outgoing_.front().first_sequence <= sequence) {
     const Outgoing& front = outgoing_.front();
@@ -209,10 +208,10 @@ void PeerStream::start_over() {
   complained_ = 0;
 }
 
-void PeerStream::broken(const char* what, std::uint64_t number) const {
-  std::fprintf(stderr, "tessera: the link with node %llx is broken: %s (%llu)\n",
+void PeerStream::complain(const char* what, std::uint64_t number) {
+  if (std::exchange(has_reported_, true)) return;
+  std::fprintf(stderr, "tessera: a packet from node %llx is ignored: %s (%llu)\n",
                static_cast<unsigned long long>(peer_.value), what, static_cast<unsigned long long>(number));
-  std::abort();
 }
 
 }  // namespace tessera

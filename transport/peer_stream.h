@@ -20,6 +20,8 @@ using Session = std::uint64_t;
 
 // Larger payloads travel in parts of this size: with its header, a part fits into one datagram.
 inline constexpr std::size_t kPartBytes = 60 * 1024;
+// Larger messages are not accepted.
+inline constexpr std::uint64_t kMessageBytesMax = std::uint64_t{4} << 30;
 // The number of unacknowledged bytes to one peer; each end chooses within this range. If it exceeds the
 // receiver's socket buffer, throughput breaks down; smaller values cost nothing at low latency.
 inline constexpr std::size_t kWindowBytesMin = 256 * 1024;
@@ -68,7 +70,8 @@ class PeerStream {
   void fell_silent(Session session);
 
   // Processes a packet from the peer and appends the message that it completes, if any. Packets to or from
-  // other sessions are ignored. A packet that no correct peer sends stops the process.
+  // other sessions are ignored, and so are those that no correct peer sends; the first of these is reported
+  // on standard error.
   void accept(const Packet& packet, std::vector<Delivery>& deliveries);
 
   // The next packet to send, if there is one now. Call sent() once it has been sent; otherwise the same
@@ -98,7 +101,7 @@ class PeerStream {
   void start_over();
   void note_loss();
   void accept_part(const Packet& packet, std::vector<Delivery>& deliveries);
-  [[noreturn]] void broken(const char* what, std::uint64_t number) const;
+  void complain(const char* what, std::uint64_t number);
 
   NodeId peer_;
   Session self_;
@@ -137,6 +140,7 @@ class PeerStream {
   std::uint64_t unacknowledged_bytes_ = 0;
   // The gap that has already been reported.
   std::uint64_t complained_ = 0;
+  bool has_reported_ = false;  // a packet that no correct peer sends
 };
 
 }  // namespace tessera
