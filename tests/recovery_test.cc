@@ -1,9 +1,16 @@
 // Processes that are killed, stopped and replaced: the world goes on with the same bits, clients miss
 // nothing.
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <absl/time/clock.h>
 #include <signal.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
 #include <tuple>
+#include <utility>
 
 #include "lpss/simulation/simulation.h"
 #include "tests/cluster_fixture.h"
@@ -90,6 +97,8 @@ class Recovery : public ::testing::Test {
       const absl::StatusOr<BodyFrame> frame = bodies_->next(kPatience);
       ASSERT_THAT(frame.status(), IsOk());
       ASSERT_EQ(frame->tick, frames_++) << "each tick comes once, in its order";
+      const absl::Time now = absl::Now();
+      longest_gap_ = std::max(longest_gap_, now - std::exchange(last_frame_, now));
       if (count_ == 0) count_ = frame->bodies.size();
       ASSERT_EQ(frame->bodies.size(), count_) << "tick " << frame->tick;
       const absl::StatusOr<ContactFrame> contacts = contacts_->next(kPatience);
@@ -124,6 +133,8 @@ class Recovery : public ::testing::Test {
   std::vector<Push> pushes_;
   std::vector<TickedContact> contacts_told_;
   Tick frames_ = 0;
+  absl::Time last_frame_ = absl::Now();
+  absl::Duration longest_gap_;
   Tick told_ = 0;
   std::size_t count_ = 0;
 };
@@ -182,6 +193,51 @@ TEST_F(Recovery, FromTheLossOfEverything) {
   const absl::StatusOr<HashAt> hash = client().hash(kPatience);
   ASSERT_THAT(hash.status(), IsOk());
   EXPECT_EQ(hash->hash, Undisturbed(world_, pushes_, *tick).hash);
+}
+
+// Of a variable of the environment.
+int number_from(const char* variable, int otherwise) {
+  const char* text = std::getenv(variable);
+  int number = otherwise;
+  return text != nullptr && absl::SimpleAtoi(text, &number) ? number : otherwise;
+}
+
+// TESSERA_KILLS=100 TESSERA_STOPS=20 TESSERA_SEED=7 make a longer drill of it.
+TEST_F(Recovery, FromLossesInAnyOrder) {
+  enum class Fault { kServer, kCoordinator, kStop };
+  const int seed = number_from("TESSERA_SEED", static_cast<int>(std::random_device()() >> 1));
+  SCOPED_TRACE(absl::StrCat("TESSERA_SEED=", seed));
+  std::mt19937 random(static_cast<std::uint32_t>(seed));
+  std::vector<Fault> faults(static_cast<std::size_t>(number_from("TESSERA_STOPS", 1)), Fault::kStop);
+  for (int kill = 0; kill < number_from("TESSERA_KILLS", 4); ++kill) {
+    faults.push_back(random() % 3 == 0 ? Fault::kCoordinator : Fault::kServer);
+  }
+  std::shuffle(faults.begin(), faults.end(), random);
+  std::vector<double> gaps_s;
+  for (const Fault fault : faults) {
+    go_on(20 + random() % 60);
+    if (HasFatalFailure()) return;
+    const std::size_t place = random() % 2;
+    longest_gap_ = absl::ZeroDuration();
+    if (fault == Fault::kServer) {
+      ASSERT_EQ(kill(processes().server(place), SIGKILL), 0);
+      ASSERT_THAT(processes().replace_server(place), IsOk());
+    } else if (fault == Fault::kCoordinator) {
+      ASSERT_EQ(kill(processes().coordinator(), SIGKILL), 0);
+      ASSERT_THAT(processes().replace_coordinator(), IsOk());
+    } else {
+      ASSERT_EQ(kill(processes().server(place), SIGSTOP), 0);
+      const absl::Time until = absl::Now() + absl::Seconds(5);
+      while (absl::Now() < until && !HasFatalFailure()) go_on(10);
+      ASSERT_EQ(kill(processes().server(place), SIGCONT), 0);
+    }
+    go_on(60);
+    gaps_s.push_back(absl::ToDoubleSeconds(longest_gap_));
+  }
+  expect_as_undisturbed();
+  std::sort(gaps_s.begin(), gaps_s.end());
+  std::printf("%zu faults, %zu pushes; time without ticks: p50 %.2f s, max %.2f s\n", gaps_s.size(),
+              pushes_.size(), gaps_s[gaps_s.size() / 2], gaps_s.back());
 }
 
 // A rolling restart: no tick is lost or repeated to clients.
