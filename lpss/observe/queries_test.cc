@@ -46,6 +46,23 @@ TEST(Raycast, HitsStaticsWhereNothingLivesAndEachServerAnswersForItsSectors) {
   EXPECT_TRUE(world[1].sectors.empty()) << "asking makes no sectors";
 }
 
+// The plane is through the origin of kHigh; the ray begins 3 m over it and meets it 30 km away.
+TEST(Raycast, MeetsGroundThatItHasLongBeenOver) {
+  TestWorld world;
+  BodyRecord ground = box(1, kHigh, {0, 0, 0}, Motion::kStatic);
+  ground.properties.shape = kGround;
+  world.add(ground);
+  world.add(box(2, {5000, 0, 0}, {0, 0, 0}));
+  const WorldPosition above{kHigh, {0, 0, 3}};
+  const Eigen::Vector3d down = Eigen::Vector3d(1, 0, -1e-4).normalized();
+  const auto hit = raycast(world[0], above, down, 1e5, kAll);
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(hit->body, BodyId{1});
+  EXPECT_NEAR(hit->distance, 3e4, 0.1);
+  EXPECT_FALSE(raycast(world[0], above, down, 2.9e4, kAll));
+  EXPECT_EQ(world[0].sectors.size(), 1u) << "asking makes no sectors";
+}
+
 TEST(BodiesNear, AreInTheOrderOfTheirDistancesEachOnce) {
   TestWorld world;
   world.add(box(1, kHigh, {-5, 0, 0}));
