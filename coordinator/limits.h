@@ -44,7 +44,7 @@ inline constexpr std::chrono::milliseconds kHeartbeatMax{1000};
 // the full time again.
 inline constexpr std::chrono::seconds kLateMax{1};
 inline constexpr std::size_t kStreamAddressBytesMax = 1024;
-inline constexpr std::size_t kStrangersMax =
-    1024;  // unknown servers, remembered so that each is notified once
+// Unknown servers are remembered, so that each is notified once.
+inline constexpr std::size_t kStrangersMax = 1024;
 
 }  // namespace tessera

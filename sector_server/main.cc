@@ -26,8 +26,8 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kThreadsBesideStreams =
-    64;  // of gRPC: they accept calls, and refuse those beyond the limit
+// Of gRPC: they accept calls, and refuse those beyond the limit.
+constexpr std::size_t kThreadsBesideStreams = 64;
 
 Nanoseconds since_start() {
   static const auto kStart = std::chrono::steady_clock::now();

@@ -40,8 +40,8 @@ struct Handover {
       replicated_in;  // relative to the new home: the sectors that were told in the same tick to have a clone
   bool known_everywhere = false;  // all servers were told of it
   Wrench wrench;                  // of this tick's commands
-  std::optional<BodyState>
-      kinematic_target;  // where it arrives at the end of this tick, relative to the new home
+  // Where it arrives at the end of this tick, relative to the new home.
+  std::optional<BodyState> kinematic_target;
 };
 
 // The contact points of a pair that is detected in sector `to` from this tick on.
