@@ -1,9 +1,8 @@
 // tessera: run worlds, start clusters, and drive and watch them.
-#include <malloc.h>
-
 #include "cli/application.h"
 #include "cli/command.h"
 #include "cli/config_command.h"
+#include "lpss/base/freed_memory.h"
 
 namespace tessera::cli {
 namespace {
@@ -38,7 +37,6 @@ int run(int argc, char** argv) {
 }  // namespace tessera::cli
 
 int main(int argc, char** argv) {
-  // What a tick frees, the next one wants again: keep it instead of handing it to the kernel and back.
-  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  tessera::keep_freed_memory();
   return tessera::cli::run(argc, argv);
 }

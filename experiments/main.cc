@@ -1,6 +1,5 @@
 // tessera-experiments: measures what Tessera claims. `tessera experiment` runs it.
 #include <absl/strings/str_format.h>
-#include <malloc.h>
 
 #include <cstdlib>
 #include <memory>
@@ -18,6 +17,7 @@
 #include "experiments/catalogue.h"
 #include "experiments/output.h"
 #include "experiments/seams/command.h"
+#include "lpss/base/freed_memory.h"
 
 namespace tessera::experiments {
 namespace {
@@ -113,7 +113,6 @@ int run(int argc, char** argv) {
 }  // namespace tessera::experiments
 
 int main(int argc, char** argv) {
-  // Keep freed memory for the next tick instead of returning it to the kernel.
-  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  tessera::keep_freed_memory();
   return tessera::experiments::run(argc, argv);
 }

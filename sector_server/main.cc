@@ -1,6 +1,5 @@
 // tessera-sector-server: hosts sectors of a world for a coordinator.
 #include <grpcpp/grpcpp.h>
-#include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -13,6 +12,7 @@
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
 #include "daemon/stop_signals.h"
+#include "lpss/base/freed_memory.h"
 #include "lpss/engine/load_engine.h"
 #include "proto/grpc_limits.h"
 #include "proto/peak_memory.h"
@@ -156,8 +156,7 @@ int main(int argc, char** argv) {
                tessera::kSectorServerName);
   tessera::add_options(app, arguments);
   if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
-  // The next tick needs the memory that a tick frees: keep it instead of returning it to the kernel.
-  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  tessera::keep_freed_memory();
   if (arguments.exit_with_parent && !tessera::end_with_parent(parent, SIGKILL)) return 1;
   tessera::start_log("sector-server", arguments.log);
   return tessera::run(arguments);

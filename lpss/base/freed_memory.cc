@@ -1,0 +1,15 @@
+#include "lpss/base/freed_memory.h"
+
+#include <malloc.h>
+
+namespace tessera {
+
+// To set the one stops the C library from adapting the other, which is 128 kB at first.
+void keep_freed_memory() {
+  constexpr int kMappedFrom = 32 << 20;  // bytes; the most that it accepts
+  constexpr int kKept = 256 << 20;       // bytes
+  mallopt(M_MMAP_THRESHOLD, kMappedFrom);
+  mallopt(M_TRIM_THRESHOLD, kKept);
+}
+
+}  // namespace tessera
