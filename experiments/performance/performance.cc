@@ -28,12 +28,14 @@ std::vector<Race> races(bool quick) {
   const auto boxes = [share](const WorldSettings& s) { return dropped_boxes(s, 8192 / share); };
   const auto stacks = [share](const WorldSettings& s) { return towers_of_ten(s, 800 / share); };
   const auto rows = [quick](const WorldSettings& s) { return pyramid_world(s, quick ? 10 : 30); };
+  const auto mixed = [quick](const WorldSettings& s) { return mixed_bodies(s, quick ? 140 : 2800); };
   const Tick ticks = quick ? 60 : 200;
   const Tick ten_seconds = quick ? 120 : 600;
   return {{"pile", boxes, false, ticks},
           {"pile_to_rest", boxes, true, ten_seconds},
           {"towers", stacks, false, ticks},
-          {"pyramid", rows, false, ten_seconds}};
+          {"pyramid", rows, false, ten_seconds},
+          {"mixed", mixed, false, ticks}};
 }
 
 // A world that is stepped in turn with the others of its race.

@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <cstdint>
+#include <string>
 
+#include "lpss/base/portable_math.h"
 #include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
@@ -23,6 +25,43 @@ class Scatter {
  private:
   std::uint64_t state_ = 1;
 };
+
+// A square of triangles around the origin, whose hills are half a metre high.
+TriangleMesh hills(double half_size) {
+  constexpr double kCell = 2;          // m
+  constexpr double kWaveNumber = 0.4;  // 1/m
+  const auto cells = static_cast<std::uint32_t>(2 * half_size / kCell);
+  TriangleMesh mesh;
+  for (std::uint32_t row = 0; row <= cells; ++row) {
+    for (std::uint32_t column = 0; column <= cells; ++column) {
+      const double x = column * kCell - half_size;
+      const double y = row * kCell - half_size;
+      mesh.vertices.emplace_back(
+          x, y, 0.25 * (portable::sincos(kWaveNumber * x).sin + portable::sincos(kWaveNumber * y).sin));
+    }
+  }
+  for (std::uint32_t row = 0; row < cells; ++row) {
+    for (std::uint32_t column = 0; column < cells; ++column) {
+      const std::uint32_t corner = row * (cells + 1) + column;
+      const std::uint32_t above = corner + cells + 1;
+      for (const std::uint32_t vertex : {corner, corner + 1, above + 1, corner, above + 1, above})
+        mesh.indices.push_back(vertex);
+    }
+  }
+  return mesh;
+}
+
+// Corners of a box that is cut off at the top: a solid of eight corners and six faces.
+ConvexHull stone() {
+  ConvexHull hull;
+  for (const double x : {-1.0, 1.0}) {
+    for (const double y : {-1.0, 1.0}) {
+      hull.points.emplace_back(0.5 * x, 0.4 * y, -0.3);
+      hull.points.emplace_back(0.3 * x, 0.25 * y, 0.3);
+    }
+  }
+  return hull;
+}
 
 }  // namespace
 
@@ -58,6 +97,44 @@ WorldDescription towers_of_ten(const WorldSettings& settings, int count) {
     for (int level = 0; level < kHeight; ++level) {
       builder.add(absl::StrCat("tower", n, "_", level), box, 1,
                   {x + 0.02 * (level % 3), y + 0.013 * (level % 2), 0.5 + level});
+    }
+  }
+  return builder.world();
+}
+
+WorldDescription mixed_bodies(const WorldSettings& settings, int count) {
+  constexpr int kKinds = 7;       // of which three are capsules on joints
+  constexpr double kApart = 1.6;  // m
+  constexpr double kCapsule = 1;  // m, with its ends
+  WorldBuilder builder(settings);
+  builder.add("ground", builder.shape(hills(kHalfFloor)), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
+  const ShapeId hull = builder.shape(stone());
+  const ShapeId capsule = builder.shape(Capsule{0.25, kCapsule - 0.5});
+  const ShapeId box = builder.shape(Box{{0.8, 0.7, 0.6}});
+  const ShapeId ball = builder.shape(Sphere{0.4});
+  const int groups = count / kKinds;
+  const int side = static_cast<int>(std::ceil(std::sqrt(groups / 4.0)));
+  Scatter scatter;
+  for (int n = 0; n < groups; ++n) {
+    const int row = n % (side * side) / side;
+    const Eigen::Vector3d corner((n % side - side / 2.0) * 2 * kApart, (row - side / 2.0) * 2 * kApart,
+                                 2.2 + 3.2 * (n / (side * side)));
+    const auto place = [&](double x, double y, double z) -> Eigen::Vector3d {
+      return corner +
+             Eigen::Vector3d(x * kApart + 0.2 * scatter.next(), y * kApart + 0.2 * scatter.next(), z);
+    };
+    builder.add(absl::StrCat("hull", n), hull, 1, place(0, 0, 0));
+    builder.add(absl::StrCat("box", n), box, 1, place(1, 0, 0));
+    builder.add(absl::StrCat("ball", n), ball, 1, place(0, 1, 0));
+    builder.add(absl::StrCat("capsule", n), capsule, 1, place(1, 1, 0));
+    const Eigen::Vector3d top = place(0.5, 0.5, 0);
+    for (int link = 0; link < 3; ++link) {
+      const std::string name = absl::StrCat("link", n, "_", link);
+      const Eigen::Vector3d at = top - Eigen::Vector3d::UnitZ() * (kCapsule * (link - 1));
+      builder.add(name, capsule, 1, at);
+      if (link == 0) continue;
+      builder.tie(absl::StrCat("joint", n, "_", link), JointType::kBall,
+                  absl::StrCat("link", n, "_", link - 1), name, at + Eigen::Vector3d(0, 0, kCapsule / 2));
     }
   }
   return builder.world();
