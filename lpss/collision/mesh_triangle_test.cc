@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <random>
 
 #include "lpss/collision/collide.h"
 #include "lpss/collision/test_shapes.h"
@@ -106,6 +107,32 @@ TYPED_TEST(MeshTriangleTest, FlatEdgesDoNotCatch) {
             EXPECT_NEAR(least_gap(manifold), gap, 1e-5);
           }
         }
+      }
+    }
+  }
+}
+
+// The same for shapes that reach through the surface askew, with their centres above it.
+TYPED_TEST(MeshTriangleTest, FlatEdgesDoNotPullDown) {
+  const Fold<TypeParam> fold(0);
+  const Box<TypeParam> box{Vector3<TypeParam>(TypeParam(0.12), TypeParam(0.1), TypeParam(0.06))};
+  const Polyhedron<TypeParam> hull = cube_hull<TypeParam>(box.half);
+  const Polyhedron<TypeParam> six = prism<TypeParam>(6, 0.12, 0.08);
+  const Polyhedron<TypeParam> four = tetrahedron<TypeParam>(0.1);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> within(-1, 1);
+  for (int trial = 0; trial < 5000; ++trial) {
+    const double x = 0.15 * within(random);
+    const double y = 0.2 * within(random);
+    const double z = 0.06 + 0.05 * within(random);
+    const auto turn = rotation<TypeParam>(4 * within(random), within(random), within(random), within(random));
+    for (int n = 0; n < 2; ++n) {
+      const Manifold<TypeParam> all[] = {
+          fold.collide(box, n, x, y, z, turn), fold.collide(hull, n, x, y, z, turn),
+          fold.collide(six, n, x, y, z, turn), fold.collide(four, n, x, y, z, turn)};
+      for (int shape = 0; shape < 4; ++shape) {
+        if (all[shape].count == 0) continue;
+        EXPECT_GT(all[shape].normal.z(), 0.99) << "trial " << trial << ", shape " << shape;
       }
     }
   }

@@ -111,6 +111,8 @@ struct Facet {
     for (int pass = 0; pass < 2; ++pass) {
       for (int k = 0; k < 3; ++k) {
         if (!(edges >> k & 1) || !leans_over(direction, k)) continue;
+        // One that leans to the back would end up opposite to the normals on both sides of the edge.
+        if (!(direction.dot(limit[k].cross(vertex[after(k)] - vertex[k])) > 0)) return normal;
         direction -= direction.dot(limit[k]) * limit[k];
         const Scalar length = direction.norm();
         if (!(length > Scalar(kLean))) return normal;
