@@ -1,5 +1,8 @@
 #include "experiments/performance/performance.h"
 
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <functional>
 #include <memory>
@@ -74,7 +77,10 @@ double horizontal_drift(const Positions& from, const Positions& to) {
 }  // namespace
 
 absl::StatusOr<Report> measure_performance(const ExperimentOptions& options, const Progress& progress) {
-  const std::vector<Race> all = races(options.quick);
+  std::vector<Race> all = races(options.quick);
+  std::erase_if(all, [&](const Race& race) { return !absl::StrContains(race.name, options.only); });
+  if (all.empty())
+    return absl::NotFoundError(absl::StrCat("No scene's name contains \"", options.only, "\"."));
   Tick total = 0;
   for (const Race& race : all) total += race.ticks;
   ProgressCount count(progress, total);
