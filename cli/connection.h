@@ -28,7 +28,9 @@ inline void on_cluster(CLI::App& command, Action& action,
     std::filesystem::path json;
   };
   const auto where = std::make_shared<Where>();
-  command.add_option("--connect", where->address, "host:port of the coordinator")
+  command
+      .add_option("--connect", where->address,
+                  "host:port of the coordinator; of several, all of them, separated by commas")
       ->envname("TESSERA_ADDRESS")
       ->capture_default_str();
   add_parsed(command, "--json", where->json, parse_output_file,

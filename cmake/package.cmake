@@ -25,6 +25,7 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_CLUSTER_PACKAGE_NAME tessera)
 set(CPACK_DEBIAN_CLUSTER_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_CLUSTER_PACKAGE_SUGGESTS etcd-server)
 set(maintainer_files ${PROJECT_SOURCE_DIR}/deploy/debian)
 set(CPACK_DEBIAN_CLUSTER_PACKAGE_CONTROL_EXTRA
   ${maintainer_files}/conffiles ${maintainer_files}/postinst ${maintainer_files}/prerm ${maintainer_files}/postrm)

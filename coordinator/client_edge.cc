@@ -46,7 +46,8 @@ std::string why_not(const ListenAddress& endpoint) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& listen, RequestQueue& queue) {
+absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& listen, RequestQueue& queue,
+                                                             grpc::Service* beside) {
   const std::optional<ListenAddress> endpoint = parse_listen_address(listen);
   if (!endpoint) {
     return absl::InvalidArgumentError(
@@ -61,6 +62,7 @@ absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& 
   builder.SetMaxSendMessageSize(kClientMessageBytesMax);
   builder.AddListeningPort(listen, grpc::InsecureServerCredentials(), &port);
   builder.RegisterService(&edge->service_);
+  if (beside != nullptr) builder.RegisterService(beside);
   edge->server_ = builder.BuildAndStart();
   if (!edge->server_ || port == 0) {
     return absl::UnavailableError(absl::StrCat("cannot listen on ", listen, ": ", why_not(*endpoint)));

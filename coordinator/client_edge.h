@@ -14,10 +14,11 @@ namespace tessera {
 
 class ClientEdge {
  public:
-  // Serves the service Tessera on `listen` ("host:port"; port 0: any free one). `queue` must outlive it.
-  // INVALID_ARGUMENT for a malformed address; UNAVAILABLE, with the reason, for an address that is in use or
-  // does not belong to this machine.
-  static absl::StatusOr<std::unique_ptr<ClientEdge>> open(const std::string& listen, RequestQueue& queue);
+  // Serves the service Tessera on `listen` ("host:port"; port 0: any free one), and `beside`, if there is
+  // one. `queue` and `beside` must outlive it. INVALID_ARGUMENT for a malformed address; UNAVAILABLE, with
+  // the reason, for an address that is in use or does not belong to this machine.
+  static absl::StatusOr<std::unique_ptr<ClientEdge>> open(const std::string& listen, RequestQueue& queue,
+                                                          grpc::Service* beside = nullptr);
 
   ~ClientEdge();
 

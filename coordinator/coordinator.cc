@@ -234,7 +234,7 @@ std::map<NodeId, std::string> Coordinator::Impl::server_addresses() const {
 }
 
 void Coordinator::Impl::advance(Nanoseconds now) {
-  if (finished_) return;
+  if (finished_) return store_inputs();
   if (const auto due = next_deadline(); due && now > *due + kLateMax) members_.spare_until(now + kLateMax);
   if (world_ && world_->gathers_until && now >= *world_->gathers_until) recover();
   for (const NodeId node : members_.silent(now)) {
@@ -287,6 +287,7 @@ std::optional<Nanoseconds> Coordinator::next_deadline() const { return impl_->ne
 std::vector<OutgoingMessage> Coordinator::take_messages() { return impl_->take_messages(); }
 absl::Status Coordinator::resume_stored() { return impl_->resume_stored(); }
 void Coordinator::retire() { impl_->retire(); }
+void Coordinator::abandon() { impl_->abandon(); }
 bool Coordinator::finished() const { return impl_->finished(); }
 const DurationHistogram* Coordinator::tick_durations() const { return impl_->tick_durations(); }
 

@@ -33,7 +33,7 @@ namespace tessera {
 using Nanoseconds = std::chrono::nanoseconds;  // since an arbitrary start; never goes back
 
 // A client's request, in protobuf's types, and the receiver of its answer. `Reply` is called once, from
-// within handle(), receive() or advance(), with a status and, if that is OK, the answer.
+// within handle(), receive(), advance() or take_messages(), with a status and, if that is OK, the answer.
 template <typename Request, typename Answer>
 struct ClientCall {
   Request request;
@@ -117,9 +117,12 @@ class Coordinator {
   // Ends, and leaves a world that is stored to the coordinator that takes its place; without a store, as
   // after Shutdown.
   void retire();
+  // Ends at once, without a word to servers: another coordinator leads. Calls that wait get UNAVAILABLE.
+  void abandon();
 
   // When advance() must be called next; nullopt: not before a message arrives.
   std::optional<Nanoseconds> next_deadline() const;
+  // May also answer calls that waited for the store.
   std::vector<OutgoingMessage> take_messages();
   // Where the servers of the cluster serve streams.
   std::map<NodeId, std::string> server_addresses() const;

@@ -8,6 +8,7 @@
 #include <absl/status/statusor.h>
 
 #include <concepts>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -29,16 +30,17 @@ class Coordinator::Impl {
   explicit Impl(const CoordinatorOptions& options);
   absl::Status resume_stored();
   void retire();
+  void abandon();
 
   void handle(ClientRequest request, Nanoseconds now);
   void receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now);
   bool suspect(NodeId node, Nanoseconds now);
   void advance(Nanoseconds now);
   std::optional<Nanoseconds> next_deadline() const;
-  std::vector<OutgoingMessage> take_messages() { return std::exchange(outbox_, {}); }
+  std::vector<OutgoingMessage> take_messages();
   void lost(NodeId node, const std::string& how, Nanoseconds now);
   std::map<NodeId, std::string> server_addresses() const;
-  bool finished() const { return finished_; }
+  bool finished() const { return finished_ && held_back_.empty(); }
   const DurationHistogram* tick_durations() const {
     return world_ ? &world_->statistics.durations() : nullptr;
   }
@@ -58,6 +60,13 @@ class Coordinator::Impl {
   struct Drain {
     NodeId node;
     std::function<void(const absl::Status&, const v1::DrainReply&)> reply;
+  };
+
+  // What is told only once the inputs up to `position` are stored.
+  struct HeldBack {
+    std::uint64_t position = 0;
+    std::vector<OutgoingMessage> messages;
+    std::vector<std::function<void(const absl::Status&)>> replies;
   };
 
   // coordinator.cc
@@ -113,9 +122,12 @@ class Coordinator::Impl {
   void store_command(const Request& request, Tick tick, std::uint64_t id);
   void store_pace();
   void store_inputs();
+  std::uint64_t rests_on() const;
+  void release();
+  void give_up_world(const absl::Status& status);
   absl::Status store_beginning(std::uint64_t load, const WorldToLoad& world);
   void store_checkpoint(SnapshotChunks snapshot, std::uint64_t position);
-  void forget_stored();
+  absl::Status forget_stored();
   void store_failed(const absl::Status& status);
   std::uint64_t stored_position() const { return options_.store->position() + unstored_.size(); }
 
@@ -156,8 +168,12 @@ class Coordinator::Impl {
   std::vector<Drain> drains_;
 
   std::vector<v1::StoredInput> unstored_;
-  std::vector<std::function<void()>> replies_;  // that rest on what is to be stored
-  std::optional<v1::StoredPace> stored_pace_;
+  std::vector<std::function<void(const absl::Status&)>> replies_;  // that rest on what is to be stored
+  std::deque<HeldBack> held_back_;
+  std::vector<OutgoingMessage> released_;
+  std::optional<v1::StoredPace> stored_pace_;  // the last one, and the number of its input
+  std::uint64_t pace_position_ = 0;
+  Tick safe_tick_ = 0;         // that a stored pace makes certain
   std::string store_failure_;  // since when nothing is stored; empty while all is well
   bool was_moving_ = false;
   bool finished_ = false;
@@ -174,7 +190,9 @@ void Coordinator::Impl::reply_once_stored(Call<Request, Answer>& call) {
   if constexpr (RestsOnStore<Answer>) {
     if (!stores()) return;
     call.reply = [this, reply = std::move(call.reply)](const absl::Status& status, const Answer& answer) {
-      replies_.push_back([reply, status, answer] { reply(status, answer); });
+      replies_.push_back([reply, status, answer](const absl::Status& stored) {
+        reply(stored.ok() ? status : stored, answer);
+      });
     };
   }
 }

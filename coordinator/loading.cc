@@ -194,7 +194,7 @@ void Coordinator::Impl::fail_world(const std::string& failure, absl::StatusCode 
     failed_->set_failure(failure);
   }
   log(absl::StrCat("the world '", world_->name, "' has failed: ", failure), Severity::kError);
-  forget_stored();
+  forget_stored().IgnoreError();  // which is logged
   close_world(absl::Status(code, failure), {});
 }
 
@@ -207,9 +207,8 @@ void Coordinator::Impl::on(Call<v1::UnloadRequest, v1::UnloadReply>& call, Nanos
   give_up_waiting(status);
   if (world_) log(absl::StrCat("the world '", world_->name, "' is unloaded"));
   close_world(status, {});
-  forget_stored();
   failed_.reset();
-  call.reply(absl::OkStatus(), {});
+  call.reply(forget_stored(), {});
 }
 
 }  // namespace tessera

@@ -3,27 +3,21 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "coordinator/client_edge.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/folder_store.h"
-#include "coordinator/metrics.h"
 #include "coordinator/options.h"
-#include "coordinator/request_queue.h"
-#include "coordinator/server_watch.h"
+#include "coordinator/process.h"
+#include "coordinator/turns.h"
 #include "daemon/log.h"
-#include "daemon/monitor.h"
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
-#include "daemon/ready_file.h"
-#include "daemon/stop_signals.h"
 #include "proto/recording_file.h"
 #include "transport/dds_link.h"
-#include "transport/waker.h"
 
 namespace tessera {
 namespace {
@@ -39,137 +33,51 @@ void record(const v1::RecordedInput& input, std::optional<RecordingWriter>& reco
   recording.reset();
 }
 
-// The loop of the one thread that owns link and state machine.
-void serve(Coordinator& coordinator, DdsLink& link, RequestQueue& queue, ServerWatch& watch,
-           const StopSignals& signals, Pulse& pulse) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
-  const auto now = [&] { return Nanoseconds(Clock::now() - start); };
-  const auto send = [&] {
-    for (const OutgoingMessage& outgoing : coordinator.take_messages()) {
-      link.send(outgoing.to, outgoing.message.SerializeAsString());
-    }
-  };
-  while (!coordinator.finished()) {
-    pulse.beat();
-    if (signals.wanted()) coordinator.retire();
-    for (ClientRequest& request : queue.take()) coordinator.handle(std::move(request), now());
-    send();
-    if (coordinator.finished()) break;
-    const Nanoseconds deadline = coordinator.next_deadline().value_or(now() + std::chrono::seconds(1));
-    for (const Delivery& delivery :
-         link.receive(start + std::chrono::duration_cast<Clock::duration>(deadline))) {
-      v1::ClusterMessage message;
-      if (message.ParseFromString(delivery.payload)) {
-        coordinator.receive(delivery.from, message, now());
-      } else {
-        spdlog::warn("a message from node {:x} cannot be read", delivery.from.value);
-      }
-    }
-    for (const NodeId node : link.take_lost_peers()) {
-      if (!coordinator.suspect(node, now())) link.forget(node);
-    }
-    for (const NodeId node : watch.take_ended()) coordinator.ended(node, now());
-    watch.follow(coordinator.server_addresses());
-    coordinator.advance(now());
-    send();
-  }
-  queue.close();
-  for (ClientRequest& request : queue.take()) coordinator.handle(std::move(request), now());
-}
-
-// The monitor calls these on its own threads. Null if metrics are off.
-absl::StatusOr<std::unique_ptr<Monitor>> open_monitor(const CoordinatorArguments& arguments,
-                                                      RequestQueue& queue, const Coordinator& coordinator,
-                                                      const Pulse& pulse) {
-  if (arguments.metrics_address.empty()) return nullptr;
-  Monitored monitored;
-  monitored.alive = [&pulse] { return pulse.alive(); };
-  monitored.ready = [&]() -> absl::Status {
-    const absl::StatusOr<CoordinatorFigures> figures = ask_for_figures(queue, coordinator);
-    return figures.ok() ? ready_for_worlds(figures->status, arguments.coordinator.servers_wanted)
-                        : figures.status();
-  };
-  monitored.metrics = [&]() -> absl::StatusOr<std::vector<prometheus::MetricFamily>> {
-    const absl::StatusOr<CoordinatorFigures> figures = ask_for_figures(queue, coordinator);
-    if (!figures.ok()) return figures.status();
-    return metrics_of(*figures, arguments.dds.cluster);
-  };
-  return Monitor::open(arguments.metrics_address, std::move(monitored));
-}
-
-int run(CoordinatorArguments& arguments) {
-  Waker waker;
-  const StopSignals signals([&] { waker.wake(); });
-  RequestQueue queue([&] { waker.wake(); });
-  const absl::StatusOr<std::unique_ptr<ClientEdge>> edge = ClientEdge::open(arguments.listen, queue);
-  if (!edge.ok()) {
-    spdlog::error("{}", text(edge.status()));
-    return 1;
-  }
+// The only coordinator of its cluster.
+absl::Status run_alone(CoordinatorArguments& arguments) {
+  CoordinatorProcess process(arguments);
+  if (absl::Status status = process.open(); !status.ok()) return status;
   absl::StatusOr<std::unique_ptr<DdsLink>> link = DdsLink::create(arguments.dds);
   if (!link.ok()) {
-    spdlog::error("cannot join the network of the cluster: {}", text(link.status()));
-    return 1;
+    return absl::Status(link.status().code(),
+                        "cannot join the network of the cluster: " + text(link.status()));
   }
-  arguments.coordinator.log = write_log;
+  CoordinatorOptions options = arguments.coordinator;
+  options.log = write_log;
   std::optional<RecordingWriter> recording;
   if (!arguments.record_inputs.empty()) {
     absl::StatusOr<RecordingWriter> writer = RecordingWriter::create(arguments.record_inputs);
-    if (!writer.ok()) {
-      spdlog::error("{}", text(writer.status()));
-      return 1;
-    }
+    if (!writer.ok()) return writer.status();
     recording = *std::move(writer);
-    arguments.coordinator.inputs = [&recording](const v1::RecordedInput& input) { record(input, recording); };
+    options.inputs = [&recording](const v1::RecordedInput& input) { record(input, recording); };
   }
-  arguments.coordinator.worlds_before = static_cast<std::uint64_t>(
-      std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1));
+  options.worlds_before = static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch() /
+                                                     std::chrono::milliseconds(1));
   std::unique_ptr<WorldStore> store;
   if (!arguments.store.empty()) {
-    if (arguments.coordinator.checkpoint_every == Nanoseconds::zero()) {
-      spdlog::error("--store needs --checkpoint-every above 0");
-      return 1;
-    }
+    if (options.checkpoint_every == Nanoseconds::zero())
+      return absl::InvalidArgumentError("--store needs --checkpoint-every above 0");
     absl::StatusOr<std::unique_ptr<WorldStore>> opened = open_folder_store(arguments.store);
-    if (!opened.ok()) {
-      spdlog::error("{}", text(opened.status()));
-      return 1;
-    }
+    if (!opened.ok()) return opened.status();
     store = *std::move(opened);
-    arguments.coordinator.store = store.get();
+    options.store = store.get();
   }
-  Coordinator coordinator(arguments.coordinator);
-  if (absl::Status status = coordinator.resume_stored(); !status.ok()) {
-    spdlog::error("{}: {}", arguments.store, text(status));
-    return 1;
-  }
-  Pulse pulse;
-  const absl::StatusOr<std::unique_ptr<Monitor>> monitor = open_monitor(arguments, queue, coordinator, pulse);
-  if (!monitor.ok()) {
-    spdlog::error("{}", text(monitor.status()));
-    return 1;
-  }
-  ServerWatch watch([&] { waker.wake(); });
-  const std::string& address = (*edge)->address();
-  if (absl::Status status = (*link)->announce_coordinator(address); !status.ok()) {
-    spdlog::error("{}", text(status));
-    return 1;
-  }
-  if (!arguments.ready_file.empty()) {
-    if (absl::Status status = write_ready_file(arguments.ready_file, address); !status.ok()) {
-      spdlog::error("{}", text(status));
-      return 1;
-    }
-  }
-  spdlog::info("cluster {}, domain {}, clients on {}", arguments.dds.cluster, arguments.dds.domain, address);
-  if (*monitor) spdlog::info("metrics on http://{}/metrics", (*monitor)->address());
-  waker.attach(link->get());
-  serve(coordinator, **link, queue, watch, signals, pulse);
-  waker.detach();
-  (*edge)->close();
-  if (!arguments.ready_file.empty()) std::remove(arguments.ready_file.c_str());
-  return 0;
+  Coordinator coordinator(options);
+  if (absl::Status status = coordinator.resume_stored(); !status.ok())
+    return absl::Status(status.code(), arguments.store + ": " + text(status));
+  if (absl::Status status = (*link)->announce_coordinator(process.address()); !status.ok()) return status;
+  if (absl::Status status = process.say_ready(); !status.ok()) return status;
+  process.serve(coordinator, **link, [] { return true; });
+  process.close();
+  return absl::OkStatus();
+}
+
+int run(CoordinatorArguments& arguments) {
+  std::erase(arguments.etcd, "");  // an empty key or variable: none
+  if (!arguments.etcd.empty()) return take_turns(arguments);
+  const absl::Status status = run_alone(arguments);
+  if (!status.ok()) spdlog::error("{}", text(status));
+  return status.ok() ? 0 : 1;
 }
 
 }  // namespace

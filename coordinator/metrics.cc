@@ -32,6 +32,10 @@ prometheus::MetricFamily states(const std::string& state) {
   return family;
 }
 
+prometheus::MetricFamily leads(double leads) {
+  return gauge("tessera_coordinator_leads", "1 while this coordinator leads, 0 while it stands by", leads);
+}
+
 prometheus::MetricFamily tick_durations(const CoordinatorFigures& figures) {
   prometheus::ClientMetric metric;
   metric.summary = {.sample_count = figures.ticks,
@@ -47,7 +51,8 @@ prometheus::MetricFamily tick_durations(const CoordinatorFigures& figures) {
 
 }  // namespace
 
-absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue, const Coordinator& coordinator) {
+absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue,
+                                                   const Coordinator* const& coordinator) {
   const auto promise = std::make_shared<std::promise<absl::StatusOr<CoordinatorFigures>>>();
   std::future<absl::StatusOr<CoordinatorFigures>> answer = promise->get_future();
   using StatusCall = ClientCall<v1::StatusRequest, v1::StatusReply>;
@@ -58,7 +63,7 @@ absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue, const Co
                      return;
                    }
                    CoordinatorFigures figures{.status = reply};
-                   if (const DurationHistogram* durations = coordinator.tick_durations()) {
+                   if (const DurationHistogram* durations = coordinator->tick_durations()) {
                      figures.ticks = durations->count();
                      figures.ticks_s = durations->sum_s();
                    }
@@ -80,6 +85,7 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
   const auto number = [](auto value) { return static_cast<double>(value); };
   std::vector<prometheus::MetricFamily> families = {
       gauge("tessera_coordinator_info", "The cluster of this coordinator", 1, {{"cluster", cluster}}),
+      leads(1),
       gauge("tessera_coordinator_servers", "Sector servers that have joined", number(status.servers_size())),
       gauge("tessera_coordinator_servers_suspect", "Joined servers that do not respond", number(suspects)),
       gauge("tessera_coordinator_servers_taking_part", "Servers that host the loaded world",
@@ -106,6 +112,11 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
                            : gauge(name, metric_help(count), number(last.*count.value)));
   }
   return families;
+}
+
+std::vector<prometheus::MetricFamily> standby_metrics(const std::string& cluster) {
+  return {gauge("tessera_coordinator_info", "The cluster of this coordinator", 1, {{"cluster", cluster}}),
+          leads(0)};
 }
 
 absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t servers_wanted) {

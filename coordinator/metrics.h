@@ -22,11 +22,15 @@ struct CoordinatorFigures {
 };
 
 // Asks the thread that owns `coordinator` and takes from `queue`; for any other thread. UNAVAILABLE if it
-// does not answer within a few seconds.
-absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue, const Coordinator& coordinator);
+// does not answer within a few seconds, or there is no coordinator, since this process stands by.
+absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue,
+                                                   const Coordinator* const& coordinator);
 
 std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figures,
                                                  const std::string& cluster);
+
+// Of a process that stands by.
+std::vector<prometheus::MetricFamily> standby_metrics(const std::string& cluster);
 
 // UNAVAILABLE unless a world can be loaded: as many servers as a load needs (0: one) have joined, and none is
 // a suspect.

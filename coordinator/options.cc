@@ -33,6 +33,13 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
          "--store", arguments.store,
          "Keep the world in this folder, and go on with the one that is there; needs --checkpoint-every")
       ->capture_default_str();
+  app.add_option(
+         "--etcd", arguments.etcd,
+         "URLs of an etcd by which several coordinators agree: one leads, the others stand by; needs --store")
+      ->delimiter(',')
+      ->default_str("");
+  add_seconds(app, "--leader-lease", arguments.leader_lease,
+              "With --etcd: how long the coordinator that leads may be silent, in whole seconds", 2, 600);
   app.add_option("--record-inputs", arguments.record_inputs,
                  "Record worlds, commands and the hash of every tick to this new file, for tessera replay")
       ->capture_default_str();

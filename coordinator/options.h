@@ -4,6 +4,7 @@
 #include <CLI/App.hpp>
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include "coordinator/coordinator.h"
 #include "daemon/log.h"
@@ -17,9 +18,11 @@ struct CoordinatorArguments {
   CoordinatorOptions coordinator{.server_timeout = std::chrono::minutes(2),
                                  .checkpoint_every = std::chrono::seconds(1)};
   std::string listen = "127.0.0.1:7300";
-  std::string metrics_address;  // empty: no metrics
-  std::string record_inputs;    // empty: no recording
-  std::string store;            // a folder; empty: nothing outlives the process
+  std::string metrics_address;    // empty: no metrics
+  std::string record_inputs;      // empty: no recording
+  std::string store;              // a folder; empty: nothing outlives the process
+  std::vector<std::string> etcd;  // URLs; empty: one coordinator
+  std::chrono::nanoseconds leader_lease = std::chrono::seconds(3);  // whole seconds
   std::string ready_file;
   LogOptions log;
   bool exit_with_parent = false;

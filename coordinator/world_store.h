@@ -36,10 +36,12 @@ class WorldStore {
   // There is no world any more.
   virtual absl::Status end() = 0;
 
-  // On return, all of them are on disk.
+  // They are stored once stored() has passed them; where that takes a while, tend() goes on with it.
   virtual absl::Status append(const std::vector<v1::StoredInput>& inputs) = 0;
   // The number of inputs so far.
   virtual std::uint64_t position() const = 0;
+  // So many of them are where they outlive this process.
+  virtual std::uint64_t stored() const { return position(); }
 
   // The world after the inputs up to `position`: takes the place of what is stored, in the background. False
   // while another one is being written.

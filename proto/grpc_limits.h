@@ -12,6 +12,8 @@ namespace tessera {
 // within kClientAnswerMax, so that nothing is kept for one whose host is gone or that has stopped.
 inline constexpr std::chrono::milliseconds kClientSilenceMax{20'000};
 inline constexpr std::chrono::milliseconds kClientAnswerMax{10'000};
+// Clients of several coordinators look so often, at most, whether the one that leads is still there.
+inline constexpr std::chrono::milliseconds kClientAsksMin{1'000};
 inline constexpr int kCallsPerConnectionMax = 1024;  // further ones wait at the client
 inline constexpr std::size_t kMessagesInFlightBytesMax = std::size_t{4} << 30;  // of all clients
 

@@ -13,7 +13,8 @@
 namespace tessera::live {
 
 void add_client_options(CLI::App& app, ClientOptions& options) {
-  app.add_option("--connect", options.connect, "host:port of the coordinator")
+  app.add_option("--connect", options.connect,
+                 "host:port of the coordinator; of several, all of them, separated by commas")
       ->envname("TESSERA_ADDRESS")
       ->capture_default_str();
   add_log_options(app, options.log);

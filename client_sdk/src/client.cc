@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "client_sdk/src/coordinators.h"
 #include "client_sdk/src/joint_stream.h"
 #include "client_sdk/src/server_stream.h"
 #include "client_sdk/src/stream_traits.h"
@@ -121,28 +122,23 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
 
 }  // namespace
 
+using Stub = v1::Tessera::Stub;
+
 class Client::Impl {
  public:
-  Impl(std::string address, std::shared_ptr<grpc::Channel> channel)
-      : address_(std::move(address)), stub_(v1::Tessera::NewStub(channel)) {}
+  explicit Impl(std::shared_ptr<Coordinators> coordinators) : coordinators_(std::move(coordinators)) {}
 
   // One call with its deadline; `method` is a method of the stub.
   template <typename Request, typename Reply>
-  absl::StatusOr<Reply> call(grpc::Status (v1::Tessera::Stub::*method)(grpc::ClientContext*, const Request&,
-                                                                       Reply*),
+  absl::StatusOr<Reply> call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Reply*),
                              const Request& request, absl::Duration timeout) {
-    grpc::ClientContext context;
-    set_deadline(context, timeout);
-    Reply reply;
-    const absl::Status status = from_grpc((stub_.get()->*method)(&context, request, &reply));
-    if (status.ok()) return reply;
-    return explained(status, timeout);
+    return coordinators_->call(method, request, timeout);
   }
 
   absl::StatusOr<SnapshotSummary> snapshot(WholeFile& file, absl::Duration timeout) {
     grpc::ClientContext context;
     set_deadline(context, timeout);
-    const auto stream = stub_->Snapshot(&context, v1::SnapshotRequest());
+    const auto stream = coordinators_->leader(timeout).Snapshot(&context, v1::SnapshotRequest());
     SnapshotSummary summary;
     for (v1::SnapshotPiece piece; stream->Read(&piece);) {
       if (absl::Status status = file.append(piece.bytes()); !status.ok()) {
@@ -154,7 +150,7 @@ class Client::Impl {
       summary.bytes += piece.bytes().size();
     }
     if (const absl::Status status = from_grpc(stream->Finish()); !status.ok())
-      return explained(status, timeout);
+      return coordinators_->explained(status, timeout);
     return summary;
   }
 
@@ -163,7 +159,7 @@ class Client::Impl {
     grpc::ClientContext context;
     set_deadline(context, timeout);
     v1::LoadReply reply;
-    const auto stream = stub_->Restore(&context, &reply);
+    const auto stream = coordinators_->leader(timeout).Restore(&context, &reply);
     v1::RestoreRequest request;
     request.set_replace(replace);
     bool is_taken = true;  // otherwise Finish() says why not
@@ -179,13 +175,12 @@ class Client::Impl {
     }
     stream->WritesDone();
     if (const absl::Status status = from_grpc(stream->Finish()); !status.ok())
-      return explained(status, timeout);
+      return coordinators_->explained(status, timeout);
     return reply;
   }
 
   template <typename Request, typename Reply>
-  absl::StatusOr<Tick> command(grpc::Status (v1::Tessera::Stub::*method)(grpc::ClientContext*, const Request&,
-                                                                         Reply*),
+  absl::StatusOr<Tick> command(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Reply*),
                                const Request& request, absl::Duration timeout) {
     const absl::StatusOr<Reply> reply = call(method, request, timeout);
     if (!reply.ok()) return reply.status();
@@ -196,8 +191,7 @@ class Client::Impl {
   template <typename Traits>
   absl::StatusOr<std::unique_ptr<Stream<typename Traits::Frame>>> watch(
       const typename Traits::Request& request, absl::Duration timeout) {
-    const absl::StatusOr<v1::StatusReply> status =
-        call(&v1::Tessera::Stub::GetStatus, v1::StatusRequest(), timeout);
+    const absl::StatusOr<v1::StatusReply> status = call(&Stub::GetStatus, v1::StatusRequest(), timeout);
     if (!status.ok()) return status.status();
     if (status->state() == "empty")
       return absl::FailedPreconditionError("no world is loaded: there is nothing to watch");
@@ -207,7 +201,9 @@ class Client::Impl {
           "the world is ", status->state(), ": no server takes part in it that could be watched"));
     }
     auto stream = std::make_unique<ServerStreams<Traits>>(
-        request, *status, [stub = stub_, address = address_] { return ask_status(*stub, address); });
+        request, *status, [coordinators = coordinators_]() -> absl::StatusOr<v1::StatusReply> {
+          return coordinators->call(&Stub::GetStatus, v1::StatusRequest(), kStatusTimeout);
+        });
     if (absl::Status subscribed = stream->wait_for_all(timeout); !subscribed.ok()) return subscribed;
     return stream;
   }
@@ -217,59 +213,16 @@ class Client::Impl {
     if (timeout != absl::InfiniteDuration()) context.set_deadline(deadline_of(timeout));
   }
 
-  // The status of a call, with where it was made.
-  absl::Status explained(const absl::Status& status, absl::Duration timeout) const {
-    if (status.code() == absl::StatusCode::kUnavailable) {
-      return absl::UnavailableError(absl::StrCat("coordinator at ", address_, ": ", status.message()));
-    }
-    if (status.code() == absl::StatusCode::kDeadlineExceeded) {
-      return absl::DeadlineExceededError(
-          absl::StrCat("coordinator at ", address_, ": no answer within ", absl::FormatDuration(timeout)));
-    }
-    return status;
-  }
-
-  static absl::StatusOr<v1::StatusReply> ask_status(v1::Tessera::Stub& stub, const std::string& address) {
-    grpc::ClientContext context;
-    context.set_deadline(deadline_of(kStatusTimeout));
-    v1::StatusReply reply;
-    const absl::Status status = from_grpc(stub.GetStatus(&context, v1::StatusRequest(), &reply));
-    if (!status.ok()) {
-      return absl::UnavailableError(absl::StrCat("coordinator at ", address, ": ", status.message()));
-    }
-    return reply;
-  }
-
-  std::string address_;
-  std::shared_ptr<v1::Tessera::Stub> stub_;  // streams have it, too
+  std::shared_ptr<Coordinators> coordinators_;  // streams have them, too
 };
-
-using Stub = v1::Tessera::Stub;
 
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Client::~Client() = default;
 
 absl::StatusOr<std::unique_ptr<Client>> Client::connect(const std::string& address, absl::Duration timeout) {
-  grpc::ChannelArguments arguments;
-  arguments.SetMaxReceiveMessageSize(-1);
-  arguments.SetMaxSendMessageSize(-1);
-  // A coordinator that is replaced is back within a second or two.
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
-  const auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
-  bool connected = channel->WaitForConnected(deadline_of(timeout));
-  if (!connected && channel->GetState(/*try_to_connect=*/false) == GRPC_CHANNEL_CONNECTING) {
-    constexpr int kPatience =
-        10;  // a busy coordinator may still answer; one that refuses the connection will not
-    connected = channel->WaitForConnected(deadline_of((kPatience - 1) * timeout));
-    timeout *= kPatience;
-  }
-  if (!connected) {
-    return absl::UnavailableError(
-        absl::StrCat("no coordinator answers at ", address, " within ", absl::FormatDuration(timeout)));
-  }
-  return std::unique_ptr<Client>(new Client(std::make_unique<Impl>(address, channel)));
+  absl::StatusOr<std::shared_ptr<Coordinators>> coordinators = Coordinators::connect(address, timeout);
+  if (!coordinators.ok()) return coordinators.status();
+  return std::unique_ptr<Client>(new Client(std::make_unique<Impl>(*std::move(coordinators))));
 }
 
 absl::StatusOr<LoadSummary> Client::load(const WorldDescription& world, bool replace,

@@ -57,7 +57,7 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
 
  private:
   // How long a coordinator may be missing that has told where the world is before.
-  static constexpr std::chrono::seconds kCoordinatorMissedMax{5};
+  static constexpr std::chrono::seconds kCoordinatorMissedMax{15};
   static constexpr std::chrono::milliseconds kAskAgain{100};
 
   struct Reader {

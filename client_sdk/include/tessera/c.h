@@ -63,8 +63,8 @@ TESSERA_API void tessera_relative_to(const tessera_position* point, const int64_
 typedef struct tessera_client tessera_client;
 typedef struct tessera_stream tessera_stream;
 
-/* Connects to the coordinator at host:port. UNAVAILABLE if there is no answer within `timeout` s. Release the
- * client with tessera_disconnect(). */
+/* Connects to the coordinator at host:port; of several, give all, separated by commas. UNAVAILABLE if there
+ * is no answer within `timeout` s. Release the client with tessera_disconnect(). */
 TESSERA_API tessera_code tessera_connect(const char* address, double timeout, tessera_client** client);
 
 /* Streams of the client stay open. Does nothing for null. */

@@ -218,8 +218,9 @@ struct ClusterStatus {
 // One connection to a coordinator. Safe to use from any thread. Streams may outlive the client.
 class Client {
  public:
-  // `address` is host:port. UNAVAILABLE, with the address, if there is no answer within `timeout`, or from a
-  // busy coordinator within ten times that.
+  // `address` is host:port, or those of all coordinators of the cluster, separated by commas: calls then go
+  // to the one that leads, also where that changes. UNAVAILABLE, with the address, if there is no answer
+  // within `timeout`, or from a busy coordinator within ten times that.
   static absl::StatusOr<std::unique_ptr<Client>> connect(const std::string& address,
                                                          absl::Duration timeout = kCallTimeout);
   ~Client();

@@ -8,11 +8,10 @@ from itertools import dropwhile
 from types import TracebackType
 from typing import Any, TypeAlias
 
-import grpc
-
-from tessera._proto import tessera_pb2, tessera_pb2_grpc, world_pb2
+from tessera._proto import tessera_pb2, world_pb2
 from tessera.body import Body
-from tessera.errors import FailedPrecondition, NotFound, Unavailable, raising
+from tessera.coordinators import Coordinators
+from tessera.errors import FailedPrecondition, NotFound, raising
 from tessera.frame import (
     BodyFrame,
     ContactFrame,
@@ -73,14 +72,6 @@ DivergenceStream: TypeAlias = Stream[tessera_pb2.DivergenceBatch, DivergenceFram
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
 _PIECE_BYTES = 1 << 20
-_CHANNEL_OPTIONS = [
-    ("grpc.max_receive_message_length", -1),
-    ("grpc.max_send_message_length", -1),
-    # A coordinator that is replaced is back within a second or two.
-    ("grpc.initial_reconnect_backoff_ms", 100),
-    ("grpc.min_reconnect_backoff_ms", 100),
-    ("grpc.max_reconnect_backoff_ms", 1000),
-]
 
 
 class Client:
@@ -99,20 +90,15 @@ class Client:
     def __init__(self, address: str | None = None, *, timeout: float = CALL_TIMEOUT_S) -> None:
         """Connects to host:port. The default is TESSERA_ADDRESS, or else port 7300 of this machine.
 
-        Unavailable if no coordinator answers within `timeout` s.
+        Of a cluster with several coordinators, the addresses of all, separated by commas: calls go to the one
+        that leads, also where that changes. Unavailable if no coordinator answers within `timeout` s.
         """
-        self.address = address or os.environ.get(ADDRESS_VARIABLE, ADDRESS_DEFAULT)
-        self._channel = grpc.insecure_channel(self.address, _CHANNEL_OPTIONS)
-        self._stub = tessera_pb2_grpc.TesseraStub(self._channel)
-        try:
-            grpc.channel_ready_future(self._channel).result(timeout)
-        except grpc.FutureTimeoutError:
-            self._channel.close()
-            raise Unavailable(f"no coordinator answers at {self.address} within {timeout:g} s") from None
+        self.address = address if address else os.environ.get(ADDRESS_VARIABLE, ADDRESS_DEFAULT)
+        self._coordinators = Coordinators(self.address, timeout)
 
     def close(self) -> None:
         """Closes the connection; the cluster and its world stay. Streams end if the world changes servers."""
-        self._channel.close()
+        self._coordinators.close()
 
     def __enter__(self) -> Client:
         return self
@@ -149,8 +135,9 @@ class Client:
         replaced once the new one is whole. Returns the tick. OSError if the file cannot be written.
         """
         tick = 0
-        with whole_file(file) as out, raising(self._where):
-            for piece in self._stub.Snapshot(tessera_pb2.SnapshotRequest(), timeout=timeout):
+        with whole_file(file) as out, raising(self._coordinators.where):
+            leader = self._coordinators.leader(timeout)
+            for piece in leader.Snapshot(tessera_pb2.SnapshotRequest(), timeout=timeout):
                 out.write(piece.bytes)
                 tick = piece.tick
         return tick
@@ -165,10 +152,10 @@ class Client:
         """Loads the world of such a file: paused at its tick, it goes on with the bits that it would have had,
         on any number of servers. DataLoss for a file that is damaged; otherwise as load().
         """
-        with open(file, "rb") as source, raising(self._where):
+        with open(file, "rb") as source, raising(self._coordinators.where):
             pieces = iter(lambda: source.read(_PIECE_BYTES), b"")
             requests = (tessera_pb2.RestoreRequest(replace=replace, bytes=piece) for piece in pieces)
-            reply = self._stub.Restore(requests, timeout=timeout)
+            reply = self._coordinators.leader(timeout).Restore(requests, timeout=timeout)
         return LoadSummary(reply.bodies, reply.sectors, reply.servers)
 
     # --- bodies: each returns the tick at which it takes effect; NotFound if there is no such body ---
@@ -560,13 +547,8 @@ class Client:
         """Ends the coordinator and its servers."""
         self._call("Shutdown", tessera_pb2.ShutdownRequest(), timeout)
 
-    @property
-    def _where(self) -> str:
-        return f"coordinator at {self.address}"
-
     def _call(self, method: str, request: Any, timeout: float | None) -> Any:
-        with raising(self._where):
-            return getattr(self._stub, method)(request, timeout=timeout)
+        return self._coordinators.call(method, request, timeout)
 
     def _command(self, method: str, request: Any, timeout: float | None) -> int:
         tick: int = self._call(method, request, timeout).tick

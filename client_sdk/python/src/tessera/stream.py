@@ -22,7 +22,7 @@ from tessera._proto import tessera_pb2, tessera_pb2_grpc
 from tessera.errors import Aborted, Cancelled, ResourceExhausted, TesseraError, Unavailable, from_grpc
 from tessera.stream_merger import Part, StreamMerger
 
-COORDINATOR_MISSED_MAX_S = 5.0  # when a stream asks it where the world is
+COORDINATOR_MISSED_MAX_S = 15.0  # when a stream asks it where the world is
 STATUS_TIMEOUT_S = 2.0
 ASK_AGAIN_S = 0.1
 

@@ -1,0 +1,137 @@
+"""The coordinators of a cluster, one of which leads, and a connection to each."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import grpc
+
+from tessera._proto import tessera_pb2, tessera_pb2_grpc
+from tessera.errors import Unavailable, raising
+
+ANSWER_MAX_S = 1.0  # how long one of several may take to tell whether it leads
+ASK_AGAIN_S = 0.05
+
+_STANDS_BY = b"tessera/stands-by"  # proto/status.cc
+_CHANNEL_OPTIONS = [
+    ("grpc.max_receive_message_length", -1),
+    ("grpc.max_send_message_length", -1),
+    # A coordinator that is replaced is back within a second or two.
+    ("grpc.initial_reconnect_backoff_ms", 100),
+    ("grpc.min_reconnect_backoff_ms", 100),
+    ("grpc.max_reconnect_backoff_ms", 1000),
+]
+# One of several that does not answer pings is as good as gone, although its connection stands.
+_SEVERAL_OPTIONS = [
+    ("grpc.keepalive_time_ms", 2000),
+    ("grpc.keepalive_timeout_ms", 2000),
+    ("grpc.http2.min_sent_ping_interval_without_data_ms", 1000),
+    ("grpc.http2.max_pings_without_data", 0),
+]
+
+
+class Coordinators:
+    """Safe to use from any thread."""
+
+    def __init__(self, addresses: str, timeout: float) -> None:
+        """`addresses` are separated by commas. Unavailable if none answers within `timeout` s."""
+        self._addresses = addresses.split(",")
+        options = _CHANNEL_OPTIONS + (_SEVERAL_OPTIONS if self._are_several else [])
+        self._channels = [grpc.insecure_channel(address, options) for address in self._addresses]
+        self._stubs = [tessera_pb2_grpc.TesseraStub(channel) for channel in self._channels]
+        self._place = 0  # of the one that led last
+        self._is_in_doubt = True  # whether it still does
+        if not self._is_there(timeout):
+            self.close()
+            raise Unavailable(f"no coordinator answers at {addresses} within {timeout:g} s")
+
+    def close(self) -> None:
+        for channel in self._channels:
+            channel.close()
+
+    @property
+    def where(self) -> str:
+        """The coordinator that leads, as far as is known, for messages."""
+        return f"coordinator at {self._addresses[self._place]}"
+
+    def call(self, method: str, request: Any, timeout: float | None) -> Any:
+        """Calls the coordinator that leads.
+
+        Where another one leads, or none so far, the call goes to the others until one takes it. A call to one
+        that is gone, or does not answer, is not made again: it may have taken effect. The next one goes elsewhere.
+        """
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while True:
+            place = self._find(deadline)
+            left = None if deadline is None else max(deadline - time.monotonic(), 0)
+            with raising(f"coordinator at {self._addresses[place]}"):
+                try:
+                    reply = getattr(self._stubs[place], method)(request, timeout=left)
+                    self._place, self._is_in_doubt = place, False
+                    return reply
+                except grpc.RpcError as error:
+                    self._leave(place, error)
+                    if not (self._are_several and _stands_by(error) and _is_worth_another(deadline)):
+                        raise
+
+    def leader(self, timeout: float | None) -> tessera_pb2_grpc.TesseraStub:
+        """That of the coordinator that leads, as far as is known."""
+        if self._are_several:
+            self.call("GetStatus", tessera_pb2.StatusRequest(), timeout)
+        return self._stubs[self._place]
+
+    @property
+    def _are_several(self) -> bool:
+        return len(self._addresses) > 1
+
+    def _is_there(self, timeout: float) -> bool:
+        """Whether any answers, also one that stands by."""
+        if not self._are_several:
+            try:
+                grpc.channel_ready_future(self._channels[0]).result(timeout)
+            except grpc.FutureTimeoutError:
+                return False
+            return True
+        deadline = time.monotonic() + timeout
+        while True:
+            if any(self._leads(place) is not None for place in range(len(self._stubs))):
+                return True
+            if not _is_worth_another(deadline):
+                return False
+
+    def _leads(self, place: int) -> bool | None:
+        """None without an answer."""
+        try:
+            self._stubs[place].GetStatus(tessera_pb2.StatusRequest(), timeout=ANSWER_MAX_S, wait_for_ready=True)
+        except grpc.RpcError as error:
+            return False if _stands_by(error) else None
+        return True
+
+    def _find(self, deadline: float | None) -> int:
+        """Whoever leads; without any, the one that led last."""
+        while self._are_several and self._is_in_doubt:
+            for n in range(len(self._stubs)):
+                place = (self._place + n) % len(self._stubs)
+                if self._leads(place):
+                    self._place, self._is_in_doubt = place, False
+                    return place
+            if not _is_worth_another(deadline):
+                break
+        return self._place
+
+    def _leave(self, place: int, error: grpc.RpcError) -> None:
+        """Others are asked first after one that stands by, is gone, or does not answer."""
+        self._is_in_doubt = error.code() in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.DEADLINE_EXCEEDED)
+        self._place = (place + self._is_in_doubt) % len(self._addresses)
+
+
+def _stands_by(error: grpc.RpcError) -> bool:
+    return any(value == _STANDS_BY for _, value in error.trailing_metadata() or ())
+
+
+def _is_worth_another(deadline: float | None) -> bool:
+    if deadline is not None and time.monotonic() + ASK_AGAIN_S >= deadline:
+        return False
+    time.sleep(ASK_AGAIN_S)
+    return True

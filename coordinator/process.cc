@@ -1,0 +1,133 @@
+#include "coordinator/process.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <cstdio>
+#include <variant>
+
+#include "coordinator/metrics.h"
+#include "coordinator/server_watch.h"
+#include "daemon/ready_file.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::chrono::milliseconds kStandbyTurn{20};
+
+}  // namespace
+
+CoordinatorProcess::CoordinatorProcess(const CoordinatorArguments& arguments)
+    : arguments_(arguments), signals_([this] { wake(); }), queue_([this] { wake(); }) {}
+
+absl::Status CoordinatorProcess::open(grpc::Service* beside) {
+  absl::StatusOr<std::unique_ptr<ClientEdge>> edge = ClientEdge::open(arguments_.listen, queue_, beside);
+  if (!edge.ok()) return edge.status();
+  edge_ = *std::move(edge);
+  return open_monitor();
+}
+
+// The monitor calls these on its own threads.
+absl::Status CoordinatorProcess::open_monitor() {
+  if (arguments_.metrics_address.empty()) return absl::OkStatus();
+  Monitored monitored;
+  monitored.alive = [this] { return pulse_.alive(); };
+  monitored.ready = [this]() -> absl::Status {
+    const absl::StatusOr<CoordinatorFigures> figures = ask_for_figures(queue_, coordinator_);
+    return figures.ok() ? ready_for_worlds(figures->status, arguments_.coordinator.servers_wanted)
+                        : figures.status();
+  };
+  monitored.metrics = [this]() -> absl::StatusOr<std::vector<prometheus::MetricFamily>> {
+    const absl::StatusOr<CoordinatorFigures> figures = ask_for_figures(queue_, coordinator_);
+    if (figures.ok()) return metrics_of(*figures, arguments_.dds.cluster);
+    if (!arguments_.etcd.empty()) return standby_metrics(arguments_.dds.cluster);
+    return figures.status();
+  };
+  absl::StatusOr<std::unique_ptr<Monitor>> monitor =
+      Monitor::open(arguments_.metrics_address, std::move(monitored));
+  if (!monitor.ok()) return monitor.status();
+  monitor_ = *std::move(monitor);
+  return absl::OkStatus();
+}
+
+absl::Status CoordinatorProcess::say_ready() {
+  if (!arguments_.ready_file.empty()) {
+    if (absl::Status status = write_ready_file(arguments_.ready_file, address()); !status.ok()) return status;
+  }
+  spdlog::info("cluster {}, domain {}, clients on {}", arguments_.dds.cluster, arguments_.dds.domain,
+               address());
+  if (monitor_) spdlog::info("metrics on http://{}/metrics", monitor_->address());
+  return absl::OkStatus();
+}
+
+void CoordinatorProcess::close() {
+  queue_.close();
+  refuse_clients(absl::UnavailableError("the coordinator is shutting down"));
+  edge_->close();
+  if (!arguments_.ready_file.empty()) std::remove(arguments_.ready_file.c_str());
+}
+
+void CoordinatorProcess::wake() {
+  waker_.wake();
+  const std::lock_guard lock(mutex_);
+  is_woken_ = true;
+  woken_.notify_all();
+}
+
+void CoordinatorProcess::wait() {
+  pulse_.beat();
+  std::unique_lock lock(mutex_);
+  woken_.wait_for(lock, kStandbyTurn, [&] { return is_woken_; });
+  is_woken_ = false;
+}
+
+void CoordinatorProcess::refuse_clients(const absl::Status& status) {
+  for (ClientRequest& request : queue_.take()) {
+    std::visit([&](auto& call) { call.reply(status, {}); }, request);
+  }
+}
+
+bool CoordinatorProcess::serve(Coordinator& coordinator, DdsLink& link, const std::function<bool()>& leads) {
+  using Clock = std::chrono::steady_clock;
+  ServerWatch watch([this] { wake(); });
+  waker_.attach(&link);
+  coordinator_ = &coordinator;
+  const Clock::time_point start = Clock::now();
+  const auto now = [&] { return Nanoseconds(Clock::now() - start); };
+  const auto send = [&] {
+    for (const OutgoingMessage& outgoing : coordinator.take_messages()) {
+      link.send(outgoing.to, outgoing.message.SerializeAsString());
+    }
+  };
+  while (!coordinator.finished() && leads()) {
+    pulse_.beat();
+    if (signals_.wanted()) coordinator.retire();
+    for (ClientRequest& request : queue_.take()) coordinator.handle(std::move(request), now());
+    send();
+    if (coordinator.finished()) break;
+    const Nanoseconds deadline = coordinator.next_deadline().value_or(now() + std::chrono::seconds(1));
+    for (const Delivery& delivery :
+         link.receive(start + std::chrono::duration_cast<Clock::duration>(deadline))) {
+      v1::ClusterMessage message;
+      if (message.ParseFromString(delivery.payload)) {
+        coordinator.receive(delivery.from, message, now());
+      } else {
+        spdlog::warn("a message from node {:x} cannot be read", delivery.from.value);
+      }
+    }
+    for (const NodeId node : link.take_lost_peers()) {
+      if (!coordinator.suspect(node, now())) link.forget(node);
+    }
+    for (const NodeId node : watch.take_ended()) coordinator.ended(node, now());
+    watch.follow(coordinator.server_addresses());
+    coordinator.advance(now());
+    if (leads()) send();
+  }
+  const bool has_finished = coordinator.finished();
+  if (!has_finished) coordinator.abandon();
+  waker_.detach();
+  coordinator_ = nullptr;
+  return has_finished;
+}
+
+}  // namespace tessera

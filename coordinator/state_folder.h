@@ -1,0 +1,63 @@
+// A coordinator's own copies of states of the world: those that it made while it led, and those that it was
+// sent while it stood by.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "coordinator/world_store.h"
+#include "proto/whole_file.h"
+
+namespace tessera {
+
+// Safe to use from any thread. One process at a time has a folder.
+class StateFolder {
+ public:
+  // Opens or makes it. ALREADY_EXISTS where another process has it, UNAVAILABLE with the system's reason.
+  static absl::StatusOr<std::unique_ptr<StateFolder>> open(std::filesystem::path folder);
+  ~StateFolder();
+  StateFolder(const StateFolder&) = delete;
+  StateFolder& operator=(const StateFolder&) = delete;
+
+  // Of this coordinator, drawn at random when the folder was made.
+  const std::string& coordinator() const { return coordinator_; }
+
+  // Whole ones.
+  bool holds(const std::string& name) const;
+  std::set<std::string> names() const;
+  std::filesystem::path path_of(const std::string& name) const;
+
+  // On return, it is on disk.
+  absl::Status write(const std::string& name, const StoredState& state);
+  // DATA_LOSS where it is not as it was written: it then no longer counts as held.
+  absl::StatusOr<StoredState> read(const std::string& name, bool is_snapshot);
+
+  // A copy of another coordinator's; `add` it once it is finished.
+  absl::StatusOr<WholeFile> create(const std::string& name) const { return WholeFile::create(path_of(name)); }
+  void add(const std::string& name);
+
+  // Removes those that were made before state `name`: names count up.
+  void drop_before(const std::string& name);
+
+ private:
+  StateFolder(std::filesystem::path folder, int lock) : folder_(std::move(folder)), lock_(lock) {}
+  absl::Status scan();
+
+  const std::filesystem::path folder_;
+  const int lock_;
+  std::string coordinator_;
+  mutable std::mutex mutex_;
+  std::set<std::string> names_;
+};
+
+// Names that leaders give: hexadecimal digits and dashes.
+bool is_state_name(std::string_view name);
+
+}  // namespace tessera

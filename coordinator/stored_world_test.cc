@@ -1,0 +1,128 @@
+// Nothing is told before what it rests on is stored, and all of it afterwards.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "coordinator/test_cluster.h"
+
+namespace tessera {
+namespace {
+
+// A store that is as fast as a test lets it be.
+class SlowStore final : public WorldStore {
+ public:
+  std::optional<StoredWorld> take_stored() override { return std::nullopt; }
+  absl::Status begin(std::uint64_t, const StoredState&) override { return absl::OkStatus(); }
+  absl::Status end() override {
+    has_ended = ends.ok();
+    return ends;
+  }
+  absl::Status append(const std::vector<v1::StoredInput>& inputs) override {
+    all.insert(all.end(), inputs.begin(), inputs.end());
+    if (is_fast) stored_inputs = all.size();
+    return absl::OkStatus();
+  }
+  std::uint64_t position() const override { return all.size(); }
+  std::uint64_t stored() const override { return stored_inputs; }
+  bool replace(std::vector<v1::SnapshotChunk>, std::uint64_t) override { return false; }
+  absl::Status tend() override { return absl::OkStatus(); }
+
+  std::vector<v1::StoredInput> all;
+  std::uint64_t stored_inputs = 0;
+  bool is_fast = true;
+  bool has_ended = false;
+  absl::Status ends;
+};
+
+class StoredWorldTest : public ::testing::Test {
+ protected:
+  StoredWorldTest() {
+    CoordinatorOptions options;
+    options.checkpoint_every = std::chrono::hours(1);
+    options.store = &store_;
+    cluster_ = loaded_cluster(options);
+    store_.is_fast = false;
+  }
+
+  std::shared_ptr<Heard<v1::CommandReply>> remove(const std::string& body) {
+    v1::RemoveRequest request;
+    request.mutable_body()->set_name(body);
+    return cluster_->ask<v1::CommandReply>(request);
+  }
+  void let_store_go_on() {
+    store_.stored_inputs = store_.all.size();
+    cluster_->collect();
+  }
+  // That were sent to the first server.
+  std::uint64_t ticks_granted() {
+    std::uint64_t ticks = 0;
+    for (const v1::Grant& grant : cluster_->take_grants(kFirst)) ticks += grant.ticks();
+    return ticks;
+  }
+
+  SlowStore store_;
+  std::unique_ptr<TestCluster> cluster_;
+};
+
+TEST_F(StoredWorldTest, ACommandIsAnsweredAndGrantedOnceItIsStored) {
+  v1::StepRequest step;
+  step.set_ticks(1);
+  const auto removed = remove("ball");
+  EXPECT_FALSE(removed->status);
+  const auto stepped = cluster_->ask<v1::StepReply>(step);
+  EXPECT_EQ(ticks_granted(), 0u);
+  let_store_go_on();
+  EXPECT_TRUE(removed->ok()) << removed->message();
+  EXPECT_EQ(removed->answer.tick(), 1u);
+  cluster_->work_all();
+  let_store_go_on();
+  EXPECT_TRUE(stepped->ok()) << stepped->message();
+}
+
+TEST_F(StoredWorldTest, TicksWithoutCommandsAreGrantedAsFarAsTheyAreCertain) {
+  v1::ResumeRequest resume;
+  resume.set_real_time_factor(0);
+  const auto resumed = cluster_->ask<v1::ResumeReply>(resume);
+  EXPECT_EQ(ticks_granted(), 0u);
+  let_store_go_on();
+  EXPECT_TRUE(resumed->ok());
+  // Half a second of ticks is certain; what comes next is stored while they are done.
+  const Tick certain = store_.all.back().pace().certain();
+  cluster_->advance({});
+  std::uint64_t done = 0;
+  for (std::vector<v1::Grant> grants = cluster_->take_grants(kFirst); !grants.empty();
+       grants = cluster_->take_grants(kFirst)) {
+    for (const v1::Grant& grant : grants) done += grant.ticks();
+    for (const NodeId node : {kFirst, kSecond}) cluster_->report(node, grants.back().world(), done);
+  }
+  EXPECT_GT(done, 32u) << "more than the first window";
+  EXPECT_LE(done, certain);
+  EXPECT_GT(store_.all.size(), store_.stored_inputs);
+  let_store_go_on();
+  EXPECT_GT(ticks_granted(), 0u);
+}
+
+TEST_F(StoredWorldTest, OneWhoDoesNotLeadAnyMoreAnswersAllAndTellsServersNothing) {
+  const auto removed = remove("ball");
+  cluster_->coordinator->abandon();
+  EXPECT_EQ(removed->code(), absl::StatusCode::kUnavailable);
+  cluster_->collect();
+  EXPECT_TRUE(cluster_->inbox[kFirst].empty());
+  EXPECT_TRUE(cluster_->coordinator->finished());
+}
+
+TEST_F(StoredWorldTest, OneThatIsReplacedWaitsForItsStore) {
+  const auto removed = remove("ball");
+  cluster_->coordinator->retire();
+  EXPECT_FALSE(cluster_->coordinator->finished());
+  let_store_go_on();
+  EXPECT_TRUE(removed->ok()) << removed->message();
+  EXPECT_TRUE(cluster_->coordinator->finished());
+}
+
+TEST_F(StoredWorldTest, AnUnloadThatIsNotStoredIsNotAcknowledged) {
+  store_.ends = absl::AbortedError("another coordinator leads");
+  EXPECT_EQ(cluster_->ask<v1::UnloadReply>(v1::UnloadRequest())->code(), absl::StatusCode::kAborted);
+}
+
+}  // namespace
+}  // namespace tessera
