@@ -25,7 +25,7 @@ web_packages=()
 # A Node.js from elsewhere includes npm, and the distribution's npm would not match it.
 command -v node >/dev/null && command -v npm >/dev/null || web_packages+=(nodejs npm)
 test_packages=(
-  ccache clang-format-14 clang-tidy-16 file libgeographiclib-dev libgmock-dev libgtest-dev libyaml-cpp-dev valgrind
+  ccache clang-format-14 clang-tidy-16 etcd-server file libgeographiclib-dev libgmock-dev libgtest-dev libyaml-cpp-dev valgrind
   # the Python client
   mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
   python3-zstandard

@@ -1,0 +1,102 @@
+// Two coordinators and an etcd: when the one that leads is killed or stands still, the other goes on with the
+// same bits, and clients miss nothing.
+#include <absl/time/clock.h>
+#include <signal.h>
+
+#include <cstdio>
+
+#include "tests/standby_cluster.h"
+
+namespace tessera {
+namespace {
+
+using namespace tessera::testing;
+
+class Standby : public StandbyCluster {
+ protected:
+  void SetUp() override { start_all(); }
+};
+
+TEST_F(Standby, TakesOverFromALeaderThatIsKilled) {
+  for (int round = 0; round < 3; ++round) {
+    go_on(60);
+    const std::size_t place = leader();
+    longest_gap_ = absl::ZeroDuration();
+    coordinators_[place]->signal(SIGKILL);
+    go_on(60);
+    ASSERT_NE(leader(), place);
+    std::printf("%.2f s without ticks\n", absl::ToDoubleSeconds(longest_gap_));
+    start_coordinator(place);
+    go_on(60);
+  }
+  expect_as_undisturbed();
+}
+
+TEST_F(Standby, TakesOverFromALeaderThatStandsStillWhichThenDoesNoHarm) {
+  go_on(60);
+  const std::size_t place = leader();
+  const std::size_t before = said(place);
+  longest_gap_ = absl::ZeroDuration();
+  coordinators_[place]->signal(SIGSTOP);
+  go_on(120);
+  ASSERT_NE(leader(), place);
+  std::printf("%.2f s without ticks\n", absl::ToDoubleSeconds(longest_gap_));
+  coordinators_[place]->signal(SIGCONT);
+  await(place, "stands by for the one at", before);
+  go_on(60);
+  // It may lead again.
+  coordinators_[1 - place]->signal(SIGKILL);
+  go_on(60);
+  ASSERT_EQ(leader(), place);
+  expect_as_undisturbed();
+}
+
+TEST_F(Standby, AnEtcdThatIsKilledAndStartedAgainDelaysOnly) {
+  go_on(60);
+  const std::size_t place = leader();
+  etcd_->signal(SIGKILL);
+  cli::wait_readable({etcd_->descriptor()}, kPatience);
+  start_etcd();
+  go_on(120);
+  EXPECT_EQ(leader(), place);
+  expect_as_undisturbed();
+}
+
+TEST_F(Standby, ALeaderAndAServerAtOnce) {
+  go_on(60);
+  const std::size_t place = leader();
+  servers_[1]->signal(SIGKILL);
+  coordinators_[place]->signal(SIGKILL);
+  start_server(1);
+  start_coordinator(place);
+  read_until(told_);
+  const absl::Time end = absl::Now() + kPatience;
+  absl::StatusOr<Tick> tick = client_->pause(kPatience);
+  while (absl::IsUnavailable(tick.status()) && absl::Now() < end) tick = client_->pause(kPatience);
+  ASSERT_THAT(tick.status(), IsOk());
+  const absl::StatusOr<HashAt> hash = client_->hash(kPatience);
+  ASSERT_THAT(hash.status(), IsOk());
+  EXPECT_EQ(hash->hash, Undisturbed(world_, pushes_, *tick).hash);
+}
+
+TEST_F(Standby, EndsWithTheClusterAndNotWithALeaderThatIsAskedToEnd) {
+  go_on(60);
+  const std::size_t place = leader();
+  coordinators_[place]->signal(SIGTERM);
+  go_on(60);
+  ASSERT_NE(leader(), place);
+  EXPECT_EQ(coordinators_[place]->ended(), 0);
+  start_coordinator(place);
+  await(place, "stands by for the one at", 0);
+  expect_as_undisturbed();
+  bodies_.reset();
+  contacts_.reset();
+  ASSERT_THAT(client_->shutdown(), IsOk());
+  for (auto& coordinator : coordinators_) {
+    cli::wait_readable({coordinator->descriptor()}, kPatience);
+    EXPECT_EQ(coordinator->ended(), 0);
+  }
+}
+
+}  // namespace
+}  // namespace tessera
