@@ -15,7 +15,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-using Matrix = Eigen::SparseMatrix<double>;
 
 // By this share of what holds it, a row gives way, so that rows which imply one another have a solution. In a
 // loop they do so nearly, and up to the rounding of poses: were rows to give way by less than that, errors
@@ -29,8 +28,12 @@ constexpr double kPutRight = 0.3;
 // m or rad, of the way of a step: what changes by less is settled.
 constexpr double kSettled = 1e-8;
 
-// An assembly of so many joints has its rows anew in each step; a larger one only if it turns far.
-constexpr std::size_t kJointsAnewMax = 250;
+// m or rad: an error at the end of a step that is no error.
+constexpr double kSettledError = 1e-10;
+
+// With so many axes that may have rows of their own, an assembly has its rows anew in each step; with more
+// only if it turns far, since each of these is a vector over all bodies.
+constexpr std::ptrdiff_t kAxesAnewMax = 500;
 
 // A row of which less is left by what is held than so many times what rows give way by is held itself: what
 // moves then is a mechanism that jams, as far as its rows give way.
@@ -51,6 +54,11 @@ constexpr int kLooksAhead = 2;  // in a step
 // The share of its square by which what is turned back may change from one step of Newton's method to the
 // next.
 constexpr double kBentChange = 0.5;
+
+// An assembly has diverged if held rows have made more than this share of its energy of motion in one tick,
+// and more than so much: J/kg.
+constexpr double kGainedMax = 0.5;
+constexpr double kGainedMin = 0.01;
 
 // m/s or rad/s: beyond all that a body survives (divergence_of()), and far within the range of numbers.
 constexpr double kBeyondSpeed = 1e15;
@@ -73,8 +81,9 @@ void SharedVector::set(const Eigen::Vector3d& value) const {
 }
 
 JointAssembly::JointAssembly(std::vector<SolvedJoint> joints, std::span<const JointedBody> bodies, double dt,
-                             int steps)
-    : steps_(steps), span_(dt) {
+                             int steps, KnownPatterns& patterns)
+    : steps_(steps), span_(dt), patterns_(patterns) {
+  ties_.reserve(joints.size());
   std::map<int, Index> places;
   const auto place_of = [&](int body) {
     const auto [place, is_new] = places.emplace(body, static_cast<Index>(bodies_.size()));
@@ -91,6 +100,7 @@ JointAssembly::JointAssembly(std::vector<SolvedJoint> joints, std::span<const Jo
     tie.joint = std::move(joint);
   }
   add_links();
+  make_nodes();
   is_anchored_ = std::ranges::any_of(ties_, [](const Tie& tie) { return !tie.parent; });
   gives_way_ = has_loop() ? kLoopGivesWay : kTreeGivesWay;
   velocities_ = VectorXd(kBodyNumbers * static_cast<Index>(bodies_.size()));
@@ -100,7 +110,7 @@ JointAssembly::JointAssembly(std::vector<SolvedJoint> joints, std::span<const Jo
     velocities_.segment<3>(first + 3) = body.now.angular;
     first += kBodyNumbers;
   }
-  moves_ = steps > 1 && ties_.size() <= kJointsAnewMax;
+  moves_ = steps > 1 && axes_with_rows() <= kAxesAnewMax;
   if (moves_) {
     span_ /= steps;
   } else {
@@ -118,6 +128,20 @@ bool JointAssembly::has_loop() const {
     sets.unite(child, parent);
   }
   return false;
+}
+
+// Limits, drives and friction.
+std::ptrdiff_t JointAssembly::axes_with_rows() const {
+  std::ptrdiff_t count = 0;
+  for (const Tie& tie : ties_) {
+    const std::span<const JointAxis> axes = axes_of(*tie.joint.properties);
+    for (std::size_t n = 0; n < axes.size(); ++n) {
+      const bool is_limited = axes[n].lower > -kUnbounded || axes[n].upper < kUnbounded;
+      const bool is_driven = (*tie.joint.drives)[n].mode != DriveMode::kFree;
+      if (is_limited || is_driven || axes[n].friction > 0) ++count;
+    }
+  }
+  return count;
 }
 
 // A large one as the velocities are now: a whip cracks within a tick.
@@ -142,7 +166,7 @@ bool JointAssembly::turns_beyond(double turn, const VectorXd& velocities, double
 // Moves bodies by a share of Newton's step that leaves smaller errors: where little gives way along a row,
 // the whole of it may go too far.
 void JointAssembly::put_right() {
-  const VectorXd whole = -kPutRight * (response_ * factors_.solve(errors_));
+  const VectorXd whole = -kPutRight * held_.response(held_.solve(errors_));
   double turn = 0;
   for (Index first = 0; first < whole.size(); first += kBodyNumbers)
     turn = std::max(turn, whole.segment<3>(first + 3).norm());
@@ -179,55 +203,46 @@ double JointAssembly::weighed(const VectorXd& errors) const {
 
 // False where the rows have no solution: the assembly has diverged.
 bool JointAssembly::factorise() {
-  held_ = columns(/*is_held=*/true);
-  const Matrix masses = inverse_masses();
-  response_ = masses * held_;
-  Matrix matrix = held_.transpose() * response_;
-  weights_ = matrix.diagonal().cwiseInverse();
-  for (Index i = 0; i < matrix.rows(); ++i) {
-    matrix.coeffRef(i, i) *= 1 + gives_way_;
-    if (is_soft_.size() > 0) matrix.coeffRef(i, i) += compliances_[i];
-  }
-  if (!is_ordered_) factors_.analyzePattern(matrix);
-  is_ordered_ = true;
-  factors_.factorize(matrix);
-  has_diverged_ = factors_.info() != Eigen::Success || !factors_.vectorD().allFinite();
+  fill_held();
+  std::vector<Inertia> inertia;
+  inertia.reserve(bodies_.size());
+  for (const Body& body : bodies_) inertia.push_back({body.now.inverse_mass, body.now.inverse_inertia});
+  has_diverged_ = !held_.factorise(inertia, gives_way_, compliances_, patterns_);
   if (has_diverged_) return false;
-  add_free_rows(masses);
+  weights_ = held_.diagonal().cwiseInverse();
+  add_free_rows();
   return true;
 }
 
 // Of what is held, that are in a row.
 VectorXd JointAssembly::shares_of(const VectorXd& row) const {
-  const VectorXd whole = response_.transpose() * row;
-  VectorXd shares = factors_.solve(whole);
-  VectorXd left = whole - response_.transpose() * (held_ * shares);
+  const VectorXd whole = held_.answers(row);
+  VectorXd shares = held_.solve(whole);
+  VectorXd left = whole - held_.answers(held_.row(shares));
   if (is_soft_.size() > 0) left -= compliances_.cwiseProduct(shares);
-  shares += factors_.solve(left);
+  shares += held_.solve(left);
   return shares;
 }
 
 // Takes out of each row what is held, in the metric of the inverse masses. Rows that are made anew go on from
 // the impulses of the step before.
-void JointAssembly::add_free_rows(const Matrix& masses) {
+void JointAssembly::add_free_rows() {
   const std::vector<FreeRow> before = std::exchange(free_rows_, {});
-  const Matrix rows = columns(/*is_held=*/false);
   const double parts = moves_ ? 1 : steps_;
-  Index column = 0;
   for (const Tie& tie : ties_) {
     for (const JointRow& row : tie.rows) {
       if (row.is_held) continue;
       FreeRow free;
-      free.row = rows.col(column++);
-      const double whole = free.row.dot(masses * free.row);
+      free.row = over_bodies(tie, row);
+      const double whole = free.row.dot(answer_to(free.row));
       free.shares = shares_of(free.row);
       if (is_soft_.size() > 0) {
         free.soft_shares = free.shares.cwiseProduct(is_soft_);
         free.shares -= free.soft_shares;
       }
-      free.row -= held_ * free.shares;
-      free.response = masses * free.row;
-      if (is_soft_.size() > 0) free.response -= response_ * free.soft_shares;
+      free.row -= held_.row(free.shares);
+      free.response = answer_to(free.row);
+      if (is_soft_.size() > 0) free.response -= held_.response(free.soft_shares);
       free.mobility = free.row.dot(free.response);
       if (!(free.mobility > kFree * gives_way_ * whole)) continue;
       const double return_max = kReturnSpeed * std::sqrt(std::min(free.mobility / whole, 1.0));
@@ -262,6 +277,7 @@ bool JointAssembly::see_changes() {
     see(body.now.angular_change, body.angular_seen, first + 3);
     first += kBodyNumbers;
   }
+  if (is_changed) is_held_ = false;
   return is_changed;
 }
 
@@ -273,6 +289,7 @@ void JointAssembly::set_motion(const Motion& motion) {
   if (has_diverged_) return;
   velocities_ = velocities;
   soft_impulses_ = motion.soft_impulses;
+  gained_ += motion.gained;
   Index first = 0;
   for (Body& body : bodies_) {
     const JointedBody& now = body.now;
@@ -287,6 +304,7 @@ void JointAssembly::set_motion(const Motion& motion) {
 void JointAssembly::start_step() {
   if (has_diverged_) return;
   is_settled_ = false;
+  is_held_ = false;
   see_changes();
   soft_impulses_.setZero();
   find_whether_to_move();
@@ -301,10 +319,12 @@ void JointAssembly::start_step() {
 }
 
 void JointAssembly::hold(Motion& motion) const {
-  VectorXd left = wanted_ + bent_ - held_.transpose() * motion.velocities;
+  VectorXd left = wanted_ + bent_ - held_.rates(motion.velocities);
+  const VectorXd rates = bent_ - left / 2;  // on average, beyond the wanted ones
   if (is_soft_.size() > 0) left -= compliances_.cwiseProduct(motion.soft_impulses);
-  const VectorXd impulses = factors_.solve(left);
-  motion.velocities += response_ * impulses;
+  const VectorXd impulses = held_.solve(left);
+  motion.gained += without_soft(impulses).dot(rates);
+  motion.velocities += held_.response(impulses);
   if (is_soft_.size() > 0) motion.soft_impulses += impulses.cwiseProduct(is_soft_);
 }
 
@@ -319,12 +339,24 @@ VectorXd JointAssembly::without_soft(VectorXd held) const {
   return held;
 }
 
-// Both sides of a joint after a time at these velocities.
-PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, double time) const {
+// Of each body, after a time at these velocities.
+std::vector<Eigen::Quaterniond> JointAssembly::turns(const VectorXd& velocities, double time) const {
+  std::vector<Eigen::Quaterniond> turns;
+  turns.reserve(bodies_.size());
+  for (Index first = 0; first < velocities.size(); first += kBodyNumbers)
+    turns.push_back(rotation_by(velocities.segment<3>(first + 3) * time));
+  return turns;
+}
+
+// Both sides of a joint after a time at these velocities, in which bodies make these turns.
+PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, double time,
+                                std::span<const Eigen::Quaterniond> turns) const {
   const auto moved_by = [&](JointSide side, Index body) {
     side.linear_velocity = velocities.segment<3>(kBodyNumbers * body);
     side.angular_velocity = velocities.segment<3>(kBodyNumbers * body + 3);
-    return joints::moved(side, time);
+    side.pose.position += side.linear_velocity * time;
+    side.pose.orientation = (turns[static_cast<std::size_t>(body)] * side.pose.orientation).normalized();
+    return side;
   };
   PosedJoint end = tie.joint.posed;
   end.child = moved_by(end.child, tie.child);
@@ -352,13 +384,15 @@ VectorXd JointAssembly::errors_of(const Posed& posed) const {
 
 // By how much errors will have grown once the bodies have moved, by the time.
 VectorXd JointAssembly::bend(const VectorXd& velocities) const {
-  const VectorXd end = errors_of([&](const Tie& tie) { return after(tie, velocities, span_); });
+  const std::vector<Eigen::Quaterniond> turned = turns(velocities, span_);
+  const VectorXd end = errors_of([&](const Tie& tie) { return after(tie, velocities, span_, turned); });
   return (end - errors_) / span_;
 }
 
 // Towards errors that do not grow.
 void JointAssembly::hold_at_end(Motion& motion) {
-  hold(motion);
+  if (!is_held_) hold(motion);
+  is_held_ = true;
   if (is_foreseen_ && !bend_back(motion)) look_ahead(motion);
 }
 
@@ -367,16 +401,19 @@ void JointAssembly::hold_at_end(Motion& motion) {
 // to where it could not move at all.
 bool JointAssembly::bend_back(Motion& motion) {
   if (turns_beyond(kTurnForeseen, motion.velocities, span_)) return false;
-  VectorXd bent = bent_ - bend(motion.velocities);
-  VectorXd bending = factors_.solve(bent);
+  const VectorXd off = bend(motion.velocities);
+  if (off.lpNorm<Eigen::Infinity>() * span_ <= kSettledError) return true;
+  VectorXd bent = bent_ - off;
+  VectorXd bending = held_.solve(bent);
   const VectorXd change = bending - bending_;
   const double square = bent.dot(bending);
   const double changed = (bent - bent_).dot(change);
-  const VectorXd moved = response_ * change;
+  const VectorXd moved = held_.response(change);
   const bool is_settled = moved.lpNorm<Eigen::Infinity>() * span_ <= kSettled;
   if (!is_settled && !(square <= bent_energy_max(motion.velocities))) return false;
   if (!is_settled && is_bent_ && !(changed <= kBentChange * square)) return false;
   is_bent_ = true;
+  motion.gained += without_soft(change).dot(bent + bent_) / 2;
   motion.velocities += moved;
   if (is_soft_.size() > 0) motion.soft_impulses += change.cwiseProduct(is_soft_);
   bent_ = std::move(bent);
@@ -394,7 +431,7 @@ void JointAssembly::look_ahead(Motion& motion) {
     make_held_rows_after(velocities);
     if (!factorise()) return;
     const VectorXd off = bend(velocities);
-    bent_ = without_soft(held_.transpose() * velocities - wanted_ - off);
+    bent_ = without_soft(held_.rates(velocities) - wanted_ - off);
     Motion held = motion;
     hold(held);
     const VectorXd change = held.velocities - velocities;
@@ -406,8 +443,9 @@ void JointAssembly::look_ahead(Motion& motion) {
       share /= 2;
     velocities += change * share;
     motion.soft_impulses += (held.soft_impulses - motion.soft_impulses) * share;
+    motion.gained += share * (velocities.dot(momenta) - share / 2 * change.dot(momenta));
   }
-  bent_ = without_soft(held_.transpose() * velocities - wanted_);
+  bent_ = without_soft(held_.rates(velocities) - wanted_);
 }
 
 VectorXd JointAssembly::momenta_of(const VectorXd& velocities) const {
@@ -466,7 +504,8 @@ void JointAssembly::move() {
 // To where move() has found the bodies to come in the steps before.
 void JointAssembly::advance() {
   for (const VectorXd& velocities : ways_) {
-    for (Tie& tie : ties_) tie.joint.posed = after(tie, velocities, span_);
+    const std::vector<Eigen::Quaterniond> turned = turns(velocities, span_);
+    for (Tie& tie : ties_) tie.joint.posed = after(tie, velocities, span_, turned);
     shift_bodies(velocities * span_);
   }
   ways_.clear();
@@ -484,7 +523,18 @@ void JointAssembly::shift_bodies(const VectorXd& way) {
   }
 }
 
+// Held rows put no energy in, but for what the length of a step makes of turns: in mechanisms that hold, up
+// to a tenth of what moves.
+bool JointAssembly::gains_energy() const {
+  double mass = 0;
+  for (const Body& body : bodies_) mass += 1 / body.now.inverse_mass;
+  if (!(gained_ > kGainedMin * mass)) return false;
+  const double kinetic = velocities_.dot(momenta_of(velocities_)) / 2;
+  return !(gained_ <= kGainedMax * kinetic);
+}
+
 void JointAssembly::end(std::vector<BodyMotion>& moved) {
+  has_diverged_ = has_diverged_ || gains_energy();
   if (moves_ && !has_diverged_) advance();
   for (Body& body : bodies_) {
     body.moved.is_whole = moves_;

@@ -3,14 +3,13 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "lpss/joints/held_rows.h"
 #include "lpss/joints/joint_coupling.h"
 #include "lpss/joints/joint_rows.h"
 
@@ -61,13 +60,13 @@ struct BodyMotion {
                             // `way` is not finite where the assembly has diverged
 };
 
-inline constexpr Eigen::Index kBodyNumbers = 6;  // of a body's velocities: linear, angular
-
 // Of a tick of `dt` seconds in so many steps, which share the bounds of impulses: for each step start_step()
 // and passes, with a move() among them; or passes alone, where a tick is one step.
 class JointAssembly {
  public:
-  JointAssembly(std::vector<SolvedJoint> joints, std::span<const JointedBody> bodies, double dt, int steps);
+  // `patterns` outlives it.
+  JointAssembly(std::vector<SolvedJoint> joints, std::span<const JointedBody> bodies, double dt, int steps,
+                KnownPatterns& patterns);
 
   void start_step();
   void pass();
@@ -75,8 +74,6 @@ class JointAssembly {
   void end(std::vector<BodyMotion>& moved);
 
  private:
-  using Matrix = Eigen::SparseMatrix<double>;
-
   // A joint, with the indices of its bodies in bodies_.
   struct Tie {
     SolvedJoint joint;
@@ -97,6 +94,7 @@ class JointAssembly {
   struct Motion {
     Eigen::VectorXd velocities;
     Eigen::VectorXd soft_impulses;  // by held row; 0 for others
+    double gained = 0;  // J: by held rows that do not give way, beyond what immovable bodies put in
   };
 
   // A row over the velocities of all bodies whose impulses do not affect the held directions, but for those
@@ -123,6 +121,7 @@ class JointAssembly {
 
   void add_links();
   bool has_loop() const;
+  std::ptrdiff_t axes_with_rows() const;
   const PosedJoint& posed_of(std::size_t tie) const { return ties_[tie].joint.posed; }
   void find_whether_to_move();
   bool turns_beyond(double turn, const Eigen::VectorXd& velocities, double time) const;
@@ -134,15 +133,18 @@ class JointAssembly {
   void shift_bodies(const Eigen::VectorXd& way);
   double weighed(const Eigen::VectorXd& errors) const;
   bool factorise();
-  // Rows as the columns of a matrix.
-  Matrix columns(bool is_held) const;
-  Matrix inverse_masses() const;
-  void add_free_rows(const Matrix& inverse_masses);
+  void make_nodes();
+  void fill_held();
+  Eigen::VectorXd over_bodies(const Tie& tie, const JointRow& row) const;
+  Eigen::VectorXd answer_to(const Eigen::VectorXd& row) const;
+  void add_free_rows();
   Eigen::VectorXd shares_of(const Eigen::VectorXd& row) const;
   void hold(Motion& motion) const;
   void push(Motion& motion, const FreeRow& free, double impulse) const;
   Eigen::VectorXd without_soft(Eigen::VectorXd held) const;
-  PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time) const;
+  std::vector<Eigen::Quaterniond> turns(const Eigen::VectorXd& velocities, double time) const;
+  PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time,
+                   std::span<const Eigen::Quaterniond> turns) const;
   template <typename Posed>
   Eigen::VectorXd errors_of(const Posed& posed) const;
   Eigen::VectorXd bend(const Eigen::VectorXd& velocities) const;
@@ -155,6 +157,7 @@ class JointAssembly {
   void advance();
   bool see_changes();
   void set_motion(const Motion& motion);
+  bool gains_energy() const;
 
   std::vector<Tie> ties_;
   std::vector<Link> links_;  // their rows come after those of ties
@@ -162,8 +165,8 @@ class JointAssembly {
   int steps_;           // of the tick
   bool moves_ = false;  // from step to step
   double span_;         // s, over which rows hold: a tick, or a step of those that move
-  Matrix held_;
-  Matrix response_;              // of the velocities to a unit of impulse of each
+  KnownPatterns& patterns_;
+  HeldRows held_;                // of ties, then of links
   Eigen::VectorXd wanted_;       // m/s, rad/s: the velocities of held rows, were nothing to turn
   Eigen::VectorXd errors_;       // m, rad: of held rows, at the start of the step; of soft rows: 0
   Eigen::VectorXd compliances_;  // velocity per impulse, of held rows: above 0 for soft ones
@@ -172,14 +175,14 @@ class JointAssembly {
   Eigen::VectorXd bent_;         // m/s, rad/s: what it takes beyond the wanted velocities, since bodies turn
   Eigen::VectorXd bending_;      // impulses of that
   bool is_bent_ = false;         // they were set in this step
+  bool is_held_ = false;         // the velocities, since the rows were made and others last changed one
   bool is_foreseen_ = true;      // and follow the velocities of each pass
   double gives_way_ = 0;         // the share by which rows do
   bool is_anchored_ = false;     // to something that cannot be pushed
-  bool is_ordered_ = false;      // the pattern of the matrix never changes
-  Eigen::SimplicialLDLT<Matrix> factors_;
   std::vector<FreeRow> free_rows_;
   Eigen::VectorXd velocities_;
   Eigen::VectorXd soft_impulses_;
+  double gained_ = 0;  // J, in this tick
   bool is_settled_ = false;
   bool has_diverged_ = false;          // in this tick: nothing is solved any more
   std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by

@@ -67,6 +67,7 @@ void JointAssembly::make_rows() {
   if (!factorise()) return;
   bent_ = bending_ = VectorXd::Zero(wanted_.size());
   is_bent_ = false;
+  is_held_ = false;
   is_foreseen_ = true;
   put_right();
 }
@@ -93,65 +94,80 @@ double JointAssembly::parents_rate(const Tie& tie, const JointRow& row) const {
   return row.linear.dot(parent.linear_velocity) + row.angular_parent.dot(parent.angular_velocity);
 }
 
-JointAssembly::Matrix JointAssembly::columns(bool is_held) const {
-  std::vector<Eigen::Triplet<double>> entries;
-  Index column = 0;
-  const auto append = [&](Index body, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) {
-    const Index first = kBodyNumbers * body;
-    for (Index i = 0; i < 3; ++i) {
-      entries.emplace_back(first + i, column, linear[i]);
-      entries.emplace_back(first + 3 + i, column, angular[i]);
-    }
+// The bodies of each tie, then of each link.
+void JointAssembly::make_nodes() {
+  std::vector<std::vector<Index>> nodes;
+  const auto bodies_of = [](const Tie& tie) {
+    return tie.parent ? std::vector<Index>{tie.child, *tie.parent} : std::vector<Index>{tie.child};
   };
-  const auto append_tie = [&](const Tie& tie, const JointRow& row) {
-    append(tie.child, row.linear, row.angular_child);
-    if (tie.parent) append(*tie.parent, -row.linear, -row.angular_parent);
-  };
-  for (const Tie& tie : ties_) {
-    for (const JointRow& row : tie.rows) {
-      if (row.is_held != is_held) continue;
-      append_tie(tie, row);
-      ++column;
-    }
-  }
+  for (const Tie& tie : ties_) nodes.push_back(bodies_of(tie));
   for (const Link& link : links_) {
-    if (!is_held) break;
-    append_tie(ties_[link.follower], link.rows[0]);
-    append_tie(ties_[link.leader], link.rows[1]);
-    ++column;
+    std::vector<Index>& bodies = nodes.emplace_back(bodies_of(ties_[link.follower]));
+    for (const Index body : bodies_of(ties_[link.leader])) {
+      if (std::ranges::find(bodies, body) == bodies.end()) bodies.push_back(body);
+    }
   }
-  Matrix matrix(kBodyNumbers * static_cast<Index>(bodies_.size()), column);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
+  held_.set_nodes(nodes, static_cast<Index>(bodies_.size()));
 }
 
-JointAssembly::Matrix JointAssembly::inverse_masses() const {
-  std::vector<Eigen::Triplet<double>> entries;
+void JointAssembly::fill_held() {
+  held_.clear();
+  const auto add = [this](std::size_t node, const Tie& tie, const JointRow& row) {
+    held_.add(node, tie.child, row.linear, row.angular_child);
+    if (tie.parent) held_.add(node, *tie.parent, -row.linear, -row.angular_parent);
+  };
+  std::size_t node = 0;
+  for (const Tie& tie : ties_) {
+    for (const JointRow& row : tie.rows) {
+      if (!row.is_held) continue;
+      held_.add_row(node);
+      add(node, tie, row);
+    }
+    ++node;
+  }
+  for (const Link& link : links_) {
+    held_.add_row(node);
+    add(node, ties_[link.follower], link.rows[0]);
+    add(node, ties_[link.leader], link.rows[1]);
+    ++node;
+  }
+}
+
+VectorXd JointAssembly::over_bodies(const Tie& tie, const JointRow& row) const {
+  VectorXd whole = VectorXd::Zero(velocities_.size());
+  const auto put = [&](Index body, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) {
+    whole.segment<3>(kBodyNumbers * body) = linear;
+    whole.segment<3>(kBodyNumbers * body + 3) = angular;
+  };
+  put(tie.child, row.linear, row.angular_child);
+  if (tie.parent) put(*tie.parent, -row.linear, -row.angular_parent);
+  return whole;
+}
+
+// Of the velocities, to a unit of impulse.
+VectorXd JointAssembly::answer_to(const VectorXd& row) const {
+  VectorXd answer(row.size());
   Index first = 0;
   for (const Body& body : bodies_) {
-    for (Index i = 0; i < 3; ++i) {
-      entries.emplace_back(first + i, first + i, body.now.inverse_mass);
-      for (Index j = 0; j < 3; ++j)
-        entries.emplace_back(first + 3 + i, first + 3 + j, body.now.inverse_inertia(i, j));
-    }
+    answer.segment<3>(first) = body.now.inverse_mass * row.segment<3>(first);
+    answer.segment<3>(first + 3) = body.now.inverse_inertia * row.segment<3>(first + 3);
     first += kBodyNumbers;
   }
-  Matrix matrix(first, first);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
+  return answer;
 }
 
 // Those without a compliance.
 void JointAssembly::make_held_rows_after(const VectorXd& velocities) {
   std::vector<JointRow> rows;
+  const std::vector<Eigen::Quaterniond> turned = turns(velocities, span_);
   for (Tie& tie : ties_) {
     rows.clear();
-    append_held_rows(*tie.joint.properties, after(tie, velocities, span_), rows);
+    append_held_rows(*tie.joint.properties, after(tie, velocities, span_, turned), rows);
     std::copy(rows.begin(), rows.end(), tie.rows.begin());
   }
   for (Link& link : links_) {
-    link.rows = link.coupling.rows(after(ties_[link.follower], velocities, span_),
-                                   after(ties_[link.leader], velocities, span_));
+    link.rows = link.coupling.rows(after(ties_[link.follower], velocities, span_, turned),
+                                   after(ties_[link.leader], velocities, span_, turned));
   }
 }
 

@@ -41,7 +41,7 @@ void JointSolver::set_up(std::span<const JointedBody> bodies, double dt, int ste
     assemblies[sets.find(static_cast<std::size_t>(joint.child))].push_back(joint);
   }
   for (auto& [first, joints] : assemblies) {
-    assemblies_.push_back(std::make_unique<JointAssembly>(std::move(joints), bodies, dt, steps));
+    assemblies_.push_back(std::make_unique<JointAssembly>(std::move(joints), bodies, dt, steps, patterns_));
   }
 }
 

@@ -12,7 +12,8 @@
 // to the rounding of poses, so a velocity that corrects an error can be of any size.
 //
 // An assembly moves substep by substep, with new rows in each: rows at the start of the tick predict the end
-// of a fast motion badly, and so that of a taut one. A large one does so only if it turns far.
+// of a fast motion badly, and so that of a taut one. One with many
+// limits and drives does so only if it turns far.
 #pragma once
 
 #include <memory>
@@ -51,6 +52,7 @@ class JointSolver {
 
  private:
   std::vector<SolvedJoint> joints_;
+  KnownPatterns patterns_;
   std::vector<std::unique_ptr<JointAssembly>> assemblies_;
 };
 

@@ -10,7 +10,7 @@ const char* name_of(DivergenceKind kind) {
     case DivergenceKind::kPosition:
       return "position not finite";
     case DivergenceKind::kVelocity:
-      return "velocity not finite";
+      return "velocity not finite, or joints that gain energy";
     case DivergenceKind::kSpeed:
       return "speed above 1e+06 m/s";
     case DivergenceKind::kSector:

@@ -1,0 +1,46 @@
+// The factors of a symmetric positive definite matrix of blocks: L D L^T.
+//
+// Sums run in an order that depends on the pattern alone, and lanes hold different rows, so that the bits are
+// the same on every processor.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "lpss/joints/block_pattern.h"
+
+namespace tessera::joints {
+
+class BlockFactors {
+ public:
+  void set_pattern(std::shared_ptr<const BlockPattern> pattern);
+
+  // Begins a matrix of zeros.
+  void clear();
+
+  // A block of it, to be written: the lower half of a diagonal one suffices.
+  using Block = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+  Block block(const BlockPattern::Place& place, int rows, int columns) {
+    return {panels_.data() + place.first, rows, columns, Eigen::OuterStride<>(place.stride)};
+  }
+
+  // In place of the matrix. False if it is singular, or not of finite numbers.
+  bool factorise();
+
+  Eigen::VectorXd solve(const Eigen::VectorXd& right) const;
+
+ private:
+  void assemble(const BlockPattern::Front& front);
+
+  std::shared_ptr<const BlockPattern> pattern_;
+  std::vector<double> panels_;           // the matrix, then L without its diagonal of ones, by front
+  std::vector<double> pivots_;           // D, in the order of elimination
+  std::vector<double> updates_;          // a stack
+  std::vector<double> update_;           // of the front that is being eliminated
+  std::vector<double> weighed_;          // columns of L D of a front, transposed
+  mutable std::vector<double> ordered_;  // what is solved, in the order of elimination
+};
+
+}  // namespace tessera::joints

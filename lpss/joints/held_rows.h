@@ -1,0 +1,140 @@
+// The held rows of an assembly, and what solves them at once: the factors of J M^-1 J^T, with J the rows and
+// M the masses of the bodies.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "lpss/joints/block_factors.h"
+#include "lpss/joints/block_pattern.h"
+#include "lpss/joints/joint_rows.h"
+
+namespace tessera::joints {
+
+inline constexpr Eigen::Index kBodyNumbers = 6;  // of a body's velocities: linear, angular
+
+// The patterns of the systems solved last: they stay the same from tick to tick.
+class KnownPatterns {
+ public:
+  std::shared_ptr<const BlockPattern> of(const std::vector<int>& sizes,
+                                         const std::vector<BlockPattern::Edge>& edges);
+
+ private:
+  std::vector<std::shared_ptr<const BlockPattern>> known_;  // the one used last comes last
+};
+
+// Vectors are of all velocities, by body, or of all rows, by node.
+class HeldRows {
+ public:
+  // A node is a joint or a coupling: rows on the same bodies, each of which is named once.
+  void set_nodes(const std::vector<std::vector<Eigen::Index>>& bodies_of_nodes, Eigen::Index bodies);
+
+  // Begins new rows: at most kNodeRowsMax of each node, in the order of nodes.
+  void clear();
+  void add_row(std::size_t node);
+  // To the last row of a node: what it is on one of the node's bodies.
+  void add(std::size_t node, Eigen::Index body, const Eigen::Vector3d& linear,
+           const Eigen::Vector3d& angular);
+
+  // With the inertia of each body. A row gives way by a share of what holds it, and by its compliance.
+  // False if the rows have no solution.
+  bool factorise(const std::vector<Inertia>& inertia, double gives_way, const Eigen::VectorXd& compliances,
+                 KnownPatterns& patterns);
+
+  // Of J M^-1 J^T alone.
+  const Eigen::VectorXd& diagonal() const { return diagonal_; }
+  Eigen::Index count() const { return count_; }
+
+  Eigen::VectorXd solve(const Eigen::VectorXd& of_rows) const { return factors_.solve(of_rows); }
+
+  Eigen::VectorXd rates(const Eigen::VectorXd& velocities) const {
+    return along<&Side::rows>(velocities);
+  }  // J v
+  Eigen::VectorXd answers(const Eigen::VectorXd& row) const {
+    return along<&Side::response>(row);
+  }  // J M^-1 v
+  Eigen::VectorXd row(const Eigen::VectorXd& of_rows) const {
+    return combined<&Side::rows>(of_rows);
+  }                                                                  // J^T i
+  Eigen::VectorXd response(const Eigen::VectorXd& impulses) const {  // M^-1 J^T i
+    return combined<&Side::response>(impulses);
+  }
+
+  static constexpr int kNodeRowsMax = 6;
+
+ private:
+  using Block = Eigen::Matrix<double, kBodyNumbers, kNodeRowsMax>;
+
+  // The rows of a node on one body, as columns, and how that answers to a unit of impulse of each.
+  struct Side {
+    Eigen::Index body;
+    Block rows;
+    Block response;
+  };
+
+  struct Node {
+    Eigen::Index first = 0;  // row
+    int size = 0;            // rows
+    std::size_t sides = 0;   // the first one
+    std::size_t sides_end = 0;
+  };
+
+  // Two sides on one body: what they add to the block of their nodes.
+  struct Term {
+    std::size_t edge;
+    std::size_t a;  // sides; of the edge's nodes
+    std::size_t b;
+    std::size_t node_a;
+    std::size_t node_b;
+  };
+
+  void make_terms(Eigen::Index bodies);
+  void make_matrix();
+  template <Block Side::*kPart>
+  Eigen::VectorXd along(const Eigen::VectorXd& velocities) const;
+  template <Block Side::*kPart>
+  Eigen::VectorXd combined(const Eigen::VectorXd& of_rows) const;
+
+  std::vector<Node> nodes_;
+  std::vector<Side> sides_;
+  std::vector<BlockPattern::Edge> edges_;
+  std::vector<Term> terms_;
+  std::vector<int> sizes_;  // of nodes
+  Eigen::Index bodies_ = 0;
+  Eigen::Index count_ = 0;
+  std::shared_ptr<const BlockPattern> pattern_;
+  BlockFactors factors_;
+  Eigen::VectorXd diagonal_;
+};
+
+template <HeldRows::Block HeldRows::Side::*kPart>
+Eigen::VectorXd HeldRows::along(const Eigen::VectorXd& velocities) const {
+  Eigen::VectorXd rates = Eigen::VectorXd::Zero(count_);
+  for (const Node& node : nodes_) {
+    for (std::size_t s = node.sides; s < node.sides_end; ++s) {
+      const Side& side = sides_[s];
+      const Eigen::Matrix<double, kBodyNumbers, 1> velocity =
+          velocities.segment<kBodyNumbers>(kBodyNumbers * side.body);
+      for (int row = 0; row < node.size; ++row)
+        rates[node.first + row] += (side.*kPart).col(row).dot(velocity);
+    }
+  }
+  return rates;
+}
+
+template <HeldRows::Block HeldRows::Side::*kPart>
+Eigen::VectorXd HeldRows::combined(const Eigen::VectorXd& of_rows) const {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(kBodyNumbers * bodies_);
+  for (const Node& node : nodes_) {
+    for (std::size_t s = node.sides; s < node.sides_end; ++s) {
+      const Side& side = sides_[s];
+      auto into = sum.segment<kBodyNumbers>(kBodyNumbers * side.body);
+      for (int row = 0; row < node.size; ++row) into += (side.*kPart).col(row) * of_rows[node.first + row];
+    }
+  }
+  return sum;
+}
+
+}  // namespace tessera::joints
