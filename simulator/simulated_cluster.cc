@@ -18,12 +18,6 @@ CoordinatorOptions options_for(std::uint32_t servers, const SimulatedClusterOpti
   coordinator.servers_wanted = servers;
   coordinator.inputs = options.inputs;
   coordinator.checkpoint_every = options.checkpoint_every;
-  coordinator.log = [](const LogLine& l) {
-    fprintf(stderr, "[%s] %s\n", l.tick ? std::to_string(*l.tick).c_str() : "-", l.text.c_str());
-  };
-  coordinator.log = [](const LogLine& l) {
-    fprintf(stderr, "[%s] %s\n", l.tick ? std::to_string(*l.tick).c_str() : "-", l.text.c_str());
-  };
   return coordinator;
 }
 
@@ -72,12 +66,6 @@ void SimulatedCluster::start_server() {
   SectorServerOptions options;
   options.precision = precision_;
   options.stream_address = "simulated";
-  options.log = [n = server.node.value](const LogLine& l) {
-    fprintf(stderr, "    %lx [%s] %s\n", n, l.tick ? std::to_string(*l.tick).c_str() : "-", l.text.c_str());
-  };
-  options.log = [n = server.node.value](const LogLine& l) {
-    fprintf(stderr, "    %lx [%s] %s\n", n, l.tick ? std::to_string(*l.tick).c_str() : "-", l.text.c_str());
-  };
   server.machine = std::make_unique<SectorServer>(
       options, load_engine, [this] { return now(); }, nullptr);
   server.machine->start(server.node, now());
