@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <span>
@@ -25,8 +26,8 @@ constexpr std::size_t kPointsMax = 64;
 // Directions whose angle has a larger cosine than this are on the same side of a surface.
 constexpr Scalar kOutside = Scalar(0.3);
 // How far a shape with its centre beyond a surface is still taken for one that was pushed through, as a share
-// of its least width.
-constexpr Scalar kThrough = Scalar(0.25);
+// of its width across the surface.
+constexpr Scalar kThrough = Scalar(0.5);
 
 bool is_convex(Kind kind) { return kind != Kind::kPlane && kind != Kind::kTerrain; }
 
@@ -156,6 +157,29 @@ class SurfaceContact {
     }
   }
 
+  // Of groups that push a shape from both sides of one surface, in which it would jam, keeps the one towards
+  // `outside`, or the one that overlaps less where that says nothing. Their overlaps add up to the width of
+  // the shape; in a crack between two surfaces, it is the width of the crack less.
+  void keep_one_side(const Vector& outside, const Part& convex, const Matrix& turn) {
+    constexpr Scalar kOpposite = Scalar(-0.7);
+    constexpr Scalar kOfWidth = Scalar(0.5);
+    const auto is_beaten = [&](const Group& group) {
+      return std::ranges::any_of(groups_, [&](const Group& other) {
+        if (group.normal.dot(other.normal) > kOpposite) return false;
+        const Scalar width =
+            (convex.box.high - convex.box.low).dot(Vector(turn.transpose() * group.normal).cwiseAbs());
+        if (-(group.least + other.least) < kOfWidth * width) return false;
+        const Scalar towards = outside.dot(group.normal - other.normal);
+        return towards < 0 || (towards == 0 && group.least < other.least);
+      });
+    };
+    if (groups_.size() < 2) return;
+    absl::InlinedVector<Group, 2> kept;
+    std::ranges::copy_if(groups_, std::back_inserter(kept),
+                         [&](const Group& group) { return !is_beaten(group); });
+    groups_ = std::move(kept);
+  }
+
   template <typename Take>
   void for_each(const Take& take) {
     std::stable_sort(groups_.begin(), groups_.end(),
@@ -198,7 +222,8 @@ void keep_outside(const Vector& outside, const Part& convex, const Placement<Sca
   if (!(std::abs(slope) > kOutside)) return;
   const Vector centre = placement.b.transpose() * -placement.offset;
   const Scalar height = triangle.normal.dot(centre - triangle.vertex[0]);
-  if (std::abs(height) > kThrough * (convex.box.high - convex.box.low).minCoeff()) return;
+  const Vector across = placement.a.transpose() * (placement.b * triangle.normal);
+  if (std::abs(height) > kThrough * (convex.box.high - convex.box.low).dot(across.cwiseAbs())) return;
   triangle.kept_on = slope > 0 ? collision::KeptOn::kFront : collision::KeptOn::kBack;
 }
 
@@ -324,6 +349,7 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
     keep_outside(outside, convex, above, found.triangle);
     contact.add(found.index, collide_triangle(convex, found.triangle, above, margin));
   }
+  contact.keep_one_side(above.b * outside, convex, above.a);
   contact.for_each(keep_above);
 }
 

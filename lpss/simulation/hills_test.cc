@@ -70,16 +70,18 @@ WorldDescription dropped(const Geometry& geometry) {
   return builder.world();
 }
 
-// No body is ever faster than it has fallen, but for what opens the overlap of a hit.
-TEST(Hills, NothingIsThrown) {
+// No body is ever faster than it has fallen, but for what opens the overlap of a hit, nor below the ground.
+TEST(Hills, NothingIsThrownOrLost) {
   constexpr double kOverlap = 0.15;  // m
-  for (const Geometry& geometry : {Geometry(stone()), Geometry(Box{{1, 0.8, 0.6}})}) {
+  const Geometry plate = Box{{1.5, 1.5, 0.05}};
+  for (const Geometry& geometry : {Geometry(stone()), Geometry(Box{{1, 0.8, 0.6}}), plate}) {
     const auto simulation = Simulation::create(dropped(geometry)).value();
     for (int tick = 0; tick < 240; ++tick) {
       simulation->step();
       simulation->for_each_body([&](const BodyRecord& body) {
         const double speed = Eigen::Vector3d(body.state.linear_velocity.data()).norm();
         const double fallen = kHeight - body.state.position[2];
+        EXPECT_LT(fallen, kHeight + 1) << body.id.value << ", tick " << tick;
         EXPECT_LE(speed * speed, 2 * kGravity * (fallen + kOverlap)) << body.id.value << ", tick " << tick;
       });
     }
