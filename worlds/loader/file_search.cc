@@ -7,10 +7,12 @@
 #include <absl/strings/string_view.h>
 #include <absl/strings/strip.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <optional>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "worlds/loader/xml.h"
@@ -20,14 +22,22 @@ namespace {
 
 using std::filesystem::path;
 
+// Files and folders only: reading a pipe or a device may never end.
 bool is_there(const path& file) {
   std::error_code error;
-  return std::filesystem::exists(file, error);
+  const std::filesystem::file_status status = std::filesystem::status(file, error);
+  return std::filesystem::is_regular_file(status) || std::filesystem::is_directory(status);
 }
 
 bool is_folder(const path& file) {
   std::error_code error;
   return std::filesystem::is_directory(file, error);
+}
+
+// An empty path is the current folder.
+path absolute_folder(const path& folder) {
+  const path whole = std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal();
+  return whole.has_filename() ? whole : whole.parent_path();
 }
 
 struct Variable {
@@ -59,31 +69,81 @@ bool is_package(const path& folder) {
   return is_there(folder / "model.config") || is_there(folder / "package.xml");
 }
 
+// NAME of model://NAME/REST and package://NAME/REST; empty for others.
+path package_of(absl::string_view uri) {
+  if (!absl::ConsumePrefix(&uri, "model://") && !absl::ConsumePrefix(&uri, "package://")) return {};
+  return path(std::string(uri.substr(0, uri.find('/'))));
+}
+
+// In these, files lie that name others beside their folder: "../meshes/arm.stl".
+constexpr std::array<const char*, 8> kPartsOfPackages = {"urdf",  "sdf",    "xacro",  "robots",
+                                                         "robot", "worlds", "models", "launch"};
+
+// A folder counts as the package of its name where a file is at most so far below it.
+constexpr int kLevelsBelowPackage = 2;
+
+thread_local path world_folder;  // absolute; empty while no world is read
+
+// The folders from which a file in `directory` may take others: where it lies, where the model or package
+// lies that it is part of, and those that the user lists.
+std::vector<path> roots_of(const std::string& uri, const path& directory) {
+  const path begin = absolute_folder(directory);
+  std::vector<path> roots{begin};
+  if (!world_folder.empty()) roots.push_back(world_folder);
+  int levels = 0;
+  for (path folder = begin; folder.has_relative_path(); folder = folder.parent_path()) {
+    if (is_package(folder)) roots.push_back(folder.parent_path());
+    const bool is_part = std::ranges::find(kPartsOfPackages, folder.filename()) != kPartsOfPackages.end();
+    if (levels == 0 && is_part) roots.push_back(folder.parent_path());
+    if (levels++ <= kLevelsBelowPackage && folder.filename() == package_of(uri)) roots.push_back(folder);
+  }
+  for (const path& one : folders_of_variables()) roots.push_back(one);
+  return roots;
+}
+
+// Whether `file` is below one of `roots`, whatever links lead to it.
+bool is_below(const path& file, const std::vector<path>& roots) {
+  std::error_code error;
+  const path real = std::filesystem::canonical(file, error);
+  if (error) return false;
+  return std::ranges::any_of(roots, [&](const path& root) {
+    std::error_code missing;
+    const path base = std::filesystem::canonical(root, missing);
+    return !missing && std::mismatch(base.begin(), base.end(), real.begin(), real.end()).first == base.end();
+  });
+}
+
 // The places of NAME/REST, from the nearest to the farthest. A file of a model or package finds NAME beside
 // that model, and itself by its own name, whatever its folder is called.
 std::vector<path> places_of_model(const path& rest, const path& directory) {
   std::vector<path> places{directory / rest, directory / "models" / rest};
   const path name = *rest.begin();
   const path inside = rest.lexically_relative(name);
-  const path begin = std::filesystem::absolute(directory).lexically_normal();
+  const path begin = absolute_folder(directory);
+  int levels = 0;
   for (path folder = begin; folder.has_relative_path(); folder = folder.parent_path()) {
     const bool package = is_package(folder);
     if (package) places.push_back(folder.parent_path() / rest);
     // Robots lie in the folder `urdf` of theirs, which may lack the file that says so.
-    if (package || folder.filename() == name || begin == folder / "urdf") places.push_back(folder / inside);
+    const bool has_name = folder.filename() == name && levels <= kLevelsBelowPackage;
+    if (package || has_name || begin == folder / "urdf") places.push_back(folder / inside);
+    ++levels;
   }
   for (const path& one : folders_of_variables()) places.push_back(one / rest);
   return places;
+}
+
+std::string joined(const std::vector<path>& places) {
+  return absl::StrJoin(places, ", ", [](std::string* out, const path& place) {
+    absl::StrAppend(out, place.lexically_normal().string());
+  });
 }
 
 absl::StatusOr<path> first_of(const std::string& uri, const std::vector<path>& candidates) {
   for (const path& candidate : candidates) {
     if (is_there(candidate)) return candidate.lexically_normal();
   }
-  const std::string places = absl::StrJoin(candidates, ", ", [](std::string* out, const path& candidate) {
-    absl::StrAppend(out, candidate.lexically_normal().string());
-  });
-  return absl::NotFoundError(absl::StrCat("'", uri, "' was not found; searched: ", places));
+  return absl::NotFoundError(absl::StrCat("'", uri, "' was not found; searched: ", joined(candidates)));
 }
 
 // A path below a folder that is given; none if it leaves it.
@@ -125,9 +185,16 @@ absl::StatusOr<std::vector<path>> candidates_of(const std::string& uri, const pa
 }
 
 // first_of(), saying how more places can be named.
-absl::StatusOr<path> search(const std::string& uri, const std::vector<path>& candidates) {
+absl::StatusOr<path> search(const std::string& uri, const path& directory,
+                            const std::vector<path>& candidates) {
   absl::StatusOr<path> found = first_of(uri, candidates);
-  if (found.ok()) return found;
+  if (found.ok()) {
+    const std::vector<path> roots = roots_of(uri, directory);
+    if (is_below(*found, roots)) return found;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "'", uri, "' leads to ", found->string(), ", which is in none of the folders of this file (",
+        joined(roots), "): list its folder in TESSERA_MODEL_PATH if you trust the file"));
+  }
   return absl::NotFoundError(absl::StrCat(found.status().message(),
                                           "; set TESSERA_MODEL_PATH, GZ_SIM_RESOURCE_PATH, SDF_PATH or "
                                           "AMENT_PREFIX_PATH to search in more folders"));
@@ -151,18 +218,32 @@ absl::StatusOr<path> file_of_folder(const path& folder) {
 
 }  // namespace
 
+WorldFolder::WorldFolder(const path& folder)
+    : before_(std::exchange(world_folder, absolute_folder(folder))) {}
+WorldFolder::~WorldFolder() { world_folder = before_; }
+
 absl::StatusOr<path> find_uri(const std::string& uri, const path& directory) {
   const absl::StatusOr<std::vector<path>> candidates = candidates_of(uri, directory, "");
   if (!candidates.ok()) return candidates.status();
-  return search(uri, *candidates);
+  return search(uri, directory, *candidates);
 }
 
 absl::StatusOr<path> find_model(const std::string& uri, const path& directory) {
   const absl::StatusOr<std::vector<path>> candidates = candidates_of(uri, directory, ".sdf");
   if (!candidates.ok()) return candidates.status();
-  absl::StatusOr<path> found = search(uri, *candidates);
+  absl::StatusOr<path> found = search(uri, directory, *candidates);
   if (!found.ok() || !is_folder(*found)) return found;
-  return file_of_folder(*found);
+  const path folder = *found;
+  found = file_of_folder(folder);
+  if (found.ok() && !is_below(*found, {folder})) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("'", uri, "': ", found->string(), " leads out of the model's folder"));
+  }
+  return found;
+}
+
+bool is_file_below(const path& file, const path& folder) {
+  return is_there(file) && !is_folder(file) && is_below(file, {folder});
 }
 
 bool is_remote(const std::string& uri) {

@@ -8,6 +8,19 @@
 
 namespace tessera {
 
+// The folder of the world that this thread reads, as long as the object lives: all files that the world takes
+// in may take others from there.
+class WorldFolder {
+ public:
+  explicit WorldFolder(const std::filesystem::path& folder);
+  ~WorldFolder();
+  WorldFolder(const WorldFolder&) = delete;
+  WorldFolder& operator=(const WorldFolder&) = delete;
+
+ private:
+  std::filesystem::path before_;
+};
+
 // A file or folder of this machine for a URI in a file of `directory`. Relative paths and file:// start
 // there; model://name/rest and package://name/rest are searched there, in `models` beside it, and in the
 // model or package that the file is part of: beside it, and in it if that is its name. Then all but absolute
@@ -15,6 +28,12 @@ namespace tessera {
 // GZ_SIM_RESOURCE_PATH, IGN_GAZEBO_RESOURCE_PATH, GAZEBO_MODEL_PATH, SDF_PATH, AMENT_PREFIX_PATH (in
 // `share`), ROS_PACKAGE_PATH. NOT_FOUND with all places searched; INVALID_ARGUMENT for an empty URI, another
 // scheme, or a name of a model that leaves these folders ("model://../secret").
+//
+// A world of a stranger must not make this machine read any file, so what is found must lie, whatever links
+// lead to it: in `directory`; in that of the world (WorldFolder); in the folder of the model or package that
+// the file is part of, or beside it; beside `directory` if that is a usual part of a package ("urdf",
+// "worlds"); or in a folder that the variables list. INVALID_ARGUMENT, with these folders, for anything else.
+// Pipes and devices are not found.
 absl::StatusOr<std::filesystem::path> find_uri(const std::string& uri,
                                                const std::filesystem::path& directory);
 
@@ -22,6 +41,9 @@ absl::StatusOr<std::filesystem::path> find_uri(const std::string& uri,
 // model://name also finds name.sdf.
 absl::StatusOr<std::filesystem::path> find_model(const std::string& uri,
                                                  const std::filesystem::path& directory);
+
+// Whether `file` is a file (no pipe, no device) below `folder`, whatever links lead to it.
+bool is_file_below(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 // Whether a URI is http:// or https://, which are not supported.
 bool is_remote(const std::string& uri);

@@ -1,6 +1,7 @@
 #include "worlds/loader/mesh_file.h"
 
 #include <absl/strings/str_cat.h>
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -12,12 +13,28 @@
 #include <set>
 #include <system_error>
 #include <tuple>
+#include <utility>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
+#include "worlds/loader/file_search.h"
 
 namespace tessera {
 namespace {
+
+// Mesh files name others, of materials and buffers: none but those in the folder of the mesh are read.
+class FilesBeside final : public Assimp::DefaultIOSystem {
+ public:
+  explicit FilesBeside(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  bool Exists(const char* file) const override { return is_file_below(file, folder_); }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return Exists(file) ? DefaultIOSystem::Open(file, mode) : nullptr;
+  }
+
+ private:
+  const std::filesystem::path folder_;
+};
 
 // The meshes of a node and of all below it, in the file's order, in the axes of the root.
 void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
@@ -60,6 +77,8 @@ absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path&
   if (error) return absl::NotFoundError(absl::StrCat("mesh ", file.string(), ": there is no such file"));
   if (bytes > kWorldFileBytesMax) return refused(file, bytes, "bytes", kWorldFileBytesMax);
   Assimp::Importer importer;
+  const std::filesystem::path folder = file.parent_path();
+  importer.SetIOHandler(new FilesBeside(folder.empty() ? "." : folder));  // which the importer owns
   // Like Gazebo, ignore the up axis of a Collada file: worlds rely on that.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "lpss/model/validate.h"
+#include "worlds/loader/file_search.h"
 #include "worlds/loader/world_reader.h"
 #include "worlds/loader/xml.h"
 
@@ -17,6 +18,7 @@ namespace {
 absl::StatusOr<LoadedWorld> load(xml::File& file, Faults faults) {
   Notices notices;
   LoadedWorld result;
+  const WorldFolder folder(file.directory());
   // libsdformat and assimp throw on unexpected input.
   try {
     absl::StatusOr<WorldDescription> world = read_world(file, notices);
