@@ -143,13 +143,19 @@ std::optional<ConvexHull> hull_of(const SubMesh& part, const std::string& where,
 
 // The hulls of the parts of an object; none if it cannot be divided.
 Parts hulls_of_parts(const SubMesh& object, std::size_t parts_max, const std::string& where,
-                     Notices& notices) {
+                     MeshLibrary& meshes, Notices& notices) {
   Parts result;
+  const std::size_t triangles = object.indices.size() / 3;
+  if (triangles <= kDividedTrianglesMax && !meshes.may_divide(triangles)) {
+    notices.count(absl::StrCat("mesh object not divided into convex parts, as those before had ",
+                               kDividedTrianglesInAll, " triangles, taken as its convex hull"));
+    return result;
+  }
   const auto divided = tessera::divided(object, parts_max);
   if (!divided) {
     notices.count(absl::StrCat("mesh object that cannot be divided into convex parts (of more than ",
                                kDividedTrianglesMax,
-                               " triangles, or in many pieces), taken as its convex hull"));
+                               " triangles, in many pieces, or no surface), taken as its convex hull"));
     return result;
   }
   for (const std::vector<Eigen::Vector3d>& points : *divided) {
@@ -174,7 +180,7 @@ absl::StatusOr<Parts> parts_of_mesh(const sdf::Mesh& mesh, const std::string& fi
     Parts parts;
     if (!is_convex(object)) {
       if (parts_max > 1) {
-        parts = hulls_of_parts(object, parts_max, where, notices);
+        parts = hulls_of_parts(object, parts_max, where, meshes, notices);
       } else {
         notices.count("concave mesh object that moves, taken as its convex hull");
       }
@@ -250,6 +256,12 @@ absl::StatusOr<const std::vector<SubMesh>*> MeshLibrary::mesh(const std::string&
     entry = std::make_unique<std::vector<SubMesh>>(*std::move(read));
   }
   return entry.get();
+}
+
+bool MeshLibrary::may_divide(std::size_t triangles) {
+  if (divided_triangles_ + triangles > kDividedTrianglesInAll) return false;
+  divided_triangles_ += triangles;
+  return true;
 }
 
 std::string MeshLibrary::add(GivenGeometry geometry) {

@@ -28,7 +28,11 @@ class MeshLibrary {
   // The geometry of that name, or nullptr if it is the name of a file.
   const GivenGeometry* given(const std::string& name) const;
 
+  // Whether the objects to be divided have had few enough triangles so far, with one of so many more.
+  bool may_divide(std::size_t triangles);
+
  private:
+  std::size_t divided_triangles_ = 0;
   absl::flat_hash_map<std::string, std::unique_ptr<std::vector<SubMesh>>> meshes_;
   absl::flat_hash_map<std::string, GivenGeometry> given_;
   absl::flat_hash_map<std::pair<std::string, std::size_t>, std::string> divided_;  // names

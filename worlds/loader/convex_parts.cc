@@ -89,6 +89,19 @@ Welded welded(const SubMesh& object) {
   return result;
 }
 
+// Whether hardly an edge has more than two triangles.
+bool is_surface(const Welded& mesh) {
+  constexpr std::size_t kPairsMax =
+      2;  // of triangles that share an edge, by triangle: 1.5 in a closed surface
+  std::map<std::pair<long, long>, std::size_t> triangles_at;
+  std::size_t pairs = 0;
+  for (const HACD::Vec3<long>& t : mesh.triangles) {
+    for (const auto& [a, b] : {std::pair(t.X(), t.Y()), std::pair(t.Y(), t.Z()), std::pair(t.Z(), t.X())})
+      pairs += triangles_at[std::minmax(a, b)]++;
+  }
+  return pairs <= kPairsMax * mesh.triangles.size();
+}
+
 // The number of the part that each triangle belongs to, or none.
 std::optional<std::vector<long>> parts_of_triangles(Welded& mesh, std::size_t parts_min, double concavity) {
   HACD::HACD hacd;
@@ -201,7 +214,7 @@ std::optional<std::vector<std::vector<Eigen::Vector3d>>> divided(const SubMesh& 
   constexpr double kConcavity = 20;
   constexpr double kAny = 1e9;
   Welded mesh = welded(object);
-  if (mesh.triangles.empty()) return std::nullopt;
+  if (mesh.triangles.empty() || !is_surface(mesh)) return std::nullopt;
   const std::vector<HACD::Vec3<HACD::Real>> points = mesh.points;  // HACD moves them to and fro
   std::optional<std::vector<long>> part_of = parts_of_triangles(mesh, 1, kConcavity);
   const auto count = [&] { return static_cast<std::size_t>(*std::ranges::max_element(*part_of)) + 1; };

@@ -29,12 +29,14 @@ absl::StatusOr<std::vector<Outline>> convex_parts(const Outline& outline);
 // for which that would take too long, they are taken not to be.
 bool is_convex(const SubMesh& object);
 
-inline constexpr std::size_t kDividedTrianglesMax = 2048;  // of an object to be divided: some seconds
-inline constexpr std::size_t kPartsMax = 64;               // of an object
+inline constexpr std::size_t kDividedTrianglesMax = 2048;     // of an object to be divided: some seconds
+inline constexpr std::size_t kDividedTrianglesInAll = 32768;  // of all objects of a world: a minute
+inline constexpr std::size_t kPartsMax = 64;                  // of an object
 
 // Divides an object by HACD into at most so many groups of triangles, whose hulls follow its surface within
 // 1 % of its size where that number suffices. By its points; none if it has more than kDividedTrianglesMax
-// triangles, or its triangles are not connected by edges.
+// triangles, these are not connected by edges, or edges have so many of them that this is no surface: HACD
+// looks at all pairs that share one.
 //
 // Depends on the mesh alone: HACD computes with sums, products and square roots in double precision, in one
 // thread and in the order of the triangles. What is left of the C library, pow(), is for a weight of 0.

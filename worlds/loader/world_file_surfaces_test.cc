@@ -338,6 +338,19 @@ TEST(ConcaveMeshes, AreDividedIntoPartsThatFollowThem) {
   EXPECT_EQ(divided(ell(), 16), parts) << "the same each time";
 }
 
+// HACD would look at all pairs of triangles that share an edge: two million.
+TEST(ConcaveMeshes, WithManyTrianglesAtAnEdgeAreNotDivided) {
+  constexpr std::uint32_t kPages = 2000;
+  SubMesh book;
+  book.vertices = {{0, 0, 0}, {0, 0, 1}};
+  for (std::uint32_t n = 0; n < kPages; ++n) {
+    const double turn = 2 * std::numbers::pi * n / kPages;
+    book.vertices.emplace_back(std::cos(turn), std::sin(turn), 0.5);
+    for (const std::uint32_t corner : {0u, 1u, n + 2}) book.indices.push_back(corner);
+  }
+  EXPECT_EQ(divided(book, 16), std::nullopt);
+}
+
 TEST(ConcaveMeshes, MayBeDividedWhereTheFileSaysSo) {
   const Folder folder;
   folder.write("ell.obj", as_obj(ell()));

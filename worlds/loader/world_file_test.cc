@@ -246,6 +246,18 @@ TEST(Includes, ByPathFolderAndModelUri) {
   EXPECT_EQ(loaded.world.shapes.size(), 1u);
 }
 
+TEST(Includes, OfAFileInTheCurrentFolder) {
+  const Folder folder;
+  folder.write("ball/model.sdf", model_file(model("ball", "")));
+  folder.write("w.sdf", world("<include><uri>model://ball</uri></include>"));
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder);
+  const absl::StatusOr<LoadedWorld> loaded = load_world_file("w.sdf");
+  std::filesystem::current_path(before);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_THAT(names(*loaded), ElementsAre("ball::l"));
+}
+
 TEST(Includes, FromTheModelPath) {
   const Folder folder;
   folder.write("elsewhere/thing/model.sdf", model_file(model("thing", "")));
