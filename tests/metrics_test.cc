@@ -24,6 +24,7 @@ using ::testing::HasSubstr;
 
 constexpr const char* kCoordinatorMetrics[] = {"tessera_build_info",
                                                "tessera_coordinator_info",
+                                               "tessera_coordinator_leads",
                                                "tessera_coordinator_servers",
                                                "tessera_coordinator_servers_suspect",
                                                "tessera_coordinator_servers_taking_part",

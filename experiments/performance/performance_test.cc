@@ -8,10 +8,13 @@
 namespace tessera {
 namespace {
 
+// What is dropped moves, but is not thrown.
 TEST(PerformanceExperiment, EveryWorldIsBesidePlainBulletAndStands) {
   absl::StatusOr<Report> report =
       measure_performance({.quick = true}, [](std::uint64_t, std::uint64_t) { return true; });
   ASSERT_TRUE(report.ok()) << report.status();
+  const std::map<std::string, double> drifts_max_m = {
+      {"mixed", 2}, {"pile", 0.2}, {"pile_to_rest", 0.2}, {"pyramid", 0.05}, {"towers", 0.05}};
   std::map<std::string, int> worlds;
   for (const Row& row : report->table("rows")) {
     ++worlds[row["scene"]];
@@ -19,12 +22,12 @@ TEST(PerformanceExperiment, EveryWorldIsBesidePlainBulletAndStands) {
     EXPECT_EQ(row["hash"].get<std::string>().size(), 32u) << row;
     if (row["world"] == "plain Bullet") {
       EXPECT_EQ(row["ratio"], 1) << row;
-    } else if (row["scene"] != "pile" && row["scene"] != "pile_to_rest") {
-      EXPECT_LT(row["drift_m"], 0.05) << row;
+    } else {
+      EXPECT_LT(row["drift_m"], drifts_max_m.at(row["scene"])) << row;
     }
   }
-  EXPECT_EQ(worlds,
-            (std::map<std::string, int>{{"pile", 3}, {"pile_to_rest", 3}, {"pyramid", 3}, {"towers", 3}}));
+  EXPECT_EQ(worlds.size(), drifts_max_m.size());
+  for (const auto& [scene, rows] : worlds) EXPECT_EQ(rows, 3) << scene;
 }
 
 }  // namespace
