@@ -116,9 +116,10 @@ WorldDescription mixed_bodies(const WorldSettings& settings, int count) {
   const int side = static_cast<int>(std::ceil(std::sqrt(groups / 4.0)));
   Scatter scatter;
   for (int n = 0; n < groups; ++n) {
+    const int layer = n / (side * side);
     const int row = n % (side * side) / side;
     const Eigen::Vector3d corner((n % side - side / 2.0) * 2 * kApart, (row - side / 2.0) * 2 * kApart,
-                                 2.2 + 3.2 * (n / (side * side)));
+                                 2.2 + 3.2 * layer);
     const auto place = [&](double x, double y, double z) -> Eigen::Vector3d {
       return corner +
              Eigen::Vector3d(x * kApart + 0.2 * scatter.next(), y * kApart + 0.2 * scatter.next(), z);
