@@ -50,8 +50,9 @@ def _record(recorder: Recorder, options: argparse.Namespace) -> None:
         ticks = math.ceil(options.seconds / recorder.time_step)
     with ThreadPoolExecutor(1) as executor:
         try:
+            following = executor.submit(_follow, recorder, ticks)
             print(f"recording {recorder.world} to {options.output}; Ctrl-C ends it", flush=True)
-            executor.submit(_follow, recorder, ticks).result()
+            following.result()
         except KeyboardInterrupt:
             recorder.stop()
 
