@@ -88,6 +88,8 @@ ServerStatus read(const v1::ServerStatus& status) {
   server.takes_part = status.takes_part();
   server.suspect = status.suspect();
   server.drained = status.drained();
+  server.own_ms = status.own_ms();
+  server.slow = status.slow();
   return server;
 }
 
@@ -105,6 +107,8 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.map_epoch = reply.map_epoch();
   status.recoveries = reply.recoveries();
   status.checkpoint_tick = reply.checkpoint_tick();
+  status.store_failure = reply.store_failure();
+  status.waits_for_store = reply.waits_for_store();
   for (const v1::ServerStatus& server : reply.servers()) status.servers.push_back(read(server));
   status.failure = reply.failure();
   status.coordinator_peak_rss_bytes = reply.coordinator_peak_rss_bytes();
@@ -163,7 +167,7 @@ class Client::Impl {
     v1::RestoreRequest request;
     request.set_replace(replace);
     bool is_taken = true;  // otherwise Finish() says why not
-    const absl::Status read = read_pieces(file, [&](std::string_view bytes) {
+    const absl::Status read = system_disk().read(file, [&](std::string_view bytes) {
       request.set_bytes(std::string(bytes));
       is_taken = is_taken && stream->Write(request);
       return absl::OkStatus();
