@@ -1,0 +1,148 @@
+#include "keys/gate.h"
+
+#include <absl/strings/ascii.h>
+#include <absl/strings/escaping.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/strip.h>
+#include <grpc/grpc_security_constants.h>
+#include <grpcpp/security/auth_metadata_processor.h>
+#include <openssl/sha.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "keys/keys_folder.h"
+
+namespace tessera {
+namespace {
+
+constexpr absl::string_view kRoleUri = "urn:tessera:role:";
+constexpr absl::string_view kBearer = "Bearer ";
+
+std::string digest_of(absl::string_view token) {
+  std::string digest(SHA256_DIGEST_LENGTH, '\0');
+  SHA256(reinterpret_cast<const unsigned char*>(token.data()), token.size(),
+         reinterpret_cast<unsigned char*>(digest.data()));
+  return absl::BytesToHexString(digest);
+}
+
+class Gate final : public grpc::AuthMetadataProcessor {
+ public:
+  explicit Gate(Tokens tokens) : tokens_(std::move(tokens)) {}
+
+  bool IsBlocking() const override { return false; }
+
+  grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* client, OutputMetadata*,
+                       OutputMetadata*) override {
+    const auto path = metadata.find(":path");
+    const absl::string_view call = path == metadata.end()
+                                       ? absl::string_view()
+                                       : absl::string_view(path->second.data(), path->second.size());
+    const std::optional<ClientRole> needed = role_needed(call);
+    if (!needed)
+      return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat("there is no call ", absl::CHexEscape(call))};
+    const std::optional<ClientRole> role = role_of(metadata, *client);
+    if (!role) {
+      return {grpc::StatusCode::UNAUTHENTICATED,
+              "this cluster wants to know who calls: give --keys FOLDER (or TESSERA_KEYS) with a certificate "
+              "or a "
+              "token that it knows"};
+    }
+    if (*role < *needed) {
+      return {grpc::StatusCode::PERMISSION_DENIED,
+              absl::StrCat("the role ", name_of(*role), " may not do this: it needs ", name_of(*needed))};
+    }
+    return grpc::Status::OK;
+  }
+
+ private:
+  // The higher one of certificate and token.
+  std::optional<ClientRole> role_of(const InputMetadata& metadata, const grpc::AuthContext& client) const {
+    std::optional<ClientRole> role;
+    for (const grpc::string_ref& name : client.FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME)) {
+      role = std::max(role, role_of_uri({name.data(), name.size()}));
+    }
+    const auto [begin, end] = metadata.equal_range("authorization");
+    for (auto given = begin; given != end; ++given) {
+      role = std::max(role, tokens_.role_of_header({given->second.data(), given->second.size()}));
+    }
+    return role;
+  }
+
+  const Tokens tokens_;
+};
+
+}  // namespace
+
+absl::StatusOr<Tokens> Tokens::parse(absl::string_view text) {
+  Tokens tokens;
+  std::size_t number = 0;
+  for (const absl::string_view line : absl::StrSplit(text, '\n')) {
+    ++number;
+    const absl::string_view content = absl::StripAsciiWhitespace(line);
+    if (content.empty() || content.front() == '#') continue;
+    const std::vector<std::string> words = absl::StrSplit(content, ' ', absl::SkipEmpty());
+    const std::optional<ClientRole> role = parse_role(words[0]);
+    if (!role || words.size() < 2 || words[1].size() != 2 * SHA256_DIGEST_LENGTH) {
+      return absl::InvalidArgumentError(absl::StrCat("line ", number, " is not ROLE DIGEST NAME"));
+    }
+    tokens.by_digest_[absl::AsciiStrToLower(words[1])] = *role;
+  }
+  return tokens;
+}
+
+std::string Tokens::line(ClientRole role, absl::string_view token, absl::string_view name) {
+  return absl::StrCat(name_of(role), " ", digest_of(token), " ", name, "\n");
+}
+
+std::optional<ClientRole> Tokens::role_of(absl::string_view token) const {
+  const auto found = by_digest_.find(digest_of(token));
+  if (found == by_digest_.end()) return std::nullopt;
+  return found->second;
+}
+
+std::optional<ClientRole> Tokens::role_of_header(absl::string_view value) const {
+  return absl::ConsumePrefix(&value, kBearer) ? role_of(value) : std::nullopt;
+}
+
+absl::StatusOr<ServerKeys> read_server_keys(const std::filesystem::path& keys, const std::string& inner) {
+  ServerKeys read;
+  read.folder = keys_for(keys, inner);
+  for (const auto& [file, text] :
+       {std::pair(kAuthorityFile, &read.authority), std::pair(kCertificateFile, &read.certificate),
+        std::pair(kKeyFile, &read.key)}) {
+    absl::StatusOr<std::string> content = read_key_file(read.folder / file);
+    if (!content.ok()) return content.status();
+    *text = *std::move(content);
+  }
+  const absl::StatusOr<std::string> tokens = read_key_file(read.folder / kTokensFile);
+  if (!tokens.ok()) return tokens.status();
+  absl::StatusOr<Tokens> parsed = Tokens::parse(*tokens);
+  if (!parsed.ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat((read.folder / kTokensFile).string(), ": ", parsed.status().message()));
+  }
+  read.tokens = *std::move(parsed);
+  return read;
+}
+
+std::optional<ClientRole> role_of_uri(absl::string_view uri) {
+  if (!absl::ConsumePrefix(&uri, kRoleUri)) return std::nullopt;
+  return parse_role(uri);
+}
+
+std::string uri_of(ClientRole role) { return absl::StrCat(kRoleUri, name_of(role)); }
+
+std::shared_ptr<grpc::ServerCredentials> server_credentials(const std::optional<ServerKeys>& keys) {
+  if (!keys) return grpc::InsecureServerCredentials();
+  grpc::SslServerCredentialsOptions options(GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY);
+  options.pem_root_certs = keys->authority;
+  options.pem_key_cert_pairs.push_back({keys->key, keys->certificate});
+  std::shared_ptr<grpc::ServerCredentials> credentials = grpc::SslServerCredentials(options);
+  credentials->SetAuthMetadataProcessor(std::make_shared<Gate>(keys->tokens));
+  return credentials;
+}
+
+}  // namespace tessera

@@ -1,0 +1,77 @@
+#include "keys/role.h"
+
+#include <absl/strings/strip.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+constexpr std::array<std::pair<absl::string_view, ClientRole>, 3> kNames = {
+    {{"observe", ClientRole::kObserve}, {"control", ClientRole::kControl}, {"admin", ClientRole::kAdmin}}};
+
+constexpr absl::string_view kPackage = "/tessera.v1.";
+
+struct Call {
+  absl::string_view name;
+  ClientRole role;
+};
+
+// All of them: a call that is missing here is refused, and a test misses it.
+constexpr std::array kCalls = {
+    Call{"Tessera/GetStatus", ClientRole::kObserve},
+    Call{"Tessera/GetHash", ClientRole::kObserve},
+    Call{"Tessera/Raycast", ClientRole::kObserve},
+    Call{"Tessera/Near", ClientRole::kObserve},
+    Call{"Tessera/FindBodies", ClientRole::kObserve},
+    Call{"Tessera/ListJoints", ClientRole::kObserve},
+    Call{"Tessera/ListFrames", ClientRole::kObserve},
+    Call{"Streams/WatchBodies", ClientRole::kObserve},
+    Call{"Streams/WatchContacts", ClientRole::kObserve},
+    Call{"Streams/WatchSeams", ClientRole::kObserve},
+    Call{"Streams/WatchDivergences", ClientRole::kObserve},
+
+    Call{"Tessera/Spawn", ClientRole::kControl},
+    Call{"Tessera/Remove", ClientRole::kControl},
+    Call{"Tessera/SetVelocity", ClientRole::kControl},
+    Call{"Tessera/ApplyImpulse", ClientRole::kControl},
+    Call{"Tessera/ApplyForce", ClientRole::kControl},
+    Call{"Tessera/Teleport", ClientRole::kControl},
+    Call{"Tessera/SetKinematicTarget", ClientRole::kControl},
+    Call{"Tessera/SetSurfaceMotion", ClientRole::kControl},
+    Call{"Tessera/AddJoint", ClientRole::kControl},
+    Call{"Tessera/RemoveJoint", ClientRole::kControl},
+    Call{"Tessera/SetJointDrives", ClientRole::kControl},
+    Call{"Tessera/Pause", ClientRole::kControl},
+    Call{"Tessera/Resume", ClientRole::kControl},
+    Call{"Tessera/Step", ClientRole::kControl},
+    // It only reads, but the coordinator holds all of the world meanwhile.
+    Call{"Tessera/Snapshot", ClientRole::kControl},
+
+    Call{"Tessera/Load", ClientRole::kAdmin},
+    Call{"Tessera/Unload", ClientRole::kAdmin},
+    Call{"Tessera/Restore", ClientRole::kAdmin},
+    Call{"Tessera/Drain", ClientRole::kAdmin},
+    Call{"Tessera/Shutdown", ClientRole::kAdmin},
+};
+
+}  // namespace
+
+absl::string_view name_of(ClientRole role) { return kNames[static_cast<std::size_t>(role)].first; }
+
+std::optional<ClientRole> parse_role(absl::string_view name) {
+  const auto* found = std::ranges::find(kNames, name, &std::pair<absl::string_view, ClientRole>::first);
+  if (found == kNames.end()) return std::nullopt;
+  return found->second;
+}
+
+std::optional<ClientRole> role_needed(absl::string_view call) {
+  if (!absl::ConsumePrefix(&call, kPackage)) return std::nullopt;
+  const auto* found = std::ranges::find(kCalls, call, &Call::name);
+  if (found == kCalls.end()) return std::nullopt;
+  return found->role;
+}
+
+}  // namespace tessera
