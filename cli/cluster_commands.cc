@@ -30,8 +30,10 @@ struct UpOptions {
   bool without_viewer = false;  // the web UI was not asked for, and tessera-viewer is not there
 };
 
-absl::Status load_into(const LocalCluster& cluster, const WorldDescription& world) {
-  const absl::StatusOr<std::unique_ptr<Client>> client = Client::connect(cluster.address());
+absl::Status load_into(const LocalCluster& cluster, const std::filesystem::path& keys,
+                       const WorldDescription& world) {
+  const absl::StatusOr<std::unique_ptr<Client>> client =
+      Client::connect(cluster.address(), kCallTimeout, keys);
   if (!client.ok()) return client.status();
   const absl::StatusOr<LoadSummary> summary = (*client)->load(world);
   if (!summary.ok()) return summary.status();
@@ -69,7 +71,7 @@ absl::Status up(UpOptions options) {
   if (!world) absl::PrintF("try: tessera load worlds/seam.sdf --connect %s\n", (*cluster)->address());
   std::fflush(stdout);
   if (world) {
-    const auto load = [&] { return load_into(**cluster, world->world); };
+    const auto load = [&] { return load_into(**cluster, wanted.keys, world->world); };
     if (absl::Status status = (*cluster)->attend(load); !status.ok()) return status;
     std::fflush(stdout);
   }
@@ -113,6 +115,13 @@ void add_up(CLI::App& app, Action& action) {
       "--store", cluster.store_folder,
       "keep the world in this folder, and go on with the one that is there; by default it is kept\n"
       "until the cluster ends");
+  command
+      .add_option(
+          "--keys", cluster.keys,
+          "folder of `tessera keys create`: clients and browsers must show a certificate or a token of it")
+      ->envname("TESSERA_KEYS");
+  command.add_flag("--insecure", cluster.insecure,
+                   "listen beyond loopback without keys: whoever reaches the addresses controls the world");
   command.add_flag("--no-replacement", options->no_replacement, "end with any daemon");
   command.add_flag("--end-with-input", options->end_with_input,
                    "end when the standard input does: with the program that holds the pipe");

@@ -21,6 +21,7 @@ void add_cluster_commands(CLI::App& app, Action& action);
 void add_body_commands(CLI::App& app, Action& action);
 void add_convert_command(CLI::App& app, Action& action);
 void add_joint_commands(CLI::App& app, Action& action);
+void add_keys_commands(CLI::App& app, Action& action);
 void add_query_commands(CLI::App& app, Action& action);
 void add_replay_command(CLI::App& app, Action& action);
 void add_tune_command(CLI::App& app, Action& action);

@@ -25,6 +25,7 @@ inline void on_cluster(CLI::App& command, Action& action,
                        std::function<absl::Status(Client&, nlohmann::json&)> work) {
   struct Where {
     std::string address = kAddressDefault;
+    std::string keys;
     std::filesystem::path json;
   };
   const auto where = std::make_shared<Where>();
@@ -33,11 +34,14 @@ inline void on_cluster(CLI::App& command, Action& action,
                   "host:port of the coordinator; of several, all of them, separated by commas")
       ->envname("TESSERA_ADDRESS")
       ->capture_default_str();
+  command.add_option("--keys", where->keys, "folder of `tessera keys create`, for a cluster with keys")
+      ->envname("TESSERA_KEYS");
   add_parsed(command, "--json", where->json, parse_output_file,
              "write what is printed to this file as data, too");
   command.callback([where, work = std::move(work), &action] {
     action = [where, work]() -> absl::Status {
-      const absl::StatusOr<std::unique_ptr<Client>> client = Client::connect(where->address, kConnectTimeout);
+      const absl::StatusOr<std::unique_ptr<Client>> client =
+          Client::connect(where->address, kConnectTimeout, where->keys);
       if (!client.ok()) return client.status();
       nlohmann::json data = nlohmann::json::object();
       if (absl::Status status = work(**client, data); !status.ok()) return status;

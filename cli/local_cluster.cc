@@ -82,6 +82,7 @@ absl::Status LocalCluster::start_page(int inotify) {
                                         "--listen",          options_.page,
                                         "--ready-file",      (folder_ / kPageReadyFile).string(),
                                         "--exit-with-parent"};
+  add_keys(arguments);
   if (options_.page_on_any_port) arguments.push_back("--any-port");
   absl::StatusOr<ChildProcess> page =
       ChildProcess::start(options_.daemons / kViewer, arguments, folder_ / "viewer.log");
@@ -93,10 +94,17 @@ absl::Status LocalCluster::start_page(int inotify) {
   return absl::OkStatus();
 }
 
+// Said in any case, so that the environment does not count.
+void LocalCluster::add_keys(std::vector<std::string>& arguments) const {
+  arguments.insert(arguments.end(), {"--keys", options_.keys.string()});
+  if (options_.insecure) arguments.emplace_back("--insecure");
+}
+
 absl::StatusOr<ChildProcess> LocalCluster::start_daemon(const std::string& name,
                                                         std::vector<std::string> arguments) {
   for (const std::string& argument : identity()) arguments.push_back(argument);
   arguments.emplace_back("--exit-with-parent");
+  add_keys(arguments);
   const std::string log = absl::StrCat(name, "-", logs_++, ".log");
   return ChildProcess::start(options_.daemons / absl::StrCat("tessera-", name), arguments, folder_ / log);
 }

@@ -37,6 +37,8 @@ struct LocalClusterOptions {
   bool store = false;                   // the world, in a folder of the cluster's, which ends with it
   std::filesystem::path store_folder;   // or in this one, which stays
   bool replaces_daemons = false;        // in wait_for_interrupt()
+  std::filesystem::path keys;           // folder of `tessera keys create`; empty: none
+  bool insecure = false;                // without keys, beyond loopback nevertheless
   std::filesystem::path record_inputs;  // a file that is not there yet; empty: nothing is recorded
 };
 
@@ -100,6 +102,7 @@ class LocalCluster {
   absl::Status start_page(int inotify);
   absl::StatusOr<ChildProcess> new_server();
   absl::StatusOr<ChildProcess> new_coordinator(const std::string& listen);
+  void add_keys(std::vector<std::string>& arguments) const;
   bool may_replace();
   absl::Status replace(std::size_t place);
   absl::StatusOr<std::string> await_ready(const std::string& file, ChildProcess& process, int inotify);

@@ -24,6 +24,7 @@ int run(int argc, char** argv) {
   add_snapshot_commands(app, action);
   add_status_commands(app, action);
   add_query_commands(app, action);
+  add_keys_commands(app, action);
   add_convert_command(app, action);
   add_simulate_command(app, action);
   add_replay_command(app, action);

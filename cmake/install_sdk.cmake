@@ -21,7 +21,7 @@ endfunction()
 
 set(model base grid model)
 tessera_install(model ${model})
-tessera_install(client c client proto proto_grpc proto_messages proto_services)
+tessera_install(client c client client_keys proto proto_grpc proto_messages proto_services)
 
 # All other libraries of lpss/.
 set(layer)

@@ -1,7 +1,7 @@
 # Debian packages, made by deploy/package.sh: `tessera` (daemons, command, configuration) and `libtessera-dev` (SDK).
 install(FILES deploy/tessera.toml DESTINATION /etc/tessera COMPONENT configuration EXCLUDE_FROM_ALL)
 install(DIRECTORY deploy/systemd/ DESTINATION lib/systemd/system COMPONENT configuration EXCLUDE_FROM_ALL)
-install(FILES deploy/grafana/tessera.json deploy/prometheus.yml
+install(FILES deploy/grafana/tessera.json deploy/keys.conf deploy/prometheus.yml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/tessera COMPONENT configuration EXCLUDE_FROM_ALL)
 install(FILES docs/operations.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tessera
   COMPONENT configuration EXCLUDE_FROM_ALL)

@@ -30,8 +30,4 @@ inline grpc::Status client_is_gone() {
   return {grpc::StatusCode::CANCELLED, "the client has disconnected, or its deadline has passed"};
 }
 
-inline grpc::Status request_is_refused() {
-  return {grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down, or has too many requests"};
-}
-
 }  // namespace tessera

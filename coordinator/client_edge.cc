@@ -46,8 +46,9 @@ std::string why_not(const ListenAddress& endpoint) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& listen, RequestQueue& queue,
-                                                             grpc::Service* beside) {
+absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& listen,
+                                                             const std::optional<ServerKeys>& keys,
+                                                             RequestQueue& queue, grpc::Service* beside) {
   const std::optional<ListenAddress> endpoint = parse_listen_address(listen);
   if (!endpoint) {
     return absl::InvalidArgumentError(
@@ -60,7 +61,7 @@ absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& 
   limit_clients(builder, kClientThreadsMax);
   builder.SetMaxReceiveMessageSize(kClientMessageBytesMax);
   builder.SetMaxSendMessageSize(kClientMessageBytesMax);
-  builder.AddListeningPort(listen, grpc::InsecureServerCredentials(), &port);
+  builder.AddListeningPort(listen, server_credentials(keys), &port);
   builder.RegisterService(&edge->service_);
   if (beside != nullptr) builder.RegisterService(beside);
   edge->server_ = builder.BuildAndStart();

@@ -5,19 +5,24 @@
 #include <grpcpp/grpcpp.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "coordinator/request_queue.h"
 #include "coordinator/service.h"
+#include "keys/gate.h"
 
 namespace tessera {
 
 class ClientEdge {
  public:
   // Serves the service Tessera on `listen` ("host:port"; port 0: any free one), and `beside`, if there is
-  // one. `queue` and `beside` must outlive it. INVALID_ARGUMENT for a malformed address; UNAVAILABLE, with
-  // the reason, for an address that is in use or does not belong to this machine.
-  static absl::StatusOr<std::unique_ptr<ClientEdge>> open(const std::string& listen, RequestQueue& queue,
+  // one, to those whom `keys` names; to everyone without. `queue` and `beside` must outlive it.
+  // INVALID_ARGUMENT for a malformed address; UNAVAILABLE, with the reason, for an address that is in use or
+  // does not belong to this machine.
+  static absl::StatusOr<std::unique_ptr<ClientEdge>> open(const std::string& listen,
+                                                          const std::optional<ServerKeys>& keys,
+                                                          RequestQueue& queue,
                                                           grpc::Service* beside = nullptr);
 
   ~ClientEdge();

@@ -41,7 +41,8 @@ void Coordinator::Impl::on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanosec
   const std::size_t shape_bytes = call.request.shape().ByteSizeLong();
   if (absl::Status status = sequencer.room_for_command(shape_bytes); !status.ok())
     return call.reply(status, {});
-  absl::StatusOr<WorldRegistry::Spawned> spawned = (*world)->registry.spawn(call.request);
+  absl::StatusOr<WorldRegistry::Spawned> spawned =
+      (*world)->registry.spawn(call.request, options_.shape_bytes_max);
   if (!spawned.ok()) return call.reply(spawned.status(), {});
   const BodyId id = spawned->record.id;
   const Tick at =
@@ -54,7 +55,7 @@ void Coordinator::Impl::on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanosec
                          }
                          reply(status, answer);
                        });
-  store_command(call.request, at, id.value);
+  store_command(call.request, at, id.value, call.id);
 }
 
 void Coordinator::Impl::on(Call<v1::AddJointRequest, v1::AddJointReply>& call, Nanoseconds) {
@@ -74,7 +75,7 @@ void Coordinator::Impl::on(Call<v1::AddJointRequest, v1::AddJointReply>& call, N
         }
         reply(status, answer);
       });
-  store_command(call.request, at, joint->id.value);
+  store_command(call.request, at, joint->id.value, call.id);
 }
 
 template <typename Request>
@@ -87,7 +88,7 @@ void Coordinator::Impl::on(Call<Request, v1::CommandReply>& call, Nanoseconds) {
   if (!command.ok()) return call.reply(command.status(), {});
   (*world)->registry.apply(*command);
   const Tick at = sequencer.submit(*std::move(command), std::nullopt, with_tick(std::move(call.reply)));
-  store_command(call.request, at, 0);
+  store_command(call.request, at, 0, call.id);
 }
 
 void Coordinator::Impl::on(Call<v1::PauseRequest, v1::PauseReply>& call, Nanoseconds) {

@@ -39,6 +39,7 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
           call.reply(absl::UnavailableError("the coordinator is shutting down"), {});
         } else {
           reply_once_stored(call);
+          if (!is_new(call)) return;
           if (options_.inputs) record_on_reply(call, options_.inputs);
           on(call, now);
         }

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "coordinator/limits.h"
 #include "coordinator/world_store.h"
 #include "daemon/log_line.h"
 #include "lpss/grid/sector_map.h"
@@ -32,12 +33,20 @@ namespace tessera {
 
 using Nanoseconds = std::chrono::nanoseconds;  // since an arbitrary start; never goes back
 
+// Which call of a client it is: one that is made again, since its answer was lost, has the same id. Session
+// 0: none.
+struct CallId {
+  std::uint64_t session = 0;  // drawn by the client
+  std::uint64_t number = 0;   // counts its calls
+};
+
 // A client's request, in protobuf's types, and the receiver of its answer. `Reply` is called once, from
 // within handle(), receive(), advance() or take_messages(), with a status and, if that is OK, the answer.
 template <typename Request, typename Answer>
 struct ClientCall {
   Request request;
   std::function<void(absl::Status, const Answer&)> reply;
+  CallId id = {};
 };
 
 // What streams of chunks bring in and take out.
@@ -85,6 +94,7 @@ struct CoordinatorOptions {
   Nanoseconds checkpoint_every{0};
   Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for the servers it needs
   std::uint32_t grant_window = 32;                      // ticks granted ahead of the slowest server
+  std::size_t shape_bytes_max = kShapeBytesMax;  // of all shapes of a world, beyond which spawns are refused
   // The numbers of worlds that an earlier coordinator of the cluster gave: servers ignore what is older than
   // what they have.
   std::uint64_t worlds_before = 0;

@@ -167,6 +167,21 @@ TEST(Spawn, SharesEqualShapesAndNumbersNewOnes) {
   EXPECT_EQ(cluster->status().bodies(), 7u);
 }
 
+TEST(Spawn, ShapesOfAWorldHaveALimitOfBytes) {
+  CoordinatorOptions options;
+  options.shape_bytes_max = 200;
+  const auto cluster = loaded_cluster(options);
+  int spawned = 0;
+  std::string refusal;
+  for (; refusal.empty() && spawned < 100; ++spawned) {
+    const auto heard = cluster->ask<v1::SpawnReply>(spawn("", 1.0 + 0.01 * spawned));
+    if (heard->code() == absl::StatusCode::kResourceExhausted) refusal = heard->message();
+  }
+  EXPECT_GT(spawned, 2);
+  EXPECT_THAT(refusal, HasSubstr("may have 200 (--shapes-mib)"));
+  EXPECT_TRUE(cluster->ask<v1::SpawnReply>(spawn("", 1.0))->ok()) << "a shape that it has needs no room";
+}
+
 TEST(Spawn, RemovedNamesMayBeUsedAgainButNotIds) {
   const auto cluster = loaded_cluster();
   v1::RemoveRequest remove;

@@ -22,6 +22,7 @@
 #include "coordinator/membership.h"
 #include "coordinator/placement.h"
 #include "coordinator/recording.h"
+#include "coordinator/sessions.h"
 
 namespace tessera {
 
@@ -118,8 +119,10 @@ class Coordinator::Impl {
   bool stores() const { return options_.store != nullptr && store_failure_.empty(); }
   template <typename Request, typename Answer>
   void reply_once_stored(Call<Request, Answer>& call);
+  template <typename Request, typename Answer>
+  bool is_new(Call<Request, Answer>& call);
   template <typename Request>
-  void store_command(const Request& request, Tick tick, std::uint64_t id);
+  void store_command(const Request& request, Tick tick, std::uint64_t id, CallId call);
   void store_pace();
   void store_inputs();
   std::uint64_t rests_on() const;
@@ -159,6 +162,7 @@ class Coordinator::Impl {
 
   CoordinatorOptions options_;
   Membership members_;
+  Sessions sessions_;
   absl::flat_hash_set<NodeId> strangers_;  // unknown servers that have been notified
   std::unique_ptr<ActiveWorld> world_;
   std::optional<WaitingLoad> waiting_load_;
@@ -197,10 +201,23 @@ void Coordinator::Impl::reply_once_stored(Call<Request, Answer>& call) {
   }
 }
 
+// Of commands: the answers to other calls stay true if these are made again.
+template <typename Request, typename Answer>
+bool Coordinator::Impl::is_new(Call<Request, Answer>& call) {
+  if constexpr (CommandAnswer<Answer>) {
+    return sessions_.admit(call);
+  } else {
+    return true;
+  }
+}
+
 template <typename Request>
-void Coordinator::Impl::store_command(const Request& request, Tick tick, std::uint64_t id) {
+void Coordinator::Impl::store_command(const Request& request, Tick tick, std::uint64_t id, CallId call) {
   if (!stores()) return;
-  v1::RecordedCommand& command = *unstored_.emplace_back().mutable_command();
+  v1::StoredInput& input = unstored_.emplace_back();
+  input.set_session(call.session);
+  input.set_call(call.number);
+  v1::RecordedCommand& command = *input.mutable_command();
   command.set_tick(tick);
   command.set_id(id);
   put(request, command);

@@ -35,8 +35,10 @@ void record(const v1::RecordedInput& input, std::optional<RecordingWriter>& reco
 
 // The only coordinator of its cluster.
 absl::Status run_alone(CoordinatorArguments& arguments) {
+  const absl::StatusOr<std::optional<ServerKeys>> keys = lock_doors(arguments);
+  if (!keys.ok()) return keys.status();
   CoordinatorProcess process(arguments);
-  if (absl::Status status = process.open(); !status.ok()) return status;
+  if (absl::Status status = process.open(*keys); !status.ok()) return status;
   absl::StatusOr<std::unique_ptr<DdsLink>> link = DdsLink::create(arguments.dds);
   if (!link.ok()) {
     return absl::Status(link.status().code(),

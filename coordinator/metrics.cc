@@ -69,7 +69,7 @@ absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue,
                    }
                    promise->set_value(std::move(figures));
                  }};
-  if (!queue.push(request) || answer.wait_for(kPatience) != std::future_status::ready) {
+  if (!queue.push(request, 0).ok() || answer.wait_for(kPatience) != std::future_status::ready) {
     return absl::UnavailableError("the coordinator does not answer: it is busy or shutting down");
   }
   return answer.get();

@@ -28,6 +28,10 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
       "How often a running world's state is taken down, s, so that it survives the loss of servers; 0: "
       "never",
       0, 1e6);
+  add_mebibytes(app, "--queued-mib", arguments.queued_request_bytes_max,
+                "Requests of clients that wait for the coordinator, MiB in all; further ones are refused");
+  add_mebibytes(app, "--shapes-mib", coordinator.shape_bytes_max,
+                "Shapes of a world, MiB in all, beyond which bodies of further shapes are not spawned");
   add_metrics_option(app, arguments.metrics_address);
   app.add_option(
          "--store", arguments.store,
@@ -47,7 +51,7 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
                  "Write the address for clients to this file once it accepts connections")
       ->configurable(false);
   add_parent_option(app, arguments.exit_with_parent);
-  add_shared_options(app, arguments.dds, arguments.log);
+  add_shared_options(app, arguments.dds, arguments.log, arguments.keys);
 }
 
 }  // namespace tessera

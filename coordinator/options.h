@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "coordinator/coordinator.h"
+#include "daemon/locks.h"
 #include "daemon/log.h"
 #include "transport/dds_link.h"
 
@@ -24,7 +25,9 @@ struct CoordinatorArguments {
   std::vector<std::string> etcd;  // URLs; empty: one coordinator
   std::chrono::nanoseconds leader_lease = std::chrono::seconds(3);  // whole seconds
   std::string ready_file;
+  std::size_t queued_request_bytes_max = kQueuedRequestBytesMax;
   LogOptions log;
+  KeysOptions keys;
   bool exit_with_parent = false;
 };
 

@@ -9,6 +9,7 @@
 #include "coordinator/metrics.h"
 #include "coordinator/server_watch.h"
 #include "daemon/ready_file.h"
+#include "keys/keys_folder.h"
 
 namespace tessera {
 namespace {
@@ -17,18 +18,30 @@ constexpr std::chrono::milliseconds kStandbyTurn{20};
 
 }  // namespace
 
-CoordinatorProcess::CoordinatorProcess(const CoordinatorArguments& arguments)
-    : arguments_(arguments), signals_([this] { wake(); }), queue_([this] { wake(); }) {}
+absl::StatusOr<std::optional<ServerKeys>> lock_doors(CoordinatorArguments& arguments) {
+  absl::StatusOr<std::optional<ServerKeys>> keys =
+      open_locks(arguments.keys, kDaemonFolder, {arguments.listen, arguments.metrics_address});
+  if (!keys.ok()) return keys.status();
+  if (absl::Status status = lock_bus(arguments.keys, *keys, arguments.dds.network); !status.ok())
+    return status;
+  return keys;
+}
 
-absl::Status CoordinatorProcess::open(grpc::Service* beside) {
-  absl::StatusOr<std::unique_ptr<ClientEdge>> edge = ClientEdge::open(arguments_.listen, queue_, beside);
+CoordinatorProcess::CoordinatorProcess(const CoordinatorArguments& arguments)
+    : arguments_(arguments),
+      signals_([this] { wake(); }),
+      queue_([this] { wake(); }, arguments.queued_request_bytes_max) {}
+
+absl::Status CoordinatorProcess::open(const std::optional<ServerKeys>& keys, grpc::Service* beside) {
+  absl::StatusOr<std::unique_ptr<ClientEdge>> edge =
+      ClientEdge::open(arguments_.listen, keys, queue_, beside);
   if (!edge.ok()) return edge.status();
   edge_ = *std::move(edge);
-  return open_monitor();
+  return open_monitor(keys);
 }
 
 // The monitor calls these on its own threads.
-absl::Status CoordinatorProcess::open_monitor() {
+absl::Status CoordinatorProcess::open_monitor(const std::optional<ServerKeys>& keys) {
   if (arguments_.metrics_address.empty()) return absl::OkStatus();
   Monitored monitored;
   monitored.alive = [this] { return pulse_.alive(); };
@@ -44,7 +57,7 @@ absl::Status CoordinatorProcess::open_monitor() {
     return figures.status();
   };
   absl::StatusOr<std::unique_ptr<Monitor>> monitor =
-      Monitor::open(arguments_.metrics_address, std::move(monitored));
+      Monitor::open(arguments_.metrics_address, keys, std::move(monitored));
   if (!monitor.ok()) return monitor.status();
   monitor_ = *std::move(monitor);
   return absl::OkStatus();
@@ -56,7 +69,7 @@ absl::Status CoordinatorProcess::say_ready() {
   }
   spdlog::info("cluster {}, domain {}, clients on {}", arguments_.dds.cluster, arguments_.dds.domain,
                address());
-  if (monitor_) spdlog::info("metrics on http://{}/metrics", monitor_->address());
+  if (monitor_) spdlog::info("metrics on {}metrics", monitor_->url());
   return absl::OkStatus();
 }
 

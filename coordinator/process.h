@@ -15,10 +15,14 @@
 #include "coordinator/request_queue.h"
 #include "daemon/monitor.h"
 #include "daemon/stop_signals.h"
+#include "keys/gate.h"
 #include "transport/dds_link.h"
 #include "transport/waker.h"
 
 namespace tessera {
+
+// The keys of the arguments, of which its bus makes use from then on. Errors as open_locks() and lock_bus().
+absl::StatusOr<std::optional<ServerKeys>> lock_doors(CoordinatorArguments& arguments);
 
 class CoordinatorProcess {
  public:
@@ -26,7 +30,7 @@ class CoordinatorProcess {
 
   // Listens to clients, who are answered once serve() or refuse_clients() is called; `beside` is served, too.
   // Errors as ClientEdge::open() and Monitor::open().
-  absl::Status open(grpc::Service* beside = nullptr);
+  absl::Status open(const std::optional<ServerKeys>& keys, grpc::Service* beside = nullptr);
   // Tells whoever started this process that clients may come.
   absl::Status say_ready();
   void close();
@@ -47,7 +51,7 @@ class CoordinatorProcess {
   void wake();
 
  private:
-  absl::Status open_monitor();
+  absl::Status open_monitor(const std::optional<ServerKeys>& keys);
 
   const CoordinatorArguments& arguments_;
   Waker waker_;

@@ -3,6 +3,8 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <atomic>
+
 #include "coordinator/coordinator.h"
 #include "coordinator/request_queue.h"
 #include "tessera.grpc.pb.h"
@@ -49,9 +51,10 @@ class TesseraService final : public v1::Tessera::CallbackService {
 
  private:
   template <typename Request, typename Answer>
-  Reactor* post(const Request* request, Answer* answer);
+  Reactor* post(Context* context, const Request* request, Answer* answer);
 
   RequestQueue& queue_;
+  std::atomic<int> snapshot_calls_ = 0;  // under way, restores included
 };
 
 }  // namespace tessera

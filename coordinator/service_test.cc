@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <future>
+#include <map>
 #include <semaphore>
 #include <thread>
 
@@ -22,7 +24,7 @@ constexpr std::chrono::seconds kPatience{60};  // for machines that are busy
 class Service : public ::testing::Test {
  protected:
   void SetUp() override {
-    auto opened = ClientEdge::open("127.0.0.1:0", queue_);
+    auto opened = ClientEdge::open("127.0.0.1:0", std::nullopt, queue_);
     ASSERT_TRUE(opened.ok()) << opened.status();
     edge_ = std::move(*opened);
     channel_ = grpc::CreateChannel(edge_->address(), grpc::InsecureChannelCredentials());
@@ -147,7 +149,7 @@ TEST_F(Service, AClosedQueueIsUnavailable) {
 }
 
 TEST_F(Service, APortInUseIsSaidSo) {
-  const auto second = ClientEdge::open(edge_->address(), queue_);
+  const auto second = ClientEdge::open(edge_->address(), std::nullopt, queue_);
   EXPECT_EQ(second.status().code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(std::string(second.status().message()), HasSubstr("in use"));
   EXPECT_THAT(std::string(second.status().message()), HasSubstr(edge_->address()));
@@ -155,7 +157,8 @@ TEST_F(Service, APortInUseIsSaidSo) {
 
 TEST_F(Service, WhatIsNoAddressIsSaidSo) {
   for (const char* address : {"", "nonsense", "127.0.0.1:", ":7300", "127.0.0.1:70000", "127.0.0.1:-1"}) {
-    EXPECT_EQ(ClientEdge::open(address, queue_).status().code(), absl::StatusCode::kInvalidArgument)
+    EXPECT_EQ(ClientEdge::open(address, std::nullopt, queue_).status().code(),
+              absl::StatusCode::kInvalidArgument)
         << address;
   }
 }
@@ -164,12 +167,68 @@ TEST(RequestQueue, HasALimit) {
   RequestQueue queue([] {});
   for (std::size_t n = 0; n < kQueuedRequestsMax; ++n) {
     ClientRequest request = ClientCall<v1::StatusRequest, v1::StatusReply>{};
-    ASSERT_TRUE(queue.push(request));
+    ASSERT_TRUE(queue.push(request, 0).ok());
   }
   ClientRequest request = ClientCall<v1::StatusRequest, v1::StatusReply>{};
-  EXPECT_FALSE(queue.push(request));
+  EXPECT_EQ(queue.push(request, 0).code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(queue.take().size(), kQueuedRequestsMax);
-  EXPECT_TRUE(queue.push(request));
+  EXPECT_TRUE(queue.push(request, 0).ok());
+}
+
+TEST(RequestQueue, HasALimitOfBytes) {
+  RequestQueue queue([] {}, /*bytes_max=*/100);
+  ClientRequest request = ClientCall<v1::StatusRequest, v1::StatusReply>{};
+  EXPECT_TRUE(queue.push(request, 1000).ok()) << "one alone may have any size";
+  request = ClientCall<v1::StatusRequest, v1::StatusReply>{};
+  const absl::Status refused = queue.push(request, 1);
+  EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("exceed 100 (--queued-mib)"));
+  EXPECT_EQ(queue.room_for(1), refused);
+  EXPECT_EQ(queue.take().size(), 1u);
+  for (int n = 0; n < 2; ++n) {
+    request = ClientCall<v1::StatusRequest, v1::StatusReply>{};
+    EXPECT_TRUE(queue.push(request, 50).ok());
+  }
+  EXPECT_FALSE(queue.room_for(1).ok());
+  queue.close();
+  EXPECT_EQ(queue.room_for(0).code(), absl::StatusCode::kUnavailable);
+}
+
+// Large requests that nobody takes: the queue holds some, and the rest is told so at once.
+TEST_F(Service, LargeRequestsDoNotPileUp) {
+  RequestQueue queue([] {}, /*bytes_max=*/1 << 20);
+  const auto edge = ClientEdge::open("127.0.0.1:0", std::nullopt, queue);
+  ASSERT_TRUE(edge.ok()) << edge.status();
+  const auto stub =
+      v1::Tessera::NewStub(grpc::CreateChannel((*edge)->address(), grpc::InsecureChannelCredentials()));
+  v1::SpawnRequest request;
+  request.mutable_body()->set_name(std::string(400 << 10, 'x'));
+  std::vector<std::future<grpc::StatusCode>> answers;
+  for (int n = 0; n < 8; ++n) {
+    answers.push_back(std::async(std::launch::async, [&] {
+      grpc::ClientContext context;
+      v1::SpawnReply reply;
+      return stub->Spawn(&context, request, &reply).error_code();
+    }));
+  }
+  // Two of them wait in the queue; the others are answered.
+  const auto answered = [&] {
+    return std::ranges::count_if(answers, [](const auto& answer) {
+      return answer.wait_for(std::chrono::milliseconds(10)) == std::future_status::ready;
+    });
+  };
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (answered() < 6 && std::chrono::steady_clock::now() < deadline) {
+  }
+  std::vector<ClientRequest> waiting = queue.take();
+  EXPECT_EQ(waiting.size(), 2u);
+  for (ClientRequest& one : waiting) {
+    std::visit([](auto& call) { call.reply(absl::OkStatus(), {}); }, one);
+  }
+  std::map<grpc::StatusCode, int> codes;
+  for (auto& answer : answers) ++codes[answer.get()];
+  EXPECT_EQ(codes[grpc::StatusCode::OK], 2);
+  EXPECT_EQ(codes[grpc::StatusCode::RESOURCE_EXHAUSTED], 6);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <utility>
@@ -14,14 +15,36 @@
 namespace tessera {
 namespace {
 
+// Room for one of the calls that hold a whole world.
+class Turn {
+ public:
+  explicit Turn(std::atomic<int>& calls)
+      : calls_(calls), is_taken_(calls_.fetch_add(1) < kSnapshotCallsMax) {}
+  ~Turn() { calls_.fetch_sub(1); }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+  bool is_taken() const { return is_taken_; }
+
+ private:
+  std::atomic<int>& calls_;
+  const bool is_taken_;
+};
+
+absl::Status too_many_snapshots() {
+  return absl::ResourceExhaustedError(absl::StrCat(
+      kSnapshotCallsMax, " snapshots are being taken or restored, and no more may: ask again later"));
+}
+
 class SnapshotCall final : public grpc::ServerWriteReactor<v1::SnapshotPiece> {
  public:
-  explicit SnapshotCall(RequestQueue& queue) {
+  SnapshotCall(RequestQueue& queue, std::atomic<int>& calls) : turn_(calls) {
     ClientRequest posted(ClientCall<v1::SnapshotRequest, SnapshotChunks>{
         {}, [place = place_](const absl::Status& status, const SnapshotChunks& chunks) {
           if (SnapshotCall* call = place->take()) call->write(status, chunks);
         }});
-    if (!queue.push(posted) && place_->take() != nullptr) Finish(request_is_refused());
+    const absl::Status pushed = turn_.is_taken() ? queue.push(posted, 0) : too_many_snapshots();
+    if (!pushed.ok() && place_->take() != nullptr) Finish(to_grpc(pushed));
   }
 
   void OnWriteDone(bool ok) override {
@@ -51,6 +74,7 @@ class SnapshotCall final : public grpc::ServerWriteReactor<v1::SnapshotPiece> {
     StartWrite(&piece_);
   }
 
+  const Turn turn_;
   std::shared_ptr<CallPlace<SnapshotCall>> place_ = std::make_shared<CallPlace<SnapshotCall>>(this);
   SnapshotChunks chunks_;  // at least a head and an end
   std::size_t written_ = 0;
@@ -60,8 +84,13 @@ class SnapshotCall final : public grpc::ServerWriteReactor<v1::SnapshotPiece> {
 
 class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
  public:
-  RestoreCall(RequestQueue& queue, v1::LoadReply* answer) : queue_(queue), answer_(answer) {
-    StartRead(&message_);
+  RestoreCall(RequestQueue& queue, std::atomic<int>& calls, v1::LoadReply* answer)
+      : turn_(calls), queue_(queue), answer_(answer) {
+    if (turn_.is_taken()) {
+      StartRead(&message_);
+    } else {
+      end(to_grpc(too_many_snapshots()));
+    }
   }
 
   void OnReadDone(bool ok) override {
@@ -95,9 +124,10 @@ class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
           *call->answer_ = reply;
           call->Finish(to_grpc(status));
         }});
-    if (!queue_.push(posted)) end(request_is_refused());
+    if (absl::Status pushed = queue_.push(posted, 0); !pushed.ok()) end(to_grpc(pushed));
   }
 
+  const Turn turn_;
   RequestQueue& queue_;
   v1::LoadReply* answer_;
   std::shared_ptr<CallPlace<RestoreCall>> place_ = std::make_shared<CallPlace<RestoreCall>>(this);
@@ -110,12 +140,13 @@ class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::SnapshotPiece>* start_snapshot(RequestQueue& queue) {
-  return std::make_unique<SnapshotCall>(queue).release();
+grpc::ServerWriteReactor<v1::SnapshotPiece>* start_snapshot(RequestQueue& queue, std::atomic<int>& calls) {
+  return std::make_unique<SnapshotCall>(queue, calls).release();
 }
 
-grpc::ServerReadReactor<v1::RestoreRequest>* start_restore(RequestQueue& queue, v1::LoadReply* answer) {
-  return std::make_unique<RestoreCall>(queue, answer).release();
+grpc::ServerReadReactor<v1::RestoreRequest>* start_restore(RequestQueue& queue, std::atomic<int>& calls,
+                                                           v1::LoadReply* answer) {
+  return std::make_unique<RestoreCall>(queue, calls, answer).release();
 }
 
 }  // namespace tessera

@@ -158,8 +158,7 @@ void StateFollower::run() {
 void StateFollower::copy_from(const std::string& leader) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
-  const auto stub = v1::Coordination::NewStub(
-      grpc::CreateCustomChannel(leader, grpc::InsecureChannelCredentials(), arguments));
+  const auto stub = v1::Coordination::NewStub(keys_.channel(leader, arguments));
   grpc::ClientContext context;
   {
     const std::lock_guard lock(mutex_);

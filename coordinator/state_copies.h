@@ -14,9 +14,11 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "coordinator/state_folder.h"
+#include "keys/keys_folder.h"
 #include "standby.grpc.pb.h"
 
 namespace tessera {
@@ -67,7 +69,9 @@ class StateCopies final : public v1::Coordination::Service {
 // Of a standby: takes the states of the leader into its folder.
 class StateFollower {
  public:
-  explicit StateFollower(StateFolder& folder) : folder_(folder), thread_([this] { run(); }) {}
+  // `keys` are those of a daemon; none where coordinators have none.
+  explicit StateFollower(StateFolder& folder, ClientKeys keys = {})
+      : folder_(folder), keys_(std::move(keys)), thread_([this] { run(); }) {}
   ~StateFollower();
 
   // Whom to ask from now on; empty: nobody.
@@ -79,6 +83,7 @@ class StateFollower {
   bool take(grpc::ClientReaderWriter<v1::StatesHeld, v1::StatePiece>& stream, const std::string& leader);
 
   StateFolder& folder_;
+  const ClientKeys keys_;
   std::mutex mutex_;  // guards the following
   std::condition_variable changed_;
   std::string leader_;

@@ -10,6 +10,9 @@
 #include <condition_variable>
 
 #include "coordinator/test_cluster.h"
+#include "keys/gate.h"
+#include "keys/keys_folder.h"
+#include "keys/test_keys.h"
 
 namespace tessera {
 namespace {
@@ -35,10 +38,10 @@ class StateCopiesTest : public ::testing::Test {
     std::filesystem::remove_all(path_);
   }
 
-  void serve(grpc::Service& service) {
+  void serve(grpc::Service& service, const std::optional<ServerKeys>& keys = std::nullopt) {
     grpc::ServerBuilder builder;
     int port = 0;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.AddListeningPort("127.0.0.1:0", server_credentials(keys), &port);
     builder.RegisterService(&service);
     server_ = builder.BuildAndStart();
     address_ = "127.0.0.1:" + std::to_string(port);
@@ -121,6 +124,30 @@ TEST_F(StateCopiesTest, OneThatStandsByGivesNothing) {
   v1::StatePiece piece;
   EXPECT_FALSE(stream->Read(&piece));
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(StateCopiesTest, WithKeysOnlyCoordinatorsGetStates) {
+  const TestKeys keys;
+  const auto daemon = *read_server_keys(keys.folder(), kDaemonFolder);
+  server_->Shutdown(std::chrono::system_clock::now());
+  serve(*copies_, daemon);
+  ASSERT_TRUE(leading_->write(name(1), to_proto(small_world())).ok());
+  copies_->offer(name(1), {});
+  for (const auto& [client, refusal] : {std::pair("", grpc::StatusCode::UNAVAILABLE),
+                                        std::pair("control", grpc::StatusCode::PERMISSION_DENIED)}) {
+    const std::filesystem::path folder = *client == 0 ? std::filesystem::path() : keys.folder() / client;
+    const auto stub =
+        v1::Coordination::NewStub(ClientKeys::read(folder)->channel(address_, grpc::ChannelArguments()));
+    grpc::ClientContext context;
+    const auto stream = stub->CopyStates(&context);
+    stream->Write(v1::StatesHeld());
+    v1::StatePiece piece;
+    EXPECT_FALSE(stream->Read(&piece));
+    EXPECT_EQ(stream->Finish().error_code(), refusal) << client;
+  }
+  StateFollower follower(*following_, *ClientKeys::read(daemon.folder));
+  follower.follow(address_);
+  EXPECT_TRUE(await_holders(name(1), 1));
 }
 
 // A leader that names a file elsewhere.

@@ -20,6 +20,20 @@ namespace {
 constexpr double kAheadSeconds = 0.5;
 constexpr std::uint64_t kAheadTicksMax = 256;
 
+// What the client was told, or should have been.
+std::string answer_to(const v1::RecordedCommand& command) {
+  const auto with_id = [&](auto answer) {
+    answer.set_id(command.id());
+    answer.set_tick(command.tick());
+    return answer.SerializeAsString();
+  };
+  if (command.has_spawn()) return with_id(v1::SpawnReply());
+  if (command.has_add_joint()) return with_id(v1::AddJointReply());
+  v1::CommandReply answer;
+  answer.set_tick(command.tick());
+  return answer.SerializeAsString();
+}
+
 absl::StatusOr<WorldToLoad> world_from(const StoredState& state) {
   if (const auto* chunks = std::get_if<SnapshotChunks>(&state)) {
     absl::StatusOr<ReadSnapshot> snapshot = from_chunks(*chunks);
@@ -149,6 +163,7 @@ absl::Status Coordinator::Impl::resume_stored() {
       return absl::DataLossError(absl::StrCat("a stored command of tick ", input.command().tick(),
                                               " cannot be given again: ", given.status().message()));
     }
+    sessions_.remember({input.session(), input.call()}, answer_to(input.command()));
     world_->sequencer.hold_at(input.command().tick(), std::move(given->command), std::move(given->new_shape));
   }
   world_->sequencer.restore_pace(pace);

@@ -17,6 +17,7 @@
 #include "coordinator/state_folder.h"
 #include "daemon/address.h"
 #include "daemon/log.h"
+#include "keys/keys_folder.h"
 #include "proto/status.h"
 
 namespace tessera {
@@ -29,11 +30,12 @@ constexpr int kWorldsOfEpochBits = 20;
 class Turns {
  public:
   Turns(CoordinatorArguments& arguments, Etcd& etcd, StateFolder& folder, StateCopies& copies,
-        CoordinatorProcess& process)
+        const ClientKeys& keys, CoordinatorProcess& process)
       : arguments_(arguments),
         etcd_(etcd),
         folder_(folder),
         copies_(copies),
+        keys_(keys),
         process_(process),
         elector_(etcd, EtcdKeys(arguments.dds.cluster),
                  {.name = folder.coordinator(),
@@ -53,7 +55,7 @@ class Turns {
  private:
   // Until this one leads; false where it is to end.
   bool stand_by() {
-    StateFollower follower(folder_);
+    StateFollower follower(folder_, keys_);
     ServerWatch watch([this] { process_.wake(); });
     std::string said;
     while (!process_.is_to_end()) {
@@ -151,6 +153,7 @@ class Turns {
   Etcd& etcd_;
   StateFolder& folder_;
   StateCopies& copies_;
+  const ClientKeys& keys_;  // by which it is admitted by others
   CoordinatorProcess& process_;
   Elector elector_;
 };
@@ -167,8 +170,11 @@ absl::Status check(const CoordinatorArguments& arguments) {
   if (!arguments.record_inputs.empty())
     return absl::InvalidArgumentError(
         "--record-inputs does not go with --etcd: a recording ends with the coordinator that writes it");
-  // What would keep this one from leading is better known now.
-  DdsOptions dds = arguments.dds;
+  return absl::OkStatus();
+}
+
+// What would keep this one from leading is better known now.
+absl::Status check_bus(DdsOptions dds) {
   dds.self = NodeId{~std::uint64_t{0}};
   return DdsLink::create(dds).status();
 }
@@ -182,14 +188,19 @@ int take_turns(CoordinatorArguments& arguments) {
     return 1;
   };
   if (absl::Status status = check(arguments); !status.ok()) return fails(status);
+  const absl::StatusOr<std::optional<ServerKeys>> keys = lock_doors(arguments);
+  if (!keys.ok()) return fails(keys.status());
+  if (absl::Status status = check_bus(arguments.dds); !status.ok()) return fails(status);
+  const absl::StatusOr<ClientKeys> shown = ClientKeys::read(*keys ? (*keys)->folder : "");
+  if (!shown.ok()) return fails(shown.status());
   absl::StatusOr<std::unique_ptr<Etcd>> etcd = connect_etcd(arguments.etcd, [&process] { process.wake(); });
   if (!etcd.ok()) return fails(etcd.status());
   absl::StatusOr<std::unique_ptr<StateFolder>> folder = StateFolder::open(arguments.store);
   if (!folder.ok()) return fails(folder.status());
   StateCopies copies(**folder, [&process] { process.wake(); });
-  if (absl::Status status = process.open(&copies); !status.ok()) return fails(status);
+  if (absl::Status status = process.open(*keys, &copies); !status.ok()) return fails(status);
   if (absl::Status status = process.say_ready(); !status.ok()) return fails(status);
-  const int code = Turns(arguments, **etcd, **folder, copies, process).run();
+  const int code = Turns(arguments, **etcd, **folder, copies, *shown, process).run();
   process.close();
   return code;
 }

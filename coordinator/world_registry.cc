@@ -99,7 +99,8 @@ absl::StatusOr<BodyRecord> WorldRegistry::checked_record(const BodyDescription& 
   return record_of(body, settings_);
 }
 
-absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnRequest& request) {
+absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnRequest& request,
+                                                            std::size_t shape_bytes_max) {
   if (absl::Status status = check_room(); !status.ok()) return status;
   if (!request.has_body()) return absl::InvalidArgumentError("body must be set");
   absl::StatusOr<BodyDescription> body = from_proto(request.body());
@@ -122,6 +123,12 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnReque
     if (is_new_shape && shapes().size() >= kShapesMax) {
       return absl::ResourceExhaustedError(
           absl::StrCat("the world has ", kShapesMax, " different shapes, and may not have more"));
+    }
+    const std::size_t bytes = shapes_.bytes() + request.shape().ByteSizeLong();
+    if (is_new_shape && bytes > shape_bytes_max) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat(title, ": with it, the shapes of the world would have ", bytes,
+                       " bytes, and may have ", shape_bytes_max, " (--shapes-mib)"));
     }
     body->properties.shape = known.value_or(shapes_.next_id());
     if (is_new_shape) shapes_.push(*std::move(shape));
@@ -263,7 +270,12 @@ v1::FindBodiesReply WorldRegistry::find_bodies(const v1::FindBodiesRequest& requ
   v1::FindBodiesReply reply;
   reply.set_truncated(ids.size() > limit);
   if (ids.size() > limit) ids.resize(limit);
+  std::size_t shape_bytes = 0;
   for (const BodyId id : ids) {
+    if (shape_bytes > kReplyShapeBytesMax) {
+      reply.set_truncated(true);
+      break;
+    }
     const Entry& entry = bodies_.at(id);
     v1::FindBodiesReply::Found& found = *reply.add_bodies();
     found.set_id(id.value);
@@ -271,7 +283,9 @@ v1::FindBodiesReply WorldRegistry::find_bodies(const v1::FindBodiesRequest& requ
     *found.mutable_properties() = to_proto(entry.properties);
     const ShapeId shape = entry.properties.shape;
     if (request.with_shapes() && !reply.shapes().contains(shape)) {
-      (*reply.mutable_shapes())[shape] = to_proto(shapes()[shape]);
+      v1::Shape& message = (*reply.mutable_shapes())[shape];
+      message = to_proto(shapes()[shape]);
+      shape_bytes += message.ByteSizeLong();
     }
   }
   return reply;

@@ -5,6 +5,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -51,12 +52,14 @@ class WorldRegistry {
   const Entry* find(BodyId id) const;
 
   // Adds a new body. Errors as validate() and record_of(), ALREADY_EXISTS for a name in use,
-  // RESOURCE_EXHAUSTED if ids, bodies or shapes are used up; an error changes nothing.
+  // RESOURCE_EXHAUSTED if ids, bodies or shapes are used up, or all shapes would have more than
+  // `shape_bytes_max` bytes; an error changes nothing.
   struct Spawned {
     BodyRecord record;
     std::optional<v1::Shape> new_shape;  // under the id of the record, if the world did not have it yet
   };
-  absl::StatusOr<Spawned> spawn(const v1::SpawnRequest& request);
+  absl::StatusOr<Spawned> spawn(const v1::SpawnRequest& request,
+                                std::size_t shape_bytes_max = std::numeric_limits<std::size_t>::max());
 
   const JointRegistry& joints() const { return joints_; }
 

@@ -1,7 +1,9 @@
 #include "daemon/address.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <arpa/inet.h>
 
 namespace tessera {
 namespace {
@@ -21,6 +23,15 @@ std::optional<ListenAddress> parse_listen_address(const std::string& text) {
     address.host = address.host.substr(1, address.host.size() - 2);
   }
   return address;
+}
+
+bool is_loopback(const ListenAddress& address) {
+  constexpr std::uint32_t kNet = 127;
+  in_addr v4{};
+  if (inet_pton(AF_INET, address.host.c_str(), &v4) == 1) return ntohl(v4.s_addr) >> 24 == kNet;
+  in6_addr v6{};
+  if (inet_pton(AF_INET6, address.host.c_str(), &v6) == 1) return IN6_IS_ADDR_LOOPBACK(&v6) != 0;
+  return absl::EqualsIgnoreCase(address.host, "localhost");
 }
 
 std::string with_port(const std::string& text, int port) {

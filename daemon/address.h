@@ -14,6 +14,9 @@ struct ListenAddress {
 // "host:port" or "[host]:port"; nullopt for any other text.
 std::optional<ListenAddress> parse_listen_address(const std::string& text);
 
+// Whether only this machine reaches `address`: 127.0.0.0/8, ::1 or localhost. False for any other name.
+bool is_loopback(const ListenAddress& address);
+
 // `text`, an address, with another port.
 std::string with_port(const std::string& text, int port);
 

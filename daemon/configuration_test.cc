@@ -21,7 +21,7 @@ struct Daemon {
     app.add_option("--listen", listen, "Address for clients")->capture_default_str();
     app.add_option("--servers", servers, "How many")->check(CLI::Range(0, 64))->capture_default_str();
     app.add_flag("--exit-with-parent")->configurable(false);
-    add_shared_options(app, dds, log);
+    add_shared_options(app, dds, log, keys);
     read_configuration(app);
   }
   // What parsing throws, or nothing.
@@ -37,6 +37,7 @@ struct Daemon {
 
   DdsOptions dds;
   LogOptions log;
+  KeysOptions keys;
   std::string listen = "127.0.0.1:7300";
   int servers = 0;
   CLI::App app{"A daemon", "tessera-coordinator"};

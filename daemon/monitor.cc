@@ -48,10 +48,14 @@ absl::Status Pulse::alive() const {
 
 class Monitor::Handler : public CivetHandler {
  public:
-  explicit Handler(std::function<Page()> page) : page_(std::move(page)) {}
+  Handler(std::function<Page()> page, std::optional<Tokens> tokens)
+      : page_(std::move(page)), tokens_(std::move(tokens)) {}
 
   bool handleGet(CivetServer*, mg_connection* connection) override {
-    const Page page = page_();
+    const char* shown = mg_get_header(connection, "Authorization");
+    const bool is_known = !tokens_ || (shown != nullptr && tokens_->role_of_header(shown));
+    const Page page =
+        is_known ? page_() : Page{.code = 401, .body = "send a token: Authorization: Bearer TOKEN\n"};
     mg_printf(
         connection, "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\nConnection: close\r\n\r\n",
         page.code, mg_get_response_code_text(connection, page.code), page.type.c_str(), page.body.size());
@@ -60,13 +64,18 @@ class Monitor::Handler : public CivetHandler {
   }
 
  private:
-  std::function<Page()> page_;
+  const std::function<Page()> page_;
+  const std::optional<Tokens> tokens_;  // those that may read it; none: everyone
 };
+
+std::string Monitor::url() const { return absl::StrCat(door_ ? "https://" : "http://", address_, "/"); }
 
 Monitor::Monitor() = default;
 Monitor::~Monitor() = default;
 
-absl::StatusOr<std::unique_ptr<Monitor>> Monitor::open(const std::string& address, Monitored monitored) {
+absl::StatusOr<std::unique_ptr<Monitor>> Monitor::open(const std::string& address,
+                                                       const std::optional<ServerKeys>& keys,
+                                                       Monitored monitored) {
   // CivetWeb would also accept a list of addresses.
   if (!parse_listen_address(address) || address.find(',') != std::string::npos) {
     return absl::InvalidArgumentError(
@@ -74,20 +83,30 @@ absl::StatusOr<std::unique_ptr<Monitor>> Monitor::open(const std::string& addres
   }
   std::unique_ptr<Monitor> monitor(new Monitor());
   try {
-    monitor->server_ = std::make_unique<CivetServer>(std::vector<std::string>{
-        "listening_ports", address, "num_threads", kThreads, "request_timeout_ms", kPatienceMs});
+    monitor->server_ = std::make_unique<CivetServer>(
+        std::vector<std::string>{"listening_ports", keys ? kBehindDoor : address, "num_threads", kThreads,
+                                 "request_timeout_ms", kPatienceMs});
   } catch (const CivetException&) {
     return absl::UnavailableError(absl::StrCat("cannot serve metrics on ", address,
                                                ": the address is in use or does not belong to this machine"));
   }
-  const auto serve = [&](const char* path, std::function<Page()> page) {
-    monitor->handlers_.push_back(std::make_unique<Handler>(std::move(page)));
+  const auto serve = [&](const char* path, std::function<Page()> page,
+                         const std::optional<Tokens>& tokens = {}) {
+    monitor->handlers_.push_back(std::make_unique<Handler>(std::move(page), tokens));
     monitor->server_->addHandler(path, *monitor->handlers_.back());
   };
   serve("/healthz$", [alive = monitored.alive] { return page_of(alive()); });
   serve("/readyz$", [ready = monitored.ready] { return page_of(ready()); });
-  serve("/metrics$", [monitored = std::move(monitored)] { return metrics_page(monitored); });
-  monitor->address_ = with_port(address, monitor->server_->getListeningPorts().front());
+  const std::optional<Tokens> tokens = keys ? std::optional(keys->tokens) : std::nullopt;
+  serve(
+      "/metrics$", [monitored = std::move(monitored)] { return metrics_page(monitored); }, tokens);
+  const int port = monitor->server_->getListeningPorts().front();
+  monitor->address_ = with_port(address, port);
+  if (!keys) return monitor;
+  absl::StatusOr<std::unique_ptr<TlsDoor>> door = TlsDoor::open(address, port, *keys);
+  if (!door.ok()) return door.status();
+  monitor->door_ = *std::move(door);
+  monitor->address_ = monitor->door_->address();
   return monitor;
 }
 

@@ -9,8 +9,12 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "daemon/tls_door.h"
+#include "keys/gate.h"
 
 class CivetServer;
 
@@ -42,13 +46,18 @@ class Monitor {
   //   /metrics  Prometheus text format: the metrics of `monitored` and of this process
   //   /healthz  200 while alive, otherwise 503 with the reason
   //   /readyz   200 while ready, likewise
-  // INVALID_ARGUMENT for a malformed address, UNAVAILABLE for one that cannot be bound.
-  static absl::StatusOr<std::unique_ptr<Monitor>> open(const std::string& address, Monitored monitored);
+  // With keys, over TLS, and /metrics for who shows a token (Authorization: Bearer TOKEN); 401 for others.
+  // Probes need none. INVALID_ARGUMENT for a malformed address, UNAVAILABLE for one that cannot be bound.
+  static absl::StatusOr<std::unique_ptr<Monitor>> open(const std::string& address,
+                                                       const std::optional<ServerKeys>& keys,
+                                                       Monitored monitored);
 
   ~Monitor();
 
   // The address it listens on, with the actual port.
   const std::string& address() const { return address_; }
+  // "http://127.0.0.1:9464/"
+  std::string url() const;
 
  private:
   class Handler;
@@ -57,6 +66,7 @@ class Monitor {
 
   std::vector<std::unique_ptr<Handler>> handlers_;  // outlive the server
   std::unique_ptr<CivetServer> server_;
+  std::unique_ptr<TlsDoor> door_;  // in front of the server
   std::string address_;
 };
 

@@ -20,7 +20,7 @@ Monitored all_well() {
 }
 
 TEST(MonitorTest, ServesMetricsAndHealth) {
-  const auto monitor = Monitor::open("127.0.0.1:0", all_well());
+  const auto monitor = Monitor::open("127.0.0.1:0", std::nullopt, all_well());
   ASSERT_TRUE(monitor.ok()) << monitor.status();
   const std::string& address = (*monitor)->address();
   const HttpAnswer metrics = http_get(address, "/metrics");
@@ -37,7 +37,7 @@ TEST(MonitorTest, SaysWhyNot) {
   Monitored monitored = all_well();
   monitored.ready = [] { return absl::UnavailableError("no coordinator"); };
   monitored.metrics = [] { return absl::UnavailableError("busy"); };
-  const auto monitor = Monitor::open("127.0.0.1:0", monitored);
+  const auto monitor = Monitor::open("127.0.0.1:0", std::nullopt, monitored);
   ASSERT_TRUE(monitor.ok()) << monitor.status();
   const HttpAnswer ready = http_get((*monitor)->address(), "/readyz");
   EXPECT_EQ(ready.code, 503);
@@ -47,18 +47,19 @@ TEST(MonitorTest, SaysWhyNot) {
 }
 
 TEST(MonitorTest, SeveralGetPortsOfTheirOwnAndNoneIsSharedUnnoticed) {
-  const auto first = Monitor::open("127.0.0.1:0", all_well());
-  const auto second = Monitor::open("127.0.0.1:0", all_well());
+  const auto first = Monitor::open("127.0.0.1:0", std::nullopt, all_well());
+  const auto second = Monitor::open("127.0.0.1:0", std::nullopt, all_well());
   ASSERT_TRUE(first.ok() && second.ok());
   EXPECT_NE((*first)->address(), (*second)->address());
-  const absl::Status taken = Monitor::open((*first)->address(), all_well()).status();
+  const absl::Status taken = Monitor::open((*first)->address(), std::nullopt, all_well()).status();
   EXPECT_EQ(taken.code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(std::string(taken.message()), HasSubstr((*first)->address()));
 }
 
 TEST(MonitorTest, AddressesThatAreNoneAreNamed) {
   for (const char* address : {"", "9464", "localhost", ":9464", "127.0.0.1:65536", "127.0.0.1:1,8080"}) {
-    EXPECT_EQ(Monitor::open(address, all_well()).status().code(), absl::StatusCode::kInvalidArgument)
+    EXPECT_EQ(Monitor::open(address, std::nullopt, all_well()).status().code(),
+              absl::StatusCode::kInvalidArgument)
         << address;
   }
 }

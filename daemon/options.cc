@@ -21,7 +21,19 @@ void add_log_options(CLI::App& app, LogOptions& log) {
       ->capture_default_str();
 }
 
-void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log) {
+void add_keys_options(CLI::App& app, KeysOptions& keys) {
+  app.add_option("--keys", keys.folder,
+                 "Folder of `tessera keys create`: clients must show a certificate or a token of it")
+      ->group(kSharedOptions)
+      ->capture_default_str();
+  app.add_flag(
+         "--insecure", keys.insecure,
+         "Without keys, listen beyond loopback nevertheless: whoever reaches the address controls the world")
+      ->group(kSharedOptions)
+      ->default_str("false");
+}
+
+void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log, KeysOptions& keys) {
   app.add_option("--cluster", dds.cluster, "Name of the cluster")
       ->group(kSharedOptions)
       ->capture_default_str();
@@ -37,6 +49,7 @@ void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log) {
       ->delimiter(',')
       ->group(kSharedOptions)
       ->default_str("127.0.0.1");
+  add_keys_options(app, keys);
   add_log_options(app, log);
 }
 
@@ -57,6 +70,15 @@ void add_seconds(CLI::App& app, const std::string& name, std::chrono::nanosecond
          help)
       ->check(CLI::Range(low, high))
       ->default_str(CLI::detail::to_string(std::chrono::duration<double>(value).count()));
+}
+
+void add_mebibytes(CLI::App& app, const std::string& name, std::size_t& bytes, const std::string& help) {
+  constexpr int kBits = 20;
+  constexpr std::size_t kMost = std::size_t{1} << 20;
+  app.add_option_function<std::size_t>(
+         name, [&bytes](std::size_t mebibytes) { bytes = mebibytes << kBits; }, help)
+      ->check(CLI::Range(std::size_t{1}, kMost))
+      ->default_str(CLI::detail::to_string(bytes >> kBits));
 }
 
 void add_parent_option(CLI::App& app, bool& exit_with_parent) {

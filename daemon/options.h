@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/locks.h"
 #include "daemon/log.h"
 #include "transport/dds_link.h"
 
@@ -20,13 +21,19 @@ void add_version_flag(CLI::App& app);
 
 void add_log_options(CLI::App& app, LogOptions& log);
 
-void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log);
+// --keys and --insecure.
+void add_keys_options(CLI::App& app, KeysOptions& keys);
+
+void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log, KeysOptions& keys);
 
 void add_metrics_option(CLI::App& app, std::string& metrics_address);
 
 // A duration, given in seconds.
 void add_seconds(CLI::App& app, const std::string& name, std::chrono::nanoseconds& value,
                  const std::string& help, double low, double high);
+
+// A number of bytes, given in MiB.
+void add_mebibytes(CLI::App& app, const std::string& name, std::size_t& bytes, const std::string& help);
 
 // For a process that another process starts for its own use.
 void add_parent_option(CLI::App& app, bool& exit_with_parent);

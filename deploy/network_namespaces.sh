@@ -59,7 +59,9 @@ for host in $(seq 0 "$servers"); do
   peers=$peers${peers:+,}$(address "$host")
 done
 
-shared=(--interface eth0 --peers "$peers" --cluster namespaces --exit-with-parent)
+# The daemons listen beyond loopback, so they have keys.
+"$bin/tessera" keys create "$scratch/keys" >/dev/null
+shared=(--keys "$scratch/keys" --interface eth0 --peers "$peers" --cluster namespaces --exit-with-parent)
 listen=$(address 0):7300
 start() {
   local host=$1
@@ -82,7 +84,7 @@ for _ in $(seq 100); do
 done
 [ -s "$scratch/ready" ] || fail "the coordinator is not ready"
 
-tessera() { on_host 0 "$bin/tessera" "$@" --connect "$listen" --json "$scratch/$1.json"; }
+tessera() { on_host 0 "$bin/tessera" "$@" --connect "$listen" --keys "$scratch/keys" --json "$scratch/$1.json"; }
 tessera load "$world" || fail "cannot load the world"
 began=$(date +%s%N)
 tessera step "$ticks" || fail "cannot step the world"

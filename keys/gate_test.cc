@@ -164,12 +164,18 @@ TEST(GateTest, ClientsTrustDaemonsOnly) {
   }
 }
 
-// The daemons' certificate names no role: it serves, and does not call.
-TEST(GateTest, ADaemonIsNoClient) {
+// The daemons' certificate names no role: coordinators call each other, and nobody else.
+TEST(GateTest, ADaemonCallsDaemonsOnly) {
   const TestKeys keys;
   const Door door(keys.folder());
-  EXPECT_NE(call_as(keys.folder() / "daemon", door, "/tessera.v1.Tessera/GetStatus").error_code(),
-            grpc::StatusCode::UNIMPLEMENTED);
+  const auto code = [&](const std::string& call) {
+    return call_as(keys.folder() / kDaemonFolder, door, call).error_code();
+  };
+  EXPECT_EQ(code("/tessera.v1.Coordination/CopyStates"), grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_EQ(code("/tessera.v1.Coordination/CopyStates/"), grpc::StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(code("/tessera.v1.Tessera/GetStatus"), grpc::StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(call_as(keys.folder() / "control", door, "/tessera.v1.Coordination/CopyStates").error_code(),
+            grpc::StatusCode::PERMISSION_DENIED);
 }
 
 TEST(GateTest, WithoutKeysAllIsOpen) {

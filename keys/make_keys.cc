@@ -152,10 +152,13 @@ absl::Status make_keys(const NewKeys& wanted) {
   if (status.ok())
     status = write_file(folder / kAuthorityFolder / kKeyFile, pem_of(*authority->key), kPrivate);
   if (status.ok()) {
-    status =
-        write_server(folder / kDaemonFolder,
-                     {.name = kDaemonName, .names = {absl::StrCat("DNS:", kDaemonName)}, .days = wanted.days},
-                     wanted.hosts, *authority);
+    status = write_server(folder / kDaemonFolder,
+                          {.name = kDaemonName,
+                           // Coordinators that stand by are clients of the one that leads.
+                           .names = {absl::StrCat("DNS:", kDaemonName)},
+                           .is_client = true,
+                           .days = wanted.days},
+                          wanted.hosts, *authority);
   }
   if (status.ok()) status = write_dds_documents(folder / kDaemonFolder, *authority);
   if (status.ok()) {

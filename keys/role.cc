@@ -55,6 +55,8 @@ constexpr std::array kCalls = {
     Call{"Tessera/Restore", ClientRole::kAdmin},
     Call{"Tessera/Drain", ClientRole::kAdmin},
     Call{"Tessera/Shutdown", ClientRole::kAdmin},
+    // Of a coordinator that stands by: it gets all of the world.
+    Call{"Coordination/CopyStates", ClientRole::kAdmin},
 };
 
 }  // namespace

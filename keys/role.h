@@ -16,7 +16,7 @@ enum class ClientRole {
 absl::string_view name_of(ClientRole role);  // "observe", "control", "admin"
 std::optional<ClientRole> parse_role(absl::string_view name);
 
-// The least role that may make a call of the services in tessera.proto, as gRPC names it:
+// The least role that may make a call of the services in tessera.proto and standby.proto, as gRPC names it:
 // "/tessera.v1.Tessera/Spawn". Nullopt for calls that there are not.
 std::optional<ClientRole> role_needed(absl::string_view call);
 

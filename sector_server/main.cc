@@ -12,6 +12,7 @@
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
 #include "daemon/stop_signals.h"
+#include "keys/keys_folder.h"
 #include "lpss/base/freed_memory.h"
 #include "lpss/engine/load_engine.h"
 #include "proto/grpc_limits.h"
@@ -79,18 +80,29 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, Server
 
 // Null if metrics are off.
 absl::StatusOr<std::unique_ptr<Monitor>> open_monitor(const SectorServerArguments& arguments,
+                                                      const std::optional<ServerKeys>& keys,
                                                       const ServerMetrics& metrics, const Pulse& pulse) {
   if (arguments.metrics_address.empty()) return nullptr;
   Monitored monitored;
   monitored.alive = [&pulse] { return pulse.alive(); };
   monitored.ready = [&metrics] { return metrics.ready(); };
   monitored.metrics = [&metrics] { return metrics.collect(); };
-  return Monitor::open(arguments.metrics_address, std::move(monitored));
+  return Monitor::open(arguments.metrics_address, keys, std::move(monitored));
 }
 
 int run(SectorServerArguments& arguments) {
   Waker waker;
   const StopSignals signals([&] { waker.wake(); });
+  const absl::StatusOr<std::optional<ServerKeys>> keys =
+      open_locks(arguments.keys, kDaemonFolder, {arguments.listen, arguments.metrics_address});
+  if (!keys.ok()) {
+    spdlog::error("{}", std::string(keys.status().message()));
+    return 1;
+  }
+  if (absl::Status status = lock_bus(arguments.keys, *keys, arguments.dds.network); !status.ok()) {
+    spdlog::error("{}", std::string(status.message()));
+    return 1;
+  }
   arguments.dds.self = drawn_node();
   absl::StatusOr<std::unique_ptr<DdsLink>> link = DdsLink::create(arguments.dds);
   if (!link.ok()) {
@@ -102,7 +114,7 @@ int run(SectorServerArguments& arguments) {
   int port = 0;
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   limit_clients(builder, static_cast<int>(kStreamsMax + kThreadsBesideStreams));
-  builder.AddListeningPort(arguments.listen, grpc::InsecureServerCredentials(), &port);
+  builder.AddListeningPort(arguments.listen, server_credentials(*keys), &port);
   builder.RegisterService(&streams);
   const std::unique_ptr<grpc::Server> edge = builder.BuildAndStart();
   if (!edge || port == 0) {
@@ -118,7 +130,7 @@ int run(SectorServerArguments& arguments) {
 
   ServerMetrics metrics(arguments);
   Pulse pulse;
-  const absl::StatusOr<std::unique_ptr<Monitor>> monitor = open_monitor(arguments, metrics, pulse);
+  const absl::StatusOr<std::unique_ptr<Monitor>> monitor = open_monitor(arguments, *keys, metrics, pulse);
   if (!monitor.ok()) {
     spdlog::error("{}", std::string(monitor.status().message()));
     return 1;
@@ -132,7 +144,7 @@ int run(SectorServerArguments& arguments) {
   waker.attach(link->get());
   spdlog::info("node {:x} of cluster {}, engine {}, streams on {}", arguments.dds.self.value,
                arguments.dds.cluster, name_of(arguments.server.precision), arguments.server.stream_address);
-  if (*monitor) spdlog::info("metrics on http://{}/metrics", (*monitor)->address());
+  if (*monitor) spdlog::info("metrics on {}metrics", (*monitor)->url());
 
   const absl::Status status = serve(**link, *server, streams, metrics, signals, pulse);
   streams.shut_down();

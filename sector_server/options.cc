@@ -34,7 +34,7 @@ void add_options(CLI::App& app, SectorServerArguments& arguments) {
               "Silence after which the coordinator counts as lost, s", 0.1, 1e6);
   add_metrics_option(app, arguments.metrics_address);
   add_parent_option(app, arguments.exit_with_parent);
-  add_shared_options(app, arguments.dds, arguments.log);
+  add_shared_options(app, arguments.dds, arguments.log, arguments.keys);
 }
 
 }  // namespace tessera

@@ -4,6 +4,7 @@
 #include <CLI/App.hpp>
 #include <string>
 
+#include "daemon/locks.h"
 #include "daemon/log.h"
 #include "sector_server/sector_server.h"
 #include "transport/dds_link.h"
@@ -16,6 +17,7 @@ struct SectorServerArguments {
   std::string listen = "127.0.0.1:0";
   std::string metrics_address;  // empty: no metrics
   LogOptions log;
+  KeysOptions keys;
   bool exit_with_parent = false;
 };
 

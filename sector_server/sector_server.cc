@@ -3,6 +3,8 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 
 #include "lpss/base/arithmetic_fingerprint.h"
 #include "proto/convert.h"
@@ -15,6 +17,8 @@ namespace {
 // Messages for a world whose load has not arrived yet; peers are at most a tick ahead.
 constexpr std::size_t kEarlyMessagesMax = 4096;
 constexpr std::chrono::milliseconds kMeasureMemoryEvery(500);
+// What protobuf serialises: a larger message would be sent as an empty one.
+constexpr std::size_t kClusterMessageBytesMax = std::numeric_limits<std::int32_t>::max();
 
 // How often a server says hello until it is welcome: the coordinator that heard it may be lost.
 constexpr std::chrono::seconds kHelloEvery(1);
@@ -155,6 +159,13 @@ class SectorServer::Impl {
   }
 
   void send(NodeId to, const v1::ClusterMessage& message) {
+    const std::size_t bytes = message.ByteSizeLong();
+    if (bytes > kClusterMessageBytesMax) {
+      finished_ = absl::ResourceExhaustedError(
+          absl::StrCat("a message of ", bytes, " bytes to another daemon may have at most ",
+                       kClusterMessageBytesMax, ": use more servers, or smaller sectors"));
+      return;
+    }
     outgoing_.push_back({to, message.SerializeAsString()});
   }
 

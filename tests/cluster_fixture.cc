@@ -123,7 +123,8 @@ Cluster start_cluster(int servers, const cli::LocalClusterOptions& given) {
   absl::StatusOr<std::unique_ptr<cli::LocalCluster>> processes = cli::LocalCluster::start(options);
   EXPECT_THAT(processes.status(), IsOk());
   if (!processes.ok()) return {};
-  absl::StatusOr<std::unique_ptr<Client>> client = Client::connect((*processes)->address(), kPatience);
+  absl::StatusOr<std::unique_ptr<Client>> client =
+      Client::connect((*processes)->address(), kPatience, options.keys);
   EXPECT_THAT(client.status(), IsOk());
   if (!client.ok()) return {};
   return {*std::move(processes), *std::move(client)};

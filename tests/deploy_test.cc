@@ -13,6 +13,7 @@
 
 #include "coordinator/options.h"
 #include "daemon/configuration.h"
+#include "keys/keys_folder.h"
 #include "sector_server/options.h"
 
 namespace tessera {
@@ -121,6 +122,15 @@ TEST(UnitsTest, KnowTheOptions) {
   EXPECT_EQ(text_of(deploy("debian/conffiles")), "/etc/tessera/tessera.toml\n");
 }
 
+TEST(UnitsTest, GetEveryFileOfTheKeys) {
+  const std::string text = text_of(deploy("keys.conf"));
+  for (const char* file :
+       {kAuthorityFile, kCertificateFile, kKeyFile, kTokensFile, kGovernanceFile, kPermissionsFile}) {
+    EXPECT_THAT(text, HasSubstr(absl::StrCat("LoadCredential=", file, ":/etc/tessera/keys/", file, "\n")));
+  }
+  expect_known_variables(text);
+}
+
 TEST(ScriptsTest, KnowTheOptions) {
   for (const char* script : {"network_namespaces.sh", "try_package.sh", "Containerfile"}) {
     expect_known_options(text_of(deploy(script)));
@@ -195,9 +205,52 @@ TEST_F(KubernetesTest, WorkloadsRunDaemonsThatAreProbedWhereTheyServe) {
          {std::pair("readinessProbe", "/readyz"), std::pair("livenessProbe", "/healthz")}) {
       EXPECT_EQ(container[probe]["httpGet"]["path"].as<std::string>(), path);
       EXPECT_EQ(container[probe]["httpGet"]["port"].as<std::string>(), "metrics");
+      EXPECT_EQ(container[probe]["httpGet"]["scheme"].as<std::string>(), "HTTPS");
     }
     EXPECT_TRUE(container["resources"]["requests"]["memory"]);
     expect_known_variables(YAML::Dump(container));
+  }
+}
+
+TEST_F(KubernetesTest, DaemonsHaveKeysFromASecret) {
+  Daemons daemons;
+  daemons.parse(deploy("kubernetes/tessera.toml"));
+  EXPECT_FALSE(daemons.coordinator_arguments.keys.insecure || daemons.server_arguments.keys.insecure);
+  const std::string create = text_of(deploy("kubernetes/kustomization.yaml"));
+  for (const YAML::Node& workload : workloads()) {
+    const YAML::Node pod = workload["spec"]["template"]["spec"];
+    std::map<std::string, YAML::Node> volumes;
+    for (const YAML::Node& volume : pod["volumes"]) volumes.emplace(volume["name"].as<std::string>(), volume);
+    bool has_keys = false;
+    for (const YAML::Node& mount : pod["containers"][0]["volumeMounts"]) {
+      if (mount["mountPath"].as<std::string>() != daemons.coordinator_arguments.keys.folder) continue;
+      has_keys = true;
+      const std::string secret =
+          volumes.at(mount["name"].as<std::string>())["secret"]["secretName"].as<std::string>();
+      EXPECT_THAT(create,
+                  HasSubstr(absl::StrCat("create secret generic ", secret, " --from-file=keys/daemon")));
+    }
+    EXPECT_TRUE(has_keys);
+  }
+}
+
+TEST_F(KubernetesTest, ThePolicyClosesThePodsButForTheirPorts) {
+  const YAML::Node spec = objects_["NetworkPolicy"]["tessera-daemons"]["spec"];
+  std::set<std::string> ports;
+  for (const YAML::Node& workload : workloads()) {
+    const YAML::Node pod = workload["spec"]["template"];
+    EXPECT_THAT(spec["podSelector"]["matchExpressions"][0]["values"].as<std::vector<std::string>>(),
+                Contains(pod["metadata"]["labels"]["app"].as<std::string>()));
+    for (const auto& [name, number] : ports_of(pod["spec"]["containers"][0])) ports.insert(name);
+  }
+  EXPECT_EQ(spec["policyTypes"].as<std::vector<std::string>>(), std::vector<std::string>{"Ingress"});
+  for (const YAML::Node& rule : spec["ingress"]) {
+    EXPECT_TRUE(rule["from"]) << "open to everyone";
+    for (const YAML::Node& port : rule["ports"]) {
+      if (port["protocol"].as<std::string>() == "TCP") {
+        EXPECT_THAT(ports, Contains(port["port"].as<std::string>()));
+      }
+    }
   }
 }
 

@@ -14,16 +14,17 @@ SDK = "tessera"  # how public headers of client_sdk/ are included
 MAY_INCLUDE = {
     "lpss": "",
     "transport": "",
+    "keys": "",
     "proto": "lpss",
     "worlds": "lpss proto",
-    "daemon": "lpss proto transport",
-    "coordinator": "daemon lpss proto transport",
-    "sector_server": "daemon lpss proto transport",
-    "client_sdk": "daemon lpss proto",
-    "viewer": "client_sdk daemon lpss",
+    "daemon": "keys lpss proto transport",
+    "coordinator": "daemon keys lpss proto transport",
+    "sector_server": "daemon keys lpss proto transport",
+    "client_sdk": "daemon keys lpss proto",
+    "viewer": "client_sdk daemon keys lpss",
     "ros": "client_sdk lpss transport",
     "simulator": "coordinator lpss proto sector_server transport",
-    "cli": "client_sdk coordinator daemon lpss proto sector_server simulator worlds",
+    "cli": "client_sdk coordinator daemon keys lpss proto sector_server simulator worlds",
     "experiments": "cli client_sdk lpss simulator worlds",
 }
 

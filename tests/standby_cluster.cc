@@ -38,8 +38,9 @@ std::string text_in(const std::filesystem::path& file) {
 
 }  // namespace
 
-void StandbyCluster::start_all(const HostNetwork* network) {
+void StandbyCluster::start_all(const HostNetwork* network, const std::filesystem::path& keys) {
   network_ = network;
+  keys_folder_ = keys;
   folder_ = *cli::make_temporary_folder();
   etcd_url_ = absl::StrCat("http://", address(kEtcdHost, 2379));
   etcd_peer_url_ = absl::StrCat("http://", address(kEtcdHost, 2380));
@@ -52,7 +53,7 @@ void StandbyCluster::start_all(const HostNetwork* network) {
   for (std::size_t place = 0; place < servers_.size(); ++place) start_server(place);
   if (network_ != nullptr) network_->enter(kClientHost);
   absl::StatusOr<std::unique_ptr<Client>> client =
-      Client::connect(absl::StrCat(addresses_[0], ",", addresses_[1]), kPatience);
+      Client::connect(absl::StrCat(addresses_[0], ",", addresses_[1]), kPatience, keys_folder_);
   ASSERT_THAT(client.status(), IsOk());
   client_ = *std::move(client);
   begin(*client_);
@@ -91,7 +92,9 @@ std::optional<cli::ChildProcess> StandbyCluster::start(std::size_t host, const s
 std::vector<std::string> StandbyCluster::of_cluster(std::vector<std::string> arguments) const {
   arguments.insert(arguments.end(), {"--cluster", absl::StrCat("standby-", getpid()), "--domain",
                                      absl::StrCat(1 + getpid() % 99), "--exit-with-parent"});
+  if (!keys_folder_.empty()) arguments.insert(arguments.end(), {"--keys", keys_folder_.string()});
   if (network_ != nullptr) {
+    if (keys_folder_.empty()) arguments.emplace_back("--insecure");
     std::vector<std::string> peers;
     for (std::size_t host = kCoordinatorHosts; host < kClientHost; ++host)
       peers.push_back(network_->address(host));

@@ -24,8 +24,9 @@ class StandbyCluster : public WatchedRun {
   static constexpr std::size_t kClientHost = 6;
   static constexpr std::size_t kHosts = 7;
 
-  // All of it, with the busy world running. On loopback, or on the hosts of `network`.
-  void start_all(const HostNetwork* network = nullptr);
+  // All of it, with the busy world running. On loopback, or on the hosts of `network`; with the folder
+  // `keys`, if there is one.
+  void start_all(const HostNetwork* network = nullptr, const std::filesystem::path& keys = {});
   ~StandbyCluster() override;
 
   void start_etcd();
@@ -52,6 +53,7 @@ class StandbyCluster : public WatchedRun {
   std::string address(std::size_t host, int port) const;
 
   const HostNetwork* network_ = nullptr;
+  std::filesystem::path keys_folder_;
   std::filesystem::path folder_;
   std::string etcd_url_;
   std::string etcd_peer_url_;

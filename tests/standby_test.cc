@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "keys/test_keys.h"
 #include "tests/standby_cluster.h"
 
 namespace tessera {
@@ -98,6 +99,23 @@ TEST_F(Standby, EndsWithTheClusterAndNotWithALeaderThatIsAskedToEnd) {
     cli::wait_readable({coordinator->descriptor()}, kPatience);
     EXPECT_EQ(coordinator->ended(), 0);
   }
+}
+
+// A standby shows the keys of a daemon, and so gets the states without which it could not lead.
+class StandbyWithKeys : public StandbyCluster {
+ protected:
+  void SetUp() override { start_all(nullptr, keys_.folder()); }
+
+  const TestKeys keys_;
+};
+
+TEST_F(StandbyWithKeys, TakesOverFromALeaderThatIsKilled) {
+  go_on(60);
+  const std::size_t place = leader();
+  coordinators_[place]->signal(SIGKILL);
+  go_on(60);
+  ASSERT_NE(leader(), place);
+  expect_as_undisturbed();
 }
 
 }  // namespace

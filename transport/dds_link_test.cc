@@ -17,6 +17,9 @@
 #include <thread>
 #include <vector>
 
+#include "keys/keys_folder.h"
+#include "keys/test_keys.h"
+
 extern char** environ;
 
 namespace tessera {
@@ -35,8 +38,9 @@ constexpr seconds kPatience{60};
 std::uint32_t domain() { return static_cast<std::uint32_t>(getpid() % 100); }
 std::string cluster() { return "test-" + std::to_string(getpid()); }
 
-std::unique_ptr<DdsLink> open_link(NodeId self, const std::string& of = cluster()) {
-  auto link = DdsLink::create({.domain = domain(), .cluster = of, .self = self});
+std::unique_ptr<DdsLink> open_link(NodeId self, const std::string& of = cluster(),
+                                   const std::string& keys = "") {
+  auto link = DdsLink::create({.domain = domain(), .cluster = of, .network = {.keys = keys}, .self = self});
   if (!link.ok()) ADD_FAILURE() << link.status();
   return link.ok() ? *std::move(link) : nullptr;
 }
@@ -44,7 +48,8 @@ std::unique_ptr<DdsLink> open_link(NodeId self, const std::string& of = cluster(
 // A process of dds_link_test_peer; killed on destruction if it still runs.
 class PeerProcess {
  public:
-  PeerProcess(NodeId self, std::vector<std::string> arguments) {
+  PeerProcess(NodeId self, std::vector<std::string> arguments, const std::string& keys = "") {
+    setenv("TESSERA_TEST_KEYS", keys.c_str(), 1);
     std::vector<std::string> all = {TESSERA_TEST_PEER, std::to_string(domain()), cluster(),
                                     std::to_string(self.value)};
     all.insert(all.end(), arguments.begin(), arguments.end());
@@ -164,6 +169,30 @@ TEST(DdsLink, OtherClustersAreNotHeard) {
   stranger_other.join();
   b->send(kSelf, "bye");
   EXPECT_EQ(receive_count(*a, 1)[0].payload, "bye");
+}
+
+// The bus with keys: who has none, or those of another cluster, neither hears nor is heard.
+TEST(DdsLink, StrangersAreOutsideAClosedBus) {
+  const TestKeys keys;
+  const TestKeys others;
+  const auto folder = [](const TestKeys& of) { return (of.folder() / kDaemonFolder).string(); };
+  const PeerProcess open(NodeId{2}, {"echo"});
+  const PeerProcess foreign(NodeId{3}, {"echo"}, folder(others));
+  const PeerProcess own(NodeId{4}, {"echo"}, folder(keys));
+  const auto link = open_link(NodeId{1}, cluster(), folder(keys));
+  ASSERT_TRUE(link);
+  for (const NodeId stranger : {NodeId{2}, NodeId{3}}) link->send(stranger, "for nobody else");
+  for (int n = 0; n < 20; ++n) send_and_expect_echo(*link, NodeId{4}, pattern(200'000));
+}
+
+TEST(DdsLink, KeysThatAreNoneAreAnError) {
+  const TestKeys keys;
+  std::filesystem::remove(keys.folder() / kDaemonFolder / kGovernanceFile);
+  EXPECT_FALSE(DdsLink::create({.domain = domain(),
+                                .cluster = cluster(),
+                                .network = {.keys = (keys.folder() / kDaemonFolder).string()},
+                                .self = NodeId{1}})
+                   .ok());
 }
 
 TEST(DdsLink, RefusesOptionsOutOfBounds) {

@@ -1,5 +1,6 @@
 // The other processes of dds_link_test:
 //   dds_link_test_peer DOMAIN CLUSTER SELF MODE [ARGUMENTS]
+// with the keys in the folder that the variable TESSERA_TEST_KEYS names, if it is set. Modes:
 // echo N          answers each message with the same payload, until one says "quit"
 // mesh FIRST LAST sends one message to every other node of the range; when it has received one from each,
 // sends
@@ -53,8 +54,10 @@ int mesh(Link& link, std::uint64_t first, std::uint64_t last) {
 int run(int argc, char** argv) {
   if (argc < 5) return 2;
   const std::string mode = argv[4];
+  const char* keys = std::getenv("TESSERA_TEST_KEYS");
   auto link = DdsLink::create({.domain = static_cast<std::uint32_t>(std::atoi(argv[1])),
                                .cluster = argv[2],
+                               .network = {.keys = keys != nullptr ? keys : ""},
                                .self = NodeId{std::strtoull(argv[3], nullptr, 10)}});
   if (!link.ok()) {
     std::fprintf(stderr, "%s\n", link.status().ToString().c_str());

@@ -1,6 +1,7 @@
 #include "transport/dds_network.h"
 
 #include <absl/cleanup/cleanup.h>
+#include <absl/strings/str_cat.h>
 #include <arpa/inet.h>
 #include <netdb.h>
 #include <sys/socket.h>
@@ -34,6 +35,34 @@ std::set<std::string> addresses_of(const std::string& host) {
   return addresses;
 }
 
+// One of the three plugins that Cyclone DDS loads.
+tinyxml2::XMLElement* add_plugin(tinyxml2::XMLElement& security, const char* name, const char* library,
+                                 const char* function) {
+  tinyxml2::XMLElement* plugin = security.InsertNewChildElement(name);
+  tinyxml2::XMLElement* loaded = plugin->InsertNewChildElement("Library");
+  loaded->SetAttribute("path",
+                       absl::StrCat(TESSERA_DDS_PLUGINS, "/libdds_security_", library, ".so").c_str());
+  loaded->SetAttribute("initFunction", absl::StrCat("init_", function).c_str());
+  loaded->SetAttribute("finalizeFunction", absl::StrCat("finalize_", function).c_str());
+  return plugin;
+}
+
+void add_security(tinyxml2::XMLElement& domain, const std::string& keys) {
+  tinyxml2::XMLElement& security = *domain.InsertNewChildElement("Security");
+  const auto add_file = [&](tinyxml2::XMLElement* plugin, const char* name, const char* file) {
+    plugin->InsertNewChildElement(name)->SetText(absl::StrCat("file:", keys, "/", file).c_str());
+  };
+  tinyxml2::XMLElement* authentication = add_plugin(security, "Authentication", "auth", "authentication");
+  add_file(authentication, "IdentityCA", "authority.pem");
+  add_file(authentication, "IdentityCertificate", "certificate.pem");
+  add_file(authentication, "PrivateKey", "key.pem");
+  tinyxml2::XMLElement* access = add_plugin(security, "AccessControl", "ac", "access_control");
+  add_file(access, "PermissionsCA", "authority.pem");
+  add_file(access, "Governance", "governance.p7s");
+  add_file(access, "Permissions", "permissions.p7s");
+  add_plugin(security, "Cryptographic", "crypto", "crypto");
+}
+
 }  // namespace
 
 std::string dds_configuration(const DdsNetwork& network) {
@@ -54,6 +83,7 @@ std::string dds_configuration(const DdsNetwork& network) {
       peers->InsertNewChildElement("Peer")->SetAttribute("Address", address.c_str());
     }
   }
+  if (!network.keys.empty()) add_security(*domain, network.keys);
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
   return printer.CStr();

@@ -13,6 +13,10 @@ struct DdsNetwork {
   // Addresses, or names, which stand for all their addresses when the process starts. Names without an
   // address, because their hosts do not exist yet, are skipped.
   std::vector<std::string> peers = {"127.0.0.1"};
+  // A folder with certificate and permissions of DDS Security, as `tessera keys create` makes it for daemons:
+  // only processes that its authority has signed join, and nobody else reads what they say. Empty: everyone
+  // joins.
+  std::string keys;
 };
 
 // deploy/cyclonedds.xml, adapted to `network`: settings for the loopback interface are left out for others.

@@ -35,5 +35,16 @@ TEST(DdsNetworkTest, NamesStandForTheirAddressesIfTheyHaveAny) {
   EXPECT_THAT(text, Not(HasSubstr("no-such-host")));
 }
 
+TEST(DdsNetworkTest, KeysCloseTheBus) {
+  const std::string text = dds_configuration({.interface = "eth0", .keys = "/etc/keys"});
+  for (const char* part :
+       {"<IdentityCA>file:/etc/keys/authority.pem</IdentityCA>", "<PrivateKey>file:/etc/keys/key.pem",
+        "<Governance>file:/etc/keys/governance.p7s", "<Permissions>file:/etc/keys/permissions.p7s",
+        "libdds_security_crypto.so", "init_access_control", "finalize_authentication"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+  EXPECT_THAT(dds_configuration({.interface = "eth0"}), Not(HasSubstr("Security")));
+}
+
 }  // namespace
 }  // namespace tessera

@@ -10,9 +10,11 @@
 
 #include "client_sdk/live/client_program.h"
 #include "daemon/address.h"
+#include "daemon/locks.h"
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
 #include "daemon/ready_file.h"
+#include "keys/keys_folder.h"
 #include "viewer/web_server.h"
 
 namespace tessera::viewer {
@@ -24,6 +26,7 @@ struct Arguments {
   std::vector<std::string> hosts;
   std::string ready_file;
   PageOptions page;
+  KeysOptions keys;
   bool any_port = false;
   bool exit_with_parent = false;
 };
@@ -42,6 +45,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
       "A name under which browsers may ask, besides IP addresses, localhost and this machine's name");
   app.add_flag("--any-port", arguments.any_port, "Use any free port if that of --listen is in use");
   app.add_flag("--read-only", arguments.page.read_only, "Refuse requests that would change the world");
+  app.add_flag(
+      "--insecure", arguments.keys.insecure,
+      "Without keys, listen beyond loopback nevertheless: whoever reaches the address controls the world");
   app.add_option("--fps", arguments.page.frames_per_second,
                  "Maximum number of frames per second for each browser")
       ->check(CLI::Range(1.0, 120.0))
@@ -52,10 +58,16 @@ void add_options(CLI::App& app, Arguments& arguments) {
 }
 
 absl::StatusOr<std::unique_ptr<WebServer>> open(const Arguments& arguments, Client& client) {
-  absl::StatusOr<std::unique_ptr<WebServer>> server =
-      WebServer::open(arguments.listen, Hosts(arguments.hosts), client, arguments.page);
+  const absl::StatusOr<std::optional<ServerKeys>> keys =
+      open_locks({.folder = arguments.client.keys, .insecure = arguments.keys.insecure}, kViewerFolder,
+                 {arguments.listen});
+  if (!keys.ok()) return keys.status();
+  const auto open_at = [&](const std::string& address) {
+    return WebServer::open(address, Hosts(arguments.hosts), *keys, client, arguments.page);
+  };
+  absl::StatusOr<std::unique_ptr<WebServer>> server = open_at(arguments.listen);
   if (server.ok() || !arguments.any_port) return server;
-  return WebServer::open(with_port(arguments.listen, 0), Hosts(arguments.hosts), client, arguments.page);
+  return open_at(with_port(arguments.listen, 0));
 }
 
 absl::Status serve(const Arguments& arguments, Client& client, const std::function<void()>& wait) {

@@ -5,12 +5,17 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/string_view.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <mutex>
 #include <utility>
 
 #include "client_sdk/src/status_json.h"
+#include "daemon/address.h"
+#include "daemon/tls_door.h"
 #include "viewer/json.h"
+#include "viewer/visitors.h"
 
 // The web UI as one compressed file (page.S).
 extern "C" const char tessera_page_begin[];
@@ -23,6 +28,7 @@ constexpr absl::Duration kStatusPeriod = absl::Milliseconds(500);
 constexpr int kPagesMax = 32;
 constexpr int kThreads = kPagesMax + 8;  // each tab occupies one; the others answer plain requests
 constexpr std::size_t kMessageBytesMax = 1 << 16;
+constexpr std::size_t kFormBytesMax = 4096;
 constexpr int kTextFrame = 0x80 | MG_WEBSOCKET_OPCODE_TEXT;  // complete, not a fragment
 constexpr int kCloseFrame = 0x80 | MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE;
 
@@ -41,23 +47,45 @@ void reply(mg_connection* connection, absl::string_view status, absl::string_vie
   mg_write(connection, body.data(), body.size());
 }
 
-// False, and an answer that says so, for a request under a name that is not one of this server's.
-bool is_admitted(const Hosts& hosts, mg_connection* connection) {
-  const char* host = mg_get_header(connection, "Host");
-  if (host != nullptr && hosts.allows(host)) return true;
-  reply(connection, "403 Forbidden", "Content-Type: text/plain\r\n",
-        "this name is not one of the web UI's: use an IP address, or start it with --allow-host NAME\n");
-  return false;
+constexpr absl::string_view kPlainText = "Content-Type: text/plain\r\n";
+constexpr absl::string_view kHtml = "Content-Type: text/html; charset=utf-8\r\n";
+
+absl::string_view header(const mg_connection* connection, const char* name) {
+  const char* value = mg_get_header(connection, name);
+  return value == nullptr ? absl::string_view() : absl::string_view(value);
 }
+
+// Who asks, and under which name.
+struct Doorkeeper {
+  Hosts hosts;
+  Visitors visitors;
+
+  bool knows_host(const mg_connection* connection) const {
+    return hosts.allows(std::string(header(connection, "Host")));
+  }
+  std::optional<ClientRole> role_of(const mg_connection* connection) const {
+    return visitors.role_of(header(connection, "Authorization"), header(connection, "Cookie"));
+  }
+  // False, and an answer that says so, for a request under a name that is not one of this server's.
+  bool admits_host(mg_connection* connection) const {
+    if (knows_host(connection)) return true;
+    reply(connection, "403 Forbidden", kPlainText,
+          "this name is not one of the web UI's: use an IP address, or start it with --allow-host NAME\n");
+    return false;
+  }
+};
 
 class PageHandler final : public CivetHandler {
  public:
-  explicit PageHandler(const Hosts& hosts) : hosts_(hosts) {}
+  explicit PageHandler(const Doorkeeper& doorkeeper) : doorkeeper_(doorkeeper) {}
 
   bool handleGet(CivetServer*, mg_connection* connection) override {
-    if (!is_admitted(hosts_, connection)) return true;
+    if (!doorkeeper_.admits_host(connection)) return true;
     if (absl::string_view(mg_get_request_info(connection)->local_uri) != "/") {
-      reply(connection, "404 Not Found", "Content-Type: text/plain\r\n", "there is no such page\n");
+      reply(connection, "404 Not Found", kPlainText, "there is no such page\n");
+    } else if (!doorkeeper_.role_of(connection)) {
+      reply(connection, "401 Unauthorized", kHtml,
+            login_page("This world is shown to those who have a token."));
     } else {
       reply(connection, "200 OK", "Content-Type: text/html; charset=utf-8\r\nContent-Encoding: gzip\r\n",
             {tessera_page_begin, static_cast<std::size_t>(tessera_page_end - tessera_page_begin)});
@@ -66,15 +94,48 @@ class PageHandler final : public CivetHandler {
   }
 
  private:
-  const Hosts& hosts_;
+  const Doorkeeper& doorkeeper_;
+};
+
+// Takes the token of the login page, and gives a cookie for it.
+class LoginHandler final : public CivetHandler {
+ public:
+  explicit LoginHandler(const Doorkeeper& doorkeeper) : doorkeeper_(doorkeeper) {}
+
+  bool handlePost(CivetServer*, mg_connection* connection) override {
+    if (!doorkeeper_.admits_host(connection)) return true;
+    std::array<char, kFormBytesMax> form{};
+    std::size_t size = 0;
+    for (int got = 1; got > 0 && size < form.size(); size += static_cast<std::size_t>(std::max(got, 0))) {
+      got = mg_read(connection, form.data() + size, form.size() - size);
+    }
+    std::array<char, kFormBytesMax> token{};
+    const int length = mg_get_var(form.data(), size, "token", token.data(), token.size());
+    const std::optional<std::string> cookie =
+        doorkeeper_.visitors.cookie_for({token.data(), static_cast<std::size_t>(std::max(length, 0))});
+    if (cookie) {
+      reply(connection, "303 See Other", absl::StrCat("Location: /\r\nSet-Cookie: ", *cookie, "\r\n"), "");
+    } else {
+      reply(connection, "401 Unauthorized", kHtml, login_page("This token is not known here."));
+    }
+    return true;
+  }
+
+ private:
+  const Doorkeeper& doorkeeper_;
 };
 
 class StatusHandler final : public CivetHandler {
  public:
-  StatusHandler(const Hosts& hosts, const live::ClusterMonitor& monitor) : hosts_(hosts), monitor_(monitor) {}
+  StatusHandler(const Doorkeeper& doorkeeper, const live::ClusterMonitor& monitor)
+      : doorkeeper_(doorkeeper), monitor_(monitor) {}
 
   bool handleGet(CivetServer*, mg_connection* connection) override {
-    if (!is_admitted(hosts_, connection)) return true;
+    if (!doorkeeper_.admits_host(connection)) return true;
+    if (!doorkeeper_.role_of(connection)) {
+      reply(connection, "401 Unauthorized", kPlainText, "send a token: Authorization: Bearer TOKEN\n");
+      return true;
+    }
     const std::shared_ptr<const live::ClusterReport> report = monitor_.latest();
     const bool answers = report->answer.ok();
     const nlohmann::json told =
@@ -85,14 +146,14 @@ class StatusHandler final : public CivetHandler {
   }
 
  private:
-  const Hosts& hosts_;
+  const Doorkeeper& doorkeeper_;
   const live::ClusterMonitor& monitor_;
 };
 
 class LiveHandler final : public CivetWebSocketHandler {
  public:
-  LiveHandler(const Hosts& hosts, Client& client, const PageOptions& options)
-      : hosts_(hosts), client_(client), options_(options) {}
+  LiveHandler(const Doorkeeper& doorkeeper, Client& client, const PageOptions& options)
+      : doorkeeper_(doorkeeper), client_(client), options_(options) {}
 
   void report(const std::shared_ptr<const live::ClusterReport>& report) {
     const std::lock_guard lock(mutex_);
@@ -103,10 +164,10 @@ class LiveHandler final : public CivetWebSocketHandler {
   // Accept only the web UI of this server: other sites must not control the world through a visitor's
   // browser.
   bool handleConnection(CivetServer*, const mg_connection* connection) override {
-    const char* origin = mg_get_header(connection, "Origin");
-    const char* host = mg_get_header(connection, "Host");
-    if (host == nullptr || !hosts_.allows(host)) return false;
-    if (origin != nullptr && origin != absl::StrCat("http://", host)) return false;
+    if (!doorkeeper_.knows_host(connection) || !doorkeeper_.role_of(connection)) return false;
+    const absl::string_view origin = header(connection, "Origin");
+    const char* scheme = doorkeeper_.visitors.must_log_in() ? "https://" : "http://";
+    if (!origin.empty() && origin != absl::StrCat(scheme, header(connection, "Host"))) return false;
     const std::lock_guard lock(mutex_);
     return sessions_.size() < static_cast<std::size_t>(kPagesMax);
   }
@@ -117,9 +178,11 @@ class LiveHandler final : public CivetWebSocketHandler {
         mg_websocket_write(connection, opcode, bytes.data(), bytes.size());
       };
     };
+    PageOptions options = options_;
+    options.read_only |= doorkeeper_.role_of(connection) < ClientRole::kControl;
     const std::lock_guard lock(mutex_);
     sessions_[connection] = std::make_shared<PageSession>(
-        client_, options_, PageSocket{send(MG_WEBSOCKET_OPCODE_TEXT), send(MG_WEBSOCKET_OPCODE_BINARY)},
+        client_, options, PageSocket{send(MG_WEBSOCKET_OPCODE_TEXT), send(MG_WEBSOCKET_OPCODE_BINARY)},
         report_);
   }
 
@@ -147,7 +210,7 @@ class LiveHandler final : public CivetWebSocketHandler {
     return found == sessions_.end() ? nullptr : found->second;
   }
 
-  const Hosts& hosts_;
+  const Doorkeeper& doorkeeper_;
   Client& client_;
   const PageOptions options_;
   std::mutex mutex_;
@@ -159,31 +222,46 @@ class LiveHandler final : public CivetWebSocketHandler {
 
 class WebServer::Impl {
  public:
-  Impl(const std::string& address, Hosts hosts, Client& client, const PageOptions& options)
-      : hosts_(std::move(hosts)),
-        live_(hosts_, client, options),
+  Impl(const std::string& address, Hosts hosts, const std::optional<ServerKeys>& keys, Client& client,
+       const PageOptions& options)
+      : doorkeeper_{std::move(hosts), Visitors(keys)},
+        live_(doorkeeper_, client, options),
         monitor_(client, kStatusPeriod, [this](const auto& report) { live_.report(report); }),
-        status_(hosts_, monitor_),
-        page_(hosts_),
-        server_(std::vector<std::string>{"listening_ports", address, "num_threads", absl::StrCat(kThreads),
-                                         "tcp_nodelay", "1", "enable_websocket_ping_pong", "yes",
-                                         "websocket_timeout_ms", "10000"}) {
+        status_(doorkeeper_, monitor_),
+        page_(doorkeeper_),
+        login_(doorkeeper_),
+        server_(std::vector<std::string>{
+            "listening_ports", keys ? kBehindDoor : address, "num_threads", absl::StrCat(kThreads),
+            "tcp_nodelay", "1", "enable_websocket_ping_pong", "yes", "websocket_timeout_ms", "10000"}) {
     server_.addHandler("/", page_);
+    server_.addHandler("/login", login_);
     server_.addHandler("/status", status_);
     server_.addWebSocketHandler("/live", live_);
-    const std::string host = address.substr(0, address.rfind(':'));
-    url_ = absl::StrCat("http://", host, ":", server_.getListeningPorts().front(), "/");
+    url_ = absl::StrCat("http://", with_port(address, port()), "/");
+  }
+
+  // What browsers come to, in front of this server.
+  absl::Status open_door(const std::string& address, const ServerKeys& keys) {
+    absl::StatusOr<std::unique_ptr<TlsDoor>> door = TlsDoor::open(address, port(), keys);
+    if (!door.ok()) return door.status();
+    door_ = *std::move(door);
+    url_ = absl::StrCat("https://", door_->address(), "/");
+    return absl::OkStatus();
   }
 
   const std::string& url() const { return url_; }
 
  private:
-  const Hosts hosts_;
+  int port() { return server_.getListeningPorts().front(); }
+
+  const Doorkeeper doorkeeper_;
   LiveHandler live_;
   live::ClusterMonitor monitor_;
   StatusHandler status_;
   PageHandler page_;
+  LoginHandler login_;
   CivetServer server_;
+  std::unique_ptr<TlsDoor> door_;  // null without keys
   std::string url_;
 };
 
@@ -191,10 +269,14 @@ WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 WebServer::~WebServer() = default;
 
 absl::StatusOr<std::unique_ptr<WebServer>> WebServer::open(const std::string& address, Hosts hosts,
+                                                           const std::optional<ServerKeys>& keys,
                                                            Client& client, const PageOptions& options) {
   try {
-    return std::unique_ptr<WebServer>(
-        new WebServer(std::make_unique<Impl>(address, std::move(hosts), client, options)));
+    auto impl = std::make_unique<Impl>(address, std::move(hosts), keys, client, options);
+    if (keys) {
+      if (absl::Status status = impl->open_door(address, *keys); !status.ok()) return status;
+    }
+    return std::unique_ptr<WebServer>(new WebServer(std::move(impl)));
   } catch (const CivetException&) {
     return absl::UnavailableError(absl::StrCat("cannot listen on ", address,
                                                ": the address is in use or does not belong to this machine"));

@@ -5,8 +5,10 @@
 #include <absl/status/statusor.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "keys/gate.h"
 #include "tessera/client.h"
 #include "viewer/hosts.h"
 #include "viewer/page_session.h"
@@ -16,8 +18,10 @@ namespace tessera::viewer {
 class WebServer {
  public:
   // Listens on `address`, host:port; port 0: any free port. Requests under other names than `hosts` are
-  // refused. UNAVAILABLE if the address cannot be bound.
+  // refused. With keys, over TLS, and only for browsers that have shown a token: one of role observe may only
+  // look. UNAVAILABLE if the address cannot be bound.
   static absl::StatusOr<std::unique_ptr<WebServer>> open(const std::string& address, Hosts hosts,
+                                                         const std::optional<ServerKeys>& keys,
                                                          Client& client, const PageOptions& options);
   ~WebServer();
 

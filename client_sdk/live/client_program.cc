@@ -17,6 +17,8 @@ void add_client_options(CLI::App& app, ClientOptions& options) {
                  "host:port of the coordinator; of several, all of them, separated by commas")
       ->envname("TESSERA_ADDRESS")
       ->capture_default_str();
+  app.add_option("--keys", options.keys, "folder of `tessera keys create`, for a cluster with keys")
+      ->envname("TESSERA_KEYS");
   add_log_options(app, options.log);
 }
 
@@ -33,7 +35,7 @@ int run_client(CLI::App& app, int argc, char** argv, const ClientOptions& option
   start_log(app.get_name(), options.log);
   const EndSignals end;
   absl::Status status;
-  if (const auto client = Client::connect(options.connect); client.ok()) {
+  if (const auto client = Client::connect(options.connect, kCallTimeout, options.keys); client.ok()) {
     status = serve(**client, [&end] { end.wait(); });
   } else {
     status = client.status();

@@ -14,6 +14,7 @@ namespace tessera::live {
 
 struct ClientOptions {
   std::string connect = "127.0.0.1:7300";  // host:port of the coordinator
+  std::string keys;                        // folder; empty: none
   LogOptions log;
 };
 

@@ -113,7 +113,12 @@ void tessera_relative_to(const tessera_position* point, const int64_t sector[3],
 }
 
 tessera_code tessera_connect(const char* address, double timeout, tessera_client** client) {
-  return give(tessera::Client::connect(address, duration_of(timeout)),
+  return tessera_connect_with_keys(address, nullptr, timeout, client);
+}
+
+tessera_code tessera_connect_with_keys(const char* address, const char* keys, double timeout,
+                                       tessera_client** client) {
+  return give(tessera::Client::connect(address, duration_of(timeout), keys != nullptr ? keys : ""),
               [&](std::unique_ptr<tessera::Client> made) { *client = new tessera_client{std::move(made)}; });
 }
 

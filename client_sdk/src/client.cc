@@ -1,32 +1,20 @@
 #include "tessera/client.h"
 
 #include <absl/strings/str_cat.h>
-#include <grpcpp/grpcpp.h>
 
-#include <algorithm>
-#include <chrono>
 #include <string>
-#include <string_view>
 
-#include "client_sdk/src/coordinators.h"
+#include "client_sdk/src/client_impl.h"
 #include "client_sdk/src/joint_stream.h"
-#include "client_sdk/src/server_stream.h"
 #include "client_sdk/src/stream_traits.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
-#include "proto/status.h"
-#include "proto/whole_file.h"
 #include "tessera.grpc.pb.h"
 
 namespace tessera {
 namespace {
 
-constexpr absl::Duration kStatusTimeout = absl::Seconds(2);
 constexpr std::uint64_t kBodiesAsked = 100'000;  // per request, also of joints: the coordinator's maximum
-
-std::chrono::system_clock::time_point deadline_of(absl::Duration timeout) {
-  return absl::ToChronoTime(absl::Now() + timeout);
-}
 
 v1::BodyRef to_proto(const BodyName& body) {
   v1::BodyRef reference;
@@ -124,105 +112,17 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
 
 using Stub = v1::Tessera::Stub;
 
-class Client::Impl {
- public:
-  explicit Impl(std::shared_ptr<Coordinators> coordinators) : coordinators_(std::move(coordinators)) {}
-
-  // One call with its deadline; `method` is a method of the stub.
-  template <typename Request, typename Reply>
-  absl::StatusOr<Reply> call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Reply*),
-                             const Request& request, absl::Duration timeout) {
-    return coordinators_->call(method, request, timeout);
-  }
-
-  absl::StatusOr<SnapshotSummary> snapshot(WholeFile& file, absl::Duration timeout) {
-    grpc::ClientContext context;
-    set_deadline(context, timeout);
-    const auto stream = coordinators_->leader(timeout).Snapshot(&context, v1::SnapshotRequest());
-    SnapshotSummary summary;
-    for (v1::SnapshotPiece piece; stream->Read(&piece);) {
-      if (absl::Status status = file.append(piece.bytes()); !status.ok()) {
-        context.TryCancel();
-        static_cast<void>(stream->Finish());
-        return status;
-      }
-      summary.tick = piece.tick();
-      summary.bytes += piece.bytes().size();
-    }
-    if (const absl::Status status = from_grpc(stream->Finish()); !status.ok())
-      return coordinators_->explained(status, timeout);
-    return summary;
-  }
-
-  absl::StatusOr<v1::LoadReply> restore(const std::filesystem::path& file, bool replace,
-                                        absl::Duration timeout) {
-    grpc::ClientContext context;
-    set_deadline(context, timeout);
-    v1::LoadReply reply;
-    const auto stream = coordinators_->leader(timeout).Restore(&context, &reply);
-    v1::RestoreRequest request;
-    request.set_replace(replace);
-    bool is_taken = true;  // otherwise Finish() says why not
-    const absl::Status read = read_pieces(file, [&](std::string_view bytes) {
-      request.set_bytes(std::string(bytes));
-      is_taken = is_taken && stream->Write(request);
-      return absl::OkStatus();
-    });
-    if (!read.ok()) {
-      context.TryCancel();
-      static_cast<void>(stream->Finish());
-      return read;
-    }
-    stream->WritesDone();
-    if (const absl::Status status = from_grpc(stream->Finish()); !status.ok())
-      return coordinators_->explained(status, timeout);
-    return reply;
-  }
-
-  template <typename Request, typename Reply>
-  absl::StatusOr<Tick> command(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Reply*),
-                               const Request& request, absl::Duration timeout) {
-    const absl::StatusOr<Reply> reply = call(method, request, timeout);
-    if (!reply.ok()) return reply.status();
-    return reply->tick();
-  }
-
-  // Subscribes at every server that takes part in the world, and waits until all of them have answered.
-  template <typename Traits>
-  absl::StatusOr<std::unique_ptr<Stream<typename Traits::Frame>>> watch(
-      const typename Traits::Request& request, absl::Duration timeout) {
-    const absl::StatusOr<v1::StatusReply> status = call(&Stub::GetStatus, v1::StatusRequest(), timeout);
-    if (!status.ok()) return status.status();
-    if (status->state() == "empty")
-      return absl::FailedPreconditionError("no world is loaded: there is nothing to watch");
-    const auto takes_part = [](const v1::ServerStatus& server) { return server.takes_part(); };
-    if (std::none_of(status->servers().begin(), status->servers().end(), takes_part)) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "the world is ", status->state(), ": no server takes part in it that could be watched"));
-    }
-    auto stream = std::make_unique<ServerStreams<Traits>>(
-        request, *status, [coordinators = coordinators_]() -> absl::StatusOr<v1::StatusReply> {
-          return coordinators->call(&Stub::GetStatus, v1::StatusRequest(), kStatusTimeout);
-        });
-    if (absl::Status subscribed = stream->wait_for_all(timeout); !subscribed.ok()) return subscribed;
-    return stream;
-  }
-
- private:
-  static void set_deadline(grpc::ClientContext& context, absl::Duration timeout) {
-    if (timeout != absl::InfiniteDuration()) context.set_deadline(deadline_of(timeout));
-  }
-
-  std::shared_ptr<Coordinators> coordinators_;  // streams have them, too
-};
-
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Client::~Client() = default;
 
-absl::StatusOr<std::unique_ptr<Client>> Client::connect(const std::string& address, absl::Duration timeout) {
-  absl::StatusOr<std::shared_ptr<Coordinators>> coordinators = Coordinators::connect(address, timeout);
+absl::StatusOr<std::unique_ptr<Client>> Client::connect(const std::string& address, absl::Duration timeout,
+                                                        const std::filesystem::path& keys_folder) {
+  absl::StatusOr<ClientKeys> keys = ClientKeys::read(keys_folder);
+  if (!keys.ok()) return keys.status();
+  absl::StatusOr<std::shared_ptr<Coordinators>> coordinators = Coordinators::connect(address, *keys, timeout);
   if (!coordinators.ok()) return coordinators.status();
-  return std::unique_ptr<Client>(new Client(std::make_unique<Impl>(*std::move(coordinators))));
+  return std::unique_ptr<Client>(
+      new Client(std::make_unique<Impl>(*std::move(keys), *std::move(coordinators))));
 }
 
 absl::StatusOr<LoadSummary> Client::load(const WorldDescription& world, bool replace,
@@ -259,7 +159,7 @@ absl::StatusOr<Spawned> Client::spawn(const NewBody& body, absl::Duration timeou
   v1::SpawnRequest request;
   *request.mutable_body() = to_proto(body.body);
   *request.mutable_shape() = to_proto(body.shape);
-  const auto reply = impl_->call(&Stub::Spawn, request, timeout);
+  const auto reply = impl_->call_once(&Stub::Spawn, request, timeout);
   if (!reply.ok()) return reply.status();
   return Spawned{BodyId{reply->id()}, reply->tick()};
 }
@@ -336,7 +236,7 @@ absl::StatusOr<AddedJoint> Client::add_joint(const NewJoint& joint, absl::Durati
   *request.mutable_joint() = to_proto(description);
   if (joint.parent) *request.mutable_parent() = to_proto(*joint.parent);
   *request.mutable_child() = to_proto(joint.child);
-  const auto reply = impl_->call(&Stub::AddJoint, request, timeout);
+  const auto reply = impl_->call_once(&Stub::AddJoint, request, timeout);
   if (!reply.ok()) return reply.status();
   return AddedJoint{JointId{reply->id()}, reply->tick()};
 }
@@ -370,19 +270,19 @@ absl::StatusOr<Tick> Client::set_drives(const JointName& joint, const JointDrive
 }
 
 absl::StatusOr<Tick> Client::pause(absl::Duration timeout) {
-  return impl_->command(&Stub::Pause, v1::PauseRequest(), timeout);
+  return impl_->tick_of(&Stub::Pause, v1::PauseRequest(), timeout);
 }
 
 absl::StatusOr<Tick> Client::resume(double real_time_factor, absl::Duration timeout) {
   v1::ResumeRequest request;
   request.set_real_time_factor(real_time_factor);
-  return impl_->command(&Stub::Resume, request, timeout);
+  return impl_->tick_of(&Stub::Resume, request, timeout);
 }
 
 absl::StatusOr<Tick> Client::step(std::uint64_t ticks, absl::Duration timeout) {
   v1::StepRequest request;
   request.set_ticks(ticks);
-  return impl_->command(&Stub::Step, request, timeout);
+  return impl_->tick_of(&Stub::Step, request, timeout);
 }
 
 absl::StatusOr<ClusterStatus> Client::status(absl::Duration timeout) {
@@ -565,7 +465,7 @@ absl::StatusOr<std::unique_ptr<JointStream>> Client::watch_joints(const std::vec
 absl::StatusOr<Tick> Client::drain(std::uint64_t node, absl::Duration timeout) {
   v1::DrainRequest request;
   request.set_node(node);
-  return impl_->command(&Stub::Drain, request, timeout);
+  return impl_->tick_of(&Stub::Drain, request, timeout);
 }
 
 absl::Status Client::shutdown(absl::Duration timeout) {

@@ -1,9 +1,12 @@
 #include "client_sdk/src/coordinators.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
 
 #include <algorithm>
+#include <random>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -11,12 +14,14 @@ namespace {
 // How long one of several may take to accept a connection, and the pause after all have been asked.
 constexpr absl::Duration kConnectMax = absl::Milliseconds(300);
 constexpr absl::Duration kAskAgain = absl::Milliseconds(50);
+constexpr absl::Duration kAskMax = absl::Seconds(2);  // why a connection fails
 // One of several that does not answer pings is as good as gone, although its connection stands.
 constexpr int kPingEveryMs = 2000;
 
 std::chrono::system_clock::time_point chrono(absl::Time time) { return absl::ToChronoTime(time); }
 
-std::shared_ptr<grpc::Channel> open_channel(const std::string& address, bool is_one_of_several) {
+std::shared_ptr<grpc::Channel> open_channel(const std::string& address, const ClientKeys& keys,
+                                            bool is_one_of_several) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(-1);
@@ -30,7 +35,7 @@ std::shared_ptr<grpc::Channel> open_channel(const std::string& address, bool is_
     arguments.SetInt(GRPC_ARG_HTTP2_MIN_SENT_PING_INTERVAL_WITHOUT_DATA_MS, kPingEveryMs / 2);
     arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   }
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  return keys.channel(address, arguments);
 }
 
 // Whether the channel is connected, or becomes so.
@@ -53,14 +58,34 @@ bool answers(grpc::Channel& channel, absl::Duration& timeout) {
   return is_late;
 }
 
+// Where something answers that is no coordinator with these keys, what that may be.
+std::string why_not(v1::Tessera::Stub& coordinator, const ClientKeys& keys) {
+  grpc::ClientContext context;
+  context.set_deadline(chrono(absl::Now() + kAskMax));
+  v1::StatusReply reply;
+  const std::string reason = coordinator.GetStatus(&context, v1::StatusRequest(), &reply).error_message();
+  if (absl::StrContains(reason, "refused") || absl::StrContains(reason, "Deadline")) return "";
+  return keys.empty() ? ": something listens there, which may want keys (--keys FOLDER or TESSERA_KEYS)"
+                      : ": something listens there, which has no keys, or those of another cluster";
+}
+
+std::string drawn_session() {
+  std::random_device source;
+  return absl::StrCat((std::uint64_t{source()} << 32) | source() | 1);
+}
+
 }  // namespace
 
+Coordinators::Coordinators(std::vector<Member> members)
+    : members_(std::move(members)), session_(drawn_session()) {}
+
 absl::StatusOr<std::shared_ptr<Coordinators>> Coordinators::connect(const std::string& addresses,
+                                                                    const ClientKeys& keys,
                                                                     absl::Duration timeout) {
   std::vector<Member> members;
   const std::vector<std::string> all = absl::StrSplit(addresses, ',');
   for (const std::string& address : all) {
-    const auto channel = open_channel(address, all.size() > 1);
+    const auto channel = open_channel(address, keys, all.size() > 1);
     members.push_back({address, channel, v1::Tessera::NewStub(channel)});
   }
   const std::shared_ptr<Coordinators> coordinators(new Coordinators(std::move(members)));
@@ -70,8 +95,9 @@ absl::StatusOr<std::shared_ptr<Coordinators>> Coordinators::connect(const std::s
           ? is_connected(*coordinators->members_[coordinators->find(deadline)].channel, deadline)
           : answers(*coordinators->members_.front().channel, timeout);
   if (is_there) return coordinators;
-  return absl::UnavailableError(
-      absl::StrCat("no coordinator answers at ", addresses, " within ", absl::FormatDuration(timeout)));
+  return absl::UnavailableError(absl::StrCat("no coordinator answers at ", addresses, " within ",
+                                             absl::FormatDuration(timeout),
+                                             why_not(*coordinators->members_.front().stub, keys)));
 }
 
 // The first one from the last leader on that can be reached; without any, that leader.

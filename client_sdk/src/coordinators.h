@@ -3,15 +3,21 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
+#include <absl/strings/str_cat.h>
 #include <absl/time/clock.h>
 #include <absl/time/time.h>
 #include <grpcpp/grpcpp.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "keys/keys_folder.h"
+#include "proto/call_id.h"
 #include "proto/status.h"
 #include "tessera.grpc.pb.h"
 
@@ -20,28 +26,61 @@ namespace tessera {
 // Safe to use from any thread.
 class Coordinators {
  public:
+  template <typename Request, typename Reply>
+  using Method = grpc::Status (v1::Tessera::Stub::*)(grpc::ClientContext*, const Request&, Reply*);
+
   // `addresses` are separated by commas. Errors as Client::connect().
   static absl::StatusOr<std::shared_ptr<Coordinators>> connect(const std::string& addresses,
+                                                               const ClientKeys& keys,
                                                                absl::Duration timeout);
 
   // One call to the coordinator that leads, with its deadline; `method` is a method of the stub. Where
   // another one leads, or none so far, the call goes to the others until one takes it. A call that was sent
   // and not answered is not made again: it may have taken effect.
   template <typename Request, typename Reply>
-  absl::StatusOr<Reply> call(grpc::Status (v1::Tessera::Stub::*method)(grpc::ClientContext*, const Request&,
-                                                                       Reply*),
-                             const Request& request, absl::Duration timeout) {
+  absl::StatusOr<Reply> call(Method<Request, Reply> method, const Request& request, absl::Duration timeout) {
     const absl::Time deadline = absl::Now() + timeout;
     for (;;) {
       const std::size_t place = find(deadline);
       grpc::ClientContext context;
-      if (timeout != absl::InfiniteDuration()) context.set_deadline(absl::ToChronoTime(deadline));
+      set_deadline(context, deadline);
       Reply reply;
       const grpc::Status status = (stub(place).*method)(&context, request, &reply);
       leave(place, status);
       if (status.ok()) return reply;
       if (!stands_by(status) || !are_several() || !is_worth_another(deadline))
         return explained(place, from_grpc(status), timeout);
+    }
+  }
+
+  // A command. Where its connection is lost, it is made again, under the same number, to whoever leads then:
+  // it is carried out once.
+  template <typename Request, typename Reply>
+  absl::StatusOr<Reply> call_once(Method<Request, Reply> method, const Request& request,
+                                  absl::Duration timeout) {
+    const std::string number = absl::StrCat(calls_.fetch_add(1) + 1);
+    absl::Time deadline = absl::Now() + timeout;
+    std::optional<absl::Status> lost;  // how the first connection was
+    for (;;) {
+      const std::size_t place = find(deadline);
+      grpc::ClientContext context;
+      set_deadline(context, deadline);
+      context.set_wait_for_ready(lost && !are_several());
+      context.AddMetadata(kSessionHeader, session_);
+      context.AddMetadata(kCallHeader, number);
+      Reply reply;
+      const grpc::Status status = (stub(place).*method)(&context, request, &reply);
+      leave(place, status);
+      if (status.ok()) return reply;
+      const bool is_lost = status.error_code() == grpc::StatusCode::UNAVAILABLE &&
+                           !context.GetServerTrailingMetadata().contains(kAnsweredTrailer);
+      if (is_lost && !lost) {
+        lost = from_grpc(status);
+        if (!are_several()) deadline = std::min(deadline, absl::Now() + kCoordinatorReplacedMax);
+      }
+      if ((is_lost || (stands_by(status) && are_several())) && is_worth_another(deadline)) continue;
+      const bool is_late = status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
+      return explained(place, lost && is_late ? *lost : from_grpc(status), timeout);
     }
   }
 
@@ -62,8 +101,14 @@ class Coordinators {
     std::unique_ptr<v1::Tessera::Stub> stub;
   };
 
-  explicit Coordinators(std::vector<Member> members) : members_(std::move(members)) {}
+  // A coordinator that is replaced is back within a second or two.
+  static constexpr absl::Duration kCoordinatorReplacedMax = absl::Seconds(3);
 
+  explicit Coordinators(std::vector<Member> members);
+
+  static void set_deadline(grpc::ClientContext& context, absl::Time deadline) {
+    if (deadline != absl::InfiniteFuture()) context.set_deadline(absl::ToChronoTime(deadline));
+  }
   v1::Tessera::Stub& stub(std::size_t place) { return *members_[place].stub; }
   std::size_t find(absl::Time deadline);
   void leave(std::size_t place, const grpc::Status& status);
@@ -71,6 +116,8 @@ class Coordinators {
   absl::Status explained(std::size_t place, const absl::Status& status, absl::Duration timeout) const;
 
   const std::vector<Member> members_;
+  const std::string session_;  // a number that no other client has
+  std::atomic<std::uint64_t> calls_ = 0;
   std::atomic<std::size_t> place_ = 0;  // of the one that led last
 };
 

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "client_sdk/src/stream_merger.h"
+#include "keys/keys_folder.h"
 #include "proto/status.h"
 #include "tessera.grpc.pb.h"
 #include "tessera/stream.h"
@@ -36,8 +37,11 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
   // Asks the coordinator where the world is.
   using AskStatus = std::function<absl::StatusOr<v1::StatusReply>()>;
 
-  ServerStreams(Request request, const v1::StatusReply& status, AskStatus ask_status)
-      : request_(std::move(request)), load_(status.load()), ask_status_(std::move(ask_status)) {
+  ServerStreams(Request request, const v1::StatusReply& status, ClientKeys keys, AskStatus ask_status)
+      : request_(std::move(request)),
+        load_(status.load()),
+        keys_(std::move(keys)),
+        ask_status_(std::move(ask_status)) {
     std::random_device source;
     request_.set_subscription((std::uint64_t{source()} << 32) | source() | 1);
     follow(status);
@@ -108,8 +112,7 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
     auto reader = std::make_unique<Reader>();
     grpc::ChannelArguments arguments;
     arguments.SetMaxReceiveMessageSize(-1);
-    reader->stub = v1::Streams::NewStub(
-        grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
+    reader->stub = v1::Streams::NewStub(keys_.channel(address, arguments));
     reader->thread = std::thread([this, address, from = reader.get()] { read(address, *from); });
     return reader;
   }
@@ -190,6 +193,7 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
 
   Request request_;
   const std::uint64_t load_;
+  const ClientKeys keys_;
   const AskStatus ask_status_;
   StreamMerger<Frame> merger_;
   std::optional<std::chrono::steady_clock::time_point> missed_since_;  // the coordinator; of follower_

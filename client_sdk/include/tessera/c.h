@@ -67,6 +67,11 @@ typedef struct tessera_stream tessera_stream;
  * is no answer within `timeout` s. Release the client with tessera_disconnect(). */
 TESSERA_API tessera_code tessera_connect(const char* address, double timeout, tessera_client** client);
 
+/* The same with a folder that `tessera keys create` made for a client, for a cluster with keys; null: none.
+ * NOT_FOUND, naming the file, if the folder lacks one. */
+TESSERA_API tessera_code tessera_connect_with_keys(const char* address, const char* keys, double timeout,
+                                                   tessera_client** client);
+
 /* Streams of the client stay open. Does nothing for null. */
 TESSERA_API void tessera_disconnect(tessera_client* client);
 

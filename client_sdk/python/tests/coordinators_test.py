@@ -19,7 +19,9 @@ class Coordinator(tessera_pb2_grpc.TesseraServicer):
 
     def __init__(self) -> None:
         self.leads = False
+        self.loses_answers = False
         self.pauses = 0
+        self.pushes: list[tuple[Any, Any]] = []  # session and number
         self.server = grpc.server(ThreadPoolExecutor(4))
         tessera_pb2_grpc.add_TesseraServicer_to_server(self, self.server)
         self.address = f"127.0.0.1:{self.server.add_insecure_port('127.0.0.1:0')}"
@@ -38,6 +40,14 @@ class Coordinator(tessera_pb2_grpc.TesseraServicer):
         self._refuse_unless_it_leads(context)
         self.pauses += 1
         return tessera_pb2.PauseReply(tick=self.pauses)
+
+    def ApplyImpulse(self, request: tessera_pb2.ApplyImpulseRequest, context: Any) -> tessera_pb2.CommandReply:
+        self._refuse_unless_it_leads(context)
+        headers = dict(context.invocation_metadata())
+        self.pushes.append((headers["tessera-session"], headers["tessera-call"]))
+        if self.loses_answers:
+            context.abort(grpc.StatusCode.UNAVAILABLE, "the connection is lost")
+        return tessera_pb2.CommandReply(tick=7)
 
 
 @pytest.fixture
@@ -72,6 +82,19 @@ def test_one_that_is_gone_is_passed_over(pair: list[Coordinator]) -> None:
             client.pause()
         assert client.pause() == 1
         assert pair[1].pauses == 1
+
+
+def test_a_command_whose_answer_is_lost_is_made_again_under_its_number(pair: list[Coordinator]) -> None:
+    with Client(",".join(one.address for one in pair)) as client:
+        pair[0].leads = pair[1].leads = True
+        pair[0].loses_answers = True
+        assert client.apply_impulse("ball", (1, 0, 0)) == 7
+        assert len(pair[0].pushes) == 1
+        assert pair[1].pushes == pair[0].pushes
+        pair[0].loses_answers = False
+        assert client.apply_impulse("ball", (1, 0, 0)) == 7
+        session, number = pair[1].pushes[0]
+        assert pair[1].pushes[1] == (session, str(int(number) + 1))
 
 
 def test_a_standby_alone_refuses_at_once(pair: list[Coordinator]) -> None:

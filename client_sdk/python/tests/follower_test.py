@@ -15,6 +15,7 @@ from tessera import stream
 from tessera._proto import tessera_pb2, tessera_pb2_grpc
 from tessera.client import BodyStream
 from tessera.frame import body_frame
+from tessera.keys import Keys
 
 
 class Server(tessera_pb2_grpc.StreamsServicer):
@@ -75,7 +76,7 @@ class Coordinator:
         def read(tick: int, parts: list[tessera_pb2.BodyBatch]) -> tessera.BodyFrame:
             return body_frame(tick, parts, sector_size=1)
 
-        return stream.Stream("WatchBodies", request, read, status, self.ask, PATIENCE_S)
+        return stream.Stream("WatchBodies", request, read, status, self.ask, Keys(), PATIENCE_S)
 
 
 @pytest.fixture

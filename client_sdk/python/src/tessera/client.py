@@ -23,6 +23,7 @@ from tessera.frame import (
     trajectory,
 )
 from tessera.joint import Drive, Joint, joint_ref
+from tessera.keys import Keys
 from tessera.position import (
     IDENTITY,
     PositionLike,
@@ -52,6 +53,7 @@ from tessera.whole_file import whole_file
 from tessera.world import World
 
 ADDRESS_VARIABLE = "TESSERA_ADDRESS"
+KEYS_VARIABLE = "TESSERA_KEYS"
 ADDRESS_DEFAULT = "127.0.0.1:7300"
 CALL_TIMEOUT_S = 10.0
 LOAD_TIMEOUT_S = 120.0
@@ -87,14 +89,24 @@ class Client:
     DeadlineExceeded, and Unavailable if a process is gone. Safe to use from any thread.
     """
 
-    def __init__(self, address: str | None = None, *, timeout: float = CALL_TIMEOUT_S) -> None:
+    def __init__(
+        self,
+        address: str | None = None,
+        *,
+        keys: str | os.PathLike[str] | None = None,
+        timeout: float = CALL_TIMEOUT_S,
+    ) -> None:
         """Connects to host:port. The default is TESSERA_ADDRESS, or else port 7300 of this machine.
 
         Of a cluster with several coordinators, the addresses of all, separated by commas: calls go to the one
-        that leads, also where that changes. Unavailable if no coordinator answers within `timeout` s.
+        that leads, also where that changes. A cluster with keys wants a folder that `tessera keys create` made; the
+        default is TESSERA_KEYS, or else none ("" for none in any case). NotFound, naming the file, if the folder
+        lacks one; Unavailable if no coordinator answers within `timeout` s.
         """
-        self.address = address if address else os.environ.get(ADDRESS_VARIABLE, ADDRESS_DEFAULT)
-        self._coordinators = Coordinators(self.address, timeout)
+        default: str = os.environ.get(ADDRESS_VARIABLE, ADDRESS_DEFAULT)
+        self.address = address or default
+        self._keys = Keys.read(os.environ.get(KEYS_VARIABLE, "") if keys is None else keys)
+        self._coordinators = Coordinators(self.address, self._keys, timeout)
 
     def close(self) -> None:
         """Closes the connection; the cluster and its world stay. Streams end if the world changes servers."""
@@ -163,7 +175,7 @@ class Client:
     def spawn(self, body: Body, timeout: float | None = CALL_TIMEOUT_S) -> Added:
         """Adds a new body to the world. AlreadyExists for a name in use, InvalidArgument, OutOfRange."""
         request = tessera_pb2.SpawnRequest(body=body.message(), shape=body.shape)
-        reply = self._call("Spawn", request, timeout)
+        reply = self._call_once("Spawn", request, timeout)
         return Added(reply.id, reply.tick)
 
     def remove(self, body: BodyName, timeout: float | None = CALL_TIMEOUT_S) -> int:
@@ -300,7 +312,7 @@ class Client:
         request = tessera_pb2.AddJointRequest(joint=joint.message(), child=_body_ref(joint.child))
         if joint.parent is not None:
             request.parent.CopyFrom(_body_ref(joint.parent))
-        reply = self._call("AddJoint", request, timeout)
+        reply = self._call_once("AddJoint", request, timeout)
         return Added(reply.id, reply.tick)
 
     def remove_joint(self, joint: int | str, timeout: float | None = CALL_TIMEOUT_S) -> int:
@@ -319,15 +331,15 @@ class Client:
 
     def pause(self, timeout: float | None = CALL_TIMEOUT_S) -> int:
         """Pauses the world and returns the tick at which it has stopped."""
-        return self._command("Pause", tessera_pb2.PauseRequest(), timeout)
+        return self._tick_of("Pause", tessera_pb2.PauseRequest(), timeout)
 
     def resume(self, real_time_factor: float = 1.0, timeout: float | None = CALL_TIMEOUT_S) -> int:
         """Runs the world at this many simulated seconds per second; 0: as fast as possible."""
-        return self._command("Resume", tessera_pb2.ResumeRequest(real_time_factor=real_time_factor), timeout)
+        return self._tick_of("Resume", tessera_pb2.ResumeRequest(real_time_factor=real_time_factor), timeout)
 
     def step(self, ticks: int = 1, timeout: float | None = None) -> int:
         """Runs that many ticks and returns the last one. FailedPrecondition unless the world is paused."""
-        return self._command("Step", tessera_pb2.StepRequest(ticks=ticks), timeout)
+        return self._tick_of("Step", tessera_pb2.StepRequest(ticks=ticks), timeout)
 
     def trajectory(
         self, bodies: BodyName | Sequence[BodyName], ticks: int, *, every_ticks: int = 1
@@ -514,7 +526,7 @@ class Client:
         def read(tick: int, parts: list[tessera_pb2.BodyBatch]) -> BodyFrame:
             return body_frame(tick, parts, size)
 
-        return Stream("WatchBodies", request, read, status, self.status, timeout)
+        return Stream("WatchBodies", request, read, status, self.status, self._keys, timeout)
 
     def watch_contacts(
         self, *, ids: Iterable[int] = (), persisting: bool = False, timeout: float | None = CALL_TIMEOUT_S
@@ -526,13 +538,13 @@ class Client:
         """
         request = tessera_pb2.WatchContactsRequest(ids=ids, persisting=persisting)
         status = self._watchable(timeout)
-        return Stream("WatchContacts", request, contact_frame, status, self.status, timeout)
+        return Stream("WatchContacts", request, contact_frame, status, self.status, self._keys, timeout)
 
     def watch_divergences(self, timeout: float | None = CALL_TIMEOUT_S) -> DivergenceStream:
         """Bodies that leave the range of numbers, speeds or sectors. The first frame is as that of contacts."""
         request = tessera_pb2.WatchDivergencesRequest()
         status = self._watchable(timeout)
-        return Stream("WatchDivergences", request, divergence_frame, status, self.status, timeout)
+        return Stream("WatchDivergences", request, divergence_frame, status, self.status, self._keys, timeout)
 
     # --- servers ---
 
@@ -541,7 +553,7 @@ class Client:
         tick at which they took over. NotFound if no server has this `node`, FailedPrecondition if no other
         one can take over.
         """
-        return self._command("Drain", tessera_pb2.DrainRequest(node=node), timeout)
+        return self._tick_of("Drain", tessera_pb2.DrainRequest(node=node), timeout)
 
     def shutdown(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
         """Ends the coordinator and its servers."""
@@ -550,7 +562,14 @@ class Client:
     def _call(self, method: str, request: Any, timeout: float | None) -> Any:
         return self._coordinators.call(method, request, timeout)
 
+    def _call_once(self, method: str, request: Any, timeout: float | None) -> Any:
+        return self._coordinators.call_once(method, request, timeout)
+
     def _command(self, method: str, request: Any, timeout: float | None) -> int:
+        tick: int = self._call_once(method, request, timeout).tick
+        return tick
+
+    def _tick_of(self, method: str, request: Any, timeout: float | None) -> int:
         tick: int = self._call(method, request, timeout).tick
         return tick
 

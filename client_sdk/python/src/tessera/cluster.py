@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import weakref
@@ -23,16 +24,23 @@ class Cluster:
     """
 
     def __init__(
-        self, servers: int = 2, *, threads: int | None = None, precision: Precision = Precision.FLOAT32
+        self,
+        servers: int = 2,
+        *,
+        threads: int | None = None,
+        precision: Precision = Precision.FLOAT32,
+        keys: str | os.PathLike[str] = "",
     ) -> None:
         """Returns when clients can connect. `threads` is the number per server; by default the cores are
-        divided evenly.
+        divided evenly. `keys` is a folder of `tessera keys create`, without which clients need no keys.
 
         Raises NotFound if the program `tessera` is missing (see `tessera.command`), and Unavailable, with its
         message, if it does not start a cluster.
         """
         engine = "f32" if precision is Precision.FLOAT32 else "f64"
         arguments = ["up", "--listen", "127.0.0.1:0", "--servers", str(servers), "--engine", engine]
+        arguments += ["--keys", os.fspath(keys)]
+        self._keys = keys
         if threads is not None:
             arguments += ["--threads", str(threads)]
         self._process = subprocess.Popen(
@@ -48,7 +56,7 @@ class Cluster:
 
     def connect(self) -> Client:
         """A client of this cluster."""
-        return Client(self.address)
+        return Client(self.address, keys=self._keys)
 
     def stop(self) -> None:
         """Ends all processes of the cluster; does nothing if they have ended."""

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import secrets
 import time
+from itertools import count
+from math import inf
 from typing import Any
 
 import grpc
 
 from tessera._proto import tessera_pb2, tessera_pb2_grpc
-from tessera.errors import Unavailable, raising
+from tessera.errors import Unavailable, from_grpc, raising
+from tessera.keys import Keys
 
 ANSWER_MAX_S = 1.0  # how long one of several may take to tell whether it leads
 ASK_AGAIN_S = 0.05
+COORDINATOR_REPLACED_MAX_S = 3.0  # one that is replaced is back within a second or two
 
+_SESSION_HEADER = "tessera-session"  # proto/call_id.h
+_CALL_HEADER = "tessera-call"
+_ANSWERED_TRAILER = "tessera-answered"
 _STANDS_BY = b"tessera/stands-by"  # proto/status.cc
 _CHANNEL_OPTIONS = [
     ("grpc.max_receive_message_length", -1),
@@ -34,17 +42,20 @@ _SEVERAL_OPTIONS = [
 class Coordinators:
     """Safe to use from any thread."""
 
-    def __init__(self, addresses: str, timeout: float) -> None:
+    def __init__(self, addresses: str, keys: Keys, timeout: float) -> None:
         """`addresses` are separated by commas. Unavailable if none answers within `timeout` s."""
         self._addresses = addresses.split(",")
         options = _CHANNEL_OPTIONS + (_SEVERAL_OPTIONS if self._are_several else [])
-        self._channels = [grpc.insecure_channel(address, options) for address in self._addresses]
+        self._channels = [keys.channel(address, options) for address in self._addresses]
         self._stubs = [tessera_pb2_grpc.TesseraStub(channel) for channel in self._channels]
         self._place = 0  # of the one that led last
         self._is_in_doubt = True  # whether it still does
+        self._session = str(secrets.randbits(64) | 1)
+        self._calls = count(1)
         if not self._is_there(timeout):
             self.close()
-            raise Unavailable(f"no coordinator answers at {addresses} within {timeout:g} s")
+            keyed = "with these keys" if keys else "without keys"
+            raise Unavailable(f"no coordinator answers at {addresses} within {timeout:g} s, {keyed}")
 
     def close(self) -> None:
         for channel in self._channels:
@@ -74,6 +85,36 @@ class Coordinators:
                     self._leave(place, error)
                     if not (self._are_several and _stands_by(error) and _is_worth_another(deadline)):
                         raise
+
+    def call_once(self, method: str, request: Any, timeout: float | None) -> Any:
+        """A command. Where its connection is lost, it is made again, under the same number, to whoever leads then: it
+        is carried out once.
+        """
+        numbered = ((_SESSION_HEADER, self._session), (_CALL_HEADER, str(next(self._calls))))
+        deadline = None if timeout is None else time.monotonic() + timeout
+        lost: grpc.RpcError | None = None
+        while True:
+            place = self._find(deadline)
+            left = None if deadline is None else max(deadline - time.monotonic(), 0)
+            waits = lost is not None and not self._are_several
+            try:
+                reply = getattr(self._stubs[place], method)(
+                    request, timeout=left, metadata=numbered, wait_for_ready=waits
+                )
+                self._place, self._is_in_doubt = place, False
+                return reply
+            except grpc.RpcError as error:
+                self._leave(place, error)
+                is_lost = error.code() == grpc.StatusCode.UNAVAILABLE and not _is_answered(error)
+                if is_lost and lost is None:
+                    lost = error
+                    if not self._are_several:
+                        deadline = min(inf if deadline is None else deadline, time.monotonic() + COORDINATOR_REPLACED_MAX_S)
+                if (is_lost or (self._are_several and _stands_by(error))) and _is_worth_another(deadline):
+                    continue
+                is_late = error.code() == grpc.StatusCode.DEADLINE_EXCEEDED
+                where = f"coordinator at {self._addresses[place]}"
+                raise from_grpc(lost if lost and is_late else error, where) from None
 
     def leader(self, timeout: float | None) -> tessera_pb2_grpc.TesseraStub:
         """That of the coordinator that leads, as far as is known."""
@@ -124,6 +165,11 @@ class Coordinators:
         """Others are asked first after one that stands by, is gone, or does not answer."""
         self._is_in_doubt = error.code() in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.DEADLINE_EXCEEDED)
         self._place = (place + self._is_in_doubt) % len(self._addresses)
+
+
+def _is_answered(error: grpc.RpcError) -> bool:
+    """Whether the coordinator has sent the error, and no connection was lost."""
+    return any(key == _ANSWERED_TRAILER for key, _ in error.trailing_metadata() or ())
 
 
 def _stands_by(error: grpc.RpcError) -> bool:

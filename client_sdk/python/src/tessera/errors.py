@@ -35,6 +35,10 @@ class FailedPrecondition(TesseraError):
     """Something is missing: a world, or servers for it."""
 
 
+class PermissionDenied(TesseraError, PermissionError):
+    """The cluster has keys, and those of this client do not allow the call, or are none."""
+
+
 class ResourceExhausted(TesseraError):
     """A limit is reached: too much is waiting, or a stream is read too slowly."""
 
@@ -65,6 +69,8 @@ _BY_CODE: dict[grpc.StatusCode, type[TesseraError]] = {
     grpc.StatusCode.NOT_FOUND: NotFound,
     grpc.StatusCode.ALREADY_EXISTS: AlreadyExists,
     grpc.StatusCode.FAILED_PRECONDITION: FailedPrecondition,
+    grpc.StatusCode.PERMISSION_DENIED: PermissionDenied,
+    grpc.StatusCode.UNAUTHENTICATED: PermissionDenied,
     grpc.StatusCode.RESOURCE_EXHAUSTED: ResourceExhausted,
     grpc.StatusCode.ABORTED: Aborted,
     grpc.StatusCode.CANCELLED: Cancelled,

@@ -20,6 +20,7 @@ import grpc
 
 from tessera._proto import tessera_pb2, tessera_pb2_grpc
 from tessera.errors import Aborted, Cancelled, ResourceExhausted, TesseraError, Unavailable, from_grpc
+from tessera.keys import Keys
 from tessera.stream_merger import Part, StreamMerger
 
 COORDINATOR_MISSED_MAX_S = 15.0  # when a stream asks it where the world is
@@ -49,6 +50,7 @@ class Stream(Generic[Part, Frame]):
         read: Callable[[int, list[Part]], Frame],
         status: tessera_pb2.StatusReply,
         ask_status: AskStatus,
+        keys: Keys,
         timeout: float | None,
     ) -> None:
         """Subscribes with a method of service Streams at every server that takes part in the world, and waits
@@ -56,7 +58,7 @@ class Stream(Generic[Part, Frame]):
         """
         self._merger: StreamMerger[Part] = StreamMerger()
         self._read = read
-        follower = _Follower(self._merger, method, request, status, ask_status)
+        follower = _Follower(self._merger, method, request, status, ask_status, keys)
         self._finalizer = weakref.finalize(self, follower.end, Cancelled("the stream was cancelled"))
         try:
             self._merger.wait_for_all(timeout)
@@ -118,8 +120,10 @@ class _Follower(Generic[Part]):
         request: Any,
         status: tessera_pb2.StatusReply,
         ask_status: AskStatus,
+        keys: Keys,
     ) -> None:
         self._merger = merger
+        self._keys = keys
         self._method = method
         self._request = deepcopy(request)
         self._request.subscription = secrets.randbits(64) | 1
@@ -186,7 +190,7 @@ class _Follower(Generic[Part]):
         return bool(wanted)
 
     def _open(self, address: str) -> _Reader:
-        reader = _Reader(grpc.insecure_channel(address, [("grpc.max_receive_message_length", -1)]))
+        reader = _Reader(self._keys.channel(address, [("grpc.max_receive_message_length", -1)]))
         call = getattr(tessera_pb2_grpc.StreamsStub(reader.channel), self._method)(self._request)
         threading.Thread(target=self._read, args=(address, reader, call), daemon=True).start()
         return reader

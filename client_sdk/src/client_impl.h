@@ -1,0 +1,140 @@
+// How a client makes its calls: with deadlines, and commands once, over connections that may be lost.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/strings/str_cat.h>
+#include <absl/time/clock.h>
+#include <absl/time/time.h>
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "client_sdk/src/coordinators.h"
+#include "client_sdk/src/server_stream.h"
+#include "keys/keys_folder.h"
+#include "proto/status.h"
+#include "proto/whole_file.h"
+#include "tessera.grpc.pb.h"
+#include "tessera/client.h"
+
+namespace tessera {
+
+inline constexpr absl::Duration kStatusTimeout = absl::Seconds(2);
+
+class Client::Impl {
+ public:
+  Impl(ClientKeys keys, std::shared_ptr<Coordinators> coordinators)
+      : keys_(std::move(keys)), coordinators_(std::move(coordinators)) {}
+
+  template <typename Request, typename Reply>
+  using Method = Coordinators::Method<Request, Reply>;
+
+  template <typename Request, typename Reply>
+  absl::StatusOr<Reply> call(Method<Request, Reply> method, const Request& request, absl::Duration timeout) {
+    return coordinators_->call(method, request, timeout);
+  }
+
+  template <typename Request, typename Reply>
+  absl::StatusOr<Reply> call_once(Method<Request, Reply> method, const Request& request,
+                                  absl::Duration timeout) {
+    return coordinators_->call_once(method, request, timeout);
+  }
+
+  absl::StatusOr<SnapshotSummary> snapshot(WholeFile& file, absl::Duration timeout) {
+    grpc::ClientContext context;
+    set_deadline(context, timeout);
+    const auto stream = coordinators_->leader(timeout).Snapshot(&context, v1::SnapshotRequest());
+    SnapshotSummary summary;
+    for (v1::SnapshotPiece piece; stream->Read(&piece);) {
+      if (absl::Status status = file.append(piece.bytes()); !status.ok()) {
+        context.TryCancel();
+        static_cast<void>(stream->Finish());
+        return status;
+      }
+      summary.tick = piece.tick();
+      summary.bytes += piece.bytes().size();
+    }
+    if (const absl::Status status = from_grpc(stream->Finish()); !status.ok())
+      return coordinators_->explained(status, timeout);
+    return summary;
+  }
+
+  absl::StatusOr<v1::LoadReply> restore(const std::filesystem::path& file, bool replace,
+                                        absl::Duration timeout) {
+    grpc::ClientContext context;
+    set_deadline(context, timeout);
+    v1::LoadReply reply;
+    const auto stream = coordinators_->leader(timeout).Restore(&context, &reply);
+    v1::RestoreRequest request;
+    request.set_replace(replace);
+    bool is_taken = true;  // otherwise Finish() says why not
+    const absl::Status read = read_pieces(file, [&](std::string_view bytes) {
+      request.set_bytes(std::string(bytes));
+      is_taken = is_taken && stream->Write(request);
+      return absl::OkStatus();
+    });
+    if (!read.ok()) {
+      context.TryCancel();
+      static_cast<void>(stream->Finish());
+      return read;
+    }
+    stream->WritesDone();
+    if (const absl::Status status = from_grpc(stream->Finish()); !status.ok())
+      return coordinators_->explained(status, timeout);
+    return reply;
+  }
+
+  template <typename Request, typename Reply>
+  absl::StatusOr<Tick> tick_of(Method<Request, Reply> method, const Request& request,
+                               absl::Duration timeout) {
+    const absl::StatusOr<Reply> reply = call(method, request, timeout);
+    if (!reply.ok()) return reply.status();
+    return reply->tick();
+  }
+
+  template <typename Request>
+  absl::StatusOr<Tick> command(Method<Request, v1::CommandReply> method, const Request& request,
+                               absl::Duration timeout) {
+    const absl::StatusOr<v1::CommandReply> reply = call_once(method, request, timeout);
+    if (!reply.ok()) return reply.status();
+    return reply->tick();
+  }
+
+  // Subscribes at every server that takes part in the world, and waits until all of them have answered.
+  template <typename Traits>
+  absl::StatusOr<std::unique_ptr<Stream<typename Traits::Frame>>> watch(
+      const typename Traits::Request& request, absl::Duration timeout) {
+    const absl::StatusOr<v1::StatusReply> status =
+        call(&v1::Tessera::Stub::GetStatus, v1::StatusRequest(), timeout);
+    if (!status.ok()) return status.status();
+    if (status->state() == "empty")
+      return absl::FailedPreconditionError("no world is loaded: there is nothing to watch");
+    const auto takes_part = [](const v1::ServerStatus& server) { return server.takes_part(); };
+    if (std::none_of(status->servers().begin(), status->servers().end(), takes_part)) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "the world is ", status->state(), ": no server takes part in it that could be watched"));
+    }
+    auto stream = std::make_unique<ServerStreams<Traits>>(
+        request, *status, keys_, [coordinators = coordinators_]() -> absl::StatusOr<v1::StatusReply> {
+          return coordinators->call(&v1::Tessera::Stub::GetStatus, v1::StatusRequest(), kStatusTimeout);
+        });
+    if (absl::Status subscribed = stream->wait_for_all(timeout); !subscribed.ok()) return subscribed;
+    return stream;
+  }
+
+ private:
+  static void set_deadline(grpc::ClientContext& context, absl::Duration timeout) {
+    if (timeout != absl::InfiniteDuration()) context.set_deadline(absl::ToChronoTime(absl::Now() + timeout));
+  }
+
+  const ClientKeys keys_;
+  const std::shared_ptr<Coordinators> coordinators_;  // streams have them, too
+};
+
+}  // namespace tessera
