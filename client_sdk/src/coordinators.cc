@@ -11,9 +11,13 @@
 namespace tessera {
 namespace {
 
-// How long one of several may take to accept a connection, and the pause after all have been asked.
+// How long one of several may take to accept a connection before the next one is asked, how long one whose
+// connection failed is waited for, and the pause before a call is made again.
 constexpr absl::Duration kConnectMax = absl::Milliseconds(300);
+constexpr absl::Duration kFailedMax = absl::Milliseconds(50);
 constexpr absl::Duration kAskAgain = absl::Milliseconds(50);
+// An attempt may take several ways there and back: the ends of TCP and TLS meet over slow links, too.
+constexpr int kAttemptMs = 1000;
 constexpr absl::Duration kAskMax = absl::Seconds(2);  // why a connection fails
 // One of several that does not answer pings is as good as gone, although its connection stands.
 constexpr int kPingEveryMs = 2000;
@@ -27,7 +31,7 @@ std::shared_ptr<grpc::Channel> open_channel(const std::string& address, const Cl
   arguments.SetMaxSendMessageSize(-1);
   // A coordinator that is replaced is back within a second or two.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kAttemptMs);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, is_one_of_several ? 200 : 1000);
   if (is_one_of_several) {
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kPingEveryMs);
@@ -38,13 +42,15 @@ std::shared_ptr<grpc::Channel> open_channel(const std::string& address, const Cl
   return keys.channel(address, arguments);
 }
 
-// Whether the channel is connected, or becomes so.
+// Whether the channel is connected, or becomes so. A channel that failed stays so until it is connected, and
+// gRPC gets on with that only while somebody waits.
 bool is_connected(grpc::Channel& channel, absl::Time deadline) {
   for (;;) {
     const grpc_connectivity_state state = channel.GetState(/*try_to_connect=*/true);
     if (state == GRPC_CHANNEL_READY) return true;
-    if (state == GRPC_CHANNEL_TRANSIENT_FAILURE || !channel.WaitForStateChange(state, chrono(deadline)))
-      return false;
+    const bool has_failed = state == GRPC_CHANNEL_TRANSIENT_FAILURE;
+    const absl::Time end = has_failed ? std::min(deadline, absl::Now() + kFailedMax) : deadline;
+    if (!channel.WaitForStateChange(state, chrono(end))) return false;
   }
 }
 
@@ -63,8 +69,9 @@ std::string why_not(v1::Tessera::Stub& coordinator, const ClientKeys& keys) {
   grpc::ClientContext context;
   context.set_deadline(chrono(absl::Now() + kAskMax));
   v1::StatusReply reply;
-  const std::string reason = coordinator.GetStatus(&context, v1::StatusRequest(), &reply).error_message();
-  if (absl::StrContains(reason, "refused") || absl::StrContains(reason, "Deadline")) return "";
+  const grpc::Status status = coordinator.GetStatus(&context, v1::StatusRequest(), &reply);
+  const std::string reason = status.error_message();
+  if (status.ok() || absl::StrContains(reason, "refused") || absl::StrContains(reason, "Deadline")) return "";
   return keys.empty() ? ": something listens there, which may want keys (--keys FOLDER or TESSERA_KEYS)"
                       : ": something listens there, which has no keys, or those of another cluster";
 }
@@ -109,7 +116,7 @@ std::size_t Coordinators::find(absl::Time deadline) {
       const std::size_t place = (first + n) % members_.size();
       if (is_connected(*members_[place].channel, std::min(deadline, absl::Now() + kConnectMax))) return place;
     }
-  } while (is_worth_another(deadline));
+  } while (absl::Now() < deadline);
   return first;
 }
 
