@@ -8,12 +8,15 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 
 from tessera.client import Client
 from tessera.errors import TesseraError
 from tessera.position import Sector
 from tessera.record.recorder import EVERY_MAX, Recorder
+
+SIGNAL_LATE_S = 0.2
+"""Python handles a signal that comes just before the main thread begins to wait only when that wait ends."""
 
 EXAMPLE = """\
 example:
@@ -52,6 +55,8 @@ def _record(recorder: Recorder, options: argparse.Namespace) -> None:
         try:
             following = executor.submit(_follow, recorder, ticks)
             print(f"recording {recorder.world} to {options.output}; Ctrl-C ends it", flush=True)
+            while not wait([following], SIGNAL_LATE_S).done:
+                pass
             following.result()
         except KeyboardInterrupt:
             recorder.stop()
