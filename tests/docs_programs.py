@@ -73,7 +73,8 @@ class Programs:
     def options(self, words: Words) -> list[str]:
         """The options of a program or subcommand."""
         said = self.help(words).partition("\nExample")[0]
-        return ",".join(re.findall(r"^  (-\S+)", said, re.MULTILINE)).split(",")
+        names = ",".join(re.findall(r"^  (-\S+)", said, re.MULTILINE)).split(",")
+        return [name.partition("=")[0] for name in names]  # --flag=false: with its default
 
     def examples(self, words: Words) -> list[str]:
         """The command lines at the end of the help."""
