@@ -28,6 +28,24 @@ TEST(Rotation, IsThatOfAxisAndAngle) {
   }
 }
 
+// On both sides of the bound of the series.
+TEST(Rotation, SmallOnesAreCorrectToTheLastBits) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> exponents(-20, -0.6);
+  for (int n = 0; n < 10'000; ++n) {
+    const Vector3d turn = some_direction(random) * std::pow(10, exponents(random));
+    const Quaterniond rotation = rotation_by(turn);
+    const Eigen::Matrix<long double, 3, 1> exact = turn.cast<long double>();
+    const long double half = exact.norm() / 2;
+    const long double scale = std::sin(half) / half / 2;
+    for (int i = 0; i < 3; ++i) {
+      const auto expected = exact[i] * scale;
+      EXPECT_NEAR(rotation.vec()[i], double(expected), 4e-16 * std::abs(double(expected))) << half;
+    }
+    EXPECT_NEAR(rotation.w(), double(std::cos(half)), 1.2e-16) << half;
+  }
+}
+
 TEST(Rotation, VectorComesBack) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> exponents(-300, 0.49);

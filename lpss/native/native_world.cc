@@ -322,7 +322,8 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
       drop(candidate);
       if (!is_near && !a.enlarged.overlaps(b.enlarged)) continue;
     }
-    candidates_[next++] = candidate;
+    if (next != n) candidates_[next] = candidate;  // a copy onto itself is slower than none
+    ++next;
   }
   piece.kept = next - begin;
 }
