@@ -202,7 +202,7 @@ class _Follower(Generic[Part]):
         try:
             for batch in call:
                 source = batch.source
-                if source.epoch != epoch and (epoch or source.servers != len(self._readers)):
+                if source.epoch != epoch and (epoch or source.servers != self._count_readers()):
                     self._look_again()
                 epoch = source.epoch
                 if not self._merger.push(batch):
@@ -217,6 +217,11 @@ class _Follower(Generic[Part]):
             self._last_end = told
             reader.has_ended = True
         self._look_again()
+
+    def _count_readers(self) -> int:
+        """Waits until those that are being opened all are."""
+        with self._changed:
+            return len(self._readers)
 
     def _look_again(self) -> None:
         with self._changed:
