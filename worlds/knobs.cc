@@ -97,10 +97,23 @@ absl::StatusOr<Knobs> knobs_from_json(const nlohmann::ordered_json& json) {
     const WorldSetting* setting = find_setting(name);
     if (setting == nullptr)
       return absl::InvalidArgumentError(absl::StrCat("there is no setting \"", name, "\""));
-    if (!knobs.set_from_json(*setting, value))
-      return absl::InvalidArgumentError(absl::StrCat("setting \"", name, "\" cannot be ", value.dump()));
+    if (knobs.set_from_json(*setting, value)) continue;
+    // Those may be nested as deep as they like: too deep to be printed.
+    const std::string what = value.is_structured() ? absl::StrCat("an ", value.type_name()) : value.dump();
+    return absl::InvalidArgumentError(absl::StrCat("setting \"", name, "\" cannot be ", what));
   }
   return knobs;
+}
+
+absl::StatusOr<Knobs> knobs_from_text(std::string_view text) {
+  if (text.size() > kSettingsFileBytesMax) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a file of settings must have at most ", kSettingsFileBytesMax, " bytes"));
+  }
+  const auto json =
+      nlohmann::ordered_json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
+  if (json.is_discarded()) return absl::InvalidArgumentError("it is not JSON");
+  return knobs_from_json(json);
 }
 
 absl::Status change_sector_size(WorldDescription& world, double sector_size) {

@@ -3,10 +3,13 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
+#include <absl/strings/string_view.h>
 
 #include <bitset>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 #include <type_traits>
 
 #include "lpss/model/world_description.h"
@@ -50,6 +53,9 @@ absl::Status apply(const Knobs& knobs, WorldDescription& world);
 nlohmann::ordered_json to_json(const Knobs& knobs);
 // INVALID_ARGUMENT, naming the setting, for one that does not exist or is of another kind.
 absl::StatusOr<Knobs> knobs_from_json(const nlohmann::ordered_json& json);
+// The same for text. INVALID_ARGUMENT also for what is no JSON, or larger than kSettingsFileBytesMax.
+inline constexpr std::size_t kSettingsFileBytesMax = std::size_t{64} << 10;
+absl::StatusOr<Knobs> knobs_from_text(std::string_view text);
 
 // The same world in sectors of another size: everything stays where it is, measured from the anchor's centre.
 // OUT_OF_RANGE, naming the body or joint, for what is too far from there to be placed to the micrometre

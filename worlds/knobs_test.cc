@@ -111,5 +111,18 @@ TEST(KnobsTest, RefusesWhatIsNoSettingAndNamesIt) {
   EXPECT_FALSE(knobs_from_json(nlohmann::ordered_json::array()).ok());
 }
 
+TEST(KnobsTest, TextIsReadUpToItsBoundHoweverDeepItIsNested) {
+  EXPECT_TRUE(knobs_from_text(R"({"substeps": 8})").ok());
+  const auto message = [](const std::string& text) {
+    return std::string(knobs_from_text(text).status().message());
+  };
+  EXPECT_THAT(message("substeps = 8"), ::testing::HasSubstr("not JSON"));
+  const std::size_t depth = kSettingsFileBytesMax / 2 - 10;
+  EXPECT_THAT(message(R"({"substeps": )" + std::string(depth, '[') + std::string(depth, ']') + "}"),
+              ::testing::HasSubstr("\"substeps\" cannot be an array"));
+  EXPECT_THAT(message(std::string(kSettingsFileBytesMax + 1, ' ')),
+              ::testing::HasSubstr("at most 65536 bytes"));
+}
+
 }  // namespace
 }  // namespace tessera
