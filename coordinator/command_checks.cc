@@ -217,6 +217,7 @@ absl::StatusOr<v1::NearQuery> checked(const v1::NearRequest& request, const Worl
   *message.add_parts()->mutable_geometry() = near.probe();
   absl::StatusOr<Shape> shape = from_proto(message);
   if (!shape.ok()) return shape.status();
+  if (absl::Status status = validate(*shape, "probe"); !status.ok()) return status;
   BodyDescription probe;
   probe.name = "probe";
   probe.properties.motion = Motion::kKinematic;

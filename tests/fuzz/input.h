@@ -1,9 +1,14 @@
 // What fuzz targets make of their bytes.
 #pragma once
 
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/text_format.h>
+
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <string>
 #include <string_view>
 
 namespace tessera::fuzz {
@@ -36,5 +41,16 @@ class Input {
  private:
   std::string_view rest_;
 };
+
+// A message in protobuf's text format: nothing for other texts.
+template <typename Message>
+bool read_text(std::string_view text, Message& message) {
+  class Silent : public google::protobuf::io::ErrorCollector {
+    void AddError(int, int, const std::string&) override {}
+  } silent;
+  google::protobuf::TextFormat::Parser parser;
+  parser.RecordErrorsTo(&silent);
+  return parser.ParseFromString(std::string(text), &message);
+}
 
 }  // namespace tessera::fuzz
