@@ -1,5 +1,9 @@
 // A simulated network in one process: virtual time and a seed determine when each message arrives, so that a
 // whole cluster runs in one thread and any failure can be replayed exactly.
+//
+// Messages travel as they do over DDS: in packets of a PeerStream, over connections that keep order and lose
+// nothing while they stand. When one breaks, each packet under way is lost or not, and an end may miss the
+// break.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +15,8 @@
 namespace tessera {
 
 struct SimOptions {
-  // Each message has its own delay, drawn uniformly from this range, including both ends. The range must not
-  // be empty.
+  // Each message has its own delay, drawn uniformly from this range, including both ends, once the connection
+  // stands. The range must not be empty.
   std::uint64_t delay_ns_min = 20'000;
   std::uint64_t delay_ns_max = 2'000'000;
 
@@ -20,9 +24,20 @@ struct SimOptions {
   // its order.
   bool reorder = true;
 
-  // How long a node must be unreachable, cut off or dead, before its peers are notified (SimEvent::kLoss).
-  // 0: never.
+  // How long a node must be unreachable, cut off, stopped or dead, before its peers are notified
+  // (SimEvent::kLoss), and before its connections break. 0: never.
   std::uint64_t lease_ns = 0;
+  std::uint64_t connection_ns = 10'000'000'000;
+
+  // One in so many packets arrives twice; 0: none does.
+  std::uint64_t duplicates_one_in = 0;
+};
+
+// What happened to packets so far.
+struct SimCounts {
+  std::uint64_t sent = 0;
+  std::uint64_t lost = 0;
+  std::uint64_t duplicated = 0;
 };
 
 // An event in virtual time: a message reached the inbox of `node`, its timer expired, or it has lost contact
@@ -49,8 +64,9 @@ class SimNetwork {
   SimNetwork& operator=(const SimNetwork&) = delete;
 
   // Starts a process at address `node`: it gets the messages sent to that address before it first appeared. A
-  // killed node may start again and gets none of its predecessor's messages; the predecessor's link stays
-  // dead. Destroying the link kills its node. A node must not be started twice at a time.
+  // killed node may start again: it gets the messages that were sent once the loss of its predecessor had
+  // been noticed. The predecessor's link stays dead. Destroying the link kills its node. A node must not be
+  // started twice at a time.
   //
   // receive() of such a link never waits, whatever its deadline: it returns what step() has put into the
   // inbox.
@@ -67,15 +83,28 @@ class SimNetwork {
   // a separate timer; those of a killed node never expire.
   void set_timer(NodeId node, std::uint64_t time_ns);
 
-  // Stops `node`, as kill -9 would: messages in transit from it or to it are lost, and so are those sent to
-  // it until it restarts. Running nodes are notified of the loss, even if it restarts before.
+  // As DdsLink::forget().
+  void forget(NodeId node, NodeId peer);
+
+  // Stops `node`, as kill -9 would: messages to it are lost, and of those from it that are under way the
+  // first ones arrive.
   void kill(NodeId node);
 
-  // Cuts the link between two nodes in both directions: messages are kept, not lost, and sent again, with new
-  // delays, once the link is healed. Both nodes are notified of the loss if it is not healed before. Cutting
-  // a cut link and healing a whole one do nothing.
+  // Cuts the link between two nodes in both directions: packets are kept, and sent again once the link is
+  // healed, unless the connection breaks before. Both nodes are notified of the loss if it is not healed
+  // before. Cutting a cut link and healing a whole one do nothing.
   void cut(NodeId a, NodeId b);
   void heal(NodeId a, NodeId b);
+
+  // Breaks the connection between two nodes, which is made anew at once.
+  void break_connection(NodeId a, NodeId b);
+
+  // Until `until_ns`, no events come for `node`: it stands still with all of its threads, as after SIGSTOP,
+  // or it is only busy, which peers do not notice.
+  void stop(NodeId node, std::uint64_t until_ns);
+  void keep_busy(NodeId node, std::uint64_t until_ns);
+
+  const SimCounts& counts() const;
 
  private:
   class State;
