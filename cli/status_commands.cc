@@ -26,14 +26,14 @@ constexpr double kPeriodMax = 3600;                            // s
 
 std::string to_text(const ClusterStatus& status) {
   std::vector<std::vector<std::string>> rows = {{"server", "streams", "engine", "threads", "tick", "bodies",
-                                                 "sectors", "awake", "clones", "p50 ms", "p99 ms", "sent",
-                                                 "memory"}};
+                                                 "sectors", "awake", "clones", "p50 ms", "p99 ms", "own ms",
+                                                 "sent", "memory"}};
   for (const ServerStatus& server : status.servers) {
     rows.push_back({label(server), server.stream_address, name_of(server.precision),
                     absl::StrCat(server.threads), grouped(server.tick), grouped(server.bodies),
                     grouped(server.counts.sectors), grouped(server.counts.sectors_awake),
                     grouped(server.counts.clones), absl::StrFormat("%.2f", server.tick_ms.p50),
-                    absl::StrFormat("%.2f", server.tick_ms.p99),
+                    absl::StrFormat("%.2f", server.tick_ms.p99), absl::StrFormat("%.2f", server.own_ms),
                     megabytes(static_cast<double>(server.exchange_bytes)),
                     megabytes(static_cast<double>(server.peak_rss_bytes))});
   }

@@ -12,6 +12,7 @@ std::string megabytes(double bytes) { return absl::StrFormat("%.0f MB", bytes / 
 std::string label(const ServerStatus& server) {
   return absl::StrFormat("%x%s", server.node,
                          server.suspect      ? " silent"
+                         : server.slow       ? " slow"
                          : server.drained    ? " drained"
                          : server.takes_part ? ""
                                              : " idle");
@@ -38,6 +39,14 @@ std::string summary(const ClusterStatus& status) {
     absl::StrAppend(&text,
                     coloured(absl::StrCat("diverged: ", to_text(status.divergences.front())), Colour::kRed),
                     more == 0 ? "" : absl::StrCat(", and ", grouped(more), " more"), "\n");
+  }
+  if (!status.store_failure.empty()) {
+    absl::StrAppend(&text,
+                    coloured(absl::StrCat(status.waits_for_store ? "the world waits for its store: "
+                                                                 : "the store cannot be written: ",
+                                          status.store_failure),
+                             Colour::kRed),
+                    "\n");
   }
   if (status.recoveries > 0) {
     absl::StrAppend(&text, "went on from a checkpoint ", grouped(status.recoveries),

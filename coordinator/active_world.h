@@ -56,6 +56,7 @@ struct ActiveWorld {
   std::map<NodeId, v1::Subscriptions> subscriptions;  // of clients, at each of its servers
   Tick last_loss = 0;                                 // completed when a server was lost
   std::uint32_t losses_in_place = 0;
+  std::optional<std::size_t> told_slow;  // the rank of the server that was named as slow
 
   bool loading() const { return static_cast<bool>(load_reply); }
   // Whether all servers have it.

@@ -39,7 +39,7 @@ void Coordinator::Impl::on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanosec
   if (!world.ok()) return call.reply(world.status(), {});
   Sequencer& sequencer = (*world)->sequencer;
   const std::size_t shape_bytes = call.request.shape().ByteSizeLong();
-  if (absl::Status status = sequencer.room_for_command(shape_bytes); !status.ok())
+  if (absl::Status status = room_for_command(sequencer, shape_bytes); !status.ok())
     return call.reply(status, {});
   absl::StatusOr<WorldRegistry::Spawned> spawned =
       (*world)->registry.spawn(call.request, options_.shape_bytes_max);
@@ -62,7 +62,7 @@ void Coordinator::Impl::on(Call<v1::AddJointRequest, v1::AddJointReply>& call, N
   const absl::StatusOr<ActiveWorld*> world = live_world();
   if (!world.ok()) return call.reply(world.status(), {});
   Sequencer& sequencer = (*world)->sequencer;
-  if (absl::Status status = sequencer.room_for_command(0); !status.ok()) return call.reply(status, {});
+  if (absl::Status status = room_for_command(sequencer, 0); !status.ok()) return call.reply(status, {});
   const absl::StatusOr<JointRecord> joint = (*world)->registry.add_joint(call.request);
   if (!joint.ok()) return call.reply(joint.status(), {});
   const Tick at = sequencer.submit(
@@ -83,7 +83,7 @@ void Coordinator::Impl::on(Call<Request, v1::CommandReply>& call, Nanoseconds) {
   const absl::StatusOr<ActiveWorld*> world = live_world();
   if (!world.ok()) return call.reply(world.status(), {});
   Sequencer& sequencer = (*world)->sequencer;
-  if (absl::Status status = sequencer.room_for_command(0); !status.ok()) return call.reply(status, {});
+  if (absl::Status status = room_for_command(sequencer, 0); !status.ok()) return call.reply(status, {});
   absl::StatusOr<Command> command = checked(call.request, (*world)->registry);
   if (!command.ok()) return call.reply(command.status(), {});
   (*world)->registry.apply(*command);

@@ -1,6 +1,7 @@
 #include "coordinator/coordinator.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 
 #include <algorithm>
 #include <utility>
@@ -50,14 +51,16 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
 
 // Sends all grants that are due, and stores and answers what has come.
 void Coordinator::Impl::flush(Nanoseconds now) {
+  const bool was_waiting = waits_for_store();
   send_grants(now);
-  store_inputs();
+  store_inputs(now);
+  if (was_waiting && !waits_for_store()) flush(now);  // with what is due by now
 }
 
 // Also updates the real-time factor.
 void Coordinator::Impl::send_grants(Nanoseconds now) {
   if (world_ && !world_->loading()) tend_checkpoints(now);
-  if (!world_ || world_->loading() || !world_->hosted()) {
+  if (!world_ || world_->loading() || !world_->hosted() || waits_for_store()) {
     was_moving_ = false;
     return;
   }
@@ -119,6 +122,7 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
     send(from).mutable_refusal()->set_reason(std::string(status.message()));
     return;
   }
+  worlds_ = std::max(worlds_, hello.newest_world());
   heard(*members_.find(from), now);
   strangers_.erase(from);
   const auto heartbeat = std::min<Nanoseconds>(members_.timeout() / 4, kHeartbeatMax);
@@ -177,10 +181,24 @@ void Coordinator::Impl::on_report(Server& server, const v1::Report& report, Nano
     const std::optional<TickSums> whole = world_->statistics.add(*rank, tick);
     if (whole && options_.inputs) options_.inputs(recorded(*whole));
   }
+  name_slow_server();
   if (absl::Status status = world_->sequencer.report(*rank, report.tick()); !status.ok()) {
     fail_world(absl::StrCat(title_of(server), " is out of step: ", status.message()),
                absl::StatusCode::kInternal, now);
   }
+}
+
+// Tells the operator, once, whom the others wait for.
+void Coordinator::Impl::name_slow_server() {
+  const std::optional<std::size_t> slow = world_->statistics.slow();
+  if (slow == world_->told_slow) return;
+  world_->told_slow = slow;
+  if (!slow) return log("no server slows the world any more");
+  const Server* server = members_.find(world_->nodes[*slow]);
+  log(absl::StrFormat(
+          "%s slows the world: its part of a tick takes %.1f ms, that of any other less than half",
+          title_of(*server), world_->statistics.own_ms_of(*slow)),
+      Severity::kWarning);
 }
 
 void Coordinator::Impl::on_answer(NodeId from, const v1::Answer& answer) {
@@ -235,7 +253,7 @@ std::map<NodeId, std::string> Coordinator::Impl::server_addresses() const {
 }
 
 void Coordinator::Impl::advance(Nanoseconds now) {
-  if (finished_) return store_inputs();
+  if (finished_) return store_inputs(now);
   if (const auto due = next_deadline(); due && now > *due + kLateMax) members_.spare_until(now + kLateMax);
   if (world_ && world_->gathers_until && now >= *world_->gathers_until) recover();
   for (const NodeId node : members_.silent(now)) {
@@ -256,6 +274,7 @@ std::optional<Nanoseconds> Coordinator::Impl::next_deadline() const {
     if (deadline && (!earliest || *deadline < *earliest)) earliest = deadline;
   };
   if (waiting_load_) consider(waiting_load_->deadline);
+  if (stores() && !store_.failure.empty()) consider(store_.next_try);
   if (world_) consider(world_->gathers_until);
   if (world_ && !world_->loading()) {
     if (world_->hosted()) consider(world_->sequencer.next_due());
@@ -271,6 +290,7 @@ void Coordinator::Impl::shut_down(const std::string& reason) {
   close_world(status, {});
   for (const Server& server : members_.servers()) send(server.node).mutable_goodbye()->set_reason(reason);
   finished_ = true;
+  drop_unstored(status);
 }
 
 Coordinator::Coordinator(const CoordinatorOptions& options) : impl_(std::make_unique<Impl>(options)) {}

@@ -100,6 +100,10 @@ struct CoordinatorOptions {
   std::uint64_t worlds_before = 0;
   // Where the world is kept, so that it outlives this process; null: nowhere. Needs checkpoints.
   WorldStore* store = nullptr;
+  // While the store cannot be written (its disk is full, or fails): whether the world waits, so that nothing
+  // is ever told that could be lost. Otherwise it goes on, and what comes meanwhile is stored once that is
+  // possible.
+  bool wait_for_store = true;
   InputSink inputs;  // empty: inputs are not reported and ticks are not hashed
   LogSink log;       // events for the operator; may be empty
 };

@@ -81,6 +81,7 @@ class Coordinator::Impl {
   void on_stranger(NodeId from);
   void on_loaded(NodeId from, const v1::Loaded& loaded, Nanoseconds now);
   void on_report(Server& server, const v1::Report& report, Nanoseconds now);
+  void name_slow_server();
   void on_answer(NodeId from, const v1::Answer& answer);
   void shut_down(const std::string& reason);
 
@@ -116,7 +117,8 @@ class Coordinator::Impl {
   void on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanoseconds now);
 
   // stored_world.cc
-  bool stores() const { return options_.store != nullptr && store_failure_.empty(); }
+  bool stores() const { return options_.store != nullptr && !store_.given_up; }
+  bool waits_for_store() const { return stores() && options_.wait_for_store && !store_.failure.empty(); }
   template <typename Request, typename Answer>
   void reply_once_stored(Call<Request, Answer>& call);
   template <typename Request, typename Answer>
@@ -124,14 +126,18 @@ class Coordinator::Impl {
   template <typename Request>
   void store_command(const Request& request, Tick tick, std::uint64_t id, CallId call);
   void store_pace();
-  void store_inputs();
+  void store_inputs(Nanoseconds now);
+  void write_inputs(Nanoseconds now);
+  void pass_by_held();
   std::uint64_t rests_on() const;
   void release();
+  void drop_unstored(const absl::Status& status);
   void give_up_world(const absl::Status& status);
+  absl::Status room_for_command(const Sequencer& sequencer, std::size_t shape_bytes) const;
   absl::Status store_beginning(std::uint64_t load, const WorldToLoad& world);
   void store_checkpoint(SnapshotChunks snapshot, std::uint64_t position);
   absl::Status forget_stored();
-  void store_failed(const absl::Status& status);
+  void store_failed(const absl::Status& status, Nanoseconds now);
   std::uint64_t stored_position() const { return options_.store->position() + unstored_.size(); }
 
   // client_requests.cc
@@ -172,13 +178,19 @@ class Coordinator::Impl {
   std::vector<Drain> drains_;
 
   std::vector<v1::StoredInput> unstored_;
-  std::vector<std::function<void(const absl::Status&)>> replies_;  // that rest on what is to be stored
+  std::vector<std::function<void(const absl::Status& stored)>> replies_;  // that rest on what is to be stored
   std::deque<HeldBack> held_back_;
   std::vector<OutgoingMessage> released_;
   std::optional<v1::StoredPace> stored_pace_;  // the last one, and the number of its input
   std::uint64_t pace_position_ = 0;
-  Tick safe_tick_ = 0;         // that a stored pace makes certain
-  std::string store_failure_;  // since when nothing is stored; empty while all is well
+  Tick safe_tick_ = 0;  // that a stored pace makes certain
+  // The store, where it cannot be written.
+  struct {
+    std::string failure;  // empty while all is well
+    Nanoseconds next_try{};
+    bool given_up = false;      // too much came meanwhile
+    std::string state_failure;  // why the last checkpoint is not there; empty if it is
+  } store_;
   bool was_moving_ = false;
   bool finished_ = false;
   std::vector<OutgoingMessage> outbox_;
@@ -194,8 +206,9 @@ void Coordinator::Impl::reply_once_stored(Call<Request, Answer>& call) {
   if constexpr (RestsOnStore<Answer>) {
     if (!stores()) return;
     call.reply = [this, reply = std::move(call.reply)](const absl::Status& status, const Answer& answer) {
+      if (!status.ok()) return reply(status, answer);  // errors rest on nothing
       replies_.push_back([reply, status, answer](const absl::Status& stored) {
-        reply(stored.ok() ? status : stored, answer);
+        reply(stored.ok() ? status : stored, stored.ok() ? answer : Answer());
       });
     };
   }

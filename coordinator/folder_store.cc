@@ -4,9 +4,7 @@
 #include <absl/strings/str_cat.h>
 #include <sqlite3.h>
 
-#include <future>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "proto/snapshot_file.h"
@@ -18,14 +16,18 @@ namespace {
 constexpr int kFormat = 1;
 constexpr const char* kDatabase = "inputs.db";
 constexpr const char* kStateSuffix = ".state";
+constexpr const char* kUnfinishedSuffix = ".part";  // of WholeFile
 
 // One SQLite database, used by one thread.
 class Database {
  public:
-  static absl::StatusOr<Database> open(const std::filesystem::path& file) {
+  static absl::StatusOr<Database> open(const std::filesystem::path& file, const Disk& disk) {
     Database database;
     database.file_ = file;
-    if (sqlite3_open(file.c_str(), &database.handle_) != SQLITE_OK) return database.error("cannot be opened");
+    constexpr int kFlags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+    if (sqlite3_open_v2(file.c_str(), &database.handle_, kFlags, disk.sqlite_name()) != SQLITE_OK) {
+      return database.error("cannot be opened");
+    }
     // The lock is taken by the first write, and kept. A commit returns when it is on disk.
     for (const char* setting : {"PRAGMA locking_mode = EXCLUSIVE", "PRAGMA journal_mode = WAL",
                                 "PRAGMA synchronous = FULL", "BEGIN IMMEDIATE", "COMMIT"}) {
@@ -106,11 +108,11 @@ void bind_bytes(sqlite3_stmt* statement, int place, const std::string& bytes) {
   sqlite3_bind_blob64(statement, place, bytes.data(), bytes.size(), SQLITE_TRANSIENT);
 }
 
-absl::Status write_state(const std::filesystem::path& file, const StoredState& state) {
+absl::Status write_state(const std::filesystem::path& file, const StoredState& state, Disk& disk) {
   if (const auto* chunks = std::get_if<std::vector<v1::SnapshotChunk>>(&state)) {
-    return write_snapshot(file, *chunks);
+    return write_snapshot(file, *chunks, disk);
   }
-  absl::StatusOr<WholeFile> whole = WholeFile::create(file);
+  absl::StatusOr<WholeFile> whole = WholeFile::create(file, disk);
   if (!whole.ok()) return whole.status();
   if (absl::Status status = whole->append(std::get<v1::World>(state).SerializeAsString()); !status.ok()) {
     return status;
@@ -118,14 +120,14 @@ absl::Status write_state(const std::filesystem::path& file, const StoredState& s
   return whole->finish();
 }
 
-absl::StatusOr<StoredState> read_state(const std::filesystem::path& file, bool is_snapshot) {
+absl::StatusOr<StoredState> read_state(const std::filesystem::path& file, bool is_snapshot, Disk& disk) {
   if (is_snapshot) {
-    absl::StatusOr<std::vector<v1::SnapshotChunk>> chunks = read_snapshot(file);
+    absl::StatusOr<std::vector<v1::SnapshotChunk>> chunks = read_snapshot(file, disk);
     if (!chunks.ok()) return chunks.status();
     return *std::move(chunks);
   }
   std::string bytes;
-  absl::Status status = read_pieces(file, [&](std::string_view piece) {
+  absl::Status status = disk.read(file, [&](std::string_view piece) {
     bytes += piece;
     return absl::OkStatus();
   });
@@ -141,8 +143,8 @@ absl::StatusOr<StoredState> read_state(const std::filesystem::path& file, bool i
 // those since.
 class FolderStore final : public WorldStore {
  public:
-  FolderStore(std::filesystem::path folder, Database database)
-      : folder_(std::move(folder)), database_(std::move(database)) {}
+  FolderStore(std::filesystem::path folder, Database database, Disk& disk)
+      : folder_(std::move(folder)), database_(std::move(database)), disk_(disk) {}
 
   absl::Status read() {
     std::uint64_t format = kFormat;
@@ -187,7 +189,7 @@ class FolderStore final : public WorldStore {
     if (!all_readable) {
       return absl::DataLossError(absl::StrCat(folder_.string(), ": an input is not as it was stored"));
     }
-    absl::StatusOr<StoredState> state = read_state(path_of(file_), is_snapshot);
+    absl::StatusOr<StoredState> state = read_state(path_of(file_), is_snapshot, disk_);
     if (!state.ok()) return state.status();
     world.state = *std::move(state);
     stored_ = std::move(world);
@@ -201,7 +203,7 @@ class FolderStore final : public WorldStore {
     wait_for_background();
     load_ = load;
     const std::uint64_t file = file_ + 1;
-    if (absl::Status status = write_state(path_of(file), state); !status.ok()) return status;
+    if (absl::Status status = write_state(path_of(file), state, disk_); !status.ok()) return status;
     return refer_to(file, std::holds_alternative<std::vector<v1::SnapshotChunk>>(state), position_);
   }
 
@@ -218,33 +220,34 @@ class FolderStore final : public WorldStore {
   }
 
   absl::Status append(const std::vector<v1::StoredInput>& inputs) override {
-    return database_.at_once([&] {
+    std::uint64_t position = position_;
+    absl::Status stored = database_.at_once([&] {
       for (const v1::StoredInput& input : inputs) {
         absl::Status status = database_.run("INSERT INTO inputs VALUES (?, ?)", [&](sqlite3_stmt* statement) {
-          bind_number(statement, 1, ++position_);
+          bind_number(statement, 1, ++position);
           bind_bytes(statement, 2, input.SerializeAsString());
         });
         if (!status.ok()) return status;
       }
       return absl::OkStatus();
     });
+    if (stored.ok()) position_ = position;
+    return stored;
   }
   std::uint64_t position() const override { return position_; }
 
   bool replace(std::vector<v1::SnapshotChunk> snapshot, std::uint64_t position) override {
-    if (background_.valid()) return false;
+    if (background_) return false;
     background_position_ = position;
-    background_ = std::async(std::launch::async, [path = path_of(file_ + 1), state = std::move(snapshot)] {
-      return write_snapshot(path, state);
-    });
+    background_ = disk_.in_background([path = path_of(file_ + 1), state = std::move(snapshot),
+                                       &disk = disk_] { return write_snapshot(path, state, disk); });
     return true;
   }
 
   absl::Status tend() override {
-    if (!background_.valid() || background_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-      return absl::OkStatus();
-    }
-    if (absl::Status status = background_.get(); !status.ok()) return status;
+    if (!background_ || !background_->done()) return absl::OkStatus();
+    const std::unique_ptr<Disk::Work> work = std::move(background_);
+    if (absl::Status status = work->wait(); !status.ok()) return status;
     return refer_to(file_ + 1, /*is_snapshot=*/true, background_position_);
   }
 
@@ -257,7 +260,9 @@ class FolderStore final : public WorldStore {
   }
 
   void wait_for_background() {
-    if (background_.valid()) background_.get().IgnoreError();
+    if (!background_) return;
+    background_->wait().IgnoreError();
+    background_.reset();
   }
 
   absl::Status refer_to(std::uint64_t file, bool is_snapshot, std::uint64_t position) {
@@ -280,32 +285,31 @@ class FolderStore final : public WorldStore {
   }
 
   void remove_other_states() {
-    std::error_code ignored;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_, ignored)) {
-      const std::filesystem::path& path = entry.path();
-      if (path.extension() == kStateSuffix && path != path_of(file_)) std::filesystem::remove(path, ignored);
+    for (const std::filesystem::path& file : disk_.files_in(folder_)) {
+      const bool is_unfinished = file.extension() == kUnfinishedSuffix;
+      if (is_unfinished || (file.extension() == kStateSuffix && file != path_of(file_))) disk_.remove(file);
     }
   }
 
   std::filesystem::path folder_;
   Database database_;
+  Disk& disk_;
   std::optional<StoredWorld> stored_;
   std::uint64_t load_ = 0;
-  std::uint64_t file_ = 0;      // of the state that is stored
-  std::uint64_t position_ = 0;  // of the last input
-  std::future<absl::Status> background_;
+  std::uint64_t file_ = 0;                  // of the state that is stored
+  std::uint64_t position_ = 0;              // of the last input
+  std::unique_ptr<Disk::Work> background_;  // null: none is being written
   std::uint64_t background_position_ = 0;
 };
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<WorldStore>> open_folder_store(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) return absl::UnavailableError(absl::StrCat(folder.string(), ": ", error.message()));
-  absl::StatusOr<Database> database = Database::open(folder / kDatabase);
+absl::StatusOr<std::unique_ptr<WorldStore>> open_folder_store(const std::filesystem::path& folder,
+                                                              Disk& disk) {
+  if (absl::Status status = disk.make_folder(folder); !status.ok()) return status;
+  absl::StatusOr<Database> database = Database::open(folder / kDatabase, disk);
   if (!database.ok()) return database.status();
-  auto store = std::make_unique<FolderStore>(folder, *std::move(database));
+  auto store = std::make_unique<FolderStore>(folder, *std::move(database), disk);
   if (absl::Status status = store->read(); !status.ok()) return status;
   return store;
 }

@@ -56,5 +56,8 @@ inline constexpr std::chrono::seconds kLateMax{1};
 inline constexpr std::size_t kStreamAddressBytesMax = 1024;
 // Unknown servers are remembered, so that each is notified once.
 inline constexpr std::size_t kStrangersMax = 1024;
+// How often a store that failed is tried again, and how much of what happens meanwhile is kept for it.
+inline constexpr std::chrono::milliseconds kStoreRetry{1000};
+inline constexpr std::size_t kUnstoredMax = 262'144;  // commands and changes of pace
 
 }  // namespace tessera

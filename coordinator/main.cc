@@ -63,6 +63,7 @@ absl::Status run_alone(CoordinatorArguments& arguments) {
     if (!opened.ok()) return opened.status();
     store = *std::move(opened);
     options.store = store.get();
+    options.wait_for_store = arguments.when_store_fails == kWaitForStore;
   }
   Coordinator coordinator(options);
   if (absl::Status status = coordinator.resume_stored(); !status.ok())

@@ -82,6 +82,8 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
                                       [](const v1::ServerStatus& server) { return server.suspect(); });
   const auto taking_part = std::count_if(status.servers().begin(), status.servers().end(),
                                          [](const v1::ServerStatus& server) { return server.takes_part(); });
+  const auto slow = std::count_if(status.servers().begin(), status.servers().end(),
+                                  [](const v1::ServerStatus& server) { return server.slow(); });
   const auto number = [](auto value) { return static_cast<double>(value); };
   std::vector<prometheus::MetricFamily> families = {
       gauge("tessera_coordinator_info", "The cluster of this coordinator", 1, {{"cluster", cluster}}),
@@ -101,6 +103,12 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
 
       counter("tessera_world_recoveries_total",
               "How often the world went on from a checkpoint, on other servers", number(status.recoveries())),
+      gauge("tessera_coordinator_servers_slow", "Servers for which the others wait most of each tick",
+            number(slow)),
+      gauge("tessera_store_failing", "1 while the store cannot be written",
+            status.store_failure().empty() ? 0 : 1),
+      gauge("tessera_store_waiting", "1 while the world waits until it can be",
+            status.waits_for_store() ? 1 : 0),
       gauge("tessera_world_map_epoch", "How often the sector map has changed", number(status.map_epoch())),
   };
   const TickCounts last = counts_from(status.counts());

@@ -37,6 +37,11 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
          "--store", arguments.store,
          "Keep the world in this folder, and go on with the one that is there; needs --checkpoint-every")
       ->capture_default_str();
+  app.add_option("--when-store-fails", arguments.when_store_fails,
+                 "While the store cannot be written (its disk is full, or fails): wait: the world waits, and "
+                 "nothing is lost; go-on: it goes on, and is set back if the coordinator ends meanwhile")
+      ->check(CLI::IsMember({kWaitForStore, "go-on"}))
+      ->capture_default_str();
   app.add_option(
          "--etcd", arguments.etcd,
          "URLs of an etcd by which several coordinators agree: one leads, the others stand by; needs --store")

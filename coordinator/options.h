@@ -13,16 +13,19 @@
 
 namespace tessera {
 
+inline constexpr const char* kWaitForStore = "wait";
+
 struct CoordinatorArguments {
   DdsOptions dds{.self = kCoordinatorNode};
   // A tick may take long, and the network sees where a server is gone.
   CoordinatorOptions coordinator{.server_timeout = std::chrono::minutes(2),
                                  .checkpoint_every = std::chrono::seconds(1)};
   std::string listen = "127.0.0.1:7300";
-  std::string metrics_address;    // empty: no metrics
-  std::string record_inputs;      // empty: no recording
-  std::string store;              // a folder; empty: nothing outlives the process
-  std::vector<std::string> etcd;  // URLs; empty: one coordinator
+  std::string metrics_address;                   // empty: no metrics
+  std::string record_inputs;                     // empty: no recording
+  std::string store;                             // a folder; empty: nothing outlives the process
+  std::string when_store_fails = kWaitForStore;  // or go-on
+  std::vector<std::string> etcd;                 // URLs; empty: one coordinator
   std::chrono::nanoseconds leader_lease = std::chrono::seconds(3);  // whole seconds
   std::string ready_file;
   std::size_t queued_request_bytes_max = kQueuedRequestBytesMax;

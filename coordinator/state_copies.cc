@@ -74,7 +74,7 @@ std::optional<std::string> StateCopies::next_for(Standby& standby) {
 bool StateCopies::send(const std::string& name, Standby& standby, Stream& stream) {
   v1::StatePiece piece;
   piece.set_name(name);
-  const absl::Status status = read_pieces(folder_.path_of(name), [&](std::string_view bytes) {
+  const absl::Status status = system_disk().read(folder_.path_of(name), [&](std::string_view bytes) {
     piece.set_bytes(std::string(bytes));
     if (!stream.Write(piece)) return absl::UnavailableError("the standby is gone");
     const std::lock_guard lock(mutex_);

@@ -26,7 +26,7 @@ constexpr std::size_t kNameBytesMax = 64;
 
 absl::StatusOr<std::string> bytes_of(const std::filesystem::path& file) {
   std::string bytes;
-  absl::Status status = read_pieces(file, [&](std::string_view piece) {
+  absl::Status status = system_disk().read(file, [&](std::string_view piece) {
     bytes += piece;
     return absl::OkStatus();
   });

@@ -30,6 +30,8 @@ v1::StatusReply Coordinator::Impl::status(Nanoseconds now) const {
     reply.set_world(waiting_load_->world.name());
   }
   reply.set_state(state());
+  reply.set_store_failure(store_.failure.empty() ? store_.state_failure : store_.failure);
+  reply.set_waits_for_store(waits_for_store());
   for (const Server& server : members_.servers()) describe_server(server, *reply.add_servers());
   return reply;
 }
@@ -80,6 +82,8 @@ void Coordinator::Impl::describe_server(const Server& server, v1::ServerStatus& 
   write(counts_from(last.counts()), *status.mutable_counts());
   write(world_->statistics.durations_of(*rank).times(), *status.mutable_tick_ms());
   status.set_exchange_bytes(server.exchange_bytes);
+  status.set_own_ms(world_->statistics.own_ms_of(*rank));
+  status.set_slow(world_->statistics.slow() == rank);
 }
 
 }  // namespace tessera

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "coordinator/coordinator_impl.h"
+#include "coordinator/limits.h"
 #include "coordinator/recorded_commands.h"
 #include "proto/convert.h"
 
@@ -45,23 +46,67 @@ absl::StatusOr<WorldToLoad> world_from(const StoredState& state) {
 
 }  // namespace
 
-// Writes what has come; what rests on it is told once it is stored. Where that fails the world goes on, and
-// what is stored stays as it is: the operator is told, in the log.
-void Coordinator::Impl::store_inputs() {
+// Writes what has come; what rests on it is told once it is stored. Where it cannot be written, it is tried
+// again now and then; meanwhile the world waits or goes on, as configured.
+void Coordinator::Impl::store_inputs(Nanoseconds now) {
   const bool has_commands = std::any_of(unstored_.begin(), unstored_.end(),
                                         [](const v1::StoredInput& input) { return input.has_command(); });
   std::uint64_t position = 0;
   if (stores()) {
     store_pace();
-    absl::Status status = unstored_.empty() ? absl::OkStatus() : options_.store->append(unstored_);
-    if (status.ok()) status = options_.store->tend();
-    if (!status.ok()) store_failed(status);
-    position = has_commands || !replies_.empty() ? options_.store->position() : rests_on();
+    if (store_.failure.empty() || now >= store_.next_try) write_inputs(now);
+    if (store_.failure.empty() || waits_for_store())
+      position = has_commands || !replies_.empty() ? stored_position() : rests_on();
   }
-  unstored_.clear();
+  if (!stores()) unstored_.clear();
+  if (waits_for_store()) pass_by_held();
   if (!outbox_.empty() || !replies_.empty())
     held_back_.push_back({position, std::exchange(outbox_, {}), std::exchange(replies_, {})});
   release();
+}
+
+void Coordinator::Impl::write_inputs(Nanoseconds now) {
+  if (!unstored_.empty()) {
+    if (absl::Status status = options_.store->append(unstored_); !status.ok()) {
+      return store_failed(status, now);
+    }
+    unstored_.clear();
+  }
+  if (!store_.failure.empty()) {
+    store_.failure.clear();
+    log("the store can be written again: nothing is missing in it", Severity::kWarning);
+  }
+  const absl::Status state = options_.store->tend();
+  if (state.ok()) return;
+  // The one before is still there, and the inputs since.
+  store_.state_failure = std::string(state.message());
+  log(absl::StrCat("a checkpoint could not be stored: ", store_.state_failure), Severity::kWarning);
+}
+
+// Only grants rest on what could not be stored; servers are not to wait for all the rest.
+void Coordinator::Impl::pass_by_held() {
+  const auto grants =
+      std::stable_partition(outbox_.begin(), outbox_.end(),
+                            [](const OutgoingMessage& message) { return !message.message.has_grant(); });
+  std::move(outbox_.begin(), grants, std::back_inserter(released_));
+  outbox_.erase(outbox_.begin(), grants);
+}
+
+// What waits for a store that cannot be written will never be stored: the world is gone, or this process
+// ends.
+void Coordinator::Impl::drop_unstored(const absl::Status& status) {
+  unstored_.clear();
+  if (std::exchange(store_.failure, "").empty()) return;
+  for (const HeldBack& held : std::exchange(held_back_, {})) {
+    for (const auto& reply : held.replies) reply(status);
+  }
+}
+
+// As that of the sequencer; RESOURCE_EXHAUSTED while commands could not be stored, too.
+absl::Status Coordinator::Impl::room_for_command(const Sequencer& sequencer, std::size_t shape_bytes) const {
+  if (!waits_for_store()) return sequencer.room_for_command(shape_bytes);
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the world waits, for its store cannot be written: ", store_.failure));
 }
 
 // The number of the input that makes certain what is granted so far; 0: that is stored.
@@ -113,35 +158,62 @@ void Coordinator::Impl::store_pace() {
 }
 
 absl::Status Coordinator::Impl::store_beginning(std::uint64_t load, const WorldToLoad& world) {
-  if (!stores()) return absl::OkStatus();
+  if (options_.store == nullptr) return absl::OkStatus();
+  const auto begin = [&] {
+    if (const auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
+      return options_.store->begin(load, to_proto(described->world));
+    }
+    const ReadSnapshot& snapshot = std::get<ReadSnapshot>(world.from);
+    return options_.store->begin(load, chunks_of(snapshot.world, snapshot.catalogue));
+  };
+  if (absl::Status status = begin(); !status.ok()) return status;
   stored_pace_.reset();
   safe_tick_ = 0;
-  if (const auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
-    return options_.store->begin(load, to_proto(described->world));
-  }
-  const ReadSnapshot& snapshot = std::get<ReadSnapshot>(world.from);
-  return options_.store->begin(load, chunks_of(snapshot.world, snapshot.catalogue));
+  drop_unstored(absl::FailedPreconditionError("the world was replaced before this was stored"));
+  store_ = {};
+  return absl::OkStatus();
 }
 
 void Coordinator::Impl::store_checkpoint(SnapshotChunks snapshot, std::uint64_t position) {
-  if (!stores() || !options_.store->replace(std::move(snapshot), position)) return;
+  // Inputs that it has may not be stored yet.
+  if (!stores() || !store_.failure.empty()) return;
+  if (!options_.store->replace(std::move(snapshot), position)) return;
+  store_.state_failure.clear();
   stored_pace_.reset();  // it is stored anew, after the inputs that the snapshot has
 }
 
 absl::Status Coordinator::Impl::forget_stored() {
-  if (!stores()) return absl::OkStatus();
-  unstored_.clear();
+  if (options_.store == nullptr) return absl::OkStatus();
   stored_pace_.reset();
+  drop_unstored(absl::FailedPreconditionError("the world ended before this was stored"));
   absl::Status status = options_.store->end();
-  if (!status.ok()) store_failed(status);
+  if (!status.ok()) {
+    log(absl::StrCat(
+            "the store still has the world, and a coordinator that is started anew would go on with it: ",
+            status.message()),
+        Severity::kError);
+  }
   return status;
 }
 
-void Coordinator::Impl::store_failed(const absl::Status& status) {
-  store_failure_ = std::string(status.message());
-  log(absl::StrCat("nothing is stored any more, and the world would not outlive this process: ",
-                   store_failure_),
-      Severity::kError);
+void Coordinator::Impl::store_failed(const absl::Status& status, Nanoseconds now) {
+  store_.next_try = now + kStoreRetry;
+  const bool is_new = store_.failure.empty();
+  store_.failure = std::string(status.message());
+  if (!options_.wait_for_store && unstored_.size() > kUnstoredMax) {
+    store_.given_up = true;
+    log(absl::StrCat("nothing is stored any more, and the world would not outlive this process: ",
+                     store_.failure),
+        Severity::kError);
+  } else if (is_new) {
+    log(absl::StrCat(
+            options_.wait_for_store
+                ? "the world waits, for its store cannot be written: "
+                : "the world goes on, and would be set back if this process ended, for its store cannot "
+                  "be written: ",
+            store_.failure),
+        Severity::kError);
+  }
 }
 
 absl::Status Coordinator::Impl::resume_stored() {
@@ -178,9 +250,11 @@ void Coordinator::Impl::retire() {
   if (finished_) return;
   if (!stores() || !world_) return shut_down("the coordinator was asked to end");
   log("leaving the world to the next coordinator");
-  store_inputs();
-  give_up_world(absl::UnavailableError("the coordinator is being replaced"));
-  store_inputs();
+  const absl::Status status = absl::UnavailableError("the coordinator is being replaced");
+  store_inputs(store_.next_try);
+  if (waits_for_store()) drop_unstored(status);
+  give_up_world(status);
+  store_inputs(store_.next_try);
 }
 
 // Whoever leads now tells others what is true.

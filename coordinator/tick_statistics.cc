@@ -31,6 +31,13 @@ double value_of(std::size_t bucket) {
 constexpr std::chrono::nanoseconds kMeterSpan = std::chrono::seconds(2);
 constexpr std::chrono::nanoseconds kMeterGap = std::chrono::milliseconds(50);
 
+// A server is slow if its own part of ticks is so many times that of any other, and of this length.
+constexpr double kSlowFactor = 2;
+constexpr double kSlowEndFactor = 1.5;
+constexpr double kSlowMinUs = 1000;
+constexpr double kOwnWeight = 1.0 / 64;  // of a tick in the mean of the last ones
+constexpr std::uint64_t kSlowTicksMin = 64;
+
 // Ticks reported by some servers only; larger than any window of grants.
 constexpr std::size_t kPartialTicksMax = 65'536;
 
@@ -74,6 +81,8 @@ void TickStatistics::restart(std::size_t servers) {
   invariant(servers <= kServersMax, "a world has at most kServersMax servers");
   servers_.assign(servers, {});
   partial_.clear();
+  ticks_since_restart_ = 0;
+  slow_.reset();
 }
 
 std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickReport& report) {
@@ -89,6 +98,7 @@ std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickRepo
   sums.heard_from |= bit;
 
   server.durations.add(report.work_us());
+  server.own_us += kOwnWeight * (static_cast<double>(report.own_us()) - server.own_us);
   sums.tick = report.tick();
   sums.work_us = std::max(sums.work_us, report.work_us());
   sums.counts += counts_from(report.counts());
@@ -104,7 +114,22 @@ std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickRepo
   return whole;
 }
 
+void TickStatistics::look_for_slow() {
+  if (servers_.size() < 2 || ++ticks_since_restart_ < kSlowTicksMin) return;
+  const auto less = [](const OfServer& a, const OfServer& b) { return a.own_us < b.own_us; };
+  const auto slowest = std::max_element(servers_.begin(), servers_.end(), less);
+  double next_us = 0;
+  for (auto server = servers_.begin(); server != servers_.end(); ++server) {
+    if (server != slowest) next_us = std::max(next_us, server->own_us);
+  }
+  const auto rank = static_cast<std::size_t>(slowest - servers_.begin());
+  const double factor = slow_ == rank ? kSlowEndFactor : kSlowFactor;
+  const bool is_slow = slowest->own_us >= std::max(kSlowMinUs, factor * next_us);
+  slow_ = is_slow ? std::optional(rank) : std::nullopt;
+}
+
 void TickStatistics::complete(const TickSums& sums) {
+  look_for_slow();
   if (whole_.size() == kWholeTicksMax) whole_.erase(whole_.begin());
   whole_.insert(sums.tick);
   durations_.add(sums.work_us);

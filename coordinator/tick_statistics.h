@@ -72,14 +72,20 @@ class TickStatistics {
   // The figures of one server.
   const v1::TickReport& last_of(std::size_t rank) const { return servers_[rank].last; }
   const DurationHistogram& durations_of(std::size_t rank) const { return servers_[rank].durations; }
+  // The duration of its own part of a tick, without waiting for other servers: a mean of the last ticks.
+  double own_ms_of(std::size_t rank) const { return servers_[rank].own_us / 1e3; }
+  // The server for which the others wait most of each tick, if it has been one for some ticks.
+  std::optional<std::size_t> slow() const { return slow_; }
 
  private:
   struct OfServer {
     v1::TickReport last;
     DurationHistogram durations;
+    double own_us = 0;
   };
 
   void complete(const TickSums& sums);
+  void look_for_slow();
 
   std::vector<OfServer> servers_;
   absl::btree_map<Tick, TickSums> partial_;  // some servers have reported, others have not
@@ -88,6 +94,8 @@ class TickStatistics {
   TickCounts counts_since_load_;
   DurationHistogram durations_;
   std::vector<Divergence> divergences_;
+  std::uint64_t ticks_since_restart_ = 0;
+  std::optional<std::size_t> slow_;
 };
 
 // Simulated time per wall time: over the last two seconds while the world runs, over the whole last run once

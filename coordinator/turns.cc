@@ -162,6 +162,9 @@ absl::Status check(const CoordinatorArguments& arguments) {
   if (arguments.store.empty()) return absl::InvalidArgumentError("--etcd needs --store");
   if (arguments.coordinator.checkpoint_every == Nanoseconds::zero())
     return absl::InvalidArgumentError("--etcd needs --checkpoint-every above 0");
+  if (arguments.when_store_fails != kWaitForStore)
+    return absl::InvalidArgumentError(
+        "--when-store-fails go-on does not go with --etcd, for which worlds wait");
   const std::optional<ListenAddress> listen = parse_listen_address(arguments.listen);
   if (listen && (listen->host == "0.0.0.0" || listen->host == "::"))
     return absl::InvalidArgumentError(

@@ -23,7 +23,8 @@ struct StoredWorld {
   std::vector<v1::StoredInput> inputs;  // since then
 };
 
-// One thread uses it. Errors are the system's, with the file; after one, nothing more is stored.
+// One thread uses it. Errors are the system's, with the file. Then what was stored before is there unchanged,
+// and the call may be repeated.
 class WorldStore {
  public:
   virtual ~WorldStore() = default;
@@ -46,7 +47,7 @@ class WorldStore {
   // The world after the inputs up to `position`: takes the place of what is stored, in the background. False
   // while another one is being written.
   virtual bool replace(std::vector<v1::SnapshotChunk> snapshot, std::uint64_t position) = 0;
-  // Call it now and then: the errors of the background.
+  // Call it now and then: the errors of the background, after which another one may be written.
   virtual absl::Status tend() = 0;
 };
 

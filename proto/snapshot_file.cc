@@ -88,8 +88,9 @@ absl::StatusOr<std::vector<v1::SnapshotChunk>> SnapshotDecoder::finish() {
   return std::move(chunks_);
 }
 
-absl::Status write_snapshot(const std::filesystem::path& file, std::span<const v1::SnapshotChunk> chunks) {
-  absl::StatusOr<WholeFile> out = WholeFile::create(file);
+absl::Status write_snapshot(const std::filesystem::path& file, std::span<const v1::SnapshotChunk> chunks,
+                            Disk& disk) {
+  absl::StatusOr<WholeFile> out = WholeFile::create(file, disk);
   if (!out.ok()) return out.status();
   SnapshotEncoder encoder;
   for (const v1::SnapshotChunk& chunk : chunks) {
@@ -100,9 +101,9 @@ absl::Status write_snapshot(const std::filesystem::path& file, std::span<const v
   return out->finish();
 }
 
-absl::StatusOr<std::vector<v1::SnapshotChunk>> read_snapshot(const std::filesystem::path& file) {
+absl::StatusOr<std::vector<v1::SnapshotChunk>> read_snapshot(const std::filesystem::path& file, Disk& disk) {
   SnapshotDecoder decoder;
-  absl::Status status = read_pieces(file, [&](std::string_view bytes) { return decoder.add(bytes); });
+  absl::Status status = disk.read(file, [&](std::string_view bytes) { return decoder.add(bytes); });
   if (status.ok()) {
     absl::StatusOr<std::vector<v1::SnapshotChunk>> chunks = decoder.finish();
     if (chunks.ok()) return chunks;

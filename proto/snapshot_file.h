@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/disk.h"
 #include "snapshot.pb.h"
 
 namespace tessera {
@@ -46,9 +47,11 @@ class SnapshotDecoder {
 inline constexpr std::size_t kSnapshotChunkMax = std::size_t{1} << 30;  // bytes
 
 // As WholeFile, with errors of SnapshotEncoder.
-absl::Status write_snapshot(const std::filesystem::path& file, std::span<const v1::SnapshotChunk> chunks);
+absl::Status write_snapshot(const std::filesystem::path& file, std::span<const v1::SnapshotChunk> chunks,
+                            Disk& disk = system_disk());
 
 // The system's error if the file cannot be read; DATA_LOSS as SnapshotDecoder.
-absl::StatusOr<std::vector<v1::SnapshotChunk>> read_snapshot(const std::filesystem::path& file);
+absl::StatusOr<std::vector<v1::SnapshotChunk>> read_snapshot(const std::filesystem::path& file,
+                                                             Disk& disk = system_disk());
 
 }  // namespace tessera

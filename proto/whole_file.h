@@ -5,8 +5,10 @@
 #include <absl/status/statusor.h>
 
 #include <filesystem>
-#include <functional>
+#include <memory>
 #include <string_view>
+
+#include "proto/disk.h"
 
 namespace tessera {
 
@@ -14,27 +16,24 @@ namespace tessera {
 // All errors are UNAVAILABLE, with the file and the system's reason.
 class WholeFile {
  public:
-  static absl::StatusOr<WholeFile> create(std::filesystem::path file);
-  WholeFile(WholeFile&& other) noexcept;
+  static absl::StatusOr<WholeFile> create(std::filesystem::path file, Disk& disk = system_disk());
+  WholeFile(WholeFile&& other) noexcept = default;
   WholeFile& operator=(WholeFile&&) = delete;
   ~WholeFile();  // without finish(), nothing has changed
 
-  absl::Status append(std::string_view bytes);
+  absl::Status append(std::string_view bytes) { return out_->append(bytes); }
 
   // On return, it survives the end of the process and of the machine.
   absl::Status finish();
 
  private:
-  WholeFile(std::filesystem::path file, std::filesystem::path beside, int descriptor);
+  WholeFile(std::filesystem::path file, std::filesystem::path beside, Disk& disk,
+            std::unique_ptr<Disk::File> out);
 
   std::filesystem::path file_;
   std::filesystem::path beside_;
-  int descriptor_ = -1;
+  Disk* disk_;
+  std::unique_ptr<Disk::File> out_;  // null once it is finished
 };
-
-// Calls `take` with all bytes of a file, in pieces, until it returns an error. The system's error if the file
-// cannot be read.
-absl::Status read_pieces(const std::filesystem::path& file,
-                         const std::function<absl::Status(std::string_view)>& take);
 
 }  // namespace tessera

@@ -23,6 +23,8 @@ ServerMetrics::ServerMetrics(const SectorServerArguments& arguments)
                          .Help("Duration of ticks, including waiting for other servers, without pacing")
                          .Register(registry_)
                          .Add({}, kTickBuckets)),
+      own_time_(counter("tessera_server_own_seconds_total",
+                        "Duration of ticks, without waiting for other servers")),
       bodies_(gauge("tessera_server_bodies", "Movable bodies on this server")),
       exchange_(counter("tessera_server_exchange_bytes_total", "Bytes sent to other sector servers")) {
   for (std::size_t n = 0; n < counts_.size(); ++n) {
@@ -69,6 +71,7 @@ void ServerMetrics::show(const v1::TickReport* tick, std::size_t bodies, std::ui
   if (tick == nullptr) return;
   ticks_.Increment();
   tick_duration_.Observe(static_cast<double>(last.work_us()) / 1e6);
+  own_time_.Increment(static_cast<double>(last.own_us()) / 1e6);
 }
 
 void ServerMetrics::set_joined(bool joined) { joined_.Set(joined ? 1 : 0); }

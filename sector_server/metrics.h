@@ -40,6 +40,7 @@ class ServerMetrics {
   prometheus::Gauge& tick_;
   prometheus::Counter& ticks_;
   prometheus::Histogram& tick_duration_;
+  prometheus::Counter& own_time_;
   prometheus::Gauge& bodies_;
   // By their places in kTickCounters: gauges of what there is, counters of what happens; the other is null.
   struct OfCounter {

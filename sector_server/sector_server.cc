@@ -87,7 +87,10 @@ class SectorServer::Impl {
   bool work_left() const { return !finished_ && run_ && run_->ready(); }
 
   void work_while_waiting() {
-    if (!finished_ && run_) run_->machine().work_while_waiting();
+    if (finished_ || !run_) return;
+    const Nanoseconds began = clock_();
+    run_->machine().work_while_waiting();
+    run_->add_own_time(clock_() - began);
   }
 
   void proceed(Nanoseconds now) {
@@ -180,6 +183,7 @@ class SectorServer::Impl {
     hello.set_stream_address(options_.stream_address);
     hello.set_again(heartbeat_.has_value());
     hello.set_arithmetic(arithmetic_fingerprint());
+    hello.set_newest_world(newest());
     send(kCoordinatorNode, message);
   }
 

@@ -157,6 +157,7 @@ absl::Status WorldRun::next_grant_or_tick(const std::function<Nanoseconds()>& cl
 
 absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
   tick_began_ = clock();
+  own_time_ = {};
   std::vector<Command> commands;
   if (ticks_left_ == grant_->ticks()) {
     absl::StatusOr<std::vector<Command>> granted = unpack_commands(grant_->commands());
@@ -164,11 +165,12 @@ absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
     commands = std::move(*granted);
   }
   --ticks_left_;
-  go_on(machine_->begin_tick(commands), clock);
+  go_on(machine_->begin_tick(commands), tick_began_, clock);
   return absl::OkStatus();
 }
 
 absl::Status WorldRun::advance(const std::function<Nanoseconds()>& clock) {
+  const Nanoseconds began = clock();
   std::vector<std::optional<RoundMessage>> messages(nodes_.size());
   messages[self_] = std::move(round_->to[self_]);
   const auto inbox = inboxes_.find({tick_ + 1, round_->number});
@@ -178,17 +180,18 @@ absl::Status WorldRun::advance(const std::function<Nanoseconds()>& clock) {
     if (!message.ok()) return message.status();
     messages[rank] = std::move(*message);
   }
-  go_on(machine_->advance(std::move(messages)), clock);
+  go_on(machine_->advance(std::move(messages)), began, clock);
   return absl::OkStatus();
 }
 
-void WorldRun::go_on(std::optional<Round> round, const std::function<Nanoseconds()>& clock) {
+// `began`: when the work on this round did.
+void WorldRun::go_on(std::optional<Round> round, Nanoseconds began,
+                     const std::function<Nanoseconds()>& clock) {
   round_ = std::move(round);
-  if (round_) {
-    send(*round_);
-  } else {
-    end_tick(clock());
-  }
+  if (round_) send(*round_);
+  const Nanoseconds now = clock();
+  own_time_ += now - began;
+  if (!round_) end_tick(now);
 }
 
 void WorldRun::send(const Round& round) {
@@ -220,6 +223,8 @@ void WorldRun::end_tick(Nanoseconds now) {
   report.set_tick(tick_);
   report.set_work_us(static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::microseconds>(now - tick_began_).count()));
+  report.set_own_us(
+      static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(own_time_).count()));
   write(machine_->counts(), *report.mutable_counts());
   report.clear_divergences();
   for (const Divergence& divergence : first_divergences(machine_->divergences()))

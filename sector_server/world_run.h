@@ -48,6 +48,8 @@ class WorldRun {
   // The reports of the ticks since the last call.
   std::vector<v1::TickReport> take_reports() { return std::exchange(reports_, {}); }
   bool report_due() const;
+  // Work on the current tick that was done while messages of others were awaited.
+  void add_own_time(Nanoseconds time) { own_time_ += time; }
   const v1::TickReport& last_report() const { return last_report_; }
   std::uint64_t exchange_bytes() const { return exchange_bytes_; }
 
@@ -62,7 +64,7 @@ class WorldRun {
   absl::Status next_grant_or_tick(const std::function<Nanoseconds()>& clock);
   absl::Status begin_tick(const std::function<Nanoseconds()>& clock);
   absl::Status advance(const std::function<Nanoseconds()>& clock);
-  void go_on(std::optional<Round> round, const std::function<Nanoseconds()>& clock);
+  void go_on(std::optional<Round> round, Nanoseconds began, const std::function<Nanoseconds()>& clock);
   void end_tick(Nanoseconds now);
   void answer(const v1::Query& query);
   void answer_with_snapshot(std::uint64_t query);
@@ -92,6 +94,7 @@ class WorldRun {
   absl::btree_map<std::pair<Tick, std::uint32_t>, Inbox> inboxes_;  // by tick and number of the round
 
   Nanoseconds tick_began_{};
+  Nanoseconds own_time_{};  // of the current tick, without waiting
   bool tick_done_ = false;
   std::vector<v1::TickReport> reports_;
   v1::TickReport last_report_;

@@ -76,6 +76,8 @@ ServerStatus read(const v1::ServerStatus& status) {
   server.takes_part = status.takes_part();
   server.suspect = status.suspect();
   server.drained = status.drained();
+  server.own_ms = status.own_ms();
+  server.slow = status.slow();
   return server;
 }
 
@@ -93,6 +95,8 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.map_epoch = reply.map_epoch();
   status.recoveries = reply.recoveries();
   status.checkpoint_tick = reply.checkpoint_tick();
+  status.store_failure = reply.store_failure();
+  status.waits_for_store = reply.waits_for_store();
   for (const v1::ServerStatus& server : reply.servers()) status.servers.push_back(read(server));
   status.failure = reply.failure();
   status.coordinator_peak_rss_bytes = reply.coordinator_peak_rss_bytes();

@@ -18,6 +18,7 @@
 #include "client_sdk/src/coordinators.h"
 #include "client_sdk/src/server_stream.h"
 #include "keys/keys_folder.h"
+#include "proto/disk.h"
 #include "proto/status.h"
 #include "proto/whole_file.h"
 #include "tessera.grpc.pb.h"
@@ -74,7 +75,7 @@ class Client::Impl {
     v1::RestoreRequest request;
     request.set_replace(replace);
     bool is_taken = true;  // otherwise Finish() says why not
-    const absl::Status read = read_pieces(file, [&](std::string_view bytes) {
+    const absl::Status read = system_disk().read(file, [&](std::string_view bytes) {
       request.set_bytes(std::string(bytes));
       is_taken = is_taken && stream->Write(request);
       return absl::OkStatus();

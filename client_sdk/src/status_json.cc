@@ -19,6 +19,8 @@ json described(const ServerStatus& server) {
               {"takes_part", server.takes_part},
               {"suspect", server.suspect},
               {"drained", server.drained},
+              {"slow", server.slow},
+              {"own_ms", server.own_ms},
               {"tick", server.tick},
               {"bodies", server.bodies},
               {"exchange_bytes", server.exchange_bytes},
@@ -59,6 +61,8 @@ json to_json(const ClusterStatus& status) {
               {"bodies", status.bodies},
               {"recoveries", status.recoveries},
               {"checkpoint_tick", status.checkpoint_tick},
+              {"store_failure", status.store_failure},
+              {"waits_for_store", status.waits_for_store},
               {"tick_ms", to_json(status.tick_ms)},
               {"coordinator_peak_rss_bytes", status.coordinator_peak_rss_bytes},
               {"servers", std::move(servers)}};

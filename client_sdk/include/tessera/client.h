@@ -189,6 +189,8 @@ struct ServerStatus {
   bool takes_part = false;           // in the world; idle servers do not
   bool suspect = false;              // does not respond: it has ended or stalled
   bool drained = false;              // is to host nothing
+  double own_ms = 0;                 // of a tick, lately, without waiting for other servers
+  bool slow = false;                 // the others wait for it most of each tick
 };
 
 struct ClusterStatus {
@@ -206,6 +208,8 @@ struct ClusterStatus {
   std::uint64_t map_epoch = 0;
   std::uint64_t recoveries = 0;  // how often the world went on from a checkpoint, on other servers
   Tick checkpoint_tick = 0;      // of the latest checkpoint
+  std::string store_failure;     // why the store cannot be written at present; empty while it can
+  bool waits_for_store = false;  // the world stands still until it can
   std::vector<ServerStatus> servers;
   std::string failure;  // why the world ended, in state "failed"
   std::uint64_t coordinator_peak_rss_bytes = 0;
