@@ -1,49 +1,66 @@
 // The faults of a simulated cluster, drawn from a seed before anything runs.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "transport/link.h"
 
 namespace tessera {
 
-// Times count from SimulatedCluster::meet().
-struct FaultSchedule {
-  // The link between two nodes is interrupted; messages sent meanwhile arrive later.
-  struct Cut {
-    NodeId node;
-    NodeId peer;
-    std::uint64_t begin_ns = 0;
-    std::uint64_t end_ns = 0;
-  };
-  // A server ends without a message, and another one starts in its place.
-  struct Crash {
-    NodeId node;
-    std::uint64_t time_ns = 0;
-    std::uint64_t restart_ns = 0;  // from then on
-  };
-
-  // The coordinator ends without a message, and another one takes its place.
-  struct CoordinatorCrash {
-    std::uint64_t time_ns = 0;
-    std::uint64_t restart_ns = 0;
-  };
-
-  std::vector<Cut> cuts;
-  std::vector<Crash> crashes;
-  std::vector<CoordinatorCrash> coordinator_crashes;  // one after the other
+enum class FaultKind {
+  kCut,               // of a link between two processes: packets wait, and are lost if it lasts
+  kBreak,             // of a connection, which is made anew: packets under way are lost or not
+  kStop,              // of a process with all of its threads, as by SIGSTOP
+  kSlow,              // a server takes long for each message
+  kClockJump,         // the clock of a process jumps ahead, and the calendar of its host anywhere
+  kCrash,             // of a server, which another one replaces
+  kCoordinatorCrash,  // another one takes its place; it ends at any moment, also while it writes
+  kPowerLoss,         // likewise, with the host: what was not synced is lost or torn
+  kCrashInRecovery,   // of a server or of the coordinator, while a world goes on from a checkpoint
+  kDiskFull,          // of the coordinator's store
+  kDiskFailing,       // reads, writes and syncs have errors
 };
+inline constexpr std::size_t kFaultKinds = 11;
 
-struct FaultOptions {
-  std::uint32_t cuts =
-      0;  // each of a different link, at most all links; a quarter of them outlast every time-out
-  std::uint32_t crashes = 0;  // each of a different server, at most all servers
-  std::uint32_t coordinator_crashes = 0;
-  std::uint64_t begin_ns_max = 0;  // latest begin of a fault
+// One list for options, reports and schedules, in the order of FaultKind.
+struct FaultName {
+  const char* option;  // "cuts"
+  const char* help;
 };
+inline constexpr std::array<FaultName, kFaultKinds> kFaultNames = {{
+    {"cuts", "links between two processes that are cut for a while; one in four outlasts the time-outs"},
+    {"breaks", "connections that break, with packets lost, and are made anew at once"},
+    {"stops", "processes that stand still for a while; one in four outlasts the time-outs"},
+    {"slow-servers", "servers that take long for each message, for a while"},
+    {"clock-jumps", "clocks that jump ahead, and calendars that jump anywhere"},
+    {"crashes", "servers that end without a word; each time, another one joins some seconds later"},
+    {"coordinator-crashes", "ends of the coordinator at any moment; another one takes its place"},
+    {"power-losses", "likewise, with what was not synced to disk lost or torn"},
+    {"crashes-in-recovery", "ends of a process while the world goes on from a checkpoint"},
+    {"full-disks", "times in which the store finds no room"},
+    {"failing-disks", "times in which reads, writes and syncs of the store fail"},
+}};
 
-FaultSchedule draw_faults(std::uint64_t seed, const FaultOptions& options, std::span<const NodeId> servers);
+// How many of each kind.
+using FaultNumbers = std::array<std::uint32_t, kFaultKinds>;
+
+// Times count from SimulatedCluster::meet(). What is hit is drawn when it happens, by `pick`, among what is
+// there; unless it is named.
+struct Fault {
+  FaultKind kind = FaultKind::kCut;
+  std::uint64_t begin_ns = 0;
+  std::uint64_t end_ns = 0;  // of a crash: when another process takes the place of the one that ended
+  std::uint64_t pick = 0;
+  std::uint64_t amount = 0;  // operations on the disk that a crash waits for; ns of a jump, or for a message
+  NodeId node{};
+  NodeId peer{};
+};
+using FaultSchedule = std::vector<Fault>;
+
+// In their order of begin, none of which is later than `begin_ns_max`.
+FaultSchedule draw_faults(std::uint64_t seed, const FaultNumbers& numbers, std::uint64_t begin_ns_max);
 
 }  // namespace tessera

@@ -1,17 +1,18 @@
 #include "simulator/scenario.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 
 #include <algorithm>
+#include <numeric>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "lpss/simulation/example_worlds.h"
+#include "proto/snapshot.h"
 #include "simulator/dice.h"
-#include "simulator/fault_schedule.h"
-#include "simulator/simulated_cluster.h"
 #include "simulator/workload.h"
 
 namespace tessera {
@@ -28,91 +29,199 @@ absl::Status broken(const absl::Status& status) {
   return absl::IsCancelled(status) ? status : absl::AbortedError(status.message());
 }
 
+// What a client must expect of a cluster with faults.
+bool is_expected(const absl::Status& status) {
+  return status.ok() || absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
+}
+
 // The tick at which the world has paused, whatever coordinators are lost meanwhile.
 absl::StatusOr<Tick> paused_tick(SimulatedCluster& cluster) {
-  for (int events = 0; events < kEventsMax; ++events) {
+  for (int events = 0; events < kEventsMax && cluster.failure().ok(); ++events) {
     if (cluster.has_coordinator()) {
       const auto paused = cluster.call<v1::PauseRequest, v1::PauseReply>({});
       if (paused.ok()) return paused->tick();
-      if (!absl::IsUnavailable(paused.status()) || cluster.has_coordinator()) return paused.status();
+      if (!absl::IsUnavailable(paused.status())) return paused.status();
     }
     cluster.run_events(1);
   }
+  if (!cluster.failure().ok()) return cluster.failure();
   return absl::DeadlineExceededError("no coordinator came back");
 }
 
-// Runs the ticks of a scenario, and requests of clients in between.
-absl::Status drive(SimulatedCluster& cluster, const WorldDescription& world, const Scenario& scenario,
-                   Tick ticks) {
-  using Step = SimulatedCluster::Pending<v1::StepReply>;
-  Dice dice(scenario.seed, kScenarioStream);
-  Workload workload(scenario.seed, world);
-  const Tick longest = 2 * (ticks / (scenario.commands + 1)) + 1;
-  Tick begun = 0;
-  Step step;
-  const auto start_step = [&](Tick most) {
+// Runs the ticks of a scenario, with requests of clients in between.
+class Driver {
+ public:
+  Driver(SimulatedCluster& cluster, const WorldDescription& world, const Scenario& scenario)
+      : cluster_(cluster),
+        dice_(scenario.seed, kScenarioStream),
+        workload_(scenario.seed, world),
+        commands_(scenario.commands) {}
+
+  // At least `ticks`, from now on.
+  absl::Status run(Tick ticks) {
+    const Tick longest = 2 * (ticks / (commands_ + 1)) + 1;
+    for (std::uint32_t command = 0; command < commands_; ++command) {
+      if (step_ && *step_) {
+        if (absl::Status ended = end_step(); !ended.ok()) return ended;
+      }
+      if (!step_ && begun_ < ticks && !dice_.one_in(3)) {
+        start_step(std::min(dice_.between(std::uint64_t{1}, longest), ticks - begun_));
+      } else if (!step_ && dice_.one_in(8)) {
+        if (absl::Status ran = run_freely(); !ran.ok()) return ran;
+      }
+      for (std::uint64_t events = dice_.below(20); step_ && !*step_ && events > 0; --events) {
+        cluster_.run_events(1);
+      }
+      if (absl::Status given = workload_.give_next(cluster_); !is_expected(given)) return given;
+    }
+    for (;;) {
+      if (step_) {
+        if (absl::Status ended = end_step(); !ended.ok()) return ended;
+      }
+      if (begun_ >= ticks) return absl::OkStatus();
+      start_step(ticks - begun_);
+    }
+  }
+
+  // Ticks that were done.
+  Tick done() const { return begun_; }
+  const std::vector<SnapshotChunks>& snapshots() const { return workload_.snapshots(); }
+
+ private:
+  void start_step(Tick ticks) {
     v1::StepRequest request;
-    request.set_ticks(std::min(most, ticks - begun));
-    begun += request.ticks();
-    step = cluster.post<v1::StepRequest, v1::StepReply>(std::move(request));
-  };
+    request.set_ticks(ticks);
+    begun_ += ticks;
+    step_ = cluster_.post<v1::StepRequest, v1::StepReply>(std::move(request));
+  }
+
   // Where its coordinator is lost, the world does the step or has not heard of it.
-  const auto end_step = [&]() -> absl::Status {
-    absl::Status status = cluster.wait<v1::StepReply>(step).status();
-    step.reset();
+  absl::Status end_step() {
+    absl::Status status = cluster_.wait<v1::StepReply>(step_).status();
+    step_.reset();
     if (!absl::IsUnavailable(status)) return status;
-    const absl::StatusOr<Tick> tick = paused_tick(cluster);
-    if (!tick.ok()) return tick.status();
-    begun = *tick;
-    return absl::OkStatus();
-  };
-  for (std::uint32_t command = 0; command < scenario.commands; ++command) {
-    if (step && *step) {
-      if (absl::Status ended = end_step(); !ended.ok()) return ended;
-    }
-    if (!step && begun < ticks && !dice.one_in(3)) start_step(dice.between(std::uint64_t{1}, longest));
-    for (std::uint64_t events = dice.below(20); step && !*step && events > 0; --events) cluster.run_events(1);
-    absl::Status given = workload.give_next(cluster);
-    if (!given.ok() && !absl::IsUnavailable(given)) return given;
+    return pause();
   }
-  for (;;) {
-    if (step) {
-      if (absl::Status ended = end_step(); !ended.ok()) return ended;
-    }
-    if (begun == ticks) return absl::OkStatus();
-    start_step(ticks);
+
+  absl::Status pause() {
+    const absl::StatusOr<Tick> tick = paused_tick(cluster_);
+    if (tick.ok()) begun_ = *tick;
+    return tick.status();
   }
-}
+
+  // At the pace of real time, or as fast as it goes, for a while.
+  absl::Status run_freely() {
+    v1::ResumeRequest request;
+    request.set_real_time_factor(dice_.one_in(2) ? 1 : 0);
+    const auto resumed = cluster_.call<v1::ResumeRequest, v1::ResumeReply>(std::move(request));
+    if (!resumed.ok() && !is_expected(resumed.status())) return resumed.status();
+    cluster_.run_events(dice_.below(100));
+    return pause();
+  }
+
+  SimulatedCluster& cluster_;
+  Dice dice_;
+  Workload workload_;
+  const std::uint32_t commands_;
+  Tick begun_ = 0;
+  SimulatedCluster::Pending<v1::StepReply> step_;
+};
 
 // That each command that was acknowledged was stored as it was told.
-absl::Status check_stored(const std::vector<v1::RecordedInput>& told,
+absl::Status check_stored(const std::vector<v1::RecordedCommand>& told,
                           const std::vector<v1::RecordedCommand>& stored) {
   std::multiset<std::string> all;
   for (const v1::RecordedCommand& command : stored) all.insert(command.SerializeAsString());
-  for (const v1::RecordedInput& input : told) {
-    if (!input.has_command()) continue;
-    const auto found = all.find(input.command().SerializeAsString());
+  for (const v1::RecordedCommand& command : told) {
+    const auto found = all.find(command.SerializeAsString());
     if (found == all.end()) {
-      return absl::AbortedError(absl::StrCat("a command was acknowledged for tick ", input.command().tick(),
-                                             " and is not stored so"));
+      return absl::AbortedError(
+          absl::StrCat("a command was acknowledged for tick ", command.tick(), " and is not stored so"));
     }
     all.erase(found);
   }
   return absl::OkStatus();
 }
 
+absl::Status check_snapshots(const std::vector<SnapshotChunks>& snapshots,
+                             const std::vector<v1::RecordedInput>& log) {
+  for (const SnapshotChunks& chunks : snapshots) {
+    const absl::StatusOr<ReadSnapshot> snapshot = from_chunks(chunks);
+    if (!snapshot.ok()) return broken(snapshot.status());
+    const auto restored = Simulation::restore(snapshot->world);
+    if (!restored.ok()) return broken(restored.status());
+    const Tick tick = (*restored)->tick();
+    const std::string hash = (*restored)->hash().to_string();
+    for (const v1::RecordedInput& input : log) {
+      if (!input.has_hash() || input.hash().tick() != tick || input.hash().hash() == hash) continue;
+      return absl::AbortedError(absl::StrCat("a snapshot of tick ", tick, " has the hash ", hash,
+                                             ", the world ", input.hash().hash()));
+    }
+  }
+  return absl::OkStatus();
+}
+
+std::uint64_t count_of(const FaultNumbers& numbers) {
+  return std::accumulate(numbers.begin(), numbers.end(), std::uint64_t{0});
+}
+
 }  // namespace
 
-std::string command_of(const Scenario& scenario) {
-  std::string command = absl::StrCat("tessera simulate --seed ", scenario.seed, " --servers ",
-                                     scenario.servers, " --ticks ", scenario.ticks);
+FaultSchedule faults_of(const Scenario& scenario) {
+  FaultSchedule all = draw_faults(scenario.seed, scenario.faults, scenario.ticks * kNsPerTick);
+  if (!scenario.only_faults) return all;
+  FaultSchedule kept;
+  for (const std::uint32_t place : *scenario.only_faults) {
+    if (place < all.size()) kept.push_back(all[place]);
+  }
+  return kept;
+}
+
+std::string command_of(const Scenario& scenario, const std::string& world) {
+  std::string command =
+      absl::StrCat("tessera simulate ", world, world.empty() ? "" : " ", "--seed ", scenario.seed,
+                   " --servers ", scenario.servers, " --ticks ", scenario.ticks);
   if (scenario.commands > 0) absl::StrAppend(&command, " --commands ", scenario.commands);
-  if (scenario.cuts > 0) absl::StrAppend(&command, " --cuts ", scenario.cuts);
-  if (scenario.crashes > 0) absl::StrAppend(&command, " --crashes ", scenario.crashes);
-  if (scenario.coordinator_crashes > 0) {
-    absl::StrAppend(&command, " --coordinator-crashes ", scenario.coordinator_crashes);
+  for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
+    if (scenario.faults[kind] > 0) {
+      absl::StrAppend(&command, " --", kFaultNames[kind].option, " ", scenario.faults[kind]);
+    }
+  }
+  if (scenario.only_faults) {
+    absl::StrAppend(&command, " --only-faults ",
+                    scenario.only_faults->empty() ? "none" : absl::StrJoin(*scenario.only_faults, ","));
   }
   return command;
+}
+
+void Coverage::add(const Coverage& other) {
+  for (std::size_t kind = 0; kind < kFaultKinds; ++kind) faults[kind] += other.faults[kind];
+  disk.torn_writes += other.disk.torn_writes;
+  disk.forgotten_writes += other.disk.forgotten_writes;
+  disk.full += other.disk.full;
+  disk.failed += other.disk.failed;
+  packets.sent += other.packets.sent;
+  packets.lost += other.packets.lost;
+  packets.duplicated += other.packets.duplicated;
+  recoveries += other.recoveries;
+  commands += other.commands;
+  told += other.told;
+  snapshots += other.snapshots;
+}
+
+std::string Coverage::text() const {
+  std::string text = "faults that hit something:";
+  for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
+    absl::StrAppend(&text, kind == 0 ? " " : ", ", kFaultNames[kind].option, " ", faults[kind]);
+  }
+  absl::StrAppend(&text, "\ndisk: ", disk.torn_writes, " writes torn, ", disk.forgotten_writes,
+                  " forgotten, ", disk.full, " without room, ", disk.failed, " operations failed\n");
+  absl::StrAppend(&text, "packets: ", packets.sent, " sent, ", packets.lost, " lost, ", packets.duplicated,
+                  " arrived twice\n");
+  absl::StrAppend(&text, "the world went on from a checkpoint ", recoveries, " times; ", commands,
+                  " commands took effect, of which clients were told of ", told, "; ", snapshots,
+                  " snapshots\n");
+  return text;
 }
 
 WorldDescription corner_pile() {
@@ -122,50 +231,65 @@ WorldDescription corner_pile() {
 }
 
 absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
-  const bool is_quiet =
-      scenario.commands + scenario.cuts + scenario.crashes + scenario.coordinator_crashes == 0;
-  std::vector<v1::RecordedInput> log;
+  const bool has_faults = count_of(scenario.faults) > 0;
+  std::vector<v1::RecordedInput> log;  // hashes
   SimulatedClusterOptions options;
-  if (!is_quiet) options.inputs = [&log](const v1::RecordedInput& input) { log.push_back(input); };
+  if (has_faults || scenario.commands > 0) {
+    options.inputs = [&log](const v1::RecordedInput& input) {
+      if (input.has_hash()) log.push_back(input);
+    };
+  }
+  options.log = log_;
   SimulatedCluster cluster(scenario.seed, scenario.servers, world_.settings.precision, options);
   cluster.end_when(is_ended_);
   if (absl::Status loaded = cluster.load(world_); !loaded.ok()) return loaded;
 
-  const FaultSchedule faults = draw_faults(
-      scenario.seed,
-      {scenario.cuts, scenario.crashes, scenario.coordinator_crashes, scenario.ticks * kNsPerTick},
-      cluster.servers());
-  cluster.meet(faults);
+  cluster.meet(faults_of(scenario));
   // The last tick comes after all faults, so that all their consequences are visible.
-  const Tick after_faults = scenario.cuts + scenario.crashes + scenario.coordinator_crashes > 0 ? 1 : 0;
-  absl::Status outcome = drive(cluster, world_, scenario, scenario.ticks - after_faults);
+  const Tick after_faults = has_faults ? 1 : 0;
+  Driver driver(cluster, world_, scenario);
+  absl::Status outcome = driver.run(scenario.ticks - after_faults);
   cluster.outlast_faults();
+  if (outcome.ok()) outcome = cluster.failure();
   if (outcome.ok() && after_faults > 0) outcome = cluster.step(after_faults).status();
-
   if (!outcome.ok()) return broken(outcome);
+  ScenarioReport report;
+  report.tick = driver.done() + after_faults;
+  if (absl::Status right = check(scenario, cluster, driver.snapshots(), std::move(log), report);
+      !right.ok()) {
+    return right;
+  }
+  return report;
+}
+
+absl::Status ScenarioRunner::check(const Scenario& scenario, SimulatedCluster& cluster,
+                                   const std::vector<SnapshotChunks>& snapshots,
+                                   std::vector<v1::RecordedInput> log, ScenarioReport& report) {
   const absl::StatusOr<v1::HashReply> hash = cluster.hash();
   if (!hash.ok()) return broken(hash.status());
-  ScenarioReport report;
   report.hash = hash->hash();
   v1::RecordedHash& last = *log.emplace_back().mutable_hash();
   last.set_tick(hash->tick());
   last.set_hash(hash->hash());
-  if (hash->tick() != scenario.ticks) {
-    return absl::AbortedError(absl::StrCat("the world is at tick ", hash->tick()));
+  if (hash->tick() != report.tick || hash->tick() < scenario.ticks) {
+    return absl::AbortedError(absl::StrCat("the world is at tick ", hash->tick(), ", not ", report.tick));
   }
   const absl::StatusOr<v1::StatusReply> status = cluster.status();
   if (!status.ok()) return broken(status.status());
-  report.recoveries = status->recoveries();
-  for (const v1::RecordedInput& input : log) report.tick = std::max(report.tick, input.hash().tick());
   report.events = cluster.events();
-  if (absl::Status kept = check_stored(log, cluster.stored_commands()); !kept.ok()) return kept;
+  const std::vector<v1::RecordedCommand> stored = cluster.stored_commands();
+  report.coverage = {.faults = cluster.faults(),
+                     .disk = cluster.disk_faults(),
+                     .packets = cluster.network().counts(),
+                     .recoveries = status->recoveries(),
+                     .commands = stored.size(),
+                     .told = cluster.told_commands().size(),
+                     .snapshots = snapshots.size()};
+  if (absl::Status kept = check_stored(cluster.told_commands(), stored); !kept.ok()) return kept;
+  if (absl::Status right = check_snapshots(snapshots, log); !right.ok()) return right;
   // Also those that nobody was told of.
-  std::erase_if(log, [](const v1::RecordedInput& input) { return input.has_command(); });
-  for (const v1::RecordedCommand& command : cluster.stored_commands()) {
-    *log.emplace_back().mutable_command() = command;
-  }
-  if (absl::Status same = checker_.check(log); !same.ok()) return same;
-  return report;
+  for (const v1::RecordedCommand& command : stored) *log.emplace_back().mutable_command() = command;
+  return checker_.check(log);
 }
 
 }  // namespace tessera

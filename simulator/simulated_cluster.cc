@@ -1,7 +1,12 @@
 #include "simulator/simulated_cluster.h"
 
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
 #include <utility>
 
+#include "coordinator/folder_store.h"
 #include "lpss/base/invariant.h"
 #include "lpss/engine/load_engine.h"
 #include "proto/convert.h"
@@ -12,6 +17,10 @@ namespace {
 // The node whose timers trigger the faults.
 constexpr NodeId kFaultsNode{2};
 constexpr NodeId kFirstServer{100};
+constexpr std::uint32_t kClockStream = 5;
+constexpr std::uint64_t kNsPerMs = 1'000'000;
+constexpr std::uint64_t kRestartNs = 1000 * kNsPerMs;  // of a process that ended by itself
+constexpr std::int64_t kCalendarMs = 1'700'000'000'000;
 
 CoordinatorOptions options_for(std::uint32_t servers, const SimulatedClusterOptions& options) {
   CoordinatorOptions coordinator;
@@ -32,51 +41,106 @@ v1::ClusterMessage parsed(const Delivery& delivery) {
 SimulatedCluster::SimulatedCluster(std::uint64_t seed, std::uint32_t servers, Precision precision,
                                    const SimulatedClusterOptions& given)
     : precision_(precision),
+      dice_(seed, kClockStream),
       network_(seed, given.network),
-      coordinator_options_(options_for(servers, given)) {
+      options_(given),
+      coordinator_options_(options_for(servers, given)),
+      disk_(seed),
+      coordinator_clock_(dice_),
+      calendar_ms_(kCalendarMs) {
   start_coordinator();
   for (std::uint32_t i = 0; i < servers; ++i) start_server();
-  run_coordinator();
 }
 
+void SimulatedCluster::log(NodeId node, const LogLine& line) const {
+  if (!options_.log) return;
+  options_.log(absl::StrFormat("%12.6f  %s %s%s", static_cast<double>(network_.now_ns()) / 1e9,
+                               node == kCoordinatorNode ? "coordinator" : absl::StrCat("server ", node.value),
+                               line.tick ? absl::StrCat("tick ", *line.tick, ": ") : "", line.text));
+}
+
+LogSink SimulatedCluster::sink_of(NodeId node) const {
+  if (!options_.log) return {};
+  return [this, node](const LogLine& line) { log(node, line); };
+}
+
+// Again and again, where the disk does not let it.
 void SimulatedCluster::start_coordinator() {
+  disk_.begin_user();
+  absl::StatusOr<std::unique_ptr<WorldStore>> store = open_folder_store("store", disk_);
+  if (!store.ok()) {
+    if (!absl::IsUnavailable(store.status())) {
+      failure_.Update(
+          absl::AbortedError(absl::StrCat("the store cannot be opened: ", store.status().message())));
+    }
+    disk_.end_user();
+    plan(network_.now_ns() + kRestartNs, [this] { start_coordinator(); });
+    return;
+  }
+  store_ = std::make_unique<WatchedStore>(*std::move(store), history_);
+  failure_.Update(store_->compare());
   CoordinatorOptions options = coordinator_options_;
-  store_ = std::make_unique<MemoryStore>(disk_);
   options.store = store_.get();
-  options.worlds_before = network_.now_ns();
+  options.worlds_before = static_cast<std::uint64_t>(calendar_ms_) + network_.now_ns() / kNsPerMs;
+  options.log = sink_of(kCoordinatorNode);
   coordinator_ = std::make_unique<Coordinator>(options);
-  const absl::Status resumed = coordinator_->resume_stored();
-  invariant(resumed.ok(), "what a coordinator has stored, another one can read");
+  if (const absl::Status resumed = coordinator_->resume_stored(); !resumed.ok()) {
+    failure_.Update(absl::AbortedError(absl::StrCat("the store cannot be read: ", resumed.message())));
+  }
   coordinator_link_ = network_.connect(kCoordinatorNode);
   coordinator_timer_ns_ = 0;
   run_coordinator();
 }
 
-void SimulatedCluster::crash_coordinator() {
+void SimulatedCluster::crash_coordinator(bool loses_power) {
+  disk_.end_user();
+  dying_.reset();
   network_.kill(kCoordinatorNode);
+  requests_.clear();
   coordinator_.reset();
   store_.reset();
+  if (loses_power) disk_.lose_power();
   for (const std::function<void()>& lose : std::exchange(unanswered_, {})) lose();
 }
 
+void SimulatedCluster::crash_coordinator_for(bool loses_power, std::uint64_t absent_ns) {
+  log(kCoordinatorNode, {.text = loses_power ? "(loses its power)" : "(crashes)"});
+  crash_coordinator(loses_power);
+  plan(network_.now_ns() + absent_ns, [this] { start_coordinator(); });
+}
+
 void SimulatedCluster::start_server() {
-  Server& server = servers_.emplace_back();
-  server.node = NodeId{kFirstServer.value + servers_.size() - 1};
+  servers_.push_back({.node = NodeId{kFirstServer.value + servers_.size()}, .clock = NodeClock(dice_)});
+  Server& server = servers_.back();
   server.link = network_.connect(server.node);
   SectorServerOptions options;
   options.precision = precision_;
   options.stream_address = "simulated";
-  server.machine = std::make_unique<SectorServer>(
-      options, load_engine, [this] { return now(); }, nullptr);
-  server.machine->start(server.node, now());
+  options.log = sink_of(server.node);
+  const auto clock = [this, place = servers_.size() - 1] {
+    return servers_[place].clock.at(network_.now_ns());
+  };
+  server.machine = std::make_unique<SectorServer>(options, load_engine, clock, nullptr);
+  server.machine->start(server.node, clock());
   run_server(server);
 }
 
-SimulatedCluster::~SimulatedCluster() = default;
+bool SimulatedCluster::crash_server(NodeId node, std::uint64_t absent_ns) {
+  Server* server = find(node);
+  if (server == nullptr || !server->machine) return false;
+  log(node, {.text = "(crashes)"});
+  network_.kill(node);
+  server->machine.reset();
+  plan(network_.now_ns() + absent_ns, [this] { start_server(); });
+  return true;
+}
 
-void SimulatedCluster::keep_timer(NodeId node, std::uint64_t& timer_ns, std::optional<Nanoseconds> deadline) {
+SimulatedCluster::~SimulatedCluster() { disk_.end_user(); }
+
+void SimulatedCluster::keep_timer(NodeId node, const NodeClock& clock, std::uint64_t& timer_ns,
+                                  std::optional<Nanoseconds> deadline) {
   if (!deadline) return;
-  const auto wanted = static_cast<std::uint64_t>(deadline->count());
+  const std::uint64_t wanted = clock.when(*deadline);
   if (timer_ns != 0 && timer_ns <= wanted) return;
   timer_ns = std::max(wanted, network_.now_ns() + 1);
   network_.set_timer(node, timer_ns);
@@ -84,19 +148,28 @@ void SimulatedCluster::keep_timer(NodeId node, std::uint64_t& timer_ns, std::opt
 
 void SimulatedCluster::run_coordinator() {
   if (!coordinator_) return;
+  for (const std::function<void()>& request : std::exchange(requests_, {})) request();
   for (const Delivery& delivery : coordinator_link_->receive({})) {
     coordinator_->receive(delivery.from, parsed(delivery), now());
   }
   coordinator_->advance(now());
-  for (OutgoingMessage& out : coordinator_->take_messages()) {
+  std::vector<OutgoingMessage> messages = coordinator_->take_messages();
+  if (disk_.user_has_ended()) {
+    const Dying how = dying_.value_or(Dying{});
+    return crash_coordinator_for(how.loses_power, how.absent_ns);
+  }
+  bool begins_world = false;
+  for (OutgoingMessage& out : messages) {
+    begins_world |= out.message.has_load_world() && out.message.load_world().has_restored();
     coordinator_link_->send(out.to, out.message.SerializeAsString());
   }
-  keep_timer(kCoordinatorNode, coordinator_timer_ns_, coordinator_->next_deadline());
+  keep_timer(kCoordinatorNode, coordinator_clock_, coordinator_timer_ns_, coordinator_->next_deadline());
+  if (begins_world && !armed_.empty()) begin_crash_in_recovery();
 }
 
-// A finished machine is kept but inactive: its last message may still be in transit.
+// A server that ends by itself is started anew, as its unit would do.
 void SimulatedCluster::run_server(Server& server) {
-  if (server.machine->finished()) return;
+  const auto now = [&] { return server.clock.at(network_.now_ns()); };
   for (const Delivery& delivery : server.link->receive({})) {
     server.machine->receive(delivery.from, parsed(delivery), now());
   }
@@ -105,7 +178,17 @@ void SimulatedCluster::run_server(Server& server) {
   for (SectorServer::Outgoing& out : server.machine->take_messages()) {
     server.link->send(out.to, std::move(out.payload));
   }
-  keep_timer(server.node, server.timer_ns, server.machine->next_deadline());
+  if (server.machine->finished()) {
+    server.end = server.machine->finished();
+    server.machine.reset();
+    plan(network_.now_ns() + kRestartNs, [this, node = server.node] {
+      network_.kill(node);  // its last message had time to leave
+      start_server();
+    });
+    return;
+  }
+  keep_timer(server.node, server.clock, server.timer_ns, server.machine->next_deadline());
+  if (server.work_ns > 0) network_.keep_busy(server.node, network_.now_ns() + server.work_ns);
 }
 
 bool SimulatedCluster::run_one_event() {
@@ -119,17 +202,18 @@ bool SimulatedCluster::run_one_event() {
     return true;
   }
   if (event->node == kCoordinatorNode) {
-    if (is_timer) coordinator_timer_ns_ = 0;
-    if (is_loss && coordinator_) coordinator_->suspect(event->peer, now());
+    if (is_timer && event->time_ns >= coordinator_timer_ns_) coordinator_timer_ns_ = 0;
+    if (is_loss && coordinator_ && !coordinator_->suspect(event->peer, now())) {
+      network_.forget(kCoordinatorNode, event->peer);
+    }
     run_coordinator();
     return true;
   }
-  for (Server& server : servers_) {
-    if (server.node != event->node) continue;
-    if (is_timer) server.timer_ns = 0;
-    if (is_loss) server.machine->suspect(event->peer, now());
-    run_server(server);
-  }
+  Server* server = find(event->node);
+  if (server == nullptr || !server->machine) return true;
+  if (is_timer && event->time_ns >= server->timer_ns) server->timer_ns = 0;
+  if (is_loss) server->machine->suspect(event->peer, server->clock.at(network_.now_ns()));
+  run_server(*server);
   return true;
 }
 
@@ -137,23 +221,9 @@ void SimulatedCluster::run_events(std::uint64_t count) {
   while (count > 0 && run_one_event()) --count;
 }
 
-void SimulatedCluster::meet(const FaultSchedule& faults) {
-  const auto plan = [this, start_ns = network_.now_ns()](std::uint64_t time_ns, std::function<void()> fault) {
-    faults_.emplace(start_ns + time_ns, std::move(fault));
-    network_.set_timer(kFaultsNode, start_ns + time_ns);
-  };
-  for (const FaultSchedule::Cut& cut : faults.cuts) {
-    plan(cut.begin_ns, [this, cut] { network_.cut(cut.node, cut.peer); });
-    plan(cut.end_ns, [this, cut] { network_.heal(cut.node, cut.peer); });
-  }
-  for (const FaultSchedule::Crash& crash : faults.crashes) {
-    plan(crash.time_ns, [this, crash] { network_.kill(crash.node); });
-    plan(crash.restart_ns, [this] { start_server(); });
-  }
-  for (const FaultSchedule::CoordinatorCrash& crash : faults.coordinator_crashes) {
-    plan(crash.time_ns, [this] { crash_coordinator(); });
-    plan(crash.restart_ns, [this] { start_coordinator(); });
-  }
+void SimulatedCluster::plan(std::uint64_t time_ns, std::function<void()> what) {
+  faults_.emplace(time_ns, std::move(what));
+  network_.set_timer(kFaultsNode, time_ns);
 }
 
 void SimulatedCluster::run_faults() {
@@ -163,7 +233,7 @@ void SimulatedCluster::run_faults() {
 }
 
 void SimulatedCluster::outlast_faults() {
-  while (!faults_.empty() && run_one_event()) {
+  while (!faults_.empty() && failure_.ok() && run_one_event()) {
   }
 }
 
@@ -174,7 +244,7 @@ std::vector<NodeId> SimulatedCluster::servers() const {
 }
 
 std::optional<absl::Status> SimulatedCluster::end_of(NodeId server) const {
-  return servers_.at(server.value - kFirstServer.value).machine->finished();
+  return servers_.at(server.value - kFirstServer.value).end;
 }
 
 absl::Status SimulatedCluster::load(const WorldDescription& world) {

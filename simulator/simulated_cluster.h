@@ -1,8 +1,10 @@
-// A whole cluster in one thread on a simulated network with a seed, made of the production state machines.
+// A whole cluster in one thread on a simulated network and disk with a seed, made of the production state
+// machines and the production store.
 #pragma once
 
 #include <absl/status/statusor.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -13,20 +15,28 @@
 #include <vector>
 
 #include "coordinator/coordinator.h"
+#include "coordinator/recording.h"
 #include "lpss/model/world_description.h"
 #include "lpss/tick/messages.h"
 #include "sector_server/sector_server.h"
+#include "simulator/dice.h"
 #include "simulator/fault_schedule.h"
-#include "simulator/memory_store.h"
+#include "simulator/node_clock.h"
+#include "simulator/simulated_disk.h"
+#include "simulator/watched_store.h"
 #include "transport/sim_network.h"
 
 namespace tessera {
 
 struct SimulatedClusterOptions {
-  SimOptions network{.lease_ns = 1'000'000'000};
+  SimOptions network{.lease_ns = 1'000'000'000, .duplicates_one_in = 100};
   InputSink inputs;  // as CoordinatorOptions::inputs
   Nanoseconds checkpoint_every = std::chrono::milliseconds(100);
+  std::function<void(const std::string& line)> log;  // of all processes, with times; may be empty
 };
+
+// How often each kind of fault hit something.
+using FaultCounts = std::array<std::uint64_t, kFaultKinds>;
 
 class SimulatedCluster {
  public:
@@ -65,8 +75,13 @@ class SimulatedCluster {
   // Runs at most `count` events.
   void run_events(std::uint64_t count);
 
-  // All commands that were stored since the load, in their order.
-  const std::vector<v1::RecordedCommand>& stored_commands() const { return disk_.commands; }
+  // ABORTED once something is not as it must be, such as a store that has lost what it had.
+  const absl::Status& failure() const { return failure_; }
+
+  // All commands that are stored since the load, in their order.
+  std::vector<v1::RecordedCommand> stored_commands() const { return history_.commands(); }
+  // Those that clients were told of.
+  const std::vector<v1::RecordedCommand>& told_commands() const { return told_; }
   // Whether there is a coordinator at present; without one, calls fail with UNAVAILABLE, as do those that one
   // leaves without an answer.
   bool has_coordinator() const { return coordinator_ != nullptr; }
@@ -75,6 +90,8 @@ class SimulatedCluster {
   void meet(const FaultSchedule& faults);
   // Runs until the last of them is over.
   void outlast_faults();
+  const FaultCounts& faults() const { return fault_counts_; }
+  const DiskFaultCounts& disk_faults() const { return disk_.faults(); }
 
   std::vector<NodeId> servers() const;
   // Why a server ended by itself; nullopt while it runs, or if it crashed.
@@ -85,32 +102,73 @@ class SimulatedCluster {
  private:
   struct Server {
     NodeId node;
+    NodeClock clock;
     std::unique_ptr<Link> link;
-    std::unique_ptr<SectorServer> machine;
-    std::uint64_t timer_ns = 0;  // set and not yet expired
+    std::unique_ptr<SectorServer> machine;  // null once it has crashed
+    std::optional<absl::Status> end;        // by itself
+    std::uint64_t timer_ns = 0;             // set and not yet expired
+    std::uint64_t work_ns = 0;              // for each message
   };
 
-  Nanoseconds now() const { return Nanoseconds(static_cast<std::int64_t>(network_.now_ns())); }
+  // A coordinator that is to end in the middle of an operation on its disk.
+  struct Dying {
+    std::uint64_t number = 0;
+    bool loses_power = false;
+    std::uint64_t absent_ns = 0;
+  };
+
+  Nanoseconds now() const { return coordinator_clock_.at(network_.now_ns()); }
   bool run_one_event();
   void run_faults();
+  void plan(std::uint64_t time_ns, std::function<void()> what);
   void run_coordinator();
   void start_server();
   void start_coordinator();
-  void crash_coordinator();
+  void crash_coordinator(bool loses_power);
+  void crash_coordinator_for(bool loses_power, std::uint64_t absent_ns);
+  bool crash_server(NodeId node, std::uint64_t absent_ns);
+  void begin_crash_in_recovery();
   void run_server(Server& server);
-  void keep_timer(NodeId node, std::uint64_t& timer_ns, std::optional<Nanoseconds> deadline);
+  void keep_timer(NodeId node, const NodeClock& clock, std::uint64_t& timer_ns,
+                  std::optional<Nanoseconds> deadline);
+  void log(NodeId node, const LogLine& line) const;
+  LogSink sink_of(NodeId node) const;
+
+  // faults.cc
+  bool begin(const Fault& fault, std::uint64_t end_ns);
+  bool begin_between(const Fault& fault, std::uint64_t end_ns);
+  bool begin_disk_fault(FaultKind kind, std::uint64_t end_ns);
+  bool begin_coordinator_crash(const Fault& fault, std::uint64_t absent_ns);
+  bool jump(const Fault& fault);
+  std::vector<NodeId> living_servers() const;
+  std::vector<NodeId> living() const;
+  Server* find(NodeId node);
 
   const Precision precision_;
+  Dice dice_;
   SimNetwork network_;
+  const SimulatedClusterOptions options_;
   const CoordinatorOptions coordinator_options_;
-  MemoryDisk disk_;
-  std::unique_ptr<MemoryStore> store_;
+  SimulatedDisk disk_;
+  StoreHistory history_;
+  NodeClock coordinator_clock_;
+  std::int64_t calendar_ms_;  // of the coordinator's host, when the network began
+  std::unique_ptr<WatchedStore> store_;
   std::unique_ptr<Coordinator> coordinator_;  // null between two of them
   std::unique_ptr<Link> coordinator_link_;
+  std::vector<std::function<void()>> requests_;    // that it has yet to take
   std::vector<std::function<void()>> unanswered_;  // what to do if the coordinator is lost
+  std::vector<v1::RecordedCommand> told_;
   std::uint64_t coordinator_timer_ns_ = 0;
   std::vector<Server> servers_;
   std::multimap<std::uint64_t, std::function<void()>> faults_;  // pending begins and ends, by time
+  std::vector<Fault> armed_;                                    // crashes that wait for a recovery
+  std::optional<Dying> dying_;
+  std::uint64_t last_dying_ = 0;
+  int full_disks_ = 0;  // at present, as below
+  int failing_disks_ = 0;
+  FaultCounts fault_counts_{};
+  absl::Status failure_;
   std::uint64_t events_ = 0;
   std::function<bool()> is_ended_ = [] { return false; };
 };
@@ -126,17 +184,21 @@ SimulatedCluster::Pending<Answer> SimulatedCluster::post(Request request) {
     return result;
   }
   unanswered_.push_back(lose);
-  coordinator_->handle(
-      ClientCall<Request, Answer>{std::move(request),
-                                  [result](const absl::Status& status, const Answer& answer) {
-                                    if (status.ok()) {
-                                      *result = answer;
-                                    } else {
-                                      *result = status;
-                                    }
-                                  }},
-      now());
-  run_coordinator();
+  const auto call = std::make_shared<ClientCall<Request, Answer>>();
+  call->request = std::move(request);
+  call->reply = [result](const absl::Status& status, const Answer& answer) {
+    if (*result) return;  // whom the client did not wait for
+    if (status.ok()) {
+      *result = answer;
+    } else {
+      *result = status;
+    }
+  };
+  record_on_reply(*call, [this](const v1::RecordedInput& input) {
+    if (input.has_command()) told_.push_back(input.command());
+  });
+  requests_.push_back([this, call] { coordinator_->handle(std::move(*call), now()); });
+  network_.set_timer(kCoordinatorNode, network_.now_ns());
   return result;
 }
 
@@ -146,6 +208,7 @@ absl::StatusOr<Answer> SimulatedCluster::wait(const Pending<Answer>& pending) {
   const std::uint64_t last = events_ + kEventsMax;
   while (!*pending && events_ < last) {
     if (is_ended_()) return absl::CancelledError("interrupted");
+    if (!failure_.ok()) return failure_;
     if (!run_one_event()) break;
   }
   if (!*pending) return absl::DeadlineExceededError("the simulated cluster has no events left and no answer");

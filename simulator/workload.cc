@@ -15,7 +15,8 @@ constexpr std::uint32_t kWorkloadStream = 2;
 // Maximum distance along an axis of placed bodies from the start of others, m: some overlap, some leave the
 // sector.
 constexpr double kAround = 3;
-constexpr double kEdge = 0.5;   // m, of new bodies
+constexpr double kEdge = 0.5;  // m, of new bodies
+constexpr std::size_t kSnapshotsMax = 3;
 constexpr double kApart = 0.7;  // m, between two new bodies with a joint
 
 v1::BodyRef by_id(std::uint64_t id) {
@@ -42,12 +43,13 @@ absl::Status Workload::give_next(SimulatedCluster& cluster) {
   using Request = absl::Status (Workload::*)(SimulatedCluster&);
   static constexpr Request kOnBodies[] = {&Workload::push, &Workload::set_velocity, &Workload::apply_force,
                                           &Workload::teleport, &Workload::remove_body};
-  constexpr std::uint64_t kKinds = std::size(kOnBodies) + 4;
+  constexpr std::uint64_t kKinds = std::size(kOnBodies) + 5;
   const std::uint64_t kind = dice_.below(kKinds);
   if (kind < std::size(kOnBodies) && !dynamic_.empty()) return (this->*kOnBodies[kind])(cluster);
   if (kind == kKinds - 1 && !joints_.empty()) return remove_joint(cluster);
   if (kind == kKinds - 2 && !kinematic_.empty()) return set_target(cluster);
   if (kind == kKinds - 3) return spawn_pair(cluster);
+  if (kind == kKinds - 4 && snapshots_.size() < kSnapshotsMax) return take_snapshot(cluster);
   return spawn(cluster, any_place(), dice_.one_in(4) ? Motion::kKinematic : Motion::kDynamic).status();
 }
 
@@ -156,6 +158,12 @@ absl::Status Workload::set_target(SimulatedCluster& cluster) {
   *request.mutable_body() = by_id(any(kinematic_));
   *request.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
   return cluster.call<v1::KinematicTargetRequest, v1::CommandReply>(std::move(request)).status();
+}
+
+absl::Status Workload::take_snapshot(SimulatedCluster& cluster) {
+  absl::StatusOr<SnapshotChunks> taken = cluster.call<v1::SnapshotRequest, SnapshotChunks>({});
+  if (taken.ok()) snapshots_.push_back(*std::move(taken));
+  return taken.status();
 }
 
 }  // namespace tessera

@@ -20,6 +20,9 @@ class Workload {
   // Makes one request and waits for the answer. Errors are the cluster's: every request is valid.
   absl::Status give_next(SimulatedCluster& cluster);
 
+  // Those that were taken.
+  const std::vector<SnapshotChunks>& snapshots() const { return snapshots_; }
+
  private:
   struct OwnJoint {
     std::uint64_t id;
@@ -36,6 +39,7 @@ class Workload {
   absl::Status apply_force(SimulatedCluster& cluster);
   absl::Status teleport(SimulatedCluster& cluster);
   absl::Status set_target(SimulatedCluster& cluster);
+  absl::Status take_snapshot(SimulatedCluster& cluster);
 
   std::uint64_t any(const std::vector<std::uint64_t>& ids) { return ids[dice_.below(ids.size())]; }
   v1::Vector3 any_vector(double longest);
@@ -47,6 +51,7 @@ class Workload {
   std::vector<std::uint64_t> dynamic_;    // ids of bodies, as below
   std::vector<std::uint64_t> kinematic_;  // made here
   std::vector<OwnJoint> joints_;          // made here
+  std::vector<SnapshotChunks> snapshots_;
 };
 
 }  // namespace tessera
