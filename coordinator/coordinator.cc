@@ -276,7 +276,7 @@ std::optional<Nanoseconds> Coordinator::Impl::next_deadline() const {
   if (waiting_load_) consider(waiting_load_->deadline);
   if (stores() && !store_.failure.empty()) consider(store_.next_try);
   if (world_) consider(world_->gathers_until);
-  if (world_ && !world_->loading()) {
+  if (world_ && !world_->loading() && !waits_for_store()) {
     if (world_->hosted()) consider(world_->sequencer.next_due());
     if (may_ask_for_checkpoint()) consider(world_->next_checkpoint);
   }

@@ -15,19 +15,18 @@ class NodeClock {
 
   explicit NodeClock(Dice& dice)
       : offset_ns_(static_cast<std::int64_t>(dice.below(kOffsetMaxNs))),
-        drift_ppm_(static_cast<std::int64_t>(dice.below(2 * kDriftMaxPpm + 1)) - kDriftMaxPpm) {}
+        drift_(dice.between(-kDriftMax, kDriftMax)) {}
 
   // What it shows at a time of the network; never goes back.
   Nanoseconds at(std::uint64_t network_ns) const {
-    const auto ns = static_cast<std::int64_t>(network_ns);
-    return Nanoseconds(offset_ns_ + ns + ns / 1'000'000 * drift_ppm_);
+    const auto drifted_ns = static_cast<std::int64_t>(static_cast<double>(network_ns) * drift_);
+    return Nanoseconds(offset_ns_ + static_cast<std::int64_t>(network_ns) + drifted_ns);
   }
 
   // When it will show `time` or more.
   std::uint64_t when(Nanoseconds time) const {
-    const double rate = 1 + static_cast<double>(drift_ppm_) / 1e6;
-    auto network_ns =
-        static_cast<std::uint64_t>(std::max(0.0, static_cast<double>(time.count() - offset_ns_) / rate));
+    auto network_ns = static_cast<std::uint64_t>(
+        std::max(0.0, static_cast<double>(time.count() - offset_ns_) / (1 + drift_)));
     while (at(network_ns) < time)
       network_ns += 1 + static_cast<std::uint64_t>((time - at(network_ns)).count());
     return network_ns;
@@ -37,10 +36,10 @@ class NodeClock {
 
  private:
   static constexpr std::uint64_t kOffsetMaxNs = 1'000'000'000'000;
-  static constexpr std::int64_t kDriftMaxPpm = 5000;  // far more than clocks do
+  static constexpr double kDriftMax = 0.005;  // far more than clocks do
 
   std::int64_t offset_ns_;
-  std::int64_t drift_ppm_;
+  double drift_;
 };
 
 }  // namespace tessera

@@ -54,9 +54,10 @@ SimulatedCluster::SimulatedCluster(std::uint64_t seed, std::uint32_t servers, Pr
 
 void SimulatedCluster::log(NodeId node, const LogLine& line) const {
   if (!options_.log) return;
-  options_.log(absl::StrFormat("%12.6f  %s %s%s", static_cast<double>(network_.now_ns()) / 1e9,
-                               node == kCoordinatorNode ? "coordinator" : absl::StrCat("server ", node.value),
-                               line.tick ? absl::StrCat("tick ", *line.tick, ": ") : "", line.text));
+  options_.log(absl::StrFormat(
+      "%12.6f  %s %s%s", static_cast<double>(network_.now_ns()) / 1e9,
+      node == kCoordinatorNode ? "coordinator" : absl::StrCat("server ", absl::Hex(node.value)),
+      line.tick ? absl::StrCat("tick ", *line.tick, ": ") : "", line.text));
 }
 
 LogSink SimulatedCluster::sink_of(NodeId node) const {
@@ -191,6 +192,17 @@ void SimulatedCluster::run_server(Server& server) {
   if (server.work_ns > 0) network_.keep_busy(server.node, network_.now_ns() + server.work_ns);
 }
 
+absl::Status SimulatedCluster::no_answer() const {
+  std::string text =
+      absl::StrFormat("there is no answer after %d events, at %.9f s; coordinator %s", events_,
+                      static_cast<double>(network_.now_ns()) / 1e9, coordinator_ ? "runs" : "is missing");
+  for (const Server& server : servers_) {
+    if (server.machine)
+      absl::StrAppend(&text, ", server ", absl::Hex(server.node.value), " at ", server.machine->tick());
+  }
+  return absl::DeadlineExceededError(text);
+}
+
 bool SimulatedCluster::run_one_event() {
   const std::optional<SimEvent> event = network_.step();
   if (!event) return false;
@@ -235,6 +247,7 @@ void SimulatedCluster::run_faults() {
 void SimulatedCluster::outlast_faults() {
   while (!faults_.empty() && failure_.ok() && run_one_event()) {
   }
+  armed_.clear();
 }
 
 std::vector<NodeId> SimulatedCluster::servers() const {
