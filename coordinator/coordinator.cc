@@ -122,7 +122,7 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
     send(from).mutable_refusal()->set_reason(std::string(status.message()));
     return;
   }
-  worlds_ = std::max(worlds_, hello.newest_world());
+  if (hello.newest_world() <= options_.worlds_max) worlds_ = std::max(worlds_, hello.newest_world());
   heard(*members_.find(from), now);
   strangers_.erase(from);
   const auto heartbeat = std::min<Nanoseconds>(members_.timeout() / 4, kHeartbeatMax);

@@ -98,6 +98,9 @@ struct CoordinatorOptions {
   // The numbers of worlds that an earlier coordinator of the cluster gave: servers ignore what is older than
   // what they have.
   std::uint64_t worlds_before = 0;
+  // Servers that have had worlds above this one had them of other coordinators, against which larger numbers
+  // would not be right.
+  std::uint64_t worlds_max = (std::uint64_t{1} << 62) - 1;
   // Where the world is kept, so that it outlives this process; null: nowhere. Needs checkpoints.
   WorldStore* store = nullptr;
   // While the store cannot be written (its disk is full, or fails): whether the world waits, so that nothing

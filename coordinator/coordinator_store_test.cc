@@ -155,6 +155,27 @@ TEST_F(CoordinatorStoreTest, ACoordinatorThatEndsMeanwhileAnswersWithAnError) {
   EXPECT_TRUE(cluster_->coordinator->finished());
 }
 
+TEST_F(CoordinatorStoreTest, AnUnloadMeanwhileSaysThatTheStoreStillHasTheWorld) {
+  start(/*waits=*/true);
+  fail();
+  const auto pushed = push();
+  const auto unloaded = cluster_->ask<v1::UnloadReply>(v1::UnloadRequest());
+  EXPECT_EQ(pushed->code(), absl::StatusCode::kFailedPrecondition) << pushed->message();
+  EXPECT_EQ(unloaded->code(), absl::StatusCode::kUnavailable) << unloaded->message();
+  EXPECT_EQ(cluster_->status().state(), "empty");
+  EXPECT_THAT(log_.back(), HasSubstr("the store still has the world"));
+}
+
+TEST_F(CoordinatorStoreTest, AServerThatJoinsMeanwhileIsWelcomed) {
+  start(/*waits=*/true);
+  fail();
+  const auto pushed = push();
+  const NodeId third{300};
+  cluster_->join(third);
+  EXPECT_FALSE(pushed->status);
+  EXPECT_THAT(cluster_->take(third, v1::ClusterMessage::kWelcome), SizeIs(1));
+}
+
 TEST_F(CoordinatorStoreTest, AWorldThatCannotBeStoredIsNotLoaded) {
   start(/*waits=*/true);
   fail();

@@ -67,6 +67,24 @@ TEST(Membership, RefusesServersThatComputeOtherBits) {
   EXPECT_THAT(refusal, HasSubstr(absl::StrCat(absl::Hex(arithmetic_fingerprint()))));
 }
 
+TEST(Membership, WorldsGetLargerNumbersThanServersHaveHadOfTheirKind) {
+  const auto first_world_after = [](std::uint64_t newest) {
+    TestCluster cluster(CoordinatorOptions{.worlds_before = 10, .worlds_max = 99});
+    v1::ClusterMessage message;
+    *message.mutable_hello() = TestCluster::hello();
+    message.mutable_hello()->set_newest_world(newest);
+    cluster.receive(kFirst, message);
+    v1::LoadRequest request;
+    *request.mutable_world() = to_proto(small_world());
+    cluster.ask<v1::LoadReply>(request);
+    const auto loads = cluster.take(kFirst, Kind::kLoadWorld);
+    return loads.empty() ? 0 : loads[0].load_world().world();
+  };
+  EXPECT_EQ(first_world_after(0), 11u);
+  EXPECT_EQ(first_world_after(50), 51u);
+  EXPECT_EQ(first_world_after(100), 11u) << "of a coordinator that leads later";
+}
+
 TEST(Membership, HasALimit) {
   TestCluster cluster;
   for (std::uint64_t n = 0; n < kServersMax; ++n) cluster.join(NodeId{1000 + n});

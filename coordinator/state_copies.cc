@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "proto/disk.h"
 #include "proto/whole_file.h"
 
 namespace tessera {

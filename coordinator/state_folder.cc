@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/disk.h"
 #include "proto/snapshot_file.h"
 
 namespace tessera {

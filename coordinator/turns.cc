@@ -116,6 +116,7 @@ class Turns {
     CoordinatorOptions options = arguments_.coordinator;
     options.log = write_log;
     options.worlds_before = kWorldsByEpoch + (static_cast<std::uint64_t>(epoch) << kWorldsOfEpochBits);
+    options.worlds_max = options.worlds_before + (std::uint64_t{1} << kWorldsOfEpochBits) - 1;
     options.store = store->get();
     Coordinator coordinator(options);
     if (absl::Status status = coordinator.resume_stored(); !status.ok()) return give_up(status);

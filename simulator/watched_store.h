@@ -97,6 +97,7 @@ class WatchedStore final : public WorldStore {
     return status;
   }
   std::uint64_t position() const override { return store_->position(); }
+  std::uint64_t stored() const override { return store_->stored(); }
   bool replace(std::vector<v1::SnapshotChunk> snapshot, std::uint64_t position) override {
     return store_->replace(std::move(snapshot), position);
   }
