@@ -162,8 +162,9 @@ absl::Status Workload::set_target(SimulatedCluster& cluster) {
 
 absl::Status Workload::take_snapshot(SimulatedCluster& cluster) {
   absl::StatusOr<SnapshotChunks> taken = cluster.call<v1::SnapshotRequest, SnapshotChunks>({});
-  if (taken.ok()) snapshots_.push_back(*std::move(taken));
-  return taken.status();
+  if (!taken.ok()) return taken.status();
+  snapshots_.push_back(*std::move(taken));
+  return absl::OkStatus();
 }
 
 }  // namespace tessera
