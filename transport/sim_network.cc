@@ -329,10 +329,13 @@ class SimNetwork::State {
   void resume(NodeId id) {
     Node& node = nodes_[id];
     if (std::exchange(node.is_stopped, false)) {
+      for (const auto& [other, peer] : nodes_) {
+        if (other != id && peer.running && !connections_[unordered(id, other)].stands) {
+          make_connection(id, other);
+        }
+      }
       // It has not heard of the others either, and may look at that first.
       for (auto& [peer, stream] : node.streams) {
-        const Connection& connection = connections_[unordered(id, peer)];
-        if (!connection.stands && nodes_[peer].running) make_connection(id, peer);
         if (options_.lease_ns == 0 || draw_below(2) == 0) continue;
         stream.fell_silent(session_of(peer, nodes_[peer].life));
         take_loss(id, peer, stream);

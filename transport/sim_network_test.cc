@@ -200,6 +200,17 @@ TEST(SimNetwork, AStoppedNodeIsMissedAndGoesOnWithWhatCameMeanwhile) {
   EXPECT_EQ(b->receive({}).size(), numbers().size());
 }
 
+TEST(SimNetwork, AStoppedNodeConnectsAnewAlsoWithNodesThatItHadNotMet) {
+  SimNetwork network(1, {.lease_ns = 5'000'000, .connection_ns = 10'000'000});
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  network.stop(kNodeB, 20'000'000);
+  network.set_timer(kNodeA, 25'000'000);
+  EXPECT_TRUE(run_dry(network, *b).empty());
+  a->send(kNodeB, "hello");
+  EXPECT_EQ(run_dry(network, *b), std::vector<std::string>{"hello"});
+}
+
 TEST(SimNetwork, ABusyNodeIsNotMissed) {
   SimNetwork network(1, {.lease_ns = 5'000'000});
   auto a = network.connect(kNodeA);
