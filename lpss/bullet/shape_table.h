@@ -3,7 +3,9 @@
 
 #include <absl/container/flat_hash_map.h>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -18,7 +20,8 @@ namespace tessera::bullet {
 void require(bool holds, const char* rule);
 
 // The shapes of a world in the form of an engine, which is shared by all bodies with the same shape and
-// centre frame. `Built` is made from (Shape, Pose centre, bool is_static). Safe to use from any thread.
+// centre frame, and forgotten some time after the last of these. `Built` is made from (Shape, Pose centre,
+// bool is_static). Safe to use from any thread.
 template <typename Built>
 class ShapeTable {
  public:
@@ -33,20 +36,36 @@ class ShapeTable {
     const Key key{properties.shape, properties.centre, properties.principal_axes, is_static};
     const std::lock_guard lock(mutex_);
     std::shared_ptr<const Built>& built = built_[key];
-    if (!built) {
-      const auto shape = shapes_.find(properties.shape);
-      require(shape != shapes_.end(), "a body's shape must be added before the body");
-      built = std::make_shared<const Built>(shape->second, centre_frame(properties), is_static);
-    }
-    return built;
+    if (built) return built;
+    const auto shape = shapes_.find(properties.shape);
+    require(shape != shapes_.end(), "a body's shape must be added before the body");
+    std::shared_ptr<const Built> made = built =
+        std::make_shared<const Built>(shape->second, centre_frame(properties), is_static);
+    if (built_.size() >= forget_at_) forget_unused();
+    return made;
   }
+
+  // Of forms, some of which may be of no body.
+  std::size_t built_count() {
+    const std::lock_guard lock(mutex_);
+    return built_.size();
+  }
+
+  // No more are kept than so many, or than twice as many as are in use.
+  static constexpr std::size_t kUnusedMax = 32;
 
  private:
   using Key = std::tuple<ShapeId, std::array<double, 3>, std::array<double, 4>, bool>;
 
+  void forget_unused() {
+    std::erase_if(built_, [](const auto& entry) { return entry.second.use_count() == 1; });
+    forget_at_ = std::max(kUnusedMax, 2 * built_.size());
+  }
+
   std::mutex mutex_;  // guards all members below
   std::map<ShapeId, Shape> shapes_;
   std::map<Key, std::shared_ptr<const Built>> built_;
+  std::size_t forget_at_ = kUnusedMax;
 };
 
 // Pairs of bodies that do not collide. Reference-counted: several joints may exclude the same pair, and each
