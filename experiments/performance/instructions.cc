@@ -63,6 +63,7 @@ class Counter {
 
 WorldDescription scene(const std::string& name, const WorldSettings& settings) {
   if (name == "pile") return dropped_boxes(settings, 512);
+  if (name == "mixed") return mixed_bodies(settings, 560);
   return pyramid_world(settings, 20);
 }
 
@@ -89,9 +90,9 @@ extern "C" [[gnu::noinline]] void counted_ticks(const std::function<void()>& ste
 int main(int argc, char** argv) {
   const std::string scene = argc == 3 ? argv[1] : "";
   const std::string world = argc == 3 ? argv[2] : "";
-  if ((scene != "pile" && scene != "pyramid") ||
+  if ((scene != "pile" && scene != "pyramid" && scene != "mixed") ||
       (world != "sectors" && world != "one_sector" && world != "plain")) {
-    std::cerr << "usage: performance_instructions pile|pyramid sectors|one_sector|plain\n";
+    std::cerr << "usage: performance_instructions pile|pyramid|mixed sectors|one_sector|plain\n";
     return 2;
   }
   tessera::WorldSettings settings;

@@ -173,9 +173,9 @@ void TaskSolver::convertBodies(btCollisionObject** bodies, int count, const btCo
 void TaskSolver::begin_joints() {
   if (joints_.is_empty()) return;
   std::vector<joints::JointedBody> bodies(static_cast<std::size_t>(m_tmpSolverBodyPool.size()));
-  for (const int place : joints_.bodies()) {
-    btSolverBody& body = m_tmpSolverBodyPool[place];
-    joints::JointedBody& into = bodies[static_cast<std::size_t>(place)] = jointed(body);
+  for (const std::size_t place : joints_.bodies()) {
+    btSolverBody& body = m_tmpSolverBodyPool[static_cast<int>(place)];
+    joints::JointedBody& into = bodies[place] = jointed(body);
     into.linear += to_eigen(body.m_externalForceImpulse);
     into.angular += to_eigen(body.m_externalTorqueImpulse);
   }

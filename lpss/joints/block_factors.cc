@@ -1,6 +1,7 @@
 #include "lpss/joints/block_factors.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -89,6 +90,30 @@ bool eliminate(const Panel& panel, int first, int columns, double* pivots) {
   return true;
 }
 
+// Solves a system of a single front of kRows rows, in its order: loops that are unrolled.
+template <int kRows>
+void solve_front(const double* panel, const double* pivots, double* x) {
+  for (int k = 0; k < kRows; ++k) {
+    for (int row = k + 1; row < kRows; ++row) x[row] -= panel[k * kRows + row] * x[k];
+  }
+  for (int k = 0; k < kRows; ++k) x[k] /= pivots[k];
+  for (int k = kRows; k-- > 0;) {
+    double sum = 0;
+    for (int row = k + 1; row < kRows; ++row) sum += panel[k * kRows + row] * x[row];
+    x[k] -= sum;
+  }
+}
+
+constexpr int kUnrolledMax = 12;
+
+template <int... kRows>
+constexpr auto solvers(std::integer_sequence<int, kRows...>) {
+  return std::array{&solve_front<kRows>...};
+}
+
+// By the number of rows.
+constexpr auto kSolveFront = solvers(std::make_integer_sequence<int, kUnrolledMax + 1>());
+
 }  // namespace
 
 void BlockFactors::set_pattern(std::shared_ptr<const BlockPattern> pattern) {
@@ -153,9 +178,19 @@ bool BlockFactors::factorise() {
   return true;
 }
 
-Eigen::VectorXd BlockFactors::solve(const Eigen::VectorXd& right) const {
+void BlockFactors::solve(const Eigen::VectorXd& right, Eigen::VectorXd& solution) const {
   const std::vector<int>& order = pattern_->row_order();
   for (std::size_t n = 0; n < order.size(); ++n) ordered_[n] = right[order[n]];
+  if (pattern_->fronts().size() == 1 && order.size() <= kUnrolledMax) {
+    kSolveFront[order.size()](panels_.data(), pivots_.data(), ordered_.data());
+  } else {
+    solve_fronts();
+  }
+  solution.resize(right.size());
+  for (std::size_t n = 0; n < order.size(); ++n) solution[order[n]] = ordered_[n];
+}
+
+void BlockFactors::solve_fronts() const {
   for (const BlockPattern::Front& front : pattern_->fronts()) {
     const int rows = front.rows();
     double* const x = ordered_.data() + front.first;
@@ -167,7 +202,7 @@ Eigen::VectorXd BlockFactors::solve(const Eigen::VectorXd& right) const {
             column[front.pivots + n] * x[k];
     }
   }
-  for (std::size_t n = 0; n < order.size(); ++n) ordered_[n] /= pivots_[n];
+  for (std::size_t n = 0; n < ordered_.size(); ++n) ordered_[n] /= pivots_[n];
   for (std::size_t f = pattern_->fronts().size(); f-- > 0;) {
     const BlockPattern::Front& front = pattern_->fronts()[f];
     const int rows = front.rows();
@@ -182,9 +217,6 @@ Eigen::VectorXd BlockFactors::solve(const Eigen::VectorXd& right) const {
       x[k] -= sum;
     }
   }
-  Eigen::VectorXd solution(right.size());
-  for (std::size_t n = 0; n < order.size(); ++n) solution[order[n]] = ordered_[n];
-  return solution;
 }
 
 }  // namespace tessera::joints

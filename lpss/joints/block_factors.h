@@ -29,9 +29,11 @@ class BlockFactors {
   // In place of the matrix. False if it is singular, or not of finite numbers.
   bool factorise();
 
-  Eigen::VectorXd solve(const Eigen::VectorXd& right) const;
+  // `solution` is another vector, of any size before.
+  void solve(const Eigen::VectorXd& right, Eigen::VectorXd& solution) const;
 
  private:
+  void solve_fronts() const;
   void assemble(const BlockPattern::Front& front);
 
   std::shared_ptr<const BlockPattern> pattern_;

@@ -28,17 +28,25 @@ std::shared_ptr<const BlockPattern> KnownPatterns::of(const std::vector<int>& si
   return known_.back();
 }
 
-void HeldRows::set_nodes(const std::vector<std::vector<Index>>& bodies_of_nodes, Index bodies) {
+void HeldRows::NodeBodies::add(Index added) {
+  if (std::find(body.begin(), body.begin() + count, added) == body.begin() + count) body[count++] = added;
+}
+
+void HeldRows::set_nodes(const std::vector<NodeBodies>& bodies_of_nodes, Index bodies) {
+  if (bodies == bodies_ && bodies_of_nodes == bodies_of_nodes_) return;
   bodies_ = bodies;
-  nodes_.reserve(bodies_of_nodes.size());
-  sides_.reserve(2 * bodies_of_nodes.size());
-  for (const std::vector<Index>& bodies_of_node : bodies_of_nodes) {
+  bodies_of_nodes_ = bodies_of_nodes;
+  nodes_.clear();
+  sides_.clear();
+  for (const NodeBodies& node_bodies : bodies_of_nodes) {
     Node& node = nodes_.emplace_back();
     node.sides = sides_.size();
-    for (const Index body : bodies_of_node) sides_.push_back({body, Block::Zero(), Block::Zero()});
+    for (std::size_t n = 0; n < node_bodies.count; ++n)
+      sides_.push_back({node_bodies.body[n], Block::Zero(), Block::Zero()});
     node.sides_end = sides_.size();
   }
   sizes_.resize(nodes_.size());
+  pattern_.reset();
   make_terms(bodies);
 }
 
@@ -47,6 +55,8 @@ void HeldRows::make_terms(Index bodies) {
     std::size_t side;
     std::size_t node;
   };
+  edges_.clear();
+  terms_.clear();
   std::vector<std::vector<Tied>> tied(static_cast<std::size_t>(bodies));
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     for (std::size_t s = nodes_[n].sides; s < nodes_[n].sides_end; ++s)
@@ -70,12 +80,13 @@ void HeldRows::make_terms(Index bodies) {
 
 void HeldRows::clear() {
   for (Node& node : nodes_) node.size = 0;
-  for (Side& side : sides_) side.rows.setZero();
 }
 
-void HeldRows::add_row(std::size_t node) {
-  invariant(nodes_[node].size < kNodeRowsMax, "a joint holds no more than six numbers");
-  ++nodes_[node].size;
+void HeldRows::add_row(std::size_t n) {
+  Node& node = nodes_[n];
+  invariant(node.size < kNodeRowsMax, "a joint holds no more than six numbers");
+  for (std::size_t s = node.sides; s < node.sides_end; ++s) sides_[s].rows.col(node.size).setZero();
+  ++node.size;
 }
 
 void HeldRows::add(std::size_t node, Index body, const Eigen::Vector3d& linear,
@@ -96,10 +107,15 @@ bool HeldRows::factorise(const std::vector<Inertia>& inertia, double gives_way, 
     sizes_[n] = nodes_[n].size;
     count_ += nodes_[n].size;
   }
-  for (Side& side : sides_) {
-    const Inertia& body = inertia[static_cast<std::size_t>(side.body)];
-    side.response.topRows<3>() = body.inverse_mass * side.rows.topRows<3>();
-    side.response.bottomRows<3>().noalias() = body.inverse_inertia.lazyProduct(side.rows.bottomRows<3>());
+  for (const Node& node : nodes_) {
+    for (std::size_t s = node.sides; s < node.sides_end; ++s) {
+      Side& side = sides_[s];
+      const Inertia& body = inertia[static_cast<std::size_t>(side.body)];
+      const auto rows = side.rows.leftCols(node.size);
+      auto response = side.response.leftCols(node.size);
+      response.topRows<3>() = body.inverse_mass * rows.topRows<3>();
+      response.bottomRows<3>().noalias() = body.inverse_inertia.lazyProduct(rows.bottomRows<3>());
+    }
   }
   if (pattern_ == nullptr || !pattern_->is_of(sizes_, edges_)) {
     pattern_ = patterns.of(sizes_, edges_);
@@ -119,16 +135,16 @@ bool HeldRows::factorise(const std::vector<Inertia>& inertia, double gives_way, 
 void HeldRows::make_matrix() {
   factors_.clear();
   diagonal_.resize(count_);
-  const auto add = [](BlockFactors::Block block, const Side& rows, const Side& columns) {
+  const auto add = [](BlockFactors::Block block, const Side& rows, const Side& columns, bool lower_half) {
     for (Index column = 0; column < block.cols(); ++column) {
-      for (Index row = 0; row < block.rows(); ++row)
+      for (Index row = lower_half ? column : 0; row < block.rows(); ++row)
         block(row, column) += rows.rows.col(row).dot(columns.response.col(column));
     }
   };
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     const Node& node = nodes_[n];
     BlockFactors::Block block = factors_.block(pattern_->diagonal(n), node.size, node.size);
-    for (std::size_t s = node.sides; s < node.sides_end; ++s) add(block, sides_[s], sides_[s]);
+    for (std::size_t s = node.sides; s < node.sides_end; ++s) add(block, sides_[s], sides_[s], true);
     for (int row = 0; row < node.size; ++row) diagonal_[node.first + row] = block(row, row);
   }
   for (const Term& term : terms_) {
@@ -137,7 +153,7 @@ void HeldRows::make_matrix() {
     const std::size_t column_node = place.is_transposed ? term.node_a : term.node_b;
     const Side& rows = sides_[place.is_transposed ? term.b : term.a];
     const Side& columns = sides_[place.is_transposed ? term.a : term.b];
-    add(factors_.block(place, sizes_[row_node], sizes_[column_node]), rows, columns);
+    add(factors_.block(place, sizes_[row_node], sizes_[column_node]), rows, columns, false);
   }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -29,7 +30,16 @@ class KnownPatterns {
 class HeldRows {
  public:
   // A node is a joint or a coupling: rows on the same bodies, each of which is named once.
-  void set_nodes(const std::vector<std::vector<Eigen::Index>>& bodies_of_nodes, Eigen::Index bodies);
+  struct NodeBodies {
+    std::array<Eigen::Index, 4> body = {};
+    std::size_t count = 0;
+
+    void add(Eigen::Index added);  // unless it is there
+    friend bool operator==(const NodeBodies&, const NodeBodies&) = default;
+  };
+
+  // Does nothing where they are as before: an assembly is the same from tick to tick.
+  void set_nodes(const std::vector<NodeBodies>& bodies_of_nodes, Eigen::Index bodies);
 
   // Begins new rows: at most kNodeRowsMax of each node, in the order of nodes.
   void clear();
@@ -47,19 +57,22 @@ class HeldRows {
   const Eigen::VectorXd& diagonal() const { return diagonal_; }
   Eigen::Index count() const { return count_; }
 
-  Eigen::VectorXd solve(const Eigen::VectorXd& of_rows) const { return factors_.solve(of_rows); }
+  // The argument `into` is another vector, of any size before.
+  void solve(const Eigen::VectorXd& of_rows, Eigen::VectorXd& into) const { factors_.solve(of_rows, into); }
 
-  Eigen::VectorXd rates(const Eigen::VectorXd& velocities) const {
-    return along<&Side::rows>(velocities);
-  }  // J v
-  Eigen::VectorXd answers(const Eigen::VectorXd& row) const {
-    return along<&Side::response>(row);
-  }  // J M^-1 v
-  Eigen::VectorXd row(const Eigen::VectorXd& of_rows) const {
-    return combined<&Side::rows>(of_rows);
-  }                                                                  // J^T i
-  Eigen::VectorXd response(const Eigen::VectorXd& impulses) const {  // M^-1 J^T i
-    return combined<&Side::response>(impulses);
+  // J v
+  void rates(const Eigen::VectorXd& velocities, Eigen::VectorXd& into) const {
+    along<&Side::rows>(velocities, into);
+  }
+  // J M^-1 v
+  void answers(const Eigen::VectorXd& row, Eigen::VectorXd& into) const { along<&Side::response>(row, into); }
+  // J^T i
+  void row(const Eigen::VectorXd& of_rows, Eigen::VectorXd& into) const {
+    combined<&Side::rows>(of_rows, into);
+  }
+  // M^-1 J^T i
+  void response(const Eigen::VectorXd& impulses, Eigen::VectorXd& into) const {
+    combined<&Side::response>(impulses, into);
   }
 
   static constexpr int kNodeRowsMax = 6;
@@ -93,10 +106,11 @@ class HeldRows {
   void make_terms(Eigen::Index bodies);
   void make_matrix();
   template <Block Side::*kPart>
-  Eigen::VectorXd along(const Eigen::VectorXd& velocities) const;
+  void along(const Eigen::VectorXd& velocities, Eigen::VectorXd& rates) const;
   template <Block Side::*kPart>
-  Eigen::VectorXd combined(const Eigen::VectorXd& of_rows) const;
+  void combined(const Eigen::VectorXd& of_rows, Eigen::VectorXd& sum) const;
 
+  std::vector<NodeBodies> bodies_of_nodes_;
   std::vector<Node> nodes_;
   std::vector<Side> sides_;
   std::vector<BlockPattern::Edge> edges_;
@@ -110,8 +124,8 @@ class HeldRows {
 };
 
 template <HeldRows::Block HeldRows::Side::*kPart>
-Eigen::VectorXd HeldRows::along(const Eigen::VectorXd& velocities) const {
-  Eigen::VectorXd rates = Eigen::VectorXd::Zero(count_);
+void HeldRows::along(const Eigen::VectorXd& velocities, Eigen::VectorXd& rates) const {
+  rates.setZero(count_);
   for (const Node& node : nodes_) {
     for (std::size_t s = node.sides; s < node.sides_end; ++s) {
       const Side& side = sides_[s];
@@ -121,20 +135,20 @@ Eigen::VectorXd HeldRows::along(const Eigen::VectorXd& velocities) const {
         rates[node.first + row] += (side.*kPart).col(row).dot(velocity);
     }
   }
-  return rates;
 }
 
 template <HeldRows::Block HeldRows::Side::*kPart>
-Eigen::VectorXd HeldRows::combined(const Eigen::VectorXd& of_rows) const {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(kBodyNumbers * bodies_);
+void HeldRows::combined(const Eigen::VectorXd& of_rows, Eigen::VectorXd& sum) const {
+  sum.setZero(kBodyNumbers * bodies_);
   for (const Node& node : nodes_) {
     for (std::size_t s = node.sides; s < node.sides_end; ++s) {
       const Side& side = sides_[s];
       auto into = sum.segment<kBodyNumbers>(kBodyNumbers * side.body);
-      for (int row = 0; row < node.size; ++row) into += (side.*kPart).col(row) * of_rows[node.first + row];
+      Eigen::Matrix<double, kBodyNumbers, 1> of_body = into;
+      for (int row = 0; row < node.size; ++row) of_body += (side.*kPart).col(row) * of_rows[node.first + row];
+      into = of_body;
     }
   }
-  return sum;
 }
 
 }  // namespace tessera::joints

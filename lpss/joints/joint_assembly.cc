@@ -4,10 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <map>
 #include <utility>
 
-#include "lpss/base/disjoint_sets.h"
 #include "lpss/base/rotation.h"
 
 namespace tessera::joints {
@@ -35,10 +33,6 @@ constexpr double kSettledError = 1e-10;
 // only if it turns far, since each of these is a vector over all bodies.
 constexpr std::ptrdiff_t kAxesAnewMax = 500;
 
-// A row of which less is left by what is held than so many times what rows give way by is held itself: what
-// moves then is a mechanism that jams, as far as its rows give way.
-constexpr double kFree = 10;
-
 // rad, in one tick. What turns farther moves step by step.
 constexpr double kTurnWhole = 0.25;
 
@@ -65,45 +59,44 @@ constexpr double kBeyondSpeed = 1e15;
 
 }  // namespace
 
-Eigen::Vector3d SharedVector::get() const {
-  if (single_ != nullptr) return Eigen::Map<const Eigen::Vector3f>(single_).cast<double>();
-  return Eigen::Map<const Eigen::Vector3d>(double_);
+void JointAssembly::clear() {
+  ties_count_ = 0;
+  bodies_.clear();
 }
 
-void SharedVector::set(const Eigen::Vector3d& value) const {
-  for (Index i = 0; i < 3; ++i) {
-    if (single_ != nullptr) {
-      single_[i] = static_cast<float>(value[i]);
-    } else {
-      double_[i] = value[i];
-    }
-  }
-}
-
-JointAssembly::JointAssembly(std::vector<SolvedJoint> joints, std::span<const JointedBody> bodies, double dt,
-                             int steps, KnownPatterns& patterns)
-    : steps_(steps), span_(dt), patterns_(patterns) {
-  ties_.reserve(joints.size());
-  std::map<int, Index> places;
+void JointAssembly::add(const SolvedJoint& joint, std::span<const JointedBody> bodies,
+                        std::span<Index> places) {
   const auto place_of = [&](int body) {
-    const auto [place, is_new] = places.emplace(body, static_cast<Index>(bodies_.size()));
-    if (is_new) {
+    Index& place = places[static_cast<std::size_t>(body)];
+    if (place == kNoPlace) {
+      place = static_cast<Index>(bodies_.size());
       bodies_.push_back({bodies[static_cast<std::size_t>(body)],
-                         {body, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), false}});
+                         {body, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), false},
+                         {}});
     }
-    return place->second;
+    return place;
   };
-  for (SolvedJoint& joint : joints) {
-    Tie& tie = ties_.emplace_back();
-    tie.child = place_of(joint.child);
-    if (joint.parent) tie.parent = place_of(*joint.parent);
-    tie.joint = std::move(joint);
-  }
+  if (ties_count_ == ties_.size()) ties_.emplace_back();
+  Tie& tie = ties_[ties_count_++];
+  tie.child = place_of(joint.child);
+  tie.parent.reset();
+  if (joint.parent) tie.parent = place_of(*joint.parent);
+  tie.joint = joint;
+}
+
+void JointAssembly::begin(double dt, int steps) {
+  ties_.resize(ties_count_);
+  steps_ = steps;
+  span_ = dt;
+  free_count_ = 0;
+  gained_ = 0;
+  is_settled_ = has_diverged_ = false;
+  ways_count_ = 0;
   add_links();
   make_nodes();
   is_anchored_ = std::ranges::any_of(ties_, [](const Tie& tie) { return !tie.parent; });
   gives_way_ = has_loop() ? kLoopGivesWay : kTreeGivesWay;
-  velocities_ = VectorXd(kBodyNumbers * static_cast<Index>(bodies_.size()));
+  velocities_.resize(kBodyNumbers * static_cast<Index>(bodies_.size()));
   Index first = 0;
   for (const Body& body : bodies_) {
     velocities_.segment<3>(first) = body.now.linear;
@@ -118,9 +111,10 @@ JointAssembly::JointAssembly(std::vector<SolvedJoint> joints, std::span<const Jo
   }
 }
 
-bool JointAssembly::has_loop() const {
+bool JointAssembly::has_loop() {
   const std::size_t world = bodies_.size();
-  DisjointSets sets(world + 1);
+  DisjointSets& sets = scratch_.sets;
+  sets.reset(world + 1);
   for (const Tie& tie : ties_) {
     const auto child = static_cast<std::size_t>(tie.child);
     const std::size_t parent = tie.parent ? static_cast<std::size_t>(*tie.parent) : world;
@@ -166,33 +160,44 @@ bool JointAssembly::turns_beyond(double turn, const VectorXd& velocities, double
 // Moves bodies by a share of Newton's step that leaves smaller errors: where little gives way along a row,
 // the whole of it may go too far.
 void JointAssembly::put_right() {
-  const VectorXd whole = -kPutRight * held_.response(held_.solve(errors_));
+  VectorXd& whole = scratch_.whole;
+  held_.solve(errors_, scratch_.impulses);
+  held_.response(scratch_.impulses, whole);
+  whole *= -kPutRight;
   double turn = 0;
   for (Index first = 0; first < whole.size(); first += kBodyNumbers)
     turn = std::max(turn, whole.segment<3>(first + 3).norm());
   double share = turn > kTurnPutRight ? kTurnPutRight / turn : 1;
+  VectorXd& way = scratch_.way;
+  VectorXd& left = scratch_.held;
   for (int n = 0; n < kHalvings; ++n) {
-    const VectorXd way = whole * share;
-    VectorXd left = errors_of([&](const Tie& tie) { return shifted(tie, way); });
+    way = whole * share;
+    find_turns(way, 1);
+    for (Tie& tie : ties_) tie.shifted = shifted(tie, way);
+    find_errors([](const Tie& tie) -> const JointPoses& { return tie.shifted; }, left);
     if (weighed(left) <= weighed(errors_)) {
-      for (Tie& tie : ties_) tie.joint.posed = shifted(tie, way);
+      for (Tie& tie : ties_) {
+        tie.joint.posed.child.pose = tie.shifted.child;
+        tie.joint.posed.parent.pose = tie.shifted.parent;
+      }
       shift_bodies(way);
-      errors_ = std::move(left);
+      errors_.swap(left);
       return;
     }
     share /= 2;
   }
 }
 
-// Both sides of a joint, where bodies that can be pushed are shifted.
-PosedJoint JointAssembly::shifted(const Tie& tie, const VectorXd& way) const {
+// Both sides of a joint, where bodies that can be pushed are shifted and make the turns of find_turns().
+JointPoses JointAssembly::shifted(const Tie& tie, const VectorXd& way) const {
   const auto shift = [&](Pose& pose, Index body) {
-    pose =
-        moved({pose, way.segment<3>(kBodyNumbers * body), way.segment<3>(kBodyNumbers * body + 3)}, 1).pose;
+    const Eigen::Quaterniond& turn = scratch_.turns[static_cast<std::size_t>(body)];
+    pose.position += way.segment<3>(kBodyNumbers * body);
+    pose.orientation = (turn * pose.orientation).normalized();
   };
-  PosedJoint end = tie.joint.posed;
-  shift(end.child.pose, tie.child);
-  if (tie.parent) shift(end.parent.pose, *tie.parent);
+  JointPoses end{tie.joint.posed.parent.pose, tie.joint.posed.child.pose};
+  shift(end.child, tie.child);
+  if (tie.parent) shift(end.parent, *tie.parent);
   return end;
 }
 
@@ -204,60 +209,14 @@ double JointAssembly::weighed(const VectorXd& errors) const {
 // False where the rows have no solution: the assembly has diverged.
 bool JointAssembly::factorise() {
   fill_held();
-  std::vector<Inertia> inertia;
-  inertia.reserve(bodies_.size());
+  std::vector<Inertia>& inertia = scratch_.inertia;
+  inertia.clear();
   for (const Body& body : bodies_) inertia.push_back({body.now.inverse_mass, body.now.inverse_inertia});
   has_diverged_ = !held_.factorise(inertia, gives_way_, compliances_, patterns_);
   if (has_diverged_) return false;
   weights_ = held_.diagonal().cwiseInverse();
   add_free_rows();
   return true;
-}
-
-// Of what is held, that are in a row.
-VectorXd JointAssembly::shares_of(const VectorXd& row) const {
-  const VectorXd whole = held_.answers(row);
-  VectorXd shares = held_.solve(whole);
-  VectorXd left = whole - held_.answers(held_.row(shares));
-  if (is_soft_.size() > 0) left -= compliances_.cwiseProduct(shares);
-  shares += held_.solve(left);
-  return shares;
-}
-
-// Takes out of each row what is held, in the metric of the inverse masses. Rows that are made anew go on from
-// the impulses of the step before.
-void JointAssembly::add_free_rows() {
-  const std::vector<FreeRow> before = std::exchange(free_rows_, {});
-  const double parts = moves_ ? 1 : steps_;
-  for (const Tie& tie : ties_) {
-    for (const JointRow& row : tie.rows) {
-      if (row.is_held) continue;
-      FreeRow free;
-      free.row = over_bodies(tie, row);
-      const double whole = free.row.dot(answer_to(free.row));
-      free.shares = shares_of(free.row);
-      if (is_soft_.size() > 0) {
-        free.soft_shares = free.shares.cwiseProduct(is_soft_);
-        free.shares -= free.soft_shares;
-      }
-      free.row -= held_.row(free.shares);
-      free.response = answer_to(free.row);
-      if (is_soft_.size() > 0) free.response -= held_.response(free.soft_shares);
-      free.mobility = free.row.dot(free.response);
-      if (!(free.mobility > kFree * gives_way_ * whole)) continue;
-      const double return_max = kReturnSpeed * std::sqrt(std::min(free.mobility / whole, 1.0));
-      free.velocity = row.velocity + std::clamp(row.return_velocity, -return_max, return_max);
-      free.compliance = row.compliance * parts;
-      free.impulse_min = row.impulse_min / parts;
-      free.impulse_max = row.impulse_max / parts;
-      free_rows_.push_back(std::move(free));
-    }
-  }
-  if (before.size() != free_rows_.size()) return;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    FreeRow& free = free_rows_[i];
-    free.impulse = std::clamp(before[i].impulse, free.impulse_min, free.impulse_max);
-  }
 }
 
 // True if others have changed a velocity.
@@ -284,8 +243,8 @@ bool JointAssembly::see_changes() {
 // Velocities out of all range are not told to others, which contacts would push to wherever these go.
 void JointAssembly::set_motion(const Motion& motion) {
   const VectorXd& velocities = motion.velocities;
-  has_diverged_ =
-      has_diverged_ || !velocities.allFinite() || velocities.lpNorm<Eigen::Infinity>() > kBeyondSpeed;
+  const auto is_bounded = [](double speed) { return std::abs(speed) <= kBeyondSpeed; };  // and a number
+  has_diverged_ = has_diverged_ || !std::all_of(velocities.begin(), velocities.end(), is_bounded);
   if (has_diverged_) return;
   velocities_ = velocities;
   soft_impulses_ = motion.soft_impulses;
@@ -312,19 +271,31 @@ void JointAssembly::start_step() {
     advance();
     make_rows();
   }
-  if (has_diverged_ || free_rows_.empty()) return;
-  Motion moved{velocities_, soft_impulses_};
-  for (const FreeRow& free : free_rows_) push(moved, free, free.impulse);
+  if (has_diverged_ || free_count_ == 0) return;
+  Motion& moved = begin_motion();
+  for (const FreeRow& free : free_rows()) push(moved, free, free.impulse);
   set_motion(moved);
 }
 
-void JointAssembly::hold(Motion& motion) const {
-  VectorXd left = wanted_ + bent_ - held_.rates(motion.velocities);
-  const VectorXd rates = bent_ - left / 2;  // on average, beyond the wanted ones
+JointAssembly::Motion& JointAssembly::begin_motion() {
+  scratch_.moved.velocities = velocities_;
+  scratch_.moved.soft_impulses = soft_impulses_;
+  scratch_.moved.gained = 0;
+  return scratch_.moved;
+}
+
+void JointAssembly::hold(Motion& motion) {
+  VectorXd& left = scratch_.held;
+  VectorXd& rates = scratch_.rates;
+  held_.rates(motion.velocities, rates);
+  left = wanted_ + bent_ - rates;
+  rates = bent_ - left / 2;  // on average, beyond the wanted ones
   if (is_soft_.size() > 0) left -= compliances_.cwiseProduct(motion.soft_impulses);
-  const VectorXd impulses = held_.solve(left);
-  motion.gained += without_soft(impulses).dot(rates);
-  motion.velocities += held_.response(impulses);
+  VectorXd& impulses = scratch_.impulses;
+  held_.solve(left, impulses);
+  motion.gained += hard_dot(impulses, rates);
+  held_.response(impulses, scratch_.whole);
+  motion.velocities += scratch_.whole;
   if (is_soft_.size() > 0) motion.soft_impulses += impulses.cwiseProduct(is_soft_);
 }
 
@@ -339,54 +310,77 @@ VectorXd JointAssembly::without_soft(VectorXd held) const {
   return held;
 }
 
-// Of each body, after a time at these velocities.
-std::vector<Eigen::Quaterniond> JointAssembly::turns(const VectorXd& velocities, double time) const {
-  std::vector<Eigen::Quaterniond> turns;
-  turns.reserve(bodies_.size());
-  for (Index first = 0; first < velocities.size(); first += kBodyNumbers)
-    turns.push_back(rotation_by(velocities.segment<3>(first + 3) * time));
-  return turns;
+// Of errors, none of soft rows.
+template <typename Numbers>
+double JointAssembly::hard_dot(const VectorXd& held, const Numbers& other) const {
+  if (is_soft_.size() > 0) return without_soft(held).dot(other);
+  return held.dot(other);
 }
 
-// Both sides of a joint after a time at these velocities, in which bodies make these turns.
-PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, double time,
-                                std::span<const Eigen::Quaterniond> turns) const {
-  const auto moved_by = [&](JointSide side, Index body) {
-    side.linear_velocity = velocities.segment<3>(kBodyNumbers * body);
-    side.angular_velocity = velocities.segment<3>(kBodyNumbers * body + 3);
-    side.pose.position += side.linear_velocity * time;
-    side.pose.orientation = (turns[static_cast<std::size_t>(body)] * side.pose.orientation).normalized();
-    return side;
+// Of each body, after a time at these velocities.
+void JointAssembly::find_turns(const VectorXd& velocities, double time) {
+  scratch_.turns.clear();
+  for (Index first = 0; first < velocities.size(); first += kBodyNumbers)
+    scratch_.turns.push_back(rotation_by(velocities.segment<3>(first + 3) * time));
+}
+
+// Both sides of a joint after a time at these velocities, in which bodies make the turns of find_turns().
+JointPoses JointAssembly::poses_after(const Tie& tie, const VectorXd& velocities, double time) const {
+  const auto move = [&](Pose& pose, Index body) {
+    pose.position += velocities.segment<3>(kBodyNumbers * body) * time;
+    pose.orientation = (scratch_.turns[static_cast<std::size_t>(body)] * pose.orientation).normalized();
   };
-  PosedJoint end = tie.joint.posed;
-  end.child = moved_by(end.child, tie.child);
-  end.parent = tie.parent ? moved_by(end.parent, *tie.parent) : joints::moved(end.parent, time);
+  const JointSide& parent = tie.joint.posed.parent;
+  JointPoses end{parent.pose, tie.joint.posed.child.pose};
+  move(end.child, tie.child);
+  if (tie.parent) {
+    move(end.parent, *tie.parent);
+  } else {
+    end.parent = moved(parent, time).pose;
+  }
   return end;
 }
 
-// Of held rows, with each joint where `posed` has it.
-template <typename Posed>
-VectorXd JointAssembly::errors_of(const Posed& posed) const {
-  VectorXd errors = VectorXd::Zero(wanted_.size());
-  std::vector<JointRow> rows;
+PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, double time) const {
+  const auto set_velocity = [&](JointSide& side, Index body) {
+    side.linear_velocity = velocities.segment<3>(kBodyNumbers * body);
+    side.angular_velocity = velocities.segment<3>(kBodyNumbers * body + 3);
+  };
+  const JointPoses poses = poses_after(tie, velocities, time);
+  PosedJoint end = tie.joint.posed;
+  end.child.pose = poses.child;
+  end.parent.pose = poses.parent;
+  set_velocity(end.child, tie.child);
+  if (tie.parent) set_velocity(end.parent, *tie.parent);
+  return end;
+}
+
+// Of held rows, with the bodies of each joint where `poses_of` has them.
+template <typename PosesOf>
+void JointAssembly::find_errors(const PosesOf& poses_of, VectorXd& errors) const {
+  errors.setZero(wanted_.size());
   Index n = 0;
   for (const Tie& tie : ties_) {
-    rows.clear();
-    append_held_rows(*tie.joint.properties, posed(tie), rows);
-    Index next = n;
-    for (const JointRow& row : rows) errors[next++] = row.error;
-    n += std::ranges::count(tie.rows, true, &JointRow::is_held);
+    find_held_errors(*tie.joint.properties, tie.joint.posed, poses_of(tie), errors.data() + n);
+    n += tie.held;
   }
+  const auto posed = [&](const Tie& tie) {
+    const JointPoses poses = poses_of(tie);
+    PosedJoint end = tie.joint.posed;
+    end.child.pose = poses.child;
+    end.parent.pose = poses.parent;
+    return end;
+  };
   for (const Link& link : links_)
     errors[n++] = link.coupling.error(posed(ties_[link.follower]), posed(ties_[link.leader]));
-  return errors;
 }
 
 // By how much errors will have grown once the bodies have moved, by the time.
-VectorXd JointAssembly::bend(const VectorXd& velocities) const {
-  const std::vector<Eigen::Quaterniond> turned = turns(velocities, span_);
-  const VectorXd end = errors_of([&](const Tie& tie) { return after(tie, velocities, span_, turned); });
-  return (end - errors_) / span_;
+void JointAssembly::find_bend(const VectorXd& velocities) {
+  VectorXd& bend = scratch_.bend;
+  find_turns(velocities, span_);
+  find_errors([&](const Tie& tie) { return poses_after(tie, velocities, span_); }, bend);
+  bend = (bend - errors_) / span_;
 }
 
 // Towards errors that do not grow.
@@ -401,23 +395,28 @@ void JointAssembly::hold_at_end(Motion& motion) {
 // to where it could not move at all.
 bool JointAssembly::bend_back(Motion& motion) {
   if (turns_beyond(kTurnForeseen, motion.velocities, span_)) return false;
-  const VectorXd off = bend(motion.velocities);
-  if (off.lpNorm<Eigen::Infinity>() * span_ <= kSettledError) return true;
-  VectorXd bent = bent_ - off;
-  VectorXd bending = held_.solve(bent);
-  const VectorXd change = bending - bending_;
-  const double square = bent.dot(bending);
-  const double changed = (bent - bent_).dot(change);
-  const VectorXd moved = held_.response(change);
+  find_bend(motion.velocities);
+  if (scratch_.bend.lpNorm<Eigen::Infinity>() * span_ <= kSettledError) return true;
+  VectorXd& bent = scratch_.bent;
+  VectorXd& bending = scratch_.bending;
+  VectorXd& change = scratch_.impulses;
+  VectorXd& moved = scratch_.whole;
+  bent = bent_ - scratch_.bend;
+  held_.solve(bent, bending);
+  change = bending - bending_;
+  held_.response(change, moved);
   const bool is_settled = moved.lpNorm<Eigen::Infinity>() * span_ <= kSettled;
-  if (!is_settled && !(square <= bent_energy_max(motion.velocities))) return false;
-  if (!is_settled && is_bent_ && !(changed <= kBentChange * square)) return false;
+  if (!is_settled) {
+    const double square = bent.dot(bending);
+    if (!(square <= bent_energy_max(motion.velocities))) return false;
+    if (is_bent_ && !((bent - bent_).dot(change) <= kBentChange * square)) return false;
+  }
   is_bent_ = true;
-  motion.gained += without_soft(change).dot(bent + bent_) / 2;
+  motion.gained += hard_dot(change, bent + bent_) / 2;
   motion.velocities += moved;
   if (is_soft_.size() > 0) motion.soft_impulses += change.cwiseProduct(is_soft_);
-  bent_ = std::move(bent);
-  bending_ = std::move(bending);
+  bent_.swap(bent);
+  bending_.swap(bending);
   return true;
 }
 
@@ -430,38 +429,46 @@ void JointAssembly::look_ahead(Motion& motion) {
   for (int n = 0; n < kLooksAhead; ++n) {
     make_held_rows_after(velocities);
     if (!factorise()) return;
-    const VectorXd off = bend(velocities);
-    bent_ = without_soft(held_.rates(velocities) - wanted_ - off);
+    find_bend(velocities);
+    const VectorXd off = scratch_.bend;
+    held_.rates(velocities, scratch_.rates);
+    bent_ = without_soft(scratch_.rates - wanted_ - off);
     Motion held = motion;
     hold(held);
     const VectorXd change = held.velocities - velocities;
-    const VectorXd momenta = momenta_of(change);
+    const VectorXd& momenta = momenta_of(change);
     double share = -velocities.dot(momenta) / change.dot(momenta);
     if (!(share > 0)) break;
     share = std::min(share, 1.0);
-    for (int k = 0; k < kHalvings && weighed(bend(velocities + change * share)) > weighed(off); ++k)
+    for (int k = 0; k < kHalvings; ++k) {
+      find_bend(velocities + change * share);
+      if (!(weighed(scratch_.bend) > weighed(off))) break;
       share /= 2;
+    }
     velocities += change * share;
     motion.soft_impulses += (held.soft_impulses - motion.soft_impulses) * share;
     motion.gained += share * (velocities.dot(momenta) - share / 2 * change.dot(momenta));
   }
-  bent_ = without_soft(held_.rates(velocities) - wanted_);
+  held_.rates(velocities, scratch_.rates);
+  bent_ = without_soft(scratch_.rates - wanted_);
 }
 
-VectorXd JointAssembly::momenta_of(const VectorXd& velocities) const {
-  VectorXd momenta(velocities.size());
+const VectorXd& JointAssembly::momenta_of(const VectorXd& velocities) {
+  VectorXd& momenta = scratch_.momenta;
+  momenta.resize(velocities.size());
   Index first = 0;
-  for (const Body& body : bodies_) {
+  for (Body& body : bodies_) {
     momenta.segment<3>(first) = velocities.segment<3>(first) / body.now.inverse_mass;
-    momenta.segment<3>(first + 3) = body.now.inverse_inertia.inverse() * velocities.segment<3>(first + 3);
+    if (!body.inertia) body.inertia = body.now.inverse_inertia.inverse();
+    momenta.segment<3>(first + 3) = *body.inertia * velocities.segment<3>(first + 3);
     first += kBodyNumbers;
   }
   return momenta;
 }
 
 // Twice the energy (J) of what turns by the largest turn of a step: twice as far as joints turn it back.
-double JointAssembly::bent_energy_max(const VectorXd& velocities) const {
-  const VectorXd momenta = momenta_of(velocities);
+double JointAssembly::bent_energy_max(const VectorXd& velocities) {
+  const VectorXd& momenta = momenta_of(velocities);
   double energy = velocities.dot(momenta);
   double turn = 0;
   double mass = 0;
@@ -479,11 +486,12 @@ double JointAssembly::bent_energy_max(const VectorXd& velocities) const {
 
 void JointAssembly::pass() {
   if (has_diverged_ || (!see_changes() && is_settled_)) return;
-  Motion moved{velocities_, soft_impulses_};
+  Motion& moved = begin_motion();
   hold_at_end(moved);
   if (has_diverged_) return;
-  const VectorXd wanted = wanted_ + bent_;
-  for (FreeRow& free : free_rows_) {
+  VectorXd& wanted = scratch_.held;
+  if (free_count_ > 0) wanted = wanted_ + bent_;
+  for (FreeRow& free : free_rows()) {
     const double missing = free.velocity - free.shares.dot(wanted) - free.row.dot(moved.velocities) -
                            free.compliance * free.impulse;
     const double impulse = std::clamp(free.impulse + missing / (free.mobility + free.compliance),
@@ -498,25 +506,30 @@ void JointAssembly::pass() {
 void JointAssembly::move() {
   if (has_diverged_) return;
   see_changes();
-  ways_.push_back(velocities_);
+  if (ways_count_ == ways_.size()) ways_.emplace_back();
+  ways_[ways_count_++] = velocities_;
 }
 
 // To where move() has found the bodies to come in the steps before.
 void JointAssembly::advance() {
-  for (const VectorXd& velocities : ways_) {
-    const std::vector<Eigen::Quaterniond> turned = turns(velocities, span_);
-    for (Tie& tie : ties_) tie.joint.posed = after(tie, velocities, span_, turned);
-    shift_bodies(velocities * span_);
+  for (std::size_t n = 0; n < ways_count_; ++n) {
+    find_turns(ways_[n], span_);
+    for (Tie& tie : ties_) tie.joint.posed = after(tie, ways_[n], span_);
+    scratch_.way = ways_[n] * span_;
+    shift_bodies(scratch_.way);
   }
-  ways_.clear();
+  ways_count_ = 0;
 }
 
+// With the turns of find_turns().
 void JointAssembly::shift_bodies(const VectorXd& way) {
   Index first = 0;
-  for (Body& body : bodies_) {
-    const Eigen::Quaterniond turn = rotation_by(way.segment<3>(first + 3));
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    Body& body = bodies_[n];
+    const Eigen::Quaterniond& turn = scratch_.turns[n];
     const Eigen::Matrix3d axes = turn.toRotationMatrix();
     body.now.inverse_inertia = axes * body.now.inverse_inertia * axes.transpose();
+    body.inertia.reset();
     body.moved.way += way.segment<3>(first);
     body.moved.turn = (turn * body.moved.turn).normalized();
     first += kBodyNumbers;
@@ -525,7 +538,7 @@ void JointAssembly::shift_bodies(const VectorXd& way) {
 
 // Held rows put no energy in, but for what the length of a step makes of turns: in mechanisms that hold, up
 // to a tenth of what moves.
-bool JointAssembly::gains_energy() const {
+bool JointAssembly::gains_energy() {
   double mass = 0;
   for (const Body& body : bodies_) mass += 1 / body.now.inverse_mass;
   if (!(gained_ > kGainedMin * mass)) return false;

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "lpss/base/disjoint_sets.h"
 #include "lpss/joints/held_rows.h"
 #include "lpss/joints/joint_coupling.h"
 #include "lpss/joints/joint_rows.h"
@@ -22,9 +23,19 @@ class SharedVector {
   explicit SharedVector(float* numbers) : single_(numbers) {}
   explicit SharedVector(double* numbers) : double_(numbers) {}
 
-  Eigen::Vector3d get() const;
+  Eigen::Vector3d get() const {
+    if (single_ != nullptr) return Eigen::Map<const Eigen::Vector3f>(single_).cast<double>();
+    return Eigen::Map<const Eigen::Vector3d>(double_);
+  }
+
   // Rounds to that precision.
-  void set(const Eigen::Vector3d& value) const;
+  void set(const Eigen::Vector3d& value) const {
+    if (single_ != nullptr) {
+      Eigen::Vector3f::Map(single_) = value.cast<float>();
+    } else {
+      Eigen::Vector3d::Map(double_) = value;
+    }
+  }
 
  private:
   float* single_ = nullptr;
@@ -60,13 +71,22 @@ struct BodyMotion {
                             // `way` is not finite where the assembly has diverged
 };
 
-// Of a tick of `dt` seconds in so many steps, which share the bounds of impulses: for each step start_step()
-// and passes, with a move() among them; or passes alone, where a tick is one step.
+// For each tick clear(), add() and begin(); then for each step start_step() and passes, with a move() among
+// them; or passes alone, where a tick is one step. What it needs of memory stays with it: a tick like the one
+// before allocates nothing.
 class JointAssembly {
  public:
   // `patterns` outlives it.
-  JointAssembly(std::vector<SolvedJoint> joints, std::span<const JointedBody> bodies, double dt, int steps,
-                KnownPatterns& patterns);
+  explicit JointAssembly(KnownPatterns& patterns) : patterns_(patterns) {}
+
+  void clear();
+
+  // `places`: of all bodies, where kNoPlace means that the assembly does not have it yet.
+  void add(const SolvedJoint& joint, std::span<const JointedBody> bodies, std::span<Eigen::Index> places);
+  static constexpr Eigen::Index kNoPlace = -1;
+
+  // A tick of `dt` seconds in so many steps, which share the bounds of impulses.
+  void begin(double dt, int steps);
 
   void start_step();
   void pass();
@@ -80,6 +100,8 @@ class JointAssembly {
     Eigen::Index child;
     std::optional<Eigen::Index> parent;
     std::vector<JointRow> rows;
+    Eigen::Index held = 0;  // of them, the first ones
+    JointPoses shifted;     // where errors might be corrected to
   };
 
   // An axis that follows another one, with the ties of both.
@@ -115,12 +137,13 @@ class JointAssembly {
   struct Body {
     JointedBody now;
     BodyMotion moved;
+    std::optional<Eigen::Matrix3d> inertia;                 // kg m^2; of `now`, once it was asked for
     Eigen::Vector3d linear_seen = Eigen::Vector3d::Zero();  // the changes that velocities_ have
     Eigen::Vector3d angular_seen = Eigen::Vector3d::Zero();
   };
 
   void add_links();
-  bool has_loop() const;
+  bool has_loop();
   std::ptrdiff_t axes_with_rows() const;
   const PosedJoint& posed_of(std::size_t tie) const { return ties_[tie].joint.posed; }
   void find_whether_to_move();
@@ -129,42 +152,48 @@ class JointAssembly {
   void make_tie_rows(Tie& tie);
   double parents_rate(const Tie& tie, const JointRow& row) const;
   void put_right();
-  PosedJoint shifted(const Tie& tie, const Eigen::VectorXd& way) const;
+  JointPoses shifted(const Tie& tie, const Eigen::VectorXd& way) const;
   void shift_bodies(const Eigen::VectorXd& way);
   double weighed(const Eigen::VectorXd& errors) const;
   bool factorise();
   void make_nodes();
   void fill_held();
-  Eigen::VectorXd over_bodies(const Tie& tie, const JointRow& row) const;
-  Eigen::VectorXd answer_to(const Eigen::VectorXd& row) const;
+  void put_over_bodies(const Tie& tie, const JointRow& row, Eigen::VectorXd& whole) const;
+  void find_answer(const Eigen::VectorXd& row, Eigen::VectorXd& answer) const;
   void add_free_rows();
-  Eigen::VectorXd shares_of(const Eigen::VectorXd& row) const;
-  void hold(Motion& motion) const;
+  bool make_free_row(const Tie& tie, const JointRow& row, FreeRow& free);
+  std::span<FreeRow> free_rows() { return {free_rows_.data(), free_count_}; }
+  void find_shares(FreeRow& free);
+  Motion& begin_motion();
+  void hold(Motion& motion);
   void push(Motion& motion, const FreeRow& free, double impulse) const;
   Eigen::VectorXd without_soft(Eigen::VectorXd held) const;
-  std::vector<Eigen::Quaterniond> turns(const Eigen::VectorXd& velocities, double time) const;
-  PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time,
-                   std::span<const Eigen::Quaterniond> turns) const;
-  template <typename Posed>
-  Eigen::VectorXd errors_of(const Posed& posed) const;
-  Eigen::VectorXd bend(const Eigen::VectorXd& velocities) const;
+  template <typename Numbers>
+  double hard_dot(const Eigen::VectorXd& held, const Numbers& other) const;
+  void find_turns(const Eigen::VectorXd& velocities, double time);
+  PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time) const;
+  JointPoses poses_after(const Tie& tie, const Eigen::VectorXd& velocities, double time) const;
+  template <typename PosesOf>
+  void find_errors(const PosesOf& poses_of, Eigen::VectorXd& errors) const;
+  void find_bend(const Eigen::VectorXd& velocities);
   void hold_at_end(Motion& motion);
-  double bent_energy_max(const Eigen::VectorXd& velocities) const;
+  double bent_energy_max(const Eigen::VectorXd& velocities);
   bool bend_back(Motion& motion);
   void look_ahead(Motion& motion);
   void make_held_rows_after(const Eigen::VectorXd& velocities);
-  Eigen::VectorXd momenta_of(const Eigen::VectorXd& velocities) const;
+  const Eigen::VectorXd& momenta_of(const Eigen::VectorXd& velocities);
   void advance();
   bool see_changes();
   void set_motion(const Motion& motion);
-  bool gains_energy() const;
+  bool gains_energy();
 
   std::vector<Tie> ties_;
-  std::vector<Link> links_;  // their rows come after those of ties
+  std::size_t ties_count_ = 0;  // while they are added
+  std::vector<Link> links_;     // their rows come after those of ties
   std::vector<Body> bodies_;
-  int steps_;           // of the tick
+  int steps_ = 1;       // of the tick
   bool moves_ = false;  // from step to step
-  double span_;         // s, over which rows hold: a tick, or a step of those that move
+  double span_ = 0;     // s, over which rows hold: a tick, or a step of those that move
   KnownPatterns& patterns_;
   HeldRows held_;                // of ties, then of links
   Eigen::VectorXd wanted_;       // m/s, rad/s: the velocities of held rows, were nothing to turn
@@ -180,12 +209,35 @@ class JointAssembly {
   double gives_way_ = 0;         // the share by which rows do
   bool is_anchored_ = false;     // to something that cannot be pushed
   std::vector<FreeRow> free_rows_;
+  std::size_t free_count_ = 0;  // those of now are the first ones
   Eigen::VectorXd velocities_;
   Eigen::VectorXd soft_impulses_;
   double gained_ = 0;  // J, in this tick
   bool is_settled_ = false;
   bool has_diverged_ = false;          // in this tick: nothing is solved any more
-  std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by
+  std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by ...
+  std::size_t ways_count_ = 0;         // ... are the first ones
+
+  // Results of one function on the way to the next, here for their memory.
+  struct Scratch {
+    Motion moved;                           // by a pass
+    std::vector<Eigen::Quaterniond> turns;  // of each body: find_turns()
+    std::vector<Inertia> inertia;
+    std::vector<JointRow> rows;
+    std::vector<HeldRows::NodeBodies> nodes;
+    DisjointSets sets;
+    Eigen::VectorXd bend;     // m/s or rad/s, by which errors grow: find_bend()
+    Eigen::VectorXd momenta;  // momenta_of()
+    Eigen::VectorXd whole;    // of all velocities: a way or a change
+    Eigen::VectorXd way;
+    Eigen::VectorXd held;  // of all held rows
+    Eigen::VectorXd rates;
+    Eigen::VectorXd impulses;
+    Eigen::VectorXd bent;
+    Eigen::VectorXd bending;
+    std::vector<double> free_impulses;
+  };
+  Scratch scratch_;
 };
 
 }  // namespace tessera::joints

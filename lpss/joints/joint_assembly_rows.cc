@@ -1,8 +1,10 @@
 // Makes the rows of an assembly, and matrices of them.
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "lpss/joints/joint_assembly.h"
@@ -14,10 +16,21 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+// A row of which less is left by what is held than so many times what rows give way by is held itself: what
+// moves then is a mechanism that jams, as far as its rows give way.
+constexpr double kFree = 10;
+
 }  // namespace
 
 // A leader that is not here has gone.
 void JointAssembly::add_links() {
+  links_.clear();
+  const auto follows = [](const JointAxis& axis) { return axis.mimic.is_set(); };
+  if (std::ranges::none_of(ties_, [&](const Tie& tie) {
+        return std::ranges::any_of(axes_of(*tie.joint.properties), follows);
+      })) {
+    return;
+  }
   std::map<JointId, std::size_t> places;
   for (std::size_t n = 0; n < ties_.size(); ++n) places.emplace(ties_[n].joint.id, n);
   for (std::size_t n = 0; n < ties_.size(); ++n) {
@@ -34,38 +47,39 @@ void JointAssembly::add_links() {
 }
 
 void JointAssembly::make_rows() {
-  std::vector<double> wanted;
-  std::vector<double> errors;
-  std::vector<double> compliances;
-  const double parts = moves_ ? 1 : steps_;  // of what a row's impulse is shared among
-  const auto add = [&](double velocity, double error, double compliance) {
-    wanted.push_back(velocity);
-    errors.push_back(error);
-    compliances.push_back(compliance * parts);
-  };
+  Index count = static_cast<Index>(links_.size());
   for (Tie& tie : ties_) {
     make_tie_rows(tie);
-    for (const JointRow& row : tie.rows) {
-      if (row.is_held) add(row.velocity, row.error, row.compliance);
+    count += tie.held;
+  }
+  wanted_.resize(count);
+  errors_.resize(count);
+  compliances_.resize(count);
+  const double parts = moves_ ? 1 : steps_;  // of what a row's impulse is shared among
+  Index n = 0;
+  for (const Tie& tie : ties_) {
+    for (const JointRow& row : std::span(tie.rows).first(static_cast<std::size_t>(tie.held))) {
+      wanted_[n] = row.velocity;
+      errors_[n] = row.error;
+      compliances_[n++] = row.compliance * parts;
     }
   }
   for (Link& link : links_) {
     link.rows = link.coupling.rows(posed_of(link.follower), posed_of(link.leader));
-    const double rate =
+    wanted_[n] =
         parents_rate(ties_[link.follower], link.rows[0]) + parents_rate(ties_[link.leader], link.rows[1]);
-    add(rate, link.coupling.error(posed_of(link.follower), posed_of(link.leader)), 0);
+    errors_[n] = link.coupling.error(posed_of(link.follower), posed_of(link.leader));
+    compliances_[n++] = 0;
   }
-  const auto as_vector = [](const std::vector<double>& numbers) {
-    return VectorXd(Eigen::Map<const VectorXd>(numbers.data(), static_cast<Index>(numbers.size())));
-  };
-  wanted_ = as_vector(wanted);
-  errors_ = as_vector(errors);
-  compliances_ = as_vector(compliances);
-  const bool any_soft = (compliances_.array() > 0).any();
-  is_soft_ = any_soft ? VectorXd((compliances_.array() > 0).cast<double>()) : VectorXd();
-  soft_impulses_ = VectorXd::Zero(is_soft_.size());
+  if ((compliances_.array() > 0).any()) {
+    is_soft_ = (compliances_.array() > 0).cast<double>();
+  } else {
+    is_soft_.resize(0);
+  }
+  soft_impulses_.setZero(is_soft_.size());
   if (!factorise()) return;
-  bent_ = bending_ = VectorXd::Zero(wanted_.size());
+  bent_.setZero(count);
+  bending_.setZero(count);
   is_bent_ = false;
   is_held_ = false;
   is_foreseen_ = true;
@@ -83,6 +97,7 @@ void JointAssembly::make_tie_rows(Tie& tie) {
       {*joint.properties, *joint.drives, joint.posed, tie.parent ? inertia_of(*tie.parent) : Inertia{},
        inertia_of(tie.child), span_, moves_ ? steps_ : 1},
       tie.rows);
+  tie.held = std::ranges::count(tie.rows, true, &JointRow::is_held);
   if (tie.parent) return;
   for (JointRow& row : tie.rows) row.velocity += parents_rate(tie, row);
 }
@@ -96,16 +111,20 @@ double JointAssembly::parents_rate(const Tie& tie, const JointRow& row) const {
 
 // The bodies of each tie, then of each link.
 void JointAssembly::make_nodes() {
-  std::vector<std::vector<Index>> nodes;
-  const auto bodies_of = [](const Tie& tie) {
-    return tie.parent ? std::vector<Index>{tie.child, *tie.parent} : std::vector<Index>{tie.child};
+  std::vector<HeldRows::NodeBodies>& nodes = scratch_.nodes;
+  nodes.clear();
+  const auto add = [&](const Tie& tie) {
+    nodes.back().add(tie.child);
+    if (tie.parent) nodes.back().add(*tie.parent);
   };
-  for (const Tie& tie : ties_) nodes.push_back(bodies_of(tie));
+  for (const Tie& tie : ties_) {
+    nodes.emplace_back();
+    add(tie);
+  }
   for (const Link& link : links_) {
-    std::vector<Index>& bodies = nodes.emplace_back(bodies_of(ties_[link.follower]));
-    for (const Index body : bodies_of(ties_[link.leader])) {
-      if (std::ranges::find(bodies, body) == bodies.end()) bodies.push_back(body);
-    }
+    nodes.emplace_back();
+    add(ties_[link.follower]);
+    add(ties_[link.leader]);
   }
   held_.set_nodes(nodes, static_cast<Index>(bodies_.size()));
 }
@@ -118,8 +137,7 @@ void JointAssembly::fill_held() {
   };
   std::size_t node = 0;
   for (const Tie& tie : ties_) {
-    for (const JointRow& row : tie.rows) {
-      if (!row.is_held) continue;
+    for (const JointRow& row : std::span(tie.rows).first(static_cast<std::size_t>(tie.held))) {
       held_.add_row(node);
       add(node, tie, row);
     }
@@ -133,41 +151,101 @@ void JointAssembly::fill_held() {
   }
 }
 
-VectorXd JointAssembly::over_bodies(const Tie& tie, const JointRow& row) const {
-  VectorXd whole = VectorXd::Zero(velocities_.size());
+void JointAssembly::put_over_bodies(const Tie& tie, const JointRow& row, VectorXd& whole) const {
+  whole.setZero(velocities_.size());
   const auto put = [&](Index body, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) {
     whole.segment<3>(kBodyNumbers * body) = linear;
     whole.segment<3>(kBodyNumbers * body + 3) = angular;
   };
   put(tie.child, row.linear, row.angular_child);
   if (tie.parent) put(*tie.parent, -row.linear, -row.angular_parent);
-  return whole;
 }
 
 // Of the velocities, to a unit of impulse.
-VectorXd JointAssembly::answer_to(const VectorXd& row) const {
-  VectorXd answer(row.size());
+void JointAssembly::find_answer(const VectorXd& row, VectorXd& answer) const {
+  answer.resize(row.size());
   Index first = 0;
   for (const Body& body : bodies_) {
     answer.segment<3>(first) = body.now.inverse_mass * row.segment<3>(first);
     answer.segment<3>(first + 3) = body.now.inverse_inertia * row.segment<3>(first + 3);
     first += kBodyNumbers;
   }
-  return answer;
+}
+
+// What is held of a row.
+void JointAssembly::find_shares(FreeRow& free) {
+  VectorXd& whole = scratch_.held;
+  VectorXd& left = scratch_.rates;
+  held_.answers(free.row, whole);
+  held_.solve(whole, free.shares);
+  held_.row(free.shares, scratch_.whole);
+  held_.answers(scratch_.whole, left);
+  left = whole - left;
+  if (is_soft_.size() > 0) left -= compliances_.cwiseProduct(free.shares);
+  held_.solve(left, scratch_.impulses);
+  free.shares += scratch_.impulses;
+}
+
+// Rows that are made anew go on from the impulses of the step before.
+void JointAssembly::add_free_rows() {
+  std::vector<double>& before = scratch_.free_impulses;
+  before.clear();
+  for (const FreeRow& free : free_rows()) before.push_back(free.impulse);
+  free_count_ = 0;
+  for (const Tie& tie : ties_) {
+    for (const JointRow& row : std::span(tie.rows).subspan(static_cast<std::size_t>(tie.held))) {
+      if (free_count_ == free_rows_.size()) free_rows_.emplace_back();
+      if (make_free_row(tie, row, free_rows_[free_count_])) ++free_count_;
+    }
+  }
+  if (before.size() != free_count_) return;
+  for (std::size_t i = 0; i < free_count_; ++i) {
+    FreeRow& free = free_rows_[i];
+    free.impulse = std::clamp(before[i], free.impulse_min, free.impulse_max);
+  }
+}
+
+// Takes out of the row what is held, in the metric of the inverse masses. False if nothing is left.
+bool JointAssembly::make_free_row(const Tie& tie, const JointRow& row, FreeRow& free) {
+  const double parts = moves_ ? 1 : steps_;
+  put_over_bodies(tie, row, free.row);
+  find_answer(free.row, free.response);
+  const double whole = free.row.dot(free.response);
+  find_shares(free);
+  if (is_soft_.size() > 0) {
+    free.soft_shares = free.shares.cwiseProduct(is_soft_);
+    free.shares -= free.soft_shares;
+  }
+  held_.row(free.shares, scratch_.whole);
+  free.row -= scratch_.whole;
+  find_answer(free.row, free.response);
+  if (is_soft_.size() > 0) {
+    held_.response(free.soft_shares, scratch_.whole);
+    free.response -= scratch_.whole;
+  }
+  free.mobility = free.row.dot(free.response);
+  if (!(free.mobility > kFree * gives_way_ * whole)) return false;
+  const double return_max = kReturnSpeed * std::sqrt(std::min(free.mobility / whole, 1.0));
+  free.velocity = row.velocity + std::clamp(row.return_velocity, -return_max, return_max);
+  free.compliance = row.compliance * parts;
+  free.impulse_min = row.impulse_min / parts;
+  free.impulse_max = row.impulse_max / parts;
+  free.impulse = 0;
+  return true;
 }
 
 // Those without a compliance.
 void JointAssembly::make_held_rows_after(const VectorXd& velocities) {
-  std::vector<JointRow> rows;
-  const std::vector<Eigen::Quaterniond> turned = turns(velocities, span_);
+  std::vector<JointRow>& rows = scratch_.rows;
+  find_turns(velocities, span_);
   for (Tie& tie : ties_) {
     rows.clear();
-    append_held_rows(*tie.joint.properties, after(tie, velocities, span_, turned), rows);
+    append_held_rows(*tie.joint.properties, after(tie, velocities, span_), rows);
     std::copy(rows.begin(), rows.end(), tie.rows.begin());
   }
   for (Link& link : links_) {
-    link.rows = link.coupling.rows(after(ties_[link.follower], velocities, span_, turned),
-                                   after(ties_[link.leader], velocities, span_, turned));
+    link.rows = link.coupling.rows(after(ties_[link.follower], velocities, span_),
+                                   after(ties_[link.leader], velocities, span_));
   }
 }
 

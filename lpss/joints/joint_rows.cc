@@ -52,17 +52,31 @@ Coordinate coordinate_of(JointType type, JointAxis axis, double position) {
   return {axis, middle + std::remainder(position - middle, 2 * kPi), false};
 }
 
-// Makes the rows of one joint.
-class RowMaker {
+// The frames of a joint, with those vectors that rows are made of.
+class Frames {
  public:
-  RowMaker(const PosedJoint& posed, std::vector<JointRow>& rows)
-      : posed_(posed),
-        rows_(rows),
-        parent_frame_(posed.parent_frame()),
-        child_frame_(posed.child_frame()),
-        child_lever_(child_frame_.position - posed.child.pose.position),
-        parent_lever_(child_frame_.position - posed.parent.pose.position),
-        apart_(child_frame_.position - parent_frame_.position) {}
+  // A ball joint does not look at axes.
+  Frames(JointType type, const PosedJoint& posed)
+      : Frames(type, posed, posed.parent.pose, posed.child.pose) {}
+
+  // With the bodies in other poses.
+  Frames(JointType type, const PosedJoint& posed, const Pose& parent, const Pose& child)
+      : parent_point_(parent * posed.in_parent.position),
+        child_point_(child * posed.in_child.position),
+        child_lever_(child_point_ - child.position),
+        parent_lever_(child_point_ - parent.position),
+        apart_(child_point_ - parent_point_) {
+    if (type == JointType::kBall) return;
+    parent_turn_ = parent.orientation * posed.in_parent.orientation;
+    child_turn_ = child.orientation * posed.in_child.orientation;
+  }
+
+  Pose parent() const { return {parent_point_, parent_turn_}; }
+  Pose child() const { return {child_point_, child_turn_}; }
+  const Eigen::Quaterniond& parent_turn() const { return parent_turn_; }
+  const Eigen::Quaterniond& child_turn() const { return child_turn_; }
+  const Vector3d& apart() const { return apart_; }  // m, from the parent's frame to the child's
+  Vector3d x() const { return parent_turn_ * Vector3d::UnitX(); }
 
   // The joint's point on the child moves along `d`, as seen from the parent.
   JointRow along(const Vector3d& d) const {
@@ -70,6 +84,14 @@ class RowMaker {
     row.linear = d;
     row.angular_child = child_lever_.cross(d);
     row.angular_parent = parent_lever_.cross(d);
+    return row;
+  }
+
+  // The same along an axis that turns with no body: each side has its own lever, also where the two points
+  // are apart.
+  JointRow along_own(const Vector3d& d) const {
+    JointRow row = along(d);
+    row.angular_parent = (parent_lever_ - apart_).cross(d);
     return row;
   }
 
@@ -81,65 +103,109 @@ class RowMaker {
     return row;
   }
 
-  void hold_point(const Vector3d& d) { hold(along(d), d.dot(apart_)); }
-  void hold_angle(const Vector3d& n, double error) { hold(about(n), error); }
+ private:
+  Vector3d parent_point_;  // of the joint
+  Vector3d child_point_;
+  Vector3d child_lever_;   // m, from the child's centre of mass to the joint's point on the child
+  Vector3d parent_lever_;  // m, from the parent's centre of mass to the same point
+  Vector3d apart_;
+  Eigen::Quaterniond parent_turn_ = Eigen::Quaterniond::Identity();
+  Eigen::Quaterniond child_turn_ = Eigen::Quaterniond::Identity();
+};
 
-  // The axes turn with no body, unlike those of hold_point(): each side has its own lever, also where the two
-  // points are apart.
+// The directions that a joint holds. `hold(row, error)` is called for each, with a function that makes the
+// row: where only errors are wanted, none is made.
+template <typename Hold>
+class Directions {
+ public:
+  Directions(const Frames& frames, Hold hold) : frames_(frames), hold_(hold) {}
+
+  void of(const JointProperties& joint);
+
+ private:
+  void hold_point(const Vector3d& d) {
+    hold_([&] { return frames_.along(d); }, d.dot(frames_.apart()));
+  }
+  void hold_angle(const Vector3d& n, double error) {
+    hold_([&] { return frames_.about(n); }, error);
+  }
+
   void hold_all_points() {
-    for (int i = 0; i < 3; ++i) {
-      JointRow row = along(Vector3d::Unit(i));
-      row.angular_parent = (parent_lever_ - apart_).cross(row.linear);
-      hold(row, apart_[i]);
-    }
+    for (int i = 0; i < 3; ++i)
+      hold_([&] { return frames_.along_own(Vector3d::Unit(i)); }, frames_.apart()[i]);
   }
 
   // No rotation.
   void hold_all_angles(const Eigen::Matrix3d& axes) {
-    const Eigen::Quaterniond turn = parent_frame_.orientation.conjugate() * child_frame_.orientation;
+    const Eigen::Quaterniond turn = frames_.parent_turn().conjugate() * frames_.child_turn();
     const double sign = turn.w() < 0 ? -1 : 1;
     for (int i = 0; i < 3; ++i) hold_angle(axes.col(i), 2 * sign * turn.vec()[i]);
   }
 
   // Rotation only about the parent's x.
   void hold_axis(const Eigen::Matrix3d& axes) {
-    const Vector3d tilt = axes.col(0).cross(child_frame_.orientation * Vector3d::UnitX());
+    const Vector3d tilt = axes.col(0).cross(frames_.child_turn() * Vector3d::UnitX());
     hold_angle(axes.col(1), axes.col(1).dot(tilt));
     hold_angle(axes.col(2), axes.col(2).dot(tilt));
   }
 
   // The child's y stays at right angles to the parent's x.
-  void hold_right_angle(const Vector3d& x, const Vector3d& child_y) {
-    const Vector3d n = x.cross(child_y).normalized();
-    hold(about(n), -x.dot(child_y));
+  void hold_right_angle(const Vector3d& x) {
+    const Vector3d child_y = frames_.child_turn() * Vector3d::UnitY();
+    hold_([&] { return frames_.about(x.cross(child_y).normalized()); }, -x.dot(child_y));
   }
 
   // The displacement along x follows the rotation about x. The displacement determines the number of whole
   // turns.
-  void hold_thread(const Vector3d& x, double angle, double pitch) {
-    JointRow row = along(x);
-    row.angular_child -= pitch * x;
-    row.angular_parent -= pitch * x;
-    double error = x.dot(apart_) - pitch * angle;
+  void hold_thread(const Vector3d& x, double pitch) {
+    const double angle = joint_position(JointType::kScrew, frames_.parent(), frames_.child())[0];
+    double error = x.dot(frames_.apart()) - pitch * angle;
     if (pitch != 0) error = std::remainder(error, 2 * std::numbers::pi * pitch);
-    hold(row, error);
+    const auto make = [&] {
+      JointRow row = frames_.along(x);
+      row.angular_child -= pitch * x;
+      row.angular_parent -= pitch * x;
+      return row;
+    };
+    hold_(make, error);
   }
 
- private:
-  void hold(JointRow row, double error) {
-    row.is_held = true;
-    row.error = error;
-    rows_.push_back(row);
-  }
-
-  const PosedJoint& posed_;
-  std::vector<JointRow>& rows_;
-  const Pose parent_frame_;  // of the joint
-  const Pose child_frame_;
-  const Vector3d child_lever_;   // m, from the child's centre of mass to the joint's point on the child
-  const Vector3d parent_lever_;  // m, from the parent's centre of mass to the same point
-  const Vector3d apart_;         // m, from the parent's frame to the child's
+  const Frames& frames_;
+  Hold hold_;
 };
+
+template <typename Hold>
+void Directions<Hold>::of(const JointProperties& joint) {
+  if (joint.type == JointType::kBall) return hold_all_points();
+  const Eigen::Matrix3d axes = frames_.parent_turn().toRotationMatrix();
+  switch (joint.type) {
+    case JointType::kBall:
+      break;
+    case JointType::kFixed:
+      hold_all_points();
+      hold_all_angles(axes);
+      break;
+    case JointType::kRevolute:
+      hold_all_points();
+      hold_axis(axes);
+      break;
+    case JointType::kPrismatic:
+      hold_point(axes.col(1));
+      hold_point(axes.col(2));
+      hold_all_angles(axes);
+      break;
+    case JointType::kScrew:
+      hold_point(axes.col(1));
+      hold_point(axes.col(2));
+      hold_axis(axes);
+      hold_thread(axes.col(0), joint.pitch);
+      break;
+    case JointType::kUniversal:
+      hold_all_points();
+      hold_right_angle(axes.col(0));
+      break;
+  }
+}
 
 // Makes the rows of one free axis of a joint.
 class AxisRows {
@@ -269,55 +335,40 @@ JointSide moved(const JointSide& side, double dt) {
 }
 
 void append_held_rows(const JointProperties& joint, const PosedJoint& posed, std::vector<JointRow>& rows) {
-  RowMaker make(posed, rows);
-  const Eigen::Matrix3d axes = posed.parent_frame().orientation.toRotationMatrix();
-  const Vector3d x = axes.col(0);
-  switch (joint.type) {
-    case JointType::kFixed:
-      make.hold_all_points();
-      make.hold_all_angles(axes);
-      break;
-    case JointType::kBall:
-      make.hold_all_points();
-      break;
-    case JointType::kRevolute:
-      make.hold_all_points();
-      make.hold_axis(axes);
-      break;
-    case JointType::kPrismatic:
-      make.hold_point(axes.col(1));
-      make.hold_point(axes.col(2));
-      make.hold_all_angles(axes);
-      break;
-    case JointType::kScrew:
-      make.hold_point(axes.col(1));
-      make.hold_point(axes.col(2));
-      make.hold_axis(axes);
-      make.hold_thread(x, joint_position(joint.type, posed.parent_frame(), posed.child_frame())[0],
-                       joint.pitch);
-      break;
-    case JointType::kUniversal:
-      make.hold_all_points();
-      make.hold_right_angle(x, posed.child_frame().orientation * Vector3d::UnitY());
-      break;
+  const Frames frames(joint.type, posed);
+  const auto hold = [&rows](const auto& row, double error) {
+    JointRow& held = rows.emplace_back(row());
+    held.is_held = true;
+    held.error = error;
+  };
+  Directions(frames, hold).of(joint);
+}
+
+void find_held_errors(const JointProperties& joint, const PosedJoint& posed, const JointPoses& poses,
+                      double* errors) {
+  if (joint.type == JointType::kBall) {  // without what it does not need
+    Eigen::Map<Vector3d> apart(errors);
+    apart = poses.child * posed.in_child.position - poses.parent * posed.in_parent.position;
+    return;
   }
+  const Frames frames(joint.type, posed, poses.parent, poses.child);
+  const auto hold = [&errors](const auto&, double error) { *errors++ = error; };
+  Directions(frames, hold).of(joint);
 }
 
 JointRow axis_row(JointType type, const PosedJoint& posed, int axis) {
-  std::vector<JointRow> none;
-  const RowMaker make(posed, none);
-  const Vector3d x = posed.parent_frame().orientation * Vector3d::UnitX();
+  const Frames frames(type, posed);
   switch (type) {
     case JointType::kFixed:
     case JointType::kBall:
       break;
     case JointType::kRevolute:
     case JointType::kScrew:
-      return make.about(x);
+      return frames.about(frames.x());
     case JointType::kPrismatic:
-      return make.along(x);
+      return frames.along(frames.x());
     case JointType::kUniversal:
-      return make.about(axis == 0 ? x : posed.child_frame().orientation * Vector3d::UnitY());
+      return frames.about(axis == 0 ? frames.x() : frames.child_turn() * Vector3d::UnitY());
   }
   return {};
 }

@@ -46,6 +46,12 @@ struct PosedJoint {
   Pose child_frame() const { return child.pose * in_child; }
 };
 
+// The poses of its bodies, likewise.
+struct JointPoses {
+  Pose parent;
+  Pose child;
+};
+
 // What moves a body; all 0 for one that nothing can push.
 struct Inertia {
   double inverse_mass = 0;                                    // 1/kg
@@ -72,6 +78,10 @@ void append_joint_rows(const JointStep& step, std::vector<JointRow>& rows);
 
 // The held rows without a compliance.
 void append_held_rows(const JointProperties& joint, const PosedJoint& posed, std::vector<JointRow>& rows);
+
+// Writes the errors of these rows alone, at most six, with the bodies of `posed` in other poses.
+void find_held_errors(const JointProperties& joint, const PosedJoint& posed, const JointPoses& poses,
+                      double* errors);
 
 // The row of the rate of a coordinate of a joint that has it, without a velocity.
 JointRow axis_row(JointType type, const PosedJoint& posed, int axis);

@@ -16,11 +16,12 @@
 // limits and drives does so only if it turns far.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <span>
-#include <utility>
 #include <vector>
 
+#include "lpss/base/disjoint_sets.h"
 #include "lpss/joints/joint_assembly.h"
 
 namespace tessera::joints {
@@ -32,12 +33,13 @@ class JointSolver {
   void clear();
   bool is_empty() const { return joints_.empty(); }
 
-  void add(SolvedJoint joint) { joints_.push_back(std::move(joint)); }
+  void add(const SolvedJoint& joint) { joints_.push_back(joint); }
 
-  // The added bodies, possibly with duplicates.
-  std::vector<int> bodies() const;
+  // The bodies of the joints, ascending. Valid until the next call.
+  std::span<const std::size_t> bodies();
 
-  // For a tick of `dt` seconds in so many steps, which share the bounds of impulses.
+  // For a tick of `dt` seconds in so many steps, which share the bounds of impulses. Of the bodies, those of
+  // joints are looked at.
   void set_up(std::span<const JointedBody> bodies, double dt, int steps);
 
   // Limits, drives and friction act as they did at the end of the step before.
@@ -47,13 +49,22 @@ class JointSolver {
   // The velocities are those that bodies move by in this step.
   void move();
 
-  // Ends the tick. Those that have moved step by step.
-  std::vector<BodyMotion> end();
+  // Ends the tick. How bodies have come to move; valid until the next call.
+  std::span<const BodyMotion> end();
 
  private:
+  JointAssembly& assembly_of(std::size_t body);
+  std::span<const std::unique_ptr<JointAssembly>> assemblies() const { return {assemblies_.data(), count_}; }
+
   std::vector<SolvedJoint> joints_;
   KnownPatterns patterns_;
-  std::vector<std::unique_ptr<JointAssembly>> assemblies_;
+  std::vector<std::unique_ptr<JointAssembly>> assemblies_;  // kept from tick to tick for their storage
+  std::size_t count_ = 0;                                   // of assemblies in this tick
+  std::vector<std::size_t> bodies_;
+  std::vector<BodyMotion> moved_;
+  DisjointSets sets_;
+  std::vector<std::size_t> assembly_of_;  // by the first body of each
+  std::vector<Eigen::Index> places_;      // of bodies, in their assemblies
 };
 
 }  // namespace tessera::joints

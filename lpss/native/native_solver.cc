@@ -273,25 +273,24 @@ void NativeSolver::add_contact(const WorldPair& place) {
 void NativeSolver::begin_joints() {
   jointed_.clear();
   if (joints_.is_empty()) return;
-  for (const int place : joints_.bodies()) jointed_.push_back(static_cast<std::size_t>(place));
-  std::sort(jointed_.begin(), jointed_.end());
-  jointed_.erase(std::unique(jointed_.begin(), jointed_.end()), jointed_.end());
+  const std::span<const std::size_t> jointed = joints_.bodies();
+  jointed_.assign(jointed.begin(), jointed.end());
   linear_changes_.assign(dynamics_.size(), Vector::Zero());
   angular_changes_.assign(dynamics_.size(), Vector::Zero());
   set_changes_.assign(dynamics_.size(), {Vector::Zero(), Vector::Zero()});
-  std::vector<joints::JointedBody> bodies(dynamics_.size());
+  if (jointed_bodies_.size() < dynamics_.size()) jointed_bodies_.resize(dynamics_.size());
   for (const std::size_t place : jointed_) {
     is_pushed_[place] = true;
     Contacts::Body& body = bodies_[place];
     body.angular_force += dynamics_[place]->gyroscopic_push(Scalar(dt_));
-    bodies[place] = {.inverse_mass = body.inverse_mass,
-                     .inverse_inertia = body.inverse_inertia.cast<double>(),
-                     .linear = body.linear.cast<double>(),
-                     .angular = body.angular.cast<double>(),
-                     .linear_change = joints::SharedVector(linear_changes_[place].data()),
-                     .angular_change = joints::SharedVector(angular_changes_[place].data())};
+    jointed_bodies_[place] = {.inverse_mass = body.inverse_mass,
+                              .inverse_inertia = body.inverse_inertia.cast<double>(),
+                              .linear = body.linear.cast<double>(),
+                              .angular = body.angular.cast<double>(),
+                              .linear_change = joints::SharedVector(linear_changes_[place].data()),
+                              .angular_change = joints::SharedVector(angular_changes_[place].data())};
   }
-  joints_.set_up(bodies, dt_, steps_);
+  joints_.set_up(std::span(jointed_bodies_).first(dynamics_.size()), dt_, steps_);
   const auto is_jointed = [&](std::size_t body) {
     return std::binary_search(jointed_.begin(), jointed_.end(), body);
   };

@@ -82,7 +82,8 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   std::vector<std::size_t> stage_ends_;  // in patches
   std::vector<Contacts::Motion> corrections_;
   std::vector<std::size_t> jointed_;
-  std::vector<Vector> linear_changes_;  // of jointed bodies since the start of the tick
+  std::vector<joints::JointedBody> jointed_bodies_;  // by place; those of others mean nothing
+  std::vector<Vector> linear_changes_;               // of jointed bodies since the start of the tick
   std::vector<Vector> angular_changes_;
   std::vector<Contacts::Motion> set_changes_;  // as contacts_ has them
 };

@@ -101,6 +101,70 @@ class Pile {
   SolveTask task_;
 };
 
+// Chains of three boxes that hang from the world: of balls, and of hinges with limits and springs.
+class Chains {
+ public:
+  Chains() : engine_(settings()) {
+    engine_.add_shape(kBox, Shape{{ShapePart{tessera::Box{{1, 1, 1}}, {}}}});
+    world_ = engine_.make_world();
+    solver_ = engine_.make_solver();
+    ball_.type = JointType::kBall;
+    hinge_.type = JointType::kRevolute;
+    hinge_.axes[0].lower = -0.5;
+    hinge_.axes[0].upper = 0.5;
+    hinge_.axes[0].spring_stiffness = 10;
+    for (JointProperties* joint : {&ball_, &hinge_}) {
+      joint->in_parent.position = {0, 0, -0.5};
+      joint->in_child.position = {0, 0, 0.5};
+    }
+    std::uint64_t id = 1;
+    for (int chain = 0; chain < 20; ++chain) {
+      WorldBody above;
+      for (int link = 0; link < 3; ++link) {
+        const std::array<double, 3> at = {2.0 * chain, 0, -1.0 * link};
+        const BodySlot slot = world_->add(record(id, kBox, Motion::kDynamic, at), Role::kHome);
+        const WorldBody body{world_.get(), slot};
+        task_.bodies.push_back(body);
+        TaskJoint joint;
+        joint.id = JointId{id++};
+        joint.properties = chain % 2 == 0 ? &ball_ : &hinge_;
+        joint.drives = &drives_;
+        joint.child = body;
+        joint.parent = above;
+        joint.fixed_parent.position = {at[0], 0, 0.5};
+        task_.joints.push_back(joint);
+        above = body;
+      }
+    }
+  }
+
+  std::size_t step() {
+    const std::size_t before = allocations;
+    world_->detect(kTick);
+    for (const WorldBody& body : task_.bodies) world_->set_gravity(body.slot, {0, 9, -9.81});
+    solver_->solve(task_, kTick);
+    world_->integrate(kTick);
+    return allocations - before;
+  }
+
+ private:
+  NativeEngine engine_;
+  std::unique_ptr<SectorWorld> world_;
+  std::unique_ptr<IslandSolver> solver_;
+  JointProperties ball_;
+  JointProperties hinge_;
+  JointDrives drives_;
+  SolveTask task_;
+};
+
+TEST(SteadyTick, HoldsJointsWithoutAllocation) {
+  Chains chains;
+  std::size_t warming_up = 0;
+  for (int tick = 0; tick < 120; ++tick) warming_up += chains.step();
+  ASSERT_GT(warming_up, 0u) << "allocations are counted";
+  for (int tick = 0; tick < 60; ++tick) ASSERT_EQ(chains.step(), 0u) << "tick " << tick;
+}
+
 TEST(SteadyTick, DetectsSolvesAndIntegratesWithoutAllocation) {
   Pile pile;
   std::size_t warming_up = 0;

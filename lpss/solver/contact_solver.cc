@@ -74,7 +74,7 @@ void factorise(const Matrix& m, Scalar* c) {
 
 // C^-1 v, without the axes that are locked.
 template <typename Vector, typename Scalar>
-Vector scaled(const Scalar* c, const Vector& v) {
+inline Vector scaled(const Scalar* c, const Vector& v) {
   const Scalar x = v.x() * inverse_or_zero(c[0]);
   const Scalar y = (v.y() - c[1] * x) * inverse_or_zero(c[2]);
   const Scalar z = (v.z() - c[3] * x - c[4] * y) * inverse_or_zero(c[5]);
@@ -381,14 +381,14 @@ void ContactSolver<Scalar>::end_group(std::size_t group, std::span<Patch> patche
 }
 
 template <typename Scalar>
-auto ContactSolver<Scalar>::unscaled(std::size_t body, const Scalar* angular) const -> Vector {
+inline auto ContactSolver<Scalar>::unscaled(std::size_t body, const Scalar* angular) const -> Vector {
   const Scalar* const c = terms_[body].factor;
   return {c[0] * angular[0], c[1] * angular[0] + c[2] * angular[1],
           c[3] * angular[0] + c[4] * angular[1] + c[5] * angular[2]};
 }
 
 template <typename Scalar>
-auto ContactSolver<Scalar>::change(std::size_t body) const -> Motion {
+inline auto ContactSolver<Scalar>::change(std::size_t body) const -> Motion {
   const RowBody<Scalar>& moving = moving_[body];
   return {Vector(moving.linear), unscaled(body, moving.angular)};
 }
