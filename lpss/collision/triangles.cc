@@ -184,7 +184,8 @@ class CapsuleFacet {
  public:
   using Vector = Vector3<Scalar>;
 
-  CapsuleFacet(const Facet<Scalar>& facet, const Capsule<Scalar>& capsule, const Vector& axis, Scalar margin)
+  // Of a facet that is placed, without its edges.
+  CapsuleFacet(Facet<Scalar>& facet, const Capsule<Scalar>& capsule, const Vector& axis, Scalar margin)
       : facet_(facet),
         radius_(capsule.radius),
         margin_(margin),
@@ -196,6 +197,8 @@ class CapsuleFacet {
     const Scalar low_height = facet_.height(low_);
     const Scalar high_height = facet_.height(low_ + along_);
     if (std::min(low_height, high_height) > radius_ + margin_) return manifold;
+    facet_.place_edges();
+    if (is_beyond_an_edge()) return manifold;
     const bool crosses = low_height * high_height < 0 &&
                          facet_.is_above(low_ + low_height / (low_height - high_height) * along_);
     if (crosses) {
@@ -229,6 +232,20 @@ class CapsuleFacet {
 
  private:
   Vector at(Scalar t) const { return low_ + t * along_; }
+
+  // Both ends are so far beyond an edge that they touch nothing, however numbers are rounded.
+  bool is_beyond_an_edge() const {
+    constexpr Scalar kClearly(1.01);
+    constexpr Scalar kRounding(1e-5);
+    for (int k = 0; k < 3; ++k) {
+      const Vector lever = low_ - facet_.vertex[k];
+      const Scalar low = facet_.out[k].dot(lever);
+      const Scalar high = low + facet_.out[k].dot(along_);
+      const Scalar reach = kClearly * (radius_ + margin_) + kRounding * lever.template lpNorm<1>();
+      if (std::min(low, high) > reach) return true;
+    }
+    return false;
+  }
 
   // The core goes through the triangle: along its normal, or out over an open edge.
   void find_least(Scalar height, Scalar end) {
@@ -279,7 +296,7 @@ class CapsuleFacet {
     normal_ = is_noise || edges_ == 0 ? facet_.normal : Vector((at(core_) - on_facet_) / std::sqrt(least));
   }
 
-  const Facet<Scalar>& facet_;
+  Facet<Scalar>& facet_;
   Scalar radius_;
   Scalar margin_;
   Vector low_;
@@ -498,7 +515,6 @@ Manifold<Scalar> collide(const Capsule<Scalar>& a, const MeshTriangle<Scalar>& b
                          const Placement<Scalar>& placement, Margin<Scalar> margin) {
   Facet<Scalar> facet(b, placement.b);
   facet.place(placement.offset);
-  facet.place_edges();
   return CapsuleFacet<Scalar>(facet, a, placement.a.col(2), margin).collide();
 }
 

@@ -31,7 +31,12 @@ class Mesh final : public Terrain {
     for (std::size_t n = 0; n + 2 < mesh.indices.size(); n += 3) {
       triangles_.push_back({mesh.indices[n], mesh.indices[n + 1], mesh.indices[n + 2]});
     }
-    for (std::uint32_t n = 0; n < triangles_.size(); ++n) edges_.add(n, triangles_[n]);
+    normals_.reserve(triangles_.size());
+    for (std::uint32_t n = 0; n < triangles_.size(); ++n) {
+      edges_.add(n, triangles_[n]);
+      const std::array<Vector, 3> corners = corners_of(n);
+      normals_.push_back(normal_of(corners[0], corners[1], corners[2]));
+    }
     edges_.connect();
   }
 
@@ -61,14 +66,13 @@ class Mesh final : public Terrain {
   MeshTriangle<Scalar> triangle(std::uint32_t index) const {
     MeshTriangle<Scalar> result;
     const std::array<Vector, 3> corners = corners_of(index);
-    result.normal = normal_of(corners[0], corners[1], corners[2]);
+    result.normal = normals_[index];
     for (std::size_t n = 0; n < 3; ++n) {
       result.vertex[n] = corners[n];
       const auto neighbour = edges_.beyond(index, static_cast<int>(n));
       result.has_neighbour[n] = neighbour.has_value();
       if (!neighbour) continue;
-      const std::array<Vector, 3> others = corners_of(static_cast<std::uint32_t>(neighbour->key));
-      const Vector normal = normal_of(others[0], others[1], others[2]);
+      const Vector& normal = normals_[neighbour->key];
       result.neighbour_normal[n] = neighbour->is_reversed ? Vector(-normal) : normal;
     }
     return result;
@@ -77,6 +81,7 @@ class Mesh final : public Terrain {
   const btBvhTriangleMeshShape& tree_;
   std::vector<Vector> vertices_;
   std::vector<bullet::TriangleEdges::Vertices> triangles_;
+  std::vector<Vector> normals_;
   bullet::TriangleEdges edges_;
 };
 
