@@ -90,6 +90,24 @@ bool eliminate(const Panel& panel, int first, int columns, double* pivots) {
   return true;
 }
 
+// Factorises a system of a single front of kRows rows, in the order of factorise(): loops that are unrolled.
+template <int kRows>
+bool factorise_front(double* numbers, double* pivots) {
+  const Panel panel{numbers, kRows};
+  for (int first = 0; first < kRows; first += kTile) {
+    const int end = std::min(first + kTile, kRows);
+    for (int c = first; c < end; ++c) {
+      for (int row = c; row < kRows; ++row) {
+        double sum = 0;
+        for (int k = 0; k < first; ++k) sum += panel.column(k)[row] * (pivots[k] * panel.column(k)[c]);
+        panel.column(c)[row] -= sum;
+      }
+    }
+    if (!eliminate(panel, first, end - first, pivots)) return false;
+  }
+  return true;
+}
+
 // Solves a system of a single front of kRows rows, in its order: loops that are unrolled.
 template <int kRows>
 void solve_front(const double* panel, const double* pivots, double* x) {
@@ -107,11 +125,16 @@ void solve_front(const double* panel, const double* pivots, double* x) {
 constexpr int kUnrolledMax = 12;
 
 template <int... kRows>
+constexpr auto factorisers(std::integer_sequence<int, kRows...>) {
+  return std::array{&factorise_front<kRows>...};
+}
+template <int... kRows>
 constexpr auto solvers(std::integer_sequence<int, kRows...>) {
   return std::array{&solve_front<kRows>...};
 }
 
 // By the number of rows.
+constexpr auto kFactoriseFront = factorisers(std::make_integer_sequence<int, kUnrolledMax + 1>());
 constexpr auto kSolveFront = solvers(std::make_integer_sequence<int, kUnrolledMax + 1>());
 
 }  // namespace
@@ -154,7 +177,12 @@ void BlockFactors::assemble(const BlockPattern::Front& front) {
   }
 }
 
+bool BlockFactors::is_unrolled() const {
+  return pattern_->fronts().size() == 1 && pattern_->rows() <= kUnrolledMax;
+}
+
 bool BlockFactors::factorise() {
+  if (is_unrolled()) return kFactoriseFront[pivots_.size()](panels_.data(), pivots_.data());
   for (const BlockPattern::Front& front : pattern_->fronts()) {
     assemble(front);
     const Panel panel{panels_.data() + front.panel, front.rows()};
@@ -181,7 +209,7 @@ bool BlockFactors::factorise() {
 void BlockFactors::solve(const Eigen::VectorXd& right, Eigen::VectorXd& solution) const {
   const std::vector<int>& order = pattern_->row_order();
   for (std::size_t n = 0; n < order.size(); ++n) ordered_[n] = right[order[n]];
-  if (pattern_->fronts().size() == 1 && order.size() <= kUnrolledMax) {
+  if (is_unrolled()) {
     kSolveFront[order.size()](panels_.data(), pivots_.data(), ordered_.data());
   } else {
     solve_fronts();

@@ -33,6 +33,7 @@ class BlockFactors {
   void solve(const Eigen::VectorXd& right, Eigen::VectorXd& solution) const;
 
  private:
+  bool is_unrolled() const;
   void solve_fronts() const;
   void assemble(const BlockPattern::Front& front);
 
