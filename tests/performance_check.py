@@ -23,8 +23,8 @@ BOUNDS = {
     ("pile", "one_sector"): (10.3, 0.255),
     ("pyramid", "sectors"): (15.0, 0.212),
     ("pyramid", "one_sector"): (13.6, 0.192),
-    ("mixed", "sectors"): (34.6, 1.55),
-    ("mixed", "one_sector"): (31.6, 1.41),
+    ("mixed", "sectors"): (33.6, 1.50),
+    ("mixed", "one_sector"): (30.6, 1.37),
 }
 
 

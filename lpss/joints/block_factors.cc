@@ -90,36 +90,55 @@ bool eliminate(const Panel& panel, int first, int columns, double* pivots) {
   return true;
 }
 
-// Factorises a system of a single front of kRows rows, in the order of factorise(): loops that are unrolled.
+// Calls `act` with the constants from 0 to kCount: loops in loops, which the compiler does not unroll by
+// itself.
+template <int kCount, typename Act>
+inline void unrolled(Act act) {
+  [&]<int... kN>(std::integer_sequence<int, kN...>) { (act(std::integral_constant<int, kN>()), ...); }
+  (std::make_integer_sequence<int, kCount>());
+}
+
+// Factorises a system of a single front of kRows rows. Each number is changed in the order of factorise(): by
+// the columns before its tile at once, then by those of its tile.
 template <int kRows>
 bool factorise_front(double* numbers, double* pivots) {
   const Panel panel{numbers, kRows};
-  for (int first = 0; first < kRows; first += kTile) {
-    const int end = std::min(first + kTile, kRows);
-    for (int c = first; c < end; ++c) {
-      for (int row = c; row < kRows; ++row) {
-        double sum = 0;
-        for (int k = 0; k < first; ++k) sum += panel.column(k)[row] * (pivots[k] * panel.column(k)[c]);
-        panel.column(c)[row] -= sum;
-      }
+  bool is_regular = true;
+  unrolled<kRows>([&](auto c) {
+    constexpr int first = c / kTile * kTile;
+    double* const target = panel.column(c);
+    for (int row = c; first > 0 && row < kRows; ++row) {
+      double sum = 0;
+      for (int k = 0; k < first; ++k) sum += panel.column(k)[row] * (pivots[k] * panel.column(k)[c]);
+      target[row] -= sum;
     }
-    if (!eliminate(panel, first, end - first, pivots)) return false;
-  }
-  return true;
+    for (int k = first; k < c; ++k) {
+      const double weighed = pivots[k] * panel.column(k)[c];
+      for (int row = c; row < kRows; ++row) target[row] -= panel.column(k)[row] * weighed;
+    }
+    const double pivot = pivots[c] = target[c];
+    if (pivot == 0 || !std::isfinite(pivot)) is_regular = false;
+    for (int row = c + 1; row < kRows; ++row) target[row] /= pivot;
+  });
+  return is_regular;
 }
 
-// Solves a system of a single front of kRows rows, in its order: loops that are unrolled.
+// Solves a system of a single front of kRows rows, in the order of solve_fronts().
 template <int kRows>
 void solve_front(const double* panel, const double* pivots, double* x) {
-  for (int k = 0; k < kRows; ++k) {
-    for (int row = k + 1; row < kRows; ++row) x[row] -= panel[k * kRows + row] * x[k];
-  }
-  for (int k = 0; k < kRows; ++k) x[k] /= pivots[k];
-  for (int k = kRows; k-- > 0;) {
+  double y[kRows + 1];  // in registers
+  std::copy_n(x, kRows, y);
+  unrolled<kRows>([&](auto k) {
+    for (int row = k + 1; row < kRows; ++row) y[row] -= panel[k * kRows + row] * y[k];
+  });
+  for (int k = 0; k < kRows; ++k) y[k] /= pivots[k];
+  unrolled<kRows>([&](auto n) {
+    constexpr int k = kRows - 1 - n;
     double sum = 0;
-    for (int row = k + 1; row < kRows; ++row) sum += panel[k * kRows + row] * x[row];
-    x[k] -= sum;
-  }
+    for (int row = k + 1; row < kRows; ++row) sum += panel[k * kRows + row] * y[row];
+    y[k] -= sum;
+  });
+  std::copy_n(y, kRows, x);
 }
 
 constexpr int kUnrolledMax = 12;
