@@ -16,6 +16,8 @@ namespace {
 constexpr absl::Duration kConnectMax = absl::Milliseconds(300);
 constexpr absl::Duration kFailedMax = absl::Milliseconds(50);
 constexpr absl::Duration kAskAgain = absl::Milliseconds(50);
+// A coordinator that is replaced is back within a second or two.
+constexpr absl::Duration kReplacedMax = absl::Seconds(3);
 // An attempt may take several ways there and back: the ends of TCP and TLS meet over slow links, too.
 constexpr int kAttemptMs = 1000;
 constexpr absl::Duration kAskMax = absl::Seconds(2);  // why a connection fails
@@ -133,6 +135,11 @@ void Coordinators::leave(std::size_t place, const grpc::Status& status) {
   const bool is_in_doubt = status.error_code() == grpc::StatusCode::UNAVAILABLE ||
                            status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
   if (are_several()) place_ = is_in_doubt ? (place + 1) % members_.size() : place;
+}
+
+bool Coordinators::comes_back(std::size_t place, absl::Time deadline) {
+  return are_several() ||
+         is_connected(*members_[place].channel, std::min(deadline, absl::Now() + kReplacedMax));
 }
 
 bool Coordinators::is_worth_another(absl::Time deadline) {

@@ -8,11 +8,9 @@
 #include <absl/time/time.h>
 #include <grpcpp/grpcpp.h>
 
-#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,18 +52,16 @@ class Coordinators {
   }
 
   // A command. Where its connection is lost, it is made again, under the same number, to whoever leads then:
-  // it is carried out once.
+  // it is carried out once. UNAVAILABLE: nobody was there to take it again.
   template <typename Request, typename Reply>
   absl::StatusOr<Reply> call_once(Method<Request, Reply> method, const Request& request,
                                   absl::Duration timeout) {
     const std::string number = absl::StrCat(calls_.fetch_add(1) + 1);
-    absl::Time deadline = absl::Now() + timeout;
-    std::optional<absl::Status> lost;  // how the first connection was
+    const absl::Time deadline = absl::Now() + timeout;
     for (;;) {
       const std::size_t place = find(deadline);
       grpc::ClientContext context;
       set_deadline(context, deadline);
-      context.set_wait_for_ready(lost && !are_several());
       context.AddMetadata(kSessionHeader, session_);
       context.AddMetadata(kCallHeader, number);
       Reply reply;
@@ -74,13 +70,8 @@ class Coordinators {
       if (status.ok()) return reply;
       const bool is_lost = status.error_code() == grpc::StatusCode::UNAVAILABLE &&
                            !context.GetServerTrailingMetadata().contains(kAnsweredTrailer);
-      if (is_lost && !lost) {
-        lost = from_grpc(status);
-        if (!are_several()) deadline = std::min(deadline, absl::Now() + kCoordinatorReplacedMax);
-      }
-      if ((is_lost || (stands_by(status) && are_several())) && is_worth_another(deadline)) continue;
-      const bool is_late = status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
-      return explained(place, lost && is_late ? *lost : from_grpc(status), timeout);
+      const bool is_again = is_lost ? comes_back(place, deadline) : stands_by(status) && are_several();
+      if (!is_again || !is_worth_another(deadline)) return explained(place, from_grpc(status), timeout);
     }
   }
 
@@ -101,9 +92,6 @@ class Coordinators {
     std::unique_ptr<v1::Tessera::Stub> stub;
   };
 
-  // A coordinator that is replaced is back within a second or two.
-  static constexpr absl::Duration kCoordinatorReplacedMax = absl::Seconds(3);
-
   explicit Coordinators(std::vector<Member> members);
 
   static void set_deadline(grpc::ClientContext& context, absl::Time deadline) {
@@ -112,6 +100,8 @@ class Coordinators {
   v1::Tessera::Stub& stub(std::size_t place) { return *members_[place].stub; }
   std::size_t find(absl::Time deadline);
   void leave(std::size_t place, const grpc::Status& status);
+  // Whether one whose connection was lost can be asked again, or others can.
+  bool comes_back(std::size_t place, absl::Time deadline);
   static bool is_worth_another(absl::Time deadline);
   absl::Status explained(std::size_t place, const absl::Status& status, absl::Duration timeout) const;
 

@@ -27,7 +27,8 @@ _CHANNEL_OPTIONS = [
     ("grpc.max_send_message_length", -1),
     # A coordinator that is replaced is back within a second or two.
     ("grpc.initial_reconnect_backoff_ms", 100),
-    ("grpc.min_reconnect_backoff_ms", 100),
+    # An attempt may take several ways there and back: the ends of TCP and TLS meet over slow links, too.
+    ("grpc.min_reconnect_backoff_ms", 1000),
     ("grpc.max_reconnect_backoff_ms", 1000),
 ]
 # One of several that does not answer pings is as good as gone, although its connection stands.
@@ -88,33 +89,23 @@ class Coordinators:
 
     def call_once(self, method: str, request: Any, timeout: float | None) -> Any:
         """A command. Where its connection is lost, it is made again, under the same number, to whoever leads then: it
-        is carried out once.
+        is carried out once. Unavailable: nobody was there to take it again.
         """
         numbered = ((_SESSION_HEADER, self._session), (_CALL_HEADER, str(next(self._calls))))
         deadline = None if timeout is None else time.monotonic() + timeout
-        lost: grpc.RpcError | None = None
         while True:
             place = self._find(deadline)
             left = None if deadline is None else max(deadline - time.monotonic(), 0)
-            waits = lost is not None and not self._are_several
             try:
-                reply = getattr(self._stubs[place], method)(
-                    request, timeout=left, metadata=numbered, wait_for_ready=waits
-                )
+                reply = getattr(self._stubs[place], method)(request, timeout=left, metadata=numbered)
                 self._place, self._is_in_doubt = place, False
                 return reply
             except grpc.RpcError as error:
                 self._leave(place, error)
                 is_lost = error.code() == grpc.StatusCode.UNAVAILABLE and not _is_answered(error)
-                if is_lost and lost is None:
-                    lost = error
-                    if not self._are_several:
-                        deadline = min(inf if deadline is None else deadline, time.monotonic() + COORDINATOR_REPLACED_MAX_S)
-                if (is_lost or (self._are_several and _stands_by(error))) and _is_worth_another(deadline):
-                    continue
-                is_late = error.code() == grpc.StatusCode.DEADLINE_EXCEEDED
-                where = f"coordinator at {self._addresses[place]}"
-                raise from_grpc(lost if lost and is_late else error, where) from None
+                is_again = self._comes_back(place, deadline) if is_lost else self._are_several and _stands_by(error)
+                if not (is_again and _is_worth_another(deadline)):
+                    raise from_grpc(error, f"coordinator at {self._addresses[place]}") from None
 
     def leader(self, timeout: float | None) -> tessera_pb2_grpc.TesseraStub:
         """That of the coordinator that leads, as far as is known."""
@@ -147,6 +138,20 @@ class Coordinators:
             self._stubs[place].GetStatus(tessera_pb2.StatusRequest(), timeout=ANSWER_MAX_S, wait_for_ready=True)
         except grpc.RpcError as error:
             return False if _stands_by(error) else None
+        return True
+
+    def _comes_back(self, place: int, deadline: float | None) -> bool:
+        """Whether one whose connection was lost can be asked again, or others can."""
+        if self._are_several:
+            return True
+        left = inf if deadline is None else deadline - time.monotonic()
+        connected = grpc.channel_ready_future(self._channels[place])
+        try:
+            connected.result(timeout=max(min(left, COORDINATOR_REPLACED_MAX_S), 0))
+        except grpc.FutureTimeoutError:
+            return False
+        finally:
+            connected.cancel()
         return True
 
     def _find(self, deadline: float | None) -> int:
