@@ -49,6 +49,10 @@ void add_shared_options(CLI::App& app, DdsOptions& dds, LogOptions& log, KeysOpt
       ->delimiter(',')
       ->group(kSharedOptions)
       ->default_str("127.0.0.1");
+  app.add_option("--shared-memory", dds.network.shared_memory,
+                 "Small messages between daemons of one host and user go through memory that they share")
+      ->group(kSharedOptions)
+      ->default_str("true");
   add_keys_options(app, keys);
   add_log_options(app, log);
 }

@@ -27,6 +27,9 @@
 namespace tessera {
 namespace {
 
+// How long a server looks for what another one owes it within a tick, before it sleeps.
+constexpr std::chrono::microseconds kEager{200};
+
 // Of gRPC: they accept calls, and refuse those beyond the limit.
 constexpr std::size_t kThreadsBesideStreams = 64;
 
@@ -57,7 +60,8 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, Server
                            ? std::chrono::steady_clock::time_point{}
                            : start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                          deadline.value_or(since_start() + std::chrono::seconds(1)));
-    std::vector<Delivery> deliveries = link.receive(until);
+    const auto eager = server.awaits_peers() ? kEager : std::chrono::microseconds(0);
+    std::vector<Delivery> deliveries = link.receive(until, eager);
     for (const NodeId node : link.take_lost_peers()) server.suspect(node, since_start());
     for (Delivery& delivery : deliveries) {
       v1::ClusterMessage message;

@@ -86,6 +86,8 @@ class SectorServer::Impl {
 
   bool work_left() const { return !finished_ && run_ && run_->ready(); }
 
+  bool awaits_peers() const { return !finished_ && run_ && !run_->ready() && !run_->between_ticks(); }
+
   void work_while_waiting() {
     if (finished_ || !run_) return;
     const Nanoseconds began = clock_();
@@ -313,6 +315,7 @@ void SectorServer::advance(Nanoseconds now) { impl_->advance(now); }
 void SectorServer::suspect(NodeId node, Nanoseconds now) { impl_->suspect(node, now); }
 void SectorServer::leave(const std::string& reason) { impl_->leave(reason); }
 std::optional<Nanoseconds> SectorServer::next_deadline() const { return impl_->next_deadline(); }
+bool SectorServer::awaits_peers() const { return impl_->awaits_peers(); }
 TickMachine* SectorServer::machine_between_ticks() { return impl_->machine_between_ticks(); }
 Tick SectorServer::tick() const { return impl_->tick(); }
 bool SectorServer::joined() const { return impl_->joined(); }

@@ -65,6 +65,9 @@ class SectorServer {
   bool work_left() const;
   void proceed(Nanoseconds now);
 
+  // Whether a tick is under way that goes on with messages of other servers.
+  bool awaits_peers() const;
+
   // Does some of what needs nobody: worth a call once messages have been sent and before others are awaited.
   void work_while_waiting();
 

@@ -14,12 +14,15 @@
 #include <mutex>
 #include <optional>
 #include <random>
+#include <string_view>
+#include <thread>
 #include <utility>
 
 #include "cluster.h"
 #include "dds/dds.h"
 #include "transport/dds_beacon.h"
 #include "transport/dds_domain.h"
+#include "transport/host_lane.h"
 #include "transport/peer_stream.h"
 
 namespace tessera {
@@ -46,6 +49,11 @@ constexpr std::chrono::milliseconds kStallRetry{10};
 
 // Processes that this one has heard of since it began; more are not listened to.
 constexpr std::size_t kPeersMax = 4096;
+// Rings of shared memory to processes of this host; what goes to more of them takes the network.
+constexpr std::size_t kLanesMax = 256;
+
+// Where messages come through shared memory all the time, DDS is looked at so often.
+constexpr std::chrono::microseconds kLookInterval{100};
 
 constexpr int kTakeBatch = 64;
 constexpr int kTriggerBatch = 32;
@@ -139,7 +147,7 @@ class DdsLink::Impl {
 
   absl::Status open();
   void send(NodeId to, std::string payload);
-  std::vector<Delivery> receive(Clock::time_point deadline);
+  std::vector<Delivery> receive(Clock::time_point deadline, Clock::duration eager);
   void wake() { dds_set_guardcondition(wake_, true); }
   std::vector<NodeId> take_lost() { return std::exchange(lost_, {}); }
   void forget(NodeId peer);
@@ -154,6 +162,7 @@ class DdsLink::Impl {
   struct Sender {
     NodeId node;
     Session session = 0;
+    LaneOffer lane;
   };
 
   struct Peer {
@@ -163,6 +172,18 @@ class DdsLink::Impl {
     dds_entity_t writer = 0;
     // DDS did not accept the next packet: try again later.
     bool stalled = false;
+    // Shared memory to the peer and from it, where it runs on this host.
+    std::unique_ptr<LaneWriter> to;
+    std::unique_ptr<LaneReader> from;
+    Session from_session = 0;
+    bool must_wake = false;  // it sleeps, and there is something in `to`
+
+    std::optional<Packet> next() const {
+      std::optional<Packet> packet = stream.next();
+      if (!packet && must_wake) packet = stream.acknowledgement();
+      return packet;
+    }
+    bool has_ready() { return from && stream.session() == from_session && from->ready(stream.received()); }
   };
 
   Peer& peer(NodeId node);
@@ -170,7 +191,13 @@ class DdsLink::Impl {
   absl::Status create_pulse();
   void on_reader_event(std::vector<Delivery>& deliveries);
   void on_writer_event(Peer& peer);
-  void note_new_senders();
+  void note_senders(std::vector<Delivery>& deliveries);
+  bool write_lane(Peer& peer, std::string_view payload);
+  void open_lane(const Sender& sender);
+  void close_lane_of(const Sender& sender, std::vector<Delivery>& deliveries);
+  void read_lane(Peer& peer, std::vector<Delivery>& deliveries);
+  void read_lanes(std::vector<Delivery>& deliveries);
+  bool any_lane_ready();
   std::optional<Sender> sender_of(dds_instance_handle_t writer) const;
   // Runs on a thread of DDS.
   static void on_liveliness_changed(dds_entity_t reader, dds_liveliness_changed_status_t status, void* self);
@@ -190,6 +217,8 @@ class DdsLink::Impl {
   dds_entity_t wake_ = 0;
   dds_entity_t silence_ = 0;
   std::map<NodeId, std::unique_ptr<Peer>> peers_;
+  std::size_t lanes_to_ = 0;       // rings made so far
+  std::vector<Peer*> lanes_from_;  // peers with a ring to here
   // The writers that DDS has connected to our inbox, and their processes.
   std::map<dds_instance_handle_t, Sender> senders_;
   // Set by the threads of DDS: the writers that have fallen silent.
@@ -198,6 +227,7 @@ class DdsLink::Impl {
   // Peers with events since they were last pumped; may contain duplicates.
   std::vector<Peer*> touched_;
   std::vector<NodeId> lost_;
+  Clock::time_point next_look_;  // at DDS
 };
 
 absl::Status DdsLink::Impl::open() {
@@ -245,7 +275,9 @@ DdsLink::Impl::Peer& DdsLink::Impl::peer(NodeId node) {
     slot->topic = must(create_inbox_topic(node), "cannot create the topic of a peer");
     const Qos qos = inbox_qos();
     dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kSilenceMax);
-    const Sender sender{options_.self, session_};
+    if (options_.network.shared_memory && lanes_to_ < kLanesMax) slot->to = LaneWriter::create();
+    if (slot->to) ++lanes_to_;
+    const Sender sender{options_.self, session_, slot->to ? slot->to->offer() : LaneOffer{}};
     dds_qset_userdata(qos.get(), &sender, sizeof sender);
     slot->writer =
         must(dds_create_writer(participant_, slot->topic, qos.get(), nullptr), "cannot write to a peer");
@@ -258,17 +290,70 @@ DdsLink::Impl::Peer& DdsLink::Impl::peer(NodeId node) {
 
 void DdsLink::Impl::send(NodeId to, std::string payload) {
   Peer& receiver = peer(to);
+  if (write_lane(receiver, payload)) return;
   receiver.stream.push(std::move(payload));
   pump(receiver);
 }
 
 void DdsLink::Impl::forget(NodeId node) {
-  if (const auto found = peers_.find(node); found != peers_.end()) found->second->stream.forget();
+  const auto found = peers_.find(node);
+  if (found == peers_.end()) return;
+  Peer& peer = *found->second;
+  peer.stream.forget();
+  peer.to.reset();
+  peer.from.reset();
+  std::erase(lanes_from_, &peer);
+}
+
+bool DdsLink::Impl::write_lane(Peer& peer, std::string_view payload) {
+  if (!peer.to || !peer.stream.is_open() || !peer.to->serves(peer.stream.session())) return false;
+  if (!peer.to->write(peer.stream.pushed(), payload)) return false;
+  if (peer.to->take_asleep()) {
+    peer.must_wake = true;
+    pump(peer);
+  }
+  return true;
+}
+
+void DdsLink::Impl::open_lane(const Sender& sender) {
+  if (!options_.network.shared_memory || sender.lane.process == 0 || lanes_from_.size() >= kLanesMax) return;
+  std::unique_ptr<LaneReader> lane = LaneReader::open(sender.lane, session_);
+  if (!lane) return;
+  Peer& from = peer(sender.node);
+  if (!from.from) lanes_from_.push_back(&from);
+  from.from = std::move(lane);
+  from.from_session = sender.session;
+}
+
+// A ring stays open while its writer may write, also where DDS has lost sight of it.
+void DdsLink::Impl::close_lane_of(const Sender& sender, std::vector<Delivery>& deliveries) {
+  const auto found = peers_.find(sender.node);
+  if (found == peers_.end()) return;
+  Peer& peer = *found->second;
+  if (!peer.from || !(peer.from->offer() == sender.lane) || peer.from->has_writer()) return;
+  read_lane(peer, deliveries);
+  peer.from.reset();
+  std::erase(lanes_from_, &peer);
+}
+
+void DdsLink::Impl::read_lane(Peer& peer, std::vector<Delivery>& deliveries) {
+  while (peer.has_ready()) {
+    peer.stream.heard_elsewhere();
+    deliveries.push_back({peer.stream.peer(), *peer.from->read(peer.stream.received())});
+  }
+}
+
+void DdsLink::Impl::read_lanes(std::vector<Delivery>& deliveries) {
+  for (Peer* const peer : lanes_from_) read_lane(*peer, deliveries);
+}
+
+bool DdsLink::Impl::any_lane_ready() {
+  return std::any_of(lanes_from_.begin(), lanes_from_.end(), [](Peer* peer) { return peer->has_ready(); });
 }
 
 void DdsLink::Impl::pump(Peer& peer) {
   peer.stalled = false;
-  while (const std::optional<Packet> packet = peer.stream.next()) {
+  while (const std::optional<Packet> packet = peer.next()) {
     const tessera_Message message = to_message(options_.self, peer.stream.peer(), *packet);
     const dds_return_t rc = dds_write(peer.writer, &message);
     if (rc == DDS_RETCODE_TIMEOUT) {
@@ -277,16 +362,27 @@ void DdsLink::Impl::pump(Peer& peer) {
     }
     must(rc, "cannot send");
     peer.stream.sent(*packet);
+    peer.must_wake = false;
   }
 }
 
-std::vector<Delivery> DdsLink::Impl::receive(Clock::time_point deadline) {
+std::vector<Delivery> DdsLink::Impl::receive(Clock::time_point deadline, Clock::duration eager) {
   std::vector<Delivery> deliveries;
+  if (eager > Clock::duration::zero() && !lanes_from_.empty()) {
+    const Clock::time_point eager_until = std::min(deadline, Clock::now() + eager);
+    while (!any_lane_ready() && Clock::now() < eager_until) std::this_thread::yield();
+  }
+  read_lanes(deliveries);
+  if (!deliveries.empty()) {
+    if (Clock::now() < next_look_) return deliveries;
+    deadline = {};
+  }
   for (;;) {
     const bool stalled =
         std::any_of(peers_.begin(), peers_.end(), [](const auto& entry) { return entry.second->stalled; });
-    const Clock::time_point until = stalled ? std::min(deadline, Clock::now() + kStallRetry) : deadline;
-    const bool woken = wait(until, deliveries);
+    const bool woken = wait(stalled ? std::min(deadline, Clock::now() + kStallRetry) : deadline, deliveries);
+    next_look_ = Clock::now() + kLookInterval;
+    read_lanes(deliveries);
     if (stalled) {
       for (const auto& [node, peer] : peers_) {
         if (peer->stalled) touched_.push_back(peer.get());
@@ -309,8 +405,11 @@ bool DdsLink::Impl::wait(Clock::time_point deadline, std::vector<Delivery>& deli
           ? dds_time() + std::chrono::duration_cast<std::chrono::nanoseconds>(left).count()
           : 1;
   std::array<dds_attach_t, kTriggerBatch> triggered;
+  for (Peer* const peer : lanes_from_) peer->from->sleep();
   const dds_return_t count =
-      must(dds_waitset_wait_until(waitset_, triggered.data(), triggered.size(), until), "cannot wait");
+      must(dds_waitset_wait_until(waitset_, triggered.data(), triggered.size(), any_lane_ready() ? 1 : until),
+           "cannot wait");
+  for (Peer* const peer : lanes_from_) peer->from->stop_sleeping();
   bool woken = false;
   bool silence = false;
   // If more were triggered than there was room for, the next call gets the rest.
@@ -365,18 +464,21 @@ void DdsLink::Impl::on_writer_event(Peer& peer) {
   dds_publication_matched_status_t status;
   must(dds_get_publication_matched_status(peer.writer, &status), "cannot query the matched readers");
   if (status.total_count_change > 0) peer.stream.connected();
-  if (status.current_count == 0) peer.stream.disconnected();
+  if (status.current_count == 0) {
+    peer.stream.disconnected();
+    peer.to.reset();
+  }
   touched_.push_back(&peer);
 }
 
 void DdsLink::Impl::on_reader_event(std::vector<Delivery>& deliveries) {
   dds_subscription_matched_status_t status;
   must(dds_get_subscription_matched_status(reader_, &status), "cannot query the matched writers");
-  if (status.total_count_change != 0 || status.current_count_change != 0) note_new_senders();
+  if (status.total_count_change != 0 || status.current_count_change != 0) note_senders(deliveries);
   take(deliveries);
 }
 
-void DdsLink::Impl::note_new_senders() {
+void DdsLink::Impl::note_senders(std::vector<Delivery>& deliveries) {
   std::vector<dds_instance_handle_t> handles(64);
   for (;;) {
     const dds_return_t count = must(dds_get_matched_publications(reader_, handles.data(), handles.size()),
@@ -394,10 +496,14 @@ void DdsLink::Impl::note_new_senders() {
     const std::optional<Sender> sender = sender_of(handle);
     if (!sender) continue;
     now.emplace(handle, *sender);
+    open_lane(*sender);
     if (const auto known = peers_.find(sender->node); known != peers_.end()) {
       known->second->stream.heard_of();
       touched_.push_back(known->second.get());
     }
+  }
+  for (const auto& [handle, sender] : senders_) {
+    if (!now.contains(handle)) close_lane_of(sender, deliveries);
   }
   senders_ = std::move(now);
 }
@@ -428,6 +534,8 @@ void DdsLink::Impl::take(std::vector<Delivery>& deliveries) {
       const auto& message = *static_cast<const tessera_Message*>(samples[i]);
       if (!peers_.contains(NodeId{message.from}) && peers_.size() >= kPeersMax) continue;
       Peer& sender = peer(NodeId{message.from});
+      // What was written before this packet was sent.
+      read_lane(sender, deliveries);
       sender.stream.accept(to_packet(message), deliveries);
       if (touched_.empty() || touched_.back() != &sender) touched_.push_back(&sender);
     }
@@ -455,7 +563,10 @@ absl::StatusOr<std::unique_ptr<DdsLink>> DdsLink::create(const DdsOptions& optio
 
 NodeId DdsLink::self() const { return impl_->options().self; }
 void DdsLink::send(NodeId to, std::string payload) { impl_->send(to, std::move(payload)); }
-std::vector<Delivery> DdsLink::receive(Clock::time_point deadline) { return impl_->receive(deadline); }
+std::vector<Delivery> DdsLink::receive(Clock::time_point deadline) { return impl_->receive(deadline, {}); }
+std::vector<Delivery> DdsLink::receive(Clock::time_point deadline, Clock::duration eager) {
+  return impl_->receive(deadline, eager);
+}
 void DdsLink::wake() { impl_->wake(); }
 std::vector<NodeId> DdsLink::take_lost_peers() { return impl_->take_lost(); }
 void DdsLink::forget(NodeId peer) { impl_->forget(peer); }

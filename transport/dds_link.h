@@ -26,8 +26,10 @@ struct DdsOptions {
   NodeId self;
 };
 
-// Messages of one pair of processes keep their order here. Sent messages are kept until the other process has
-// taken them in receive(), so a connection that breaks and comes back, even after a long time, loses nothing.
+// Between processes of one host and user, small messages go through shared memory (transport/host_lane.h),
+// once DDS has introduced them. Messages of one pair of processes keep their order here. Sent messages are
+// kept until the other process has taken them in receive(), so a connection that breaks and comes back, even
+// after a long time, loses nothing.
 //
 // send(), receive() and the rest belong to one thread, which does not have to be the one that created the
 // link; wake() belongs to any. Messages that have to wait, because their receiver is missing or too slow, are
@@ -49,6 +51,10 @@ class DdsLink : public Link {
   NodeId self() const override;
   void send(NodeId to, std::string payload) override;
   std::vector<Delivery> receive(std::chrono::steady_clock::time_point deadline) override;
+  // As above, but looks for `eager` at what comes from processes of this host before it sleeps: for answers
+  // that are due within microseconds.
+  std::vector<Delivery> receive(std::chrono::steady_clock::time_point deadline,
+                                std::chrono::steady_clock::duration eager);
   void wake() override;
 
   // The processes we were connected to that have gone, or were replaced by others at the same address, since

@@ -1,5 +1,6 @@
 // Round trip and throughput of DdsLink between two processes on this host:
-//   dds_link_benchmark [payload bytes = 16384] [round trips = 20000] [megabytes one way = 1000]
+//   dds_link_benchmark [payload bytes = 16384] [round trips = 20000] [megabytes one way = 1000] [network]
+// "network": without shared memory.
 #include <malloc.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,6 +9,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -27,12 +29,14 @@ struct Plan {
   std::size_t bytes = 16384;
   int round_trips = 20000;
   std::size_t megabytes = 1000;
+  bool shared_memory = true;
 
   std::size_t bulk_messages() const { return megabytes * 1'000'000 / bytes; }
 };
 
-std::unique_ptr<DdsLink> open(NodeId self, std::uint32_t domain) {
-  auto link = DdsLink::create({.domain = domain, .cluster = "benchmark", .self = self});
+std::unique_ptr<DdsLink> open(NodeId self, std::uint32_t domain, bool shared_memory) {
+  auto link = DdsLink::create(
+      {.domain = domain, .cluster = "benchmark", .network = {.shared_memory = shared_memory}, .self = self});
   if (!link.ok()) {
     std::fprintf(stderr, "%s\n", link.status().ToString().c_str());
     std::exit(1);
@@ -41,16 +45,17 @@ std::unique_ptr<DdsLink> open(NodeId self, std::uint32_t domain) {
 }
 
 // The next messages, at least one.
-std::vector<Delivery> next(Link& link) {
+std::vector<Delivery> next(DdsLink& link) {
   for (;;) {
-    std::vector<Delivery> result = link.receive(Clock::now() + std::chrono::seconds(20));
+    std::vector<Delivery> result =
+        link.receive(Clock::now() + std::chrono::seconds(20), std::chrono::microseconds(200));
     if (!result.empty()) return result;
   }
 }
 
 // Echoes the round trips, then counts the bulk data and reports progress and completion.
 void run_far(const Plan& plan, std::uint32_t domain) {
-  auto link = open(kFar, domain);
+  auto link = open(kFar, domain, plan.shared_memory);
   int left = plan.round_trips + 1;
   std::size_t bulk = 0;
   std::size_t unreported = 0;
@@ -74,7 +79,7 @@ void run_far(const Plan& plan, std::uint32_t domain) {
 }
 
 void run_near(const Plan& plan, std::uint32_t domain) {
-  auto link = open(kNear, domain);
+  auto link = open(kNear, domain, plan.shared_memory);
   const std::string payload(plan.bytes, 'x');
   link->send(kFar, payload);
   next(*link);
@@ -116,6 +121,7 @@ int main(int argc, char** argv) {
   if (argc > 1) plan.bytes = std::strtoull(argv[1], nullptr, 10);
   if (argc > 2) plan.round_trips = std::atoi(argv[2]);
   if (argc > 3) plan.megabytes = std::strtoull(argv[3], nullptr, 10);
+  if (argc > 4) plan.shared_memory = std::strcmp(argv[4], "network") != 0;
   // As in the daemons: keep freed memory in the process.
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
   const auto domain = static_cast<std::uint32_t>(getpid() % 100);

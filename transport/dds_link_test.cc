@@ -38,9 +38,9 @@ constexpr seconds kPatience{60};
 std::uint32_t domain() { return static_cast<std::uint32_t>(getpid() % 100); }
 std::string cluster() { return "test-" + std::to_string(getpid()); }
 
-std::unique_ptr<DdsLink> open_link(NodeId self, const std::string& of = cluster(),
-                                   const std::string& keys = "") {
-  auto link = DdsLink::create({.domain = domain(), .cluster = of, .network = {.keys = keys}, .self = self});
+std::unique_ptr<DdsLink> open_link(NodeId self, const std::string& of = cluster(), DdsNetwork network = {}) {
+  auto link =
+      DdsLink::create({.domain = domain(), .cluster = of, .network = std::move(network), .self = self});
   if (!link.ok()) ADD_FAILURE() << link.status();
   return link.ok() ? *std::move(link) : nullptr;
 }
@@ -179,7 +179,7 @@ TEST(DdsLink, StrangersAreOutsideAClosedBus) {
   const PeerProcess open(NodeId{2}, {"echo"});
   const PeerProcess foreign(NodeId{3}, {"echo"}, folder(others));
   const PeerProcess own(NodeId{4}, {"echo"}, folder(keys));
-  const auto link = open_link(NodeId{1}, cluster(), folder(keys));
+  const auto link = open_link(NodeId{1}, cluster(), {.keys = folder(keys)});
   ASSERT_TRUE(link);
   for (const NodeId stranger : {NodeId{2}, NodeId{3}}) link->send(stranger, "for nobody else");
   for (int n = 0; n < 20; ++n) send_and_expect_echo(*link, NodeId{4}, pattern(200'000));
@@ -236,6 +236,42 @@ TEST(DdsLink, CarriesManySamplesBothWays) {
   ASSERT_EQ(got.size(), kCount);
   for (std::size_t i = 0; i < kCount; ++i) {
     ASSERT_EQ(got[i].payload.substr(payload.size()), std::to_string(i));
+  }
+}
+
+// Small messages go through shared memory, large ones do not: they keep their order.
+TEST(DdsLink, SmallAndLargeMessagesKeepOrder) {
+  auto link = open_link(kSelf);
+  PeerProcess peer(kOther, {"echo"});
+  send_and_expect_echo(*link, kOther, "introduced");
+  constexpr std::size_t kCount = 300;
+  const std::string large = pattern(500'000);
+  const auto payload = [&](std::size_t n) { return (n % 7 == 3 ? large : "") + std::to_string(n); };
+  for (std::size_t n = 0; n < kCount; ++n) link->send(kOther, payload(n));
+  const std::vector<Delivery> got = receive_count(*link, kCount);
+  ASSERT_EQ(got.size(), kCount);
+  for (std::size_t n = 0; n < kCount; ++n) ASSERT_TRUE(got[n].payload == payload(n)) << n;
+}
+
+TEST(DdsLink, CarriesTheSameWithoutSharedMemory) {
+  auto link = open_link(kSelf, cluster(), {.shared_memory = false});
+  PeerProcess peer(kOther, {"echo"});
+  for (std::size_t n = 0; n < 500; ++n) send_and_expect_echo(*link, kOther, pattern(n * 97));
+}
+
+// The other end sleeps between two messages, and looks for the next one without sleeping: both must wake.
+TEST(DdsLink, AnswersComeWhetherTheOtherSleepsOrNot) {
+  auto link = open_link(kSelf);
+  PeerProcess peer(kOther, {"echo"});
+  const Clock::time_point deadline = Clock::now() + kPatience;
+  for (int n = 0; n < 3000; ++n) {
+    link->send(kOther, std::to_string(n));
+    std::vector<Delivery> answer;
+    while (answer.empty() && Clock::now() < deadline) {
+      answer = link->receive(deadline, std::chrono::microseconds(n % 3 * 100));
+    }
+    ASSERT_EQ(answer.size(), 1u);
+    ASSERT_EQ(answer[0].payload, std::to_string(n));
   }
 }
 

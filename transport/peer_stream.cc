@@ -86,6 +86,14 @@ std::optional<Packet> PeerStream::next() const {
   return std::nullopt;
 }
 
+void PeerStream::heard_elsewhere() {
+  if (connected_) before_loss_.reset();
+}
+
+Packet PeerStream::acknowledgement() const {
+  return {.from_session = self_, .to_session = session_, .acknowledged = received_sequence_};
+}
+
 void PeerStream::sent(const Packet& packet) {
   if (packet.sync) owes_sync_ = false;
   if (packet.welcome) owes_welcome_ = false;

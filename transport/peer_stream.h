@@ -79,6 +79,19 @@ class PeerStream {
   std::optional<Packet> next() const;
   void sent(const Packet& packet);
 
+  // For messages that go to the peer by another way and keep their order with those that go by this one.
+  // Whether the peer's process is connected, has answered and is not lost: what is sent now is for it and for
+  // no successor. Then which session it is, the number of the last packet of what was pushed, and of the last
+  // one that arrived.
+  bool is_open() const { return connected_ && open_ && !before_loss_; }
+  Session session() const { return session_; }
+  std::uint64_t pushed() const { return next_sequence_ - 1; }
+  std::uint64_t received() const { return received_sequence_; }
+  // The peer's process has said something there.
+  void heard_elsewhere();
+  // A packet that says nothing new.
+  Packet acknowledgement() const;
+
   // Drops all messages kept for the peer's current process and ignores that process from now on; a successor
   // at its address is accepted.
   void forget();

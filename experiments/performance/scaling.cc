@@ -17,7 +17,7 @@
 namespace tessera {
 namespace {
 
-constexpr Tick kStride = 5;  // ticks that a world is stepped in a row
+constexpr Tick kStride = 25;  // ticks that a world is stepped in a row
 
 struct Scene {
   std::string name;
