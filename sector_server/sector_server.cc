@@ -16,6 +16,9 @@ namespace {
 
 // Messages for a world whose load has not arrived yet; peers are at most a tick ahead.
 constexpr std::size_t kEarlyMessagesMax = 4096;
+
+// A coordinator wants to hear of its servers more often.
+constexpr std::uint64_t kHeartbeatMsMax = 60'000;
 constexpr std::chrono::milliseconds kMeasureMemoryEvery(500);
 // What protobuf serialises: a larger message would be sent as an empty one.
 constexpr std::size_t kClusterMessageBytesMax = std::numeric_limits<std::int32_t>::max();
@@ -51,7 +54,8 @@ class SectorServer::Impl {
     switch (message.kind_case()) {
       case Kind::kWelcome:
         if (!heartbeat_) log("the coordinator has accepted this server");
-        heartbeat_ = std::chrono::milliseconds(std::max<std::uint64_t>(message.welcome().heartbeat_ms(), 1));
+        heartbeat_ = std::chrono::milliseconds(
+            std::clamp<std::uint64_t>(message.welcome().heartbeat_ms(), 1, kHeartbeatMsMax));
         next_heartbeat_ = now + *heartbeat_;
         break;
       case Kind::kRefusal:
@@ -244,11 +248,9 @@ class SectorServer::Impl {
   void deliver(NodeId from, v1::ClusterMessage message) {
     const std::uint64_t world = message.has_grant() ? message.grant().world() : message.round().world();
     if (run_ && run_->world() == world) {
-      if (message.has_grant()) {
-        run_->take(std::move(*message.mutable_grant()));
-      } else if (absl::Status status = run_->take(from, std::move(*message.mutable_round())); !status.ok()) {
-        log(absl::StrCat("a message is ignored: ", status.message()), Severity::kWarning);
-      }
+      const absl::Status status = message.has_grant() ? run_->take(std::move(*message.mutable_grant()))
+                                                      : run_->take(from, std::move(*message.mutable_round()));
+      if (!status.ok()) log(absl::StrCat("a message is ignored: ", status.message()), Severity::kWarning);
       return;
     }
     if (world <= newest()) return;  // for a world that has been unloaded

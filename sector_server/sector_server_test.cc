@@ -68,11 +68,13 @@ TEST(Joining, AServerThatIsWelcomeGivesASignOfLifeEachHeartbeat) {
   EXPECT_FALSE(server.has_ended()) << "a server without work waits for as long as it takes";
 }
 
-TEST(Joining, AHeartbeatIsAMillisecondAtLeast) {
+TEST(Joining, AHeartbeatIsAMillisecondAtLeastAndAMinuteAtMost) {
   TestServer server;
   server.start();
   server.welcome(0);
   EXPECT_EQ(server.machine.next_deadline(), server.now + milliseconds(1));
+  server.welcome(~std::uint64_t{0});
+  EXPECT_EQ(server.machine.next_deadline(), server.now + seconds(60));
 }
 
 TEST(Joining, EndsWhenNoCoordinatorAnswersInTime) {

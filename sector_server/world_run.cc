@@ -21,6 +21,11 @@ namespace {
 // Reports are sent in bundles: they only open the window of grants.
 constexpr std::size_t kTicksPerReport = 8;
 
+// What may wait here: grants, and rounds of ticks to come. A coordinator is some ticks ahead of its slowest
+// server, and a server some rounds ahead of the others.
+constexpr std::uint64_t kGrantsAheadMax = 65'536;
+constexpr std::size_t kRoundsAheadMax = 65'536;
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& load, NodeId self,
@@ -95,9 +100,14 @@ absl::Status WorldRun::add_shapes(const google::protobuf::RepeatedPtrField<v1::S
   return absl::OkStatus();
 }
 
-void WorldRun::take(v1::Grant grant) {
+absl::Status WorldRun::take(v1::Grant grant) {
   const std::uint64_t serial = grant.serial();
+  if (serial < next_serial_ || serial - next_serial_ >= kGrantsAheadMax) {
+    return absl::InvalidArgumentError(absl::StrCat("grant ", serial, " is not one of the ", kGrantsAheadMax,
+                                                   " from ", next_serial_, " on"));
+  }
   grants_.insert_or_assign(serial, std::move(grant));
+  return absl::OkStatus();
 }
 
 absl::Status WorldRun::take(NodeId from, v1::Round round) {
@@ -110,6 +120,10 @@ absl::Status WorldRun::take(NodeId from, v1::Round round) {
   if (round.tick() <= tick_) {
     return absl::InternalError(
         absl::StrCat("a message of tick ", round.tick(), " arrived after tick ", tick_));
+  }
+  if (inboxes_.size() >= kRoundsAheadMax && !inboxes_.contains({round.tick(), round.number()})) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("messages of ", kRoundsAheadMax, " rounds already wait for their turn"));
   }
   Inbox& inbox = inboxes_[{round.tick(), round.number()}];
   inbox.resize(nodes_.size());

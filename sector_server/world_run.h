@@ -34,8 +34,9 @@ class WorldRun {
   std::size_t body_count() const { return partition_->bodies.size(); }
   bool between_ticks() const { return !round_; }
 
-  // Grants and rounds, in any order. Errors of a round that cannot be one of this world; it is ignored.
-  void take(v1::Grant grant);
+  // Grants and rounds, in any order. Errors: one that cannot be of this world, or too many that wait for
+  // their turn; it is ignored.
+  absl::Status take(v1::Grant grant);
   absl::Status take(NodeId from, v1::Round round);
 
   // Whether proceed() has work to do; it does one round. `clock` measures work.

@@ -114,6 +114,23 @@ TEST_F(OneServer, AnswersAfterTheLastTickOfTheGrant) {
   }
 }
 
+// Whoever floods a server with what is not its turn makes it remember some of it, and do nothing.
+TEST_F(OneServer, RemembersSoManyGrantsAndRoundsAhead) {
+  for (const std::uint64_t serial : {0ul, 65'537ul, ~0ul}) server_.grant(grant_of(serial, 10));
+  EXPECT_THAT(server_.log, Contains(HasSubstr("grant 65537 is not one of the 65536 from 1 on")));
+  v1::ClusterMessage message;
+  v1::Round& round = *message.mutable_round();
+  round.set_world(kWorld);
+  for (Tick tick = 1; tick <= 70'000; ++tick) {
+    round.set_tick(tick);
+    server_.receive(kFirst, message);
+  }
+  EXPECT_THAT(server_.log, Contains(HasSubstr("messages of 65536 rounds already wait")));
+  server_.grant(grant_of(1, 10));
+  server_.work();
+  EXPECT_EQ(server_.machine.tick(), 10u);
+}
+
 TEST_F(OneServer, AnswersWhatARayHitsAndWhatIsNear) {
   v1::Grant grant = grant_of(1, 0);
   v1::Query& down = *grant.add_queries();
