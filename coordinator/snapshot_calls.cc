@@ -20,15 +20,21 @@ class Turn {
  public:
   explicit Turn(std::atomic<int>& calls)
       : calls_(calls), is_taken_(calls_.fetch_add(1) < kSnapshotCallsMax) {}
-  ~Turn() { calls_.fetch_sub(1); }
+  ~Turn() { end(); }
   Turn(const Turn&) = delete;
   Turn& operator=(const Turn&) = delete;
 
   bool is_taken() const { return is_taken_; }
 
+  // Before the call is answered, so that its client can make the next one at once.
+  void end() {
+    if (!std::exchange(has_ended_, true)) calls_.fetch_sub(1);
+  }
+
  private:
   std::atomic<int>& calls_;
   const bool is_taken_;
+  bool has_ended_ = false;
 };
 
 absl::Status too_many_snapshots() {
@@ -44,37 +50,42 @@ class SnapshotCall final : public grpc::ServerWriteReactor<v1::SnapshotPiece> {
           if (SnapshotCall* call = place->take()) call->write(status, chunks);
         }});
     const absl::Status pushed = turn_.is_taken() ? queue.push(posted, 0) : too_many_snapshots();
-    if (!pushed.ok() && place_->take() != nullptr) Finish(to_grpc(pushed));
+    if (!pushed.ok() && place_->take() != nullptr) finish(to_grpc(pushed));
   }
 
   void OnWriteDone(bool ok) override {
-    if (!ok) return Finish(client_is_gone());
+    if (!ok) return finish(client_is_gone());
     write_next();
   }
   // A write that is under way ends by itself.
   void OnCancel() override {
-    if (place_->take() != nullptr) Finish(client_is_gone());
+    if (place_->take() != nullptr) finish(client_is_gone());
   }
   void OnDone() override { delete this; }
 
  private:
+  void finish(const grpc::Status& status) {
+    turn_.end();
+    Finish(status);
+  }
+
   void write(const absl::Status& status, const SnapshotChunks& chunks) {
-    if (!status.ok()) return Finish(to_grpc(status));
+    if (!status.ok()) return finish(to_grpc(status));
     chunks_ = chunks;
     piece_.set_tick(chunks_.front().head().tick());
     write_next();
   }
 
   void write_next() {
-    if (written_ == chunks_.size()) return Finish(grpc::Status::OK);
+    if (written_ == chunks_.size()) return finish(grpc::Status::OK);
     absl::StatusOr<std::string> bytes = encoder_.encode(chunks_[written_]);
-    if (!bytes.ok()) return Finish(to_grpc(bytes.status()));
+    if (!bytes.ok()) return finish(to_grpc(bytes.status()));
     chunks_[written_++].Clear();
     piece_.set_bytes(*std::move(bytes));
     StartWrite(&piece_);
   }
 
-  const Turn turn_;
+  Turn turn_;
   std::shared_ptr<CallPlace<SnapshotCall>> place_ = std::make_shared<CallPlace<SnapshotCall>>(this);
   SnapshotChunks chunks_;  // at least a head and an end
   std::size_t written_ = 0;
@@ -109,8 +120,13 @@ class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
   void OnDone() override { delete this; }
 
  private:
+  void finish(const grpc::Status& status) {
+    turn_.end();
+    Finish(status);
+  }
+
   void end(const grpc::Status& status) {
-    if (place_->take() != nullptr) Finish(status);
+    if (place_->take() != nullptr) finish(status);
   }
 
   void post() {
@@ -122,12 +138,12 @@ class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
           RestoreCall* call = place->take();
           if (call == nullptr) return;
           *call->answer_ = reply;
-          call->Finish(to_grpc(status));
+          call->finish(to_grpc(status));
         }});
     if (absl::Status pushed = queue_.push(posted, 0); !pushed.ok()) end(to_grpc(pushed));
   }
 
-  const Turn turn_;
+  Turn turn_;
   RequestQueue& queue_;
   v1::LoadReply* answer_;
   std::shared_ptr<CallPlace<RestoreCall>> place_ = std::make_shared<CallPlace<RestoreCall>>(this);
