@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "worlds/loader/nearest_word.h"
 #include "worlds/loader/sdf_parser.h"
 
 namespace tessera {
@@ -164,35 +165,11 @@ bool is_simulated(absl::string_view parent, absl::string_view name) {
   return name == "pose" || holds(kSimulated, absl::StrCat(parent, "/", name));
 }
 
-// How many letters to change, add or leave out (Levenshtein's distance).
-std::size_t distance(absl::string_view a, absl::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t n = 0; n < row.size(); ++n) row[n] = n;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 // "; the nearest known is <inertial>", or nothing where all known words are far.
 std::string nearest(absl::string_view name, const std::vector<std::string>& known, const char* open,
                     const char* close) {
-  constexpr std::size_t kWordMax = 64;
-  const std::size_t far = name.size() / 3 + 2;
-  std::size_t best = far;
-  std::string word;
-  for (const std::string& candidate : known) {
-    if (name.size() > kWordMax) break;
-    const std::size_t letters = distance(name, candidate);
-    if (letters >= best) continue;
-    best = letters;
-    word = candidate;
-  }
+  const std::vector<absl::string_view> words(known.begin(), known.end());
+  const absl::string_view word = nearest_word(name, words);
   return word.empty() ? "" : absl::StrCat("; the nearest known is ", open, word, close);
 }
 

@@ -3,6 +3,7 @@
 #include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 #include <absl/strings/str_split.h>
 #include <absl/strings/string_view.h>
 
@@ -18,6 +19,7 @@
 #include "worlds/loader/inertia.h"
 #include "worlds/loader/joint_reader.h"
 #include "worlds/loader/massless_links.h"
+#include "worlds/loader/nearest_word.h"
 #include "worlds/loader/repairs.h"
 #include "worlds/loader/sdf_parser.h"
 #include "worlds/loader/surface_reader.h"
@@ -41,6 +43,8 @@ bool is_one_of(const Element& element, const std::array<absl::string_view, N>& n
 
 constexpr std::array<absl::string_view, 7> kKnownGeometries = {"box",       "sphere", "capsule", "cylinder",
                                                                "ellipsoid", "plane",  "mesh"};
+constexpr std::array<absl::string_view, 9> kJointTypes = {
+    "ball", "continuous", "fixed", "gearbox", "prismatic", "revolute", "revolute2", "screw", "universal"};
 // Elements of our own, in place of what libsdformat does not support.
 constexpr std::array<absl::string_view, 6> kKept = {
     "tessera:auto_inertia", "tessera:density", kKeptDrives, kKeptMimic, kKeptThreadPitch, kSurfaceMotion};
@@ -273,11 +277,24 @@ bool has_known_geometry(const Element& collision, Notices& notices) {
     return false;
   }
   if (kind != nullptr && (is_one_of(*kind, kKnownGeometries) || is_given(*kind))) return true;
-  notices.count(kind == nullptr || xml::is(*kind, "empty")
-                    ? std::string("collision without geometry, skipped")
-                    : absl::StrCat("collision with the geometry <", kind->Name(),
-                                   ">, which is not supported, skipped"));
+  if (kind == nullptr || xml::is(*kind, "empty")) {
+    notices.count("collision without geometry, skipped");
+    return false;
+  }
+  const absl::string_view nearest = nearest_word(kind->Name(), kKnownGeometries);
+  notices.count(absl::StrCat("collision with the geometry <", kind->Name(),
+                             ">, which is not supported, skipped",
+                             nearest.empty() ? "" : absl::StrCat("; the nearest known is <", nearest, ">")));
   return false;
+}
+
+absl::Status check_joint_type(const Element& joint) {
+  const char* type = joint.Attribute("type");
+  if (type == nullptr || std::ranges::find(kJointTypes, absl::string_view(type)) != kJointTypes.end())
+    return absl::OkStatus();
+  const absl::string_view nearest = nearest_word(type, kJointTypes);
+  return xml::invalid(joint, absl::StrCat("type='", type, "' is none of ", absl::StrJoin(kJointTypes, ", "),
+                                          nearest.empty() ? "" : absl::StrCat("; the nearest is ", nearest)));
 }
 
 }  // namespace
@@ -361,6 +378,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
     if (absl::Status status = keep_surface_motion(element); !status.ok()) return status;
   }
   if (xml::is(element, "joint")) {
+    if (absl::Status status = check_joint_type(element); !status.ok()) return status;
     if (absl::Status status = prepare_joint(element); !status.ok()) return status;
   }
   for (Element* child = element.FirstChildElement(); child != nullptr;) {

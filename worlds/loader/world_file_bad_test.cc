@@ -306,6 +306,10 @@ std::vector<Row> tessera_rows() {
       {"DriveMode",
        joint("<tessera:drive mode='fast'/>"),
        {"<tessera:drive> of <joint name='j'>", "mode 'fast'"}},
+      {"JointType",
+       world("<model name='m'><link name='a'/><link name='b'/>\n<joint name='j' type='revolut'>"
+             "<parent>a</parent><child>b</child></joint></model>"),
+       {"<joint name='j'>", "type='revolut' is none of ball,", "the nearest is revolute"}},
       {"DriveWithoutMode", joint("<tessera:drive target='1'/>"), {"<tessera:drive>", "'mode' is missing"}},
       {"DriveAxis", joint("<tessera:drive mode='free' axis='3'/>"), {"axis '3' must be 1 or 2"}},
       {"DriveTwice",

@@ -369,14 +369,17 @@ TEST(NoticeLines, CountByKind) {
       model("a", "<plugin name='p' filename='f'/>", visual + "<sensor name='s' type='imu'/>" + kUnitBox) +
       model("b", "", visual + kUnitBox) + model("c", "", visual) +
       model("d", "", collision("<torus><radius>1</radius></torus>")) +
-      model("e", "", "<collision name='c'/>")));
+      model("e", "", "<collision name='c'/>") +
+      model("f", "", collision("<boks><size>1 1 1</size></boks>"))));
   EXPECT_THAT(names(loaded), ElementsAre("a::l", "b::l"));
   EXPECT_THAT(
       loaded.notices,
       ElementsAre("1 x <light> skipped", "1 x <plugin> f skipped", "1 x <plugin> skipped",
                   "1 x <scene> skipped", "1 x <sensor> skipped", "3 x <visual> skipped",
+                  "1 x collision with the geometry <boks>, which is not supported, skipped; the nearest "
+                  "known is <box>",
                   "1 x collision with the geometry <torus>, which is not supported, skipped",
-                  "1 x collision without geometry, skipped", "3 x link without collision shape, skipped"));
+                  "1 x collision without geometry, skipped", "4 x link without collision shape, skipped"));
 }
 
 TEST(NoticeLines, JointsAndLinksFixedToTheWorld) {
