@@ -49,7 +49,7 @@ constexpr std::chrono::milliseconds kStallRetry{10};
 
 // Processes that this one has heard of since it began; more are not listened to.
 constexpr std::size_t kPeersMax = 4096;
-// Rings of shared memory to processes of this host; what goes to more of them takes the network.
+// Rings of shared memory each way, at a time; what goes to more processes takes the network.
 constexpr std::size_t kLanesMax = 256;
 
 // Where messages come through shared memory all the time, DDS is looked at so often.
@@ -217,7 +217,6 @@ class DdsLink::Impl {
   dds_entity_t wake_ = 0;
   dds_entity_t silence_ = 0;
   std::map<NodeId, std::unique_ptr<Peer>> peers_;
-  std::size_t lanes_to_ = 0;       // rings made so far
   std::vector<Peer*> lanes_from_;  // peers with a ring to here
   // The writers that DDS has connected to our inbox, and their processes.
   std::map<dds_instance_handle_t, Sender> senders_;
@@ -275,8 +274,10 @@ DdsLink::Impl::Peer& DdsLink::Impl::peer(NodeId node) {
     slot->topic = must(create_inbox_topic(node), "cannot create the topic of a peer");
     const Qos qos = inbox_qos();
     dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kSilenceMax);
-    if (options_.network.shared_memory && lanes_to_ < kLanesMax) slot->to = LaneWriter::create();
-    if (slot->to) ++lanes_to_;
+    const auto lanes = std::count_if(peers_.begin(), peers_.end(),
+                                     [](const auto& entry) { return entry.second && entry.second->to; });
+    if (options_.network.shared_memory && static_cast<std::size_t>(lanes) < kLanesMax)
+      slot->to = LaneWriter::create();
     const Sender sender{options_.self, session_, slot->to ? slot->to->offer() : LaneOffer{}};
     dds_qset_userdata(qos.get(), &sender, sizeof sender);
     slot->writer =
