@@ -16,8 +16,6 @@
 namespace tessera::testing {
 namespace {
 
-constexpr int kLeaseSeconds = 2;
-
 // A port of loopback that nobody listens on now.
 int free_port() {
   const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
@@ -115,7 +113,7 @@ void StandbyCluster::start_etcd() {
 void StandbyCluster::start_coordinator(std::size_t place) {
   coordinators_[place] =
       start(kCoordinatorHosts + place, cli::executable_folder() / "tessera-coordinator",
-            of_cluster({"--etcd", etcd_url_, "--leader-lease", absl::StrCat(kLeaseSeconds), "--store",
+            of_cluster({"--etcd", etcd_url_, "--leader-lease", absl::StrCat(lease_seconds_), "--store",
                         (folder_ / absl::StrCat("store-", place)).string(), "--listen", addresses_[place],
                         "--servers", "3", "--checkpoint-every", "0.2", "--join-timeout",
                         absl::StrCat(absl::ToInt64Seconds(kPatience))}));

@@ -40,6 +40,7 @@ class StandbyCluster : public WatchedRun {
   // Waits until it says `text` after that, while the world goes on.
   void await(std::size_t place, const std::string& text, std::size_t before);
 
+  int lease_seconds_ = 2;  // of the coordinator that leads
   std::array<std::optional<cli::ChildProcess>, 2> coordinators_;
   std::vector<std::optional<cli::ChildProcess>> servers_;
   std::optional<cli::ChildProcess> etcd_;
