@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "daemon/address.h"
+#include "transport/descriptor.h"
 
 namespace tessera {
 namespace {
@@ -35,25 +36,6 @@ constexpr int kWaitingMax = 64;
 constexpr std::chrono::seconds kHandshakeMax(5);
 constexpr int kLookEveryMs = 1000;  // for handshakes that last
 constexpr std::size_t kPieceBytes = 64 << 10;
-
-// An open file, closed with the object.
-class Descriptor {
- public:
-  explicit Descriptor(int value = -1) : value_(value) {}
-  Descriptor(Descriptor&& other) noexcept : value_(std::exchange(other.value_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(value_, other.value_);
-    return *this;
-  }
-  ~Descriptor() {
-    if (value_ >= 0) close(value_);
-  }
-  int get() const { return value_; }
-  bool is_open() const { return value_ >= 0; }
-
- private:
-  int value_;
-};
 
 // Bytes on their way in one direction.
 class Pipe {

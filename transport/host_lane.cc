@@ -41,20 +41,6 @@ struct Heading {
   std::uint64_t bytes = 0;
 };
 
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  int number() const { return number_; }
-  int release() { return std::exchange(number_, -1); }
-
- private:
-  int number_;
-};
-
 MappedLane map_lane(int descriptor) {
   void* const memory = ::mmap(nullptr, sizeof(LaneMemory), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
   return MappedLane(memory == MAP_FAILED ? nullptr : static_cast<LaneMemory*>(memory));
@@ -91,20 +77,18 @@ void LaneUnmapper::operator()(LaneMemory* memory) const { ::munmap(memory, sizeo
 
 std::unique_ptr<LaneWriter> LaneWriter::create() {
   Descriptor descriptor(::memfd_create(kMemoryName, MFD_CLOEXEC | MFD_ALLOW_SEALING));
-  if (descriptor.number() < 0 || ::ftruncate(descriptor.number(), sizeof(LaneMemory)) != 0 ||
-      ::fcntl(descriptor.number(), F_ADD_SEALS, kSeals) != 0) {
+  if (!descriptor.is_open() || ::ftruncate(descriptor.get(), sizeof(LaneMemory)) != 0 ||
+      ::fcntl(descriptor.get(), F_ADD_SEALS, kSeals) != 0) {
     return nullptr;
   }
-  MappedLane memory = map_lane(descriptor.number());
+  MappedLane memory = map_lane(descriptor.get());
   if (!memory) return nullptr;
   // Without a value for the ring, whose pages come into being when they are written.
   new (memory.get()) LaneMemory;
-  const LaneOffer offer{.process = ::getpid(), .descriptor = descriptor.release(), .token = {draw(), draw()}};
+  const LaneOffer offer{.process = ::getpid(), .descriptor = descriptor.get(), .token = {draw(), draw()}};
   memory->token = offer.token;
-  return std::unique_ptr<LaneWriter>(new LaneWriter(std::move(memory), offer));
+  return std::unique_ptr<LaneWriter>(new LaneWriter(std::move(memory), std::move(descriptor), offer));
 }
-
-LaneWriter::~LaneWriter() { ::close(static_cast<int>(offer_.descriptor)); }
 
 bool LaneWriter::serves(Session reader) const {
   return reader != 0 && memory_->reader.load(std::memory_order_acquire) == reader;
@@ -138,13 +122,13 @@ bool LaneWriter::take_asleep() {
 std::unique_ptr<LaneReader> LaneReader::open(const LaneOffer& offer, Session self) {
   if (offer.process <= 0 || !names_a_lane(offer) || !shares_our_network(offer)) return nullptr;
   const Descriptor descriptor(::open(path_of(offer).c_str(), O_RDWR | O_CLOEXEC));
-  const int seals = descriptor.number() < 0 ? -1 : ::fcntl(descriptor.number(), F_GET_SEALS);
+  const int seals = !descriptor.is_open() ? -1 : ::fcntl(descriptor.get(), F_GET_SEALS);
   struct stat status {};
-  if (seals < 0 || (seals & kSeals) != kSeals || ::fstat(descriptor.number(), &status) != 0 ||
+  if (seals < 0 || (seals & kSeals) != kSeals || ::fstat(descriptor.get(), &status) != 0 ||
       status.st_size != sizeof(LaneMemory)) {
     return nullptr;
   }
-  MappedLane memory = map_lane(descriptor.number());
+  MappedLane memory = map_lane(descriptor.get());
   if (!memory || memory->token != offer.token) return nullptr;
   Session nobody = 0;
   if (!memory->reader.compare_exchange_strong(nobody, self)) return nullptr;

@@ -18,6 +18,7 @@
 #include <string>
 #include <string_view>
 
+#include "transport/descriptor.h"
 #include "transport/peer_stream.h"
 
 namespace tessera {
@@ -47,8 +48,6 @@ class LaneWriter {
  public:
   // Null where the system gives no such memory.
   static std::unique_ptr<LaneWriter> create();
-  ~LaneWriter();
-  LaneWriter(const LaneWriter&) = delete;
 
   const LaneOffer& offer() const { return offer_; }
 
@@ -63,10 +62,12 @@ class LaneWriter {
   bool take_asleep();
 
  private:
-  LaneWriter(MappedLane memory, LaneOffer offer) : memory_(std::move(memory)), offer_(offer) {}
+  LaneWriter(MappedLane memory, Descriptor open, LaneOffer offer)
+      : memory_(std::move(memory)), open_(std::move(open)), offer_(offer) {}
   void put(const void* bytes, std::size_t size);
 
   MappedLane memory_;
+  Descriptor open_;  // by which the reader finds the memory
   LaneOffer offer_;
   std::uint64_t head_ = 0;  // bytes written, ever
 };
