@@ -155,11 +155,12 @@ class Forger final : public v1::Coordination::Service {
  public:
   grpc::Status CopyStates(grpc::ServerContext*,
                           grpc::ServerReaderWriter<v1::StatePiece, v1::StatesHeld>* stream) override {
+    v1::StatesHeld held;
+    if (!stream->Read(&held)) return grpc::Status::CANCELLED;
     v1::StatePiece piece;
     piece.set_name("../forged");
     piece.set_is_last(true);
     stream->Write(piece);
-    v1::StatesHeld held;
     has_been_left = !stream->Read(&held);
     return grpc::Status::OK;
   }
