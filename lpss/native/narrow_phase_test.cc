@@ -124,6 +124,26 @@ TEST(NarrowPhaseTest, ACylinderStandsOnItsCapAndLiesOnItsSide) {
   EXPECT_NEAR(along.patches[0].normal.z(), -1, Scalar(1e-3));
 }
 
+// A normal that leans is a slope: rollers gained speed on level floors.
+TEST(NarrowPhaseTest, WhateverRollsOnABoxIsPushedAlongTheNormalOfItsFace) {
+  NarrowPhase phase;
+  const Body floor = body(1, tessera::Box{{200, 200, 2}}, {0, 0, -1}, Motion::kStatic);
+  for (const Geometry& shape : {Geometry(Cylinder{0.2, 0.5}), Geometry(Cylinder{0.2, 0.05}),
+                                Geometry(tessera::Ellipsoid{{0.2, 0.2, 0.4}})}) {
+    for (int n = 0; n < 100; ++n) {
+      Body roller = body(2, shape, {Scalar(0.37 * n), 5, Scalar(0.1999)});
+      roller.pose.rotation = (Eigen::AngleAxis<Scalar>(Scalar(0.1 * n), Vector::UnitY()) *
+                              Eigen::AngleAxis<Scalar>(Scalar(M_PI / 2), Vector::UnitX()))
+                                 .toRotationMatrix();
+      Contact contact;
+      phase.update(floor, roller, contact);
+      ASSERT_EQ(contact.patches.size(), 1u) << shape.index() << ", " << n;
+      EXPECT_EQ(contact.patches[0].normal, Vector(0, 0, -1)) << shape.index() << ", " << n;
+      EXPECT_NEAR(contact.patches[0].point[0].gap, -1e-4, kExact) << shape.index() << ", " << n;
+    }
+  }
+}
+
 TEST(NarrowPhaseTest, AHullOfManyCornersStandsOnAFace) {
   ConvexHull drum;
   for (int n = 0; n < 48; ++n) {

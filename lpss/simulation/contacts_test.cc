@@ -36,11 +36,9 @@ TEST(Rolling, NothingGainsSpeedOnALevelFloor) {
   settings.sleep_after = 0;
   WorldBuilder builder(settings);
   builder.add_floor(100, 0);
-  const std::pair<Geometry, double> shapes[] = {{Cylinder{0.2, 0.5}, 0.2},
-                                                {Cylinder{0.2, 0.05}, 0.2},
-                                                {Cylinder{1, 1}, 1},
-                                                {Capsule{0.2, 0.5}, 0.2},
-                                                {Sphere{0.2}, 0.2}};
+  const std::pair<Geometry, double> shapes[] = {{Cylinder{0.2, 0.5}, 0.2}, {Cylinder{0.2, 0.05}, 0.2},
+                                                {Cylinder{1, 1}, 1},       {Capsule{0.2, 0.5}, 0.2},
+                                                {Sphere{0.2}, 0.2},        {Ellipsoid{{0.2, 0.2, 0.4}}, 0.2}};
   constexpr double kSpeed = 0.3;  // m/s
   for (std::size_t n = 0; n < std::size(shapes); ++n) {
     const auto& [shape, radius] = shapes[n];
@@ -51,10 +49,10 @@ TEST(Rolling, NothingGainsSpeedOnALevelFloor) {
     roller.angular_velocity = {0, kSpeed / radius, 0};
   }
   const auto cluster = cluster_of(builder.world(), 1);
-  for (int tick = 0; tick < 1200; ++tick) {
+  for (int tick = 0; tick < 3600; ++tick) {
     cluster->step();
     for (std::size_t n = 0; n < std::size(shapes); ++n) {
-      ASSERT_LT(velocity_of(*cluster, n + 1).norm(), 1.01 * kSpeed) << "roller " << n << ", tick " << tick;
+      ASSERT_LT(velocity_of(*cluster, n + 1).norm(), 1.001 * kSpeed) << "roller " << n << ", tick " << tick;
     }
   }
   for (std::size_t n = 0; n < std::size(shapes); ++n) {
