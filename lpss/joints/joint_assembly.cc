@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lpss/base/rotation.h"
+#include "lpss/model/divergence.h"
 
 namespace tessera::joints {
 namespace {
@@ -547,11 +548,13 @@ bool JointAssembly::gains_energy() {
 }
 
 void JointAssembly::end(std::vector<BodyMotion>& moved) {
-  has_diverged_ = has_diverged_ || gains_energy();
-  if (moves_ && !has_diverged_) advance();
+  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+  const bool gains = !has_diverged_ && gains_energy();
+  const bool stops = has_diverged_ || gains;
+  if (moves_ && !stops) advance();
   for (Body& body : bodies_) {
     body.moved.is_whole = moves_;
-    if (has_diverged_) body.moved.way.setConstant(std::numeric_limits<double>::quiet_NaN());
+    if (stops) body.moved.way = gains ? velocity_of_gained_energy() : Eigen::Vector3d::Constant(kNoNumber);
     moved.push_back(body.moved);
   }
 }

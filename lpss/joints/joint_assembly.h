@@ -68,7 +68,8 @@ struct BodyMotion {
   Eigen::Vector3d way;      // m
   Eigen::Quaterniond turn;  // world axes
   bool is_whole;            // or it comes on top of what the final velocities do
-                            // `way` is not finite where the assembly has diverged
+                            // Where the assembly has diverged, `way` is not a number; or it is
+                            // velocity_of_gained_energy()
 };
 
 // For each tick clear(), add() and begin(); then for each step start_step() and passes, with a move() among

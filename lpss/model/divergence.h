@@ -1,11 +1,12 @@
-// Divergence: a body that left the range of numbers, speeds or sectors. It is stopped where the tick found
-// it, and reported.
+// Divergence: a body that left the range of numbers, speeds or sectors, or whose joints gained energy that
+// nothing explains. It is stopped where the tick found it, and reported.
 #pragma once
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -21,8 +22,9 @@ enum class DivergenceKind : std::uint8_t {
   kVelocity = 1,  // a velocity is not finite, or its joints have no solution
   kSpeed = 2,     // it is faster than kSpeedMax, or would be
   kSector = 3,    // it passes the last sector
+  kEnergy = 4,    // its joints have put in more than half of the energy of what they hold
 };
-inline constexpr auto kDivergenceKindLast = DivergenceKind::kSector;
+inline constexpr auto kDivergenceKindLast = DivergenceKind::kEnergy;
 
 // "position not finite", "speed above 1e+06 m/s", ...
 const char* name_of(DivergenceKind kind);
@@ -44,6 +46,12 @@ inline constexpr std::size_t kDivergencesKept = 64;
 
 inline std::span<const Divergence> first_divergences(const std::vector<Divergence>& ascending) {
   return std::span(ascending).first(std::min(ascending.size(), kDivergencesKept));
+}
+
+// What a solver leaves of the velocities of a body whose joints gain energy, so that whoever hosts it knows.
+// Numbers that grow beyond range do not leave it by this corner.
+inline Eigen::Vector3d velocity_of_gained_energy() {
+  return Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
 }
 
 // Whether a body of `radius` m may have such velocities (m/s, rad/s; world axes): they are finite, it is not

@@ -21,6 +21,13 @@ TEST(Divergence, IsWhatIsNotFinite) {
   EXPECT_EQ(divergence_of(Vector3d::Zero(), {kNoNumber, 0, 0}, 1), DivergenceKind::kVelocity);
 }
 
+TEST(Divergence, IsEnergyThatJointsGainWhereASolverSaysSo) {
+  const Vector3d gained = velocity_of_gained_energy();
+  EXPECT_EQ(divergence_of(gained, gained, 1), DivergenceKind::kEnergy);
+  EXPECT_EQ(divergence_of(gained, Vector3d::Zero(), 1), DivergenceKind::kVelocity);
+  EXPECT_EQ(divergence_of(gained, -gained, 1), DivergenceKind::kVelocity);
+}
+
 TEST(Divergence, IsWhatIsTooFast) {
   EXPECT_EQ(divergence_of({kSpeedMax, 0, 0}, Vector3d::Zero(), 1), std::nullopt);
   EXPECT_EQ(divergence_of({1.01 * kSpeedMax, 0, 0}, Vector3d::Zero(), 1), DivergenceKind::kSpeed);

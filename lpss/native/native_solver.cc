@@ -10,6 +10,7 @@
 #include "lpss/base/rotation.h"
 #include "lpss/bullet/bytes.h"
 #include "lpss/joints/task_joint.h"
+#include "lpss/model/divergence.h"
 #include "lpss/model/limits.h"
 #include "lpss/native/native_world.h"
 
@@ -394,15 +395,17 @@ void NativeSolver::write_bodies() const {
 }
 
 // The body then moves on by the velocities that it ends with: what is corrected here is all but that. One
-// that would be corrected to nowhere, or farther than any body goes, stays, and has diverged.
+// that would be corrected to nowhere, or farther than any body goes, stays, and has diverged: its velocities
+// say why.
 void NativeSolver::write_body(std::size_t place) const {
   Body& body = *dynamics_[place];
   const double corrected_max = kSpeedMax * dt_;
   if (!(corrections_[place].linear.cast<double>().squaredNorm() <= corrected_max * corrected_max) ||
       !corrections_[place].angular.allFinite()) {
+    const Vector gains = velocity_of_gained_energy().cast<Scalar>();
     constexpr Scalar kNone = std::numeric_limits<Scalar>::quiet_NaN();
-    body.linear.setConstant(kNone);
-    body.angular.setConstant(kNone);
+    body.linear = corrections_[place].linear == gains ? gains : Vector::Constant(kNone);
+    body.angular = body.linear;
     return;
   }
   if (is_pushed_[place]) {

@@ -75,5 +75,23 @@ TEST(Integrate, ABodyThatDivergesStopsWhereItWas) {
   }
 }
 
+// As the solver of its island leaves it, here or on another server.
+TEST(Integrate, ABodyWhoseJointsGainEnergyStopsWhereItWas) {
+  TestWorld world;
+  world.add(turned(moving(box(1, kLow, {1, 2, 3}), {1, 0, 0})));
+  world.exchange();
+  world.detect();
+  const HomeBody& body_1 = body(world[0], 1);
+  BodyState solved = world.state(1);
+  const Eigen::Vector3d gained = velocity_of_gained_energy();
+  solved.linear_velocity = solved.angular_velocity = {gained.x(), gained.y(), gained.z()};
+  body_1.sector->world->set_state(body_1.slot, solved);
+  const std::vector<Stopped> stopped = integrate(world[0], world.contexts[0].stepped, {});
+  ASSERT_EQ(stopped.size(), 1u);
+  EXPECT_EQ(stopped[0].kind, DivergenceKind::kEnergy);
+  EXPECT_THAT(world.state(1).position, ElementsAre(1, 2, 3));
+  EXPECT_THAT(world.state(1).linear_velocity, Each(0));
+}
+
 }  // namespace
 }  // namespace tessera

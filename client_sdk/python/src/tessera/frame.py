@@ -142,11 +142,12 @@ class DivergenceKind(enum.IntEnum):
     VELOCITY = tessera_pb2.Divergence.VELOCITY  # not finite, or its joints have no solution
     SPEED = tessera_pb2.Divergence.SPEED  # above 1e6 m/s
     SECTOR = tessera_pb2.Divergence.SECTOR  # beyond the last sector
+    ENERGY = tessera_pb2.Divergence.ENERGY  # its joints have put in more than half of what they hold
 
 
 @dataclass(frozen=True, order=True)
 class Divergence:
-    """A body that left the range of numbers, speeds or sectors in a tick, and was stopped there."""
+    """A body that diverged in a tick, and was stopped there: DivergenceKind says why."""
 
     tick: int
     body: int
