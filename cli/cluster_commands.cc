@@ -1,4 +1,4 @@
-// A cluster and its world: up, load, unload, pause, resume, step, shutdown.
+// A cluster and its world: up, load, unload, pause, resume, step, drain, balance, shutdown.
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
@@ -27,6 +27,7 @@ struct UpOptions {
   bool end_with_input = false;
   bool no_replacement = false;
   double checkpoint_s = 1;
+  double balance_s = absl::ToDoubleSeconds(kBalanceEvery);
   bool without_viewer = false;  // the web UI was not asked for, and tessera-viewer is not there
 };
 
@@ -111,6 +112,11 @@ void add_up(CLI::App& app, Action& action) {
           "second; 0: the world ends with any of its servers")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  command
+      .add_option("--balance-every", options->balance_s,
+                  "s; how often the world is divided anew where its servers have unequal work; 0: never")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   command.add_option(
       "--store", cluster.store_folder,
       "keep the world in this folder, and go on with the one that is there; by default it is kept\n"
@@ -135,6 +141,7 @@ void add_up(CLI::App& app, Action& action) {
     if (no_page->count() > 0 || options->without_viewer) wanted.page.clear();
     wanted.page_on_any_port = page->count() == 0;
     wanted.checkpoint_every = absl::Seconds(options->checkpoint_s);
+    wanted.balance_every = absl::Seconds(options->balance_s);
     wanted.replaces_daemons = !options->no_replacement && options->checkpoint_s > 0;
     wanted.store = wanted.replaces_daemons;
     action = [options] { return up(*options); };
@@ -228,6 +235,45 @@ void add_drain(CLI::App& app, Action& action) {
   });
 }
 
+std::string summary(const Balance& balance, bool dry_run) {
+  if (balance.moved_sectors == 0) return "nothing moves: no other division has a faster slowest server\n";
+  return absl::StrCat(
+      grouped(balance.moved_sectors), " sectors with ", grouped(balance.moved_bodies), " bodies ",
+      dry_run         ? "would change servers\n"
+      : balance.moves ? "change servers with the next tick\n"
+                      : "are not moved now: others are about to be\n");
+}
+
+void add_balance(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(
+      app, "balance",
+      "Divide the world anew among its servers, by what they have to do. The state stays the same bits.\n"
+      "A running cluster does so by itself (--balance-every); a call moves a bounded number of sectors.",
+      "tessera balance --dry-run");
+  const auto dry_run = std::make_shared<bool>(false);
+  command.add_flag("--dry-run", *dry_run, "only show what it would do");
+  on_cluster(command, action, [dry_run](Client& client, nlohmann::json& data) -> absl::Status {
+    const absl::StatusOr<Balance> balance = client.balance(*dry_run);
+    if (!balance.ok()) return balance.status();
+    std::vector<std::vector<std::string>> rows = {{"server", "own ms", "then"}};
+    nlohmann::json servers = nlohmann::json::array();
+    for (const Balance::Share& share : balance->shares) {
+      rows.push_back({absl::StrFormat("%x", share.node), absl::StrFormat("%.3f", share.tick_ms),
+                      absl::StrFormat("%.3f", share.tick_ms_then)});
+      servers.push_back({{"node", absl::StrFormat("%x", share.node)},
+                         {"own_ms", share.tick_ms},
+                         {"own_ms_then", share.tick_ms_then}});
+    }
+    absl::PrintF("%s%s", table(rows, {false, true, true}), summary(*balance, *dry_run));
+    data = {{"tick", balance->tick},
+            {"servers", servers},
+            {"moved_sectors", balance->moved_sectors},
+            {"moved_bodies", balance->moved_bodies},
+            {"moves", balance->moves}};
+    return absl::OkStatus();
+  });
+}
+
 void add_ends(CLI::App& app, Action& action) {
   CLI::App& unload = add_command(app, "unload", "Forget the world; the servers stay.", "tessera unload");
   on_cluster(unload, action, [](Client& client, nlohmann::json&) { return client.unload(); });
@@ -243,6 +289,7 @@ void add_cluster_commands(CLI::App& app, Action& action) {
   add_load(app, action);
   add_time(app, action);
   add_drain(app, action);
+  add_balance(app, action);
   add_ends(app, action);
 }
 

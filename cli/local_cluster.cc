@@ -115,7 +115,8 @@ absl::StatusOr<ChildProcess> LocalCluster::new_coordinator(const std::string& li
       "--servers",          absl::StrCat(options_.servers),
       "--ready-file",       (folder_ / kReadyFile).string(),
       "--join-timeout",     absl::StrCat(absl::ToDoubleSeconds(options_.join_timeout)),
-      "--checkpoint-every", absl::StrCat(absl::ToDoubleSeconds(options_.checkpoint_every))};
+      "--checkpoint-every", absl::StrCat(absl::ToDoubleSeconds(options_.checkpoint_every)),
+      "--balance-every",    absl::StrCat(absl::ToDoubleSeconds(options_.balance_every))};
   if (!options_.record_inputs.empty()) {
     arguments.insert(arguments.end(), {"--record-inputs", options_.record_inputs.string()});
   }

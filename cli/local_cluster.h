@@ -21,6 +21,9 @@ namespace tessera::cli {
 
 inline constexpr const char* kViewer = "tessera-viewer";  // the program that serves the web UI
 
+// The default of coordinators.
+inline constexpr absl::Duration kBalanceEvery = absl::Seconds(5);
+
 struct LocalClusterOptions {
   int servers = 2;            // a world is loaded on this many
   int servers_to_start = -1;  // others join later, or never; negative: all of them
@@ -34,6 +37,7 @@ struct LocalClusterOptions {
   std::string page;                                 // host:port of tessera-viewer; empty: without
   bool page_on_any_port = false;                    // where that port is in use
   absl::Duration checkpoint_every;                  // 0: none, and the world ends with any of its servers
+  absl::Duration balance_every = kBalanceEvery;     // 0: never
   bool store = false;                   // the world, in a folder of the cluster's, which ends with it
   std::filesystem::path store_folder;   // or in this one, which stays
   bool replaces_daemons = false;        // in wait_for_interrupt()

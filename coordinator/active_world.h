@@ -56,6 +56,11 @@ struct ActiveWorld {
   std::map<NodeId, v1::Subscriptions> subscriptions;  // of clients, at each of its servers
   Tick last_loss = 0;                                 // completed when a server was lost
   std::uint32_t losses_in_place = 0;
+
+  bool awaits_load = false;  // of its servers, to divide it anew
+  std::optional<std::vector<v1::ServerLoad>> fresh_load;  // that has just come
+  std::chrono::nanoseconds next_balance{};                // the time
+
   std::optional<std::size_t> told_slow;  // the rank of the server that was named as slow
 
   bool loading() const { return static_cast<bool>(load_reply); }

@@ -65,6 +65,7 @@ void Coordinator::Impl::send_grants(Nanoseconds now) {
     return;
   }
   Sequencer& sequencer = world_->sequencer;
+  tend_balance(now);
   if (!sequencer.paused() && !was_moving_) world_->meter.start(sequencer.completed(), now);
   for (v1::Grant& grant : sequencer.take_grants(now)) {
     v1::ClusterMessage message;
@@ -279,6 +280,7 @@ std::optional<Nanoseconds> Coordinator::Impl::next_deadline() const {
   if (world_ && !world_->loading() && !waits_for_store()) {
     if (world_->hosted()) consider(world_->sequencer.next_due());
     if (may_ask_for_checkpoint()) consider(world_->next_checkpoint);
+    if (may_balance()) consider(world_->next_balance);
   }
   return earliest;
 }

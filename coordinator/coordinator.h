@@ -73,7 +73,7 @@ using ClientRequest = std::variant<
     ClientCall<v1::RaycastRequest, v1::RaycastReply>, ClientCall<v1::NearRequest, v1::NearReply>,
     ClientCall<v1::FindBodiesRequest, v1::FindBodiesReply>,
     ClientCall<v1::ListFramesRequest, v1::ListFramesReply>, ClientCall<v1::DrainRequest, v1::DrainReply>,
-    ClientCall<v1::ShutdownRequest, v1::ShutdownReply>>;
+    ClientCall<v1::BalanceRequest, v1::BalanceReply>, ClientCall<v1::ShutdownRequest, v1::ShutdownReply>>;
 
 struct OutgoingMessage {
   NodeId to;
@@ -92,6 +92,10 @@ struct CoordinatorOptions {
   // How often a running world's state is taken down, so that it survives the loss of servers; 0: never, and a
   // world ends with any of its servers, which may then be out of contact for server_timeout.
   Nanoseconds checkpoint_every{0};
+  // How often a running world is divided anew where its servers have unequal work; 0: only when it is asked
+  // for. By the work that there will be in so many seconds, if bodies go on as they do.
+  Nanoseconds balance_every{0};
+  Nanoseconds balance_ahead{0};
   Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for the servers it needs
   std::uint32_t grant_window = 32;                      // ticks granted ahead of the slowest server
   std::size_t shape_bytes_max = kShapeBytesMax;  // of all shapes of a world, beyond which spawns are refused

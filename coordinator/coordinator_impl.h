@@ -1,5 +1,6 @@
 // The implementation of the coordinator, over several files: coordinator.cc (messages and servers),
 // loading.cc (loading and unloading worlds), recovery.cc (what keeps a world alive when servers come and go),
+// balancing.cc (what divides it anew while it runs),
 // stored_world.cc (what makes it outlive this process), client_requests.cc (all other requests of clients),
 // status.cc (status replies).
 #pragma once
@@ -18,6 +19,7 @@
 #include <vector>
 
 #include "coordinator/active_world.h"
+#include "coordinator/balance.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/membership.h"
 #include "coordinator/placement.h"
@@ -115,6 +117,14 @@ class Coordinator::Impl {
   bool wants_to_move() const;
   void answer_drains();
   void on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanoseconds now);
+
+  // balancing.cc
+  void tend_balance(Nanoseconds now);
+  bool may_balance() const;
+  v1::Query load_query(Queries::LoadReply reply);
+  BalancePlan plan(const std::vector<v1::ServerLoad>& loads) const;
+  void set_map(const BalancePlan& plan);
+  void on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nanoseconds now);
 
   // stored_world.cc
   bool stores() const { return options_.store != nullptr && !store_.given_up; }

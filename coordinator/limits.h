@@ -47,6 +47,8 @@ inline constexpr std::chrono::minutes kStallMax{1};
 inline constexpr int kSubscriptionsMax = 4096;  // streams of clients that go on at other servers
 // A world without servers waits for others so long once one has come.
 inline constexpr std::chrono::milliseconds kGatherServers{300};
+// Sectors and bodies that change servers in one tick, for that must not be late.
+inline constexpr std::uint64_t kMovedAtOnceMax = 4000;
 // A world that loses a server so often without a tick in between has failed.
 inline constexpr std::uint32_t kLossesInPlaceMax = 16;
 inline constexpr std::chrono::milliseconds kHeartbeatMax{1000};

@@ -28,6 +28,12 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
       "How often a running world's state is taken down, s, so that it survives the loss of servers; 0: "
       "never",
       0, 1e6);
+  add_seconds(app, "--balance-every", coordinator.balance_every,
+              "How often a running world is divided anew where its servers have unequal work, s; 0: never", 0,
+              1e6);
+  add_seconds(app, "--balance-ahead", coordinator.balance_ahead,
+              "Divide it by the work that there will be in so many seconds, if bodies go on as they do", 0,
+              1e3);
   add_mebibytes(app, "--queued-mib", arguments.queued_request_bytes_max,
                 "Requests of clients that wait for the coordinator, MiB in all; further ones are refused");
   add_mebibytes(app, "--shapes-mib", coordinator.shape_bytes_max,

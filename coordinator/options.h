@@ -19,7 +19,9 @@ struct CoordinatorArguments {
   DdsOptions dds{.self = kCoordinatorNode};
   // A tick may take long, and the network sees where a server is gone.
   CoordinatorOptions coordinator{.server_timeout = std::chrono::minutes(2),
-                                 .checkpoint_every = std::chrono::seconds(1)};
+                                 .checkpoint_every = std::chrono::seconds(1),
+                                 .balance_every = std::chrono::seconds(5),
+                                 .balance_ahead = std::chrono::seconds(2)};
   std::string listen = "127.0.0.1:7300";
   std::string metrics_address;                   // empty: no metrics
   std::string record_inputs;                     // empty: no recording

@@ -47,11 +47,17 @@ v1::Query Queries::snapshot(SnapshotReply reply) {
               std::move(query));
 }
 
+v1::Query Queries::load(double ahead, LoadReply reply) {
+  v1::Query query;
+  query.mutable_load()->set_ahead(ahead);
+  return open(Load{std::move(reply), std::vector<v1::ServerLoad>(servers_)}, std::move(query));
+}
+
 std::vector<v1::Query> Queries::restart(std::size_t servers, const absl::Status& status) {
   servers_ = servers;
   std::vector<v1::Query> again;
   for (auto& [id, open] : std::exchange(open_, {})) {
-    if (std::holds_alternative<Snapshot>(open.question)) {
+    if (std::holds_alternative<Snapshot>(open.question) || std::holds_alternative<Load>(open.question)) {
       reply(status, 0, open.question);
       continue;
     }
@@ -79,6 +85,8 @@ absl::Status Queries::answer(std::size_t rank, const v1::Answer& answer) {
     add(*hash, answer);
   } else if (auto* ray = std::get_if<Ray>(&open.question)) {
     add(*ray, answer);
+  } else if (auto* load = std::get_if<Load>(&open.question)) {
+    load->loads[rank] = answer.load();
   } else {
     add(std::get<Near>(open.question), answer);
   }
@@ -128,6 +136,8 @@ void Queries::reply(const absl::Status& status, Tick tick, Question& question) {
   } else if (auto* near = std::get_if<Near>(&question)) {
     near->result.tick = tick;
     near->reply(status, near->result);
+  } else if (auto* load = std::get_if<Load>(&question)) {
+    load->reply(status, tick, std::move(load->loads));
   } else {
     auto& snapshot = std::get<Snapshot>(question);
     std::vector<v1::SnapshotChunk> all;

@@ -33,6 +33,9 @@ class Queries {
   // The chunks of all servers, by rank.
   using SnapshotReply = std::function<void(const absl::Status&, std::vector<v1::SnapshotChunk>)>;
 
+  // By rank.
+  using LoadReply = std::function<void(const absl::Status&, Tick, std::vector<v1::ServerLoad>)>;
+
   explicit Queries(std::size_t servers) : servers_(servers) {}
 
   // Each returns the question to send to all servers; `reply` is called with the last answer.
@@ -42,12 +45,13 @@ class Queries {
   v1::Query ray(v1::RayQuery ray, RayReply reply);
   v1::Query near(v1::NearQuery near, NearReply reply);
   v1::Query snapshot(SnapshotReply reply);
+  v1::Query load(double ahead, LoadReply reply);
 
   // INTERNAL for an answer to a question that was not asked, or that this server has answered before.
   absl::Status answer(std::size_t rank, const v1::Answer& answer);
 
-  // The world goes on, set back, on so many servers: all questions are to be asked again, and snapshots are
-  // refused with `status`, since their tick may be over.
+  // The world goes on, set back, on so many servers: all questions are to be asked again. Those for snapshots
+  // and loads are refused with `status`: their tick may be over, and the servers are others.
   std::vector<v1::Query> restart(std::size_t servers, const absl::Status& status);
 
   // Answers all waiting calls.
@@ -71,7 +75,11 @@ class Queries {
     std::vector<std::vector<v1::SnapshotChunk>> chunks;  // by rank
     std::vector<std::uint32_t> parts;                    // that have come, by rank
   };
-  using Question = std::variant<Hash, Ray, Near, Snapshot>;
+  struct Load {
+    LoadReply reply;
+    std::vector<v1::ServerLoad> loads;  // by rank
+  };
+  using Question = std::variant<Hash, Ray, Near, Snapshot, Load>;
   struct Open {
     Question question;
     v1::Query query;             // as asked

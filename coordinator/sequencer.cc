@@ -8,6 +8,7 @@
 
 #include "coordinator/command_checks.h"
 #include "coordinator/limits.h"
+#include "proto/convert.h"
 #include "proto/wire.h"
 
 namespace tessera {
@@ -66,6 +67,7 @@ absl::Status Sequencer::room_for_query() const {
 void Sequencer::rewind(std::uint64_t world, std::size_t servers, Tick tick) {
   options_.world = world;
   serial_ = 0;
+  next_map_.reset();
   granted_ = completed_ = tick;
   completed_by_.assign(servers, tick);
   for (auto again = past_.upper_bound(tick); again != past_.end(); again = past_.erase(again)) {
@@ -109,6 +111,12 @@ Tick Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Repl
 
 void Sequencer::ask(v1::Query query) { queries_.push_back(std::move(query)); }
 void Sequencer::ask_first(v1::Query query) { first_queries_.push_back(std::move(query)); }
+
+void Sequencer::set_map(const SectorMap& map) {
+  v1::SectorMap& next = next_map_.emplace();
+  for (const SectorIndex& splitter : map.splitters()) *next.add_splitters() = to_proto(splitter);
+  next.set_epoch(map.epoch());
+}
 
 std::vector<Sequencer::Held> Sequencer::held() const {
   std::vector<Held> held;
@@ -323,6 +331,7 @@ v1::Grant Sequencer::next_grant(std::uint64_t ticks) {
   }
   // A tick that has commands begins another grant.
   if (next != batches_.end()) ticks = std::min(ticks, next->first - granted_ - 1);
+  if (next_map_) *grant.mutable_map() = *std::exchange(next_map_, std::nullopt);
   grant.set_ticks(ticks);
   granted_ += ticks;
   certain_ = std::max(certain_, granted_);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "lpss/grid/sector_map.h"
 #include "lpss/tick/messages.h"
 #include "store.pb.h"
 
@@ -80,6 +81,10 @@ class Sequencer {
   // ticks.
   void hold(std::vector<Held> held);
   void hold_at(Tick tick, Command command, std::optional<v1::Shape> new_shape);
+
+  // The map changes with the next tick that is granted.
+  void set_map(const SectorMap& map);
+  bool awaits_map() const { return next_map_.has_value(); }
 
   // How the world runs. Where it goes on, so many more ticks than were granted may be certain.
   v1::StoredPace stored_pace(std::uint64_t ticks_ahead) const;
@@ -165,6 +170,7 @@ class Sequencer {
   std::size_t past_commands_ = 0;
   std::size_t held_commands_ = 0;
   std::size_t held_shape_bytes_ = 0;
+  std::optional<v1::SectorMap> next_map_;
   std::vector<v1::Query> queries_;
   std::vector<v1::Query> first_queries_;
 };

@@ -183,6 +183,10 @@ grpc::ServerReadReactor<v1::RestoreRequest>* TesseraService::Restore(Context*, v
 grpc::ServerUnaryReactor* TesseraService::Drain(Context* c, const v1::DrainRequest* q, v1::DrainReply* a) {
   return post(c, q, a);
 }
+grpc::ServerUnaryReactor* TesseraService::Balance(Context* c, const v1::BalanceRequest* q,
+                                                  v1::BalanceReply* a) {
+  return post(c, q, a);
+}
 grpc::ServerUnaryReactor* TesseraService::Shutdown(Context* c, const v1::ShutdownRequest* q,
                                                    v1::ShutdownReply* a) {
   return post(c, q, a);

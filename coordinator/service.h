@@ -47,6 +47,7 @@ class TesseraService final : public v1::Tessera::CallbackService {
   grpc::ServerWriteReactor<v1::SnapshotPiece>* Snapshot(Context*, const v1::SnapshotRequest*) override;
   grpc::ServerReadReactor<v1::RestoreRequest>* Restore(Context*, v1::LoadReply*) override;
   Reactor* Drain(Context*, const v1::DrainRequest*, v1::DrainReply*) override;
+  Reactor* Balance(Context*, const v1::BalanceRequest*, v1::BalanceReply*) override;
   Reactor* Shutdown(Context*, const v1::ShutdownRequest*, v1::ShutdownReply*) override;
 
  private:

@@ -17,7 +17,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kCopyPatience{60};
 
 class StateCopiesTest : public ::testing::Test {
  protected:
@@ -51,7 +51,7 @@ class StateCopiesTest : public ::testing::Test {
   template <typename Condition>
   bool await(const Condition& holds) {
     std::unique_lock lock(mutex_);
-    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    const auto deadline = std::chrono::steady_clock::now() + kCopyPatience;
     for (int seen = -1;; seen = changes_) {
       lock.unlock();
       if (holds()) return true;
@@ -174,7 +174,7 @@ TEST_F(StateCopiesTest, AStandbyWritesOnlyIntoItsFolder) {
   {
     StateFollower follower(*following_);
     follower.follow(address_);
-    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    const auto deadline = std::chrono::steady_clock::now() + kCopyPatience;
     while (!forger.has_been_left && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
   }
   EXPECT_TRUE(forger.has_been_left);

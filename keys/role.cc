@@ -54,6 +54,7 @@ constexpr std::array kCalls = {
     Call{"Tessera/Unload", ClientRole::kAdmin},
     Call{"Tessera/Restore", ClientRole::kAdmin},
     Call{"Tessera/Drain", ClientRole::kAdmin},
+    Call{"Tessera/Balance", ClientRole::kAdmin},
     Call{"Tessera/Shutdown", ClientRole::kAdmin},
     // Of a coordinator that stands by: it gets all of the world.
     Call{"Coordination/CopyStates", ClientRole::kAdmin},

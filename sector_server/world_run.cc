@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "lpss/base/invariant.h"
+#include "lpss/observe/load.h"
 #include "lpss/observe/queries.h"
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
@@ -25,6 +26,8 @@ constexpr std::size_t kTicksPerReport = 8;
 // server, and a server some rounds ahead of the others.
 constexpr std::uint64_t kGrantsAheadMax = 65'536;
 constexpr std::size_t kRoundsAheadMax = 65'536;
+
+constexpr Tick kUsualTicks = 64;  // that a mean of the last ones looks back
 
 }  // namespace
 
@@ -49,14 +52,14 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
 
   std::vector<SectorIndex> splitters;
   for (const v1::SectorIndex& splitter : load.splitters()) splitters.push_back(from_proto(splitter));
-  if (splitters.size() + 1 != run->nodes_.size()) {
-    return absl::InvalidArgumentError("the sector map does not have one run per server");
-  }
   const SectorIndex anchor = from_proto(load.anchor());
+  absl::StatusOr<SectorMap> map =
+      SectorMap::checked(anchor, std::move(splitters), run->nodes_.size(), load.map_epoch());
+  if (!map.ok()) return map.status();
   PartitionOptions options;
   options.settings = *settings;
   options.anchor = anchor;
-  options.map = SectorMap(anchor, std::move(splitters), load.map_epoch());
+  options.map = *std::move(map);
   options.self = run->self_;
   run->partition_ = std::make_unique<Partition>(std::move(options), *run->engine_);
   if (absl::Status status = run->add_shapes(load.shapes()); !status.ok()) return status;
@@ -177,9 +180,22 @@ absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
     absl::StatusOr<std::vector<Command>> granted = unpack_commands(grant_->commands());
     if (!granted.ok()) return granted.status();
     commands = std::move(*granted);
+    if (grant_->has_map()) {
+      if (absl::Status status = change_map(grant_->map()); !status.ok()) return status;
+    }
   }
   --ticks_left_;
   go_on(machine_->begin_tick(commands), tick_began_, clock);
+  return absl::OkStatus();
+}
+
+absl::Status WorldRun::change_map(const v1::SectorMap& message) {
+  std::vector<SectorIndex> splitters;
+  for (const v1::SectorIndex& splitter : message.splitters()) splitters.push_back(from_proto(splitter));
+  absl::StatusOr<SectorMap> map =
+      SectorMap::checked(partition_->anchor, std::move(splitters), nodes_.size(), message.epoch());
+  if (!map.ok()) return map.status();
+  machine_->set_map(*std::move(map));
   return absl::OkStatus();
 }
 
@@ -230,6 +246,8 @@ void WorldRun::send(const Round& round) {
 
 void WorldRun::end_tick(Nanoseconds now) {
   ++tick_;
+  const std::chrono::duration<double, std::micro> own = own_time_;
+  usual_own_us_ += (own.count() - usual_own_us_) / static_cast<double>(std::min(++ticks_here_, kUsualTicks));
   inboxes_.erase(inboxes_.begin(), inboxes_.lower_bound({tick_ + 1, 0}));
   tick_done_ = true;
 
@@ -278,6 +296,7 @@ void WorldRun::answer(const v1::Query& query) {
     }
   }
   if (query.has_snapshot()) return answer_with_snapshot(query.id());
+  if (query.has_load()) write_load(query.load().ahead(), *answer.mutable_load());
   if (query.has_near()) {
     for (const NearBody& near : nearby(query.near())) {
       v1::NearBody& body = *answer.add_near();
@@ -305,6 +324,17 @@ void WorldRun::answer_with_snapshot(std::uint64_t query) {
     answer.set_parts(static_cast<std::uint32_t>(chunks.size()));
     send_(kCoordinatorNode, message);
   }
+}
+
+void WorldRun::write_load(double ahead, v1::ServerLoad& answer) {
+  for (const LoadPiece& piece : load_along_curve(*partition_, ahead, kLoadPiecesMax)) {
+    v1::LoadPiece& message = *answer.add_pieces();
+    *message.mutable_first() = to_proto(piece.first);
+    message.set_work(piece.work);
+    message.set_sectors(piece.sectors);
+    message.set_bodies(piece.bodies);
+  }
+  answer.set_tick_us(usual_own_us_);
 }
 
 std::vector<NearBody> WorldRun::nearby(const v1::NearQuery& query) {

@@ -64,6 +64,7 @@ class WorldRun {
   void send(const Round& round);
   absl::Status next_grant_or_tick(const std::function<Nanoseconds()>& clock);
   absl::Status begin_tick(const std::function<Nanoseconds()>& clock);
+  absl::Status change_map(const v1::SectorMap& message);
   absl::Status advance(const std::function<Nanoseconds()>& clock);
   void go_on(std::optional<Round> round, Nanoseconds began, const std::function<Nanoseconds()>& clock);
   void end_tick(Nanoseconds now);
@@ -71,6 +72,7 @@ class WorldRun {
   void answer_with_snapshot(std::uint64_t query);
   absl::Status fill(const v1::LoadWorld& load);
   absl::Status restore(const v1::Restored& restored);
+  void write_load(double ahead, v1::ServerLoad& answer);
   std::vector<NearBody> nearby(const v1::NearQuery& query);
   absl::Status add_shapes(const google::protobuf::RepeatedPtrField<v1::Shape>& shapes);
 
@@ -96,6 +98,8 @@ class WorldRun {
 
   Nanoseconds tick_began_{};
   Nanoseconds own_time_{};  // of the current tick, without waiting
+  double usual_own_us_ = 0;  // of the last ticks, mean
+  Tick ticks_here_ = 0;
   bool tick_done_ = false;
   std::vector<v1::TickReport> reports_;
   v1::TickReport last_report_;

@@ -19,6 +19,7 @@ namespace tessera {
 namespace {
 
 constexpr std::uint32_t kScenarioStream = 3;
+constexpr std::uint32_t kBalanceStream = 6;
 constexpr int kEventsMax = 1'000'000;  // while there is no coordinator
 
 // About the duration of a tick, so that most faults begin while ticks are running.
@@ -54,6 +55,7 @@ class Driver {
   Driver(SimulatedCluster& cluster, const WorldDescription& world, const Scenario& scenario)
       : cluster_(cluster),
         dice_(scenario.seed, kScenarioStream),
+        balance_dice_(scenario.seed, kBalanceStream),
         workload_(scenario.seed, world),
         commands_(scenario.commands) {}
 
@@ -72,6 +74,9 @@ class Driver {
       for (std::uint64_t events = dice_.below(20); step_ && !*step_ && events > 0; --events) {
         cluster_.run_events(1);
       }
+      if (balance_dice_.one_in(4)) {
+        if (absl::Status balanced = balance(); !is_expected(balanced)) return balanced;
+      }
       if (absl::Status given = workload_.give_next(cluster_); !is_expected(given)) return given;
     }
     for (;;) {
@@ -86,6 +91,7 @@ class Driver {
   // Ticks that were done.
   Tick done() const { return begun_; }
   const std::vector<SnapshotChunks>& snapshots() const { return workload_.snapshots(); }
+  std::uint64_t moves() const { return moves_; }
 
  private:
   void start_step(Tick ticks) {
@@ -109,6 +115,12 @@ class Driver {
     return tick.status();
   }
 
+  absl::Status balance() {
+    const auto balance = cluster_.call<v1::BalanceRequest, v1::BalanceReply>({});
+    if (balance.ok() && balance->moves()) ++moves_;
+    return balance.status();
+  }
+
   // At the pace of real time, or as fast as it goes, for a while.
   absl::Status run_freely() {
     v1::ResumeRequest request;
@@ -121,8 +133,10 @@ class Driver {
 
   SimulatedCluster& cluster_;
   Dice dice_;
+  Dice balance_dice_;
   Workload workload_;
   const std::uint32_t commands_;
+  std::uint64_t moves_ = 0;
   Tick begun_ = 0;
   SimulatedCluster::Pending<v1::StepReply> step_;
 };
@@ -207,6 +221,7 @@ void Coverage::add(const Coverage& other) {
   commands += other.commands;
   told += other.told;
   snapshots += other.snapshots;
+  moves += other.moves;
 }
 
 std::string Coverage::text() const {
@@ -220,7 +235,7 @@ std::string Coverage::text() const {
                   " arrived twice\n");
   absl::StrAppend(&text, "the world went on from a checkpoint ", recoveries, " times; ", commands,
                   " commands took effect, of which clients were told of ", told, "; ", snapshots,
-                  " snapshots\n");
+                  " snapshots; it was divided anew ", moves, " times\n");
   return text;
 }
 
@@ -259,6 +274,7 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
       !right.ok()) {
     return right;
   }
+  report.coverage.moves = driver.moves();
   return report;
 }
 

@@ -472,6 +472,22 @@ absl::StatusOr<Tick> Client::drain(std::uint64_t node, absl::Duration timeout) {
   return impl_->tick_of(&Stub::Drain, request, timeout);
 }
 
+absl::StatusOr<Balance> Client::balance(bool dry_run, absl::Duration timeout) {
+  v1::BalanceRequest request;
+  request.set_dry_run(dry_run);
+  const auto reply = impl_->call(&Stub::Balance, request, timeout);
+  if (!reply.ok()) return reply.status();
+  Balance balance{.tick = reply->tick(),
+                  .shares = {},
+                  .moved_sectors = reply->moved_sectors(),
+                  .moved_bodies = reply->moved_bodies(),
+                  .moves = reply->moves()};
+  for (const v1::BalanceReply::ServerShare& share : reply->shares()) {
+    balance.shares.push_back({share.node(), share.tick_us() / 1000, share.tick_us_then() / 1000});
+  }
+  return balance;
+}
+
 absl::Status Client::shutdown(absl::Duration timeout) {
   return impl_->call(&Stub::Shutdown, v1::ShutdownRequest(), timeout).status();
 }

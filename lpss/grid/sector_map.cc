@@ -1,5 +1,7 @@
 #include "lpss/grid/sector_map.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <array>
 
@@ -20,6 +22,12 @@ std::array<std::uint64_t, 3> curve_coordinates(const SectorIndex& sector, const 
 
 // Whether the highest set bit of `a` is below that of `b`.
 bool shorter(std::uint64_t a, std::uint64_t b) { return a < b && a < (a ^ b); }
+
+bool ascend(const std::vector<SectorIndex>& splitters, const SectorIndex& anchor) {
+  return std::is_sorted(
+      splitters.begin(), splitters.end(),
+      [&](const SectorIndex& a, const SectorIndex& b) { return comes_before_on_curve(a, b, anchor); });
+}
 
 }  // namespace
 
@@ -47,11 +55,18 @@ SectorMap::SectorMap(const SectorIndex& anchor, std::vector<SectorIndex> splitte
       splitters_(std::move(splitters)),
       servers_(static_cast<std::uint32_t>(splitters_.size()) + 1),
       epoch_(epoch) {
-  invariant(std::is_sorted(splitters_.begin(), splitters_.end(),
-                           [&](const SectorIndex& a, const SectorIndex& b) {
-                             return comes_before_on_curve(a, b, anchor_);
-                           }),
-            "splitters of a sector map ascend on the curve");
+  invariant(ascend(splitters_, anchor_), "splitters of a sector map ascend on the curve");
+}
+
+absl::StatusOr<SectorMap> SectorMap::checked(const SectorIndex& anchor, std::vector<SectorIndex> splitters,
+                                             std::size_t servers, std::uint64_t epoch) {
+  if (splitters.size() + 1 != servers) {
+    return absl::InvalidArgumentError(absl::StrCat("the sector map has ", splitters.size() + 1, " runs for ",
+                                                   servers, " servers, and must have one for each"));
+  }
+  if (!ascend(splitters, anchor))
+    return absl::InvalidArgumentError("the splitters of the sector map must ascend on the curve");
+  return SectorMap(anchor, std::move(splitters), epoch);
 }
 
 SectorMap SectorMap::balanced(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,

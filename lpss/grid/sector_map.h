@@ -1,6 +1,8 @@
 // Which server hosts which sector: the global sector hash, as a rule that every process can evaluate.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -23,6 +25,10 @@ class SectorMap {
   // `splitters`, ascending on the curve, are the first sectors of the runs of ranks 1, 2, ...; `anchor` is
   // the sector that the curve is laid around. `epoch` counts the versions of a world's map.
   SectorMap(const SectorIndex& anchor, std::vector<SectorIndex> splitters, std::uint64_t epoch);
+
+  // The same of splitters from elsewhere. INVALID_ARGUMENT unless they ascend, and make `servers` runs.
+  static absl::StatusOr<SectorMap> checked(const SectorIndex& anchor, std::vector<SectorIndex> splitters,
+                                           std::size_t servers, std::uint64_t epoch);
 
   // Cuts the curve so that each of `servers` gets about the same sum of weights. `load` lists occupied
   // sectors and what they weigh (> 0), in any order.

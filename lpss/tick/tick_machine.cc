@@ -82,13 +82,15 @@ std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) 
   context_.tick = ++tick_;
   clock_.reset();
   const absl::Cleanup leave = [this] { clock_.leave(); };
-  if (partition_.at_rest && commands.empty()) {
+  if (partition_.at_rest && commands.empty() && !next_map_) {
     rest();
     return std::nullopt;
   }
   partition_.at_rest = false;
   context_.commands.assign(commands.begin(), commands.end());
-  return moves_sectors(partition_.settings, tick_) ? transfer_round() : exchange_round();
+  std::optional<SectorMap> map = std::exchange(next_map_, std::nullopt);
+  if (!map) map = shuffled_map(partition_, tick_);
+  return map ? transfer_round(*std::move(map)) : exchange_round();
 }
 
 std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage>> inbox) {
@@ -128,10 +130,10 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
   return std::nullopt;
 }
 
-Round TickMachine::transfer_round() {
+Round TickMachine::transfer_round(SectorMap map) {
   clock_.enter(TickPhase::kExchange);
   Round result = round(RoundKind::kTransfer);
-  address(result, give_sectors(partition_, tick_));
+  address(result, give_sectors(partition_, std::move(map)));
   result.from.flip();
   return result;
 }

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "lpss/tick/context.h"
@@ -27,6 +28,9 @@ class TickMachine {
 
   // The partition must outlive the machine. Between ticks it may be changed from outside.
   TickMachine(Partition& partition, Options options);
+
+  // The next tick begins with another map, of as many servers; all of them are told so before that tick.
+  void set_map(SectorMap map) { next_map_ = std::move(map); }
 
   // Starts a tick. All servers get all commands, which take effect at once. Nothing to say, and the tick is
   // over, where the whole world is at rest.
@@ -56,7 +60,7 @@ class TickMachine {
 
  private:
   // One function a round: what the messages of the last one make possible, up to the messages of this one.
-  Round transfer_round();
+  Round transfer_round(SectorMap map);
   Round exchange_round();
   Round seams_round(std::vector<Exchange> inbox);
   Round shipment_round(const std::vector<const Seams*>& inbox);
@@ -75,6 +79,7 @@ class TickMachine {
   PhaseClock clock_;
   SolverPool solvers_;
   Tick tick_ = 0;
+  std::optional<SectorMap> next_map_;
   RoundKind awaited_ = RoundKind::kIdle;
   TickContext context_;
 

@@ -36,13 +36,11 @@ TEST(TickMachine, ATickIsExchangeSeamsShipmentAndSolution) {
 }
 
 TEST(TickMachine, ATickWithANewMapBeginsWithATransfer) {
-  WorldSettings settings = test_settings();
-  settings.shuffle = 1;
-  while (!moves_sectors(settings, 1)) ++settings.shuffle;
-  TestPartition partition(settings);
+  TestPartition partition;
   add_body(*partition, box(1, kLow, kBeforeBorder));
   add_body(*partition, box(2, kHigh, kBehindBorder));
   TickMachine machine(*partition, {});
+  machine.set_map(SectorMap(partition->anchor, {}, 2));
   EXPECT_THAT(rounds_of_a_tick(machine),
               ElementsAre(number_of(RoundKind::kTransfer), number_of(RoundKind::kExchange),
                           number_of(RoundKind::kSeams), number_of(RoundKind::kShipment),

@@ -1,6 +1,7 @@
 #include "lpss/tick/transfer.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "lpss/partition/moved_sector.h"
 
@@ -12,14 +13,15 @@ constexpr std::uint64_t kShufflePeriod = 3;
 
 }  // namespace
 
-bool moves_sectors(const WorldSettings& settings, Tick tick) {
-  return settings.shuffle != 0 && scrambled(settings.shuffle ^ scrambled(tick)) % kShufflePeriod == 0;
+std::optional<SectorMap> shuffled_map(const Partition& partition, Tick tick) {
+  const std::uint64_t shuffle = partition.settings.shuffle;
+  if (shuffle == 0 || scrambled(shuffle ^ scrambled(tick)) % kShufflePeriod != 0) return std::nullopt;
+  return SectorMap::scattered(partition.anchor, partition.map.servers(), scrambled(shuffle + tick),
+                              partition.map.epoch() + 1);
 }
 
-std::vector<Transfer> give_sectors(Partition& partition, Tick tick) {
-  const std::uint64_t seed = scrambled(partition.settings.shuffle + tick);
-  partition.map =
-      SectorMap::scattered(partition.anchor, partition.map.servers(), seed, partition.map.epoch() + 1);
+std::vector<Transfer> give_sectors(Partition& partition, SectorMap map) {
+  partition.map = std::move(map);
   std::vector<Sector*> leaving;
   for (const auto& [index, sector] : partition.sectors) {
     if (!partition.hosts(index)) leaving.push_back(sector.get());

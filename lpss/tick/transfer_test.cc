@@ -11,21 +11,20 @@ namespace tessera {
 namespace {
 
 TEST(Transfer, MovesSectorsOnlyWhileAuthorityIsShuffled) {
+  TestPartition usual;
   WorldSettings settings = test_settings();
+  settings.shuffle = 3;
+  TestPartition shuffled(settings);
   int moves = 0;
   for (Tick tick = 1; tick <= 300; ++tick) {
-    EXPECT_FALSE(moves_sectors(settings, tick));
-    WorldSettings shuffled = settings;
-    shuffled.shuffle = 3;
-    moves += moves_sectors(shuffled, tick) ? 1 : 0;
+    EXPECT_FALSE(shuffled_map(*usual, tick));
+    moves += shuffled_map(*shuffled, tick) ? 1 : 0;
   }
   EXPECT_NEAR(moves, 100, 30) << "one tick in three";
 }
 
 TEST(Transfer, EverySectorIsAtItsNewServerWithTheSameBits) {
-  WorldSettings settings = test_settings();
-  settings.shuffle = 3;
-  TestWorld world(2, settings);
+  TestWorld world(2);
   for (std::int64_t i = -8; i < 8; ++i) {
     const auto id = static_cast<std::uint64_t>(2 * i + 17);
     world.add(moving(box(id, {i, 0, 0}, kBeforeBorder), {1, 2, 3}));
@@ -39,7 +38,10 @@ TEST(Transfer, EverySectorIsAtItsNewServerWithTheSameBits) {
   };
   const WorldHash before = hash();
   std::vector<std::vector<Transfer>> outboxes;
-  for (const Rank rank : {0, 1}) outboxes.push_back(give_sectors(world[rank], 5));
+  for (const Rank rank : {0, 1}) {
+    const SectorMap next = SectorMap::scattered(world[rank].anchor, 2, 5, world[rank].map.epoch() + 1);
+    outboxes.push_back(give_sectors(world[rank], next));
+  }
   EXPECT_FALSE(outboxes[0][1].sectors.empty());
   EXPECT_FALSE(outboxes[1][0].sectors.empty());
   EXPECT_TRUE(outboxes[0][0].sectors.empty());

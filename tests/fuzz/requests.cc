@@ -63,6 +63,8 @@ void ask(SmallCluster& cluster, const Request& request) {
       return cluster.ask<v1::ListFramesReply>(request.list_frames());
     case Request::kDrain:
       return cluster.ask<v1::DrainReply>(request.drain());
+    case Request::kBalance:
+      return cluster.ask<v1::BalanceReply>(request.balance());
     case Request::kShutdown:
       return cluster.ask<v1::ShutdownReply>(request.shutdown());
     case Request::kSnapshot:

@@ -219,6 +219,20 @@ struct ClusterStatus {
   std::vector<NamedDivergence> divergences;
 };
 
+// How a world is divided anew among its servers.
+struct Balance {
+  struct Share {
+    std::uint64_t node = 0;
+    double tick_ms = 0;       // of own work, mean of the last ticks
+    double tick_ms_then = 0;  // after the move, by the measured cost of what moves
+  };
+  Tick tick = 0;              // of the measurement
+  std::vector<Share> shares;  // of the servers of the world
+  std::uint64_t moved_sectors = 0;
+  std::uint64_t moved_bodies = 0;
+  bool moves = false;  // with the next tick; false for a dry run, and where nothing is gained
+};
+
 // One connection to a coordinator. Safe to use from any thread. Streams may outlive the client.
 class Client {
  public:
@@ -348,12 +362,17 @@ class Client {
                                                             std::uint32_t every_ticks = 1,
                                                             absl::Duration timeout = kCallTimeout);
 
-  // Ends the coordinator and its servers.
   // Moves all that a server hosts to others, which it waits for, so that it can be ended without a loss; the
   // tick at which they took over. NOT_FOUND for no server of the cluster, FAILED_PRECONDITION where no other
   // one could take over.
   absl::StatusOr<Tick> drain(std::uint64_t node, absl::Duration timeout = kLoadTimeout);
 
+  // Divides the world anew among its servers, by what they have to do; the state stays the same bits. A call
+  // moves a bounded number of sectors, at the beginning of the next tick. `dry_run`: only says what it would
+  // do. FAILED_PRECONDITION without a world.
+  absl::StatusOr<Balance> balance(bool dry_run = false, absl::Duration timeout = kCallTimeout);
+
+  // Ends the coordinator and its servers.
   absl::Status shutdown(absl::Duration timeout = kCallTimeout);
 
  private:

@@ -63,6 +63,7 @@ BodyName: TypeAlias = int | str
 """A body by its id or by its name."""
 
 Status: TypeAlias = tessera_pb2.StatusReply
+Balance: TypeAlias = tessera_pb2.BalanceReply
 """The status of a cluster; proto/tessera.proto documents its fields."""
 
 Catalogue: TypeAlias = tessera_pb2.FindBodiesReply
@@ -554,6 +555,14 @@ class Client:
         one can take over.
         """
         return self._tick_of("Drain", tessera_pb2.DrainRequest(node=node), timeout)
+
+    def balance(self, dry_run: bool = False, timeout: float | None = CALL_TIMEOUT_S) -> Balance:
+        """Divides the world anew among its servers, by what they have to do; the state stays the same bits.
+        With `dry_run`, only says what it would do: `shares` (`node`, `tick_us`, `tick_us_then`),
+        `moved_sectors`, `moved_bodies`, `moves` and `tick`, as BalanceReply in proto/tessera.proto.
+        """
+        balance: Balance = self._call("Balance", tessera_pb2.BalanceRequest(dry_run=dry_run), timeout)
+        return balance
 
     def shutdown(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
         """Ends the coordinator and its servers."""

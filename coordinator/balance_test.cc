@@ -1,0 +1,143 @@
+// Plans of who hosts what.
+#include "coordinator/balance.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <random>
+
+#include "coordinator/limits.h"
+
+namespace tessera {
+namespace {
+
+using testing::ElementsAre;
+using testing::Le;
+
+constexpr SectorIndex kAnchor{};
+
+// Sectors in a row, on the curve in the order of `i` where none is negative.
+LoadPiece piece(std::int64_t i, double work, std::uint64_t bodies = 1) {
+  return {.first = {i, 0, 0}, .work = work, .sectors = 1, .bodies = bodies};
+}
+
+ServerLoad load(std::vector<LoadPiece> pieces, double tick_us) { return {std::move(pieces), tick_us}; }
+
+TEST(Balance, OneServerHasAll) {
+  const BalancePlan plan =
+      plan_balance(SectorMap(kAnchor, {}, 1), std::vector{load({piece(0, 5), piece(1, 5)}, 1000)});
+  EXPECT_FALSE(plan.moves());
+  EXPECT_EQ(plan.map.epoch(), 1u);
+}
+
+TEST(Balance, EvenServersAreLeftAlone) {
+  const SectorMap map(kAnchor, {{2, 0, 0}}, 1);
+  const BalancePlan plan = plan_balance(
+      map, std::vector{load({piece(0, 1), piece(1, 1)}, 1000), load({piece(2, 1), piece(3, 1)}, 1000)});
+  EXPECT_FALSE(plan.moves());
+  EXPECT_FALSE(plan.is_worth_it());
+}
+
+TEST(Balance, TheBusyServerGivesSectorsToItsNeighbourOnTheCurve) {
+  const SectorMap map(kAnchor, {{4, 0, 0}}, 7);
+  const BalancePlan plan =
+      plan_balance(map, std::vector{load({piece(0, 1), piece(1, 1), piece(2, 1), piece(3, 1)}, 4000),
+                                    load({piece(4, 0.5), piece(5, 0.5)}, 1200)});
+  EXPECT_TRUE(plan.is_worth_it());
+  EXPECT_THAT(plan.map.splitters(), ElementsAre(SectorIndex{3, 0, 0}));
+  EXPECT_EQ(plan.map.epoch(), 8u);
+  EXPECT_EQ(plan.moved_sectors, 1u);
+  EXPECT_EQ(plan.moved_bodies, 1u);
+  EXPECT_THAT(plan.tick_us, ElementsAre(4000, 1200));
+  EXPECT_THAT(plan.tick_us_then, ElementsAre(3000, 2200));
+}
+
+TEST(Balance, ASlowServerHasLessToDo) {
+  const SectorMap map(kAnchor, {{4, 0, 0}}, 1);
+  std::vector<LoadPiece> first;
+  std::vector<LoadPiece> second;
+  for (int i = 0; i < 4; ++i) {
+    first.push_back(piece(i, 1));
+    second.push_back(piece(i + 4, 1));
+  }
+  const BalancePlan plan = plan_balance(map, std::vector{load(first, 3000), load(second, 1000)});
+  EXPECT_TRUE(plan.is_worth_it());
+  EXPECT_LT(plan.map.splitters()[0].i, 4);
+}
+
+TEST(Balance, LittleIsGainedByLittleWork) {
+  const SectorMap map(kAnchor, {{4, 0, 0}}, 1);
+  const BalancePlan plan = plan_balance(
+      map, std::vector{load({piece(0, 1), piece(1, 1), piece(2, 1), piece(3, 1)}, 100), load({}, 0)});
+  EXPECT_TRUE(plan.moves()) << "on demand";
+  EXPECT_FALSE(plan.is_worth_it());
+}
+
+TEST(Balance, BeforeAnyMeasurementWorkCounts) {
+  const SectorMap map(kAnchor, {{4, 0, 0}}, 1);
+  const BalancePlan plan = plan_balance(
+      map, std::vector{load({piece(0, 1), piece(1, 1), piece(2, 1), piece(3, 1)}, 0), load({}, 0)});
+  EXPECT_THAT(plan.map.splitters(), ElementsAre(SectorIndex{2, 0, 0}));
+  EXPECT_FALSE(plan.is_worth_it());
+}
+
+TEST(Balance, ManyBodiesMoveInSeveralPlansThatEachGoTheSameWay) {
+  const std::uint64_t bodies = kMovedAtOnceMax / 4;
+  const SectorMap start(kAnchor, {{20, 0, 0}}, 1);
+  SectorMap map = start;
+  int plans = 0;
+  for (double slowest = 20'000; plans < 20; ++plans) {
+    std::vector<ServerLoad> loads(2);
+    for (int i = 0; i < 20; ++i) {
+      ServerLoad& owner = loads[map.owner({i, 0, 0})];
+      owner.pieces.push_back(piece(i, 1, bodies));
+      owner.tick_us += 1000;
+    }
+    const BalancePlan plan = plan_balance(map, loads);
+    if (!plan.moves()) break;
+    EXPECT_THAT(plan.moved_sectors + plan.moved_bodies, Le(kMovedAtOnceMax));
+    const double next = *std::max_element(plan.tick_us_then.begin(), plan.tick_us_then.end());
+    EXPECT_LT(next, slowest);
+    slowest = next;
+    map = plan.map;
+  }
+  EXPECT_EQ(plans, 4);
+  EXPECT_THAT(map.splitters(), ElementsAre(SectorIndex{10, 0, 0}));
+}
+
+// Loads of any kind give maps that are maps, and none makes the slowest server slower.
+TEST(Balance, NeverMakesItWorse) {
+  std::mt19937 random(3);
+  for (int n = 0; n < 2000; ++n) {
+    const auto servers = static_cast<std::uint32_t>(1 + random() % 6);
+    std::vector<SectorIndex> splitters;
+    for (std::uint32_t s = 1; s < servers; ++s)
+      splitters.push_back({static_cast<std::int64_t>(random() % 40), static_cast<std::int64_t>(random() % 4), 0});
+    std::sort(splitters.begin(), splitters.end(), [](const SectorIndex& a, const SectorIndex& b) {
+      return comes_before_on_curve(a, b, kAnchor);
+    });
+    const SectorMap map(kAnchor, splitters, 1);
+    std::vector<ServerLoad> loads(servers);
+    for (int p = static_cast<int>(random() % 60); p > 0; --p) {
+      const SectorIndex first{static_cast<std::int64_t>(random() % 40), static_cast<std::int64_t>(random() % 4), 0};
+      // Projected load may be another server's.
+      ServerLoad& from = loads[random() % 4 == 0 ? random() % servers : map.owner(first)];
+      from.pieces.push_back({first, static_cast<double>(random() % 5), 1, random() % 2000});
+    }
+    for (ServerLoad& load : loads) {
+      for (const LoadPiece& piece : load.pieces) load.tick_us += 100 * piece.work;
+    }
+    const BalancePlan plan = plan_balance(map, loads);
+    ASSERT_EQ(plan.map.servers(), servers);
+    ASSERT_TRUE(SectorMap::checked(kAnchor, plan.map.splitters(), servers, 1).ok());
+    ASSERT_LE(plan.slowest_then, 1);
+    ASSERT_EQ(plan.map.epoch(), plan.moves() ? 2u : 1u);
+    const auto sum = [](const std::vector<double>& us) { return std::accumulate(us.begin(), us.end(), 0.0); };
+    ASSERT_NEAR(sum(plan.tick_us), sum(plan.tick_us_then), 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace tessera

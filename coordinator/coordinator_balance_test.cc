@@ -1,0 +1,143 @@
+// A coordinator that divides its world anew.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "coordinator/test_cluster.h"
+
+namespace tessera {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::HasSubstr;
+
+class CoordinatorBalanceTest : public ::testing::Test {
+ protected:
+  void start(CoordinatorOptions options = {}, const WorldDescription& world = small_world()) {
+    options.log = [this](const LogLine& line) { log_ += line.text + "\n"; };
+    cluster_ = loaded_cluster(options, world);
+  }
+  void resume() {
+    v1::ResumeRequest request;
+    request.set_real_time_factor(1);
+    ASSERT_TRUE(cluster_->ask<v1::ResumeReply>(request)->ok());
+  }
+  std::shared_ptr<Heard<v1::BalanceReply>> balance(bool dry_run = false) {
+    v1::BalanceRequest request;
+    request.set_dry_run(dry_run);
+    return cluster_->ask<v1::BalanceReply>(request);
+  }
+
+  // A server carries out its grants; the first says that it has two sectors awake.
+  void work(NodeId node) {
+    for (const v1::Grant& grant : cluster_->work(node)) {
+      if (grant.has_map()) maps_[node].push_back(grant);
+      for (const v1::Query& query : grant.queries()) {
+        if (!query.has_load()) continue;
+        v1::ClusterMessage message;
+        v1::Answer& answer = *message.mutable_answer();
+        answer.set_world(grant.world());
+        answer.set_query(query.id());
+        answer.set_tick(cluster_->tick[node]);
+        if (node == kFirst) {
+          answer.mutable_load()->set_tick_us(first_us_);
+          for (const std::int64_t i : {0, 1}) {
+            v1::LoadPiece& piece = *answer.mutable_load()->add_pieces();
+            piece.mutable_first()->set_i(i);
+            piece.set_work(1);
+            piece.set_sectors(1);
+            piece.set_bodies(3);
+          }
+        }
+        cluster_->receive(node, message);
+      }
+    }
+  }
+  void work() {
+    for (const NodeId node : {kFirst, kSecond}) work(node);
+  }
+
+  std::unique_ptr<TestCluster> cluster_;
+  std::string log_;
+  double first_us_ = 4000;
+  std::map<NodeId, std::vector<v1::Grant>> maps_;
+};
+
+TEST_F(CoordinatorBalanceTest, TheMapFollowsTheLoadOfARunningWorld) {
+  start({.balance_every = seconds(5)});
+  resume();
+  for (int ms = 0; ms < 12'000; ms += 10) {
+    cluster_->advance(milliseconds(10));
+    work();
+  }
+  ASSERT_EQ(maps_[kFirst].size(), 1u) << "and not again where nothing would change";
+  ASSERT_EQ(maps_[kSecond].size(), 1u);
+  const v1::Grant& grant = maps_[kFirst].front();
+  EXPECT_EQ(grant.serial(), maps_[kSecond].front().serial());
+  EXPECT_GT(grant.ticks(), 0u);
+  ASSERT_EQ(grant.map().splitters_size(), 1);
+  EXPECT_EQ(grant.map().splitters(0).i(), 1);
+  EXPECT_EQ(grant.map().epoch(), cluster_->status().map_epoch());
+  EXPECT_THAT(log_, HasSubstr("change servers: the slowest part of a tick took 4.00 ms"));
+}
+
+TEST_F(CoordinatorBalanceTest, NothingMovesWhereTicksAreShortOrNobodyAsked) {
+  first_us_ = 100;
+  start({.balance_every = seconds(1)});
+  resume();
+  for (int ms = 0; ms < 5000; ms += 10) {
+    cluster_->advance(milliseconds(10));
+    work();
+  }
+  EXPECT_TRUE(maps_.empty());
+}
+
+TEST_F(CoordinatorBalanceTest, ADryRunOnlySays) {
+  start();
+  const auto said = balance(/*dry_run=*/true);
+  work();
+  ASSERT_TRUE(said->ok()) << said->message();
+  EXPECT_FALSE(said->answer.moves());
+  EXPECT_EQ(said->answer.moved_sectors(), 1u);
+  EXPECT_EQ(said->answer.moved_bodies(), 3u);
+  ASSERT_EQ(said->answer.shares_size(), 2);
+  EXPECT_EQ(said->answer.shares(0).node(), kFirst.value);
+  EXPECT_EQ(said->answer.shares(0).tick_us(), 4000);
+  EXPECT_EQ(said->answer.shares(0).tick_us_then(), 2000);
+  EXPECT_EQ(said->answer.shares(1).tick_us_then(), 2000);
+
+  const auto done = balance();
+  work();
+  EXPECT_TRUE(done->answer.moves());
+  EXPECT_TRUE(maps_.empty()) << "not before the next tick";
+  v1::StepRequest step;
+  step.set_ticks(1);
+  cluster_->ask<v1::StepReply>(step);
+  work();
+  EXPECT_EQ(maps_[kFirst].size(), 1u);
+}
+
+TEST_F(CoordinatorBalanceTest, ErrorsSayWhy) {
+  {
+    TestCluster empty;
+    const auto refused = empty.ask<v1::BalanceReply>(v1::BalanceRequest());
+    EXPECT_EQ(refused->code(), absl::StatusCode::kFailedPrecondition);
+  }
+  WorldDescription shuffled = small_world();
+  shuffled.settings.shuffle = 3;
+  start({.balance_every = milliseconds(10)}, shuffled);
+  const auto refused = balance();
+  EXPECT_EQ(refused->code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(refused->message(), HasSubstr("shuffle"));
+}
+
+TEST_F(CoordinatorBalanceTest, NumbersThatCannotBeMoveNothing) {
+  first_us_ = std::numeric_limits<double>::quiet_NaN();
+  start();
+  const auto refused = balance();
+  work();
+  EXPECT_EQ(refused->code(), absl::StatusCode::kInternal);
+}
+
+}  // namespace
+}  // namespace tessera
