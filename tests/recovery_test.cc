@@ -138,6 +138,16 @@ TEST_F(Recovery, FromLossesInAnyOrder) {
               pushes_.size(), gaps_s[gaps_s.size() / 2], gaps_s.back());
 }
 
+// Sectors change servers while the world runs, and nobody notices.
+TEST_F(Recovery, IsNotNeededWhereTheWorldIsDividedAnew) {
+  for (int n = 0; n < 8; ++n) {
+    ASSERT_THAT(client().balance().status(), IsOk());
+    go_on(20);
+  }
+  expect_as_undisturbed();
+  EXPECT_EQ(client().status().value().recoveries, 0u);
+}
+
 // A rolling restart: no tick is lost or repeated to clients.
 TEST_F(Recovery, IsNotNeededWhereServersAreDrainedBeforeTheyEnd) {
   go_on(30);
