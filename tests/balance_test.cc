@@ -18,7 +18,7 @@ WorldDescription crowd_and_sleepers() {
     const double x = 1.5 * (n % 8);
     const double y = 1.5 * static_cast<double>(n / 8);
     NewBody ball = solid(absl::StrCat("ball", n), sphere(0.5), 1, {{0, 0, 0}, {x, y, 0.5}});
-    ball.linear_velocity = {1, 0, 0};
+    ball.body.linear_velocity = {1, 0, 0};
     add(world, ball);
     add(world, solid(absl::StrCat("box", n), box(1, 1, 1), 1, {{0, 0, 0}, {400 + 2 * x, 2 * y, 0.5}}));
   }
@@ -27,7 +27,8 @@ WorldDescription crowd_and_sleepers() {
 
 std::vector<std::uint64_t> awake_by_server(Client& client) {
   std::vector<std::uint64_t> awake;
-  for (const ServerStatus& server : client.status().value().servers) awake.push_back(server.counts.bodies_awake);
+  const ClusterStatus status = client.status().value();
+  for (const ServerStatus& server : status.servers) awake.push_back(server.counts.bodies_awake);
   return awake;
 }
 
