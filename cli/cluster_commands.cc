@@ -237,11 +237,11 @@ void add_drain(CLI::App& app, Action& action) {
 
 std::string summary(const Balance& balance, bool dry_run) {
   if (balance.moved_sectors == 0) return "nothing moves: no other division has a faster slowest server\n";
-  return absl::StrCat(
-      grouped(balance.moved_sectors), " sectors with ", grouped(balance.moved_bodies), " bodies ",
-      dry_run         ? "would change servers\n"
-      : balance.moves ? "change servers with the next tick\n"
-                      : "are not moved now: others are about to be\n");
+  return absl::StrCat(grouped(balance.moved_sectors), " sectors with ", grouped(balance.moved_bodies),
+                      " bodies ",
+                      dry_run         ? "would change servers\n"
+                      : balance.moves ? "change servers with the next tick\n"
+                                      : "are not moved now: others are about to be\n");
 }
 
 void add_balance(CLI::App& app, Action& action) {

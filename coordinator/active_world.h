@@ -57,7 +57,7 @@ struct ActiveWorld {
   Tick last_loss = 0;                                 // completed when a server was lost
   std::uint32_t losses_in_place = 0;
 
-  bool awaits_load = false;  // of its servers, to divide it anew
+  bool awaits_load = false;                               // of its servers, to divide it anew
   std::optional<std::vector<v1::ServerLoad>> fresh_load;  // that has just come
   std::chrono::nanoseconds next_balance{};                // the time
 

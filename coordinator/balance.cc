@@ -62,15 +62,15 @@ SectorMap cut_by_load(const SectorMap& map, const std::vector<Entry>& entries) {
 std::vector<std::size_t> beginnings(const SectorMap& map, const std::vector<Entry>& entries) {
   std::vector<std::size_t> begins;
   for (Rank rank = 1; rank < map.servers(); ++rank) {
-    const auto begin = std::partition_point(entries.begin(), entries.end(), [&](const Entry& entry) {
-      return map.owner(entry.first) < rank;
-    });
+    const auto begin = std::partition_point(
+        entries.begin(), entries.end(), [&](const Entry& entry) { return map.owner(entry.first) < rank; });
     begins.push_back(static_cast<std::size_t>(begin - entries.begin()));
   }
   return begins;
 }
 
-// As far from `from` towards `to` as the entries between have at most `room` sectors and bodies; one at least.
+// As far from `from` towards `to` as the entries between have at most `room` sectors and bodies; one at
+// least.
 std::size_t limited(std::size_t from, std::size_t to, const std::vector<Entry>& entries, std::uint64_t room) {
   std::uint64_t moved = 0;
   std::size_t place = from;

@@ -16,8 +16,8 @@ struct ServerLoad {
 };
 
 struct BalancePlan {
-  SectorMap map;                    // the same as before where nothing moves
-  std::vector<double> tick_us;      // by rank: own work of a tick, as measured
+  SectorMap map;                     // the same as before where nothing moves
+  std::vector<double> tick_us;       // by rank: own work of a tick, as measured
   std::vector<double> tick_us_then;  // with the new map, by the measured cost of what moves
   std::uint64_t moved_sectors = 0;
   std::uint64_t moved_bodies = 0;

@@ -114,14 +114,16 @@ TEST(Balance, NeverMakesItWorse) {
     const auto servers = static_cast<std::uint32_t>(1 + random() % 6);
     std::vector<SectorIndex> splitters;
     for (std::uint32_t s = 1; s < servers; ++s)
-      splitters.push_back({static_cast<std::int64_t>(random() % 40), static_cast<std::int64_t>(random() % 4), 0});
+      splitters.push_back(
+          {static_cast<std::int64_t>(random() % 40), static_cast<std::int64_t>(random() % 4), 0});
     std::sort(splitters.begin(), splitters.end(), [](const SectorIndex& a, const SectorIndex& b) {
       return comes_before_on_curve(a, b, kAnchor);
     });
     const SectorMap map(kAnchor, splitters, 1);
     std::vector<ServerLoad> loads(servers);
     for (int p = static_cast<int>(random() % 60); p > 0; --p) {
-      const SectorIndex first{static_cast<std::int64_t>(random() % 40), static_cast<std::int64_t>(random() % 4), 0};
+      const SectorIndex first{static_cast<std::int64_t>(random() % 40),
+                              static_cast<std::int64_t>(random() % 4), 0};
       // Projected load may be another server's.
       ServerLoad& from = loads[random() % 4 == 0 ? random() % servers : map.owner(first)];
       from.pieces.push_back({first, static_cast<double>(random() % 5), 1, random() % 2000});

@@ -23,8 +23,7 @@ absl::StatusOr<std::vector<ServerLoad>> checked_loads(const std::vector<v1::Serv
     bool is_sound = is_amount(load.tick_us) && message.pieces_size() <= static_cast<int>(kLoadPiecesMax);
     for (const v1::LoadPiece& piece : message.pieces()) {
       is_sound = is_sound && is_amount(piece.work());
-      load.pieces.push_back(
-          {from_proto(piece.first()), piece.work(), piece.sectors(), piece.bodies()});
+      load.pieces.push_back({from_proto(piece.first()), piece.work(), piece.sectors(), piece.bodies()});
     }
     if (!is_sound) return absl::InternalError("a server described its load with numbers that cannot be");
   }
@@ -35,9 +34,10 @@ std::string describe(const BalancePlan& plan) {
   const auto largest = [](const std::vector<double>& us) {
     return *std::max_element(us.begin(), us.end()) / 1000;
   };
-  return absl::StrFormat("%d sectors with %d bodies change servers: the slowest part of a tick took %.2f ms, and will take about %.2f ms",
-                         plan.moved_sectors, plan.moved_bodies, largest(plan.tick_us),
-                         largest(plan.tick_us_then));
+  return absl::StrFormat(
+      "%d sectors with %d bodies change servers: the slowest part of a tick took %.2f ms, and will take "
+      "about %.2f ms",
+      plan.moved_sectors, plan.moved_bodies, largest(plan.tick_us), largest(plan.tick_us_then));
 }
 
 }  // namespace
@@ -64,10 +64,11 @@ void Coordinator::Impl::tend_balance(Nanoseconds now) {
   if (is_first) return;
   world.awaits_load = true;
   // The world calls this, so `world` exists.
-  world.sequencer.ask(load_query([&world](const absl::Status& status, Tick, std::vector<v1::ServerLoad> loads) {
-    world.awaits_load = false;
-    if (status.ok()) world.fresh_load = std::move(loads);
-  }));
+  world.sequencer.ask(
+      load_query([&world](const absl::Status& status, Tick, std::vector<v1::ServerLoad> loads) {
+        world.awaits_load = false;
+        if (status.ok()) world.fresh_load = std::move(loads);
+      }));
 }
 
 v1::Query Coordinator::Impl::load_query(Queries::LoadReply reply) {
@@ -93,27 +94,27 @@ void Coordinator::Impl::on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nan
   if (absl::Status status = world.queries.room(); !status.ok()) return call.reply(status, {});
   if (absl::Status status = world.sequencer.room_for_query(); !status.ok()) return call.reply(status, {});
   // The world calls this, so `world` exists.
-  world.sequencer.ask(load_query([this, &world, dry_run = call.request.dry_run(),
-                                  reply = std::move(call.reply)](const absl::Status& status, Tick tick,
-                                                                 std::vector<v1::ServerLoad> messages) {
-    if (!status.ok()) return reply(status, {});
-    const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(messages);
-    if (!loads.ok()) return reply(loads.status(), {});
-    const BalancePlan plan = plan_balance(world.map, *loads);
-    v1::BalanceReply answer;
-    answer.set_tick(tick);
-    for (std::size_t rank = 0; rank < world.nodes.size(); ++rank) {
-      v1::BalanceReply::ServerShare& share = *answer.add_shares();
-      share.set_node(world.nodes[rank].value);
-      share.set_tick_us(plan.tick_us[rank]);
-      share.set_tick_us_then(plan.tick_us_then[rank]);
-    }
-    answer.set_moved_sectors(plan.moved_sectors);
-    answer.set_moved_bodies(plan.moved_bodies);
-    answer.set_moves(plan.moves() && !dry_run && !world.sequencer.awaits_map());
-    if (answer.moves()) set_map(plan);
-    reply(absl::OkStatus(), answer);
-  }));
+  world.sequencer.ask(
+      load_query([this, &world, dry_run = call.request.dry_run(), reply = std::move(call.reply)](
+                     const absl::Status& status, Tick tick, std::vector<v1::ServerLoad> messages) {
+        if (!status.ok()) return reply(status, {});
+        const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(messages);
+        if (!loads.ok()) return reply(loads.status(), {});
+        const BalancePlan plan = plan_balance(world.map, *loads);
+        v1::BalanceReply answer;
+        answer.set_tick(tick);
+        for (std::size_t rank = 0; rank < world.nodes.size(); ++rank) {
+          v1::BalanceReply::ServerShare& share = *answer.add_shares();
+          share.set_node(world.nodes[rank].value);
+          share.set_tick_us(plan.tick_us[rank]);
+          share.set_tick_us_then(plan.tick_us_then[rank]);
+        }
+        answer.set_moved_sectors(plan.moved_sectors);
+        answer.set_moved_bodies(plan.moved_bodies);
+        answer.set_moves(plan.moves() && !dry_run && !world.sequencer.awaits_map());
+        if (answer.moves()) set_map(plan);
+        reply(absl::OkStatus(), answer);
+      }));
 }
 
 }  // namespace tessera

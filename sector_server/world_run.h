@@ -97,7 +97,7 @@ class WorldRun {
   absl::btree_map<std::pair<Tick, std::uint32_t>, Inbox> inboxes_;  // by tick and number of the round
 
   Nanoseconds tick_began_{};
-  Nanoseconds own_time_{};  // of the current tick, without waiting
+  Nanoseconds own_time_{};   // of the current tick, without waiting
   double usual_own_us_ = 0;  // of the last ticks, mean
   Tick ticks_here_ = 0;
   bool tick_done_ = false;

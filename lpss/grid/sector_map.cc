@@ -24,9 +24,9 @@ std::array<std::uint64_t, 3> curve_coordinates(const SectorIndex& sector, const 
 bool shorter(std::uint64_t a, std::uint64_t b) { return a < b && a < (a ^ b); }
 
 bool ascend(const std::vector<SectorIndex>& splitters, const SectorIndex& anchor) {
-  return std::is_sorted(
-      splitters.begin(), splitters.end(),
-      [&](const SectorIndex& a, const SectorIndex& b) { return comes_before_on_curve(a, b, anchor); });
+  return std::is_sorted(splitters.begin(), splitters.end(), [&](const SectorIndex& a, const SectorIndex& b) {
+    return comes_before_on_curve(a, b, anchor);
+  });
 }
 
 }  // namespace
