@@ -83,7 +83,11 @@ TEST_F(WorldLoad, OfWhatCannotBeReadIsRefused) {
   EXPECT_NE(error_of(load), "");
   load = alone();
   load.add_splitters();
-  EXPECT_THAT(error_of(load), HasSubstr("one run per server"));
+  EXPECT_THAT(error_of(load), HasSubstr("the sector map has 2 runs for 1 servers"));
+  load = loads_of(small_tower(), {kFirst, kSecond, NodeId{300}})[0];
+  load.mutable_splitters(0)->set_i(5);
+  load.mutable_splitters(1)->set_i(-5);
+  EXPECT_THAT(error_of(load), HasSubstr("must ascend on the curve"));
 }
 
 TEST_F(WorldLoad, OfAnotherPrecisionThanTheProcessHasIsRefused) {

@@ -283,6 +283,61 @@ TEST_F(TwoServers, GiveTheSameBitsWhateverOvertakesWhat) {
   }
 }
 
+TEST_F(TwoServers, MoveSectorsAtTheFirstTickOfTheGrantThatHasTheMap) {
+  load(small_tower());
+  constexpr std::int64_t kFar = std::int64_t{1} << 40;
+  std::uint64_t serial = 1;
+  // All to the first server, all to the second.
+  for (const std::int64_t splitter : {kFar, -kFar}) {
+    v1::Grant grant = grant_of(serial++, 20);
+    for (auto set : {&v1::SectorIndex::set_i, &v1::SectorIndex::set_j, &v1::SectorIndex::set_k}) {
+      if (grant.map().splitters_size() == 0) grant.mutable_map()->add_splitters();
+      (grant.mutable_map()->mutable_splitters(0)->*set)(splitter);
+    }
+    grant.mutable_map()->set_epoch(serial);
+    for (TestServer* server : {&first_, &second_}) {
+      server->grant(grant);
+      server->work();
+    }
+    carry_all();
+    EXPECT_EQ(first_.machine.machine_between_ticks()->partition().bodies.empty(), splitter < 0);
+    EXPECT_EQ(second_.machine.machine_between_ticks()->partition().bodies.empty(), splitter > 0);
+  }
+  EXPECT_EQ(reported_hashes({&first_, &second_}), expected_hashes(small_tower(), 40));
+}
+
+TEST_F(TwoServers, EndWhereAMapCannotBe) {
+  load(small_tower());
+  v1::Grant grant = grant_of(1, 1);
+  grant.mutable_map()->set_epoch(2);  // one run for two servers
+  first_.grant(grant);
+  first_.work();
+  EXPECT_TRUE(first_.has_ended());
+}
+
+TEST_F(TwoServers, SayWhatTheyHaveToDo) {
+  load(small_tower());
+  v1::Grant grant = grant_of(1, 10);
+  grant.add_queries()->mutable_load();
+  for (TestServer* server : {&first_, &second_}) {
+    server->grant(grant);
+    server->work();
+  }
+  carry_all();
+  std::uint64_t bodies = 0;
+  double work = 0;
+  for (TestServer* server : {&first_, &second_}) {
+    const auto answers = server->take(Kind::kAnswer);
+    ASSERT_EQ(answers.size(), 1u);
+    for (const v1::LoadPiece& piece : answers[0].answer().load().pieces()) {
+      work += piece.work();
+      bodies += piece.bodies();
+    }
+  }
+  EXPECT_EQ(bodies, 6u);
+  EXPECT_GE(work, 6) << "all are awake";
+}
+
 TEST_F(TwoServers, AnswerForTheirOwnBodiesAlone) {
   load(small_tower());
   for (TestServer* server : {&first_, &second_}) {
