@@ -29,6 +29,14 @@ constexpr std::size_t kRoundsAheadMax = 65'536;
 
 constexpr Tick kUsualTicks = 64;  // that a mean of the last ones looks back
 
+absl::StatusOr<SectorMap> read_map(const SectorIndex& anchor,
+                                   const google::protobuf::RepeatedPtrField<v1::SectorIndex>& messages,
+                                   std::size_t servers, std::uint64_t epoch) {
+  std::vector<SectorIndex> splitters;
+  for (const v1::SectorIndex& splitter : messages) splitters.push_back(from_proto(splitter));
+  return SectorMap::checked(anchor, std::move(splitters), servers, epoch);
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& load, NodeId self,
@@ -50,11 +58,8 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
   if (!engine.ok()) return engine.status();
   run->engine_ = std::move(*engine);
 
-  std::vector<SectorIndex> splitters;
-  for (const v1::SectorIndex& splitter : load.splitters()) splitters.push_back(from_proto(splitter));
   const SectorIndex anchor = from_proto(load.anchor());
-  absl::StatusOr<SectorMap> map =
-      SectorMap::checked(anchor, std::move(splitters), run->nodes_.size(), load.map_epoch());
+  absl::StatusOr<SectorMap> map = read_map(anchor, load.splitters(), run->nodes_.size(), load.map_epoch());
   if (!map.ok()) return map.status();
   PartitionOptions options;
   options.settings = *settings;
@@ -190,10 +195,8 @@ absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
 }
 
 absl::Status WorldRun::change_map(const v1::SectorMap& message) {
-  std::vector<SectorIndex> splitters;
-  for (const v1::SectorIndex& splitter : message.splitters()) splitters.push_back(from_proto(splitter));
   absl::StatusOr<SectorMap> map =
-      SectorMap::checked(partition_->anchor, std::move(splitters), nodes_.size(), message.epoch());
+      read_map(partition_->anchor, message.splitters(), nodes_.size(), message.epoch());
   if (!map.ok()) return map.status();
   machine_->set_map(*std::move(map));
   return absl::OkStatus();
