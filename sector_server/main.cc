@@ -15,6 +15,7 @@
 #include "keys/keys_folder.h"
 #include "lpss/base/freed_memory.h"
 #include "lpss/engine/load_engine.h"
+#include "lpss/partition/bodies.h"
 #include "proto/grpc_limits.h"
 #include "proto/peak_memory.h"
 #include "sector_server/metrics.h"
@@ -141,7 +142,7 @@ int run(SectorServerArguments& arguments) {
   }
   std::unique_ptr<SectorServer> server;
   const auto on_tick = [&](Tick tick, TickMachine& machine) {
-    metrics.show(server->last_tick(), machine.partition().bodies.size(), server->exchange_bytes());
+    metrics.show(server->last_tick(), body_count(machine.partition()), server->exchange_bytes());
     streams.publish(tick, machine, false);
   };
   server = std::make_unique<SectorServer>(arguments.server, load_engine, since_start, on_tick);

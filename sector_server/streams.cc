@@ -160,7 +160,8 @@ BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const 
   };
   if (request.ids().empty()) {
     for_each_body_in(
-        partition, [&](const SectorIndex& sector) { return box.may_hold_bodies_of(sector); }, consider);
+        partition, [&](const SectorIndex& sector) { return box.may_hold_bodies_of(sector); },
+        request.only_awake(), consider);
     return snapshot;
   }
   std::vector<std::uint64_t> ids(request.ids().begin(), request.ids().end());

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "lpss/partition/bodies.h"
 #include "lpss/tick/tick_machine.h"
 #include "transport/link.h"
 
@@ -31,7 +32,7 @@ class WorldRun {
   std::uint64_t world() const { return world_; }
   Tick tick() const { return tick_; }
   TickMachine& machine() { return *machine_; }
-  std::size_t body_count() const { return partition_->bodies.size(); }
+  std::size_t body_count() const { return tessera::body_count(*partition_); }
   bool between_ticks() const { return !round_; }
 
   // Grants and rounds, in any order. Errors: one that cannot be of this world, or too many that wait for

@@ -17,7 +17,7 @@ constexpr int kAwake = 1000;
 constexpr int kBallsInRow = 32;
 constexpr double kBallsApart = 3.5;  // m, between the balls
 constexpr int kSectorsInRow = 1000;  // beside the balls' own
-constexpr Tick kTicksToSleep = 30;
+constexpr Tick kTicksToRest = 2000;  // until sectors are packed, at most
 
 WorldDescription balls_beside_sleepers(const WorldSettings& settings, int idle_sectors) {
   WorldBuilder builder(settings);
@@ -55,7 +55,9 @@ absl::StatusOr<World> world_with(const WorldSettings& settings, int idle_sectors
       Simulation::create(balls_beside_sleepers(settings, idle_sectors));
   if (!simulation.ok()) return simulation.status();
   world.simulation = *std::move(simulation);
-  for (Tick tick = 0; tick < kTicksToSleep; ++tick) world.simulation->step();
+  const PackedSectors& packed = world.simulation->partition().packed;
+  const auto sleepers = static_cast<std::size_t>(idle_sectors);
+  while (packed.counts().bodies < sleepers && world.simulation->tick() < kTicksToRest) world.simulation->step();
   world.heap_bytes = static_cast<double>(heap_bytes() - before);
   return world;
 }

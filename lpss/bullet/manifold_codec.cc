@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "lpss/bullet/bytes.h"
+#include "lpss/base/bytes.h"
 
 namespace tessera::bullet {
 namespace {

@@ -1,6 +1,6 @@
 #include "lpss/native/contact.h"
 
-#include "lpss/bullet/bytes.h"
+#include "lpss/base/bytes.h"
 
 namespace tessera::native {
 namespace {
@@ -76,7 +76,7 @@ void drop_predicted(Contact& contact) {
 
 std::string encode(const Contact& contact) {
   std::string bytes;
-  const bullet::ByteWriter write(bytes);
+  const ByteWriter write(bytes);
   write(static_cast<std::uint8_t>(sizeof(Scalar)));
   visit_header(contact, write);
   write(contact.surface != nullptr);
@@ -91,7 +91,7 @@ std::string encode(const Contact& contact) {
 }
 
 bool decode(std::string_view bytes, Contact& contact) {
-  const bullet::ByteReader read(bytes);
+  const ByteReader read(bytes);
   if (read.get<std::uint8_t>() != sizeof(Scalar)) return false;
   contact = {};
   visit_header(contact, read);

@@ -7,8 +7,8 @@
 #include <span>
 #include <utility>
 
+#include "lpss/base/bytes.h"
 #include "lpss/base/rotation.h"
-#include "lpss/bullet/bytes.h"
 #include "lpss/joints/task_joint.h"
 #include "lpss/model/divergence.h"
 #include "lpss/model/limits.h"
@@ -187,7 +187,7 @@ std::size_t NativeSolver::motion_size(int sweep) const {
 }
 
 void NativeSolver::append_motion(int sweep, std::size_t body, std::string& bytes) const {
-  const bullet::ByteWriter write(bytes);
+  const ByteWriter write(bytes);
   const auto append = [&](const RowBody<Scalar>& motion) {
     write(motion.linear);
     write(motion.angular);
@@ -199,7 +199,7 @@ void NativeSolver::append_motion(int sweep, std::size_t body, std::string& bytes
 void NativeSolver::set_motion(int sweep, std::size_t body, std::string_view bytes) {
   bullet::require(bytes.size() == motion_size(sweep),
                   "a motion must come from an engine of the same precision");
-  const bullet::ByteReader read(bytes);
+  const ByteReader read(bytes);
   const auto next = [&] {
     RowBody<Scalar> motion = contacts_.raw_motion(body);
     read(motion.linear);

@@ -41,13 +41,16 @@ void add_work(const Partition& partition, const Sector& sector, double ahead, Lo
 }
 
 void count_sectors(const Partition& partition, LoadBySector& load) {
-  const std::uint64_t stride = partition.sectors.size() / kCountedMax + 1;
-  for (const auto& [index, sector] : partition.sectors) {
-    if (stride > 1 && absl::HashOf(index) % stride != 0) continue;
+  const std::uint64_t stride =
+      (partition.sectors.size() + partition.packed.counts().sectors) / kCountedMax + 1;
+  const auto add = [&](const SectorIndex& index, std::size_t bodies) {
+    if (stride > 1 && absl::HashOf(index) % stride != 0) return;
     LoadPiece& piece = load[index];
     piece.sectors += stride;
-    piece.bodies += stride * sector->homes.size();
-  }
+    piece.bodies += stride * bodies;
+  };
+  for (const auto& [index, sector] : partition.sectors) add(index, sector->homes.size());
+  partition.packed.for_each(add);
 }
 
 // Divides by work and by the number of sectors alike, since those at rest have no work.

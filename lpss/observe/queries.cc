@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lpss/partition/packing.h"
 #include "lpss/partition/statics.h"
 
 namespace tessera {
@@ -94,15 +95,16 @@ SectorWorld* passing_world(const Partition& partition, const SectorIndex& index,
   return passing.world.get();
 }
 
-SectorWorld* living_world(const Partition& partition, const SectorIndex& index) {
+SectorWorld* living_world(Partition& partition, const SectorIndex& index) {
+  bring_back(partition, index);
   const auto found = partition.sectors.find(index);
   return found == partition.sectors.end() ? nullptr : found->second->world.get();
 }
 
 class Raycast {
  public:
-  Raycast(const Partition& partition, const WorldPosition& origin, const Eigen::Vector3d& direction,
-          double length, std::uint32_t mask)
+  Raycast(Partition& partition, const WorldPosition& origin, const Eigen::Vector3d& direction, double length,
+          std::uint32_t mask)
       : partition_(partition), origin_(origin), direction_(direction), length_(length), mask_(mask) {}
 
   std::optional<RayAnswer> nearest() {
@@ -172,7 +174,7 @@ class Raycast {
     nearest_ = RayAnswer{hit->body, distance, hit->normal};
   }
 
-  const Partition& partition_;
+  Partition& partition_;
   const WorldPosition& origin_;
   const Eigen::Vector3d& direction_;
   const double length_;
@@ -183,12 +185,12 @@ class Raycast {
 
 }  // namespace
 
-std::optional<RayAnswer> raycast(const Partition& partition, const WorldPosition& origin,
+std::optional<RayAnswer> raycast(Partition& partition, const WorldPosition& origin,
                                  const Eigen::Vector3d& direction, double length, std::uint32_t mask) {
   return Raycast(partition, origin, direction, length, mask).nearest();
 }
 
-std::vector<NearBody> bodies_near(const Partition& partition, const Geometry& probe, const WorldPose& pose,
+std::vector<NearBody> bodies_near(Partition& partition, const Geometry& probe, const WorldPose& pose,
                                   double reach, std::uint32_t mask) {
   const double radius = bounding_radius(probe) + reach;
   const auto cell = [&](double x) {

@@ -1,4 +1,5 @@
-// Questions about any number of sectors: each is asked near its own centre. Between ticks.
+// Questions about any number of sectors: each is asked near its own centre. Between ticks. Sectors at rest
+// that are packed come back when they are asked.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,13 +19,13 @@ struct RayAnswer {
 
 // The nearest hit of a ray (`length` in m, `direction` of unit length) in the sectors of this partition.
 // Static bodies count in the sectors that the ray passes through.
-std::optional<RayAnswer> raycast(const Partition& partition, const WorldPosition& origin,
+std::optional<RayAnswer> raycast(Partition& partition, const WorldPosition& origin,
                                  const Eigen::Vector3d& direction, double length, std::uint32_t mask);
 
 // The bodies of this partition's sectors, and statics in them, within `reach` (m) of a convex `probe` at
 // `pose`, in ascending order of (distance, id). A static body may be found by several servers; the smallest
 // distance counts.
-std::vector<NearBody> bodies_near(const Partition& partition, const Geometry& probe, const WorldPose& pose,
+std::vector<NearBody> bodies_near(Partition& partition, const Geometry& probe, const WorldPose& pose,
                                   double reach, std::uint32_t mask);
 
 }  // namespace tessera

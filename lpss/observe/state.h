@@ -15,7 +15,7 @@ WorldHash hash_of(const Partition& partition);
 // Calls `visit` for each dynamic and kinematic body, in ascending order of ids.
 void for_each_body(const Partition& partition, const std::function<void(const BodyRecord&)>& visit);
 
-// What one needs of many bodies, without their properties: these are the partition's own, not copies.
+// What one needs of many bodies, without copies of their properties. Valid within a visit.
 struct BodyView {
   BodyId id;
   const SectorIndex& home;
@@ -23,9 +23,10 @@ struct BodyView {
   BodyState state;
 };
 
-// Likewise of the sectors that `wants` names: sector by sector, which is faster, ascending within each.
+// Likewise of the sectors that `wants` names: sector by sector, which is faster, ascending within each. With
+// `awake_only`, sectors that are packed, in which all bodies sleep, are left out.
 void for_each_body_in(const Partition& partition, const std::function<bool(const SectorIndex&)>& wants,
-                      const std::function<void(const BodyView&)>& visit);
+                      bool awake_only, const std::function<void(const BodyView&)>& visit);
 
 // Nothing where the body lives elsewhere, or is static.
 std::optional<BodyRecord> body_of(const Partition& partition, BodyId id);

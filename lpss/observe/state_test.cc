@@ -49,7 +49,7 @@ TEST(State, BodiesOfTheSectorsThatAreWanted) {
     ids.push_back(view.id.value);
   };
   for_each_body_in(
-      world[0], [](const SectorIndex& index) { return index == kLow; }, visit);
+      world[0], [](const SectorIndex& index) { return index == kLow; }, false, visit);
   EXPECT_THAT(ids, ElementsAre(2, 3));
 }
 

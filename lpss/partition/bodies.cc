@@ -107,6 +107,10 @@ void mark_dirty(HomeBody& body) {
   attend(body);
 }
 
+std::size_t body_count(const Partition& partition) {
+  return partition.bodies.size() + partition.packed.counts().bodies;
+}
+
 Motion motion_of(const Partition& partition, BodyId id) {
   if (const auto body = partition.bodies.find(id); body != partition.bodies.end())
     return body->second->properties.motion;

@@ -36,6 +36,9 @@ void attend(HomeBody& body);
 // Has the next exchange tell its state to those who know it.
 void mark_dirty(HomeBody& body);
 
+// All that live in the partition's sectors, packed or not.
+std::size_t body_count(const Partition& partition);
+
 // Static for those that are neither at home here nor known as replicas.
 Motion motion_of(const Partition& partition, BodyId id);
 

@@ -67,6 +67,13 @@ void check_invariants(const Partition& partition) {
   }
   invariant(homes == partition.bodies.size(), "each body lives in one sector");
   invariant(worlds == partition.world_count, "a partition counts its engine worlds");
+  for (const SectorIndex& index : partition.packed.sectors()) {
+    invariant(partition.hosts(index), "a partition has only packed sectors that the map gives to it");
+    invariant(!partition.sectors.contains(index), "a sector is packed, or it is not");
+    partition.packed.for_each_body(index, [&](const BodyRecord& record) {
+      invariant(!partition.bodies.contains(record.id), "each body lives in one sector, packed or not");
+    });
+  }
   invariant(has_each_once(partition.active), "a sector is active once");
   invariant(has_each_once(partition.leaving), "a body leaves once");
   for (const BodyId id : partition.leaving) {

@@ -6,6 +6,7 @@
 
 #include "lpss/partition/replicas.h"
 #include "lpss/partition/sectors.h"
+#include "lpss/partition/test_moved_sector.h"
 #include "lpss/partition/test_partition.h"
 
 namespace tessera {
@@ -42,49 +43,6 @@ void fill(Partition& partition) {
   low.touching = {{BodyId{1}, BodyId{2}}, {BodyId{4}, BodyId{5}}};
   low.parts_reported = true;
   low.static_region.extend(Eigen::Vector3d(20, 0, 0));
-}
-
-void expect_equal(const MovedSector& a, const MovedSector& b) {
-  EXPECT_EQ(a.sector, b.sector);
-  ASSERT_EQ(a.bodies.size(), b.bodies.size());
-  for (std::size_t n = 0; n < a.bodies.size(); ++n) {
-    const MovedBody& x = a.bodies[n];
-    const MovedBody& y = b.bodies[n];
-    EXPECT_EQ(x.record.id, y.record.id);
-    EXPECT_EQ(x.record.home, y.record.home);
-    EXPECT_EQ(x.record.properties.motion, y.record.properties.motion);
-    EXPECT_EQ(bits(x.record.state), bits(y.record.state));
-    EXPECT_EQ(x.replicated_in, y.replicated_in);
-    EXPECT_EQ(x.known_everywhere, y.known_everywhere);
-    EXPECT_EQ(x.next_home, y.next_home);
-    ASSERT_EQ(x.kinematic_target.has_value(), y.kinematic_target.has_value());
-    if (x.kinematic_target) {
-      EXPECT_EQ(bits(*x.kinematic_target), bits(*y.kinematic_target));
-    }
-    EXPECT_EQ(x.dirty, y.dirty);
-  }
-  ASSERT_EQ(a.clones.size(), b.clones.size());
-  for (std::size_t n = 0; n < a.clones.size(); ++n) {
-    const MovedClone& x = a.clones[n];
-    const MovedClone& y = b.clones[n];
-    EXPECT_EQ(x.introduction.id, y.introduction.id);
-    EXPECT_EQ(x.update.home, y.update.home);
-    EXPECT_EQ(x.update.next_home, y.update.next_home);
-    EXPECT_EQ(x.update.replicated_in, y.update.replicated_in);
-    EXPECT_EQ(bits(x.update.state), bits(y.update.state));
-    EXPECT_EQ(x.placed, y.placed);
-    EXPECT_EQ(x.fresh, y.fresh);
-  }
-  ASSERT_EQ(a.manifolds.size(), b.manifolds.size());
-  for (std::size_t n = 0; n < a.manifolds.size(); ++n) {
-    EXPECT_EQ(a.manifolds[n].a, b.manifolds[n].a);
-    EXPECT_EQ(a.manifolds[n].b, b.manifolds[n].b);
-    EXPECT_EQ(a.manifolds[n].points, b.manifolds[n].points);
-  }
-  EXPECT_EQ(a.touching, b.touching);
-  EXPECT_EQ(a.static_region, b.static_region);
-  EXPECT_EQ(a.parts_reported, b.parts_reported);
-  EXPECT_EQ(a.active, b.active);
 }
 
 TEST(MovedSector, IsAtTheNewServerWhatItWasAtTheOldOne) {

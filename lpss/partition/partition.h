@@ -9,8 +9,11 @@
 #include <absl/container/flat_hash_map.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "lpss/engine/engine.h"
@@ -18,6 +21,7 @@
 #include "lpss/model/world_description.h"
 #include "lpss/partition/joint_index.h"
 #include "lpss/partition/near_seam.h"
+#include "lpss/partition/packed_sectors.h"
 #include "lpss/partition/seam_graph.h"
 #include "lpss/partition/sector.h"
 #include "lpss/partition/static_index.h"
@@ -37,6 +41,8 @@ struct PartitionOptions {
   // message a sweep; smaller ones are shipped to one of them, which takes two, but all that the island is.
   // Without effect on what comes out. The same on all servers.
   std::uint64_t in_step_from = 512;
+  // Ticks that a sector has been at rest when it is packed. Without effect on what comes out.
+  std::uint64_t pack_after = 120;
 };
 
 struct Partition {
@@ -50,6 +56,7 @@ struct Partition {
   Rank self = 0;
   bool free_flight = true;
   std::uint64_t in_step_from = 0;
+  std::uint64_t pack_after = 0;
   Engine& engine;
   absl::btree_map<ShapeId, std::unique_ptr<Shape>> shapes;
   double radius_max = 0;  // m, of the largest body that can move that the world has ever had
@@ -64,6 +71,12 @@ struct Partition {
   std::vector<BodyId> leaving;  // bodies whose announced change of home takes effect at the next tick
   std::size_t world_count = 0;  // sectors with an engine world
   std::size_t clone_count = 0;  // in engine worlds, as of the last detection
+
+  // --- what lives here, and has been at rest for long (packing.h) ---
+  PackedSectors packed;  // none of them is in `sectors`, none of their bodies in `bodies`
+  std::deque<std::pair<std::uint64_t, SectorIndex>>
+      resting;                    // sectors to pack: since when, and which; ascending
+  std::uint64_t ticks_ended = 0;  // what `resting` counts in
 
   // --- what is known of others ---
   absl::flat_hash_map<BodyId, std::unique_ptr<Replica>> replicas;

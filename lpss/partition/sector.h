@@ -98,6 +98,7 @@ struct Sector {
   absl::btree_map<BodyId, BodySlot> statics;
   Eigen::AlignedBox3d static_region;  // what `statics` is complete for; m, relative to the sector's centre
   bool active = false;                // on the partition's list
+  std::uint64_t rests_since = 0;      // of its last place in the partition's list of those at rest
   bool awake = false;                 // a body or clone in the engine world is
   bool components_stale = false;      // bodies came or went since the components were found
 

@@ -2,15 +2,18 @@
 
 #include <algorithm>
 
+#include "lpss/partition/packing.h"
 #include "lpss/partition/statics.h"
 
 namespace tessera {
 
 Sector& sector_at(Partition& partition, const SectorIndex& index) {
+  bring_back(partition, index);
   std::unique_ptr<Sector>& sector = partition.sectors[index];
   if (!sector) {
     sector = std::make_unique<Sector>();
     sector->index = index;
+    note_rest(partition, *sector);
   }
   return *sector;
 }

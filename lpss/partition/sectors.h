@@ -8,7 +8,7 @@
 
 namespace tessera {
 
-// The sector, made if there is none yet.
+// The sector, brought back if it is packed, made if there is none yet.
 Sector& sector_at(Partition& partition, const SectorIndex& index);
 
 // Its engine world, made with the statics around if there is none yet.

@@ -5,6 +5,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/partition/bodies.h"
+#include "lpss/partition/packing.h"
 #include "lpss/partition/sectors.h"
 
 namespace tessera {
@@ -20,6 +21,12 @@ Surface surface_in_world(const BodyRecord& record) {
     mapped = (turn * mapped).eval();
   }
   return surface;
+}
+
+// Packed sectors take their statics as they are by the time they come back, so only those are concerned in
+// which something rests on this one.
+void bring_back_touching(Partition& partition, BodyId id) {
+  for (const SectorIndex& index : partition.packed.touching(id)) bring_back(partition, index);
 }
 
 // As much of a static body as the sector needs.
@@ -66,7 +73,9 @@ void add_static_body(Partition& partition, const BodyRecord& record) {
 }
 
 void remove_static_body(Partition& partition, BodyId id) {
-  if (!partition.statics.remove(id)) return;
+  if (partition.statics.find(id) == nullptr) return;
+  bring_back_touching(partition, id);
+  partition.statics.remove(id);
   for (auto& [index, sector] : partition.sectors) {
     const auto place = sector->statics.find(id);
     if (place == sector->statics.end()) continue;
@@ -84,6 +93,7 @@ void set_static_surface_motion(Partition& partition, BodyId id, const std::array
   set_surface_motion(properties, velocity, running);
   partition.statics.set_surface(id, *properties.surface);
   const Surface surface = surface_in_world(*partition.statics.find(id));
+  bring_back_touching(partition, id);
   for (auto& [index, sector] : partition.sectors) {
     const auto place = sector->statics.find(id);
     if (place == sector->statics.end()) continue;

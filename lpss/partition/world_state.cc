@@ -5,6 +5,7 @@
 #include "lpss/base/invariant.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
+#include "lpss/partition/packing.h"
 
 namespace tessera {
 
@@ -35,8 +36,9 @@ std::vector<Shape> shapes_of(const Partition& partition) {
 
 std::vector<MovedSector> pack_sectors(const Partition& partition) {
   std::vector<MovedSector> sectors;
-  sectors.reserve(partition.sectors.size());
+  sectors.reserve(partition.sectors.size() + partition.packed.counts().sectors);
   for (const auto& [index, sector] : partition.sectors) sectors.push_back(pack_sector(*sector));
+  for (const SectorIndex& index : partition.packed.sectors()) sectors.push_back(partition.packed.copy(index));
   std::sort(sectors.begin(), sectors.end(),
             [](const MovedSector& a, const MovedSector& b) { return a.sector < b.sector; });
   return sectors;
@@ -55,8 +57,10 @@ void restore(Partition& partition, const SharedState& state, std::span<const Mov
     if (!partition.hosts(sector.sector)) continue;
     unpack_sector(partition, sector);
     if (sector.active) continue;
-    if (const auto found = partition.sectors.find(sector.sector); found != partition.sectors.end())
+    if (const auto found = partition.sectors.find(sector.sector); found != partition.sectors.end()) {
       found->second->active = false;
+      note_rest(partition, *found->second);
+    }
   }
   std::erase_if(partition.active, [](const Sector* sector) { return !sector->active; });
   for (const SectorSeams& seams : state.seams) partition.seam_graph.replace(seams);

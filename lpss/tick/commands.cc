@@ -3,12 +3,14 @@
 #include <absl/container/btree_map.h>
 
 #include <algorithm>
+#include <concepts>
 #include <optional>
 #include <type_traits>
 
 #include "lpss/base/rotation.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
+#include "lpss/partition/packing.h"
 #include "lpss/partition/replicas.h"
 #include "lpss/partition/sectors.h"
 #include "lpss/partition/statics.h"
@@ -185,7 +187,25 @@ void set_surface_motion(Partition& partition, const SetSurfaceMotion& motion) {
   activate(partition, *body.sector);
 }
 
+// Sectors at rest come back with the bodies that the command names.
+void bring_back_named(Partition& partition, const Command& command) {
+  std::visit(
+      [&](const auto& c) {
+        using C = std::decay_t<decltype(c)>;
+        if constexpr (std::is_same_v<C, AddJoint>) {
+          bring_back_holding(partition, c.record.properties.parent);
+          bring_back_holding(partition, c.record.properties.child);
+        } else if constexpr (requires {
+                               { c.id } -> std::convertible_to<BodyId>;
+                             }) {
+          bring_back_holding(partition, c.id);
+        }
+      },
+      command);
+}
+
 void apply(Partition& partition, const Command& command, Landings& landings, std::vector<Stopped>& stopped) {
+  bring_back_named(partition, command);
   const auto with_body = [&](BodyId id, auto&& change) {
     const auto found = partition.bodies.find(id);
     if (found == partition.bodies.end()) return;
@@ -236,6 +256,7 @@ void apply(Partition& partition, const Command& command, Landings& landings, std
 // The margins follow from the largest body that the world has ever had, and all servers hear of all bodies:
 // where they grow, everyone looks again at what is near a seam.
 void mark_all_dirty(Partition& partition) {
+  bring_back_all(partition);
   for (auto& [id, body] : partition.bodies) {
     mark_dirty(*body);
     activate(partition, *body->sector);

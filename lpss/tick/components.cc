@@ -7,6 +7,7 @@
 #include "lpss/base/disjoint_sets.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
+#include "lpss/partition/packing.h"
 #include "lpss/tick/contact_graph.h"
 
 namespace tessera {
@@ -256,6 +257,16 @@ bool resume_components(Partition& partition) {
     sector->parts.clear();
   }
   return all_known;
+}
+
+Sector& with_components(Partition& partition, const SectorIndex& index) {
+  bring_back(partition, index);
+  Sector& sector = *partition.sectors.at(index);
+  if (sector.components_stale) {
+    find_components_of(partition, sector);
+    sector.parts.clear();
+  }
+  return sector;
 }
 
 Seams find_components(Partition& partition, const ParallelFor& parallel, const Vacated& vacated) {

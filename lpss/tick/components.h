@@ -13,6 +13,9 @@ namespace tessera {
 // have none.
 Seams find_components(Partition& partition, const ParallelFor& parallel, const Vacated& vacated);
 
+// A sector of which the seam graph has parts, with its components: they are found anew where it was packed.
+Sector& with_components(Partition& partition, const SectorIndex& index);
+
 // Finds the components of the sectors that the next tick does not look at, in a partition that was restored.
 // False where their parts are not those that the seam graph has.
 bool resume_components(Partition& partition);

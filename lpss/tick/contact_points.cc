@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "lpss/partition/bodies.h"
+#include "lpss/partition/packing.h"
 #include "lpss/tick/inbox.h"
 
 namespace tessera {
@@ -61,6 +62,7 @@ void send_contact_points(Partition& partition, std::vector<Exchange>& outbox) {
 void take_contact_points(Partition& partition, std::vector<Exchange>& inbox) {
   const auto order = [](const ManifoldTransfer& m) { return std::tuple(m.to, m.manifold.a, m.manifold.b); };
   for (ManifoldTransfer& transfer : collected(inbox, &Exchange::manifolds, order)) {
+    bring_back(partition, transfer.to);
     const auto sector = partition.sectors.find(transfer.to);
     if (sector == partition.sectors.end() || !sector->second->world) continue;
     if (!transfer.manifold.points.empty()) sector->second->world->import_manifold(transfer.manifold);

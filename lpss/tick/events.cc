@@ -68,6 +68,7 @@ void gather_sector(const Partition& partition, Tick tick, Sector& sector, std::v
 void report_contacts(Partition& partition, bool on) {
   if (on == partition.reports_contacts) return;
   partition.reports_contacts = on;
+  partition.packed.report_contacts(on);
   for (auto& [index, sector] : partition.sectors) {
     sector->touching.clear();
     if (!on || !sector->world) continue;

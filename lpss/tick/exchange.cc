@@ -2,6 +2,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/partition/joints.h"
+#include "lpss/partition/packing.h"
 #include "lpss/partition/replicas.h"
 #include "lpss/tick/inbox.h"
 #include "lpss/tick/recipients.h"
@@ -61,15 +62,19 @@ void tell_of_replicas(Partition& partition, std::vector<Exchange>& outbox) {
 
 void take_replicas(Partition& partition, std::vector<Exchange>& inbox) {
   partition.moving_replicas.clear();
-  for (const BodyId id : collected(inbox, &Exchange::gone, [](BodyId id) { return id; }))
+  for (const BodyId id : collected(inbox, &Exchange::gone, [](BodyId id) { return id; })) {
+    bring_back_holding(partition, id);
     forget_replica(partition, id);
+  }
   for (const ReplicaIntroduction& news :
        collected(inbox, &Exchange::introductions, [](const ReplicaIntroduction& i) { return i.id; })) {
+    bring_back_holding(partition, news.id);
     introduce(partition, news);
   }
   // In any order: each changes the replica of one body, and what it says of sectors adds up.
   for (const Exchange& message : inbox) {
     for (const ReplicaUpdate& update : message.replicas) {
+      bring_back_holding(partition, update.id);
       const auto found = partition.replicas.find(update.id);
       invariant(found != partition.replicas.end(), "a replica is introduced before it is updated");
       Replica& replica = *found->second;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "lpss/partition/bodies.h"
+#include "lpss/tick/components.h"
 #include "lpss/tick/ship.h"
 #include "lpss/tick/sleep.h"
 #include "lpss/tick/staged.h"
@@ -114,7 +115,7 @@ template <typename Visit>
 void for_each_part(Partition& partition, const SeamIsland& island, const Visit& visit) {
   for (const PartRef& ref : island.parts) {
     if (!partition.hosts(ref.sector)) continue;
-    Sector& sector = *partition.sectors.at(ref.sector);
+    Sector& sector = with_components(partition, ref.sector);
     visit(sector, sector.components[sector.part_components[ref.part]]);
   }
 }

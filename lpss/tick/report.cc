@@ -6,7 +6,7 @@ namespace tessera {
 
 void count(const Partition& partition, const std::vector<Sector*>& stepped, const ParallelFor& parallel,
            TickCounts& counts) {
-  counts.sectors = partition.world_count;
+  counts.sectors = partition.world_count + partition.packed.counts().worlds;
   counts.sectors_awake = stepped.size();
   counts.clones = partition.clone_count;
   std::atomic<std::uint64_t> contacts = 0;

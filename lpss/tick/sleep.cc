@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "lpss/partition/bodies.h"
+#include "lpss/partition/packing.h"
 
 namespace tessera {
 namespace {
@@ -43,7 +44,10 @@ void retire_sectors(Partition& partition) {
     const bool dirty = std::any_of(sector->attended.begin(), sector->attended.end(),
                                    [](const HomeBody* body) { return body->dirty || body->next_home; });
     sector->active = dirty || (sector->world && anything_awake(*sector));
-    if (!sector->active) rest(*sector);
+    if (!sector->active) {
+      rest(*sector);
+      note_rest(partition, *sector);
+    }
     return !sector->active;
   });
 }

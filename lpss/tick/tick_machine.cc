@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lpss/base/invariant.h"
+#include "lpss/partition/packing.h"
 #include "lpss/tick/cloning.h"
 #include "lpss/tick/commands.h"
 #include "lpss/tick/components.h"
@@ -260,6 +261,7 @@ void TickMachine::end_tick(const std::vector<Solution>& inbox) {
   note_divergences();
   count(partition_, context_.stepped, parallel_, context_.counts);
   retire_sectors(partition_);
+  pack_resting(partition_);
   awaited_ = RoundKind::kIdle;
 }
 
@@ -273,6 +275,7 @@ void TickMachine::rest() {
   awaited_ = RoundKind::kIdle;
   note_divergences();
   count(partition_, {}, parallel_, context_.counts);
+  pack_resting(partition_);
 }
 
 }  // namespace tessera

@@ -33,6 +33,10 @@ std::vector<Transfer> give_sectors(Partition& partition, SectorMap map) {
     outbox[partition.map.owner(sector->index)].sectors.push_back(pack_sector(*sector));
   }
   for (Sector* sector : leaving) forget_sector(partition, *sector);
+  for (const SectorIndex& index : partition.packed.sectors()) {
+    if (!partition.hosts(index))
+      outbox[partition.map.owner(index)].sectors.push_back(partition.packed.take(index));
+  }
   return outbox;
 }
 

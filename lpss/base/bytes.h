@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace tessera::bullet {
+namespace tessera {
 
 class ByteWriter {
  public:
@@ -51,4 +51,4 @@ class ByteReader {
   mutable bool is_short_ = false;
 };
 
-}  // namespace tessera::bullet
+}  // namespace tessera
