@@ -7,6 +7,7 @@
 #include "experiments/paper/instances.h"
 #include "experiments/paper/overhead.h"
 #include "experiments/paper/stacks.h"
+#include "experiments/performance/checkpoints.h"
 #include "experiments/performance/idle.h"
 #include "experiments/performance/performance.h"
 #include "experiments/performance/scaling.h"
@@ -17,6 +18,9 @@ namespace tessera {
 
 const std::vector<Experiment>& all_experiments() {
   static const std::vector<Experiment> experiments = {
+      {"checkpoints",
+       "What it costs that a world survives the loss of a process, by how often its state is kept.",
+       measure_checkpoints},
       {"distance",
        "The effect of the distance from the origin on a collision: one world, a shifted origin, sectors.",
        measure_distance},

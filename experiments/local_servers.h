@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/statusor.h>
+#include <absl/time/time.h>
 
 #include <memory>
 
@@ -13,8 +14,10 @@ namespace tessera::experiments {
 // Servers of one thread each, and a client of them.
 class LocalServers {
  public:
+  // With `checkpoint_every`, the state of a world is kept so often, in a store that ends with the cluster.
   // Errors as LocalCluster::start() and Client::connect().
-  static absl::StatusOr<std::unique_ptr<LocalServers>> start(int servers, Precision precision);
+  static absl::StatusOr<std::unique_ptr<LocalServers>> start(int servers, Precision precision,
+                                                             absl::Duration checkpoint_every = {});
 
   cli::LocalCluster& cluster() { return *cluster_; }
   Client& client() { return *client_; }

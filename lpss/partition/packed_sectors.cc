@@ -38,9 +38,19 @@ class PackWriter {
       }
     }
   }
+  // Of eight bytes each, a byte that says which are not 0, and those: contact points are half zeros.
   void text(std::string_view text) const {
     count(text.size());
-    bytes_.append(text);
+    for (; !text.empty(); text.remove_prefix(std::min<std::size_t>(8, text.size()))) {
+      const std::string_view eight = text.substr(0, 8);
+      const std::size_t place = bytes_.size();
+      bytes_.push_back(0);
+      for (std::size_t n = 0; n < eight.size(); ++n) {
+        if (eight[n] == 0) continue;
+        bytes_[place] = static_cast<char>(bytes_[place] | 1 << n);
+        bytes_.push_back(eight[n]);
+      }
+    }
   }
 
   static constexpr unsigned kZero = 0;
@@ -86,9 +96,13 @@ class PackReader {
     }
   }
   std::string text() {
-    const std::size_t size = count();
-    std::string text(bytes_.substr(0, size));
-    bytes_.remove_prefix(size);
+    std::string text(count(), '\0');
+    for (std::size_t begin = 0; begin < text.size(); begin += 8) {
+      const auto filled = get<std::uint8_t>();
+      for (std::size_t n = 0; n < 8; ++n) {
+        if ((filled >> n & 1) != 0) text[begin + n] = get<char>();
+      }
+    }
     return text;
   }
 

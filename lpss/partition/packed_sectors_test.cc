@@ -36,7 +36,7 @@ MovedSector sector_at_rest() {
   }
   sector.bodies[1].record.properties.surface = Surface{.rolling_friction = 0.1};
   sector.clones.push_back(clone_of(3, {std::numeric_limits<std::int64_t>::min(), 3, -7}));
-  sector.manifolds.push_back({BodyId{3}, BodyId{7}, "points"});
+  sector.manifolds.push_back({BodyId{3}, BodyId{7}, std::string("points\0\0\0\0\0\0\0\0\0and more\0", 24)});
   sector.touching = {{BodyId{3}, BodyId{7}}};
   sector.static_region = {-8.5, -8.5, -8.5, 8.5, 8.5, 8.5};
   sector.parts_reported = true;
