@@ -255,8 +255,8 @@ std::vector<std::string> known_in_urdf(absl::string_view parent) {
 void count_unused(const Element& element, Notices& notices) {
   const Element& parent = *element.Parent()->ToElement();
   const char* where = xml::is(parent, "gazebo") ? "<gazebo>" : "";
-  notices.count(
-      absl::StrCat(where, "<", element.Name(), "> ", is_no_physics(element) ? "skipped" : "not simulated"));
+  notices.count(absl::StrCat(where, "<", element.Name(), "> ",
+                             is_no_physics(element.Name()) ? "skipped" : "not simulated"));
 }
 
 // Settings of many kinds, none of them unknown. Those that are read are for a link.
@@ -299,7 +299,7 @@ void remove_unread_children(Element& parent, Notices& notices) {
 
 }  // namespace
 
-bool is_no_physics(const Element& element) { return holds(kNoPhysics, element.Name()); }
+bool is_no_physics(absl::string_view name) { return holds(kNoPhysics, name); }
 
 void note_unread(const sdf::Element& model, Notices& notices) {
   note_children(model, {"<model>", "the model itself", ""}, notices);

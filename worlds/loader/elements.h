@@ -11,7 +11,7 @@
 namespace tessera {
 
 // Whether an element of SDF has nothing to do with the motion of bodies here: visuals, sensors, plugins.
-bool is_no_physics(const xml::Element& element);
+bool is_no_physics(absl::string_view name);
 
 // Counts what a model, as libsdformat has read it, says beyond what is simulated: elements of SDF with a
 // value other than their default, by their own names, and unknown elements, with the nearest known word.

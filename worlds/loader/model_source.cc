@@ -384,7 +384,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
   for (Element* child = element.FirstChildElement(); child != nullptr;) {
     Element* const next = child->NextSiblingElement();
     absl::Status status;
-    if (is_no_physics(*child)) {
+    if (is_no_physics(child->Name())) {
       notices.count(absl::StrCat(described(*child), " skipped"));
       element.DeleteChild(child);
     } else if (xml::is(*child, "collision") && !has_known_geometry(*child, notices)) {

@@ -18,6 +18,8 @@
 #include <sstream>
 #include <vector>
 
+#include "worlds/loader/elements.h"
+
 namespace tessera {
 namespace {
 
@@ -82,9 +84,38 @@ const sdf::SDF& description() {
   return *parsed;
 }
 
+// libsdformat copies the description of an element, with those of all that it may contain, for each element
+// that it reads. Nearly all of that is what models have been cleaned of before (elements.h), most of all the
+// sensors of links and joints: of these, nothing is left but the name, which stays a known word.
+sdf::ElementPtr without_other_than_physics(const sdf::Element& full) {
+  auto slim = std::make_shared<sdf::Element>();
+  slim->SetName(full.GetName());
+  slim->SetRequired(full.GetRequired());
+  slim->SetDescription(full.GetDescription());
+  if (is_no_physics(full.GetName())) {
+    slim->SetCopyChildren(true);
+    return slim;
+  }
+  slim->SetCopyChildren(full.GetCopyChildren());
+  slim->SetReferenceSDF(full.ReferenceSDF());
+  for (const sdf::ParamPtr& attribute : full.GetAttributes()) {
+    slim->AddAttribute(attribute->GetKey(), attribute->GetTypeName(), attribute->GetDefaultAsString(),
+                       attribute->GetRequired(), attribute->GetDescription());
+  }
+  if (const sdf::ParamPtr value = full.GetValue()) {
+    slim->AddValue(value->GetTypeName(), value->GetDefaultAsString(), value->GetRequired(),
+                   value->GetMinValueAsString().value_or(""), value->GetMaxValueAsString().value_or(""),
+                   value->GetDescription());
+  }
+  for (unsigned n = 0; n < full.GetElementDescriptionCount(); ++n)
+    slim->AddElementDescription(without_other_than_physics(*full.GetElementDescription(n)));
+  return slim;
+}
+
 sdf::SDFPtr empty_document() {
+  static const sdf::ElementPtr slim = without_other_than_physics(*description().Root());
   auto document = std::make_shared<sdf::SDF>();
-  document->Root(description().Root()->Clone());
+  document->Root(slim->Clone());
   return document;
 }
 

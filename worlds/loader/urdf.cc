@@ -6,6 +6,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -207,6 +208,58 @@ void restore_joints(Element& model, const absl::flat_hash_map<std::string, std::
   }
 }
 
+// Gives links their poses in the model. libsdformat gives them along the chain of joints, and then goes along
+// that chain for each link and each joint, again and again: for minutes, if it is long.
+class LinksInModel {
+ public:
+  explicit LinksInModel(Element& model) {
+    for (Element* element = model.FirstChildElement(); element != nullptr;
+         element = element->NextSiblingElement()) {
+      const char* name = element->Attribute("name");
+      const bool has_pose = xml::is(*element, "link") || xml::is(*element, "joint");
+      if (has_pose && name != nullptr) elements_.emplace(name, element);
+    }
+  }
+
+  void write() {
+    std::vector<std::pair<Element*, Pose>> poses;
+    for (const auto& [name, element] : elements_) {
+      Element* written = xml::is(*element, "link") ? element->FirstChildElement("pose") : nullptr;
+      const std::optional<Pose> pose = in_model(name);
+      if (written != nullptr && pose) poses.emplace_back(written, *pose);
+    }
+    for (const auto& [written, pose] : poses) xml::set_pose(*written, pose);
+  }
+
+ private:
+  struct Step {
+    std::string name;
+    xml::RelativePose pose;
+  };
+
+  // Nothing where the way there has no end, or no beginning: libsdformat says why.
+  std::optional<Pose> in_model(const std::string& name) {
+    std::vector<Step> way;
+    for (std::string at = name; !known_.contains(at); at = way.back().pose.relative_to) {
+      const auto found = elements_.find(at);
+      if (found == elements_.end() || way.size() > elements_.size()) return std::nullopt;
+      const Element* written = found->second->FirstChildElement("pose");
+      absl::StatusOr<xml::RelativePose> pose =
+          written == nullptr ? xml::RelativePose{} : xml::pose_of(*written);
+      if (!pose.ok()) return std::nullopt;
+      if (pose->relative_to.empty() && xml::is(*found->second, "joint"))
+        pose->relative_to = xml::child_text(*found->second, "child");
+      way.push_back({at, *std::move(pose)});
+    }
+    for (auto step = way.rbegin(); step != way.rend(); ++step)
+      known_[step->name] = Pose(known_.at(step->pose.relative_to)) * step->pose.pose;
+    return known_.at(name);
+  }
+
+  absl::flat_hash_map<std::string, Element*> elements_;
+  absl::flat_hash_map<std::string, Pose> known_{{"", Pose{}}, {"__model__", Pose{}}};
+};
+
 // A link on a fixed joint: libsdformat makes it part of its parent, and forgets its name.
 struct FixedLink {
   std::string name;
@@ -294,6 +347,7 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
   if (model == nullptr || model->FirstChildElement("link") == nullptr) {
     return xml::invalid(robot, "there is no <link>");
   }
+  LinksInModel(*model).write();
   restore_mimics(*model, *mimics);
   restore_joints(*model, unknown_joints);
   restore_capsules(*model);

@@ -282,16 +282,22 @@ absl::StatusOr<RelativePose> pose_of(const Element& pose) {
   return result;
 }
 
+void set_pose(Element& element, const Pose& pose) {
+  const Eigen::Vector3d& p = pose.position;
+  const Eigen::Quaterniond& q = pose.orientation;
+  element.SetText(absl::StrFormat("%.17g %.17g %.17g %.17g %.17g %.17g %.17g", p.x(), p.y(), p.z(), q.x(),
+                                  q.y(), q.z(), q.w())
+                      .c_str());
+  element.SetAttribute("rotation_format", "quat_xyzw");
+  element.DeleteAttribute("degrees");
+  element.DeleteAttribute("relative_to");
+}
+
 void write_as_quaternion(Element& pose) {
   const absl::StatusOr<RelativePose> parsed = pose_of(pose);
   if (!parsed.ok() || text_of(pose).empty()) return;
-  const Eigen::Vector3d& p = parsed->pose.position;
-  const Eigen::Quaterniond& q = parsed->pose.orientation;
-  pose.SetText(absl::StrFormat("%.17g %.17g %.17g %.17g %.17g %.17g %.17g", p.x(), p.y(), p.z(), q.x(), q.y(),
-                               q.z(), q.w())
-                   .c_str());
-  pose.SetAttribute("rotation_format", "quat_xyzw");
-  pose.DeleteAttribute("degrees");
+  set_pose(pose, parsed->pose);
+  if (!parsed->relative_to.empty()) pose.SetAttribute("relative_to", parsed->relative_to.c_str());
 }
 
 std::string print(const Element& element) {

@@ -91,6 +91,9 @@ absl::StatusOr<RelativePose> pose_of(const Element& pose);
 // library's functions, whose last bits depend on the processor.
 void write_as_quaternion(Element& pose);
 
+// Rewrites a <pose> as this one, relative to the enclosing frame.
+void set_pose(Element& element, const Pose& pose);
+
 // The element with all its contents, on one line.
 std::string print(const Element& element);
 
