@@ -10,6 +10,7 @@
 #include <console_bridge/console.h>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <sdf/Console.hh>
 #include <sdf/ParserConfig.hh>
@@ -87,36 +88,51 @@ const sdf::SDF& description() {
 // libsdformat copies the description of an element, with those of all that it may contain, for each element
 // that it reads. Nearly all of that is what models have been cleaned of before (elements.h), most of all the
 // sensors of links and joints: of these, nothing is left but the name, which stays a known word.
-sdf::ElementPtr without_other_than_physics(const sdf::Element& full) {
+//
+// The description with those of the elements that `is_copied` names cut to the name and attributes: what is
+// in such an element is taken as it stands.
+sdf::ElementPtr cut(const sdf::Element& full, const std::function<bool(const std::string&)>& is_copied) {
   auto slim = std::make_shared<sdf::Element>();
   slim->SetName(full.GetName());
   slim->SetRequired(full.GetRequired());
   slim->SetDescription(full.GetDescription());
-  if (is_no_physics(full.GetName())) {
+  for (const sdf::ParamPtr& attribute : full.GetAttributes()) {
+    slim->AddAttribute(attribute->GetKey(), attribute->GetTypeName(), attribute->GetDefaultAsString(),
+                       attribute->GetRequired(), attribute->GetDescription());
+  }
+  if (is_copied(full.GetName())) {
     slim->SetCopyChildren(true);
     return slim;
   }
   slim->SetCopyChildren(full.GetCopyChildren());
   slim->SetReferenceSDF(full.ReferenceSDF());
-  for (const sdf::ParamPtr& attribute : full.GetAttributes()) {
-    slim->AddAttribute(attribute->GetKey(), attribute->GetTypeName(), attribute->GetDefaultAsString(),
-                       attribute->GetRequired(), attribute->GetDescription());
-  }
   if (const sdf::ParamPtr value = full.GetValue()) {
     slim->AddValue(value->GetTypeName(), value->GetDefaultAsString(), value->GetRequired(),
                    value->GetMinValueAsString().value_or(""), value->GetMaxValueAsString().value_or(""),
                    value->GetDescription());
   }
   for (unsigned n = 0; n < full.GetElementDescriptionCount(); ++n)
-    slim->AddElementDescription(without_other_than_physics(*full.GetElementDescription(n)));
+    slim->AddElementDescription(cut(*full.GetElementDescription(n), is_copied));
   return slim;
 }
 
-sdf::SDFPtr empty_document() {
-  static const sdf::ElementPtr slim = without_other_than_physics(*description().Root());
+sdf::SDFPtr document_of(const sdf::Element& description) {
   auto document = std::make_shared<sdf::SDF>();
-  document->Root(slim->Clone());
+  document->Root(description.Clone());
   return document;
+}
+
+// For models that have been cleaned.
+sdf::SDFPtr document_of_physics() {
+  static const sdf::ElementPtr slim = cut(*description().Root(), is_no_physics);
+  return document_of(*slim);
+}
+
+// For models that are converted as text, and not read yet.
+sdf::SDFPtr document_of_text() {
+  static const sdf::ElementPtr slim =
+      cut(*description().Root(), [](const std::string& name) { return name == "model" || name == "world"; });
+  return document_of(*slim);
 }
 
 sdf::ParserConfig config() {
@@ -171,7 +187,7 @@ sdf::ElementConstPtr sdf_description(const std::string& name) {
 
 absl::Status parse_sdf(const std::string& xml, sdf::Root& root, Notices& notices) {
   const absl::MutexLock lock(&parser_mutex());
-  const sdf::SDFPtr document = empty_document();
+  const sdf::SDFPtr document = document_of_physics();
   const Console console;
   if (absl::Status status = read(xml, console, document); !status.ok()) return status;
   const sdf::Errors errors = root.Load(document, config());
@@ -184,7 +200,7 @@ absl::Status parse_sdf(const std::string& xml, sdf::Root& root, Notices& notices
 
 absl::StatusOr<std::string> to_latest_sdf(const std::string& xml) {
   const absl::MutexLock lock(&parser_mutex());
-  const sdf::SDFPtr document = empty_document();
+  const sdf::SDFPtr document = document_of_text();
   const Console console;
   sdf::Errors errors;
   if (!sdf::readString(xml, config(), document, errors) || !errors.empty()) {
