@@ -423,6 +423,30 @@ TEST(ModelFiles, AreWorldsOfTheirOwn) {
   expect_near(place(loaded, "alone::l"), {1, 2, 3});
 }
 
+// Links far down a chain are where their joints put them, and do not take longer to find than the first ones.
+TEST(Urdf, AChainOfFiveHundredLinksThatCurls) {
+  constexpr int kLinks = 500;
+  const std::string inertial =
+      "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>";
+  const std::string box = "<collision><geometry><box size='0.1 0.1 0.1'/></geometry></collision>";
+  std::string robot = absl::StrCat("<robot name='r'><link name='l0'>", inertial, box, "</link>");
+  for (int n = 1; n < kLinks; ++n) {
+    absl::StrAppend(&robot, "<link name='l", n, "'>", inertial, box, "</link><joint name='j", n,
+                    "' type='continuous'><origin xyz='0 0 0.5' rpy='0.03 0.01 0'/><parent link='l", n - 1,
+                    "'/><child link='l", n, "'/><axis xyz='1 0 0'/></joint>");
+  }
+  const LoadedWorld loaded = load(robot + "</robot>");
+  ASSERT_EQ(loaded.world.bodies.size(), std::size_t{kLinks});
+  const Pose step{
+      {0, 0, 0.5},
+      Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(0.03, Eigen::Vector3d::UnitX())};
+  Pose pose;
+  for (int n = 0; n < kLinks; ++n) {
+    expect_near(place(loaded, absl::StrCat("r::l", n)), pose.position, 1e-10);
+    pose = pose * step;
+  }
+}
+
 TEST(Urdf, CapsulesBallJointsAndMasslessRoots) {
   const std::string inertia = "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>";
   const LoadedWorld loaded = load(
