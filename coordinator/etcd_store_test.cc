@@ -9,6 +9,7 @@
 
 #include "coordinator/fake_etcd.h"
 #include "coordinator/test_cluster.h"
+#include "coordinator/test_store.h"
 #include "proto/snapshot.h"
 
 namespace tessera {
@@ -45,24 +46,6 @@ class EtcdStoreTest : public ::testing::Test {
     return store.ok() ? *std::move(store) : nullptr;
   }
 
-  static v1::StoredInput removal(Tick tick) {
-    v1::StoredInput input;
-    input.mutable_command()->set_tick(tick);
-    input.mutable_command()->mutable_remove()->mutable_body()->set_id(tick);
-    return input;
-  }
-  static std::vector<Tick> ticks_of(const std::optional<StoredWorld>& world) {
-    std::vector<Tick> ticks;
-    if (!world) return ticks;
-    for (const v1::StoredInput& input : world->inputs) ticks.push_back(input.command().tick());
-    return ticks;
-  }
-  static SnapshotChunks snapshot(Tick tick) {
-    SnapshotChunks chunks(1);
-    chunks[0].mutable_head()->set_tick(tick);
-    chunks.push_back(end_chunk(1));
-    return chunks;
-  }
   static void settle(EtcdStore& store) {
     for (int n = 0; n < 100 && store.stored() < store.position() && !store.lost(); ++n)
       store.tend().IgnoreError();
@@ -90,7 +73,7 @@ TEST_F(EtcdStoreTest, IsEmptyAtFirstAndAfterTheEndOfItsWorld) {
   {
     const auto store = lead();
     ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
-    ASSERT_TRUE(store->append({removal(1)}).ok());
+    ASSERT_TRUE(store->append({stored_removal(1)}).ok());
     ASSERT_TRUE(store->end().ok());
   }
   EXPECT_EQ(lead()->take_stored(), std::nullopt);
@@ -102,7 +85,7 @@ TEST_F(EtcdStoreTest, HasTheWorldAndItsInputsInOrder) {
     const auto store = lead();
     ASSERT_TRUE(store->begin(7, to_proto(small_world())).ok());
     for (Tick tick = 1; tick <= 200; ++tick) {
-      ASSERT_TRUE(store->append({removal(2 * tick - 1), removal(2 * tick)}).ok());
+      ASSERT_TRUE(store->append({stored_removal(2 * tick - 1), stored_removal(2 * tick)}).ok());
     }
     settle(*store);
     EXPECT_EQ(store->stored(), 400u);
@@ -121,7 +104,7 @@ TEST_F(EtcdStoreTest, InputsAreToldOnlyOnceEtcdHasThem) {
   const auto store = lead();
   ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
   etcd_.answers = false;
-  ASSERT_TRUE(store->append({removal(1)}).ok());
+  ASSERT_TRUE(store->append({stored_removal(1)}).ok());
   for (int n = 0; n < 10; ++n) ASSERT_TRUE(store->tend().ok());
   EXPECT_EQ(store->stored(), 0u);
   etcd_.answers = true;
@@ -133,10 +116,10 @@ TEST_F(EtcdStoreTest, AStateTakesThePlaceOfTheInputsThatItHas) {
   {
     const auto store = lead();
     ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
-    for (Tick tick = 1; tick <= 5; ++tick) ASSERT_TRUE(store->append({removal(tick)}).ok());
-    ASSERT_TRUE(store->replace(snapshot(3), 3));
-    EXPECT_FALSE(store->replace(snapshot(4), 4)) << "one at a time";
-    ASSERT_TRUE(store->append({removal(6)}).ok());
+    for (Tick tick = 1; tick <= 5; ++tick) ASSERT_TRUE(store->append({stored_removal(tick)}).ok());
+    ASSERT_TRUE(store->replace(snapshot_of(3), 3));
+    EXPECT_FALSE(store->replace(snapshot_of(4), 4)) << "one at a time";
+    ASSERT_TRUE(store->append({stored_removal(6)}).ok());
     record(*store);
     settle(*store);
   }
@@ -151,8 +134,8 @@ TEST_F(EtcdStoreTest, AStateIsRecordedOnceTheStandbysHaveIt) {
   const auto store = lead();
   ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
   holders_.reset();
-  ASSERT_TRUE(store->append({removal(1)}).ok());
-  ASSERT_TRUE(store->replace(snapshot(1), 1));
+  ASSERT_TRUE(store->append({stored_removal(1)}).ok());
+  ASSERT_TRUE(store->replace(snapshot_of(1), 1));
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (offers_.back().second.empty() && std::chrono::steady_clock::now() < deadline)
     store->tend().IgnoreError();
@@ -164,22 +147,22 @@ TEST_F(EtcdStoreTest, AStateIsRecordedOnceTheStandbysHaveIt) {
 }
 
 TEST_F(EtcdStoreTest, ALargeInputTravelsInPiecesAndCountsAsAWhole) {
-  v1::StoredInput large = removal(2);
+  v1::StoredInput large = stored_removal(2);
   large.mutable_command()->mutable_remove()->mutable_body()->set_name(
       std::string(5 * kEtcdValueBytesMax, 'x'));
   {
     const auto store = lead();
     ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
-    ASSERT_TRUE(store->append({removal(1)}).ok());
+    ASSERT_TRUE(store->append({stored_removal(1)}).ok());
     settle(*store);
-    ASSERT_TRUE(store->append({large, removal(3)}).ok());
+    ASSERT_TRUE(store->append({large, stored_removal(3)}).ok());
     for (int n = 0; n < 4; ++n) store->tend().IgnoreError();  // and then it is lost
     EXPECT_EQ(store->stored(), 1u);
   }
   {
     const auto store = lead();
     EXPECT_THAT(ticks_of(store->take_stored()), ElementsAre(1));
-    ASSERT_TRUE(store->append({large, removal(4)}).ok());
+    ASSERT_TRUE(store->append({large, stored_removal(4)}).ok());
     settle(*store);
     EXPECT_EQ(store->stored(), 3u);
   }
@@ -190,16 +173,16 @@ TEST_F(EtcdStoreTest, ALargeInputTravelsInPiecesAndCountsAsAWhole) {
 TEST_F(EtcdStoreTest, OneThatDoesNotLeadAnyMoreChangesNothing) {
   const auto old = lead();
   ASSERT_TRUE(old->begin(1, to_proto(small_world())).ok());
-  ASSERT_TRUE(old->append({removal(1)}).ok());
+  ASSERT_TRUE(old->append({stored_removal(1)}).ok());
   settle(*old);
   const auto store = lead();
-  ASSERT_TRUE(old->append({removal(66)}).ok());
+  ASSERT_TRUE(old->append({stored_removal(66)}).ok());
   settle(*old);
   EXPECT_TRUE(old->lost());
   EXPECT_EQ(old->stored(), 1u);
   EXPECT_FALSE(old->begin(9, to_proto(small_world())).ok());
   EXPECT_FALSE(old->end().ok());
-  ASSERT_TRUE(store->append({removal(2)}).ok());
+  ASSERT_TRUE(store->append({stored_removal(2)}).ok());
   settle(*store);
   EXPECT_THAT(ticks_of(lead()->take_stored()), ElementsAre(1, 2));
 }
@@ -218,7 +201,7 @@ TEST_F(EtcdStoreTest, WithAnyFaultsWhatWasToldIsThereOnce) {
     for (int n = 0; n < 3; ++n) etcd_.faults.push_back(static_cast<FakeEtcd::Fault>(random() % 4));
     switch (random() % 8) {
       case 0:
-        if (store->replace(snapshot(given), store->position())) state = given;
+        if (store->replace(snapshot_of(given), store->position())) state = given;
         break;
       case 1: {
         etcd_.faults.clear();
@@ -235,7 +218,7 @@ TEST_F(EtcdStoreTest, WithAnyFaultsWhatWasToldIsThereOnce) {
         break;
       }
       default:
-        ASSERT_TRUE(store->append({removal(given + 1)}).ok());
+        ASSERT_TRUE(store->append({stored_removal(given + 1)}).ok());
         ++given;
     }
     for (std::uint32_t n = random() % 6; n > 0; --n) store->tend().IgnoreError();

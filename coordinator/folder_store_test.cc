@@ -9,6 +9,7 @@
 #include <string>
 
 #include "coordinator/test_cluster.h"
+#include "coordinator/test_store.h"
 #include "proto/snapshot.h"
 
 namespace tessera {
@@ -29,24 +30,6 @@ class FolderStoreTest : public ::testing::Test {
     return store.ok() ? *std::move(store) : nullptr;
   }
 
-  static v1::StoredInput removal(Tick tick) {
-    v1::StoredInput input;
-    input.mutable_command()->set_tick(tick);
-    input.mutable_command()->mutable_remove()->mutable_body()->set_id(tick);
-    return input;
-  }
-  static std::vector<Tick> ticks_of(const StoredWorld& world) {
-    std::vector<Tick> ticks;
-    for (const v1::StoredInput& input : world.inputs) ticks.push_back(input.command().tick());
-    return ticks;
-  }
-  static SnapshotChunks snapshot(Tick tick) {
-    SnapshotChunks chunks(1);
-    chunks[0].mutable_head()->set_tick(tick);
-    chunks.push_back(end_chunk(1));
-    return chunks;
-  }
-
   std::filesystem::path folder_;
 };
 
@@ -55,7 +38,7 @@ TEST_F(FolderStoreTest, IsEmptyAtFirstAndAfterTheEndOfItsWorld) {
   {
     const auto store = open();
     ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
-    ASSERT_TRUE(store->append({removal(1)}).ok());
+    ASSERT_TRUE(store->append({stored_removal(1)}).ok());
     ASSERT_TRUE(store->end().ok());
   }
   EXPECT_EQ(open()->take_stored(), std::nullopt);
@@ -65,8 +48,8 @@ TEST_F(FolderStoreTest, HasTheWorldAndTheInputsSince) {
   {
     const auto store = open();
     ASSERT_TRUE(store->begin(7, to_proto(small_world())).ok());
-    ASSERT_TRUE(store->append({removal(1), removal(2)}).ok());
-    ASSERT_TRUE(store->append({removal(3)}).ok());
+    ASSERT_TRUE(store->append({stored_removal(1), stored_removal(2)}).ok());
+    ASSERT_TRUE(store->append({stored_removal(3)}).ok());
   }
   const auto stored = open()->take_stored();
   ASSERT_TRUE(stored);
@@ -80,10 +63,10 @@ TEST_F(FolderStoreTest, ACheckpointTakesThePlaceOfTheInputsThatItHas) {
   {
     const auto store = open();
     ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
-    ASSERT_TRUE(store->append({removal(1), removal(2)}).ok());
-    ASSERT_TRUE(store->replace(snapshot(2), store->position()));
-    ASSERT_TRUE(store->append({removal(3)}).ok());
-    while (!store->replace(snapshot(9), store->position())) ASSERT_TRUE(store->tend().ok());
+    ASSERT_TRUE(store->append({stored_removal(1), stored_removal(2)}).ok());
+    ASSERT_TRUE(store->replace(snapshot_of(2), store->position()));
+    ASSERT_TRUE(store->append({stored_removal(3)}).ok());
+    while (!store->replace(snapshot_of(9), store->position())) ASSERT_TRUE(store->tend().ok());
   }
   // The second one was not tended: the store has what it had before.
   const auto store = open();
@@ -91,7 +74,7 @@ TEST_F(FolderStoreTest, ACheckpointTakesThePlaceOfTheInputsThatItHas) {
   ASSERT_TRUE(stored);
   EXPECT_EQ(std::get<SnapshotChunks>(stored->state)[0].head().tick(), 2u);
   EXPECT_EQ(ticks_of(*stored), std::vector<Tick>{3});
-  ASSERT_TRUE(store->append({removal(4)}).ok());
+  ASSERT_TRUE(store->append({stored_removal(4)}).ok());
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
     files += entry.path().extension() == ".state" ? 1 : 0;
@@ -109,7 +92,7 @@ TEST_F(FolderStoreTest, IsOfOneProcessAtATime) {
 TEST_F(FolderStoreTest, DamageIsSeen) {
   {
     const auto store = open();
-    ASSERT_TRUE(store->begin(1, snapshot(2)).ok());
+    ASSERT_TRUE(store->begin(1, snapshot_of(2)).ok());
   }
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
     if (entry.path().extension() != ".state") continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "lpss/base/invariant.h"
+#include "lpss/base/portable_math.h"
 
 namespace tessera {
 namespace {
@@ -140,6 +141,41 @@ WorldDescription chain_world(const WorldSettings& settings, int links, const Eig
   WorldBuilder builder(settings);
   builder.add_chain(links, base, Eigen::Vector3d::UnitX());
   return builder.world();
+}
+
+TriangleMesh hills(double half_size) {
+  constexpr double kCell = 2;          // m
+  constexpr double kWaveNumber = 0.4;  // 1/m
+  const auto cells = static_cast<std::uint32_t>(2 * half_size / kCell);
+  TriangleMesh mesh;
+  for (std::uint32_t row = 0; row <= cells; ++row) {
+    for (std::uint32_t column = 0; column <= cells; ++column) {
+      const double x = column * kCell - half_size;
+      const double y = row * kCell - half_size;
+      mesh.vertices.emplace_back(
+          x, y, 0.25 * (portable::sincos(kWaveNumber * x).sin + portable::sincos(kWaveNumber * y).sin));
+    }
+  }
+  for (std::uint32_t row = 0; row < cells; ++row) {
+    for (std::uint32_t column = 0; column < cells; ++column) {
+      const std::uint32_t corner = row * (cells + 1) + column;
+      const std::uint32_t above = corner + cells + 1;
+      for (const std::uint32_t vertex : {corner, corner + 1, above + 1, corner, above + 1, above})
+        mesh.indices.push_back(vertex);
+    }
+  }
+  return mesh;
+}
+
+ConvexHull stone() {
+  ConvexHull hull;
+  for (const double x : {-1.0, 1.0}) {
+    for (const double y : {-1.0, 1.0}) {
+      hull.points.emplace_back(0.5 * x, 0.4 * y, -0.3);
+      hull.points.emplace_back(0.3 * x, 0.25 * y, 0.3);
+    }
+  }
+  return hull;
 }
 
 WorldDescription pile_world(const WorldSettings& settings, int count) {

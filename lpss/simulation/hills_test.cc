@@ -2,7 +2,6 @@
 #include <absl/strings/str_cat.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <random>
 
 #include "lpss/bullet/test_world.h"
@@ -12,51 +11,18 @@
 namespace tessera {
 namespace {
 
-constexpr int kSide = 15;         // stones along an axis
-constexpr double kApart = 3.7;    // m
-constexpr double kHeight = 3;     // m, from which they fall
-constexpr double kGravity = 9.8;  // m/s^2
-
-TriangleMesh hills() {
-  constexpr std::uint32_t kCells = 36;
-  constexpr double kCell = 2;  // m
-  TriangleMesh mesh;
-  for (std::uint32_t row = 0; row <= kCells; ++row) {
-    for (std::uint32_t column = 0; column <= kCells; ++column) {
-      const double x = kCell * (column - 0.5 * kCells);
-      const double y = kCell * (row - 0.5 * kCells);
-      mesh.vertices.emplace_back(x, y, 0.25 * (std::sin(0.4 * x) + std::sin(0.4 * y)));
-    }
-  }
-  for (std::uint32_t row = 0; row < kCells; ++row) {
-    for (std::uint32_t column = 0; column < kCells; ++column) {
-      const std::uint32_t corner = row * (kCells + 1) + column;
-      const std::uint32_t above = corner + kCells + 1;
-      for (const std::uint32_t vertex : {corner, corner + 1, above + 1, corner, above + 1, above})
-        mesh.indices.push_back(vertex);
-    }
-  }
-  return mesh;
-}
-
-// A box whose top is smaller than its bottom.
-ConvexHull stone() {
-  ConvexHull hull;
-  for (const double x : {-1.0, 1.0}) {
-    for (const double y : {-1.0, 1.0}) {
-      hull.points.emplace_back(0.5 * x, 0.4 * y, -0.3);
-      hull.points.emplace_back(0.3 * x, 0.25 * y, 0.3);
-    }
-  }
-  return hull;
-}
+constexpr double kHillsHalf = 36;  // m
+constexpr int kSide = 15;          // stones along an axis
+constexpr double kApart = 3.7;     // m
+constexpr double kHeight = 3;      // m, from which they fall
+constexpr double kGravity = 9.8;   // m/s^2
 
 WorldDescription dropped(const Geometry& geometry) {
   WorldSettings settings;
   settings.precision = bullet::test_precision;
   settings.gravity = UniformGravity{Eigen::Vector3d(0, 0, -kGravity)};
   WorldBuilder builder(settings);
-  builder.add("ground", builder.shape(hills()), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
+  builder.add("ground", builder.shape(hills(kHillsHalf)), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
   const ShapeId shape = builder.shape(geometry);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> within(-1, 1);

@@ -1,0 +1,33 @@
+// What tests of the stores write, and what they find again.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "coordinator/world_store.h"
+#include "proto/snapshot.h"
+
+namespace tessera {
+
+inline v1::StoredInput stored_removal(Tick tick) {
+  v1::StoredInput input;
+  input.mutable_command()->set_tick(tick);
+  input.mutable_command()->mutable_remove()->mutable_body()->set_id(tick);
+  return input;
+}
+
+inline std::vector<Tick> ticks_of(const std::optional<StoredWorld>& world) {
+  std::vector<Tick> ticks;
+  if (!world) return ticks;
+  for (const v1::StoredInput& input : world->inputs) ticks.push_back(input.command().tick());
+  return ticks;
+}
+
+inline SnapshotChunks snapshot_of(Tick tick) {
+  SnapshotChunks chunks(1);
+  chunks[0].mutable_head()->set_tick(tick);
+  chunks.push_back(end_chunk(1));
+  return chunks;
+}
+
+}  // namespace tessera
