@@ -51,6 +51,7 @@ struct ActiveWorld {
   std::uint64_t fresh_position = 0;  // of the inputs that it has
   bool awaits_checkpoint = false;
   std::chrono::nanoseconds next_checkpoint{};             // the time
+  std::chrono::nanoseconds next_checkpoint_at_rest{};     // likewise, while nothing changes
   std::optional<std::chrono::nanoseconds> gathers_until;  // for servers, while it has none
   std::uint64_t recoveries = 0;
   std::map<NodeId, v1::Subscriptions> subscriptions;  // of clients, at each of its servers

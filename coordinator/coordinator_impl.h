@@ -108,6 +108,7 @@ class Coordinator::Impl {
   bool survives_losses() const { return options_.checkpoint_every > Nanoseconds::zero(); }
   void tend_checkpoints(Nanoseconds now);
   bool may_ask_for_checkpoint() const;
+  Nanoseconds checkpoint_due() const;
   void ask_for_checkpoint();
   bool may_recover();
   void gather(Nanoseconds now);

@@ -13,6 +13,12 @@
 #include "coordinator/limits.h"
 
 namespace tessera {
+namespace {
+
+// Of a world at rest, a checkpoint is made once in so many times.
+constexpr int kCheckpointsAtRest = 10;
+
+}  // namespace
 
 void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
   ActiveWorld& world = *world_;
@@ -32,8 +38,9 @@ void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
   world.sequencer.forget_past(world.checkpoints->earliest());
   if (!world.recovering() && wants_to_move()) {
     recover();
-  } else if (may_ask_for_checkpoint() && now >= world.next_checkpoint) {
+  } else if (may_ask_for_checkpoint() && now >= checkpoint_due()) {
     world.next_checkpoint = now + options_.checkpoint_every;
+    world.next_checkpoint_at_rest = now + kCheckpointsAtRest * options_.checkpoint_every;
     ask_for_checkpoint();
   }
 }
@@ -42,6 +49,16 @@ void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
 bool Coordinator::Impl::may_ask_for_checkpoint() const {
   return world_->checkpoints && !world_->recovering() && !world_->awaits_checkpoint &&
          world_->sequencer.certain() > world_->checkpoints->latest();
+}
+
+// When the next one is. Of a world that has been at rest since the last one, later: all that would be
+// repeated are ticks in which nothing happens.
+Nanoseconds Coordinator::Impl::checkpoint_due() const {
+  const Tick latest = world_->checkpoints->latest();
+  const TickStatistics& statistics = world_->statistics;
+  const bool rests = statistics.last().tick > latest && statistics.last_awake() <= latest &&
+                     !world_->sequencer.has_commands_after(latest);
+  return rests ? world_->next_checkpoint_at_rest : world_->next_checkpoint;
 }
 
 void Coordinator::Impl::ask_for_checkpoint() {

@@ -258,16 +258,22 @@ Chunk shared_chunk(const SharedState& state) {
   return chunk;
 }
 
-std::vector<Chunk> sector_chunks(std::span<const MovedSector> sectors) {
-  std::vector<Chunk> chunks;
-  while (!sectors.empty()) {
-    std::size_t count = 0;
-    std::size_t bytes = 0;
-    while (count < sectors.size() && bytes < kSnapshotChunkBytes) bytes += packed_bytes(sectors[count++]);
-    chunks.emplace_back().set_sectors(pack(sectors.first(count)));
-    sectors = sectors.subspan(count);
-  }
-  return chunks;
+void SectorChunks::add(MovedSector sector) {
+  bytes_ += packed_bytes(sector);
+  sectors_.push_back(std::move(sector));
+  if (bytes_ >= kSnapshotChunkBytes) end_chunk();
+}
+
+void SectorChunks::end_chunk() {
+  if (sectors_.empty()) return;
+  chunks_.emplace_back().set_sectors(pack(std::span<const MovedSector>(sectors_)));
+  sectors_.clear();
+  bytes_ = 0;
+}
+
+std::vector<Chunk> SectorChunks::finish() {
+  end_chunk();
+  return std::exchange(chunks_, {});
 }
 
 Chunk end_chunk(std::size_t chunks_before) {
@@ -279,7 +285,9 @@ Chunk end_chunk(std::size_t chunks_before) {
 std::vector<Chunk> chunks_of(const WorldSnapshot& world, const WorldCatalogue& catalogue) {
   std::vector<Chunk> chunks = head_chunks(catalogue, world.settings, world.anchor, world.tick, world.shapes);
   chunks.push_back(shared_chunk(world.shared));
-  for (Chunk& chunk : sector_chunks(world.sectors)) chunks.push_back(std::move(chunk));
+  SectorChunks sectors;
+  for (const MovedSector& sector : world.sectors) sectors.add(sector);
+  for (Chunk& chunk : sectors.finish()) chunks.push_back(std::move(chunk));
   chunks.push_back(end_chunk(chunks.size()));
   return chunks;
 }

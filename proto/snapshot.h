@@ -24,7 +24,18 @@ std::vector<v1::SnapshotChunk> head_chunks(const WorldCatalogue& catalogue, cons
 
 // What a server contributes: the state that all share, and the sectors that it hosts.
 v1::SnapshotChunk shared_chunk(const SharedState& state);
-std::vector<v1::SnapshotChunk> sector_chunks(std::span<const MovedSector> sectors);
+class SectorChunks {
+ public:
+  void add(MovedSector sector);
+  std::vector<v1::SnapshotChunk> finish();
+
+ private:
+  void end_chunk();
+
+  std::vector<MovedSector> sectors_;  // of the chunk to come
+  std::size_t bytes_ = 0;
+  std::vector<v1::SnapshotChunk> chunks_;
+};
 
 v1::SnapshotChunk end_chunk(std::size_t chunks_before);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "lpss/base/freed_memory.h"
 #include "lpss/base/invariant.h"
 #include "lpss/observe/load.h"
 #include "lpss/observe/queries.h"
@@ -26,6 +27,9 @@ constexpr std::size_t kTicksPerReport = 8;
 // server, and a server some rounds ahead of the others.
 constexpr std::uint64_t kGrantsAheadMax = 65'536;
 constexpr std::size_t kRoundsAheadMax = 65'536;
+
+// Sectors that have been packed since freed memory was given back.
+constexpr std::size_t kPackedToGiveBack = 1024;
 
 constexpr Tick kUsualTicks = 64;  // that a mean of the last ones looks back
 
@@ -253,6 +257,7 @@ void WorldRun::end_tick(Nanoseconds now) {
   usual_own_us_ += (own.count() - usual_own_us_) / static_cast<double>(std::min(++ticks_here_, kUsualTicks));
   inboxes_.erase(inboxes_.begin(), inboxes_.lower_bound({tick_ + 1, 0}));
   tick_done_ = true;
+  give_back_memory();
 
   v1::TickReport& report = last_report_;
   report.set_tick(tick_);
@@ -270,6 +275,16 @@ void WorldRun::end_tick(Nanoseconds now) {
     report.set_hash_high(hash.high());
   }
   reports_.push_back(report);
+}
+
+// What packing has freed is of no use to the next tick.
+void WorldRun::give_back_memory() {
+  const std::size_t packed = partition_->packed.counts().sectors;
+  const bool goes_on = packed > std::exchange(packed_before_, packed);
+  packed_given_back_ = std::min(packed_given_back_, packed);
+  if (goes_on || packed < packed_given_back_ + kPackedToGiveBack) return;
+  packed_given_back_ = packed;
+  give_back_freed_memory();
 }
 
 bool WorldRun::report_due() const {
@@ -312,7 +327,9 @@ void WorldRun::answer(const v1::Query& query) {
 
 // A chunk an answer; the state that all share comes from the first server.
 void WorldRun::answer_with_snapshot(std::uint64_t query) {
-  std::vector<v1::SnapshotChunk> chunks = sector_chunks(pack_sectors(*partition_));
+  SectorChunks sectors;
+  for_each_sector(*partition_, [&](MovedSector sector) { sectors.add(std::move(sector)); });
+  std::vector<v1::SnapshotChunk> chunks = sectors.finish();
   if (self_ == 0) chunks.insert(chunks.begin(), shared_chunk(shared_state(*partition_)));
   if (chunks.empty()) chunks.emplace_back();
   for (std::size_t n = 0; n < chunks.size(); ++n) {

@@ -69,6 +69,7 @@ class WorldRun {
   absl::Status advance(const std::function<Nanoseconds()>& clock);
   void go_on(std::optional<Round> round, Nanoseconds began, const std::function<Nanoseconds()>& clock);
   void end_tick(Nanoseconds now);
+  void give_back_memory();
   void answer(const v1::Query& query);
   void answer_with_snapshot(std::uint64_t query);
   absl::Status fill(const v1::LoadWorld& load);
@@ -86,6 +87,8 @@ class WorldRun {
   std::unique_ptr<TickMachine> machine_;
   ShapeId next_shape_ = 0;
   bool hash_ticks_ = false;
+  std::size_t packed_before_ = 0;      // sectors, at the end of the last tick
+  std::size_t packed_given_back_ = 0;  // when freed memory was given back
 
   absl::btree_map<std::uint64_t, v1::Grant> grants_;  // by serial, from the next one on
   std::uint64_t next_serial_ = 1;

@@ -12,4 +12,6 @@ void keep_freed_memory() {
   mallopt(M_TRIM_THRESHOLD, kKept);
 }
 
+void give_back_freed_memory() { malloc_trim(0); }
+
 }  // namespace tessera

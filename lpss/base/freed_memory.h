@@ -8,4 +8,8 @@ namespace tessera {
 // the whole process: a program calls it once, before it starts threads.
 void keep_freed_memory();
 
+// Hands to the kernel what is kept, where much has been freed that will not be wanted soon. Takes some
+// milliseconds a gigabyte.
+void give_back_freed_memory();
+
 }  // namespace tessera

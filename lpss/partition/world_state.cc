@@ -1,6 +1,7 @@
 #include "lpss/partition/world_state.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "lpss/base/invariant.h"
 #include "lpss/partition/bodies.h"
@@ -34,13 +35,21 @@ std::vector<Shape> shapes_of(const Partition& partition) {
   return shapes;
 }
 
+void for_each_sector(const Partition& partition, const std::function<void(MovedSector)>& visit) {
+  std::vector<SectorIndex> all = partition.packed.sectors();
+  all.reserve(all.size() + partition.sectors.size());
+  for (const auto& [index, sector] : partition.sectors) all.push_back(index);
+  std::sort(all.begin(), all.end());
+  for (const SectorIndex& index : all) {
+    const auto sector = partition.sectors.find(index);
+    visit(sector == partition.sectors.end() ? partition.packed.copy(index) : pack_sector(*sector->second));
+  }
+}
+
 std::vector<MovedSector> pack_sectors(const Partition& partition) {
   std::vector<MovedSector> sectors;
   sectors.reserve(partition.sectors.size() + partition.packed.counts().sectors);
-  for (const auto& [index, sector] : partition.sectors) sectors.push_back(pack_sector(*sector));
-  for (const SectorIndex& index : partition.packed.sectors()) sectors.push_back(partition.packed.copy(index));
-  std::sort(sectors.begin(), sectors.end(),
-            [](const MovedSector& a, const MovedSector& b) { return a.sector < b.sector; });
+  for_each_sector(partition, [&](MovedSector sector) { sectors.push_back(std::move(sector)); });
   return sectors;
 }
 

@@ -2,6 +2,7 @@
 // goes on from it with the same bits.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -33,7 +34,11 @@ SharedState shared_state(const Partition& partition);
 // By their ids, which count up from 0.
 std::vector<Shape> shapes_of(const Partition& partition);
 
-// The sectors of a partition, in ascending order.
+// Calls `visit` for the sectors of a partition, in ascending order: one at a time, since all together may be
+// many times as large as those that are packed.
+void for_each_sector(const Partition& partition, const std::function<void(MovedSector)>& visit);
+
+// All of them.
 std::vector<MovedSector> pack_sectors(const Partition& partition);
 
 // Fills a new partition, which has the world's shapes, with the state and with those of `sectors` that it

@@ -1,0 +1,82 @@
+// How often a coordinator takes down the state of its world.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "coordinator/test_cluster.h"
+
+namespace tessera {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+class CoordinatorCheckpointsTest : public ::testing::Test {
+ protected:
+  CoordinatorCheckpointsTest() : cluster_(loaded_cluster({.checkpoint_every = seconds(1)}, small_world())) {
+    v1::ResumeRequest request;
+    request.set_real_time_factor(1);
+    EXPECT_TRUE(cluster_->ask<v1::ResumeReply>(request)->ok());
+  }
+
+  // The number of checkpoints that servers were asked for, and sent, in `span`.
+  int checkpoints_in(seconds span) {
+    int asked = 0;
+    for (milliseconds time{0}; time < span; time += milliseconds(10)) {
+      cluster_->advance(milliseconds(10));
+      for (const NodeId node : {kFirst, kSecond}) {
+        for (const v1::Grant& grant : cluster_->take_grants(node)) asked += carry_out(node, grant);
+      }
+    }
+    return asked / 2;
+  }
+
+  bool awake_ = false;
+  std::unique_ptr<TestCluster> cluster_;
+
+ private:
+  int carry_out(NodeId node, const v1::Grant& grant) {
+    std::vector<v1::TickReport> reports(grant.ticks());
+    for (v1::TickReport& report : reports) {
+      report.set_tick(++cluster_->tick[node]);
+      write(TickCounts{.bodies_awake = awake_ ? 1u : 0u}, *report.mutable_counts());
+    }
+    if (grant.ticks() > 0) cluster_->report(node, grant.world(), cluster_->tick[node], std::move(reports));
+    int asked = 0;
+    for (const v1::Query& query : grant.queries()) {
+      if (!query.has_snapshot()) continue;
+      ++asked;
+      v1::ClusterMessage message;
+      message.mutable_answer()->set_world(grant.world());
+      message.mutable_answer()->set_query(query.id());
+      message.mutable_answer()->set_tick(cluster_->tick[node]);
+      message.mutable_answer()->set_parts(1);
+      cluster_->receive(node, message);
+    }
+    return asked;
+  }
+};
+
+TEST_F(CoordinatorCheckpointsTest, OnceASecondWhileAnythingMoves) {
+  awake_ = true;
+  EXPECT_NEAR(checkpoints_in(seconds(20)), 20, 1);
+}
+
+TEST_F(CoordinatorCheckpointsTest, OnceInTenSecondsOfAWorldAtRest) {
+  checkpoints_in(seconds(3));
+  EXPECT_NEAR(checkpoints_in(seconds(40)), 4, 1);
+}
+
+TEST_F(CoordinatorCheckpointsTest, SoonAfterSomethingMovesAgain) {
+  checkpoints_in(seconds(3));
+  awake_ = true;
+  EXPECT_GE(checkpoints_in(seconds(1)) + checkpoints_in(seconds(1)), 1);
+  awake_ = false;
+  checkpoints_in(seconds(3));
+  v1::RemoveRequest request;
+  request.mutable_body()->set_name("ball");
+  cluster_->ask<v1::CommandReply>(request);
+  EXPECT_GE(checkpoints_in(seconds(2)), 1) << "a command changes the world, too";
+}
+
+}  // namespace
+}  // namespace tessera
