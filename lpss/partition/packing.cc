@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
+#include "lpss/partition/bodies.h"
 #include "lpss/partition/moved_sector.h"
+#include "lpss/partition/near_seam.h"
+#include "lpss/partition/statics.h"
 
 namespace tessera {
 namespace {
@@ -83,8 +86,18 @@ void bring_back_holding(Partition& partition, BodyId id) {
   for (const SectorIndex& index : partition.packed.holding(id)) bring_back(partition, index);
 }
 
-void bring_back_all(Partition& partition) {
-  for (const SectorIndex& index : partition.packed.sectors()) bring_back(partition, index);
+void bring_back_near_borders(Partition& partition) {
+  // m, of the box of a body at rest beyond its ball: the distance at which contacts are found, and rounding.
+  constexpr double kSlack = 0.1;
+  const Eigen::AlignedBox3d inside = cube(partition.sector_size() / 2 - partition.margins.reach - kSlack);
+  for (const SectorIndex& index : partition.packed.sectors()) {
+    bool is_near = false;
+    partition.packed.for_each_body(index, [&](const BodyRecord& record) {
+      const double radius = radius_of(partition, record.properties);
+      is_near |= !inside.contains(swept_ball(record.state, radius, partition.dt()));
+    });
+    if (is_near) bring_back(partition, index);
+  }
 }
 
 }  // namespace tessera

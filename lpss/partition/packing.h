@@ -25,6 +25,7 @@ void bring_back(Partition& partition, const SectorIndex& index);
 // All sectors in which the body lives, or a clone of it is.
 void bring_back_holding(Partition& partition, BodyId id);
 
-void bring_back_all(Partition& partition);
+// All sectors with a body that may have to be told to others, by margins that have grown.
+void bring_back_near_borders(Partition& partition);
 
 }  // namespace tessera

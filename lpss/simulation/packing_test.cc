@@ -49,11 +49,14 @@ std::vector<Happening> happenings(PartitionCluster& cluster) {
   return all;
 }
 
+constexpr double kLarge = 1.3;  // m, the radius of a ball larger than all else
+
 // Boxes, balls and more in heaps over many small sectors: a good part of them asleep at any time, until a
 // command wakes some.
 WorldDescription heaps() {
   WorldDescription world = pile_world(sectors_of(4), 80);
   world.settings.sleep_after = 0.1;
+  world.shapes.push_back(Shape{{ShapePart{Sphere{kLarge}, {}}}});  // of nobody yet
   return world;
 }
 
@@ -69,6 +72,13 @@ std::vector<Command> commands_at(const WorldDescription& world, int tick) {
     joint.properties.in_parent.position = {0, 0, 0.5};
     joint.parent_motion = Motion::kDynamic;
     return {AddJoint{joint}};
+  }
+  if (tick == 2200) {
+    BodyRecord large = records_of(world)->at(1);
+    large.id = BodyId{2000};
+    large.properties.shape = static_cast<ShapeId>(world.shapes.size() - 1);
+    large.state.position = {1, 1, 6};
+    return {SpawnBody{large}};
   }
   if (tick == 2500) return {RemoveBody{BodyId{1}}};  // the floor
   if (tick < 300 || tick % 200 != 0) return {};

@@ -256,7 +256,7 @@ void apply(Partition& partition, const Command& command, Landings& landings, std
 // The margins follow from the largest body that the world has ever had, and all servers hear of all bodies:
 // where they grow, everyone looks again at what is near a seam.
 void mark_all_dirty(Partition& partition) {
-  bring_back_all(partition);
+  bring_back_near_borders(partition);
   for (auto& [id, body] : partition.bodies) {
     mark_dirty(*body);
     activate(partition, *body->sector);
