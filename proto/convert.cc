@@ -67,12 +67,40 @@ struct GeometryWriter {
     result.set_spacing_y(field.spacing.y());
     result.mutable_heights()->Add(field.heights.begin(), field.heights.end());
   }
+  void operator()(const Ground& ground) const {
+    v1::Geometry::Ground& result = *to.mutable_ground();
+    result.set_source(static_cast<v1::Geometry::Ground::Source>(ground.source));
+    result.set_spacing(ground.spacing);
+    result.set_radius(ground.radius);
+    result.set_height(ground.height);
+    result.set_wavelength(ground.wavelength);
+    result.set_octaves(ground.octaves);
+    result.set_seed(ground.seed);
+    result.set_has_sea(ground.has_sea);
+    result.set_folder(ground.folder);
+    result.set_checksum(ground.checksum);
+  }
 };
 
 absl::StatusOr<Geometry> mesh_of(const v1::Geometry::TriangleMesh& mesh) {
   absl::StatusOr<std::vector<Eigen::Vector3d>> vertices = points(mesh.vertices(), "triangle_mesh.vertices");
   if (!vertices.ok()) return vertices.status();
   return TriangleMesh{*std::move(vertices), {mesh.indices().begin(), mesh.indices().end()}};
+}
+
+absl::StatusOr<Geometry> ground_of(const v1::Geometry::Ground& from) {
+  if (!v1::Geometry::Ground::Source_IsValid(from.source()))
+    return refused("ground.source ", static_cast<int>(from.source()), " must be plain, planet or folder");
+  return Ground{.source = static_cast<Ground::Source>(from.source()),
+                .spacing = from.spacing(),
+                .radius = from.radius(),
+                .height = from.height(),
+                .wavelength = from.wavelength(),
+                .octaves = from.octaves(),
+                .seed = from.seed(),
+                .has_sea = from.has_sea(),
+                .folder = from.folder(),
+                .checksum = from.checksum()};
 }
 
 absl::StatusOr<Geometry> geometry(const v1::Geometry& from) {
@@ -104,6 +132,8 @@ absl::StatusOr<Geometry> geometry(const v1::Geometry& from) {
                          {field.spacing_x(), field.spacing_y()},
                          {field.heights().begin(), field.heights().end()}};
     }
+    case v1::Geometry::kGround:
+      return ground_of(from.ground());
     case v1::Geometry::KIND_NOT_SET:
       break;
   }

@@ -107,6 +107,7 @@ absl::Status WorldRun::add_shapes(const google::protobuf::RepeatedPtrField<v1::S
   for (const v1::Shape& message : shapes) {
     absl::StatusOr<Shape> shape = from_proto(message);
     if (!shape.ok()) return shape.status();
+    if (absl::Status status = open_grounds({&*shape, 1}); !status.ok()) return status;
     add_shape(*partition_, next_shape_++, *shape);
   }
   return absl::OkStatus();

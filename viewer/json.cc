@@ -43,6 +43,8 @@ json kind_of(const HeightField& field) {
           {"spacing", {field.spacing.x(), field.spacing.y()}},
           {"heights", field.heights}};
 }
+// The page does not show it: it has no end.
+json kind_of(const Ground&) { return {{"kind", "ground"}}; }
 
 }  // namespace
 

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lpss/base/invariant.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/ellipsoid_shape.h"
 #include "lpss/bullet/smooth_edges.h"
@@ -122,6 +123,10 @@ struct MakePart {
   }
   std::unique_ptr<btCollisionShape> operator()(const HeightField& field) const {
     return make_height_field(field, pose, data);
+  }
+  std::unique_ptr<btCollisionShape> operator()(const Ground&) const {
+    invariant(false, "an engine gets parts of ground as triangles");
+    return nullptr;
   }
 };
 

@@ -51,6 +51,15 @@ inline constexpr std::size_t kHullPointsMax = 4096;
 inline constexpr std::size_t kMeshVerticesMax = 20'000'000;
 inline constexpr std::size_t kMeshIndicesMax = 60'000'000;
 inline constexpr std::size_t kHeightFieldSamplesMax = 100'000'000;
+// Ground. A sector's part of it has at most (3 kGroundCellsMax)^2 cells.
+inline constexpr double kGroundReach = kStaticExtentMax;  // m, of a plain, from its origin along x and y
+inline constexpr double kGroundSpacingMin = 0.01;         // m
+inline constexpr double kGroundCellsMax = 64;             // spacings in the edge of a sector
+inline constexpr double kGroundSpacingsMin = 8;           // spacings in the radius of a planet
+inline constexpr double kPlainHeightMax = 1e6;            // m
+inline constexpr double kPlanetHeightMax = 0.25;          // of its radius
+inline constexpr std::uint32_t kGroundOctavesMax = 24;
+inline constexpr std::size_t kPathBytesMax = 4096;
 inline constexpr std::size_t kNameBytesMax = 1024;
 
 inline constexpr std::size_t kWorldFileBytesMax = 512u << 20;

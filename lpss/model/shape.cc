@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "lpss/model/limits.h"
+
 namespace tessera {
 namespace {
 
@@ -32,6 +34,9 @@ struct BoundingRadius {
                            (field.rows - 1) * field.spacing.y() / 2, height)
         .norm();
   }
+  double operator()(const Ground& ground) const {
+    return ground.source == Ground::Source::kPlanet ? ground.radius + ground.height : 2 * kGroundReach;
+  }
 };
 
 struct SmallestExtent {
@@ -48,6 +53,7 @@ struct SmallestExtent {
   }
   double operator()(const TriangleMesh&) const { return 0; }
   double operator()(const HeightField&) const { return 0; }
+  double operator()(const Ground&) const { return 0; }
 };
 
 }  // namespace

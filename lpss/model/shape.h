@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "lpss/grid/world_position.h"
+#include "lpss/model/ground.h"
 
 namespace tessera {
 
@@ -41,6 +42,9 @@ struct ConvexHull {
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::uint32_t> indices;  // three per triangle
+  // Of a part of ground alone, which is solid below its triangles: their names, which do not depend on the
+  // part.
+  std::vector<std::uint32_t> names = {};
 };
 // A terrain of columns x rows samples, centred on the part's origin in x and y; static bodies only. Sample
 // (column, row) lies at x = (column - (columns - 1) / 2) * spacing.x, y likewise, z = heights[row * columns +
@@ -52,8 +56,8 @@ struct HeightField {
   std::vector<double> heights;
 };
 
-using Geometry =
-    std::variant<Box, Sphere, Capsule, Cylinder, Ellipsoid, Plane, ConvexHull, TriangleMesh, HeightField>;
+using Geometry = std::variant<Box, Sphere, Capsule, Cylinder, Ellipsoid, Plane, ConvexHull, TriangleMesh,
+                              HeightField, Ground>;
 
 // One geometry of a body; `pose` maps the part's frame to the body's.
 struct ShapePart {

@@ -59,6 +59,7 @@ struct GeometryCheck {
   absl::Status operator()(const ConvexHull& hull) const;
   absl::Status operator()(const TriangleMesh& mesh) const;
   absl::Status operator()(const HeightField& field) const;
+  absl::Status operator()(const Ground& ground) const;
 };
 
 absl::Status GeometryCheck::operator()(const ConvexHull& hull) const {
@@ -125,6 +126,33 @@ absl::Status GeometryCheck::operator()(const HeightField& field) const {
   return absl::OkStatus();
 }
 
+absl::Status GeometryCheck::operator()(const Ground& ground) const {
+  if (ground.source > Ground::Source::kFolder)
+    return refused("ground: source ", static_cast<int>(ground.source), " must be plain, planet or folder");
+  if (ground.folder.size() > kPathBytesMax) {
+    return refused("ground: the folder's path of ", ground.folder.size(), " bytes must be at most ",
+                   kPathBytesMax);
+  }
+  absl::Status status = bounded("ground: spacing", ground.spacing, kGroundSpacingMin, kStaticExtentMax, "m");
+  if (!status.ok()) return status;
+  if (ground.source == Ground::Source::kFolder) {
+    if (ground.folder.empty()) return refused("ground: the folder's path must not be empty");
+    return absl::OkStatus();
+  }
+  double height_max = kPlainHeightMax;
+  if (ground.source == Ground::Source::kPlanet) {
+    status =
+        bounded("ground: radius", ground.radius, kGroundSpacingsMin * ground.spacing, kStaticExtentMax, "m");
+    if (!status.ok()) return status;
+    height_max = kPlanetHeightMax * ground.radius;
+  }
+  if (status = bounded("ground: height", ground.height, 0, height_max, "m"); !status.ok()) return status;
+  if (status = bounded("ground: octaves", ground.octaves, 1, kGroundOctavesMax); !status.ok()) return status;
+  // Narrower hills would fall between the vertices.
+  const double finest = ground.spacing * std::ldexp(1, static_cast<int>(ground.octaves) - 1);
+  return bounded("ground: wavelength", ground.wavelength, 2 * finest, kStaticExtentMax, "m");
+}
+
 absl::Status part_check(const ShapePart& part) {
   if (absl::Status status = std::visit(GeometryCheck{}, part.geometry); !status.ok()) return status;
   if (absl::Status status = finite("pose", part.pose.position, kStaticExtentMax, "m"); !status.ok())
@@ -137,7 +165,22 @@ const char* static_only(const Geometry& geometry) {
   if (std::holds_alternative<Plane>(geometry)) return "plane";
   if (std::holds_alternative<TriangleMesh>(geometry)) return "triangle mesh";
   if (std::holds_alternative<HeightField>(geometry)) return "height field";
+  if (std::holds_alternative<Ground>(geometry)) return "ground";
   return nullptr;
+}
+
+// What a sector has of a ground must not be too many triangles.
+absl::Status static_shape_check(const Shape& shape, double sector_size) {
+  for (const ShapePart& part : shape.parts) {
+    const auto* ground = std::get_if<Ground>(&part.geometry);
+    if (ground == nullptr) continue;
+    absl::Status status =
+        bounded("ground: spacing", ground->spacing, sector_size / kGroundCellsMax, kNoBound, "m");
+    if (!status.ok())
+      return absl::InvalidArgumentError(
+          absl::StrCat(status.message(), ", the sector size / ", kGroundCellsMax));
+  }
+  return absl::OkStatus();
 }
 
 absl::Status moving_shape_check(const BodyProperties& properties, const Shape& shape, double sector_size) {
@@ -387,7 +430,8 @@ absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes
   if (absl::Status status = properties_check(properties); !status.ok()) return in(title(body), status);
   if (absl::Status status = motion_check(body, settings.sector_size); !status.ok())
     return in(title(body), status);
-  if (properties.motion == Motion::kStatic) return absl::OkStatus();
+  if (properties.motion == Motion::kStatic)
+    return in(title(body), static_shape_check(shapes[properties.shape], settings.sector_size));
   return in(title(body), moving_shape_check(properties, shapes[properties.shape], settings.sector_size));
 }
 

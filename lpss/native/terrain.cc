@@ -20,7 +20,7 @@ Vector normal_of(const Vector& p, const Vector& q, const Vector& r) {
 
 class Mesh final : public Terrain {
  public:
-  Mesh(const TriangleMesh& mesh, const btBvhTriangleMeshShape& tree) : tree_(tree) {
+  Mesh(const TriangleMesh& mesh, const btBvhTriangleMeshShape& tree) : tree_(tree), names_(mesh.names) {
     vertices_.reserve(mesh.vertices.size());
     edges_.reserve(mesh.vertices.size(), mesh.indices.size() / 3);
     for (const Eigen::Vector3d& vertex : mesh.vertices) {
@@ -53,7 +53,7 @@ class Mesh final : public Terrain {
       const std::array<Vector, 3> corners = corners_of(index);
       const Box its{corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]),
                     corners[0].cwiseMax(corners[1]).cwiseMax(corners[2])};
-      if (its.overlaps(box)) found.push_back({index, triangle(index)});
+      if (its.overlaps(box)) found.push_back({names_.empty() ? index : names_[index], triangle(index)});
     }
   }
 
@@ -65,6 +65,7 @@ class Mesh final : public Terrain {
 
   MeshTriangle<Scalar> triangle(std::uint32_t index) const {
     MeshTriangle<Scalar> result;
+    if (!names_.empty()) result.kept_on = collision::KeptOn::kFront;  // ground is solid
     const std::array<Vector, 3> corners = corners_of(index);
     result.normal = normals_[index];
     for (std::size_t n = 0; n < 3; ++n) {
@@ -82,6 +83,7 @@ class Mesh final : public Terrain {
   std::vector<Vector> vertices_;
   std::vector<bullet::TriangleEdges::Vertices> triangles_;
   std::vector<Vector> normals_;
+  std::vector<std::uint32_t> names_;  // of ground
   bullet::TriangleEdges edges_;
 };
 

@@ -19,14 +19,14 @@ using collision::MeshTriangle;
 class Terrain {
  public:
   struct Found {
-    std::uint32_t index;  // of the triangle, for its whole life
+    std::uint32_t index;  // of the triangle, for its whole life; of ground, its name
     MeshTriangle<Scalar> triangle;
   };
   using List = absl::InlinedVector<Found, 8>;
 
   virtual ~Terrain() = default;
 
-  // The triangles whose boxes overlap `box`, in ascending order of their indices.
+  // The triangles whose boxes overlap `box`, in the order of the geometry.
   virtual void near(const Box& box, List& found) const = 0;
 };
 

@@ -27,6 +27,6 @@ Partition::Partition(PartitionOptions options, Engine& engine_of_settings)
       pack_after(options.pack_after),
       engine(engine_of_settings),
       margins(seam_margins(settings.sector_size, settings.time_step, 0)),
-      statics(settings.sector_size) {}
+      statics(settings.sector_size, options.tiles != nullptr ? *options.tiles : TileStore::of_process()) {}
 
 }  // namespace tessera

@@ -43,6 +43,8 @@ struct PartitionOptions {
   std::uint64_t in_step_from = 512;
   // Ticks that a sector has been at rest when it is packed. Without effect on what comes out.
   std::uint64_t pack_after = 120;
+  // Of grounds; outlives the partition. Null: those of the process.
+  TileStore* tiles = nullptr;
 };
 
 struct Partition {

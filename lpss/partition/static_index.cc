@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 #include "lpss/base/invariant.h"
 #include "lpss/partition/static_part.h"
@@ -50,15 +51,25 @@ std::vector<SectorIndex> StaticIndex::cells(const Entry& entry) const {
 }
 
 void StaticIndex::add(const BodyRecord& record, const Shape& shape) {
-  Entry entry{record, &shape, body_frame(record), 0, false, nullptr};
+  Entry entry{record, &shape, body_frame(record), 0, false, nullptr, {}};
   entry.radius = is_bounded(shape) ? bounding_radius(shape, Eigen::Vector3d::Zero())
                                    : std::numeric_limits<double>::infinity();
   entry.large = !(2 * entry.radius <= kCellsMax * sector_size_);
+  for (const ShapePart& part : shape.parts) {
+    const auto* ground = std::get_if<Ground>(&part.geometry);
+    if (ground == nullptr) continue;
+    entry.large = true;
+    absl::StatusOr<TileStore::SourceRef> source = tiles_.open(*ground);
+    invariant(source.ok(), "a ground is opened before a body has it");
+    entry.grounds.resize(shape.parts.size());
+    entry.grounds[static_cast<std::size_t>(&part - shape.parts.data())] = *std::move(source);
+  }
   if (entry.large) entry.trees = trees_of(shape);
   const auto [place, is_new] = bodies_.try_emplace(record.id, entry);
   if (!is_new) return;
   if (entry.large) {
     insert_sorted(large_, record.id);
+    if (!entry.grounds.empty()) insert_sorted(grounds_, record.id);
     return;
   }
   for (const SectorIndex& cell : cells(entry)) insert_sorted(by_sector_[cell], record.id);
@@ -82,6 +93,7 @@ bool StaticIndex::remove(BodyId id) {
   if (place == bodies_.end()) return false;
   if (place->second.large) {
     erase_sorted(large_, id);
+    erase_sorted(grounds_, id);
   } else {
     for (const SectorIndex& cell : cells(place->second)) {
       const auto listed = by_sector_.find(cell);
@@ -140,14 +152,43 @@ std::vector<BodyId> StaticIndex::overlapping(const SectorIndex& sector,
   return found;
 }
 
+Pose StaticIndex::pose_in(const SectorIndex& sector, const Entry& entry) const {
+  return {metres_between(sector, entry.record.home, sector_size_) + entry.pose.position,
+          entry.pose.orientation};
+}
+
+template <typename Visit>
+void StaticIndex::for_each_ground(const SectorIndex& sector, const Visit& visit) const {
+  for (const BodyId id : grounds_) {
+    const Entry& entry = bodies_.at(id);
+    const Pose pose = pose_in(sector, entry);
+    for (std::size_t n = 0; n < entry.grounds.size(); ++n) {
+      if (entry.grounds[n]) visit(entry.grounds[n], pose * entry.shape->parts[n].pose);
+    }
+  }
+}
+
+void StaticIndex::ask_for_ground(const SectorIndex& sector, const Eigen::AlignedBox3d& region) const {
+  for_each_ground(sector, [&](const TileStore::SourceRef& ground, const Pose& pose) {
+    tessera::ask_for_ground(tiles_, ground, pose, region);
+  });
+}
+
+bool StaticIndex::may_have_ground(const SectorIndex& sector, const Eigen::AlignedBox3d& region) const {
+  bool may = false;
+  for_each_ground(sector, [&](const TileStore::SourceRef& ground, const Pose& pose) {
+    may = may || tessera::may_have_ground(*ground, pose, region);
+  });
+  return may;
+}
+
 StaticIndex::Part StaticIndex::part(BodyId id, const SectorIndex& sector,
                                     const Eigen::AlignedBox3d& region) const {
   const auto place = bodies_.find(id);
   invariant(place != bodies_.end(), "a sector asked for a static body that is not in the index");
   const Entry& entry = place->second;
   Part result;
-  const Pose pose{metres_between(sector, entry.record.home, sector_size_) + entry.pose.position,
-                  entry.pose.orientation};
+  const Pose pose = pose_in(sector, entry);
   if (!entry.large) {
     result.whole = true;
     result.pose = pose;
@@ -155,8 +196,11 @@ StaticIndex::Part StaticIndex::part(BodyId id, const SectorIndex& sector,
   }
   for (std::size_t n = 0; n < entry.shape->parts.size(); ++n) {
     const ShapePart& piece = entry.shape->parts[n];
-    std::optional<ShapePart> cut =
-        part_within(piece.geometry, pose * piece.pose, region, (*entry.trees)[n].get());
+    const Pose posed = pose * piece.pose;
+    const bool is_ground = !entry.grounds.empty() && entry.grounds[n];
+    std::optional<ShapePart> cut = is_ground
+                                       ? ground_within(tiles_, *entry.grounds[n], posed, region)
+                                       : part_within(piece.geometry, posed, region, (*entry.trees)[n].get());
     if (cut) result.shape.parts.push_back(std::move(*cut));
   }
   return result;

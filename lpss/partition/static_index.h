@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "lpss/ground/tile_store.h"
 #include "lpss/model/body.h"
 #include "lpss/model/shape.h"
 #include "lpss/partition/mesh_tree.h"
@@ -18,9 +19,11 @@ namespace tessera {
 // what reaches into it, and of a large one only the part that does.
 class StaticIndex {
  public:
-  explicit StaticIndex(double sector_size) : sector_size_(sector_size) {}
+  // `tiles` are those of grounds.
+  explicit StaticIndex(double sector_size, TileStore& tiles = TileStore::of_process())
+      : sector_size_(sector_size), tiles_(tiles) {}
 
-  // `shape` is the body's shape; it must outlive the index.
+  // `shape` is the body's shape; it must outlive the index. Its grounds can be opened.
   void add(const BodyRecord& record, const Shape& shape);
   bool remove(BodyId id);
 
@@ -45,6 +48,13 @@ class StaticIndex {
   };
   Part part(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& region) const;
 
+  // Has the tiles of grounds made that part() will need. Cheap where there is no ground.
+  bool has_ground() const { return !grounds_.empty(); }
+  void ask_for_ground(const SectorIndex& sector, const Eigen::AlignedBox3d& region) const;
+
+  // Whether that part of a ground may have any triangle. Needs no tile.
+  bool may_have_ground(const SectorIndex& sector, const Eigen::AlignedBox3d& region) const;
+
   std::size_t size() const { return bodies_.size(); }
 
   template <typename Visit>
@@ -62,6 +72,8 @@ class StaticIndex {
     double radius;  // around the home-relative position; infinite for planes
     bool large;
     std::shared_ptr<const MeshTrees> trees;  // of a large one
+    std::vector<TileStore::SourceRef>
+        grounds;  // by the parts of the shape; null for those that are not ground
   };
 
   // Sectors that the entry's box overlaps; only for entries that are not large.
@@ -70,10 +82,19 @@ class StaticIndex {
   // Bodies of one shape share them.
   std::shared_ptr<const MeshTrees> trees_of(const Shape& shape) const;
 
+  // The frame of the shape, relative to the sector.
+  Pose pose_in(const SectorIndex& sector, const Entry& entry) const;
+
+  // Calls visit(ground, pose) for all grounds, with their poses relative to the sector.
+  template <typename Visit>
+  void for_each_ground(const SectorIndex& sector, const Visit& visit) const;
+
   double sector_size_;
+  TileStore& tiles_;
   absl::btree_map<BodyId, Entry> bodies_;
   absl::flat_hash_map<SectorIndex, std::vector<BodyId>> by_sector_;
-  std::vector<BodyId> large_;  // ascending; those that reach over many sectors, or have no end
+  std::vector<BodyId> large_;    // ascending; those that reach over many sectors, or have no end
+  std::vector<BodyId> grounds_;  // ascending; of those, the ones with ground
 };
 
 }  // namespace tessera

@@ -116,4 +116,42 @@ std::optional<ShapePart> part_within(const Geometry& geometry, const Pose& pose,
   return std::visit(Cutter{pose, region, tree}, geometry);
 }
 
+std::optional<ShapePart> ground_within(TileStore& store, const TileStore::Source& ground, const Pose& pose,
+                                       const Eigen::AlignedBox3d& region) {
+  constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  const Eigen::AlignedBox3d wanted = seen_from_geometry(region, pose);
+  const Eigen::Vector3d origin = wanted.center();
+  TriangleMesh part;
+  std::vector<std::uint32_t> renumbered;  // of a tile's vertices
+  for (const TileKey& key : ground.tiles->overlapping(wanted)) {
+    const std::shared_ptr<const Tile> tile = store.get(ground, key);
+    renumbered.assign(tile->vertices.size(), kNone);
+    for (std::size_t n = 0; n < tile->triangles.size(); ++n) {
+      Eigen::AlignedBox3d box;
+      for (const std::uint32_t vertex : tile->triangles[n]) box.extend(tile->vertices[vertex]);
+      if (!box.intersects(wanted)) continue;
+      for (const std::uint32_t vertex : tile->triangles[n]) {
+        if (renumbered[vertex] == kNone) {
+          renumbered[vertex] = static_cast<std::uint32_t>(part.vertices.size());
+          part.vertices.push_back(tile->vertices[vertex] - origin);
+        }
+        part.indices.push_back(renumbered[vertex]);
+      }
+      part.names.push_back(tile->name + static_cast<std::uint32_t>(n));
+    }
+  }
+  if (part.indices.empty()) return std::nullopt;
+  return ShapePart{std::move(part), {pose * origin, pose.orientation}};
+}
+
+void ask_for_ground(TileStore& store, const TileStore::SourceRef& ground, const Pose& pose,
+                    const Eigen::AlignedBox3d& region) {
+  const std::vector<TileKey> keys = ground->tiles->overlapping(seen_from_geometry(region, pose));
+  if (!keys.empty()) store.ask(ground, keys);
+}
+
+bool may_have_ground(const TileStore::Source& ground, const Pose& pose, const Eigen::AlignedBox3d& region) {
+  return !ground.tiles->overlapping(seen_from_geometry(region, pose)).empty();
+}
+
 }  // namespace tessera

@@ -1,6 +1,10 @@
 #include "lpss/partition/statics.h"
 
+#include <absl/container/flat_hash_set.h>
+
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "lpss/base/invariant.h"
@@ -33,7 +37,7 @@ void bring_back_touching(Partition& partition, BodyId id) {
 void add_static(const Partition& partition, Sector& sector, BodyId id) {
   BodyRecord record = *partition.statics.find(id);
   if (record.properties.surface) record.properties.surface = surface_in_world(record);
-  StaticIndex::Part part = partition.statics.part(id, sector.index, cube(1.5 * partition.sector_size()));
+  StaticIndex::Part part = partition.statics.part(id, sector.index, region_of_parts(partition.sector_size()));
   if (part.whole) {
     const Pose centre = part.pose * centre_frame(record.properties);
     Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = centre.position;
@@ -46,7 +50,38 @@ void add_static(const Partition& partition, Sector& sector, BodyId id) {
   sector.statics[id] = sector.world->add_static(id, record.properties, part.shape, pose);
 }
 
+constexpr double kAheadTime = 2;      // s, that the ground is asked for ahead
+constexpr int kAheadSectorsMax = 64;  // of a body, on its way
+
 }  // namespace
+
+Eigen::AlignedBox3d region_of_parts(double sector_size) { return cube(1.5 * sector_size); }
+
+void look_ahead_for_ground(const Partition& partition) {
+  if (!partition.statics.has_ground()) return;
+  const double half = partition.sector_size() / 2;
+  absl::flat_hash_set<SectorIndex> asked;
+  for (const Sector* sector : partition.active) {
+    if (!sector->world) continue;
+    for (const HomeBody* body : sector->homes) {
+      if (sector->world->activity(body->slot) == Activity::kAsleep) continue;
+      const Eigen::Vector3d from = sector->world->position(body->slot);
+      const Eigen::Vector3d way = sector->world->linear_velocity(body->slot) * kAheadTime;
+      // What is in the sector already has its ground.
+      if (!way.allFinite() || (from + way).cwiseAbs().maxCoeff() < half) continue;
+      const int steps = static_cast<int>(
+          std::clamp(std::ceil(way.norm() / half), 1.0, static_cast<double>(kAheadSectorsMax)));
+      for (int step = 1; step <= steps; ++step) {
+        const absl::StatusOr<WorldPosition> there =
+            canonical(sector->index, from + way * step / steps, partition.sector_size());
+        if (!there.ok() || !asked.insert(there->sector).second) continue;
+        const auto known = partition.sectors.find(there->sector);
+        if (known != partition.sectors.end() && known->second->world) continue;
+        partition.statics.ask_for_ground(there->sector, region_of_parts(partition.sector_size()));
+      }
+    }
+  }
+}
 
 Eigen::AlignedBox3d cube(double half_edge) {
   return {Eigen::Vector3d::Constant(-half_edge), Eigen::Vector3d::Constant(half_edge)};

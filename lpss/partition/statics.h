@@ -21,6 +21,14 @@ void set_static_surface_motion(Partition& partition, BodyId id, const std::array
 // sector's engine world.
 void add_statics(const Partition& partition, Sector& sector, const Eigen::AlignedBox3d& box);
 
+// Has the tiles of ground made that sectors will need where awake bodies are going. Changes no bit. Once
+// every few ticks is enough.
+void look_ahead_for_ground(const Partition& partition);
+
+// Around a sector's centre, the region for which a sector gets its parts of large static bodies, whatever it
+// needs them for: so these do not depend on what came when.
+Eigen::AlignedBox3d region_of_parts(double sector_size);
+
 // A box around a sector's centre.
 Eigen::AlignedBox3d cube(double half_edge);
 

@@ -17,6 +17,7 @@ absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::create(const
   if (!records.ok()) return records.status();
   const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
   if (!joints.ok()) return joints.status();
+  if (absl::Status status = open_grounds(world.shapes); !status.ok()) return status;
   PartitionOptions options{.settings = world.settings,
                            .anchor = world.anchor,
                            .map = placed(world, *records, partitions, 1),

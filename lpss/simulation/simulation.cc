@@ -108,6 +108,7 @@ absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescri
   if (!records.ok()) return records.status();
   const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
   if (!joints.ok()) return joints.status();
+  if (absl::Status status = open_grounds(world.shapes); !status.ok()) return status;
   absl::StatusOr<std::unique_ptr<Simulation>> simulation = make(world.settings, world.anchor);
   if (!simulation.ok()) return simulation.status();
   Partition& partition = *(*simulation)->partition_;

@@ -397,6 +397,7 @@ absl::Status resume(Partition& partition, const SharedState& shared, std::span<c
 }
 
 absl::Status resume(Partition& partition, const WorldSnapshot& world) {
+  if (absl::Status status = open_grounds(world.shapes); !status.ok()) return status;
   for (std::size_t id = 0; id < world.shapes.size(); ++id) {
     add_shape(partition, static_cast<ShapeId>(id), world.shapes[id]);
   }

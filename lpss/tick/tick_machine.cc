@@ -8,6 +8,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/partition/packing.h"
+#include "lpss/partition/statics.h"
 #include "lpss/tick/cloning.h"
 #include "lpss/tick/commands.h"
 #include "lpss/tick/components.h"
@@ -26,6 +27,8 @@
 
 namespace tessera {
 namespace {
+
+constexpr Tick kTicksPerLookAhead = 8;
 
 using Inbox = std::vector<std::optional<RoundMessage>>;
 
@@ -260,6 +263,7 @@ void TickMachine::end_tick(const std::vector<Solution>& inbox) {
   context_.stopped.insert(context_.stopped.end(), stopped.begin(), stopped.end());
   note_divergences();
   count(partition_, context_.stepped, parallel_, context_.counts);
+  if (tick_ % kTicksPerLookAhead == 0) look_ahead_for_ground(partition_);
   retire_sectors(partition_);
   pack_resting(partition_);
   awaited_ = RoundKind::kIdle;

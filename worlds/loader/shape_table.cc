@@ -45,6 +45,15 @@ class Bytes {
     both(field.spacing.x(), field.spacing.y());
     (*this)(field.heights);
   }
+  void operator()(const Ground& ground) {
+    both(static_cast<int>(ground.source), ground.has_sea);
+    for (const double value : {ground.spacing, ground.radius, ground.height, ground.wavelength})
+      (*this)(value);
+    both(ground.octaves, ground.seed);
+    (*this)(ground.checksum);
+    (*this)(ground.folder.size());
+    bytes_ += ground.folder;
+  }
 
   std::string take() { return std::move(bytes_); }
 

@@ -63,6 +63,9 @@ const kUnits = {
   cylinder: ({around}) => alongZ(new CylinderGeometry(1, 1, 1, around)),
 };
 
+// Without an end, and known near bodies alone: it is not drawn.
+const ground = () => mesh({vertices: [0, 0, 0, 0, 0, 0, 0, 0, 0], indices: [0, 1, 2]});
+
 const kMakers = {
   box: ({size}) => new BoxGeometry(...size),
   sphere: ({radius}, {around, along}) => new SphereGeometry(radius, around, along),
@@ -73,6 +76,7 @@ const kMakers = {
   hull: ({points}) => new ConvexGeometry(triples(points)),
   mesh,
   heights: heightField,
+  ground,
 };
 
 function sizeOf({kind, size, radius, radii, length}) {

@@ -18,6 +18,7 @@ const kGeometries = {
   triangleMesh: ({vertices, indices}) => ({kind: 'mesh', vertices, indices}),
   heightField: ({columns, rows, spacingX, spacingY, heights}) =>
       ({kind: 'heights', columns, rows, spacing: [spacingX, spacingY], heights}),
+  ground: () => ({kind: 'ground'}),
 };
 
 // The parts of a tessera.v1.Shape.
