@@ -3,6 +3,7 @@
 #include "cli/command.h"
 #include "cli/config_command.h"
 #include "lpss/base/freed_memory.h"
+#include "tiles/tile_folder.h"
 
 namespace tessera::cli {
 namespace {
@@ -39,5 +40,6 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   tessera::keep_freed_memory();
+  tessera::use_tile_folders();
   return tessera::cli::run(argc, argv);
 }

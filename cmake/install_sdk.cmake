@@ -19,7 +19,7 @@ function(tessera_install set)
   install(EXPORT tessera_${set} FILE tessera_${set}.cmake NAMESPACE tessera:: DESTINATION ${package} COMPONENT sdk)
 endfunction()
 
-set(model base grid model)
+set(model base grid ground model)
 tessera_install(model ${model})
 tessera_install(client c client client_keys proto proto_grpc proto_messages proto_services)
 
@@ -34,7 +34,7 @@ foreach(target ${targets})
   endif()
 endforeach()
 tessera_install(simulation ${layer})
-tessera_install(world_files settings_json world_files)
+tessera_install(world_files settings_json tiles world_files)
 
 target_include_directories(tessera_base INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_include_directories(tessera_c PUBLIC $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)

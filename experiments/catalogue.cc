@@ -1,6 +1,7 @@
 #include "experiments/catalogue.h"
 
 #include "experiments/extremes/extremes.h"
+#include "experiments/ground/ground.h"
 #include "experiments/joints/joints.h"
 #include "experiments/joints/models.h"
 #include "experiments/paper/distance.h"
@@ -27,6 +28,8 @@ const std::vector<Experiment>& all_experiments() {
       {"extremes",
        "The limits of the input range: distances, masses, sizes, speeds, spins, steps, inputs, ages.",
        measure_extremes, /*has_scenes=*/true},
+      {"ground", "A planet with ground everywhere: memory, ticks that waited for it, the same bits on servers.",
+       measure_ground},
       {"idle", "What a million sectors cost in which everything sleeps: time and memory.", measure_idle},
       {"instances", "The cost of dividing 128 bodies among up to 128 sectors: time and memory.",
        measure_instances},

@@ -79,6 +79,8 @@ struct GeometryWriter {
     result.set_has_sea(ground.has_sea);
     result.set_folder(ground.folder);
     result.set_checksum(ground.checksum);
+    result.set_edge(ground.edge);
+    result.set_low(ground.low);
   }
 };
 
@@ -100,6 +102,8 @@ absl::StatusOr<Geometry> ground_of(const v1::Geometry::Ground& from) {
                 .seed = from.seed(),
                 .has_sea = from.has_sea(),
                 .folder = from.folder(),
+                .edge = from.edge(),
+                .low = from.low(),
                 .checksum = from.checksum()};
 }
 

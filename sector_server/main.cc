@@ -15,6 +15,7 @@
 #include "keys/keys_folder.h"
 #include "lpss/base/freed_memory.h"
 #include "lpss/engine/load_engine.h"
+#include "lpss/ground/tile_store.h"
 #include "lpss/partition/bodies.h"
 #include "proto/grpc_limits.h"
 #include "proto/peak_memory.h"
@@ -22,6 +23,7 @@
 #include "sector_server/options.h"
 #include "sector_server/sector_server.h"
 #include "sector_server/streams.h"
+#include "tiles/tile_folder.h"
 #include "transport/dds_link.h"
 #include "transport/waker.h"
 
@@ -132,6 +134,8 @@ int run(SectorServerArguments& arguments) {
   arguments.server.on_load = [&streams](const v1::LoadWorld& load) { streams.begin_world(load); };
   arguments.server.changed_subscriptions = [&streams] { return streams.changed_subscriptions(); };
   arguments.server.log = write_log;
+  TileStore::of_process().set_options(arguments.ground);
+  use_tile_folders();
 
   ServerMetrics metrics(arguments);
   Pulse pulse;
@@ -143,6 +147,8 @@ int run(SectorServerArguments& arguments) {
   std::unique_ptr<SectorServer> server;
   const auto on_tick = [&](Tick tick, TickMachine& machine) {
     metrics.show(server->last_tick(), body_count(machine.partition()), server->exchange_bytes());
+    const TileStore::Counts tiles = TileStore::of_process().counts();
+    metrics.show_ground(tiles.tiles, tiles.bytes, tiles.waits);
     streams.publish(tick, machine, false);
   };
   server = std::make_unique<SectorServer>(arguments.server, load_engine, since_start, on_tick);

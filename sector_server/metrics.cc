@@ -26,7 +26,11 @@ ServerMetrics::ServerMetrics(const SectorServerArguments& arguments)
       own_time_(counter("tessera_server_own_seconds_total",
                         "Duration of ticks, without waiting for other servers")),
       bodies_(gauge("tessera_server_bodies", "Movable bodies on this server")),
-      exchange_(counter("tessera_server_exchange_bytes_total", "Bytes sent to other sector servers")) {
+      exchange_(counter("tessera_server_exchange_bytes_total", "Bytes sent to other sector servers")),
+      ground_tiles_(gauge("tessera_server_ground_tiles", "Tiles of ground at hand")),
+      ground_bytes_(gauge("tessera_server_ground_bytes", "Bytes of the tiles of ground at hand")),
+      ground_waits_(counter("tessera_server_ground_waits_total",
+                            "Tiles of ground that were not there when they were needed")) {
   for (std::size_t n = 0; n < counts_.size(); ++n) {
     const TickCounter& count = kTickCounters[n];
     const std::string name = metric_name("tessera_server_", count);
@@ -72,6 +76,12 @@ void ServerMetrics::show(const v1::TickReport* tick, std::size_t bodies, std::ui
   ticks_.Increment();
   tick_duration_.Observe(static_cast<double>(last.work_us()) / 1e6);
   own_time_.Increment(static_cast<double>(last.own_us()) / 1e6);
+}
+
+void ServerMetrics::show_ground(std::uint64_t tiles, std::uint64_t bytes, std::uint64_t waits) {
+  ground_tiles_.Set(static_cast<double>(tiles));
+  ground_bytes_.Set(static_cast<double>(bytes));
+  ground_waits_.Increment(static_cast<double>(waits) - ground_waits_.Value());
 }
 
 void ServerMetrics::set_joined(bool joined) { joined_.Set(joined ? 1 : 0); }

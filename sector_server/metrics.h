@@ -25,6 +25,8 @@ class ServerMetrics {
 
   // After each tick, and after a load (`tick` is null then).
   void show(const v1::TickReport* tick, std::size_t bodies, std::uint64_t exchange_bytes);
+  // Of this process: tiles of ground, their bytes, and those that a tick had to wait for so far.
+  void show_ground(std::uint64_t tiles, std::uint64_t bytes, std::uint64_t waits);
   void set_joined(bool joined);
 
   std::vector<prometheus::MetricFamily> collect() const { return registry_.Collect(); }
@@ -49,6 +51,9 @@ class ServerMetrics {
   };
   std::array<OfCounter, kTickCounters.size()> counts_;
   prometheus::Counter& exchange_;
+  prometheus::Gauge& ground_tiles_;
+  prometheus::Gauge& ground_bytes_;
+  prometheus::Counter& ground_waits_;
   std::uint64_t exchange_bytes_ = 0;  // of the loaded world, at the last update
 };
 

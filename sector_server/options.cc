@@ -32,6 +32,16 @@ void add_options(CLI::App& app, SectorServerArguments& arguments) {
   add_seconds(app, "--join-timeout", server.join_timeout, "How long to wait for a coordinator, s", 0.1, 1e6);
   add_seconds(app, "--coordinator-timeout", server.coordinator_timeout,
               "Silence after which the coordinator counts as lost, s", 0.1, 1e6);
+  app.add_option_function<std::uint64_t>(
+         "--ground-memory",
+         [&arguments](std::uint64_t megabytes) { arguments.ground.bytes_max = megabytes << 20; },
+         "Tiles of ground that are kept beside those in use, MiB")
+      ->check(CLI::Range(1, 1 << 20))
+      ->default_str("256");
+  app.add_option("--ground-threads", arguments.ground.threads,
+                 "Threads that have tiles of ground ready before they are needed; 0: none")
+      ->check(CLI::Range(0, 64))
+      ->capture_default_str();
   add_metrics_option(app, arguments.metrics_address);
   add_parent_option(app, arguments.exit_with_parent);
   add_shared_options(app, arguments.dds, arguments.log, arguments.keys);

@@ -6,6 +6,7 @@
 
 #include "daemon/locks.h"
 #include "daemon/log.h"
+#include "lpss/ground/tile_store.h"
 #include "sector_server/sector_server.h"
 #include "transport/dds_link.h"
 
@@ -18,6 +19,7 @@ struct SectorServerArguments {
   std::string metrics_address;  // empty: no metrics
   LogOptions log;
   KeysOptions keys;
+  TileStore::Options ground;
   bool exit_with_parent = false;
 };
 

@@ -269,6 +269,14 @@ class SectorServer::Impl {
       report.set_tick(run_->tick());
       report.set_bodies(run_->body_count());
       report.set_exchange_bytes(run_->exchange_bytes());
+      const TileStore::Counts tiles = TileStore::of_process().counts();
+      if (tiles.made > 0) {
+        v1::GroundTiles& ground = *report.mutable_ground();
+        ground.set_tiles(tiles.tiles);
+        ground.set_bytes(tiles.bytes);
+        ground.set_waits(tiles.waits);
+        ground.set_ticks_waited(run_->ticks_waited_for_ground());
+      }
       for (v1::TickReport& tick : run_->take_reports()) *report.add_ticks() = std::move(tick);
     }
     if (options_.peak_rss_bytes && now >= next_measurement_) {

@@ -185,6 +185,7 @@ absl::Status WorldRun::next_grant_or_tick(const std::function<Nanoseconds()>& cl
 absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
   tick_began_ = clock();
   own_time_ = {};
+  ground_waits_ = TileStore::of_process().counts().waits;
   std::vector<Command> commands;
   if (ticks_left_ == grant_->ticks()) {
     absl::StatusOr<std::vector<Command>> granted = unpack_commands(grant_->commands());
@@ -260,6 +261,7 @@ void WorldRun::end_tick(Nanoseconds now) {
   tick_done_ = true;
   give_back_memory();
 
+  if (TileStore::of_process().counts().waits != ground_waits_) ++ticks_waited_for_ground_;
   v1::TickReport& report = last_report_;
   report.set_tick(tick_);
   report.set_work_us(static_cast<std::uint64_t>(

@@ -54,6 +54,8 @@ class WorldRun {
   void add_own_time(Nanoseconds time) { own_time_ += time; }
   const v1::TickReport& last_report() const { return last_report_; }
   std::uint64_t exchange_bytes() const { return exchange_bytes_; }
+  // In which this server waited for tiles of ground.
+  std::uint64_t ticks_waited_for_ground() const { return ticks_waited_for_ground_; }
 
  private:
   // The messages of one round of one tick, by rank.
@@ -104,6 +106,8 @@ class WorldRun {
   Nanoseconds own_time_{};   // of the current tick, without waiting
   double usual_own_us_ = 0;  // of the last ticks, mean
   Tick ticks_here_ = 0;
+  std::uint64_t ground_waits_ = 0;  // of the process, as the tick began
+  std::uint64_t ticks_waited_for_ground_ = 0;
   bool tick_done_ = false;
   std::vector<v1::TickReport> reports_;
   v1::TickReport last_report_;

@@ -78,6 +78,8 @@ ServerStatus read(const v1::ServerStatus& status) {
   server.drained = status.drained();
   server.own_ms = status.own_ms();
   server.slow = status.slow();
+  server.ground = {status.ground().tiles(), status.ground().bytes(), status.ground().waits(),
+                   status.ground().ticks_waited()};
   return server;
 }
 

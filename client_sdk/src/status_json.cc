@@ -26,6 +26,12 @@ json described(const ServerStatus& server) {
               {"exchange_bytes", server.exchange_bytes},
               {"peak_rss_bytes", server.peak_rss_bytes},
               {"tick_ms", to_json(server.tick_ms)}};
+  if (server.ground.tiles > 0) {
+    one["ground"] = {{"tiles", server.ground.tiles},
+                     {"bytes", server.ground.bytes},
+                     {"waits", server.ground.waits},
+                     {"ticks_waited", server.ground.ticks_waited}};
+  }
   for (const TickCounter& counter : kTickCounters) {
     if (counter.over_ticks != OverTicks::kTotal) one[counter.name] = server.counts.*counter.value;
   }

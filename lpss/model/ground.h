@@ -26,8 +26,10 @@ struct Ground {
   std::uint64_t seed = 0;
   bool has_sea = false;  // what would lie below 0 is flat, at 0
 
-  // --- kFolder ---
+  // --- kFolder, whose `spacing` is that of its samples, `height` that of white ---
   std::string folder;
+  double edge = 0;             // m, of a tile of heights
+  double low = 0;              // m, of black
   std::uint64_t checksum = 0;  // of the index of the folder, which has those of all tiles
 
   friend bool operator==(const Ground&, const Ground&) = default;

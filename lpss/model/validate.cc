@@ -137,7 +137,10 @@ absl::Status GeometryCheck::operator()(const Ground& ground) const {
   if (!status.ok()) return status;
   if (ground.source == Ground::Source::kFolder) {
     if (ground.folder.empty()) return refused("ground: the folder's path must not be empty");
-    return absl::OkStatus();
+    if (status = bounded("ground: edge", ground.edge, 0, kStaticExtentMax, "m"); !status.ok()) return status;
+    if (status = bounded("ground: low", ground.low, -kPlainHeightMax, kPlainHeightMax, "m"); !status.ok())
+      return status;
+    return bounded("ground: height", ground.height, ground.low, kPlainHeightMax, "m");
   }
   double height_max = kPlainHeightMax;
   if (ground.source == Ground::Source::kPlanet) {

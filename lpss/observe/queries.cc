@@ -136,14 +136,23 @@ class Raycast {
     return Stretch{from, stretch->first, stretch->second};
   }
 
+  // Whether the ground of this sector is still to be looked at. All servers count alike, so that the answer
+  // does not depend on who hosts what.
+  bool may_look_at_ground(const SectorIndex& index, const Eigen::AlignedBox3d& region) {
+    if (!partition_.statics.has_ground() || !partition_.statics.may_have_ground(index, region)) return true;
+    return ++sectors_of_ground_ <= kRayGroundSectorsMax;
+  }
+
   // The sector that the ray passes through, where nothing lives.
   void ask_sector(const SectorOffset& at) {
     const absl::StatusOr<SectorIndex> index = translated(origin_.sector, at);
-    if (!index.ok() || !partition_.hosts(*index) || living_world(partition_, *index) != nullptr) return;
+    if (!index.ok()) return;
     const std::optional<Stretch> stretch = stretch_in(*index);
     if (!stretch) return;
     Eigen::AlignedBox3d region(Eigen::Vector3d(stretch->from + direction_ * stretch->begin));
     region.extend(Eigen::Vector3d(stretch->from + direction_ * stretch->end));
+    if (!may_look_at_ground(*index, region)) return;
+    if (!partition_.hosts(*index) || living_world(partition_, *index) != nullptr) return;
     Sector passing;
     if (SectorWorld* world = passing_world(partition_, *index, region, passing)) ask(*world, *stretch);
   }
@@ -180,6 +189,7 @@ class Raycast {
   const double length_;
   const std::uint32_t mask_;
   absl::flat_hash_set<SectorIndex> done_;  // of those where something lives
+  std::size_t sectors_of_ground_ = 0;
   std::optional<RayAnswer> nearest_;
 };
 

@@ -39,10 +39,10 @@ WorldSettings ground_settings() {
 
 // Where the ground is, m along z from a point high above it, of a static world.
 double height_over(const WorldDescription& world, const Eigen::Vector3d& at, const Eigen::Vector3d& up) {
-  const auto simulation = Simulation::create(world).value();
+  const auto cluster = PartitionCluster::create(world, 1).value();
   const double size = world.settings.sector_size;
   const WorldPosition from = canonical(world.anchor, at, size).value();
-  const std::optional<RayAnswer> hit = raycast(simulation->partition(), from, -up, 2000, ~0u);
+  const std::optional<RayAnswer> hit = raycast(cluster->partition(0), from, -up, 2000, ~0u);
   return hit ? hit->distance : -1;
 }
 

@@ -218,6 +218,7 @@ absl::StatusOr<Parts> parts_of_mesh(const sdf::Mesh& mesh, bool moves, const std
     return Parts{{field->field, Pose{field->position, Eigen::Quaterniond::Identity()}}};
   if (const auto* prisms = std::get_if<Prisms>(given)) return parts_of_prisms(*prisms, moves);
   if (const auto* cone = std::get_if<Cone>(given)) return one(cone->hull);
+  if (const auto* ground = std::get_if<Ground>(given)) return one(*ground);
   const auto& divided = std::get<DividedMesh>(*given);
   return parts_of_mesh(mesh, divided.file, divided.parts_max, moves, where, meshes, notices);
 }

@@ -11,15 +11,17 @@
 
 #include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
+#include "tiles/height_image.h"
+#include "tiles/tile_folder.h"
 #include "worlds/loader/file_search.h"
-#include "worlds/loader/height_image.h"
 
 namespace tessera {
 namespace {
 
 using xml::Element;
 
-constexpr std::array<absl::string_view, 4> kGiven = {"tessera:heightfield", "heightmap", "polyline", "cone"};
+constexpr std::array<absl::string_view, 5> kGiven = {"tessera:heightfield", "tessera:ground", "heightmap",
+                                                     "polyline", "cone"};
 constexpr int kConeSides = 32;
 constexpr std::size_t kPartsDefault = 16;
 
@@ -68,6 +70,83 @@ absl::StatusOr<GivenGeometry> height_field(const Element& element) {
   }
   field.heights = *std::move(heights);
   return PlacedHeightField{std::move(field)};
+}
+
+// A number of an attribute that may be missing.
+absl::Status optional_number(const Element& element, const char* name, double& value) {
+  if (element.Attribute(name) == nullptr) return absl::OkStatus();
+  const absl::StatusOr<double> number = xml::number_attribute(element, name);
+  if (number.ok()) value = *number;
+  return number.status();
+}
+
+// <tessera:ground source="folder" folder= [edge=] [low=] [high=]/>
+absl::StatusOr<GivenGeometry> ground_of_folder(const Element& element,
+                                               const std::filesystem::path& directory) {
+  absl::Status status = xml::only_attributes(element, {"source", "folder", "edge", "low", "high"});
+  if (!status.ok()) return status;
+  const absl::StatusOr<std::string> path = xml::required_attribute(element, "folder");
+  if (!path.ok()) return path.status();
+  Ground ground;
+  ground.source = Ground::Source::kFolder;
+  // Servers open it by this name.
+  ground.folder = std::filesystem::absolute(directory / *path).lexically_normal().string();
+  for (const auto& [name, value] :
+       {std::pair{"edge", &ground.edge}, std::pair{"low", &ground.low}, std::pair{"high", &ground.height}}) {
+    if (status = optional_number(element, name, *value); !status.ok()) return status;
+  }
+  if (!(ground.edge >= 0 && ground.edge <= kStaticExtentMax))
+    return xml::invalid(element, "edge = ", ground.edge, " m must be 0 m to ", kStaticExtentMax, " m");
+  use_tile_folders();
+  absl::StatusOr<Ground> described = described_folder(std::move(ground));
+  if (!described.ok()) return xml::error_at(element, described.status().code(), described.status().message());
+  return *std::move(described);
+}
+
+// <tessera:ground source="plain" spacing= height= wavelength= [octaves=] [seed=] [sea=]/>
+// <tessera:ground source="planet" radius= .../>
+absl::StatusOr<GivenGeometry> ground(const Element& element, const std::filesystem::path& directory) {
+  const absl::StatusOr<std::string> source = xml::required_attribute(element, "source");
+  if (!source.ok()) return source.status();
+  if (*source == "folder") return ground_of_folder(element, directory);
+  if (*source != "plain" && *source != "planet")
+    return xml::invalid(element, "source '", *source, "' must be plain, planet or folder");
+  absl::Status status = xml::only_attributes(
+      element, {"source", "spacing", "radius", "height", "wavelength", "octaves", "seed", "sea"});
+  if (!status.ok()) return status;
+  Ground ground;
+  const bool is_planet = *source == "planet";
+  ground.source = is_planet ? Ground::Source::kPlanet : Ground::Source::kPlain;
+  if (!is_planet && element.Attribute("radius") != nullptr)
+    return xml::invalid(element, "a plain has no radius");
+  for (const auto& [name, value] :
+       {std::pair{"spacing", &ground.spacing}, std::pair{"radius", &ground.radius},
+        std::pair{"height", &ground.height}, std::pair{"wavelength", &ground.wavelength}}) {
+    if (!is_planet && value == &ground.radius) continue;
+    const absl::StatusOr<double> number = xml::number_attribute(element, name);
+    if (!number.ok()) return number.status();
+    *value = *number;
+  }
+  std::int64_t octaves = 1;
+  std::int64_t seed = 0;
+  for (const auto& [name, value] : {std::pair{"octaves", &octaves}, std::pair{"seed", &seed}}) {
+    const char* text = element.Attribute(name);
+    if (text == nullptr) continue;
+    const absl::StatusOr<std::int64_t> number = xml::integer_in(element, text);
+    if (!number.ok()) return number.status();
+    *value = *number;
+  }
+  if (octaves < 1 || octaves > std::int64_t{kGroundOctavesMax})
+    return xml::invalid(element, "octaves = ", octaves, " must be 1 to ", kGroundOctavesMax);
+  ground.octaves = static_cast<std::uint32_t>(octaves);
+  ground.seed = static_cast<std::uint64_t>(seed);
+  if (const char* sea = element.Attribute("sea")) {
+    const absl::string_view given(sea);
+    if (given != "true" && given != "false")
+      return xml::invalid(element, "sea '", given, "' must be true or false");
+    ground.has_sea = given == "true";
+  }
+  return ground;
 }
 
 // The image from above, with x to the right and y upwards; white is as high as the size says.
@@ -185,6 +264,7 @@ absl::StatusOr<GivenGeometry> given_geometry(const Element& kind, const std::fil
   if (xml::is(kind, "heightmap")) return height_map(kind, directory);
   if (xml::is(kind, "polyline")) return prisms(kind, notices);
   if (xml::is(kind, "cone")) return cone(kind);
+  if (xml::is(kind, "tessera:ground")) return ground(kind, directory);
   return height_field(kind);
 }
 

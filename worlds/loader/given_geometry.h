@@ -41,12 +41,12 @@ struct DividedMesh {
   std::size_t parts_max = 0;  // of an object
 };
 
-using GivenGeometry = std::variant<PlacedHeightField, Prisms, Cone, DividedMesh>;
+using GivenGeometry = std::variant<PlacedHeightField, Prisms, Cone, DividedMesh, Ground>;
 
 inline constexpr std::size_t kOutlinePointsMax = 4096;  // of all outlines of a collision
 
-// Whether `kind`, a child of <geometry>, is one of these: <tessera:heightfield>, <heightmap>, <polyline>,
-// <cone>.
+// Whether `kind`, a child of <geometry>, is one of these: <tessera:heightfield>, <tessera:ground>, <heightmap>,
+// <polyline>, <cone>.
 bool is_given(const xml::Element& kind);
 
 // The geometry of a <geometry> whose first such child is `kind`. Paths are relative to `directory`. Errors

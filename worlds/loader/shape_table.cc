@@ -46,10 +46,12 @@ class Bytes {
     (*this)(field.heights);
   }
   void operator()(const Ground& ground) {
-    both(static_cast<int>(ground.source), ground.has_sea);
-    for (const double value : {ground.spacing, ground.radius, ground.height, ground.wavelength})
+    both(static_cast<int>(ground.source), static_cast<int>(ground.has_sea));
+    for (const double value : {ground.spacing, ground.radius, ground.height, ground.wavelength,
+                               ground.edge, ground.low})
       (*this)(value);
-    both(ground.octaves, ground.seed);
+    (*this)(ground.octaves);
+    (*this)(ground.seed);
     (*this)(ground.checksum);
     (*this)(ground.folder.size());
     bytes_ += ground.folder;

@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <string>
 #include <utility>
@@ -21,17 +20,6 @@ namespace tessera {
 namespace {
 
 using xml::Element;
-
-// Unknown attributes are errors.
-absl::Status only_attributes(const Element& element, std::initializer_list<absl::string_view> known) {
-  for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
-       attribute = attribute->Next()) {
-    bool found = false;
-    for (absl::string_view name : known) found = found || name == attribute->Name();
-    if (!found) return xml::invalid(element, "unknown attribute '", attribute->Name(), "'");
-  }
-  return absl::OkStatus();
-}
 
 absl::StatusOr<SectorOffset> sector_in(const Element& element, absl::string_view text) {
   const std::vector<absl::string_view> words =
@@ -76,7 +64,7 @@ absl::StatusOr<DriveMode> drive_mode(const Element& drive) {
 
 absl::Status read_drive(const Element& drive, JointDrives& drives, std::array<bool, 2>& taken) {
   absl::Status known =
-      only_attributes(drive, {"mode", "target", "axis", "stiffness", "damping", "velocity", "effort"});
+      xml::only_attributes(drive, {"mode", "target", "axis", "stiffness", "damping", "velocity", "effort"});
   if (!known.ok()) return known;
   const absl::StatusOr<DriveMode> mode = drive_mode(drive);
   if (!mode.ok()) return mode.status();
@@ -102,7 +90,7 @@ absl::Status read_drive(const Element& drive, JointDrives& drives, std::array<bo
 }  // namespace
 
 absl::Status read_settings(const Element& element, WorldSettings& settings) {
-  if (absl::Status status = only_attributes(element, {}); !status.ok()) return status;
+  if (absl::Status status = xml::only_attributes(element, {}); !status.ok()) return status;
   for (const Element* child = element.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
     if (absl::Status status = read_setting(*child, settings); !status.ok()) return status;
@@ -111,7 +99,7 @@ absl::Status read_settings(const Element& element, WorldSettings& settings) {
 }
 
 absl::StatusOr<CentralGravity> read_central_gravity(const Element& element, double sector_size) {
-  if (absl::Status status = only_attributes(element, {"surface", "radius", "sector", "local"});
+  if (absl::Status status = xml::only_attributes(element, {"surface", "radius", "sector", "local"});
       !status.ok()) {
     return status;
   }
@@ -141,7 +129,7 @@ absl::StatusOr<CentralGravity> read_central_gravity(const Element& element, doub
 }
 
 absl::StatusOr<WorldPose> read_site(const Element& element, double sector_size) {
-  absl::Status status = only_attributes(element, {"name", "latitude", "longitude", "height", "frame"});
+  absl::Status status = xml::only_attributes(element, {"name", "latitude", "longitude", "height", "frame"});
   if (!status.ok()) return status;
   const absl::StatusOr<double> latitude = xml::number_attribute(element, "latitude");
   if (!latitude.ok()) return latitude.status();
@@ -176,12 +164,13 @@ absl::StatusOr<PlacementExtras> take_extras(Element& element) {
     element.DeleteAttribute("tessera:sector");
   }
   if (Element* child = element.FirstChildElement("tessera:sector")) {
-    if (absl::Status status = only_attributes(*child, {}); !status.ok()) return status;
+    if (absl::Status status = xml::only_attributes(*child, {}); !status.ok()) return status;
     if (absl::Status status = take_sector(*child, xml::text_of(*child)); !status.ok()) return status;
     element.DeleteChild(child);
   }
   if (Element* child = element.FirstChildElement("tessera:velocity")) {
-    if (absl::Status status = only_attributes(*child, {"linear", "angular"}); !status.ok()) return status;
+    if (absl::Status status = xml::only_attributes(*child, {"linear", "angular"}); !status.ok())
+      return status;
     for (const auto& [name, value] :
          {std::pair{"linear", &result.linear_velocity}, std::pair{"angular", &result.angular_velocity}}) {
       const char* text = child->Attribute(name);

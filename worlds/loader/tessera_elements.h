@@ -13,6 +13,7 @@
 //   <tessera:surface_motion [velocity="x y z"] [running="x y z"]/> in <link>.
 //   <tessera:drive mode= [target=] [axis=] [stiffness=] [damping=] [velocity=] [effort=]/> in <joint>.
 //   <tessera:heightfield columns= rows= spacing="x y">heights</tessera:heightfield> in <geometry>.
+//   <tessera:ground source= spacing= [radius=] height= wavelength= [octaves=] [seed=] [sea=]/> in <geometry>.
 #pragma once
 
 #include <absl/status/status.h>

@@ -117,6 +117,22 @@ TEST(Shapes, HeightField) {
   EXPECT_THAT(field.heights, ElementsAre(0, 1, 2, 3, 4, 5));
 }
 
+TEST(Shapes, Ground) {
+  const LoadedWorld loaded = load(world(model(
+      "m", "<static>true</static>",
+      collision("<tessera:ground source='planet' radius='6e6' spacing='16' height='900' wavelength='4000' "
+                "octaves='7' seed='3' sea='true'/>"))));
+  EXPECT_EQ(only_geometry<Ground>(loaded, body_named(loaded, "m::l")),
+            (Ground{.source = Ground::Source::kPlanet,
+                    .spacing = 16,
+                    .radius = 6e6,
+                    .height = 900,
+                    .wavelength = 4000,
+                    .octaves = 7,
+                    .seed = 3,
+                    .has_sea = true}));
+}
+
 // Bodies.
 
 TEST(Bodies, StaticDynamicKinematic) {

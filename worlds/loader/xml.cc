@@ -196,6 +196,16 @@ absl::Status error_at(const Element& element, absl::StatusCode code, absl::strin
   return absl::Status(code, absl::StrCat(place_of(element), ": ", message));
 }
 
+absl::Status only_attributes(const Element& element, std::initializer_list<absl::string_view> known) {
+  for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
+       attribute = attribute->Next()) {
+    bool found = false;
+    for (absl::string_view name : known) found = found || name == attribute->Name();
+    if (!found) return invalid(element, "unknown attribute '", attribute->Name(), "'");
+  }
+  return absl::OkStatus();
+}
+
 bool is(const Element& element, absl::string_view name) { return name == element.Name(); }
 
 std::string text_of(const Element& element) {

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <vector>
@@ -59,6 +60,9 @@ template <typename... Args>
 absl::Status invalid(const Element& element, const Args&... args) {
   return error_at(element, absl::StatusCode::kInvalidArgument, absl::StrCat(args...));
 }
+
+// INVALID_ARGUMENT for an element with an attribute of another name.
+absl::Status only_attributes(const Element& element, std::initializer_list<absl::string_view> known);
 
 bool is(const Element& element, absl::string_view name);
 

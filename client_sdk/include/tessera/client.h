@@ -175,6 +175,14 @@ struct NamedDivergence : Divergence {
 // "body 'arm::link' at tick 12: speed above 1e+06 m/s, joint 'arm::elbow'"
 std::string to_text(const NamedDivergence& divergence);
 
+// Tiles of ground that a server has at hand.
+struct GroundTiles {
+  std::uint64_t tiles = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t waits = 0;  // tiles that were not there when they were needed, since the server started
+  std::uint64_t ticks_waited = 0;  // since the load, in which the server waited for any
+};
+
 struct ServerStatus {
   std::uint64_t node = 0;
   std::string stream_address;
@@ -191,6 +199,7 @@ struct ServerStatus {
   bool drained = false;              // is to host nothing
   double own_ms = 0;                 // of a tick, lately, without waiting for other servers
   bool slow = false;                 // the others wait for it most of each tick
+  GroundTiles ground;
 };
 
 struct ClusterStatus {

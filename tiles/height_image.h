@@ -2,9 +2,11 @@
 #pragma once
 
 #include <absl/status/statusor.h>
+#include <absl/strings/string_view.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -18,5 +20,11 @@ struct HeightImage {
 // A PNG of 8 or 16 bits; of colours counts the red, as in Gazebo. NOT_FOUND without such a file;
 // INVALID_ARGUMENT if it is none, or has more than kHeightFieldSamplesMax pixels.
 absl::StatusOr<HeightImage> read_height_image(const std::filesystem::path& file);
+
+// The same of a file's bytes. INVALID_ARGUMENT likewise.
+absl::StatusOr<HeightImage> decoded_image(absl::string_view file);
+
+// Columns and rows alone.
+absl::StatusOr<std::pair<std::uint32_t, std::uint32_t>> size_of_image(absl::string_view file);
 
 }  // namespace tessera

@@ -1,10 +1,11 @@
-#include "worlds/loader/height_image.h"
+#include "tiles/height_image.h"
 
 #include <absl/strings/str_cat.h>
 #include <png.h>
 
-#include <cstdio>
-#include <memory>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 
@@ -12,10 +13,6 @@
 
 namespace tessera {
 namespace {
-
-struct Close {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
 
 // libpng must not return from an error; C++ objects on the way are destroyed.
 [[noreturn]] void fail(png_structp, png_const_charp message) { throw std::runtime_error(message); }
@@ -31,8 +28,9 @@ class Decoder {
   Decoder(const Decoder&) = delete;
   Decoder& operator=(const Decoder&) = delete;
 
-  HeightImage read(std::FILE* file) {
-    png_init_io(png_, file);
+  HeightImage read_size(absl::string_view file) {
+    left_ = file;
+    png_set_read_fn(png_, this, take);
     png_set_user_limits(png_, kHeightFieldSamplesMax, kHeightFieldSamplesMax);
     png_read_info(png_, info_);
     HeightImage image;
@@ -44,6 +42,11 @@ class Decoder {
                                             " pixels must be at least 2 x 2 and at most ",
                                             kHeightFieldSamplesMax));
     }
+    return image;
+  }
+
+  HeightImage read(absl::string_view file) {
+    HeightImage image = read_size(file);
     png_set_expand(png_);  // palettes, and grey of less than 8 bits
     const int passes = png_set_interlace_handling(png_);
     png_read_update_info(png_, info_);
@@ -54,7 +57,7 @@ class Decoder {
     for (int pass = 0; pass < passes; ++pass) png_read_rows(png_, rows.data(), nullptr, image.rows);
     const bool is_wide = png_get_bit_depth(png_, info_) == 16;
     const std::size_t step = std::size_t{png_get_channels(png_, info_)} * (is_wide ? 2 : 1);
-    image.heights.reserve(pixels);
+    image.heights.reserve(std::size_t{image.columns} * image.rows);
     for (png_bytep row : rows) {
       for (std::uint32_t column = 0; column < image.columns; ++column, row += step)
         image.heights.push_back(is_wide ? (row[0] * 256 + row[1]) / 65535.0 : row[0] / 255.0);
@@ -63,6 +66,14 @@ class Decoder {
   }
 
  private:
+  static void take(png_structp png, png_bytep to, std::size_t count) {
+    absl::string_view& left = static_cast<Decoder*>(png_get_io_ptr(png))->left_;
+    if (left.size() < count) throw std::runtime_error("it ends too early");
+    std::memcpy(to, left.data(), count);
+    left.remove_prefix(count);
+  }
+
+  absl::string_view left_;  // of the file's bytes
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
   std::vector<png_byte> pixels_;
@@ -70,15 +81,31 @@ class Decoder {
 
 }  // namespace
 
-absl::StatusOr<HeightImage> read_height_image(const std::filesystem::path& file) {
-  const std::unique_ptr<std::FILE, Close> opened(std::fopen(file.c_str(), "rb"));
-  if (!opened) return absl::NotFoundError(absl::StrCat("height map ", file.string(), ": cannot be opened"));
+absl::StatusOr<HeightImage> decoded_image(absl::string_view file) {
   try {
-    return Decoder().read(opened.get());
+    return Decoder().read(file);
   } catch (const std::exception& error) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("height map ", file.string(), ": it must be a PNG image: ", error.what()));
+    return absl::InvalidArgumentError(absl::StrCat("it must be a PNG image: ", error.what()));
   }
+}
+
+absl::StatusOr<std::pair<std::uint32_t, std::uint32_t>> size_of_image(absl::string_view file) {
+  try {
+    const HeightImage image = Decoder().read_size(file);
+    return std::pair(image.columns, image.rows);
+  } catch (const std::exception& error) {
+    return absl::InvalidArgumentError(absl::StrCat("it must be a PNG image: ", error.what()));
+  }
+}
+
+absl::StatusOr<HeightImage> read_height_image(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return absl::NotFoundError(absl::StrCat("height map ", file.string(), ": cannot be opened"));
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  absl::StatusOr<HeightImage> image = decoded_image(bytes);
+  if (image.ok()) return image;
+  return absl::Status(image.status().code(),
+                      absl::StrCat("height map ", file.string(), ": ", image.status().message()));
 }
 
 }  // namespace tessera
