@@ -132,7 +132,9 @@ void TileStore::ask(const SourceRef& source, const std::vector<TileKey>& keys) {
         continue;
       }
       if (asked_.size() >= kTilesAskedMax) break;
-      if (asked_ids_.insert(id).second) asked_.push_back({source, key});
+      if (!asked_ids_.insert(id).second) continue;
+      asked_.push_back({source, key});
+      ++counts_.pending;
     }
     if (asked_.empty()) return;
     while (static_cast<int>(threads_.size()) < options_.threads) threads_.emplace_back([this] { work(); });
@@ -151,6 +153,7 @@ void TileStore::work() {
     asked_ids_.erase(id);
     // One that fails is made again when it is needed, and fails there.
     if (!entries_.contains(id)) (void)make(lock, *asked.source, asked.key);
+    --counts_.pending;
   }
 }
 

@@ -52,6 +52,7 @@ class TileStore {
     std::uint64_t made = 0;     // so far
     std::uint64_t waits = 0;    // tiles that were not there when they were needed, so far
     std::uint64_t waiting = 0;  // callers of get(), now
+    std::uint64_t pending = 0;  // asked for, and not made yet
   };
 
   explicit TileStore(Options options);

@@ -294,5 +294,60 @@ TEST(PartOfOtherShapes, IsTheWholeOfThem) {
   EXPECT_EQ(part->pose.orientation.coeffs(), pose.orientation.coeffs());
 }
 
+// Where the parts of two sectors overlap, they have the same triangles under the same names, in the same
+// order.
+TEST(Ground, IsTheSameInAllParts) {
+  TileStore store({.threads = 0});
+  const Ground planet{.source = Ground::Source::kPlanet,
+                      .spacing = 16,
+                      .radius = 6371000,
+                      .height = 200,
+                      .wavelength = 4000,
+                      .octaves = 5};
+  const TileStore::SourceRef source = store.open(planet).value();
+  // Near a corner of the cube that its tiles are on, and turned.
+  const Eigen::Quaterniond orientation = turned(0.4, {1, 2, 3});
+  const Point up = orientation * Point(1, 1, 1).normalized();
+  const auto part_at = [&](const Point& sector) {
+    const Pose pose{-up * planet.radius - sector, orientation};
+    std::optional<ShapePart> part = ground_within(store, *source, pose, cube({0, 0, 0}, 192));
+    EXPECT_TRUE(part.has_value());
+    TriangleMesh mesh = std::get<TriangleMesh>(part->geometry);
+    for (Point& vertex : mesh.vertices) vertex = part->pose * vertex + sector;
+    return mesh;
+  };
+  const TriangleMesh here = part_at({0, 0, 0});
+  const TriangleMesh there = part_at({128, -128, 0});
+  ASSERT_EQ(here.names.size(), here.indices.size() / 3);
+  EXPECT_EQ(std::set<std::uint32_t>(here.names.begin(), here.names.end()).size(), here.names.size());
+  std::size_t place = 0;
+  std::size_t common = 0;
+  for (std::size_t n = 0; n < there.names.size(); ++n) {
+    const auto found =
+        std::find(here.names.begin() + static_cast<std::ptrdiff_t>(place), here.names.end(), there.names[n]);
+    if (found == here.names.end()) {
+      EXPECT_EQ(std::count(here.names.begin(), here.names.end(), there.names[n]), 0) << "another order";
+      continue;
+    }
+    place = static_cast<std::size_t>(found - here.names.begin());
+    ++common;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      EXPECT_LT(
+          (there.vertices[there.indices[3 * n + corner]] - here.vertices[here.indices[3 * place + corner]])
+              .norm(),
+          1e-8);
+    }
+  }
+  EXPECT_GT(common, 100u);
+}
+
+TEST(Ground, IsNotWhereItIsNot) {
+  TileStore store({.threads = 0});
+  const TileStore::SourceRef source = store.open({.spacing = 8, .height = 20, .wavelength = 400}).value();
+  EXPECT_FALSE(
+      ground_within(store, *source, {{0, 0, -300}, Eigen::Quaterniond::Identity()}, cube({0, 0, 0}, 192)));
+  EXPECT_EQ(store.counts().made, 0u);
+}
+
 }  // namespace
 }  // namespace tessera

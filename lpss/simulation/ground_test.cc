@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <random>
 #include <thread>
@@ -160,6 +161,25 @@ TEST(GroundWorld, NothingFallsThroughGroundThatIsLate) {
     EXPECT_GT(TileStore::of_process().counts().waits, waits + 10);
   }
   TileStore::of_process().set_opener({});
+}
+
+TEST(GroundWorld, IsThereBeforeItIsNeeded) {
+  WorldDescription world = low_flight(rolling(), Sphere{0.25});
+  world.bodies[1].pose.position = canonical({}, {0, 0, 150}, 128).value();
+  world.bodies[1].linear_velocity = {280, 60, 20};
+  auto cluster = cluster_of(world, 1);
+  cluster->step();
+  const TileStore& store = TileStore::of_process();
+  const std::uint64_t waits = store.counts().waits;
+  const std::uint64_t made = store.counts().made;
+  for (int tick = 0; tick < 300; ++tick) {
+    cluster->step();
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (store.counts().pending > 0 && std::chrono::steady_clock::now() < deadline)
+      std::this_thread::yield();
+  }
+  EXPECT_EQ(store.counts().waits, waits);
+  EXPECT_GT(store.counts().made, made + 20);
 }
 
 TEST(GroundWorld, RefusesWhatCannotBeOpened) {
