@@ -21,18 +21,18 @@
 namespace tessera {
 namespace {
 
-constexpr double kRadius = 6371000;  // m
-constexpr double kSummits = 250;     // m
-constexpr double kSpeed = 250;       // m/s
-constexpr double kClear = 2;         // m, over the ground, from which boxes fall
+constexpr double kGlobeRadius = 6371000;  // m
+constexpr double kSummits = 250;          // m
+constexpr double kGlobeSpeed = 250;       // m/s
+constexpr double kDropHeight = 2;         // m, over the ground, from which boxes fall
 constexpr Tick kTicksPerSecond = 60;
-constexpr Tick kSettle = kTicksPerSecond;
+constexpr Tick kSettleTicks = kTicksPerSecond;
 constexpr double kMegabyte = 1e6;
 
 Ground globe(std::uint64_t seed) {
   return {.source = Ground::Source::kPlanet,
           .spacing = 16,
-          .radius = kRadius,
+          .radius = kGlobeRadius,
           .height = kSummits,
           .wavelength = 5000,
           .octaves = 7,
@@ -57,7 +57,8 @@ class Heights {
   double at(const Eigen::Vector3d& up) const {
     Partition& partition = bare_->partition(0);
     const double above = kSummits + 50;
-    const absl::StatusOr<WorldPosition> from = canonical({}, up * (kRadius + above), partition.sector_size());
+    const absl::StatusOr<WorldPosition> from =
+        canonical({}, up * (kGlobeRadius + above), partition.sector_size());
     const std::optional<RayAnswer> hit =
         from.ok() ? raycast(partition, *from, -up, 2 * above, ~0u) : std::nullopt;
     return hit ? above - hit->distance : 0;
@@ -83,7 +84,7 @@ void add_car(WorldBuilder& builder, double ground) {
   constexpr double kWheel = 0.4;   // m, radius
   constexpr double kTurns = 20;    // rad/s
   constexpr double kEffort = 250;  // N m
-  const Eigen::Vector3d middle(0, 0, kRadius + ground + 1.5);
+  const Eigen::Vector3d middle(0, 0, kGlobeRadius + ground + 1.5);
   const ShapeId chassis = builder.shape(Box{{3, 1.2, 0.4}});
   const ShapeId wheel = builder.shape(Cylinder{kWheel, 0.3});
   builder.add("car", chassis, 800, middle);
@@ -109,9 +110,9 @@ struct Sample {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();
 };
 
-class Measurement {
+class GroundMeasurement {
  public:
-  Measurement(const ExperimentOptions& options, const Progress& progress)
+  GroundMeasurement(const ExperimentOptions& options, const Progress& progress)
       : options_(options),
         ticks_((options.quick ? 10 : 60) * kTicksPerSecond),
         boxes_(options.quick ? 100 : 1000),
@@ -150,7 +151,7 @@ class Measurement {
       const Stopwatch watch;
       cluster.step();
       ms += watch.microseconds() / 1000;
-      if (tick >= kSettle && store.counts().waits != waits) ++waited;
+      if (tick >= kSettleTicks && store.counts().waits != waits) ++waited;
       if ((tick + 1) % kTicksPerSecond != 0) continue;
       if (partitions == 1) {
         note_memory(cluster, (tick + 1) / kTicksPerSecond, heap_before);
@@ -194,7 +195,7 @@ class Measurement {
       Sample now;
       now.at = relative_to({body->home, Eigen::Vector3d(body->state.position.data())}, {},
                            world.settings.sector_size);
-      now.height = now.at.norm() - kRadius;
+      now.height = now.at.norm() - kGlobeRadius;
       const auto [way, is_first] = ways.try_emplace(name, now, now);
       if (is_first) continue;
       now.way = way->second.second.way + (now.at - way->second.second.at).norm();
@@ -271,7 +272,7 @@ class Measurement {
 
 absl::StatusOr<WorldDescription> globe_world(const WorldSettings& given, int boxes) {
   WorldSettings settings = given;
-  settings.gravity = CentralGravity{.surface = 9.82, .radius = kRadius};
+  settings.gravity = CentralGravity{.surface = 9.82, .radius = kGlobeRadius};
   absl::StatusOr<std::pair<Ground, Heights>> place = ground_with_coast(settings);
   if (!place.ok()) return place.status();
   const auto& [ground, heights] = *place;
@@ -281,13 +282,13 @@ absl::StatusOr<WorldDescription> globe_world(const WorldSettings& given, int box
 
   const double start = heights.at(Eigen::Vector3d::UnitX());
   BodyDescription& ball =
-      builder.add("ball", builder.shape(Sphere{0.5}), 50, Eigen::Vector3d(kRadius + start + 20, 0, 0));
-  ball.linear_velocity = {0, kSpeed, 0};
+      builder.add("ball", builder.shape(Sphere{0.5}), 50, Eigen::Vector3d(kGlobeRadius + start + 20, 0, 0));
+  ball.linear_velocity = {0, kGlobeSpeed, 0};
   ball.properties.friction = 0;
 
   BodyDescription& aircraft = builder.add("aircraft", builder.shape(Box{{12, 3, 2}}), 2000,
-                                          Eigen::Vector3d(-kRadius - kSummits - 20, 0, 0));
-  aircraft.linear_velocity = {0, kSpeed, 0};
+                                          Eigen::Vector3d(-kGlobeRadius - kSummits - 20, 0, 0));
+  aircraft.linear_velocity = {0, kGlobeSpeed, 0};
   aircraft.properties.gravity = false;
 
   const ShapeId box = builder.shape(Box{{1, 1, 1}});
@@ -295,13 +296,13 @@ absl::StatusOr<WorldDescription> globe_world(const WorldSettings& given, int box
   std::normal_distribution<double> normal;
   for (int n = 0; n < boxes; ++n) {
     const Eigen::Vector3d up = Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
-    builder.add(absl::StrCat("box", n), box, 10, up * (kRadius + heights.at(up) + kClear));
+    builder.add(absl::StrCat("box", n), box, 10, up * (kGlobeRadius + heights.at(up) + kDropHeight));
   }
   return builder.world();
 }
 
 absl::StatusOr<Report> measure_ground(const ExperimentOptions& options, const Progress& progress) {
-  return Measurement(options, progress).measure();
+  return GroundMeasurement(options, progress).measure();
 }
 
 }  // namespace tessera

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <random>
@@ -115,7 +116,7 @@ TEST(GroundWorld, GoesOnFromASnapshot) {
   }
 }
 
-// Gives each tile only once a tick waits for it.
+// Gives each tile only once a tick waits for it, or the test is over.
 class LateHills final : public TileSource {
  public:
   LateHills() : hills_(make_hills(rolling())) {}
@@ -123,9 +124,11 @@ class LateHills final : public TileSource {
     return hills_->overlapping(box);
   }
   absl::StatusOr<Tile> make(const TileKey& key) const override {
-    while (TileStore::of_process().counts().waiting == 0) std::this_thread::yield();
+    while (TileStore::of_process().counts().waiting == 0 && !is_over) std::this_thread::yield();
     return hills_->make(key);
   }
+
+  static inline std::atomic<bool> is_over = false;
 
  private:
   std::unique_ptr<TileSource> hills_;
@@ -160,6 +163,7 @@ TEST(GroundWorld, NothingFallsThroughGroundThatIsLate) {
     EXPECT_GT(lowest, -40) << "it fell through";
     EXPECT_GT(TileStore::of_process().counts().waits, waits + 10);
   }
+  LateHills::is_over = true;
   TileStore::of_process().set_opener({});
 }
 

@@ -35,6 +35,13 @@ absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescri
   plain->settings_ = world.settings;
   plain->anchor_ = world.anchor;
   plain->engine_ = std::move(*engine);
+  for (const Shape& shape : world.shapes) {
+    if (std::ranges::any_of(shape.parts, [](const ShapePart& part) {
+          return std::holds_alternative<Ground>(part.geometry);
+        })) {
+      return absl::InvalidArgumentError("ground of any extent: one world near one origin cannot have it");
+    }
+  }
   for (std::size_t i = 0; i < world.shapes.size(); ++i) {
     plain->engine_->add_shape(static_cast<ShapeId>(i), world.shapes[i]);
   }

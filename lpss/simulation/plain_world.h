@@ -22,7 +22,7 @@ namespace tessera {
 // follow others, and what hangs on a kinematic body. Not for several threads at a time.
 class PlainWorld {
  public:
-  // Errors as validate() and load_engine().
+  // Errors as validate() and load_engine(); INVALID_ARGUMENT for a world with ground.
   static absl::StatusOr<std::unique_ptr<PlainWorld>> create(const WorldDescription& world,
                                                             Precision precision);
 

@@ -92,7 +92,7 @@ def _draw(entity: Any, part: world_pb2.Shape.Part, colour: Mapping[str, float]) 
         for end in (-length / 2, length / 2):
             ball = _add(entity.spheres, part.pose, colour, (2 * radius,) * 3)
             _shift_along_z(ball.pose, end)
-    else:
+    elif kind != "ground":  # which has no end, and is known to servers alone
         surface = surface_of(geometry)
         triangles = _add(entity.triangles, part.pose, colour)
         for x, y, z in surface.points.tolist():
