@@ -188,6 +188,19 @@ TEST(GroundWorld, IsThereBeforeItIsNeeded) {
   EXPECT_GT(store.counts().made, made + 20);
 }
 
+// Just below the highest summits, where ground may be everywhere.
+TEST(GroundWorld, RaysLookForItInSoManySectors) {
+  const WorldDescription world = low_flight(rolling(), Sphere{0.25});
+  const std::uint64_t made = TileStore::of_process().counts().made;
+  for (const std::uint32_t servers : {1, 3}) {
+    auto cluster = cluster_of(world, servers);
+    for (Rank rank = 0; rank < servers; ++rank) {
+      EXPECT_FALSE(raycast(cluster->partition(rank), {{}, {-60, 0, 39.9}}, {1, 0, 0}, 1e6, ~0u));
+    }
+  }
+  EXPECT_LT(TileStore::of_process().counts().made, made + 8 * kRayGroundSectorsMax);
+}
+
 TEST(GroundWorld, RefusesWhatCannotBeOpened) {
   const Ground files = {.source = Ground::Source::kFolder, .folder = "nowhere"};
   EXPECT_EQ(Simulation::create(low_flight(files, Sphere{0.25})).status().code(),
