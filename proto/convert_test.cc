@@ -15,6 +15,21 @@ using ::testing::HasSubstr;
 
 constexpr double kThird = 1.0 / 3;
 
+Ground some_ground() {
+  return {.source = Ground::Source::kFolder,
+          .spacing = kThird,
+          .radius = 1,
+          .height = 2,
+          .wavelength = 3,
+          .octaves = 4,
+          .seed = 5,
+          .has_sea = true,
+          .folder = "here",
+          .edge = 6,
+          .low = -7,
+          .checksum = ~std::uint64_t{0}};
+}
+
 Shape every_geometry() {
   Shape shape;
   const Pose pose{{1, -2, kThird}, Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5)};
@@ -26,7 +41,8 @@ Shape every_geometry() {
                  {Plane{{0, 1, 0}}, {}},
                  {ConvexHull{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}},
                  {TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}}, {}},
-                 {HeightField{2, 2, {0.5, 0.25}, {1, 2, 3, 4}}, {}}};
+                 {HeightField{2, 2, {0.5, 0.25}, {1, 2, 3, 4}}, {}},
+                 {some_ground(), {}}};
   return shape;
 }
 
@@ -226,6 +242,7 @@ TEST(Convert, EveryGeometrySurvives) {
   for (std::size_t n = 0; n < back->parts.size(); ++n) EXPECT_EQ(back->parts[n].geometry.index(), n);
   EXPECT_EQ(std::get<TriangleMesh>(back->parts[7].geometry).indices, (std::vector<std::uint32_t>{0, 1, 2}));
   EXPECT_EQ(std::get<HeightField>(back->parts[8].geometry).spacing, Eigen::Vector2d(0.5, 0.25));
+  EXPECT_EQ(std::get<Ground>(back->parts[9].geometry), some_ground());
 }
 
 TEST(Convert, AbsentQuaternionsAreIdentities) {

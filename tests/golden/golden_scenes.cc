@@ -219,6 +219,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("busy", 180),
       from_file("earth", 60),
       from_file("falling", 180),
+      from_file("globe", 600),
       from_file("machines", 180),
       from_file("seam", 180),
       from_file("tower", 180),

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <variant>
 
@@ -131,6 +134,24 @@ TEST(Shapes, Ground) {
                     .octaves = 7,
                     .seed = 3,
                     .has_sea = true}));
+}
+
+TEST(Shapes, GroundOfFiles) {
+  std::string name = (std::filesystem::temp_directory_path() / "groundXXXXXX").string();
+  const std::filesystem::path folder = mkdtemp(name.data());
+  std::filesystem::create_directory(folder / "tiles");
+  std::ofstream(folder / "tiles/a.obj") << "v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n";
+  const std::string text = world(
+      model("m", "<static>true</static>", collision("<tessera:ground source='folder' folder='tiles'/>")));
+  const LoadedWorld loaded = load(text, folder);
+  const auto ground = only_geometry<Ground>(loaded, body_named(loaded, "m::l"));
+  EXPECT_EQ(ground.folder, folder / "tiles");
+  EXPECT_NE(ground.checksum, 0u);
+  std::ofstream(folder / "tiles/a.obj") << "v 0 0 0\nv 9 0 0\nv 0 9 1\nf 1 2 3\n";
+  const LoadedWorld changed = load(text, folder);
+  EXPECT_NE(only_geometry<Ground>(changed, body_named(changed, "m::l")).checksum, ground.checksum);
+  std::filesystem::remove_all(folder);
+  EXPECT_THAT(std::string(load_world_string(text, folder).status().message()), testing::HasSubstr("tiles"));
 }
 
 // Bodies.
