@@ -38,22 +38,25 @@ void TileStore::set_opener(Opener opener) {
 
 absl::StatusOr<TileStore::SourceRef> TileStore::open(const Ground& ground) {
   const std::lock_guard lock(mutex_);
+  std::unique_ptr<TileSource> tiles;
+  if (ground.source == Ground::Source::kFolder) {
+    if (!opener_) return absl::UnimplementedError("ground from files: this program does not read any");
+    // Also where it is known: files may have changed.
+    absl::StatusOr<std::unique_ptr<TileSource>> opened = opener_(ground);
+    if (!opened.ok()) return opened.status();
+    tiles = *std::move(opened);
+  } else {
+    tiles = make_hills(ground);
+  }
   std::erase_if(sources_, [](const std::weak_ptr<const Source>& source) { return source.expired(); });
   for (const std::weak_ptr<const Source>& known : sources_) {
     SourceRef source = known.lock();
     if (source && source->ground == ground) return source;
   }
   auto source = std::make_shared<Source>();
-  source->ground = ground;
-  if (ground.source == Ground::Source::kFolder) {
-    if (!opener_) return absl::UnimplementedError("ground from files: this program does not read any");
-    absl::StatusOr<std::unique_ptr<TileSource>> opened = opener_(ground);
-    if (!opened.ok()) return opened.status();
-    source->tiles = *std::move(opened);
-  } else {
-    source->tiles = make_hills(ground);
-  }
   source->id = next_id_++;
+  source->ground = ground;
+  source->tiles = std::move(tiles);
   sources_.push_back(source);
   return source;
 }
