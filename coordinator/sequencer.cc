@@ -115,6 +115,7 @@ void Sequencer::ask_first(v1::Query query) { first_queries_.push_back(std::move(
 void Sequencer::set_map(const SectorMap& map) {
   v1::SectorMap& next = next_map_.emplace();
   for (const SectorIndex& splitter : map.splitters()) *next.add_splitters() = to_proto(splitter);
+  next.mutable_owners()->Add(map.owners().begin(), map.owners().end());
   next.set_epoch(map.epoch());
 }
 

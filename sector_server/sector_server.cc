@@ -277,6 +277,7 @@ class SectorServer::Impl {
         ground.set_waits(tiles.waits);
         ground.set_ticks_waited(run_->ticks_waited_for_ground());
       }
+      report.set_moved_bytes(run_->moved_bytes());
       for (v1::TickReport& tick : run_->take_reports()) *report.add_ticks() = std::move(tick);
     }
     if (options_.peak_rss_bytes && now >= next_measurement_) {

@@ -88,6 +88,11 @@ TEST_F(WorldLoad, OfWhatCannotBeReadIsRefused) {
   load.mutable_splitters(0)->set_i(5);
   load.mutable_splitters(1)->set_i(-5);
   EXPECT_THAT(error_of(load), HasSubstr("must ascend on the curve"));
+  load = alone();
+  load.add_owners(1);
+  EXPECT_THAT(error_of(load), HasSubstr("none of the 1 servers"));
+  load.add_owners(0);
+  EXPECT_THAT(error_of(load), HasSubstr("1 runs, and owners for 2"));
 }
 
 TEST_F(WorldLoad, OfAnotherPrecisionThanTheProcessHasIsRefused) {

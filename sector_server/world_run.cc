@@ -35,10 +35,11 @@ constexpr Tick kUsualTicks = 64;  // that a mean of the last ones looks back
 
 absl::StatusOr<SectorMap> read_map(const SectorIndex& anchor,
                                    const google::protobuf::RepeatedPtrField<v1::SectorIndex>& messages,
+                                   const google::protobuf::RepeatedField<std::uint32_t>& owners,
                                    std::size_t servers, std::uint64_t epoch) {
   std::vector<SectorIndex> splitters;
   for (const v1::SectorIndex& splitter : messages) splitters.push_back(from_proto(splitter));
-  return SectorMap::checked(anchor, std::move(splitters), servers, epoch);
+  return SectorMap::checked(anchor, std::move(splitters), {owners.begin(), owners.end()}, servers, epoch);
 }
 
 }  // namespace
@@ -63,7 +64,7 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
   run->engine_ = std::move(*engine);
 
   const SectorIndex anchor = from_proto(load.anchor());
-  absl::StatusOr<SectorMap> map = read_map(anchor, load.splitters(), run->nodes_.size(), load.map_epoch());
+  absl::StatusOr<SectorMap> map = read_map(anchor, load.splitters(), load.owners(), run->nodes_.size(), load.map_epoch());
   if (!map.ok()) return map.status();
   PartitionOptions options;
   options.settings = *settings;
@@ -202,7 +203,7 @@ absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
 
 absl::Status WorldRun::change_map(const v1::SectorMap& message) {
   absl::StatusOr<SectorMap> map =
-      read_map(partition_->anchor, message.splitters(), nodes_.size(), message.epoch());
+      read_map(partition_->anchor, message.splitters(), message.owners(), nodes_.size(), message.epoch());
   if (!map.ok()) return map.status();
   machine_->set_map(*std::move(map));
   return absl::OkStatus();
@@ -243,6 +244,7 @@ void WorldRun::send(const Round& round) {
     if (!same) packed = pack(*round.to[rank]);
     before = &*round.to[rank];
     exchange_bytes_ += packed.size();
+    if (std::holds_alternative<Transfer>(*before)) moved_bytes_ += packed.size();
     v1::ClusterMessage message;
     v1::Round& letter = *message.mutable_round();
     letter.set_world(world_);
@@ -353,6 +355,7 @@ void WorldRun::write_load(double ahead, v1::ServerLoad& answer) {
   for (const LoadPiece& piece : load_along_curve(*partition_, ahead, kLoadPiecesMax)) {
     v1::LoadPiece& message = *answer.add_pieces();
     *message.mutable_first() = to_proto(piece.first);
+    message.set_level(piece.level);
     message.set_work(piece.work);
     message.set_sectors(piece.sectors);
     message.set_bodies(piece.bodies);

@@ -56,6 +56,7 @@ class WorldRun {
   std::uint64_t exchange_bytes() const { return exchange_bytes_; }
   // In which this server waited for tiles of ground.
   std::uint64_t ticks_waited_for_ground() const { return ticks_waited_for_ground_; }
+  std::uint64_t moved_bytes() const { return moved_bytes_; }
 
  private:
   // The messages of one round of one tick, by rank.
@@ -112,6 +113,7 @@ class WorldRun {
   std::vector<v1::TickReport> reports_;
   v1::TickReport last_report_;
   std::uint64_t exchange_bytes_ = 0;
+  std::uint64_t moved_bytes_ = 0;  // of these, of sectors that changed servers
 };
 
 }  // namespace tessera

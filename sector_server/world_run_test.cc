@@ -313,6 +313,29 @@ TEST_F(TwoServers, EndWhereAMapCannotBe) {
   first_.grant(grant);
   first_.work();
   EXPECT_TRUE(first_.has_ended());
+  grant.mutable_map()->add_owners(2);  // there are 0 and 1
+  second_.grant(grant);
+  second_.work();
+  EXPECT_TRUE(second_.has_ended());
+}
+
+TEST_F(TwoServers, MoveSectorsByMapsWhoseRunsHaveOwners) {
+  load(small_tower());
+  std::uint64_t serial = 1;
+  // One run, of each server.
+  for (const Rank owner : {1, 0}) {
+    v1::Grant grant = grant_of(serial++, 20);
+    grant.mutable_map()->add_owners(owner);
+    grant.mutable_map()->set_epoch(serial);
+    for (TestServer* server : {&first_, &second_}) {
+      server->grant(grant);
+      server->work();
+    }
+    carry_all();
+    EXPECT_EQ(first_.machine.machine_between_ticks()->partition().bodies.empty(), owner == 1);
+    EXPECT_EQ(second_.machine.machine_between_ticks()->partition().bodies.empty(), owner == 0);
+  }
+  EXPECT_EQ(reported_hashes({&first_, &second_}), expected_hashes(small_tower(), 40));
 }
 
 TEST_F(TwoServers, SayWhatTheyHaveToDo) {

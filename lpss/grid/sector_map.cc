@@ -3,25 +3,11 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <array>
 
 #include "lpss/base/invariant.h"
 
 namespace tessera {
 namespace {
-
-// The index relative to the anchor, shifted so that unsigned order is signed order. Wraps around where the
-// difference leaves 64 bits; the order there is odd, but the same for everyone.
-std::array<std::uint64_t, 3> curve_coordinates(const SectorIndex& sector, const SectorIndex& anchor) {
-  constexpr std::uint64_t kMiddle = std::uint64_t{1} << 63;
-  const auto shifted = [](std::int64_t value, std::int64_t origin) {
-    return (static_cast<std::uint64_t>(value) - static_cast<std::uint64_t>(origin)) + kMiddle;
-  };
-  return {shifted(sector.i, anchor.i), shifted(sector.j, anchor.j), shifted(sector.k, anchor.k)};
-}
-
-// Whether the highest set bit of `a` is below that of `b`.
-bool shorter(std::uint64_t a, std::uint64_t b) { return a < b && a < (a ^ b); }
 
 bool ascend(const std::vector<SectorIndex>& splitters, const SectorIndex& anchor) {
   return std::is_sorted(splitters.begin(), splitters.end(), [&](const SectorIndex& a, const SectorIndex& b) {
@@ -38,18 +24,6 @@ std::uint64_t scrambled(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-// The order of two points on the curve is that of the coordinate in which they differ in the highest bit: no
-// interleaved key of 192 bits is needed.
-bool comes_before_on_curve(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor) {
-  const auto x = curve_coordinates(a, anchor);
-  const auto y = curve_coordinates(b, anchor);
-  int deciding = 0;
-  for (int axis = 1; axis < 3; ++axis) {
-    if (shorter(x[deciding] ^ y[deciding], x[axis] ^ y[axis])) deciding = axis;
-  }
-  return x[deciding] < y[deciding];
-}
-
 SectorMap::SectorMap(const SectorIndex& anchor, std::vector<SectorIndex> splitters, std::uint64_t epoch)
     : anchor_(anchor),
       splitters_(std::move(splitters)),
@@ -58,15 +32,47 @@ SectorMap::SectorMap(const SectorIndex& anchor, std::vector<SectorIndex> splitte
   invariant(ascend(splitters_, anchor_), "splitters of a sector map ascend on the curve");
 }
 
+SectorMap::SectorMap(const SectorIndex& anchor, const std::vector<SectorIndex>& splitters,
+                     const std::vector<Rank>& owners, std::uint32_t servers, std::uint64_t epoch)
+    : anchor_(anchor), servers_(servers), epoch_(epoch) {
+  invariant(owners.size() == splitters.size() + 1, "every run of a sector map has an owner");
+  invariant(ascend(splitters, anchor_), "splitters of a sector map ascend on the curve");
+  for (std::size_t run = 0; run < owners.size(); ++run) {
+    invariant(owners[run] < servers, "owners of a sector map are servers of the world");
+    if (run < splitters.size() && run > 0 && splitters[run] == splitters[run - 1]) continue;
+    if (!owners_.empty() && owners_.back() == owners[run]) continue;
+    if (run > 0) splitters_.push_back(splitters[run - 1]);
+    owners_.push_back(owners[run]);
+  }
+  invariant(owners_.size() <= kMapRunsMax, "a sector map has a bounded number of runs");
+  bool is_one_per_server = owners_.size() == servers;
+  for (Rank rank = 0; rank < owners_.size(); ++rank) is_one_per_server &= owners_[rank] == rank;
+  if (is_one_per_server) owners_.clear();
+}
+
 absl::StatusOr<SectorMap> SectorMap::checked(const SectorIndex& anchor, std::vector<SectorIndex> splitters,
-                                             std::size_t servers, std::uint64_t epoch) {
-  if (splitters.size() + 1 != servers) {
+                                             const std::vector<Rank>& owners, std::size_t servers,
+                                             std::uint64_t epoch) {
+  if (!owners.empty() && owners.size() != splitters.size() + 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the sector map has ", splitters.size() + 1, " runs, and owners for ", owners.size()));
+  }
+  if (owners.size() > kMapRunsMax) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the sector map has ", owners.size(), " runs, and may have at most ", kMapRunsMax));
+  }
+  if (std::any_of(owners.begin(), owners.end(), [&](Rank owner) { return owner >= servers; })) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a run of the sector map has an owner that is none of the ", servers, " servers"));
+  }
+  if (owners.empty() && splitters.size() + 1 != servers) {
     return absl::InvalidArgumentError(absl::StrCat("the sector map has ", splitters.size() + 1, " runs for ",
                                                    servers, " servers, and must have one for each"));
   }
   if (!ascend(splitters, anchor))
     return absl::InvalidArgumentError("the splitters of the sector map must ascend on the curve");
-  return SectorMap(anchor, std::move(splitters), epoch);
+  if (owners.empty()) return SectorMap(anchor, std::move(splitters), epoch);
+  return SectorMap(anchor, splitters, owners, static_cast<std::uint32_t>(servers), epoch);
 }
 
 SectorMap SectorMap::balanced(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,
@@ -105,10 +111,11 @@ Rank SectorMap::owner(const SectorIndex& sector) const {
       mixed = scrambled(mixed ^ coordinate);
     return static_cast<Rank>(mixed % servers_);
   }
-  const auto run = std::upper_bound(
+  const auto after = std::upper_bound(
       splitters_.begin(), splitters_.end(), sector,
       [&](const SectorIndex& a, const SectorIndex& b) { return comes_before_on_curve(a, b, anchor_); });
-  return static_cast<Rank>(run - splitters_.begin());
+  const auto run = after - splitters_.begin();
+  return owners_.empty() ? static_cast<Rank>(run) : owners_[run];
 }
 
 }  // namespace tessera

@@ -116,6 +116,53 @@ TEST(SectorMap, RunsBeginAtTheirSplittersAndFollowTheCurve) {
   EXPECT_EQ(map.owner({kMax, kMax, kMax}), 3u);
 }
 
+TEST(SectorMap, RunsMayHaveAnyOwners) {
+  const std::vector<SectorIndex> splitters = {{-1, 0, 0}, {0, 0, 0}, {0, 2, 0}};
+  const SectorMap map({}, splitters, {2, 0, 2, 1}, 4, 7);
+  EXPECT_EQ(map.servers(), 4u);
+  EXPECT_EQ(map.epoch(), 7u);
+  EXPECT_EQ(map.splitters(), splitters);
+  EXPECT_THAT(map.owners(), ElementsAre(2, 0, 2, 1));
+  const SectorMap runs({}, splitters, 1);
+  for (const SectorIndex& sector : sectors_of_all_magnitudes()) {
+    EXPECT_EQ(map.owner(sector), map.owners()[runs.owner(sector)]) << to_string(sector);
+  }
+}
+
+TEST(SectorMap, NeighboursOfOneOwnerAreOneRun) {
+  const std::vector<SectorIndex> splitters = {{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
+  const SectorMap map({}, splitters, {0, 0, 1, 1, 1, 0}, 2, 1);
+  EXPECT_THAT(map.splitters(), ElementsAre(SectorIndex{1, 0, 0}, SectorIndex{3, 0, 0}));
+  EXPECT_THAT(map.owners(), ElementsAre(0, 1, 0));
+  const SectorMap empty_run({}, {{1, 0, 0}, {1, 0, 0}}, {0, 1, 0}, 2, 1);
+  EXPECT_THAT(empty_run.splitters(), testing::IsEmpty());
+  EXPECT_EQ(empty_run.owner({5, 0, 0}), 0u);
+}
+
+TEST(SectorMap, OneRunPerServerInTheOrderOfRanksNeedsNoOwners) {
+  const SectorMap map({}, {{0, 0, 0}, {2, 0, 0}}, {0, 1, 1}, 2, 1);
+  EXPECT_THAT(map.splitters(), ElementsAre(SectorIndex{0, 0, 0}));
+  EXPECT_THAT(map.owners(), testing::IsEmpty());
+}
+
+TEST(SectorMap, WhatComesFromElsewhereIsChecked) {
+  const std::vector<SectorIndex> two = {{0, 0, 0}, {2, 0, 0}};
+  EXPECT_TRUE(SectorMap::checked({}, two, {}, 3, 1).ok());
+  EXPECT_TRUE(SectorMap::checked({}, two, {1, 0, 1}, 2, 1).ok());
+  EXPECT_TRUE(SectorMap::checked({}, {}, {4}, 5, 1).ok());
+  const auto refusal = [](const std::vector<SectorIndex>& splitters, const std::vector<Rank>& owners,
+                          std::size_t servers) {
+    return std::string(SectorMap::checked({}, splitters, owners, servers, 1).status().message());
+  };
+  EXPECT_THAT(refusal(two, {}, 2), testing::HasSubstr("3 runs for 2 servers"));
+  EXPECT_THAT(refusal(two, {0, 1}, 2), testing::HasSubstr("3 runs, and owners for 2"));
+  EXPECT_THAT(refusal(two, {0, 1, 2}, 2), testing::HasSubstr("none of the 2 servers"));
+  EXPECT_THAT(refusal(two, {0, 1, 0xffffffff}, 2), testing::HasSubstr("none of the 2 servers"));
+  EXPECT_THAT(refusal({{2, 0, 0}, {0, 0, 0}}, {0, 1, 0}, 2), testing::HasSubstr("must ascend"));
+  const std::vector<SectorIndex> many(kMapRunsMax, SectorIndex{1, 1, 1});
+  EXPECT_THAT(refusal(many, std::vector<Rank>(kMapRunsMax + 1), 2), testing::HasSubstr("at most 4096"));
+}
+
 TEST(SectorMapDeathTest, SplittersThatDoNotAscendAreABrokenInvariant) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_DEATH(SectorMap({}, {{1, 0, 0}, {0, 0, 0}}, 1), "ascend on the curve");

@@ -3,6 +3,8 @@
 #include <absl/container/flat_hash_map.h>
 
 #include <algorithm>
+#include <optional>
+#include <queue>
 
 namespace tessera {
 namespace {
@@ -53,32 +55,108 @@ void count_sectors(const Partition& partition, LoadBySector& load) {
   partition.packed.for_each(add);
 }
 
-// Divides by work and by the number of sectors alike, since those at rest have no work.
-std::vector<LoadPiece> in_pieces(const std::vector<LoadPiece>& sectors, std::size_t pieces_max) {
-  double work = 0;
-  double count = 0;
-  for (const LoadPiece& sector : sectors) {
-    work += sector.work;
-    count += static_cast<double>(sector.sectors);
+// Consecutive sectors on the curve that fill a cube, as far as they are there.
+struct Block {
+  std::size_t begin = 0;  // of the sectors on the curve
+  std::size_t end = 0;
+  bool is_mixed = false;  // its sectors have several owners
+  double share = 0;       // of all work and of all sectors
+
+  friend bool operator<(const Block& a, const Block& b) {
+    if (a.is_mixed != b.is_mixed) return b.is_mixed;
+    return a.share != b.share ? a.share < b.share : a.begin > b.begin;
   }
-  std::vector<LoadPiece> pieces;
-  double share = 0;  // of all sectors before, at most 1
-  std::size_t ends = 0;
-  for (const LoadPiece& sector : sectors) {
-    const auto number = static_cast<std::size_t>(share * static_cast<double>(pieces_max));
-    if (pieces.empty() || (number >= ends && pieces.size() < pieces_max)) {
-      pieces.push_back({.first = sector.first});
-      ends = number + 1;
+};
+
+// Cuts sectors along the curve into cubes, the heaviest ones into smaller ones. Work and the number of
+// sectors count alike, since those at rest have no work.
+class CurvePieces {
+ public:
+  CurvePieces(const Partition& partition, const std::vector<LoadPiece>& sectors)
+      : anchor_(partition.anchor), sectors_(sectors) {
+    double work = 0;
+    double count = 0;
+    for (const LoadPiece& sector : sectors_) {
+      work += sector.work;
+      count += static_cast<double>(sector.sectors);
     }
-    LoadPiece& piece = pieces.back();
-    piece.work += sector.work;
-    piece.sectors += sector.sectors;
-    piece.bodies += sector.bodies;
-    const double by_count = count > 0 ? static_cast<double>(sector.sectors) / count : 0;
-    share += work > 0 ? (sector.work / work + by_count) / 2 : by_count;
+    std::optional<Rank> before;
+    for (const LoadPiece& sector : sectors_) {
+      const double by_work = work > 0 ? sector.work / work : 0;
+      const double by_count = count > 0 ? static_cast<double>(sector.sectors) / count : 0;
+      shares_.push_back(shares_.back() + by_work + by_count);
+      const Rank owner = partition.map.owner(sector.first);
+      changes_.push_back(changes_.back() + (before && before != owner ? 1 : 0));
+      before = owner;
+    }
   }
-  return pieces;
-}
+
+  std::vector<LoadPiece> at_most(std::size_t pieces_max) {
+    if (sectors_.empty()) return {};
+    std::priority_queue<Block> open({}, {block(0, sectors_.size())});
+    std::vector<Block> closed;
+    while (!open.empty()) {
+      const Block heaviest = open.top();
+      open.pop();
+      const std::vector<Block> parts = parts_of(heaviest);
+      if (parts.size() < 2 || closed.size() + open.size() + parts.size() > pieces_max) {
+        closed.push_back(heaviest);
+      } else {
+        for (const Block& part : parts) open.push(part);
+      }
+    }
+    std::ranges::sort(closed, {}, &Block::begin);
+    std::vector<LoadPiece> pieces;
+    for (const Block& one : closed) pieces.push_back(sum_of(one));
+    return pieces;
+  }
+
+ private:
+  Block block(std::size_t begin, std::size_t end) const {
+    return {begin, end, changes_[end] > changes_[begin + 1], shares_[end] - shares_[begin]};
+  }
+
+  unsigned level_of(const Block& one) const {
+    return common_level(sectors_[one.begin].first, sectors_[one.end - 1].first, anchor_);
+  }
+
+  // The cubes of the next lower level that it has sectors in.
+  std::vector<Block> parts_of(const Block& whole) const {
+    std::vector<Block> parts;
+    const unsigned level = level_of(whole);
+    if (level == 0) return parts;
+    for (std::size_t begin = whole.begin; begin < whole.end;) {
+      const std::optional<SectorIndex> after = first_after_cube(sectors_[begin].first, level - 1, anchor_);
+      std::size_t end = whole.end;
+      if (after) {
+        const auto from = sectors_.begin() + static_cast<std::ptrdiff_t>(begin);
+        const auto to = sectors_.begin() + static_cast<std::ptrdiff_t>(whole.end);
+        const auto next = std::partition_point(from, to, [&](const LoadPiece& sector) {
+          return comes_before_on_curve(sector.first, *after, anchor_);
+        });
+        end = static_cast<std::size_t>(next - sectors_.begin());
+      }
+      parts.push_back(block(begin, end));
+      begin = end;
+    }
+    return parts;
+  }
+
+  LoadPiece sum_of(const Block& one) const {
+    LoadPiece piece{.first = sectors_[one.begin].first, .level = level_of(one)};
+    for (std::size_t n = one.begin; n < one.end; ++n) {
+      piece.work += sectors_[n].work;
+      piece.sectors += sectors_[n].sectors;
+      piece.bodies += sectors_[n].bodies;
+    }
+    return piece;
+  }
+
+  const SectorIndex& anchor_;
+  const std::vector<LoadPiece>& sectors_;     // single ones, in the order of the curve
+  std::vector<double> shares_ = {0};          // sums of those before
+  std::vector<std::uint64_t> changes_ = {0};  // of owners, up to this one
+};
 
 }  // namespace
 
@@ -95,7 +173,7 @@ std::vector<LoadPiece> load_along_curve(const Partition& partition, double ahead
   std::sort(sectors.begin(), sectors.end(), [&](const LoadPiece& a, const LoadPiece& b) {
     return comes_before_on_curve(a.first, b.first, partition.anchor);
   });
-  return in_pieces(sectors, pieces_max);
+  return CurvePieces(partition, sectors).at_most(pieces_max);
 }
 
 }  // namespace tessera
