@@ -13,6 +13,7 @@
 #include "cli/terminal.h"
 #include "cli/text.h"
 #include "cli/world_options.h"
+#include "coordinator/balance_policy.h"
 #include "lpss/model/limits.h"
 
 namespace tessera::cli {
@@ -116,6 +117,10 @@ void add_up(CLI::App& app, Action& action) {
       .add_option("--balance-every", options->balance_s,
                   "s; how often the world is divided anew where its servers have unequal work; 0: never")
       ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command
+      .add_option("--balance-policy", cluster.balance_policy, "how it is divided, as of tessera-coordinator")
+      ->check(CLI::IsMember(balance_policy_names()))
       ->capture_default_str();
   command.add_option(
       "--store", cluster.store_folder,
@@ -251,9 +256,12 @@ void add_balance(CLI::App& app, Action& action) {
       "A running cluster does so by itself (--balance-every); a call moves a bounded number of sectors.",
       "tessera balance --dry-run");
   const auto dry_run = std::make_shared<bool>(false);
+  const auto policy = std::make_shared<std::string>();
   command.add_flag("--dry-run", *dry_run, "only show what it would do");
-  on_cluster(command, action, [dry_run](Client& client, nlohmann::json& data) -> absl::Status {
-    const absl::StatusOr<Balance> balance = client.balance(*dry_run);
+  command.add_option("--policy", *policy, "how to divide it; by default as the cluster does by itself")
+      ->check(CLI::IsMember(balance_policy_names()));
+  on_cluster(command, action, [dry_run, policy](Client& client, nlohmann::json& data) -> absl::Status {
+    const absl::StatusOr<Balance> balance = client.balance(*dry_run, *policy);
     if (!balance.ok()) return balance.status();
     std::vector<std::vector<std::string>> rows = {{"server", "own ms", "then"}};
     nlohmann::json servers = nlohmann::json::array();

@@ -116,7 +116,8 @@ absl::StatusOr<ChildProcess> LocalCluster::new_coordinator(const std::string& li
       "--ready-file",       (folder_ / kReadyFile).string(),
       "--join-timeout",     absl::StrCat(absl::ToDoubleSeconds(options_.join_timeout)),
       "--checkpoint-every", absl::StrCat(absl::ToDoubleSeconds(options_.checkpoint_every)),
-      "--balance-every",    absl::StrCat(absl::ToDoubleSeconds(options_.balance_every))};
+      "--balance-every",    absl::StrCat(absl::ToDoubleSeconds(options_.balance_every)),
+      "--balance-policy",   options_.balance_policy};
   if (!options_.record_inputs.empty()) {
     arguments.insert(arguments.end(), {"--record-inputs", options_.record_inputs.string()});
   }

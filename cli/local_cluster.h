@@ -38,6 +38,7 @@ struct LocalClusterOptions {
   bool page_on_any_port = false;                    // where that port is in use
   absl::Duration checkpoint_every;                  // 0: none, and the world ends with any of its servers
   absl::Duration balance_every = kBalanceEvery;     // 0: never
+  std::string balance_policy = "curve";
   bool store = false;                   // the world, in a folder of the cluster's, which ends with it
   std::filesystem::path store_folder;   // or in this one, which stays
   bool replaces_daemons = false;        // in wait_for_interrupt()

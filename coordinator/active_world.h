@@ -61,6 +61,8 @@ struct ActiveWorld {
   bool awaits_load = false;                               // of its servers, to divide it anew
   std::optional<std::vector<v1::ServerLoad>> fresh_load;  // that has just come
   std::chrono::nanoseconds next_balance{};                // the time
+  std::uint64_t moved_sectors = 0;                        // to other servers, as planned
+  std::uint64_t moved_bodies = 0;
 
   std::optional<std::size_t> told_slow;  // the rank of the server that was named as slow
 

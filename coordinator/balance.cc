@@ -1,10 +1,14 @@
 #include "coordinator/balance.h"
 
 #include <algorithm>
+#include <functional>
+#include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "coordinator/limits.h"
+#include "coordinator/policies.h"
 
 namespace tessera {
 namespace {
@@ -15,93 +19,110 @@ constexpr double kImbalanceMin = 1.2;
 constexpr double kSlowestThenMax = 0.9;
 constexpr double kSlowestMin = 200;  // us
 
-struct Entry {
-  SectorIndex first;
-  double us = 0;
-  std::uint64_t sectors = 0;
-  std::uint64_t bodies = 0;
-};
-
-// Of all servers, along the curve.
-std::vector<Entry> entries_of(const SectorMap& map, std::span<const ServerLoad> loads) {
-  std::vector<Entry> entries;
-  // Before there are measurements, work counts.
-  const bool is_measured =
-      std::any_of(loads.begin(), loads.end(), [](const ServerLoad& load) { return load.tick_us > 0; });
-  for (const ServerLoad& load : loads) {
-    const double work = std::accumulate(load.pieces.begin(), load.pieces.end(), 0.0,
-                                        [](double sum, const LoadPiece& piece) { return sum + piece.work; });
-    const double us = !is_measured ? 1 : work > 0 ? load.tick_us / work : 0;
-    for (const LoadPiece& piece : load.pieces)
-      entries.push_back({piece.first, piece.work * us, piece.sectors, piece.bodies});
-  }
-  std::stable_sort(entries.begin(), entries.end(), [&](const Entry& a, const Entry& b) {
-    return comes_before_on_curve(a.first, b.first, map.anchor());
-  });
-  return entries;
-}
-
-std::vector<double> shares(const SectorMap& map, const std::vector<Entry>& entries) {
-  std::vector<double> us(map.servers());
-  for (const Entry& entry : entries) us[map.owner(entry.first)] += entry.us;
-  return us;
-}
-
 double largest(const std::vector<double>& values) { return *std::max_element(values.begin(), values.end()); }
 
-SectorMap cut_by_load(const SectorMap& map, const std::vector<Entry>& entries) {
-  std::vector<std::pair<SectorIndex, double>> load;
-  for (const Entry& entry : entries) {
-    if (entry.us > 0) load.emplace_back(entry.first, entry.us);
-  }
-  if (load.empty()) return map;
-  return SectorMap::balanced(map.anchor(), std::move(load), map.servers(), map.epoch() + 1);
+std::vector<Rank> owners_of(const Division& division) {
+  std::vector<Rank> owners;
+  for (const Cell& cell : division.cells) owners.push_back(cell.owner);
+  return owners;
 }
 
-// Where the runs begin: the number of entries before the run of each rank but the first.
-std::vector<std::size_t> beginnings(const SectorMap& map, const std::vector<Entry>& entries) {
-  std::vector<std::size_t> begins;
-  for (Rank rank = 1; rank < map.servers(); ++rank) {
-    const auto begin = std::partition_point(
-        entries.begin(), entries.end(), [&](const Entry& entry) { return map.owner(entry.first) < rank; });
-    begins.push_back(static_cast<std::size_t>(begin - entries.begin()));
+// Chooses what moves first where not all may move at once.
+class PartOfTheWay {
+ public:
+  PartOfTheWay(const Division& division, const std::vector<Rank>& wanted)
+      : division_(division), wanted_(wanted), owners_(owners_of(division)), us_(strains(division, owners_)) {
+    for (const Cell& cell : division.cells) middles_.push_back(middle_of(cell, division.anchor));
   }
-  return begins;
-}
 
-// As far from `from` towards `to` as the entries between have at most `room` sectors and bodies; one at
-// least.
-std::size_t limited(std::size_t from, std::size_t to, const std::vector<Entry>& entries, std::uint64_t room) {
-  std::uint64_t moved = 0;
-  std::size_t place = from;
-  while (place != to) {
-    const std::size_t next = place < to ? place + 1 : place - 1;
-    const Entry& passed = entries[std::min(place, next)];
-    moved += passed.sectors + passed.bodies;
-    if (moved > room && place != from) break;
-    place = next;
-  }
-  return place;
-}
-
-// A map on the way from one to the other.
-SectorMap part_of_the_way(const SectorMap& from, const SectorMap& to, const std::vector<Entry>& entries) {
-  const std::vector<std::size_t> old_begins = beginnings(from, entries);
-  const std::vector<std::size_t> new_begins = beginnings(to, entries);
-  std::vector<SectorIndex> splitters;
-  for (std::size_t n = 0; n < old_begins.size(); ++n) {
-    const std::size_t begin =
-        limited(old_begins[n], new_begins[n], entries, kMovedAtOnceMax / old_begins.size());
-    SectorIndex splitter = from.splitters()[n];
-    if (begin != old_begins[n]) {
-      splitter = begin == new_begins[n] ? to.splitters()[n] : entries[begin].first;
+  std::vector<Rank> owners() {
+    std::uint64_t all = 0;
+    for (std::size_t n = 0; n < owners_.size(); ++n) {
+      if (owners_[n] != wanted_[n]) all += division_.cells[n].size();
     }
-    const bool descends =
-        !splitters.empty() && comes_before_on_curve(splitter, splitters.back(), from.anchor());
-    splitters.push_back(descends ? splitters.back() : splitter);
+    if (all <= kMovedAtOnceMax) return wanted_;
+    queue_up();
+    const double most = largest(us_);
+    std::uint64_t moved = 0;
+    while (const auto pair = steepest()) {
+      std::vector<std::size_t>& queue = queues_[*pair];
+      const std::size_t cell = queue.back();
+      queue.pop_back();
+      if (queue.empty()) queues_.erase(*pair);
+      const std::uint64_t size = division_.cells[cell].size();
+      if (moved > 0 && moved + size > kMovedAtOnceMax) break;
+      // Exchanges are left for later, where they would make another server the slowest one.
+      if (us_[pair->second] + us_of(cell, pair->second) > most) continue;
+      us_[pair->first] -= us_of(cell, pair->first);
+      us_[pair->second] += us_of(cell, pair->second);
+      owners_[cell] = pair->second;
+      moved += size;
+    }
+    return owners_;
   }
-  return SectorMap(from.anchor(), std::move(splitters), to.epoch());
-}
+
+ private:
+  using Pair = std::pair<Rank, Rank>;  // from, to
+
+  double us_of(std::size_t cell, Rank rank) const {
+    return division_.cells[cell].cost / (division_.parts[rank] * division_.servers());
+  }
+
+  // Where a server's busy cells are, or are going to be where it has none.
+  std::vector<Eigen::Vector3d> centres() const {
+    const std::uint32_t servers = division_.servers();
+    std::vector<Eigen::Vector3d> sums[2];
+    std::vector<double> costs[2];
+    for (const int then : {0, 1}) {
+      sums[then].resize(servers, Eigen::Vector3d::Zero());
+      costs[then].resize(servers);
+      for (std::size_t n = 0; n < owners_.size(); ++n) {
+        const Rank owner = then == 0 ? owners_[n] : wanted_[n];
+        sums[then][owner] += division_.cells[n].cost * middles_[n];
+        costs[then][owner] += division_.cells[n].cost;
+      }
+    }
+    for (Rank rank = 0; rank < servers; ++rank) {
+      const int then = costs[0][rank] > 0 ? 0 : 1;
+      if (costs[then][rank] > 0) sums[0][rank] = sums[then][rank] / costs[then][rank];
+    }
+    return std::move(sums[0]);
+  }
+
+  // Servers grow from where they are: the nearest cells come first, at the ends of the queues.
+  void queue_up() {
+    const std::vector<Eigen::Vector3d> centre = centres();
+    for (std::size_t n = 0; n < owners_.size(); ++n) {
+      if (owners_[n] != wanted_[n]) queues_[{owners_[n], wanted_[n]}].push_back(n);
+    }
+    for (auto& [pair, queue] : queues_) {
+      std::ranges::stable_sort(queue, std::greater<>(), [&, to = pair.second](std::size_t cell) {
+        return (middles_[cell] - centre[to]).squaredNorm();
+      });
+    }
+  }
+
+  // The pair of servers that differ most, of those that something is to move between.
+  std::optional<Pair> steepest() const {
+    std::optional<Pair> best;
+    double most = 0;
+    for (const auto& [pair, queue] : queues_) {
+      const double difference = us_[pair.first] - us_[pair.second];
+      if (!best || difference > most) {
+        best = pair;
+        most = difference;
+      }
+    }
+    return best;
+  }
+
+  const Division& division_;
+  const std::vector<Rank>& wanted_;
+  std::vector<Rank> owners_;
+  std::vector<double> us_;  // by rank
+  std::vector<Eigen::Vector3d> middles_;
+  std::map<Pair, std::vector<std::size_t>> queues_;
+};
 
 }  // namespace
 
@@ -110,35 +131,46 @@ bool BalancePlan::is_worth_it() const {
          largest(tick_us) >= kSlowestMin;
 }
 
-BalancePlan plan_balance(const SectorMap& map, std::span<const ServerLoad> loads) {
-  const std::vector<Entry> entries = entries_of(map, loads);
+BalancePlan plan_balance(const SectorMap& map, std::span<const ServerLoad> loads, BalancePolicy policy) {
   BalancePlan plan;
   plan.map = map;
   for (const ServerLoad& load : loads) plan.tick_us.push_back(load.tick_us);
   plan.tick_us_then = plan.tick_us;
-  const std::vector<double> before = shares(map, entries);
+  const Division division = division_of(map, loads);
+  const std::vector<double> before = strains(division, owners_of(division));
   const double slowest = largest(before);
   if (slowest <= 0 || map.servers() < 2) return plan;
   const double mean = std::accumulate(before.begin(), before.end(), 0.0) / map.servers();
-  const SectorMap whole = cut_by_load(map, entries);
   plan.imbalance = slowest / mean;
-  const double slowest_then = largest(shares(whole, entries)) / slowest;
-  if (slowest_then >= 1) return plan;
+  const std::vector<Rank> wanted = divide(policy, division);
+  const double slowest_then = largest(strains(division, wanted)) / slowest;
+  if (slowest_then >= 1 && follows_load(policy)) return plan;
   plan.slowest_then = slowest_then;
 
-  SectorMap next = part_of_the_way(map, whole, entries);
-  for (const Entry& entry : entries) {
-    const Rank now = map.owner(entry.first);
-    const Rank then = next.owner(entry.first);
-    if (now == then) continue;
-    plan.moved_sectors += entry.sectors;
-    plan.moved_bodies += entry.bodies;
+  const std::vector<Rank> owners = PartOfTheWay(division, wanted).owners();
+  for (std::size_t n = 0; n < owners.size(); ++n) {
+    const Cell& cell = division.cells[n];
+    if (owners[n] == cell.owner) continue;
+    plan.moved_sectors += cell.sectors;
+    plan.moved_bodies += cell.bodies;
   }
   if (!plan.moves()) return plan;
-  plan.tick_us_then = shares(next, entries);
-  if (largest(plan.tick_us) == 0) plan.tick_us_then = plan.tick_us;
-  plan.map = std::move(next);
+  if (largest(plan.tick_us) > 0) plan.tick_us_then = strains(division, owners);
+  plan.map = map_of(division, owners, map.epoch() + 1);
   return plan;
+}
+
+SectorMap first_map(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,
+                    std::uint32_t servers, std::uint64_t epoch, BalancePolicy policy) {
+  if (policy != BalancePolicy::kGrid) return SectorMap::balanced(anchor, std::move(load), servers, epoch);
+  ServerLoad all;
+  for (const auto& [sector, weight] : load)
+    all.pieces.push_back({.first = sector, .work = weight, .sectors = 1});
+  std::vector<ServerLoad> loads(servers);
+  loads.front() = std::move(all);
+  const Division division =
+      division_of(SectorMap(anchor, {}, {0}, servers, epoch), std::span<const ServerLoad>(loads));
+  return map_of(division, divide(policy, division), epoch);
 }
 
 }  // namespace tessera

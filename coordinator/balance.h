@@ -3,17 +3,14 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "coordinator/balance_policy.h"
+#include "coordinator/cells.h"
 #include "lpss/grid/sector_map.h"
-#include "lpss/observe/load.h"
 
 namespace tessera {
-
-struct ServerLoad {
-  std::vector<LoadPiece> pieces;
-  double tick_us = 0;  // own work of a tick, mean; of all its pieces
-};
 
 struct BalancePlan {
   SectorMap map;                     // the same as before where nothing moves
@@ -31,8 +28,16 @@ struct BalancePlan {
   bool is_worth_it() const;
 };
 
-// Cuts the curve of `map` so that all servers (`loads`, by rank) have about the same to do. A plan moves a
-// bounded number of sectors and bodies: it goes part of the way where more would have to move.
-BalancePlan plan_balance(const SectorMap& map, std::span<const ServerLoad> loads);
+// Divides the world of `map` by the policy, so that all servers (`loads`, by rank) have about the same to do.
+// A plan moves a bounded number of sectors and bodies: it goes part of the way where more would have to move.
+// Nothing moves where the slowest server would not become faster, unless the policy does not look at the
+// load.
+BalancePlan plan_balance(const SectorMap& map, std::span<const ServerLoad> loads,
+                         BalancePolicy policy = BalancePolicy::kCurve);
+
+// The map of a world that is loaded, by what its sectors weigh (> 0): of the grid, its boxes; of the others,
+// the curve cut by weight, from where on they follow the load.
+SectorMap first_map(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,
+                    std::uint32_t servers, std::uint64_t epoch, BalancePolicy policy);
 
 }  // namespace tessera

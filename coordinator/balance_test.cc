@@ -20,7 +20,7 @@ constexpr SectorIndex kAnchor{};
 
 // Sectors in a row, on the curve in the order of `i` where none is negative.
 LoadPiece piece(std::int64_t i, double work, std::uint64_t bodies = 1) {
-  return {.first = {i, 0, 0}, .work = work, .sectors = 1, .bodies = bodies};
+  return {.first = {i, 0, 0}, .level = 0, .work = work, .sectors = 1, .bodies = bodies};
 }
 
 ServerLoad load(std::vector<LoadPiece> pieces, double tick_us) { return {std::move(pieces), tick_us}; }
@@ -83,6 +83,45 @@ TEST(Balance, BeforeAnyMeasurementWorkCounts) {
   EXPECT_FALSE(plan.is_worth_it());
 }
 
+TEST(Balance, EveryPolicyMovesABoundedNumberAtATime) {
+  for (const BalancePolicy policy : kBalancePolicies) {
+    SectorMap map(kAnchor, {{100, 0, 0}}, 1);
+    std::uint64_t most = 0;
+    int plans = 0;
+    for (; plans < 100; ++plans) {
+      std::vector<ServerLoad> loads(2);
+      for (int i = 0; i < 20; ++i) {
+        ServerLoad& owner = loads[map.owner({i, 0, 0})];
+        owner.pieces.push_back(piece(i, 1, kMovedAtOnceMax / 4));
+        owner.tick_us += 1000;
+      }
+      const BalancePlan plan = plan_balance(map, loads, policy);
+      if (!plan.moves()) break;
+      most = std::max(most, plan.moved_sectors + plan.moved_bodies);
+      map = plan.map;
+    }
+    EXPECT_LE(most, kMovedAtOnceMax) << name_of(policy);
+    EXPECT_GE(plans, 3) << name_of(policy);
+    EXPECT_LE(plans, 6) << name_of(policy);
+  }
+}
+
+TEST(Balance, AWorldIsLoadedInRunsOfTheCurveOrInTheBoxesOfTheGrid) {
+  std::vector<std::pair<SectorIndex, double>> load;
+  for (std::int64_t i = 0; i < 6; ++i) {
+    for (std::int64_t j = 0; j < 6; ++j) load.push_back({{i, j, 0}, i < 2 && j < 2 ? 100.0 : 1.0});
+  }
+  const SectorMap grid = first_map(kAnchor, load, 4, 3, BalancePolicy::kGrid);
+  EXPECT_EQ(grid.epoch(), 3u);
+  for (const auto& [sector, weight] : load) {
+    EXPECT_EQ(grid.owner(sector), 2 * (sector.i / 3) + sector.j / 3) << to_string(sector);
+  }
+  for (const BalancePolicy policy : {BalancePolicy::kCurve, BalancePolicy::kGraph}) {
+    EXPECT_EQ(first_map(kAnchor, load, 4, 3, policy).splitters(),
+              SectorMap::balanced(kAnchor, load, 4, 3).splitters());
+  }
+}
+
 TEST(Balance, ManyBodiesMoveInSeveralPlansThatEachGoTheSameWay) {
   const std::uint64_t bodies = kMovedAtOnceMax / 4;
   const SectorMap start(kAnchor, {{20, 0, 0}}, 1);
@@ -126,18 +165,25 @@ TEST(Balance, NeverMakesItWorse) {
                               static_cast<std::int64_t>(random() % 4), 0};
       // Projected load may be another server's.
       ServerLoad& from = loads[random() % 4 == 0 ? random() % servers : map.owner(first)];
-      from.pieces.push_back({first, static_cast<double>(random() % 5), 1, random() % 2000});
+      const auto level = static_cast<unsigned>(random() % 4 == 0 ? random() % 4 : 0);
+      from.pieces.push_back({first, level, static_cast<double>(random() % 5), 1, random() % 2000});
     }
     for (ServerLoad& load : loads) {
       for (const LoadPiece& piece : load.pieces) load.tick_us += 100 * piece.work;
     }
-    const BalancePlan plan = plan_balance(map, loads);
-    ASSERT_EQ(plan.map.servers(), servers);
-    ASSERT_TRUE(SectorMap::checked(kAnchor, plan.map.splitters(), servers, 1).ok());
-    ASSERT_LE(plan.slowest_then, 1);
-    ASSERT_EQ(plan.map.epoch(), plan.moves() ? 2u : 1u);
-    const auto sum = [](const std::vector<double>& us) { return std::accumulate(us.begin(), us.end(), 0.0); };
-    ASSERT_NEAR(sum(plan.tick_us), sum(plan.tick_us_then), 1e-6);
+    for (const BalancePolicy policy : kBalancePolicies) {
+      const BalancePlan plan = plan_balance(map, loads, policy);
+      ASSERT_EQ(plan.map.servers(), servers);
+      ASSERT_TRUE(SectorMap::checked(kAnchor, plan.map.splitters(), plan.map.owners(), servers, 1).ok());
+      if (follows_load(policy)) {
+        ASSERT_LE(plan.slowest_then, 1) << name_of(policy);
+      }
+      ASSERT_EQ(plan.map.epoch(), plan.moves() ? 2u : 1u);
+      const auto sum = [](const std::vector<double>& us) {
+        return std::accumulate(us.begin(), us.end(), 0.0);
+      };
+      ASSERT_NEAR(sum(plan.tick_us), sum(plan.tick_us_then), 1e-6);
+    }
   }
 }
 

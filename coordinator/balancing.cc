@@ -3,6 +3,7 @@
 // a bit of what comes out.
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,8 @@
 namespace tessera {
 namespace {
 
+constexpr std::uint64_t kCountMax = std::uint64_t{1} << 48;  // of what a piece has: sums stay in range
+
 absl::StatusOr<std::vector<ServerLoad>> checked_loads(const std::vector<v1::ServerLoad>& messages) {
   const auto is_amount = [](double value) { return std::isfinite(value) && value >= 0; };
   std::vector<ServerLoad> loads;
@@ -22,8 +25,10 @@ absl::StatusOr<std::vector<ServerLoad>> checked_loads(const std::vector<v1::Serv
     load.tick_us = message.tick_us();
     bool is_sound = is_amount(load.tick_us) && message.pieces_size() <= static_cast<int>(kLoadPiecesMax);
     for (const v1::LoadPiece& piece : message.pieces()) {
-      is_sound = is_sound && is_amount(piece.work());
-      load.pieces.push_back({from_proto(piece.first()), piece.work(), piece.sectors(), piece.bodies()});
+      is_sound = is_sound && is_amount(piece.work()) && piece.level() <= kCurveLevelMax &&
+                 piece.sectors() <= kCountMax && piece.bodies() <= kCountMax;
+      load.pieces.push_back(
+          {from_proto(piece.first()), piece.level(), piece.work(), piece.sectors(), piece.bodies()});
     }
     if (!is_sound) return absl::InternalError("a server described its load with numbers that cannot be");
   }
@@ -46,8 +51,8 @@ std::string describe(const BalancePlan& plan) {
 bool Coordinator::Impl::may_balance() const {
   const ActiveWorld& world = *world_;
   return options_.balance_every > Nanoseconds::zero() && world.nodes.size() > 1 &&
-         world.settings.shuffle == 0 && !world.awaits_load && !world.recovering() &&
-         !world.sequencer.paused() && !world.sequencer.awaits_map();
+         follows_load(options_.balance_policy) && world.settings.shuffle == 0 && !world.awaits_load &&
+         !world.recovering() && !world.sequencer.paused() && !world.sequencer.awaits_map();
 }
 
 void Coordinator::Impl::tend_balance(Nanoseconds now) {
@@ -55,7 +60,7 @@ void Coordinator::Impl::tend_balance(Nanoseconds now) {
   if (const auto messages = std::exchange(world.fresh_load, std::nullopt)) {
     const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(*messages);
     if (!loads.ok()) return log(std::string(loads.status().message()), Severity::kWarning);
-    const BalancePlan plan = plan_balance(world.map, *loads);
+    const BalancePlan plan = plan_balance(world.map, *loads, options_.balance_policy);
     if (plan.is_worth_it()) set_map(plan);
   }
   if (!may_balance() || now < world.next_balance || !world.queries.room().ok()) return;
@@ -78,6 +83,8 @@ v1::Query Coordinator::Impl::load_query(Queries::LoadReply reply) {
 
 void Coordinator::Impl::set_map(const BalancePlan& plan) {
   world_->map = plan.map;
+  world_->moved_sectors += plan.moved_sectors;
+  world_->moved_bodies += plan.moved_bodies;
   world_->sequencer.set_map(plan.map);
   log(describe(plan));
 }
@@ -91,16 +98,27 @@ void Coordinator::Impl::on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nan
                                                     "(shuffle), so that it cannot be balanced"),
                       {});
   }
+  BalancePolicy policy = options_.balance_policy;
+  if (!call.request.policy().empty()) {
+    const std::optional<BalancePolicy> asked = parse_balance_policy(call.request.policy());
+    if (!asked) {
+      return call.reply(absl::InvalidArgumentError(absl::StrCat("unknown policy \"", call.request.policy(),
+                                                                "\"; known are ",
+                                                                absl::StrJoin(balance_policy_names(), ", "))),
+                        {});
+    }
+    policy = *asked;
+  }
   if (absl::Status status = world.queries.room(); !status.ok()) return call.reply(status, {});
   if (absl::Status status = world.sequencer.room_for_query(); !status.ok()) return call.reply(status, {});
   // The world calls this, so `world` exists.
   world.sequencer.ask(
-      load_query([this, &world, dry_run = call.request.dry_run(), reply = std::move(call.reply)](
+      load_query([this, &world, policy, dry_run = call.request.dry_run(), reply = std::move(call.reply)](
                      const absl::Status& status, Tick tick, std::vector<v1::ServerLoad> messages) {
         if (!status.ok()) return reply(status, {});
         const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(messages);
         if (!loads.ok()) return reply(loads.status(), {});
-        const BalancePlan plan = plan_balance(world.map, *loads);
+        const BalancePlan plan = plan_balance(world.map, *loads, policy);
         v1::BalanceReply answer;
         answer.set_tick(tick);
         for (std::size_t rank = 0; rank < world.nodes.size(); ++rank) {

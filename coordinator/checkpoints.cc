@@ -42,16 +42,16 @@ void Checkpoints::settle(Nanoseconds now) {
 absl::StatusOr<Placement> Checkpoints::place_earliest(std::uint64_t number, const WorldSettings& settings,
                                                       const SectorIndex& anchor,
                                                       std::span<const Shape> shapes,
-                                                      std::span<const NodeId> nodes,
-                                                      std::uint64_t map_epoch) const {
-  if (start_) return place(number, *start_, nodes, map_epoch);
+                                                      std::span<const NodeId> nodes, std::uint64_t map_epoch,
+                                                      BalancePolicy policy) const {
+  if (start_) return place(number, *start_, nodes, map_epoch, policy);
   const Checkpoint& checkpoint = later_.front().checkpoint;
   absl::StatusOr<WorldSnapshot> world = read(checkpoint);
   if (!world.ok()) return world.status();
   world->settings = settings;
   world->anchor = anchor;
   world->shapes.assign(shapes.begin(), shapes.begin() + static_cast<std::ptrdiff_t>(checkpoint.shapes));
-  return place(number, WorldToLoad{ReadSnapshot{*std::move(world), {}}}, nodes, map_epoch);
+  return place(number, WorldToLoad{ReadSnapshot{*std::move(world), {}}}, nodes, map_epoch, policy);
 }
 
 }  // namespace tessera

@@ -47,7 +47,8 @@ class Checkpoints {
   // where a server sent what cannot be read, otherwise errors as place().
   absl::StatusOr<Placement> place_earliest(std::uint64_t number, const WorldSettings& settings,
                                            const SectorIndex& anchor, std::span<const Shape> shapes,
-                                           std::span<const NodeId> nodes, std::uint64_t map_epoch) const;
+                                           std::span<const NodeId> nodes, std::uint64_t map_epoch,
+                                           BalancePolicy policy) const;
 
  private:
   struct Kept {

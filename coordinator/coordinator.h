@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "coordinator/balance_policy.h"
 #include "coordinator/limits.h"
 #include "coordinator/world_store.h"
 #include "daemon/log_line.h"
@@ -96,6 +97,7 @@ struct CoordinatorOptions {
   // for. By the work that there will be in so many seconds, if bodies go on as they do.
   Nanoseconds balance_every{0};
   Nanoseconds balance_ahead{0};
+  BalancePolicy balance_policy = BalancePolicy::kCurve;
   Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for the servers it needs
   std::uint32_t grant_window = 32;                      // ticks granted ahead of the slowest server
   std::size_t shape_bytes_max = kShapeBytesMax;  // of all shapes of a world, beyond which spawns are refused

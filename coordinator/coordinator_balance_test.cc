@@ -22,9 +22,10 @@ class CoordinatorBalanceTest : public ::testing::Test {
     request.set_real_time_factor(1);
     ASSERT_TRUE(cluster_->ask<v1::ResumeReply>(request)->ok());
   }
-  std::shared_ptr<Heard<v1::BalanceReply>> balance(bool dry_run = false) {
+  std::shared_ptr<Heard<v1::BalanceReply>> balance(bool dry_run = false, const std::string& policy = "") {
     v1::BalanceRequest request;
     request.set_dry_run(dry_run);
+    request.set_policy(policy);
     return cluster_->ask<v1::BalanceReply>(request);
   }
 
@@ -115,6 +116,41 @@ TEST_F(CoordinatorBalanceTest, ADryRunOnlySays) {
   cluster_->ask<v1::StepReply>(step);
   work();
   EXPECT_EQ(maps_[kFirst].size(), 1u);
+}
+
+TEST_F(CoordinatorBalanceTest, AGridStaysAsItIsUnlessAskedFor) {
+  start({.balance_every = seconds(1), .balance_policy = BalancePolicy::kGrid});
+  resume();
+  for (int ms = 0; ms < 5000; ms += 10) {
+    cluster_->advance(milliseconds(10));
+    work();
+  }
+  EXPECT_TRUE(maps_.empty());
+  const auto asked = balance(/*dry_run=*/false, "k-means");
+  work();
+  ASSERT_TRUE(asked->ok()) << asked->message();
+  EXPECT_TRUE(asked->answer.moves());
+}
+
+TEST_F(CoordinatorBalanceTest, EveryPolicyIsAskedForByItsName) {
+  start();
+  for (const std::string& policy : balance_policy_names()) {
+    const auto said = balance(/*dry_run=*/true, policy);
+    work();
+    ASSERT_TRUE(said->ok()) << said->message();
+    EXPECT_EQ(said->answer.moved_sectors(), 1u) << policy;
+  }
+  const auto refused = balance(/*dry_run=*/true, "round-robin");
+  EXPECT_EQ(refused->code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(refused->message(), HasSubstr("known are curve, k-means, hulls, graph, grid"));
+}
+
+TEST_F(CoordinatorBalanceTest, TheStatusCountsWhatHasMoved) {
+  start();
+  balance();
+  work();
+  EXPECT_EQ(cluster_->status().moved_sectors(), 1u);
+  EXPECT_EQ(cluster_->status().moved_bodies(), 3u);
 }
 
 TEST_F(CoordinatorBalanceTest, ErrorsSayWhy) {

@@ -123,7 +123,6 @@ class Coordinator::Impl {
   void tend_balance(Nanoseconds now);
   bool may_balance() const;
   v1::Query load_query(Queries::LoadReply reply);
-  BalancePlan plan(const std::vector<v1::ServerLoad>& loads) const;
   void set_map(const BalancePlan& plan);
   void on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nanoseconds now);
 

@@ -76,6 +76,7 @@ absl::Status run_alone(CoordinatorArguments& arguments) {
 }
 
 int run(CoordinatorArguments& arguments) {
+  arguments.coordinator.balance_policy = parse_balance_policy(arguments.balance_policy).value();
   std::erase(arguments.etcd, "");  // an empty key or variable: none
   if (!arguments.etcd.empty()) return take_turns(arguments);
   const absl::Status status = run_alone(arguments);

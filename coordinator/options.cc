@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "coordinator/balance_policy.h"
 #include "daemon/options.h"
 #include "lpss/model/limits.h"
 
@@ -34,6 +35,13 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
   add_seconds(app, "--balance-ahead", coordinator.balance_ahead,
               "Divide it by the work that there will be in so many seconds, if bodies go on as they do", 0,
               1e3);
+  app.add_option(
+         "--balance-policy", arguments.balance_policy,
+         "How it is divided: curve: into runs of a curve through all sectors; k-means: by the nearest "
+         "centre; hulls: into regions that grow; graph: with short borders, by METIS; grid: into equal "
+         "boxes, which stay as they are")
+      ->check(CLI::IsMember(balance_policy_names()))
+      ->capture_default_str();
   add_mebibytes(app, "--queued-mib", arguments.queued_request_bytes_max,
                 "Requests of clients that wait for the coordinator, MiB in all; further ones are refused");
   add_mebibytes(app, "--shapes-mib", coordinator.shape_bytes_max,

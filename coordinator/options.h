@@ -22,6 +22,7 @@ struct CoordinatorArguments {
                                  .checkpoint_every = std::chrono::seconds(1),
                                  .balance_every = std::chrono::seconds(5),
                                  .balance_ahead = std::chrono::seconds(2)};
+  std::string balance_policy = "curve";
   std::string listen = "127.0.0.1:7300";
   std::string metrics_address;                   // empty: no metrics
   std::string record_inputs;                     // empty: no recording

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "coordinator/balance.h"
 #include "coordinator/limits.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
@@ -59,11 +60,12 @@ std::span<const Shape> shapes_of(const WorldToLoad& world) {
 
 // Divides sectors with so much to do.
 Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
-                  std::vector<std::pair<SectorIndex, double>> load, std::span<const NodeId> nodes) {
+                  std::vector<std::pair<SectorIndex, double>> load, std::span<const NodeId> nodes,
+                  BalancePolicy policy) {
   Placement placement;
   placement.sectors = load.size();
-  placement.map = SectorMap::balanced(world.anchor(), std::move(load),
-                                      static_cast<std::uint32_t>(nodes.size()), map_epoch);
+  placement.map =
+      first_map(world.anchor(), std::move(load), static_cast<std::uint32_t>(nodes.size()), map_epoch, policy);
   v1::LoadWorld common;
   common.set_world(number);
   *common.mutable_settings() = to_proto(world.settings());
@@ -71,6 +73,7 @@ Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldToLo
   for (const Shape& shape : shapes_of(world)) *common.add_shapes() = to_proto(shape);
   for (const NodeId node : nodes) common.add_nodes(node.value);
   for (const SectorIndex& splitter : placement.map.splitters()) *common.add_splitters() = to_proto(splitter);
+  common.mutable_owners()->Add(placement.map.owners().begin(), placement.map.owners().end());
   common.set_map_epoch(placement.map.epoch());
   placement.loads.assign(nodes.size(), common);
   return placement;
@@ -83,8 +86,9 @@ absl::Status room_for(std::size_t bytes) {
 }
 
 absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
-                                const WorldToLoad::Described& described, std::span<const NodeId> nodes) {
-  Placement placement = divided(number, map_epoch, world, load_of(described.records), nodes);
+                                const WorldToLoad::Described& described, std::span<const NodeId> nodes,
+                                BalancePolicy policy) {
+  Placement placement = divided(number, map_epoch, world, load_of(described.records), nodes, policy);
   const double radius = largest_radius(described.world, described.records);
   const std::string joints = pack(std::span<const JointRecord>(described.joints));
   std::vector<std::string> records = records_by_rank(described.records, placement.map);
@@ -100,8 +104,9 @@ absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, c
 }
 
 absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
-                                const ReadSnapshot& snapshot, std::span<const NodeId> nodes) {
-  Placement placement = divided(number, map_epoch, world, load_of(snapshot.world), nodes);
+                                const ReadSnapshot& snapshot, std::span<const NodeId> nodes,
+                                BalancePolicy policy) {
+  Placement placement = divided(number, map_epoch, world, load_of(snapshot.world), nodes, policy);
   std::vector<std::vector<MovedSector>> sectors(nodes.size());
   for (const MovedSector& sector : snapshot.world.sectors) {
     sectors[placement.map.owner(sector.sector)].push_back(sector);
@@ -124,8 +129,8 @@ absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, c
 }  // namespace
 
 absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
-                                std::uint64_t map_epoch) {
-  return std::visit([&](const auto& from) { return place(number, map_epoch, world, from, nodes); },
+                                std::uint64_t map_epoch, BalancePolicy policy) {
+  return std::visit([&](const auto& from) { return place(number, map_epoch, world, from, nodes, policy); },
                     world.from);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "coordinator/balance_policy.h"
 #include "coordinator/world_to_load.h"
 #include "lpss/grid/sector_map.h"
 #include "transport/link.h"
@@ -20,9 +21,9 @@ struct Placement {
   std::size_t sectors = 0;           // with a body that can move
 };
 
-// Divides the world into runs of equal weight along the curve, one per node; a sector weighs 1, and each
-// movable body 1. RESOURCE_EXHAUSTED if a server's part does not fit into a message of kLoadMessageBytesMax.
+// Divides the world by first_map() among the nodes; a sector weighs 1, and each movable body 1.
+// RESOURCE_EXHAUSTED if a server's part does not fit into a message of kLoadMessageBytesMax.
 absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
-                                std::uint64_t map_epoch = 1);
+                                std::uint64_t map_epoch = 1, BalancePolicy policy = BalancePolicy::kCurve);
 
 }  // namespace tessera

@@ -58,6 +58,8 @@ void Coordinator::Impl::describe_world(v1::StatusReply& reply, Nanoseconds now) 
       told.set_joint_name(joint->name);
   }
   reply.set_map_epoch(world_->map.epoch());
+  reply.set_moved_sectors(world_->moved_sectors);
+  reply.set_moved_bodies(world_->moved_bodies);
   reply.set_load(world_->load);
   reply.set_recoveries(world_->recoveries);
   if (world_->checkpoints) reply.set_checkpoint_tick(world_->checkpoints->latest());

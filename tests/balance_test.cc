@@ -42,6 +42,11 @@ TEST(Balance, ACrowdIsSharedOutAndTheStateStaysTheSame) {
   ASSERT_THAT(awake_by_server(client), ::testing::UnorderedElementsAre(kBalls, 0));
   const std::uint64_t epoch = client.status().value().map_epoch;
 
+  for (const char* policy : {"curve", "k-means", "hulls", "graph"}) {
+    EXPECT_GT(client.balance(/*dry_run=*/true, policy).value().moved_sectors, 0u) << policy;
+  }
+  EXPECT_THAT(client.balance(/*dry_run=*/true, "other").status(),
+              IsStatus(absl::StatusCode::kInvalidArgument, "known are curve"));
   const Balance plan = client.balance(/*dry_run=*/true).value();
   EXPECT_FALSE(plan.moves);
   EXPECT_GT(plan.moved_sectors, 0u);

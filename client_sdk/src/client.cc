@@ -95,6 +95,8 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.counts_since_load = counts_from(reply.counts_since_load());
   status.tick_ms = times_from(reply.tick_ms());
   status.map_epoch = reply.map_epoch();
+  status.moved_sectors = reply.moved_sectors();
+  status.moved_bodies = reply.moved_bodies();
   status.recoveries = reply.recoveries();
   status.checkpoint_tick = reply.checkpoint_tick();
   status.store_failure = reply.store_failure();
@@ -474,9 +476,10 @@ absl::StatusOr<Tick> Client::drain(std::uint64_t node, absl::Duration timeout) {
   return impl_->tick_of(&Stub::Drain, request, timeout);
 }
 
-absl::StatusOr<Balance> Client::balance(bool dry_run, absl::Duration timeout) {
+absl::StatusOr<Balance> Client::balance(bool dry_run, const std::string& policy, absl::Duration timeout) {
   v1::BalanceRequest request;
   request.set_dry_run(dry_run);
+  request.set_policy(policy);
   const auto reply = impl_->call(&Stub::Balance, request, timeout);
   if (!reply.ok()) return reply.status();
   Balance balance{.tick = reply->tick(),

@@ -66,6 +66,8 @@ json to_json(const ClusterStatus& status) {
               {"real_time_factor", status.real_time_factor},
               {"bodies", status.bodies},
               {"recoveries", status.recoveries},
+              {"moved_sectors", status.moved_sectors},
+              {"moved_bodies", status.moved_bodies},
               {"checkpoint_tick", status.checkpoint_tick},
               {"store_failure", status.store_failure},
               {"waits_for_store", status.waits_for_store},

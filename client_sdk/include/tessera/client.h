@@ -215,6 +215,8 @@ struct ClusterStatus {
   TickCounts counts_since_load;  // the most of any tick, or the total: see kTickCounters
   TickTimes tick_ms;             // of the slowest server of each tick, since the load
   std::uint64_t map_epoch = 0;
+  std::uint64_t moved_sectors = 0;  // to other servers, to share out their work, since the load
+  std::uint64_t moved_bodies = 0;
   std::uint64_t recoveries = 0;  // how often the world went on from a checkpoint, on other servers
   Tick checkpoint_tick = 0;      // of the latest checkpoint
   std::string store_failure;     // why the store cannot be written at present; empty while it can
@@ -378,8 +380,10 @@ class Client {
 
   // Divides the world anew among its servers, by what they have to do; the state stays the same bits. A call
   // moves a bounded number of sectors, at the beginning of the next tick. `dry_run`: only says what it would
-  // do. FAILED_PRECONDITION without a world.
-  absl::StatusOr<Balance> balance(bool dry_run = false, absl::Duration timeout = kCallTimeout);
+  // do. `policy`: "curve", "k-means", "hulls", "graph" or "grid"; empty: the coordinator's.
+  // FAILED_PRECONDITION without a world, INVALID_ARGUMENT for another policy.
+  absl::StatusOr<Balance> balance(bool dry_run = false, const std::string& policy = {},
+                                  absl::Duration timeout = kCallTimeout);
 
   // Ends the coordinator and its servers.
   absl::Status shutdown(absl::Duration timeout = kCallTimeout);

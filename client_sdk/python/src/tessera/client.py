@@ -556,12 +556,16 @@ class Client:
         """
         return self._tick_of("Drain", tessera_pb2.DrainRequest(node=node), timeout)
 
-    def balance(self, dry_run: bool = False, timeout: float | None = CALL_TIMEOUT_S) -> Balance:
+    def balance(
+        self, dry_run: bool = False, timeout: float | None = CALL_TIMEOUT_S, *, policy: str = ""
+    ) -> Balance:
         """Divides the world anew among its servers, by what they have to do; the state stays the same bits.
-        With `dry_run`, only says what it would do: `shares` (`node`, `tick_us`, `tick_us_then`),
-        `moved_sectors`, `moved_bodies`, `moves` and `tick`, as BalanceReply in proto/tessera.proto.
+        `policy`: "curve", "k-means", "hulls", "graph" or "grid"; empty: the coordinator's. With `dry_run`, only
+        says what it would do: `shares` (`node`, `tick_us`, `tick_us_then`), `moved_sectors`, `moved_bodies`, `moves`
+        and `tick`, as BalanceReply in proto/tessera.proto.
         """
-        balance: Balance = self._call("Balance", tessera_pb2.BalanceRequest(dry_run=dry_run), timeout)
+        request = tessera_pb2.BalanceRequest(dry_run=dry_run, policy=policy)
+        balance: Balance = self._call("Balance", request, timeout)
         return balance
 
     def shutdown(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
