@@ -4,6 +4,7 @@
 #include <absl/strings/str_join.h>
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <set>
 #include <string>
@@ -116,7 +117,10 @@ class Driver {
   }
 
   absl::Status balance() {
-    const auto balance = cluster_.call<v1::BalanceRequest, v1::BalanceReply>({});
+    v1::BalanceRequest request;
+    request.set_policy(
+        std::string(name_of(kBalancePolicies[balance_dice_.below(std::size(kBalancePolicies))])));
+    const auto balance = cluster_.call<v1::BalanceRequest, v1::BalanceReply>(std::move(request));
     if (balance.ok() && balance->moves()) ++moves_;
     return balance.status();
   }

@@ -4,6 +4,7 @@
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
+#include <ctime>
 #include <utility>
 
 #include "coordinator/folder_store.h"
@@ -27,7 +28,16 @@ CoordinatorOptions options_for(std::uint32_t servers, const SimulatedClusterOpti
   coordinator.servers_wanted = servers;
   coordinator.inputs = options.inputs;
   coordinator.checkpoint_every = options.checkpoint_every;
+  coordinator.balance_every = options.balance_every;
+  coordinator.balance_ahead = options.balance_ahead;
+  coordinator.balance_policy = options.balance_policy;
   return coordinator;
+}
+
+std::chrono::nanoseconds processor_time_of_thread() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
 v1::ClusterMessage parsed(const Delivery& delivery) {
@@ -119,7 +129,7 @@ void SimulatedCluster::start_server() {
   options.stream_address = "simulated";
   options.log = sink_of(server.node);
   const auto clock = [this, place = servers_.size() - 1] {
-    return servers_[place].clock.at(network_.now_ns());
+    return servers_[place].clock.at(network_.now_ns() + worked_ns());
   };
   server.machine = std::make_unique<SectorServer>(options, load_engine, clock, nullptr);
   server.machine->start(server.node, clock());
@@ -151,7 +161,9 @@ void SimulatedCluster::run_coordinator() {
   if (!coordinator_) return;
   for (const std::function<void()>& request : std::exchange(requests_, {})) request();
   for (const Delivery& delivery : coordinator_link_->receive({})) {
-    coordinator_->receive(delivery.from, parsed(delivery), now());
+    const v1::ClusterMessage message = parsed(delivery);
+    if (options_.reports && message.has_report()) options_.reports(delivery.from, message.report());
+    coordinator_->receive(delivery.from, message, now());
   }
   coordinator_->advance(now());
   std::vector<OutgoingMessage> messages = coordinator_->take_messages();
@@ -168,17 +180,31 @@ void SimulatedCluster::run_coordinator() {
   if (begins_world && !armed_.empty()) begin_crash_in_recovery();
 }
 
+void SimulatedCluster::send_done(Server& server) {
+  for (SectorServer::Outgoing& out : std::exchange(server.done, {})) {
+    server.link->send(out.to, std::move(out.payload));
+  }
+}
+
+std::uint64_t SimulatedCluster::worked_ns() const {
+  if (!work_began_) return 0;
+  return static_cast<std::uint64_t>((processor_time_of_thread() - *work_began_).count());
+}
+
 // A server that ends by itself is started anew, as its unit would do.
 void SimulatedCluster::run_server(Server& server) {
-  const auto now = [&] { return server.clock.at(network_.now_ns()); };
+  const auto now = [&] { return server.clock.at(network_.now_ns() + worked_ns()); };
+  send_done(server);
+  if (options_.takes_time) work_began_ = processor_time_of_thread();
   for (const Delivery& delivery : server.link->receive({})) {
     server.machine->receive(delivery.from, parsed(delivery), now());
   }
   server.machine->advance(now());
   while (server.machine->work_left()) server.machine->proceed(now());
-  for (SectorServer::Outgoing& out : server.machine->take_messages()) {
-    server.link->send(out.to, std::move(out.payload));
-  }
+  server.done = server.machine->take_messages();
+  const std::uint64_t worked = worked_ns();
+  work_began_.reset();
+  if (worked == 0 || server.machine->finished()) send_done(server);
   if (server.machine->finished()) {
     server.end = server.machine->finished();
     server.machine.reset();
@@ -189,6 +215,8 @@ void SimulatedCluster::run_server(Server& server) {
     return;
   }
   keep_timer(server.node, server.clock, server.timer_ns, server.machine->next_deadline());
+  if (!server.done.empty()) network_.set_timer(server.node, network_.now_ns() + worked);
+  if (worked > 0) network_.keep_busy(server.node, network_.now_ns() + worked);
   if (server.work_ns > 0) network_.keep_busy(server.node, network_.now_ns() + server.work_ns);
 }
 

@@ -33,6 +33,14 @@ struct SimulatedClusterOptions {
   InputSink inputs;  // as CoordinatorOptions::inputs
   Nanoseconds checkpoint_every = std::chrono::milliseconds(100);
   std::function<void(const std::string& line)> log;  // of all processes, with times; may be empty
+  // As of CoordinatorOptions.
+  Nanoseconds balance_every{0};
+  Nanoseconds balance_ahead{0};
+  BalancePolicy balance_policy = BalancePolicy::kCurve;
+  // A server is busy for as long as this thread's processor is with what the server does, as if each had a
+  // processor of its own: then times are measured, and differ from run to run. Else nothing takes time.
+  bool takes_time = false;
+  std::function<void(NodeId, const v1::Report&)> reports;  // hears what servers report; may be empty
 };
 
 // How often each kind of fault hit something.
@@ -104,10 +112,11 @@ class SimulatedCluster {
     NodeId node;
     NodeClock clock;
     std::unique_ptr<Link> link;
-    std::unique_ptr<SectorServer> machine;  // null once it has crashed
-    std::optional<absl::Status> end;        // by itself
-    std::uint64_t timer_ns = 0;             // set and not yet expired
-    std::uint64_t work_ns = 0;              // for each message
+    std::unique_ptr<SectorServer> machine;     // null once it has crashed
+    std::optional<absl::Status> end;           // by itself
+    std::uint64_t timer_ns = 0;                // set and not yet expired
+    std::uint64_t work_ns = 0;                 // for each message
+    std::vector<SectorServer::Outgoing> done;  // to be sent when it has taken its time
   };
 
   // A coordinator that is to end in the middle of an operation on its disk.
@@ -130,6 +139,8 @@ class SimulatedCluster {
   bool crash_server(NodeId node, std::uint64_t absent_ns);
   void begin_crash_in_recovery();
   void run_server(Server& server);
+  void send_done(Server& server);
+  std::uint64_t worked_ns() const;
   void keep_timer(NodeId node, const NodeClock& clock, std::uint64_t& timer_ns,
                   std::optional<Nanoseconds> deadline);
   void log(NodeId node, const LogLine& line) const;
@@ -162,6 +173,8 @@ class SimulatedCluster {
   std::vector<v1::RecordedCommand> told_;
   std::uint64_t coordinator_timer_ns_ = 0;
   std::vector<Server> servers_;
+  std::optional<std::chrono::nanoseconds>
+      work_began_;  // of the server that does something, if that takes time
   std::multimap<std::uint64_t, std::function<void()>> faults_;  // pending begins and ends, by time
   std::vector<Fault> armed_;                                    // crashes that wait for a recovery
   std::optional<Dying> dying_;

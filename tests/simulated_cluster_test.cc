@@ -156,6 +156,48 @@ TEST_F(Scenarios, TheSameSeedIsTheSameRun) {
   });
 }
 
+// A world that is divided by one policy again and again, on three servers, from the boxes of a grid on.
+class Divisions : public Seeds, public ::testing::WithParamInterface<BalancePolicy> {};
+
+TEST_P(Divisions, ChangeNoBit) {
+  SimulatedCluster cluster(seed(), 3, Precision::kFloat32, {.balance_policy = BalancePolicy::kGrid});
+  ASSERT_TRUE(cluster.load(corner_pile()).ok());
+  bool has_moved = false;
+  for (int n = 0; n < 6; ++n) {
+    v1::BalanceRequest request;
+    request.set_policy(std::string(name_of(n == 3 ? BalancePolicy::kGrid : GetParam())));
+    const auto balance = cluster.call<v1::BalanceRequest, v1::BalanceReply>(std::move(request));
+    ASSERT_TRUE(balance.ok()) << balance.status();
+    has_moved |= balance->moves();
+    ASSERT_TRUE(cluster.step(kTicks / 6).ok());
+  }
+  EXPECT_TRUE(has_moved || !follows_load(GetParam()));
+  const auto hash = cluster.hash();
+  ASSERT_TRUE(hash.ok()) << hash.status();
+  EXPECT_EQ(hash->hash(), *Checker(corner_pile()).untouched_hash(kTicks)) << "seed " << seed();
+}
+
+// By itself, where what servers do takes time: the maps are others in every run.
+TEST_P(Divisions, ChangeNoBitWhenTheyFollowWhatIsMeasured) {
+  SimulatedCluster cluster(seed(), 3, Precision::kFloat32,
+                           {.balance_every = milliseconds(100),
+                            .balance_ahead = seconds(1),
+                            .balance_policy = GetParam(),
+                            .takes_time = true});
+  ASSERT_TRUE(cluster.load(corner_pile()).ok());
+  ASSERT_TRUE(cluster.step(kTicks).ok());
+  const auto hash = cluster.hash();
+  ASSERT_TRUE(hash.ok()) << hash.status();
+  EXPECT_EQ(hash->hash(), *Checker(corner_pile()).untouched_hash(kTicks)) << "seed " << seed();
+}
+
+INSTANTIATE_TEST_SUITE_P(Policies, Divisions, ::testing::ValuesIn(kBalancePolicies),
+                         [](const auto& instance) {
+                           std::string name(name_of(instance.param));
+                           std::erase(name, '-');
+                           return name;
+                         });
+
 // A cluster of two servers whose world runs while one fault occurs.
 class Faults : public Seeds {
  protected:
