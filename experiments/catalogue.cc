@@ -13,6 +13,7 @@
 #include "experiments/performance/performance.h"
 #include "experiments/performance/scaling.h"
 #include "experiments/requirements/requirements.h"
+#include "experiments/scale/scale.h"
 #include "experiments/tradeoff/tradeoff.h"
 
 namespace tessera {
@@ -44,6 +45,8 @@ const std::vector<Experiment>& all_experiments() {
       {"performance",
        "What a core does: piles, towers, a pyramid and mixed bodies, compared with plain Bullet.",
        measure_performance, /*has_scenes=*/true},
+      {"scale", "A crowd that crosses the sectors of four servers, by the policy that divides them.",
+       measure_scale},
       {"scaling", "What a second thread and a second server give on the same scenes.", measure_scaling},
       {"requirements", "The savings of computing only what a scene requires, and the remaining error.",
        measure_requirements},

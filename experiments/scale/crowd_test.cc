@@ -1,0 +1,33 @@
+// A small crowd, whose bits do not depend on who has its sectors.
+#include "experiments/scale/crowd.h"
+
+#include <gtest/gtest.h>
+
+namespace tessera {
+namespace {
+
+TEST(Crowd, HasTheSameBitsByAnyPolicy) {
+  const CrowdOptions options{.bodies = 150, .ticks = 60};
+  const WorldDescription world = crowd_world(options);
+  const auto run = [&](const Sharing& sharing) {
+    return run_crowd(world, options.ticks, sharing, [] { return true; });
+  };
+  const absl::StatusOr<CrowdRun> undisturbed = run({});
+  ASSERT_TRUE(undisturbed.ok()) << undisturbed.status();
+  EXPECT_EQ(undisturbed->moves, 0u);
+  EXPECT_GT(undisturbed->largest_ms, undisturbed->mean_ms);
+  for (const BalancePolicy policy : kBalancePolicies) {
+    const absl::StatusOr<CrowdRun> other = run({.policy = policy, .every = 0.05, .ahead = 0.5});
+    ASSERT_TRUE(other.ok()) << other.status();
+    EXPECT_EQ(other->hash, undisturbed->hash) << name_of(policy);
+  }
+}
+
+TEST(Crowd, EndsWhereItIsToEnd) {
+  const CrowdOptions options{.bodies = 20, .ticks = 60};
+  EXPECT_TRUE(
+      absl::IsCancelled(run_crowd(crowd_world(options), options.ticks, {}, [] { return false; }).status()));
+}
+
+}  // namespace
+}  // namespace tessera

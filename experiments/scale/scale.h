@@ -1,0 +1,16 @@
+// What following the load gives, by policy.
+#pragma once
+
+#include "experiments/catalogue.h"
+
+namespace tessera {
+
+// The crowd of crowd_world(): without any move, in a fixed grid, and by each policy that follows the load:
+// after the fact, and two seconds ahead. Everything else is as in run_crowd().
+//
+// Table "rows": {engine, policy, ahead_s, largest_ms, mean_ms, largest_to_mean, largest_p99_ms, late, ticks,
+// real_time_factor, moves, moved_sectors, moved_bodies, moved_kb, exchanged_kb_per_tick, same_bits, hash}.
+// `same_bits`: the hash is that of the run without any move.
+absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Progress& progress);
+
+}  // namespace tessera
