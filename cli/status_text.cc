@@ -52,6 +52,10 @@ std::string summary(const ClusterStatus& status) {
     absl::StrAppend(&text, "went on from a checkpoint ", grouped(status.recoveries),
                     " times, the latest is of tick ", grouped(status.checkpoint_tick), "\n");
   }
+  if (status.moved_sectors > 0) {
+    absl::StrAppend(&text, "to share out the work, ", grouped(status.moved_sectors), " sectors with ",
+                    grouped(status.moved_bodies), " bodies have changed servers\n");
+  }
   absl::StrAppendFormat(&text, "tick mean %.2f ms, p50 %.2f ms, p99 %.2f ms, max %.2f ms; coordinator %s\n",
                         status.tick_ms.mean, status.tick_ms.p50, status.tick_ms.p99, status.tick_ms.max,
                         megabytes(static_cast<double>(status.coordinator_peak_rss_bytes)));

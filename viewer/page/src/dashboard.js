@@ -52,11 +52,12 @@ class ServerRow {
     }
     const note = server.suspect ? ' (not responding)' : server.takes_part ? '' : ' (idle)';
     this.name.textContent = `server ${place + 1}${note}`;
-    this.load.textContent = `${number(server.bodies)} bodies`;
+    this.load.textContent = `${number(server.bodies)} bodies, ${server.own_ms.toFixed(1)} ms`;
     fill(this.facts, [
       ['node', server.node],
       ['streams', server.stream_address],
       ['sectors', `${number(server.sectors)}, ${number(server.sectors_awake)} awake`],
+      ['own work of a tick', `${server.own_ms.toFixed(2)} ms`],
       ['tick p50 / p99 / max', `${times(server.tick_ms)} ms`],
       ['sent to servers', megabytes(server.exchange_bytes)],
       ['memory', megabytes(server.peak_rss_bytes)],
@@ -82,6 +83,10 @@ export class Dashboard {
         'islands at seams', '', {name: 'across seams', colour: kBlue},
         {name: 'across servers', colour: kAmber});
     this.exchange = plot('exchange between servers', 'kB/s', {name: 'sent', colour: kBlue});
+    this.load = plot(
+        'own work of a tick', 'ms', {name: 'mean of the servers', colour: kTeal},
+        {name: 'slowest server', colour: kAmber});
+    this.moves = plot('bodies moved to other servers', '1/s', {name: 'moved', colour: kBlue});
     this.page = plot(
         'this web UI', 'fps, kB/s', {name: 'frames per second', colour: kTeal},
         {name: 'kB per second', colour: kBlue});
@@ -90,8 +95,8 @@ export class Dashboard {
   }
 
   clear() {
-    for (const plot of [this.pace, this.tick, this.awake, this.clones, this.islands, this.exchange])
-      plot.clear();
+    const {pace, tick, awake, clones, islands, exchange, load, moves} = this;
+    for (const plot of [pace, tick, awake, clones, islands, exchange, load, moves]) plot.clear();
     this.last = null;
   }
 
@@ -112,12 +117,17 @@ export class Dashboard {
     if (!answers) return;
     const sent = status.servers.reduce((sum, server) => sum + server.exchange_bytes, 0);
     const before = this.last;
-    this.last = {sent, now};
+    const moved = status.moved_bodies;
+    this.last = {sent, moved, now};
+    const own = status.servers.filter((server) => server.takes_part).map((server) => server.own_ms);
     this.pace.add(status.state === 'running' ? status.real_time_factor : 0);
     this.tick.add(status.tick_ms.p50, status.tick_ms.p99);
     this.awake.add(status.bodies_awake, status.contacts);
     this.clones.add(status.clones);
     this.islands.add(status.islands_across_seams, status.islands_shipped + status.islands_in_step);
-    this.exchange.add(before ? Math.max(0, sent - before.sent) / (now - before.now) : 0);
+    const perSecond = (count, countBefore) => 1000 * Math.max(0, count - countBefore) / (now - before.now);
+    this.exchange.add(before ? perSecond(sent, before.sent) / 1000 : 0);
+    this.load.add(own.reduce((sum, ms) => sum + ms, 0) / Math.max(1, own.length), Math.max(0, ...own));
+    this.moves.add(before ? perSecond(moved, before.moved) : 0);
   }
 }
