@@ -84,7 +84,8 @@ std::vector<NodeId> Coordinator::Impl::chosen_nodes(Precision precision) const {
 
 void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes) {
   const std::uint64_t number = worlds_ + 1;
-  absl::StatusOr<Placement> placement = place(number, load.world, nodes, /*map_epoch=*/1, options_.balance_policy);
+  absl::StatusOr<Placement> placement =
+      place(number, load.world, nodes, /*map_epoch=*/1, options_.balance_policy);
   if (!placement.ok()) {
     load.reply(placement.status(), {});
     return;

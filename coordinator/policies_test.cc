@@ -197,8 +197,8 @@ TEST_P(FollowingPolicies, AnyLoad) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, FollowingPolicies,
-                         ::testing::Values(BalancePolicy::kCurve, BalancePolicy::kKMeans, BalancePolicy::kHulls,
-                                         BalancePolicy::kGraph),
+                         ::testing::Values(BalancePolicy::kCurve, BalancePolicy::kKMeans,
+                                           BalancePolicy::kHulls, BalancePolicy::kGraph),
                          [](const auto& instance) {
                            std::string name(name_of(instance.param));
                            std::erase(name, '-');

@@ -121,9 +121,9 @@ void Coordinator::Impl::recover() {
         Severity::kWarning);
     return;
   }
-  absl::StatusOr<Placement> placement = world.checkpoints->place_earliest(
-      world.number, world.settings, world.anchor, world.certain_shapes(), world.nodes, world.map.epoch() + 1,
-      options_.balance_policy);
+  absl::StatusOr<Placement> placement =
+      world.checkpoints->place_earliest(world.number, world.settings, world.anchor, world.certain_shapes(),
+                                        world.nodes, world.map.epoch() + 1, options_.balance_policy);
   if (!placement.ok()) {
     fail_world(absl::StrCat("it cannot go on from tick ", tick, ": ", placement.status().message()),
                placement.status().code(), {});

@@ -64,7 +64,8 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
   run->engine_ = std::move(*engine);
 
   const SectorIndex anchor = from_proto(load.anchor());
-  absl::StatusOr<SectorMap> map = read_map(anchor, load.splitters(), load.owners(), run->nodes_.size(), load.map_epoch());
+  absl::StatusOr<SectorMap> map =
+      read_map(anchor, load.splitters(), load.owners(), run->nodes_.size(), load.map_epoch());
   if (!map.ok()) return map.status();
   PartitionOptions options;
   options.settings = *settings;

@@ -21,8 +21,7 @@ struct Entrant {
 };
 
 std::vector<Entrant> entrants() {
-  std::vector<Entrant> all = {{"none", {}},
-                                 {"grid", {.policy = BalancePolicy::kGrid, .every = kLookEvery}}};
+  std::vector<Entrant> all = {{"none", {}}, {"grid", {.policy = BalancePolicy::kGrid, .every = kLookEvery}}};
   for (const BalancePolicy policy : kBalancePolicies) {
     if (!follows_load(policy)) continue;
     for (const double ahead : {0.0, kLookAhead}) {
