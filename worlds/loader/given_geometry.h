@@ -45,8 +45,8 @@ using GivenGeometry = std::variant<PlacedHeightField, Prisms, Cone, DividedMesh,
 
 inline constexpr std::size_t kOutlinePointsMax = 4096;  // of all outlines of a collision
 
-// Whether `kind`, a child of <geometry>, is one of these: <tessera:heightfield>, <tessera:ground>, <heightmap>,
-// <polyline>, <cone>.
+// Whether `kind`, a child of <geometry>, is one of these: <tessera:heightfield>, <tessera:ground>,
+// <heightmap>, <polyline>, <cone>.
 bool is_given(const xml::Element& kind);
 
 // The geometry of a <geometry> whose first such child is `kind`. Paths are relative to `directory`. Errors

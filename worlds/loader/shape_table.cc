@@ -47,8 +47,8 @@ class Bytes {
   }
   void operator()(const Ground& ground) {
     both(static_cast<int>(ground.source), static_cast<int>(ground.has_sea));
-    for (const double value : {ground.spacing, ground.radius, ground.height, ground.wavelength,
-                               ground.edge, ground.low})
+    for (const double value :
+         {ground.spacing, ground.radius, ground.height, ground.wavelength, ground.edge, ground.low})
       (*this)(value);
     (*this)(ground.octaves);
     (*this)(ground.seed);
