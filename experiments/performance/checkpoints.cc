@@ -63,10 +63,7 @@ WorldDescription resting(const WorldSettings& settings, int boxes, int balls) {
 class CheckpointPrice {
  public:
   CheckpointPrice(const ExperimentOptions& options, const Progress& progress)
-      : options_(options),
-        rounds_(options.quick ? 1 : 3),
-        stretch_(options.quick ? 50 : 200),
-        count_(progress, 0) {}
+      : options_(options), rounds_(options.quick ? 1 : 3), count_(progress, 0) {}
 
   absl::StatusOr<Report> measure() {
     WorldSettings settings;
@@ -80,16 +77,21 @@ class CheckpointPrice {
     }
     WorldSettings awake = settings;
     awake.sleep_after = 0;
-    if (absl::Status status = measure("pile", dropped_boxes(awake, boxes), 0); !status.ok()) return status;
+    if (absl::Status status = measure("pile", dropped_boxes(awake, boxes), 0, options_.quick ? 50 : 400);
+        !status.ok())
+      return status;
     // Until the pile sleeps, and is packed.
     const Tick before = options_.quick ? 100 : 1000;
-    if (absl::Status status = measure("resting", resting(settings, boxes, boxes / 16), before); !status.ok())
+    if (absl::Status status =
+            measure("resting", resting(settings, boxes, boxes / 16), before, options_.quick ? 100 : 3000);
+        !status.ok())
       return status;
     return std::move(report_);
   }
 
  private:
-  absl::Status measure(const std::string& scene, const WorldDescription& world, Tick before) {
+  // After `before` ticks, each contender is stepped for `stretch` at a time.
+  absl::Status measure(const std::string& scene, const WorldDescription& world, Tick before, Tick stretch) {
     for (Contender& contender : contenders_) {
       Client& client = contender.servers->client();
       if (auto loaded = client.load(world, /*replace=*/true); !loaded.ok()) return loaded.status();
@@ -101,7 +103,7 @@ class CheckpointPrice {
     }
     for (int round = 0; round < rounds_; ++round) {
       for (Contender& contender : contenders_) {
-        if (absl::Status status = contender.step(stretch_); !status.ok()) return status;
+        if (absl::Status status = contender.step(stretch); !status.ok()) return status;
         if (absl::Status status = count_.advance(); !status.ok()) return status;
       }
     }
@@ -152,7 +154,6 @@ class CheckpointPrice {
 
   const ExperimentOptions& options_;
   const int rounds_;
-  const Tick stretch_;
   ProgressCount count_;
   std::vector<Contender> contenders_;
   Report report_;

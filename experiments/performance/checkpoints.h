@@ -6,8 +6,8 @@
 namespace tessera {
 
 // A world on two servers of a thread each, once without checkpoints and once for each of several intervals,
-// with processes of their own; they are stepped in turn, some hundred ticks at a time, as fast as they go.
-// States go to a store on disk.
+// with processes of their own; they are stepped in turn, some hundred or thousand ticks at a time, as fast as
+// they go. States go to a store on disk.
 //
 //   pile       8,192 boxes dropped in 4 layers, all awake
 //   resting    the same, asleep in the end, beside 500 balls that roll

@@ -105,8 +105,10 @@ WorldDescription crowd_world(const CrowdOptions& options) {
   const double way = kSpeed / std::sqrt(2.0);
   for (int n = 0; n < options.bodies; ++n) {
     // A little out of line, so that they meet.
-    const Eigen::Vector3d place((n % row) * kApart + 0.01 * (n * 7 % 5),
-                                (n / row) * kApart + 0.01 * (n * 3 % 7), kRadius);
+    const int column = n % row;
+    const int line = n / row;
+    const Eigen::Vector3d place(column * kApart + 0.01 * (n * 7 % 5), line * kApart + 0.01 * (n * 3 % 7),
+                                kRadius);
     BodyDescription& body = builder.add(absl::StrCat("ball_", n), ball, 1, place);
     body.linear_velocity = {way, way, 0};
     body.angular_velocity = Eigen::Vector3d(-way, way, 0) / kRadius;
