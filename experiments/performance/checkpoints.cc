@@ -53,7 +53,9 @@ WorldDescription resting(const WorldSettings& settings, int boxes, int balls) {
     ball.name = absl::StrCat("ball", n);
     ball.properties.shape = static_cast<ShapeId>(world.shapes.size() - 1);
     ball.properties.inertia = {0.1, 0.1, 0.1};
-    ball.pose.position = {{}, {300 + 3.5 * (n % kInRow), 3.5 * (n / kInRow), 0.5}};
+    const int column = n % kInRow;
+    const int row = n / kInRow;
+    ball.pose.position = {{}, {300 + 3.5 * column, 3.5 * row, 0.5}};
     ball.linear_velocity = {0.1, 0, 0};
     world.bodies.push_back(std::move(ball));
   }

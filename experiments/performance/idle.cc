@@ -142,15 +142,18 @@ class GrownWorld {
   }
 
   Newcomer box(int n) const {
-    const int sector = n / kInSector;
-    const Eigen::Vector3d corner(2 + sector % kSectorsInRow, sector / kSectorsInRow, 0);
-    const Eigen::Vector3d within(-5 + 2.5 * (n % kInSector % 5), n % kInSector < 5 ? -3 : 3, 0.5);
+    const int column = n / kInSector % kSectorsInRow;
+    const int row = n / kInSector / kSectorsInRow;
+    const int place = n % kInSector;
+    const Eigen::Vector3d corner(2 + column, row, 0);
+    const Eigen::Vector3d within(-5 + 2.5 * (place % 5), place < 5 ? -3 : 3, 0.5);
     return {box_, 1.0 / 6, corner * settings_.sector_size + within, 0};
   }
   Newcomer ball(int n) const {
     constexpr int kInRow = 100;
-    return {ball_, 0.1, Eigen::Vector3d(-20 - kBallsApart * (n % kInRow), kBallsApart * (n / kInRow), 0.5),
-            0.1};
+    const int column = n % kInRow;
+    const int row = n / kInRow;
+    return {ball_, 0.1, Eigen::Vector3d(-20 - kBallsApart * column, kBallsApart * row, 0.5), 0.1};
   }
 
   absl::Status spawn(int first, int count, Newcomer (GrownWorld::*newcomer)(int) const) {
