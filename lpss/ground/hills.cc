@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "lpss/base/portable_math.h"
+#include "lpss/grid/sector_map.h"
 #include "lpss/ground/tile.h"
 #include "lpss/model/limits.h"
 
@@ -12,16 +13,9 @@ namespace {
 
 constexpr std::int64_t kTileCells = 16;  // along an edge
 
-std::uint64_t mixed(std::uint64_t x) {  // Steele, Lea and Flood, "SplitMix", 2014
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
 std::uint64_t mixed(std::uint64_t seed, std::int64_t i, std::int64_t j, std::int64_t k) {
   std::uint64_t x = seed;
-  for (const std::int64_t part : {i, j, k})
-    x = mixed(x + 0x9e3779b97f4a7c15u + static_cast<std::uint64_t>(part));
+  for (const std::int64_t part : {i, j, k}) x = scrambled(x + static_cast<std::uint64_t>(part));
   return x;
 }
 
