@@ -129,11 +129,26 @@ bool is_valid(const Eigen::Matrix3d& tensor) {
   return im::MassMatrix3d(1, moments, products).IsValid();
 }
 
+// Of a ball of water of this mass: kg m^2.
+double moment_of_water(double mass) {
+  constexpr double kWater = 1000;  // kg/m^3
+  const double radius = portable::pow(3 * mass / (4 * std::numbers::pi * kWater), 1.0 / 3);
+  return 2 * mass * radius * radius / 5;
+}
+
+// Moments that are all a smaller share of those of water are rounding errors of a 0: a ball that has them is
+// 10^9 times as dense as water.
+constexpr double kShareOfWaterMin = 1e-6;
+
+bool has_no_moments(const Eigen::Vector3d& principal, double mass) {
+  return !(principal.maxCoeff() > kShareOfWaterMin * moment_of_water(mass));
+}
+
 // What is wrong with a tensor, or nullptr.
-const char* fault_of(const Eigen::Matrix3d& tensor, const Eigen::Vector3d& principal) {
+const char* fault_of(const Eigen::Matrix3d& tensor, const Eigen::Vector3d& principal, double mass) {
   const double largest = principal.maxCoeff();
-  if (!(largest > 0))
-    return "moments of inertia of 0 or less, taken as those of a ball of water of the same mass";
+  if (has_no_moments(principal, mass))
+    return "moments of inertia of 0 or next to it, taken as those of a ball of water of the same mass";
   if (principal.minCoeff() <= 0) return "moment of inertia of 0 or less, raised to what the others allow";
   if (!is_valid(tensor)) {
     return "moment of inertia larger than the other two together (triangle inequality), these two raised";
@@ -146,11 +161,7 @@ const char* fault_of(const Eigen::Matrix3d& tensor, const Eigen::Vector3d& princ
 
 Eigen::Vector3d nearest_moments(const Eigen::Vector3d& principal, double mass) {
   Eigen::Vector3d spread = Eigen::Vector3d::Constant(principal.sum() / 2) - principal;
-  if (!(principal.maxCoeff() > 0)) {
-    constexpr double kWater = 1000;  // kg/m^3
-    const double radius = portable::pow(3 * mass / (4 * std::numbers::pi * kWater), 1.0 / 3);
-    spread.setConstant(mass * radius * radius / 5);
-  }
+  if (has_no_moments(principal, mass)) spread.setConstant(moment_of_water(mass) / 2);
   const double least = std::max(kSpreadMin * spread.maxCoeff(), kInertiaMin);
   spread = spread.cwiseMax(least);
   return Eigen::Vector3d::Constant(spread.sum()) - spread;
@@ -187,7 +198,7 @@ std::vector<std::string> repair(MassProperties& properties) {
     mass = kMassMin;
   }
   const PrincipalInertia principal = principal_inertia(tensor);
-  const char* fault = fault_of(tensor, principal.moments);
+  const char* fault = fault_of(tensor, principal.moments, mass);
   if (fault == nullptr && faults.empty()) return faults;
   if (fault != nullptr) {
     faults.emplace_back(fault);

@@ -110,6 +110,11 @@ TEST(Repairs, NoMomentAtAllIsABallOfWater) {
               1e-3);
 }
 
+TEST(Repairs, MomentsThatAreRoundingErrorsAreABallOfWater) {
+  const LoadedWorld loaded = with_inertia("0.746", moments(2.7e-20, 5.4e-20, 1.4e-20), "0 or next to it");
+  EXPECT_NEAR(body_named(loaded, "m::l").properties.inertia[0], 9.446e-4, 1e-7);
+}
+
 TEST(Repairs, TinyMassesKeepTheirProportions) {
   const LoadedWorld loaded = with_inertia("1e-9", moments(1e-12, 1e-12, 1e-12), "mass below 1e-06 kg");
   EXPECT_EQ(body_named(loaded, "m::l").properties.mass, kMassMin);
