@@ -3,15 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ranges>
 #include <utility>
 
 namespace tessera::joints {
 namespace {
-
-// Two rows; the compiler joins these where the processor has wider lanes.
-typedef double Lanes __attribute__((vector_size(16), may_alias, aligned(8)));
-constexpr int kLanes = 2;
-constexpr int kTile = 4;  // rows and columns that are computed at once
 
 struct Panel {
   double* numbers;  // column by column
@@ -19,76 +15,6 @@ struct Panel {
 
   double* column(int n) const { return numbers + static_cast<std::ptrdiff_t>(n) * rows; }
 };
-
-// target -= left * right, of kTile rows and columns; `right` has kTile numbers a column of `left`.
-inline void subtract_tile(double* target, std::ptrdiff_t target_rows, const double* left,
-                          std::ptrdiff_t left_rows, const double* right, int count) {
-  Lanes sum[kTile][kTile / kLanes] = {};
-  for (int k = 0; k < count; ++k) {
-    const Lanes* rows = reinterpret_cast<const Lanes*>(left + k * left_rows);
-    for (int c = 0; c < kTile; ++c) {
-      for (int lane = 0; lane < kTile / kLanes; ++lane) sum[c][lane] += rows[lane] * right[k * kTile + c];
-    }
-  }
-  for (int c = 0; c < kTile; ++c) {
-    Lanes* rows = reinterpret_cast<Lanes*>(target + c * target_rows);
-    for (int lane = 0; lane < kTile / kLanes; ++lane) rows[lane] -= sum[c][lane];
-  }
-}
-
-// The same for fewer rows and columns.
-inline void subtract_rest(double* target, std::ptrdiff_t target_rows, int rows, int columns,
-                          const double* left, std::ptrdiff_t left_rows, const double* right, int count) {
-  for (int c = 0; c < columns; ++c) {
-    for (int row = 0; row < rows; ++row) {
-      double sum = 0;
-      for (int k = 0; k < count; ++k) sum += left[k * left_rows + row] * right[k * kTile + c];
-      target[c * target_rows + row] -= sum;
-    }
-  }
-}
-
-// Subtracts the products of `count` columns of a panel from `columns` (at most kTile) columns of `target`,
-// whose rows are those of the panel from `first` on.
-void subtract(double* target, std::ptrdiff_t target_rows, int columns, const Panel& panel, int first,
-              int count, const double* right) {
-  int row = first;
-  if (columns == kTile) {
-    for (; row + kTile <= panel.rows; row += kTile) {
-      subtract_tile(target + (row - first), target_rows, panel.numbers + row, panel.rows, right, count);
-    }
-  }
-  subtract_rest(target + (row - first), target_rows, panel.rows - row, columns, panel.numbers + row,
-                panel.rows, right, count);
-}
-
-// Rows `first` to `first + columns` of the first `count` columns of L D, row by column.
-void weigh(const Panel& panel, const double* pivots, int first, int columns, int count,
-           std::vector<double>& right) {
-  right.assign(static_cast<std::size_t>(count * kTile), 0.0);
-  for (int k = 0; k < count; ++k) {
-    for (int c = 0; c < columns; ++c)
-      right[static_cast<std::size_t>(k * kTile + c)] = pivots[k] * panel.column(k)[first + c];
-  }
-}
-
-// Of a panel's columns `first` to `first + columns`, from which those before are subtracted. False if one is
-// 0.
-bool eliminate(const Panel& panel, int first, int columns, double* pivots) {
-  for (int k = first; k < first + columns; ++k) {
-    double* const column = panel.column(k);
-    const double pivot = column[k];
-    pivots[k] = pivot;
-    if (pivot == 0 || !std::isfinite(pivot)) return false;
-    for (int row = k + 1; row < panel.rows; ++row) column[row] /= pivot;
-    for (int next = k + 1; next < first + columns; ++next) {
-      const double weighed = pivot * column[next];
-      double* const target = panel.column(next);
-      for (int row = next; row < panel.rows; ++row) target[row] -= column[row] * weighed;
-    }
-  }
-  return true;
-}
 
 // Calls `act` with the constants from 0 to kCount: loops in loops, which the compiler does not unroll by
 // itself.
@@ -123,7 +49,7 @@ bool factorise_front(double* numbers, double* pivots) {
   return is_regular;
 }
 
-// Solves a system of a single front of kRows rows, in the order of solve_fronts().
+// Solves a system of a single front of kRows rows, in the order of the kernel.
 template <int kRows>
 void solve_front(const double* panel, const double* pivots, double* x) {
   double y[kRows + 1];  // in registers
@@ -156,12 +82,34 @@ constexpr auto solvers(std::integer_sequence<int, kRows...>) {
 constexpr auto kFactoriseFront = factorisers(std::make_integer_sequence<int, kUnrolledMax + 1>());
 constexpr auto kSolveFront = solvers(std::make_integer_sequence<int, kUnrolledMax + 1>());
 
+FrontShape shape_of(const BlockPattern::Front& front) {
+  return {front.pivots, front.below_count(), front.below.data()};
+}
+
 }  // namespace
+
+std::span<const BlockKernel* const> block_kernels() {
+  static constexpr std::array kAll = {&kBlockKernelSse2, &kBlockKernelAvx2};
+  static const bool has_avx2 = __builtin_cpu_supports("avx2");
+  return std::span(kAll).first(has_avx2 ? 2 : 1);
+}
+
+BlockFactors::BlockFactors(const BlockKernel& kernel) : kernel_(&kernel) {}
 
 void BlockFactors::set_pattern(std::shared_ptr<const BlockPattern> pattern) {
   pattern_ = std::move(pattern);
-  pivots_.resize(static_cast<std::size_t>(pattern_->rows()));
-  ordered_.resize(static_cast<std::size_t>(pattern_->rows()));
+  const auto rows = static_cast<std::size_t>(pattern_->rows());
+  std::size_t pivots_max = 0;
+  std::size_t below_max = 0;
+  for (const BlockPattern::Front& front : pattern_->fronts()) {
+    pivots_max = std::max(pivots_max, static_cast<std::size_t>(front.pivots));
+    below_max = std::max(below_max, front.below.size());
+  }
+  pivots_.resize(rows);
+  ordered_.resize(rows);
+  ordered_sides_.resize(rows * kSidesAtOnce);
+  below_.resize(below_max);
+  weighed_.resize(pivots_max * kTile);
   updates_.resize(pattern_->updates_size());
   update_.resize(pattern_->update_max());
 }
@@ -204,22 +152,11 @@ bool BlockFactors::factorise() {
   if (is_unrolled()) return kFactoriseFront[pivots_.size()](panels_.data(), pivots_.data());
   for (const BlockPattern::Front& front : pattern_->fronts()) {
     assemble(front);
-    const Panel panel{panels_.data() + front.panel, front.rows()};
-    double* const pivots = pivots_.data() + front.first;
-    for (int first = 0; first < front.pivots; first += kTile) {
-      const int columns = std::min(kTile, front.pivots - first);
-      weigh(panel, pivots, first, columns, first, weighed_);
-      subtract(panel.column(first) + first, panel.rows, columns, panel, first, first, weighed_.data());
-      if (!eliminate(panel, first, columns, pivots)) return false;
+    if (!kernel_->factorise(shape_of(front), panels_.data() + front.panel, pivots_.data() + front.first,
+                            update_.data(), weighed_.data())) {
+      return false;
     }
-    const int below = front.below_count();
-    for (int first = 0; first < below; first += kTile) {
-      const int columns = std::min(kTile, below - first);
-      weigh(panel, pivots, front.pivots + first, columns, front.pivots, weighed_);
-      subtract(update_.data() + static_cast<std::ptrdiff_t>(first) * below + first, below, columns, panel,
-               front.pivots + first, front.pivots, weighed_.data());
-    }
-    std::copy_n(update_.begin(), static_cast<std::ptrdiff_t>(below) * below,
+    std::copy_n(update_.begin(), front.below.size() * front.below.size(),
                 updates_.begin() + static_cast<std::ptrdiff_t>(front.update));
   }
   return true;
@@ -227,43 +164,35 @@ bool BlockFactors::factorise() {
 
 void BlockFactors::solve(const Eigen::VectorXd& right, Eigen::VectorXd& solution) const {
   const std::vector<int>& order = pattern_->row_order();
-  for (std::size_t n = 0; n < order.size(); ++n) ordered_[n] = right[order[n]];
+  double* const x = ordered_.data();
+  for (std::size_t n = 0; n < order.size(); ++n) x[n] = right[order[n]];
   if (is_unrolled()) {
-    kSolveFront[order.size()](panels_.data(), pivots_.data(), ordered_.data());
+    kSolveFront[order.size()](panels_.data(), pivots_.data(), x);
   } else {
-    solve_fronts();
+    for (const BlockPattern::Front& front : pattern_->fronts())
+      kernel_->forward(shape_of(front), panels_.data() + front.panel, x + front.first, x, below_.data());
+    for (std::size_t n = 0; n < order.size(); ++n) x[n] /= pivots_[n];
+    for (const BlockPattern::Front& front : pattern_->fronts() | std::views::reverse)
+      kernel_->backward(shape_of(front), panels_.data() + front.panel, x + front.first, x, below_.data());
   }
   solution.resize(right.size());
-  for (std::size_t n = 0; n < order.size(); ++n) solution[order[n]] = ordered_[n];
+  for (std::size_t n = 0; n < order.size(); ++n) solution[order[n]] = x[n];
 }
 
-void BlockFactors::solve_fronts() const {
-  for (const BlockPattern::Front& front : pattern_->fronts()) {
-    const int rows = front.rows();
-    double* const x = ordered_.data() + front.first;
-    for (int k = 0; k < front.pivots; ++k) {
-      const double* const column = panels_.data() + front.panel + static_cast<std::ptrdiff_t>(k) * rows;
-      for (int row = k + 1; row < front.pivots; ++row) x[row] -= column[row] * x[k];
-      for (int n = 0; n < front.below_count(); ++n)
-        ordered_[static_cast<std::size_t>(front.below[static_cast<std::size_t>(n)])] -=
-            column[front.pivots + n] * x[k];
-    }
-  }
-  for (std::size_t n = 0; n < ordered_.size(); ++n) ordered_[n] /= pivots_[n];
-  for (std::size_t f = pattern_->fronts().size(); f-- > 0;) {
-    const BlockPattern::Front& front = pattern_->fronts()[f];
-    const int rows = front.rows();
-    double* const x = ordered_.data() + front.first;
-    for (int k = front.pivots; k-- > 0;) {
-      const double* const column = panels_.data() + front.panel + static_cast<std::ptrdiff_t>(k) * rows;
-      double sum = 0;
-      for (int row = k + 1; row < front.pivots; ++row) sum += column[row] * x[row];
-      for (int n = 0; n < front.below_count(); ++n)
-        sum += column[front.pivots + n] *
-               ordered_[static_cast<std::size_t>(front.below[static_cast<std::size_t>(n)])];
-      x[k] -= sum;
-    }
-  }
+void BlockFactors::solve(const Sides& right, Sides& solution) const {
+  const std::vector<int>& order = pattern_->row_order();
+  double* const x = ordered_sides_.data();
+  const auto side_rows = [](double* numbers) {
+    return Eigen::Map<Eigen::Matrix<double, 1, kSidesAtOnce>>(numbers);
+  };
+  for (std::size_t n = 0; n < order.size(); ++n) side_rows(x + n * kSidesAtOnce) = right.row(order[n]);
+  for (const BlockPattern::Front& front : pattern_->fronts())
+    kernel_->forward_sides(shape_of(front), panels_.data() + front.panel, x + front.first * kSidesAtOnce, x);
+  kernel_->divide_sides(pivots_.data(), pattern_->rows(), x);
+  for (const BlockPattern::Front& front : pattern_->fronts() | std::views::reverse)
+    kernel_->backward_sides(shape_of(front), panels_.data() + front.panel, x + front.first * kSidesAtOnce, x);
+  solution.resize(right.rows(), kSidesAtOnce);
+  for (std::size_t n = 0; n < order.size(); ++n) solution.row(order[n]) = side_rows(x + n * kSidesAtOnce);
 }
 
 }  // namespace tessera::joints

@@ -7,14 +7,24 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
 
+#include "lpss/joints/block_kernel.h"
 #include "lpss/joints/block_pattern.h"
 
 namespace tessera::joints {
 
+// Those that this processor can run; the last one is the fastest.
+std::span<const BlockKernel* const> block_kernels();
+
+// Several vectors at once, side by side.
+using Sides = Eigen::Matrix<double, Eigen::Dynamic, kSidesAtOnce, Eigen::RowMajor>;
+
 class BlockFactors {
  public:
+  explicit BlockFactors(const BlockKernel& kernel = *block_kernels().back());
+
   void set_pattern(std::shared_ptr<const BlockPattern> pattern);
 
   // Begins a matrix of zeros.
@@ -31,12 +41,13 @@ class BlockFactors {
 
   // `solution` is another vector, of any size before.
   void solve(const Eigen::VectorXd& right, Eigen::VectorXd& solution) const;
+  void solve(const Sides& right, Sides& solution) const;  // each side has the bits that it has alone
 
  private:
   bool is_unrolled() const;
-  void solve_fronts() const;
   void assemble(const BlockPattern::Front& front);
 
+  const BlockKernel* kernel_;
   std::shared_ptr<const BlockPattern> pattern_;
   std::vector<double> panels_;           // the matrix, then L without its diagonal of ones, by front
   std::vector<double> pivots_;           // D, in the order of elimination
@@ -44,6 +55,8 @@ class BlockFactors {
   std::vector<double> update_;           // of the front that is being eliminated
   std::vector<double> weighed_;          // columns of L D of a front, transposed
   mutable std::vector<double> ordered_;  // what is solved, in the order of elimination
+  mutable std::vector<double> ordered_sides_;
+  mutable std::vector<double> below_;  // of it, what is below the pivots of a front
 };
 
 }  // namespace tessera::joints

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <ostream>
 #include <random>
@@ -114,8 +115,9 @@ struct System {
     for (int row = 0; row < rows; ++row) matrix(row, row) = 0.5 + matrix.row(row).cwiseAbs().sum();
   }
 
-  BlockFactors factors(const std::shared_ptr<const BlockPattern>& pattern) const {
-    BlockFactors result;
+  BlockFactors factors(const std::shared_ptr<const BlockPattern>& pattern,
+                       const BlockKernel& kernel = *block_kernels().back()) const {
+    BlockFactors result(kernel);
     result.set_pattern(pattern);
     result.clear();
     const auto block = [&](int a, int b) {
@@ -155,6 +157,27 @@ TEST_P(BlockFactorsTest, SolvesAsADenseFactorisation) {
   Eigen::VectorXd solution;
   factors.solve(right, solution);
   EXPECT_LT((solution - expected).lpNorm<Eigen::Infinity>(), 1e-12);
+}
+
+TEST_P(BlockFactorsTest, HasTheSameBitsOnAllProcessorsAndSideBySide) {
+  const System system(GetParam(), 9);
+  const auto pattern = std::make_shared<const BlockPattern>(system.sizes, system.edges);
+  Sides right(system.matrix.rows(), kSidesAtOnce);
+  for (Eigen::Index n = 0; n < right.size(); ++n) right.data()[n] = std::cos(static_cast<double>(n));
+  Sides expected(right.rows(), kSidesAtOnce);
+  for (const BlockKernel* kernel : block_kernels()) {
+    BlockFactors factors = system.factors(pattern, *kernel);
+    ASSERT_TRUE(factors.factorise());
+    Sides solution;
+    factors.solve(right, solution);
+    for (Eigen::Index side = 0; side < kSidesAtOnce; ++side) {
+      Eigen::VectorXd alone;
+      factors.solve(right.col(side), alone);
+      EXPECT_EQ(solution.col(side), alone);
+    }
+    if (kernel == block_kernels().front()) expected = solution;
+    EXPECT_EQ(solution, expected);
+  }
 }
 
 TEST_P(BlockFactorsTest, FindsASingularMatrix) {

@@ -14,8 +14,6 @@
 
 namespace tessera::joints {
 
-inline constexpr Eigen::Index kBodyNumbers = 6;  // of a body's velocities: linear, angular
-
 // The patterns of the systems solved last: they stay the same from tick to tick.
 class KnownPatterns {
  public:
@@ -57,21 +55,31 @@ class HeldRows {
   const Eigen::VectorXd& diagonal() const { return diagonal_; }
   Eigen::Index count() const { return count_; }
 
-  // The argument `into` is another vector, of any size before.
-  void solve(const Eigen::VectorXd& of_rows, Eigen::VectorXd& into) const { factors_.solve(of_rows, into); }
+  // Numbers are an Eigen::VectorXd, or several side by side (Sides). The argument `into` is another one, of
+  // any size before.
+  template <typename Numbers>
+  void solve(const Numbers& of_rows, Numbers& into) const {
+    factors_.solve(of_rows, into);
+  }
 
   // J v
-  void rates(const Eigen::VectorXd& velocities, Eigen::VectorXd& into) const {
+  template <typename Numbers>
+  void rates(const Numbers& velocities, Numbers& into) const {
     along<&Side::rows>(velocities, into);
   }
   // J M^-1 v
-  void answers(const Eigen::VectorXd& row, Eigen::VectorXd& into) const { along<&Side::response>(row, into); }
+  template <typename Numbers>
+  void answers(const Numbers& row, Numbers& into) const {
+    along<&Side::response>(row, into);
+  }
   // J^T i
-  void row(const Eigen::VectorXd& of_rows, Eigen::VectorXd& into) const {
+  template <typename Numbers>
+  void row(const Numbers& of_rows, Numbers& into) const {
     combined<&Side::rows>(of_rows, into);
   }
   // M^-1 J^T i
-  void response(const Eigen::VectorXd& impulses, Eigen::VectorXd& into) const {
+  template <typename Numbers>
+  void response(const Numbers& impulses, Numbers& into) const {
     combined<&Side::response>(impulses, into);
   }
 
@@ -108,8 +116,13 @@ class HeldRows {
   template <Block Side::*kPart>
   void along(const Eigen::VectorXd& velocities, Eigen::VectorXd& rates) const;
   template <Block Side::*kPart>
+  void along(const Sides& velocities, Sides& rates) const;
+  template <Block Side::*kPart>
   void combined(const Eigen::VectorXd& of_rows, Eigen::VectorXd& sum) const;
+  template <Block Side::*kPart>
+  void combined(const Sides& of_rows, Sides& sum) const;
 
+  const BlockKernel& kernel_ = *block_kernels().back();
   std::vector<NodeBodies> bodies_of_nodes_;
   std::vector<Node> nodes_;
   std::vector<Side> sides_;
@@ -138,6 +151,19 @@ void HeldRows::along(const Eigen::VectorXd& velocities, Eigen::VectorXd& rates) 
 }
 
 template <HeldRows::Block HeldRows::Side::*kPart>
+void HeldRows::along(const Sides& velocities, Sides& rates) const {
+  rates.setZero(count_, kSidesAtOnce);
+  for (const Node& node : nodes_) {
+    for (std::size_t s = node.sides; s < node.sides_end; ++s) {
+      const Side& side = sides_[s];
+      kernel_.add_rates_of_sides((side.*kPart).data(), node.size,
+                                 velocities.data() + kBodyNumbers * kSidesAtOnce * side.body,
+                                 rates.data() + kSidesAtOnce * node.first);
+    }
+  }
+}
+
+template <HeldRows::Block HeldRows::Side::*kPart>
 void HeldRows::combined(const Eigen::VectorXd& of_rows, Eigen::VectorXd& sum) const {
   sum.setZero(kBodyNumbers * bodies_);
   for (const Node& node : nodes_) {
@@ -147,6 +173,19 @@ void HeldRows::combined(const Eigen::VectorXd& of_rows, Eigen::VectorXd& sum) co
       Eigen::Matrix<double, kBodyNumbers, 1> of_body = into;
       for (int row = 0; row < node.size; ++row) of_body += (side.*kPart).col(row) * of_rows[node.first + row];
       into = of_body;
+    }
+  }
+}
+
+template <HeldRows::Block HeldRows::Side::*kPart>
+void HeldRows::combined(const Sides& of_rows, Sides& sum) const {
+  sum.setZero(kBodyNumbers * bodies_, kSidesAtOnce);
+  for (const Node& node : nodes_) {
+    for (std::size_t s = node.sides; s < node.sides_end; ++s) {
+      const Side& side = sides_[s];
+      kernel_.add_combined_of_sides((side.*kPart).data(), node.size,
+                                    of_rows.data() + kSidesAtOnce * node.first,
+                                    sum.data() + kBodyNumbers * kSidesAtOnce * side.body);
     }
   }
 }

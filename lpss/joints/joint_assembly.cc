@@ -301,8 +301,9 @@ void JointAssembly::hold(Motion& motion) {
 }
 
 void JointAssembly::push(Motion& motion, const FreeRow& free, double impulse) const {
-  motion.velocities += free.response * impulse;
-  if (is_soft_.size() > 0) motion.soft_impulses -= free.soft_shares * impulse;
+  const FreeDirection& direction = directions_[free.direction];
+  motion.velocities += direction.response * impulse;
+  if (is_soft_.size() > 0) motion.soft_impulses -= direction.soft_shares * impulse;
 }
 
 // Of errors, none of soft rows.
@@ -493,9 +494,10 @@ void JointAssembly::pass() {
   VectorXd& wanted = scratch_.held;
   if (free_count_ > 0) wanted = wanted_ + bent_;
   for (FreeRow& free : free_rows()) {
-    const double missing = free.velocity - free.shares.dot(wanted) - free.row.dot(moved.velocities) -
-                           free.compliance * free.impulse;
-    const double impulse = std::clamp(free.impulse + missing / (free.mobility + free.compliance),
+    const FreeDirection& direction = directions_[free.direction];
+    const double missing = free.velocity - direction.shares.dot(wanted) -
+                           direction.row.dot(moved.velocities) - free.compliance * free.impulse;
+    const double impulse = std::clamp(free.impulse + missing / (direction.mobility + free.compliance),
                                       free.impulse_min, free.impulse_max);
     push(moved, free, impulse - free.impulse);
     free.impulse = impulse;

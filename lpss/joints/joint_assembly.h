@@ -120,15 +120,24 @@ class JointAssembly {
     double gained = 0;  // J: by held rows that do not give way, beyond what immovable bodies put in
   };
 
-  // A row over the velocities of all bodies whose impulses do not affect the held directions, but for those
-  // of soft rows.
-  struct FreeRow {
+  // The motion of an axis over the velocities of all bodies, whose impulses do not affect the held
+  // directions, but for those of soft rows.
+  struct FreeDirection {
+    const Tie* tie = nullptr;
+    const JointRow* axis = nullptr;
     Eigen::VectorXd row;
     Eigen::VectorXd response;     // of the velocities to a unit of impulse
     Eigen::VectorXd shares;       // of what is held, that were taken out of the row; of soft rows: 0
     Eigen::VectorXd soft_shares;  // of soft rows, that answer with so much impulse
+    double whole = 0;             // mobility of the axis, were nothing held
     double mobility = 0;          // of the row's own velocity
-    double velocity = 0;          // wanted of the row before
+  };
+
+  // What drives, limits or rubs along one.
+  struct FreeRow {
+    const JointRow* row = nullptr;
+    std::size_t direction = 0;
+    double velocity = 0;  // wanted of the axis
     double compliance = 0;
     double impulse_min = 0;
     double impulse_max = 0;
@@ -159,12 +168,13 @@ class JointAssembly {
   bool factorise();
   void make_nodes();
   void fill_held();
-  void put_over_bodies(const Tie& tie, const JointRow& row, Eigen::VectorXd& whole) const;
-  void find_answer(const Eigen::VectorXd& row, Eigen::VectorXd& answer) const;
+  void find_answers(const Sides& rows, Sides& answers) const;
   void add_free_rows();
-  bool make_free_row(const Tie& tie, const JointRow& row, FreeRow& free);
+  std::size_t direction_of(const Tie& tie, const JointRow& row);
+  void make_directions(std::span<FreeDirection> directions);
+  bool make_free_row(FreeRow& free) const;
   std::span<FreeRow> free_rows() { return {free_rows_.data(), free_count_}; }
-  void find_shares(FreeRow& free);
+  void find_shares(const Sides& rows, Sides& shares);
   Motion& begin_motion();
   void hold(Motion& motion);
   void push(Motion& motion, const FreeRow& free, double impulse) const;
@@ -209,8 +219,10 @@ class JointAssembly {
   bool is_foreseen_ = true;      // and follow the velocities of each pass
   double gives_way_ = 0;         // the share by which rows do
   bool is_anchored_ = false;     // to something that cannot be pushed
+  std::vector<FreeDirection> directions_;
+  std::size_t directions_count_ = 0;  // those of now are the first ones
   std::vector<FreeRow> free_rows_;
-  std::size_t free_count_ = 0;  // those of now are the first ones
+  std::size_t free_count_ = 0;  // likewise
   Eigen::VectorXd velocities_;
   Eigen::VectorXd soft_impulses_;
   double gained_ = 0;  // J, in this tick
@@ -237,6 +249,15 @@ class JointAssembly {
     Eigen::VectorXd bent;
     Eigen::VectorXd bending;
     std::vector<double> free_impulses;
+    struct {
+      Sides rows;  // of several directions
+      Sides answers;
+      Sides shares;
+      Sides soft_shares;
+      Sides combined;
+      Sides held;
+      Sides correction;
+    } sides;
   };
   Scratch scratch_;
 };

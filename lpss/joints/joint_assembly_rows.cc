@@ -151,39 +151,41 @@ void JointAssembly::fill_held() {
   }
 }
 
-void JointAssembly::put_over_bodies(const Tie& tie, const JointRow& row, VectorXd& whole) const {
-  whole.setZero(velocities_.size());
-  const auto put = [&](Index body, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) {
-    whole.segment<3>(kBodyNumbers * body) = linear;
-    whole.segment<3>(kBodyNumbers * body + 3) = angular;
-  };
-  put(tie.child, row.linear, row.angular_child);
-  if (tie.parent) put(*tie.parent, -row.linear, -row.angular_parent);
-}
-
-// Of the velocities, to a unit of impulse.
-void JointAssembly::find_answer(const VectorXd& row, VectorXd& answer) const {
-  answer.resize(row.size());
+// Of the velocities, to a unit of impulse of each row.
+void JointAssembly::find_answers(const Sides& rows, Sides& answers) const {
+  answers.resize(rows.rows(), kSidesAtOnce);
   Index first = 0;
   for (const Body& body : bodies_) {
-    answer.segment<3>(first) = body.now.inverse_mass * row.segment<3>(first);
-    answer.segment<3>(first + 3) = body.now.inverse_inertia * row.segment<3>(first + 3);
+    answers.middleRows<3>(first) = body.now.inverse_mass * rows.middleRows<3>(first);
+    answers.middleRows<3>(first + 3).noalias() =
+        body.now.inverse_inertia.lazyProduct(rows.middleRows<3>(first + 3));
     first += kBodyNumbers;
   }
 }
 
-// What is held of a row.
-void JointAssembly::find_shares(FreeRow& free) {
-  VectorXd& whole = scratch_.held;
-  VectorXd& left = scratch_.rates;
-  held_.answers(free.row, whole);
-  held_.solve(whole, free.shares);
-  held_.row(free.shares, scratch_.whole);
-  held_.answers(scratch_.whole, left);
-  left = whole - left;
-  if (is_soft_.size() > 0) left -= compliances_.cwiseProduct(free.shares);
-  held_.solve(left, scratch_.impulses);
-  free.shares += scratch_.impulses;
+// What is held of rows. A correction takes out what held rows give way by.
+void JointAssembly::find_shares(const Sides& rows, Sides& shares) {
+  auto& of = scratch_.sides;
+  held_.answers(rows, of.held);
+  held_.solve(of.held, shares);
+  of.held = (gives_way_ * held_.diagonal()).asDiagonal() * shares;
+  held_.solve(of.held, of.correction);
+  shares += of.correction;
+}
+
+// Several rows may act along one: friction, a drive, limits.
+std::size_t JointAssembly::direction_of(const Tie& tie, const JointRow& row) {
+  for (std::size_t n = directions_count_; n-- > 0 && directions_[n].tie == &tie;) {
+    const JointRow& axis = *directions_[n].axis;
+    if (axis.linear == row.linear && axis.angular_child == row.angular_child &&
+        axis.angular_parent == row.angular_parent) {
+      return n;
+    }
+  }
+  if (directions_count_ == directions_.size()) directions_.emplace_back();
+  directions_[directions_count_].tie = &tie;
+  directions_[directions_count_].axis = &row;
+  return directions_count_++;
 }
 
 // Rows that are made anew go on from the impulses of the step before.
@@ -192,12 +194,21 @@ void JointAssembly::add_free_rows() {
   before.clear();
   for (const FreeRow& free : free_rows()) before.push_back(free.impulse);
   free_count_ = 0;
+  directions_count_ = 0;
   for (const Tie& tie : ties_) {
     for (const JointRow& row : std::span(tie.rows).subspan(static_cast<std::size_t>(tie.held))) {
       if (free_count_ == free_rows_.size()) free_rows_.emplace_back();
-      if (make_free_row(tie, row, free_rows_[free_count_])) ++free_count_;
+      free_rows_[free_count_++] = {.row = &row, .direction = direction_of(tie, row)};
     }
   }
+  const std::span directions(directions_.data(), directions_count_);
+  for (std::size_t n = 0; n < directions.size(); n += kSidesAtOnce)
+    make_directions(directions.subspan(n, std::min<std::size_t>(kSidesAtOnce, directions.size() - n)));
+  std::size_t kept = 0;
+  for (FreeRow& free : free_rows()) {
+    if (make_free_row(free)) free_rows_[kept++] = free;
+  }
+  free_count_ = kept;
   if (before.size() != free_count_) return;
   for (std::size_t i = 0; i < free_count_; ++i) {
     FreeRow& free = free_rows_[i];
@@ -205,27 +216,55 @@ void JointAssembly::add_free_rows() {
   }
 }
 
-// Takes out of the row what is held, in the metric of the inverse masses. False if nothing is left.
-bool JointAssembly::make_free_row(const Tie& tie, const JointRow& row, FreeRow& free) {
+// Takes out of rows what is held, in the metric of the inverse masses.
+void JointAssembly::make_directions(std::span<FreeDirection> directions) {
+  using OfSides = Eigen::Matrix<double, 1, kSidesAtOnce>;
+  auto& of = scratch_.sides;
+  of.rows.setZero(velocities_.size(), kSidesAtOnce);
+  Index side = 0;
+  for (const FreeDirection& direction : directions) {
+    const auto put = [&](Index body, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) {
+      of.rows.block<3, 1>(kBodyNumbers * body, side) = linear;
+      of.rows.block<3, 1>(kBodyNumbers * body + 3, side) = angular;
+    };
+    const Tie& tie = *direction.tie;
+    put(tie.child, direction.axis->linear, direction.axis->angular_child);
+    if (tie.parent) put(*tie.parent, -direction.axis->linear, -direction.axis->angular_parent);
+    ++side;
+  }
+  find_answers(of.rows, of.answers);
+  const OfSides whole = of.rows.cwiseProduct(of.answers).colwise().sum();
+  find_shares(of.rows, of.shares);
+  if (is_soft_.size() > 0) {
+    of.soft_shares = is_soft_.asDiagonal() * of.shares;
+    of.shares -= of.soft_shares;
+  }
+  held_.row(of.shares, of.combined);
+  of.rows -= of.combined;
+  find_answers(of.rows, of.answers);
+  if (is_soft_.size() > 0) {
+    held_.response(of.soft_shares, of.combined);
+    of.answers -= of.combined;
+  }
+  const OfSides mobility = of.rows.cwiseProduct(of.answers).colwise().sum();
+  side = 0;
+  for (FreeDirection& direction : directions) {
+    direction.row = of.rows.col(side);
+    direction.response = of.answers.col(side);
+    direction.shares = of.shares.col(side);
+    if (is_soft_.size() > 0) direction.soft_shares = of.soft_shares.col(side);
+    direction.whole = whole[side];
+    direction.mobility = mobility[side++];
+  }
+}
+
+// False if nothing is left of it by what is held.
+bool JointAssembly::make_free_row(FreeRow& free) const {
   const double parts = moves_ ? 1 : steps_;
-  put_over_bodies(tie, row, free.row);
-  find_answer(free.row, free.response);
-  const double whole = free.row.dot(free.response);
-  find_shares(free);
-  if (is_soft_.size() > 0) {
-    free.soft_shares = free.shares.cwiseProduct(is_soft_);
-    free.shares -= free.soft_shares;
-  }
-  held_.row(free.shares, scratch_.whole);
-  free.row -= scratch_.whole;
-  find_answer(free.row, free.response);
-  if (is_soft_.size() > 0) {
-    held_.response(free.soft_shares, scratch_.whole);
-    free.response -= scratch_.whole;
-  }
-  free.mobility = free.row.dot(free.response);
-  if (!(free.mobility > kFree * gives_way_ * whole)) return false;
-  const double return_max = kReturnSpeed * std::sqrt(std::min(free.mobility / whole, 1.0));
+  const JointRow& row = *free.row;
+  const FreeDirection& direction = directions_[free.direction];
+  if (!(direction.mobility > kFree * gives_way_ * direction.whole)) return false;
+  const double return_max = kReturnSpeed * std::sqrt(std::min(direction.mobility / direction.whole, 1.0));
   free.velocity = row.velocity + std::clamp(row.return_velocity, -return_max, return_max);
   free.compliance = row.compliance * parts;
   free.impulse_min = row.impulse_min / parts;

@@ -1,0 +1,266 @@
+// Defines what a BlockKernel does. All is local to the file that includes this one: files are compiled for
+// different processors.
+#pragma once
+
+#include "lpss/joints/block_kernel.h"
+
+namespace tessera::joints {
+namespace {
+
+// Four rows, or four sides of one; where the processor has no such lanes, the compiler makes two of it.
+typedef double Wide __attribute__((vector_size(32), may_alias, aligned(8)));
+constexpr int kWide = 4;
+static_assert(kTile == kWide && kSidesAtOnce == kWide);
+
+#ifdef __AVX2__
+constexpr int kRowsOfTile = 2 * kWide;  // as many as there are registers for
+#else
+constexpr int kRowsOfTile = kWide;
+#endif
+
+inline Wide& wide(double* numbers) { return *reinterpret_cast<Wide*>(numbers); }
+inline const Wide& wide(const double* numbers) { return *reinterpret_cast<const Wide*>(numbers); }
+
+// Column by column.
+template <typename Number>
+struct Panel {
+  Number* numbers;
+  std::ptrdiff_t rows;
+
+  Panel(const FrontShape& front, Number* first) : numbers(first), rows(front.pivots + front.below) {}
+  Number* column(int n) const { return numbers + n * rows; }
+};
+
+// target -= left * right, of kRows rows and kColumns columns; `right` has kTile numbers a column of `left`.
+template <int kRows, int kColumns>
+inline void subtract_tile(double* target, std::ptrdiff_t target_rows, const double* left,
+                          std::ptrdiff_t left_rows, const double* right, int count) {
+  Wide sum[kColumns][kRows / kWide] = {};
+  for (int k = 0; k < count; ++k) {
+#pragma GCC unroll 4
+    for (int c = 0; c < kColumns; ++c) {
+#pragma GCC unroll 2
+      for (int lane = 0; lane < kRows / kWide; ++lane)
+        sum[c][lane] += wide(left + k * left_rows + lane * kWide) * right[k * kTile + c];
+    }
+  }
+#pragma GCC unroll 4
+  for (int c = 0; c < kColumns; ++c) {
+#pragma GCC unroll 2
+    for (int lane = 0; lane < kRows / kWide; ++lane)
+      wide(target + c * target_rows + lane * kWide) -= sum[c][lane];
+  }
+}
+
+// The same for one row.
+template <int kColumns>
+inline void subtract_row(double* target, std::ptrdiff_t target_rows, const double* left,
+                         std::ptrdiff_t left_rows, const double* right, int count) {
+  double sum[kColumns] = {};
+  for (int k = 0; k < count; ++k) {
+#pragma GCC unroll 4
+    for (int c = 0; c < kColumns; ++c) sum[c] += left[k * left_rows] * right[k * kTile + c];
+  }
+#pragma GCC unroll 4
+  for (int c = 0; c < kColumns; ++c) target[c * target_rows] -= sum[c];
+}
+
+template <int kColumns>
+void subtract_columns(double* target, std::ptrdiff_t target_rows, int rows, const double* left,
+                      std::ptrdiff_t left_rows, const double* right, int count) {
+  int row = 0;
+  for (; row + kRowsOfTile <= rows; row += kRowsOfTile) {
+    subtract_tile<kRowsOfTile, kColumns>(target + row, target_rows, left + row, left_rows, right, count);
+  }
+  if (kRowsOfTile > kWide && row + kWide <= rows) {
+    subtract_tile<kWide, kColumns>(target + row, target_rows, left + row, left_rows, right, count);
+    row += kWide;
+  }
+  for (; row < rows; ++row)
+    subtract_row<kColumns>(target + row, target_rows, left + row, left_rows, right, count);
+}
+
+// Subtracts the products of `count` columns of a panel from `columns` (at most kTile) columns of `target`,
+// whose rows are those of the panel from `first` on.
+void subtract(double* target, std::ptrdiff_t target_rows, int columns, const Panel<double>& panel, int first,
+              int count, const double* right) {
+  const double* const left = panel.numbers + first;
+  const int rows = static_cast<int>(panel.rows) - first;
+  switch (columns) {
+    case 1:
+      return subtract_columns<1>(target, target_rows, rows, left, panel.rows, right, count);
+    case 2:
+      return subtract_columns<2>(target, target_rows, rows, left, panel.rows, right, count);
+    case 3:
+      return subtract_columns<3>(target, target_rows, rows, left, panel.rows, right, count);
+    default:
+      return subtract_columns<kTile>(target, target_rows, rows, left, panel.rows, right, count);
+  }
+}
+
+// Rows `first` to `first + columns` of the first `count` columns of L D, row by column.
+void weigh(const Panel<double>& panel, const double* pivots, int first, int columns, int count,
+           double* right) {
+  for (int k = 0; k < count; ++k) {
+    for (int c = 0; c < columns; ++c) right[k * kTile + c] = pivots[k] * panel.column(k)[first + c];
+  }
+}
+
+// y -= x * factor
+inline void subtract_product(double* y, const double* x, double factor, int count) {
+  int n = 0;
+  for (; n + kWide <= count; n += kWide) wide(y + n) -= wide(x + n) * factor;
+  for (; n < count; ++n) y[n] -= x[n] * factor;
+}
+
+// Of a panel's columns `first` to `first + columns`, from which those before are subtracted.
+bool eliminate(const Panel<double>& panel, int first, int columns, double* pivots) {
+  const int rows = static_cast<int>(panel.rows);
+  for (int k = first; k < first + columns; ++k) {
+    double* const column = panel.column(k);
+    const double pivot = column[k];
+    pivots[k] = pivot;
+    if (pivot == 0 || !__builtin_isfinite(pivot)) return false;
+    int row = k + 1;
+    for (; row + kWide <= rows; row += kWide) wide(column + row) /= pivot;
+    for (; row < rows; ++row) column[row] /= pivot;
+    for (int next = k + 1; next < first + columns; ++next)
+      subtract_product(panel.column(next) + next, column + next, pivot * column[next], rows - next);
+  }
+  return true;
+}
+
+inline int columns_of_tile(int first, int count) { return count - first < kTile ? count - first : kTile; }
+
+bool factorise(const FrontShape& front, double* numbers, double* pivots, double* update, double* weighed) {
+  const Panel<double> panel(front, numbers);
+  for (int first = 0; first < front.pivots; first += kTile) {
+    const int columns = columns_of_tile(first, front.pivots);
+    weigh(panel, pivots, first, columns, first, weighed);
+    subtract(panel.column(first) + first, panel.rows, columns, panel, first, first, weighed);
+    if (!eliminate(panel, first, columns, pivots)) return false;
+  }
+  for (int first = 0; first < front.below; first += kTile) {
+    const int columns = columns_of_tile(first, front.below);
+    weigh(panel, pivots, front.pivots + first, columns, front.pivots, weighed);
+    subtract(update + (static_cast<std::ptrdiff_t>(front.below) + 1) * first, front.below, columns, panel,
+             front.pivots + first, front.pivots, weighed);
+  }
+  return true;
+}
+
+void forward(const FrontShape& front, const double* numbers, double* own, double* x, double* held) {
+  const Panel<const double> panel(front, numbers);
+  for (int n = 0; n < front.below; ++n) held[n] = x[front.below_rows[n]];
+  for (int k = 0; k < front.pivots; ++k) {
+    const double* const column = panel.column(k);
+    subtract_product(own + k + 1, column + k + 1, own[k], front.pivots - k - 1);
+    subtract_product(held, column + front.pivots, own[k], front.below);
+  }
+  for (int n = 0; n < front.below; ++n) x[front.below_rows[n]] = held[n];
+}
+
+void forward_sides(const FrontShape& front, const double* numbers, double* own, double* x) {
+  const Panel<const double> panel(front, numbers);
+  for (int k = 0; k < front.pivots; ++k) {
+    const double* const column = panel.column(k);
+    const Wide pivot = wide(own + k * kWide);
+    for (int row = k + 1; row < front.pivots; ++row) wide(own + row * kWide) -= pivot * column[row];
+  }
+  for (int n = 0; n < front.below; ++n) {
+    double* const row = x + front.below_rows[n] * kWide;
+    const double* const factors = panel.numbers + front.pivots + n;
+    Wide sum = wide(row);
+    for (int k = 0; k < front.pivots; ++k) sum -= wide(own + k * kWide) * factors[k * panel.rows];
+    wide(row) = sum;
+  }
+}
+
+// The sums of so many pivots over what is below grow at once; each adds up row by row.
+constexpr int kSumsAtOnce = 4;
+
+template <int kSums>
+inline void backward(const FrontShape& front, const Panel<const double>& panel, int last, double* own,
+                     const double* held) {
+  double sums[kSums] = {};
+  for (int n = 0; n < front.below; ++n) {
+#pragma GCC unroll 4
+    for (int s = 0; s < kSums; ++s) sums[s] += panel.column(last - s)[front.pivots + n] * held[n];
+  }
+#pragma GCC unroll 4
+  for (int s = 0; s < kSums; ++s) {
+    const int k = last - s;
+    for (int row = k + 1; row < front.pivots; ++row) sums[s] += panel.column(k)[row] * own[row];
+    own[k] -= sums[s];
+  }
+}
+
+void backward(const FrontShape& front, const double* numbers, double* own, const double* x, double* held) {
+  const Panel<const double> panel(front, numbers);
+  for (int n = 0; n < front.below; ++n) held[n] = x[front.below_rows[n]];
+  int last = front.pivots - 1;
+  for (; last + 1 >= kSumsAtOnce; last -= kSumsAtOnce) backward<kSumsAtOnce>(front, panel, last, own, held);
+  for (; last >= 0; --last) backward<1>(front, panel, last, own, held);
+}
+
+template <int kSums>
+inline void backward_sides(const FrontShape& front, const Panel<const double>& panel, int last, double* own,
+                           const double* x) {
+  Wide sums[kSums] = {};
+  for (int n = 0; n < front.below; ++n) {
+    const Wide held = wide(x + front.below_rows[n] * kWide);
+#pragma GCC unroll 4
+    for (int s = 0; s < kSums; ++s) sums[s] += held * panel.column(last - s)[front.pivots + n];
+  }
+#pragma GCC unroll 4
+  for (int s = 0; s < kSums; ++s) {
+    const int k = last - s;
+    for (int row = k + 1; row < front.pivots; ++row)
+      sums[s] += wide(own + row * kWide) * panel.column(k)[row];
+    wide(own + k * kWide) -= sums[s];
+  }
+}
+
+void backward_sides(const FrontShape& front, const double* numbers, double* own, const double* x) {
+  const Panel<const double> panel(front, numbers);
+  int last = front.pivots - 1;
+  for (; last + 1 >= kSumsAtOnce; last -= kSumsAtOnce)
+    backward_sides<kSumsAtOnce>(front, panel, last, own, x);
+  for (; last >= 0; --last) backward_sides<1>(front, panel, last, own, x);
+}
+
+void divide_sides(const double* pivots, int rows, double* x) {
+  for (int n = 0; n < rows; ++n) wide(x + n * kWide) /= pivots[n];
+}
+
+void add_rates_of_sides(const double* rows, int count, const double* velocities, double* rates) {
+  Wide velocity[kBodyNumbers];
+#pragma GCC unroll 6
+  for (int n = 0; n < kBodyNumbers; ++n) velocity[n] = wide(velocities + n * kWide);
+  for (int row = 0; row < count; ++row) {
+    const double* const numbers = rows + row * kBodyNumbers;
+    Wide rate = velocity[0] * numbers[0];
+#pragma GCC unroll 5
+    for (int n = 1; n < kBodyNumbers; ++n) rate += velocity[n] * numbers[n];
+    wide(rates + row * kWide) += rate;
+  }
+}
+
+void add_combined_of_sides(const double* rows, int count, const double* of_rows, double* sums) {
+  Wide sum[kBodyNumbers];
+#pragma GCC unroll 6
+  for (int n = 0; n < kBodyNumbers; ++n) sum[n] = wide(sums + n * kWide);
+  for (int row = 0; row < count; ++row) {
+    const Wide of_row = wide(of_rows + row * kWide);
+#pragma GCC unroll 6
+    for (int n = 0; n < kBodyNumbers; ++n) sum[n] += of_row * rows[row * kBodyNumbers + n];
+  }
+#pragma GCC unroll 6
+  for (int n = 0; n < kBodyNumbers; ++n) wide(sums + n * kWide) = sum[n];
+}
+
+constexpr BlockKernel kLoops = {factorise,      forward,      backward,           forward_sides,
+                                backward_sides, divide_sides, add_rates_of_sides, add_combined_of_sides};
+
+}  // namespace
+}  // namespace tessera::joints
