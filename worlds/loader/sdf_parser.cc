@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <memory>
 #include <sdf/Console.hh>
 #include <sdf/ParserConfig.hh>
@@ -89,9 +90,9 @@ const sdf::SDF& description() {
 // that it reads. Nearly all of that is what models have been cleaned of before (elements.h), most of all the
 // sensors of links and joints: of these, nothing is left but the name, which stays a known word.
 //
-// The description with those of the elements that `is_copied` names cut to the name and attributes: what is
+// The description with those of the elements that `is_copied` is for cut to the name and attributes: what is
 // in such an element is taken as it stands.
-sdf::ElementPtr cut(const sdf::Element& full, const std::function<bool(const std::string&)>& is_copied) {
+sdf::ElementPtr cut(const sdf::Element& full, const std::function<bool(const sdf::Element&)>& is_copied) {
   auto slim = std::make_shared<sdf::Element>();
   slim->SetName(full.GetName());
   slim->SetRequired(full.GetRequired());
@@ -100,7 +101,7 @@ sdf::ElementPtr cut(const sdf::Element& full, const std::function<bool(const std
     slim->AddAttribute(attribute->GetKey(), attribute->GetTypeName(), attribute->GetDefaultAsString(),
                        attribute->GetRequired(), attribute->GetDescription());
   }
-  if (is_copied(full.GetName())) {
+  if (is_copied(full)) {
     slim->SetCopyChildren(true);
     return slim;
   }
@@ -122,16 +123,36 @@ sdf::SDFPtr document_of(const sdf::Element& description) {
   return document;
 }
 
-// For models that have been cleaned.
-sdf::SDFPtr document_of_physics() {
-  static const sdf::ElementPtr slim = cut(*description().Root(), is_no_physics);
-  return document_of(*slim);
+bool has_element(absl::string_view xml, const std::string& name) {
+  const std::string start = absl::StrCat("<", name);
+  for (std::size_t at = xml.find(start); at != absl::string_view::npos; at = xml.find(start, at + 1)) {
+    const std::size_t end = at + start.size();
+    if (end < xml.size() && absl::StrContains(" \t\r\n/>", xml.substr(end, 1))) return true;
+  }
+  return false;
+}
+
+// For a model that has been cleaned: of elements that it does not have, no more than of these is left, but for
+// those that every model gets, and for single values, whose defaults count.
+sdf::SDFPtr document_of_physics(absl::string_view xml) {
+  static const sdf::ElementPtr slim = cut(
+      *description().Root(), [](const sdf::Element& element) { return is_no_physics(element.GetName()); });
+  std::map<std::string, bool> found;
+  const auto is_absent = [&](const sdf::Element& element) {
+    const bool is_required = element.GetRequired() != "0" && element.GetRequired() != "*";
+    if (is_required || element.GetElementDescriptionCount() == 0) return false;
+    const auto [known, is_new] = found.try_emplace(element.GetName(), false);
+    if (is_new) known->second = has_element(xml, element.GetName());
+    return !known->second;
+  };
+  return document_of(*cut(*slim, is_absent));
 }
 
 // For models that are converted as text, and not read yet.
 sdf::SDFPtr document_of_text() {
-  static const sdf::ElementPtr slim =
-      cut(*description().Root(), [](const std::string& name) { return name == "model" || name == "world"; });
+  static const sdf::ElementPtr slim = cut(*description().Root(), [](const sdf::Element& element) {
+    return element.GetName() == "model" || element.GetName() == "world";
+  });
   return document_of(*slim);
 }
 
@@ -187,7 +208,7 @@ sdf::ElementConstPtr sdf_description(const std::string& name) {
 
 absl::Status parse_sdf(const std::string& xml, sdf::Root& root, Notices& notices) {
   const absl::MutexLock lock(&parser_mutex());
-  const sdf::SDFPtr document = document_of_physics();
+  const sdf::SDFPtr document = document_of_physics(xml);
   const Console console;
   if (absl::Status status = read(xml, console, document); !status.ok()) return status;
   const sdf::Errors errors = root.Load(document, config());
