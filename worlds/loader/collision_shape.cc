@@ -49,7 +49,8 @@ Pose pose_in_link(const sdf::Collision& collision) {
 absl::StatusOr<std::vector<SubMesh>> chosen_objects(const sdf::Mesh& mesh, const std::vector<SubMesh>& all) {
   std::vector<SubMesh> chosen;
   for (const SubMesh& part : all) {
-    if (mesh.Submesh().empty() || mesh.Submesh() == part.name) chosen.push_back(part);
+    const std::string& name = mesh.Submesh();
+    if (name.empty() || name == part.name || name == part.geometry) chosen.push_back(part);
   }
   if (chosen.empty()) {
     return absl::NotFoundError(

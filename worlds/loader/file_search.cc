@@ -69,10 +69,17 @@ bool is_package(const path& folder) {
   return is_there(folder / "model.config") || is_there(folder / "package.xml");
 }
 
-// NAME of model://NAME/REST and package://NAME/REST; empty for others.
+// Whether a URI is model://NAME/REST or package://NAME/REST, of which NAME/REST is left. Files in circulation
+// have three slashes, too.
+bool consume_package(absl::string_view& uri) {
+  if (!absl::ConsumePrefix(&uri, "model://") && !absl::ConsumePrefix(&uri, "package://")) return false;
+  absl::ConsumePrefix(&uri, "/");
+  return true;
+}
+
+// NAME of such a URI; empty for others.
 path package_of(absl::string_view uri) {
-  if (!absl::ConsumePrefix(&uri, "model://") && !absl::ConsumePrefix(&uri, "package://")) return {};
-  return path(std::string(uri.substr(0, uri.find('/'))));
+  return consume_package(uri) ? path(std::string(uri.substr(0, uri.find('/')))) : path();
 }
 
 // In these, files lie that name others beside their folder: "../meshes/arm.stl".
@@ -126,7 +133,8 @@ std::vector<path> places_of_model(const path& rest, const path& directory) {
     if (package) places.push_back(folder.parent_path() / rest);
     // Robots lie in the folder `urdf` of theirs, which may lack the file that says so.
     const bool has_name = folder.filename() == name && levels <= kLevelsBelowPackage;
-    if (package || has_name || begin == folder / "urdf") places.push_back(folder / inside);
+    const bool may_be_inside = package || begin == folder / "urdf";
+    if (has_name || (may_be_inside && inside != ".")) places.push_back(folder / inside);
     ++levels;
   }
   for (const path& one : folders_of_variables()) places.push_back(one / rest);
@@ -160,7 +168,7 @@ absl::StatusOr<std::vector<path>> candidates_of(const std::string& uri, const pa
   absl::string_view rest = uri;
   if (rest.empty()) return absl::InvalidArgumentError("the URI is empty");
   std::vector<path> candidates;
-  if (absl::ConsumePrefix(&rest, "model://") || absl::ConsumePrefix(&rest, "package://")) {
+  if (consume_package(rest)) {
     const std::optional<path> below = path_below(rest);
     if (!below) {
       return absl::InvalidArgumentError(

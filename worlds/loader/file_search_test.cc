@@ -55,9 +55,22 @@ TEST_F(FileSearchTest, WhatLiesElsewhereIsNot) {
        {std::string("../secret"), std::string("file://../secret"), std::string("meshes/../../secret"),
         (top_ / "secret").string(), "file://" + (top_ / "secret").string(), std::string("/etc/passwd"),
         std::string("file:///etc/passwd"), std::string("model://../secret"),
-        std::string("model:///etc/passwd"), std::string("package://a/../../secret")}) {
+        std::string("package://a/../../secret")}) {
     expect_refused(uri);
   }
+}
+
+TEST_F(FileSearchTest, OneSlashMoreBeforeTheNameOfAModelIsNothing) {
+  EXPECT_TRUE(find_uri("model:///meshes/own.stl", top_ / "stranger").ok());
+  EXPECT_TRUE(find_uri("package:///meshes/own.stl", top_ / "stranger").ok());
+  EXPECT_FALSE(find_uri("model:///etc/passwd", top_ / "stranger").ok());
+  EXPECT_FALSE(find_uri("model:////etc/passwd", top_ / "stranger").ok());
+}
+
+TEST_F(FileSearchTest, AModelThatIsNotThereIsNotTheOneThatAsksForIt) {
+  write("arm_demo/model.config");
+  write("arm_demo/model.sdf");
+  EXPECT_EQ(find_model("model://arm", top_ / "arm_demo").status().code(), absl::StatusCode::kNotFound);
 }
 
 TEST_F(FileSearchTest, LinksLeadNowhereElse) {

@@ -1,6 +1,8 @@
 #include "worlds/loader/mesh_file.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -36,14 +38,21 @@ class FilesBeside final : public Assimp::DefaultIOSystem {
   const std::filesystem::path folder_;
 };
 
-// The meshes of a node and of all below it, in the file's order, in the axes of the root.
-void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
+// What assimp calls a node of COLLADA that has no name.
+constexpr absl::string_view kNoName = "$ColladaAutoName$";
+
+// The meshes of a node and of all below it, in the file's order, in the axes of the root. `above`: the name
+// of the nearest node above that has one.
+void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, const std::string& above,
              std::vector<SubMesh>& result) {
   const aiMatrix4x4 transform = parent * node.mTransformation;
+  const std::string own = node.mName.C_Str();
+  const std::string& name = own.empty() || absl::StartsWith(own, kNoName) ? above : own;
   for (unsigned n = 0; n < node.mNumMeshes; ++n) {
     const aiMesh& mesh = *scene.mMeshes[node.mMeshes[n]];
     SubMesh part;
-    part.name = node.mName.length > 0 ? node.mName.C_Str() : mesh.mName.C_Str();
+    part.geometry = mesh.mName.C_Str();
+    part.name = name.empty() ? part.geometry : name;
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       const aiVector3D vertex = transform * mesh.mVertices[v];
       part.vertices.emplace_back(vertex.x, vertex.y, vertex.z);
@@ -54,7 +63,8 @@ void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent
     }
     if (!part.indices.empty()) result.push_back(std::move(part));
   }
-  for (unsigned n = 0; n < node.mNumChildren; ++n) collect(scene, *node.mChildren[n], transform, result);
+  for (unsigned n = 0; n < node.mNumChildren; ++n)
+    collect(scene, *node.mChildren[n], transform, name, result);
 }
 
 absl::Status refused(const std::filesystem::path& file, std::size_t number, const char* what,
@@ -81,6 +91,7 @@ absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path&
   importer.SetIOHandler(new FilesBeside(folder.empty() ? "." : folder));  // which the importer owns
   // Like Gazebo, ignore the up axis of a Collada file: worlds rely on that.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // not ids
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
                                                           aiComponent_COLORS |
                                                           aiComponent_TANGENTS_AND_BITANGENTS |
@@ -91,7 +102,7 @@ absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path&
     return absl::InvalidArgumentError(absl::StrCat("mesh ", file.string(), ": ", importer.GetErrorString()));
   }
   std::vector<SubMesh> result;
-  collect(*scene, *scene->mRootNode, aiMatrix4x4(), result);
+  collect(*scene, *scene->mRootNode, aiMatrix4x4(), "", result);
   std::size_t vertices = 0;
   std::size_t indices = 0;
   for (const SubMesh& part : result) {

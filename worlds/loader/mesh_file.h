@@ -13,7 +13,8 @@ namespace tessera {
 
 // One object of a file; metres, in the file's axes.
 struct SubMesh {
-  std::string name;
+  std::string name;      // of the nearest node that has one
+  std::string geometry;  // its own
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::uint32_t> indices;  // three per triangle
 };

@@ -377,6 +377,12 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
     keep_auto_inertia(element);
     if (absl::Status status = keep_surface_motion(element); !status.ok()) return status;
   }
+  if (xml::is(element, "friction")) {
+    for (Element* engine = element.FirstChildElement(); engine != nullptr;
+         engine = engine->NextSiblingElement()) {
+      repair_friction(*engine, notices);
+    }
+  }
   if (xml::is(element, "joint")) {
     if (absl::Status status = check_joint_type(element); !status.ok()) return status;
     if (absl::Status status = prepare_joint(element); !status.ok()) return status;
@@ -506,6 +512,7 @@ absl::Status ModelSources::read_file(const Element& include, const path& file, I
   if (!read.ok()) return read.status();
   entry.file = *std::move(read);
   Element& root = entry.file->root();
+  rename_root(root, notices);
   if (!xml::is(root, "sdf")) return xml::invalid(root, "an included file must be <sdf> or <robot>");
   const absl::StatusOr<std::string> version = sdf_version(root, notices);
   if (!version.ok()) return version.status();

@@ -3,6 +3,7 @@
 #include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
 
 #include <string>
 
@@ -11,6 +12,8 @@ namespace tessera {
 using xml::Element;
 
 namespace {
+
+constexpr absl::string_view kReserved = "world";
 
 // What follows a joint of that name, in a <joint> of SDF or URDF.
 void rename_leaders(Element& parent, const absl::flat_hash_map<std::string, std::string>& names) {
@@ -39,10 +42,12 @@ void rename_joints(Element& model, Notices& notices) {
   for (Element* joint = model.FirstChildElement("joint"); joint != nullptr;
        joint = joint->NextSiblingElement("joint")) {
     const char* name = joint->Attribute("name");
-    if (name == nullptr || !others.contains(name)) continue;
+    const bool is_reserved = name != nullptr && name == kReserved;
+    if (name == nullptr || (!is_reserved && !others.contains(name))) continue;
     std::string other = absl::StrCat(name, "_joint");
     while (others.contains(other) || joints.contains(other)) absl::StrAppend(&other, "_joint");
-    notices.count_repair("joint with the name of a link or frame, which got the suffix _joint",
+    notices.count_repair(is_reserved ? "joint named world, which SDF reserves: it got the suffix _joint"
+                                     : "joint with the name of a link or frame, which got the suffix _joint",
                          xml::place_of(*joint));
     joints.insert(other);
     renamed[name] = other;
@@ -52,6 +57,25 @@ void rename_joints(Element& model, Notices& notices) {
        joint = joint->NextSiblingElement("joint")) {
     rename_leaders(*joint, renamed);
   }
+}
+
+void repair_friction(Element& engine, Notices& notices) {
+  constexpr double kInfinite = 1e6;
+  for (const char* name : {"mu", "mu2", "friction", "friction2"}) {
+    Element* const coefficient = engine.FirstChildElement(name);
+    double value = 0;
+    if (coefficient == nullptr || coefficient->QueryDoubleText(&value) != tinyxml2::XML_SUCCESS) continue;
+    if (!(value < 0)) continue;
+    notices.count_repair(absl::StrCat("friction below 0, taken as infinite: ", kInfinite),
+                         xml::place_of(*coefficient));
+    coefficient->SetText(kInfinite);
+  }
+}
+
+void rename_root(Element& root, Notices& notices) {
+  if (!xml::is(root, "gazebo") || root.Attribute("version") == nullptr) return;
+  notices.count("<gazebo> as the root, read as <sdf>");
+  root.SetName("sdf");
 }
 
 }  // namespace tessera

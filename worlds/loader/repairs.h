@@ -10,8 +10,15 @@ inline constexpr char kMasslessLink[] = "link without mass, given a hundredth of
 
 inline constexpr char kCrossedLimits[] = "joint whose lower limit is above the upper one, exchanged";
 
-// In SDF, unlike in URDF, a joint must not have the name of a link, frame or model beside it: such joints of
-// `model`, a <model> or <robot>, get the suffix "_joint".
+// In SDF, unlike in URDF, a joint must not have the name of a link, frame or model beside it, nor be named
+// "world": such joints of `model`, a <model> or <robot>, get the suffix "_joint".
 void rename_joints(xml::Element& model, Notices& notices);
+
+// Negative coefficients of an <ode> or <bullet> in a <friction> are infinite ones in Gazebo: what comes next
+// to it takes their place.
+void repair_friction(xml::Element& engine, Notices& notices);
+
+// Files up to SDF 1.2 have a root named <gazebo>, and no other difference: it gets the name <sdf>.
+void rename_root(xml::Element& root, Notices& notices);
 
 }  // namespace tessera

@@ -132,8 +132,8 @@ bool has_element(absl::string_view xml, const std::string& name) {
   return false;
 }
 
-// For a model that has been cleaned: of elements that it does not have, no more than of these is left, but for
-// those that every model gets, and for single values, whose defaults count.
+// For a model that has been cleaned: of elements that it does not have, no more than of these is left, but
+// for those that every model gets, and for single values, whose defaults count.
 sdf::SDFPtr document_of_physics(absl::string_view xml) {
   static const sdf::ElementPtr slim = cut(
       *description().Root(), [](const sdf::Element& element) { return is_no_physics(element.GetName()); });

@@ -95,6 +95,45 @@ TEST(Shapes, SubmeshCentred) {
   EXPECT_THAT(hull.points, Contains(Eigen::Vector3d(-0.5, -0.5, -0.5)));
 }
 
+// COLLADA has ids beside names, and nodes without a name of their own.
+TEST(Shapes, SubmeshOfACollada) {
+  const auto triangle = [](const std::string& name, const char* x) {
+    return absl::StrCat(
+        "<geometry id='geom-", name, "' name='", name, "'><mesh><source id='p-", name,
+        "'><float_array id='a-", name, "' count='12'>", x, " 0 0 0 1 0 0 0 1 0 0 0</float_array>",
+        "<technique_common><accessor source='#a-", name,
+        "' count='4' stride='3'><param name='X' type='float'/><param name='Y' type='float'/>"
+        "<param name='Z' type='float'/></accessor></technique_common></source><vertices id='v-",
+        name, "'><input semantic='POSITION' source='#p-", name,
+        "'/></vertices><triangles count='4'><input semantic='VERTEX' source='#v-", name,
+        "' offset='0'/><p>0 1 2 0 1 3 0 2 3 1 2 3</p></triangles></mesh></geometry>");
+  };
+  const auto node = [](const std::string& id, const std::string& name, const std::string& geometry) {
+    return absl::StrCat("<node id='", id, "' name='", name, "'><node><instance_geometry url='#geom-",
+                        geometry, "'/></node></node>");
+  };
+  const Folder folder;
+  folder.write(
+      "c.dae",
+      absl::StrCat("<?xml version='1.0'?><COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' "
+                   "version='1.4.1'><asset><unit meter='1'/><up_axis>Z_UP</up_axis></asset>"
+                   "<library_geometries>",
+                   triangle("small", "1"), triangle("large", "5"),
+                   "</library_geometries><library_visual_scenes><visual_scene id='s'>",
+                   node("node-a", "Wheel", "small"), node("node-b", "Door", "large"),
+                   "</visual_scene></library_visual_scenes><scene><instance_visual_scene url='#s'/>"
+                   "</scene></COLLADA>"));
+  for (const char* name : {"Door", "large"}) {
+    const LoadedWorld loaded =
+        load(world(model("m", "",
+                         collision(absl::StrCat("<mesh><uri>c.dae</uri><submesh><name>", name,
+                                                "</name></submesh></mesh>")))),
+             folder);
+    const auto hull = only_geometry<ConvexHull>(loaded, body_named(loaded, "m::l"));
+    EXPECT_THAT(hull.points, Contains(Eigen::Vector3d(5, 0, 0))) << name;
+  }
+}
+
 TEST(Shapes, StlMesh) {
   const Folder folder;
   folder.write(

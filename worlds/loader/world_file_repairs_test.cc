@@ -202,6 +202,32 @@ TEST(Repairs, TinyUrdfMassesAndMissingNumbers) {
                                         HasSubstr("ball of water of the same mass")));
 }
 
+TEST(Repairs, FrictionBelowZeroIsInfinite) {
+  const std::string surface =
+      "<surface><friction><ode><mu>-1</mu><mu2>-1</mu2></ode></friction></surface></collision>";
+  std::string link = inertial("1", moments(1, 1, 1)) + kUnitBox;
+  link.replace(link.find("</collision>"), 12, surface);
+  const LoadedWorld loaded = repaired(world(model("m", "", link)), "2 x friction below 0, taken as infinite");
+  EXPECT_EQ(body_named(loaded, "m::l").properties.friction, 1e6);
+}
+
+TEST(Repairs, JointNamedWorld) {
+  const LoadedWorld loaded = repaired(
+      world("<model name='m'><link name='a'/><joint name='world' type='ball'><parent>world</parent>"
+            "<child>a</child></joint></model>"),
+      "1 x joint named world, which SDF reserves");
+  ASSERT_EQ(loaded.world.joints.size(), 1u);
+  EXPECT_EQ(loaded.world.joints[0].name, "m::world_joint");
+}
+
+// Files up to SDF 1.2.
+TEST(Repairs, GazeboAsTheRoot) {
+  const LoadedWorld loaded = load("<gazebo version='1.2'><model name='m'><link name='l'>" +
+                                  inertial("1", moments(1, 1, 1)) + kUnitBox + "</link></model></gazebo>");
+  EXPECT_THAT(names(loaded), ElementsAre("m::l"));
+  EXPECT_THAT(loaded.notices, Contains(HasSubstr("<gazebo> as the root")));
+}
+
 TEST(Repairs, JointWithTheNameOfALink) {
   const LoadedWorld of_urdf = repaired(robot(urdf_inertial(1, 1) + kUrdfBox, urdf_inertial(1, 1) + kUrdfBox,
                                              "<joint name='end' type='continuous'><parent link='tip'/><child "

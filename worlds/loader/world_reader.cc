@@ -15,6 +15,7 @@
 #include "worlds/loader/elements.h"
 #include "worlds/loader/model_source.h"
 #include "worlds/loader/model_template.h"
+#include "worlds/loader/repairs.h"
 #include "worlds/loader/shape_table.h"
 #include "worlds/loader/tessera_elements.h"
 #include "worlds/loader/urdf.h"
@@ -89,6 +90,7 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     converted = *std::move(sdf);
     root = &converted->root();
   }
+  rename_root(*root, notices_);
   if (!xml::is(*root, "sdf")) return xml::invalid(*root, "the root element must be <sdf> or <robot>");
   const absl::StatusOr<std::string> version = sdf_version(*root, notices_);
   if (!version.ok()) return version.status();
