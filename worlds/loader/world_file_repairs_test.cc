@@ -212,10 +212,10 @@ TEST(Repairs, FrictionBelowZeroIsInfinite) {
 }
 
 TEST(Repairs, JointNamedWorld) {
-  const LoadedWorld loaded = repaired(
-      world("<model name='m'><link name='a'/><joint name='world' type='ball'><parent>world</parent>"
-            "<child>a</child></joint></model>"),
-      "1 x joint named world, which SDF reserves");
+  const LoadedWorld loaded =
+      repaired(world("<model name='m'><link name='a'/><joint name='world' type='ball'><parent>world</parent>"
+                     "<child>a</child></joint></model>"),
+               "1 x joint named world, which SDF reserves");
   ASSERT_EQ(loaded.world.joints.size(), 1u);
   EXPECT_EQ(loaded.world.joints[0].name, "m::world_joint");
 }
