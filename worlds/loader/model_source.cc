@@ -19,6 +19,7 @@
 #include "worlds/loader/inertia.h"
 #include "worlds/loader/joint_reader.h"
 #include "worlds/loader/massless_links.h"
+#include "worlds/loader/merge.h"
 #include "worlds/loader/nearest_word.h"
 #include "worlds/loader/repairs.h"
 #include "worlds/loader/sdf_parser.h"
@@ -237,12 +238,34 @@ void add_pose(const std::string& pose_xml, Element& model) {
   pose.DeleteAttribute("frame");
 }
 
+absl::Status merge(const Element& source, const std::string& name, const std::string& pose_xml,
+                   Element& model) {
+  // As libsdformat calls it.
+  const absl::StatusOr<Element*> frame =
+      merge_model(source, absl::StrCat("_merged__", name, "__model__"), model);
+  if (!frame.ok()) return frame.status();
+  add_pose(pose_xml, **frame);
+  Element* pose = (*frame)->FirstChildElement("pose");
+  if (pose == nullptr) pose = (*frame)->InsertNewChildElement("pose");
+  const char* const relative_to = pose->Attribute("relative_to");
+  if (relative_to == nullptr || *relative_to == '\0') pose->SetAttribute("relative_to", "__model__");
+  return absl::OkStatus();
+}
+
+bool is_merge(const Element& include) {
+  const char* const merge = include.Attribute("merge");
+  return merge != nullptr && says_true(merge);
+}
+
 absl::Status check_include(const Element& include) {
   constexpr std::array<absl::string_view, 6> kKnown = {"uri",    "name",   "pose",
                                                        "static", "plugin", "placement_frame"};
   if (absl::Status status = check_prefix(include); !status.ok()) return status;
-  if (const char* merge = include.Attribute("merge"); merge != nullptr && says_true(merge)) {
-    return xml::invalid(include, "merge='true' is not supported");
+  if (is_merge(include)) {
+    if (!xml::is(*include.Parent()->ToElement(), "model"))
+      return xml::invalid(include, "merge='true' is for an <include> in a <model>");
+    if (include.FirstChildElement("placement_frame") != nullptr)
+      return xml::invalid(include, "<placement_frame> with merge='true' is not supported");
   }
   for (const Element* child = include.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
@@ -266,6 +289,21 @@ bool is_point(const Element& shape) {
     some = some || !numbers->empty();
   }
   return some;
+}
+
+// Sizes next to 0, as spheres that stand for points have them.
+void raise_sizes(Element& shape, Notices& notices) {
+  if (xml::is(shape, "plane")) return;
+  for (Element* size = shape.FirstChildElement(); size != nullptr; size = size->NextSiblingElement()) {
+    if (!is_one_of(*size, kSizes)) continue;
+    absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(*size, xml::text_of(*size));
+    if (!numbers.ok()) continue;
+    const auto is_tiny = [](double number) { return number > 0 && number < kExtentMin; };
+    if (std::ranges::none_of(*numbers, is_tiny)) continue;
+    for (double& number : *numbers) number = is_tiny(number) ? kExtentMin : number;
+    notices.count_repair(absl::StrCat("size below ", kExtentMin, " m, raised to it"), xml::place_of(*size));
+    size->SetText(absl::StrJoin(*numbers, " ").c_str());
+  }
 }
 
 // Whether a collision is supported; unsupported ones are counted.
@@ -342,8 +380,9 @@ absl::StatusOr<ModelSource> ModelSources::prepare(Element& model, const std::str
   if (absl::Status status = clean(model, directory, slots, result.notices); !status.ok()) return status;
   model.DeleteAttribute("placement_frame");
   result.element = &model;
-  const bool mixed = std::any_of(slots.begin(), slots.end(),
-                                 [&](const Slot& slot) { return slot.model->version != version; });
+  const bool mixed = std::any_of(slots.begin(), slots.end(), [&](const Slot& slot) {
+    return slot.model->version != version || (slot.is_merged && version != latest_sdf_version());
+  });
   if (mixed) {
     absl::StatusOr<Element*> latest = to_latest(model, version);
     if (!latest.ok()) return xml::invalid(model, latest.status().message());
@@ -376,6 +415,10 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
   if (xml::is(element, "link")) {
     keep_auto_inertia(element);
     if (absl::Status status = keep_surface_motion(element); !status.ok()) return status;
+  }
+  if (xml::is(element, "geometry")) {
+    for (Element* shape = element.FirstChildElement(); shape != nullptr; shape = shape->NextSiblingElement())
+      raise_sizes(*shape, notices);
   }
   if (xml::is(element, "friction")) {
     for (Element* engine = element.FirstChildElement(); engine != nullptr;
@@ -444,6 +487,7 @@ absl::Status ModelSources::take_include(Element& include, const path& directory,
                           " bytes; they must be at most ", kIncludedBytesMax);
     }
     Slot slot{*model, xml::child_text(include, "name"), "", xml::child_text(include, "placement_frame"), {}};
+    slot.is_merged = is_merge(include);
     if (Element* pose = include.FirstChildElement("pose")) {
       if (absl::Status status = xml::pose_of(*pose).status(); !status.ok()) return status;
       xml::write_as_quaternion(*pose);
@@ -490,13 +534,21 @@ absl::Status ModelSources::fill(Element& model, const std::string& version, cons
         if (!latest.ok()) return latest.status();
         element = *latest;
       }
+      const std::string& name = slot.name.empty() ? source.name : slot.name;
+      const std::string& pose = slot.pose_xml.empty() ? source.pose_xml : slot.pose_xml;
+      if (slot.is_merged) {
+        if (absl::Status status = merge(*element, name, pose, model); !status.ok()) return status;
+        model.DeleteChild(child);
+        child = next;
+        continue;
+      }
       Element& copy = copy_into(*element, model);
-      copy.SetAttribute("name", (slot.name.empty() ? source.name : slot.name).c_str());
+      copy.SetAttribute("name", name.c_str());
       const std::string& placement =
           slot.placement_frame.empty() ? source.placement_frame : slot.placement_frame;
       if (!placement.empty()) copy.SetAttribute("placement_frame", placement.c_str());
       set_static(copy, slot.is_static);
-      add_pose(slot.pose_xml.empty() ? source.pose_xml : slot.pose_xml, copy);
+      add_pose(pose, copy);
       model.DeleteChild(child);
     }
     child = next;

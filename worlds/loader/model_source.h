@@ -63,6 +63,7 @@ class ModelSources {
     std::string pose_xml;
     std::string placement_frame;
     std::optional<bool> is_static;
+    bool is_merged = false;
   };
 
   absl::Status read_file(const xml::Element& include, const std::filesystem::path& file, IncludedFile& entry,

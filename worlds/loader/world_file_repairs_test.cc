@@ -211,6 +211,13 @@ TEST(Repairs, FrictionBelowZeroIsInfinite) {
   EXPECT_EQ(body_named(loaded, "m::l").properties.friction, 1e6);
 }
 
+TEST(Repairs, SpheresThatStandForPointsGetASize) {
+  const LoadedWorld loaded =
+      repaired(world(model("m", "", collision("<sphere><radius>1e-7</radius></sphere>"))),
+               "1 x size below 0.0001 m, raised to it");
+  EXPECT_EQ(only_geometry<Sphere>(loaded, body_named(loaded, "m::l")).radius, 1e-4);
+}
+
 TEST(Repairs, JointNamedWorld) {
   const LoadedWorld loaded =
       repaired(world("<model name='m'><link name='a'/><joint name='world' type='ball'><parent>world</parent>"

@@ -18,6 +18,7 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::UnorderedElementsAre;
 
 // World settings.
 
@@ -296,6 +297,35 @@ TEST(Includes, FromThePathsOfGazeboAndRos) {
   const Variable path("AMENT_PREFIX_PATH", elsewhere);
   EXPECT_THAT(names(load(world("<include><uri>package://thing</uri></include>"), folder)),
               ElementsAre("shared_thing::l"));
+}
+
+// Links and joints of a merged model are those of the model around, which moves and turns them.
+TEST(Includes, MergedIntoAModel) {
+  const Folder folder;
+  folder.write(
+      "base.sdf",
+      model_file("<model name='base'><pose>0 0 9 0 0 0</pose><link name='hub'><pose>0 0 1 0 0 0</pose>" +
+                 std::string(kUnitBox) +
+                 "</link><link name='arm'><pose relative_to='__model__'>1 0 1 0 0 0"
+                 "</pose>" +
+                 kUnitBox +
+                 "</link><frame name='tip' attached_to='arm'><pose>1 0 0 0 0 0</pose>"
+                 "</frame><link name='tool'><pose relative_to='tip'/>" +
+                 kUnitBox +
+                 "</link><joint name='turn' type='revolute'><parent>__model__</parent><child>arm</child>"
+                 "<axis><xyz expressed_in='__model__'>0 1 0</xyz></axis></joint></model>"));
+  const std::string robot =
+      "<model name='robot'><pose>0 5 0 0 0 1.5707963267948966</pose><include merge='true'><uri>base.sdf</uri>"
+      "<pose>2 0 0 0 0 0</pose></include><link name='box'><pose relative_to='arm'>0 0 1 0 0 0</pose>" +
+      std::string(kUnitBox) + "</link></model>";
+  const LoadedWorld loaded = load(absl::StrCat("<sdf version='1.9'>", robot, "</sdf>"), folder);
+  EXPECT_THAT(names(loaded), UnorderedElementsAre("robot::box", "robot::hub", "robot::arm", "robot::tool"));
+  expect_near(place(loaded, "robot::hub"), {0, 7, 1});
+  expect_near(place(loaded, "robot::arm"), {0, 8, 1});
+  expect_near(place(loaded, "robot::tool"), {0, 9, 1});
+  expect_near(place(loaded, "robot::box"), {0, 8, 2});
+  ASSERT_EQ(loaded.world.joints.size(), 1u);
+  EXPECT_EQ(loaded.world.joints[0].name, "robot::turn");
 }
 
 TEST(Includes, OfTheModelThatAFileIsPartOf) {
