@@ -54,10 +54,10 @@ class FakeEtcd final : public Etcd {
       late_.push_back(std::move(request));
       return ready<absl::StatusOr<etcdserverpb::TxnResponse>>(gone());
     }
-    const etcdserverpb::TxnResponse response = apply(request);
-    for (const etcdserverpb::TxnRequest& late : std::exchange(late_, {})) apply(late);
-    if (fault == Fault::kUnanswered) return ready<absl::StatusOr<etcdserverpb::TxnResponse>>(gone());
-    return ready<absl::StatusOr<etcdserverpb::TxnResponse>>(response);
+    absl::StatusOr<etcdserverpb::TxnResponse> response = apply(request);
+    for (const etcdserverpb::TxnRequest& late : std::exchange(late_, {})) apply(late).status().IgnoreError();
+    if (fault == Fault::kUnanswered) response = gone();
+    return ready(std::move(response));
   }
 
   std::future<absl::StatusOr<std::int64_t>> grant_lease(std::chrono::seconds duration) override {
@@ -105,12 +105,17 @@ class FakeEtcd final : public Etcd {
     return compare.mod_revision() == (found == keys_.end() ? 0 : found->second.mod_revision());
   }
 
-  etcdserverpb::TxnResponse apply(const etcdserverpb::TxnRequest& request) {
+  // NOT_FOUND where a key is put under a lease that has ended: nothing is changed then.
+  absl::StatusOr<etcdserverpb::TxnResponse> apply(const etcdserverpb::TxnRequest& request) {
     etcdserverpb::TxnResponse response;
     bool all_hold = true;
     for (const etcdserverpb::Compare& compare : request.compare()) all_hold = all_hold && holds(compare);
     response.set_succeeded(all_hold);
     const auto& ops = all_hold ? request.success() : request.failure();
+    for (const etcdserverpb::RequestOp& op : ops) {
+      const std::int64_t lease = op.has_request_put() ? op.request_put().lease() : 0;
+      if (lease != 0 && !leases_.contains(lease)) return absl::NotFoundError("requested lease not found");
+    }
     bool changes = false;
     for (const etcdserverpb::RequestOp& op : ops) changes = changes || !op.has_request_range();
     if (changes) ++revision_;
