@@ -72,10 +72,6 @@ struct ActiveWorld {
     return !ready.empty() && std::find(ready.begin(), ready.end(), false) == ready.end();
   }
   bool recovering() const { return !loading() && (!hosted() || sequencer.replaying()); }
-  // The shapes at the end of the last tick that is certain: those of commands that are held follow.
-  std::span<const Shape> certain_shapes() const {
-    return registry.shapes().first(registry.shapes().size() - sequencer.held_shapes());
-  }
 
   // The rank of a server in this world, if it takes part.
   std::optional<std::size_t> rank_of(NodeId node) const {

@@ -41,7 +41,7 @@ void Checkpoints::settle(Nanoseconds now) {
 
 absl::StatusOr<Placement> Checkpoints::place_earliest(std::uint64_t number, const WorldSettings& settings,
                                                       const SectorIndex& anchor,
-                                                      std::span<const Shape> shapes,
+                                                      std::vector<ShapeEntry> shapes,
                                                       std::span<const NodeId> nodes, std::uint64_t map_epoch,
                                                       BalancePolicy policy) const {
   if (start_) return place(number, *start_, nodes, map_epoch, policy);
@@ -50,7 +50,7 @@ absl::StatusOr<Placement> Checkpoints::place_earliest(std::uint64_t number, cons
   if (!world.ok()) return world.status();
   world->settings = settings;
   world->anchor = anchor;
-  world->shapes.assign(shapes.begin(), shapes.begin() + static_cast<std::ptrdiff_t>(checkpoint.shapes));
+  world->shapes = std::move(shapes);
   return place(number, WorldToLoad{ReadSnapshot{*std::move(world), {}}}, nodes, map_epoch, policy);
 }
 

@@ -21,7 +21,6 @@ namespace tessera {
 // What the servers of a world had at the end of a tick.
 struct Checkpoint {
   Tick tick = 0;
-  std::size_t shapes = 0;  // that the world had: the first ones
   std::vector<v1::SnapshotChunk> chunks;
 };
 
@@ -43,10 +42,10 @@ class Checkpoints {
   Tick earliest() const { return start_ ? start_->tick() : later_.front().checkpoint.tick; }
   Tick latest() const { return later_.empty() ? start_->tick() : later_.back().checkpoint.tick; }
 
-  // What the servers `nodes` are sent to go on from earliest(). `shapes` are all of the world. DATA_LOSS
+  // What the servers `nodes` are sent to go on from earliest(). `shapes` are those of that tick. DATA_LOSS
   // where a server sent what cannot be read, otherwise errors as place().
   absl::StatusOr<Placement> place_earliest(std::uint64_t number, const WorldSettings& settings,
-                                           const SectorIndex& anchor, std::span<const Shape> shapes,
+                                           const SectorIndex& anchor, std::vector<ShapeEntry> shapes,
                                            std::span<const NodeId> nodes, std::uint64_t map_epoch,
                                            BalancePolicy policy) const;
 

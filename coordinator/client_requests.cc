@@ -42,7 +42,7 @@ void Coordinator::Impl::on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanosec
   if (absl::Status status = room_for_command(sequencer, shape_bytes); !status.ok())
     return call.reply(status, {});
   absl::StatusOr<WorldRegistry::Spawned> spawned =
-      (*world)->registry.spawn(call.request, options_.shape_bytes_max);
+      (*world)->registry.spawn(call.request, sequencer.next_command_tick(), options_.shape_bytes_max);
   if (!spawned.ok()) return call.reply(spawned.status(), {});
   const BodyId id = spawned->record.id;
   const Tick at =
@@ -86,7 +86,7 @@ void Coordinator::Impl::on(Call<Request, v1::CommandReply>& call, Nanoseconds) {
   if (absl::Status status = room_for_command(sequencer, 0); !status.ok()) return call.reply(status, {});
   absl::StatusOr<Command> command = checked(call.request, (*world)->registry);
   if (!command.ok()) return call.reply(command.status(), {});
-  (*world)->registry.apply(*command);
+  (*world)->registry.apply(*command, sequencer.next_command_tick());
   const Tick at = sequencer.submit(*std::move(command), std::nullopt, with_tick(std::move(call.reply)));
   store_command(call.request, at, 0, call.id);
 }
@@ -132,14 +132,15 @@ void Coordinator::Impl::on(Call<v1::HashRequest, v1::HashReply>& call, Nanosecon
 SnapshotChunks Coordinator::Impl::snapshot_head(const ActiveWorld& world) {
   WorldCatalogue catalogue = world.registry.catalogue();
   catalogue.name = world.name;
-  const std::span<const Shape> shapes = world.certain_shapes();
-  auto next = shapes.end();
+  const ShapeTable& shapes = world.registry.shapes();
+  const Tick tick = world.sequencer.certain();
   for (Sequencer::Held& batch : world.sequencer.held()) {
-    const auto end = next + static_cast<std::ptrdiff_t>(batch.new_shapes.size());
-    catalogue.held.push_back({std::move(batch.commands), {next, end}});
-    next = end;
+    WorldCatalogue::HeldBatch& held = catalogue.held.emplace_back();
+    held.commands = std::move(batch.commands);
+    for (const v1::NumberedShape& shape : batch.new_shapes)
+      held.new_shapes.push_back({shape.id(), shapes.ref(shape.id())});
   }
-  return head_chunks(catalogue, world.settings, world.anchor, world.sequencer.certain(), shapes);
+  return head_chunks(catalogue, world.settings, world.anchor, tick, shapes.at(tick));
 }
 
 // What is held is taken down as it is now, and the servers are asked before they are granted any of it.

@@ -73,7 +73,8 @@ absl::StatusOr<BodyRecord> placed(const Target& target, const Request& request, 
   if (request.keeps_orientation()) body.pose.orientation.setIdentity();
   body.linear_velocity = linear;
   body.angular_velocity = angular;
-  if (absl::Status status = validate(body, world.shapes(), world.settings()); !status.ok()) return status;
+  const Shape* shape = world.shapes().find(body.properties.shape);
+  if (absl::Status status = validate(body, *shape, world.settings()); !status.ok()) return status;
   if (request.keeps_orientation()) {
     body.properties.centre = {};
     body.properties.principal_axes = BodyProperties().principal_axes;
@@ -99,7 +100,7 @@ absl::StatusOr<Eigen::Vector3d> unit_direction(const v1::Vector3& from) {
 absl::StatusOr<Command> checked(const v1::RemoveRequest& request, const WorldRegistry& world) {
   const absl::StatusOr<Target> body = target(request.body(), world);
   if (!body.ok()) return body.status();
-  return RemoveBody{body->id};
+  return world.removal_of(body->id);
 }
 
 absl::StatusOr<Command> checked(const v1::SetVelocityRequest& request, const WorldRegistry& world) {
@@ -223,8 +224,7 @@ absl::StatusOr<v1::NearQuery> checked(const v1::NearRequest& request, const Worl
   probe.properties.motion = Motion::kKinematic;
   probe.pose = from_proto(request.pose());
   const double size = world.settings().sector_size;
-  if (absl::Status status = validate(probe, std::span(&*shape, 1), world.settings()); !status.ok())
-    return status;
+  if (absl::Status status = validate(probe, *shape, world.settings()); !status.ok()) return status;
   const absl::StatusOr<WorldPosition> position =
       canonical(probe.pose.position.sector, probe.pose.position.local, size);
   if (!position.ok()) return position.status();

@@ -182,6 +182,39 @@ TEST(Spawn, ShapesOfAWorldHaveALimitOfBytes) {
   EXPECT_TRUE(cluster->ask<v1::SpawnReply>(spawn("", 1.0))->ok()) << "a shape that it has needs no room";
 }
 
+TEST(Spawn, ShapesGoWithTheLastBodyThatHasThem) {
+  CoordinatorOptions options;
+  options.shape_bytes_max = 200;
+  const auto cluster = loaded_cluster(options);
+  for (int n = 0; n < 200; ++n) {
+    const auto first = cluster->ask<v1::SpawnReply>(spawn("first", 1.0 + 0.01 * n));
+    ASSERT_TRUE(first->ok()) << n << " " << first->message();
+    ASSERT_TRUE(cluster->ask<v1::SpawnReply>(spawn("second", 1.0 + 0.01 * n))->ok());
+    cluster->ask<v1::StepReply>(step(1));
+    const std::vector<v1::Grant> spawned = cluster->work(kFirst);
+    cluster->work(kSecond);
+    ASSERT_EQ(spawned.at(0).new_shapes_size(), 1);
+    const ShapeId shape = spawned[0].new_shapes(0).id();
+    EXPECT_EQ(shape, 2u + n) << "ids are never given twice";
+
+    v1::RemoveRequest remove;
+    remove.mutable_body()->set_name("first");
+    cluster->ask<v1::CommandReply>(remove);
+    remove.mutable_body()->set_name("second");
+    cluster->ask<v1::CommandReply>(remove);
+    cluster->ask<v1::StepReply>(step(1));
+    const auto commands = unpack_commands(cluster->work(kFirst).at(0).commands()).value();
+    cluster->work(kSecond);
+    ASSERT_EQ(commands.size(), 2u);
+    EXPECT_EQ(std::get<RemoveBody>(commands[0]).last_of, std::nullopt);
+    EXPECT_EQ(std::get<RemoveBody>(commands[1]).last_of, shape);
+  }
+  v1::SpawnRequest by_id = spawn("late", 1);
+  by_id.clear_shape();
+  by_id.mutable_body()->mutable_properties()->set_shape(50);
+  EXPECT_THAT(cluster->ask<v1::SpawnReply>(by_id)->message(), HasSubstr("there is no shape 50"));
+}
+
 TEST(Spawn, RemovedNamesMayBeUsedAgainButNotIds) {
   const auto cluster = loaded_cluster();
   v1::RemoveRequest remove;

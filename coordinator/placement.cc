@@ -52,10 +52,17 @@ std::vector<std::string> records_by_rank(std::span<const BodyRecord> records, co
 }
 
 // The shapes of the world at its tick: those of held commands come with their grants.
-std::span<const Shape> shapes_of(const WorldToLoad& world) {
-  if (const auto* described = std::get_if<WorldToLoad::Described>(&world.from))
-    return described->world.shapes;
-  return std::get<ReadSnapshot>(world.from).world.shapes;
+void add_shapes_of(const WorldToLoad& world, v1::LoadWorld& load) {
+  if (const auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
+    for (std::size_t id = 0; id < described->world.shapes.size(); ++id) {
+      v1::NumberedShape& to = *load.add_shapes();
+      to.set_id(id);
+      *to.mutable_shape() = to_proto(described->world.shapes[id]);
+    }
+  } else {
+    for (const ShapeEntry& entry : std::get<ReadSnapshot>(world.from).world.shapes)
+      *load.add_shapes() = to_proto(entry);
+  }
 }
 
 // Divides sectors with so much to do.
@@ -70,7 +77,7 @@ Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldToLo
   common.set_world(number);
   *common.mutable_settings() = to_proto(world.settings());
   *common.mutable_anchor() = to_proto(world.anchor());
-  for (const Shape& shape : shapes_of(world)) *common.add_shapes() = to_proto(shape);
+  add_shapes_of(world, common);
   for (const NodeId node : nodes) common.add_nodes(node.value);
   for (const SectorIndex& splitter : placement.map.splitters()) *common.add_splitters() = to_proto(splitter);
   common.mutable_owners()->Add(placement.map.owners().begin(), placement.map.owners().end());

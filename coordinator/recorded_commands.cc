@@ -15,7 +15,7 @@ absl::Status other_id(std::uint64_t here, std::uint64_t recorded) {
 }
 
 absl::StatusOr<GivenCommand> spawned(const v1::RecordedCommand& recorded, WorldRegistry& registry) {
-  absl::StatusOr<WorldRegistry::Spawned> body = registry.spawn(recorded.spawn());
+  absl::StatusOr<WorldRegistry::Spawned> body = registry.spawn(recorded.spawn(), recorded.tick());
   if (!body.ok()) return body.status();
   if (body->record.id.value != recorded.id()) return other_id(body->record.id.value, recorded.id());
   return GivenCommand{SpawnBody{body->record}, std::move(body->new_shape)};
@@ -64,7 +64,7 @@ absl::StatusOr<GivenCommand> given_again(const v1::RecordedCommand& recorded, Wo
   if (recorded.has_add_joint()) return joined(recorded, registry);
   absl::StatusOr<Command> command = checked_again(recorded, registry);
   if (!command.ok()) return command.status();
-  registry.apply(*command);
+  registry.apply(*command, recorded.tick());
   return GivenCommand{*std::move(command), std::nullopt};
 }
 

@@ -13,7 +13,7 @@ namespace tessera {
 
 struct GivenCommand {
   Command command;
-  std::optional<v1::Shape> new_shape;  // under the next id, before the command
+  std::optional<v1::NumberedShape> new_shape;  // added before the command
 };
 
 // What a client's request means in this world, which has it from now on. Errors as those of the request;

@@ -22,7 +22,7 @@ constexpr int kCheckpointsAtRest = 10;
 
 void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
   ActiveWorld& world = *world_;
-  if (!world.checkpoints) return;
+  if (!world.checkpoints) return world.registry.shapes().drop_before(world.sequencer.certain());
   if (world.fresh_checkpoint) {
     if (!world.fresh_head.empty()) {
       SnapshotChunks snapshot = std::exchange(world.fresh_head, {});
@@ -36,6 +36,7 @@ void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
     world.checkpoints->settle(now);
   }
   world.sequencer.forget_past(world.checkpoints->earliest());
+  world.registry.shapes().drop_before(world.checkpoints->earliest());
   if (!world.recovering() && wants_to_move()) {
     recover();
   } else if (may_ask_for_checkpoint() && now >= checkpoint_due()) {
@@ -70,9 +71,9 @@ void Coordinator::Impl::ask_for_checkpoint() {
     world->fresh_position = stored_position();
   }
   // The world calls this, so `world` exists.
-  world->sequencer.ask_first(world->queries.snapshot(
-      [world, next = Checkpoint{world->sequencer.certain(), world->certain_shapes().size(), {}}](
-          const absl::Status& status, std::vector<v1::SnapshotChunk> chunks) mutable {
+  world->sequencer.ask_first(
+      world->queries.snapshot([world, next = Checkpoint{world->sequencer.certain(), {}}](
+                                  const absl::Status& status, std::vector<v1::SnapshotChunk> chunks) mutable {
         world->awaits_checkpoint = false;
         if (!status.ok()) return;
         next.chunks = std::move(chunks);
@@ -121,9 +122,9 @@ void Coordinator::Impl::recover() {
         Severity::kWarning);
     return;
   }
-  absl::StatusOr<Placement> placement =
-      world.checkpoints->place_earliest(world.number, world.settings, world.anchor, world.certain_shapes(),
-                                        world.nodes, world.map.epoch() + 1, options_.balance_policy);
+  absl::StatusOr<Placement> placement = world.checkpoints->place_earliest(
+      world.number, world.settings, world.anchor, world.registry.shapes().at(tick), world.nodes,
+      world.map.epoch() + 1, options_.balance_policy);
   if (!placement.ok()) {
     fail_world(absl::StrCat("it cannot go on from tick ", tick, ": ", placement.status().message()),
                placement.status().code(), {});

@@ -73,13 +73,13 @@ void Sequencer::rewind(std::uint64_t world, std::size_t servers, Tick tick) {
   for (auto again = past_.upper_bound(tick); again != past_.end(); again = past_.erase(again)) {
     past_commands_ -= again->second.commands.size();
     held_commands_ += again->second.commands.size();
-    for (const v1::Shape& shape : again->second.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
+    for (const v1::NumberedShape& shape : again->second.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
     batches_.insert(std::move(*again));
   }
   // Those that an earlier rewind() brought back, and this one does not need.
   while (!batches_.empty() && batches_.begin()->first <= tick) {
     held_commands_ -= batches_.begin()->second.commands.size();
-    for (const v1::Shape& shape : batches_.begin()->second.new_shapes)
+    for (const v1::NumberedShape& shape : batches_.begin()->second.new_shapes)
       held_shape_bytes_ -= shape.ByteSizeLong();
     batches_.erase(batches_.begin());
   }
@@ -92,8 +92,12 @@ void Sequencer::forget_past(Tick tick) {
 }
 
 // Commands keep their order: none overtakes those of a snapshot, which may be for later ticks.
-Tick Sequencer::submit(Command command, std::optional<v1::Shape> new_shape, Reply reply) {
-  const Tick tick = batches_.empty() ? certain_ + 1 : std::max(certain_ + 1, batches_.rbegin()->first);
+Tick Sequencer::next_command_tick() const {
+  return batches_.empty() ? certain_ + 1 : std::max(certain_ + 1, batches_.rbegin()->first);
+}
+
+Tick Sequencer::submit(Command command, std::optional<v1::NumberedShape> new_shape, Reply reply) {
+  const Tick tick = next_command_tick();
   Batch& batch = batches_[tick];
   batch.commands.push_back(std::move(command));
   ++held_commands_;
@@ -127,26 +131,18 @@ std::vector<Sequencer::Held> Sequencer::held() const {
   return held;
 }
 
-std::size_t Sequencer::held_shapes() const {
-  std::size_t shapes = 0;
-  for (auto batch = batches_.upper_bound(certain_); batch != batches_.end(); ++batch) {
-    shapes += batch->second.new_shapes.size();
-  }
-  return shapes;
-}
-
 void Sequencer::hold(std::vector<Held> held) {
   Tick tick = certain_;
   for (Held& from : held) {
     Batch& batch = batches_[++tick];
     held_commands_ += from.commands.size();
-    for (const v1::Shape& shape : from.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
+    for (const v1::NumberedShape& shape : from.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
     batch.commands = std::move(from.commands);
     batch.new_shapes = std::move(from.new_shapes);
   }
 }
 
-void Sequencer::hold_at(Tick tick, Command command, std::optional<v1::Shape> new_shape) {
+void Sequencer::hold_at(Tick tick, Command command, std::optional<v1::NumberedShape> new_shape) {
   Batch& batch = batches_[tick];
   batch.commands.push_back(std::move(command));
   ++held_commands_;
@@ -342,7 +338,7 @@ v1::Grant Sequencer::next_grant(std::uint64_t ticks) {
 void Sequencer::give(Batch& batch, v1::Grant& grant) {
   held_commands_ -= batch.commands.size();
   grant.set_commands(pack(std::span<const Command>(batch.commands)));
-  for (const v1::Shape& shape : batch.new_shapes) {
+  for (const v1::NumberedShape& shape : batch.new_shapes) {
     held_shape_bytes_ -= shape.ByteSizeLong();
     *grant.add_new_shapes() = shape;
   }

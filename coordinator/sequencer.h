@@ -61,9 +61,12 @@ class Sequencer {
   absl::Status room_for_command(std::size_t shape_bytes) const;
   absl::Status room_for_query() const;
 
+  // The tick at whose beginning the next command that is submitted takes effect.
+  Tick next_command_tick() const;
+
   // Takes a checked command, with the shape that it adds, and returns the tick at whose beginning it takes
   // effect. `reply` gets that tick once it is granted, or immediately while the world is paused.
-  Tick submit(Command command, std::optional<v1::Shape> new_shape, Reply reply);
+  Tick submit(Command command, std::optional<v1::NumberedShape> new_shape, Reply reply);
 
   // Asks a question that is answered after all ticks that are certain.
   void ask(v1::Query query);
@@ -74,15 +77,14 @@ class Sequencer {
   // The commands of each of the ticks after certain(), as far as there are any.
   struct Held {
     std::vector<Command> commands;
-    std::vector<v1::Shape> new_shapes;
+    std::vector<v1::NumberedShape> new_shapes;
   };
   std::vector<Held> held() const;
-  std::size_t held_shapes() const;  // how many they have
 
   // As the first of all: the commands that a snapshot holds, and those that were stored since, by their
   // ticks.
   void hold(std::vector<Held> held);
-  void hold_at(Tick tick, Command command, std::optional<v1::Shape> new_shape);
+  void hold_at(Tick tick, Command command, std::optional<v1::NumberedShape> new_shape);
 
   // The map changes with the next tick that is granted.
   void set_map(const SectorMap& map);
@@ -122,7 +124,7 @@ class Sequencer {
   // The commands of one tick.
   struct Batch {
     std::vector<Command> commands;
-    std::vector<v1::Shape> new_shapes;
+    std::vector<v1::NumberedShape> new_shapes;
     std::vector<Reply> replies;  // of commands that have not been answered
   };
   using Batches = absl::btree_map<Tick, Batch>;  // by the tick at whose beginning they take effect

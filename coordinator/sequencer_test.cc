@@ -130,7 +130,7 @@ TEST(Sequencer, HasLimits) {
 TEST(Sequencer, GoesOnFromWhatAnotherHeld) {
   Sequencer before({.tick = 7});
   before.submit(Teleport{.id = BodyId{1}}, std::nullopt, nobody);
-  before.hold_at(9, ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, v1::Shape());
+  before.hold_at(9, ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, v1::NumberedShape());
   ASSERT_TRUE(before.resume(0, {}).ok());
   before.ask_first(v1::Query());
   const std::vector<Sequencer::Held> held = before.held();
@@ -175,7 +175,7 @@ struct Rewound {
     sequencer.submit(ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, std::nullopt, nobody);
     run_to(5, nobody);
     sequencer.submit(Teleport{.id = BodyId{1}}, std::nullopt, nobody);
-    sequencer.submit(ApplyImpulse{BodyId{1}, {2, 0, 0}, {}}, v1::Shape(), nobody);
+    sequencer.submit(ApplyImpulse{BodyId{1}, {2, 0, 0}, {}}, v1::NumberedShape(), nobody);
     run_to(10, nobody);
     sequencer.submit(ApplyImpulse{BodyId{1}, {3, 0, 0}, {}}, std::nullopt, nobody);
     run_to(20, nobody);

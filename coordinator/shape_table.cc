@@ -1,33 +1,92 @@
 #include "coordinator/shape_table.h"
 
 #include <functional>
+#include <memory>
+#include <string>
 
+#include "lpss/base/invariant.h"
 #include "proto/convert.h"
 
 namespace tessera {
 
-std::optional<ShapeId> ShapeTable::find(const Shape& shape) {
-  const std::hash<std::string> hash;
-  for (; indexed_ < shapes_.size(); ++indexed_) {
-    const std::string bytes = to_proto(shapes_[indexed_]).SerializeAsString();
-    bytes_ += bytes.size();
-    index_.emplace(hash(bytes), static_cast<ShapeId>(indexed_));
+ShapeTable::ShapeTable(std::vector<Shape> shapes) {
+  for (Shape& shape : shapes) add(std::move(shape), 0);
+}
+
+void ShapeTable::add(const ShapeEntry& entry, Tick since) {
+  entries_.emplace_hint(entries_.end(), entry.id, Entry{.shape = entry.shape, .since = since});
+  not_indexed_.push_back(entry.id);
+}
+
+ShapeId ShapeTable::add(Shape shape, Tick since) {
+  const ShapeId id = next_++;
+  add({id, std::make_shared<const Shape>(std::move(shape))}, since);
+  return id;
+}
+
+const Shape* ShapeTable::find(ShapeId id) const {
+  const auto found = entries_.find(id);
+  return found != entries_.end() && found->second.until == kNever ? found->second.shape.get() : nullptr;
+}
+
+void ShapeTable::index_new() {
+  for (const ShapeId id : std::exchange(not_indexed_, {})) {
+    const auto found = entries_.find(id);
+    if (found == entries_.end() || found->second.until != kNever) continue;
+    Entry& entry = found->second;
+    const std::string form = to_proto(*entry.shape).SerializeAsString();
+    entry.is_indexed = true;
+    entry.hash = std::hash<std::string>()(form);
+    entry.bytes = form.size();
+    bytes_ += entry.bytes;
+    index_.emplace(entry.hash, id);
   }
-  const std::string bytes = to_proto(shape).SerializeAsString();
-  const auto [begin, end] = index_.equal_range(hash(bytes));
+}
+
+std::optional<ShapeId> ShapeTable::find_equal(const Shape& shape) {
+  index_new();
+  const std::string form = to_proto(shape).SerializeAsString();
+  const auto [begin, end] = index_.equal_range(std::hash<std::string>()(form));
   for (auto candidate = begin; candidate != end; ++candidate) {
-    if (to_proto(shapes_[candidate->second]).SerializeAsString() == bytes) return candidate->second;
+    if (to_proto(*ref(candidate->second)).SerializeAsString() == form) return candidate->second;
   }
   return std::nullopt;
 }
 
-void ShapeTable::pop() {
-  const std::size_t bytes = to_proto(shapes_.back()).ByteSizeLong();
-  shapes_.pop_back();
-  if (indexed_ <= shapes_.size()) return;
-  bytes_ -= bytes;
-  indexed_ = shapes_.size();
-  std::erase_if(index_, [&](const auto& entry) { return entry.second >= shapes_.size(); });
+void ShapeTable::give_back(ShapeId id, Tick at) {
+  Entry& entry = entries_.at(id);
+  invariant(entry.bodies > 0, "a shape is given back by those who took it");
+  if (--entry.bodies == 0) leave(id, at);
+}
+
+void ShapeTable::leave(ShapeId id, Tick at) {
+  Entry& entry = entries_.at(id);
+  entry.until = at;
+  left_.emplace(at, id);
+  if (!entry.is_indexed) return;
+  const auto [begin, end] = index_.equal_range(entry.hash);
+  for (auto candidate = begin; candidate != end; ++candidate) {
+    if (candidate->second != id) continue;
+    index_.erase(candidate);
+    return;
+  }
+}
+
+std::vector<ShapeEntry> ShapeTable::at(Tick tick) const {
+  std::vector<ShapeEntry> shapes;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.since <= tick && tick < entry.until) shapes.push_back({id, entry.shape});
+  }
+  return shapes;
+}
+
+void ShapeTable::drop_before(Tick tick) {
+  while (!left_.empty() && left_.begin()->first <= tick) {
+    const auto entry = entries_.find(left_.begin()->second);
+    bytes_ -= entry->second.bytes;
+    entries_.erase(entry);
+    left_.erase(left_.begin());
+  }
 }
 
 }  // namespace tessera

@@ -28,9 +28,18 @@ WorldRegistry::WorldRegistry(WorldDescription world, std::span<const BodyRecord>
   }
 }
 
-WorldRegistry::WorldRegistry(const WorldSettings& settings, std::vector<Shape> shapes,
-                             const WorldCatalogue& catalogue)
-    : settings_(settings), shapes_(std::move(shapes)), joints_(catalogue), frames_(catalogue) {
+WorldRegistry::WorldRegistry(const WorldSnapshot& world, const WorldCatalogue& catalogue)
+    : settings_(world.settings), shapes_(catalogue.next_shape), joints_(catalogue), frames_(catalogue) {
+  for (const ShapeEntry& entry : world.shapes) shapes_.add(entry, world.tick);
+  Tick tick = world.tick;
+  for (const WorldCatalogue::HeldBatch& batch : catalogue.held) {
+    ++tick;
+    for (const ShapeEntry& entry : batch.new_shapes) shapes_.add(entry, tick);
+    for (const Command& command : batch.commands) {
+      const auto* removal = std::get_if<RemoveBody>(&command);
+      if (removal != nullptr && removal->last_of) shapes_.leave(*removal->last_of, tick);
+    }
+  }
   for (const WorldCatalogue::Body& body : catalogue.bodies) insert(body.id, body.name, body.properties);
   next_id_ = catalogue.next_body;
 }
@@ -39,6 +48,7 @@ WorldCatalogue WorldRegistry::catalogue() const {
   WorldCatalogue catalogue;
   for (const auto& [id, entry] : bodies_) catalogue.bodies.push_back({id, entry.name, entry.properties});
   catalogue.next_body = next_id_;
+  catalogue.next_shape = shapes_.next_id();
   joints_.describe(catalogue);
   frames_.describe(catalogue);
   return catalogue;
@@ -47,6 +57,7 @@ WorldCatalogue WorldRegistry::catalogue() const {
 void WorldRegistry::insert(BodyId id, std::string name, const BodyProperties& properties) {
   const auto [entry, is_new] = bodies_.emplace(id, Entry{std::move(name), properties});
   invariant(is_new && names_.emplace(entry->second.name, id).second, "ids and names of bodies are unique");
+  shapes_.take(properties.shape);
 }
 
 absl::StatusOr<BodyId> WorldRegistry::resolve(const v1::BodyRef& reference) const {
@@ -79,9 +90,8 @@ absl::Status WorldRegistry::check_room() const {
     return absl::ResourceExhaustedError(
         absl::StrCat("the world has ", bodies_.size(), " bodies, and may have ", kBodiesMax));
   }
-  if (next_id_.value > kBodyIdMax) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("all ids of bodies up to ", kBodyIdMax, " have been given"));
+  if (const std::uint64_t last = body_id_max(settings_.seams); next_id_.value > last) {
+    return absl::ResourceExhaustedError(absl::StrCat("all ids of bodies up to ", last, " have been given"));
   }
   return absl::OkStatus();
 }
@@ -94,12 +104,31 @@ std::string WorldRegistry::name_for(BodyId id) const {
   return unique;
 }
 
-absl::StatusOr<BodyRecord> WorldRegistry::checked_record(const BodyDescription& body) const {
-  if (absl::Status status = validate(body, shapes(), settings_); !status.ok()) return status;
+absl::StatusOr<BodyRecord> WorldRegistry::checked_record(const BodyDescription& body,
+                                                         const Shape* shape) const {
+  if (shape == nullptr) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("body '", body.name, "': there is no shape ", body.properties.shape));
+  }
+  if (absl::Status status = validate(body, *shape, settings_); !status.ok()) return status;
   return record_of(body, settings_);
 }
 
-absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnRequest& request,
+// For one more, which has so many bytes.
+absl::Status WorldRegistry::room_for_shape(const std::string& title, std::size_t bytes,
+                                           std::size_t bytes_max) const {
+  if (shapes_.size() >= kShapesMax) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the world has ", kShapesMax, " different shapes, and may not have more"));
+  }
+  const std::size_t all = shapes_.bytes() + bytes;
+  if (all <= bytes_max) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat(title, ": with it, the shapes of the world would have ",
+                                                   all, " bytes, and may have ", bytes_max,
+                                                   " (--shapes-mib)"));
+}
+
+absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnRequest& request, Tick at,
                                                             std::size_t shape_bytes_max) {
   if (absl::Status status = check_room(); !status.ok()) return status;
   if (!request.has_body()) return absl::InvalidArgumentError("body must be set");
@@ -110,7 +139,7 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnReque
     return absl::AlreadyExistsError(absl::StrCat("body '", body->name, "': the name is in use"));
   }
 
-  bool is_new_shape = false;
+  std::optional<Shape> new_shape;
   if (request.has_shape()) {
     const std::string title = absl::StrCat("shape of body '", body->name, "'");
     absl::StatusOr<Shape> shape = from_proto(request.shape());
@@ -118,40 +147,42 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnReque
       return absl::InvalidArgumentError(absl::StrCat(title, ": ", shape.status().message()));
     }
     if (absl::Status status = validate(*shape, title); !status.ok()) return status;
-    const std::optional<ShapeId> known = shapes_.find(*shape);
-    is_new_shape = !known.has_value();
-    if (is_new_shape && shapes().size() >= kShapesMax) {
-      return absl::ResourceExhaustedError(
-          absl::StrCat("the world has ", kShapesMax, " different shapes, and may not have more"));
+    if (const std::optional<ShapeId> known = shapes_.find_equal(*shape)) {
+      body->properties.shape = *known;
+    } else {
+      const absl::Status room = room_for_shape(title, request.shape().ByteSizeLong(), shape_bytes_max);
+      if (!room.ok()) return room;
+      body->properties.shape = shapes_.next_id();
+      new_shape = *std::move(shape);
     }
-    const std::size_t bytes = shapes_.bytes() + request.shape().ByteSizeLong();
-    if (is_new_shape && bytes > shape_bytes_max) {
-      return absl::ResourceExhaustedError(
-          absl::StrCat(title, ": with it, the shapes of the world would have ", bytes,
-                       " bytes, and may have ", shape_bytes_max, " (--shapes-mib)"));
-    }
-    body->properties.shape = known.value_or(shapes_.next_id());
-    if (is_new_shape) shapes_.push(*std::move(shape));
   }
-  absl::StatusOr<BodyRecord> record = checked_record(*body);
-  if (!record.ok()) {
-    if (is_new_shape) shapes_.pop();
-    return record.status();
-  }
+  absl::StatusOr<BodyRecord> record =
+      checked_record(*body, new_shape ? &*new_shape : shapes_.find(body->properties.shape));
+  if (!record.ok()) return record.status();
+  if (new_shape) shapes_.add(*std::move(new_shape), at);
 
   record->id = next_id_;
   next_id_ = BodyId{next_id_.value + 1};
   insert(record->id, std::move(body->name), record->properties);
   Spawned spawned{*std::move(record), std::nullopt};
-  if (is_new_shape) spawned.new_shape = request.shape();
+  if (new_shape) {
+    spawned.new_shape.emplace().set_id(spawned.record.properties.shape);
+    *spawned.new_shape->mutable_shape() = request.shape();
+  }
   return spawned;
 }
 
-void WorldRegistry::remove(BodyId id) {
+RemoveBody WorldRegistry::removal_of(BodyId id) const {
+  const ShapeId shape = bodies_.at(id).properties.shape;
+  return {id, shapes_.has_one_body(shape) ? std::optional(shape) : std::nullopt};
+}
+
+void WorldRegistry::remove(BodyId id, Tick at) {
   const auto found = bodies_.find(id);
   if (found == bodies_.end()) return;
   joints_.remove_of(id);
   frames_.remove_of(id);
+  shapes_.give_back(found->second.properties.shape, at);
   names_.erase(found->second.name);
   bodies_.erase(found);
 }
@@ -188,8 +219,8 @@ absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJointRequest& 
   return joints_.add(*std::move(joint), parent_body, find(*child)->properties, settings_);
 }
 
-void WorldRegistry::apply(const Command& command) {
-  if (const auto* body = std::get_if<RemoveBody>(&command)) remove(body->id);
+void WorldRegistry::apply(const Command& command, Tick at) {
+  if (const auto* body = std::get_if<RemoveBody>(&command)) remove(body->id, at);
   if (const auto* joint = std::get_if<RemoveJoint>(&command)) joints_.remove(joint->id);
   if (const auto* motion = std::get_if<SetSurfaceMotion>(&command)) {
     set_surface_motion(bodies_.at(motion->id).properties, motion->velocity, motion->running);
@@ -284,7 +315,7 @@ v1::FindBodiesReply WorldRegistry::find_bodies(const v1::FindBodiesRequest& requ
     const ShapeId shape = entry.properties.shape;
     if (request.with_shapes() && !reply.shapes().contains(shape)) {
       v1::Shape& message = (*reply.mutable_shapes())[shape];
-      message = to_proto(shapes()[shape]);
+      message = to_proto(*shapes_.ref(shape));
       shape_bytes += message.ByteSizeLong();
     }
   }

@@ -35,13 +35,13 @@ class WorldRegistry {
   WorldRegistry(WorldDescription world, std::span<const BodyRecord> records,
                 std::span<const JointRecord> joints);
 
-  // From a catalogue that is valid, with all shapes of its world, held ones included; and back, but for what
-  // is held.
-  WorldRegistry(const WorldSettings& settings, std::vector<Shape> shapes, const WorldCatalogue& catalogue);
+  // From a snapshot that is valid; and back, but for what is held.
+  WorldRegistry(const WorldSnapshot& world, const WorldCatalogue& catalogue);
   WorldCatalogue catalogue() const;
 
   const WorldSettings& settings() const { return settings_; }
-  std::span<const Shape> shapes() const { return shapes_.shapes(); }
+  const ShapeTable& shapes() const { return shapes_; }
+  ShapeTable& shapes() { return shapes_; }
   std::size_t body_count() const { return bodies_.size(); }
 
   // INVALID_ARGUMENT for an empty reference, or the name of a frame; NOT_FOUND for a body that does not exist
@@ -51,14 +51,14 @@ class WorldRegistry {
   // Null if there is none.
   const Entry* find(BodyId id) const;
 
-  // Adds a new body. Errors as validate() and record_of(), ALREADY_EXISTS for a name in use,
-  // RESOURCE_EXHAUSTED if ids, bodies or shapes are used up, or all shapes would have more than
-  // `shape_bytes_max` bytes; an error changes nothing.
+  // Adds a new body, which is there from tick `at` on. Errors as validate() and record_of(), ALREADY_EXISTS
+  // for a name in use, RESOURCE_EXHAUSTED if ids, bodies or shapes are used up, or all shapes would have more
+  // than `shape_bytes_max` bytes; an error changes nothing.
   struct Spawned {
     BodyRecord record;
-    std::optional<v1::Shape> new_shape;  // under the id of the record, if the world did not have it yet
+    std::optional<v1::NumberedShape> new_shape;  // if the world did not have it yet
   };
-  absl::StatusOr<Spawned> spawn(const v1::SpawnRequest& request,
+  absl::StatusOr<Spawned> spawn(const v1::SpawnRequest& request, Tick at,
                                 std::size_t shape_bytes_max = std::numeric_limits<std::size_t>::max());
 
   const JointRegistry& joints() const { return joints_; }
@@ -67,8 +67,11 @@ class WorldRegistry {
   // exist, ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED beyond kJointsMax; an error changes nothing.
   absl::StatusOr<JointRecord> add_joint(const v1::AddJointRequest& request);
 
-  // Applies the effect of a checked command on this record.
-  void apply(const Command& command);
+  // The command that removes a body that exists, with its shape where no other body has it.
+  RemoveBody removal_of(BodyId id) const;
+
+  // Applies the effect of a checked command, which servers carry out at tick `at`, on this record.
+  void apply(const Command& command, Tick at);
 
   // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty lists all.
   v1::ListJointsReply list_joints(const v1::ListJointsRequest& request) const;
@@ -81,12 +84,13 @@ class WorldRegistry {
   v1::FindBodiesReply find_bodies(const v1::FindBodiesRequest& request) const;
 
  private:
-  void remove(BodyId id);
+  void remove(BodyId id, Tick at);
   absl::StatusOr<BodyId> body_of_joint(const char* side, const v1::BodyRef& reference,
                                        BodyId otherwise) const;
   absl::Status check_room() const;
   std::string name_for(BodyId id) const;
-  absl::StatusOr<BodyRecord> checked_record(const BodyDescription& body) const;
+  absl::StatusOr<BodyRecord> checked_record(const BodyDescription& body, const Shape* shape) const;
+  absl::Status room_for_shape(const std::string& title, std::size_t bytes, std::size_t bytes_max) const;
   void insert(BodyId id, std::string name, const BodyProperties& properties);
 
   WorldSettings settings_;

@@ -41,12 +41,8 @@ WorldRegistry registry_of(WorldToLoad world) {
   if (auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
     return {std::move(described->world), described->records, described->joints};
   }
-  ReadSnapshot& snapshot = std::get<ReadSnapshot>(world.from);
-  std::vector<Shape> shapes = std::move(snapshot.world.shapes);
-  for (const WorldCatalogue::HeldBatch& batch : snapshot.catalogue.held) {
-    shapes.insert(shapes.end(), batch.new_shapes.begin(), batch.new_shapes.end());
-  }
-  return {snapshot.world.settings, std::move(shapes), snapshot.catalogue};
+  const ReadSnapshot& snapshot = std::get<ReadSnapshot>(world.from);
+  return {snapshot.world, snapshot.catalogue};
 }
 
 std::vector<Sequencer::Held> held_of(const WorldToLoad& world) {
@@ -56,7 +52,7 @@ std::vector<Sequencer::Held> held_of(const WorldToLoad& world) {
   for (const WorldCatalogue::HeldBatch& batch : snapshot->catalogue.held) {
     Sequencer::Held& to = held.emplace_back();
     to.commands = batch.commands;
-    for (const Shape& shape : batch.new_shapes) to.new_shapes.push_back(to_proto(shape));
+    for (const ShapeEntry& entry : batch.new_shapes) to.new_shapes.push_back(to_proto(entry));
   }
   return held;
 }

@@ -30,18 +30,18 @@ DEADLINE_S = 30.0
 BODIES_MAX = 300  # that churn adds
 KILL_EVERY_S = 60.0
 SAMPLE_EVERY_S = 10.0
-UP = ("--servers", "3", "--listen", "127.0.0.1:0", "--no-page", "--sector-size", "8", "--end-with-input")
+UP = ("--listen", "127.0.0.1:0", "--no-page", "--sector-size", "8", "--end-with-input")
 PLACE_M = 20.0  # bodies come down within this distance of the origin
 
 
 class Cluster:
     """`tessera up`, and commands to it."""
 
-    def __init__(self, folder: Path, world: Path, scratch: Path) -> None:
+    def __init__(self, folder: Path, world: Path, scratch: Path, servers: int = 3) -> None:
         self._tessera = str(folder / "tessera")
         self._scratch = scratch
         self._up = subprocess.Popen(
-            [self._tessera, "up", str(world), *UP],
+            [self._tessera, "up", str(world), "--servers", str(servers), *UP],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -221,6 +221,13 @@ v1::Pose to_proto(const Pose& pose) {
   return result;
 }
 
+v1::NumberedShape to_proto(const ShapeEntry& entry) {
+  v1::NumberedShape result;
+  result.set_id(entry.id);
+  *result.mutable_shape() = to_proto(*entry.shape);
+  return result;
+}
+
 v1::Shape to_proto(const Shape& shape) {
   v1::Shape result;
   for (const ShapePart& part : shape.parts) {

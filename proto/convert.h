@@ -24,6 +24,7 @@ v1::WorldPosition to_proto(const WorldPosition& position);
 v1::WorldPose to_proto(const WorldPose& pose);
 v1::Pose to_proto(const Pose& pose);
 v1::Shape to_proto(const Shape& shape);
+v1::NumberedShape to_proto(const ShapeEntry& entry);
 v1::BodyProperties to_proto(const BodyProperties& properties);
 v1::Body to_proto(const BodyDescription& body);
 v1::JointProperties to_proto(const JointProperties& properties);

@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -114,14 +115,18 @@ class ChunkReader {
     read_.catalogue.name = head.name();
     read_.catalogue.next_body = BodyId{head.next_body()};
     read_.catalogue.next_joint = JointId{head.next_joint()};
+    read_.catalogue.next_shape = head.next_shape();
     return absl::OkStatus();
   }
 
   absl::Status read_shapes(const v1::SnapshotShapes& shapes) {
-    for (const v1::Shape& message : shapes.shapes()) {
-      absl::StatusOr<Shape> shape = from_proto(message);
+    if (shapes.ids_size() != shapes.shapes_size()) {
+      return lost(absl::StrCat(shapes.shapes_size(), " shapes have ", shapes.ids_size(), " ids"));
+    }
+    for (int n = 0; n < shapes.shapes_size(); ++n) {
+      absl::StatusOr<Shape> shape = from_proto(shapes.shapes(n));
       if (!shape.ok()) return shape.status();
-      read_.world.shapes.push_back(*std::move(shape));
+      read_.world.shapes.push_back({shapes.ids(n), std::make_shared<const Shape>(*std::move(shape))});
     }
     return absl::OkStatus();
   }
@@ -172,7 +177,7 @@ class ChunkReader {
 
   // The last shapes are those of held commands.
   absl::Status take_held_shapes() {
-    std::vector<Shape>& shapes = read_.world.shapes;
+    std::vector<ShapeEntry>& shapes = read_.world.shapes;
     std::uint64_t count = 0;
     for (const std::uint32_t held : held_shapes_) count += held;
     if (count > shapes.size()) return lost("held commands have more shapes than there are");
@@ -197,7 +202,7 @@ class ChunkReader {
 }  // namespace
 
 std::vector<Chunk> head_chunks(const WorldCatalogue& catalogue, const WorldSettings& settings,
-                               const SectorIndex& anchor, Tick tick, std::span<const Shape> shapes) {
+                               const SectorIndex& anchor, Tick tick, std::span<const ShapeEntry> shapes) {
   std::vector<Chunk> chunks(1);
   v1::SnapshotHead& head = *chunks.front().mutable_head();
   head.set_version(kSnapshotVersion);
@@ -209,14 +214,15 @@ std::vector<Chunk> head_chunks(const WorldCatalogue& catalogue, const WorldSetti
   head.set_tick(tick);
   head.set_next_body(catalogue.next_body.value);
   head.set_next_joint(catalogue.next_joint.value);
-  std::vector<const Shape*> all;
-  for (const Shape& shape : shapes) all.push_back(&shape);
+  head.set_next_shape(catalogue.next_shape);
+  std::vector<ShapeEntry> all(shapes.begin(), shapes.end());
   for (const WorldCatalogue::HeldBatch& batch : catalogue.held) {
-    for (const Shape& shape : batch.new_shapes) all.push_back(&shape);
+    all.insert(all.end(), batch.new_shapes.begin(), batch.new_shapes.end());
   }
-  spread(all, chunks, [](const Shape* shape, Chunk& chunk) {
+  spread(all, chunks, [](const ShapeEntry& entry, Chunk& chunk) {
+    chunk.mutable_shapes()->add_ids(entry.id);
     v1::Shape& to = *chunk.mutable_shapes()->add_shapes();
-    to = to_proto(*shape);
+    to = to_proto(*entry.shape);
     return to.ByteSizeLong();
   });
   spread(catalogue.bodies, chunks, [](const WorldCatalogue::Body& body, Chunk& chunk) {

@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-inline constexpr std::uint32_t kSnapshotVersion = 1;
+inline constexpr std::uint32_t kSnapshotVersion = 2;
 
 // A chunk ends with the sector, or the like, that passes this size.
 inline constexpr std::size_t kSnapshotChunkBytes = std::size_t{4} << 20;
@@ -20,7 +20,7 @@ inline constexpr std::size_t kSnapshotChunkBytes = std::size_t{4} << 20;
 // world; held ones follow.
 std::vector<v1::SnapshotChunk> head_chunks(const WorldCatalogue& catalogue, const WorldSettings& settings,
                                            const SectorIndex& anchor, Tick tick,
-                                           std::span<const Shape> shapes);
+                                           std::span<const ShapeEntry> shapes);
 
 // What a server contributes: the state that all share, and the sectors that it hosts.
 v1::SnapshotChunk shared_chunk(const SharedState& state);

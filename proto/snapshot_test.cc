@@ -115,6 +115,54 @@ TEST(Snapshot, AWorldOfClonesGoesOn) {
   expect_to_go_on(world, 40, 60);
 }
 
+// Spawns and removals, whose shapes come and go, ids beyond 32 bits among them.
+TEST(Snapshot, ShapesAreKnownByTheirIds) {
+  const WorldDescription world = tower_world(in_sectors(4), 3, {0, 0, -1});
+  const auto cluster = started(world, 2);
+  const ShapeId first = world.shapes.size();
+  const ShapeId second = ShapeId{1} << 40;
+  BodyRecord ball = records_of(world)->back();
+  WorldCatalogue catalogue = catalogue_of(world);
+  for (const ShapeId shape : {first, second}) {
+    ball.id = BodyId{shape == first ? 1000 : kBodyIdMax - 1};
+    ball.properties.shape = shape;
+    ball.state.position = {0, 0, shape == first ? 1.0 : 1.6};
+    cluster->add_shape(shape, std::make_shared<const Shape>(Shape{{{Sphere{0.25}, {}}}}));
+    cluster->step(std::vector<Command>{SpawnBody{ball}});
+  }
+  catalogue.bodies.push_back({ball.id, "ball", ball.properties});
+  catalogue.next_body = BodyId{kBodyIdMax};
+  catalogue.next_shape = second + 1;
+  cluster->step(std::vector<Command>{RemoveBody{BodyId{1000}, first}});
+  const WorldSnapshot taken = cluster->snapshot();
+  EXPECT_EQ(find_shape(taken.shapes, first), nullptr);
+  EXPECT_NE(find_shape(taken.shapes, second), nullptr);
+
+  const absl::StatusOr<ReadSnapshot> read = from_chunks(chunks_of(taken, catalogue));
+  ASSERT_TRUE(read.ok()) << read.status();
+  const auto restored = PartitionCluster::restore(read->world, 1);
+  ASSERT_TRUE(restored.ok()) << restored.status();
+  for (int n = 0; n < 60; ++n) {
+    cluster->step();
+    (*restored)->step();
+    ASSERT_EQ((*restored)->hash(), cluster->hash()) << n;
+  }
+
+  catalogue.next_shape = second;
+  EXPECT_THAT(from_chunks(chunks_of(taken, catalogue)).status().message(),
+              testing::HasSubstr("the id must be below the next one"));
+  catalogue.next_shape = second + 1;
+  catalogue.held.push_back({{RemoveBody{ball.id, second}}, {}});
+  EXPECT_THAT(from_chunks(chunks_of(taken, catalogue)).status().message(),
+              testing::HasSubstr("there is no shape"))
+      << "the ball still has it";
+  catalogue.bodies.pop_back();
+  EXPECT_TRUE(from_chunks(chunks_of(taken, catalogue)).ok());
+  catalogue.held.push_back({{RemoveBody{ball.id, second}}, {}});
+  EXPECT_THAT(from_chunks(chunks_of(taken, catalogue)).status().message(),
+              testing::HasSubstr("which is not there"));
+}
+
 std::vector<v1::SnapshotChunk> small_snapshot() {
   const WorldDescription world = tower_world(in_sectors(4), 3, {0, 0, -1});
   const auto cluster = started(world, 1);

@@ -207,7 +207,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<RemoveBody> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id);
+  archive(x.id, x.last_of);
 }
 template <typename Archive, Is<SetVelocity> T>
 void describe(Archive& archive, T& x) {

@@ -1,4 +1,7 @@
 // Worlds are loaded, replaced and unloaded; what belongs to another one is kept, dropped or refused.
+#include <functional>
+#include <limits>
+
 #include "proto/convert.h"
 #include "sector_server/test_server.h"
 
@@ -79,7 +82,7 @@ TEST_F(WorldLoad, OfWhatCannotBeReadIsRefused) {
   load.mutable_joints()->push_back('x');
   EXPECT_NE(error_of(load), "");
   load = alone();
-  load.mutable_shapes(0)->mutable_parts(0)->clear_geometry();
+  load.mutable_shapes(0)->mutable_shape()->mutable_parts(0)->clear_geometry();
   EXPECT_NE(error_of(load), "");
   load = alone();
   load.add_splitters();
@@ -93,6 +96,42 @@ TEST_F(WorldLoad, OfWhatCannotBeReadIsRefused) {
   EXPECT_THAT(error_of(load), HasSubstr("none of the 1 servers"));
   load.add_owners(0);
   EXPECT_THAT(error_of(load), HasSubstr("1 runs, and owners for 2"));
+}
+
+// Whoever is taken for the coordinator cannot end a server otherwise than by a goodbye.
+TEST_F(WorldLoad, OfWhatNoWorldHasIsRefused) {
+  v1::LoadWorld load = alone();
+  load.mutable_shapes()->RemoveLast();
+  EXPECT_THAT(error_of(load), HasSubstr("there is no shape"));
+  load = alone();
+  *load.add_shapes() = load.shapes(0);
+  EXPECT_THAT(error_of(load), HasSubstr("is there already"));
+  load = alone();
+  load.mutable_settings()->set_sector_size(0);
+  EXPECT_THAT(error_of(load), HasSubstr("sector_size"));
+  load = alone();
+  load.set_radius_max(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_THAT(error_of(load), HasSubstr("the largest radius"));
+  const std::vector<BodyRecord> records = unpack_records(alone().records()).value();
+  const auto with = [&](const std::function<void(std::vector<BodyRecord>&)>& change) {
+    std::vector<BodyRecord> changed = records;
+    change(changed);
+    v1::LoadWorld forged = alone();
+    forged.set_records(pack(std::span<const BodyRecord>(changed)));
+    return error_of(forged);
+  };
+  EXPECT_THAT(with([](auto& all) { all.push_back(all.back()); }), HasSubstr("the id is given twice"));
+  EXPECT_THAT(with([](auto& all) { all.back().id = {}; }), HasSubstr("the id must be 1 to"));
+  EXPECT_THAT(with([](auto& all) { all.back().state.position[1] = 1e300; }), HasSubstr("position"));
+  EXPECT_THAT(with([](auto& all) { all.back().state.rotation[0] = 7; }), HasSubstr("orthonormal"));
+  EXPECT_THAT(with([](auto& all) { all.back().properties.mass = -1; }), HasSubstr("mass"));
+  JointRecord joint;
+  joint.id = JointId{1};
+  joint.properties.parent = BodyId{77};
+  joint.properties.child = records.back().id;
+  load = alone();
+  load.set_joints(pack(std::span<const JointRecord>(&joint, 1)));
+  EXPECT_THAT(error_of(load), HasSubstr("its static parent 77 is not there"));
 }
 
 TEST_F(WorldLoad, OfAnotherPrecisionThanTheProcessHasIsRefused) {

@@ -3,14 +3,20 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <cmath>
+#include <memory>
+#include <span>
 
 #include "lpss/base/freed_memory.h"
 #include "lpss/base/invariant.h"
+#include "lpss/model/checks.h"
+#include "lpss/model/validate.h"
 #include "lpss/observe/load.h"
 #include "lpss/observe/queries.h"
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
+#include "lpss/simulation/record_checks.h"
 #include "lpss/simulation/simulation.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
@@ -28,6 +34,10 @@ constexpr std::size_t kTicksPerReport = 8;
 constexpr std::uint64_t kGrantsAheadMax = 65'536;
 constexpr std::size_t kRoundsAheadMax = 65'536;
 
+// Sectors, how far from a probe bodies are searched for: as far as the coordinator allows.
+constexpr double kNearReachMax = 4;
+constexpr double kUnitTolerance = 1e-6;
+
 // Sectors that have been packed since freed memory was given back.
 constexpr std::size_t kPackedToGiveBack = 1024;
 
@@ -40,6 +50,40 @@ absl::StatusOr<SectorMap> read_map(const SectorIndex& anchor,
   std::vector<SectorIndex> splitters;
   for (const v1::SectorIndex& splitter : messages) splitters.push_back(from_proto(splitter));
   return SectorMap::checked(anchor, std::move(splitters), {owners.begin(), owners.end()}, servers, epoch);
+}
+
+absl::StatusOr<Shape> probe_of(const v1::NearQuery& query) {
+  v1::Shape probe;
+  *probe.add_parts()->mutable_geometry() = query.probe();
+  absl::StatusOr<Shape> shape = from_proto(probe);
+  if (!shape.ok()) return shape.status();
+  if (absl::Status status = validate(*shape, "probe"); !status.ok()) return status;
+  return shape;
+}
+
+absl::Status check(const v1::Query& query, double sector_size) {
+  if (query.has_ray()) {
+    const Eigen::Vector3d direction = from_proto(query.ray().direction());
+    if (absl::Status status = finite("origin", from_proto(query.ray().origin()).local); !status.ok())
+      return status;
+    if (absl::Status status = finite("direction", direction); !status.ok()) return status;
+    if (std::abs(direction.norm() - 1) > kUnitTolerance)
+      return refused("a ray's direction has no unit length");
+    return bounded("length", query.ray().length(), 0, kRayLengthMax, "m");
+  }
+  if (query.has_load()) return bounded("time ahead", query.load().ahead(), 0, kNoBound, "s");
+  if (!query.has_near()) return absl::OkStatus();
+  // As for a body.
+  const absl::StatusOr<Shape> shape = probe_of(query.near());
+  if (!shape.ok()) return shape.status();
+  BodyDescription probe;
+  probe.name = "probe";
+  probe.properties.motion = Motion::kKinematic;
+  probe.pose = from_proto(query.near().pose());
+  WorldSettings settings;
+  settings.sector_size = sector_size;
+  if (absl::Status status = validate(probe, *shape, settings); !status.ok()) return status;
+  return bounded("reach", query.near().reach(), 0, kNearReachMax * sector_size, "m");
 }
 
 }  // namespace
@@ -59,6 +103,7 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
 
   absl::StatusOr<WorldSettings> settings = from_proto(load.settings());
   if (!settings.ok()) return settings.status();
+  if (absl::Status status = validate(*settings); !status.ok()) return status;
   absl::StatusOr<std::unique_ptr<Engine>> engine = make_engine(engine_settings(*settings));
   if (!engine.ok()) return engine.status();
   run->engine_ = std::move(*engine);
@@ -87,30 +132,37 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
 absl::Status WorldRun::fill(const v1::LoadWorld& load) {
   absl::StatusOr<std::vector<BodyRecord>> records = unpack_records(load.records());
   if (!records.ok()) return records.status();
-  for (const BodyRecord& record : *records) add_body(*partition_, record);
   const absl::StatusOr<std::vector<JointRecord>> joints = unpack_joints(load.joints());
   if (!joints.ok()) return joints.status();
+  if (absl::Status status = check(*partition_, *records, *joints); !status.ok()) return status;
+  for (const BodyRecord& record : *records) add_body(*partition_, record);
   for (const JointRecord& joint : *joints) add_joint(*partition_, joint);
+  absl::Status status = bounded("the largest radius", load.radius_max(), 0, partition_->sector_size(), "m");
+  if (!status.ok()) return status;
   expect_radius(*partition_, load.radius_max());
   return absl::OkStatus();
 }
 
-// The coordinator has checked what it sends, but for what only engines know.
 absl::Status WorldRun::restore(const v1::Restored& restored) {
   const absl::StatusOr<SharedState> shared = unpack_shared(restored.shared());
   if (!shared.ok()) return shared.status();
   const absl::StatusOr<std::vector<MovedSector>> sectors = unpack_sectors(restored.sectors());
   if (!sectors.ok()) return sectors.status();
+  if (absl::Status status = check(*partition_, *shared, *sectors); !status.ok()) return status;
   tick_ = restored.tick();
   return resume(*partition_, *shared, *sectors);
 }
 
-absl::Status WorldRun::add_shapes(const google::protobuf::RepeatedPtrField<v1::Shape>& shapes) {
-  for (const v1::Shape& message : shapes) {
-    absl::StatusOr<Shape> shape = from_proto(message);
+absl::Status WorldRun::add_shapes(const google::protobuf::RepeatedPtrField<v1::NumberedShape>& shapes) {
+  for (const v1::NumberedShape& message : shapes) {
+    absl::StatusOr<Shape> shape = from_proto(message.shape());
     if (!shape.ok()) return shape.status();
-    if (absl::Status status = open_grounds({&*shape, 1}); !status.ok()) return status;
-    add_shape(*partition_, next_shape_++, *shape);
+    const std::string title = absl::StrCat("shape ", message.id());
+    if (absl::Status status = validate(*shape, title); !status.ok()) return status;
+    if (partition_->shapes.contains(message.id()))
+      return absl::InvalidArgumentError(absl::StrCat(title, " is there already"));
+    if (absl::Status status = open_grounds(std::span<const Shape>(&*shape, 1)); !status.ok()) return status;
+    add_shape(*partition_, message.id(), std::make_shared<const Shape>(*std::move(shape)));
   }
   return absl::OkStatus();
 }
@@ -120,6 +172,10 @@ absl::Status WorldRun::take(v1::Grant grant) {
   if (serial < next_serial_ || serial - next_serial_ >= kGrantsAheadMax) {
     return absl::InvalidArgumentError(absl::StrCat("grant ", serial, " is not one of the ", kGrantsAheadMax,
                                                    " from ", next_serial_, " on"));
+  }
+  for (const v1::Query& query : grant.queries()) {
+    if (absl::Status status = check(query, partition_->sector_size()); !status.ok())
+      return in(absl::StrCat("a query of grant ", serial), status);
   }
   grants_.insert_or_assign(serial, std::move(grant));
   return absl::OkStatus();
@@ -193,6 +249,7 @@ absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
     absl::StatusOr<std::vector<Command>> granted = unpack_commands(grant_->commands());
     if (!granted.ok()) return granted.status();
     commands = std::move(*granted);
+    if (absl::Status status = check(*partition_, commands); !status.ok()) return status;
     if (grant_->has_map()) {
       if (absl::Status status = change_map(grant_->map()); !status.ok()) return status;
     }
@@ -219,6 +276,10 @@ absl::Status WorldRun::advance(const std::function<Nanoseconds()>& clock) {
     if (rank == self_ || !round_->from[rank]) continue;
     absl::StatusOr<RoundMessage> message = unpack_round(*inbox->second[rank]);
     if (!message.ok()) return message.status();
+    if (!machine_->awaits(*message)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "node ", absl::Hex(nodes_[rank].value), " sent a message of another kind than that of its round"));
+    }
     messages[rank] = std::move(*message);
   }
   go_on(machine_->advance(std::move(messages)), began, clock);
@@ -365,10 +426,8 @@ void WorldRun::write_load(double ahead, v1::ServerLoad& answer) {
 }
 
 std::vector<NearBody> WorldRun::nearby(const v1::NearQuery& query) {
-  v1::Shape probe;
-  *probe.add_parts()->mutable_geometry() = query.probe();
-  const absl::StatusOr<Shape> shape = from_proto(probe);
-  invariant(shape.ok(), "the coordinator checks a probe before it asks");
+  const absl::StatusOr<Shape> shape = probe_of(query);
+  invariant(shape.ok(), "queries are checked as they come");
   return bodies_near(*partition_, shape->parts.front().geometry, from_proto(query.pose()), query.reach(),
                      query.mask());
 }

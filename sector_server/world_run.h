@@ -79,7 +79,7 @@ class WorldRun {
   absl::Status restore(const v1::Restored& restored);
   void write_load(double ahead, v1::ServerLoad& answer);
   std::vector<NearBody> nearby(const v1::NearQuery& query);
-  absl::Status add_shapes(const google::protobuf::RepeatedPtrField<v1::Shape>& shapes);
+  absl::Status add_shapes(const google::protobuf::RepeatedPtrField<v1::NumberedShape>& shapes);
 
   std::uint64_t world_ = 0;
   std::vector<NodeId> nodes_;
@@ -88,7 +88,6 @@ class WorldRun {
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<Partition> partition_;
   std::unique_ptr<TickMachine> machine_;
-  ShapeId next_shape_ = 0;
   bool hash_ticks_ = false;
   std::size_t packed_before_ = 0;      // sectors, at the end of the last tick
   std::size_t packed_given_back_ = 0;  // when freed memory was given back

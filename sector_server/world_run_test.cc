@@ -1,5 +1,6 @@
 // Granted ticks are carried out in order, whatever overtakes what on the way, and give the bits of one
 // process.
+#include <limits>
 #include <random>
 
 #include "proto/convert.h"
@@ -12,6 +13,10 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using Kind = v1::ClusterMessage::KindCase;
+
+v1::NumberedShape numbered(ShapeId id, Geometry geometry) {
+  return to_proto(ShapeEntry{id, std::make_shared<const Shape>(Shape{{{std::move(geometry), {}}}})});
+}
 
 class OneServer : public testing::Test {
  protected:
@@ -165,17 +170,74 @@ TEST_F(OneServer, AnswersWhatARayHitsAndWhatIsNear) {
 TEST_F(OneServer, CommandsAndNewShapesActAtTheFirstTickOfTheirGrant) {
   BodyRecord ball;
   ball.id = BodyId{100};
-  ball.properties.shape = static_cast<ShapeId>(small_tower().shapes.size());
+  ball.properties.shape = small_tower().shapes.size();
   ball.state.position = {1.5, 0, 0};
   const std::vector<Command> commands = {SpawnBody{ball}, ApplyImpulse{BodyId{7}, {1, 0, 0}, {}}};
   v1::Grant grant = grant_of(1, 30, {9});
-  *grant.add_new_shapes() = to_proto(Shape{{{Sphere{0.25}, {}}}});
+  *grant.add_new_shapes() = numbered(ball.properties.shape, Sphere{0.25});
   grant.set_commands(pack(std::span<const Command>(commands)));
   server_.grant(grant);
   server_.work();
   WorldDescription same = small_tower();
   same.shapes.push_back(Shape{{{Sphere{0.25}, {}}}});
   EXPECT_EQ(reported_hashes({&server_}), expected_hashes(same, 30, commands));
+}
+
+// Commands that no coordinator gives end the server with a message, and nothing else of it.
+TEST(ForgedCommands, EndAServerWithAMessage) {
+  BodyRecord ball;
+  ball.id = BodyId{100};
+  ball.state.position = {1.5, 0, 0};
+  BodyRecord stranger = ball;
+  stranger.properties.shape = 1000;
+  BodyRecord known = ball;
+  known.id = BodyId{2};
+  known.properties.shape = 1;
+  BodyState lost;
+  lost.position[0] = std::numeric_limits<double>::quiet_NaN();
+  const std::pair<Command, std::string> forged[] = {
+      {SpawnBody{stranger}, "there is no shape 1000"},
+      {SpawnBody{known}, "it is there already"},
+      {SetVelocity{ball.id, {std::numeric_limits<double>::infinity(), 0, 0}, {}}, "linear velocity"},
+      {Teleport{BodyId{2}, {}, lost}, "position"},
+      {RemoveBody{BodyId{0}}, "the id must be"},
+  };
+  for (const auto& [command, message] : forged) {
+    TestServer server;
+    server.start();
+    server.welcome();
+    server.load(loads_of(small_tower(), {kFirst})[0]);
+    v1::Grant grant = grant_of(1, 3);
+    grant.set_commands(pack(std::span<const Command>(&command, 1)));
+    server.grant(grant);
+    server.work();
+    ASSERT_TRUE(server.machine.finished());
+    EXPECT_THAT(std::string(server.machine.finished()->message()), ::testing::HasSubstr(message));
+  }
+}
+
+// A million spawns and removals leave nothing behind: see ShapeTable.
+TEST_F(OneServer, ForgetsTheShapeOfTheLastBodyThatHadIt) {
+  BodyRecord ball;
+  ball.id = BodyId{100};
+  ball.properties.shape = 70;
+  ball.state.position = {1.5, 0, 0};
+  v1::Grant spawn = grant_of(1, 3);
+  *spawn.add_new_shapes() = numbered(70, Sphere{0.25});
+  const std::vector<Command> spawned = {SpawnBody{ball}};
+  spawn.set_commands(pack(std::span<const Command>(spawned)));
+  server_.grant(spawn);
+  v1::Grant removal = grant_of(2, 3);
+  const std::vector<Command> removed = {RemoveBody{ball.id, 70}};
+  removal.set_commands(pack(std::span<const Command>(removed)));
+  server_.grant(removal);
+  // That the id may be used again shows that it is forgotten; coordinators give each once.
+  v1::Grant again = grant_of(3, 3);
+  *again.add_new_shapes() = numbered(70, Sphere{0.125});
+  server_.grant(again);
+  server_.work();
+  EXPECT_EQ(server_.machine.tick(), 9u);
+  EXPECT_THAT(server_.take(Kind::kGoodbye), IsEmpty());
 }
 
 class TwoServers : public testing::Test {
@@ -400,7 +462,7 @@ TEST_F(TwoServers, NeedNoMessagesInAWorldAtRest) {
   ball.state.position = {0, 0, 2};
   const std::vector<Command> commands = {SpawnBody{ball}};
   v1::Grant spawn = grant_of(3, 20);
-  *spawn.add_new_shapes() = to_proto(Shape{{{Sphere{0.5}, {}}}});
+  *spawn.add_new_shapes() = numbered(ball.properties.shape, Sphere{0.5});
   spawn.set_commands(pack(std::span<const Command>(commands)));
   first_.grant(spawn);
   first_.work();

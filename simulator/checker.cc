@@ -31,8 +31,8 @@ class Playback {
     absl::StatusOr<GivenCommand> given = given_again(recorded, registry_);
     if (!given.ok()) return given.status();
     if (given->new_shape) {
-      const auto id = static_cast<ShapeId>(registry_.shapes().size() - 1);
-      simulation_->add_shape(id, registry_.shapes()[id]);
+      const ShapeId id = given->new_shape->id();
+      simulation_->add_shape(id, registry_.shapes().ref(id));
     }
     commands_.push_back(std::move(given->command));
     return absl::OkStatus();

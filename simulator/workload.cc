@@ -15,7 +15,8 @@ constexpr std::uint32_t kWorkloadStream = 2;
 // Maximum distance along an axis of placed bodies from the start of others, m: some overlap, some leave the
 // sector.
 constexpr double kAround = 3;
-constexpr double kEdge = 0.5;  // m, of new bodies
+constexpr double kEdge = 0.5;  // m, of the smallest new bodies
+constexpr std::uint64_t kSizes = 4;
 constexpr std::size_t kSnapshotsMax = 3;
 constexpr double kApart = 0.7;  // m, between two new bodies with a joint
 
@@ -69,8 +70,9 @@ WorldPosition Workload::any_place() {
 absl::StatusOr<std::uint64_t> Workload::spawn(SimulatedCluster& cluster, const WorldPosition& place,
                                               Motion motion) {
   WorldBuilder builder(settings_);
-  const ShapeId shape =
-      builder.shape(dice_.one_in(2) ? Geometry(Box{{kEdge, kEdge, kEdge}}) : Sphere{kEdge / 2});
+  // Some are equal, and shapes go with the last body that has them.
+  const double edge = kEdge * (1 + static_cast<double>(dice_.below(kSizes)) / kSizes);
+  const ShapeId shape = builder.shape(dice_.one_in(2) ? Geometry(Box{{edge, edge, edge}}) : Sphere{edge / 2});
   BodyDescription body = builder.add("", shape, 1, Eigen::Vector3d::Zero(), motion);
   body.pose.position = place;
   v1::SpawnRequest request;

@@ -31,7 +31,7 @@ std::string FrameEncoder::encode(std::uint64_t tick, std::vector<SeenBody> bodie
   const bool is_key = !std::exchange(started_, true);
   if (is_key) shown_.clear();
   std::vector<SeenBody> changed;
-  std::vector<std::uint32_t> gone;
+  std::vector<std::uint64_t> gone;
   auto before = shown_.cbegin();
   for (const SeenBody& body : bodies) {
     for (; before != shown_.cend() && before->id < body.id; ++before) gone.push_back(before->id);
@@ -44,14 +44,13 @@ std::string FrameEncoder::encode(std::uint64_t tick, std::vector<SeenBody> bodie
   if (!is_key && changed.empty() && gone.empty()) return {};
 
   std::string bytes;
-  bytes.reserve(sizeof(FrameHeader) + changed.size() * sizeof(SeenBody) +
-                gone.size() * sizeof(std::uint32_t));
+  bytes.reserve(sizeof(FrameHeader) + changed.size() * sizeof(SeenBody) + gone.size() * sizeof(double));
   put(bytes,
       FrameHeader{FrameKind::kBodies, is_key ? kKeyFrame : 0, static_cast<std::uint32_t>(changed.size()),
                   static_cast<std::uint32_t>(gone.size()), tick});
   const std::span<const SeenBody> all(changed);
-  put_all(bytes, all, &SeenBody::id);
-  for (const std::uint32_t id : gone) put(bytes, id);
+  for (const SeenBody& body : all) put(bytes, static_cast<double>(body.id));
+  for (const std::uint64_t id : gone) put(bytes, static_cast<double>(id));
   put_all(bytes, all, &SeenBody::position);
   put_all(bytes, all, &SeenBody::orientation);
   put_all(bytes, all, &SeenBody::speed);

@@ -3,7 +3,7 @@
 // A frame is little-endian: a FrameHeader, then one array after the other, each over all bodies (or
 // contacts):
 //
-//   kBodies    u32 id | u32 id of removed bodies | f32 x y z | f32 x y z w of the orientation | f32 m/s |
+//   kBodies    f64 id | f64 id of removed bodies | f32 x y z | f32 x y z w of the orientation | f32 m/s |
 //              u8 index of the server | u8 flags
 //   kContacts  f32 x y z of the point | f32 x y z of the normal | f32 N s
 //
@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,7 +36,7 @@ static_assert(sizeof(FrameHeader) == 24);
 
 // How one body is drawn.
 struct SeenBody {
-  std::uint32_t id = 0;
+  std::uint64_t id = 0;
   std::array<float, 3> position{};     // of the body frame
   std::array<float, 4> orientation{};  // x y z w
   float speed = 0;                     // of the centre of mass, m/s
@@ -44,7 +45,7 @@ struct SeenBody {
 
   friend bool operator==(const SeenBody&, const SeenBody&) = default;
 };
-static_assert(kBodyIdMax <= UINT32_MAX);
+static_assert(kBodyIdMax < std::uint64_t{1} << std::numeric_limits<double>::digits);
 
 struct SeenContact {
   std::array<float, 3> position{};

@@ -7,7 +7,7 @@
 namespace tessera::viewer {
 namespace {
 
-SeenBody body(std::uint32_t id, float x = 0) { return {id, {x, 0, 0}, {0, 0, 0, 1}, 0, 0, false}; }
+SeenBody body(std::uint64_t id, float x = 0) { return {id, {x, 0, 0}, {0, 0, 0, 1}, 0, 0, false}; }
 
 FrameHeader header_of(const std::string& frame) {
   FrameHeader header;
@@ -15,10 +15,10 @@ FrameHeader header_of(const std::string& frame) {
   return header;
 }
 
-std::vector<std::uint32_t> ids_of(const std::string& frame) {
+std::vector<double> ids_of(const std::string& frame) {
   const FrameHeader header = header_of(frame);
-  std::vector<std::uint32_t> ids(header.count + header.gone);
-  std::memcpy(ids.data(), frame.data() + sizeof header, ids.size() * sizeof(std::uint32_t));
+  std::vector<double> ids(header.count + header.gone);
+  std::memcpy(ids.data(), frame.data() + sizeof header, ids.size() * sizeof(double));
   return ids;
 }
 
@@ -30,7 +30,12 @@ TEST(FrameEncoderTest, FirstFrameIsAKeyFrameOfAllBodies) {
   EXPECT_EQ(header.tick, 7u);
   EXPECT_EQ(header.gone, 0u);
   EXPECT_THAT(ids_of(frame), testing::ElementsAre(1, 2));
-  EXPECT_EQ(frame.size(), sizeof(FrameHeader) + 2 * (4 + 12 + 16 + 4 + 1 + 1));
+  EXPECT_EQ(frame.size(), sizeof(FrameHeader) + 2 * (8 + 12 + 16 + 4 + 1 + 1));
+}
+
+TEST(FrameEncoderTest, TheLastIdIsExact) {
+  const std::string frame = FrameEncoder().encode(1, {body(kBodyIdMax - 1), body(kBodyIdMax)});
+  EXPECT_THAT(ids_of(frame), testing::ElementsAre(9007199254740990.0, 9007199254740991.0));
 }
 
 TEST(FrameEncoderTest, LaterFramesHaveWhatChangedAndWhatIsGone) {

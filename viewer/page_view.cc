@@ -54,7 +54,7 @@ nlohmann::json PageView::describe() const {
 }
 
 SeenBody PageView::see(const BodySample& body, std::uint8_t server) const {
-  return {static_cast<std::uint32_t>(body.id.value),
+  return {body.id.value,
           floats(offset(body.pose.position)),
           floats(body.pose.orientation),
           static_cast<float>(body.linear_velocity.norm()),

@@ -18,6 +18,7 @@ class BulletEngine final : public Engine {
 
   const EngineSettings& settings() const override { return settings_; }
   void add_shape(ShapeId id, const Shape& shape) override { shapes_.add(id, shape); }
+  void forget_shape(ShapeId id) override { shapes_.forget(id); }
   std::unique_ptr<SectorWorld> make_world() override;
   std::unique_ptr<IslandSolver> make_solver() override;
   int substeps(int asked, std::size_t /*bodies*/) const override { return asked; }

@@ -48,7 +48,8 @@ BodySlot BulletWorld::add_static(BodyId id, const BodyProperties& properties, co
 }
 
 BodySlot BulletWorld::add(std::unique_ptr<Body> added) {
-  require(added->id.value > 0 && added->id.value <= kBodyIdMax, "a body's id must be 1 to kBodyIdMax");
+  require(added->id.value > 0 && added->id.value <= kBulletBodyIdMax,
+          "a body's id must be 1 to kBulletBodyIdMax");
   const bool is_new = slots_.emplace(added->id.value, 0).second;
   require(is_new, "a body may be in a world once");
   if (slots_.size() > 1) space();

@@ -7,10 +7,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <tuple>
+#include <utility>
 
 #include "lpss/model/body.h"
 
@@ -28,6 +30,18 @@ class ShapeTable {
   void add(ShapeId id, const Shape& shape) {
     const std::lock_guard lock(mutex_);
     shapes_.emplace(id, shape);
+  }
+
+  // Worlds that still have bodies of it keep its form.
+  void forget(ShapeId id) {
+    const std::lock_guard lock(mutex_);
+    shapes_.erase(id);
+    constexpr double kLeast = -std::numeric_limits<double>::infinity();
+    const Key first{id, {kLeast, kLeast, kLeast}, {kLeast, kLeast, kLeast, kLeast}, false};
+    auto last = built_.lower_bound(first);
+    const auto begin = last;
+    while (last != built_.end() && std::get<ShapeId>(last->first) == id) ++last;
+    built_.erase(begin, last);
   }
 
   // Stops the process if the shape is unknown.
@@ -73,22 +87,18 @@ class ShapeTable {
 class ApartPairs {
  public:
   void set(BodyId a, BodyId b, bool apart) {
-    const std::uint64_t key = key_of(a, b);
+    const auto key = std::minmax(a, b);
     if (apart) {
       ++times_[key];
     } else if (const auto entry = times_.find(key); entry != times_.end() && --entry->second == 0) {
       times_.erase(entry);
     }
   }
-  bool contains(BodyId a, BodyId b) const { return !times_.empty() && times_.contains(key_of(a, b)); }
+  bool contains(BodyId a, BodyId b) const { return !times_.empty() && times_.contains(std::minmax(a, b)); }
 
  private:
-  // Ids have 31 bits.
-  static std::uint64_t key_of(BodyId a, BodyId b) {
-    return a < b ? a.value << 32 | b.value : b.value << 32 | a.value;
-  }
-
-  absl::flat_hash_map<std::uint64_t, int> times_;  // number of joints that exclude the pair; > 0
+  // The lower id first.
+  absl::flat_hash_map<std::pair<BodyId, BodyId>, int> times_;  // number of joints that exclude the pair; > 0
 };
 
 }  // namespace tessera::bullet

@@ -326,6 +326,9 @@ class Engine {
   // Registers a shape under its id, before bodies use it. An id is set once.
   virtual void add_shape(ShapeId id, const Shape& shape) = 0;
 
+  // No body has the shape any more, nor will one be added that has it.
+  virtual void forget_shape(ShapeId id) = 0;
+
   // Safe to call from any thread, once the shapes in use have been added.
   virtual std::unique_ptr<SectorWorld> make_world() = 0;
   virtual std::unique_ptr<IslandSolver> make_solver() = 0;

@@ -176,4 +176,11 @@ absl::Status open_grounds(std::span<const Shape> shapes, TileStore& store) {
   return absl::OkStatus();
 }
 
+absl::Status open_grounds(std::span<const ShapeEntry> shapes, TileStore& store) {
+  for (const ShapeEntry& entry : shapes) {
+    if (absl::Status status = open_grounds({entry.shape.get(), 1}, store); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace tessera

@@ -117,5 +117,6 @@ class TileStore {
 // Whether all grounds of these shapes can be opened: to be asked before a partition gets a shape. Errors:
 // those of TileStore::open().
 absl::Status open_grounds(std::span<const Shape> shapes, TileStore& store = TileStore::of_process());
+absl::Status open_grounds(std::span<const ShapeEntry> shapes, TileStore& store = TileStore::of_process());
 
 }  // namespace tessera

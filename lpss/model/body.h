@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "lpss/grid/world_position.h"
+#include "lpss/model/seam_policy.h"
 #include "lpss/model/shape.h"
 #include "lpss/model/surface.h"
 
@@ -28,9 +29,17 @@ struct BodyId {
   }
 };
 
-// Engine worlds order their pairs by a 31-bit number; the id itself serves as that number, so that the order
-// is the same in every world that a body ever visits.
-inline constexpr std::uint64_t kBodyIdMax = std::numeric_limits<std::int32_t>::max() - 1;
+// The largest integer up to which numbers of JSON and JavaScript are exact.
+inline constexpr std::uint64_t kBodyIdMax = (std::uint64_t{1} << 53) - 1;
+
+// Bullet's own worlds, which the policy `clone` and the baseline of experiments run on, order their pairs by
+// a 31-bit number; the id itself serves as that number, so that the order is the same in every world that a
+// body ever visits.
+inline constexpr std::uint64_t kBulletBodyIdMax = std::numeric_limits<std::int32_t>::max() - 1;
+
+constexpr std::uint64_t body_id_max(SeamPolicy seams) {
+  return seams == SeamPolicy::kClone ? kBulletBodyIdMax : kBodyIdMax;
+}
 
 enum class Motion : std::uint8_t { kStatic, kDynamic, kKinematic };
 

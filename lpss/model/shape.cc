@@ -58,6 +58,13 @@ struct SmallestExtent {
 
 }  // namespace
 
+const Shape* find_shape(std::span<const ShapeEntry> shapes, ShapeId id) {
+  const auto place =
+      std::lower_bound(shapes.begin(), shapes.end(), id,
+                       [](const ShapeEntry& entry, ShapeId wanted) { return entry.id < wanted; });
+  return place != shapes.end() && place->id == id ? place->shape.get() : nullptr;
+}
+
 bool is_bounded(const Shape& shape) {
   return std::none_of(shape.parts.begin(), shape.parts.end(),
                       [](const ShapePart& part) { return std::holds_alternative<Plane>(part.geometry); });

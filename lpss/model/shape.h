@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <variant>
 #include <vector>
 
@@ -72,8 +73,17 @@ struct Shape {
 
 using ShapeRef = std::shared_ptr<const Shape>;
 
-// An index into the shape table of a world.
-using ShapeId = std::uint32_t;
+// A key of a shape in its world. A world that is described numbers its shapes from 0; later ones get higher
+// ids, and none is given twice.
+using ShapeId = std::uint64_t;
+
+struct ShapeEntry {
+  ShapeId id = 0;
+  ShapeRef shape;  // never null
+};
+
+// Of a list that ascends by ids; null if it lacks the shape.
+const Shape* find_shape(std::span<const ShapeEntry> shapes, ShapeId id);
 
 // Whether the shape has a finite extent (no planes).
 bool is_bounded(const Shape& shape);

@@ -417,8 +417,7 @@ absl::Status validate(const Shape& shape, const std::string& name) {
   return absl::OkStatus();
 }
 
-absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes,
-                      const WorldSettings& settings) {
+absl::Status validate(const BodyDescription& body, const Shape& shape, const WorldSettings& settings) {
   if (body.name.empty()) return refused("a body's name must not be empty");
   if (body.name.size() > kNameBytesMax) {
     return refused("body '", body.name.substr(0, 40), "...': the name's ", body.name.size(),
@@ -426,16 +425,12 @@ absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes
   }
   if (absl::Status status = utf8("body", body.name); !status.ok()) return status;
   const BodyProperties& properties = body.properties;
-  if (properties.shape >= shapes.size()) {
-    return refused(title(body), ": shape ", properties.shape, " must be below the number of shapes, ",
-                   shapes.size());
-  }
   if (absl::Status status = properties_check(properties); !status.ok()) return in(title(body), status);
   if (absl::Status status = motion_check(body, settings.sector_size); !status.ok())
     return in(title(body), status);
   if (properties.motion == Motion::kStatic)
-    return in(title(body), static_shape_check(shapes[properties.shape], settings.sector_size));
-  return in(title(body), moving_shape_check(properties, shapes[properties.shape], settings.sector_size));
+    return in(title(body), static_shape_check(shape, settings.sector_size));
+  return in(title(body), moving_shape_check(properties, shape, settings.sector_size));
 }
 
 absl::Status validate(const WorldDescription& world) {
@@ -446,7 +441,13 @@ absl::Status validate(const WorldDescription& world) {
   absl::flat_hash_set<absl::string_view> names;
   names.reserve(world.bodies.size());
   for (const BodyDescription& body : world.bodies) {
-    if (absl::Status status = validate(body, world.shapes, world.settings); !status.ok()) return status;
+    const ShapeId shape = body.properties.shape;
+    if (shape >= world.shapes.size()) {
+      return refused(title(body), ": shape ", shape, " must be below the number of shapes, ",
+                     world.shapes.size());
+    }
+    if (absl::Status status = validate(body, world.shapes[shape], world.settings); !status.ok())
+      return status;
     if (!names.insert(body.name).second) {
       return refused(title(body), ": the name must be unique, but two bodies have it");
     }

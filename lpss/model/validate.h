@@ -20,8 +20,7 @@ double precision_limit(Precision precision);
 // message that names the element and the bound. `name` is what the message calls it.
 absl::Status validate(const WorldSettings& settings);
 absl::Status validate(const Shape& shape, const std::string& name);
-absl::Status validate(const BodyDescription& body, std::span<const Shape> shapes,
-                      const WorldSettings& settings);
+absl::Status validate(const BodyDescription& body, const Shape& shape, const WorldSettings& settings);
 
 // A joint between bodies that exist; `parent` is null where the joint ties its child to the world.
 absl::Status validate(const JointDescription& joint, const BodyProperties* parent,

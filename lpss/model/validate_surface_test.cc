@@ -18,7 +18,7 @@ std::string verdict(const Surface& surface) {
   BodyDescription body;
   body.name = "belt";
   body.properties.surface = surface;
-  return std::string(validate(body, std::span(&shape, 1), WorldSettings{}).message());
+  return std::string(validate(body, shape, WorldSettings{}).message());
 }
 
 TEST(ValidateSurface, WithinItsBounds) {

@@ -18,6 +18,7 @@ class NativeEngine final : public Engine {
   const EngineSettings& settings() const override { return settings_; }
   const ContactNeeds& needs() const { return needs_; }
   void add_shape(ShapeId id, const Shape& shape) override { solids_.add(id, shape); }
+  void forget_shape(ShapeId id) override { solids_.forget(id); }
   std::unique_ptr<SectorWorld> make_world() override;
   std::unique_ptr<IslandSolver> make_solver() override;
   int substeps(int asked, std::size_t bodies) const override { return needs_.granted(asked, bodies); }

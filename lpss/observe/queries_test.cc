@@ -87,7 +87,7 @@ TEST(BodiesNear, OfAStaticBodyTheNearestPartCountsThatAnySectorHas) {
       return ShapePart{Box{}, {{side * x, 0, 0}, Eigen::Quaterniond::Identity()}};
     };
     TestWorld world;
-    add_shape(world[0], 3, Shape{{part_at(5), part_at(26), part_at(40)}});
+    add_shape(world[0], 3, std::make_shared<const Shape>(Shape{{part_at(5), part_at(26), part_at(40)}}));
     BodyRecord rocks = box(1, kHigh, {0, 0, 0}, Motion::kStatic);
     rocks.properties.shape = 3;
     world.add(rocks);

@@ -1,6 +1,7 @@
 #include "lpss/partition/bodies.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/gravity.h"
@@ -14,10 +15,14 @@ auto by_id = [](const HomeBody* body, BodyId id) { return body->id < id; };
 
 }  // namespace
 
-void add_shape(Partition& partition, ShapeId id, const Shape& shape) {
-  const auto [place, is_new] = partition.shapes.try_emplace(id, std::make_unique<Shape>(shape));
+void add_shape(Partition& partition, ShapeId id, ShapeRef shape) {
+  const auto [place, is_new] = partition.shapes.try_emplace(id, std::move(shape));
   invariant(is_new, "a shape id is given once");
   partition.engine.add_shape(id, *place->second);
+}
+
+void forget_shape(Partition& partition, ShapeId id) {
+  if (partition.shapes.erase(id) > 0) partition.engine.forget_shape(id);
 }
 
 double radius_of(const Partition& partition, const BodyProperties& properties) {

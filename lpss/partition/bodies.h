@@ -8,7 +8,10 @@ namespace tessera {
 // --- before the first tick ---
 
 // A shape id is given once, and before bodies use it.
-void add_shape(Partition& partition, ShapeId id, const Shape& shape);
+void add_shape(Partition& partition, ShapeId id, ShapeRef shape);
+
+// No body has it any more. Does nothing for one that is unknown.
+void forget_shape(Partition& partition, ShapeId id);
 
 // Static bodies: all of the world, on every server. Others: only those whose home the partition hosts are
 // taken.

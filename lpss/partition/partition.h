@@ -60,7 +60,7 @@ struct Partition {
   std::uint64_t in_step_from = 0;
   std::uint64_t pack_after = 0;
   Engine& engine;
-  absl::btree_map<ShapeId, std::unique_ptr<Shape>> shapes;
+  absl::btree_map<ShapeId, ShapeRef> shapes;
   double radius_max = 0;  // m, of the largest body that can move that the world has ever had
   SeamMargins margins;    // follow from it
   StaticIndex statics;

@@ -51,9 +51,9 @@ class TestPartition {
     options.map = SectorMap(kHigh, servers == 1 ? std::vector<SectorIndex>{} : std::vector{kHigh}, 1);
     options.self = self;
     partition_ = std::make_unique<Partition>(std::move(options), *engine_);
-    add_shape(*partition_, kUnitBox, Shape{{ShapePart{Box{}, {}}}});
-    add_shape(*partition_, kUnitBall, Shape{{ShapePart{Sphere{}, {}}}});
-    add_shape(*partition_, kGround, Shape{{ShapePart{Plane{}, {}}}});
+    add_shape(*partition_, kUnitBox, std::make_shared<const Shape>(Shape{{ShapePart{Box{}, {}}}}));
+    add_shape(*partition_, kUnitBall, std::make_shared<const Shape>(Shape{{ShapePart{Sphere{}, {}}}}));
+    add_shape(*partition_, kGround, std::make_shared<const Shape>(Shape{{ShapePart{Plane{}, {}}}}));
   }
 
   Partition& operator*() { return *partition_; }

@@ -26,12 +26,9 @@ SharedState shared_state(const Partition& partition) {
   return state;
 }
 
-std::vector<Shape> shapes_of(const Partition& partition) {
-  std::vector<Shape> shapes;
-  for (const auto& [id, shape] : partition.shapes) {
-    invariant(id == shapes.size(), "the ids of shapes count up from 0");
-    shapes.push_back(*shape);
-  }
+std::vector<ShapeEntry> shapes_of(const Partition& partition) {
+  std::vector<ShapeEntry> shapes;
+  for (const auto& [id, shape] : partition.shapes) shapes.push_back({id, shape});
   return shapes;
 }
 

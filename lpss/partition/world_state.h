@@ -31,8 +31,8 @@ struct SharedState {
 // Between ticks. The same from every partition of a world.
 SharedState shared_state(const Partition& partition);
 
-// By their ids, which count up from 0.
-std::vector<Shape> shapes_of(const Partition& partition);
+// Ascending by ids.
+std::vector<ShapeEntry> shapes_of(const Partition& partition);
 
 // Calls `visit` for the sectors of a partition, in ascending order: one at a time, since all together may be
 // many times as large as those that are packed.

@@ -7,6 +7,7 @@
 
 #include "lpss/engine/load_engine.h"
 #include "lpss/observe/state.h"
+#include "lpss/partition/bodies.h"
 
 namespace tessera {
 
@@ -75,6 +76,10 @@ WorldSnapshot PartitionCluster::snapshot() const {
   std::sort(world.sectors.begin(), world.sectors.end(),
             [](const MovedSector& a, const MovedSector& b) { return a.sector < b.sector; });
   return world;
+}
+
+void PartitionCluster::add_shape(ShapeId id, const ShapeRef& shape) {
+  for (Member& member : members_) tessera::add_shape(*member.partition, id, shape);
 }
 
 // Lets every partition go on as soon as it has heard whom it waits for.

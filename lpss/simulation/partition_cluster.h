@@ -26,6 +26,9 @@ class PartitionCluster {
   // All that goes on after this tick, whatever the number of partitions.
   WorldSnapshot snapshot() const;
 
+  // A shape for bodies that commands spawn; its id must be new.
+  void add_shape(ShapeId id, const ShapeRef& shape);
+
   void step(std::span<const Command> commands = {});
 
   Tick tick() const { return tick_; }

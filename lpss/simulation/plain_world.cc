@@ -43,7 +43,7 @@ absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescri
     }
   }
   for (std::size_t i = 0; i < world.shapes.size(); ++i) {
-    plain->engine_->add_shape(static_cast<ShapeId>(i), world.shapes[i]);
+    plain->engine_->add_shape(i, world.shapes[i]);
   }
   plain->world_ = plain->engine_->make_world();
   plain->solver_ = plain->engine_->make_solver();

@@ -71,8 +71,8 @@ SectorMap placed(const WorldDescription& world, std::span<const BodyRecord> reco
 
 void add_world(Partition& partition, const WorldDescription& world, std::span<const BodyRecord> records,
                std::span<const JointRecord> joints) {
-  for (std::size_t i = 0; i < world.shapes.size(); ++i) {
-    add_shape(partition, static_cast<ShapeId>(i), world.shapes[i]);
+  for (std::size_t id = 0; id < world.shapes.size(); ++id) {
+    add_shape(partition, id, std::make_shared<const Shape>(world.shapes[id]));
   }
   for (const BodyRecord& record : records) add_body(partition, record);
   for (const JointRecord& joint : joints) add_joint(partition, joint);
@@ -140,7 +140,9 @@ WorldSnapshot Simulation::snapshot() const {
           .sectors = pack_sectors(*partition_)};
 }
 
-void Simulation::add_shape(ShapeId id, const Shape& shape) { tessera::add_shape(*partition_, id, shape); }
+void Simulation::add_shape(ShapeId id, ShapeRef shape) {
+  tessera::add_shape(*partition_, id, std::move(shape));
+}
 
 void Simulation::step(std::span<const Command> commands) {
   ++tick_;

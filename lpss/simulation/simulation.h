@@ -71,7 +71,7 @@ class Simulation {
   WorldSnapshot snapshot() const;
 
   // A shape for bodies that commands spawn; its id must be new.
-  void add_shape(ShapeId id, const Shape& shape);
+  void add_shape(ShapeId id, ShapeRef shape);
 
   // One tick; the commands take effect at its beginning.
   void step(std::span<const Command> commands = {});

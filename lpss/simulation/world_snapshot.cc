@@ -13,16 +13,12 @@
 #include "lpss/model/checks.h"
 #include "lpss/model/validate.h"
 #include "lpss/partition/bodies.h"
+#include "lpss/simulation/record_checks.h"
 #include "lpss/simulation/simulation.h"
 #include "lpss/tick/components.h"
 
 namespace tessera {
 namespace {
-
-// Rotations of a simulation are orthonormal to within rounding.
-constexpr double kRotationTolerance = 1e-2;
-
-std::string title_of(BodyId id) { return absl::StrCat("body ", id.value); }
 
 template <typename Items, typename Key>
 absl::Status ascend(const std::string& what, const Items& items, const Key& key) {
@@ -34,7 +30,9 @@ absl::Status ascend(const std::string& what, const Items& items, const Key& key)
 // What a snapshot says of its world, checked from the shapes up.
 class Check {
  public:
-  explicit Check(const WorldSnapshot& world) : world_(world) {}
+  explicit Check(const WorldSnapshot& world)
+      : world_(world),
+        checks_(world.settings, [&world](ShapeId id) { return find_shape(world.shapes, id); }) {}
 
   absl::Status all() {
     if (absl::Status status = validate(world_.settings); !status.ok()) return status;
@@ -64,10 +62,13 @@ class Check {
     if (world_.shapes.size() > kShapesMax) {
       return refused("the world's ", world_.shapes.size(), " shapes must be at most ", kShapesMax);
     }
-    for (std::size_t id = 0; id < world_.shapes.size(); ++id) {
-      absl::Status status = validate(world_.shapes[id], absl::StrCat("shape ", id));
+    for (const ShapeEntry& entry : world_.shapes) {
+      absl::Status status = validate(*entry.shape, absl::StrCat("shape ", entry.id));
       if (!status.ok()) return status;
     }
+    absl::Status status =
+        ascend("ids of shapes", world_.shapes, [](const ShapeEntry& entry) { return entry.id; });
+    if (!status.ok()) return status;
     return bounded("the largest radius", world_.shared.radius_max, 0, world_.settings.sector_size, "m");
   }
 
@@ -86,40 +87,18 @@ class Check {
   }
 
   absl::Status properties(BodyId id, const BodyProperties& properties) const {
-    BodyDescription body;
-    body.name = title_of(id);
-    body.properties = properties;
-    if (id.value == 0 || id.value > kBodyIdMax) {
-      return refused(body.name, ": the id must be 1 to ", kBodyIdMax);
-    }
-    if (absl::Status status = validate(body, world_.shapes, world_.settings); !status.ok()) return status;
+    if (absl::Status status = checks_.properties(id, properties); !status.ok()) return status;
     if (properties.motion == Motion::kStatic) return absl::OkStatus();
-    const double radius =
-        bounding_radius(world_.shapes[properties.shape], Eigen::Vector3d(properties.centre.data()));
-    return in(body.name, bounded("radius", radius, 0, world_.shared.radius_max, "m"));
+    const Shape& shape = *find_shape(world_.shapes, properties.shape);
+    const double radius = bounding_radius(shape, Eigen::Vector3d(properties.centre.data()));
+    return in(title_of(id), bounded("radius", radius, 0, world_.shared.radius_max, "m"));
   }
-
-  // m, no farther than a tick takes a body.
-  double way_max() const { return 4 * world_.settings.sector_size + kSpeedMax * world_.settings.time_step; }
 
   absl::Status near(const std::string& what, const SectorIndex& home, const SectorIndex& other) const {
-    return finite(what, metres_between(home, other, world_.settings.sector_size), way_max(), "m");
+    return checks_.near(what, home, other);
   }
-
-  // Of a body whose position is relative to `home`.
   absl::Status state(const SectorIndex& home, const BodyState& state) const {
-    const Eigen::Vector3d position(state.position.data());
-    if (absl::Status status = finite("position", position, way_max(), "m"); !status.ok()) return status;
-    if (auto place = canonical(home, position, world_.settings.sector_size); !place.ok())
-      return place.status();
-    const Eigen::Matrix3d rotation(state.rotation.data());
-    const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-    if (!(off <= kRotationTolerance)) return refused("the rotation must be orthonormal, and is off by ", off);
-    absl::Status status = finite("linear velocity", Eigen::Vector3d(state.linear_velocity.data()));
-    if (!status.ok()) return status;
-    status = finite("angular velocity", Eigen::Vector3d(state.angular_velocity.data()));
-    if (!status.ok()) return status;
-    return bounded("still_for", state.still_for, -kNoBound, kNoBound, "s");
+    return checks_.state(home, state);
   }
 
   absl::Status body(const BodyRecord& record) {
@@ -237,6 +216,7 @@ class Check {
   }
 
   const WorldSnapshot& world_;
+  RecordChecks checks_;
   absl::flat_hash_map<BodyId, const BodyRecord*> bodies_;
   absl::flat_hash_map<BodyId, const ReplicaUpdate*> replicas_;
 };
@@ -282,6 +262,45 @@ absl::Status frames_check(const WorldCatalogue& catalogue) {
     if (!status.ok()) return in(what, status);
     if (!bodies.contains(frame.body)) return refused(what, ": body ", frame.body.value, " has no name");
     if (!names.insert(frame.name).second) return refused(what, ": the name is in use");
+  }
+  return absl::OkStatus();
+}
+
+// Ids of shapes below the next one, that held commands are in bounds, and that the bodies have shapes which
+// none of them forgets.
+absl::Status held_check(const WorldCatalogue& catalogue, const WorldSnapshot& world) {
+  std::vector<ShapeEntry> all = world.shapes;
+  for (const WorldCatalogue::HeldBatch& batch : catalogue.held) {
+    for (const ShapeEntry& entry : batch.new_shapes) {
+      absl::Status status = validate(*entry.shape, absl::StrCat("shape ", entry.id, " of a held command"));
+      if (!status.ok()) return status;
+      all.push_back(entry);
+    }
+  }
+  if (all.size() > kShapesMax) {
+    return refused("the world's ", all.size(), " shapes must be at most ", kShapesMax);
+  }
+  absl::Status status = ascend("ids of shapes", all, [](const ShapeEntry& entry) { return entry.id; });
+  if (!status.ok()) return status;
+  if (!all.empty() && all.back().id >= catalogue.next_shape) {
+    return refused("shape ", all.back().id, ": the id must be below the next one, ", catalogue.next_shape);
+  }
+  const RecordChecks checks(world.settings, [&](ShapeId id) { return find_shape(all, id); });
+  absl::flat_hash_set<ShapeId> forgotten;
+  for (const WorldCatalogue::HeldBatch& batch : catalogue.held) {
+    for (const Command& command : batch.commands) {
+      if (status = checks.command(command); !status.ok()) return in("a held command", status);
+      const auto* removal = std::get_if<RemoveBody>(&command);
+      if (removal == nullptr || !removal->last_of) continue;
+      const bool is_known = find_shape(all, *removal->last_of) != nullptr;
+      if (is_known && forgotten.insert(*removal->last_of).second) continue;
+      return refused("a held command forgets shape ", *removal->last_of, ", which is not there");
+    }
+  }
+  for (const WorldCatalogue::Body& body : catalogue.bodies) {
+    const ShapeId shape = body.properties.shape;
+    if (find_shape(all, shape) != nullptr && !forgotten.contains(shape)) continue;
+    return refused(title_of(body.id), ": there is no shape ", shape);
   }
   return absl::OkStatus();
 }
@@ -339,6 +358,7 @@ WorldCatalogue catalogue_of(const WorldDescription& world, std::span<const BodyR
   }
   catalogue.next_body = BodyId{records.size() + 1};
   catalogue.next_joint = JointId{joints.size() + 1};
+  catalogue.next_shape = world.shapes.size();
   return catalogue;
 }
 
@@ -360,11 +380,7 @@ absl::Status validate(const WorldCatalogue& catalogue, const WorldSnapshot& worl
                       [](const WorldCatalogue::Joint& joint) { return joint.record.id; });
   if (!status.ok()) return status;
   if (status = frames_check(catalogue); !status.ok()) return status;
-  for (const WorldCatalogue::HeldBatch& batch : catalogue.held) {
-    for (const Shape& shape : batch.new_shapes) {
-      if (status = validate(shape, "shape of a held command"); !status.ok()) return status;
-    }
-  }
+  if (status = held_check(catalogue, world); !status.ok()) return status;
   return all_named(catalogue, world);
 }
 
@@ -398,9 +414,7 @@ absl::Status resume(Partition& partition, const SharedState& shared, std::span<c
 
 absl::Status resume(Partition& partition, const WorldSnapshot& world) {
   if (absl::Status status = open_grounds(world.shapes); !status.ok()) return status;
-  for (std::size_t id = 0; id < world.shapes.size(); ++id) {
-    add_shape(partition, static_cast<ShapeId>(id), world.shapes[id]);
-  }
+  for (const ShapeEntry& entry : world.shapes) add_shape(partition, entry.id, entry.shape);
   return resume(partition, world.shared, world.sectors);
 }
 

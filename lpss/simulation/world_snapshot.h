@@ -22,8 +22,8 @@ namespace tessera {
 struct WorldSnapshot {
   WorldSettings settings;
   SectorIndex anchor;
-  Tick tick = 0;              // completed
-  std::vector<Shape> shapes;  // by their ids
+  Tick tick = 0;                   // completed
+  std::vector<ShapeEntry> shapes;  // ascending by ids
   SharedState shared;
   std::vector<MovedSector> sectors;  // all, ascending
 };
@@ -49,7 +49,7 @@ struct WorldCatalogue {
   // Of one of the ticks to come, in their order.
   struct HeldBatch {
     std::vector<Command> commands;
-    std::vector<Shape> new_shapes;  // take the next ids
+    std::vector<ShapeEntry> new_shapes;  // there before the commands
   };
 
   std::string name;
@@ -58,6 +58,7 @@ struct WorldCatalogue {
   std::vector<Frame> frames;
   BodyId next_body{1};  // ids are never given again
   JointId next_joint{1};
+  ShapeId next_shape = 0;
   std::vector<HeldBatch> held;
 };
 

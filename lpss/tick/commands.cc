@@ -224,6 +224,7 @@ void apply(Partition& partition, const Command& command, Landings& landings, std
           add_body(partition, c.record);
         } else if constexpr (std::is_same_v<C, RemoveBody>) {
           remove_body(partition, c.id);
+          if (c.last_of) forget_shape(partition, *c.last_of);
           landings.forget(c.id);
         } else if constexpr (std::is_same_v<C, Teleport>) {
           landings.add(partition, c);

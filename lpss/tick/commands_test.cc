@@ -165,7 +165,7 @@ TEST(Commands, ALargerBodyMakesEveryoneLookAgain) {
   const double reach = partition->margins.reach;
   BodyRecord larger = box(2, kHigh, {0, 0, 0});
   larger.properties.shape = 3;
-  add_shape(*partition, 3, Shape{{ShapePart{Sphere{2}, {}}}});
+  add_shape(*partition, 3, std::make_shared<const Shape>(Shape{{ShapePart{Sphere{2}, {}}}}));
   carried_out(*partition, std::vector<Command>{SpawnBody{box(3, kHigh, {5, 0, 0})}});
   EXPECT_FALSE(body(*partition, 1).dirty);
   carried_out(*partition, std::vector<Command>{SpawnBody{larger}});

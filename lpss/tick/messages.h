@@ -116,6 +116,7 @@ struct SpawnBody {
 };
 struct RemoveBody {
   BodyId id;
+  std::optional<ShapeId> last_of = {};  // a shape that no other body has, which is forgotten
 };
 struct SetVelocity {
   BodyId id;

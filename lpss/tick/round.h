@@ -11,6 +11,7 @@ namespace tessera {
 
 // In the order in which they run; most ticks have neither transfers nor shipments to speak of. There is a
 // round of motions for each stage of each sweep.
+// In the order of RoundMessage.
 enum class RoundKind : std::uint8_t { kIdle, kTransfer, kExchange, kSeams, kShipment, kMotions, kSolution };
 
 struct Round {

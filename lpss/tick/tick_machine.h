@@ -36,6 +36,11 @@ class TickMachine {
   // over, where the whole world is at rest.
   std::optional<Round> begin_tick(std::span<const Command> commands);
 
+  // Whether a message is of the kind of the last round.
+  bool awaits(const RoundMessage& message) const {
+    return message.index() + 1 == static_cast<std::size_t>(awaited_);
+  }
+
   // Goes on with what the ranks in the last round's `from` sent in that round. Nothing once the tick is over.
   std::optional<Round> advance(std::vector<std::optional<RoundMessage>> inbox);
 

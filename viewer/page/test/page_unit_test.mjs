@@ -51,21 +51,21 @@ test('moving and measuring are exact far away', () => {
 });
 
 test('frames of bodies are decoded', () => {
-  const buffer = new ArrayBuffer(24 + 4 + 8 + 12 + 16 + 4 + 1 + 1);
+  const buffer = new ArrayBuffer(24 + 8 + 16 + 12 + 16 + 4 + 1 + 1);
   const data = new DataView(buffer);
   data.setUint32(0, 1, true);
   data.setUint32(4, 1, true);
   data.setUint32(8, 1, true);
   data.setUint32(12, 2, true);
   data.setBigUint64(16, 99n, true);
-  data.setUint32(24, 7, true);
-  data.setUint32(28, 8, true);
-  data.setUint32(32, 9, true);
-  data.setFloat32(36, 1.5, true);
-  data.setFloat32(60, 1, true);
-  data.setFloat32(64, 3, true);
-  data.setUint8(68, 2);
-  data.setUint8(69, 1);
+  data.setFloat64(24, 7, true);
+  data.setFloat64(32, 8, true);
+  data.setFloat64(40, 9, true);
+  data.setFloat32(48, 1.5, true);
+  data.setFloat32(72, 1, true);
+  data.setFloat32(76, 3, true);
+  data.setUint8(80, 2);
+  data.setUint8(81, 1);
   const frame = decode(buffer);
   assert.equal(frame.isKey, true);
   assert.equal(frame.tick, 99);

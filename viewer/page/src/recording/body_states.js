@@ -35,7 +35,7 @@ export class BodyStates {
   constructor(count) {
     this.tick = 0;
     this.count = count;
-    this.ids = new Uint32Array(count);
+    this.ids = new Float64Array(count);
     this.sectors = new BigInt64Array(3 * count);
     this.locals = new Float64Array(3 * count);        // m
     this.orientations = new Float32Array(4 * count);  // x y z w

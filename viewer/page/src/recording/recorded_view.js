@@ -27,7 +27,7 @@ const emptyFrame = (tick, room) => ({
   tick,
   count: 0,
   isKey: false,
-  ids: new Uint32Array(room),
+  ids: new Float64Array(room),
   gone: [],
   positions: new Float32Array(3 * room),
   orientations: new Float32Array(4 * room),

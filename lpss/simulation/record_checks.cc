@@ -1,0 +1,216 @@
+#include "lpss/simulation/record_checks.h"
+
+#include <absl/container/flat_hash_set.h>
+#include <absl/strings/str_cat.h>
+
+#include <type_traits>
+#include <variant>
+
+#include "lpss/model/checks.h"
+#include "lpss/model/limits.h"
+#include "lpss/model/validate.h"
+
+namespace tessera {
+namespace {
+
+// Rotations of a simulation are orthonormal to within rounding.
+constexpr double kRotationTolerance = 1e-2;
+
+absl::Status are_finite(const std::string& what, const std::array<double, 3>& value) {
+  return finite(what, Eigen::Vector3d(value.data()));
+}
+
+absl::Status first_error(std::initializer_list<absl::Status> checks) {
+  for (const absl::Status& status : checks) {
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+RecordChecks checks_of(const Partition& partition) {
+  return {partition.settings, [&partition](ShapeId id) -> const Shape* {
+            const auto found = partition.shapes.find(id);
+            return found == partition.shapes.end() ? nullptr : found->second.get();
+          }};
+}
+
+bool is_there(const Partition& partition, BodyId id) {
+  return partition.bodies.contains(id) || partition.statics.find(id) != nullptr ||
+         partition.packed.body(id).has_value();
+}
+
+}  // namespace
+
+std::string title_of(BodyId id) { return absl::StrCat("body ", id.value); }
+
+absl::Status RecordChecks::id(BodyId id) const {
+  const std::uint64_t last = body_id_max(settings_.seams);
+  if (id.value >= 1 && id.value <= last) return absl::OkStatus();
+  return refused(title_of(id), ": the id must be 1 to ", last);
+}
+
+absl::Status RecordChecks::properties(BodyId body, const BodyProperties& properties) const {
+  if (absl::Status status = id(body); !status.ok()) return status;
+  const Shape* shape = find_shape_(properties.shape);
+  if (shape == nullptr) return refused(title_of(body), ": there is no shape ", properties.shape);
+  BodyDescription description;
+  description.name = title_of(body);
+  description.properties = properties;
+  return validate(description, *shape, settings_);
+}
+
+absl::Status RecordChecks::near(const std::string& what, const SectorIndex& home,
+                                const SectorIndex& other) const {
+  // No farther than a tick takes a body.
+  const double way_max = 4 * settings_.sector_size + kSpeedMax * settings_.time_step;
+  return finite(what, metres_between(home, other, settings_.sector_size), way_max, "m");
+}
+
+absl::Status RecordChecks::state(const SectorIndex& home, const BodyState& state) const {
+  const Eigen::Vector3d position(state.position.data());
+  const double way_max = 4 * settings_.sector_size + kSpeedMax * settings_.time_step;
+  absl::Status status = finite("position", position, way_max, "m");
+  if (!status.ok()) return status;
+  if (auto place = canonical(home, position, settings_.sector_size); !place.ok()) return place.status();
+  const Eigen::Matrix3d rotation(state.rotation.data());
+  const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(off <= kRotationTolerance)) return refused("the rotation must be orthonormal, and is off by ", off);
+  if (status = are_finite("linear velocity", state.linear_velocity); !status.ok()) return status;
+  if (status = are_finite("angular velocity", state.angular_velocity); !status.ok()) return status;
+  return bounded("still_for", state.still_for, -kNoBound, kNoBound, "s");
+}
+
+absl::Status RecordChecks::record(const BodyRecord& record) const {
+  if (absl::Status status = properties(record.id, record.properties); !status.ok()) return status;
+  return in(title_of(record.id), state(record.home, record.state));
+}
+
+absl::Status RecordChecks::joint(const JointRecord& record) const {
+  // Frames are given in centre frames, which these have, too.
+  BodyProperties parent;
+  BodyProperties child;
+  parent.motion = record.parent_motion;
+  const JointDescription description{absl::StrCat("joint ", record.id.value), record.properties,
+                                     record.drives};
+  return validate(description, record.properties.parent.value == 0 ? nullptr : &parent, child, settings_);
+}
+
+absl::Status RecordChecks::command(const Command& command) const {
+  return std::visit(
+      [&](const auto& c) -> absl::Status {
+        using C = std::decay_t<decltype(c)>;
+        if constexpr (std::is_same_v<C, SpawnBody>) {
+          return record(c.record);
+        } else if constexpr (std::is_same_v<C, AddJoint>) {
+          return joint(c.record);
+        } else if constexpr (std::is_same_v<C, SetDrives>) {
+          for (const JointDrive& drive : c.drives) {
+            absl::Status status = first_error({bounded("target", drive.target, -kNoBound, kNoBound),
+                                               bounded("stiffness", drive.stiffness, 0, kGainMax),
+                                               bounded("damping", drive.damping, 0, kGainMax),
+                                               bounded("velocity", drive.velocity, -kNoBound, kNoBound)});
+            if (!status.ok()) return in(absl::StrCat("drives of joint ", c.id.value), status);
+          }
+          return absl::OkStatus();
+        } else if constexpr (std::is_same_v<C, RemoveJoint>) {
+          return absl::OkStatus();
+        } else if constexpr (std::is_same_v<C, Teleport> || std::is_same_v<C, KinematicTarget>) {
+          return first_error({id(c.id), in(title_of(c.id), state(c.home, c.state))});
+        } else if constexpr (std::is_same_v<C, RemoveBody>) {
+          return id(c.id);
+        } else if constexpr (std::is_same_v<C, SetVelocity>) {
+          return first_error({id(c.id), in(title_of(c.id), are_finite("linear velocity", c.linear)),
+                              in(title_of(c.id), are_finite("angular velocity", c.angular))});
+        } else if constexpr (std::is_same_v<C, ApplyImpulse>) {
+          return first_error({id(c.id), in(title_of(c.id), are_finite("impulse", c.impulse)),
+                              in(title_of(c.id), are_finite("lever", c.lever))});
+        } else if constexpr (std::is_same_v<C, ApplyForce>) {
+          return first_error({id(c.id), in(title_of(c.id), are_finite("force", c.wrench.force)),
+                              in(title_of(c.id), are_finite("torque", c.wrench.torque))});
+        } else {
+          static_assert(std::is_same_v<C, SetSurfaceMotion>);
+          return first_error({id(c.id), in(title_of(c.id), are_finite("surface velocity", c.velocity)),
+                              in(title_of(c.id), are_finite("running surface", c.running))});
+        }
+      },
+      command);
+}
+
+absl::Status check(const Partition& partition, std::span<const BodyRecord> records,
+                   std::span<const JointRecord> joints) {
+  const RecordChecks checks = checks_of(partition);
+  absl::flat_hash_set<BodyId> bodies;
+  for (const BodyRecord& record : records) {
+    if (absl::Status status = checks.record(record); !status.ok()) return status;
+    if (!bodies.insert(record.id).second) return refused(title_of(record.id), ": the id is given twice");
+  }
+  absl::flat_hash_set<JointId> known;
+  for (const JointRecord& record : joints) {
+    if (absl::Status status = checks.joint(record); !status.ok()) return status;
+    if (!known.insert(record.id).second) return refused("joint ", record.id.value, ": the id is given twice");
+    const BodyId parent = record.properties.parent;
+    if (record.parent_motion == Motion::kStatic && parent.value != 0 && !bodies.contains(parent))
+      return refused("joint ", record.id.value, ": its static parent ", parent.value, " is not there");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status check(const Partition& partition, const SharedState& shared,
+                   std::span<const MovedSector> sectors) {
+  const RecordChecks checks = checks_of(partition);
+  absl::Status status = bounded("the largest radius", shared.radius_max, 0, partition.sector_size(), "m");
+  if (!status.ok()) return status;
+  std::vector<BodyRecord> records = shared.statics;
+  for (const BodyRecord& record : shared.statics) {
+    if (record.properties.motion != Motion::kStatic)
+      return refused(title_of(record.id), ": it moves, and is listed as static");
+  }
+  for (const KnownReplica& known : shared.known_replicas) {
+    status = checks.properties(known.introduction.id, known.introduction.properties);
+    if (!status.ok()) return status;
+    if (known.introduction.id != known.update.id) return refused("a replica has two ids");
+    if (status = checks.state(known.update.home, known.update.state); !status.ok()) return status;
+  }
+  absl::flat_hash_set<SectorIndex> known;
+  for (const MovedSector& sector : sectors) {
+    if (!known.insert(sector.sector).second)
+      return refused("sector ", to_string(sector.sector), " is given twice");
+    for (const MovedBody& moved : sector.bodies) {
+      if (moved.record.home != sector.sector || moved.record.properties.motion == Motion::kStatic)
+        return refused(title_of(moved.record.id), ": it does not live in the sector that lists it");
+      records.push_back(moved.record);
+      if (moved.kinematic_target) status = checks.state(sector.sector, *moved.kinematic_target);
+      if (!status.ok()) return in(title_of(moved.record.id), status);
+    }
+    absl::flat_hash_set<BodyId> clones;
+    for (const MovedClone& clone : sector.clones) {
+      status = checks.properties(clone.introduction.id, clone.introduction.properties);
+      if (!status.ok()) return status;
+      if (clone.introduction.id != clone.update.id || !clones.insert(clone.update.id).second)
+        return refused(title_of(clone.update.id), ": a sector has two replicas of it");
+      if (status = checks.state(clone.update.home, clone.update.state); !status.ok()) return status;
+    }
+  }
+  return check(partition, records, shared.joints);
+}
+
+absl::Status check(const Partition& partition, std::span<const Command> commands) {
+  const RecordChecks checks = checks_of(partition);
+  absl::flat_hash_set<BodyId> spawned;
+  absl::flat_hash_set<JointId> added;
+  for (const Command& command : commands) {
+    if (absl::Status status = checks.command(command); !status.ok()) return status;
+    if (const auto* spawn = std::get_if<SpawnBody>(&command)) {
+      const BodyId id = spawn->record.id;
+      if (is_there(partition, id) || !spawned.insert(id).second)
+        return refused(title_of(id), ": it is there already");
+    } else if (const auto* joint = std::get_if<AddJoint>(&command)) {
+      const JointId id = joint->record.id;
+      if (partition.joints.find(id) != nullptr || !added.insert(id).second)
+        return refused("joint ", id.value, ": it is there already");
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace tessera
