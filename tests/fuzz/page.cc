@@ -1,5 +1,6 @@
 // Messages of the web UI's page: what is read of each, up to the call of the coordinator that it asks for. No
 // coordinator is there: a server of nothing refuses every call.
+#include <grpcpp/generic/async_generic_service.h>
 #include <grpcpp/grpcpp.h>
 
 #include "lpss/base/invariant.h"
