@@ -8,8 +8,8 @@ Starts `tessera up` with two servers, and processes with at most 200 clients eac
 status, opens a stream of the bodies near some place, and then reads it, reads slowly, does not read at all, or
 leaves; then it begins anew. Once in 20 s one of the processes is killed, with all its clients, and another one takes
 its place. For half a minute before the clients come and as long after they have left, the cluster is alone. Prints a line
-in 30 s, and at the end ticks and memory of the three parts. A tick counts as late where the world is behind real time
-by more than two ticks when it is asked.
+in 30 s, and at the end ticks and memory of the three parts. Ticks count as late where the world has fallen behind real time by
+more than two ticks since the look before, two seconds ago.
 
 Needs Debian's python3-grpcio, protobuf-compiler and python3-protobuf.
 """
@@ -148,17 +148,15 @@ class Crowd:
 
 
 class Clock:
-    """How far the world is behind real time."""
+    """How far the world falls behind real time between two looks at it."""
 
-    def __init__(self, status: dict) -> None:
-        self._begin = time.monotonic() - status["time"]
-        self.late_s = 0.0
+    def __init__(self) -> None:
+        self._behind_s: float | None = None
 
-    def tell(self, time_s: float) -> None:
-        self.late_s = time.monotonic() - self._begin - time_s
-        if self.late_s < 0:  # the first reading was late itself
-            self._begin += self.late_s
-            self.late_s = 0.0
+    def tell(self, time_s: float) -> float:
+        behind_s = time.monotonic() - time_s
+        before, self._behind_s = self._behind_s, behind_s
+        return 0.0 if before is None else behind_s - before
 
 
 def run(cluster: Cluster, arguments: argparse.Namespace, scratch: Path) -> int:
@@ -166,7 +164,7 @@ def run(cluster: Cluster, arguments: argparse.Namespace, scratch: Path) -> int:
         return 1
     watched = {f"server_{n}": pid for n, pid in enumerate(cluster.servers())}
     watched["coordinator"] = cluster.coordinator()
-    clock = Clock(cluster.status())
+    clock = Clock()
     crowd: Crowd | None = None
     samples: list[dict] = []
     begin = time.monotonic()
@@ -187,13 +185,13 @@ def run(cluster: Cluster, arguments: argparse.Namespace, scratch: Path) -> int:
             if not status or status["state"] != "running":
                 print("the world does not run:", status.get("failure", ""), file=sys.stderr)
                 return 1
-            clock.tell(status["time"])
+            fallen_s = clock.tell(status["time"])
             samples.append(
                 {
                     "s": round(now),
                     "part": part,
                     "tick": status["tick"],
-                    "late_ms": round(1000 * clock.late_s, 1),
+                    "fallen_behind_ms": round(1000 * fallen_s, 1),
                     "mean_ms": round(status["tick_ms"]["mean"], 3),
                     "own_ms": round(max(server["own_ms"] for server in status["servers"]), 3),
                     "p50_ms": round(status["tick_ms"]["p50"], 3),
@@ -217,7 +215,7 @@ def run(cluster: Cluster, arguments: argparse.Namespace, scratch: Path) -> int:
     tick_ms = 1000 * status["settings"]["time_step"]
     for part in ("before", "among", "after"):
         of_part = [sample for sample in samples if sample["part"] == part]
-        late = sum(sample["late_ms"] > 2 * tick_ms for sample in of_part)
+        late = sum(sample["fallen_behind_ms"] > 2 * tick_ms for sample in of_part)
         ticks = max(1, of_part[-1]["tick"] - of_part[0]["tick"])
         ms = (of_part[-1]["mean_ms"] * of_part[-1]["tick"] - of_part[0]["mean_ms"] * of_part[0]["tick"]) / ticks
         own = statistics.median(sample["own_ms"] for sample in of_part)
@@ -225,7 +223,7 @@ def run(cluster: Cluster, arguments: argparse.Namespace, scratch: Path) -> int:
         memory = ", ".join(
             f"{name} {max(sample[f'{name}_mb'] for sample in of_part):.0f} MB" for name in watched
         )
-        print(f"{part}: {rate:.1f} ticks a second, late in {late} of {len(of_part)} samples; a tick took {ms:.2f} ms in")
+        print(f"{part}: {rate:.1f} ticks a second, late in {late} of {len(of_part)} looks; a tick took {ms:.2f} ms in")
         print(f"  the mean, of which a server's own work {own:.2f} ms in the middle; at most {memory}")
     first, last = samples[0], samples[-1]
     print(f"ticks since the load: p50 {last['p50_ms']} ms, p99 {last['p99_ms']} ms, longest {last['max_ms']} ms")

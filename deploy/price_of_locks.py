@@ -6,7 +6,8 @@
 
 Starts a coordinator and two sector servers on a network interface other than `lo`, since DDS Security is off there, loads a
 world, and steps it as fast as it goes, while a client reads all bodies and another one commands; with keys and
-without in turn. Prints the p50 and p99 of ticks of each run, then the medians over the runs, and what locks add.
+without in turn. Prints the p50 and p99 of ticks of each run, then the median and the least of them over the runs, and
+what locks add. On a machine that does other work, the least says more.
 """
 
 from __future__ import annotations
@@ -114,9 +115,10 @@ def main() -> int:
                 runs[name].append(times)
                 print(name, "  ".join(f"{key} {times[key]:.3f} ms" for key in ("p50", "p99")), flush=True)
     for key in ("p50", "p99"):
-        open_ms, locked_ms = (statistics.median(times[key] for times in runs[name]) for name in runs)
-        more = 100 * (locked_ms / open_ms - 1)
-        print(f"{key}: {open_ms:.3f} ms open, {locked_ms:.3f} ms locked, {more:+.1f} %")
+        for what, of in (("median", statistics.median), ("least", min)):
+            open_ms, locked_ms = (of(times[key] for times in runs[name]) for name in runs)
+            more = 100 * (locked_ms / open_ms - 1)
+            print(f"{key}, {what} of the runs: {open_ms:.3f} ms open, {locked_ms:.3f} ms locked, {more:+.1f} %")
     return 0
 
 

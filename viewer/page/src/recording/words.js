@@ -32,7 +32,7 @@ export const partsOf = ({parts}) => parts.map(({geometry: {kind}, pose}) => ({
 export const bodyOf = ({id, name, properties}) => ({
   id: Number(id),
   name,
-  shape: properties.shape,
+  shape: Number(properties.shape),
   motion: kMotions[properties.motion],
   mass: properties.mass,
   centre: vectorOf(properties.centre),
