@@ -18,11 +18,21 @@
 #include "coordinator/sequencer.h"
 #include "coordinator/tick_statistics.h"
 #include "coordinator/world_registry.h"
+#include "coordinator/world_store.h"
 #include "lpss/grid/sector_map.h"
+#include "proto/kept_chunks.h"
 #include "tessera.pb.h"
 #include "transport/link.h"
 
 namespace tessera {
+
+// One that has just come from the servers.
+struct FreshCheckpoint {
+  Tick tick = 0;
+  bool are_all = false;        // the chunks; otherwise those that have changed since the one before
+  std::uint64_t position = 0;  // of the inputs that it has
+  std::vector<v1::SnapshotChunk> chunks;
+};
 
 struct ActiveWorld {
   std::uint64_t load = 0;    // counts loads and restores of clients
@@ -46,12 +56,16 @@ struct ActiveWorld {
 
   // Where it can be set back to; empty if it ends with any of its servers.
   std::optional<Checkpoints> checkpoints;
-  std::optional<Checkpoint> fresh_checkpoint;  // that has just come
-  SnapshotChunks fresh_head;         // of the snapshot that it makes; empty if it is not to be stored
-  std::uint64_t fresh_position = 0;  // of the inputs that it has
+  std::optional<FreshCheckpoint> fresh_checkpoint;
   bool awaits_checkpoint = false;
-  std::chrono::nanoseconds next_checkpoint{};             // the time
-  std::chrono::nanoseconds next_checkpoint_at_rest{};     // likewise, while nothing changes
+  bool servers_keep_up = false;                // they know which chunks the last one had
+  std::chrono::nanoseconds next_checkpoint{};  // the time
+  // What has changed since the state that is stored, once the next checkpoint has come.
+  StateChange unstored_state;
+  ChunkChanges stored_head;                               // of the state that is stored, with what is held
+  ChunkChanges stored_catalogue;                          // likewise, of names and properties
+  // As of the registry, and the number of shapes.
+  std::optional<std::pair<std::uint64_t, std::size_t>> stored_catalogue_changes;
   std::optional<std::chrono::nanoseconds> gathers_until;  // for servers, while it has none
   std::uint64_t recoveries = 0;
   std::map<NodeId, v1::Subscriptions> subscriptions;  // of clients, at each of its servers

@@ -1,42 +1,68 @@
 #include "coordinator/checkpoints.h"
 
-#include <algorithm>
-#include <iterator>
-
-#include "proto/wire.h"
+#include <string>
+#include <utility>
 
 namespace tessera {
 namespace {
 
-absl::StatusOr<WorldSnapshot> read(const Checkpoint& checkpoint) {
-  WorldSnapshot world;
-  world.tick = checkpoint.tick;
-  for (const v1::SnapshotChunk& chunk : checkpoint.chunks) {
-    if (chunk.has_shared()) {
-      absl::StatusOr<SharedState> shared = unpack_shared(chunk.shared());
-      if (!shared.ok()) return shared.status();
-      world.shared = *std::move(shared);
-    } else {
-      absl::StatusOr<std::vector<MovedSector>> sectors = unpack_sectors(chunk.sectors());
-      if (!sectors.ok()) return sectors.status();
-      std::move(sectors->begin(), sectors->end(), std::back_inserter(world.sectors));
+void apply_changes(const KeptChunks& changes, KeptChunks& state) {
+  for (const auto& [key, chunk] : changes) apply(chunk, state);
+}
+
+// A sector that has changed servers is gone from one, and new at another.
+KeptChunks by_keys(std::vector<v1::SnapshotChunk> chunks) {
+  KeptChunks all;
+  for (const bool are_absences : {true, false}) {
+    for (v1::SnapshotChunk& chunk : chunks) {
+      if (is_absence(chunk) != are_absences) continue;
+      put(std::make_shared<const v1::SnapshotChunk>(std::move(chunk)), all);
     }
   }
-  std::sort(world.sectors.begin(), world.sectors.end(),
-            [](const MovedSector& a, const MovedSector& b) { return a.sector < b.sector; });
-  return world;
+  return all;
+}
+
+bool are_same(const v1::SnapshotChunk& a, const v1::SnapshotChunk& b) {
+  return a.kind_case() == b.kind_case() && a.sectors() == b.sectors() && a.shared() == b.shared();
+}
+
+// What leads from one state to another.
+KeptChunks difference(const KeptChunks& from, KeptChunks to) {
+  for (const auto& [key, chunk] : from) {
+    const auto found = to.find(key);
+    if (found == to.end()) {
+      put(absence_of(key), to);
+    } else if (are_same(*found->second, *chunk)) {
+      to.erase(found);
+    }
+  }
+  return to;
 }
 
 }  // namespace
 
-void Checkpoints::add(Checkpoint checkpoint, Nanoseconds now) {
-  later_.push_back({std::move(checkpoint), now});
+const KeptChunks& Checkpoints::add(Tick tick, std::vector<v1::SnapshotChunk> chunks,
+                                   bool are_all, Nanoseconds now) {
+  KeptChunks changes = by_keys(std::move(chunks));
+  if (are_all) changes = difference(latest_state(), std::move(changes));
   settle(now);
+  return later_.emplace_back(Later{{tick, std::move(changes)}, now}).changes.chunks;
 }
 
 void Checkpoints::settle(Nanoseconds now) {
-  if (start_ && !later_.empty() && later_.front().time + kStreamSlack <= now) start_.reset();
-  while (!start_ && later_.size() > 1 && later_[1].time + kStreamSlack <= now) later_.pop_front();
+  while (!later_.empty() && later_.front().time + kStreamSlack <= now) {
+    const Checkpoint& next = later_.front().changes;
+    apply_changes(next.chunks, earliest_.chunks);
+    earliest_.tick = next.tick;
+    start_.reset();
+    later_.pop_front();
+  }
+}
+
+KeptChunks Checkpoints::latest_state() const {
+  KeptChunks state = earliest_.chunks;
+  for (const Later& later : later_) apply_changes(later.changes.chunks, state);
+  return state;
 }
 
 absl::StatusOr<Placement> Checkpoints::place_earliest(std::uint64_t number, const WorldSettings& settings,
@@ -45,13 +71,8 @@ absl::StatusOr<Placement> Checkpoints::place_earliest(std::uint64_t number, cons
                                                       std::span<const NodeId> nodes, std::uint64_t map_epoch,
                                                       BalancePolicy policy) const {
   if (start_) return place(number, *start_, nodes, map_epoch, policy);
-  const Checkpoint& checkpoint = later_.front().checkpoint;
-  absl::StatusOr<WorldSnapshot> world = read(checkpoint);
-  if (!world.ok()) return world.status();
-  world->settings = settings;
-  world->anchor = anchor;
-  world->shapes = std::move(shapes);
-  return place(number, WorldToLoad{ReadSnapshot{*std::move(world), {}}}, nodes, map_epoch, policy);
+  return place(number, {earliest_.tick, settings, anchor, std::move(shapes), earliest_.chunks}, nodes,
+               map_epoch, policy);
 }
 
 }  // namespace tessera

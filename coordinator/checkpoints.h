@@ -14,14 +14,14 @@
 
 #include "coordinator/placement.h"
 #include "lpss/tick/messages.h"
-#include "snapshot.pb.h"
+#include "proto/kept_chunks.h"
 
 namespace tessera {
 
-// What the servers of a world had at the end of a tick.
+// What the servers of a world had at the end of a tick: all of it, or what had changed.
 struct Checkpoint {
   Tick tick = 0;
-  std::vector<v1::SnapshotChunk> chunks;
+  KeptChunks chunks;
 };
 
 class Checkpoints {
@@ -31,16 +31,22 @@ class Checkpoints {
   // `start` is what the servers are sent at first.
   explicit Checkpoints(WorldToLoad start) : start_(std::make_unique<WorldToLoad>(std::move(start))) {}
 
-  // Adds a later one. Earlier ones stay until this one is kStreamSlack old: what servers had yet to send to
-  // clients when one of them was lost comes again only from ticks after the state that all go back to.
-  void add(Checkpoint checkpoint, Nanoseconds now);
+  // Adds a later one: `chunks` are all that servers have, or what has changed since the latest. Returns the
+  // latter; valid until the next call. Earlier ones stay until this one is kStreamSlack old: what servers had
+  // yet to send to clients when one of them was lost comes again only from ticks after the state that all go
+  // back to.
+  const KeptChunks& add(Tick tick, std::vector<v1::SnapshotChunk> chunks, bool are_all,
+                        Nanoseconds now);
 
   // Drops those that are not needed any more.
   void settle(Nanoseconds now);
 
   // The tick that the world would be set back to, and that of the latest checkpoint.
-  Tick earliest() const { return start_ ? start_->tick() : later_.front().checkpoint.tick; }
-  Tick latest() const { return later_.empty() ? start_->tick() : later_.back().checkpoint.tick; }
+  Tick earliest() const { return start_ ? start_->tick() : earliest_.tick; }
+  Tick latest() const { return later_.empty() ? earliest() : later_.back().changes.tick; }
+
+  // All chunks of the latest; none while there is only what the servers were sent at first.
+  KeptChunks latest_state() const;
 
   // What the servers `nodes` are sent to go on from earliest(). `shapes` are those of that tick. DATA_LOSS
   // where a server sent what cannot be read, otherwise errors as place().
@@ -50,13 +56,14 @@ class Checkpoints {
                                            BalancePolicy policy) const;
 
  private:
-  struct Kept {
-    Checkpoint checkpoint;
+  struct Later {
+    Checkpoint changes;  // since the one before
     Nanoseconds time{};
   };
 
   std::unique_ptr<WorldToLoad> start_;  // null once there is a later one instead
-  std::deque<Kept> later_;              // ascending
+  Checkpoint earliest_;                 // of no meaning until then
+  std::deque<Later> later_;             // ascending
 };
 
 // How far behind the servers a client may be that misses no tick of a stream when one of them is lost.

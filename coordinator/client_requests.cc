@@ -128,19 +128,17 @@ void Coordinator::Impl::on(Call<v1::HashRequest, v1::HashReply>& call, Nanosecon
       }));
 }
 
-// A snapshot without what the servers contribute.
-SnapshotChunks Coordinator::Impl::snapshot_head(const ActiveWorld& world) {
-  WorldCatalogue catalogue = world.registry.catalogue();
+// With the name, too.
+WorldCatalogue Coordinator::Impl::with_held(const ActiveWorld& world, WorldCatalogue catalogue) {
   catalogue.name = world.name;
   const ShapeTable& shapes = world.registry.shapes();
-  const Tick tick = world.sequencer.certain();
   for (Sequencer::Held& batch : world.sequencer.held()) {
     WorldCatalogue::HeldBatch& held = catalogue.held.emplace_back();
     held.commands = std::move(batch.commands);
     for (const v1::NumberedShape& shape : batch.new_shapes)
       held.new_shapes.push_back({shape.id(), shapes.ref(shape.id())});
   }
-  return head_chunks(catalogue, world.settings, world.anchor, tick, shapes.at(tick));
+  return catalogue;
 }
 
 // What is held is taken down as it is now, and the servers are asked before they are granted any of it.
@@ -149,8 +147,11 @@ void Coordinator::Impl::on(Call<v1::SnapshotRequest, SnapshotChunks>& call, Nano
   if (!live.ok()) return call.reply(live.status(), {});
   ActiveWorld& world = **live;
   if (absl::Status status = world.queries.room(); !status.ok()) return call.reply(status, {});
-  SnapshotChunks chunks = snapshot_head(world);
+  const Tick tick = world.sequencer.certain();
+  SnapshotChunks chunks = head_chunks(with_held(world, world.registry.catalogue()), world.settings,
+                                      world.anchor, tick, world.registry.shapes().at(tick));
   world.sequencer.ask_first(world.queries.snapshot(
+      v1::SnapshotQuery(),
       [chunks = std::move(chunks), reply = std::move(call.reply)](
           const absl::Status& status, std::vector<v1::SnapshotChunk> of_servers) mutable {
         if (!status.ok()) return reply(status, {});

@@ -280,7 +280,7 @@ std::optional<Nanoseconds> Coordinator::Impl::next_deadline() const {
   if (world_) consider(world_->gathers_until);
   if (world_ && !world_->loading() && !waits_for_store()) {
     if (world_->hosted()) consider(world_->sequencer.next_due());
-    if (may_ask_for_checkpoint()) consider(checkpoint_due());
+    if (may_ask_for_checkpoint()) consider(world_->next_checkpoint);
     if (may_balance()) consider(world_->next_balance);
   }
   return earliest;

@@ -108,7 +108,6 @@ class Coordinator::Impl {
   bool survives_losses() const { return options_.checkpoint_every > Nanoseconds::zero(); }
   void tend_checkpoints(Nanoseconds now);
   bool may_ask_for_checkpoint() const;
-  Nanoseconds checkpoint_due() const;
   void ask_for_checkpoint();
   bool may_recover();
   void gather(Nanoseconds now);
@@ -135,7 +134,8 @@ class Coordinator::Impl {
   bool is_new(Call<Request, Answer>& call);
   template <typename Request>
   void store_command(const Request& request, Tick tick, std::uint64_t id, CallId call);
-  void store_pace();
+  bool is_pace_stored(const v1::StoredPace& next) const;
+  void store_pace(Nanoseconds now);
   void store_inputs(Nanoseconds now);
   void write_inputs(Nanoseconds now);
   void pass_by_held();
@@ -145,13 +145,14 @@ class Coordinator::Impl {
   void give_up_world(const absl::Status& status);
   absl::Status room_for_command(const Sequencer& sequencer, std::size_t shape_bytes) const;
   absl::Status store_beginning(std::uint64_t load, const WorldToLoad& world);
-  void store_checkpoint(SnapshotChunks snapshot, std::uint64_t position);
+  void take_down_catalogue();
+  void store_checkpoint(const KeptChunks& changes, std::uint64_t position);
   absl::Status forget_stored();
   void store_failed(const absl::Status& status, Nanoseconds now);
   std::uint64_t stored_position() const { return options_.store->position() + unstored_.size(); }
 
   // client_requests.cc
-  static SnapshotChunks snapshot_head(const ActiveWorld& world);
+  static WorldCatalogue with_held(const ActiveWorld& world, WorldCatalogue catalogue);
   absl::StatusOr<ActiveWorld*> live_world() const;
   void on(Call<v1::SpawnRequest, v1::SpawnReply>& call, Nanoseconds now);
   void on(Call<v1::AddJointRequest, v1::AddJointReply>& call, Nanoseconds now);

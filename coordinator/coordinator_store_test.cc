@@ -29,7 +29,8 @@ class FailingStore final : public WorldStore {
     return absl::OkStatus();
   }
   std::uint64_t position() const override { return inputs.size(); }
-  bool replace(std::vector<v1::SnapshotChunk>, std::uint64_t) override { return true; }
+  bool wants_whole() const override { return false; }
+  bool change(StateChange, std::uint64_t) override { return true; }
   absl::Status tend() override { return state_failure; }
 
   std::size_t commands() const {

@@ -112,6 +112,7 @@ absl::Status EtcdStore::begin(std::uint64_t load, const StoredState& state) {
   load_ = load;
   const std::string name = draw_name();
   if (absl::Status status = folder_.write(name, state); !status.ok()) return status;
+  wants_whole_ = true;
   options_.copies.offer(record_ ? record_->name() : std::string(), name);
   const auto deadline = std::chrono::steady_clock::now() + kFirstCopyMax;
   while (!options_.copies.holders(name) && std::chrono::steady_clock::now() < deadline)
@@ -132,13 +133,18 @@ absl::Status EtcdStore::append(const std::vector<v1::StoredInput>& inputs) {
   return tend();
 }
 
-bool EtcdStore::replace(std::vector<v1::SnapshotChunk> snapshot, std::uint64_t position) {
+bool EtcdStore::change(StateChange change, std::uint64_t position) {
   if (next_ || lost_) return false;
   const std::string name = draw_name();
-  next_ = Next{record_of(name, /*is_snapshot=*/true, position),
-               std::async(std::launch::async, [this, name, state = StoredState(std::move(snapshot))] {
-                 return folder_.write(name, state);
-               })};
+  const std::size_t kept = parts_to_keep(parts_, change);
+  wants_whole_ = false;
+  next_.emplace();
+  next_->record = record_of(name, /*is_snapshot=*/true, position);
+  next_->parts.assign(parts_.begin(), parts_.begin() + static_cast<std::ptrdiff_t>(kept));
+  next_->writing =
+      std::async(std::launch::async, [this, name, kept, parts = parts_, change = std::move(change)] {
+        return folder_.write_change(name, parts, kept, change);
+      });
   return true;
 }
 
@@ -170,7 +176,9 @@ void EtcdStore::take_outcome(const absl::StatusOr<TxnResponse>& response) {
   if (!response.ok()) return complain(response.status());
   has_complained_ = false;
   if (is_recording_) {
-    if (is_recorded(*response, next_->record)) next_.reset();
+    if (!is_recorded(*response, next_->record)) return;
+    parts_ = std::move(next_->parts);
+    next_.reset();
     return;
   }
   lost_ = !response->succeeded();
@@ -184,11 +192,14 @@ bool EtcdStore::is_next_held() {
   if (!next_) return false;
   if (next_->writing.valid()) {
     if (!is_ready(next_->writing)) return false;
-    if (const absl::Status status = next_->writing.get(); !status.ok()) {
-      complain(status);
+    const absl::StatusOr<std::uint64_t> bytes = next_->writing.get();
+    if (!bytes.ok()) {
+      complain(bytes.status());
+      wants_whole_ = true;
       next_.reset();
       return false;
     }
+    next_->parts.push_back({next_->record.name(), *bytes});
     next_->after = position_;
     next_->offered = std::chrono::steady_clock::now();
     options_.copies.offer(record_ ? record_->name() : std::string(), next_->record.name());

@@ -117,8 +117,8 @@ TEST_F(EtcdStoreTest, AStateTakesThePlaceOfTheInputsThatItHas) {
     const auto store = lead();
     ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
     for (Tick tick = 1; tick <= 5; ++tick) ASSERT_TRUE(store->append({stored_removal(tick)}).ok());
-    ASSERT_TRUE(store->replace(snapshot_of(3), 3));
-    EXPECT_FALSE(store->replace(snapshot_of(4), 4)) << "one at a time";
+    ASSERT_TRUE(store->change(state_of(3), 3));
+    EXPECT_FALSE(store->change(state_of(4), 4)) << "one at a time";
     ASSERT_TRUE(store->append({stored_removal(6)}).ok());
     record(*store);
     settle(*store);
@@ -127,7 +127,7 @@ TEST_F(EtcdStoreTest, AStateTakesThePlaceOfTheInputsThatItHas) {
   ASSERT_TRUE(world);
   EXPECT_EQ(std::get<SnapshotChunks>(world->state).front().head().tick(), 3u);
   EXPECT_THAT(ticks_of(world), ElementsAre(4, 5, 6));
-  EXPECT_EQ(folder_->names().size(), 1u);
+  EXPECT_EQ(folder_->files().size(), 1u);
 }
 
 TEST_F(EtcdStoreTest, AStateIsRecordedOnceTheStandbysHaveIt) {
@@ -135,7 +135,7 @@ TEST_F(EtcdStoreTest, AStateIsRecordedOnceTheStandbysHaveIt) {
   ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
   holders_.reset();
   ASSERT_TRUE(store->append({stored_removal(1)}).ok());
-  ASSERT_TRUE(store->replace(snapshot_of(1), 1));
+  ASSERT_TRUE(store->change(state_of(1), 1));
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (offers_.back().second.empty() && std::chrono::steady_clock::now() < deadline)
     store->tend().IgnoreError();
@@ -201,7 +201,7 @@ TEST_F(EtcdStoreTest, WithAnyFaultsWhatWasToldIsThereOnce) {
     for (int n = 0; n < 3; ++n) etcd_.faults.push_back(static_cast<FakeEtcd::Fault>(random() % 4));
     switch (random() % 8) {
       case 0:
-        if (store->replace(snapshot_of(given), store->position())) state = given;
+        if (store->change(state_of(given), store->position())) state = given;
         break;
       case 1: {
         etcd_.faults.clear();

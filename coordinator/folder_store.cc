@@ -4,9 +4,13 @@
 #include <absl/strings/str_cat.h>
 #include <sqlite3.h>
 
+#include <algorithm>
+#include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "coordinator/state_parts.h"
 #include "proto/snapshot_file.h"
 #include "proto/whole_file.h"
 
@@ -120,12 +124,14 @@ absl::Status write_state(const std::filesystem::path& file, const StoredState& s
   return whole->finish();
 }
 
-absl::StatusOr<StoredState> read_state(const std::filesystem::path& file, bool is_snapshot, Disk& disk) {
+absl::StatusOr<StoredState> read_state(const std::string& name, bool is_snapshot, const PathOfPart& path_of,
+                                       Disk& disk) {
   if (is_snapshot) {
-    absl::StatusOr<std::vector<v1::SnapshotChunk>> chunks = read_snapshot(file, disk);
+    absl::StatusOr<std::vector<v1::SnapshotChunk>> chunks = read_parts(name, path_of, disk);
     if (!chunks.ok()) return chunks.status();
     return *std::move(chunks);
   }
+  const std::filesystem::path file = path_of(name);
   std::string bytes;
   absl::Status status = disk.read(file, [&](std::string_view piece) {
     bytes += piece;
@@ -139,8 +145,8 @@ absl::StatusOr<StoredState> read_state(const std::filesystem::path& file, bool i
   return world;
 }
 
-// Table `state` has one row where there is a world: the file, what it is, and after which input; `inputs` has
-// those since.
+// Table `state` has one row where there is a world: the file, which may have others before it, what it is,
+// and after which input; `inputs` has those since.
 class FolderStore final : public WorldStore {
  public:
   FolderStore(std::filesystem::path folder, Database database, Disk& disk)
@@ -189,10 +195,14 @@ class FolderStore final : public WorldStore {
     if (!all_readable) {
       return absl::DataLossError(absl::StrCat(folder_.string(), ": an input is not as it was stored"));
     }
-    absl::StatusOr<StoredState> state = read_state(path_of(file_), is_snapshot, disk_);
+    absl::StatusOr<StoredState> state = read_state(
+        absl::StrCat(file_), is_snapshot, [this](const auto& name) { return path_of(name); }, disk_);
     if (!state.ok()) return state.status();
     world.state = *std::move(state);
     stored_ = std::move(world);
+    for (std::string& name : parts_before(path_of(absl::StrCat(file_)), disk_))
+      parts_.push_back({std::move(name), 0});
+    parts_.push_back({absl::StrCat(file_), 0});
     remove_other_states();
     return absl::OkStatus();
   }
@@ -203,8 +213,11 @@ class FolderStore final : public WorldStore {
     wait_for_background();
     load_ = load;
     const std::uint64_t file = file_ + 1;
-    if (absl::Status status = write_state(path_of(file), state, disk_); !status.ok()) return status;
-    return refer_to(file, std::holds_alternative<std::vector<v1::SnapshotChunk>>(state), position_);
+    const std::string name = absl::StrCat(file);
+    if (absl::Status status = write_state(path_of(name), state, disk_); !status.ok()) return status;
+    wants_whole_ = true;
+    return refer_to(file, {{name, 0}}, std::holds_alternative<std::vector<v1::SnapshotChunk>>(state),
+                    position_);
   }
 
   absl::Status end() override {
@@ -215,6 +228,7 @@ class FolderStore final : public WorldStore {
       return cleared;
     });
     ++file_;
+    parts_.clear();
     remove_other_states();
     return status;
   }
@@ -236,27 +250,47 @@ class FolderStore final : public WorldStore {
   }
   std::uint64_t position() const override { return position_; }
 
-  bool replace(std::vector<v1::SnapshotChunk> snapshot, std::uint64_t position) override {
+  bool wants_whole() const override { return wants_whole_; }
+
+  bool change(StateChange change, std::uint64_t position) override {
     if (background_) return false;
-    background_position_ = position;
-    background_ = disk_.in_background([path = path_of(file_ + 1), state = std::move(snapshot),
-                                       &disk = disk_] { return write_snapshot(path, state, disk); });
+    const std::size_t kept = parts_to_keep(parts_, change);
+    next_ = std::make_shared<Next>(Next{absl::StrCat(file_ + 1), position, {}});
+    wants_whole_ = false;
+    background_ = disk_.in_background([this, next = next_, parts = parts_, kept, change = std::move(change)] {
+      const auto written = write_part(
+          next->name, parts, kept, change, [this](const auto& name) { return path_of(name); }, disk_);
+      if (!written.ok()) return written.status();
+      next->parts.assign(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(kept));
+      next->parts.push_back({next->name, *written});
+      return absl::OkStatus();
+    });
     return true;
   }
 
   absl::Status tend() override {
     if (!background_ || !background_->done()) return absl::OkStatus();
     const std::unique_ptr<Disk::Work> work = std::move(background_);
-    if (absl::Status status = work->wait(); !status.ok()) return status;
-    return refer_to(file_ + 1, /*is_snapshot=*/true, background_position_);
+    absl::Status status = work->wait();
+    if (status.ok())
+      status = refer_to(file_ + 1, std::move(next_->parts), /*is_snapshot=*/true, next_->position);
+    wants_whole_ |= !status.ok();
+    return status;
   }
 
   // A state that is being written is of no use any more.
   ~FolderStore() override { wait_for_background(); }
 
  private:
-  std::filesystem::path path_of(std::uint64_t file) const {
-    return folder_ / absl::StrCat(file, kStateSuffix);
+  // A state that is being written.
+  struct Next {
+    std::string name;
+    std::uint64_t position = 0;
+    std::vector<StatePart> parts;  // once it is written
+  };
+
+  std::filesystem::path path_of(const std::string& name) const {
+    return folder_ / absl::StrCat(name, kStateSuffix);
   }
 
   void wait_for_background() {
@@ -265,7 +299,8 @@ class FolderStore final : public WorldStore {
     background_.reset();
   }
 
-  absl::Status refer_to(std::uint64_t file, bool is_snapshot, std::uint64_t position) {
+  absl::Status refer_to(std::uint64_t file, std::vector<StatePart> parts, bool is_snapshot,
+                        std::uint64_t position) {
     absl::Status status = database_.at_once([&] {
       absl::Status changed = database_.run("DELETE FROM state");
       changed.Update(database_.run("INSERT INTO state VALUES (?, ?, ?, ?)", [&](sqlite3_stmt* statement) {
@@ -280,14 +315,17 @@ class FolderStore final : public WorldStore {
     });
     if (!status.ok()) return status;
     file_ = file;
+    parts_ = std::move(parts);
     remove_other_states();
     return absl::OkStatus();
   }
 
   void remove_other_states() {
     for (const std::filesystem::path& file : disk_.files_in(folder_)) {
-      const bool is_unfinished = file.extension() == kUnfinishedSuffix;
-      if (is_unfinished || (file.extension() == kStateSuffix && file != path_of(file_))) disk_.remove(file);
+      const bool is_state = file.extension() == kStateSuffix;
+      const bool is_needed = std::any_of(parts_.begin(), parts_.end(),
+                                         [&](const StatePart& part) { return file == path_of(part.name); });
+      if (file.extension() == kUnfinishedSuffix || (is_state && !is_needed)) disk_.remove(file);
     }
   }
 
@@ -296,10 +334,12 @@ class FolderStore final : public WorldStore {
   Disk& disk_;
   std::optional<StoredWorld> stored_;
   std::uint64_t load_ = 0;
-  std::uint64_t file_ = 0;                  // of the state that is stored
+  std::uint64_t file_ = 0;                  // the last one of the state that is stored
+  std::vector<StatePart> parts_;            // all of its files
+  bool wants_whole_ = true;                 // since those of another process are of a size that is not known
   std::uint64_t position_ = 0;              // of the last input
   std::unique_ptr<Disk::Work> background_;  // null: none is being written
-  std::uint64_t background_position_ = 0;
+  std::shared_ptr<Next> next_;
 };
 
 }  // namespace

@@ -64,9 +64,9 @@ TEST_F(FolderStoreTest, ACheckpointTakesThePlaceOfTheInputsThatItHas) {
     const auto store = open();
     ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
     ASSERT_TRUE(store->append({stored_removal(1), stored_removal(2)}).ok());
-    ASSERT_TRUE(store->replace(snapshot_of(2), store->position()));
+    ASSERT_TRUE(store->change(state_of(2), store->position()));
     ASSERT_TRUE(store->append({stored_removal(3)}).ok());
-    while (!store->replace(snapshot_of(9), store->position())) ASSERT_TRUE(store->tend().ok());
+    while (!store->change(state_of(9), store->position())) ASSERT_TRUE(store->tend().ok());
   }
   // The second one was not tended: the store has what it had before.
   const auto store = open();

@@ -23,7 +23,6 @@ JointRegistry::JointRegistry(const WorldCatalogue& catalogue) {
 
 void JointRegistry::describe(WorldCatalogue& catalogue) const {
   for (const auto& [id, entry] : joints_) catalogue.joints.push_back({entry.name, entry.record});
-  catalogue.next_joint = next_id_;
 }
 
 void JointRegistry::insert(std::string name, const JointRecord& record) {

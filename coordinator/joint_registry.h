@@ -33,6 +33,7 @@ class JointRegistry {
   // The joints of a valid catalogue, and back.
   explicit JointRegistry(const WorldCatalogue& catalogue);
   void describe(WorldCatalogue& catalogue) const;
+  JointId next_id() const { return next_id_; }
 
   // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a joint that does not exist (or no longer exists).
   absl::StatusOr<JointId> resolve(const v1::JointRef& reference) const;

@@ -4,6 +4,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "coordinator/balance.h"
@@ -14,7 +15,9 @@
 namespace tessera {
 namespace {
 
-std::vector<std::pair<SectorIndex, double>> load_of(std::span<const BodyRecord> records) {
+using SectorLoad = std::vector<std::pair<SectorIndex, double>>;
+
+SectorLoad load_of(std::span<const BodyRecord> records) {
   absl::flat_hash_map<SectorIndex, double> weights;
   for (const BodyRecord& record : records) {
     if (record.properties.motion != Motion::kStatic) weights.try_emplace(record.home, 1).first->second += 1;
@@ -52,32 +55,31 @@ std::vector<std::string> records_by_rank(std::span<const BodyRecord> records, co
 }
 
 // The shapes of the world at its tick: those of held commands come with their grants.
-void add_shapes_of(const WorldToLoad& world, v1::LoadWorld& load) {
-  if (const auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
-    for (std::size_t id = 0; id < described->world.shapes.size(); ++id) {
-      v1::NumberedShape& to = *load.add_shapes();
-      to.set_id(id);
-      *to.mutable_shape() = to_proto(described->world.shapes[id]);
-    }
-  } else {
-    for (const ShapeEntry& entry : std::get<ReadSnapshot>(world.from).world.shapes)
-      *load.add_shapes() = to_proto(entry);
+void add_shapes(std::span<const Shape> shapes, v1::LoadWorld& load) {
+  for (std::size_t id = 0; id < shapes.size(); ++id) {
+    v1::NumberedShape& to = *load.add_shapes();
+    to.set_id(id);
+    *to.mutable_shape() = to_proto(shapes[id]);
   }
+}
+void add_shapes(std::span<const ShapeEntry> shapes, v1::LoadWorld& load) {
+  for (const ShapeEntry& entry : shapes) *load.add_shapes() = to_proto(entry);
 }
 
 // Divides sectors with so much to do.
-Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
-                  std::vector<std::pair<SectorIndex, double>> load, std::span<const NodeId> nodes,
-                  BalancePolicy policy) {
+template <typename Shapes>
+Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldSettings& settings,
+                  const SectorIndex& anchor, const Shapes& shapes, SectorLoad load,
+                  std::span<const NodeId> nodes, BalancePolicy policy) {
   Placement placement;
   placement.sectors = load.size();
   placement.map =
-      first_map(world.anchor(), std::move(load), static_cast<std::uint32_t>(nodes.size()), map_epoch, policy);
+      first_map(anchor, std::move(load), static_cast<std::uint32_t>(nodes.size()), map_epoch, policy);
   v1::LoadWorld common;
   common.set_world(number);
-  *common.mutable_settings() = to_proto(world.settings());
-  *common.mutable_anchor() = to_proto(world.anchor());
-  add_shapes_of(world, common);
+  *common.mutable_settings() = to_proto(settings);
+  *common.mutable_anchor() = to_proto(anchor);
+  add_shapes(shapes, common);
   for (const NodeId node : nodes) common.add_nodes(node.value);
   for (const SectorIndex& splitter : placement.map.splitters()) *common.add_splitters() = to_proto(splitter);
   common.mutable_owners()->Add(placement.map.owners().begin(), placement.map.owners().end());
@@ -95,7 +97,8 @@ absl::Status room_for(std::size_t bytes) {
 absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
                                 const WorldToLoad::Described& described, std::span<const NodeId> nodes,
                                 BalancePolicy policy) {
-  Placement placement = divided(number, map_epoch, world, load_of(described.records), nodes, policy);
+  Placement placement = divided(number, map_epoch, world.settings(), world.anchor(), described.world.shapes,
+                                load_of(described.records), nodes, policy);
   const double radius = largest_radius(described.world, described.records);
   const std::string joints = pack(std::span<const JointRecord>(described.joints));
   std::vector<std::string> records = records_by_rank(described.records, placement.map);
@@ -113,7 +116,8 @@ absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, c
 absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
                                 const ReadSnapshot& snapshot, std::span<const NodeId> nodes,
                                 BalancePolicy policy) {
-  Placement placement = divided(number, map_epoch, world, load_of(snapshot.world), nodes, policy);
+  Placement placement = divided(number, map_epoch, world.settings(), world.anchor(), snapshot.world.shapes,
+                                load_of(snapshot.world), nodes, policy);
   std::vector<std::vector<MovedSector>> sectors(nodes.size());
   for (const MovedSector& sector : snapshot.world.sectors) {
     sectors[placement.map.owner(sector.sector)].push_back(sector);
@@ -128,7 +132,7 @@ absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, c
     v1::Restored& restored = *load.mutable_restored();
     restored.set_tick(snapshot.world.tick);
     restored.set_shared(shared);
-    restored.set_sectors(std::move(packed));
+    *restored.add_sectors() = std::move(packed);
   }
   return placement;
 }
@@ -139,6 +143,36 @@ absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, 
                                 std::uint64_t map_epoch, BalancePolicy policy) {
   return std::visit([&](const auto& from) { return place(number, map_epoch, world, from, nodes, policy); },
                     world.from);
+}
+
+absl::StatusOr<Placement> place(std::uint64_t number, const KeptState& world, std::span<const NodeId> nodes,
+                                std::uint64_t map_epoch, BalancePolicy policy) {
+  SectorLoad load;
+  std::vector<std::pair<SectorIndex, const std::string*>> sectors;
+  for (const auto& [key, chunk] : world.chunks) {
+    if (chunk->has_shared()) continue;
+    const std::optional<SectorIndex> index = sector_of_key(key);
+    const absl::StatusOr<std::vector<MovedSector>> read = unpack_sectors(chunk->sectors());
+    if (!read.ok()) return read.status();
+    if (!index || read->size() != 1 || read->front().sector != *index)
+      return absl::DataLossError("a chunk of a checkpoint is not under the key of its sector");
+    sectors.emplace_back(*index, &chunk->sectors());
+    const std::size_t bodies = read->front().bodies.size();
+    if (bodies > 0) load.emplace_back(*index, 1 + static_cast<double>(bodies));
+  }
+  Placement placement =
+      divided(number, map_epoch, world.settings, world.anchor, world.shapes, std::move(load), nodes, policy);
+  const std::string shared = shared_bytes(world.chunks);
+  for (v1::LoadWorld& to : placement.loads) {
+    to.mutable_restored()->set_tick(world.tick);
+    to.mutable_restored()->set_shared(shared);
+  }
+  for (const auto& [index, bytes] : sectors)
+    placement.loads[placement.map.owner(index)].mutable_restored()->add_sectors(*bytes);
+  for (const v1::LoadWorld& to : placement.loads) {
+    if (absl::Status status = room_for(to.ByteSizeLong()); !status.ok()) return status;
+  }
+  return placement;
 }
 
 }  // namespace tessera

@@ -11,6 +11,7 @@
 #include "coordinator/balance_policy.h"
 #include "coordinator/world_to_load.h"
 #include "lpss/grid/sector_map.h"
+#include "proto/kept_chunks.h"
 #include "transport/link.h"
 
 namespace tessera {
@@ -25,5 +26,18 @@ struct Placement {
 // RESOURCE_EXHAUSTED if a server's part does not fit into a message of kLoadMessageBytesMax.
 absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
                                 std::uint64_t map_epoch = 1, BalancePolicy policy = BalancePolicy::kCurve);
+
+// The state of a running world, as its servers had it.
+struct KeptState {
+  Tick tick = 0;
+  const WorldSettings& settings;
+  const SectorIndex& anchor;
+  std::vector<ShapeEntry> shapes;
+  const KeptChunks& chunks;
+};
+
+// Likewise; DATA_LOSS where a chunk cannot be read.
+absl::StatusOr<Placement> place(std::uint64_t number, const KeptState& world, std::span<const NodeId> nodes,
+                                std::uint64_t map_epoch, BalancePolicy policy);
 
 }  // namespace tessera

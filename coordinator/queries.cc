@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "coordinator/limits.h"
@@ -39,9 +40,9 @@ v1::Query Queries::near(v1::NearQuery near, NearReply reply) {
   return open(Near{std::move(reply), {}}, std::move(query));
 }
 
-v1::Query Queries::snapshot(SnapshotReply reply) {
+v1::Query Queries::snapshot(const v1::SnapshotQuery& snapshot, SnapshotReply reply) {
   v1::Query query;
-  query.mutable_snapshot();
+  *query.mutable_snapshot() = snapshot;
   return open(Snapshot{std::move(reply), std::vector<std::vector<v1::SnapshotChunk>>(servers_),
                        std::vector<std::uint32_t>(servers_)},
               std::move(query));
@@ -72,7 +73,7 @@ std::vector<v1::Query> Queries::restart(std::size_t servers, const absl::Status&
   return again;
 }
 
-absl::Status Queries::answer(std::size_t rank, const v1::Answer& answer) {
+absl::Status Queries::answer(std::size_t rank, v1::Answer answer) {
   const auto found = open_.find(answer.query());
   if (found == open_.end() || found->second.answered[rank]) {
     return absl::InternalError(absl::StrCat("it answers query ", answer.query(), ", which is not open"));
@@ -123,8 +124,9 @@ void Queries::add(Near& near, const v1::Answer& answer) {
   }
 }
 
-void Queries::add(Snapshot& snapshot, std::size_t rank, const v1::Answer& answer) {
-  if (answer.has_snapshot()) snapshot.chunks[rank].push_back(answer.snapshot());
+void Queries::add(Snapshot& snapshot, std::size_t rank, v1::Answer& answer) {
+  std::move(answer.mutable_snapshot()->begin(), answer.mutable_snapshot()->end(),
+            std::back_inserter(snapshot.chunks[rank]));
 }
 
 void Queries::reply(const absl::Status& status, Tick tick, Question& question) {

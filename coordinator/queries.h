@@ -30,7 +30,7 @@ class Queries {
   using HashReply = std::function<void(const absl::Status&, Tick, const WorldHash&)>;
   using RayReply = std::function<void(const absl::Status&, const RayResult&)>;
   using NearReply = std::function<void(const absl::Status&, const NearResult&)>;
-  // The chunks of all servers, by rank.
+  // The chunks of all servers, by rank; the state that all share comes first.
   using SnapshotReply = std::function<void(const absl::Status&, std::vector<v1::SnapshotChunk>)>;
 
   // By rank.
@@ -44,11 +44,11 @@ class Queries {
   v1::Query hash(HashReply reply);
   v1::Query ray(v1::RayQuery ray, RayReply reply);
   v1::Query near(v1::NearQuery near, NearReply reply);
-  v1::Query snapshot(SnapshotReply reply);
+  v1::Query snapshot(const v1::SnapshotQuery& snapshot, SnapshotReply reply);
   v1::Query load(double ahead, LoadReply reply);
 
   // INTERNAL for an answer to a question that was not asked, or that this server has answered before.
-  absl::Status answer(std::size_t rank, const v1::Answer& answer);
+  absl::Status answer(std::size_t rank, v1::Answer answer);
 
   // The world goes on, set back, on so many servers: all questions are to be asked again. Those for snapshots
   // and loads are refused with `status`: their tick may be over, and the servers are others.
@@ -91,7 +91,7 @@ class Queries {
   static void add(Hash& hash, const v1::Answer& answer);
   static void add(Ray& ray, const v1::Answer& answer);
   static void add(Near& near, const v1::Answer& answer);
-  static void add(Snapshot& snapshot, std::size_t rank, const v1::Answer& answer);
+  static void add(Snapshot& snapshot, std::size_t rank, v1::Answer& answer);
   static void reply(const absl::Status& status, Tick tick, Question& question);
 
   std::size_t servers_;

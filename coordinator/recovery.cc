@@ -13,25 +13,13 @@
 #include "coordinator/limits.h"
 
 namespace tessera {
-namespace {
-
-// Of a world at rest, a checkpoint is made once in so many times.
-constexpr int kCheckpointsAtRest = 10;
-
-}  // namespace
-
 void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
   ActiveWorld& world = *world_;
   if (!world.checkpoints) return world.registry.shapes().drop_before(world.sequencer.certain());
-  if (world.fresh_checkpoint) {
-    if (!world.fresh_head.empty()) {
-      SnapshotChunks snapshot = std::exchange(world.fresh_head, {});
-      const std::vector<v1::SnapshotChunk>& rest = world.fresh_checkpoint->chunks;
-      snapshot.insert(snapshot.end(), rest.begin(), rest.end());
-      snapshot.push_back(end_chunk(snapshot.size()));
-      store_checkpoint(std::move(snapshot), world.fresh_position);
-    }
-    world.checkpoints->add(*std::exchange(world.fresh_checkpoint, std::nullopt), now);
+  if (auto fresh = std::exchange(world.fresh_checkpoint, std::nullopt)) {
+    const KeptChunks& changes =
+        world.checkpoints->add(fresh->tick, std::move(fresh->chunks), fresh->are_all, now);
+    if (stores()) store_checkpoint(changes, fresh->position);
   } else {
     world.checkpoints->settle(now);
   }
@@ -39,9 +27,8 @@ void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
   world.registry.shapes().drop_before(world.checkpoints->earliest());
   if (!world.recovering() && wants_to_move()) {
     recover();
-  } else if (may_ask_for_checkpoint() && now >= checkpoint_due()) {
+  } else if (may_ask_for_checkpoint() && now >= world.next_checkpoint) {
     world.next_checkpoint = now + options_.checkpoint_every;
-    world.next_checkpoint_at_rest = now + kCheckpointsAtRest * options_.checkpoint_every;
     ask_for_checkpoint();
   }
 }
@@ -52,30 +39,27 @@ bool Coordinator::Impl::may_ask_for_checkpoint() const {
          world_->sequencer.certain() > world_->checkpoints->latest();
 }
 
-// When the next one is. Of a world that has been at rest since the last one, later: all that would be
-// repeated are ticks in which nothing happens.
-Nanoseconds Coordinator::Impl::checkpoint_due() const {
-  const Tick latest = world_->checkpoints->latest();
-  const TickStatistics& statistics = world_->statistics;
-  const bool rests = statistics.last().tick > latest && statistics.last_awake() <= latest &&
-                     !world_->sequencer.has_commands_after(latest);
-  return rests ? world_->next_checkpoint_at_rest : world_->next_checkpoint;
-}
-
 void Coordinator::Impl::ask_for_checkpoint() {
   ActiveWorld* world = world_.get();
   if (!world->queries.room().ok()) return;
   world->awaits_checkpoint = true;
+  FreshCheckpoint next;
+  next.tick = world->sequencer.certain();
+  next.are_all = !world->servers_keep_up;
   if (stores()) {
-    world->fresh_head = snapshot_head(*world);
-    world->fresh_position = stored_position();
+    take_down_catalogue();
+    next.position = stored_position();
   }
+  v1::SnapshotQuery query;
+  query.set_keeps(true);
+  query.set_anew(next.are_all);
   // The world calls this, so `world` exists.
-  world->sequencer.ask_first(
-      world->queries.snapshot([world, next = Checkpoint{world->sequencer.certain(), {}}](
-                                  const absl::Status& status, std::vector<v1::SnapshotChunk> chunks) mutable {
+  world->sequencer.ask_first(world->queries.snapshot(
+      query, [world, next = std::move(next)](const absl::Status& status,
+                                             std::vector<v1::SnapshotChunk> chunks) mutable {
         world->awaits_checkpoint = false;
         if (!status.ok()) return;
+        world->servers_keep_up = true;
         next.chunks = std::move(chunks);
         world->fresh_checkpoint = std::move(next);
       }));
@@ -111,6 +95,7 @@ void Coordinator::Impl::recover() {
   const std::size_t servers = world.nodes.size();
   world.number = ++worlds_;
   world.ready.assign(servers, false);
+  world.servers_keep_up = false;
   world.sequencer.rewind(world.number, servers, tick);
   world.statistics.restart(servers);
   const absl::Status sorry =

@@ -45,8 +45,6 @@ class Sequencer {
   Tick completed() const { return reached_; }  // by all servers, at any time
   // The last tick that is certain to run, with what takes effect up to it: the last one granted so far.
   Tick certain() const { return certain_; }
-  // Whether commands were granted for ticks after this one, which none of forget_past() has passed.
-  bool has_commands_after(Tick tick) const { return !past_.empty() && past_.rbegin()->first > tick; }
   // Whether ticks that were granted before rewind() have yet to be granted again.
   bool replaying() const { return granted_ < certain_; }
 

@@ -44,8 +44,11 @@ void StateCopies::offer(std::string recorded, std::string next) {
 std::optional<std::vector<std::string>> StateCopies::holders(const std::string& name) {
   const std::lock_guard lock(mutex_);
   std::vector<std::string> holders;
+  const std::vector<std::string> files = folder_.files_of(name);
   for (const Standby& standby : standbys_) {
-    if (standby.held.contains(name)) {
+    const bool has_all = std::all_of(files.begin(), files.end(),
+                                     [&](const std::string& file) { return standby.held.contains(file); });
+    if (!files.empty() && has_all) {
       holders.push_back(standby.coordinator);
     } else if (standby.progress + kCopyStallMax > Clock::now()) {
       return std::nullopt;
@@ -56,16 +59,17 @@ std::optional<std::vector<std::string>> StateCopies::holders(const std::string& 
   return holders;
 }
 
-// Waits for a state that this standby lacks; nullopt where it is gone, or this process does not lead any
-// more.
+// Waits for a file of a state that this standby lacks; nullopt where it is gone, or this process does not
+// lead any more.
 std::optional<std::string> StateCopies::next_for(Standby& standby) {
   std::unique_lock lock(mutex_);
   for (;;) {
     if (!leads_ || standby.context->IsCancelled()) return std::nullopt;
-    for (const std::string& name : {recorded_, next_}) {
-      if (!name.empty() && !standby.held.contains(name) && folder_.holds(name)) {
+    for (const std::string& state : {recorded_, next_}) {
+      for (std::string& file : folder_.files_of(state)) {
+        if (standby.held.contains(file)) continue;
         standby.progress = Clock::now();
-        return name;
+        return std::move(file);
       }
     }
     changed_.wait_for(lock, kLookAgain);
@@ -171,7 +175,7 @@ void StateFollower::copy_from(const std::string& leader) {
   held.set_coordinator(folder_.coordinator());
   do {
     held.clear_names();
-    for (const std::string& name : folder_.names()) held.add_names(name);
+    for (const std::string& name : folder_.files()) held.add_names(name);
   } while (stream->Write(held) && take(*stream, leader));
   context.TryCancel();
   static_cast<void>(stream->Finish());
@@ -179,7 +183,7 @@ void StateFollower::copy_from(const std::string& leader) {
   call_ = nullptr;
 }
 
-// One state. False where the leader, or this one, has no more to do with the other.
+// One file of a state. False where the leader, or this one, has no more to do with the other.
 bool StateFollower::take(grpc::ClientReaderWriter<v1::StatesHeld, v1::StatePiece>& stream,
                          const std::string& leader) {
   v1::StatePiece piece;

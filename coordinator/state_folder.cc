@@ -79,8 +79,7 @@ absl::Status StateFolder::scan() {
   }
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
     const std::filesystem::path& path = entry.path();
-    if (path.extension() == kSuffix && is_state_name(path.stem().string()))
-      names_.insert(path.stem().string());
+    if (path.extension() == kSuffix && is_state_name(path.stem().string())) add(path.stem().string());
   }
   return absl::OkStatus();
 }
@@ -89,19 +88,43 @@ std::filesystem::path StateFolder::path_of(const std::string& name) const {
   return folder_ / absl::StrCat(name, kSuffix);
 }
 
-bool StateFolder::holds(const std::string& name) const {
+std::vector<std::string> StateFolder::files_of(const std::string& name) const {
   const std::lock_guard lock(mutex_);
-  return names_.contains(name);
+  const auto found = files_.find(name);
+  if (found == files_.end()) return {};
+  std::vector<std::string> files = found->second;
+  files.push_back(name);
+  return files;
 }
 
-std::set<std::string> StateFolder::names() const {
+bool StateFolder::holds(const std::string& name) const {
+  const std::vector<std::string> files = files_of(name);
   const std::lock_guard lock(mutex_);
-  return names_;
+  return !files.empty() && std::all_of(files.begin(), files.end(),
+                                       [&](const std::string& file) { return files_.contains(file); });
+}
+
+std::set<std::string> StateFolder::files() const {
+  const std::lock_guard lock(mutex_);
+  std::set<std::string> names;
+  for (const auto& [name, before] : files_) names.insert(name);
+  return names;
 }
 
 void StateFolder::add(const std::string& name) {
+  std::vector<std::string> before = parts_before(path_of(name), system_disk());
+  std::erase_if(before, [](const std::string& part) { return !is_state_name(part); });
   const std::lock_guard lock(mutex_);
-  names_.insert(name);
+  files_[name] = std::move(before);
+}
+
+absl::StatusOr<std::uint64_t> StateFolder::write_change(const std::string& name,
+                                                        std::span<const StatePart> parts, std::size_t kept,
+                                                        const StateChange& change) {
+  absl::StatusOr<std::uint64_t> bytes = write_part(
+      name, parts, kept, change, [this](const std::string& part) { return path_of(part); }, system_disk());
+  if (bytes.ok()) add(name);
+  return bytes;
 }
 
 absl::Status StateFolder::write(const std::string& name, const StoredState& state) {
@@ -114,15 +137,19 @@ absl::Status StateFolder::write(const std::string& name, const StoredState& stat
 }
 
 absl::StatusOr<StoredState> StateFolder::read(const std::string& name, bool is_snapshot) {
+  // Any of its files may be the one that is damaged.
   const auto forget = [&](const absl::Status& status) {
-    const std::lock_guard lock(mutex_);
-    names_.erase(name);
-    std::error_code ignored;
-    std::filesystem::rename(path_of(name), folder_ / absl::StrCat(name, ".damaged"), ignored);
+    for (const std::string& file : files_of(name)) {
+      const std::lock_guard lock(mutex_);
+      files_.erase(file);
+      std::error_code ignored;
+      std::filesystem::rename(path_of(file), folder_ / absl::StrCat(file, ".damaged"), ignored);
+    }
     return absl::DataLossError(status.message());
   };
   if (is_snapshot) {
-    absl::StatusOr<std::vector<v1::SnapshotChunk>> chunks = read_snapshot(path_of(name));
+    absl::StatusOr<std::vector<v1::SnapshotChunk>> chunks = read_parts(
+        name, [this](const std::string& part) { return path_of(part); }, system_disk());
     if (!chunks.ok()) return forget(chunks.status());
     return *std::move(chunks);
   }
@@ -136,12 +163,15 @@ absl::StatusOr<StoredState> StateFolder::read(const std::string& name, bool is_s
 }
 
 void StateFolder::drop_before(const std::string& name) {
+  const std::vector<std::string> needed = files_of(name);
   const std::lock_guard lock(mutex_);
-  for (const std::string& old : std::set<std::string>(names_.begin(), names_.lower_bound(name))) {
+  std::erase_if(files_, [&](const auto& file) {
+    const std::string& old = file.first;
+    if (old >= name || std::find(needed.begin(), needed.end(), old) != needed.end()) return false;
     std::error_code ignored;
     std::filesystem::remove(path_of(old), ignored);
-    names_.erase(old);
-  }
+    return true;
+  });
 }
 
 }  // namespace tessera

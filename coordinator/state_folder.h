@@ -5,13 +5,18 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "coordinator/state_parts.h"
 #include "coordinator/world_store.h"
 #include "proto/whole_file.h"
 
@@ -29,21 +34,26 @@ class StateFolder {
   // Of this coordinator, drawn at random when the folder was made.
   const std::string& coordinator() const { return coordinator_; }
 
-  // Whole ones.
+  // Whole ones. A state may be several files (coordinator/state_parts.h), of which the last has its name.
   bool holds(const std::string& name) const;
-  std::set<std::string> names() const;
+  // The files of a state, oldest first, as far as they are known; those that are here.
+  std::vector<std::string> files_of(const std::string& name) const;
+  std::set<std::string> files() const;
   std::filesystem::path path_of(const std::string& name) const;
 
   // On return, it is on disk.
   absl::Status write(const std::string& name, const StoredState& state);
+  // As write_part().
+  absl::StatusOr<std::uint64_t> write_change(const std::string& name, std::span<const StatePart> parts,
+                                             std::size_t kept, const StateChange& change);
   // DATA_LOSS where it is not as it was written: it then no longer counts as held.
   absl::StatusOr<StoredState> read(const std::string& name, bool is_snapshot);
 
-  // A copy of another coordinator's; `add` it once it is finished.
+  // A copy of another coordinator's file; `add` it once it is finished.
   absl::StatusOr<WholeFile> create(const std::string& name) const { return WholeFile::create(path_of(name)); }
   void add(const std::string& name);
 
-  // Removes those that were made before state `name`: names count up.
+  // Removes files that were made before state `name`, as far as this does not need them: names count up.
   void drop_before(const std::string& name);
 
  private:
@@ -54,7 +64,7 @@ class StateFolder {
   const int lock_;
   std::string coordinator_;
   mutable std::mutex mutex_;
-  std::set<std::string> names_;
+  std::map<std::string, std::vector<std::string>> files_;  // each with those before it of its state
 };
 
 // Names that leaders give: hexadecimal digits and dashes.

@@ -174,10 +174,40 @@ absl::Status Coordinator::Impl::store_beginning(std::uint64_t load, const WorldT
   return absl::OkStatus();
 }
 
-void Coordinator::Impl::store_checkpoint(SnapshotChunks snapshot, std::uint64_t position) {
+// What the next checkpoint has that no server knows: names and properties, and what is held, as far as they
+// are not what they were in the state that is stored.
+void Coordinator::Impl::take_down_catalogue() {
+  ActiveWorld& world = *world_;
+  if (options_.store->wants_whole()) {
+    world.unstored_state = {.is_whole = true, .chunks = {}};
+    world.stored_head.restart();
+    world.stored_catalogue.restart();
+    world.stored_catalogue_changes.reset();
+  }
+  const auto take = [&](KeptChunk chunk) { put(std::move(chunk), world.unstored_state.chunks); };
+  const WorldCatalogue brief = with_held(world, world.registry.next_ids());
+  SnapshotChunks head = held_chunks(brief);
+  head.push_back(head_chunk(brief, world.settings, world.anchor, world.sequencer.certain()));
+  world.stored_head.compare(std::move(head), take);
+  // Shapes leave some ticks after the change that takes their last body.
+  const std::vector<ShapeEntry> shapes =
+      with_held_shapes(brief, world.registry.shapes().at(world.sequencer.certain()));
+  const std::pair changes(world.registry.changes(), shapes.size());
+  if (world.stored_catalogue_changes == changes) return;
+  world.stored_catalogue_changes = changes;
+  world.stored_catalogue.compare(catalogue_chunks(world.registry.catalogue(), shapes), take);
+}
+
+// `changes`: what it has of servers that is not in the checkpoint before it.
+void Coordinator::Impl::store_checkpoint(const KeptChunks& changes, std::uint64_t position) {
+  StateChange& unstored = world_->unstored_state;
+  for (const auto& [key, chunk] : unstored.is_whole ? world_->checkpoints->latest_state() : changes)
+    put(chunk, unstored.chunks);
   // Inputs that it has may not be stored yet.
-  if (!stores() || !store_.failure.empty()) return;
-  if (!options_.store->replace(std::move(snapshot), position)) return;
+  if (!store_.failure.empty()) return;
+  if (options_.store->wants_whole() && !unstored.is_whole) return;  // the next one will be
+  if (!options_.store->change(unstored, position)) return;
+  unstored = {};
   store_.state_failure.clear();
   stored_pace_.reset();  // it is stored anew, after the inputs that the snapshot has
 }

@@ -23,7 +23,8 @@ class SlowStore final : public WorldStore {
   }
   std::uint64_t position() const override { return all.size(); }
   std::uint64_t stored() const override { return stored_inputs; }
-  bool replace(std::vector<v1::SnapshotChunk>, std::uint64_t) override { return false; }
+  bool wants_whole() const override { return false; }
+  bool change(StateChange, std::uint64_t) override { return false; }
   absl::Status tend() override { return absl::OkStatus(); }
 
   std::vector<v1::StoredInput> all;

@@ -1,7 +1,9 @@
 // What tests of the stores write, and what they find again.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "coordinator/world_store.h"
@@ -28,6 +30,16 @@ inline SnapshotChunks snapshot_of(Tick tick) {
   chunks[0].mutable_head()->set_tick(tick);
   chunks.push_back(end_chunk(1));
   return chunks;
+}
+
+// The same as a state that takes the place of all that is stored.
+inline StateChange state_of(Tick tick) {
+  StateChange state{.is_whole = true, .chunks = {}};
+  auto chunk = std::make_shared<v1::SnapshotChunk>();
+  chunk->set_key(chunk_key(v1::SnapshotChunk::kHead));
+  chunk->mutable_head()->set_tick(tick);
+  put(std::move(chunk), state.chunks);
+  return state;
 }
 
 }  // namespace tessera

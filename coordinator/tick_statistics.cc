@@ -135,8 +135,6 @@ void TickStatistics::complete(const TickSums& sums) {
   durations_.add(sums.work_us);
   counts_since_load_.add_tick(sums.counts);
   if (sums.tick > last_.tick) last_ = sums;
-  if (sums.counts.bodies_awake > 0 || sums.counts.sectors_awake > 0)
-    last_awake_ = std::max(last_awake_, sums.tick);
   // Ticks are complete in their order, so that the first ones are the same on any number of servers.
   divergences_.insert(divergences_.end(), sums.divergences.begin(), sums.divergences.end());
   std::sort(divergences_.begin(), divergences_.end());

@@ -63,8 +63,6 @@ class TickStatistics {
   std::optional<TickSums> add(std::size_t rank, const v1::TickReport& report);
 
   const TickSums& last() const { return last_; }  // the latest tick that all servers have reported
-  // The latest of these in which anything was awake; 0 if there is none.
-  Tick last_awake() const { return last_awake_; }
   // Over all ticks that all servers have reported.
   const TickCounts& counts_since_load() const { return counts_since_load_; }
   const DurationHistogram& durations() const { return durations_; }
@@ -93,7 +91,6 @@ class TickStatistics {
   absl::btree_map<Tick, TickSums> partial_;  // some servers have reported, others have not
   absl::btree_set<Tick> whole_;              // the last ones of those that all have reported
   TickSums last_;
-  Tick last_awake_ = 0;
   TickCounts counts_since_load_;
   DurationHistogram durations_;
   std::vector<Divergence> divergences_;

@@ -44,11 +44,17 @@ WorldRegistry::WorldRegistry(const WorldSnapshot& world, const WorldCatalogue& c
   next_id_ = catalogue.next_body;
 }
 
-WorldCatalogue WorldRegistry::catalogue() const {
+WorldCatalogue WorldRegistry::next_ids() const {
   WorldCatalogue catalogue;
-  for (const auto& [id, entry] : bodies_) catalogue.bodies.push_back({id, entry.name, entry.properties});
   catalogue.next_body = next_id_;
+  catalogue.next_joint = joints_.next_id();
   catalogue.next_shape = shapes_.next_id();
+  return catalogue;
+}
+
+WorldCatalogue WorldRegistry::catalogue() const {
+  WorldCatalogue catalogue = next_ids();
+  for (const auto& [id, entry] : bodies_) catalogue.bodies.push_back({id, entry.name, entry.properties});
   joints_.describe(catalogue);
   frames_.describe(catalogue);
   return catalogue;
@@ -164,6 +170,7 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnReque
   record->id = next_id_;
   next_id_ = BodyId{next_id_.value + 1};
   insert(record->id, std::move(body->name), record->properties);
+  ++changes_;
   Spawned spawned{*std::move(record), std::nullopt};
   if (new_shape) {
     spawned.new_shape.emplace().set_id(spawned.record.properties.shape);
@@ -216,16 +223,23 @@ absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJointRequest& 
   properties.parent = *parent;
   properties.child = *child;
   const BodyProperties* parent_body = parent->value == 0 ? nullptr : &find(*parent)->properties;
+  ++changes_;
   return joints_.add(*std::move(joint), parent_body, find(*child)->properties, settings_);
 }
 
 void WorldRegistry::apply(const Command& command, Tick at) {
-  if (const auto* body = std::get_if<RemoveBody>(&command)) remove(body->id, at);
-  if (const auto* joint = std::get_if<RemoveJoint>(&command)) joints_.remove(joint->id);
-  if (const auto* motion = std::get_if<SetSurfaceMotion>(&command)) {
+  if (const auto* body = std::get_if<RemoveBody>(&command)) {
+    remove(body->id, at);
+  } else if (const auto* joint = std::get_if<RemoveJoint>(&command)) {
+    joints_.remove(joint->id);
+  } else if (const auto* motion = std::get_if<SetSurfaceMotion>(&command)) {
     set_surface_motion(bodies_.at(motion->id).properties, motion->velocity, motion->running);
+  } else if (const auto* drives = std::get_if<SetDrives>(&command)) {
+    joints_.set_drives(drives->id, drives->drives);
+  } else {
+    return;
   }
-  if (const auto* drives = std::get_if<SetDrives>(&command)) joints_.set_drives(drives->id, drives->drives);
+  ++changes_;
 }
 
 v1::ListJointsReply WorldRegistry::list_joints(const v1::ListJointsRequest& request) const {

@@ -38,6 +38,10 @@ class WorldRegistry {
   // From a snapshot that is valid; and back, but for what is held.
   WorldRegistry(const WorldSnapshot& world, const WorldCatalogue& catalogue);
   WorldCatalogue catalogue() const;
+  // Of it, the ids that come next.
+  WorldCatalogue next_ids() const;
+  // Counts what has changed the rest of it, and the shapes.
+  std::uint64_t changes() const { return changes_; }
 
   const WorldSettings& settings() const { return settings_; }
   const ShapeTable& shapes() const { return shapes_; }
@@ -100,6 +104,7 @@ class WorldRegistry {
   BodyId next_id_{1};
   JointRegistry joints_;
   FrameRegistry frames_;
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace tessera

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "proto/kept_chunks.h"
 #include "snapshot.pb.h"
 #include "store.pb.h"
 #include "world.pb.h"
@@ -21,6 +22,12 @@ struct StoredWorld {
   std::uint64_t load = 0;  // the number of the load, which clients know
   StoredState state;
   std::vector<v1::StoredInput> inputs;  // since then
+};
+
+// What leads from the state that is stored to a later one.
+struct StateChange {
+  bool is_whole = false;  // these are all chunks of the later one
+  KeptChunks chunks;
 };
 
 // One thread uses it. Errors are the system's, with the file. Then what was stored before is there unchanged,
@@ -44,9 +51,11 @@ class WorldStore {
   // So many of them are where they outlive this process.
   virtual std::uint64_t stored() const { return position(); }
 
-  // The world after the inputs up to `position`: takes the place of what is stored, in the background. False
-  // while another one is being written.
-  virtual bool replace(std::vector<v1::SnapshotChunk> snapshot, std::uint64_t position) = 0;
+  // Whether the next change must be a whole state: what is stored is of another kind, or one got lost.
+  virtual bool wants_whole() const = 0;
+  // The world after the inputs up to `position`: takes the place of what is stored, in the background. False,
+  // and nothing happens, while another one is being written.
+  virtual bool change(StateChange change, std::uint64_t position) = 0;
   // Call it now and then: the errors of the background, after which another one may be written.
   virtual absl::Status tend() = 0;
 };

@@ -9,6 +9,7 @@
 
 #include "lpss/base/arithmetic_fingerprint.h"
 #include "proto/convert.h"
+#include "proto/kept_chunks.h"
 #include "proto/wire.h"
 
 namespace tessera {
@@ -16,18 +17,35 @@ namespace {
 
 using Chunk = v1::SnapshotChunk;
 
-constexpr std::size_t kJointsPerChunk = 4096;
+// What a command adds or removes leaves all chunks as they were but the one of these ids.
+constexpr std::uint64_t kIdsPerChunk = 1024;
 
-// Spreads items over chunks: `add` puts one into a chunk, and returns its size in bytes.
+// Spreads items over chunks, whose keys count up: `add` puts one into a chunk, and returns its size in bytes.
 template <typename Items, typename Add>
-void spread(const Items& items, std::vector<Chunk>& chunks, const Add& add) {
+void spread(Chunk::KindCase kind, const Items& items, std::vector<Chunk>& chunks, const Add& add) {
   std::size_t room = 0;
+  std::uint64_t number = 0;
   for (const auto& item : items) {
     if (room == 0) {
-      chunks.emplace_back();
+      chunks.emplace_back().set_key(chunk_key(kind, number++));
       room = kSnapshotChunkBytes;
     }
     room -= std::min(room, add(item, chunks.back()));
+  }
+}
+
+// Those of some ids in a chunk: `add` gets all items of one, which ascend by their ids, and the chunk.
+template <typename Items, typename IdOf, typename Add>
+void spread_by_ids(Chunk::KindCase kind, const Items& items, std::vector<Chunk>& chunks, const IdOf& id_of,
+                   const Add& add) {
+  for (auto begin = items.begin(); begin != items.end();) {
+    const std::uint64_t number = id_of(*begin).value / kIdsPerChunk;
+    const auto end = std::find_if(
+        begin, items.end(), [&](const auto& item) { return id_of(item).value / kIdsPerChunk != number; });
+    Chunk& chunk = chunks.emplace_back();
+    chunk.set_key(chunk_key(kind, number));
+    add(std::span(begin, end), chunk);
+    begin = end;
   }
 }
 
@@ -83,6 +101,8 @@ class ChunkReader {
         ended_ = true;
         if (chunk.end().chunks() == chunks_ && has_shared_) return absl::OkStatus();
         return lost(absl::StrCat("it has ", chunks_, " chunks, and says ", chunk.end().chunks()));
+      case Chunk::kParts:
+        return lost("it has only what has changed since other files");
       case Chunk::KIND_NOT_SET:
         break;
     }
@@ -201,10 +221,11 @@ class ChunkReader {
 
 }  // namespace
 
-std::vector<Chunk> head_chunks(const WorldCatalogue& catalogue, const WorldSettings& settings,
-                               const SectorIndex& anchor, Tick tick, std::span<const ShapeEntry> shapes) {
-  std::vector<Chunk> chunks(1);
-  v1::SnapshotHead& head = *chunks.front().mutable_head();
+Chunk head_chunk(const WorldCatalogue& catalogue, const WorldSettings& settings, const SectorIndex& anchor,
+                 Tick tick) {
+  Chunk chunk;
+  chunk.set_key(chunk_key(Chunk::kHead));
+  v1::SnapshotHead& head = *chunk.mutable_head();
   head.set_version(kSnapshotVersion);
   head.set_layout(wire_layout());
   head.set_arithmetic(arithmetic_fingerprint());
@@ -215,46 +236,73 @@ std::vector<Chunk> head_chunks(const WorldCatalogue& catalogue, const WorldSetti
   head.set_next_body(catalogue.next_body.value);
   head.set_next_joint(catalogue.next_joint.value);
   head.set_next_shape(catalogue.next_shape);
-  std::vector<ShapeEntry> all(shapes.begin(), shapes.end());
+  return chunk;
+}
+
+std::vector<Chunk> held_chunks(const WorldCatalogue& catalogue) {
+  std::vector<Chunk> chunks;
   for (const WorldCatalogue::HeldBatch& batch : catalogue.held) {
-    all.insert(all.end(), batch.new_shapes.begin(), batch.new_shapes.end());
+    const std::uint64_t number = chunks.size();
+    Chunk& chunk = chunks.emplace_back();
+    chunk.set_key(chunk_key(Chunk::kHeld, number));
+    chunk.mutable_held()->set_commands(pack(std::span<const Command>(batch.commands)));
+    chunk.mutable_held()->set_new_shapes(static_cast<std::uint32_t>(batch.new_shapes.size()));
   }
-  spread(all, chunks, [](const ShapeEntry& entry, Chunk& chunk) {
+  return chunks;
+}
+
+std::vector<ShapeEntry> with_held_shapes(const WorldCatalogue& catalogue, std::span<const ShapeEntry> shapes) {
+  std::vector<ShapeEntry> all(shapes.begin(), shapes.end());
+  for (const WorldCatalogue::HeldBatch& batch : catalogue.held)
+    all.insert(all.end(), batch.new_shapes.begin(), batch.new_shapes.end());
+  return all;
+}
+
+std::vector<Chunk> catalogue_chunks(const WorldCatalogue& catalogue, std::span<const ShapeEntry> shapes) {
+  std::vector<Chunk> chunks;
+  spread(Chunk::kShapes, shapes, chunks, [](const ShapeEntry& entry, Chunk& chunk) {
     chunk.mutable_shapes()->add_ids(entry.id);
     v1::Shape& to = *chunk.mutable_shapes()->add_shapes();
     to = to_proto(*entry.shape);
     return to.ByteSizeLong();
   });
-  spread(catalogue.bodies, chunks, [](const WorldCatalogue::Body& body, Chunk& chunk) {
-    v1::SnapshotBodies::Body& to = *chunk.mutable_bodies()->add_bodies();
-    to.set_id(body.id.value);
-    to.set_name(body.name);
-    *to.mutable_properties() = to_proto(body.properties);
-    return to.ByteSizeLong();
-  });
-  for (std::span<const WorldCatalogue::Joint> rest = catalogue.joints; !rest.empty();) {
-    const std::size_t count = std::min(rest.size(), kJointsPerChunk);
-    v1::SnapshotJoints& joints = *chunks.emplace_back().mutable_joints();
-    std::vector<JointRecord> records;
-    for (const WorldCatalogue::Joint& joint : rest.first(count)) {
-      joints.add_names(joint.name);
-      records.push_back(joint.record);
-    }
-    joints.set_records(pack(std::span<const JointRecord>(records)));
-    rest = rest.subspan(count);
-  }
-  spread(catalogue.frames, chunks, [](const WorldCatalogue::Frame& frame, Chunk& chunk) {
+  spread_by_ids(
+      Chunk::kBodies, catalogue.bodies, chunks, [](const WorldCatalogue::Body& body) { return body.id; },
+      [](std::span<const WorldCatalogue::Body> bodies, Chunk& chunk) {
+        for (const WorldCatalogue::Body& body : bodies) {
+          v1::SnapshotBodies::Body& to = *chunk.mutable_bodies()->add_bodies();
+          to.set_id(body.id.value);
+          to.set_name(body.name);
+          *to.mutable_properties() = to_proto(body.properties);
+        }
+      });
+  spread_by_ids(
+      Chunk::kJoints, catalogue.joints, chunks,
+      [](const WorldCatalogue::Joint& joint) { return joint.record.id; },
+      [](std::span<const WorldCatalogue::Joint> joints, Chunk& chunk) {
+        std::vector<JointRecord> records;
+        for (const WorldCatalogue::Joint& joint : joints) {
+          chunk.mutable_joints()->add_names(joint.name);
+          records.push_back(joint.record);
+        }
+        chunk.mutable_joints()->set_records(pack(std::span<const JointRecord>(records)));
+      });
+  spread(Chunk::kFrames, catalogue.frames, chunks, [](const WorldCatalogue::Frame& frame, Chunk& chunk) {
     v1::SnapshotFrames::Frame& to = *chunk.mutable_frames()->add_frames();
     to.set_name(frame.name);
     to.set_body(frame.body.value);
     *to.mutable_pose() = to_proto(frame.pose);
     return to.ByteSizeLong();
   });
-  for (const WorldCatalogue::HeldBatch& batch : catalogue.held) {
-    v1::SnapshotHeldBatch& held = *chunks.emplace_back().mutable_held();
-    held.set_commands(pack(std::span<const Command>(batch.commands)));
-    held.set_new_shapes(static_cast<std::uint32_t>(batch.new_shapes.size()));
-  }
+  return chunks;
+}
+
+std::vector<Chunk> head_chunks(const WorldCatalogue& catalogue, const WorldSettings& settings,
+                               const SectorIndex& anchor, Tick tick, std::span<const ShapeEntry> shapes) {
+  std::vector<Chunk> chunks{head_chunk(catalogue, settings, anchor, tick)};
+  for (Chunk& chunk : catalogue_chunks(catalogue, with_held_shapes(catalogue, shapes))) chunks.push_back(std::move(chunk));
+  for (Chunk& chunk : held_chunks(catalogue)) chunks.push_back(std::move(chunk));
+  for (Chunk& chunk : chunks) chunk.clear_key();
   return chunks;
 }
 

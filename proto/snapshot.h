@@ -22,6 +22,15 @@ std::vector<v1::SnapshotChunk> head_chunks(const WorldCatalogue& catalogue, cons
                                            const SectorIndex& anchor, Tick tick,
                                            std::span<const ShapeEntry> shapes);
 
+// The same by what changes when, under keys (proto/kept_chunks.h): the head and what is held, which are
+// others at each tick, and what only some commands change. `shapes` are all, those of held commands included.
+v1::SnapshotChunk head_chunk(const WorldCatalogue& catalogue, const WorldSettings& settings,
+                             const SectorIndex& anchor, Tick tick);
+std::vector<v1::SnapshotChunk> held_chunks(const WorldCatalogue& catalogue);
+std::vector<v1::SnapshotChunk> catalogue_chunks(const WorldCatalogue& catalogue,
+                                                std::span<const ShapeEntry> shapes);
+std::vector<ShapeEntry> with_held_shapes(const WorldCatalogue& catalogue, std::span<const ShapeEntry> shapes);
+
 // What a server contributes: the state that all share, and the sectors that it hosts.
 v1::SnapshotChunk shared_chunk(const SharedState& state);
 class SectorChunks {

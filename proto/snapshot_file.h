@@ -33,6 +33,9 @@ class SnapshotDecoder {
   // after that.
   absl::Status add(std::string_view bytes);
 
+  // Those that are whole so far.
+  const std::vector<v1::SnapshotChunk>& chunks() const { return chunks_; }
+
   // DATA_LOSS where the end is missing.
   absl::StatusOr<std::vector<v1::SnapshotChunk>> finish();
 

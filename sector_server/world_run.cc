@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <span>
 
@@ -146,11 +147,15 @@ absl::Status WorldRun::fill(const v1::LoadWorld& load) {
 absl::Status WorldRun::restore(const v1::Restored& restored) {
   const absl::StatusOr<SharedState> shared = unpack_shared(restored.shared());
   if (!shared.ok()) return shared.status();
-  const absl::StatusOr<std::vector<MovedSector>> sectors = unpack_sectors(restored.sectors());
-  if (!sectors.ok()) return sectors.status();
-  if (absl::Status status = check(*partition_, *shared, *sectors); !status.ok()) return status;
+  std::vector<MovedSector> sectors;
+  for (const std::string& list : restored.sectors()) {
+    absl::StatusOr<std::vector<MovedSector>> some = unpack_sectors(list);
+    if (!some.ok()) return some.status();
+    std::move(some->begin(), some->end(), std::back_inserter(sectors));
+  }
+  if (absl::Status status = check(*partition_, *shared, sectors); !status.ok()) return status;
   tick_ = restored.tick();
-  return resume(*partition_, *shared, *sectors);
+  return resume(*partition_, *shared, sectors);
 }
 
 absl::Status WorldRun::add_shapes(const google::protobuf::RepeatedPtrField<v1::NumberedShape>& shapes) {
@@ -380,7 +385,7 @@ void WorldRun::answer(const v1::Query& query) {
       *answer.mutable_normal() = to_proto(hit->normal);
     }
   }
-  if (query.has_snapshot()) return answer_with_snapshot(query.id());
+  if (query.has_snapshot()) return answer_with_snapshot(query);
   if (query.has_load()) write_load(query.load().ahead(), *answer.mutable_load());
   if (query.has_near()) {
     for (const NearBody& near : nearby(query.near())) {
@@ -392,23 +397,39 @@ void WorldRun::answer(const v1::Query& query) {
   send_(kCoordinatorNode, message);
 }
 
-// A chunk an answer; the state that all share comes from the first server.
-void WorldRun::answer_with_snapshot(std::uint64_t query) {
+// The state that all share comes from the first server.
+std::vector<v1::SnapshotChunk> WorldRun::snapshot_chunks() const {
   SectorChunks sectors;
   for_each_sector(*partition_, [&](MovedSector sector) { sectors.add(std::move(sector)); });
   std::vector<v1::SnapshotChunk> chunks = sectors.finish();
   if (self_ == 0) chunks.insert(chunks.begin(), shared_chunk(shared_state(*partition_)));
-  if (chunks.empty()) chunks.emplace_back();
-  for (std::size_t n = 0; n < chunks.size(); ++n) {
-    v1::ClusterMessage message;
+  return chunks;
+}
+
+// In answers of about the size of a chunk.
+void WorldRun::answer_with_snapshot(const v1::Query& query) {
+  std::vector<v1::ClusterMessage> answers;
+  std::size_t room = 0;
+  const auto take = [&](v1::SnapshotChunk chunk) {
+    if (room == 0) {
+      answers.emplace_back();
+      room = kSnapshotChunkBytes;
+    }
+    room -= std::min(room, chunk.ByteSizeLong());
+    *answers.back().mutable_answer()->add_snapshot() = std::move(chunk);
+  };
+  if (query.snapshot().keeps()) {
+    changed_chunks_.collect(*partition_, query.snapshot().anew(), self_ == 0, take);
+  } else {
+    for (v1::SnapshotChunk& chunk : snapshot_chunks()) take(std::move(chunk));
+  }
+  if (answers.empty()) answers.emplace_back();
+  for (v1::ClusterMessage& message : answers) {
     v1::Answer& answer = *message.mutable_answer();
     answer.set_world(world_);
-    answer.set_query(query);
+    answer.set_query(query.id());
     answer.set_tick(tick_);
-    if (chunks[n].kind_case() != v1::SnapshotChunk::KIND_NOT_SET) {
-      *answer.mutable_snapshot() = std::move(chunks[n]);
-    }
-    answer.set_parts(static_cast<std::uint32_t>(chunks.size()));
+    answer.set_parts(static_cast<std::uint32_t>(answers.size()));
     send_(kCoordinatorNode, message);
   }
 }

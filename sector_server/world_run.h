@@ -15,6 +15,7 @@
 #include "cluster.pb.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/tick/tick_machine.h"
+#include "sector_server/changed_chunks.h"
 #include "transport/link.h"
 
 namespace tessera {
@@ -74,7 +75,8 @@ class WorldRun {
   void end_tick(Nanoseconds now);
   void give_back_memory();
   void answer(const v1::Query& query);
-  void answer_with_snapshot(std::uint64_t query);
+  void answer_with_snapshot(const v1::Query& query);
+  std::vector<v1::SnapshotChunk> snapshot_chunks() const;
   absl::Status fill(const v1::LoadWorld& load);
   absl::Status restore(const v1::Restored& restored);
   void write_load(double ahead, v1::ServerLoad& answer);
@@ -89,6 +91,7 @@ class WorldRun {
   std::unique_ptr<Partition> partition_;
   std::unique_ptr<TickMachine> machine_;
   bool hash_ticks_ = false;
+  ChangedChunks changed_chunks_;
   std::size_t packed_before_ = 0;      // sectors, at the end of the last tick
   std::size_t packed_given_back_ = 0;  // when freed memory was given back
 

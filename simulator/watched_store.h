@@ -98,8 +98,9 @@ class WatchedStore final : public WorldStore {
   }
   std::uint64_t position() const override { return store_->position(); }
   std::uint64_t stored() const override { return store_->stored(); }
-  bool replace(std::vector<v1::SnapshotChunk> snapshot, std::uint64_t position) override {
-    return store_->replace(std::move(snapshot), position);
+  bool wants_whole() const override { return store_->wants_whole(); }
+  bool change(StateChange change, std::uint64_t position) override {
+    return store_->change(std::move(change), position);
   }
   absl::Status tend() override { return store_->tend(); }
 

@@ -11,6 +11,9 @@
 namespace tessera {
 namespace {
 
+// Changes are kept up to as many as there are sectors, or so many: whoever never asks costs no more.
+constexpr std::size_t kChangesKept = 4096;
+
 // Numbers of any size: seven bits a byte, the last byte below 128.
 class PackWriter {
  public:
@@ -314,6 +317,7 @@ void PackedSectors::add(const MovedSector& sector, const std::vector<BodyPair>& 
   counts_.worlds += sector.bodies.empty() ? 0 : 1;
   counts_.bodies += sector.bodies.size();
   counts_.bytes += bytes.size();
+  note_change(sector.sector);
 }
 
 MovedSector PackedSectors::unpacked(const Packed& packed) const {
@@ -377,6 +381,7 @@ MovedSector PackedSectors::take(const SectorIndex& sector) {
   counts_.worlds -= moved.bodies.empty() ? 0 : 1;
   counts_.bodies -= moved.bodies.size();
   counts_.bytes -= packed->bytes.size();
+  note_change(moved.sector);
   return moved;
 }
 
@@ -436,6 +441,19 @@ void PackedSectors::for_each_body(const SectorIndex& sector,
 void PackedSectors::report_contacts(bool on) {
   reports_contacts_ = on;
   ++reports_;
+  changed_.reset();
+}
+
+void PackedSectors::note_change(const SectorIndex& sector) {
+  if (!changed_) return;
+  changed_->insert(sector);
+  if (changed_->size() > std::max(kChangesKept, counts_.sectors)) changed_.reset();
+}
+
+std::optional<std::vector<SectorIndex>> PackedSectors::take_changed() {
+  const auto changed = std::exchange(changed_, absl::flat_hash_set<SectorIndex>());
+  if (!changed) return std::nullopt;
+  return std::vector<SectorIndex>(changed->begin(), changed->end());
 }
 
 }  // namespace tessera

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
+#include <absl/container/flat_hash_set.h>
 #include <absl/container/inlined_vector.h>
 
 #include <cstddef>
@@ -85,6 +86,10 @@ class PackedSectors {
   // Begins or ends reports of contact events (lpss/tick/events.h): what touches then begins no contact.
   void report_contacts(bool on);
 
+  // Those that were added or taken since the last call, in any order: all others are what they were. Nothing
+  // where any of them may have changed, as in the first call.
+  std::optional<std::vector<SectorIndex>> take_changed();
+
  private:
   struct Packed {
     SectorIndex index;
@@ -94,6 +99,7 @@ class PackedSectors {
   };
 
   MovedSector unpacked(const Packed& packed) const;
+  void note_change(const SectorIndex& sector);
 
   absl::flat_hash_map<SectorIndex, std::unique_ptr<Packed>> sectors_;
   absl::flat_hash_map<BodyId, absl::InlinedVector<Packed*, 1>> holders_;
@@ -101,6 +107,8 @@ class PackedSectors {
   Counts counts_;
   bool reports_contacts_ = false;
   std::uint32_t reports_ = 0;  // how often that has changed
+  // Since take_changed(); nothing where they are not known.
+  std::optional<absl::flat_hash_set<SectorIndex>> changed_;
 };
 
 }  // namespace tessera
