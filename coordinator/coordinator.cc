@@ -39,8 +39,8 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
         if (finished_) {
           call.reply(absl::UnavailableError("the coordinator is shutting down"), {});
         } else {
-          reply_once_stored(call);
           if (!is_new(call)) return;
+          reply_once_stored(call);  // what is remembered of it is what was answered in the end
           if (options_.inputs) record_on_reply(call, options_.inputs);
           on(call, now);
         }

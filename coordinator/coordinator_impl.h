@@ -194,7 +194,9 @@ class Coordinator::Impl {
   std::vector<OutgoingMessage> released_;
   std::optional<v1::StoredPace> stored_pace_;  // the last one, and the number of its input
   std::uint64_t pace_position_ = 0;
-  Tick safe_tick_ = 0;  // that a stored pace makes certain
+  Nanoseconds pace_time_{};       // when it was
+  std::uint64_t pace_ahead_ = 0;  // ticks that it makes certain beyond those that were granted
+  Tick safe_tick_ = 0;            // that a stored pace makes certain
   // The store, where it cannot be written.
   struct {
     std::string failure;  // empty while all is well

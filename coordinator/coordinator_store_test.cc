@@ -57,11 +57,11 @@ class CoordinatorStoreTest : public ::testing::Test {
     cluster_ = loaded_cluster(options);
   }
 
-  std::shared_ptr<Heard<v1::CommandReply>> push() {
+  std::shared_ptr<Heard<v1::CommandReply>> push(CallId call = {}) {
     v1::ApplyImpulseRequest request;
     request.mutable_body()->set_name("ball");
     request.mutable_impulse()->set_z(1);
-    return cluster_->ask<v1::CommandReply>(std::move(request));
+    return cluster_->ask<v1::CommandReply>(std::move(request), call);
   }
   std::shared_ptr<Heard<v1::StepReply>> step(std::uint64_t ticks) {
     v1::StepRequest request;
@@ -165,6 +165,31 @@ TEST_F(CoordinatorStoreTest, AnUnloadMeanwhileSaysThatTheStoreStillHasTheWorld) 
   EXPECT_EQ(unloaded->code(), absl::StatusCode::kUnavailable) << unloaded->message();
   EXPECT_EQ(cluster_->status().state(), "empty");
   EXPECT_THAT(log_.back(), HasSubstr("the store still has the world"));
+}
+
+// Who makes a call again hears what the one before was told, not what it would have been told.
+TEST_F(CoordinatorStoreTest, ACommandThatWasNeverStoredIsNotRememberedAsDone) {
+  start(/*waits=*/true);
+  fail();
+  const CallId call{.session = 7, .number = 1};
+  const auto pushed = push(call);
+  const auto again = push(call);
+  EXPECT_FALSE(pushed->status);
+  EXPECT_FALSE(again->status);
+  cluster_->ask<v1::UnloadReply>(v1::UnloadRequest());
+  for (const auto& heard : {pushed, again, push(call)})
+    EXPECT_EQ(heard->code(), absl::StatusCode::kFailedPrecondition) << heard->message();
+}
+
+TEST_F(CoordinatorStoreTest, ACommandThatIsStoredIsRememberedAsDone) {
+  start(/*waits=*/true);
+  fail();
+  const CallId call{.session = 7, .number = 1};
+  const auto pushed = push(call);
+  mend();
+  EXPECT_TRUE(pushed->ok());
+  EXPECT_TRUE(push(call)->ok());
+  EXPECT_EQ(store_.commands(), 1u);
 }
 
 TEST_F(CoordinatorStoreTest, AServerThatJoinsMeanwhileIsWelcomed) {

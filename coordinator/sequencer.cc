@@ -259,7 +259,7 @@ void Sequencer::settle() {
   for (const Reply& waiting : std::exchange(pauses_, {})) waiting(absl::OkStatus(), completed_);
 }
 
-// Held commands stay held until the world continues; their ticks are certain nevertheless.
+// Held commands stay held until the world continues.
 void Sequencer::tell_ticks() {
   for (auto& [tick, batch] : batches_) {
     for (const Reply& reply : std::exchange(batch.replies, {})) reply(absl::OkStatus(), tick);

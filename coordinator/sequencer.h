@@ -113,6 +113,9 @@ class Sequencer {
   // When the next tick is due, with real-time pacing.
   std::optional<Nanoseconds> next_due() const;
 
+  // Answers commands that wait for their ticks to be granted: these are certain nevertheless.
+  void tell_ticks();
+
   // Answers all waiting calls with `status`; the world is gone.
   void abandon(const absl::Status& status);
 
@@ -149,7 +152,6 @@ class Sequencer {
   v1::Grant next_grant(std::uint64_t ticks);
   void give(Batch& batch, v1::Grant& grant);
   v1::Grant query_grant(std::vector<v1::Query> queries);
-  void tell_ticks();
   void settle();
 
   Options options_;

@@ -16,10 +16,13 @@
 namespace tessera {
 namespace {
 
-// Ticks that are stored as certain before they are granted: a coordinator that takes over repeats at most so
-// much more than was done.
+// Ticks that are stored as certain before they are granted: a coordinator that takes over does at most so
+// many more than were done. At first those of half a second, of which half are done when the next ones are
+// stored; of a world that is faster than real time so many that the store is not written much more often.
 constexpr double kAheadSeconds = 0.5;
-constexpr std::uint64_t kAheadTicksMax = 256;
+constexpr std::uint64_t kAheadAtFirstMax = 256;
+constexpr std::uint64_t kAheadMax = 16'384;
+constexpr std::chrono::milliseconds kPaceStoredEvery{250};
 
 // What the client was told, or should have been.
 std::string answer_to(const v1::RecordedCommand& command) {
@@ -33,6 +36,10 @@ std::string answer_to(const v1::RecordedCommand& command) {
   v1::CommandReply answer;
   answer.set_tick(command.tick());
   return answer.SerializeAsString();
+}
+
+bool is_same_pace(const v1::StoredPace& a, const v1::StoredPace& b) {
+  return a.mode() == b.mode() && a.target() == b.target() && a.real_time_factor() == b.real_time_factor();
 }
 
 absl::StatusOr<WorldToLoad> world_from(const StoredState& state) {
@@ -53,7 +60,7 @@ void Coordinator::Impl::store_inputs(Nanoseconds now) {
                                         [](const v1::StoredInput& input) { return input.has_command(); });
   std::uint64_t position = 0;
   if (stores()) {
-    store_pace();
+    store_pace(now);
     if (store_.failure.empty() || now >= store_.next_try) write_inputs(now);
     if (store_.failure.empty() || waits_for_store())
       position = has_commands || !replies_.empty() ? stored_position() : rests_on();
@@ -136,25 +143,41 @@ std::vector<OutgoingMessage> Coordinator::Impl::take_messages() {
   return std::exchange(released_, {});
 }
 
+// Whether `next` says nothing that is not stored already, or will soon.
+bool Coordinator::Impl::is_pace_stored(const v1::StoredPace& next) const {
+  const v1::StoredPace& stored = *stored_pace_;
+  if (next.mode() == v1::StoredPace::PAUSED) {
+    // A step that is done pauses by itself.
+    const bool pauses = stored.mode() != v1::StoredPace::RUNNING && stored.certain() >= stored.target();
+    return pauses && next.certain() == stored.certain();
+  }
+  const Tick done = world_->sequencer.certain();
+  return is_same_pace(next, stored) &&
+         (done + pace_ahead_ / 2 <= stored.certain() || next.certain() == stored.certain());
+}
+
 // Early enough that grants need not wait until it is stored.
-void Coordinator::Impl::store_pace() {
+void Coordinator::Impl::store_pace(Nanoseconds now) {
   if (!world_ || world_->loading()) return;
   const Sequencer& sequencer = world_->sequencer;
-  const double ticks = kAheadSeconds / world_->settings.time_step;
-  const auto ahead = static_cast<std::uint64_t>(std::min<double>(std::ceil(ticks), kAheadTicksMax));
-  v1::StoredPace pace = sequencer.stored_pace(ahead);
+  const double ticks = std::ceil(kAheadSeconds / world_->settings.time_step);
+  const auto at_first = static_cast<std::uint64_t>(std::min<double>(ticks, kAheadAtFirstMax));
+  pace_ahead_ = std::max(pace_ahead_, at_first);
   if (stored_pace_) {
-    const bool is_same = pace.mode() == stored_pace_->mode() && pace.target() == stored_pace_->target() &&
-                         pace.real_time_factor() == stored_pace_->real_time_factor();
-    const bool is_enough = pace.mode() == v1::StoredPace::PAUSED
-                               ? pace.certain() == stored_pace_->certain()
-                               : sequencer.certain() + ahead / 2 <= stored_pace_->certain() ||
-                                     pace.certain() == stored_pace_->certain();
-    if (is_same && is_enough) return;
+    const v1::StoredPace pace = sequencer.stored_pace(pace_ahead_);
+    if (is_pace_stored(pace)) return;
+    if (!is_same_pace(pace, *stored_pace_)) {
+      pace_ahead_ = at_first;
+    } else if (now < pace_time_ + kPaceStoredEvery / 2) {
+      pace_ahead_ = std::min(2 * pace_ahead_, kAheadMax);
+    } else if (now > pace_time_ + 2 * kPaceStoredEvery) {
+      pace_ahead_ = std::max(pace_ahead_ / 2, at_first);
+    }
   }
-  *unstored_.emplace_back().mutable_pace() = pace;
-  stored_pace_ = std::move(pace);
+  stored_pace_ = sequencer.stored_pace(pace_ahead_);
+  *unstored_.emplace_back().mutable_pace() = *stored_pace_;
   pace_position_ = stored_position();
+  pace_time_ = now;
 }
 
 absl::Status Coordinator::Impl::store_beginning(std::uint64_t load, const WorldToLoad& world) {
@@ -168,6 +191,7 @@ absl::Status Coordinator::Impl::store_beginning(std::uint64_t load, const WorldT
   };
   if (absl::Status status = begin(); !status.ok()) return status;
   stored_pace_.reset();
+  pace_ahead_ = 0;
   safe_tick_ = 0;
   drop_unstored(absl::FailedPreconditionError("the world was replaced before this was stored"));
   store_ = {};
@@ -281,6 +305,7 @@ void Coordinator::Impl::retire() {
   if (!stores() || !world_) return shut_down("the coordinator was asked to end");
   log("leaving the world to the next coordinator");
   const absl::Status status = absl::UnavailableError("the coordinator is being replaced");
+  world_->sequencer.tell_ticks();  // for they are stored, or will be, and take effect
   store_inputs(store_.next_try);
   if (waits_for_store()) drop_unstored(status);
   give_up_world(status);

@@ -120,6 +120,55 @@ TEST_F(StoredWorldTest, OneThatIsReplacedWaitsForItsStore) {
   EXPECT_TRUE(cluster_->coordinator->finished());
 }
 
+// A running world answers a command once its tick is granted, which does not come here any more.
+TEST_F(StoredWorldTest, OneThatIsReplacedAnswersTheCommandsThatItHasStored) {
+  store_.is_fast = true;
+  v1::ResumeRequest resume;
+  resume.set_real_time_factor(1);
+  EXPECT_TRUE(cluster_->ask<v1::ResumeReply>(resume)->ok());
+  const auto removed = remove("ball");
+  EXPECT_FALSE(removed->status);
+  const v1::StoredInput stored = store_.all.back();
+  cluster_->coordinator->retire();
+  EXPECT_TRUE(removed->ok()) << removed->message();
+  EXPECT_EQ(removed->answer.tick(), stored.command().tick());
+  EXPECT_TRUE(cluster_->coordinator->finished());
+}
+
+// That a step has ended is clear from what is stored when it begins.
+TEST_F(StoredWorldTest, AStepIsStoredOnce) {
+  store_.is_fast = true;
+  v1::StepRequest step;
+  step.set_ticks(3);
+  for (int n = 0; n < 4; ++n) {
+    const std::size_t before = store_.all.size();
+    const auto stepped = cluster_->ask<v1::StepReply>(step);
+    cluster_->work_all();
+    EXPECT_TRUE(stepped->ok());
+    EXPECT_EQ(store_.all.size(), before + 1);
+  }
+}
+
+// However fast a world is, the store is written a few times a second.
+TEST_F(StoredWorldTest, AFastWorldStoresItsPaceSeldom) {
+  store_.is_fast = true;
+  v1::ResumeRequest resume;
+  resume.set_real_time_factor(0);
+  EXPECT_TRUE(cluster_->ask<v1::ResumeReply>(resume)->ok());
+  // A window of grants takes 8 ms: 4,000 ticks a second.
+  const auto run = [&](int span_ms) {
+    const std::size_t before = store_.all.size();
+    for (int time_ms = 0; time_ms < span_ms; time_ms += 8) {
+      cluster_->advance(std::chrono::milliseconds(8));
+      for (const NodeId node : cluster_->nodes()) cluster_->work(node);
+    }
+    return store_.all.size() - before;
+  };
+  run(2000);
+  EXPECT_GT(cluster_->tick[kFirst], 5000u);
+  EXPECT_LE(run(2000), 20u);
+}
+
 TEST_F(StoredWorldTest, AnUnloadThatIsNotStoredIsNotAcknowledged) {
   store_.ends = absl::AbortedError("another coordinator leads");
   EXPECT_EQ(cluster_->ask<v1::UnloadReply>(v1::UnloadRequest())->code(), absl::StatusCode::kAborted);

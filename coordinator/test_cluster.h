@@ -58,7 +58,7 @@ class TestCluster {
   }
 
   template <typename Answer, typename Request>
-  std::shared_ptr<Heard<Answer>> ask(Request request) {
+  std::shared_ptr<Heard<Answer>> ask(Request request, CallId call = {}) {
     auto heard = std::make_shared<Heard<Answer>>();
     coordinator->handle(
         ClientCall<Request, Answer>{std::move(request),
@@ -66,7 +66,8 @@ class TestCluster {
                                       EXPECT_FALSE(heard->status) << "a second reply";
                                       heard->status = status;
                                       heard->answer = answer;
-                                    }},
+                                    },
+                                    call},
         now);
     collect();
     return heard;
