@@ -130,6 +130,34 @@ TEST_F(EtcdStoreTest, AStateTakesThePlaceOfTheInputsThatItHas) {
   EXPECT_EQ(folder_->files().size(), 1u);
 }
 
+TEST_F(EtcdStoreTest, AStateMayBeSeveralFiles) {
+  {
+    const auto store = lead();
+    ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());
+    EXPECT_TRUE(store->wants_whole());
+    StateChange whole = state_of(1);
+    put(sector_chunk(5, std::string(100'000, 'a')), whole.chunks);
+    ASSERT_TRUE(store->change(whole, 0));
+    EXPECT_FALSE(store->wants_whole());
+    record(*store);
+    for (Tick tick = 2; tick < 6; ++tick) {
+      StateChange change = state_of(tick);
+      change.is_whole = false;
+      ASSERT_TRUE(store->change(change, 0));
+      record(*store);
+    }
+    EXPECT_EQ(folder_->files().size(), 2u);
+  }
+  const auto store = lead();
+  const auto world = store->take_stored();
+  ASSERT_TRUE(world);
+  const auto& chunks = std::get<SnapshotChunks>(world->state);
+  ASSERT_EQ(chunks.size(), 3u);
+  EXPECT_EQ(chunks[0].head().tick(), 5u);
+  EXPECT_EQ(chunks[1].sectors().size(), 100'000u);
+  EXPECT_TRUE(store->wants_whole());
+}
+
 TEST_F(EtcdStoreTest, AStateIsRecordedOnceTheStandbysHaveIt) {
   const auto store = lead();
   ASSERT_TRUE(store->begin(1, to_proto(small_world())).ok());

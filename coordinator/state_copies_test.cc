@@ -10,6 +10,7 @@
 #include <condition_variable>
 
 #include "coordinator/test_cluster.h"
+#include "coordinator/test_store.h"
 #include "keys/gate.h"
 #include "keys/keys_folder.h"
 #include "keys/test_keys.h"
@@ -100,6 +101,39 @@ TEST_F(StateCopiesTest, AStandbyGetsWhatIsRecordedAndWhatIsNext) {
   ASSERT_TRUE(leading_->write(name(3), to_proto(small_world())).ok());
   copies_->offer(name(2), name(3));
   EXPECT_TRUE(await_holders(name(3), 1));
+}
+
+// Of a state in several files, a standby gets those that it lacks, and counts as a holder with the last.
+TEST_F(StateCopiesTest, AStandbyGetsTheFilesOfAState) {
+  std::vector<StatePart> parts;
+  const auto write = [&](int number, const StateChange& change) {
+    const std::size_t kept = parts_to_keep(parts, change);
+    const auto bytes = leading_->write_change(name(number), parts, kept, change);
+    ASSERT_TRUE(bytes.ok()) << bytes.status();
+    parts.resize(kept);
+    parts.push_back({name(number), *bytes});
+  };
+  StateChange whole = state_of(1);
+  put(sector_chunk(5, std::string(100'000, 'a')), whole.chunks);
+  write(1, whole);
+  StateChange change = state_of(2);
+  change.is_whole = false;
+  write(2, change);
+  EXPECT_EQ(leading_->files_of(name(2)), (std::vector<std::string>{name(1), name(2)}));
+  copies_->offer(name(2), {});
+  StateFollower follower(*following_);
+  follower.follow(address_);
+  ASSERT_TRUE(await_holders(name(2), 1));
+  EXPECT_TRUE(following_->holds(name(2)));
+  following_->drop_before(name(2));
+  const absl::StatusOr<StoredState> copy = following_->read(name(2), /*is_snapshot=*/true);
+  ASSERT_TRUE(copy.ok()) << copy.status();
+  EXPECT_EQ(std::get<SnapshotChunks>(*copy).size(), 3u);
+  // Without one of its files a state is not held.
+  const std::vector<std::string> files = following_->files_of(name(2));
+  std::filesystem::remove(following_->path_of(files.front()));
+  EXPECT_FALSE(following_->read(name(2), /*is_snapshot=*/true).ok());
+  EXPECT_FALSE(following_->holds(name(2)));
 }
 
 TEST_F(StateCopiesTest, AStandbyThatIsGoneIsNotWaitedFor) {

@@ -17,13 +17,6 @@ namespace {
 
 using ::testing::IsEmpty;
 
-KeptChunk sector_chunk(std::int64_t sector, std::string bytes) {
-  auto chunk = std::make_shared<v1::SnapshotChunk>();
-  chunk->set_key(sector_key({sector, 0, 0}));
-  chunk->set_sectors(std::move(bytes));
-  return chunk;
-}
-
 StateChange change_of(std::vector<KeptChunk> chunks, bool is_whole = false) {
   StateChange change{.is_whole = is_whole, .chunks = {}};
   for (KeptChunk& chunk : chunks) put(std::move(chunk), change.chunks);

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -40,6 +41,13 @@ inline StateChange state_of(Tick tick) {
   chunk->mutable_head()->set_tick(tick);
   put(std::move(chunk), state.chunks);
   return state;
+}
+
+inline KeptChunk sector_chunk(std::int64_t sector, std::string bytes) {
+  auto chunk = std::make_shared<v1::SnapshotChunk>();
+  chunk->set_key(sector_key({sector, 0, 0}));
+  chunk->set_sectors(std::move(bytes));
+  return chunk;
 }
 
 }  // namespace tessera

@@ -5,6 +5,7 @@
 
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
+#include "proto/kept_chunks.h"
 #include "sector_server/test_server.h"
 
 namespace tessera {
@@ -70,6 +71,48 @@ TEST_F(OneServer, ReportsTicksInBundlesWithoutAGap) {
   ASSERT_NE(server_.machine.last_tick(), nullptr);
   EXPECT_EQ(server_.machine.last_tick()->tick(), 20u);
   EXPECT_GT(counts_from(server_.machine.last_tick()->counts()).contacts, 0u);
+}
+
+// What has changed from time to time, put together, is all that there is; at rest that is nothing.
+TEST_F(OneServer, TellsForCheckpointsWhatHasChanged) {
+  KeptChunks kept;
+  std::uint64_t serial = 0;
+  const auto ask = [&](std::uint64_t ticks, bool keeps, bool anew) {
+    v1::Grant grant = grant_of(++serial, ticks);
+    v1::Query& query = *grant.add_queries();
+    query.set_id(serial);
+    query.mutable_snapshot()->set_keeps(keeps);
+    query.mutable_snapshot()->set_anew(anew);
+    server_.grant(grant);
+    server_.work();
+    std::vector<v1::SnapshotChunk> chunks;
+    for (const v1::Answer& answer : answers())
+      chunks.insert(chunks.end(), answer.snapshot().begin(), answer.snapshot().end());
+    return chunks;
+  };
+  const auto all_sectors = [](const std::vector<v1::SnapshotChunk>& chunks) {
+    std::vector<std::string> sectors;
+    for (const v1::SnapshotChunk& chunk : chunks) {
+      if (!chunk.has_sectors()) continue;
+      const auto some = unpack_sectors(chunk.sectors());
+      EXPECT_TRUE(some.ok()) << some.status();
+      for (const MovedSector& sector : *some)
+        sectors.push_back(pack(std::span<const MovedSector>(&sector, 1)));
+    }
+    return sectors;
+  };
+  std::size_t last = 0;
+  for (int n = 0; n < 12; ++n) {
+    const std::vector<v1::SnapshotChunk> changes = ask(n == 0 ? 0 : 60, /*keeps=*/true, /*anew=*/n == 0);
+    for (const v1::SnapshotChunk& chunk : changes)
+      tessera::apply(std::make_shared<const v1::SnapshotChunk>(chunk), kept);
+    const std::vector<v1::SnapshotChunk> snapshot = ask(0, /*keeps=*/false, /*anew=*/false);
+    EXPECT_EQ(all_sectors(snapshot_of(kept)), all_sectors(snapshot)) << "after tick " << 60 * n;
+    EXPECT_EQ(shared_bytes(kept), snapshot.front().shared());
+    last = changes.size();
+  }
+  EXPECT_EQ(last, 0u) << "all is at rest, and packed";
+  EXPECT_EQ(ask(0, /*keeps=*/true, /*anew=*/true).size(), kept.size());
 }
 
 TEST_F(OneServer, StandsStillWhileNothingIsGranted) {

@@ -13,6 +13,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::Optional;
 
 MovedClone clone_of(std::uint64_t id, const SectorIndex& home) {
   const BodyRecord record = in_state(box(id, home, {7, 1e-9, -0.0}), Activity::kAsleep);
@@ -52,6 +53,21 @@ TEST(PackedSectors, GiveBackWhatTheyGot) {
   expect_equal(packed.take(sector.sector), sector);
   EXPECT_EQ(packed.counts().sectors, 0u);
   EXPECT_EQ(packed.counts().bytes, 0u);
+}
+
+TEST(PackedSectors, TellWhichHaveChanged) {
+  const MovedSector sector = sector_at_rest();
+  PackedSectors packed;
+  packed.add(sector, {});
+  EXPECT_EQ(packed.take_changed(), std::nullopt) << "nobody has asked before";
+  EXPECT_THAT(packed.take_changed(), Optional(IsEmpty()));
+  packed.take(sector.sector);
+  packed.add(sector, {});
+  EXPECT_THAT(packed.take_changed(), Optional(ElementsAre(sector.sector)));
+  packed.take(sector.sector);
+  EXPECT_THAT(packed.take_changed(), Optional(ElementsAre(sector.sector)));
+  packed.report_contacts(true);
+  EXPECT_EQ(packed.take_changed(), std::nullopt) << "all have others that touch";
 }
 
 TEST(PackedSectors, AreFoundByBodiesAndClones) {
