@@ -62,8 +62,8 @@ struct ActiveWorld {
   std::chrono::nanoseconds next_checkpoint{};  // the time
   // What has changed since the state that is stored, once the next checkpoint has come.
   StateChange unstored_state;
-  ChunkChanges stored_head;                               // of the state that is stored, with what is held
-  ChunkChanges stored_catalogue;                          // likewise, of names and properties
+  ChunkChanges stored_head;       // of the state that is stored, with what is held
+  ChunkChanges stored_catalogue;  // likewise, of names and properties
   // As of the registry, and the number of shapes.
   std::optional<std::pair<std::uint64_t, std::size_t>> stored_catalogue_changes;
   std::optional<std::chrono::nanoseconds> gathers_until;  // for servers, while it has none

@@ -41,8 +41,8 @@ KeptChunks difference(const KeptChunks& from, KeptChunks to) {
 
 }  // namespace
 
-const KeptChunks& Checkpoints::add(Tick tick, std::vector<v1::SnapshotChunk> chunks,
-                                   bool are_all, Nanoseconds now) {
+const KeptChunks& Checkpoints::add(Tick tick, std::vector<v1::SnapshotChunk> chunks, bool are_all,
+                                   Nanoseconds now) {
   KeptChunks changes = by_keys(std::move(chunks));
   if (are_all) changes = difference(latest_state(), std::move(changes));
   settle(now);

@@ -35,8 +35,7 @@ class Checkpoints {
   // latter; valid until the next call. Earlier ones stay until this one is kStreamSlack old: what servers had
   // yet to send to clients when one of them was lost comes again only from ticks after the state that all go
   // back to.
-  const KeptChunks& add(Tick tick, std::vector<v1::SnapshotChunk> chunks, bool are_all,
-                        Nanoseconds now);
+  const KeptChunks& add(Tick tick, std::vector<v1::SnapshotChunk> chunks, bool are_all, Nanoseconds now);
 
   // Drops those that are not needed any more.
   void settle(Nanoseconds now);

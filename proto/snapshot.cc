@@ -251,7 +251,8 @@ std::vector<Chunk> held_chunks(const WorldCatalogue& catalogue) {
   return chunks;
 }
 
-std::vector<ShapeEntry> with_held_shapes(const WorldCatalogue& catalogue, std::span<const ShapeEntry> shapes) {
+std::vector<ShapeEntry> with_held_shapes(const WorldCatalogue& catalogue,
+                                         std::span<const ShapeEntry> shapes) {
   std::vector<ShapeEntry> all(shapes.begin(), shapes.end());
   for (const WorldCatalogue::HeldBatch& batch : catalogue.held)
     all.insert(all.end(), batch.new_shapes.begin(), batch.new_shapes.end());
@@ -300,7 +301,8 @@ std::vector<Chunk> catalogue_chunks(const WorldCatalogue& catalogue, std::span<c
 std::vector<Chunk> head_chunks(const WorldCatalogue& catalogue, const WorldSettings& settings,
                                const SectorIndex& anchor, Tick tick, std::span<const ShapeEntry> shapes) {
   std::vector<Chunk> chunks{head_chunk(catalogue, settings, anchor, tick)};
-  for (Chunk& chunk : catalogue_chunks(catalogue, with_held_shapes(catalogue, shapes))) chunks.push_back(std::move(chunk));
+  for (Chunk& chunk : catalogue_chunks(catalogue, with_held_shapes(catalogue, shapes)))
+    chunks.push_back(std::move(chunk));
   for (Chunk& chunk : held_chunks(catalogue)) chunks.push_back(std::move(chunk));
   for (Chunk& chunk : chunks) chunk.clear_key();
   return chunks;
