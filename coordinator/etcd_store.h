@@ -70,7 +70,7 @@ class EtcdStore final : public WorldStore {
     std::vector<StatePart> parts;                        // before this one; with it once it is on disk
     std::chrono::steady_clock::time_point offered;
     // It is recorded after these inputs: the pace is among them, which it does not have.
-    std::uint64_t after = 0;
+    std::uint64_t after;
   };
   struct Piece {
     etcdserverpb::RequestOp put;

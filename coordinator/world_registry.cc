@@ -165,18 +165,17 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnReque
   absl::StatusOr<BodyRecord> record =
       checked_record(*body, new_shape ? &*new_shape : shapes_.find(body->properties.shape));
   if (!record.ok()) return record.status();
-  if (new_shape) shapes_.add(*std::move(new_shape), at);
+  std::optional<v1::NumberedShape> numbered;
+  if (new_shape) {
+    numbered.emplace().set_id(shapes_.add(*std::move(new_shape), at));
+    *numbered->mutable_shape() = request.shape();
+  }
 
   record->id = next_id_;
   next_id_ = BodyId{next_id_.value + 1};
   insert(record->id, std::move(body->name), record->properties);
   ++changes_;
-  Spawned spawned{*std::move(record), std::nullopt};
-  if (new_shape) {
-    spawned.new_shape.emplace().set_id(spawned.record.properties.shape);
-    *spawned.new_shape->mutable_shape() = request.shape();
-  }
-  return spawned;
+  return Spawned{*std::move(record), std::move(numbered)};
 }
 
 RemoveBody WorldRegistry::removal_of(BodyId id) const {

@@ -270,7 +270,9 @@ absl::Status check_include(const Element& include) {
   for (const Element* child = include.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
     if (absl::Status status = check_prefix(*child); !status.ok()) return status;
-    if (!is_one_of(*child, kKnown)) return xml::invalid(*child, "unknown element in an <include>");
+    const bool is_of_others = absl::StrContains(child->Name(), ':');  // as gz-sim's <experimental:params>
+    if (!is_of_others && !is_one_of(*child, kKnown))
+      return xml::invalid(*child, "unknown element in an <include>");
   }
   return absl::OkStatus();
 }
@@ -592,6 +594,10 @@ absl::StatusOr<const ModelSource*> ModelSources::included(const Element& include
   if (absl::Status status = check_include(include); !status.ok()) return status;
   if (const Element* plugin = include.FirstChildElement("plugin")) {
     notices.count(absl::StrCat(described(*plugin), " skipped"));
+  }
+  for (const Element* child = include.FirstChildElement(); child != nullptr;
+       child = child->NextSiblingElement()) {
+    if (absl::StrContains(child->Name(), ':')) notices.count(absl::StrCat("<", child->Name(), "> skipped"));
   }
   const std::string text = xml::text_of(*uri);
   if (is_remote(text)) {

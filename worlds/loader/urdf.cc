@@ -311,7 +311,7 @@ void restore_fixed_links(Element& model, std::vector<FixedLink> lost) {
 
 absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices& notices) {
   Element& robot = file.root();
-  if (robot.Attribute("name") == nullptr) {
+  if (const char* name = robot.Attribute("name"); name == nullptr || *name == '\0') {
     notices.count_repair("robot without name, called robot", xml::place_of(robot));
     robot.SetAttribute("name", "robot");
   }

@@ -311,10 +311,12 @@ TEST(Repairs, CollisionsOfNoSizeAreLeftOut) {
 }
 
 TEST(Repairs, RobotWithoutName) {
-  const LoadedWorld loaded =
-      repaired(absl::StrCat("<robot><link name='a'>", urdf_inertial(1, 1), kUrdfBox, "</link></robot>"),
-               "1 x robot without name");
-  EXPECT_THAT(names(loaded), ElementsAre("robot::a"));
+  for (const char* name : {"", " name=''"}) {
+    const LoadedWorld loaded = repaired(
+        absl::StrCat("<robot", name, "><link name='a'>", urdf_inertial(1, 1), kUrdfBox, "</link></robot>"),
+        "1 x robot without name");
+    EXPECT_THAT(names(loaded), ElementsAre("robot::a"));
+  }
 }
 
 // Unknown words.

@@ -299,6 +299,17 @@ TEST(Includes, FromThePathsOfGazeboAndRos) {
               ElementsAre("shared_thing::l"));
 }
 
+// As gz-sim's <experimental:params>.
+TEST(Includes, SkipElementsOfOthers) {
+  const Folder folder;
+  folder.write("ball/model.sdf", model_file(model("ball", "")));
+  const LoadedWorld loaded =
+      load(world("<include><uri>model://ball</uri><experimental:params><x/></experimental:params></include>"),
+           folder);
+  EXPECT_THAT(names(loaded), ElementsAre("ball::l"));
+  EXPECT_THAT(loaded.notices, Contains("1 x <experimental:params> skipped"));
+}
+
 // Links and joints of a merged model are those of the model around, which moves and turns them.
 TEST(Includes, MergedIntoAModel) {
   const Folder folder;
