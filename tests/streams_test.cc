@@ -240,7 +240,7 @@ TEST(BodyStreamTest, ServerThatIsKilledEndsStreamAndWorldWithItsName) {
   EXPECT_EQ(stepped.code(), absl::StatusCode::kUnavailable) << stepped;
   absl::StatusOr<BodyFrame> frame = stream->next(kPatience);
   while (frame.ok()) frame = stream->next(kPatience);
-  EXPECT_THAT(frame.status(), IsStatus(absl::StatusCode::kUnavailable, "sector server at 127.0.0.1:"));
+  EXPECT_THAT(frame.status(), IsStatus(absl::StatusCode::kUnavailable, "127.0.0.1:"));
 
   const ClusterStatus status = client.status().value();
   EXPECT_EQ(status.state, "failed");

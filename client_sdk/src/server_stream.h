@@ -175,8 +175,10 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
     }
     missed_since_.reset();
     if (status->state() == "failed" || status->load() != load_) {
+      // The coordinator may know it before the stream of the server that was lost has ended.
+      const std::string lost = why_ended();
       end(status->state() == "failed"
-              ? absl::UnavailableError(absl::StrCat(why_ended(), "; ", status->failure()))
+              ? absl::UnavailableError(absl::StrCat(lost, lost.empty() ? "" : "; ", status->failure()))
               : absl::AbortedError("the world was unloaded or replaced"));
       return true;
     }
