@@ -293,21 +293,6 @@ bool is_point(const Element& shape) {
   return some;
 }
 
-// Sizes next to 0, as spheres that stand for points have them.
-void raise_sizes(Element& shape, Notices& notices) {
-  if (xml::is(shape, "plane")) return;
-  for (Element* size = shape.FirstChildElement(); size != nullptr; size = size->NextSiblingElement()) {
-    if (!is_one_of(*size, kSizes)) continue;
-    absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(*size, xml::text_of(*size));
-    if (!numbers.ok()) continue;
-    const auto is_tiny = [](double number) { return number > 0 && number < kExtentMin; };
-    if (std::ranges::none_of(*numbers, is_tiny)) continue;
-    for (double& number : *numbers) number = is_tiny(number) ? kExtentMin : number;
-    notices.count_repair(absl::StrCat("size below ", kExtentMin, " m, raised to it"), xml::place_of(*size));
-    size->SetText(absl::StrJoin(*numbers, " ").c_str());
-  }
-}
-
 // Whether a collision is supported; unsupported ones are counted.
 bool has_known_geometry(const Element& collision, Notices& notices) {
   const Element* geometry = collision.FirstChildElement("geometry");
@@ -420,7 +405,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
   }
   if (xml::is(element, "geometry")) {
     for (Element* shape = element.FirstChildElement(); shape != nullptr; shape = shape->NextSiblingElement())
-      raise_sizes(*shape, notices);
+      repair_sizes(*shape, notices);
   }
   if (xml::is(element, "friction")) {
     for (Element* engine = element.FirstChildElement(); engine != nullptr;

@@ -3,9 +3,14 @@
 #include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 #include <absl/strings/string_view.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
+
+#include "lpss/model/limits.h"
 
 namespace tessera {
 
@@ -69,6 +74,21 @@ void repair_friction(Element& engine, Notices& notices) {
     notices.count_repair(absl::StrCat("friction below 0, taken as infinite: ", kInfinite),
                          xml::place_of(*coefficient));
     coefficient->SetText(kInfinite);
+  }
+}
+
+void repair_sizes(Element& shape, Notices& notices) {
+  if (xml::is(shape, "plane")) return;  // its size is for display
+  for (const char* name : {"size", "radius", "length", "radii"}) {
+    Element* const size = shape.FirstChildElement(name);
+    if (size == nullptr) continue;
+    absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(*size, xml::text_of(*size));
+    if (!numbers.ok()) continue;
+    const auto is_tiny = [](double number) { return number > 0 && number < kExtentMin; };
+    if (std::ranges::none_of(*numbers, is_tiny)) continue;
+    for (double& number : *numbers) number = is_tiny(number) ? kExtentMin : number;
+    notices.count_repair(absl::StrCat("size below ", kExtentMin, " m, raised to it"), xml::place_of(*size));
+    size->SetText(absl::StrJoin(*numbers, " ").c_str());
   }
 }
 

@@ -18,6 +18,9 @@ void rename_joints(xml::Element& model, Notices& notices);
 // to it takes their place.
 void repair_friction(xml::Element& engine, Notices& notices);
 
+// Sizes next to 0 of a shape, as spheres that stand for points have them, are raised to the least.
+void repair_sizes(xml::Element& shape, Notices& notices);
+
 // Files up to SDF 1.2 have a root named <gazebo>, and no other difference: it gets the name <sdf>.
 void rename_root(xml::Element& root, Notices& notices);
 
