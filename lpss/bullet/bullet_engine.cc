@@ -6,6 +6,7 @@
 
 #include "lpss/bullet/bullet_solver.h"
 #include "lpss/bullet/bullet_world.h"
+#include "lpss/bullet/discrete_world.h"
 #include "lpss/bullet/manifold_codec.h"
 
 namespace tessera::bullet {
@@ -20,6 +21,10 @@ std::unique_ptr<SectorWorld> BulletEngine::make_world() { return std::make_uniqu
 
 std::unique_ptr<IslandSolver> BulletEngine::make_solver() {
   return std::make_unique<BulletSolver>(settings_);
+}
+
+std::unique_ptr<WholeWorld> BulletEngine::make_whole_world() {
+  return std::make_unique<DiscreteWorld>(*this);
 }
 
 bool BulletEngine::can_read(const ManifoldState& manifold) const {

@@ -6,7 +6,7 @@
 
 #include "lpss/bullet/collision_shape.h"
 #include "lpss/bullet/shape_table.h"
-#include "lpss/engine/engine.h"
+#include "lpss/engine/whole_world.h"
 
 namespace tessera::bullet {
 
@@ -23,6 +23,7 @@ class BulletEngine final : public Engine {
   std::unique_ptr<IslandSolver> make_solver() override;
   int substeps(int asked, std::size_t /*bodies*/) const override { return asked; }
   std::unique_ptr<StagedSolver> make_staged_solver() override { return nullptr; }
+  std::unique_ptr<WholeWorld> make_whole_world() override;
   bool can_read(const ManifoldState& manifold) const override;
   void set_apart(BodyId a, BodyId b, bool apart) override { apart_.set(a, b, apart); }
   bool are_apart(BodyId a, BodyId b) const { return apart_.contains(a, b); }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
+#include "lpss/bullet/shape_table.h"
 
 namespace tessera::bullet {
 namespace {
@@ -74,28 +74,21 @@ void set_drive(Constraint& constraint, int place, const JointAxis& axis, const J
   }
 }
 
-void set_axis(Constraint& constraint, int place, const TaskJoint& joint, std::size_t n) {
-  const JointAxis& axis = joint.properties->axes[n];
+void set_axis(Constraint& constraint, int place, const JointRecord& joint, std::size_t n) {
+  const JointAxis& axis = joint.properties.axes[n];
   set_limits(constraint, place, axis);
   set_spring(constraint, place, axis.spring_stiffness, axis.damping, axis.spring_reference);
-  set_drive(constraint, place, axis, (*joint.drives)[n]);
+  set_drive(constraint, place, axis, joint.drives[n]);
 }
 
 }  // namespace
 
-void BulletJoints::clear() {
-  pointers_.clear();
-  constraints_.clear();
-}
-
-void BulletJoints::add(const TaskJoint& joint) {
-  const JointProperties& properties = *joint.properties;
-  btRigidBody& parent = joint.parent.world ? rigid_of(joint.parent) : btTypedConstraint::getFixedBody();
-  const Pose& in_parent = joint.parent.world ? properties.in_parent : joint.fixed_parent;
+std::unique_ptr<btGeneric6DofSpring2Constraint> make_joint(const JointRecord& joint, btRigidBody& parent,
+                                                           const btTransform& in_parent, btRigidBody& child) {
+  const JointProperties& properties = joint.properties;
   // The first axis of a universal joint is the parent's, the second the child's.
   const RotateOrder order = properties.type == JointType::kUniversal ? RO_YZX : RO_XYZ;
-  auto made = std::make_unique<Constraint>(parent, rigid_of(joint.child), to_bullet(in_parent),
-                                           to_bullet(properties.in_child), order);
+  auto made = std::make_unique<Constraint>(parent, child, in_parent, to_bullet(properties.in_child), order);
   for (int place = kAboutX; place < kAboutX + 3; ++place) made->setLimit(place, 0, 0);
   switch (properties.type) {
     case JointType::kFixed:
@@ -116,8 +109,7 @@ void BulletJoints::add(const TaskJoint& joint) {
     case JointType::kScrew:
       require(false, "Bullet has no screw joints");
   }
-  pointers_.push_back(made.get());
-  constraints_.push_back(std::move(made));
+  return made;
 }
 
 }  // namespace tessera::bullet

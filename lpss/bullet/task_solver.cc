@@ -57,8 +57,7 @@ joints::JointedBody jointed(btSolverBody& body) {
 
 }  // namespace
 
-TaskSolver::TaskSolver(const EngineSettings& settings)
-    : has_bullets_joints_(settings.plain_bullet && !settings.clones_are_solved) {
+TaskSolver::TaskSolver(const EngineSettings& settings) {
   info_.m_warmstartingFactor = btScalar(settings.warm_starting);
   info_.m_splitImpulsePenetrationThreshold = btScalar(-settings.split_from);
   info_.m_numIterations = settings.solver_iterations;
@@ -82,7 +81,6 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
   bodies_.clear();
   links_.clear();
   manifolds_.clear();
-  constraints_.clear();
   joints_.clear();
   for (const WorldBody& body : task.bodies) {
     body_of(body).fine.reset();
@@ -95,15 +93,10 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
     const auto manifolds = static_cast<BulletWorld*>(contact.world)->manifolds_of(contact.pair);
     manifolds_.insert(manifolds_.end(), manifolds.begin(), manifolds.end());
   }
-  if (has_bullets_joints_) {
-    for (const TaskJoint& joint : task.joints) constraints_.add(joint);
-  }
   info_.m_timeStep = one_pass_.m_timeStep = btScalar(dt);
   solveGroupCacheFriendlySetup(bodies_.data(), static_cast<int>(bodies_.size()), manifolds_.data(),
-                               static_cast<int>(manifolds_.size()), constraints_.data(), constraints_.size(),
-                               info_, nullptr);
+                               static_cast<int>(manifolds_.size()), nullptr, 0, info_, nullptr);
   release_kinematic_bodies();
-  if (has_bullets_joints_) return;
   for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
 }
 

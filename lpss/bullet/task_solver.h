@@ -1,5 +1,5 @@
 // Bullet's sequential impulses over one task, for ticks of one step: bodies, clones and contacts of any
-// number of worlds, and joints: those of lpss/joints for the policy clone, Bullet's own for plain Bullet.
+// number of worlds, and joints: those of lpss/joints.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "lpss/bullet/bullet_joints.h"
 #include "lpss/engine/engine.h"
 #include "lpss/joints/joint_solver.h"
 
@@ -42,8 +41,6 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   std::vector<btCollisionObject*> bodies_;
   std::vector<Link> links_;
   std::vector<btPersistentManifold*> manifolds_;
-  bool has_bullets_joints_;
-  BulletJoints constraints_;
   joints::JointSolver joints_;
 };
 

@@ -59,8 +59,8 @@ enum class Range : std::uint8_t { kUsual, kFast, kFastFromBelow };
 struct EngineSettings : WorldSettings {
   CloneContacts clone_contacts = CloneContacts::kNone;
   bool clones_are_solved = false;  // policy clone: a sector solves its clones like bodies
-  // Bullet's own worlds and solver: for the policy clone, as the paper has it, and, where clones are not
-  // solved, with Bullet's own joints, too: the baseline of experiments.
+  // Bullet's own worlds and solver: for the policy clone, as the paper has it, and for whole worlds, the
+  // baseline of experiments.
   bool plain_bullet = false;
   bool fine_flight = false;  // free flight (fly()) in double precision, whatever the engine computes with
 };
@@ -316,6 +316,8 @@ class StagedSolver {
   virtual void set_motion(int sweep, std::size_t body, std::string_view bytes) = 0;
 };
 
+class WholeWorld;  // lpss/engine/whole_world.h
+
 // One precision of one physics engine, with the shapes of one world. Worlds and solvers must not outlive it.
 class Engine {
  public:
@@ -336,6 +338,8 @@ class Engine {
   virtual int substeps(int asked, std::size_t bodies) const = 0;
   // Null if the engine's contacts cannot be solved in stages.
   virtual std::unique_ptr<StagedSolver> make_staged_solver() = 0;
+  // Null for an engine that has none.
+  virtual std::unique_ptr<WholeWorld> make_whole_world() = 0;
 
   // Whether import_manifold() can read it: an engine of this kind and precision has written it.
   virtual bool can_read(const ManifoldState& manifold) const = 0;

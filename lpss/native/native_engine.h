@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "lpss/bullet/shape_table.h"
-#include "lpss/engine/engine.h"
+#include "lpss/engine/whole_world.h"
 #include "lpss/native/contact_needs.h"
 #include "lpss/native/solid.h"
 
@@ -23,6 +23,7 @@ class NativeEngine final : public Engine {
   std::unique_ptr<IslandSolver> make_solver() override;
   int substeps(int asked, std::size_t bodies) const override { return needs_.granted(asked, bodies); }
   std::unique_ptr<StagedSolver> make_staged_solver() override;
+  std::unique_ptr<WholeWorld> make_whole_world() override { return nullptr; }
   bool can_read(const ManifoldState& manifold) const override;
   void set_apart(BodyId a, BodyId b, bool apart) override { apart_.set(a, b, apart); }
   bool are_apart(BodyId a, BodyId b) const { return apart_.contains(a, b); }

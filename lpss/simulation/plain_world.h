@@ -1,7 +1,6 @@
 // The baseline without Tessera: one Bullet world with every body at its absolute coordinates.
 #pragma once
 
-#include <absl/container/flat_hash_map.h>
 #include <absl/status/statusor.h>
 
 #include <cstdint>
@@ -9,17 +8,18 @@
 #include <memory>
 #include <vector>
 
-#include "lpss/engine/engine.h"
+#include "lpss/engine/whole_world.h"
 #include "lpss/model/world_description.h"
 #include "lpss/observe/world_hash.h"
 
 namespace tessera {
 
-// One engine world whose "sector" is the whole world: coordinates are metres from the anchor's centre,
-// rounded to what the engine computes with, whatever precision the world asks for. The same bodies, settings
-// and sleeping as in Tessera, but no sectors, and Bullet's own solver without substeps. Joints are Bullet's
-// own constraints (lpss/bullet/bullet_joints.h), without those that it does not have: screws, axes that
-// follow others, and what hangs on a kinematic body. Not for several threads at a time.
+// Coordinates are metres from the anchor's centre, rounded to what the engine computes with, whatever
+// precision the world asks for. The same bodies as in Tessera, and the smaller friction of two; all else is
+// Bullet's own, with its defaults, but for the settings that lpss/bullet/discrete_world.h names. Joints are
+// Bullet's constraints (lpss/bullet/bullet_joints.h), without those that it does not have: screws, axes that
+// follow others, and what hangs on a kinematic body. Kinematic bodies stay where they are. Not for several
+// threads at a time.
 class PlainWorld {
  public:
   // Errors as validate() and load_engine(); INVALID_ARGUMENT for a world with ground.
@@ -46,22 +46,21 @@ class PlainWorld {
 
   struct Joint {
     JointRecord record;
-    TaskJoint task;  // points into `record` and the world
+    BodySlot child = kNoSlot;
+    BodySlot parent = kNoSlot;
+    Pose in_parent;
   };
 
   PlainWorld() = default;
-  void add_joints(const std::vector<JointRecord>& joints, const std::vector<BodyRecord>& records);
+  void add_joint(const JointRecord& record, const std::vector<BodySlot>& slots);
   void set_gravity();
-  void settle_islands(SolveTask& task);
 
   WorldSettings settings_;
   SectorIndex anchor_;
   std::unique_ptr<Engine> engine_;
-  std::unique_ptr<SectorWorld> world_;
-  std::unique_ptr<IslandSolver> solver_;
-  std::vector<Body> bodies_;
-  absl::flat_hash_map<BodyId, std::size_t> places_;  // of dynamic bodies in bodies_
-  std::vector<Joint> joints_;                        // ascending by id
+  std::unique_ptr<WholeWorld> world_;
+  std::vector<Body> bodies_;   // that can move, ascending by id
+  std::vector<Joint> joints_;  // ascending by id
 };
 
 }  // namespace tessera
