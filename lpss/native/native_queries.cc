@@ -111,31 +111,74 @@ std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, bool with
   return hit;
 }
 
-// Replaces `hit` where the body, on this way, meets the other one before.
+namespace {
+
+// Where, as shares of its way, a ball can meet what is in a box: from `first` to `last`.
+struct Stretch {
+  double first = 0;
+  double last = 1;
+};
+
+// None if it cannot. In double precision: of a long way, a float's last digit is longer than a bullet.
+std::optional<Stretch> stretch_along(const Vector& from, const Vector& way, const Box& box, Scalar radius) {
+  Stretch stretch;
+  for (int k = 0; k < 3; ++k) {
+    const double low = double(box.low[k]) - double(radius) - double(from[k]);
+    const double high = double(box.high[k]) + double(radius) - double(from[k]);
+    const double step = double(way[k]);
+    if (step == 0) {
+      if (low > 0 || high < 0) return std::nullopt;
+      continue;
+    }
+    stretch.first = std::max(stretch.first, (step > 0 ? low : high) / step);
+    stretch.last = std::min(stretch.last, (step > 0 ? high : low) / step);
+  }
+  if (stretch.first >= stretch.last) return std::nullopt;
+  return stretch;
+}
+
+}  // namespace
+
+// Replaces `hit` where the body, on this way, meets the other one before. Bullet casts over no more of the
+// way than is near the other, and around the other's place: over a long one, in float, it misses, or finds a
+// normal that throws the body aside.
 void NativeWorld::sweep(const Body& swept, const Vector& way, BodySlot other,
                         std::optional<SweepHit>& hit) const {
   const Body& at = body(other);
-  Target target(at, at.is_dynamic() ? Frame{at.pose.rotation, at.start} : at.pose);
-  bullet::NearestHit nearest(bt(way));
-  if (hit) nearest.m_closestHitFraction = btScalar(hit->fraction);
+  // Radii: from a ball that touches the other, a cast finds no good normal.
+  constexpr Scalar kRunUp = 4;
+  const Vector origin = at.is_dynamic() ? at.start : at.pose.position;
+  Target target(at, {at.pose.rotation, Vector::Zero()});
+  btVector3 low, high;
+  target.object().getCollisionShape()->getAabb(target.object().getWorldTransform(), low, high);
+  const Box box{vector(low), vector(high)};
   for (const SweptBall& from : swept.solid->swept_balls()) {
     const Vector arm = swept.pose.rotation * from.centre;
+    const Vector start = swept.start - origin + arm;
+    const std::optional<Stretch> near = stretch_along(start, way, box, from.radius * kRunUp);
+    if (!near || (hit && near->first >= double(hit->fraction))) continue;
+    const double length = near->last - near->first;
+    bullet::NearestHit nearest(bt(way));
+    if (hit) nearest.m_closestHitFraction = btScalar((double(hit->fraction) - near->first) / length);
+    const auto at_share = [&](double share) {
+      // The ball does not rotate: the cast is then a pure translation.
+      const Eigen::Vector3d place = start.cast<double>() + way.cast<double>() * share;
+      return btTransform(btMatrix3x3::getIdentity(), bt(Vector(place.cast<Scalar>())));
+    };
     const btSphereShape ball(from.radius);
-    // The ball does not rotate: the cast is then a pure translation.
-    const btTransform start(btMatrix3x3::getIdentity(), bt(Vector(swept.start + arm)));
-    const btTransform end(btMatrix3x3::getIdentity(), bt(Vector(swept.start + arm + way)));
-    nearest.object = nullptr;
-    btCollisionWorld::objectQuerySingle(&ball, start, end, &target.object(),
+    btCollisionWorld::objectQuerySingle(&ball, at_share(near->first), at_share(near->last), &target.object(),
                                         target.object().getCollisionShape(),
                                         target.object().getWorldTransform(), nearest,
                                         /*allowedPenetration=*/0);
-    if (nearest.object) hit = SweepHit{other, nearest.m_closestHitFraction, way, arm, vector(nearest.normal)};
+    if (nearest.object) {
+      const double share = near->first + double(nearest.m_closestHitFraction) * length;
+      hit = SweepHit{other, Scalar(share), way, arm, vector(nearest.normal)};
+    }
     for (const Part& part : at.solid->parts()) {
       if (!part.terrain) continue;
       const Frame surface = part.is_placed ? at.pose * part.frame : at.pose;
       meet_faces(part, surface, {swept.start + arm, from.radius}, {other, 1, way, arm, Vector::Zero()}, hit);
     }
-    if (hit) nearest.m_closestHitFraction = btScalar(hit->fraction);
   }
 }
 
