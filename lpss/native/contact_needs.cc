@@ -87,17 +87,17 @@ void ContactNeeds::note(ContactNeed& need, double impulse, const ContactScale& s
   }
 }
 
-int ContactNeeds::for_turn(double turn) const { return for_angle(turn, kTurnMax); }
+int ContactNeeds::for_turn(double turn) const { return for_angle(turn, kTurnMax, kSubstepsMax); }
 
 int ContactNeeds::for_pull(double mass, double lever, double mobility) const {
-  return for_angle(std::sqrt(mass * fall_ * lever * mobility), kSwingMax);
+  return for_angle(std::sqrt(mass * fall_ * lever * mobility), kSwingMax, ContactNeed::kSubstepsMost);
 }
 
-// For an angle in a tick, of which a step may have so much.
-int ContactNeeds::for_angle(double angle, double most) const {
+// For an angle in a tick, of which a step may have so much, if that takes no more than so many.
+int ContactNeeds::for_angle(double angle, double most, int substeps_max) const {
   int substeps = usual_;
   if (!adapts_) return substeps;
-  for (most *= usual_; angle > most && 2 * substeps <= kSubstepsMax; most *= 2) substeps *= 2;
+  for (most *= usual_; angle > most && 2 * substeps <= substeps_max; most *= 2) substeps *= 2;
   return substeps;
 }
 

@@ -75,7 +75,7 @@ class ContactNeeds {
   int for_load(double load_ratio) const;
   int for_size(double load_ratio, double extent) const;
 
-  int for_angle(double angle, double most) const;
+  int for_angle(double angle, double most, int substeps_max) const;
 
   bool adapts_;
   int usual_;

@@ -103,6 +103,17 @@ TEST(ContactNeedsTest, GrowWithTheTurnOfJointedBodies) {
   EXPECT_EQ(needs.for_turn(1e9), 64);
 }
 
+// A link of 1 kg, 1 m long, on which so much hangs.
+TEST(ContactNeedsTest, GrowWithWhatHangsOnALink) {
+  const ContactNeeds needs{WorldSettings{}};
+  const auto bears = [&](double mass) { return needs.for_pull(mass, /*lever=*/0.5, /*mobility=*/12); };
+  EXPECT_EQ(bears(1), 4);
+  EXPECT_EQ(bears(1e3), 8);
+  EXPECT_EQ(bears(1e5), 64);
+  EXPECT_EQ(bears(1e6), 128);
+  EXPECT_EQ(bears(1e9), 1024);
+}
+
 TEST(ContactNeedsTest, GrowWithTheSmallnessOfWhatMustKeepItsPlace) {
   const ContactNeeds needs{WorldSettings{}};
   const auto on_floor = [&](double load, double extent) {
