@@ -33,13 +33,6 @@ Scalar deepest_opened(const ContactScale& scale) {
   return std::max(Scalar(scale.extent) * kOpenedShare, kOpenedMin);
 }
 
-// Whether one is so much heavier that its friction on the other converges slowly.
-bool differ_much(const Body& a, const Body& b) {
-  constexpr Scalar kMuch = 100;
-  const auto [heavier, lighter] = std::minmax(a.inverse_mass, b.inverse_mass);
-  return heavier > 0 && lighter > kMuch * heavier;
-}
-
 // None for static bodies: they do not move, and a server that solves an island of others does not know where
 // they are.
 Vector lever(const Body& body, const Vector& point) {
@@ -256,7 +249,6 @@ void NativeSolver::add_contact(const WorldPair& place) {
     const bool meets = source.is_predicted && a.is_dynamic() && b.is_dynamic();
     patch.restitution = meets ? std::max(contact.restitution, kMetRestitution) : contact.restitution;
     patch.points = source.count;
-    patch.in_every_pass = differ_much(a, b);
     patch.friction_impulse = source.friction_impulse;
     patch.twist_impulse = source.twist_impulse;
     if (contact.surface) patch.surface = &surfaces_.emplace_back(surface_of(*contact.surface, source));
@@ -303,9 +295,7 @@ void NativeSolver::begin_joints() {
   const auto is_jointed = [&](std::size_t body) {
     return std::binary_search(jointed_.begin(), jointed_.end(), body);
   };
-  for (Contacts::Patch& patch : patches_) {
-    if (is_jointed(patch.a) || is_jointed(patch.b)) patch.in_every_pass = true;
-  }
+  for (Contacts::Patch& patch : patches_) patch.is_jointed = is_jointed(patch.a) || is_jointed(patch.b);
 }
 
 template <typename Act>

@@ -29,7 +29,7 @@ class Kernel {
     std::int32_t b[L::kWidth];
     std::uint32_t first;
     std::uint16_t points;
-    std::uint16_t has_in_every_pass;
+    std::uint16_t has_jointed;
   };
 
   struct Points {
@@ -61,8 +61,8 @@ class Kernel {
     V twist_mass;
     V friction;
     V restitution;
-    V in_every_pass;  // 0 or 1
-    V radius;         // m, the mean distance of the points from their centre: the arm of the twist
+    V is_jointed;  // 0 or 1
+    V radius;      // m, the mean distance of the points from their centre: the arm of the twist
     // Of a step, and of all steps.
     V impulse[2];
     V twist_impulse;
@@ -203,7 +203,7 @@ class Kernel {
     row.impulse = impulse;
   }
 
-  // Where `is_masked`, only patches that are in every pass.
+  // Where `is_masked`, only patches of jointed bodies.
   template <bool kHasGrips>
   static TESSERA_INLINE void solve_friction(Friction& f, const Grip* grip, const Row* row, int points,
                                             bool is_masked, Motion& p, Motion& q) {
@@ -211,7 +211,7 @@ class Kernel {
     for (int n = 1; n < points; ++n) most = most + row[n].impulse;
     most = most * f.friction;
 
-    const auto is_off = f.in_every_pass == V{};
+    const auto is_off = f.is_jointed == V{};
     const V slide[2] = {f.start[0] + relative(f.tangent[0], f.a[0], f.b[0], p, q),
                         f.start[1] + relative(f.tangent[1], f.a[1], f.b[1], p, q)};
     V wanted[2] = {f.impulse[0] - (f.mass[0] * slide[0] + f.mass[1] * slide[1]),
@@ -239,13 +239,13 @@ class Kernel {
     f.twist_impulse = turned;
   }
 
-  // Where `is_masked`, only patches that are in every pass.
+  // Where `is_masked`, only patches of jointed bodies.
   static TESSERA_INLINE void solve_rolling(Grip& r, const Friction& f, const Row* row, int points,
                                            bool is_masked, Motion& p, Motion& q) {
     V most = row[0].impulse;
     for (int n = 1; n < points; ++n) most = most + row[n].impulse;
     most = most * r.arm;
-    const auto is_off = f.in_every_pass == V{};
+    const auto is_off = f.is_jointed == V{};
     V turn[2];
     for (int k = 0; k < 2; ++k) turn[k] = r.start[k] + (dot(r.a[k], p.angular) - dot(r.b[k], q.angular));
     V wanted[2] = {r.impulse[0] - (r.mass[0] * turn[0] + r.mass[1] * turn[1]),
@@ -275,11 +275,11 @@ class Kernel {
     Group& group = static_cast<Group*>(rows.group)[n];
     group.first = static_cast<std::uint32_t>(first);
     group.points = static_cast<std::uint16_t>(points);
-    group.has_in_every_pass = 0;
+    group.has_jointed = 0;
     for (int lane = 0; lane < L::kWidth; ++lane) {
       group.a[lane] = patches.place_a[lane];
       group.b[lane] = patches.place_b[lane];
-      if (patches.in_every_pass[lane] != 0) group.has_in_every_pass = 1;
+      if (patches.is_jointed[lane] != 0) group.has_jointed = 1;
     }
     const Terms a = gather_terms(patches.a);
     const Terms b = gather_terms(patches.b);
@@ -472,7 +472,7 @@ class Kernel {
 
     f.friction = load(patches.friction);
     f.restitution = load(patches.restitution);
-    f.in_every_pass = load(patches.in_every_pass);
+    f.is_jointed = load(patches.is_jointed);
     set_up_impulses<kHasSurfaces>(rows, patches, share, points, row, f);
   }
 
@@ -509,7 +509,7 @@ class Kernel {
   template <bool kHasGrips>
   static void biased_pass(const Rows& rows) {
     for_each(rows, [&](const Group& group, std::size_t n, Friction& f, Row* row, Motion& p, Motion& q) {
-      if (group.has_in_every_pass) {
+      if (group.has_jointed) {
         Grip* const grip = static_cast<Grip*>(rows.grips) + n;
         solve_friction<kHasGrips>(f, grip, row, group.points, true, p, q);
         if constexpr (kHasGrips) solve_rolling(*grip, f, row, group.points, true, p, q);

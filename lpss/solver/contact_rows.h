@@ -51,7 +51,7 @@ struct PatchLanes {
   alignas(32) Lane friction;
   alignas(32) Lane restitution;
   alignas(32) Lane points;
-  alignas(32) Lane in_every_pass;  // 0 or 1
+  alignas(32) Lane is_jointed;  // 0 or 1
 };
 
 // What surfaces of their own add to the patches of a group; lanes of usual ones have shares of 1, and 0

@@ -310,7 +310,7 @@ void ContactSolver<Scalar>::begin_group(std::size_t group, std::span<const Patch
     lanes.friction[lane] = patch.friction;
     lanes.restitution[lane] = patch.restitution;
     lanes.points[lane] = static_cast<Scalar>(patch.points);
-    lanes.in_every_pass[lane] = patch.in_every_pass;
+    lanes.is_jointed[lane] = patch.is_jointed;
     ++lane;
   }
   kernel_->set_up(rows_, group, first_row_[group], points_[group], lanes, surfaces);

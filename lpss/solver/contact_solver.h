@@ -68,9 +68,9 @@ struct SolverTypes {
     std::size_t b = 0;
     Scalar friction = 0;
     Scalar restitution = 0;
-    // Friction acts in the biased passes, too: where a joint holds one of the bodies, since contacts and
-    // joints take turns, which converges slowly, and where one is far heavier.
-    bool in_every_pass = false;
+    // A joint holds one of the bodies. Contacts and joints take turns, which converges slowly: friction then
+    // acts in the biased passes, too.
+    bool is_jointed = false;
     std::size_t points = 0;  // at most kPatchPointsMax
     Point point[kPatchPointsMax];
     Vector friction_impulse = Vector::Zero();  // N s, on a, in the last tick; after it, in this one

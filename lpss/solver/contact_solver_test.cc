@@ -368,7 +368,7 @@ class RandomScene {
     patch.b = b;
     patch.friction = number(0, 1);
     patch.restitution = std::max(Scalar(0), number(-1, 1));
-    patch.in_every_pass = number(0, 1) < Scalar(0.2);
+    patch.is_jointed = number(0, 1) < Scalar(0.2);
     patch.points = 1 + random_() % kPatchPointsMax;
     const Vector normal = vector(1).normalized();
     for (std::size_t n = 0; n < patch.points; ++n) {
