@@ -145,8 +145,10 @@ std::optional<Stretch> stretch_along(const Vector& from, const Vector& way, cons
 void NativeWorld::sweep(const Body& swept, const Vector& way, BodySlot other,
                         std::optional<SweepHit>& hit) const {
   const Body& at = body(other);
-  // Radii: from a ball that touches the other, a cast finds no good normal.
-  constexpr Scalar kRunUp = 4;
+  // From a ball that touches the other, a cast finds no good normal; and Bullet takes a millimetre for a
+  // touch.
+  constexpr Scalar kRunUp = 4;                // of the radius
+  constexpr Scalar kRunUpMin = Scalar(0.05);  // m
   const Vector origin = at.is_dynamic() ? at.start : at.pose.position;
   Target target(at, {at.pose.rotation, Vector::Zero()});
   btVector3 low, high;
@@ -155,7 +157,8 @@ void NativeWorld::sweep(const Body& swept, const Vector& way, BodySlot other,
   for (const SweptBall& from : swept.solid->swept_balls()) {
     const Vector arm = swept.pose.rotation * from.centre;
     const Vector start = swept.start - origin + arm;
-    const std::optional<Stretch> near = stretch_along(start, way, box, from.radius * kRunUp);
+    const std::optional<Stretch> near =
+        stretch_along(start, way, box, std::max(from.radius * kRunUp, kRunUpMin));
     if (!near || (hit && near->first >= double(hit->fraction))) continue;
     const double length = near->last - near->first;
     bullet::NearestHit nearest(bt(way));
