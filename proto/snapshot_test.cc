@@ -50,10 +50,11 @@ std::size_t digest(const std::string& bytes) { return std::hash<std::string>()(b
 // What all that lasts packs to: the shared state first, then sector by sector. While sectors move, islands at
 // rest are reported as often as their sectors come to another server, which is no part of the state.
 std::vector<std::size_t> digests_of(const WorldSnapshot& world) {
-  SharedState shared = world.shared;
-  if (world.settings.shuffle != 0) shared.seams.clear();
-  std::vector<std::size_t> digests = {digest(pack(shared))};
-  for (const MovedSector& sector : world.sectors) digests.push_back(digest(pack(std::span(&sector, 1))));
+  std::vector<std::size_t> digests = {digest(pack(world.shared))};
+  for (MovedSector sector : world.sectors) {
+    if (world.settings.shuffle != 0) sector.parts.clear();
+    digests.push_back(digest(pack(std::span(&sector, 1))));
+  }
   return digests;
 }
 

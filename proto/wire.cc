@@ -136,6 +136,22 @@ template <typename Archive, Is<Exchange> T>
 void describe(Archive& archive, T& x) {
   archive(x.introductions, x.replicas, x.gone, x.handovers, x.manifolds, x.quiet);
 }
+template <typename Archive, Is<Call> T>
+void describe(Archive& archive, T& x) {
+  archive(x.from, x.to);
+}
+template <typename Archive, Is<JointEnd> T>
+void describe(Archive& archive, T& x) {
+  archive(x.body, x.tied, x.host);
+}
+template <typename Archive, Is<JointHost> T>
+void describe(Archive& archive, T& x) {
+  archive(x.to, x.body, x.host);
+}
+template <typename Archive, Is<Agreement> T>
+void describe(Archive& archive, T& x) {
+  archive(x.quiet, x.goes_on, x.calls, x.joint_ends, x.joint_hosts);
+}
 template <typename Archive, Is<MovedBody> T>
 void describe(Archive& archive, T& x) {
   archive(x.record, x.replicated_in, x.known_everywhere, x.next_home, x.kinematic_target, x.dirty);
@@ -144,22 +160,23 @@ template <typename Archive, Is<MovedClone> T>
 void describe(Archive& archive, T& x) {
   archive(x.introduction, x.update, x.placed, x.fresh);
 }
-template <typename Archive, Is<MovedSector> T>
-void describe(Archive& archive, T& x) {
-  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_reported, x.active);
-}
-template <typename Archive, Is<Transfer> T>
-void describe(Archive& archive, T& x) {
-  archive(x.sectors);
-}
 template <typename Archive, Is<IslandPart> T>
 void describe(Archive& archive, T& x) {
   archive(x.links, x.first, x.bodies, x.contacts, x.any_awake, x.all_want_sleep, x.substeps, x.bounces,
           x.is_indivisible);
 }
+template <typename Archive, Is<MovedSector> T>
+void describe(Archive& archive, T& x) {
+  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_reported, x.parts,
+          x.active);
+}
+template <typename Archive, Is<Transfer> T>
+void describe(Archive& archive, T& x) {
+  archive(x.sectors);
+}
 template <typename Archive, Is<SectorSeams> T>
 void describe(Archive& archive, T& x) {
-  archive(x.sector, x.parts);
+  archive(x.sector, x.parts, x.is_news);
 }
 template <typename Archive, Is<KnownReplica> T>
 void describe(Archive& archive, T& x) {
@@ -167,7 +184,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<SharedState> T>
 void describe(Archive& archive, T& x) {
-  archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas, x.seams);
+  archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas);
 }
 template <typename Archive, Is<Seams> T>
 void describe(Archive& archive, T& x) {
@@ -493,16 +510,17 @@ std::uint64_t wire_layout() {
   constexpr std::uint64_t kPrime = 0x100000001b3;  // FNV-1a
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const std::size_t number :
-       {std::size_t{kClusterProtocol},   sizeof(BodyRecord),           packed_size<BodyRecord>(),
-        packed_size<Surface>(),          packed_size<ReplicaUpdate>(), packed_size<Handover>(),
-        packed_size<ManifoldTransfer>(), packed_size<Exchange>(),      packed_size<IslandPart>(),
-        packed_size<SectorSeams>(),      packed_size<ShippedBody>(),   packed_size<ShippedContact>(),
-        packed_size<ShippedIsland>(),    packed_size<SolvedBody>(),    packed_size<Solution>(),
-        packed_size<ApplyImpulse>(),     packed_size<ApplyForce>(),    packed_size<Teleport>(),
-        packed_size<KinematicTarget>(),  packed_size<JointRecord>(),   packed_size<SetDrives>(),
-        packed_size<SetSurfaceMotion>(), packed_size<MovedBody>(),     packed_size<MovedClone>(),
-        packed_size<MovedSector>(),      packed_size<Shipment>(),      packed_size<SharedState>(),
-        packed_size<KnownReplica>(),     std::variant_size_v<Command>, std::variant_size_v<RoundMessage>}) {
+       {std::size_t{kClusterProtocol},    sizeof(BodyRecord),           packed_size<BodyRecord>(),
+        packed_size<Surface>(),           packed_size<ReplicaUpdate>(), packed_size<Handover>(),
+        packed_size<ManifoldTransfer>(),  packed_size<Exchange>(),      packed_size<IslandPart>(),
+        packed_size<SectorSeams>(),       packed_size<ShippedBody>(),   packed_size<ShippedContact>(),
+        packed_size<ShippedIsland>(),     packed_size<SolvedBody>(),    packed_size<Solution>(),
+        packed_size<ApplyImpulse>(),      packed_size<ApplyForce>(),    packed_size<Teleport>(),
+        packed_size<KinematicTarget>(),   packed_size<JointRecord>(),   packed_size<SetDrives>(),
+        packed_size<SetSurfaceMotion>(),  packed_size<MovedBody>(),     packed_size<MovedClone>(),
+        packed_size<MovedSector>(),       packed_size<Shipment>(),      packed_size<SharedState>(),
+        packed_size<KnownReplica>(),      packed_size<Agreement>(),     std::variant_size_v<Command>,
+        std::variant_size_v<RoundMessage>}) {
     hash = (hash ^ number) * kPrime;
   }
   for (const TickCounter& counter : kTickCounters) {

@@ -56,6 +56,7 @@ void ChangedChunks::collect(Partition& partition, bool anew, bool with_shared, c
       if (sent_.forget(key)) take(absence(std::move(key)));
       continue;
     }
+    moved = with_parts(partition, *std::move(moved));
     std::string bytes = pack(std::span<const MovedSector>(&*moved, 1));
     if (!sent_.is_new(key, bytes)) continue;
     Chunk chunk;

@@ -306,8 +306,13 @@ void WorldRun::send(const Round& round) {
   const RoundMessage* before = nullptr;
   for (Rank rank = 0; rank < nodes_.size(); ++rank) {
     if (rank == self_ || !round.to[rank]) continue;
-    // All servers get the same seams, which are packed once.
-    const bool same = before != nullptr && std::holds_alternative<std::shared_ptr<const Seams>>(*before);
+    // Where all servers get the same seams, these are packed once.
+    const auto seams_in = [](const RoundMessage& message) {
+      const auto* seams = std::get_if<std::shared_ptr<const Seams>>(&message);
+      return seams != nullptr ? seams->get() : nullptr;
+    };
+    const Seams* const seams = seams_in(*round.to[rank]);
+    const bool same = before != nullptr && seams != nullptr && seams == seams_in(*before);
     if (!same) packed = pack(*round.to[rank]);
     before = &*round.to[rank];
     exchange_bytes_ += packed.size();

@@ -30,6 +30,8 @@ struct IslandPart {
 struct SectorSeams {
   SectorIndex sector;
   std::vector<IslandPart> parts;
+  bool is_news =
+      true;  // found in this tick; otherwise, the sector is at rest, and its parts are as they were
 };
 
 }  // namespace tessera

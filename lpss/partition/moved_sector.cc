@@ -74,6 +74,11 @@ MovedSector pack_sector(const Sector& sector) {
   return moved;
 }
 
+MovedSector with_parts(const Partition& partition, MovedSector sector) {
+  for (const SeamPart& part : partition.seam_graph.parts_of(sector.sector)) sector.parts.push_back(part.said);
+  return sector;
+}
+
 void forget_sector(Partition& partition, Sector& sector) {
   for (const HomeBody* body : sector.homes) {
     std::erase(partition.leaving, body->id);
@@ -98,6 +103,7 @@ void unpack_sector(Partition& partition, const MovedSector& moved) {
   unpack_bodies(partition, moved);
   unpack_clones(partition, moved);
   unpack_contacts(partition, moved);
+  if (!moved.parts.empty()) partition.seam_graph.replace({moved.sector, moved.parts});
 }
 
 }  // namespace tessera

@@ -39,10 +39,15 @@ struct MovedSector {
   std::array<double, 6>
       static_region{};  // low and high corner, m, of the region that statics are complete for
   bool parts_reported = false;
-  bool active = false;  // the next tick would have looked at it
+  std::vector<IslandPart> parts;  // as they were last reported; see with_parts()
+  bool active = false;            // the next tick would have looked at it
 };
 
+// Without its parts of islands, which the seam graph keeps, also while the sector is packed.
 MovedSector pack_sector(const Sector& sector);
+
+// The same with these, for one that leaves the partition.
+MovedSector with_parts(const Partition& partition, MovedSector sector);
 
 // Forgets the sector, and the replicas that only it needed.
 void forget_sector(Partition& partition, Sector& sector);

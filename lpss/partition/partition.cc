@@ -25,6 +25,7 @@ Partition::Partition(PartitionOptions options, Engine& engine_of_settings)
       free_flight(options.free_flight),
       in_step_from(options.in_step_from),
       pack_after(options.pack_after),
+      all_linked_max(options.all_linked_max),
       engine(engine_of_settings),
       margins(seam_margins(settings.sector_size, settings.time_step, 0)),
       statics(settings.sector_size, options.tiles != nullptr ? *options.tiles : TileStore::of_process()) {}

@@ -28,6 +28,9 @@
 
 namespace tessera {
 
+// Up to so many servers all talk to each other (lpss/tick/links.h).
+inline constexpr std::uint32_t kAllLinkedMax = 8;
+
 // Which part of which world.
 struct PartitionOptions {
   WorldSettings settings;
@@ -43,6 +46,9 @@ struct PartitionOptions {
   std::uint64_t in_step_from = 512;
   // Ticks that a sector has been at rest when it is packed. Without effect on what comes out.
   std::uint64_t pack_after = 120;
+  // Up to so many servers all talk to each other; of more, each talks to those around it. Without effect on
+  // what comes out. The same on all servers.
+  std::uint32_t all_linked_max = kAllLinkedMax;
   // Of grounds; outlives the partition. Null: those of the process.
   TileStore* tiles = nullptr;
 };
@@ -59,6 +65,7 @@ struct Partition {
   bool free_flight = true;
   std::uint64_t in_step_from = 0;
   std::uint64_t pack_after = 0;
+  std::uint32_t all_linked_max = 0;
   Engine& engine;
   absl::btree_map<ShapeId, ShapeRef> shapes;
   double radius_max = 0;  // m, of the largest body that can move that the world has ever had
@@ -83,8 +90,9 @@ struct Partition {
   // --- what is known of others ---
   absl::flat_hash_map<BodyId, std::unique_ptr<Replica>> replicas;
   std::vector<BodyId> moving_replicas;  // replicas whose home changes at the next tick
-  SeamGraph seam_graph;
-  bool at_rest = false;  // nothing in the whole world moves
+  SeamGraph seam_graph;  // all parts of islands in sectors that are hosted here; of others, those that matter
+  std::vector<SectorIndex> parts_of_others;  // sectors in it that others have told of, if not all are told
+  bool at_rest = false;                      // nothing in the whole world moves
 
   // Whether contact events are gathered; see report_contacts().
   bool reports_contacts = false;

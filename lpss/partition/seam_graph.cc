@@ -10,6 +10,34 @@ bool have_same_links(const std::vector<SeamPart>& known, const std::vector<Islan
                     [](const SeamPart& a, const IslandPart& b) { return a.said.links == b.links; });
 }
 
+// All parts that joins lead to from one.
+std::vector<const SeamPart*> group_of(const SeamPart& first, absl::flat_hash_set<const SeamPart*>& seen) {
+  std::vector<const SeamPart*> members = {&first};
+  for (std::size_t n = 0; n < members.size(); ++n) {
+    for (const SeamPart* other : members[n]->joined) {
+      if (seen.insert(other).second) members.push_back(other);
+    }
+  }
+  return members;
+}
+
+SeamIsland island_of(std::vector<const SeamPart*> members) {
+  std::sort(members.begin(), members.end(),
+            [](const SeamPart* a, const SeamPart* b) { return a->said.first < b->said.first; });
+  SeamIsland island;
+  island.id = members.front()->said.first;
+  for (const SeamPart* part : members) {
+    island.parts.push_back(part->place);
+    island.all_want_sleep &= part->said.all_want_sleep;
+    island.contacts += part->said.contacts;
+    island.bodies += part->said.bodies;
+    island.substeps = std::max(island.substeps, static_cast<int>(part->said.substeps));
+    island.bounces |= part->said.bounces;
+    island.is_indivisible |= part->said.is_indivisible;
+  }
+  return island;
+}
+
 }  // namespace
 
 void SeamGraph::link(SeamPart& part) {
@@ -77,27 +105,15 @@ std::span<const SeamPart> SeamGraph::parts_of(const SectorIndex& sector) const {
   return parts->second;
 }
 
-SeamIsland SeamGraph::island_of(const SeamPart& first, absl::flat_hash_set<const SeamPart*>& seen) const {
-  std::vector<const SeamPart*> members = {&first};
-  for (std::size_t n = 0; n < members.size(); ++n) {
-    for (const SeamPart* other : members[n]->joined) {
-      if (seen.insert(other).second) members.push_back(other);
+std::vector<std::vector<const SeamPart*>> SeamGraph::awake_groups(std::span<const SectorIndex> awake) const {
+  std::vector<std::vector<const SeamPart*>> groups;
+  absl::flat_hash_set<const SeamPart*> seen;
+  for (const SectorIndex& sector : awake) {
+    for (const SeamPart& part : parts_of(sector)) {
+      if (part.said.any_awake && seen.insert(&part).second) groups.push_back(group_of(part, seen));
     }
   }
-  std::sort(members.begin(), members.end(),
-            [](const SeamPart* a, const SeamPart* b) { return a->said.first < b->said.first; });
-  SeamIsland island;
-  island.id = members.front()->said.first;
-  for (const SeamPart* part : members) {
-    island.parts.push_back(part->place);
-    island.all_want_sleep &= part->said.all_want_sleep;
-    island.contacts += part->said.contacts;
-    island.bodies += part->said.bodies;
-    island.substeps = std::max(island.substeps, static_cast<int>(part->said.substeps));
-    island.bounces |= part->said.bounces;
-    island.is_indivisible |= part->said.is_indivisible;
-  }
-  return island;
+  return groups;
 }
 
 std::vector<SeamIsland> SeamGraph::awake_islands(std::span<const SectorIndex> awake) const {
@@ -106,7 +122,7 @@ std::vector<SeamIsland> SeamGraph::awake_islands(std::span<const SectorIndex> aw
   for (const SectorIndex& sector : awake) {
     for (const SeamPart& part : parts_of(sector)) {
       if (part.is_alone() || !part.said.any_awake || !seen.insert(&part).second) continue;
-      islands.push_back(island_of(part, seen));
+      islands.push_back(island_of(group_of(part, seen)));
     }
   }
   std::sort(islands.begin(), islands.end(),

@@ -51,6 +51,19 @@ class SeamGraph {
  public:
   void replace(const SectorSeams& seams);
 
+  // Forgets what was reported of the sectors that `is_kept` is false of.
+  template <typename IsKept>
+  void keep_only(const IsKept& is_kept) {
+    std::vector<SectorIndex> others;
+    for (const auto& [sector, parts] : parts_) {
+      if (!is_kept(sector)) others.push_back(sector);
+    }
+    for (const SectorIndex& sector : others) replace({sector, {}});
+  }
+
+  // The parts of each island that has an awake part in one of `awake`, those of a part that is alone, too.
+  std::vector<std::vector<const SeamPart*>> awake_groups(std::span<const SectorIndex> awake) const;
+
   // The islands that have an awake part in one of `awake`, in ascending order of ids, without those of a part
   // that is alone.
   std::vector<SeamIsland> awake_islands(std::span<const SectorIndex> awake) const;
@@ -66,7 +79,6 @@ class SeamGraph {
  private:
   void link(SeamPart& part);
   void unlink(const SeamPart& part);
-  SeamIsland island_of(const SeamPart& part, absl::flat_hash_set<const SeamPart*>& seen) const;
 
   absl::flat_hash_map<SectorIndex, std::vector<SeamPart>> parts_;
   absl::flat_hash_map<BodyId, absl::InlinedVector<SeamPart*, 2>> by_link_;

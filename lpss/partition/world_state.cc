@@ -22,7 +22,6 @@ SharedState shared_state(const Partition& partition) {
   }
   std::sort(state.known_replicas.begin(), state.known_replicas.end(),
             [](const KnownReplica& a, const KnownReplica& b) { return a.update.id < b.update.id; });
-  state.seams = partition.seam_graph.reported();
   return state;
 }
 
@@ -39,7 +38,9 @@ void for_each_sector(const Partition& partition, const std::function<void(MovedS
   std::sort(all.begin(), all.end());
   for (const SectorIndex& index : all) {
     const auto sector = partition.sectors.find(index);
-    visit(sector == partition.sectors.end() ? partition.packed.copy(index) : pack_sector(*sector->second));
+    MovedSector moved =
+        sector == partition.sectors.end() ? partition.packed.copy(index) : pack_sector(*sector->second);
+    visit(with_parts(partition, std::move(moved)));
   }
 }
 
@@ -69,7 +70,6 @@ void restore(Partition& partition, const SharedState& state, std::span<const Mov
     }
   }
   std::erase_if(partition.active, [](const Sector* sector) { return !sector->active; });
-  for (const SectorSeams& seams : state.seams) partition.seam_graph.replace(seams);
   partition.at_rest = state.at_rest;
 }
 

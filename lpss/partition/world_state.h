@@ -25,7 +25,6 @@ struct SharedState {
   std::vector<BodyRecord> statics;  // ascending by ids
   std::vector<JointRecord> joints;  // likewise
   std::vector<KnownReplica> known_replicas;  // likewise
-  std::vector<SectorSeams> seams;            // ascending by sectors
 };
 
 // Between ticks. The same from every partition of a world.
@@ -34,8 +33,8 @@ SharedState shared_state(const Partition& partition);
 // Ascending by ids.
 std::vector<ShapeEntry> shapes_of(const Partition& partition);
 
-// Calls `visit` for the sectors of a partition, in ascending order: one at a time, since all together may be
-// many times as large as those that are packed.
+// Calls `visit` for the sectors of a partition with their parts of islands, in ascending order: one at a
+// time, since all together may be many times as large as those that are packed.
 void for_each_sector(const Partition& partition, const std::function<void(MovedSector)>& visit);
 
 // All of them.

@@ -81,9 +81,8 @@ class Check {
     absl::Status status = ascend("ids of replicas", shared.known_replicas,
                                  [](const KnownReplica& known) { return known.update.id; });
     if (!status.ok()) return status;
-    const auto place_of = [](const auto& item) { return item.sector; };
-    if (status = ascend("sectors of seams", shared.seams, place_of); !status.ok()) return status;
-    return ascend("sectors", world_.sectors, place_of);
+    if (!status.ok()) return status;
+    return ascend("sectors", world_.sectors, [](const MovedSector& sector) { return sector.sector; });
   }
 
   absl::Status properties(BodyId id, const BodyProperties& properties) const {
@@ -203,14 +202,9 @@ class Check {
   }
 
   absl::Status seams() const {
-    for (const SectorSeams& seams : world_.shared.seams) {
-      const auto sector =
-          std::lower_bound(world_.sectors.begin(), world_.sectors.end(), seams.sector,
-                           [](const MovedSector& a, const SectorIndex& b) { return a.sector < b; });
-      const bool is_there = sector != world_.sectors.end() && sector->sector == seams.sector;
-      if (seams.parts.empty() || !is_there || sector->bodies.empty() || !sector->parts_reported) {
-        return refused("sector ", to_string(seams.sector), " has no islands that reach over its borders");
-      }
+    for (const MovedSector& sector : world_.sectors) {
+      if (!sector.parts.empty() && (sector.bodies.empty() || !sector.parts_reported))
+        return refused("sector ", to_string(sector.sector), " has no islands that reach over its borders");
     }
     return absl::OkStatus();
   }

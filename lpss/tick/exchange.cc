@@ -17,7 +17,7 @@ class OwnersAround {
   OwnersAround(const SectorMap& map, const SectorIndex& home) : map_(map), home_(home) {}
 
   Ranks of(const OffsetSet& targets) {
-    if (targets.empty()) return 0;
+    if (targets.empty()) return {};
     for (const auto& [set, ranks] : known_) {
       if (set == targets) return ranks;
     }
@@ -34,14 +34,14 @@ void tell_of(const Partition& partition, OwnersAround& around, HomeBody& body,
              std::vector<Exchange>& outbox) {
   const SectorIndex& home = body.sector->index;
   const auto informed = [&] {
-    return (body.known_everywhere ? everyone(partition.map) : 0) | around.of(body.replicated_in);
+    return (body.known_everywhere ? everyone(partition.map) : Ranks{}) | around.of(body.replicated_in);
   };
   const Ranks before = informed();
   body.replicated_in = body.wanted_in;
   body.known_everywhere = is_everywhere(body);
   body.dirty = false;
   const Ranks now = informed();
-  if (before == 0 && now == 0) return;
+  if (before.empty() && now.empty()) return;
   announce(outbox, body.properties,
            {body.id, home, body.next_home.value_or(home), body.replicated_in,
             body.sector->world->state(body.slot)},

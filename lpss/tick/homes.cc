@@ -79,7 +79,7 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
   }
   for (auto& [handover, old_home] : jumps) {
     BodyRecord& record = handover.record;
-    const Ranks all = handover.known_everywhere ? everyone(partition.map) : 0;
+    const Ranks all = handover.known_everywhere ? everyone(partition.map) : Ranks{};
     const Ranks before = all | owners(partition.map, old_home, handover.replicated_in);
     const Eigen::AlignedBox3d swept =
         swept_ball(record.state, radius_of(partition, record.properties), partition.dt());

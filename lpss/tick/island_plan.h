@@ -57,7 +57,7 @@ struct IslandPlan {
   // By rank.
   std::vector<bool> awaits_shipment;  // it ships a part of an island that is solved here, or in step with it
   std::vector<bool> awaits_solution;  // it solves an island that has a part here
-  Ranks in_step = 0;                  // the servers with which this one solves islands in step
+  Ranks in_step;                      // the servers with which this one solves islands in step
 };
 
 }  // namespace tessera

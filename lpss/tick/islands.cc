@@ -1,6 +1,8 @@
 #include "lpss/tick/islands.h"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
 
 #include "lpss/partition/bodies.h"
 #include "lpss/tick/components.h"
@@ -88,19 +90,19 @@ void assemble_alone(const Partition& partition, Sector& sector, JobMaker& jobs) 
   }
 }
 
+// Contacts and parts of an island, by the servers that have some.
+using Weights = std::map<Rank, std::uint64_t>;
+
 // All servers choose the same one to solve an island: the one with most of its contacts, the lowest rank
 // among equals. While authority is shuffled, any of those that have a part.
-Rank solver_of(const Partition& partition, Tick tick, const SeamIsland& island,
-               const std::vector<std::uint64_t>& weight) {
+Rank solver_of(const Partition& partition, Tick tick, const SeamIsland& island, const Weights& weight) {
   if (partition.settings.shuffle == 0) {
-    return static_cast<Rank>(std::max_element(weight.begin(), weight.end()) - weight.begin());
+    const auto is_less = [](const auto& a, const auto& b) { return a.second < b.second; };
+    return std::max_element(weight.begin(), weight.end(), is_less)->first;
   }
-  std::vector<Rank> candidates;
-  for (Rank rank = 0; rank < weight.size(); ++rank) {
-    if (weight[rank] > 0) candidates.push_back(rank);
-  }
-  return candidates[scrambled(partition.settings.shuffle ^ scrambled(tick ^ scrambled(island.id.value))) %
-                    candidates.size()];
+  const std::uint64_t drawn =
+      scrambled(partition.settings.shuffle ^ scrambled(tick ^ scrambled(island.id.value)));
+  return std::next(weight.begin(), static_cast<std::ptrdiff_t>(drawn % weight.size()))->first;
 }
 
 // Whether the servers of an island solve it in step. While authority is shuffled, either comes to pass.
@@ -122,7 +124,7 @@ void for_each_part(Partition& partition, const SeamIsland& island, const Visit& 
 
 // An island over several servers, of which one solves it.
 void ship(Partition& partition, TickContext& context, const SeamIsland& island, int substeps,
-          const std::vector<std::uint64_t>& weight, std::vector<Shipment>& outbox) {
+          const Weights& weight, std::vector<Shipment>& outbox) {
   const Rank solver = solver_of(partition, context.tick, island, weight);
   if (solver != partition.self) {
     ShippedIsland parcel;
@@ -147,26 +149,26 @@ void ship(Partition& partition, TickContext& context, const SeamIsland& island, 
   context.plan.pending.push_back(std::move(pending));
   ++context.counts.islands_across_seams;
   ++context.counts.islands_shipped;
-  for (Rank rank = 0; rank < weight.size(); ++rank) {
-    if (rank != partition.self && weight[rank] > 0) context.plan.awaits_shipment[rank] = true;
+  for (const auto& [rank, share] : weight) {
+    if (rank != partition.self) context.plan.awaits_shipment[rank] = true;
   }
 }
 
 // An island that reaches over borders.
 void assemble(Partition& partition, TickContext& context, const SeamIsland& island, JobMaker& jobs,
               std::vector<Shipment>& outbox) {
-  std::vector<std::uint64_t> weight(partition.map.servers(), 0);  // contacts and parts, by rank
+  Weights weight;
   for (const PartRef& ref : island.parts) {
     weight[partition.map.owner(ref.sector)] += partition.seam_graph.part(ref).contacts + 1;
   }
-  if (weight[partition.self] == 0) return;
+  if (!weight.contains(partition.self)) return;
   for_each_part(partition, island, [&](Sector& sector, Component& component) {
     settle(partition, context, sector, component, island.all_want_sleep);
   });
   if (island.all_want_sleep) return;
 
   const int substeps = island.substeps > 0 ? partition.engine.substeps(island.substeps, island.bodies) : 0;
-  if (std::count(weight.begin(), weight.end(), 0u) + 1 == std::ssize(weight)) {
+  if (weight.size() == 1) {
     ++context.counts.islands_across_seams;
     JobMaker::Job& job = jobs.next(weight[partition.self]);
     for_each_part(partition, island, [&](Sector& sector, const Component& component) {
@@ -185,17 +187,20 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
 
 }  // namespace
 
-std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
-                                   const std::vector<const Seams*>& inbox, const ParallelFor& parallel) {
+std::vector<SectorIndex> take_parts(Partition& partition, const std::vector<const Seams*>& inbox) {
   std::vector<SectorIndex> awake;
   for (const Seams* message : inbox) {
     for (const SectorSeams& seams : message->sectors) {
       partition.seam_graph.replace(seams);
-      awake.push_back(seams.sector);
+      if (seams.is_news) awake.push_back(seams.sector);
     }
   }
   std::sort(awake.begin(), awake.end());
+  return awake;
+}
 
+std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
+                                   std::span<const SectorIndex> awake, const ParallelFor& parallel) {
   const std::size_t servers = partition.map.servers();
   std::vector<Shipment> outbox(servers);
   context.plan.awaits_shipment.assign(servers, false);
@@ -209,7 +214,7 @@ std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
       assemble(partition, context, island, jobs, outbox);
     }
   }
-  for_each_rank(context.plan.in_step, [&](Rank rank) { context.plan.awaits_shipment[rank] = true; });
+  context.plan.in_step.for_each([&](Rank rank) { context.plan.awaits_shipment[rank] = true; });
   context.plan.jobs = jobs.build(partition, parallel);
   std::sort(context.stepped.begin(), context.stepped.end(),
             [](const Sector* a, const Sector* b) { return a->index < b->index; });

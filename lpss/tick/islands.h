@@ -1,6 +1,7 @@
 // Islands: the parts of all sectors become islands over sectors and servers, each with one solver.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "lpss/tick/context.h"
@@ -9,10 +10,13 @@
 
 namespace tessera {
 
-// Joins the parts that all servers reported, lets islands wake up or fall asleep, and plans what is solved
-// where (`context.plan`). All servers come to the same islands and solvers. Returns the parts to be shipped,
-// by rank.
+// Takes over the parts that all servers reported. Returns the sectors that they found them in.
+std::vector<SectorIndex> take_parts(Partition& partition, const std::vector<const Seams*>& inbox);
+
+// Joins parts, lets islands wake up or fall asleep, and plans what is solved where (`context.plan`). `awake`
+// are the sectors whose parts were found in this tick. All servers of an island come to the same solver.
+// Returns the parts to be shipped, by rank.
 std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
-                                   const std::vector<const Seams*>& inbox, const ParallelFor& parallel);
+                                   std::span<const SectorIndex> awake, const ParallelFor& parallel);
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 // What the servers of one world tell each other in the course of a tick.
 //
 // Rounds, each a message from every server to every peer that needs one (docs/architecture.md):
+//   Agreement what all must know, up and down a tree; only between many servers
 //   Transfer  sectors that change servers; only in ticks in which the sector map changes
 //   Exchange  who moved, and who is near a seam             -> detection
 //   Seams     the parts of islands that reach over borders  -> islands
@@ -58,6 +59,42 @@ struct Exchange {
   std::vector<Handover> handovers;
   std::vector<ManifoldTransfer> manifolds;
   bool quiet = false;  // nothing of the sender's moves, and nothing in here changes that
+
+  bool empty() const {
+    return introductions.empty() && replicas.empty() && gone.empty() && handovers.empty() &&
+           manifolds.empty();
+  }
+};
+
+// A server has something for another that does not await it.
+struct Call {
+  Rank from = 0;
+  Rank to = 0;
+};
+
+// A body that a joint ties to one that the sender does not know the server of.
+struct JointEnd {
+  BodyId body;
+  BodyId tied;
+  Rank host = 0;  // of the body
+
+  friend auto operator<=>(const JointEnd&, const JointEnd&) = default;
+};
+
+// Tells a server who hosts a body that a joint ties to one of its own.
+struct JointHost {
+  Rank to = 0;
+  BodyId body;
+  Rank host = 0;  // of the body
+};
+
+// What all servers agree on before they go on (agreement.h).
+struct Agreement {
+  bool quiet = true;     // nothing of anybody's moves
+  bool goes_on = false;  // somebody has something for others in the next round
+  std::vector<Call> calls;
+  std::vector<JointEnd> joint_ends;  // whose other ends have not been met
+  std::vector<JointHost> joint_hosts;
 };
 
 struct Transfer {
@@ -65,7 +102,7 @@ struct Transfer {
 };
 
 struct Seams {
-  std::vector<SectorSeams> sectors;  // of the sectors that were awake in this tick
+  std::vector<SectorSeams> sectors;  // those that were awake in this tick, and what islands reach into
 };
 
 // A body of a part that is solved elsewhere.
@@ -175,7 +212,7 @@ using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, A
                              KinematicTarget, AddJoint, RemoveJoint, SetDrives, SetSurfaceMotion>;
 
 using RoundMessage =
-    std::variant<Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Motions, Solution>;
+    std::variant<Agreement, Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Motions, Solution>;
 
 // A contact of two bodies, reported once, by the sector that detected it.
 struct ContactEvent {

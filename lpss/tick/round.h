@@ -10,17 +10,28 @@
 namespace tessera {
 
 // In the order in which they run; most ticks have neither transfers nor shipments to speak of. There is a
-// round of motions for each stage of each sweep.
-// In the order of RoundMessage.
-enum class RoundKind : std::uint8_t { kIdle, kTransfer, kExchange, kSeams, kShipment, kMotions, kSolution };
+// round of motions for each stage of each sweep, and there may be several of seams. Agreements come before
+// the rounds in which a server may have something for one that does not await it. In the order of
+// RoundMessage.
+enum class RoundKind : std::uint8_t {
+  kIdle,
+  kAgreement,
+  kTransfer,
+  kExchange,
+  kSeams,
+  kShipment,
+  kMotions,
+  kSolution
+};
 
 struct Round {
-  std::uint32_t number = 0;  // the same for all that send and await it; ascends within a tick
+  std::uint32_t number = 0;  // the same for all that send and await it; no two of a tick are the same
   std::vector<std::optional<RoundMessage>> to;  // by rank; to itself, too
   std::vector<bool> from;                       // by rank: who sends something in this round
 };
 
-// A round of this kind in which nobody has anything to say yet. `repetition`: of rounds of motions.
+// A round of this kind in which nobody has anything to say yet. `repetition`: of those that a tick has
+// several of.
 Round make_round(RoundKind kind, std::size_t servers, std::uint32_t repetition = 0);
 
 }  // namespace tessera

@@ -26,15 +26,12 @@ void for_each_around(const SectorIndex& sector, const Visit& visit) {
   }
 }
 
-Ranks bit_of(Rank rank) { return Ranks{1} << rank; }
-bool is_in(Ranks ranks, Rank rank) { return ((ranks >> rank) & 1) != 0; }
-
 SeamGroups group_bit(ContactGroup group) { return static_cast<SeamGroups>(1 << (group - kSeamGroup)); }
 bool has_group(SeamGroups groups, ContactGroup group) { return ((groups >> (group - kSeamGroup)) & 1) != 0; }
 
 // Whether a server may solve a block of another, which tells it all that it needs for that.
-bool may_follow(Rank follower, Rank host, Ranks hosts_of_block) {
-  return (hosts_of_block & ~(bit_of(follower) | bit_of(host))) == 0;
+bool may_follow(Rank follower, Rank host, const Ranks& hosts_of_block) {
+  return (hosts_of_block - Ranks{follower, host}).empty();
 }
 
 const HomeBody* home_in_slot(const Sector& sector, BodySlot slot) {
@@ -45,10 +42,10 @@ const HomeBody* home_in_slot(const Sector& sector, BodySlot slot) {
 // The servers that host parts of an island around a sector, as far as `is_wanted` says of each sector there.
 template <typename IsWanted>
 Ranks hosts_around(const SectorIndex& sector, const IslandSectors& sectors, const IsWanted& is_wanted) {
-  Ranks hosts = 0;
+  Ranks hosts;
   for_each_around(sector, [&](const SectorIndex& near) {
     const auto host = sectors.find(near);
-    if (host != sectors.end() && is_wanted(near)) hosts |= bit_of(host->second);
+    if (host != sectors.end() && is_wanted(near)) hosts.insert(host->second);
   });
   return hosts;
 }
@@ -98,13 +95,13 @@ class IslandAtSeams {
       staged.seam_groups.emplace(id, known.groups);
     }
     for (const Found& found : contacts_) staged.contacts.push_back(found.contact);
-    Ranks around = 0;
+    Ranks around;
     for (const auto& [sector, host] : sectors_) {
       if (host == partition_.self)
         around |= hosts_around(sector, sectors_, [](const SectorIndex&) { return true; });
     }
-    around &= ~bit_of(partition_.self);
-    for_each_rank(around, [&](Rank rank) { outbox[rank].staged.push_back(parcel_for(rank, staged.own)); });
+    around.erase(partition_.self);
+    around.for_each([&](Rank rank) { outbox[rank].staged.push_back(parcel_for(rank, staged.own)); });
     return around;
   }
 
@@ -142,8 +139,8 @@ class IslandAtSeams {
   }
 
   // Who hosts parts in a block with one of the bodies.
-  Ranks hosts_of(const Known& known, ContactGroup group) {
-    const auto [hosts, is_new] = hosts_.try_emplace(block_with(known, group), 0);
+  const Ranks& hosts_of(const Known& known, ContactGroup group) {
+    const auto [hosts, is_new] = hosts_.try_emplace(block_with(known, group));
     if (is_new) hosts->second = hosts_of_block(known.body->sector->index, group, sectors_, partition_.anchor);
     return hosts->second;
   }
@@ -154,7 +151,7 @@ class IslandAtSeams {
     for (ContactGroup group = kSeamGroup + kSeamGroups; group-- > kSeamGroup;) {
       for (const auto& [id, known] : bodies_) {
         if (!has_group(known.groups, group)) continue;
-        if (is_in(hosts_of(known, group), rank)) blocks.insert(block_with(known, group));
+        if (hosts_of(known, group).contains(rank)) blocks.insert(block_with(known, group));
         if (!blocks.contains(block_with(known, group))) continue;
         // It follows those in which what it solves later is pushed before.
         for (ContactGroup earlier = kSeamGroup; earlier < group; ++earlier) {
@@ -237,7 +234,7 @@ class StagedSolve::Builder {
 
   Job build() {
     std::erase_if(contacts_, [&](const Contact& contact) {
-      return !is_in(blocks_.at(contact.block).solvers, partition_.self);
+      return !blocks_.at(contact.block).solvers.contains(partition_.self);
     });
     std::vector<const ShippedContact*> foreign;
     absl::flat_hash_set<BodyId> needed;
@@ -267,7 +264,7 @@ class StagedSolve::Builder {
     }
   };
   struct Block {
-    Ranks solvers = 0;  // who hosts a body in it, and who follows it
+    Ranks solvers;  // who hosts a body in it, and who follows it
     std::vector<BodyId> bodies;
   };
   struct Contact {
@@ -289,7 +286,8 @@ class StagedSolve::Builder {
     const Place place{group, pair.island, block_of(pair.home_a, group, partition_.anchor)};
     contacts_.push_back({pair, place, shipped});
     Block& block = blocks_[place];
-    block.solvers |= bit_of(partition_.map.owner(pair.home_a)) | bit_of(partition_.map.owner(pair.home_b));
+    block.solvers.insert(partition_.map.owner(pair.home_a));
+    block.solvers.insert(partition_.map.owner(pair.home_b));
     block.bodies.push_back(pair.a);
     block.bodies.push_back(pair.b);
   }
@@ -309,11 +307,14 @@ class StagedSolve::Builder {
           const Ranks hosts =
               hosts_of_block(home, earlier, staged_.islands.at(place.island), partition_.anchor);
           // Others do not concern this server, nor would it know all.
-          const Ranks followers =
-              host == partition_.self ? block.solvers : block.solvers & bit_of(partition_.self);
-          for_each_rank(followers, [&](Rank rank) {
-            if (may_follow(rank, host, hosts)) pushed->second.solvers |= bit_of(rank);
-          });
+          const auto add_follower = [&](Rank rank) {
+            if (may_follow(rank, host, hosts)) pushed->second.solvers.insert(rank);
+          };
+          if (host == partition_.self) {
+            block.solvers.for_each(add_follower);
+          } else if (block.solvers.contains(partition_.self)) {
+            add_follower(partition_.self);
+          }
         }
       }
     }
@@ -330,11 +331,11 @@ class StagedSolve::Builder {
     for (TrafficByRank& traffic : job.traffic) traffic.resize(partition_.map.servers());
     std::vector<SharedByBody> shared(partition_.map.servers());  // by the other server
     for (const Contact& contact : contacts_) {
-      const Ranks others = blocks_.at(contact.block).solvers & ~bit_of(partition_.self);
+      const Ranks others = blocks_.at(contact.block).solvers - Ranks{partition_.self};
       for (const auto& [id, home] :
            {std::pair(contact.pair.a, contact.pair.home_a), {contact.pair.b, contact.pair.home_b}}) {
         const Rank host = partition_.map.owner(home);
-        for_each_rank(host == partition_.self ? others : bit_of(host), [&](Rank rank) {
+        (host == partition_.self ? others : Ranks{host}).for_each([&](Rank rank) {
           Shared& body = shared[rank][id];
           body.groups |= group_bit(contact.block.group);
           body.host = host;

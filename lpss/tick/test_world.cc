@@ -68,7 +68,8 @@ void TestWorld::plan() {
   for (const Seams& message : seams) said.push_back(&message);
   shipments.clear();
   for (Rank rank = 0; rank < servers(); ++rank) {
-    shipments.push_back(plan_islands(*partitions_[rank], contexts[rank], said, {}));
+    const std::vector<SectorIndex> awake = take_parts(*partitions_[rank], said);
+    shipments.push_back(plan_islands(*partitions_[rank], contexts[rank], awake, {}));
   }
 }
 

@@ -1,9 +1,9 @@
 #include "lpss/tick/tick_machine.h"
 
 #include <absl/cleanup/cleanup.h>
+#include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "lpss/base/invariant.h"
@@ -50,6 +50,49 @@ void address(Round& round, std::vector<Message> outbox) {
   for (std::size_t rank = 0; rank < outbox.size(); ++rank) round.to[rank] = std::move(outbox[rank]);
 }
 
+bool is_nothing(const RoundMessage& message) {
+  if (const auto* transfer = std::get_if<Transfer>(&message)) return transfer->sectors.empty();
+  if (const auto* exchange = std::get_if<Exchange>(&message)) return exchange->empty();
+  if (const auto* seams = std::get_if<std::shared_ptr<const Seams>>(&message))
+    return (*seams)->sectors.empty();
+  return false;
+}
+
+RoundMessage nothing(RoundKind kind) {
+  if (kind == RoundKind::kTransfer) return Transfer{};
+  if (kind == RoundKind::kExchange) return Exchange{};
+  return std::make_shared<const Seams>();
+}
+
+// Parts of sectors at rest, which others may not know.
+void tell_all_parts(const Partition& partition, Seams& found) {
+  if (partition.map.servers() == 1) return;
+  absl::flat_hash_set<SectorIndex> told;
+  for (const SectorSeams& seams : found.sectors) told.insert(seams.sector);
+  for (SectorSeams& seams : partition.seam_graph.reported()) {
+    if (!partition.hosts(seams.sector) || told.contains(seams.sector)) continue;
+    seams.is_news = false;
+    found.sectors.push_back(std::move(seams));
+  }
+}
+
+// Those that are not empty.
+template <typename Message>
+std::map<Rank, RoundMessage> worth_sending(std::vector<Message> outbox) {
+  std::map<Rank, RoundMessage> result;
+  for (Rank rank = 0; rank < outbox.size(); ++rank) {
+    RoundMessage message = std::move(outbox[rank]);
+    if (!is_nothing(message)) result.emplace(rank, std::move(message));
+  }
+  return result;
+}
+
+std::map<Rank, RoundMessage> as_messages(std::map<Rank, Seams> news) {
+  std::map<Rank, RoundMessage> result;
+  for (auto& [rank, seams] : news) result.emplace(rank, std::make_shared<const Seams>(std::move(seams)));
+  return result;
+}
+
 void drop_empty_sectors(Partition& partition, Vacated& vacated) {
   for (Sector* sector : std::vector<Sector*>(partition.active)) drop_if_empty(partition, *sector, vacated);
   std::sort(partition.active.begin(), partition.active.end(),
@@ -59,10 +102,9 @@ void drop_empty_sectors(Partition& partition, Vacated& vacated) {
 }  // namespace
 
 Round make_round(RoundKind kind, std::size_t servers, std::uint32_t repetition) {
-  // Numbers ascend within a tick.
-  constexpr auto kLast = std::numeric_limits<std::uint32_t>::max();
+  constexpr int kRepetitionBits = 24;
   Round result;
-  result.number = kind == RoundKind::kSolution ? kLast : static_cast<std::uint32_t>(kind) + repetition;
+  result.number = (static_cast<std::uint32_t>(kind) << kRepetitionBits) + repetition;
   result.to.resize(servers);
   result.from.assign(servers, false);
   return result;
@@ -75,9 +117,63 @@ TickMachine::TickMachine(Partition& partition, Options options)
       solvers_(partition.engine),
       tick_(options.tick) {}
 
-Round TickMachine::round(RoundKind kind) {
+Round TickMachine::round(RoundKind kind, std::uint32_t repetition) {
   awaited_ = kind;
-  return make_round(kind, partition_.map.servers());
+  return make_round(kind, partition_.map.servers(), repetition);
+}
+
+std::optional<Round> TickMachine::agree(Agreement said, RoundKind next) {
+  for (const auto& [rank, message] : pending_) {
+    if (rank != partition_.self && !links_.contains(rank)) said.calls.push_back({partition_.self, rank});
+  }
+  agreed_on_ = next;
+  awaited_ = RoundKind::kAgreement;
+  if (auto round = tree_.begin(partition_.self, partition_.map.servers(), std::move(said), agreements_++))
+    return round;
+  return act_on_agreement();
+}
+
+std::optional<Round> TickMachine::act_on_agreement() {
+  const Agreement& agreed = tree_.result();
+  if (agreed_on_ == RoundKind::kSeams) {
+    if (agreed.goes_on) return linked_round(RoundKind::kSeams, agreed.calls, ++gatherings_);
+    const std::vector<SectorIndex> awake = gathering_->awake();
+    gathering_.reset();
+    return shipment_round(awake);
+  }
+  if (agreed_on_ == RoundKind::kTransfer) return linked_round(RoundKind::kTransfer, agreed.calls);
+  partition_.at_rest = agreed.quiet;
+  if (agreed.quiet) {
+    rest();
+    return std::nullopt;
+  }
+  for (const JointHost& joint : agreed.joint_hosts) joint_hosts_.emplace(joint.body, joint.host);
+  return linked_round(RoundKind::kExchange, agreed.calls);
+}
+
+Round TickMachine::linked_round(RoundKind kind, std::span<const Call> calls, std::uint32_t repetition) {
+  Round result = round(kind, repetition);
+  links_.for_each([&](Rank rank) {
+    result.from[rank] = true;
+    result.to[rank] = nothing(kind);
+  });
+  for (const Call& call : calls) result.from[call.from] = true;
+  for (auto& [rank, message] : pending_) {
+    if (rank == partition_.self) {
+      result.from[rank] = true;
+    } else {
+      links_.note(rank, tick_);
+    }
+    result.to[rank] = std::move(message);
+  }
+  pending_.clear();
+  return result;
+}
+
+void TickMachine::note_links(const Inbox& inbox) {
+  for (Rank rank = 0; rank < inbox.size(); ++rank) {
+    if (inbox[rank] && rank != partition_.self && !is_nothing(*inbox[rank])) links_.note(rank, tick_);
+  }
 }
 
 std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) {
@@ -91,6 +187,8 @@ std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) 
     return std::nullopt;
   }
   partition_.at_rest = false;
+  agreements_ = 0;
+  links_.forget_old(tick_);
   context_.commands.assign(commands.begin(), commands.end());
   std::optional<SectorMap> map = std::exchange(next_map_, std::nullopt);
   if (!map) map = shuffled_map(partition_, tick_);
@@ -102,12 +200,18 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
   switch (awaited_) {
     case RoundKind::kIdle:
       break;
+    case RoundKind::kAgreement:
+      if (auto next = tree_.advance(messages<Agreement>(inbox))) return next;
+      return act_on_agreement();
     case RoundKind::kTransfer:
       clock_.enter(TickPhase::kExchange);
+      if (by_links()) note_links(inbox);
       take_sectors(partition_, messages<Transfer>(inbox));
       return exchange_round();
     case RoundKind::kExchange: {
+      if (by_links()) note_links(inbox);
       std::vector<Exchange> received = messages<Exchange>(inbox);
+      if (by_links()) return seams_round(std::move(received));
       partition_.at_rest =
           std::all_of(received.begin(), received.end(), [](const Exchange& e) { return e.quiet; });
       if (!partition_.at_rest) return seams_round(std::move(received));
@@ -115,10 +219,13 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
       return std::nullopt;
     }
     case RoundKind::kSeams: {
+      if (by_links()) note_links(inbox);
       const auto received = messages<std::shared_ptr<const Seams>>(inbox);
+      if (by_links()) return gathering_round(received);
       std::vector<const Seams*> seams;
       for (const auto& message : received) seams.push_back(message.get());
-      return shipment_round(seams);
+      clock_.enter(TickPhase::kIslands);
+      return shipment_round(take_parts(partition_, seams));
     }
     case RoundKind::kShipment:
       return begin_solving(messages<Shipment>(inbox));
@@ -134,15 +241,25 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
   return std::nullopt;
 }
 
-Round TickMachine::transfer_round(SectorMap map) {
+std::optional<Round> TickMachine::transfer_round(SectorMap map) {
   clock_.enter(TickPhase::kExchange);
+  // All servers change the map in this tick, so all begin anew with it.
+  links_.clear();
+  const bool begins_anew = by_links() || map.servers() != partition_.map.servers();
+  tells_all_parts_ |= begins_anew;
+  std::vector<Transfer> outbox = give_sectors(partition_, std::move(map));
+  if (begins_anew) forget_parts_of_others(partition_);
+  if (by_links()) {
+    pending_ = worth_sending(std::move(outbox));
+    return agree({}, RoundKind::kTransfer);
+  }
   Round result = round(RoundKind::kTransfer);
-  address(result, give_sectors(partition_, std::move(map)));
+  address(result, std::move(outbox));
   result.from.flip();
   return result;
 }
 
-Round TickMachine::exchange_round() {
+std::optional<Round> TickMachine::exchange_round() {
   std::vector<Exchange> outbox(partition_.map.servers());
   clock_.enter(TickPhase::kSectorization);
   std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, context_.stopped);
@@ -157,6 +274,12 @@ Round TickMachine::exchange_round() {
   clock_.enter(TickPhase::kExchange);
   tell_of_replicas(partition_, outbox);
   const bool quiet = partition_.active.empty() && context_.commands.empty();
+  if (by_links()) {
+    joint_hosts_.clear();
+    Agreement said{.quiet = quiet, .joint_ends = joint_ends(partition_, outbox)};
+    pending_ = worth_sending(std::move(outbox));
+    return agree(std::move(said), RoundKind::kExchange);
+  }
   for (Exchange& message : outbox) message.quiet = quiet;
 
   Round result = round(RoundKind::kExchange);
@@ -181,23 +304,39 @@ Round TickMachine::seams_round(std::vector<Exchange> inbox) {
   context_.stepped = detect(partition_, parallel_);
 
   clock_.enter(TickPhase::kIslands);
-  const auto seams = std::make_shared<const Seams>(find_components(partition_, parallel_, context_.vacated));
-
+  Seams found = find_components(partition_, parallel_, context_.vacated);
+  if (by_links()) {
+    gatherings_ = 0;
+    gathering_.emplace(partition_, found, joint_hosts_);
+    pending_ = as_messages(gathering_->news([this](Rank rank) { return links_.contains(rank); }));
+    return linked_round(RoundKind::kSeams, {});
+  }
+  if (std::exchange(tells_all_parts_, false)) tell_all_parts(partition_, found);
+  const auto seams = std::make_shared<const Seams>(std::move(found));
   Round result = round(RoundKind::kSeams);
   for (auto& message : result.to) message = seams;
   result.from.flip();
   return result;
 }
 
-Round TickMachine::shipment_round(const std::vector<const Seams*>& inbox) {
+std::optional<Round> TickMachine::gathering_round(const std::vector<std::shared_ptr<const Seams>>& inbox) {
   clock_.enter(TickPhase::kIslands);
-  std::vector<Shipment> outbox = plan_islands(partition_, context_, inbox, parallel_);
+  for (Rank rank = 0; rank < inbox.size(); ++rank) {
+    if (inbox[rank]) gathering_->take(rank, *inbox[rank]);
+  }
+  pending_ = as_messages(gathering_->news([](Rank) { return true; }));
+  return agree({.goes_on = !pending_.empty()}, RoundKind::kSeams);
+}
+
+Round TickMachine::shipment_round(std::span<const SectorIndex> awake) {
+  clock_.enter(TickPhase::kIslands);
+  std::vector<Shipment> outbox = plan_islands(partition_, context_, awake, parallel_);
   queue_.emplace(partition_.dt(), parallel_, solvers_);
   queue_->add(std::move(context_.plan.jobs));
   Round result = round(RoundKind::kShipment);
   result.from = context_.plan.awaits_shipment;
   for (Rank rank = 0; rank < outbox.size(); ++rank) {
-    const bool is_in_step = ((context_.plan.in_step >> rank) & 1) != 0;
+    const bool is_in_step = context_.plan.in_step.contains(rank);
     if (is_in_step || !outbox[rank].islands.empty()) result.to[rank] = std::move(outbox[rank]);
   }
   return result;

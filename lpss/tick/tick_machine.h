@@ -4,12 +4,18 @@
 // servers have n and carry the messages. Both run this code, and end in the same bits.
 #pragma once
 
+#include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "lpss/tick/agreement.h"
 #include "lpss/tick/context.h"
+#include "lpss/tick/gathering.h"
+#include "lpss/tick/joint_ends.h"
+#include "lpss/tick/links.h"
 #include "lpss/tick/parallel.h"
 #include "lpss/tick/phase_clock.h"
 #include "lpss/tick/round.h"
@@ -47,6 +53,9 @@ class TickMachine {
   // Does some of what needs nobody: worth a call while others' messages are on their way.
   void work_while_waiting();
 
+  // To whom this server is linked, if all do not talk to all.
+  const Links& links() const { return links_; }
+
   const Partition& partition() const { return partition_; }
   Partition& partition() { return partition_; }
 
@@ -65,10 +74,11 @@ class TickMachine {
 
  private:
   // One function a round: what the messages of the last one make possible, up to the messages of this one.
-  Round transfer_round(SectorMap map);
-  Round exchange_round();
+  std::optional<Round> transfer_round(SectorMap map);
+  std::optional<Round> exchange_round();
   Round seams_round(std::vector<Exchange> inbox);
-  Round shipment_round(const std::vector<const Seams*>& inbox);
+  std::optional<Round> gathering_round(const std::vector<std::shared_ptr<const Seams>>& inbox);
+  Round shipment_round(std::span<const SectorIndex> awake);
   Round begin_solving(const std::vector<Shipment>& inbox);
   Round go_on_solving();
   Round solution_round();
@@ -77,7 +87,16 @@ class TickMachine {
   void note_divergences();
   void rest();
 
-  Round round(RoundKind kind);
+  Round round(RoundKind kind, std::uint32_t repetition = 0);
+
+  // Whether servers talk over links alone (links.h).
+  bool by_links() const { return partition_.map.servers() > partition_.all_linked_max; }
+  // All servers agree on what is to be in the round to come, in which pending_ is sent.
+  std::optional<Round> agree(Agreement said, RoundKind next);
+  std::optional<Round> act_on_agreement();
+  // A round with those that are linked, or call, or are called. What is pending is sent.
+  Round linked_round(RoundKind kind, std::span<const Call> calls, std::uint32_t repetition = 0);
+  void note_links(const std::vector<std::optional<RoundMessage>>& inbox);
 
   Partition& partition_;
   ParallelFor parallel_;
@@ -87,6 +106,18 @@ class TickMachine {
   std::optional<SectorMap> next_map_;
   RoundKind awaited_ = RoundKind::kIdle;
   TickContext context_;
+
+  // While not all talk to all.
+  Links links_;
+  AgreementTree tree_;
+  std::uint32_t agreements_ = 0;            // in this tick
+  RoundKind agreed_on_ = RoundKind::kIdle;  // the round that the agreement is about
+  std::map<Rank, RoundMessage> pending_;    // what is to be sent in it, if not nothing
+  JointHosts joint_hosts_;                  // in this tick
+  std::optional<Gathering> gathering_;
+  std::uint32_t gatherings_ = 0;  // rounds of it
+  // Others may not know of the parts of islands that were at rest when the machine, or the map, was made.
+  bool tells_all_parts_ = true;
 
   // While islands are solved.
   std::optional<JobQueue> queue_;

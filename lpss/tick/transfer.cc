@@ -30,12 +30,12 @@ std::vector<Transfer> give_sectors(Partition& partition, SectorMap map) {
             [](const Sector* a, const Sector* b) { return a->index < b->index; });
   std::vector<Transfer> outbox(partition.map.servers());
   for (const Sector* sector : leaving) {
-    outbox[partition.map.owner(sector->index)].sectors.push_back(pack_sector(*sector));
+    outbox[partition.map.owner(sector->index)].sectors.push_back(with_parts(partition, pack_sector(*sector)));
   }
   for (Sector* sector : leaving) forget_sector(partition, *sector);
   for (const SectorIndex& index : partition.packed.sectors()) {
-    if (!partition.hosts(index))
-      outbox[partition.map.owner(index)].sectors.push_back(partition.packed.take(index));
+    if (partition.hosts(index)) continue;
+    outbox[partition.map.owner(index)].sectors.push_back(with_parts(partition, partition.packed.take(index)));
   }
   return outbox;
 }
