@@ -178,6 +178,7 @@ void Coordinator::Impl::on_report(Server& server, const v1::Report& report, Nano
   server.tick = std::max(server.tick, report.tick());
   server.bodies = report.bodies();
   server.exchange_bytes = std::max(server.exchange_bytes, report.exchange_bytes());
+  server.exchange_messages = std::max(server.exchange_messages, report.exchange_messages());
   server.ground = report.ground();
   for (const v1::TickReport& tick : report.ticks()) {
     const std::optional<TickSums> whole = world_->statistics.add(*rank, tick);

@@ -146,7 +146,7 @@ void Coordinator::Impl::send_loads(Placement placement, Tick tick) {
   for (std::size_t rank = 0; rank < world_->nodes.size(); ++rank) {
     Server& server = *members_.find(world_->nodes[rank]);
     server.patience = std::max<Nanoseconds>(members_.timeout(), kLoadSilenceMax);
-    server.bodies = server.exchange_bytes = 0;
+    server.bodies = server.exchange_bytes = server.exchange_messages = 0;
     server.tick = tick;
     v1::LoadWorld& message = *send(server.node).mutable_load_world();
     message = std::move(placement.loads[rank]);

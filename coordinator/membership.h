@@ -35,6 +35,7 @@ struct Server {
   std::uint64_t bodies = 0;
   std::uint64_t peak_rss_bytes = 0;
   std::uint64_t exchange_bytes = 0;
+  std::uint64_t exchange_messages = 0;
   v1::GroundTiles ground;
 };
 

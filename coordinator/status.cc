@@ -84,6 +84,7 @@ void Coordinator::Impl::describe_server(const Server& server, v1::ServerStatus& 
   write(counts_from(last.counts()), *status.mutable_counts());
   write(world_->statistics.durations_of(*rank).times(), *status.mutable_tick_ms());
   status.set_exchange_bytes(server.exchange_bytes);
+  status.set_exchange_messages(server.exchange_messages);
   if (server.ground.tiles() > 0) *status.mutable_ground() = server.ground;
   status.set_own_ms(world_->statistics.own_ms_of(*rank));
   status.set_slow(world_->statistics.slow() == rank);

@@ -126,6 +126,14 @@ void torture(const std::string& bytes, const Unpack& unpack) {
   }
 }
 
+Agreement some_agreement() {
+  return {.quiet = false,
+          .goes_on = true,
+          .calls = {{3, 70}, {4, 5}},
+          .joint_ends = {{BodyId{7}, BodyId{8}, 2}},
+          .joint_hosts = {{1, BodyId{9}, 6}}};
+}
+
 Transfer some_transfer() {
   MovedSector moved;
   moved.sector = {1, -2, 3};
@@ -203,8 +211,8 @@ TEST(Wire, CommandsSurviveBitForBit) {
 
 TEST(Wire, RoundsSurviveBitForBit) {
   const std::vector<RoundMessage> rounds{
-      some_transfer(), some_exchange(),    std::make_shared<const Seams>(some_seams()),
-      some_shipment(), Motions{"motions"}, some_solution()};
+      some_agreement(), some_transfer(),    some_exchange(), std::make_shared<const Seams>(some_seams()),
+      some_shipment(),  Motions{"motions"}, some_solution()};
   ASSERT_EQ(rounds.size(), std::variant_size_v<RoundMessage>);
   for (std::size_t n = 0; n < rounds.size(); ++n) {
     torture(pack(rounds[n]), [](std::string_view b) { return unpack_round(b); });

@@ -146,7 +146,7 @@ int run(SectorServerArguments& arguments) {
   }
   std::unique_ptr<SectorServer> server;
   const auto on_tick = [&](Tick tick, TickMachine& machine) {
-    metrics.show(server->last_tick(), body_count(machine.partition()), server->exchange_bytes());
+    metrics.show(server->last_tick(), body_count(machine.partition()), server->traffic());
     const TileStore::Counts tiles = TileStore::of_process().counts();
     metrics.show_ground(tiles.tiles, tiles.bytes, tiles.waits);
     streams.publish(tick, machine, false);

@@ -30,7 +30,17 @@ ServerMetrics::ServerMetrics(const SectorServerArguments& arguments)
       ground_tiles_(gauge("tessera_server_ground_tiles", "Tiles of ground at hand")),
       ground_bytes_(gauge("tessera_server_ground_bytes", "Bytes of the tiles of ground at hand")),
       ground_waits_(counter("tessera_server_ground_waits_total",
-                            "Tiles of ground that were not there when they were needed")) {
+                            "Tiles of ground that were not there when they were needed")),
+      round_messages_(prometheus::BuildCounter()
+                          .Name("tessera_server_round_messages_total")
+                          .Help("Messages between this server and others, by the rounds of a tick")
+                          .Register(registry_)),
+      round_bytes_(prometheus::BuildCounter()
+                       .Name("tessera_server_round_bytes_total")
+                       .Help("Bytes of messages between this server and others, by the rounds of a tick")
+                       .Register(registry_)),
+      sent_(round_messages_, round_bytes_, "sent"),
+      received_(round_messages_, round_bytes_, "received") {
   for (std::size_t n = 0; n < counts_.size(); ++n) {
     const TickCounter& count = kTickCounters[n];
     const std::string name = metric_name("tessera_server_", count);
@@ -59,11 +69,32 @@ prometheus::Counter& ServerMetrics::counter(const std::string& name, const std::
   return prometheus::BuildCounter().Name(name).Help(help).Register(registry_).Add({});
 }
 
-void ServerMetrics::show(const v1::TickReport* tick, std::size_t bodies, std::uint64_t exchange_bytes) {
+ServerMetrics::OfRounds::OfRounds(prometheus::Family<prometheus::Counter>& messages_of,
+                                  prometheus::Family<prometheus::Counter>& bytes_of,
+                                  const std::string& direction) {
+  for (std::size_t n = 0; n < kRoundNames.size(); ++n) {
+    const prometheus::Labels labels = {{"round", kRoundNames[n]}, {"direction", direction}};
+    messages[n] = &messages_of.Add(labels);
+    bytes[n] = &bytes_of.Add(labels);
+  }
+}
+
+void ServerMetrics::OfRounds::show(const TrafficByRound& traffic) {
+  for (std::size_t n = 0; n < kRoundNames.size(); ++n) {
+    if (traffic[n].messages < last[n].messages) last[n] = {};  // another world
+    messages[n]->Increment(static_cast<double>(traffic[n].messages - last[n].messages));
+    bytes[n]->Increment(static_cast<double>(traffic[n].bytes - last[n].bytes));
+    last[n] = traffic[n];
+  }
+}
+
+void ServerMetrics::show(const v1::TickReport* tick, std::size_t bodies, const WorldRun::Traffic& traffic) {
   bodies_.Set(static_cast<double>(bodies));
-  if (exchange_bytes < exchange_bytes_) exchange_bytes_ = 0;  // another world
-  exchange_.Increment(static_cast<double>(exchange_bytes - exchange_bytes_));
-  exchange_bytes_ = exchange_bytes;
+  const auto sent_before = static_cast<double>(WorldRun::Traffic{.sent = sent_.last}.all_sent().bytes);
+  const auto sent = static_cast<double>(traffic.all_sent().bytes);
+  exchange_.Increment(sent < sent_before ? sent : sent - sent_before);
+  sent_.show(traffic.sent);
+  received_.show(traffic.received);
   const v1::TickReport last = tick != nullptr ? *tick : v1::TickReport();
   tick_.Set(static_cast<double>(last.tick()));
   const TickCounts counts = counts_from(last.counts());

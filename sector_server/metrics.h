@@ -3,6 +3,7 @@
 
 #include <absl/status/status.h>
 #include <prometheus/counter.h>
+#include <prometheus/family.h>
 #include <prometheus/gauge.h>
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
@@ -15,6 +16,7 @@
 #include "cluster.pb.h"
 #include "lpss/model/tick_counts.h"
 #include "sector_server/options.h"
+#include "sector_server/world_run.h"
 
 namespace tessera {
 
@@ -24,7 +26,7 @@ class ServerMetrics {
   explicit ServerMetrics(const SectorServerArguments& arguments);
 
   // After each tick, and after a load (`tick` is null then).
-  void show(const v1::TickReport* tick, std::size_t bodies, std::uint64_t exchange_bytes);
+  void show(const v1::TickReport* tick, std::size_t bodies, const WorldRun::Traffic& traffic);
   // Of this process: tiles of ground, their bytes, and those that a tick had to wait for so far.
   void show_ground(std::uint64_t tiles, std::uint64_t bytes, std::uint64_t waits);
   void set_joined(bool joined);
@@ -54,7 +56,21 @@ class ServerMetrics {
   prometheus::Gauge& ground_tiles_;
   prometheus::Gauge& ground_bytes_;
   prometheus::Counter& ground_waits_;
-  std::uint64_t exchange_bytes_ = 0;  // of the loaded world, at the last update
+  // By the kind of round.
+  struct OfRounds {
+    explicit OfRounds(prometheus::Family<prometheus::Counter>& messages,
+                      prometheus::Family<prometheus::Counter>& bytes, const std::string& direction);
+    // Since the last update, or a load.
+    void show(const TrafficByRound& traffic);
+
+    std::array<prometheus::Counter*, kRoundNames.size()> messages;
+    std::array<prometheus::Counter*, kRoundNames.size()> bytes;
+    TrafficByRound last{};
+  };
+  prometheus::Family<prometheus::Counter>& round_messages_;
+  prometheus::Family<prometheus::Counter>& round_bytes_;
+  OfRounds sent_;
+  OfRounds received_;
 };
 
 }  // namespace tessera

@@ -155,7 +155,7 @@ class SectorServer::Impl {
   const v1::TickReport* last_tick() const {
     return run_ && run_->last_report().tick() > 0 ? &run_->last_report() : nullptr;
   }
-  std::uint64_t exchange_bytes() const { return run_ ? run_->exchange_bytes() : 0; }
+  WorldRun::Traffic traffic() const { return run_ ? run_->traffic() : WorldRun::Traffic{}; }
   std::vector<Outgoing> take_messages() { return std::exchange(outgoing_, {}); }
   const std::optional<absl::Status>& finished() const { return finished_; }
 
@@ -229,6 +229,7 @@ class SectorServer::Impl {
     loaded.set_world(world.world());
     if (run.ok()) {
       run_ = std::move(*run);
+      run_->machine().partition().all_linked_max = options_.all_linked_max;
       log(absl::StrCat("a world is loaded: ", run_->body_count(), " bodies live here"));
       if (options_.on_load) options_.on_load(world);
       if (observer_) observer_(run_->tick(), run_->machine());
@@ -268,7 +269,9 @@ class SectorServer::Impl {
       report.set_world(run_->world());
       report.set_tick(run_->tick());
       report.set_bodies(run_->body_count());
-      report.set_exchange_bytes(run_->exchange_bytes());
+      const RoundTraffic sent = run_->traffic().all_sent();
+      report.set_exchange_bytes(sent.bytes);
+      report.set_exchange_messages(sent.messages);
       const TileStore::Counts tiles = TileStore::of_process().counts();
       if (tiles.made > 0) {
         v1::GroundTiles& ground = *report.mutable_ground();
@@ -331,7 +334,7 @@ TickMachine* SectorServer::machine_between_ticks() { return impl_->machine_betwe
 Tick SectorServer::tick() const { return impl_->tick(); }
 bool SectorServer::joined() const { return impl_->joined(); }
 const v1::TickReport* SectorServer::last_tick() const { return impl_->last_tick(); }
-std::uint64_t SectorServer::exchange_bytes() const { return impl_->exchange_bytes(); }
+WorldRun::Traffic SectorServer::traffic() const { return impl_->traffic(); }
 std::vector<SectorServer::Outgoing> SectorServer::take_messages() { return impl_->take_messages(); }
 const std::optional<absl::Status>& SectorServer::finished() const { return impl_->finished(); }
 

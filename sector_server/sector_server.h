@@ -18,6 +18,7 @@
 #include "cluster.pb.h"
 #include "daemon/log_line.h"
 #include "lpss/tick/tick_machine.h"
+#include "sector_server/world_run.h"
 #include "transport/link.h"
 
 namespace tessera {
@@ -31,6 +32,8 @@ struct SectorServerOptions {
   Nanoseconds join_timeout = std::chrono::seconds(30);  // how long to wait for a coordinator's welcome
   // How long to wait for a coordinator that has stopped responding, or for the one that takes its place.
   Nanoseconds coordinator_timeout = std::chrono::seconds(60);
+  // As of Partition; the same for all servers of a world.
+  std::uint32_t all_linked_max = kAllLinkedMax;
   std::function<std::uint64_t()> peak_rss_bytes;  // for reports; may be empty, like those below
   // Called before the observer when a world has been loaded.
   std::function<void(const v1::LoadWorld&)> on_load;
@@ -88,7 +91,7 @@ class SectorServer {
   // The report of the last tick of the loaded world; null before the first tick. Until the next call of
   // another function.
   const v1::TickReport* last_tick() const;
-  std::uint64_t exchange_bytes() const;  // sent to other servers, for the loaded world
+  WorldRun::Traffic traffic() const;  // with other servers, for the loaded world
 
   // Set when the server must end: OK after an orderly goodbye, otherwise the reason.
   const std::optional<absl::Status>& finished() const;

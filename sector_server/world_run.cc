@@ -285,6 +285,7 @@ absl::Status WorldRun::advance(const std::function<Nanoseconds()>& clock) {
       return absl::InvalidArgumentError(absl::StrCat(
           "node ", absl::Hex(nodes_[rank].value), " sent a message of another kind than that of its round"));
     }
+    traffic_.received[message->index()].add(inbox->second[rank]->size());
     messages[rank] = std::move(*message);
   }
   go_on(machine_->advance(std::move(messages)), began, clock);
@@ -301,6 +302,17 @@ void WorldRun::go_on(std::optional<Round> round, Nanoseconds began,
   if (!round_) end_tick(now);
 }
 
+RoundTraffic WorldRun::Traffic::all_sent() const {
+  RoundTraffic sum;
+  for (const RoundTraffic& round : sent) {
+    sum.messages += round.messages;
+    sum.bytes += round.bytes;
+  }
+  return sum;
+}
+
+std::uint64_t WorldRun::moved_bytes() const { return traffic_.sent[RoundMessage(Transfer{}).index()].bytes; }
+
 void WorldRun::send(const Round& round) {
   std::string packed;
   const RoundMessage* before = nullptr;
@@ -315,8 +327,7 @@ void WorldRun::send(const Round& round) {
     const bool same = before != nullptr && seams != nullptr && seams == seams_in(*before);
     if (!same) packed = pack(*round.to[rank]);
     before = &*round.to[rank];
-    exchange_bytes_ += packed.size();
-    if (std::holds_alternative<Transfer>(*before)) moved_bytes_ += packed.size();
+    traffic_.sent[before->index()].add(packed.size());
     v1::ClusterMessage message;
     v1::Round& letter = *message.mutable_round();
     letter.set_world(world_);

@@ -54,10 +54,17 @@ class WorldRun {
   // Work on the current tick that was done while messages of others were awaited.
   void add_own_time(Nanoseconds time) { own_time_ += time; }
   const v1::TickReport& last_report() const { return last_report_; }
-  std::uint64_t exchange_bytes() const { return exchange_bytes_; }
+  // Between this server and others, by the kind of round.
+  struct Traffic {
+    TrafficByRound sent{};
+    TrafficByRound received{};
+
+    RoundTraffic all_sent() const;
+  };
+  const Traffic& traffic() const { return traffic_; }
   // In which this server waited for tiles of ground.
   std::uint64_t ticks_waited_for_ground() const { return ticks_waited_for_ground_; }
-  std::uint64_t moved_bytes() const { return moved_bytes_; }
+  std::uint64_t moved_bytes() const;
 
  private:
   // The messages of one round of one tick, by rank.
@@ -114,8 +121,7 @@ class WorldRun {
   bool tick_done_ = false;
   std::vector<v1::TickReport> reports_;
   v1::TickReport last_report_;
-  std::uint64_t exchange_bytes_ = 0;
-  std::uint64_t moved_bytes_ = 0;  // of these, of sectors that changed servers
+  Traffic traffic_;
 };
 
 }  // namespace tessera

@@ -45,7 +45,7 @@ TEST_F(OneServer, DoesWhatIsGrantedAndNoMore) {
   EXPECT_EQ(server_.machine.tick(), 5u);
   EXPECT_THAT(server_.observed, ElementsAre(0, 1, 2, 3, 4, 5));
   EXPECT_THAT(server_.to_peers, IsEmpty());
-  EXPECT_EQ(server_.machine.exchange_bytes(), 0u);
+  EXPECT_EQ(server_.machine.traffic().all_sent().bytes, 0u);
 }
 
 TEST_F(OneServer, GivesTheBitsOfASimulation) {
@@ -347,7 +347,7 @@ TEST_F(TwoServers, EachWaitsInATickForTheOther) {
   EXPECT_EQ(first_.to_peers[0].to, kSecond);
   EXPECT_EQ(round.world(), kWorld);
   EXPECT_EQ(round.tick(), 1u);
-  EXPECT_EQ(first_.machine.exchange_bytes(), round.body().size());
+  EXPECT_EQ(first_.machine.traffic().all_sent().bytes, round.body().size());
 
   carry_all();
   EXPECT_EQ(first_.machine.tick(), 0u) << "the other one has no grant yet";

@@ -60,7 +60,7 @@ FaultNumbers some(std::initializer_list<std::pair<FaultKind, std::uint32_t>> kin
   return numbers;
 }
 
-// Runs scenarios like the given one, with other seeds, on 1 to 4 servers.
+// Runs scenarios like the given one, with other seeds, on 1 to 4 servers, or on 4 to 12 with links.
 class Scenarios : public Seeds {
  protected:
   void expect_all_right(std::uint64_t count, const Scenario& scenario) {
@@ -76,7 +76,7 @@ class Scenarios : public Seeds {
   void expect_right(std::uint64_t seed, Scenario scenario) {
     scenario.ticks = kTicks;
     scenario.seed = seed;
-    scenario.servers = 1 + seed % 4;
+    scenario.servers = scenario.links ? static_cast<std::uint32_t>(4 + seed % 9) : 1 + seed % 4;
     const absl::StatusOr<ScenarioReport> report = runner_.run(scenario);
     ASSERT_TRUE(report.ok()) << report.status() << "\nto repeat it: " << command_of(scenario);
   }
@@ -107,6 +107,14 @@ TEST_F(Scenarios, NorDoesAllOfThisAtOnce) {
       80,
       {.commands = 20,
        .faults = some({{FaultKind::kCut, 2}, {FaultKind::kCrash, 2}, {FaultKind::kCoordinatorCrash, 2}})});
+}
+
+TEST_F(Scenarios, ServersThatTalkToThoseAroundThemAloneHaveTheSameBits) {
+  expect_all_right(
+      20,
+      {.links = true,
+       .commands = 20,
+       .faults = some({{FaultKind::kCut, 2}, {FaultKind::kCrash, 2}, {FaultKind::kCoordinatorCrash, 1}})});
 }
 
 TEST_F(Scenarios, BrokenConnectionsChangeNothing) {

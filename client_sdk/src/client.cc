@@ -73,6 +73,7 @@ ServerStatus read(const v1::ServerStatus& status) {
   server.peak_rss_bytes = status.peak_rss_bytes();
   server.tick_ms = times_from(status.tick_ms());
   server.exchange_bytes = status.exchange_bytes();
+  server.exchange_messages = status.exchange_messages();
   server.takes_part = status.takes_part();
   server.suspect = status.suspect();
   server.drained = status.drained();

@@ -24,6 +24,7 @@ json described(const ServerStatus& server) {
               {"tick", server.tick},
               {"bodies", server.bodies},
               {"exchange_bytes", server.exchange_bytes},
+              {"exchange_messages", server.exchange_messages},
               {"peak_rss_bytes", server.peak_rss_bytes},
               {"tick_ms", to_json(server.tick_ms)}};
   if (server.ground.tiles > 0) {

@@ -1,8 +1,11 @@
 // A round of a tick: the messages that a server sends, and those that it awaits before it goes on.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "lpss/tick/messages.h"
@@ -23,6 +26,22 @@ enum class RoundKind : std::uint8_t {
   kMotions,
   kSolution
 };
+
+// By the places of their messages in RoundMessage.
+inline constexpr std::array<const char*, std::variant_size_v<RoundMessage>> kRoundNames = {
+    "agreement", "transfer", "exchange", "seams", "shipment", "motions", "solution"};
+
+// What was sent or received in the rounds of one kind.
+struct RoundTraffic {
+  std::uint64_t messages = 0;
+  std::uint64_t bytes = 0;  // of messages as packed
+
+  void add(std::size_t size) {
+    ++messages;
+    bytes += size;
+  }
+};
+using TrafficByRound = std::array<RoundTraffic, std::variant_size_v<RoundMessage>>;
 
 struct Round {
   std::uint32_t number = 0;  // the same for all that send and await it; no two of a tick are the same

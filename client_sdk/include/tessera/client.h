@@ -194,11 +194,12 @@ struct ServerStatus {
   std::uint64_t peak_rss_bytes = 0;
   TickTimes tick_ms;                 // since the load
   std::uint64_t exchange_bytes = 0;  // sent to other servers so far
-  bool takes_part = false;           // in the world; idle servers do not
-  bool suspect = false;              // does not respond: it has ended or stalled
-  bool drained = false;              // is to host nothing
-  double own_ms = 0;                 // of a tick, lately, without waiting for other servers
-  bool slow = false;                 // the others wait for it most of each tick
+  std::uint64_t exchange_messages = 0;
+  bool takes_part = false;  // in the world; idle servers do not
+  bool suspect = false;     // does not respond: it has ended or stalled
+  bool drained = false;     // is to host nothing
+  double own_ms = 0;        // of a tick, lately, without waiting for other servers
+  bool slow = false;        // the others wait for it most of each tick
   GroundTiles ground;
 };
 
