@@ -128,9 +128,10 @@ class Runs {
   }
 
   static nlohmann::json row_of(const Scenario& scenario, const absl::StatusOr<ScenarioReport>& report) {
-    nlohmann::json row = {{"seed", scenario.seed},          {"servers", scenario.servers},
-                          {"ticks", scenario.ticks},        {"commands", scenario.commands},
-                          {"world_hash", nlohmann::json()}, {"same", report.ok()}};
+    nlohmann::json row = {
+        {"seed", scenario.seed},   {"servers", scenario.servers},   {"links", scenario.links},
+        {"ticks", scenario.ticks}, {"commands", scenario.commands}, {"world_hash", nlohmann::json()},
+        {"same", report.ok()}};
     for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
       row["faults"][kFaultNames[kind].option] = scenario.faults[kind];
     }
@@ -187,6 +188,8 @@ void add_scenario_options(CLI::App& command, SimulateOptions& options) {
   command.add_option("--servers", scenario.servers, "simulated sector servers")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
+  command.add_flag("--links", scenario.links,
+                   "servers talk to those around them alone, however few they are");
   command.add_option("--ticks", scenario.ticks, "how long")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();

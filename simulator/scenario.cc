@@ -199,6 +199,7 @@ std::string command_of(const Scenario& scenario, const std::string& world) {
   std::string command =
       absl::StrCat("tessera simulate ", world, world.empty() ? "" : " ", "--seed ", scenario.seed,
                    " --servers ", scenario.servers, " --ticks ", scenario.ticks);
+  if (scenario.links) absl::StrAppend(&command, " --links");
   if (scenario.commands > 0) absl::StrAppend(&command, " --commands ", scenario.commands);
   for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
     if (scenario.faults[kind] > 0) {
@@ -259,6 +260,7 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
     };
   }
   options.log = log_;
+  if (scenario.links) options.all_linked_max = 1;
   SimulatedCluster cluster(scenario.seed, scenario.servers, world_.settings.precision, options);
   cluster.end_when(is_ended_);
   if (absl::Status loaded = cluster.load(world_); !loaded.ok()) return loaded;

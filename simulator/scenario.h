@@ -20,6 +20,7 @@ namespace tessera {
 struct Scenario {
   std::uint64_t seed = 1;  // determines when each message arrives, and everything below
   std::uint32_t servers = 3;
+  bool links = false;          // servers talk to those around them alone, however few they are
   Tick ticks = 120;            // at least 1; some more where the world runs by itself for a while
   std::uint32_t commands = 0;  // of clients, while the world runs
   FaultNumbers faults{};

@@ -127,6 +127,7 @@ void SimulatedCluster::start_server() {
   SectorServerOptions options;
   options.precision = precision_;
   options.stream_address = "simulated";
+  options.all_linked_max = options_.all_linked_max;
   options.log = sink_of(server.node);
   const auto clock = [this, place = servers_.size() - 1] {
     return servers_[place].clock.at(network_.now_ns() + worked_ns());

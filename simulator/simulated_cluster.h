@@ -40,6 +40,7 @@ struct SimulatedClusterOptions {
   // A server is busy for as long as this thread's processor is with what the server does, as if each had a
   // processor of its own: then times are measured, and differ from run to run. Else nothing takes time.
   bool takes_time = false;
+  std::uint32_t all_linked_max = kAllLinkedMax;            // as of SectorServerOptions
   std::function<void(NodeId, const v1::Report&)> reports;  // hears what servers report; may be empty
 };
 
