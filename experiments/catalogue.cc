@@ -46,8 +46,10 @@ const std::vector<Experiment>& all_experiments() {
       {"performance",
        "What a core does: piles, towers, a pyramid and mixed bodies, compared with plain Bullet.",
        measure_performance, /*has_scenes=*/true},
-      {"scale", "A crowd that crosses the sectors of four servers, by the policy that divides them.",
-       measure_scale},
+      {"scale",
+       "A crowd that crosses the sectors of four servers, by the policy that divides them; worlds that grow\n"
+       "with their servers: messages and memory of one.",
+       measure_scale, /*has_scenes=*/true},
       {"scaling", "What a second thread and a second server give on the same scenes.", measure_scaling},
       {"requirements", "The savings of computing only what a scene requires, and the remaining error.",
        measure_requirements},

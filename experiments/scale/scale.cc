@@ -2,12 +2,17 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "cli/interrupt.h"
+#include "experiments/local_servers.h"
 #include "experiments/scale/crowd.h"
+#include "experiments/scale/neighbours.h"
+#include "lpss/simulation/partition_cluster.h"
 
 namespace tessera {
 namespace {
@@ -31,9 +36,125 @@ std::vector<Entrant> entrants() {
   return all;
 }
 
-}  // namespace
+// A world that grows with its servers, in partitions of one process.
+absl::Status measure_partitions(const ExperimentOptions& options, Layout layout, int servers,
+                                std::uint32_t all_linked_max, Report& report) {
+  constexpr Tick kTicks = 40;
+  const absl::StatusOr<NeighboursRun> run = run_neighbours(
+      neighbours_world(layout, servers, options.precision), static_cast<std::uint32_t>(servers),
+      all_linked_max, kTicks, [] { return !cli::interrupted(); });
+  if (!run.ok()) return run.status();
+  const bool links = servers > static_cast<int>(all_linked_max);
+  const std::string layout_name = layout == Layout::kRow ? "row" : "plane";
+  if (run->hash != run->hash_of_one)
+    report.misses.push_back(absl::StrCat(layout_name, " of ", servers, ": other bits than one process"));
+  Row row = {{"engine", name_of(options.precision)},
+             {"layout", layout_name},
+             {"servers", servers},
+             {"talk_to", links ? "neighbours" : "all"},
+             {"messages", run->messages.mean},
+             {"messages_largest", run->messages.largest},
+             {"kb", run->bytes.mean / 1000},
+             {"kb_largest", run->bytes.largest / 1000},
+             {"peers", run->peers.mean},
+             {"peers_largest", run->peers.largest},
+             {"heap_kb", run->heap_kb},
+             {"same_bits", run->hash == run->hash_of_one}};
+  for (std::size_t n = 0; n < kRoundNames.size(); ++n) {
+    row[absl::StrCat(kRoundNames[n], "_messages")] = run->messages_by_round[n];
+    row[absl::StrCat(kRoundNames[n], "_kb")] = run->bytes_by_round[n] / 1000;
+  }
+  report.table("neighbours").push_back(std::move(row));
+  return absl::OkStatus();
+}
 
-absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Progress& progress) {
+// The same in processes.
+absl::Status measure_processes(const ExperimentOptions& options, int servers, Report& report) {
+  constexpr Tick kTicks = 40;
+  const WorldDescription world = neighbours_world(Layout::kRow, servers, options.precision);
+  auto one = PartitionCluster::create(world, 1);
+  if (!one.ok()) return one.status();
+  for (Tick tick = 0; tick < 2 * kTicks; ++tick) (*one)->step();
+  auto started = experiments::LocalServers::start(servers, options.precision);
+  if (!started.ok()) return started.status();
+  Client& client = (*started)->client();
+  if (auto loaded = client.load(world, /*replace=*/true); !loaded.ok()) return loaded.status();
+  if (auto stepped = client.step(kTicks); !stepped.ok()) return stepped.status();
+  const absl::StatusOr<ClusterStatus> before = client.status();
+  if (!before.ok()) return before.status();
+  if (auto stepped = client.step(kTicks); !stepped.ok()) return stepped.status();
+  const absl::StatusOr<ClusterStatus> after = client.status();
+  if (!after.ok()) return after.status();
+  const absl::StatusOr<HashAt> hash = client.hash();
+  if (!hash.ok()) return hash.status();
+  const bool same = hash->hash == (*one)->hash().to_string();
+  if (!same) report.misses.push_back(absl::StrCat(servers, " processes: other bits than one process"));
+  double messages = 0;
+  double messages_largest = 0;
+  double bytes = 0;
+  double bytes_largest = 0;
+  double memory = 0;
+  double memory_largest = 0;
+  for (std::size_t n = 0; n < after->servers.size(); ++n) {
+    const ServerStatus& now = after->servers[n];
+    const ServerStatus& then = before->servers[n];
+    const auto sent = static_cast<double>(now.exchange_messages - then.exchange_messages) / kTicks;
+    const auto sent_bytes = static_cast<double>(now.exchange_bytes - then.exchange_bytes) / kTicks;
+    messages += sent / servers;
+    bytes += sent_bytes / servers;
+    memory += static_cast<double>(now.peak_rss_bytes) / servers;
+    messages_largest = std::max(messages_largest, sent);
+    bytes_largest = std::max(bytes_largest, sent_bytes);
+    memory_largest = std::max(memory_largest, static_cast<double>(now.peak_rss_bytes));
+  }
+  report.table("processes")
+      .push_back({{"engine", name_of(options.precision)},
+                  {"servers", servers},
+                  {"talk_to", servers > static_cast<int>(kAllLinkedMax) ? "neighbours" : "all"},
+                  {"sent_messages", messages},
+                  {"sent_messages_largest", messages_largest},
+                  {"sent_kb", bytes / 1000},
+                  {"sent_kb_largest", bytes_largest / 1000},
+                  {"peak_rss_mb", memory / 1e6},
+                  {"peak_rss_mb_largest", memory_largest / 1e6},
+                  {"same_bits", same}});
+  return absl::OkStatus();
+}
+
+bool is_wanted(const ExperimentOptions& options, const std::string& part) {
+  return options.only.empty() || part.find(options.only) != std::string::npos;
+}
+
+absl::Status measure_neighbours(const ExperimentOptions& options, const Progress& progress, Report& report) {
+  std::vector<std::function<absl::Status()>> runs;
+  for (const Layout layout : {Layout::kRow, Layout::kPlane}) {
+    if (!is_wanted(options, layout == Layout::kRow ? "row" : "plane")) continue;
+    for (const int servers : {2, 4, 8, 16, 32, 64, 128, 256, 512, 1024}) {
+      if (options.quick && servers > 16) continue;
+      // For comparison; more would take long.
+      if (servers <= 64) {
+        runs.emplace_back([&options, &report, layout, servers] {
+          return measure_partitions(options, layout, servers, static_cast<std::uint32_t>(servers), report);
+        });
+      }
+      runs.emplace_back([&options, &report, layout, servers] {
+        return measure_partitions(options, layout, servers, 1, report);
+      });
+    }
+  }
+  for (const int servers : {2, 4, 8, 16, 64}) {
+    if (!is_wanted(options, "processes") || (options.quick && servers > 4)) continue;
+    runs.emplace_back([&options, &report, servers] { return measure_processes(options, servers, report); });
+  }
+  ProgressCount count(progress, runs.size());
+  for (const auto& run : runs) {
+    if (absl::Status status = run(); !status.ok()) return status;
+    if (absl::Status status = count.advance(); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status measure_crowd(const ExperimentOptions& options, const Progress& progress, Report& report) {
   CrowdOptions crowd{.precision = options.precision};
   if (options.quick) {
     crowd.bodies = 600;
@@ -42,7 +163,6 @@ absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Pro
   const WorldDescription world = crowd_world(crowd);
   const std::vector<Entrant> all = entrants();
   ProgressCount count(progress, all.size());
-  Report report;
   std::string undisturbed;
   for (const Entrant& one : all) {
     const absl::StatusOr<CrowdRun> run =
@@ -70,6 +190,17 @@ absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Pro
                                     {"hash", run->hash}});
     if (absl::Status status = count.advance(); !status.ok()) return status;
   }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Progress& progress) {
+  Report report;
+  if (is_wanted(options, "crowd")) {
+    if (absl::Status status = measure_crowd(options, progress, report); !status.ok()) return status;
+  }
+  if (absl::Status status = measure_neighbours(options, progress, report); !status.ok()) return status;
   return report;
 }
 

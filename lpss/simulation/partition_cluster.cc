@@ -85,19 +85,18 @@ void PartitionCluster::add_shape(ShapeId id, const ShapeRef& shape) {
 // Lets every partition go on as soon as it has heard whom it waits for.
 void PartitionCluster::step(std::span<const Command> commands) {
   ++tick_;
-  using Inbox = std::vector<std::optional<RoundMessage>>;
+  using Inbox = std::map<Rank, RoundMessage>;
   std::vector<std::optional<Round>> rounds(members_.size());
-  std::map<std::pair<std::uint32_t, Rank>, Inbox> inboxes;  // by number of the round and receiver
-  const auto inbox_of = [&](std::uint32_t number, Rank rank) -> Inbox& {
-    Inbox& inbox = inboxes[{number, rank}];
-    inbox.resize(members_.size());
-    return inbox;
-  };
+  std::vector<std::map<std::uint32_t, Inbox>> inboxes(
+      members_.size());  // by receiver and number of the round
   const auto post = [&](Rank from) {
     if (!rounds[from]) return;
     ++rounds_;
     for (Rank to = 0; to < members_.size(); ++to) {
-      if (rounds[from]->to[to]) inbox_of(rounds[from]->number, to)[from] = std::move(rounds[from]->to[to]);
+      std::optional<RoundMessage>& message = rounds[from]->to[to];
+      if (!message) continue;
+      if (listener_ && to != from) listener_(from, to, *message);
+      inboxes[to][rounds[from]->number].insert_or_assign(from, *std::move(message));
     }
     members_[from].machine->work_while_waiting();
   };
@@ -109,12 +108,15 @@ void PartitionCluster::step(std::span<const Command> commands) {
     moved = false;
     for (Rank rank = 0; rank < members_.size(); ++rank) {
       if (!rounds[rank]) continue;
-      Inbox& inbox = inbox_of(rounds[rank]->number, rank);
+      Inbox& inbox = inboxes[rank][rounds[rank]->number];
       bool complete = true;
-      for (Rank from = 0; from < members_.size(); ++from)
-        complete &= !rounds[rank]->from[from] || inbox[from];
+      for (Rank from = 0; complete && from < members_.size(); ++from)
+        complete = !rounds[rank]->from[from] || inbox.contains(from);
       if (!complete) continue;
-      rounds[rank] = members_[rank].machine->advance(std::move(inbox));
+      std::vector<std::optional<RoundMessage>> messages(members_.size());
+      for (auto& [from, message] : inbox) messages[from] = std::move(message);
+      inbox.clear();
+      rounds[rank] = members_[rank].machine->advance(std::move(messages));
       post(rank);
       moved = true;
     }

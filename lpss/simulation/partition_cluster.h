@@ -4,6 +4,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -30,6 +31,10 @@ class PartitionCluster {
   void add_shape(ShapeId id, const ShapeRef& shape);
 
   void step(std::span<const Command> commands = {});
+
+  // Hears of each message from one partition to another, from now on.
+  using Listener = std::function<void(Rank from, Rank to, const RoundMessage& message)>;
+  void listen(Listener listener) { listener_ = std::move(listener); }
 
   Tick tick() const { return tick_; }
   std::uint64_t rounds() const { return rounds_; }  // of messages so far, of all partitions
@@ -62,6 +67,7 @@ class PartitionCluster {
   std::vector<Member> members_;
   Tick tick_ = 0;
   std::uint64_t rounds_ = 0;
+  Listener listener_;
 };
 
 }  // namespace tessera

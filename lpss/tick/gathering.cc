@@ -15,7 +15,7 @@ Gathering::Gathering(Partition& partition, const Seams& found, const JointHosts&
   }
 }
 
-// A body's home talks to all that have replicas of it, and these to the home alone: that connects all.
+// All that know of a body come to the same set of those. A joint ties the parts that its two bodies live in.
 const Ranks& Gathering::around(const SeamPart& part) {
   const auto [found, is_new] = around_.try_emplace(&part);
   Ranks& ranks = found->second;
@@ -26,7 +26,9 @@ const Ranks& Gathering::around(const SeamPart& part) {
       const HomeBody& home = *body->second;
       ranks |= owners(partition_.map, home.sector->index, home.replicated_in);
     } else if (const auto replica = partition_.replicas.find(link); replica != partition_.replicas.end()) {
-      ranks.insert(partition_.map.owner(replica->second->home));
+      const Replica& known = *replica->second;
+      ranks.insert(partition_.map.owner(known.home));
+      ranks |= owners(partition_.map, known.home, known.replicated_in);
     } else {
       const auto host = joint_hosts_.find(link);
       invariant(host != joint_hosts_.end(), "a part is linked by bodies that its server knows of");
