@@ -5,11 +5,13 @@
 namespace tessera::experiments {
 
 absl::StatusOr<std::unique_ptr<LocalServers>> LocalServers::start(int servers, Precision precision,
-                                                                  absl::Duration checkpoint_every) {
+                                                                  absl::Duration checkpoint_every,
+                                                                  absl::Duration balance_every) {
   cli::LocalClusterOptions options;
   options.servers = servers;
   options.precision = precision;
   options.checkpoint_every = checkpoint_every;
+  options.balance_every = balance_every;
   options.store = checkpoint_every > absl::ZeroDuration();
   options.interrupt_descriptor = cli::interrupt_descriptor();
   absl::StatusOr<std::unique_ptr<cli::LocalCluster>> cluster = cli::LocalCluster::start(options);

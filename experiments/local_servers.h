@@ -15,9 +15,11 @@ namespace tessera::experiments {
 class LocalServers {
  public:
   // With `checkpoint_every`, the state of a world is kept so often, in a store that ends with the cluster.
-  // Errors as LocalCluster::start() and Client::connect().
-  static absl::StatusOr<std::unique_ptr<LocalServers>> start(int servers, Precision precision,
-                                                             absl::Duration checkpoint_every = {});
+  // With a `balance_every` of 0, sectors stay where they are. Errors as LocalCluster::start() and
+  // Client::connect().
+  static absl::StatusOr<std::unique_ptr<LocalServers>> start(
+      int servers, Precision precision, absl::Duration checkpoint_every = {},
+      absl::Duration balance_every = cli::LocalClusterOptions().balance_every);
 
   cli::LocalCluster& cluster() { return *cluster_; }
   Client& client() { return *client_; }

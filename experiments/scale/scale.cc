@@ -75,7 +75,8 @@ absl::Status measure_processes(const ExperimentOptions& options, int servers, Re
   auto one = PartitionCluster::create(world, 1);
   if (!one.ok()) return one.status();
   for (Tick tick = 0; tick < 2 * kTicks; ++tick) (*one)->step();
-  auto started = experiments::LocalServers::start(servers, options.precision);
+  auto started = experiments::LocalServers::start(servers, options.precision, /*checkpoint_every=*/{},
+                                                  /*balance_every=*/{});
   if (!started.ok()) return started.status();
   Client& client = (*started)->client();
   if (auto loaded = client.load(world, /*replace=*/true); !loaded.ok()) return loaded.status();

@@ -1,8 +1,11 @@
 #include "lpss/tick/agreement.h"
 
 #include <algorithm>
-#include <iterator>
+#include <initializer_list>
+#include <tuple>
 #include <utility>
+
+#include "lpss/base/invariant.h"
 
 namespace tessera {
 namespace {
@@ -53,6 +56,15 @@ std::optional<Rank> AgreementTree::way_down(Rank to) const {
 
 Round AgreementTree::round() const { return make_round(RoundKind::kAgreement, servers_, number_); }
 
+void AgreementTree::check(const Agreement& said) const {
+  const auto are_servers = [&](std::initializer_list<Rank> ranks) {
+    for (const Rank rank : ranks) invariant(rank < servers_, "an agreement is about servers of the world");
+  };
+  for (const Call& call : said.calls) are_servers({call.from, call.to});
+  for (const JointEnd& end : said.joint_ends) are_servers({end.host});
+  for (const JointHost& joint : said.joint_hosts) are_servers({joint.to, joint.host});
+}
+
 std::optional<Round> AgreementTree::begin(Rank self, std::size_t servers, Agreement mine,
                                           std::uint32_t number) {
   self_ = self;
@@ -72,6 +84,7 @@ std::optional<Round> AgreementTree::advance(std::vector<Agreement> inbox) {
     case Stage::kGathering:
       for_each_below([&](Rank rank) {
         const Agreement& below = inbox[rank];
+        check(below);
         said_.quiet &= below.quiet;
         said_.goes_on |= below.goes_on;
         append(said_.calls, below.calls);
@@ -80,7 +93,8 @@ std::optional<Round> AgreementTree::advance(std::vector<Agreement> inbox) {
       });
       return ask();
     case Stage::kAsking: {
-      Agreement& all = inbox[parent_of(self_)];
+      const Agreement& all = inbox[parent_of(self_)];
+      check(all);
       said_.quiet = all.quiet;
       said_.goes_on = all.goes_on;
       append(said_.calls, all.calls);

@@ -31,6 +31,7 @@ class AgreementTree {
  private:
   enum class Stage { kGathering, kAsking, kTelling };
 
+  void check(const Agreement& said) const;
   Round round() const;
   std::optional<Round> ask();
   std::optional<Round> tell();
