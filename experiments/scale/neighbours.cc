@@ -63,17 +63,18 @@ WorldDescription neighbours_world(Layout layout, int servers, Precision precisio
     builder.add(absl::StrCat("box", count++), box, 1, {x, y, kBlockFloor + kBlockBox / 2 + z - kOverlap});
   };
   constexpr double kNear = kBlockSector / 2 - kBlockBox / 2 + kOverlap / 2;
+  constexpr double kInside = 4;  // away from the rim of the world
   for (int i = 0; i < along_x; ++i) {
     for (int j = 0; j < along_y; ++j) {
       const double x = i * kBlockSector;
       const double y = j * kBlockSector;
       add(x, y, 0);
       add(x, y, kBlockBox - kOverlap);
-      add(x + kNear, y, 0);
-      add(x - kNear, y, 0);
+      add(x + (i + 1 < along_x ? kNear : kInside), y, 0);
+      add(x - (i > 0 ? kNear : kInside), y, 0);
       if (layout == Layout::kRow) continue;
-      add(x + 2, y + kNear, 0);
-      add(x + 2, y - kNear, 0);
+      add(x + 2, y + (j + 1 < along_y ? kNear : kInside), 0);
+      add(x + 2, y - (j > 0 ? kNear : kInside), 0);
     }
   }
   return std::move(builder.world());

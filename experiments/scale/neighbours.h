@@ -19,8 +19,8 @@ inline constexpr int kSectorsPerServer = 16;
 enum class Layout { kRow, kPlane };
 
 // Sectors of 16 m, kSectorsPerServer for each of `servers` (of a plane: a power of two). In each stand a
-// tower of two boxes, and boxes that touch others across the borders with the next sectors: six bodies, or
-// eight in a plane, that never sleep.
+// tower of two boxes, and boxes that touch others across the borders with the next sectors: four bodies, or
+// six in a plane, that never sleep. Nothing comes near the rim of the world.
 WorldDescription neighbours_world(Layout layout, int servers, Precision precision);
 
 // Figures of one server and tick.

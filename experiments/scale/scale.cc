@@ -123,7 +123,7 @@ absl::Status measure_processes(const ExperimentOptions& options, int servers, Re
 }
 
 bool is_wanted(const ExperimentOptions& options, const std::string& part) {
-  return options.only.empty() || part.find(options.only) != std::string::npos;
+  return part.starts_with(options.only);
 }
 
 absl::Status measure_neighbours(const ExperimentOptions& options, const Progress& progress, Report& report) {

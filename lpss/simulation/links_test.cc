@@ -157,6 +157,26 @@ TEST(Links, AServerIsLinkedToThoseAroundItAlone) {
     EXPECT_EQ(cluster->machine(rank).links().size(), 0u) << "all in its neighbourhood is at rest";
 }
 
+TEST(Links, AnIslandThatWakesTakesAsManyRoundsAsItIsLong) {
+  constexpr std::uint32_t kServers = 9;
+  const auto cluster = cluster_of(sleeping_row(), kServers);
+  change(*cluster, by_links);
+  std::size_t messages = 0;
+  cluster->listen([&](Rank, Rank, const RoundMessage& message) {
+    messages += std::holds_alternative<Agreement>(message) ? 1 : 0;
+  });
+  // An agreement is a message to each server but the root, and one from it.
+  const auto agreements_at = [&](Tick tick) {
+    messages = 0;
+    cluster->step(push_at(tick));
+    return messages / (2 * (kServers - 1));
+  };
+  for (Tick tick = 1; tick < 299; ++tick) agreements_at(tick);
+  EXPECT_EQ(agreements_at(299), 2u) << "before the exchange, and after the seams, of which there are none";
+  EXPECT_GE(agreements_at(300), 4u) << "the island at rest is heard of server by server";
+  EXPECT_GT(cluster->counts().bodies_awake, 50u);
+}
+
 TEST(Links, JointsTieBodiesOfAnyTwoServers) {
   expect_same_bits(chain_world(sectors_of(1.75), 20, {0, 0, 10}), {3, 9, 12}, 150);
   expect_same_bits(net_world(sectors_of(2.5), 6, true), {9}, 60);
