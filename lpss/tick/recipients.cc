@@ -5,31 +5,26 @@
 namespace tessera {
 
 Ranks Ranks::first(std::size_t n) {
+  const auto word_of = [](std::size_t count) {
+    return count >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+  };
   Ranks ranks;
-  for (; n >= 64; n -= 64) ranks.words_.push_back(~std::uint64_t{0});
-  if (n > 0) ranks.words_.push_back((std::uint64_t{1} << n) - 1);
+  ranks.first_ = word_of(n);
+  for (; n > 64; n -= 64) ranks.more_.push_back(word_of(n - 64));
   return ranks;
 }
 
-void Ranks::insert(Rank rank) {
-  if (place(rank) >= words_.size()) words_.resize(place(rank) + 1, 0);
-  words_[place(rank)] |= bit(rank);
+bool Ranks::has_no_more() const {
+  return std::all_of(more_.begin(), more_.end(), [](std::uint64_t word) { return word == 0; });
 }
 
-bool Ranks::empty() const {
-  return std::all_of(words_.begin(), words_.end(), [](std::uint64_t word) { return word == 0; });
+void Ranks::add_more(const Ranks& other) {
+  if (more_.size() < other.more_.size()) more_.resize(other.more_.size(), 0);
+  for (std::size_t n = 0; n < other.more_.size(); ++n) more_[n] |= other.more_[n];
 }
 
-Ranks& Ranks::operator|=(const Ranks& other) {
-  if (words_.size() < other.words_.size()) words_.resize(other.words_.size(), 0);
-  for (std::size_t n = 0; n < other.words_.size(); ++n) words_[n] |= other.words_[n];
-  return *this;
-}
-
-Ranks& Ranks::operator-=(const Ranks& other) {
-  for (std::size_t n = 0; n < std::min(words_.size(), other.words_.size()); ++n)
-    words_[n] &= ~other.words_[n];
-  return *this;
+void Ranks::remove_more(const Ranks& other) {
+  for (std::size_t n = 0; n < std::min(more_.size(), other.more_.size()); ++n) more_[n] &= ~other.more_[n];
 }
 
 Ranks owners(const SectorMap& map, const SectorIndex& home, const OffsetSet& targets) {

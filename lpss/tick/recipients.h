@@ -1,8 +1,6 @@
 // Who has to hear of a body: sets of servers.
 #pragma once
 
-#include <absl/container/inlined_vector.h>
-
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +13,7 @@
 
 namespace tessera {
 
-// A set of ranks: words of bits, of which the first alone is there in worlds of up to 64 servers.
+// A set of ranks: a word of bits, and more in worlds of more than 64 servers.
 class Ranks {
  public:
   Ranks() = default;
@@ -25,17 +23,29 @@ class Ranks {
   // 0 to n - 1.
   static Ranks first(std::size_t n);
 
-  void insert(Rank rank);
+  void insert(Rank rank) {
+    if (rank >= 64 && place(rank) >= more_.size()) more_.resize(place(rank) + 1, 0);
+    word(rank) |= bit(rank);
+  }
   void erase(Rank rank) {
-    if (place(rank) < words_.size()) words_[place(rank)] &= ~bit(rank);
+    if (rank < 64 || place(rank) < more_.size()) word(rank) &= ~bit(rank);
   }
   bool contains(Rank rank) const {
-    return place(rank) < words_.size() && (words_[place(rank)] & bit(rank)) != 0;
+    if (rank < 64) return (first_ & bit(rank)) != 0;
+    return place(rank) < more_.size() && (more_[place(rank)] & bit(rank)) != 0;
   }
-  bool empty() const;
+  bool empty() const { return first_ == 0 && (more_.empty() || has_no_more()); }
 
-  Ranks& operator|=(const Ranks& other);
-  Ranks& operator-=(const Ranks& other);
+  Ranks& operator|=(const Ranks& other) {
+    first_ |= other.first_;
+    if (!other.more_.empty()) add_more(other);
+    return *this;
+  }
+  Ranks& operator-=(const Ranks& other) {
+    first_ &= ~other.first_;
+    if (!more_.empty()) remove_more(other);
+    return *this;
+  }
   friend Ranks operator|(Ranks a, const Ranks& b) { return a |= b; }
   // Those of `a` that are not in `b`.
   friend Ranks operator-(Ranks a, const Ranks& b) { return a -= b; }
@@ -43,17 +53,28 @@ class Ranks {
   // In ascending order.
   template <typename Visit>
   void for_each(Visit&& visit) const {
-    for (std::size_t n = 0; n < words_.size(); ++n) {
-      for (std::uint64_t word = words_[n]; word != 0; word &= word - 1)
-        visit(static_cast<Rank>(n * 64 + static_cast<std::size_t>(std::countr_zero(word))));
-    }
+    for_each_in(first_, 0, visit);
+    for (std::size_t n = 0; n < more_.size(); ++n) for_each_in(more_[n], (n + 1) * 64, visit);
   }
 
  private:
-  static std::size_t place(Rank rank) { return rank / 64; }
+  template <typename Visit>
+  static void for_each_in(std::uint64_t word, std::size_t first, Visit& visit) {
+    for (; word != 0; word &= word - 1)
+      visit(static_cast<Rank>(first + static_cast<std::size_t>(std::countr_zero(word))));
+  }
+
+  // Of a rank from 64 on.
+  static std::size_t place(Rank rank) { return rank / 64 - 1; }
   static std::uint64_t bit(Rank rank) { return std::uint64_t{1} << (rank % 64); }
 
-  absl::InlinedVector<std::uint64_t, 1> words_;
+  std::uint64_t& word(Rank rank) { return rank < 64 ? first_ : more_[place(rank)]; }
+  bool has_no_more() const;
+  void add_more(const Ranks& other);
+  void remove_more(const Ranks& other);
+
+  std::uint64_t first_ = 0;
+  std::vector<std::uint64_t> more_;
 };
 
 // The servers of the sectors at `replicated_in` from `home`.
