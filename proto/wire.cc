@@ -148,10 +148,6 @@ template <typename Archive, Is<MovedSector> T>
 void describe(Archive& archive, T& x) {
   archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_reported, x.active);
 }
-template <typename Archive, Is<Transfer> T>
-void describe(Archive& archive, T& x) {
-  archive(x.sectors);
-}
 template <typename Archive, Is<IslandPart> T>
 void describe(Archive& archive, T& x) {
   archive(x.links, x.first, x.bodies, x.contacts, x.any_awake, x.all_want_sleep, x.substeps, x.bounces,
@@ -168,6 +164,10 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<SharedState> T>
 void describe(Archive& archive, T& x) {
   archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas, x.seams);
+}
+template <typename Archive, Is<Transfer> T>
+void describe(Archive& archive, T& x) {
+  archive(x.sectors, x.heard);
 }
 template <typename Archive, Is<Seams> T>
 void describe(Archive& archive, T& x) {

@@ -1,7 +1,7 @@
 // What the servers of one world tell each other in the course of a tick.
 //
 // Rounds, each a message from every server to every peer that needs one (docs/architecture.md):
-//   Transfer  sectors that change servers; only in ticks in which the sector map changes
+//   Transfer  sectors that change servers; only where the sector map changes
 //   Exchange  who moved, and who is near a seam             -> detection
 //   Seams     the parts of islands that reach over borders  -> islands
 //   Shipment  the parts of islands that a peer solves, and what it must know of islands that are solved in
@@ -25,6 +25,7 @@
 #include "lpss/partition/island_part.h"
 #include "lpss/partition/moved_sector.h"
 #include "lpss/partition/replicas.h"
+#include "lpss/partition/world_state.h"
 
 namespace tessera {
 
@@ -62,6 +63,8 @@ struct Exchange {
 
 struct Transfer {
   std::vector<MovedSector> sectors;
+  // For a server that begins to take part: what all know alike and no command tells (lately_heard()).
+  std::optional<SharedState> heard;
 };
 
 struct Seams {

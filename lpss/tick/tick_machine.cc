@@ -86,15 +86,22 @@ std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) 
   context_.tick = ++tick_;
   clock_.reset();
   const absl::Cleanup leave = [this] { clock_.leave(); };
-  if (partition_.at_rest && commands.empty() && !next_map_) {
+  if (partition_.at_rest && commands.empty()) {
     rest();
     return std::nullopt;
   }
   partition_.at_rest = false;
+  between_ticks_ = false;
   context_.commands.assign(commands.begin(), commands.end());
-  std::optional<SectorMap> map = std::exchange(next_map_, std::nullopt);
-  if (!map) map = shuffled_map(partition_, tick_);
-  return map ? transfer_round(*std::move(map)) : exchange_round();
+  std::optional<SectorMap> map = shuffled_map(partition_, tick_);
+  return map ? transfer_round({*std::move(map), partition_.self}) : exchange_round();
+}
+
+Round TickMachine::change_map(MapChange change) {
+  invariant(awaited_ == RoundKind::kIdle, "a map changes between ticks");
+  const absl::Cleanup leave = [this] { clock_.leave(); };
+  between_ticks_ = true;
+  return transfer_round(std::move(change));
 }
 
 std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage>> inbox) {
@@ -105,7 +112,10 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
     case RoundKind::kTransfer:
       clock_.enter(TickPhase::kExchange);
       take_sectors(partition_, messages<Transfer>(inbox));
-      return exchange_round();
+      if (!between_ticks_) return exchange_round();
+      partition_.at_rest = false;  // the next tick looks at what has come
+      awaited_ = RoundKind::kIdle;
+      return std::nullopt;
     case RoundKind::kExchange: {
       std::vector<Exchange> received = messages<Exchange>(inbox);
       partition_.at_rest =
@@ -134,10 +144,11 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
   return std::nullopt;
 }
 
-Round TickMachine::transfer_round(SectorMap map) {
+Round TickMachine::transfer_round(MapChange change) {
   clock_.enter(TickPhase::kExchange);
+  std::vector<Transfer> outbox = give_sectors(partition_, std::move(change));
   Round result = round(RoundKind::kTransfer);
-  address(result, give_sectors(partition_, std::move(map)));
+  address(result, std::move(outbox));
   result.from.flip();
   return result;
 }
