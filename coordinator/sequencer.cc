@@ -371,6 +371,7 @@ v1::Grant Sequencer::map_grant() {
   reached_ = std::max(reached_, completed_);
   v1::Grant grant = query_grant({});
   *grant.mutable_map() = std::move(next.map);
+  grant.mutable_map()->set_since(granted_ + 1);
   return grant;
 }
 

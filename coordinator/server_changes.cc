@@ -188,7 +188,7 @@ void Coordinator::Impl::change_servers(const v1::SectorMap& map) {
     ++world.joined_servers;
   }
   world.ready.assign(nodes.size(), true);
-  world.statistics.change_servers(world.sequencer.certain() + 1, nodes);
+  world.statistics.change_servers(map.since(), nodes);
 }
 
 // Of clients, at any server of the world.
