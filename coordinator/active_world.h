@@ -80,11 +80,11 @@ struct ActiveWorld {
   };
   std::optional<Guest> guest;
   std::set<NodeId> unfit;  // servers that could not get ready
-  // One that does not take part any more since the map of that epoch, and whose messages others may still need
-  // until they have that map.
+  // One that does not take part any more since the last map. Others may still need its messages until they have
+  // that map, and then it has some time to send clients what it has for them.
   struct Leaving {
     NodeId node;
-    std::uint64_t map_epoch = 0;
+    std::optional<std::chrono::nanoseconds> until;
   };
   std::optional<Leaving> leaving;
   std::uint64_t joined_servers = 0;

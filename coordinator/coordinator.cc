@@ -71,7 +71,7 @@ void Coordinator::Impl::send_grants(Nanoseconds now) {
     return;
   }
   Sequencer& sequencer = world_->sequencer;
-  tend_servers();
+  tend_servers(now);
   tend_balance(now);
   if (!sequencer.paused() && !was_moving_) world_->meter.start(sequencer.completed(), now);
   for (v1::Grant& grant : sequencer.take_grants(now)) send_grant(std::move(grant));
@@ -242,7 +242,10 @@ void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds no
   log(failure, Severity::kWarning);
   members_.remove(node);
   if (world_ && world_->guest && world_->guest->node == node) world_->guest.reset();
-  if (world_ && (world_->rank_of(node) || (world_->leaving && world_->leaving->node == node))) {
+  const auto needs_leaver = [&](NodeId lost) {
+    return world_->leaving && world_->leaving->node == lost && !world_->leaving->until;
+  };
+  if (world_ && (world_->rank_of(node) || needs_leaver(node))) {
     if (may_recover()) {
       recover();
     } else {
@@ -288,6 +291,7 @@ std::optional<Nanoseconds> Coordinator::Impl::next_deadline() const {
     if (world_->hosted()) consider(world_->sequencer.next_due());
     if (may_ask_for_checkpoint()) consider(world_->next_checkpoint);
     if (may_balance()) consider(world_->next_balance);
+    if (world_->leaving) consider(world_->leaving->until);
   }
   return earliest;
 }

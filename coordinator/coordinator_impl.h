@@ -116,7 +116,7 @@ class Coordinator::Impl {
   void go_on_again();
 
   // server_changes.cc
-  void tend_servers();
+  void tend_servers(Nanoseconds now);
   std::vector<NodeId> wanted_nodes() const;
   bool has_last_map();
   bool may_share_out() const;
@@ -125,7 +125,7 @@ class Coordinator::Impl {
   void dismiss_guest();
   void admit_guest();
   void empty(std::size_t rank);
-  void release_leaver();
+  void tend_leaver(Nanoseconds now);
   void change_servers(const v1::SectorMap& map);
   v1::Subscriptions all_subscriptions() const;
   void answer_drains();

@@ -33,10 +33,10 @@ bool is_in(const std::vector<NodeId>& nodes, NodeId node) {
 
 }  // namespace
 
-void Coordinator::Impl::tend_servers() {
+void Coordinator::Impl::tend_servers(Nanoseconds now) {
   ActiveWorld& world = *world_;
   if (!world.checkpoints || world.recovering() || !has_last_map()) return;
-  release_leaver();
+  tend_leaver(now);
   const std::vector<NodeId> wanted = wanted_nodes();
   if (wanted.empty()) return;
   if (world.guest && !is_in(wanted, world.guest->node)) dismiss_guest();
@@ -48,7 +48,7 @@ void Coordinator::Impl::tend_servers() {
     if (!world.rank_of(node) && invite(node)) return;
   }
   for (std::size_t rank = 0; rank < world.nodes.size(); ++rank) {
-    if (!is_in(wanted, world.nodes[rank])) return empty(rank);
+    if (!world.leaving && !is_in(wanted, world.nodes[rank])) return empty(rank);
   }
 }
 
@@ -159,13 +159,17 @@ void Coordinator::Impl::empty(std::size_t rank) {
   world.sequencer.set_map(std::move(map), rank);
 }
 
-// It is done with the world, and the world with it.
-void Coordinator::Impl::release_leaver() {
-  ActiveWorld& world = *world_;
-  if (!world.leaving || world.map.epoch() < world.leaving->map_epoch) return;
-  if (const Server* server = members_.find(world.leaving->node))
-    log(absl::StrCat(title_of(*server), " takes no part in the world any more"));
-  world.leaving.reset();
+// The world has done with it; then so have clients.
+void Coordinator::Impl::tend_leaver(Nanoseconds now) {
+  std::optional<ActiveWorld::Leaving>& leaving = world_->leaving;
+  if (!leaving) return;
+  if (!leaving->until) {
+    leaving->until = now + kStreamSlack;
+    if (const Server* server = members_.find(leaving->node))
+      log(absl::StrCat(title_of(*server), " takes no part in the world any more"));
+  }
+  if (now < *leaving->until) return;
+  leaving.reset();
   answer_drains();
 }
 
@@ -176,7 +180,7 @@ void Coordinator::Impl::change_servers(const v1::SectorMap& map) {
   for (const std::uint64_t node : map.nodes()) nodes.push_back(NodeId{node});
   for (const NodeId node : std::exchange(world.nodes, nodes)) {
     if (is_in(nodes, node)) continue;
-    world.leaving = ActiveWorld::Leaving{node, map.epoch()};
+    world.leaving = ActiveWorld::Leaving{node, std::nullopt};
     world.subscriptions.erase(node);
     world.servers_keep_up = false;
     ++world.left_servers;
