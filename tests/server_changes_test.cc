@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <thread>
+#include <utility>
 
 #include "tests/cluster_fixture.h"
 #include "tests/watched_run.h"
@@ -68,7 +70,13 @@ TEST_F(ServerChanges, FromTwoToFourToTwoWhileTheWorldRuns) {
   }
   const absl::Duration joins = std::exchange(longest_gap_, absl::ZeroDuration());
   for (const std::size_t place : {0, 1}) {
-    ASSERT_THAT(client().drain(client().status().value().servers[0].node).status(), IsOk());
+    absl::Status drained;
+    std::thread drain([&, node = client().status().value().servers[0].node] {
+      drained = client().drain(node).status();
+    });
+    go_on(40);
+    drain.join();
+    ASSERT_THAT(drained, IsOk());
     ASSERT_EQ(kill(cluster_.processes->server(place), SIGKILL), 0) << "which nobody notices";
     go_on(40);
   }
