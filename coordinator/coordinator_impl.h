@@ -125,7 +125,7 @@ class Coordinator::Impl {
   void dismiss_guest();
   void admit_guest();
   void empty(std::size_t rank);
-  void tend_leaver(Nanoseconds now);
+  void part_with_leaver(Nanoseconds now);
   void change_servers(const v1::SectorMap& map);
   v1::Subscriptions all_subscriptions() const;
   void answer_drains();

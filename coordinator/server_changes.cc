@@ -35,8 +35,13 @@ bool is_in(const std::vector<NodeId>& nodes, NodeId node) {
 
 void Coordinator::Impl::tend_servers(Nanoseconds now) {
   ActiveWorld& world = *world_;
+  part_with_leaver(now);
   if (!world.checkpoints || world.recovering() || !has_last_map()) return;
-  tend_leaver(now);
+  if (world.leaving && !world.leaving->until) {
+    world.leaving->until = now + kStreamSlack;
+    if (const Server* server = members_.find(world.leaving->node))
+      log(absl::StrCat(title_of(*server), " takes no part in the world any more"));
+  }
   const std::vector<NodeId> wanted = wanted_nodes();
   if (wanted.empty()) return;
   if (world.guest && !is_in(wanted, world.guest->node)) dismiss_guest();
@@ -159,16 +164,10 @@ void Coordinator::Impl::empty(std::size_t rank) {
   world.sequencer.set_map(std::move(map), rank);
 }
 
-// The world has done with it; then so have clients.
-void Coordinator::Impl::tend_leaver(Nanoseconds now) {
+// Once the world has done with it, and clients, too.
+void Coordinator::Impl::part_with_leaver(Nanoseconds now) {
   std::optional<ActiveWorld::Leaving>& leaving = world_->leaving;
-  if (!leaving) return;
-  if (!leaving->until) {
-    leaving->until = now + kStreamSlack;
-    if (const Server* server = members_.find(leaving->node))
-      log(absl::StrCat(title_of(*server), " takes no part in the world any more"));
-  }
-  if (now < *leaving->until) return;
+  if (!leaving || !leaving->until || now < *leaving->until) return;
   leaving.reset();
   answer_drains();
 }
