@@ -80,8 +80,8 @@ struct ActiveWorld {
   };
   std::optional<Guest> guest;
   std::set<NodeId> unfit;  // servers that could not get ready
-  // One that does not take part any more since the last map. Others may still need its messages until they have
-  // that map, and then it has some time to send clients what it has for them.
+  // One that does not take part any more since the last map. Others may still need its messages until they
+  // have that map, and then it has some time to send clients what it has for them.
   struct Leaving {
     NodeId node;
     std::optional<std::chrono::nanoseconds> until;
@@ -89,7 +89,8 @@ struct ActiveWorld {
   std::optional<Leaving> leaving;
   std::uint64_t joined_servers = 0;
   std::uint64_t left_servers = 0;
-  std::uint32_t shares_left = 0;  // how often at most it is divided anew at once, for a server that has joined
+  std::uint32_t shares_left =
+      0;  // how often at most it is divided anew at once, for a server that has joined
 
   bool awaits_load = false;                               // of its servers, to divide it anew
   std::optional<std::vector<v1::ServerLoad>> fresh_load;  // that has just come

@@ -196,9 +196,8 @@ DeparturePlan plan_departure(const SectorMap& map, std::span<const ServerLoad> l
                              BalancePolicy policy, bool at_once) {
   const Division division = division_of(map, loads);
   invariant(map.servers() > 1, "the last server does not leave");
-  const std::vector<Rank> wanted = map.servers() == 2
-      ? std::vector<Rank>(division.cells.size(), 0)
-      : divide(policy, division_without(division, leaver));
+  const std::vector<Rank> wanted = map.servers() == 2 ? std::vector<Rank>(division.cells.size(), 0)
+                                                      : divide(policy, division_without(division, leaver));
   std::vector<Rank> owners = owners_of(division);
   DeparturePlan plan;
   plan.is_last = true;

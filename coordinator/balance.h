@@ -35,9 +35,9 @@ struct BalancePlan {
 BalancePlan plan_balance(const SectorMap& map, std::span<const ServerLoad> loads,
                          BalancePolicy policy = BalancePolicy::kCurve);
 
-// Gives all that the server of that rank has to others, of which each gets what the policy gives it where they
-// share out the world without that server; what the others have stays where it is. In steps of a bounded number of
-// sectors and bodies, unless `at_once`.
+// Gives all that the server of that rank has to others, of which each gets what the policy gives it where
+// they share out the world without that server; what the others have stays where it is. In steps of a bounded
+// number of sectors and bodies, unless `at_once`.
 struct DeparturePlan {
   SectorMap map;
   std::uint64_t moved_sectors = 0;

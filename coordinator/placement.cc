@@ -145,8 +145,8 @@ absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, c
 }
 
 v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world,
-                                         const WorldToLoad::Described& described,
-                                         std::span<const NodeId> nodes, const SectorMap& map) {
+                         const WorldToLoad::Described& described, std::span<const NodeId> nodes,
+                         const SectorMap& map) {
   std::vector<BodyRecord> statics;
   for (const BodyRecord& record : described.records) {
     if (record.properties.motion == Motion::kStatic) statics.push_back(record);
@@ -159,9 +159,8 @@ v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world,
   return load;
 }
 
-v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world,
-                                         const ReadSnapshot& snapshot, std::span<const NodeId> nodes,
-                                         const SectorMap& map) {
+v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world, const ReadSnapshot& snapshot,
+                         std::span<const NodeId> nodes, const SectorMap& map) {
   v1::LoadWorld load =
       common_load(number, world.settings(), world.anchor(), snapshot.world.shapes, nodes, map);
   load.mutable_restored()->set_tick(snapshot.world.tick);
@@ -207,13 +206,14 @@ absl::StatusOr<Placement> place(std::uint64_t number, const KeptState& world, st
   return placement;
 }
 
-v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world,
-                                         std::span<const NodeId> nodes, const SectorMap& map) {
-  return std::visit([&](const auto& from) { return guest_load(number, world, from, nodes, map); }, world.from);
+v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
+                         const SectorMap& map) {
+  return std::visit([&](const auto& from) { return guest_load(number, world, from, nodes, map); },
+                    world.from);
 }
 
-v1::LoadWorld guest_load(std::uint64_t number, const KeptState& world,
-                                         std::span<const NodeId> nodes, const SectorMap& map) {
+v1::LoadWorld guest_load(std::uint64_t number, const KeptState& world, std::span<const NodeId> nodes,
+                         const SectorMap& map) {
   v1::LoadWorld load = common_load(number, world.settings, world.anchor, world.shapes, nodes, map);
   load.mutable_restored()->set_tick(world.tick);
   load.mutable_restored()->set_shared(shared_bytes(world.chunks));

@@ -93,8 +93,8 @@ class Sequencer {
   void set_map(v1::SectorMap map, std::optional<std::size_t> leaver = std::nullopt);
   bool awaits_map() const { return !next_maps_.empty(); }
 
-  // For a server that has the world at the end of tick `tick`, which none of forget_past() has passed: what was
-  // granted since, and the serial number of the next grant.
+  // For a server that has the world at the end of tick `tick`, which none of forget_past() has passed: what
+  // was granted since, and the serial number of the next grant.
   std::vector<v1::Grant> granted_since(Tick tick) const;
   std::uint64_t next_serial() const { return serial_ + 1; }
 

@@ -3,9 +3,9 @@
 //
 // One that is to take part gets ready beside the world: it loads what all servers know alike, as of the last
 // checkpoint, and then follows the grants, without anything to do for their ticks (v1::Guest). A map with it
-// among the servers makes it one of them, without sectors; the next maps give it its share. One that is to leave
-// gives its sectors away, by as many maps as that takes, and a last map has it no longer. It is needed until all
-// others have that: only then have they received all that it has sent.
+// among the servers makes it one of them, without sectors; the next maps give it its share. One that is to
+// leave gives its sectors away, by as many maps as that takes, and a last map has it no longer. It is needed
+// until all others have that: only then have they received all that it has sent.
 //
 // One change follows the other. Where a server that is needed is lost in between, the world goes back to a
 // checkpoint as ever.
@@ -77,7 +77,8 @@ bool Coordinator::Impl::has_last_map() {
 bool Coordinator::Impl::may_share_out() const {
   if (!world_->checkpoints) return true;
   const std::vector<NodeId> wanted = wanted_nodes();
-  return std::all_of(world_->nodes.begin(), world_->nodes.end(), [&](NodeId node) { return is_in(wanted, node); });
+  return std::all_of(world_->nodes.begin(), world_->nodes.end(),
+                     [&](NodeId node) { return is_in(wanted, node); });
 }
 
 // Whether it gets ready.
@@ -85,9 +86,10 @@ bool Coordinator::Impl::invite(NodeId node) {
   ActiveWorld& world = *world_;
   Server& server = *members_.find(node);
   const Tick tick = world.checkpoints->latest();
-  v1::LoadWorld load = world.checkpoints->guest_load(world.number, world.settings, world.anchor,
-                                                     world.registry.shapes().at(tick), world.nodes, world.map);
-  for (v1::Grant& past : world.sequencer.granted_since(tick)) *load.mutable_guest()->add_past() = std::move(past);
+  v1::LoadWorld load = world.checkpoints->guest_load(
+      world.number, world.settings, world.anchor, world.registry.shapes().at(tick), world.nodes, world.map);
+  for (v1::Grant& past : world.sequencer.granted_since(tick))
+    *load.mutable_guest()->add_past() = std::move(past);
   load.mutable_guest()->set_serial(world.sequencer.next_serial());
   load.set_load(world.load);
   load.set_hash_ticks(static_cast<bool>(options_.inputs));
@@ -241,9 +243,9 @@ void Coordinator::Impl::on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanosec
 void Coordinator::Impl::answer_drains() {
   std::vector<Drain> waiting;
   for (Drain& drain : std::exchange(drains_, {})) {
-    const bool is_needed = world_ &&
-        (world_->rank_of(drain.node) || (world_->leaving && world_->leaving->node == drain.node) ||
-         (world_->guest && world_->guest->node == drain.node));
+    const bool is_needed =
+        world_ && (world_->rank_of(drain.node) || (world_->leaving && world_->leaving->node == drain.node) ||
+                   (world_->guest && world_->guest->node == drain.node));
     if (is_needed) {
       waiting.push_back(std::move(drain));
       continue;

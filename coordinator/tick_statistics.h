@@ -50,7 +50,7 @@ struct TickSums {
   Tick tick = 0;
   std::uint64_t work_us = 0;
   TickCounts counts;
-  WorldHash hash;                       // empty unless the world hashes its ticks
+  WorldHash hash;  // empty unless the world hashes its ticks
   std::vector<NodeId> heard_from;
   std::vector<Divergence> divergences;  // the first ones of each server
 };
@@ -65,8 +65,8 @@ class TickStatistics {
   // The world has these servers from tick `since` on, which none of them has reported.
   void change_servers(Tick since, std::span<const NodeId> servers);
 
-  // Reports may come in any order, each once; also of a server that has left, of the ticks before. Returns the
-  // tick if this was the last server to report it.
+  // Reports may come in any order, each once; also of a server that has left, of the ticks before. Returns
+  // the tick if this was the last server to report it.
   std::optional<TickSums> add(NodeId server, const v1::TickReport& report);
 
   const TickSums& last() const { return last_; }  // the latest tick that all servers have reported

@@ -46,8 +46,8 @@ class Streams final : public v1::Streams::Service {
   // that clients have at other servers begin.
   void begin_world(const v1::LoadWorld& load);
 
-  // The world has other servers from a tick on; where this one is new among them, streams that clients have at
-  // the others begin.
+  // The world has other servers from a tick on; where this one is new among them, streams that clients have
+  // at the others begin.
   void change_servers(const NewServers& servers);
 
   // The world goes on without this server: all streams end once clients have what there is for them.

@@ -313,11 +313,12 @@ absl::Status WorldRun::change_map(const v1::SectorMap& message, const std::funct
       read_map(partition_->anchor, message.splitters(), message.owners(), nodes_.size(), message.epoch());
   if (!map.ok()) return map.status();
   if (message.epoch() <= map_epoch_)
-    return absl::InvalidArgumentError(
-        absl::StrCat("the sector map of epoch ", map_epoch_, " was to be followed by one of epoch ", message.epoch()));
+    return absl::InvalidArgumentError(absl::StrCat("the sector map of epoch ", map_epoch_,
+                                                   " was to be followed by one of epoch ", message.epoch()));
   if (nodes_.size() > kServersMax || message.newcomers() >= nodes_.size())
-    return absl::InvalidArgumentError(absl::StrCat("the sector map has ", nodes_.size(), " servers, of which ",
-                                                   message.newcomers(), " take part from now on"));
+    return absl::InvalidArgumentError(absl::StrCat("the sector map has ", nodes_.size(),
+                                                   " servers, of which ", message.newcomers(),
+                                                   " take part from now on"));
   const auto place = std::find(nodes_.begin(), nodes_.end(), node_);
   const auto self = static_cast<Rank>(place - nodes_.begin());
   if (place == nodes_.end()) {
@@ -349,7 +350,8 @@ absl::Status WorldRun::change_map(const v1::SectorMap& message, const std::funct
 
 void WorldRun::end_move(Nanoseconds now) {
   // Of the tick that follows, others may have sent something already.
-  inboxes_.erase(inboxes_.lower_bound({tick_ + 1, moving_, 0}), inboxes_.upper_bound({tick_ + 1, moving_, UINT32_MAX}));
+  inboxes_.erase(inboxes_.lower_bound({tick_ + 1, moving_, 0}),
+                 inboxes_.upper_bound({tick_ + 1, moving_, UINT32_MAX}));
   map_epoch_ = std::exchange(moving_, 0);
   move_time_ += now - tick_began_;
   move_own_time_ += own_time_;

@@ -272,7 +272,7 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
   }
   options.log = log_;
   options.takes_all_servers = scenario.faults[static_cast<std::size_t>(FaultKind::kJoin)] > 0 ||
-      scenario.faults[static_cast<std::size_t>(FaultKind::kDrain)] > 0;
+                              scenario.faults[static_cast<std::size_t>(FaultKind::kDrain)] > 0;
   SimulatedCluster cluster(scenario.seed, scenario.servers, world_.settings.precision, options);
   cluster.end_when(is_ended_);
   if (options.takes_all_servers) {

@@ -40,8 +40,9 @@ class ServerChanges : public WatchedRun {
   void await_parts(std::size_t servers) {
     const auto parts = [&] {
       const std::vector<ServerStatus> all = client().status().value().servers;
-      return static_cast<std::size_t>(std::count_if(
-          all.begin(), all.end(), [](const ServerStatus& server) { return server.takes_part && server.bodies > 0; }));
+      return static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [](const ServerStatus& server) {
+        return server.takes_part && server.bodies > 0;
+      }));
     };
     for (const absl::Time end = absl::Now() + kPatience; parts() != servers && !HasFatalFailure();) {
       ASSERT_LT(absl::Now(), end) << parts() << " servers have a part";
@@ -71,9 +72,8 @@ TEST_F(ServerChanges, FromTwoToFourToTwoWhileTheWorldRuns) {
   const absl::Duration joins = std::exchange(longest_gap_, absl::ZeroDuration());
   for (const std::size_t place : {0, 1}) {
     absl::Status drained;
-    std::thread drain([&, node = client().status().value().servers[0].node] {
-      drained = client().drain(node).status();
-    });
+    std::thread drain(
+        [&, node = client().status().value().servers[0].node] { drained = client().drain(node).status(); });
     go_on(40);
     drain.join();
     ASSERT_THAT(drained, IsOk());

@@ -69,7 +69,7 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
   struct Reader {
     grpc::ClientContext context;
     std::unique_ptr<v1::Streams::Stub> stub;
-    bool has_ended = false;  // guarded by mutex_
+    bool has_ended = false;                                               // guarded by mutex_
     std::optional<std::chrono::steady_clock::time_point> unwanted_since;  // likewise
     std::thread thread;
   };

@@ -241,8 +241,8 @@ class StreamMerger {
     return std::nullopt;
   }
 
-  // Whether nothing more comes of its ticks: those of its servers that stay tell of later ones, and the others
-  // have ended.
+  // Whether nothing more comes of its ticks: those of its servers that stay tell of later ones, and the
+  // others have ended.
   bool is_over(typename Periods::const_iterator period) const {
     const auto next = std::next(period);
     if (next == periods_.end() || !next->second.all_have_told()) return false;
@@ -304,9 +304,9 @@ class StreamMerger {
   Periods periods_;
   std::map<std::uint64_t, std::optional<Tick>> last_;
   std::set<std::uint64_t> ended_;
-  Tick earliest_ = 0;                        // of the periods that may still come
-  std::deque<Frame> ready_;                  // of earlier epochs
-  std::optional<Tick> merged_;               // the last tick that was whole
+  Tick earliest_ = 0;           // of the periods that may still come
+  std::deque<Frame> ready_;     // of earlier epochs
+  std::optional<Tick> merged_;  // the last tick that was whole
   std::optional<absl::Status> end_;
   std::uint64_t skipped_ = 0;
 };
