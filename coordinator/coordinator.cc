@@ -137,6 +137,8 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
   log(absl::StrCat(title_of(server), " joined, precision ", name_of(server.precision), ", ", server.threads,
                    " threads"));
   try_start();
+  // One that was given up while it got ready for this world would not load it again, before it goes back.
+  if (world_ && hello.newest_world() >= world_->number) world_->unfit.insert(from);
   if (world_ && !world_->loading() && world_->nodes.empty()) gather(now);
 }
 

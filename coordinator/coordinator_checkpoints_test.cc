@@ -132,5 +132,21 @@ TEST_F(CoordinatorServersTest, OneThatCannotGetReadyIsLeftAlone) {
   EXPECT_EQ(cluster_->status().state(), "running");
 }
 
+// What it said when it was ready then may come only now.
+TEST_F(CoordinatorServersTest, OneThatWasGivenUpWhileItGotReadyIsNotAskedAgain) {
+  cluster_->join(kThird);
+  const std::uint64_t world = loads_of(kThird).at(0).load_world().world();
+  cluster_->leave(kThird);
+  v1::ClusterMessage hello;
+  *hello.mutable_hello() = TestCluster::hello();
+  hello.mutable_hello()->set_newest_world(world);
+  cluster_->receive(kThird, hello);
+  cluster_->loaded(kThird, world);
+  EXPECT_TRUE(loads_of(kThird).empty());
+  EXPECT_EQ(cluster_->status().joined_servers(), 0u);
+  cluster_->leave(kSecond);
+  EXPECT_EQ(loads_of(kThird).size(), 1u) << "but it has its part where all go back";
+}
+
 }  // namespace
 }  // namespace tessera
