@@ -52,6 +52,10 @@ std::string summary(const ClusterStatus& status) {
     absl::StrAppend(&text, "went on from a checkpoint ", grouped(status.recoveries),
                     " times, the latest is of tick ", grouped(status.checkpoint_tick), "\n");
   }
+  if (status.joined_servers + status.left_servers > 0) {
+    absl::StrAppend(&text, "while it ran, ", grouped(status.joined_servers), " servers have joined it, and ",
+                    grouped(status.left_servers), " have left\n");
+  }
   if (status.moved_sectors > 0) {
     absl::StrAppend(&text, "to share out the work, ", grouped(status.moved_sectors), " sectors with ",
                     grouped(status.moved_bodies), " bodies have changed servers\n");

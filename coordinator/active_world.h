@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -42,7 +43,7 @@ struct ActiveWorld {
   SectorIndex anchor;
   SectorMap map;
   std::size_t sectors = 0;    // at the load
-  std::vector<NodeId> nodes;  // by rank
+  std::vector<NodeId> nodes;  // by rank, for the ticks that are granted next
   WorldRegistry registry;
   Sequencer sequencer;
   Queries queries;
@@ -72,13 +73,32 @@ struct ActiveWorld {
   Tick last_loss = 0;                                 // completed when a server was lost
   std::uint32_t losses_in_place = 0;
 
+  // One server at a time begins to take part. It gets ready first: see v1::Guest.
+  struct Guest {
+    NodeId node;
+    bool is_ready = false;
+  };
+  std::optional<Guest> guest;
+  std::set<NodeId> unfit;  // servers that could not get ready
+  // One that does not take part any more since the last map. Others may still need its messages until they
+  // have that map, and then it has some time to send clients what it has for them.
+  struct Leaving {
+    NodeId node;
+    std::optional<std::chrono::nanoseconds> until;
+  };
+  std::optional<Leaving> leaving;
+  std::uint64_t joined_servers = 0;
+  std::uint64_t left_servers = 0;
+  std::uint32_t shares_left =
+      0;  // how often at most it is divided anew at once, for a server that has joined
+
   bool awaits_load = false;                               // of its servers, to divide it anew
   std::optional<std::vector<v1::ServerLoad>> fresh_load;  // that has just come
   std::chrono::nanoseconds next_balance{};                // the time
   std::uint64_t moved_sectors = 0;                        // to other servers, as planned
   std::uint64_t moved_bodies = 0;
 
-  std::optional<std::size_t> told_slow;  // the rank of the server that was named as slow
+  std::optional<NodeId> told_slow;  // the server that was named as slow
 
   bool loading() const { return static_cast<bool>(load_reply); }
   // Whether all servers have it.

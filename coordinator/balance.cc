@@ -9,6 +9,7 @@
 
 #include "coordinator/limits.h"
 #include "coordinator/policies.h"
+#include "lpss/base/invariant.h"
 
 namespace tessera {
 namespace {
@@ -158,6 +159,82 @@ BalancePlan plan_balance(const SectorMap& map, std::span<const ServerLoad> loads
   if (largest(plan.tick_us) > 0) plan.tick_us_then = strains(division, owners);
   plan.map = map_of(division, owners, map.epoch() + 1);
   return plan;
+}
+
+namespace {
+
+// The owners of the map's runs, also where these are in the order of ranks.
+std::vector<Rank> owners_of(const SectorMap& map) {
+  std::vector<Rank> owners = map.owners();
+  if (!owners.empty()) return owners;
+  owners.resize(map.splitters().size() + 1);
+  std::iota(owners.begin(), owners.end(), Rank{0});
+  return owners;
+}
+
+// As if the server were not there: its cells are at those that have the ones before on the curve, or after.
+Division division_without(const Division& division, Rank leaver) {
+  Division rest = division;
+  rest.parts.assign(division.servers() - 1, 1.0 / (division.servers() - 1));
+  std::optional<Rank> near;
+  for (const Cell& cell : division.cells) {
+    if (cell.owner == leaver) continue;
+    near = cell.owner;
+    break;
+  }
+  Rank owner = near.value_or(leaver == 0 ? 1 : 0);
+  for (Cell& cell : rest.cells) {
+    if (cell.owner != leaver) owner = cell.owner;
+    cell.owner = owner > leaver ? owner - 1 : owner;
+  }
+  return rest;
+}
+
+}  // namespace
+
+DeparturePlan plan_departure(const SectorMap& map, std::span<const ServerLoad> loads, Rank leaver,
+                             BalancePolicy policy, bool at_once) {
+  const Division division = division_of(map, loads);
+  invariant(map.servers() > 1, "the last server does not leave");
+  const std::vector<Rank> wanted = map.servers() == 2 ? std::vector<Rank>(division.cells.size(), 0)
+                                                      : divide(policy, division_without(division, leaver));
+  std::vector<Rank> owners = owners_of(division);
+  DeparturePlan plan;
+  plan.is_last = true;
+  for (std::size_t n = 0; n < owners.size(); ++n) {
+    const Cell& cell = division.cells[n];
+    if (cell.owner != leaver) continue;
+    const std::uint64_t moved = plan.moved_sectors + plan.moved_bodies;
+    if (!at_once && moved > 0 && moved + cell.size() > kMovedAtOnceMax) {
+      plan.is_last = false;
+      break;
+    }
+    owners[n] = wanted[n] >= leaver ? wanted[n] + 1 : wanted[n];
+    plan.moved_sectors += cell.sectors;
+    plan.moved_bodies += cell.bodies;
+  }
+  plan.map = map_of(division, owners, map.epoch() + 1);
+  if (!plan.is_last) return plan;
+  // Where there is no cell, or so many runs that some were joined, it may own what nothing is in.
+  std::vector<Rank> last = owners_of(plan.map);
+  for (std::size_t run = 0; run < last.size(); ++run) {
+    if (last[run] == leaver) last[run] = run > 0 ? last[run - 1] : leaver == 0 ? 1 : 0;
+  }
+  plan.map = SectorMap(plan.map.anchor(), plan.map.splitters(), last, map.servers(), plan.map.epoch());
+  return plan;
+}
+
+SectorMap with_another(const SectorMap& map) {
+  return {map.anchor(), map.splitters(), owners_of(map), map.servers() + 1, map.epoch() + 1};
+}
+
+SectorMap without(const SectorMap& map, Rank leaver) {
+  std::vector<Rank> owners = owners_of(map);
+  for (Rank& owner : owners) {
+    invariant(owner != leaver, "a server that leaves has no sectors");
+    if (owner > leaver) --owner;
+  }
+  return {map.anchor(), map.splitters(), owners, map.servers() - 1, map.epoch() + 1};
 }
 
 SectorMap first_map(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,

@@ -35,6 +35,23 @@ struct BalancePlan {
 BalancePlan plan_balance(const SectorMap& map, std::span<const ServerLoad> loads,
                          BalancePolicy policy = BalancePolicy::kCurve);
 
+// Gives all that the server of that rank has to others, of which each gets what the policy gives it where
+// they share out the world without that server; what the others have stays where it is. In steps of a bounded
+// number of sectors and bodies, unless `at_once`.
+struct DeparturePlan {
+  SectorMap map;
+  std::uint64_t moved_sectors = 0;
+  std::uint64_t moved_bodies = 0;
+  bool is_last = false;  // the server has nothing left
+};
+DeparturePlan plan_departure(const SectorMap& map, std::span<const ServerLoad> loads, Rank leaver,
+                             BalancePolicy policy, bool at_once);
+
+// The same map of one server more, which has the last rank and no sector; and of one less, which had none, so
+// that the ranks after it are smaller by one.
+SectorMap with_another(const SectorMap& map);
+SectorMap without(const SectorMap& map, Rank leaver);
+
 // The map of a world that is loaded, by what its sectors weigh (> 0): of the grid, its boxes; of the others,
 // the curve cut by weight, from where on they follow the load.
 SectorMap first_map(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,

@@ -17,6 +17,18 @@ namespace {
 
 constexpr std::uint64_t kCountMax = std::uint64_t{1} << 48;  // of what a piece has: sums stay in range
 
+std::string describe(const BalancePlan& plan) {
+  const auto largest = [](const std::vector<double>& us) {
+    return *std::max_element(us.begin(), us.end()) / 1000;
+  };
+  return absl::StrFormat(
+      "%d sectors with %d bodies change servers: the slowest part of a tick took %.2f ms, and will take "
+      "about %.2f ms",
+      plan.moved_sectors, plan.moved_bodies, largest(plan.tick_us), largest(plan.tick_us_then));
+}
+
+}  // namespace
+
 absl::StatusOr<std::vector<ServerLoad>> checked_loads(const std::vector<v1::ServerLoad>& messages) {
   const auto is_amount = [](double value) { return std::isfinite(value) && value >= 0; };
   std::vector<ServerLoad> loads;
@@ -35,38 +47,42 @@ absl::StatusOr<std::vector<ServerLoad>> checked_loads(const std::vector<v1::Serv
   return loads;
 }
 
-std::string describe(const BalancePlan& plan) {
-  const auto largest = [](const std::vector<double>& us) {
-    return *std::max_element(us.begin(), us.end()) / 1000;
-  };
-  return absl::StrFormat(
-      "%d sectors with %d bodies change servers: the slowest part of a tick took %.2f ms, and will take "
-      "about %.2f ms",
-      plan.moved_sectors, plan.moved_bodies, largest(plan.tick_us), largest(plan.tick_us_then));
-}
-
-}  // namespace
-
 // Whether a running world may change its map by itself.
 bool Coordinator::Impl::may_balance() const {
   const ActiveWorld& world = *world_;
   return options_.balance_every > Nanoseconds::zero() && world.nodes.size() > 1 &&
          follows_load(options_.balance_policy) && world.settings.shuffle == 0 && !world.awaits_load &&
-         !world.recovering() && !world.sequencer.paused() && !world.sequencer.awaits_map();
+         !world.recovering() && !world.sequencer.paused() && !world.sequencer.awaits_map() && may_share_out();
 }
 
 void Coordinator::Impl::tend_balance(Nanoseconds now) {
   ActiveWorld& world = *world_;
+  if (!may_share_out()) return;  // what comes is for the one that is being emptied
   if (const auto messages = std::exchange(world.fresh_load, std::nullopt)) {
     const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(*messages);
-    if (!loads.ok()) return log(std::string(loads.status().message()), Severity::kWarning);
-    const BalancePlan plan = plan_balance(world.map, *loads, options_.balance_policy);
-    if (plan.is_worth_it()) set_map(plan);
+    if (!loads.ok()) {
+      log(std::string(loads.status().message()), Severity::kWarning);
+    } else if (loads->size() == world.map.servers() && !world.sequencer.awaits_map()) {
+      const BalancePlan plan = plan_balance(world.map, *loads, options_.balance_policy);
+      const bool shares_out = world.shares_left > 0;
+      if (shares_out) world.shares_left = plan.moves() ? world.shares_left - 1 : 0;
+      if (plan.is_worth_it() || (shares_out && plan.moves())) {
+        set_map(plan.map, plan.moved_sectors, plan.moved_bodies);
+        log(describe(plan));
+      }
+    }
   }
-  if (!may_balance() || now < world.next_balance || !world.queries.room().ok()) return;
+  if (world.shares_left > 0 && !world.recovering() && has_last_map()) return ask_for_load();
+  if (!may_balance() || now < world.next_balance) return;
   const bool is_first = world.next_balance == Nanoseconds::zero();
   world.next_balance = now + options_.balance_every;
-  if (is_first) return;
+  if (!is_first) ask_for_load();
+}
+
+// Of all servers, unless they are being asked.
+void Coordinator::Impl::ask_for_load() {
+  ActiveWorld& world = *world_;
+  if (world.awaits_load || !world.queries.room().ok()) return;
   world.awaits_load = true;
   // The world calls this, so `world` exists.
   world.sequencer.ask(
@@ -81,12 +97,12 @@ v1::Query Coordinator::Impl::load_query(Queries::LoadReply reply) {
                               std::move(reply));
 }
 
-void Coordinator::Impl::set_map(const BalancePlan& plan) {
-  world_->map = plan.map;
-  world_->moved_sectors += plan.moved_sectors;
-  world_->moved_bodies += plan.moved_bodies;
-  world_->sequencer.set_map(plan.map);
-  log(describe(plan));
+void Coordinator::Impl::set_map(const SectorMap& map, std::uint64_t moved_sectors,
+                                std::uint64_t moved_bodies) {
+  world_->map = map;
+  world_->moved_sectors += moved_sectors;
+  world_->moved_bodies += moved_bodies;
+  world_->sequencer.set_map(map_message(map));
 }
 
 void Coordinator::Impl::on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nanoseconds) {
@@ -118,6 +134,8 @@ void Coordinator::Impl::on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nan
         if (!status.ok()) return reply(status, {});
         const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(messages);
         if (!loads.ok()) return reply(loads.status(), {});
+        if (loads->size() != world.map.servers() || !may_share_out())
+          return reply(absl::UnavailableError("the servers of the world are changing: ask again"), {});
         const BalancePlan plan = plan_balance(world.map, *loads, policy);
         v1::BalanceReply answer;
         answer.set_tick(tick);
@@ -130,7 +148,10 @@ void Coordinator::Impl::on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nan
         answer.set_moved_sectors(plan.moved_sectors);
         answer.set_moved_bodies(plan.moved_bodies);
         answer.set_moves(plan.moves() && !dry_run && !world.sequencer.awaits_map());
-        if (answer.moves()) set_map(plan);
+        if (answer.moves()) {
+          set_map(plan.map, plan.moved_sectors, plan.moved_bodies);
+          log(describe(plan));
+        }
         reply(absl::OkStatus(), answer);
       }));
 }

@@ -75,4 +75,13 @@ absl::StatusOr<Placement> Checkpoints::place_earliest(std::uint64_t number, cons
                map_epoch, policy);
 }
 
+v1::LoadWorld Checkpoints::guest_load(std::uint64_t number, const WorldSettings& settings,
+                                      const SectorIndex& anchor, std::vector<ShapeEntry> shapes,
+                                      std::span<const NodeId> nodes, const SectorMap& map) const {
+  if (start_ && later_.empty()) return tessera::guest_load(number, *start_, nodes, map);
+  const KeptChunks chunks = latest_state();
+  return tessera::guest_load(number, KeptState{latest(), settings, anchor, std::move(shapes), chunks}, nodes,
+                             map);
+}
+
 }  // namespace tessera

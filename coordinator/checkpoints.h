@@ -54,6 +54,11 @@ class Checkpoints {
                                            std::span<const NodeId> nodes, std::uint64_t map_epoch,
                                            BalancePolicy policy) const;
 
+  // What a server is sent that is to take part, as of latest(). `shapes` are those of that tick.
+  v1::LoadWorld guest_load(std::uint64_t number, const WorldSettings& settings, const SectorIndex& anchor,
+                           std::vector<ShapeEntry> shapes, std::span<const NodeId> nodes,
+                           const SectorMap& map) const;
+
  private:
   struct Later {
     Checkpoint changes;  // since the one before

@@ -22,8 +22,14 @@ v1::ClusterMessage& Coordinator::Impl::send(NodeId to) {
   return outbox_.emplace_back(OutgoingMessage{to, {}}).message;
 }
 
-void Coordinator::Impl::send_to_world(const v1::ClusterMessage& message) {
+// To all servers of the world, and one that gets ready to be one.
+void Coordinator::Impl::send_grant(v1::Grant grant) {
+  for (const v1::Query& query : grant.queries()) world_->queries.asked(query.id(), world_->nodes);
+  v1::ClusterMessage message;
+  *message.mutable_grant() = std::move(grant);
   for (const NodeId node : world_->nodes) send(node) = message;
+  if (world_->guest) send(world_->guest->node) = message;
+  if (message.grant().map().nodes_size() > 0) change_servers(message.grant().map());
 }
 
 void Coordinator::Impl::log(std::string text, Severity severity) const {
@@ -65,13 +71,10 @@ void Coordinator::Impl::send_grants(Nanoseconds now) {
     return;
   }
   Sequencer& sequencer = world_->sequencer;
+  tend_servers(now);
   tend_balance(now);
   if (!sequencer.paused() && !was_moving_) world_->meter.start(sequencer.completed(), now);
-  for (v1::Grant& grant : sequencer.take_grants(now)) {
-    v1::ClusterMessage message;
-    *message.mutable_grant() = std::move(grant);
-    send_to_world(message);
-  }
+  for (v1::Grant& grant : sequencer.take_grants(now)) send_grant(std::move(grant));
   world_->meter.progress(sequencer.completed(), now);
   const bool moving = !sequencer.paused() || sequencer.completed() < sequencer.certain();
   if (!moving) world_->meter.stop(sequencer.completed(), now);
@@ -134,6 +137,8 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
   log(absl::StrCat(title_of(server), " joined, precision ", name_of(server.precision), ", ", server.threads,
                    " threads"));
   try_start();
+  // One that was given up while it got ready for this world would not load it again, before it goes back.
+  if (world_ && hello.newest_world() >= world_->number) world_->unfit.insert(from);
   if (world_ && !world_->loading() && world_->nodes.empty()) gather(now);
 }
 
@@ -149,6 +154,7 @@ void Coordinator::Impl::on_stranger(NodeId from) {
 
 void Coordinator::Impl::on_loaded(NodeId from, const v1::Loaded& loaded, Nanoseconds now) {
   Server& server = *members_.find(from);
+  if (world_ && world_->guest && world_->guest->node == from) return guest_is_loaded(loaded);
   const std::optional<std::size_t> rank = world_ && !world_->hosted() ? world_->rank_of(from) : std::nullopt;
   if (rank && loaded.world() != world_->number) return;  // this server has yet to load the next world
   server.patience = members_.timeout();
@@ -174,16 +180,19 @@ void Coordinator::Impl::on_report(Server& server, const v1::Report& report, Nano
   }
   if (!world_ || report.world() != world_->number) return;
   const std::optional<std::size_t> rank = world_->rank_of(server.node);
-  if (!rank) return;
+  const bool leaves = world_->leaving && world_->leaving->node == server.node;
+  if (!rank && !leaves) return;
+  server.map_epoch = report.map_epoch();
   server.tick = std::max(server.tick, report.tick());
   server.bodies = report.bodies();
   server.exchange_bytes = std::max(server.exchange_bytes, report.exchange_bytes());
   server.exchange_messages = std::max(server.exchange_messages, report.exchange_messages());
   server.ground = report.ground();
   for (const v1::TickReport& tick : report.ticks()) {
-    const std::optional<TickSums> whole = world_->statistics.add(*rank, tick);
+    const std::optional<TickSums> whole = world_->statistics.add(server.node, tick);
     if (whole && options_.inputs) options_.inputs(recorded(*whole));
   }
+  if (!rank) return;
   name_slow_server();
   if (absl::Status status = world_->sequencer.report(*rank, report.tick()); !status.ok()) {
     fail_world(absl::StrCat(title_of(server), " is out of step: ", status.message()),
@@ -193,11 +202,11 @@ void Coordinator::Impl::on_report(Server& server, const v1::Report& report, Nano
 
 // Tells the operator, once, whom the others wait for.
 void Coordinator::Impl::name_slow_server() {
-  const std::optional<std::size_t> slow = world_->statistics.slow();
+  const std::optional<NodeId> slow = world_->statistics.slow();
   if (slow == world_->told_slow) return;
   world_->told_slow = slow;
   if (!slow) return log("no server slows the world any more");
-  const Server* server = members_.find(world_->nodes[*slow]);
+  const Server* server = members_.find(*slow);
   log(absl::StrFormat(
           "%s slows the world: its part of a tick takes %.1f ms, that of any other less than half",
           title_of(*server), world_->statistics.own_ms_of(*slow)),
@@ -206,9 +215,7 @@ void Coordinator::Impl::name_slow_server() {
 
 void Coordinator::Impl::on_answer(NodeId from, const v1::Answer& answer) {
   if (!world_ || answer.world() != world_->number) return;
-  const std::optional<std::size_t> rank = world_->rank_of(from);
-  if (!rank) return;
-  if (absl::Status status = world_->queries.answer(*rank, answer); !status.ok()) {
+  if (absl::Status status = world_->queries.answer(from, answer); !status.ok()) {
     log(absl::StrCat("an answer of server ", absl::Hex(from.value), " is ignored: ", status.message()),
         Severity::kWarning);
   }
@@ -237,7 +244,11 @@ void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds no
   const std::string failure = absl::StrCat(title_of(*server), " ", how);
   log(failure, Severity::kWarning);
   members_.remove(node);
-  if (world_ && world_->rank_of(node)) {
+  if (world_ && world_->guest && world_->guest->node == node) world_->guest.reset();
+  const auto needs_leaver = [&](NodeId lost) {
+    return world_->leaving && world_->leaving->node == lost && !world_->leaving->until;
+  };
+  if (world_ && (world_->rank_of(node) || needs_leaver(node))) {
     if (may_recover()) {
       recover();
     } else {
@@ -283,6 +294,7 @@ std::optional<Nanoseconds> Coordinator::Impl::next_deadline() const {
     if (world_->hosted()) consider(world_->sequencer.next_due());
     if (may_ask_for_checkpoint()) consider(world_->next_checkpoint);
     if (may_balance()) consider(world_->next_balance);
+    if (world_->leaving) consider(world_->leaving->until);
   }
   return earliest;
 }

@@ -75,7 +75,7 @@ TEST_F(CoordinatorBalanceTest, TheMapFollowsTheLoadOfARunningWorld) {
   ASSERT_EQ(maps_[kSecond].size(), 1u);
   const v1::Grant& grant = maps_[kFirst].front();
   EXPECT_EQ(grant.serial(), maps_[kSecond].front().serial());
-  EXPECT_GT(grant.ticks(), 0u);
+  EXPECT_EQ(grant.ticks(), 0u) << "between ticks";
   ASSERT_EQ(grant.map().splitters_size(), 1);
   EXPECT_EQ(grant.map().splitters(0).i(), 1);
   EXPECT_EQ(grant.map().epoch(), cluster_->status().map_epoch());
@@ -107,15 +107,12 @@ TEST_F(CoordinatorBalanceTest, ADryRunOnlySays) {
   EXPECT_EQ(said->answer.shares(0).tick_us_then(), 2000);
   EXPECT_EQ(said->answer.shares(1).tick_us_then(), 2000);
 
+  EXPECT_TRUE(maps_.empty());
   const auto done = balance();
   work();
   EXPECT_TRUE(done->answer.moves());
-  EXPECT_TRUE(maps_.empty()) << "not before the next tick";
-  v1::StepRequest step;
-  step.set_ticks(1);
-  cluster_->ask<v1::StepReply>(step);
   work();
-  EXPECT_EQ(maps_[kFirst].size(), 1u);
+  EXPECT_EQ(maps_[kFirst].size(), 1u) << "also while the world is paused";
 }
 
 TEST_F(CoordinatorBalanceTest, AGridStaysAsItIsUnlessAskedFor) {

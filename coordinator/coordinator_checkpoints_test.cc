@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "coordinator/test_cluster.h"
 
 namespace tessera {
@@ -76,6 +79,73 @@ TEST_F(CoordinatorCheckpointsTest, TheFirstAfterALossIsOfEverythingAgain) {
   anew_ = 0;
   checkpoints_in(seconds(3));
   EXPECT_EQ(anew_, 1);
+}
+
+class CoordinatorServersTest : public CoordinatorCheckpointsTest {
+ protected:
+  static constexpr NodeId kThird{300};
+
+  std::vector<v1::ClusterMessage> loads_of(NodeId node) {
+    return cluster_->take(node, v1::ClusterMessage::kLoadWorld);
+  }
+};
+
+TEST_F(CoordinatorServersTest, OneThatJoinsGetsReadyBesideTheWorld) {
+  checkpoints_in(seconds(3));
+  cluster_->join(kThird);
+  const auto loads = loads_of(kThird);
+  ASSERT_EQ(loads.size(), 1u);
+  const v1::LoadWorld& load = loads[0].load_world();
+  ASSERT_TRUE(load.has_guest());
+  EXPECT_EQ(load.nodes_size(), 2);
+  EXPECT_GT(load.restored().tick(), 0u);
+  EXPECT_TRUE(load.restored().sectors().empty());
+  checkpoints_in(seconds(1));
+  for (const v1::Grant& grant : cluster_->take_grants(kThird)) EXPECT_FALSE(grant.has_map());
+  cluster_->loaded(kThird, load.world());
+  const std::vector<v1::Grant> grants = cluster_->take_grants(kThird);
+  const auto map =
+      std::find_if(grants.begin(), grants.end(), [](const auto& grant) { return grant.has_map(); });
+  ASSERT_NE(map, grants.end());
+  EXPECT_EQ(map->map().nodes_size(), 3);
+  EXPECT_EQ(map->map().newcomers(), 1u);
+  EXPECT_EQ(cluster_->status().joined_servers(), 1u);
+  EXPECT_TRUE(loads_of(kFirst).empty()) << "nobody goes back";
+  // From now on, the world needs it.
+  cluster_->leave(kThird);
+  EXPECT_EQ(loads_of(kFirst).size(), 1u);
+}
+
+TEST_F(CoordinatorServersTest, OneThatIsLostBeforeItTakesPartIsNoLoss) {
+  cluster_->join(kThird);
+  EXPECT_EQ(loads_of(kThird).size(), 1u);
+  cluster_->leave(kThird);
+  EXPECT_TRUE(loads_of(kFirst).empty());
+  EXPECT_GT(checkpoints_in(seconds(3)), 0);
+}
+
+TEST_F(CoordinatorServersTest, OneThatCannotGetReadyIsLeftAlone) {
+  cluster_->join(kThird);
+  cluster_->loaded(kThird, loads_of(kThird).at(0).load_world().world(), "it has no room");
+  EXPECT_GT(checkpoints_in(seconds(3)), 0);
+  EXPECT_TRUE(loads_of(kThird).empty());
+  EXPECT_EQ(cluster_->status().state(), "running");
+}
+
+// What it said when it was ready then may come only now.
+TEST_F(CoordinatorServersTest, OneThatWasGivenUpWhileItGotReadyIsNotAskedAgain) {
+  cluster_->join(kThird);
+  const std::uint64_t world = loads_of(kThird).at(0).load_world().world();
+  cluster_->leave(kThird);
+  v1::ClusterMessage hello;
+  *hello.mutable_hello() = TestCluster::hello();
+  hello.mutable_hello()->set_newest_world(world);
+  cluster_->receive(kThird, hello);
+  cluster_->loaded(kThird, world);
+  EXPECT_TRUE(loads_of(kThird).empty());
+  EXPECT_EQ(cluster_->status().joined_servers(), 0u);
+  cluster_->leave(kSecond);
+  EXPECT_EQ(loads_of(kThird).size(), 1u) << "but it has its part where all go back";
 }
 
 }  // namespace

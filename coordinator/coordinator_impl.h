@@ -1,6 +1,6 @@
 // The implementation of the coordinator, over several files: coordinator.cc (messages and servers),
 // loading.cc (loading and unloading worlds), recovery.cc (what keeps a world alive when servers come and go),
-// balancing.cc (what divides it anew while it runs),
+// balancing.cc (what divides it anew while it runs), server_changes.cc (servers that join and leave then),
 // stored_world.cc (what makes it outlive this process), client_requests.cc (all other requests of clients),
 // status.cc (status replies).
 #pragma once
@@ -74,7 +74,7 @@ class Coordinator::Impl {
 
   // coordinator.cc
   v1::ClusterMessage& send(NodeId to);
-  void send_to_world(const v1::ClusterMessage& message);
+  void send_grant(v1::Grant grant);
   void flush(Nanoseconds now);
   void send_grants(Nanoseconds now);
   void log(std::string text, Severity severity = Severity::kInfo) const;
@@ -114,15 +114,29 @@ class Coordinator::Impl {
   void recover();
   void hand_over_streams(Placement& placement);
   void go_on_again();
-  bool wants_to_move() const;
+
+  // server_changes.cc
+  void tend_servers(Nanoseconds now);
+  std::vector<NodeId> wanted_nodes() const;
+  bool has_last_map();
+  bool may_share_out() const;
+  bool invite(NodeId node);
+  void guest_is_loaded(const v1::Loaded& loaded);
+  void dismiss_guest();
+  void admit_guest();
+  void empty(std::size_t rank);
+  void part_with_leaver(Nanoseconds now);
+  void change_servers(const v1::SectorMap& map);
+  v1::Subscriptions all_subscriptions() const;
   void answer_drains();
   void on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanoseconds now);
 
   // balancing.cc
   void tend_balance(Nanoseconds now);
   bool may_balance() const;
+  void ask_for_load();
   v1::Query load_query(Queries::LoadReply reply);
-  void set_map(const BalancePlan& plan);
+  void set_map(const SectorMap& map, std::uint64_t moved_sectors, std::uint64_t moved_bodies);
   void on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nanoseconds now);
 
   // stored_world.cc
@@ -208,6 +222,9 @@ class Coordinator::Impl {
   bool finished_ = false;
   std::vector<OutgoingMessage> outbox_;
 };
+
+// As servers answer, by rank; INTERNAL where a number cannot be.
+absl::StatusOr<std::vector<ServerLoad>> checked_loads(const std::vector<v1::ServerLoad>& messages);
 
 // Answers that are not given before what they rest on is on disk.
 template <typename Answer>

@@ -132,8 +132,8 @@ std::unique_ptr<ActiveWorld> Coordinator::Impl::make_world(WorldToLoad from, std
       .registry = registry_of(std::move(from)),
       .sequencer = Sequencer({number, nodes.size(), settings.time_step, options_.grant_window, tick,
                               /*keeps_past=*/survives_losses()}),
-      .queries = Queries(nodes.size()),
-      .statistics = TickStatistics(nodes.size()),
+      .queries = Queries(),
+      .statistics = TickStatistics(nodes),
       .ready = std::vector<bool>(nodes.size()),
       .checkpoints = std::move(checkpoints),
   });
@@ -147,6 +147,7 @@ void Coordinator::Impl::send_loads(Placement placement, Tick tick) {
     Server& server = *members_.find(world_->nodes[rank]);
     server.patience = std::max<Nanoseconds>(members_.timeout(), kLoadSilenceMax);
     server.bodies = server.exchange_bytes = server.exchange_messages = 0;
+    server.map_epoch = placement.map.epoch();
     server.tick = tick;
     v1::LoadWorld& message = *send(server.node).mutable_load_world();
     message = std::move(placement.loads[rank]);
@@ -180,7 +181,9 @@ void Coordinator::Impl::close_world(const absl::Status& status, const std::vecto
   world->sequencer.abandon(status);
   world->queries.abandon(status);
   answer_drains();
-  for (const NodeId node : world->nodes) {
+  std::vector<NodeId> nodes = world->nodes;
+  if (world->guest) nodes.push_back(world->guest->node);
+  for (const NodeId node : nodes) {
     if (std::find(staying.begin(), staying.end(), node) != staying.end()) continue;
     if (members_.find(node) != nullptr) send(node).mutable_unload_world()->set_world(world->number);
   }

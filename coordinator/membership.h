@@ -32,6 +32,7 @@ struct Server {
   std::chrono::nanoseconds deadline() const;
 
   std::uint64_t tick = 0;
+  std::uint64_t map_epoch = 0;  // in effect at this server, of the world that it takes part in
   std::uint64_t bodies = 0;
   std::uint64_t peak_rss_bytes = 0;
   std::uint64_t exchange_bytes = 0;

@@ -66,6 +66,22 @@ void add_shapes(std::span<const ShapeEntry> shapes, v1::LoadWorld& load) {
   for (const ShapeEntry& entry : shapes) *load.add_shapes() = to_proto(entry);
 }
 
+// What all servers are sent.
+template <typename Shapes>
+v1::LoadWorld common_load(std::uint64_t number, const WorldSettings& settings, const SectorIndex& anchor,
+                          const Shapes& shapes, std::span<const NodeId> nodes, const SectorMap& map) {
+  v1::LoadWorld common;
+  common.set_world(number);
+  *common.mutable_settings() = to_proto(settings);
+  *common.mutable_anchor() = to_proto(anchor);
+  add_shapes(shapes, common);
+  for (const NodeId node : nodes) common.add_nodes(node.value);
+  for (const SectorIndex& splitter : map.splitters()) *common.add_splitters() = to_proto(splitter);
+  common.mutable_owners()->Add(map.owners().begin(), map.owners().end());
+  common.set_map_epoch(map.epoch());
+  return common;
+}
+
 // Divides sectors with so much to do.
 template <typename Shapes>
 Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldSettings& settings,
@@ -75,16 +91,7 @@ Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldSett
   placement.sectors = load.size();
   placement.map =
       first_map(anchor, std::move(load), static_cast<std::uint32_t>(nodes.size()), map_epoch, policy);
-  v1::LoadWorld common;
-  common.set_world(number);
-  *common.mutable_settings() = to_proto(settings);
-  *common.mutable_anchor() = to_proto(anchor);
-  add_shapes(shapes, common);
-  for (const NodeId node : nodes) common.add_nodes(node.value);
-  for (const SectorIndex& splitter : placement.map.splitters()) *common.add_splitters() = to_proto(splitter);
-  common.mutable_owners()->Add(placement.map.owners().begin(), placement.map.owners().end());
-  common.set_map_epoch(placement.map.epoch());
-  placement.loads.assign(nodes.size(), common);
+  placement.loads.assign(nodes.size(), common_load(number, settings, anchor, shapes, nodes, placement.map));
   return placement;
 }
 
@@ -137,6 +144,30 @@ absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, c
   return placement;
 }
 
+v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world,
+                         const WorldToLoad::Described& described, std::span<const NodeId> nodes,
+                         const SectorMap& map) {
+  std::vector<BodyRecord> statics;
+  for (const BodyRecord& record : described.records) {
+    if (record.properties.motion == Motion::kStatic) statics.push_back(record);
+  }
+  v1::LoadWorld load =
+      common_load(number, world.settings(), world.anchor(), described.world.shapes, nodes, map);
+  load.set_radius_max(largest_radius(described.world, described.records));
+  load.set_joints(pack(std::span<const JointRecord>(described.joints)));
+  load.set_records(pack(std::span<const BodyRecord>(statics)));
+  return load;
+}
+
+v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world, const ReadSnapshot& snapshot,
+                         std::span<const NodeId> nodes, const SectorMap& map) {
+  v1::LoadWorld load =
+      common_load(number, world.settings(), world.anchor(), snapshot.world.shapes, nodes, map);
+  load.mutable_restored()->set_tick(snapshot.world.tick);
+  load.mutable_restored()->set_shared(pack(snapshot.world.shared));
+  return load;
+}
+
 }  // namespace
 
 absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
@@ -173,6 +204,20 @@ absl::StatusOr<Placement> place(std::uint64_t number, const KeptState& world, st
     if (absl::Status status = room_for(to.ByteSizeLong()); !status.ok()) return status;
   }
   return placement;
+}
+
+v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
+                         const SectorMap& map) {
+  return std::visit([&](const auto& from) { return guest_load(number, world, from, nodes, map); },
+                    world.from);
+}
+
+v1::LoadWorld guest_load(std::uint64_t number, const KeptState& world, std::span<const NodeId> nodes,
+                         const SectorMap& map) {
+  v1::LoadWorld load = common_load(number, world.settings, world.anchor, world.shapes, nodes, map);
+  load.mutable_restored()->set_tick(world.tick);
+  load.mutable_restored()->set_shared(shared_bytes(world.chunks));
+  return load;
 }
 
 }  // namespace tessera

@@ -27,6 +27,11 @@ struct Placement {
 absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
                                 std::uint64_t map_epoch = 1, BalancePolicy policy = BalancePolicy::kCurve);
 
+// What a server is sent that is to take part in a running world, without sectors: nothing of it is hosted
+// there yet. `nodes` are those of `map`.
+v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
+                         const SectorMap& map);
+
 // The state of a running world, as its servers had it.
 struct KeptState {
   Tick tick = 0;
@@ -39,5 +44,7 @@ struct KeptState {
 // Likewise; DATA_LOSS where a chunk cannot be read.
 absl::StatusOr<Placement> place(std::uint64_t number, const KeptState& world, std::span<const NodeId> nodes,
                                 std::uint64_t map_epoch, BalancePolicy policy);
+v1::LoadWorld guest_load(std::uint64_t number, const KeptState& world, std::span<const NodeId> nodes,
+                         const SectorMap& map);
 
 }  // namespace tessera

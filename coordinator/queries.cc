@@ -18,7 +18,7 @@ absl::Status Queries::room() const {
 
 v1::Query Queries::open(Question question, v1::Query query) {
   query.set_id(++last_id_);
-  open_.emplace(last_id_, Open{std::move(question), query, std::vector<bool>(servers_), servers_});
+  open_.emplace(last_id_, Open{std::move(question), query, {}, {}, 0});
   return query;
 }
 
@@ -43,19 +43,30 @@ v1::Query Queries::near(v1::NearQuery near, NearReply reply) {
 v1::Query Queries::snapshot(const v1::SnapshotQuery& snapshot, SnapshotReply reply) {
   v1::Query query;
   *query.mutable_snapshot() = snapshot;
-  return open(Snapshot{std::move(reply), std::vector<std::vector<v1::SnapshotChunk>>(servers_),
-                       std::vector<std::uint32_t>(servers_)},
-              std::move(query));
+  return open(Snapshot{std::move(reply), {}, {}}, std::move(query));
 }
 
 v1::Query Queries::load(double ahead, LoadReply reply) {
   v1::Query query;
   query.mutable_load()->set_ahead(ahead);
-  return open(Load{std::move(reply), std::vector<v1::ServerLoad>(servers_)}, std::move(query));
+  return open(Load{std::move(reply), {}}, std::move(query));
 }
 
-std::vector<v1::Query> Queries::restart(std::size_t servers, const absl::Status& status) {
-  servers_ = servers;
+void Queries::asked(std::uint64_t query, std::span<const NodeId> nodes) {
+  const auto found = open_.find(query);
+  if (found == open_.end()) return;
+  Open& open = found->second;
+  open.nodes.assign(nodes.begin(), nodes.end());
+  open.answered.assign(nodes.size(), false);
+  open.missing = nodes.size();
+  if (auto* snapshot = std::get_if<Snapshot>(&open.question)) {
+    snapshot->chunks.resize(nodes.size());
+    snapshot->parts.resize(nodes.size());
+  }
+  if (auto* load = std::get_if<Load>(&open.question)) load->loads.resize(nodes.size());
+}
+
+std::vector<v1::Query> Queries::restart(const absl::Status& status) {
   std::vector<v1::Query> again;
   for (auto& [id, open] : std::exchange(open_, {})) {
     if (std::holds_alternative<Snapshot>(open.question) || std::holds_alternative<Load>(open.question)) {
@@ -66,19 +77,21 @@ std::vector<v1::Query> Queries::restart(std::size_t servers, const absl::Status&
     if (auto* ray = std::get_if<Ray>(&open.question)) ray->nearest = {};
     if (auto* near = std::get_if<Near>(&open.question)) near->result = {};
     again.push_back(open.query);
-    open.answered.assign(servers, false);
-    open.missing = servers;
+    open.nodes.clear();
     open_.emplace(id, std::move(open));
   }
   return again;
 }
 
-absl::Status Queries::answer(std::size_t rank, v1::Answer answer) {
+absl::Status Queries::answer(NodeId from, v1::Answer answer) {
+  const absl::Status not_open =
+      absl::InternalError(absl::StrCat("it answers query ", answer.query(), ", which is not open"));
   const auto found = open_.find(answer.query());
-  if (found == open_.end() || found->second.answered[rank]) {
-    return absl::InternalError(absl::StrCat("it answers query ", answer.query(), ", which is not open"));
-  }
+  if (found == open_.end()) return not_open;
   Open& open = found->second;
+  const auto place = std::find(open.nodes.begin(), open.nodes.end(), from);
+  const auto rank = static_cast<std::size_t>(place - open.nodes.begin());
+  if (place == open.nodes.end() || open.answered[rank]) return not_open;
   if (auto* snapshot = std::get_if<Snapshot>(&open.question)) {
     add(*snapshot, rank, answer);
     if (++snapshot->parts[rank] < answer.parts()) return absl::OkStatus();

@@ -6,12 +6,14 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <variant>
 #include <vector>
 
 #include "cluster.pb.h"
 #include "lpss/observe/world_hash.h"
 #include "lpss/tick/messages.h"
+#include "transport/link.h"
 
 namespace tessera {
 
@@ -36,8 +38,6 @@ class Queries {
   // By rank.
   using LoadReply = std::function<void(const absl::Status&, Tick, std::vector<v1::ServerLoad>)>;
 
-  explicit Queries(std::size_t servers) : servers_(servers) {}
-
   // Each returns the question to send to all servers; `reply` is called with the last answer.
   // RESOURCE_EXHAUSTED, without calling `reply`, while kOpenQueriesMax queries are open.
   absl::Status room() const;
@@ -47,12 +47,15 @@ class Queries {
   v1::Query snapshot(const v1::SnapshotQuery& snapshot, SnapshotReply reply);
   v1::Query load(double ahead, LoadReply reply);
 
-  // INTERNAL for an answer to a question that was not asked, or that this server has answered before.
-  absl::Status answer(std::size_t rank, v1::Answer answer);
+  // The question has been sent to these servers, by rank.
+  void asked(std::uint64_t query, std::span<const NodeId> nodes);
 
-  // The world goes on, set back, on so many servers: all questions are to be asked again. Those for snapshots
+  // INTERNAL for an answer to a question that this server was not asked, or that it has answered before.
+  absl::Status answer(NodeId from, v1::Answer answer);
+
+  // The world goes on, set back, on other servers: all questions are to be asked again. Those for snapshots
   // and loads are refused with `status`: their tick may be over, and the servers are others.
-  std::vector<v1::Query> restart(std::size_t servers, const absl::Status& status);
+  std::vector<v1::Query> restart(const absl::Status& status);
 
   // Answers all waiting calls.
   void abandon(const absl::Status& status);
@@ -82,8 +85,9 @@ class Queries {
   using Question = std::variant<Hash, Ray, Near, Snapshot, Load>;
   struct Open {
     Question question;
-    v1::Query query;             // as asked
-    std::vector<bool> answered;  // by rank
+    v1::Query query;            // as asked
+    std::vector<NodeId> nodes;  // by rank; none before it was asked
+    std::vector<bool> answered;
     std::size_t missing = 0;
   };
 
@@ -94,7 +98,6 @@ class Queries {
   static void add(Snapshot& snapshot, std::size_t rank, v1::Answer& answer);
   static void reply(const absl::Status& status, Tick tick, Question& question);
 
-  std::size_t servers_;
   std::uint64_t last_id_ = 0;
   absl::btree_map<std::uint64_t, Open> open_;
 };

@@ -1,12 +1,9 @@
-// What keeps a world alive when servers are lost, join or are to leave: checkpoints, and going on from one on
-// other servers, which repeat the ticks since. The state is a function of a checkpoint and of the commands
+// What keeps a world alive when servers are lost: checkpoints, and going on from one on those that are there,
+// which repeat the ticks since. The state is a function of a checkpoint and of the commands
 // since, so nothing that clients were told becomes untrue.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <iterator>
-#include <set>
-#include <string>
 #include <utility>
 
 #include "coordinator/coordinator_impl.h"
@@ -25,9 +22,7 @@ void Coordinator::Impl::tend_checkpoints(Nanoseconds now) {
   }
   world.sequencer.forget_past(world.checkpoints->earliest());
   world.registry.shapes().drop_before(world.checkpoints->earliest());
-  if (!world.recovering() && wants_to_move()) {
-    recover();
-  } else if (may_ask_for_checkpoint() && now >= world.next_checkpoint) {
+  if (may_ask_for_checkpoint() && now >= world.next_checkpoint) {
     world.next_checkpoint = now + options_.checkpoint_every;
     ask_for_checkpoint();
   }
@@ -55,20 +50,15 @@ void Coordinator::Impl::ask_for_checkpoint() {
   query.set_anew(next.are_all);
   // The world calls this, so `world` exists.
   world->sequencer.ask_first(world->queries.snapshot(
-      query, [world, next = std::move(next)](const absl::Status& status,
-                                             std::vector<v1::SnapshotChunk> chunks) mutable {
+      query, [world, left = world->left_servers, next = std::move(next)](
+                 const absl::Status& status, std::vector<v1::SnapshotChunk> chunks) mutable {
         world->awaits_checkpoint = false;
         if (!status.ok()) return;
-        world->servers_keep_up = true;
+        // One that has left meanwhile does not tell what has become of its sectors since.
+        world->servers_keep_up = left == world->left_servers;
         next.chunks = std::move(chunks);
         world->fresh_checkpoint = std::move(next);
       }));
-}
-
-// Whether other servers than those that host the world are there for it.
-bool Coordinator::Impl::wants_to_move() const {
-  const std::vector<NodeId> chosen = chosen_nodes(world_->settings.precision);
-  return !chosen.empty() && chosen != world_->nodes;
 }
 
 // Waits a moment for more servers than have come.
@@ -86,7 +76,14 @@ void Coordinator::Impl::gather(Nanoseconds now) {
 void Coordinator::Impl::recover() {
   ActiveWorld& world = *world_;
   world.gathers_until.reset();
-  const std::vector<NodeId> before = std::exchange(world.nodes, chosen_nodes(world.settings.precision));
+  std::vector<NodeId> before = std::exchange(world.nodes, chosen_nodes(world.settings.precision));
+  if (world.guest) before.push_back(world.guest->node);
+  world.guest.reset();
+  world.leaving.reset();
+  world.unfit.clear();
+  world.shares_left = 0;
+  world.awaits_load = false;
+  world.fresh_load.reset();
   for (const NodeId node : before) {
     const bool stays = std::find(world.nodes.begin(), world.nodes.end(), node) != world.nodes.end();
     if (!stays && members_.find(node) != nullptr) send(node).mutable_unload_world()->set_world(world.number);
@@ -97,10 +94,10 @@ void Coordinator::Impl::recover() {
   world.ready.assign(servers, false);
   world.servers_keep_up = false;
   world.sequencer.rewind(world.number, servers, tick);
-  world.statistics.restart(servers);
+  world.statistics.restart(world.nodes);
   const absl::Status sorry =
       absl::UnavailableError("the world was set back, for its servers have changed: ask again");
-  for (v1::Query& query : world.queries.restart(servers, sorry)) world.sequencer.ask(std::move(query));
+  for (v1::Query& query : world.queries.restart(sorry)) world.sequencer.ask(std::move(query));
   if (servers == 0) {
     log(absl::StrCat("the world '", world.name, "' waits for a server of precision ",
                      name_of(world.settings.precision)),
@@ -123,15 +120,7 @@ void Coordinator::Impl::recover() {
 
 // The streams that clients have at any server of the world go on at all that it has now.
 void Coordinator::Impl::hand_over_streams(Placement& placement) {
-  v1::Subscriptions all;
-  std::set<std::string> known;
-  for (const auto& [node, subscriptions] : world_->subscriptions) {
-    for (const v1::Subscription& subscription : subscriptions.all()) {
-      if (all.all_size() >= kSubscriptionsMax || !known.insert(subscription.SerializeAsString()).second)
-        continue;
-      *all.add_all() = subscription;
-    }
-  }
+  const v1::Subscriptions all = all_subscriptions();
   world_->subscriptions.clear();
   for (std::size_t rank = 0; rank < world_->nodes.size(); ++rank) {
     *placement.loads[rank].mutable_subscriptions() = all.all();
@@ -153,50 +142,6 @@ bool Coordinator::Impl::may_recover() {
   if (world.sequencer.completed() > world.last_loss) world.losses_in_place = 0;
   world.last_loss = world.sequencer.completed();
   return ++world.losses_in_place <= kLossesInPlaceMax;
-}
-
-void Coordinator::Impl::on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanoseconds) {
-  Server* server = members_.find(NodeId{call.request.node()});
-  if (server == nullptr) {
-    return call.reply(absl::NotFoundError(absl::StrCat("node ", absl::Hex(call.request.node()),
-                                                       " is not a server of this cluster")),
-                      {});
-  }
-  if (world_ && world_->rank_of(server->node)) {
-    if (!world_->checkpoints) {
-      return call.reply(absl::FailedPreconditionError(
-                            "the world cannot move: the coordinator was started without checkpoints"),
-                        {});
-    }
-    const std::vector<NodeId> others = members_.nodes_of(server->precision);
-    if (std::all_of(others.begin(), others.end(), [&](NodeId node) { return node == server->node; })) {
-      return call.reply(absl::FailedPreconditionError(absl::StrCat(
-                            "no other server of precision ", name_of(server->precision), " could take over")),
-                        {});
-    }
-  }
-  if (drains_.size() >= kWaitingCallsMax) {
-    return call.reply(
-        absl::ResourceExhaustedError(absl::StrCat(drains_.size(), " calls wait for servers already")), {});
-  }
-  server->drained = true;
-  drains_.push_back({server->node, std::move(call.reply)});
-  answer_drains();
-}
-
-// Those whose servers host nothing.
-void Coordinator::Impl::answer_drains() {
-  std::vector<Drain> waiting;
-  for (Drain& drain : std::exchange(drains_, {})) {
-    if (world_ && world_->rank_of(drain.node)) {
-      waiting.push_back(std::move(drain));
-      continue;
-    }
-    v1::DrainReply reply;
-    if (world_) reply.set_tick(world_->sequencer.completed());
-    drain.reply(absl::OkStatus(), reply);
-  }
-  std::move(waiting.begin(), waiting.end(), std::back_inserter(drains_));
 }
 
 }  // namespace tessera

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "coordinator/command_checks.h"
@@ -67,7 +68,7 @@ absl::Status Sequencer::room_for_query() const {
 void Sequencer::rewind(std::uint64_t world, std::size_t servers, Tick tick) {
   options_.world = world;
   serial_ = 0;
-  next_map_.reset();
+  next_maps_.clear();
   granted_ = completed_ = tick;
   completed_by_.assign(servers, tick);
   for (auto again = past_.upper_bound(tick); again != past_.end(); again = past_.erase(again)) {
@@ -116,11 +117,37 @@ Tick Sequencer::submit(Command command, std::optional<v1::NumberedShape> new_sha
 void Sequencer::ask(v1::Query query) { queries_.push_back(std::move(query)); }
 void Sequencer::ask_first(v1::Query query) { first_queries_.push_back(std::move(query)); }
 
-void Sequencer::set_map(const SectorMap& map) {
-  v1::SectorMap& next = next_map_.emplace();
-  for (const SectorIndex& splitter : map.splitters()) *next.add_splitters() = to_proto(splitter);
-  next.mutable_owners()->Add(map.owners().begin(), map.owners().end());
-  next.set_epoch(map.epoch());
+v1::SectorMap map_message(const SectorMap& map) {
+  v1::SectorMap message;
+  for (const SectorIndex& splitter : map.splitters()) *message.add_splitters() = to_proto(splitter);
+  message.mutable_owners()->Add(map.owners().begin(), map.owners().end());
+  message.set_epoch(map.epoch());
+  return message;
+}
+
+void Sequencer::set_map(v1::SectorMap map, std::optional<std::size_t> leaver) {
+  next_maps_.push_back({std::move(map), leaver});
+}
+
+std::vector<v1::Grant> Sequencer::granted_since(Tick tick) const {
+  std::vector<v1::Grant> grants;
+  const auto add = [&](Tick from, Tick to) -> v1::Grant& {
+    v1::Grant& grant = grants.emplace_back();
+    grant.set_ticks(to - from);
+    grant.set_commands(pack(std::span<const Command>()));
+    return grant;
+  };
+  auto batch = past_.upper_bound(tick);
+  const Tick first = batch == past_.end() ? granted_ + 1 : batch->first;
+  if (first > tick + 1) add(tick, first - 1);
+  while (batch != past_.end()) {
+    const auto next = std::next(batch);
+    v1::Grant& grant = add(batch->first - 1, next == past_.end() ? granted_ : next->first - 1);
+    grant.set_commands(pack(std::span<const Command>(batch->second.commands)));
+    for (const v1::NumberedShape& shape : batch->second.new_shapes) *grant.add_new_shapes() = shape;
+    batch = next;
+  }
+  return grants;
 }
 
 std::vector<Sequencer::Held> Sequencer::held() const {
@@ -328,10 +355,23 @@ v1::Grant Sequencer::next_grant(std::uint64_t ticks) {
   }
   // A tick that has commands begins another grant.
   if (next != batches_.end()) ticks = std::min(ticks, next->first - granted_ - 1);
-  if (next_map_) *grant.mutable_map() = *std::exchange(next_map_, std::nullopt);
   grant.set_ticks(ticks);
   granted_ += ticks;
   certain_ = std::max(certain_, granted_);
+  return grant;
+}
+
+v1::Grant Sequencer::map_grant() {
+  NextMap next = std::move(next_maps_.front());
+  next_maps_.pop_front();
+  // Those that begin need do nothing of what was granted so far.
+  completed_by_.resize(completed_by_.size() + next.map.newcomers(), granted_);
+  if (next.leaver) completed_by_.erase(completed_by_.begin() + static_cast<std::ptrdiff_t>(*next.leaver));
+  completed_ = *std::min_element(completed_by_.begin(), completed_by_.end());
+  reached_ = std::max(reached_, completed_);
+  v1::Grant grant = query_grant({});
+  *grant.mutable_map() = std::move(next.map);
+  grant.mutable_map()->set_since(granted_ + 1);
   return grant;
 }
 
@@ -362,6 +402,7 @@ std::vector<v1::Grant> Sequencer::take_grants(Nanoseconds now) {
     grants.push_back(next_grant(ticks));
   }
   if (!first_queries_.empty()) grants.push_back(query_grant(std::exchange(first_queries_, {})));
+  while (!next_maps_.empty()) grants.push_back(map_grant());
   while (const std::uint64_t ticks = ticks_to_grant(now)) grants.push_back(next_grant(ticks));
   // A separate grant: a slow pace must not delay answers.
   if (!queries_.empty()) grants.push_back(query_grant(std::exchange(queries_, {})));

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -16,6 +17,9 @@
 #include "store.pb.h"
 
 namespace tessera {
+
+// As grants carry it, with the servers that there are.
+v1::SectorMap map_message(const SectorMap& map);
 
 // A grant carries several ticks if possible, and its commands apply at the first of them. The next grant
 // always begins with the tick after the last one granted, so a command's tick is known as soon as it is
@@ -84,9 +88,15 @@ class Sequencer {
   void hold(std::vector<Held> held);
   void hold_at(Tick tick, Command command, std::optional<v1::NumberedShape> new_shape);
 
-  // The map changes with the next tick that is granted.
-  void set_map(const SectorMap& map);
-  bool awaits_map() const { return next_map_.has_value(); }
+  // The map changes before the next tick that is granted, by a grant of its own: also while the world is
+  // paused. Its newcomers are the last ranks from then on; `leaver` is the rank that a server had until then.
+  void set_map(v1::SectorMap map, std::optional<std::size_t> leaver = std::nullopt);
+  bool awaits_map() const { return !next_maps_.empty(); }
+
+  // For a server that has the world at the end of tick `tick`, which none of forget_past() has passed: what
+  // was granted since, and the serial number of the next grant.
+  std::vector<v1::Grant> granted_since(Tick tick) const;
+  std::uint64_t next_serial() const { return serial_ + 1; }
 
   // How the world runs. Where it goes on, so many more ticks than were granted may be certain.
   v1::StoredPace stored_pace(std::uint64_t ticks_ahead) const;
@@ -150,6 +160,7 @@ class Sequencer {
   std::uint64_t ticks_due(Nanoseconds now) const;
   void forgive_debt(Nanoseconds now);
   v1::Grant next_grant(std::uint64_t ticks);
+  v1::Grant map_grant();
   void give(Batch& batch, v1::Grant& grant);
   v1::Grant query_grant(std::vector<v1::Query> queries);
   void settle();
@@ -174,7 +185,11 @@ class Sequencer {
   std::size_t past_commands_ = 0;
   std::size_t held_commands_ = 0;
   std::size_t held_shape_bytes_ = 0;
-  std::optional<v1::SectorMap> next_map_;
+  struct NextMap {
+    v1::SectorMap map;
+    std::optional<std::size_t> leaver;
+  };
+  std::deque<NextMap> next_maps_;
   std::vector<v1::Query> queries_;
   std::vector<v1::Query> first_queries_;
 };

@@ -60,6 +60,8 @@ void Coordinator::Impl::describe_world(v1::StatusReply& reply, Nanoseconds now) 
   reply.set_map_epoch(world_->map.epoch());
   reply.set_moved_sectors(world_->moved_sectors);
   reply.set_moved_bodies(world_->moved_bodies);
+  reply.set_joined_servers(world_->joined_servers);
+  reply.set_left_servers(world_->left_servers);
   reply.set_load(world_->load);
   reply.set_recoveries(world_->recoveries);
   if (world_->checkpoints) reply.set_checkpoint_tick(world_->checkpoints->latest());
@@ -78,16 +80,16 @@ void Coordinator::Impl::describe_server(const Server& server, v1::ServerStatus& 
   status.set_takes_part(rank.has_value());
   status.set_drained(server.drained);
   if (!rank) return;
-  const v1::TickReport& last = world_->statistics.last_of(*rank);
+  const v1::TickReport& last = world_->statistics.last_of(server.node);
   status.set_tick(server.tick);
   status.set_bodies(server.bodies);
   write(counts_from(last.counts()), *status.mutable_counts());
-  write(world_->statistics.durations_of(*rank).times(), *status.mutable_tick_ms());
+  write(world_->statistics.durations_of(server.node).times(), *status.mutable_tick_ms());
   status.set_exchange_bytes(server.exchange_bytes);
   status.set_exchange_messages(server.exchange_messages);
   if (server.ground.tiles() > 0) *status.mutable_ground() = server.ground;
-  status.set_own_ms(world_->statistics.own_ms_of(*rank));
-  status.set_slow(world_->statistics.slow() == rank);
+  status.set_own_ms(world_->statistics.own_ms_of(server.node));
+  status.set_slow(world_->statistics.slow() == server.node);
 }
 
 }  // namespace tessera

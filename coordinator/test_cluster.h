@@ -124,6 +124,7 @@ class TestCluster {
     v1::ClusterMessage message;
     message.mutable_report()->set_world(world);
     message.mutable_report()->set_tick(completed);
+    message.mutable_report()->set_map_epoch(map_epoch);
     for (v1::TickReport& report : ticks) *message.mutable_report()->add_ticks() = std::move(report);
     receive(node, message);
   }
@@ -179,6 +180,7 @@ class TestCluster {
   Nanoseconds now{1'000'000'000};
   std::map<NodeId, std::vector<v1::ClusterMessage>> inbox;
   std::map<NodeId, Tick> tick;
+  std::uint64_t map_epoch = 1;  // that servers say is in effect
 };
 
 inline constexpr NodeId kFirst{100};

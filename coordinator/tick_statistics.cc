@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/limits.h"
@@ -41,6 +43,9 @@ constexpr std::uint64_t kSlowTicksMin = 64;
 // Ticks reported by some servers only; larger than any window of grants.
 constexpr std::size_t kPartialTicksMax = 65'536;
 
+// Of servers; reports of ticks before these do not come any more.
+constexpr std::size_t kChangesKept = 256;
+
 // Older ones than these were complete, too.
 constexpr std::size_t kWholeTicksMax = 16'384;
 
@@ -72,30 +77,41 @@ double DurationHistogram::quantile_ms(double share) const {
   return 0;
 }
 
-TickStatistics::TickStatistics(std::size_t servers) : servers_(servers) {
-  static_assert(kServersMax <= 64, "a bit per rank");
-  invariant(servers <= kServersMax, "a world has at most kServersMax servers");
+void TickStatistics::restart(std::span<const NodeId> servers) {
+  servers_.clear();
+  counts_.clear();
+  partial_.clear();
+  change_servers(0, servers);
 }
 
-void TickStatistics::restart(std::size_t servers) {
-  invariant(servers <= kServersMax, "a world has at most kServersMax servers");
-  servers_.assign(servers, {});
-  partial_.clear();
+void TickStatistics::change_servers(Tick since, std::span<const NodeId> servers) {
+  invariant(servers.size() <= kServersMax, "a world has at most kServersMax servers");
+  std::map<NodeId, OfServer> before = std::exchange(servers_, {});
+  for (const NodeId server : servers) servers_[server] = std::move(before[server]);
+  counts_[since] = servers.size();
+  if (counts_.size() > kChangesKept) counts_.erase(counts_.begin());
   ticks_since_restart_ = 0;
   slow_.reset();
 }
 
-std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickReport& report) {
-  OfServer& server = servers_[rank];
+std::size_t TickStatistics::servers_at(Tick tick) const {
+  const auto after = counts_.upper_bound(tick);
+  return after == counts_.begin() ? after->second : std::prev(after)->second;
+}
+
+std::optional<TickSums> TickStatistics::add(NodeId from, const v1::TickReport& report) {
+  OfServer one_that_has_left;
+  const auto found = servers_.find(from);
+  OfServer& server = found == servers_.end() ? one_that_has_left : found->second;
   if (report.tick() > server.last.tick()) server.last = report;
   const bool was_whole =
       whole_.contains(report.tick()) || (whole_.size() == kWholeTicksMax && report.tick() < *whole_.begin());
   if (was_whole) return std::nullopt;
   if (partial_.size() >= kPartialTicksMax) partial_.erase(partial_.begin());
   TickSums& sums = partial_[report.tick()];
-  const std::uint64_t bit = std::uint64_t{1} << rank;
-  if ((sums.heard_from & bit) != 0) return std::nullopt;
-  sums.heard_from |= bit;
+  if (std::find(sums.heard_from.begin(), sums.heard_from.end(), from) != sums.heard_from.end())
+    return std::nullopt;
+  sums.heard_from.push_back(from);
 
   server.durations.add(report.work_us());
   server.own_us += kOwnWeight * (static_cast<double>(report.own_us()) - server.own_us);
@@ -104,10 +120,10 @@ std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickRepo
   sums.counts += counts_from(report.counts());
   sums.hash.add(WorldHash(report.hash_low(), report.hash_high()));
   for (const v1::Divergence& divergence : report.divergences()) {
-    if (sums.divergences.size() >= kDivergencesKept * servers_.size()) break;
+    if (sums.divergences.size() >= kDivergencesKept * servers_at(report.tick())) break;
     sums.divergences.push_back(from_proto(divergence));
   }
-  if (static_cast<std::size_t>(std::popcount(sums.heard_from)) < servers_.size()) return std::nullopt;
+  if (sums.heard_from.size() < servers_at(report.tick())) return std::nullopt;
   const TickSums whole = sums;
   partial_.erase(report.tick());
   complete(whole);
@@ -116,16 +132,15 @@ std::optional<TickSums> TickStatistics::add(std::size_t rank, const v1::TickRepo
 
 void TickStatistics::look_for_slow() {
   if (servers_.size() < 2 || ++ticks_since_restart_ < kSlowTicksMin) return;
-  const auto less = [](const OfServer& a, const OfServer& b) { return a.own_us < b.own_us; };
+  const auto less = [](const auto& a, const auto& b) { return a.second.own_us < b.second.own_us; };
   const auto slowest = std::max_element(servers_.begin(), servers_.end(), less);
   double next_us = 0;
   for (auto server = servers_.begin(); server != servers_.end(); ++server) {
-    if (server != slowest) next_us = std::max(next_us, server->own_us);
+    if (server != slowest) next_us = std::max(next_us, server->second.own_us);
   }
-  const auto rank = static_cast<std::size_t>(slowest - servers_.begin());
-  const double factor = slow_ == rank ? kSlowEndFactor : kSlowFactor;
-  const bool is_slow = slowest->own_us >= std::max(kSlowMinUs, factor * next_us);
-  slow_ = is_slow ? std::optional(rank) : std::nullopt;
+  const double factor = slow_ == slowest->first ? kSlowEndFactor : kSlowFactor;
+  const bool is_slow = slowest->second.own_us >= std::max(kSlowMinUs, factor * next_us);
+  slow_ = is_slow ? std::optional(slowest->first) : std::nullopt;
 }
 
 void TickStatistics::complete(const TickSums& sums) {

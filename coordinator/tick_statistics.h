@@ -8,7 +8,9 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "cluster.pb.h"
@@ -17,6 +19,7 @@
 #include "lpss/model/tick_times.h"
 #include "lpss/observe/world_hash.h"
 #include "lpss/tick/messages.h"
+#include "transport/link.h"
 
 namespace tessera {
 
@@ -47,20 +50,24 @@ struct TickSums {
   Tick tick = 0;
   std::uint64_t work_us = 0;
   TickCounts counts;
-  WorldHash hash;                       // empty unless the world hashes its ticks
-  std::uint64_t heard_from = 0;         // a bit per rank
+  WorldHash hash;  // empty unless the world hashes its ticks
+  std::vector<NodeId> heard_from;
   std::vector<Divergence> divergences;  // the first ones of each server
 };
 
 class TickStatistics {
  public:
-  explicit TickStatistics(std::size_t servers);
+  explicit TickStatistics(std::span<const NodeId> servers) { restart(servers); }
 
-  // The world goes on, set back, on so many servers. Ticks that were complete do not count again.
-  void restart(std::size_t servers);
+  // The world goes on, set back, on these servers. Ticks that were complete do not count again.
+  void restart(std::span<const NodeId> servers);
 
-  // Reports may come in any order, each once. Returns the tick if this was the last server to report it.
-  std::optional<TickSums> add(std::size_t rank, const v1::TickReport& report);
+  // The world has these servers from tick `since` on, which none of them has reported.
+  void change_servers(Tick since, std::span<const NodeId> servers);
+
+  // Reports may come in any order, each once; also of a server that has left, of the ticks before. Returns
+  // the tick if this was the last server to report it.
+  std::optional<TickSums> add(NodeId server, const v1::TickReport& report);
 
   const TickSums& last() const { return last_; }  // the latest tick that all servers have reported
   // Over all ticks that all servers have reported.
@@ -69,13 +76,13 @@ class TickStatistics {
   // The first kDivergencesKept since the load, ascending.
   const std::vector<Divergence>& divergences() const { return divergences_; }
 
-  // The figures of one server.
-  const v1::TickReport& last_of(std::size_t rank) const { return servers_[rank].last; }
-  const DurationHistogram& durations_of(std::size_t rank) const { return servers_[rank].durations; }
+  // The figures of one of the servers.
+  const v1::TickReport& last_of(NodeId server) const { return servers_.at(server).last; }
+  const DurationHistogram& durations_of(NodeId server) const { return servers_.at(server).durations; }
   // The duration of its own part of a tick, without waiting for other servers: a mean of the last ticks.
-  double own_ms_of(std::size_t rank) const { return servers_[rank].own_us / 1e3; }
+  double own_ms_of(NodeId server) const { return servers_.at(server).own_us / 1e3; }
   // The server for which the others wait most of each tick, if it has been one for some ticks.
-  std::optional<std::size_t> slow() const { return slow_; }
+  std::optional<NodeId> slow() const { return slow_; }
 
  private:
   struct OfServer {
@@ -84,10 +91,12 @@ class TickStatistics {
     double own_us = 0;
   };
 
+  std::size_t servers_at(Tick tick) const;
   void complete(const TickSums& sums);
   void look_for_slow();
 
-  std::vector<OfServer> servers_;
+  std::map<NodeId, OfServer> servers_;
+  std::map<Tick, std::size_t> counts_;       // of servers, from a tick on
   absl::btree_map<Tick, TickSums> partial_;  // some servers have reported, others have not
   absl::btree_set<Tick> whole_;              // the last ones of those that all have reported
   TickSums last_;
@@ -95,7 +104,7 @@ class TickStatistics {
   DurationHistogram durations_;
   std::vector<Divergence> divergences_;
   std::uint64_t ticks_since_restart_ = 0;
-  std::optional<std::size_t> slow_;
+  std::optional<NodeId> slow_;
 };
 
 // Simulated time per wall time: over the last two seconds while the world runs, over the whole last run once

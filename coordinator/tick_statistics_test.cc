@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
 
@@ -37,40 +39,63 @@ TEST(DurationHistogram, TakesAnyNumber) {
   EXPECT_NEAR(histogram.times().p99 / histogram.times().max, 1, 0.01);
 }
 
+constexpr std::array<NodeId, 2> kServers{NodeId{7}, NodeId{5}};
+
 TEST(TickStatistics, SumsAreOfTicksThatAllHaveReported) {
-  TickStatistics statistics(2);
-  statistics.add(0, report(1, 1000, 5));
+  TickStatistics statistics(kServers);
+  statistics.add(kServers[0], report(1, 1000, 5));
   EXPECT_EQ(statistics.last().tick, 0u);
-  statistics.add(0, report(2, 3000, 1));
-  statistics.add(1, report(2, 1000, 1));  // before its report of tick 1
+  statistics.add(kServers[0], report(2, 3000, 1));
+  statistics.add(kServers[1], report(2, 1000, 1));  // before its report of tick 1
   EXPECT_EQ(statistics.last().tick, 2u);
   EXPECT_EQ(statistics.last().counts.clones, 2u);
-  statistics.add(1, report(1, 2000, 6));
+  statistics.add(kServers[1], report(1, 2000, 6));
   EXPECT_EQ(statistics.last().tick, 2u);
   EXPECT_EQ(statistics.counts_since_load().clones, 11u);
   EXPECT_EQ(statistics.counts_since_load().diverged, 4u);
   EXPECT_NEAR(statistics.durations().times().p50, 2, 0.02);
   EXPECT_EQ(statistics.durations().times().max, 3);
-  EXPECT_EQ(statistics.durations_of(1).times().max, 2);
+  EXPECT_EQ(statistics.durations_of(kServers[1]).times().max, 2);
+}
+
+TEST(TickStatistics, ServersJoinAndLeaveBetweenTicks) {
+  TickStatistics statistics(kServers);
+  const std::array<NodeId, 3> three{kServers[0], kServers[1], NodeId{9}};
+  statistics.change_servers(2, three);
+  statistics.change_servers(4, std::array<NodeId, 2>{kServers[1], NodeId{9}});
+  const auto is_whole = [&](NodeId server, Tick tick) {
+    return statistics.add(server, report(tick, 1000, 1)).has_value();
+  };
+  EXPECT_FALSE(is_whole(NodeId{9}, 2));
+  EXPECT_FALSE(is_whole(NodeId{9}, 3));
+  EXPECT_FALSE(is_whole(NodeId{9}, 4));
+  EXPECT_FALSE(is_whole(kServers[1], 1));
+  EXPECT_FALSE(is_whole(kServers[1], 2));
+  EXPECT_FALSE(is_whole(kServers[1], 3));
+  EXPECT_TRUE(is_whole(kServers[1], 4)) << "without the one that has left";
+  EXPECT_TRUE(is_whole(kServers[0], 1)) << "that still tells of the ticks before";
+  EXPECT_TRUE(is_whole(kServers[0], 2));
+  EXPECT_TRUE(is_whole(kServers[0], 3));
+  EXPECT_EQ(statistics.counts_since_load().diverged, 10u);
 }
 
 // However many servers there are, and in whatever order they report.
 TEST(TickStatistics, KeepsTheFirstDivergences) {
-  TickStatistics statistics(2);
+  TickStatistics statistics(kServers);
   const auto told = [](Tick tick, std::uint64_t first_body) {
     v1::TickReport message = report(tick, 1000, 0);
     for (std::uint64_t n = 0; n < kDivergencesKept; ++n)
       *message.add_divergences() = to_proto(Divergence{tick, BodyId{first_body + 2 * n}});
     return message;
   };
-  statistics.add(0, report(1, 1000, 0));
+  statistics.add(kServers[0], report(1, 1000, 0));
   v1::TickReport one = report(1, 1000, 0);
   *one.add_divergences() = to_proto(Divergence{1, BodyId{9}, JointId{3}, DivergenceKind::kSpeed});
-  statistics.add(1, one);
-  statistics.add(1, told(2, 2));
-  statistics.add(0, told(2, 1));
-  statistics.add(0, told(3, 1));
-  statistics.add(1, told(3, 2));
+  statistics.add(kServers[1], one);
+  statistics.add(kServers[1], told(2, 2));
+  statistics.add(kServers[0], told(2, 1));
+  statistics.add(kServers[0], told(3, 1));
+  statistics.add(kServers[1], told(3, 2));
   const std::vector<Divergence>& first = statistics.divergences();
   ASSERT_EQ(first.size(), kDivergencesKept);
   EXPECT_EQ(first[0], (Divergence{1, BodyId{9}, JointId{3}, DivergenceKind::kSpeed}));

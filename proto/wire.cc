@@ -170,10 +170,6 @@ void describe(Archive& archive, T& x) {
   archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_reported, x.parts,
           x.active);
 }
-template <typename Archive, Is<Transfer> T>
-void describe(Archive& archive, T& x) {
-  archive(x.sectors);
-}
 template <typename Archive, Is<SectorSeams> T>
 void describe(Archive& archive, T& x) {
   archive(x.sector, x.parts, x.is_news);
@@ -185,6 +181,10 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<SharedState> T>
 void describe(Archive& archive, T& x) {
   archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas);
+}
+template <typename Archive, Is<Transfer> T>
+void describe(Archive& archive, T& x) {
+  archive(x.sectors, x.heard);
 }
 template <typename Archive, Is<Seams> T>
 void describe(Archive& archive, T& x) {

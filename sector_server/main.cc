@@ -132,6 +132,10 @@ int run(SectorServerArguments& arguments) {
   arguments.server.stream_address = with_port(arguments.listen, port);
   arguments.server.peak_rss_bytes = [] { return peak_rss_bytes(getpid()); };
   arguments.server.on_load = [&streams](const v1::LoadWorld& load) { streams.begin_world(load); };
+  arguments.server.on_new_servers = [&streams](const NewServers& servers) {
+    streams.change_servers(servers);
+  };
+  arguments.server.on_left = [&streams] { streams.end_world(); };
   arguments.server.changed_subscriptions = [&streams] { return streams.changed_subscriptions(); };
   arguments.server.log = write_log;
   TileStore::of_process().set_options(arguments.ground);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <set>
 
 #include "lpss/base/arithmetic_fingerprint.h"
 #include "proto/convert.h"
@@ -45,7 +46,8 @@ class SectorServer::Impl {
 
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
     using Kind = v1::ClusterMessage::KindCase;
-    if (from != kCoordinatorNode && message.kind_case() != Kind::kRound) {
+    if (from != kCoordinatorNode && message.kind_case() != Kind::kRound &&
+        message.kind_case() != Kind::kGreeting) {
       log(absl::StrCat("node ", absl::Hex(from.value), " sent a message that only a coordinator may send"),
           Severity::kWarning);
       return;
@@ -80,6 +82,9 @@ class SectorServer::Impl {
       case Kind::kRound:
         deliver(from, std::move(message));
         break;
+      case Kind::kGreeting:
+        on_greeting(from, message.greeting());
+        break;
       case Kind::kGoodbye:
         finish(absl::OkStatus());
         break;
@@ -93,7 +98,7 @@ class SectorServer::Impl {
   bool awaits_peers() const { return !finished_ && run_ && !run_->ready() && !run_->between_ticks(); }
 
   void work_while_waiting() {
-    if (finished_ || !run_) return;
+    if (finished_ || !run_ || run_->is_guest()) return;
     const Nanoseconds began = clock_();
     run_->machine().work_while_waiting();
     run_->add_own_time(clock_() - began);
@@ -105,8 +110,11 @@ class SectorServer::Impl {
       finish(status);
       return;
     }
+    if (const auto servers = run_->take_new_servers(); servers && options_.on_new_servers)
+      options_.on_new_servers(*servers);
     if (run_->take_tick_done() && observer_) observer_(run_->tick(), run_->machine());
     if (run_->report_due()) report(now);
+    if (run_->has_left()) leave_world(now);
   }
 
   void advance(Nanoseconds now) {
@@ -149,7 +157,9 @@ class SectorServer::Impl {
     return std::min({next_heartbeat_, *coordinator_deadline_, next_hello_});
   }
 
-  TickMachine* machine_between_ticks() { return run_ && run_->between_ticks() ? &run_->machine() : nullptr; }
+  TickMachine* machine_between_ticks() {
+    return run_ && run_->between_ticks() && !run_->is_guest() ? &run_->machine() : nullptr;
+  }
   Tick tick() const { return run_ ? run_->tick() : 0; }
   bool joined() const { return heartbeat_ && !coordinator_deadline_; }
   const v1::TickReport* last_tick() const {
@@ -227,19 +237,61 @@ class SectorServer::Impl {
     v1::ClusterMessage message;
     v1::Loaded& loaded = *message.mutable_loaded();
     loaded.set_world(world.world());
+    unanswered_.clear();
     if (run.ok()) {
       run_ = std::move(*run);
-      run_->machine().partition().all_linked_max = options_.all_linked_max;
-      log(absl::StrCat("a world is loaded: ", run_->body_count(), " bodies live here"));
+      run_->partition().all_linked_max = options_.all_linked_max;
       if (options_.on_load) options_.on_load(world);
-      if (observer_) observer_(run_->tick(), run_->machine());
+      if (run_->is_guest()) {
+        log("a running world is loaded, to take part in it");
+        greet_all();
+      } else {
+        log(absl::StrCat("a world is loaded: ", run_->body_count(), " bodies live here"));
+        if (observer_) observer_(run_->tick(), run_->machine());
+      }
     } else {
       loaded.set_error(std::string(run.status().message()));
       log(absl::StrCat("a world cannot be loaded: ", run.status().message()), Severity::kWarning);
     }
-    send(kCoordinatorNode, message);
+    if (unanswered_.empty()) send(kCoordinatorNode, message);
     std::vector<std::pair<NodeId, v1::ClusterMessage>> early = std::exchange(early_, {});
     for (auto& [from, waiting] : early) deliver(from, std::move(waiting));
+  }
+
+  void send_greeting(NodeId to, bool is_answer) {
+    v1::ClusterMessage message;
+    message.mutable_greeting()->set_world(run_->world());
+    message.mutable_greeting()->set_is_answer(is_answer);
+    send(to, message);
+  }
+
+  // A guest is ready once links to all servers of its world work.
+  void greet_all() {
+    for (const NodeId node : run_->nodes()) {
+      unanswered_.insert(node);
+      send_greeting(node, false);
+    }
+  }
+
+  void on_greeting(NodeId from, const v1::Greeting& greeting) {
+    if (!run_ || run_->world() != greeting.world()) return;  // one that has been given up
+    if (!greeting.is_answer()) {
+      run_->welcome(from);
+      return send_greeting(from, true);
+    }
+    if (unanswered_.erase(from) == 0 || !unanswered_.empty()) return;
+    v1::ClusterMessage message;
+    message.mutable_loaded()->set_world(run_->world());
+    send(kCoordinatorNode, message);
+  }
+
+  // Its sectors are at others, which do not wait for it any more.
+  void leave_world(Nanoseconds now) {
+    report(now);
+    log("this server takes no part in the world any more");
+    last_unloaded_ = std::max(last_unloaded_, run_->world());
+    run_.reset();
+    if (options_.on_left) options_.on_left();
   }
 
   // The number of the last world that was loaded or unloaded here.
@@ -281,6 +333,7 @@ class SectorServer::Impl {
         ground.set_ticks_waited(run_->ticks_waited_for_ground());
       }
       report.set_moved_bytes(run_->moved_bytes());
+      report.set_map_epoch(run_->map_epoch());
       for (v1::TickReport& tick : run_->take_reports()) *report.add_ticks() = std::move(tick);
     }
     if (options_.peak_rss_bytes && now >= next_measurement_) {
@@ -307,6 +360,7 @@ class SectorServer::Impl {
   std::uint64_t peak_rss_bytes_ = 0;
   std::optional<v1::Subscriptions> subscriptions_;  // to be reported
   std::unique_ptr<WorldRun> run_;
+  std::set<NodeId> unanswered_;  // servers of a guest's world that have yet to answer its greeting
   std::uint64_t last_unloaded_ = 0;
   std::vector<std::pair<NodeId, v1::ClusterMessage>> early_;
   std::vector<Outgoing> outgoing_;

@@ -37,6 +37,10 @@ struct SectorServerOptions {
   std::function<std::uint64_t()> peak_rss_bytes;  // for reports; may be empty, like those below
   // Called before the observer when a world has been loaded.
   std::function<void(const v1::LoadWorld&)> on_load;
+  // Called when a change of the world's servers begins that this one takes part in: before the first tick of
+  // the new ones. And when this server no longer takes part.
+  std::function<void(const NewServers&)> on_new_servers;
+  std::function<void()> on_left;
   // The streams of clients, if they are others than at the last call.
   std::function<std::optional<v1::Subscriptions>()> changed_subscriptions;
   LogSink log;  // events for the operator

@@ -255,38 +255,53 @@ void Streams::expect(List<S>& list, const Request& request) {
   list.back()->unclaimed_since = std::chrono::steady_clock::now();
 }
 
-void Streams::begin_world(const v1::LoadWorld& load) {
+void Streams::expect(const v1::Subscription& subscription) {
   using Kind = v1::Subscription::RequestCase;
+  switch (subscription.request_case()) {
+    case Kind::kBodies:
+      return expect(bodies_, subscription.bodies());
+    case Kind::kContacts:
+      return expect(contacts_, subscription.contacts());
+    case Kind::kSeams:
+      return expect(seams_, subscription.seams());
+    case Kind::kDivergences:
+      return expect(divergences_, subscription.divergences());
+    case Kind::REQUEST_NOT_SET:
+      return;
+  }
+}
+
+void Streams::begin_world(const v1::LoadWorld& load) {
   const std::lock_guard lock(mutex_);
   const bool goes_on = source_.load() == load.load();
   source_.set_load(load.load());
   source_.set_epoch(load.world());
   source_.set_servers(static_cast<std::uint32_t>(load.nodes_size()));
+  source_.set_since(0);
   for (const auto& contacts : contacts_) contacts->served = false;
   for (const auto& divergences : divergences_) divergences->served = false;
   if (!goes_on) {
     for (const auto& bodies : bodies_) bodies->served = false;
     for (const auto& seams : seams_) seams->served = false;
   }
-  for (const v1::Subscription& subscription : load.subscriptions()) {
-    switch (subscription.request_case()) {
-      case Kind::kBodies:
-        expect(bodies_, subscription.bodies());
-        break;
-      case Kind::kContacts:
-        expect(contacts_, subscription.contacts());
-        break;
-      case Kind::kSeams:
-        expect(seams_, subscription.seams());
-        break;
-      case Kind::kDivergences:
-        expect(divergences_, subscription.divergences());
-        break;
-      case Kind::REQUEST_NOT_SET:
-        break;
-    }
-  }
+  for (const v1::Subscription& subscription : load.subscriptions()) expect(subscription);
   changed_ = true;
+}
+
+void Streams::change_servers(const NewServers& servers) {
+  const std::lock_guard lock(mutex_);
+  source_.set_servers(static_cast<std::uint32_t>(servers.servers));
+  source_.set_since(servers.since);
+  for (const v1::Subscription& subscription : servers.subscriptions) expect(subscription);
+  changed_ = true;
+}
+
+void Streams::end_world() {
+  const std::lock_guard lock(mutex_);
+  for_each_list([](auto& list) {
+    std::erase_if(list, [](const auto& subscription) { return subscription->unclaimed_since.has_value(); });
+    for (const auto& subscription : list) subscription->close();
+  });
 }
 
 void Streams::drop_unclaimed() {

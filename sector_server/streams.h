@@ -12,6 +12,7 @@
 
 #include "cluster.pb.h"
 #include "lpss/tick/tick_machine.h"
+#include "sector_server/sector_server.h"
 #include "sector_server/subscription.h"
 #include "tessera.grpc.pb.h"
 #include "transport/link.h"
@@ -45,6 +46,13 @@ class Streams final : public v1::Streams::Service {
   // that clients have at other servers begin.
   void begin_world(const v1::LoadWorld& load);
 
+  // The world has other servers from a tick on; where this one is new among them, streams that clients have
+  // at the others begin.
+  void change_servers(const NewServers& servers);
+
+  // The world goes on without this server: all streams end once clients have what there is for them.
+  void end_world();
+
   // After every tick, and with `new_only` while the world is paused.
   void publish(Tick tick, TickMachine& machine, bool new_only);
 
@@ -75,6 +83,7 @@ class Streams final : public v1::Streams::Service {
 
   template <typename Batch>
   Batch batch_of(Tick tick, bool is_first = false) const;
+  void expect(const v1::Subscription& subscription);
   template <typename S, typename Request>
   static void expect(List<S>& list, const Request& request);
   template <typename S, typename Request>

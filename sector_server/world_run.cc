@@ -19,6 +19,7 @@
 #include "lpss/partition/joints.h"
 #include "lpss/simulation/record_checks.h"
 #include "lpss/simulation/simulation.h"
+#include "lpss/tick/commands.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
 #include "proto/snapshot.h"
@@ -96,10 +97,15 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
   run->world_ = load.world();
   run->hash_ticks_ = load.hash_ticks();
   run->send_ = std::move(send);
+  run->node_ = self;
+  run->threads_ = threads;
   for (const std::uint64_t node : load.nodes()) run->nodes_.push_back(NodeId{node});
   const auto place = std::find(run->nodes_.begin(), run->nodes_.end(), self);
-  if (place == run->nodes_.end())
+  if (place == run->nodes_.end() && !load.has_guest())
     return absl::InvalidArgumentError("the world's list of servers lacks this one");
+  if (place != run->nodes_.end() && load.has_guest())
+    return absl::InvalidArgumentError("the world's list of servers has this one, which is a guest");
+  // Of a guest, that of nobody: it hosts no sector.
   run->self_ = static_cast<Rank>(place - run->nodes_.begin());
 
   absl::StatusOr<WorldSettings> settings = from_proto(load.settings());
@@ -118,6 +124,7 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
   options.anchor = anchor;
   options.map = *std::move(map);
   options.self = run->self_;
+  run->map_epoch_ = run->reported_map_ = load.map_epoch();
   run->partition_ = std::make_unique<Partition>(std::move(options), *run->engine_);
   if (absl::Status status = run->add_shapes(load.shapes()); !status.ok()) return status;
   if (load.has_restored()) {
@@ -125,9 +132,28 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
   } else if (absl::Status status = run->fill(load); !status.ok()) {
     return status;
   }
-  run->machine_ = std::make_unique<TickMachine>(
-      *run->partition_, TickMachine::Options{.parallel = parallel_on(threads), .tick = run->tick_});
+  if (!load.has_guest()) {
+    run->join(run->self_);
+    return run;
+  }
+  for (const v1::Grant& past : load.guest().past()) {
+    if (absl::Status status = run->add_shapes(past.new_shapes()); !status.ok()) return status;
+    if (absl::Status status = run->follow(past); !status.ok()) return status;
+  }
+  run->next_serial_ = load.guest().serial();
   return run;
+}
+
+void WorldRun::join(Rank self) {
+  self_ = self;
+  machine_ = std::make_unique<TickMachine>(
+      *partition_, TickMachine::Options{.parallel = parallel_on(threads_), .tick = tick_});
+}
+
+void WorldRun::welcome(NodeId guest) {
+  if (std::find(guests_.begin(), guests_.end(), guest) != guests_.end()) return;
+  if (guests_.size() == kServersMax) guests_.erase(guests_.begin());
+  guests_.push_back(guest);
 }
 
 absl::Status WorldRun::fill(const v1::LoadWorld& load) {
@@ -145,7 +171,7 @@ absl::Status WorldRun::fill(const v1::LoadWorld& load) {
 }
 
 absl::Status WorldRun::restore(const v1::Restored& restored) {
-  const absl::StatusOr<SharedState> shared = unpack_shared(restored.shared());
+  absl::StatusOr<SharedState> shared = unpack_shared(restored.shared());
   if (!shared.ok()) return shared.status();
   std::vector<MovedSector> sectors;
   for (const std::string& list : restored.sectors()) {
@@ -155,6 +181,10 @@ absl::Status WorldRun::restore(const v1::Restored& restored) {
   }
   if (absl::Status status = check(*partition_, *shared, sectors); !status.ok()) return status;
   tick_ = restored.tick();
+  if (self_ == nodes_.size()) {
+    // A guest does not hear what has become of these; it is told once it takes part.
+    shared->known_replicas.clear();
+  }
   return resume(*partition_, *shared, sectors);
 }
 
@@ -187,8 +217,10 @@ absl::Status WorldRun::take(v1::Grant grant) {
 }
 
 absl::Status WorldRun::take(NodeId from, v1::Round round) {
-  const auto place = std::find(nodes_.begin(), nodes_.end(), from);
-  if (place == nodes_.end())
+  const auto is_from = [&](const std::vector<NodeId>& nodes) {
+    return std::find(nodes.begin(), nodes.end(), from) != nodes.end();
+  };
+  if (!is_from(nodes_) && !is_from(guests_))
     return absl::InvalidArgumentError(
         absl::StrCat("a round from ", from.value, ", which is not a server of this world"));
   // It may be any number of ticks ahead: a world at rest needs no messages, so its servers proceed at their
@@ -197,29 +229,30 @@ absl::Status WorldRun::take(NodeId from, v1::Round round) {
     return absl::InternalError(
         absl::StrCat("a message of tick ", round.tick(), " arrived after tick ", tick_));
   }
-  if (inboxes_.size() >= kRoundsAheadMax && !inboxes_.contains({round.tick(), round.number()})) {
+  const RoundKey key{round.tick(), round.map_epoch(), round.number()};
+  if (inboxes_.size() >= kRoundsAheadMax && !inboxes_.contains(key)) {
     return absl::ResourceExhaustedError(
         absl::StrCat("messages of ", kRoundsAheadMax, " rounds already wait for their turn"));
   }
-  Inbox& inbox = inboxes_[{round.tick(), round.number()}];
-  inbox.resize(nodes_.size());
-  std::optional<std::string>& slot = inbox[place - nodes_.begin()];
-  if (slot) return absl::InternalError(absl::StrCat("a message of tick ", round.tick(), " arrived twice"));
-  slot = std::move(*round.mutable_body());
+  if (!inboxes_[key].try_emplace(from.value, std::move(*round.mutable_body())).second)
+    return absl::InternalError(absl::StrCat("a message of tick ", round.tick(), " arrived twice"));
   return absl::OkStatus();
 }
 
+WorldRun::RoundKey WorldRun::current_round() const { return {tick_ + 1, moving_, round_->number}; }
+
 // Whether all messages that the current tick waits for have arrived.
 bool WorldRun::has_all() const {
-  const auto inbox = inboxes_.find({tick_ + 1, round_->number});
+  const auto inbox = inboxes_.find(current_round());
   for (Rank rank = 0; rank < nodes_.size(); ++rank) {
     if (rank == self_ || !round_->from[rank]) continue;
-    if (inbox == inboxes_.end() || !inbox->second[rank]) return false;
+    if (inbox == inboxes_.end() || !inbox->second.contains(nodes_[rank].value)) return false;
   }
   return true;
 }
 
 bool WorldRun::ready() const {
+  if (has_left_) return false;
   if (round_) return has_all();
   return grant_.has_value() || grants_.contains(next_serial_);
 }
@@ -236,7 +269,13 @@ absl::Status WorldRun::next_grant_or_tick(const std::function<Nanoseconds()>& cl
     ++next_serial_;
     ticks_left_ = grant_->ticks();
     next_query_ = 0;
+    changes_map_ = grant_->has_map();
     if (absl::Status status = add_shapes(grant_->new_shapes()); !status.ok()) return status;
+  }
+  if (std::exchange(changes_map_, false)) return change_map(grant_->map(), clock);
+  if (is_guest()) {
+    const v1::Grant grant = *std::exchange(grant_, std::nullopt);
+    return follow(grant);
   }
   if (ticks_left_ > 0) return begin_tick(clock);
   // One a turn, so that nothing else has to wait for all of them.
@@ -246,8 +285,8 @@ absl::Status WorldRun::next_grant_or_tick(const std::function<Nanoseconds()>& cl
 }
 
 absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
-  tick_began_ = clock();
-  own_time_ = {};
+  tick_began_ = clock() - std::exchange(move_time_, {});
+  own_time_ = std::exchange(move_own_time_, {});
   ground_waits_ = TileStore::of_process().counts().waits;
   std::vector<Command> commands;
   if (ticks_left_ == grant_->ticks()) {
@@ -255,20 +294,77 @@ absl::Status WorldRun::begin_tick(const std::function<Nanoseconds()>& clock) {
     if (!granted.ok()) return granted.status();
     commands = std::move(*granted);
     if (absl::Status status = check(*partition_, commands); !status.ok()) return status;
-    if (grant_->has_map()) {
-      if (absl::Status status = change_map(grant_->map()); !status.ok()) return status;
-    }
   }
   --ticks_left_;
   go_on(machine_->begin_tick(commands), tick_began_, clock);
   return absl::OkStatus();
 }
 
-absl::Status WorldRun::change_map(const v1::SectorMap& message) {
+// Before the next tick: a round of its own, in which sectors change servers.
+absl::Status WorldRun::change_map(const v1::SectorMap& message, const std::function<Nanoseconds()>& clock) {
+  const Nanoseconds began = clock();
+  const std::vector<NodeId> before = nodes_;
+  if (message.nodes_size() > 0) {
+    nodes_.clear();
+    for (const std::uint64_t node : message.nodes()) nodes_.push_back(NodeId{node});
+  }
   absl::StatusOr<SectorMap> map =
       read_map(partition_->anchor, message.splitters(), message.owners(), nodes_.size(), message.epoch());
   if (!map.ok()) return map.status();
-  machine_->set_map(*std::move(map));
+  if (message.epoch() <= map_epoch_)
+    return absl::InvalidArgumentError(absl::StrCat("the sector map of epoch ", map_epoch_,
+                                                   " was to be followed by one of epoch ", message.epoch()));
+  if (nodes_.size() > kServersMax || message.newcomers() >= nodes_.size())
+    return absl::InvalidArgumentError(absl::StrCat("the sector map has ", nodes_.size(),
+                                                   " servers, of which ", message.newcomers(),
+                                                   " take part from now on"));
+  const auto place = std::find(nodes_.begin(), nodes_.end(), node_);
+  const auto self = static_cast<Rank>(place - nodes_.begin());
+  if (place == nodes_.end()) {
+    if (is_guest()) {
+      self_ = partition_->self = self;
+      partition_->map = *std::move(map);
+      return absl::OkStatus();
+    }
+    if (!partition_->sectors.empty() || partition_->packed.counts().sectors > 0)
+      return absl::InvalidArgumentError("a server that hosts sectors was to leave its world");
+    has_left_ = true;
+    return absl::OkStatus();
+  }
+  if (self >= nodes_.size() - message.newcomers() && !is_guest())
+    return absl::InvalidArgumentError("a server of the world was to begin to take part in it");
+  if (nodes_ != before || is_guest()) {
+    new_servers_ = {.since = tick_ + 1, .servers = nodes_.size(), .subscriptions = {}};
+    if (is_guest())
+      new_servers_->subscriptions = {message.subscriptions().begin(), message.subscriptions().end()};
+  }
+  if (is_guest()) join(self);
+  self_ = self;
+  moving_ = message.epoch();
+  own_time_ = {};
+  tick_began_ = began;
+  go_on(machine_->change_map({*std::move(map), self_, message.newcomers()}), began, clock);
+  return absl::OkStatus();
+}
+
+void WorldRun::end_move(Nanoseconds now) {
+  // Of the tick that follows, others may have sent something already.
+  inboxes_.erase(inboxes_.lower_bound({tick_ + 1, moving_, 0}),
+                 inboxes_.upper_bound({tick_ + 1, moving_, UINT32_MAX}));
+  map_epoch_ = std::exchange(moving_, 0);
+  move_time_ += now - tick_began_;
+  move_own_time_ += own_time_;
+}
+
+// What a guest does of a grant: it hosts nothing that moves, so its ticks cost nothing.
+absl::Status WorldRun::follow(const v1::Grant& grant) {
+  if (grant.ticks() == 0) return absl::OkStatus();
+  const absl::StatusOr<std::vector<Command>> commands = unpack_commands(grant.commands());
+  if (!commands.ok()) return commands.status();
+  if (absl::Status status = check(*partition_, *commands); !status.ok()) return status;
+  std::vector<Stopped> stopped;
+  apply_commands(*partition_, *commands, stopped);
+  tick_ += grant.ticks();
   return absl::OkStatus();
 }
 
@@ -276,16 +372,16 @@ absl::Status WorldRun::advance(const std::function<Nanoseconds()>& clock) {
   const Nanoseconds began = clock();
   std::vector<std::optional<RoundMessage>> messages(nodes_.size());
   messages[self_] = std::move(round_->to[self_]);
-  const auto inbox = inboxes_.find({tick_ + 1, round_->number});
+  const auto inbox = inboxes_.find(current_round());
   for (Rank rank = 0; rank < nodes_.size(); ++rank) {
     if (rank == self_ || !round_->from[rank]) continue;
-    absl::StatusOr<RoundMessage> message = unpack_round(*inbox->second[rank]);
+    absl::StatusOr<RoundMessage> message = unpack_round(inbox->second.at(nodes_[rank].value));
     if (!message.ok()) return message.status();
     if (!machine_->awaits(*message)) {
       return absl::InvalidArgumentError(absl::StrCat(
           "node ", absl::Hex(nodes_[rank].value), " sent a message of another kind than that of its round"));
     }
-    traffic_.received[message->index()].add(inbox->second[rank]->size());
+    traffic_.received[message->index()].add(inbox->second.at(nodes_[rank].value).size());
     messages[rank] = std::move(*message);
   }
   go_on(machine_->advance(std::move(messages)), began, clock);
@@ -299,7 +395,12 @@ void WorldRun::go_on(std::optional<Round> round, Nanoseconds began,
   if (round_) send(*round_);
   const Nanoseconds now = clock();
   own_time_ += now - began;
-  if (!round_) end_tick(now);
+  if (round_) return;
+  if (moving_ != 0) {
+    end_move(now);
+  } else {
+    end_tick(now);
+  }
 }
 
 RoundTraffic WorldRun::Traffic::all_sent() const {
@@ -333,6 +434,7 @@ void WorldRun::send(const Round& round) {
     letter.set_world(world_);
     letter.set_tick(tick_ + 1);
     letter.set_number(round.number);
+    letter.set_map_epoch(moving_);
     letter.set_body(packed);
     send_(nodes_[rank], message);
   }
@@ -342,7 +444,7 @@ void WorldRun::end_tick(Nanoseconds now) {
   ++tick_;
   const std::chrono::duration<double, std::micro> own = own_time_;
   usual_own_us_ += (own.count() - usual_own_us_) / static_cast<double>(std::min(++ticks_here_, kUsualTicks));
-  inboxes_.erase(inboxes_.begin(), inboxes_.lower_bound({tick_ + 1, 0}));
+  inboxes_.erase(inboxes_.begin(), inboxes_.lower_bound({tick_ + 1, 0, 0}));
   tick_done_ = true;
   give_back_memory();
 
@@ -377,7 +479,7 @@ void WorldRun::give_back_memory() {
 
 bool WorldRun::report_due() const {
   const bool idle = !round_ && !grant_ && !grants_.contains(next_serial_);
-  return reports_.size() >= kTicksPerReport || (idle && !reports_.empty());
+  return reports_.size() >= kTicksPerReport || (idle && !reports_.empty()) || reported_map_ != map_epoch_;
 }
 
 void WorldRun::answer(const v1::Query& query) {

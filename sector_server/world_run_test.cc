@@ -443,6 +443,66 @@ TEST_F(TwoServers, MoveSectorsByMapsWhoseRunsHaveOwners) {
   EXPECT_EQ(reported_hashes({&first_, &second_}), expected_hashes(small_tower(), 40));
 }
 
+v1::Grant map_grant(std::uint64_t serial, std::uint64_t epoch, std::initializer_list<NodeId> nodes,
+                    Rank owner) {
+  v1::Grant grant = grant_of(serial, 0);
+  grant.mutable_map()->set_epoch(epoch);
+  grant.mutable_map()->add_owners(owner);
+  for (const NodeId node : nodes) grant.mutable_map()->add_nodes(node.value);
+  return grant;
+}
+
+// The second joins the world of the first, takes over all that it has, and the first leaves.
+TEST_F(TwoServers, JoinAndLeaveBetweenTicks) {
+  first_.load(loads_of(small_tower(), {kFirst})[0]);
+  first_.grant(grant_of(1, 10));
+  first_.work();
+  const auto records = records_of(small_tower());
+  const auto joints = joint_records_of(small_tower());
+  const std::vector<NodeId> nodes{kFirst};
+  v1::LoadWorld guest = guest_load(kWorld, {WorldToLoad::Described{small_tower(), *records, *joints}}, nodes,
+                                   SectorMap({}, {}, 1));
+  *guest.mutable_guest()->add_past() = grant_of(0, 10);
+  guest.mutable_guest()->set_serial(2);
+  guest.set_hash_ticks(true);
+  second_.load(guest);
+  EXPECT_THAT(second_.take(v1::ClusterMessage::kLoaded), IsEmpty()) << "links are not there yet";
+  carry_all();
+  EXPECT_EQ(second_.take(v1::ClusterMessage::kLoaded).size(), 1u);
+  EXPECT_EQ(second_.machine.tick(), 10u);
+  EXPECT_EQ(second_.machine.machine_between_ticks(), nullptr) << "a guest has nothing to show";
+
+  v1::Grant joins = map_grant(3, 2, {kFirst, kSecond}, 1);
+  joins.mutable_map()->set_newcomers(1);
+  for (TestServer* server : {&first_, &second_}) {
+    server->grant(grant_of(2, 5));
+    server->grant(joins);
+    server->grant(grant_of(4, 5));
+    server->work();
+  }
+  carry_all();
+  EXPECT_TRUE(first_.machine.machine_between_ticks()->partition().bodies.empty());
+  EXPECT_EQ(second_.machine.tick(), 20u);
+
+  for (TestServer* server : {&first_, &second_}) {
+    server->grant(map_grant(5, 3, {kSecond}, 0));
+    server->work();
+  }
+  EXPECT_EQ(first_.machine.machine_between_ticks(), nullptr);
+  EXPECT_FALSE(first_.has_ended());
+  second_.grant(grant_of(6, 10));
+  second_.work();
+  EXPECT_EQ(second_.machine.tick(), 30u);
+  EXPECT_EQ(reported_hashes({&first_, &second_}), expected_hashes(small_tower(), 30));
+}
+
+TEST_F(TwoServers, EndWhereAServerThatHasSectorsIsToLeave) {
+  load(small_tower());
+  first_.grant(map_grant(1, 2, {kSecond}, 0));
+  first_.work();
+  EXPECT_TRUE(first_.has_ended());
+}
+
 TEST_F(TwoServers, SayWhatTheyHaveToDo) {
   load(small_tower());
   v1::Grant grant = grant_of(1, 10);

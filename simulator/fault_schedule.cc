@@ -46,6 +46,8 @@ std::uint64_t draw_duration_ns(FaultKind kind, Dice& dice) {
       return dice.between(std::uint64_t{1}, kRestartMax);
     case FaultKind::kBreak:
     case FaultKind::kClockJump:
+    case FaultKind::kJoin:
+    case FaultKind::kDrain:
       return 0;
   }
   return 0;

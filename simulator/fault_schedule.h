@@ -22,8 +22,11 @@ enum class FaultKind {
   kCrashInRecovery,   // of a server or of the coordinator, while a world goes on from a checkpoint
   kDiskFull,          // of the coordinator's store
   kDiskFailing,       // reads, writes and syncs have errors
+  // Not faults, but what operators do.
+  kJoin,   // a server comes to the running world
+  kDrain,  // one is emptied, and ends once it is
 };
-inline constexpr std::size_t kFaultKinds = 11;
+inline constexpr std::size_t kFaultKinds = 13;
 
 // One list for options, reports and schedules, in the order of FaultKind.
 struct FaultName {
@@ -42,6 +45,8 @@ inline constexpr std::array<FaultName, kFaultKinds> kFaultNames = {{
     {"crashes-in-recovery", "ends of a process while the world goes on from a checkpoint"},
     {"full-disks", "times in which the store finds no room"},
     {"failing-disks", "times in which reads, writes and syncs of the store fail"},
+    {"joins", "servers that come while the world runs"},
+    {"drains", "servers that are emptied while the world runs, and end once they are"},
 }};
 
 // How many of each kind.

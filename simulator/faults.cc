@@ -1,6 +1,7 @@
 // How each kind of fault hits a simulated cluster.
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <utility>
 
 #include "simulator/simulated_cluster.h"
@@ -79,6 +80,12 @@ bool SimulatedCluster::begin(const Fault& fault, std::uint64_t end_ns) {
     case FaultKind::kDiskFull:
     case FaultKind::kDiskFailing:
       return begin_disk_fault(fault.kind, end_ns);
+    case FaultKind::kJoin:
+      start_server();
+      return true;
+    case FaultKind::kDrain:
+      drain(pick(living_servers()));
+      return false;  // it has not happened yet
   }
   return false;
 }
@@ -144,6 +151,20 @@ bool SimulatedCluster::begin_disk_fault(FaultKind kind, std::uint64_t end_ns) {
   change(1);
   plan(end_ns, [change] { change(-1); });
   return true;
+}
+
+// As an operator would; nothing happens where that is refused, or the coordinator is lost before it is done.
+void SimulatedCluster::drain(NodeId node) {
+  if (!coordinator_ || node == NodeId{}) return;
+  const auto call = std::make_shared<ClientCall<v1::DrainRequest, v1::DrainReply>>();
+  call->request.set_node(node.value);
+  call->reply = [this, node](const absl::Status& status, const v1::DrainReply&) {
+    if (!status.ok()) return;
+    ++fault_counts_[static_cast<std::size_t>(FaultKind::kDrain)];
+    plan(network_.now_ns(), [this, node] { end_server(node); });
+  };
+  requests_.push_back([this, call] { coordinator_->handle(std::move(*call), now()); });
+  network_.set_timer(kCoordinatorNode, network_.now_ns());
 }
 
 void SimulatedCluster::begin_crash_in_recovery() {

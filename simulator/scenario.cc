@@ -179,6 +179,15 @@ absl::Status check_snapshots(const std::vector<SnapshotChunks>& snapshots,
   return absl::OkStatus();
 }
 
+absl::Status all_have_joined(SimulatedCluster& cluster, std::uint32_t servers) {
+  for (int events = 0; events < kEventsMax; ++events) {
+    const absl::StatusOr<v1::StatusReply> status = cluster.status();
+    if (!status.ok() || status->servers_size() == static_cast<int>(servers)) return status.status();
+    cluster.run_events(1);
+  }
+  return absl::DeadlineExceededError("not all servers have joined");
+}
+
 std::uint64_t count_of(const FaultNumbers& numbers) {
   return std::accumulate(numbers.begin(), numbers.end(), std::uint64_t{0});
 }
@@ -227,6 +236,8 @@ void Coverage::add(const Coverage& other) {
   told += other.told;
   snapshots += other.snapshots;
   moves += other.moves;
+  joined += other.joined;
+  left += other.left;
 }
 
 std::string Coverage::text() const {
@@ -240,7 +251,8 @@ std::string Coverage::text() const {
                   " arrived twice\n");
   absl::StrAppend(&text, "the world went on from a checkpoint ", recoveries, " times; ", commands,
                   " commands took effect, of which clients were told of ", told, "; ", snapshots,
-                  " snapshots; it was divided anew ", moves, " times\n");
+                  " snapshots; it was divided anew ", moves, " times; ", joined, " servers joined it and ",
+                  left, " left it without going back\n");
   return text;
 }
 
@@ -261,8 +273,13 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
   }
   options.log = log_;
   if (scenario.links) options.all_linked_max = 1;
+  options.takes_all_servers = scenario.faults[static_cast<std::size_t>(FaultKind::kJoin)] > 0 ||
+                              scenario.faults[static_cast<std::size_t>(FaultKind::kDrain)] > 0;
   SimulatedCluster cluster(scenario.seed, scenario.servers, world_.settings.precision, options);
   cluster.end_when(is_ended_);
+  if (options.takes_all_servers) {
+    if (absl::Status joined = all_have_joined(cluster, scenario.servers); !joined.ok()) return joined;
+  }
   if (absl::Status loaded = cluster.load(world_); !loaded.ok()) return loaded;
 
   cluster.meet(faults_of(scenario));
@@ -306,7 +323,9 @@ absl::Status ScenarioRunner::check(const Scenario& scenario, SimulatedCluster& c
                      .recoveries = status->recoveries(),
                      .commands = stored.size(),
                      .told = cluster.told_commands().size(),
-                     .snapshots = snapshots.size()};
+                     .snapshots = snapshots.size(),
+                     .joined = status->joined_servers(),
+                     .left = status->left_servers()};
   if (absl::Status kept = check_stored(cluster.told_commands(), stored); !kept.ok()) return kept;
   if (absl::Status right = check_snapshots(snapshots, log); !right.ok()) return right;
   // Also those that nobody was told of.

@@ -43,7 +43,9 @@ struct Coverage {
   std::uint64_t commands = 0;    // that took effect
   std::uint64_t told = 0;        // of these, those that a client was told of
   std::uint64_t snapshots = 0;
-  std::uint64_t moves = 0;  // of sectors to other servers, while the world runs: so many times
+  std::uint64_t moves = 0;   // of sectors to other servers, while the world runs: so many times
+  std::uint64_t joined = 0;  // servers that began to take part without the world going back
+  std::uint64_t left = 0;    // likewise, that ended to
 
   void add(const Coverage& other);
   std::string text() const;

@@ -25,7 +25,7 @@ constexpr std::int64_t kCalendarMs = 1'700'000'000'000;
 
 CoordinatorOptions options_for(std::uint32_t servers, const SimulatedClusterOptions& options) {
   CoordinatorOptions coordinator;
-  coordinator.servers_wanted = servers;
+  coordinator.servers_wanted = options.takes_all_servers ? 0 : servers;
   coordinator.inputs = options.inputs;
   coordinator.checkpoint_every = options.checkpoint_every;
   coordinator.balance_every = options.balance_every;
@@ -137,12 +137,17 @@ void SimulatedCluster::start_server() {
   run_server(server);
 }
 
-bool SimulatedCluster::crash_server(NodeId node, std::uint64_t absent_ns) {
+bool SimulatedCluster::end_server(NodeId node) {
   Server* server = find(node);
   if (server == nullptr || !server->machine) return false;
-  log(node, {.text = "(crashes)"});
+  log(node, {.text = "(ends without a word)"});
   network_.kill(node);
   server->machine.reset();
+  return true;
+}
+
+bool SimulatedCluster::crash_server(NodeId node, std::uint64_t absent_ns) {
+  if (!end_server(node)) return false;
   plan(network_.now_ns() + absent_ns, [this] { start_server(); });
   return true;
 }

@@ -37,6 +37,8 @@ struct SimulatedClusterOptions {
   Nanoseconds balance_every{0};
   Nanoseconds balance_ahead{0};
   BalancePolicy balance_policy = BalancePolicy::kCurve;
+  // The world is on all servers that there are, however many; else on as many as at first.
+  bool takes_all_servers = false;
   // A server is busy for as long as this thread's processor is with what the server does, as if each had a
   // processor of its own: then times are measured, and differ from run to run. Else nothing takes time.
   bool takes_time = false;
@@ -137,6 +139,7 @@ class SimulatedCluster {
   void start_coordinator();
   void crash_coordinator(bool loses_power);
   void crash_coordinator_for(bool loses_power, std::uint64_t absent_ns);
+  bool end_server(NodeId node);
   bool crash_server(NodeId node, std::uint64_t absent_ns);
   void begin_crash_in_recovery();
   void run_server(Server& server);
@@ -153,6 +156,7 @@ class SimulatedCluster {
   bool begin_disk_fault(FaultKind kind, std::uint64_t end_ns);
   bool begin_coordinator_crash(const Fault& fault, std::uint64_t absent_ns);
   bool jump(const Fault& fault);
+  void drain(NodeId node);
   std::vector<NodeId> living_servers() const;
   std::vector<NodeId> living() const;
   Server* find(NodeId node);

@@ -99,6 +99,8 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.moved_sectors = reply.moved_sectors();
   status.moved_bodies = reply.moved_bodies();
   status.recoveries = reply.recoveries();
+  status.joined_servers = reply.joined_servers();
+  status.left_servers = reply.left_servers();
   status.checkpoint_tick = reply.checkpoint_tick();
   status.store_failure = reply.store_failure();
   status.waits_for_store = reply.waits_for_store();

@@ -1,5 +1,5 @@
 // One gRPC stream to each server that takes part in a world, merged. Where the world moves to other servers,
-// so do the streams.
+// so do the streams; those that leave it end once they have told all.
 #pragma once
 
 #include <absl/strings/str_cat.h>
@@ -63,11 +63,14 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
   // How long a coordinator may be missing that has told where the world is before.
   static constexpr std::chrono::seconds kCoordinatorMissedMax{15};
   static constexpr std::chrono::milliseconds kAskAgain{100};
+  // What a server that has left the world has yet to send is waited for so long.
+  static constexpr std::chrono::seconds kFarewell{5};
 
   struct Reader {
     grpc::ClientContext context;
     std::unique_ptr<v1::Streams::Stub> stub;
-    bool has_ended = false;  // guarded by mutex_
+    bool has_ended = false;                                               // guarded by mutex_
+    std::optional<std::chrono::steady_clock::time_point> unwanted_since;  // likewise
     std::thread thread;
   };
 
@@ -96,7 +99,7 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
       const std::lock_guard lock(mutex_);
       for (auto reader = readers_.begin(); reader != readers_.end();) {
         const auto here = reader++;
-        if (wanted.contains(here->first) && !here->second->has_ended) continue;
+        if (!here->second->has_ended && may_stay(*here->second, wanted.contains(here->first))) continue;
         here->second->context.TryCancel();
         old.push_back(std::move(here->second));
         readers_.erase(here);
@@ -106,6 +109,16 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
       }
     }
     for (const auto& reader : old) reader->thread.join();
+  }
+
+  static bool may_stay(Reader& reader, bool is_wanted) {
+    const auto now = std::chrono::steady_clock::now();
+    if (is_wanted) {
+      reader.unwanted_since.reset();
+    } else if (!reader.unwanted_since) {
+      reader.unwanted_since = now;
+    }
+    return is_wanted || now - *reader.unwanted_since < kFarewell;
   }
 
   std::unique_ptr<Reader> open(const std::string& address) {
@@ -120,7 +133,8 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
   void read(const std::string& address, Reader& reader) {
     const auto stream = Traits::open(*reader.stub, &reader.context, request_);
     typename Traits::Batch batch;
-    std::uint64_t epoch = 0;
+    std::pair<std::uint64_t, Tick> servers;  // epoch, first tick
+    std::optional<std::uint64_t> node;
     while (stream->Read(&batch)) {
       absl::StatusOr<Frame> frame = Traits::read(batch);
       if (!frame.ok()) {
@@ -128,13 +142,15 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
         break;
       }
       const v1::StreamSource& source = batch.source();
-      if (source.epoch() != epoch) look_again();
-      epoch = source.epoch();
-      const PartOrigin origin{source.load(), source.epoch(), source.servers(), batch.node()};
+      const std::pair<std::uint64_t, Tick> of{source.epoch(), source.since()};
+      if (std::exchange(servers, of) != of) look_again();
+      node = batch.node();
+      const PartOrigin origin{source.load(), source.epoch(), source.servers(), *node, source.since()};
       if (!merger_.push(origin, *std::move(frame), !source.first())) break;
     }
     reader.context.TryCancel();
     const absl::Status why = from_grpc(stream->Finish());
+    if (node) merger_.ended(*node);
     if (why.code() == absl::StatusCode::kResourceExhausted) {
       end(absl::ResourceExhaustedError(absl::StrCat("sector server at ", address, ": ", why.message())));
     } else if (merger_.has_ended()) {
@@ -184,8 +200,9 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
     }
     follow(*status);
     const std::lock_guard lock(mutex_);
-    return !readers_.empty() && std::none_of(readers_.begin(), readers_.end(),
-                                             [](const auto& entry) { return entry.second->has_ended; });
+    return !readers_.empty() && std::none_of(readers_.begin(), readers_.end(), [](const auto& entry) {
+      return entry.second->has_ended || entry.second->unwanted_since;
+    });
   }
 
   std::string why_ended() {

@@ -67,6 +67,8 @@ json to_json(const ClusterStatus& status) {
               {"real_time_factor", status.real_time_factor},
               {"bodies", status.bodies},
               {"recoveries", status.recoveries},
+              {"joined_servers", status.joined_servers},
+              {"left_servers", status.left_servers},
               {"moved_sectors", status.moved_sectors},
               {"moved_bodies", status.moved_bodies},
               {"checkpoint_tick", status.checkpoint_tick},

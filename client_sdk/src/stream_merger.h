@@ -17,6 +17,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -76,10 +77,12 @@ struct PartOrigin {
   std::uint64_t epoch = 0;
   std::size_t servers = 1;
   std::uint64_t node = 0;
+  Tick since = 0;
 };
 
 // Servers push their parts of ticks, ascending within an epoch; one reader gets whole ticks, each once, in
-// their order. Safe to use from any thread.
+// their order. Where servers join and leave, a tick is whole once those have told of it that take part in it.
+// Safe to use from any thread.
 template <typename Frame>
 class StreamMerger {
  public:
@@ -92,17 +95,27 @@ class StreamMerger {
     }
     load_ = origin.load;
     if (origin.epoch > epoch_) begin_epoch(origin);
-    const auto has_room = [&] { return sources_[origin.node].parts.size() < kFramesQueuedMax; };
+    const auto has_room = [&] { return queued(origin.node) < kFramesQueuedMax; };
     changed_.wait(lock, [&] { return end_ || origin.epoch < epoch_ || has_room(); });
     if (end_) return false;
-    if (origin.epoch < epoch_) return true;
-    Source& from = sources_[origin.node];
-    const bool is_new =
-        part.tick > std::max(from.last.value_or(0), merged_.value_or(0)) || (!from.last && !merged_);
-    from.last = std::max(part.tick, from.last.value_or(0));
+    if (origin.epoch < epoch_ || origin.since < earliest_) return true;
+    ended_.erase(origin.node);
+    Period& period = periods_[origin.since];
+    period.servers = origin.servers;
+    Source& from = period.sources[origin.node];
+    std::optional<Tick>& last = last_[origin.node];
+    const bool is_new = part.tick > std::max(last.value_or(0), merged_.value_or(0)) || (!last && !merged_);
+    last = std::max(part.tick, last.value_or(0));
     if (is_new) from.parts.push_back({std::move(part), is_whole});
     changed_.notify_all();
     return true;
+  }
+
+  // Nothing more comes from that server, unless it begins anew.
+  void ended(std::uint64_t node) {
+    const std::lock_guard lock(mutex_);
+    ended_.insert(node);
+    changed_.notify_all();
   }
 
   // Only the first end counts. Whole ticks that have arrived can still be read.
@@ -156,8 +169,15 @@ class StreamMerger {
   };
   struct Source {
     std::deque<Part> parts;
-    std::optional<Tick> last;
   };
+  // Ticks of the same servers.
+  struct Period {
+    std::size_t servers = 0;
+    std::map<std::uint64_t, Source> sources;  // that have told something, by node
+
+    bool all_have_told() const { return sources.size() >= servers; }
+  };
+  using Periods = std::map<Tick, Period>;
 
   static constexpr std::size_t kReadyMax = 16 * kFramesQueuedMax;
 
@@ -177,18 +197,28 @@ class StreamMerger {
   }
 
   bool all_have_told() const {
-    return epoch_ > 0 && sources_.size() >= servers_ &&
-           std::all_of(sources_.begin(), sources_.end(),
-                       [](const auto& source) { return source.second.last.has_value(); });
+    return std::any_of(periods_.begin(), periods_.end(),
+                       [](const auto& period) { return period.second.all_have_told(); });
+  }
+
+  std::size_t queued(std::uint64_t node) const {
+    std::size_t parts = 0;
+    for (const auto& [since, period] : periods_) {
+      const auto source = period.sources.find(node);
+      if (source != period.sources.end()) parts += source->second.parts.size();
+    }
+    return parts;
   }
 
   // The world was set back: what the servers have told of ticks that are not whole will come again.
   void begin_epoch(const PartOrigin& origin) {
     while (std::optional<Frame> frame = take_merged()) ready_.push_back(*std::move(frame));
     if (ready_.size() > kReadyMax) finish(absl::ResourceExhaustedError("the reader is too far behind"));
-    sources_.clear();
+    periods_.clear();
+    last_.clear();
+    ended_.clear();
+    earliest_ = 0;
     epoch_ = origin.epoch;
-    servers_ = origin.servers;
     changed_.notify_all();
   }
 
@@ -199,32 +229,61 @@ class StreamMerger {
     return frame;
   }
 
-  // The earliest tick that all servers have; earlier ticks that only some have are dropped.
   std::optional<Frame> take_merged() {
+    while (!periods_.empty()) {
+      const auto first = periods_.begin();
+      if (std::optional<Frame> frame = take_merged(first->first, first->second)) return frame;
+      if (!is_over(first)) return std::nullopt;
+      for (auto& [node, source] : first->second.sources) drop_before(source, first->first, UINT64_MAX);
+      periods_.erase(first);
+      earliest_ = periods_.begin()->first;
+    }
+    return std::nullopt;
+  }
+
+  // Whether nothing more comes of its ticks: those of its servers that stay tell of later ones, and the
+  // others have ended.
+  bool is_over(typename Periods::const_iterator period) const {
+    const auto next = std::next(period);
+    if (next == periods_.end() || !next->second.all_have_told()) return false;
+    return std::all_of(period->second.sources.begin(), period->second.sources.end(), [&](const auto& source) {
+      return ended_.contains(source.first) || std::any_of(next, periods_.end(), [&](const auto& later) {
+               return later.second.sources.contains(source.first);
+             });
+    });
+  }
+
+  // What a server that joined told of the tick before is not missed.
+  void drop_before(Source& source, Tick since, Tick tick) {
+    while (!source.parts.empty() && source.parts.front().frame.tick < tick) {
+      if (source.parts.front().frame.tick >= since) ++skipped_;
+      source.parts.pop_front();
+      changed_.notify_all();
+    }
+  }
+
+  // The earliest tick that all servers have; earlier ticks that only some have are dropped.
+  std::optional<Frame> take_merged(Tick since, Period& period) {
     for (;;) {
-      if (!all_have_told()) return std::nullopt;
+      if (!period.all_have_told()) return std::nullopt;
       Tick tick = 0;
-      for (const auto& [node, source] : sources_) {
+      for (const auto& [node, source] : period.sources) {
         if (source.parts.empty()) return std::nullopt;
         tick = std::max(tick, source.parts.front().frame.tick);
       }
       bool equal = true;
-      for (auto& [node, source] : sources_) {
-        while (!source.parts.empty() && source.parts.front().frame.tick < tick) {
-          source.parts.pop_front();
-          ++skipped_;
-          changed_.notify_all();
-        }
+      for (auto& [node, source] : period.sources) {
+        drop_before(source, since, tick);
         equal = equal && !source.parts.empty() && source.parts.front().frame.tick == tick;
       }
-      if (equal) return merge(tick);
+      if (equal) return merge(tick, period);
     }
   }
 
-  Frame merge(Tick tick) {
+  Frame merge(Tick tick, Period& period) {
     Frame whole;
     bool is_whole = true;
-    for (auto& [node, source] : sources_) {
+    for (auto& [node, source] : period.sources) {
       is_whole = is_whole && source.parts.front().is_whole;
       join(whole, std::move(source.parts.front().frame));
       source.parts.pop_front();
@@ -241,10 +300,13 @@ class StreamMerger {
   std::condition_variable changed_;
   std::optional<std::uint64_t> load_;
   std::uint64_t epoch_ = 0;
-  std::size_t servers_ = 0;
-  std::map<std::uint64_t, Source> sources_;  // of this epoch, by node
-  std::deque<Frame> ready_;                  // of earlier epochs
-  std::optional<Tick> merged_;               // the last tick that was whole
+  // Of this epoch: by their first ticks, what servers have told last, and those that have ended.
+  Periods periods_;
+  std::map<std::uint64_t, std::optional<Tick>> last_;
+  std::set<std::uint64_t> ended_;
+  Tick earliest_ = 0;           // of the periods that may still come
+  std::deque<Frame> ready_;     // of earlier epochs
+  std::optional<Tick> merged_;  // the last tick that was whole
   std::optional<absl::Status> end_;
   std::uint64_t skipped_ = 0;
 };

@@ -146,6 +146,47 @@ TEST(StreamMergerTest, AServerThatJoinsIsWaitedFor) {
   EXPECT_EQ(merger.skipped(), 0u);
 }
 
+PartOrigin since(std::uint64_t node, std::size_t servers, Tick tick) {
+  return {.load = 1, .epoch = 1, .servers = servers, .node = node, .since = tick};
+}
+
+// Whatever overtakes what.
+TEST(StreamMergerTest, TicksAreThoseOfTheServersThatTakePartInThem) {
+  StreamMerger<BodyFrame> merger;
+  for (const Tick tick : {1, 2}) merger.push(since(0, 2, 0), part(tick, {1}));
+  merger.push(since(1, 2, 0), part(1, {2}));
+  EXPECT_EQ(merger.next(kNow)->tick, 1u);
+  // From tick 3 on with another one, from tick 5 on without the second.
+  for (const Tick tick : {3, 4}) merger.push(since(0, 3, 3), part(tick, {1}));
+  for (const Tick tick : {5, 6}) merger.push(since(0, 2, 5), part(tick, {1}));
+  merger.push(since(9, 3, 3), part(2, {}), false);  // what it began with
+  for (const Tick tick : {3, 4}) merger.push(since(9, 3, 3), part(tick, {3}));
+  merger.push(since(9, 2, 5), part(5, {2, 3}));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status())) << "the second is late with tick 2";
+  merger.push(since(1, 2, 0), part(2, {2}));
+  EXPECT_EQ(ids(merger.next(kNow).value()), (std::vector<std::uint64_t>{1, 2}));
+  merger.push(since(1, 3, 3), part(3, {2}));
+  EXPECT_EQ(ids(merger.next(kNow).value()), (std::vector<std::uint64_t>{1, 2, 3}));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status())) << "it has yet to tell of tick 4";
+  merger.push(since(1, 3, 3), part(4, {2}));
+  merger.ended(1);
+  EXPECT_EQ(ids(merger.next(kNow).value()), (std::vector<std::uint64_t>{1, 2, 3}));
+  EXPECT_EQ(merger.next(kNow)->tick, 5u);
+  EXPECT_EQ(merger.skipped(), 0u);
+}
+
+TEST(StreamMergerTest, WhatAServerDoesNotTellAnyMoreIsLeftOut) {
+  StreamMerger<BodyFrame> merger;
+  for (const Tick tick : {1, 2}) merger.push(since(0, 2, 0), part(tick, {1}));
+  merger.push(since(1, 2, 0), part(1, {2}));
+  merger.push(since(0, 1, 3), part(3, {1, 2}));
+  EXPECT_EQ(merger.next(kNow)->tick, 1u);
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
+  merger.ended(1);
+  EXPECT_EQ(merger.next(kNow)->tick, 3u);
+  EXPECT_EQ(merger.skipped(), 1u);
+}
+
 TEST(StreamMergerTest, AllSourcesMustAnswer) {
   StreamMerger<BodyFrame> merger;
   merger.push(server(0, 2), part(1, {}));

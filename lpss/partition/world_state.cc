@@ -11,11 +11,16 @@
 namespace tessera {
 
 SharedState shared_state(const Partition& partition) {
-  SharedState state;
+  SharedState state = lately_heard(partition);
   state.radius_max = partition.radius_max;
-  state.at_rest = partition.at_rest;
   partition.statics.for_each([&](const BodyRecord& record) { state.statics.push_back(record); });
   partition.joints.for_each([&](const JointRecord& record) { state.joints.push_back(record); });
+  return state;
+}
+
+SharedState lately_heard(const Partition& partition) {
+  SharedState state;
+  state.at_rest = partition.at_rest;
   for (const auto& [id, replica] : partition.replicas) {
     if (!is_known_everywhere(partition, *replica)) continue;
     state.known_replicas.push_back({introduction_of(*replica), update_of(*replica)});
@@ -23,6 +28,15 @@ SharedState shared_state(const Partition& partition) {
   std::sort(state.known_replicas.begin(), state.known_replicas.end(),
             [](const KnownReplica& a, const KnownReplica& b) { return a.update.id < b.update.id; });
   return state;
+}
+
+void hear(Partition& partition, const SharedState& state) {
+  for (const KnownReplica& known : state.known_replicas) {
+    Replica& replica = introduce(partition, known.introduction);
+    revise(replica, known.update);
+    note_moving(partition, replica);
+  }
+  partition.at_rest = state.at_rest;
 }
 
 std::vector<ShapeEntry> shapes_of(const Partition& partition) {
@@ -55,11 +69,7 @@ void restore(Partition& partition, const SharedState& state, std::span<const Mov
   expect_radius(partition, state.radius_max);
   for (const BodyRecord& record : state.statics) add_body(partition, record);
   for (const JointRecord& record : state.joints) add_joint(partition, record);
-  for (const KnownReplica& known : state.known_replicas) {
-    Replica& replica = introduce(partition, known.introduction);
-    revise(replica, known.update);
-    note_moving(partition, replica);
-  }
+  hear(partition, state);
   for (const MovedSector& sector : sectors) {
     if (!partition.hosts(sector.sector)) continue;
     unpack_sector(partition, sector);
@@ -70,7 +80,6 @@ void restore(Partition& partition, const SharedState& state, std::span<const Mov
     }
   }
   std::erase_if(partition.active, [](const Sector* sector) { return !sector->active; });
-  partition.at_rest = state.at_rest;
 }
 
 }  // namespace tessera

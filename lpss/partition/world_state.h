@@ -30,6 +30,11 @@ struct SharedState {
 // Between ticks. The same from every partition of a world.
 SharedState shared_state(const Partition& partition);
 
+// Of that, what no command tells, but only what partitions have heard of each other.
+SharedState lately_heard(const Partition& partition);
+// Of a partition that has the rest, and hosts nothing.
+void hear(Partition& partition, const SharedState& state);
+
 // Ascending by ids.
 std::vector<ShapeEntry> shapes_of(const Partition& partition);
 

@@ -2,7 +2,7 @@
 //
 // Rounds, each a message from every server to every peer that needs one (docs/architecture.md):
 //   Agreement what all must know, up and down a tree; only between many servers
-//   Transfer  sectors that change servers; only in ticks in which the sector map changes
+//   Transfer  sectors that change servers; only where the sector map changes
 //   Exchange  who moved, and who is near a seam             -> detection
 //   Seams     the parts of islands that reach over borders  -> islands
 //   Shipment  the parts of islands that a peer solves, and what it must know of islands that are solved in
@@ -26,6 +26,7 @@
 #include "lpss/partition/island_part.h"
 #include "lpss/partition/moved_sector.h"
 #include "lpss/partition/replicas.h"
+#include "lpss/partition/world_state.h"
 
 namespace tessera {
 
@@ -99,6 +100,8 @@ struct Agreement {
 
 struct Transfer {
   std::vector<MovedSector> sectors;
+  // For a server that begins to take part: what all know alike and no command tells (lately_heard()).
+  std::optional<SharedState> heard;
 };
 
 struct Seams {

@@ -51,7 +51,8 @@ void address(Round& round, std::vector<Message> outbox) {
 }
 
 bool is_nothing(const RoundMessage& message) {
-  if (const auto* transfer = std::get_if<Transfer>(&message)) return transfer->sectors.empty();
+  if (const auto* transfer = std::get_if<Transfer>(&message))
+    return transfer->sectors.empty() && !transfer->heard;
   if (const auto* exchange = std::get_if<Exchange>(&message)) return exchange->empty();
   if (const auto* seams = std::get_if<std::shared_ptr<const Seams>>(&message))
     return (*seams)->sectors.empty();
@@ -182,17 +183,25 @@ std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) 
   context_.tick = ++tick_;
   clock_.reset();
   const absl::Cleanup leave = [this] { clock_.leave(); };
-  if (partition_.at_rest && commands.empty() && !next_map_) {
+  if (partition_.at_rest && commands.empty()) {
     rest();
     return std::nullopt;
   }
   partition_.at_rest = false;
+  between_ticks_ = false;
   agreements_ = 0;
   links_.forget_old(tick_);
   context_.commands.assign(commands.begin(), commands.end());
-  std::optional<SectorMap> map = std::exchange(next_map_, std::nullopt);
-  if (!map) map = shuffled_map(partition_, tick_);
-  return map ? transfer_round(*std::move(map)) : exchange_round();
+  std::optional<SectorMap> map = shuffled_map(partition_, tick_);
+  return map ? transfer_round({*std::move(map), partition_.self}) : exchange_round();
+}
+
+std::optional<Round> TickMachine::change_map(MapChange change) {
+  invariant(awaited_ == RoundKind::kIdle, "a map changes between ticks");
+  const absl::Cleanup leave = [this] { clock_.leave(); };
+  between_ticks_ = true;
+  agreements_ = 0;
+  return transfer_round(std::move(change));
 }
 
 std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage>> inbox) {
@@ -207,7 +216,10 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
       clock_.enter(TickPhase::kExchange);
       if (by_links()) note_links(inbox);
       take_sectors(partition_, messages<Transfer>(inbox));
-      return exchange_round();
+      if (!between_ticks_) return exchange_round();
+      partition_.at_rest = false;  // the next tick looks at what has come
+      awaited_ = RoundKind::kIdle;
+      return std::nullopt;
     case RoundKind::kExchange: {
       if (by_links()) note_links(inbox);
       std::vector<Exchange> received = messages<Exchange>(inbox);
@@ -241,13 +253,14 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
   return std::nullopt;
 }
 
-std::optional<Round> TickMachine::transfer_round(SectorMap map) {
+std::optional<Round> TickMachine::transfer_round(MapChange change) {
   clock_.enter(TickPhase::kExchange);
-  // All servers change the map in this tick, so all begin anew with it.
+  // All servers change the map at once, so all begin anew with it.
   links_.clear();
-  const bool begins_anew = by_links() || map.servers() != partition_.map.servers();
+  const bool begins_anew =
+      by_links() || change.newcomers > 0 || change.map.servers() != partition_.map.servers();
   tells_all_parts_ |= begins_anew;
-  std::vector<Transfer> outbox = give_sectors(partition_, std::move(map));
+  std::vector<Transfer> outbox = give_sectors(partition_, std::move(change));
   if (begins_anew) forget_parts_of_others(partition_);
   if (by_links()) {
     pending_ = worth_sending(std::move(outbox));

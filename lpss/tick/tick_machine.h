@@ -21,6 +21,7 @@
 #include "lpss/tick/round.h"
 #include "lpss/tick/solve.h"
 #include "lpss/tick/staged.h"
+#include "lpss/tick/transfer.h"
 
 namespace tessera {
 
@@ -35,8 +36,8 @@ class TickMachine {
   // The partition must outlive the machine. Between ticks it may be changed from outside.
   TickMachine(Partition& partition, Options options);
 
-  // The next tick begins with another map, of as many servers; all of them are told so before that tick.
-  void set_map(SectorMap map) { next_map_ = std::move(map); }
+  // Between ticks: a round in which sectors change servers, which all of the new map take part in.
+  std::optional<Round> change_map(MapChange change);
 
   // Starts a tick. All servers get all commands, which take effect at once. Nothing to say, and the tick is
   // over, where the whole world is at rest.
@@ -47,7 +48,8 @@ class TickMachine {
     return message.index() + 1 == static_cast<std::size_t>(awaited_);
   }
 
-  // Goes on with what the ranks in the last round's `from` sent in that round. Nothing once the tick is over.
+  // Goes on with what the ranks in the last round's `from` sent in that round. Nothing once the tick is over,
+  // or the map is changed.
   std::optional<Round> advance(std::vector<std::optional<RoundMessage>> inbox);
 
   // Does some of what needs nobody: worth a call while others' messages are on their way.
@@ -74,7 +76,7 @@ class TickMachine {
 
  private:
   // One function a round: what the messages of the last one make possible, up to the messages of this one.
-  std::optional<Round> transfer_round(SectorMap map);
+  std::optional<Round> transfer_round(MapChange change);
   std::optional<Round> exchange_round();
   Round seams_round(std::vector<Exchange> inbox);
   std::optional<Round> gathering_round(const std::vector<std::shared_ptr<const Seams>>& inbox);
@@ -103,7 +105,7 @@ class TickMachine {
   PhaseClock clock_;
   SolverPool solvers_;
   Tick tick_ = 0;
-  std::optional<SectorMap> next_map_;
+  bool between_ticks_ = true;
   RoundKind awaited_ = RoundKind::kIdle;
   TickContext context_;
 

@@ -35,16 +35,16 @@ TEST(TickMachine, ATickIsExchangeSeamsShipmentAndSolution) {
   check_invariants(*partition);
 }
 
-TEST(TickMachine, ATickWithANewMapBeginsWithATransfer) {
+TEST(TickMachine, TheMapChangesBetweenTicks) {
   TestPartition partition;
   add_body(*partition, box(1, kLow, kBeforeBorder));
   add_body(*partition, box(2, kHigh, kBehindBorder));
   TickMachine machine(*partition, {});
-  machine.set_map(SectorMap(partition->anchor, {}, 2));
-  EXPECT_THAT(rounds_of_a_tick(machine),
-              ElementsAre(number_of(RoundKind::kTransfer), number_of(RoundKind::kExchange),
-                          number_of(RoundKind::kSeams), number_of(RoundKind::kShipment),
-                          number_of(RoundKind::kSolution)));
+  Round round = *machine.change_map({SectorMap(partition->anchor, {}, 2)});
+  EXPECT_EQ(round.number, number_of(RoundKind::kTransfer));
+  EXPECT_FALSE(machine.advance(std::move(round.to)));
+  EXPECT_EQ(partition->map.epoch(), 2u);
+  EXPECT_EQ(rounds_of_a_tick(machine).size(), 4u) << "and the tick is as ever";
   EXPECT_EQ(machine.counts().islands_across_seams, 1u);
   check_invariants(*partition);
 }

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "lpss/base/invariant.h"
 #include "lpss/partition/moved_sector.h"
+#include "lpss/partition/world_state.h"
 
 namespace tessera {
 namespace {
@@ -20,15 +22,22 @@ std::optional<SectorMap> shuffled_map(const Partition& partition, Tick tick) {
                               partition.map.epoch() + 1);
 }
 
-std::vector<Transfer> give_sectors(Partition& partition, SectorMap map) {
-  partition.map = std::move(map);
+std::vector<Transfer> give_sectors(Partition& partition, MapChange change) {
+  partition.map = std::move(change.map);
+  partition.self = change.self;
   std::vector<Sector*> leaving;
   for (const auto& [index, sector] : partition.sectors) {
     if (!partition.hosts(index)) leaving.push_back(sector.get());
   }
   std::sort(leaving.begin(), leaving.end(),
             [](const Sector* a, const Sector* b) { return a->index < b->index; });
-  std::vector<Transfer> outbox(partition.map.servers());
+  const std::uint32_t servers = partition.map.servers();
+  invariant(change.newcomers < servers && partition.self < servers, "a map is of the servers of the world");
+  std::vector<Transfer> outbox(servers);
+  if (change.newcomers > 0 && partition.self == 0) {
+    for (Rank rank = servers - change.newcomers; rank < servers; ++rank)
+      outbox[rank].heard = lately_heard(partition);
+  }
   for (const Sector* sector : leaving) {
     outbox[partition.map.owner(sector->index)].sectors.push_back(with_parts(partition, pack_sector(*sector)));
   }
@@ -43,6 +52,7 @@ std::vector<Transfer> give_sectors(Partition& partition, SectorMap map) {
 void take_sectors(Partition& partition, const std::vector<Transfer>& inbox) {
   std::vector<const MovedSector*> arriving;
   for (const Transfer& message : inbox) {
+    if (message.heard) hear(partition, *message.heard);
     for (const MovedSector& moved : message.sectors) arriving.push_back(&moved);
   }
   std::sort(arriving.begin(), arriving.end(),

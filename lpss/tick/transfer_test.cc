@@ -40,7 +40,7 @@ TEST(Transfer, EverySectorIsAtItsNewServerWithTheSameBits) {
   std::vector<std::vector<Transfer>> outboxes;
   for (const Rank rank : {0, 1}) {
     const SectorMap next = SectorMap::scattered(world[rank].anchor, 2, 5, world[rank].map.epoch() + 1);
-    outboxes.push_back(give_sectors(world[rank], next));
+    outboxes.push_back(give_sectors(world[rank], {next, rank}));
   }
   EXPECT_FALSE(outboxes[0][1].sectors.empty());
   EXPECT_FALSE(outboxes[1][0].sectors.empty());

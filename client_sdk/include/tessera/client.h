@@ -218,10 +218,12 @@ struct ClusterStatus {
   std::uint64_t map_epoch = 0;
   std::uint64_t moved_sectors = 0;  // to other servers, to share out their work, since the load
   std::uint64_t moved_bodies = 0;
-  std::uint64_t recoveries = 0;  // how often the world went on from a checkpoint, on other servers
-  Tick checkpoint_tick = 0;      // of the latest checkpoint
-  std::string store_failure;     // why the store cannot be written at present; empty while it can
-  bool waits_for_store = false;  // the world stands still until it can
+  std::uint64_t recoveries = 0;      // how often the world went on from a checkpoint, on other servers
+  std::uint64_t joined_servers = 0;  // that have begun to take part while the world ran on
+  std::uint64_t left_servers = 0;    // likewise, that do not take part any more
+  Tick checkpoint_tick = 0;          // of the latest checkpoint
+  std::string store_failure;         // why the store cannot be written at present; empty while it can
+  bool waits_for_store = false;      // the world stands still until it can
   std::vector<ServerStatus> servers;
   std::string failure;  // why the world ended, in state "failed"
   std::uint64_t coordinator_peak_rss_bytes = 0;

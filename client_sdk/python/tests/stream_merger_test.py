@@ -18,6 +18,7 @@ class Source:
     epoch: int
     servers: int
     first: bool
+    since: int
 
 
 @dataclass
@@ -30,15 +31,17 @@ class Part:
 
 @dataclass
 class Server:
-    """One of `servers` that take part in an epoch."""
+    """One of `servers` that take part in an epoch from tick `since` on."""
 
     node: int
     servers: int
     epoch: int = 1
     load: int = 1
+    since: int = 0
 
     def part(self, tick: int, ids: Sequence[int] = (), first: bool = False) -> Part:
-        return Part(tick, ids, self.node, Source(self.load, self.epoch, self.servers, first))
+        source = Source(self.load, self.epoch, self.servers, first, self.since)
+        return Part(tick, ids, self.node, source)
 
 
 def ids(parts: list[Part]) -> list[int]:
@@ -186,4 +189,32 @@ def test_nothing_is_lost_or_doubled_under_load() -> None:
         assert (tick, ids(parts)) == (expected, [1, 100, 101, 102])
     for thread in threads:
         thread.join()
+    assert merger.skipped == 0
+
+
+def test_ticks_are_those_of_the_servers_that_take_part_in_them() -> None:
+    merger, a, b = StreamMerger[Part](), Server(0, 2), Server(1, 2)
+    for tick in (1, 2):
+        merger.push(a.part(tick, [1]))
+    merger.push(b.part(1, [2]))
+    assert merger.next(0)[0] == 1
+    # From tick 3 on with another one, from tick 5 on without the second.
+    for tick in (3, 4):
+        merger.push(Server(0, 3, since=3).part(tick, [1]))
+    merger.push(Server(0, 2, since=5).part(5, [1]))
+    merger.push(Server(9, 3, since=3).part(2, first=True))  # what it began with
+    for tick in (3, 4):
+        merger.push(Server(9, 3, since=3).part(tick, [3]))
+    merger.push(Server(9, 2, since=5).part(5, [2, 3]))
+    with pytest.raises(DeadlineExceeded):  # the second is late with tick 2
+        merger.next(0)
+    merger.push(b.part(2, [2]))
+    assert ids(merger.next(0)[1]) == [1, 2]
+    merger.push(Server(1, 3, since=3).part(3, [2]))
+    assert ids(merger.next(0)[1]) == [1, 2, 3]
+    with pytest.raises(DeadlineExceeded):
+        merger.next(0)
+    merger.push(Server(1, 3, since=3).part(4, [2]))
+    merger.ended(1)
+    assert [merger.next(0)[0] for _ in range(2)] == [4, 5]
     assert merger.skipped == 0

@@ -26,6 +26,7 @@ from tessera.stream_merger import Part, StreamMerger
 COORDINATOR_MISSED_MAX_S = 15.0  # when a stream asks it where the world is
 STATUS_TIMEOUT_S = 2.0
 ASK_AGAIN_S = 0.1
+FAREWELL_S = 5.0
 
 AskStatus: TypeAlias = Callable[[float], tessera_pb2.StatusReply]
 """Asks the coordinator where the world is, with a timeout in s."""
@@ -108,6 +109,17 @@ class Stream(Generic[Part, Frame]):
 class _Reader:
     channel: grpc.Channel
     has_ended: bool = False
+    unwanted_since: float | None = None
+
+    def may_stay(self, is_wanted: bool) -> bool:
+        """Whether to read on: what a server that has left the world has yet to send is waited for, for a
+        while.
+        """
+        if is_wanted:
+            self.unwanted_since = None
+            return True
+        self.unwanted_since = self.unwanted_since or time.monotonic()
+        return time.monotonic() - self.unwanted_since < FAREWELL_S
 
 
 class _Follower(Generic[Part]):
@@ -172,7 +184,7 @@ class _Follower(Generic[Part]):
 
     def _follow(self, status: tessera_pb2.StatusReply) -> bool:
         """Opens streams at the servers that take part in the world, and ends those at others. False if no
-        server does.
+        server does, or others have yet to end.
         """
         wanted = {server.stream_address for server in status.servers if server.takes_part}
         with self._changed:
@@ -183,11 +195,11 @@ class _Follower(Generic[Part]):
             if self._has_ended:
                 return True
             for address, reader in list(self._readers.items()):
-                if address not in wanted or reader.has_ended:
+                if reader.has_ended or not reader.may_stay(address in wanted):
                     self._readers.pop(address).channel.close()
             for address in wanted - self._readers.keys():
                 self._readers[address] = self._open(address)
-        return bool(wanted)
+            return bool(wanted) and not any(reader.unwanted_since for reader in self._readers.values())
 
     def _open(self, address: str) -> _Reader:
         reader = _Reader(self._keys.channel(address, [("grpc.max_receive_message_length", -1)]))
@@ -198,18 +210,23 @@ class _Follower(Generic[Part]):
     def _read(self, address: str, reader: _Reader, call: Any) -> None:
         """Passes on the messages of a server, until it or the stream ends."""
         why = TesseraError("it ended the stream")
-        epoch = 0
+        servers: tuple[int, int] | None = None  # epoch, first tick
+        node: int | None = None
         try:
             for batch in call:
                 source = batch.source
-                if source.epoch != epoch and (epoch or source.servers != self._count_readers()):
+                node = batch.node
+                now = (source.epoch, source.since)
+                if now != servers and (servers or source.servers != self._count_readers()):
                     self._look_again()
-                epoch = source.epoch
+                servers = now
                 if not self._merger.push(batch):
                     self.end(Cancelled("the stream has ended"))
                     return
         except grpc.RpcError as error:
             why = from_grpc(error)
+        if node is not None:
+            self._merger.ended(node)
         told = f"sector server at {address}: {why}"
         if isinstance(why, ResourceExhausted):
             self.end(ResourceExhausted(told))

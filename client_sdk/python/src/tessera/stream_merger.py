@@ -32,6 +32,10 @@ class Source(Protocol):
     def first(self) -> bool:
         ...
 
+    @property
+    def since(self) -> int:
+        ...
+
 
 class Batch(Protocol):
     """One server's part of one tick."""
@@ -53,26 +57,48 @@ Part = TypeVar("Part", bound=Batch)
 
 
 @dataclass
-class _Server(Generic[Part]):
-    parts: deque[Part] = field(default_factory=deque)  # that were not read
-    last: int = -1  # tick that it has pushed
+class _Period(Generic[Part]):
+    """Ticks of the same servers."""
+
+    size: int = 0  # the number of servers that take part
+    # What was not read, of the servers that have told something, by node.
+    queues: defaultdict[int, deque[Part]] = field(default_factory=lambda: defaultdict(deque))
+
+    def all_have_told(self) -> bool:
+        return 0 < self.size <= len(self.queues)
 
 
 @dataclass
 class _Epoch(Generic[Part]):
     number: int = 0
-    size: int = 0  # the number of servers that take part
-    servers: defaultdict[int, _Server[Part]] = field(default_factory=lambda: defaultdict(_Server))  # by node
+    periods: dict[int, _Period[Part]] = field(default_factory=dict)  # by their first ticks
+    last: defaultdict[int, int] = field(default_factory=lambda: defaultdict(lambda: -1))  # told, by node
+    ended: set[int] = field(default_factory=set)  # nodes
+    earliest: int = 0  # of the periods that may still come
 
     def all_have_told(self) -> bool:
-        return 0 < self.size <= len(self.servers) and all(
-            server.last >= 0 for server in self.servers.values()
+        return any(period.all_have_told() for period in self.periods.values())
+
+    def queued(self, node: int) -> int:
+        return sum(len(period.queues[node]) for period in self.periods.values() if node in period.queues)
+
+    def is_over(self, since: int) -> bool:
+        """Whether nothing more comes of that period: those of its servers that stay tell of later ones, and
+        the others have ended.
+        """
+        later = [period for first, period in sorted(self.periods.items()) if first > since]
+        if not later or not later[0].all_have_told():
+            return False
+        return all(
+            node in self.ended or any(node in period.queues for period in later)
+            for node in self.periods[since].queues
         )
 
 
 class StreamMerger(Generic[Part]):
     """Servers push their parts of ticks, ascending within an epoch; one reader gets whole ticks, each once,
-    in order. Safe to use from any thread.
+    in order. Where servers join and leave, a tick is whole once those have told of it that take part in it.
+    Safe to use from any thread.
     """
 
     def __init__(self) -> None:
@@ -93,26 +119,35 @@ class StreamMerger(Generic[Part]):
                 self._finish(Aborted("the world was unloaded or replaced"))
             self._load = source.load
             if source.epoch > self._newest.number:
-                self._newest = _Epoch(source.epoch, source.servers)
+                self._newest = _Epoch(source.epoch)
                 self._changed.notify_all()
             self._changed.wait_for(
                 lambda: self._end
                 or source.epoch < self._newest.number
-                or len(self._newest.servers[part.node].parts) < FRAMES_QUEUED_MAX
+                or self._newest.queued(part.node) < FRAMES_QUEUED_MAX
             )
             if self._end:
                 return False
             epoch = self._epoch if source.epoch == self._epoch.number else self._newest
-            if source.epoch < epoch.number:
+            if source.epoch < epoch.number or source.since < epoch.earliest:
                 return True
-            server = epoch.servers[part.node]
-            if part.tick > max(server.last, self._merged):
-                server.parts.append(part)
-            server.last = max(server.last, part.tick)
+            epoch.ended.discard(part.node)
+            period = epoch.periods.setdefault(source.since, _Period(source.servers))
+            queue = period.queues[part.node]
+            if part.tick > max(epoch.last[part.node], self._merged):
+                queue.append(part)
+            epoch.last[part.node] = max(epoch.last[part.node], part.tick)
             if self._newest is not self._epoch and self._newest.all_have_told():
                 self._begin_newest()
             self._changed.notify_all()
             return True
+
+    def ended(self, node: int) -> None:
+        """Nothing more comes from that server, unless it begins anew."""
+        with self._changed:
+            for epoch in (self._epoch, self._newest):
+                epoch.ended.add(node)
+            self._changed.notify_all()
 
     def end(self, error: TesseraError) -> None:
         """Only the first end counts. Whole ticks that have arrived can still be read."""
@@ -156,18 +191,35 @@ class StreamMerger(Generic[Part]):
         if len(self._ready) > READY_MAX:
             self._finish(ResourceExhausted("the reader is too far behind"))
         self._epoch = self._newest
-        for server in self._epoch.servers.values():
-            while server.parts and server.parts[0].tick <= self._merged:
-                server.parts.popleft()
+        for period in self._epoch.periods.values():
+            for queue in period.queues.values():
+                while queue and queue[0].tick <= self._merged:
+                    queue.popleft()
 
     def _take(self) -> tuple[int, list[Part]] | None:
         return self._ready.popleft() if self._ready else self._take_merged()
 
     def _take_merged(self) -> tuple[int, list[Part]] | None:
-        """The earliest tick that all servers have; earlier ticks that only some have are dropped."""
-        if not self._epoch.all_have_told():
+        epoch = self._epoch
+        while epoch.periods:
+            since = min(epoch.periods)
+            if merged := self._take_merged_of(since):
+                return merged
+            if not epoch.is_over(since):
+                return None
+            for queue in epoch.periods.pop(since).queues.values():
+                self._skipped += sum(part.tick >= since for part in queue)
+            epoch.earliest = min(epoch.periods)
+        return None
+
+    def _take_merged_of(self, since: int) -> tuple[int, list[Part]] | None:
+        """The earliest tick of a period that all its servers have; earlier ticks that only some have are
+        dropped.
+        """
+        period = self._epoch.periods[since]
+        if not period.all_have_told():
             return None
-        queues = [server.parts for server in self._epoch.servers.values()]
+        queues = list(period.queues.values())
         while all(queues):
             ticks = [parts[0].tick for parts in queues]
             if min(ticks) == max(ticks):
@@ -175,7 +227,8 @@ class StreamMerger(Generic[Part]):
             for parts, tick in zip(queues, ticks):
                 if tick < max(ticks):
                     parts.popleft()
-                    self._skipped += 1
+                    # What a server that joined told of the tick before is not missed.
+                    self._skipped += tick >= since
             self._changed.notify_all()
         return None
 
