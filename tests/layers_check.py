@@ -26,7 +26,7 @@ MAY_INCLUDE = {
     "ros": "client_sdk lpss transport",
     "simulator": "coordinator lpss proto sector_server transport",
     "cli": "client_sdk coordinator daemon keys lpss proto sector_server simulator tiles worlds",
-    "experiments": "cli client_sdk coordinator lpss simulator worlds",
+    "experiments": "cli client_sdk coordinator lpss proto simulator worlds",
 }
 
 

@@ -61,7 +61,7 @@ TEST_F(Recovery, FromAServerThatStandsStillAndComesBack) {
   ASSERT_EQ(kill(processes().server(1), SIGSTOP), 0);
   go_on(60);
   ASSERT_EQ(kill(processes().server(1), SIGCONT), 0);
-  ASSERT_TRUE(await_log(cluster_, "is on 2 servers"));
+  ASSERT_TRUE(await_log(cluster_, "takes part in the world"));
   go_on(60);
   expect_as_undisturbed();
 }
