@@ -84,7 +84,7 @@ std::vector<v1::Query> Queries::restart(const absl::Status& status) {
 }
 
 absl::Status Queries::answer(NodeId from, v1::Answer answer) {
-  const absl::Status not_open =
+  absl::Status not_open =
       absl::InternalError(absl::StrCat("it answers query ", answer.query(), ", which is not open"));
   const auto found = open_.find(answer.query());
   if (found == open_.end()) return not_open;
