@@ -12,6 +12,7 @@
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/terminal.h"
+#include "cli/text.h"
 
 namespace tessera::cli {
 namespace {
@@ -57,10 +58,27 @@ std::string metres(double value) {
   return std::isfinite(value) ? absl::StrFormat("%.4g m", value) : "infinite";
 }
 
+std::string share(std::size_t part, std::size_t all) {
+  return absl::StrCat(grouped(part), " of ", grouped(all));
+}
+
 std::vector<std::string> column(const std::string& title, const RunReport& report) {
-  const TowerReport towers = report.towers.value_or(TowerReport{});
-  return {title, absl::StrCat(towers.standing, " of ", towers.towers), metres(towers.displacement_median),
-          metres(towers.displacement_max)};
+  const MovementReport movement = report.movement.value_or(MovementReport{});
+  std::vector<std::string> cells = {title, metres(movement.coordinate_max), metres(movement.coordinate_step),
+                                    share(movement.moved, movement.bodies)};
+  if (report.towers) {
+    cells.insert(cells.end(),
+                 {share(report.towers->standing, report.towers->towers),
+                  metres(report.towers->displacement_median), metres(report.towers->displacement_max)});
+  }
+  return cells;
+}
+
+nlohmann::json outcome(const RunReport& report) {
+  nlohmann::json json = nlohmann::json::object();
+  if (report.movement) json["movement"] = to_json(*report.movement);
+  if (report.towers) json["towers"] = to_json(*report.towers);
+  return json;
 }
 
 }  // namespace
@@ -99,27 +117,34 @@ std::string to_text(const Proof& proof, const RunReport& run) {
                                                   : coloured("NOT the same bits", Colour::kRed);
     absl::StrAppend(&text, "in one process        ", proof.in_process.world_hash, "  ", verdict, "\n");
   }
-  if (!proof.in_process.towers) return text;
-  const std::vector<std::string> names = {"", "towers standing", "displacement, median",
-                                          "displacement, most"};
+  std::vector<std::string> names = {"", "coordinates up to", "rounded to",
+                                    absl::StrFormat("bodies that moved by %g m", kMovedMin)};
+  if (proof.in_process.towers) {
+    names.insert(names.end(), {"towers standing", "their displacement, median", "their displacement, most"});
+  }
   const std::vector<std::string> ours = column("Tessera", proof.in_process);
   const std::vector<std::string> plain = column("plain Bullet", proof.plain);
   std::vector<std::vector<std::string>> rows;
   for (std::size_t row = 0; row < names.size(); ++row) rows.push_back({names[row], ours[row], plain[row]});
   absl::StrAppend(&text, "\n", table(rows, {false, true, true}));
-  absl::StrAppendFormat(
+  if (proof.in_process.towers) {
+    absl::StrAppendFormat(
+        &text,
+        "A tower stands if its top body is less than %g m from where it began; displacements are "
+        "those of all bodies of towers.\n",
+        kStandingDisplacementMax);
+  }
+  absl::StrAppend(
       &text,
-      "A tower stands if its top body is less than %g m from where it began; displacements are "
-      "those of all bodies of towers.\n"
-      "Plain Bullet is one world of single precision, every body at its absolute coordinates.\n",
-      kStandingDisplacementMax);
+      "Plain Bullet is one world of single precision, every body at its absolute coordinates: what "
+      "moves less in a tick than they are rounded to stands still.\n");
   return text;
 }
 
 nlohmann::json to_json(const Proof& proof, const RunReport& run) {
   nlohmann::json json = {{"in_process_hash", proof.in_process.world_hash}, {"same_bits", holds(proof, run)}};
-  if (proof.in_process.towers) json["tessera"] = to_json(*proof.in_process.towers);
-  if (proof.plain.towers) json["plain_bullet"] = to_json(*proof.plain.towers);
+  json["tessera"] = outcome(proof.in_process);
+  json["plain_bullet"] = outcome(proof.plain);
   return json;
 }
 

@@ -1,5 +1,6 @@
 #include "cli/run_local.h"
 
+#include <absl/functional/function_ref.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,17 +33,23 @@ absl::Status step_all(const std::string& what, const std::function<void()>& step
   return absl::OkStatus();
 }
 
-absl::StatusOr<Towers> towers_of(const WorldDescription& world) {
-  const absl::StatusOr<std::vector<BodyRecord>> start = records_of(world);
-  if (!start.ok()) return start.status();
-  return Towers(world, *start);
-}
-
-RunReport finished(RunReport report, const WorldHash& hash, const Towers& towers) {
+// What became of the bodies that `for_each_body` visits.
+absl::StatusOr<RunReport> finished(
+    RunReport report, const WorldDescription& world, const WorldHash& hash,
+    absl::FunctionRef<void(const std::function<void(const BodyRecord&)>&)> for_each_body) {
   report.world_hash = hash.to_string();
-  if (!towers.empty()) report.towers = towers.report();
   report.peak_rss_mb = peak_rss_mb(getpid());
   report.peak_rss_mb_by_process = {{"tessera", report.peak_rss_mb}};
+  absl::StatusOr<std::vector<BodyRecord>> start = records_of(world);
+  if (!start.ok()) return start.status();
+  Towers towers(world, *start);
+  Movement movement(*std::move(start), world.settings.sector_size, report.settings.precision);
+  for_each_body([&](const BodyRecord& record) {
+    towers.set_end(record);
+    movement.set_end(record);
+  });
+  if (!towers.empty()) report.towers = towers.report();
+  report.movement = movement.report();
   return report;
 }
 
@@ -68,8 +75,6 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
       run->snapshot ? Simulation::restore(run->snapshot->world, report.threads)
                     : Simulation::create(world, report.threads);
   if (!simulation.ok()) return simulation.status();
-  absl::StatusOr<Towers> towers = towers_of(world);
-  if (!towers.ok()) return towers.status();
   report.load_seconds = seconds_since(run->begin);
 
   const auto step = [&] {
@@ -81,14 +86,14 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
   };
   if (absl::Status status = step_all("in-process", step, report); !status.ok()) return status;
 
-  (*simulation)->for_each_body([&](const BodyRecord& record) { towers->set_end(record); });
   if (!options.snapshot.empty()) {
     absl::Status status = write_snapshot(
         options.snapshot,
         chunks_of((*simulation)->snapshot(), run->snapshot ? run->snapshot->catalogue : catalogue_of(world)));
     if (!status.ok()) return status;
   }
-  return finished(std::move(report), (*simulation)->hash(), *towers);
+  return finished(std::move(report), world, (*simulation)->hash(),
+                  [&](const auto& visit) { (*simulation)->for_each_body(visit); });
 }
 
 absl::StatusOr<RunReport> run_plain(const RunOptions& options) {
@@ -100,15 +105,13 @@ absl::StatusOr<RunReport> run_plain(const RunOptions& options) {
   report.settings.precision = Precision::kFloat32;
   const absl::StatusOr<std::unique_ptr<PlainWorld>> plain = PlainWorld::create(world, Precision::kFloat32);
   if (!plain.ok()) return plain.status();
-  absl::StatusOr<Towers> towers = towers_of(world);
-  if (!towers.ok()) return towers.status();
   report.load_seconds = seconds_since(run->begin);
 
   const auto step = [&] { (*plain)->step(); };
   if (absl::Status status = step_all("plain Bullet", step, report); !status.ok()) return status;
 
-  (*plain)->for_each_body([&](const BodyRecord& record) { towers->set_end(record); });
-  return finished(std::move(report), (*plain)->hash(), *towers);
+  return finished(std::move(report), world, (*plain)->hash(),
+                  [&](const auto& visit) { (*plain)->for_each_body(visit); });
 }
 
 }  // namespace tessera::cli

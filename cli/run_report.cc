@@ -91,6 +91,14 @@ nlohmann::json to_json(const TowerReport& towers) {
           {"standing_below_m", kStandingDisplacementMax}};
 }
 
+nlohmann::json to_json(const MovementReport& movement) {
+  return {{"bodies", movement.bodies},
+          {"moved", movement.moved},
+          {"moved_from_m", kMovedMin},
+          {"coordinate_max_m", movement.coordinate_max},
+          {"coordinate_step_m", movement.coordinate_step}};
+}
+
 nlohmann::json to_json(const RunReport& report) {
   nlohmann::json json = {
       {"mode", report.mode},
@@ -117,6 +125,7 @@ nlohmann::json to_json(const RunReport& report) {
   for (const auto& [process, peak] : report.peak_rss_mb_by_process)
     json["peak_rss_mb_by_process"][process] = peak;
   if (report.towers) json["towers"] = to_json(*report.towers);
+  if (report.movement) json["movement"] = to_json(*report.movement);
   return json;
 }
 
@@ -134,6 +143,11 @@ absl::StatusOr<RunReport> report_from_json(const nlohmann::json& json) {
           TowerReport{towers->at("towers").get<std::size_t>(), towers->at("standing").get<std::size_t>(),
                       distance_from(towers->at("displacement_median_m")),
                       distance_from(towers->at("displacement_max_m"))};
+    }
+    if (const auto movement = json.find("movement"); movement != json.end()) {
+      report.movement = MovementReport{
+          movement->at("bodies").get<std::size_t>(), movement->at("moved").get<std::size_t>(),
+          distance_from(movement->at("coordinate_max_m")), distance_from(movement->at("coordinate_step_m"))};
     }
     return report;
   } catch (const nlohmann::json::exception& error) {

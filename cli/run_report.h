@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/measure/movement.h"
 #include "cli/measure/towers.h"
 #include "cli/world_overrides.h"
 #include "lpss/model/settings.h"
@@ -70,6 +71,7 @@ struct RunReport {
   std::vector<std::string> notices;
   std::vector<std::string> repairs;  // of faults of the world file
   std::optional<TowerReport> towers;
+  std::optional<MovementReport> movement;    // of a run in this process
   std::vector<NamedDivergence> divergences;  // the first kDivergencesKept; `counts` has the number of all
 
   // Fills in what the world and the options say.
@@ -82,6 +84,7 @@ struct RunReport {
 nlohmann::json to_json(const RunReport& report);
 absl::StatusOr<RunReport> report_from_json(const nlohmann::json& json);
 nlohmann::json to_json(const TowerReport& towers);
+nlohmann::json to_json(const MovementReport& movement);
 
 // Several lines for standard output.
 std::string to_text(const RunReport& report);

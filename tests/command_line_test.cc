@@ -72,8 +72,10 @@ TEST_F(RunTest, ReportsTheSameFieldsWithAndWithoutServers) {
 TEST_F(RunTest, ProvesItself) {
   const nlohmann::json report = run({world_file("seam.sdf").string(), "--seconds", "1", "--prove"});
   EXPECT_EQ(report["proof"]["same_bits"], true);
-  EXPECT_EQ(report["proof"]["tessera"]["towers"], 2);
-  EXPECT_EQ(report["proof"]["plain_bullet"]["towers"], 2);
+  EXPECT_EQ(report["proof"]["tessera"]["towers"]["standing"], 2);
+  EXPECT_EQ(report["proof"]["plain_bullet"]["towers"]["towers"], 2);
+  EXPECT_GT(report["proof"]["plain_bullet"]["movement"]["coordinate_step_m"],
+            report["proof"]["tessera"]["movement"]["coordinate_step_m"]);
 }
 
 TEST_F(RunTest, ShiftAndPrecisionDoWhatTheySay) {

@@ -161,10 +161,6 @@ bool holds(const std::array<absl::string_view, N>& names, absl::string_view name
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-bool is_simulated(absl::string_view parent, absl::string_view name) {
-  return name == "pose" || holds(kSimulated, absl::StrCat(parent, "/", name));
-}
-
 // "; the nearest known is <inertial>", or nothing where all known words are far.
 std::string nearest(absl::string_view name, const std::vector<std::string>& known, const char* open,
                     const char* close) {
@@ -180,14 +176,6 @@ void count_unknown(absl::string_view name, absl::string_view parent, const std::
                        where);
 }
 
-std::vector<std::string> known_children(const sdf::Element& element) {
-  std::vector<std::string> names;
-  for (unsigned n = 0; n < element.GetElementDescriptionCount(); ++n) {
-    names.push_back(element.GetElementDescription(n)->GetName());
-  }
-  return names;
-}
-
 bool is_known(const sdf::Element& parent, const std::string& name) {
   // Names with a prefix are extensions, which SDF allows anywhere.
   return parent.HasElementDescription(name) || holds(kNewer, name) || absl::StrContains(name, ":");
@@ -196,6 +184,12 @@ bool is_known(const sdf::Element& parent, const std::string& name) {
 bool has_default(const sdf::Element& element) {
   const sdf::ParamPtr value = element.GetValue();
   return value != nullptr && value->GetAsString() == value->GetDefaultAsString();
+}
+
+// Whether SDF allows some; the description of an element is without those that the file does not have.
+bool has_children(const sdf::Element& element) {
+  if (element.GetElementDescriptionCount() > 0) return true;
+  return element.GetValue() == nullptr && !sdf_words_in(element.GetName()).empty();
 }
 
 // An element with a name, and the way from it to one below: "<surface><friction>" of a <collision>.
@@ -220,11 +214,11 @@ void note_child(const sdf::Element& parent, const sdf::Element& child, const Way
   const std::string& name = child.GetName();
   if (absl::StartsWith(name, "tessera:")) return;  // ours, checked before
   if (!is_known(parent, name)) {
-    count_unknown(name, parent.GetName(), known_children(parent), way.where, notices);
+    count_unknown(name, parent.GetName(), sdf_words_in(parent.GetName()), way.where, notices);
     return;
   }
   const bool described = parent.HasElementDescription(name);
-  if (described && child.GetElementDescriptionCount() > 0) {
+  if (described && has_children(child)) {
     note_children(child, way_to(child, way), notices);
   } else if (!described || (!is_simulated(parent.GetName(), name) && child.GetExplicitlySetInFile() &&
                             !has_default(child))) {
@@ -301,6 +295,10 @@ void remove_unread_children(Element& parent, Notices& notices) {
 
 bool is_no_physics(absl::string_view name) { return holds(kNoPhysics, name); }
 
+bool is_simulated(absl::string_view parent, absl::string_view name) {
+  return name == "pose" || holds(kSimulated, absl::StrCat(parent, "/", name));
+}
+
 void note_unread(const sdf::Element& model, Notices& notices) {
   note_children(model, {"<model>", "the model itself", ""}, notices);
 }
@@ -313,7 +311,7 @@ void note_unread(const Element& element, Notices& notices) {
     const std::string what = xml::is(parent, "physics") ? "<physics>" : "";
     notices.count(absl::StrCat(what, "<", element.Name(), "> skipped"));
   } else {
-    count_unknown(element.Name(), parent.Name(), known_children(description), xml::place_of(element),
+    count_unknown(element.Name(), parent.Name(), sdf_words_in(parent.Name()), xml::place_of(element),
                   notices);
   }
 }

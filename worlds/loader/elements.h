@@ -13,6 +13,9 @@ namespace tessera {
 // Whether an element of SDF has nothing to do with the motion of bodies here: visuals, sensors, plugins.
 bool is_no_physics(absl::string_view name);
 
+// Whether an element of SDF with a value is simulated where it is in one of the name `parent`.
+bool is_simulated(absl::string_view parent, absl::string_view name);
+
 // Counts what a model, as libsdformat has read it, says beyond what is simulated: elements of SDF with a
 // value other than their default, by their own names, and unknown elements, with the nearest known word.
 void note_unread(const sdf::Element& model, Notices& notices);

@@ -272,12 +272,20 @@ absl::StatusOr<std::optional<JointKind>> read_joint(const sdf::Joint& joint, Not
   return result;
 }
 
-Quaterniond exchange_sides(JointProperties& properties, JointDrives& drives) {
-  if (properties.type != JointType::kUniversal) return Quaterniond(0, 0, 1, 0);  // x becomes -x
-  std::swap(properties.axes[0], properties.axes[1]);
-  std::swap(drives[0], drives[1]);
-  constexpr double kHalf = std::numbers::sqrt2 / 2;
-  return Quaterniond(0, kHalf, -kHalf, 0);  // x becomes -y, y becomes -x
+Pose turned(const Pose& pose, const Quaterniond& by) { return {pose.position, pose.orientation * by}; }
+
+void exchange_sides(JointProperties& properties, JointDrives& drives) {
+  std::swap(properties.parent, properties.child);
+  std::swap(properties.in_parent, properties.in_child);
+  Quaterniond turn(0, 0, 1, 0);  // x becomes -x
+  if (properties.type == JointType::kUniversal) {
+    std::swap(properties.axes[0], properties.axes[1]);
+    std::swap(drives[0], drives[1]);
+    constexpr double kHalf = std::numbers::sqrt2 / 2;
+    turn = Quaterniond(0, kHalf, -kHalf, 0);  // x becomes -y, y becomes -x
+  }
+  properties.in_parent = turned(properties.in_parent, turn);
+  properties.in_child = turned(properties.in_child, turn);
 }
 
 }  // namespace tessera

@@ -44,8 +44,11 @@ absl::StatusOr<Eigen::Vector3d> direction_of(const sdf::JointAxis* axis);
 // None for an unsupported joint; `notices` gets what is changed or left out.
 absl::StatusOr<std::optional<JointKind>> read_joint(const sdf::Joint& joint, Notices& notices);
 
-// The same joint with parent and child exchanged: its frame must be rotated by the result, so that its
-// coordinates stay the same. Those of a universal joint are exchanged.
-Eigen::Quaterniond exchange_sides(JointProperties& properties, JointDrives& drives);
+// `pose`, turned about its own origin.
+Pose turned(const Pose& pose, const Eigen::Quaterniond& by);
+
+// The same joint with parent and child exchanged, its frames too, which turn, so that its coordinates stay
+// the same. Those of a universal joint are exchanged.
+void exchange_sides(JointProperties& properties, JointDrives& drives);
 
 }  // namespace tessera

@@ -393,6 +393,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
     }
   }
   if (in_model) {
+    settle_world_link(element, notices);
     rename_joints(element, notices);
     if (absl::Status status = repair_massless_links(element, notices); !status.ok()) return status;
   }

@@ -39,6 +39,7 @@ class Reader {
     find_fixed_links();
     if (absl::Status status = read_model(model, "", Pose{}, model.Static()); !status.ok()) return status;
     add_link_frames();
+    add_carriers(model);
     for (const FoundJoint& joint : joints_) {
       if (absl::Status status = read_joint(joint); !status.ok()) {
         return absl::Status(status.code(), absl::StrCat("joint '", joint.name, "': ", status.message()));
@@ -124,6 +125,9 @@ class Reader {
       const sdf::Model& nested = *model.ModelByIndex(n);
       const std::string name = prefix + nested.Name();
       if (absl::Status status = add_frame(name, nested.SemanticPose(), frame); !status.ok()) return status;
+      if (std::string link = nested.CanonicalLinkAndRelativeName().second; !link.empty()) {
+        carried_.emplace_back(name, absl::StrCat(name, "::", link));
+      }
       const Pose place = result_.frames[name];  // which moves as more frames are added
       absl::Status status = read_model(nested, name + "::", place, is_static || nested.Static());
       if (!status.ok()) return status;
@@ -139,6 +143,18 @@ class Reader {
       if (place == places_.end() || places_.contains(name) || !names.insert(name).second) continue;
       const Pose in_link = result_.links[place->second].pose.inverse() * result_.frames.at(name);
       result_.link_frames.push_back({name, place->second, in_link});
+    }
+  }
+
+  void add_carriers(const sdf::Model& model) {
+    result_.carriers = places_;
+    carried_.emplace_back("__model__", model.CanonicalLinkAndRelativeName().second);
+    for (const FoundJoint& joint : joints_) carried_.emplace_back(joint.name, joint.child);
+    for (const auto* names : {&attached_, &carried_}) {
+      for (const auto& [name, link] : *names) {
+        if (const auto place = places_.find(link); place != places_.end())
+          result_.carriers.try_emplace(name, place->second);
+      }
     }
   }
 
@@ -245,9 +261,6 @@ class Reader {
                        std::size_t child) const {
     JointTemplate entry{found.name, parent, child, kind.properties, kind.drives, kind.mimics};
     for (MimicByName& mimic : entry.mimics) mimic.leader = found.prefix + mimic.leader;
-    const auto turned = [](const Pose& pose, const Eigen::Quaterniond& by) {
-      return Pose{pose.position, pose.orientation * by};
-    };
     const Pose frame = turned(result_.frames.at(found.name), kind.axes);
     entry.properties.in_parent = parent ? result_.links[*parent].pose.inverse() * frame : frame;
     entry.properties.in_child = result_.links[child].pose.inverse() * frame;
@@ -256,10 +269,7 @@ class Reader {
       entry.properties.in_child = turned(to_pose(found.joint->RawPose()), kind.axes);
     }
     if (motion_of(child) == Motion::kDynamic) return entry;
-    const Eigen::Quaterniond turn = exchange_sides(entry.properties, entry.drives);
-    std::swap(entry.properties.in_parent, entry.properties.in_child);
-    entry.properties.in_parent = turned(entry.properties.in_parent, turn);
-    entry.properties.in_child = turned(entry.properties.in_child, turn);
+    exchange_sides(entry.properties, entry.drives);
     entry.parent = child;
     entry.child = *parent;
     entry.is_exchanged = true;
@@ -293,6 +303,7 @@ class Reader {
   std::vector<Gearbox> gearboxes_;
   absl::flat_hash_map<std::string, std::size_t> places_;       // of links, in result_.links
   std::vector<std::pair<std::string, std::string>> attached_;  // frames, and the links that they go with
+  std::vector<std::pair<std::string, std::string>> carried_;   // likewise, what else has a pose
   absl::flat_hash_set<std::string> jointed_;
   absl::flat_hash_set<std::string> fixed_;
 };

@@ -48,6 +48,8 @@ struct ModelTemplate {
   std::vector<JointTemplate> joints;
   std::vector<FrameTemplate> link_frames;
   absl::flat_hash_map<std::string, Pose> frames;  // links, frames, joints and nested models, by scoped name
+  // The places of the links that these move with, and "__model__". Links that are left out carry nothing.
+  absl::flat_hash_map<std::string, std::size_t> carriers;
   Notices notices;
 };
 

@@ -31,7 +31,46 @@ void rename_leaders(Element& parent, const absl::flat_hash_map<std::string, std:
   }
 }
 
+// Of a link, in a model and in what it has, nested models excepted.
+void rename_link_references(Element& element, const std::string& name) {
+  for (const char* attribute : {"relative_to", "attached_to", "expressed_in"}) {
+    const char* const value = element.Attribute(attribute);
+    if (value != nullptr && value == kReserved) element.SetAttribute(attribute, name.c_str());
+  }
+  for (const char* tag : {"parent", "child", "gearbox_reference_body"}) {
+    if (xml::is(element, tag) && xml::text_of(element) == kReserved) element.SetText(name.c_str());
+  }
+  for (Element* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
+    if (!xml::is(*child, "model")) rename_link_references(*child, name);
+  }
+}
+
 }  // namespace
+
+void settle_world_link(Element& model, Notices& notices) {
+  absl::flat_hash_set<std::string> names;
+  Element* reserved = nullptr;
+  for (Element* child = model.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
+    const char* const name = child->Attribute("name");
+    if (name == nullptr) continue;
+    names.insert(name);
+    if (xml::is(*child, "link") && name == kReserved) reserved = child;
+  }
+  if (reserved == nullptr) return;
+  if (reserved->FirstChildElement("inertial") == nullptr &&
+      reserved->FirstChildElement("collision") == nullptr) {
+    notices.count_repair("link named world with no mass and no shape: the world itself",
+                         xml::place_of(*reserved));
+    model.DeleteChild(reserved);
+    return;
+  }
+  notices.count_repair("link named world, which SDF reserves: it got the suffix _link",
+                       xml::place_of(*reserved));
+  std::string other = absl::StrCat(kReserved, "_link");
+  while (names.contains(other)) absl::StrAppend(&other, "_link");
+  reserved->SetAttribute("name", other.c_str());
+  rename_link_references(model, other);
+}
 
 void rename_joints(Element& model, Notices& notices) {
   absl::flat_hash_set<std::string> others;

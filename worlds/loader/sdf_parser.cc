@@ -86,22 +86,25 @@ const sdf::SDF& description() {
   return *parsed;
 }
 
+// What is kept of an element's description.
+enum class Kept { kNothing, kName, kAll };
+using Selection = std::function<Kept(const sdf::Element& element, const std::string& parent)>;
+
 // libsdformat copies the description of an element, with those of all that it may contain, for each element
 // that it reads. Nearly all of that is what models have been cleaned of before (elements.h), most of all the
-// sensors of links and joints: of these, nothing is left but the name, which stays a known word.
+// sensors of links and joints.
 //
-// The description with those of the elements that `is_copied` is for cut to the name and attributes: what is
-// in such an element is taken as it stands.
-sdf::ElementPtr cut(const sdf::Element& full, const std::function<bool(const sdf::Element&)>& is_copied) {
+// The description, without its texts, and of what `selection` keeps. Where this is the name, with its
+// attributes, what is in such an element is taken as it stands.
+sdf::ElementPtr cut(const sdf::Element& full, Kept kept, const Selection& selection) {
   auto slim = std::make_shared<sdf::Element>();
   slim->SetName(full.GetName());
   slim->SetRequired(full.GetRequired());
-  slim->SetDescription(full.GetDescription());
   for (const sdf::ParamPtr& attribute : full.GetAttributes()) {
     slim->AddAttribute(attribute->GetKey(), attribute->GetTypeName(), attribute->GetDefaultAsString(),
-                       attribute->GetRequired(), attribute->GetDescription());
+                       attribute->GetRequired());
   }
-  if (is_copied(full)) {
+  if (kept == Kept::kName) {
     slim->SetCopyChildren(true);
     return slim;
   }
@@ -109,12 +112,23 @@ sdf::ElementPtr cut(const sdf::Element& full, const std::function<bool(const sdf
   slim->SetReferenceSDF(full.ReferenceSDF());
   if (const sdf::ParamPtr value = full.GetValue()) {
     slim->AddValue(value->GetTypeName(), value->GetDefaultAsString(), value->GetRequired(),
-                   value->GetMinValueAsString().value_or(""), value->GetMaxValueAsString().value_or(""),
-                   value->GetDescription());
+                   value->GetMinValueAsString().value_or(""), value->GetMaxValueAsString().value_or(""));
   }
-  for (unsigned n = 0; n < full.GetElementDescriptionCount(); ++n)
-    slim->AddElementDescription(cut(*full.GetElementDescription(n), is_copied));
+  for (unsigned n = 0; n < full.GetElementDescriptionCount(); ++n) {
+    const sdf::Element& child = *full.GetElementDescription(n);
+    const Kept of_child = selection(child, full.GetName());
+    if (of_child != Kept::kNothing) slim->AddElementDescription(cut(child, of_child, selection));
+  }
   return slim;
+}
+
+void collect_words(const sdf::Element& description, absl::string_view parent,
+                   std::vector<std::string>& words) {
+  for (unsigned n = 0; n < description.GetElementDescriptionCount(); ++n) {
+    const sdf::Element& child = *description.GetElementDescription(n);
+    if (description.GetName() == parent) words.push_back(child.GetName());
+    collect_words(child, parent, words);
+  }
 }
 
 sdf::SDFPtr document_of(const sdf::Element& description) {
@@ -132,27 +146,30 @@ bool has_element(absl::string_view xml, const std::string& name) {
   return false;
 }
 
-// For a model that has been cleaned: of elements that it does not have, no more than of these is left, but
-// for those that every model gets, and for single values, whose defaults count.
+// For a model that has been cleaned: elements that it does not have are left out, but for those that every
+// model gets, and for values that are simulated, whose defaults count.
 sdf::SDFPtr document_of_physics(absl::string_view xml) {
-  static const sdf::ElementPtr slim = cut(
-      *description().Root(), [](const sdf::Element& element) { return is_no_physics(element.GetName()); });
+  static const sdf::ElementPtr slim =
+      cut(*description().Root(), Kept::kAll, [](const sdf::Element& element, const std::string&) {
+        return is_no_physics(element.GetName()) ? Kept::kNothing : Kept::kAll;
+      });
   std::map<std::string, bool> found;
-  const auto is_absent = [&](const sdf::Element& element) {
+  return document_of(*cut(*slim, Kept::kAll, [&](const sdf::Element& element, const std::string& parent) {
+    const std::string name = element.GetName();
     const bool is_required = element.GetRequired() != "0" && element.GetRequired() != "*";
-    if (is_required || element.GetElementDescriptionCount() == 0) return false;
-    const auto [known, is_new] = found.try_emplace(element.GetName(), false);
-    if (is_new) known->second = has_element(xml, element.GetName());
-    return !known->second;
-  };
-  return document_of(*cut(*slim, is_absent));
+    if (is_required || is_simulated(parent, name)) return Kept::kAll;
+    const auto [known, is_new] = found.try_emplace(name, false);
+    if (is_new) known->second = has_element(xml, name);
+    return known->second ? Kept::kAll : Kept::kNothing;
+  }));
 }
 
 // For models that are converted as text, and not read yet.
 sdf::SDFPtr document_of_text() {
-  static const sdf::ElementPtr slim = cut(*description().Root(), [](const sdf::Element& element) {
-    return element.GetName() == "model" || element.GetName() == "world";
-  });
+  static const sdf::ElementPtr slim =
+      cut(*description().Root(), Kept::kAll, [](const sdf::Element& element, const std::string&) {
+        return element.GetName() == "model" || element.GetName() == "world" ? Kept::kName : Kept::kAll;
+      });
   return document_of(*slim);
 }
 
@@ -204,6 +221,13 @@ sdf::ElementConstPtr sdf_description(const std::string& name) {
   if (name == "sdf") return root;
   const sdf::ElementPtr world = root->GetElementDescription("world");
   return name == "world" ? world : world->GetElementDescription(name);
+}
+
+std::vector<std::string> sdf_words_in(absl::string_view parent) {
+  const absl::MutexLock lock(&parser_mutex());
+  std::vector<std::string> words;
+  collect_words(*description().Root(), parent, words);
+  return words;
 }
 
 absl::Status parse_sdf(const std::string& xml, sdf::Root& root, Notices& notices) {

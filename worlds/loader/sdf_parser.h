@@ -3,11 +3,13 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
+#include <absl/strings/string_view.h>
 
 #include <initializer_list>
 #include <sdf/Element.hh>
 #include <sdf/Root.hh>
 #include <string>
+#include <vector>
 
 #include "worlds/loader/notices.h"
 
@@ -18,6 +20,9 @@ const std::string& latest_sdf_version();
 
 // What SDF allows in an <sdf>, <world> or <physics>.
 sdf::ElementConstPtr sdf_description(const std::string& name);
+
+// The names of all that SDF allows in elements of the name `parent`.
+std::vector<std::string> sdf_words_in(absl::string_view parent);
 
 // Reads the text of one SDF model into `root`, and counts libsdformat's warnings.
 // INVALID_ARGUMENT with libsdformat's errors.

@@ -227,6 +227,20 @@ TEST(Repairs, JointNamedWorld) {
   EXPECT_EQ(loaded.world.joints[0].name, "m::world_joint");
 }
 
+// As in the grippers of PyBullet.
+TEST(Repairs, LinkNamedWorld) {
+  const auto gripper = [](const std::string& of_link) {
+    return world("<model name='m'><link name='world'>" + of_link + "</link><link name='a'>" + kUnitBox +
+                 "</link><joint name='j' type='ball'><parent>world</parent><child>a</child></joint></model>");
+  };
+  const LoadedWorld fixed = repaired(gripper(""), "1 x link named world with no mass and no shape");
+  EXPECT_THAT(names(fixed), ElementsAre("m::a"));
+  EXPECT_EQ(fixed.world.joints.at(0).properties.parent, BodyId{});
+  const LoadedWorld moves = repaired(gripper(kUnitBox), "1 x link named world, which SDF reserves");
+  EXPECT_THAT(names(moves), ElementsAre("m::world_link", "m::a"));
+  EXPECT_EQ(moves.world.joints.at(0).properties.parent, BodyId{1});
+}
+
 // Files up to SDF 1.2.
 TEST(Repairs, GazeboAsTheRoot) {
   const LoadedWorld loaded = load("<gazebo version='1.2'><model name='m'><link name='l'>" +

@@ -6,6 +6,7 @@
 #include <absl/strings/str_replace.h>
 #include <absl/strings/string_view.h>
 
+#include <array>
 #include <deque>
 #include <optional>
 #include <string>
@@ -19,13 +20,14 @@
 #include "worlds/loader/shape_table.h"
 #include "worlds/loader/tessera_elements.h"
 #include "worlds/loader/urdf.h"
+#include "worlds/loader/world_joint.h"
 
 namespace tessera {
 namespace {
 
 using xml::Element;
 
-// A named element of the world or of a site with a pose: a model, a frame or the site itself.
+// A named element of the world or of a site with a pose: a model, a frame, a joint or the site itself.
 struct Placed {
   enum class State { kNew, kResolving, kResolved };
 
@@ -36,6 +38,9 @@ struct Placed {
   std::string placement_frame;
   PlacementExtras extras;
   const ModelTemplate* model = nullptr;  // null if it is not a model
+  std::size_t first_body = 0;            // of a model: its place in the world
+  Element* joint = nullptr;              // null if it is not a joint
+  std::string attached_to;               // of a frame or joint: what it moves with; empty: the world
   State state = State::kNew;
   WorldPose resolved;
 };
@@ -56,12 +61,15 @@ class WorldReader {
   absl::Status read_model(Element& model, const WorldPose& scope);
   absl::Status read_include(Element& include, const WorldPose& scope);
   absl::Status read_frame(Element& frame, const WorldPose& scope);
+  absl::Status read_joint(Element& joint, const WorldPose& scope);
   absl::Status add_model(Placed placed, const ModelSource& source, std::optional<bool> is_static);
   absl::Status add(Placed placed);
   absl::StatusOr<WorldPose> frame_named(const Element& element, const std::string& name);
+  absl::StatusOr<std::optional<std::size_t>> body_named(const Element& element, const std::string& name);
   absl::Status resolve(Placed& placed);
   absl::Status add_bodies(const Placed& placed);
-  absl::Status add_joints(const Placed& placed, std::uint64_t first_body);
+  absl::Status add_joints(const Placed& placed);
+  absl::Status add_world_joint(Placed& placed);
 
   xml::File& file_;
   Notices& notices_;
@@ -72,7 +80,8 @@ class WorldReader {
   ModelSources sources_;
   ModelTemplates templates_;
   std::deque<Placed> placed_;
-  std::uint64_t models_ = 0;  // placed so far
+  std::uint64_t models_ = 0;   // placed so far
+  bool lacks_models_ = false;  // an <include> was left out
   absl::flat_hash_map<std::string, Placed*> by_name_;
 };
 
@@ -80,6 +89,17 @@ absl::Status at(const Element& element, const absl::Status& status) {
   if (status.ok()) return status;
   return xml::error_at(element, status.code(), status.message());
 }
+
+// `pose` in `frame`.
+Pose pose_in(const WorldPose& frame, const WorldPose& pose, double sector_size) {
+  const Eigen::Vector3d way =
+      relative_to(pose.position, frame.position.sector, sector_size) - frame.position.local;
+  const Eigen::Quaterniond back = frame.orientation.conjugate();
+  return {back * way, (back * pose.orientation).normalized()};
+}
+
+// How joints of a description name the body at a place in it.
+BodyId id_of(std::size_t body) { return BodyId{body + 1}; }
 
 absl::StatusOr<WorldDescription> WorldReader::read() {
   std::unique_ptr<xml::File> converted;
@@ -113,11 +133,16 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
   }
   if (absl::Status status = read_scope(*world, WorldPose{}); !status.ok()) return status;
   for (Placed& placed : placed_) {
+    if (placed.joint != nullptr) continue;
     if (absl::Status status = resolve(placed); !status.ok()) return status;
     if (placed.model == nullptr) continue;
-    const std::uint64_t first_body = world_.bodies.size() + 1;
+    placed.first_body = world_.bodies.size();
     if (absl::Status status = add_bodies(placed); !status.ok()) return status;
-    if (absl::Status status = add_joints(placed, first_body); !status.ok()) return status;
+    if (absl::Status status = add_joints(placed); !status.ok()) return status;
+  }
+  for (Placed& placed : placed_) {
+    if (placed.joint == nullptr) continue;
+    if (absl::Status status = add_world_joint(placed); !status.ok()) return status;
   }
   world_.shapes = shapes_.take();
   return std::move(world_);
@@ -183,6 +208,7 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
   if (xml::is(element, "model")) return read_model(element, scope);
   if (xml::is(element, "include")) return read_include(element, scope);
   if (xml::is(element, "frame")) return read_frame(element, scope);
+  if (xml::is(element, "joint")) return read_joint(element, scope);
   if (in_site) return xml::invalid(element, "this element is not allowed in a <tessera:site>");
   if (xml::is(element, "tessera:site")) return read_site_group(element);
   for (absl::string_view known : {"gravity", "physics", "tessera:settings", "tessera:central_gravity"}) {
@@ -193,11 +219,6 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
   }
   if (absl::StartsWith(element.Name(), "tessera:")) {
     return xml::invalid(element, "unknown or misplaced tessera: element");
-  }
-  if (xml::is(element, "joint")) {
-    const char* type = element.Attribute("type");
-    notices_.count_joint_left_out(absl::StrCat(type == nullptr ? "unknown" : type, " between models"));
-    return absl::OkStatus();
   }
   if (xml::is(element, "spherical_coordinates")) {
     notices_.count("<spherical_coordinates> not used: positions stay in the file's local frame");
@@ -244,7 +265,10 @@ absl::Status WorldReader::read_include(Element& include, const WorldPose& scope)
   placed.extras = *extras;
   const absl::StatusOr<const ModelSource*> source = sources_.included(include, file_.directory(), notices_);
   if (!source.ok()) return source.status();
-  if (*source == nullptr) return absl::OkStatus();
+  if (*source == nullptr) {
+    lacks_models_ = true;
+    return absl::OkStatus();
+  }
   const std::string name = xml::child_text(include, "name");
   placed.name = name.empty() ? (*source)->name : name;
   const std::string placement = xml::child_text(include, "placement_frame");
@@ -279,8 +303,30 @@ absl::Status WorldReader::read_frame(Element& frame, const WorldPose& scope) {
     if (!value.ok()) return value.status();
     placed.pose = *std::move(value);
   }
-  const char* attached = frame.Attribute("attached_to");
-  if (placed.pose.relative_to.empty() && attached != nullptr) placed.pose.relative_to = attached;
+  if (const char* attached = frame.Attribute("attached_to")) placed.attached_to = attached;
+  if (placed.pose.relative_to.empty()) placed.pose.relative_to = placed.attached_to;
+  return add(std::move(placed));
+}
+
+absl::Status WorldReader::read_joint(Element& joint, const WorldPose& scope) {
+  Placed placed;
+  placed.element = &joint;
+  placed.scope = scope;
+  placed.joint = &joint;
+  for (const char* attribute : {"name", "type"}) {
+    if (absl::Status status = xml::required_attribute(joint, attribute).status(); !status.ok()) return status;
+  }
+  placed.name = joint.Attribute("name");
+  for (const char* end : {"parent", "child"}) {
+    if (xml::child_text(joint, end).empty()) return xml::invalid(joint, "<", end, "> is missing or empty");
+  }
+  placed.attached_to = xml::child_text(joint, "child");
+  if (const Element* pose = joint.FirstChildElement("pose")) {
+    absl::StatusOr<xml::RelativePose> value = xml::pose_of(*pose);
+    if (!value.ok()) return value.status();
+    placed.pose = *std::move(value);
+  }
+  if (placed.pose.relative_to.empty()) placed.pose.relative_to = placed.attached_to;
   return add(std::move(placed));
 }
 
@@ -327,6 +373,35 @@ absl::StatusOr<WorldPose> WorldReader::frame_named(const Element& element, const
       compose(base.resolved, base.model->frames.at(inner), world_.settings.sector_size);
   if (!pose.ok()) return at(element, pose.status());
   return pose;
+}
+
+// The body that a name in a joint stands for: a link, or what a model, frame or joint moves with. None: the
+// world. UNIMPLEMENTED for what was left out.
+absl::StatusOr<std::optional<std::size_t>> WorldReader::body_named(const Element& element,
+                                                                   const std::string& name) {
+  std::string at = name;
+  for (std::size_t steps = 0; steps <= placed_.size(); ++steps) {
+    if (at.empty() || at == "world") return std::nullopt;
+    const std::size_t colons = at.find("::");
+    const auto found = by_name_.find(at.substr(0, colons));
+    if (found == by_name_.end()) {
+      if (lacks_models_) return absl::UnimplementedError("with a model that was left out");
+      return xml::invalid(element, "there is no link, model, frame or joint '", at, "'");
+    }
+    const Placed& base = *found->second;
+    const bool is_inner = colons != std::string::npos;
+    if (base.model != nullptr) {
+      const std::string inner = is_inner ? at.substr(colons + 2) : "__model__";
+      const auto carrier = base.model->carriers.find(inner);
+      if (carrier != base.model->carriers.end()) return base.first_body + carrier->second;
+      if (!is_inner || base.model->frames.contains(inner))
+        return absl::UnimplementedError("with a link that has no collision shape");
+    }
+    if (is_inner || base.model != nullptr)
+      return xml::invalid(element, "there is no link, frame or joint '", at, "'");
+    at = base.attached_to;
+  }
+  return xml::invalid(element, "'", name, "' is attached to itself, directly or through others");
 }
 
 absl::Status WorldReader::resolve(Placed& placed) {
@@ -387,17 +462,16 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
   return absl::OkStatus();
 }
 
-// `first_body` is the id that joints use for the first body of the model.
-absl::Status WorldReader::add_joints(const Placed& placed, std::uint64_t first_body) {
+absl::Status WorldReader::add_joints(const Placed& placed) {
   const std::size_t joints_before = world_.joints.size();
   for (const JointTemplate& from : placed.model->joints) {
     JointDescription joint{absl::StrCat(placed.name, "::", from.name), from.properties, from.drives};
     for (JointAxis& axis : joint.properties.axes) {
       if (axis.mimic.is_set()) axis.mimic.leader.value += joints_before;
     }
-    joint.properties.child = BodyId{first_body + from.child};
+    joint.properties.child = id_of(placed.first_body + from.child);
     if (from.parent) {
-      joint.properties.parent = BodyId{first_body + *from.parent};
+      joint.properties.parent = id_of(placed.first_body + *from.parent);
     } else {
       const absl::StatusOr<WorldPose> pose =
           compose(placed.resolved, from.properties.in_parent, world_.settings.sector_size);
@@ -407,6 +481,57 @@ absl::Status WorldReader::add_joints(const Placed& placed, std::uint64_t first_b
     }
     world_.joints.push_back(std::move(joint));
   }
+  return absl::OkStatus();
+}
+
+absl::Status WorldReader::add_world_joint(Placed& placed) {
+  Element& element = *placed.joint;
+  const std::string type = element.Attribute("type");
+  std::array<std::optional<std::size_t>, 2> bodies;
+  for (std::size_t n = 0; n < bodies.size(); ++n) {
+    const Element& end = *element.FirstChildElement(n == 0 ? "parent" : "child");
+    const absl::StatusOr<std::optional<std::size_t>> body = body_named(end, xml::text_of(end));
+    if (body.status().code() == absl::StatusCode::kUnimplemented) {
+      notices_.count_joint_left_out(absl::StrCat(type, " ", body.status().message()));
+      return absl::OkStatus();
+    }
+    if (!body.ok()) return body.status();
+    bodies[n] = *body;
+  }
+  const auto [parent, child] = bodies;
+  if (!child) return xml::invalid(*element.FirstChildElement("child"), "the child must not be the world");
+  if (parent == child) return xml::invalid(element, "its parent and its child are the same body");
+  const auto is_dynamic = [&](std::optional<std::size_t> body) {
+    return body && world_.bodies[*body].properties.motion == Motion::kDynamic;
+  };
+  if (!is_dynamic(parent) && !is_dynamic(child)) {
+    notices_.count("joint between links that no force moves, skipped");
+    return absl::OkStatus();
+  }
+  if (absl::Status status = resolve(placed); !status.ok()) return status;
+  const auto frame = [this](const Element& at, const std::string& name) { return frame_named(at, name); };
+  absl::Status status = express_axes(element, placed.resolved.orientation, frame);
+  if (!status.ok()) return status;
+  const absl::StatusOr<std::optional<JointKind>> kind =
+      read_world_joint(element, version_, file_.directory(), sources_, notices_);
+  if (!kind.ok()) return kind.status();
+  if (!kind->has_value()) return absl::OkStatus();
+
+  JointDescription joint{placed.name, (*kind)->properties, (*kind)->drives};
+  JointProperties& properties = joint.properties;
+  WorldPose at = placed.resolved;
+  at.orientation = at.orientation * (*kind)->axes;
+  properties.child = id_of(*child);
+  properties.in_child = pose_in(world_.bodies[*child].pose, at, world_.settings.sector_size);
+  if (parent) {
+    properties.parent = id_of(*parent);
+    properties.in_parent = pose_in(world_.bodies[*parent].pose, at, world_.settings.sector_size);
+  } else {
+    properties.anchor = at.position.sector;
+    properties.in_parent = {at.position.local, at.orientation};
+  }
+  if (!is_dynamic(child)) exchange_sides(properties, joint.drives);
+  world_.joints.push_back(std::move(joint));
   return absl::OkStatus();
 }
 
