@@ -2,6 +2,7 @@
 
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 
 #include <ignition/math/eigen3/Conversions.hh>
 #include <sdf/Collision.hh>
@@ -32,8 +33,10 @@ class Reader {
   Reader(ShapeTable& shapes, MeshLibrary& meshes, ModelTemplate& result)
       : shapes_(shapes), meshes_(meshes), result_(result) {}
 
-  absl::Status read(const sdf::Model& model) {
+  absl::Status read(const sdf::Model& model, const std::set<std::string>& held) {
     self_collide_ = model.SelfCollide();
+    jointed_.insert(held.begin(), held.end());
+    if (held.contains("__model__")) jointed_.insert(model.CanonicalLinkAndRelativeName().second);
     note_unread(*model.Element(), result_.notices);
     collect_joints(model, "");
     find_fixed_links();
@@ -310,14 +313,15 @@ class Reader {
 
 }  // namespace
 
-absl::StatusOr<const ModelTemplate*> ModelTemplates::get(const std::string& xml) {
-  std::unique_ptr<ModelTemplate>& entry = templates_[xml];
+absl::StatusOr<const ModelTemplate*> ModelTemplates::get(const std::string& xml,
+                                                         const std::set<std::string>& held) {
+  std::unique_ptr<ModelTemplate>& entry = templates_[absl::StrCat(xml, "\n", absl::StrJoin(held, "\n"))];
   if (entry != nullptr) return entry.get();
   auto result = std::make_unique<ModelTemplate>();
   sdf::Root root;
   if (absl::Status status = parse_sdf(xml, root, result->notices); !status.ok()) return status;
   if (root.Model() == nullptr) return absl::InvalidArgumentError("there is no model");
-  absl::Status status = Reader(shapes_, meshes_, *result).read(*root.Model());
+  absl::Status status = Reader(shapes_, meshes_, *result).read(*root.Model(), held);
   if (!status.ok()) return status;
   entry = std::move(result);
   return entry.get();

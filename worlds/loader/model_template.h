@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -58,9 +59,10 @@ class ModelTemplates {
   ModelTemplates(ShapeTable& shapes, MeshLibrary& meshes) : shapes_(shapes), meshes_(meshes) {}
 
   // `xml` is one whole document <sdf version=".."><model name="..">..</model></sdf> without includes, its
-  // mesh URIs being paths. Each different text is parsed once. Pointers stay valid. INVALID_ARGUMENT with
-  // libsdformat's errors; NOT_FOUND for meshes.
-  absl::StatusOr<const ModelTemplate*> get(const std::string& xml);
+  // mesh URIs being paths. `held` are the links that joints of the world hold ("__model__": the canonical
+  // one), so that they are kept even without a collision shape. Each different model is parsed once. Pointers
+  // stay valid. INVALID_ARGUMENT with libsdformat's errors; NOT_FOUND for meshes.
+  absl::StatusOr<const ModelTemplate*> get(const std::string& xml, const std::set<std::string>& held);
 
  private:
   ShapeTable& shapes_;

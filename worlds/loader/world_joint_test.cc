@@ -115,9 +115,19 @@ TEST(WorldJoint, KeepsItsPlaceFarAway) {
   expect_near(the_joint(loaded).in_child.position, {0, 0, 0});
 }
 
-TEST(WorldJoint, IsNamedWhereItIsLeftOut) {
+// As in gz-sim's joints_in_world.sdf.
+TEST(WorldJoint, HoldsLinksWithoutShape) {
   const std::string bare = model("bare", "", "");
-  EXPECT_THAT(load(world(kTwoModels + bare + joint_between("low", "bare", kAxisZ))).notices,
+  for (const std::string child : {"bare", "bare::l"}) {
+    const LoadedWorld loaded = load(world(kTwoModels + bare + joint_between("low", child, kAxisZ)));
+    EXPECT_THAT(names(loaded), ElementsAre("low::l", "high::l", "bare::l"));
+    EXPECT_EQ(the_joint(loaded).child, BodyId{3});
+  }
+}
+
+TEST(WorldJoint, IsNamedWhereItIsLeftOut) {
+  const std::string bare = model("bare", "", "") + "<frame name='f' attached_to='bare'/>";
+  EXPECT_THAT(load(world(kTwoModels + bare + joint_between("low", "f", kAxisZ))).notices,
               Contains(HasSubstr("revolute with a link that has no collision shape")));
   EXPECT_THAT(load(world(kTwoModels + joint_between("low", "high", kAxisZ + kAxisZ, "gearbox"))).notices,
               Contains(HasSubstr("gearbox")));

@@ -9,6 +9,7 @@
 #include <array>
 #include <deque>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -55,6 +56,7 @@ class WorldReader {
  private:
   absl::Status read_world_settings(const Element& world);
   absl::Status read_physics(const Element& physics);
+  void collect_held(const Element& parent);
   absl::Status read_scope(Element& parent, const WorldPose& scope);
   absl::Status read_element(Element& element, const WorldPose& scope, bool in_site);
   absl::Status read_site_group(Element& site);
@@ -82,6 +84,8 @@ class WorldReader {
   std::deque<Placed> placed_;
   std::uint64_t models_ = 0;   // placed so far
   bool lacks_models_ = false;  // an <include> was left out
+  // The links that joints between models hold, by model.
+  absl::flat_hash_map<std::string, std::set<std::string>> held_;
   absl::flat_hash_map<std::string, Placed*> by_name_;
 };
 
@@ -131,6 +135,7 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     if (const char* name = world->Attribute("name")) world_.name = name;
     if (absl::Status status = read_world_settings(*world); !status.ok()) return status;
   }
+  collect_held(*world);
   if (absl::Status status = read_scope(*world, WorldPose{}); !status.ok()) return status;
   for (Placed& placed : placed_) {
     if (placed.joint != nullptr) continue;
@@ -194,6 +199,20 @@ absl::Status WorldReader::read_physics(const Element& physics) {
     world_.settings.gravity = UniformGravity{*value};
   }
   return absl::OkStatus();
+}
+
+void WorldReader::collect_held(const Element& parent) {
+  for (const Element* child = parent.FirstChildElement(); child != nullptr;
+       child = child->NextSiblingElement()) {
+    if (xml::is(*child, "tessera:site")) collect_held(*child);
+    if (!xml::is(*child, "joint")) continue;
+    for (const char* end : {"parent", "child"}) {
+      const std::string name = xml::child_text(*child, end);
+      const std::size_t colons = name.find("::");
+      held_[name.substr(0, colons)].insert(colons == std::string::npos ? "__model__"
+                                                                       : name.substr(colons + 2));
+    }
+  }
 }
 
 absl::Status WorldReader::read_scope(Element& parent, const WorldPose& scope) {
@@ -331,7 +350,7 @@ absl::Status WorldReader::read_joint(Element& joint, const WorldPose& scope) {
 }
 
 absl::Status WorldReader::add_model(Placed placed, const ModelSource& source, std::optional<bool> is_static) {
-  absl::StatusOr<const ModelTemplate*> model = templates_.get(source.document(is_static));
+  absl::StatusOr<const ModelTemplate*> model = templates_.get(source.document(is_static), held_[placed.name]);
   if (!model.ok()) {
     return xml::error_at(
         *placed.element, model.status().code(),
