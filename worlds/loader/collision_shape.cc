@@ -106,10 +106,14 @@ std::size_t triangles_without_area(const TriangleMesh& mesh) {
   return flat;
 }
 
+bool is_mirrored(const sdf::Mesh& mesh) {
+  const ignition::math::Vector3d scale = mesh.Scale();
+  return scale.X() * scale.Y() * scale.Z() < 0;
+}
+
 Parts surface_of_mesh(const sdf::Mesh& mesh, const std::vector<SubMesh>& objects, const std::string& where,
                       Notices& notices) {
-  const ignition::math::Vector3d scale = mesh.Scale();
-  TriangleMesh surface = surface_of(objects, scale.X() * scale.Y() * scale.Z() < 0);
+  TriangleMesh surface = surface_of(objects, is_mirrored(mesh));
   const std::size_t flat = triangles_without_area(surface);
   if (3 * flat == surface.indices.size()) {
     notices.count_repair("mesh whose triangles have no area, left out", where);
@@ -280,6 +284,20 @@ const GivenGeometry* MeshLibrary::given(const std::string& name) const {
   if (!absl::StartsWith(name, kGivenPrefix)) return nullptr;
   const auto place = given_.find(name);
   return place == given_.end() ? nullptr : &place->second;
+}
+
+absl::StatusOr<TriangleMesh> surface_of_file(const sdf::Mesh& mesh, MeshLibrary& meshes) {
+  std::string file = mesh.Uri();
+  if (const GivenGeometry* const given = meshes.given(file)) {
+    const auto* const divided = std::get_if<DividedMesh>(given);
+    if (divided == nullptr) return TriangleMesh{};
+    file = divided->file;
+  }
+  const absl::StatusOr<const std::vector<SubMesh>*> all = meshes.mesh(file);
+  if (!all.ok()) return all.status();
+  const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(mesh, **all);
+  if (!objects.ok()) return objects.status();
+  return surface_of(*objects, is_mirrored(mesh));
 }
 
 absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, MeshLibrary& meshes, Notices& notices) {

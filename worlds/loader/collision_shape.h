@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <sdf/Link.hh>
+#include <sdf/Mesh.hh>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +38,10 @@ class MeshLibrary {
   absl::flat_hash_map<std::string, GivenGeometry> given_;
   absl::flat_hash_map<std::pair<std::string, std::size_t>, std::string> divided_;  // names
 };
+
+// The chosen objects of a mesh file as one surface. Errors as read_mesh_file(); INVALID_ARGUMENT for objects
+// that are not there and for a scale of 0. An empty one for what is no file.
+absl::StatusOr<TriangleMesh> surface_of_file(const sdf::Mesh& mesh, MeshLibrary& meshes);
 
 // All collisions of a link as one shape in the link's frame; without parts if it has none. With `moves`, for
 // a movable body, each object of a mesh file becomes the convex hull of its points, or of those of its parts

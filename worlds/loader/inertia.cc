@@ -62,8 +62,29 @@ std::optional<im::MassMatrix3d> mass_matrix(const sdf::Geometry& geometry, doubl
   }
 }
 
-// Of a solid within closed surfaces, by the tetrahedra between their triangles and the origin.
+// The areas of a closed surface, as vectors, add up to 0: those of one that misses this share of its area
+// are taken as closed.
+constexpr double kOpenShareMax = 1e-3;
+
+bool is_closed(const std::vector<TriangleMesh>& surfaces) {
+  double area = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const TriangleMesh& mesh : surfaces) {
+    for (std::size_t n = 0; n < mesh.indices.size(); n += 3) {
+      const Eigen::Vector3d& a = mesh.vertices[mesh.indices[n]];
+      const Eigen::Vector3d part =
+          (mesh.vertices[mesh.indices[n + 1]] - a).cross(mesh.vertices[mesh.indices[n + 2]] - a);
+      area += part.norm();
+      sum += part;
+    }
+  }
+  return sum.norm() <= kOpenShareMax * area;
+}
+
+// Of a solid within closed surfaces, by the tetrahedra between their triangles and the origin. They may be
+// inside out. None for surfaces that are not closed.
 std::optional<im::Inertiald> inertia_within(const std::vector<TriangleMesh>& surfaces, double density) {
+  if (!is_closed(surfaces)) return std::nullopt;
   double volume = 0;
   Eigen::Vector3d first = Eigen::Vector3d::Zero();  // moments of the volume
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
@@ -80,6 +101,11 @@ std::optional<im::Inertiald> inertia_within(const std::vector<TriangleMesh>& sur
           (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose()) * (part / 20);
     }
   }
+  if (volume < 0) {
+    volume = -volume;
+    first = -first;
+    second = -second;
+  }
   if (!(volume > 0)) return std::nullopt;
   const Eigen::Vector3d centre = first / volume;
   second -= centre * centre.transpose() * volume;
@@ -89,14 +115,19 @@ std::optional<im::Inertiald> inertia_within(const std::vector<TriangleMesh>& sur
   return im::Inertiald(matrix, {im::eigen3::convert(centre), im::Quaterniond::Identity});
 }
 
-std::optional<im::Inertiald> inertia_of(const sdf::Geometry& geometry, double density,
-                                        const MeshLibrary& meshes) {
+absl::StatusOr<std::optional<im::Inertiald>> inertia_of(const sdf::Geometry& geometry, double density,
+                                                        MeshLibrary& meshes) {
   if (geometry.Type() != sdf::GeometryType::MESH) {
     const std::optional<im::MassMatrix3d> matrix = mass_matrix(geometry, density);
     return matrix ? std::optional(im::Inertiald(*matrix, im::Pose3d::Zero)) : std::nullopt;
   }
-  const GivenGeometry* const given = meshes.given(geometry.MeshShape()->Uri());
-  if (given == nullptr) return std::nullopt;
+  const sdf::Mesh& mesh = *geometry.MeshShape();
+  const GivenGeometry* const given = meshes.given(mesh.Uri());
+  if (given == nullptr || std::holds_alternative<DividedMesh>(*given)) {
+    absl::StatusOr<TriangleMesh> surface = surface_of_file(mesh, meshes);
+    if (!surface.ok()) return surface.status();
+    return inertia_within({*std::move(surface)}, density);
+  }
   const absl::StatusOr<std::vector<TriangleMesh>> surfaces = surfaces_of(*given);
   return surfaces.ok() ? inertia_within(*surfaces, density) : std::nullopt;
 }
@@ -226,18 +257,21 @@ void set_inertia(const im::Inertiald& inertial, BodyProperties& properties) {
   properties.principal_axes = {axes.x(), axes.y(), axes.z(), axes.w()};
 }
 
-absl::StatusOr<im::Inertiald> inertia_of_collisions(const sdf::Link& link, const MeshLibrary& meshes) {
+absl::StatusOr<im::Inertiald> inertia_of_collisions(const sdf::Link& link, MeshLibrary& meshes) {
   std::optional<im::Inertiald> sum;
   for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
     const sdf::Collision& collision = *link.CollisionByIndex(n);
-    const std::optional<im::Inertiald> own = inertia_of(*collision.Geom(), density_of(collision), meshes);
-    if (!own) {
-      return absl::InvalidArgumentError(absl::StrCat("<inertial auto='true'>: the mass of collision '",
-                                                     collision.Name(), "' is not known"));
+    const absl::StatusOr<std::optional<im::Inertiald>> of_shape =
+        inertia_of(*collision.Geom(), density_of(collision), meshes);
+    if (!of_shape.ok()) return of_shape.status();
+    if (!of_shape->has_value()) {
+      return absl::InvalidArgumentError(absl::StrCat("<inertial auto='true'>: collision '", collision.Name(),
+                                                     "' has no volume: its surface is not closed"));
     }
+    const im::Inertiald& own = **of_shape;
     im::Pose3d pose;
     if (!collision.SemanticPose().Resolve(pose, "__link__").empty()) pose = collision.RawPose();
-    const im::Inertiald part(own->MassMatrix(), pose * own->Pose());
+    const im::Inertiald part(own.MassMatrix(), pose * own.Pose());
     sum = sum ? *sum + part : part;
   }
   if (!sum)

@@ -42,9 +42,9 @@ std::vector<std::string> repair(MassProperties& properties);
 // Sets mass, moments, centre of mass and principal axes in `properties`. `inertial` is in the link's frame.
 void set_inertia(const ignition::math::Inertiald& inertial, BodyProperties& properties);
 
-// Mass properties from the link's collision shapes and their densities (SDF 1.11's <inertial auto="true">).
-// INVALID_ARGUMENT for shapes that have no volume or whose volume is not known here, such as mesh files.
-absl::StatusOr<ignition::math::Inertiald> inertia_of_collisions(const sdf::Link& link,
-                                                                const MeshLibrary& meshes);
+// Mass properties from the link's collision shapes and their densities (SDF 1.11's <inertial auto="true">):
+// of a mesh file, from the volume within its surface. INVALID_ARGUMENT for shapes that have no volume, such
+// as planes and surfaces with holes. Errors of meshes as read_mesh_file().
+absl::StatusOr<ignition::math::Inertiald> inertia_of_collisions(const sdf::Link& link, MeshLibrary& meshes);
 
 }  // namespace tessera

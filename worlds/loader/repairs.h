@@ -14,8 +14,8 @@ inline constexpr char kCrossedLimits[] = "joint whose lower limit is above the u
 // "world": such joints of `model`, a <model> or <robot>, get the suffix "_joint".
 void rename_joints(xml::Element& model, Notices& notices);
 
-// SDF reserves the name "world". A link with this name and nothing in it stands for the world, and is removed;
-// another one of `model` gets the suffix "_link".
+// SDF reserves the name "world". A link with this name and nothing in it stands for the world, and is
+// removed; another one of `model` gets the suffix "_link".
 void settle_world_link(xml::Element& model, Notices& notices);
 
 // Negative coefficients of an <ode> or <bullet> in a <friction> are infinite ones in Gazebo: what comes next

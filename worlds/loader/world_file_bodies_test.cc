@@ -243,6 +243,34 @@ TEST(Bodies, AutomaticInertiaOfNewerFiles) {
   EXPECT_THAT(loaded.notices, ElementsAre("1 x file in SDF 1.11, read as 1.9"));
 }
 
+// A tetrahedron of 1/6 m^3, also in a mirror and inside out; and one without its floor.
+TEST(Bodies, AutomaticInertiaOfMeshFiles) {
+  const Folder folder;
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  folder.write("solid.obj", corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  folder.write("inside_out.obj", corners + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
+  folder.write("open.obj", corners + "f 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const auto text = [](const std::string& file, const std::string& scale) {
+    return world(model("m", "",
+                       "<inertial auto='true'><density>600</density></inertial>" +
+                           collision("<mesh><uri>" + file + "</uri><scale>" + scale + "</scale></mesh>")),
+                 "1.11");
+  };
+  for (const std::string file : {"solid.obj", "inside_out.obj"}) {
+    for (const double side : {2.0, -2.0}) {
+      const LoadedWorld loaded = load(text(file, absl::StrCat(side, " 2 2")), folder);
+      const BodyProperties& p = body_named(loaded, "m::l").properties;
+      EXPECT_NEAR(p.mass, 800, 1e-9);
+      expect_near(Eigen::Vector3d(p.centre.data()), {side / 4, 0.5, 0.5}, 1e-12);
+      // 3/80 M L^2 in each direction about its own centre of mass, so twice that about an axis, and products
+      // of 1/80 M L^2.
+      EXPECT_NEAR(p.inertia[0] + p.inertia[1] + p.inertia[2], 6.0 / 80 * 3 * 800 * 4, 1e-6);
+    }
+  }
+  const absl::StatusOr<LoadedWorld> open = load_world_string(text("open.obj", "1 1 1"), folder);
+  EXPECT_THAT(open.status().message(), HasSubstr("collision 'c' has no volume: its surface is not closed"));
+}
+
 TEST(Bodies, SurfaceGravityAndDamping) {
   const LoadedWorld loaded = load(world(
       model("a", "",
