@@ -401,6 +401,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
     if (absl::Status status = repair_inertial(element, notices); !status.ok()) return status;
   }
   if (xml::is(element, "link")) {
+    rename_collisions(element, notices);
     keep_auto_inertia(element);
     if (absl::Status status = keep_surface_motion(element); !status.ok()) return status;
   }

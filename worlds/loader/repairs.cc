@@ -103,6 +103,20 @@ void rename_joints(Element& model, Notices& notices) {
   }
 }
 
+void rename_collisions(Element& link, Notices& notices) {
+  absl::flat_hash_set<std::string> names;
+  for (Element* collision = link.FirstChildElement("collision"); collision != nullptr;
+       collision = collision->NextSiblingElement("collision")) {
+    const char* const name = collision->Attribute("name");
+    if (name == nullptr || names.insert(name).second) continue;
+    notices.count_repair("collision with the name of another one of its link, which got a suffix",
+                         xml::place_of(*collision));
+    std::string other;
+    for (int n = 2; other.empty() || !names.insert(other).second; ++n) other = absl::StrCat(name, "_", n);
+    collision->SetAttribute("name", other.c_str());
+  }
+}
+
 void repair_friction(Element& engine, Notices& notices) {
   constexpr double kInfinite = 1e6;
   for (const char* name : {"mu", "mu2", "friction", "friction2"}) {

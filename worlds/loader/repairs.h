@@ -18,6 +18,9 @@ void rename_joints(xml::Element& model, Notices& notices);
 // removed; another one of `model` gets the suffix "_link".
 void settle_world_link(xml::Element& model, Notices& notices);
 
+// Collisions of `link` with a name that one before has get a number as suffix: "_2".
+void rename_collisions(xml::Element& link, Notices& notices);
+
 // Negative coefficients of an <ode> or <bullet> in a <friction> are infinite ones in Gazebo: what comes next
 // to it takes their place.
 void repair_friction(xml::Element& engine, Notices& notices);

@@ -227,6 +227,13 @@ TEST(Repairs, JointNamedWorld) {
   EXPECT_EQ(loaded.world.joints[0].name, "m::world_joint");
 }
 
+TEST(Repairs, CollisionsOfOneName) {
+  const std::string second = collision("<sphere><radius>1</radius></sphere>");
+  const LoadedWorld loaded = repaired(world(model("m", "", kUnitBox + second + second)),
+                                      "2 x collision with the name of another one of its link");
+  EXPECT_EQ(shape_of(loaded, body_named(loaded, "m::l")).parts.size(), 3u);
+}
+
 // As in the grippers of PyBullet.
 TEST(Repairs, LinkNamedWorld) {
   const auto gripper = [](const std::string& of_link) {
