@@ -187,5 +187,72 @@ TEST(Balance, NeverMakesItWorse) {
   }
 }
 
+// What the others have stays where it is.
+TEST(Departure, GivesWhatAServerHasToTheOthers) {
+  const SectorMap map(kAnchor, {{2, 0, 0}, {4, 0, 0}}, 3);
+  const std::vector loads{load({piece(0, 1), piece(1, 1)}, 2000), load({piece(2, 1), piece(3, 1)}, 2000),
+                          load({piece(4, 1), piece(5, 1)}, 2000)};
+  for (const BalancePolicy policy : kBalancePolicies) {
+    const DeparturePlan plan = plan_departure(map, loads, 1, policy, /*at_once=*/true);
+    EXPECT_TRUE(plan.is_last);
+    EXPECT_EQ(plan.moved_sectors, 2u);
+    EXPECT_EQ(plan.moved_bodies, 2u);
+    EXPECT_EQ(plan.map.epoch(), 4u);
+    for (const std::int64_t i : {0, 1}) EXPECT_EQ(plan.map.owner({i, 0, 0}), 0u) << name_of(policy);
+    for (const std::int64_t i : {2, 3}) EXPECT_NE(plan.map.owner({i, 0, 0}), 1u) << name_of(policy);
+    for (const std::int64_t i : {4, 5}) EXPECT_EQ(plan.map.owner({i, 0, 0}), 2u) << name_of(policy);
+  }
+}
+
+TEST(Departure, OfAServerWithoutSectorsIsDoneAtOnce) {
+  const SectorMap map = with_another(SectorMap(kAnchor, {{2, 0, 0}}, 1));
+  const std::vector loads{load({piece(0, 1)}, 1000), load({piece(2, 1)}, 1000), load({}, 0)};
+  const DeparturePlan plan = plan_departure(map, loads, 2, BalancePolicy::kCurve, /*at_once=*/false);
+  EXPECT_TRUE(plan.is_last);
+  EXPECT_EQ(plan.moved_sectors, 0u);
+  EXPECT_EQ(without(plan.map, 2).servers(), 2u);
+}
+
+// Whatever the loads and the policy: in steps of bounded size, until nothing in the world is the leaver's.
+TEST(Departure, EndsInAMapWithoutTheServer) {
+  std::mt19937 random(5);
+  for (int n = 0; n < 500; ++n) {
+    const auto servers = static_cast<std::uint32_t>(2 + random() % 5);
+    SectorMap map = SectorMap::scattered(kAnchor, servers, random(), 1);
+    if (n % 2 == 0) {
+      std::vector<SectorIndex> splitters;
+      for (std::uint32_t s = 1; s < servers; ++s)
+        splitters.push_back({static_cast<std::int64_t>(6 * s), 0, 0});
+      map = SectorMap(kAnchor, splitters, 1);
+    }
+    const Rank leaver = static_cast<Rank>(random() % servers);
+    const BalancePolicy policy = kBalancePolicies[random() % std::size(kBalancePolicies)];
+    std::vector<std::uint64_t> bodies(40);
+    for (std::uint64_t& of_sector : bodies) of_sector = random() % 3 == 0 ? 0 : random() % 4000;
+    for (int steps = 0;; ++steps) {
+      ASSERT_LT(steps, 100);
+      std::vector<ServerLoad> loads(servers);
+      for (int i = 0; i < 40; ++i) {
+        if (bodies[i] > 0) loads[map.owner({i, 0, 0})].pieces.push_back(piece(i, 1, bodies[i]));
+      }
+      const DeparturePlan plan = plan_departure(map, loads, leaver, policy, /*at_once=*/false);
+      ASSERT_TRUE(
+          SectorMap::checked(kAnchor, plan.map.splitters(), plan.map.owners(), servers, plan.map.epoch())
+              .ok());
+      for (int i = 0; i < 40; ++i) {
+        const Rank before = map.owner({i, 0, 0});
+        if (bodies[i] > 0 && before != leaver) {
+          ASSERT_EQ(plan.map.owner({i, 0, 0}), before) << name_of(policy);
+        }
+      }
+      map = plan.map;
+      if (plan.is_last) break;
+      ASSERT_GT(plan.moved_sectors, 0u);
+    }
+    for (int i = 0; i < 40; ++i) ASSERT_NE(map.owner({i, 0, 0}), leaver);
+    EXPECT_EQ(without(map, leaver).servers(), servers - 1);
+  }
+}
+
 }  // namespace
 }  // namespace tessera

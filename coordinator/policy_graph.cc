@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "coordinator/policies.h"
@@ -134,7 +135,12 @@ std::vector<Rank> divide_graph(const Division& division) {
   double sum = 0;
   for (const double share : shares) sum += share;
   for (double& share : shares) share /= sum;
-  const std::vector<idx_t> part = cut(graph_of(division, busy), shares);
+  std::vector<idx_t> part(busy.size());
+  if (parts == busy.size()) {
+    std::iota(part.begin(), part.end(), idx_t{0});  // METIS prints warnings where it makes as many
+  } else {
+    part = cut(graph_of(division, busy), shares);
+  }
   if (part.empty()) return owners;
 
   // A part is for a server that is to have as much.

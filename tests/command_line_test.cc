@@ -92,6 +92,17 @@ TEST_F(RunTest, ShiftAndPrecisionDoWhatTheySay) {
   EXPECT_EQ(hash({"--engine", "f64", "--shift=-2^62,1048576,0"}), in_doubles);
 }
 
+// Beside a module of another build, whose classes may differ.
+TEST_F(RunTest, EnginesOfOtherBuildsAreRefused) {
+  std::filesystem::copy_file(cli::executable_folder() / "tessera", folder_ / "tessera");
+  std::filesystem::copy_file(cli::executable_folder() / "libtessera-c.so",
+                             folder_ / "libtessera-bullet-f32.so");
+  Program program((folder_ / "tessera").string(),
+                  {"run", world_file("tower.sdf").string(), "--in-process", "--seconds", "1"});
+  EXPECT_EQ(program.wait(), 1);
+  EXPECT_THAT(program.output(), HasSubstr("libtessera-bullet-f32.so is of another build of Tessera"));
+}
+
 TEST_F(RunTest, ConvertedWorldIsTheSameWorld) {
   const std::string world = world_file("machines.sdf").string();
   const std::string message = (folder_ / "machines.pb").string();

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -17,6 +18,7 @@ namespace tessera {
 namespace {
 
 using MakeEngine = Engine*(const EngineSettings*);
+using EngineInterface = const char*();
 
 struct LoadedModule {
   Precision precision;
@@ -47,6 +49,12 @@ std::vector<std::filesystem::path> module_files(Precision precision) {
   return files;
 }
 
+// Classes cross the border between this program and a module, so that both must be built from the same ones.
+bool is_same_interface(void* interface) {
+  return interface != nullptr &&
+         std::string_view(reinterpret_cast<EngineInterface*>(interface)()) == TESSERA_ENGINE_INTERFACE;
+}
+
 absl::StatusOr<LoadedModule> load_module(Precision precision) {
   std::vector<std::string> failures;
   for (const std::filesystem::path& file : module_files(precision)) {
@@ -60,10 +68,11 @@ absl::StatusOr<LoadedModule> load_module(Precision precision) {
       failures.emplace_back(dlerror());
       continue;
     }
-    if (void* make_engine = dlsym(module, "tessera_make_engine")) {
+    void* const interface = dlsym(module, "tessera_engine_interface");
+    void* const make_engine = dlsym(module, "tessera_make_engine");
+    if (make_engine && is_same_interface(interface))
       return LoadedModule{precision, reinterpret_cast<MakeEngine*>(make_engine)};
-    }
-    failures.emplace_back(dlerror());
+    failures.push_back(absl::StrCat(file.string(), " is of another build of Tessera"));
     dlclose(module);
   }
   return absl::NotFoundError(absl::StrCat("no physics engine: ", absl::StrJoin(failures, "; ")));

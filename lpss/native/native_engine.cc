@@ -27,7 +27,12 @@ bool NativeEngine::can_read(const ManifoldState& manifold) const {
 
 }  // namespace tessera::native
 
-// The only symbol of the module: creates the engine in this module's precision, owned by the caller; null if
+// The two symbols of the module. The first tells which classes of the engine it was built with.
+extern "C" __attribute__((visibility("default"))) const char* tessera_engine_interface() {
+  return TESSERA_ENGINE_INTERFACE;
+}
+
+// Creates the engine in this module's precision, owned by the caller; null if
 // the settings specify another precision.
 extern "C" __attribute__((visibility("default"))) tessera::Engine* tessera_make_engine(
     const tessera::EngineSettings* settings) {
