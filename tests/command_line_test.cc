@@ -94,9 +94,9 @@ TEST_F(RunTest, ShiftAndPrecisionDoWhatTheySay) {
 
 // Beside a module of another build, whose classes may differ.
 TEST_F(RunTest, EnginesOfOtherBuildsAreRefused) {
-  std::filesystem::copy_file(cli::executable_folder() / "tessera", folder_ / "tessera");
-  std::filesystem::copy_file(cli::executable_folder() / "libtessera-c.so",
-                             folder_ / "libtessera-bullet-f32.so");
+  const std::filesystem::path build = cli::executable_folder();
+  std::filesystem::copy_file(build / "tessera", folder_ / "tessera");
+  std::filesystem::copy_file(build / "libengine-of-another-build.so", folder_ / "libtessera-bullet-f32.so");
   Program program((folder_ / "tessera").string(),
                   {"run", world_file("tower.sdf").string(), "--in-process", "--seconds", "1"});
   EXPECT_EQ(program.wait(), 1);
