@@ -134,10 +134,8 @@ std::string to_text(const Proof& proof, const RunReport& run) {
         "those of all bodies of towers.\n",
         kStandingDisplacementMax);
   }
-  absl::StrAppend(
-      &text,
-      "Plain Bullet is one world of single precision, every body at its absolute coordinates: what "
-      "moves less in a tick than they are rounded to stands still.\n");
+  absl::StrAppend(&text,
+                  "Plain Bullet is one world of single precision, every body at its absolute coordinates.\n");
   return text;
 }
 

@@ -29,6 +29,7 @@ absl::StatusOr<std::unique_ptr<PlainWorld>> PlainWorld::create(const WorldDescri
   EngineSettings settings = engine_settings(world.settings);
   settings.precision = precision;
   settings.plain_bullet = true;
+  settings.fine_flight = false;
   absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(settings);
   if (!engine.ok()) return engine.status();
 

@@ -57,6 +57,16 @@ TEST(PlainWorldTest, TowerStandsNearTheOriginAndNotFarAway) {
   EXPECT_GT(displacement_of(tower_at(6.4e6 + 0.3), 120), 2 * near);
 }
 
+// A tower in the air, over a planet whose centre is 6.371e6 m below: 4.9 m in a second.
+TEST(PlainWorldTest, BodiesFallToTheCentreOfAPlanet) {
+  WorldDescription world = tower_at(0);
+  world.bodies.erase(world.bodies.begin());
+  CentralGravity planet;
+  planet.centre = canonical({}, {0, 0, -planet.radius}, world.settings.sector_size).value();
+  world.settings.gravity = planet;
+  EXPECT_NEAR(displacement_of(world, 60), planet.surface / 2, 0.1);
+}
+
 TEST(PlainWorldTest, BodiesFallAsleepTogether) {
   const std::unique_ptr<PlainWorld> plain = PlainWorld::create(tower_at(0), Precision::kFloat32).value();
   for (int tick = 0; tick < 600; ++tick) plain->step();
