@@ -1,6 +1,5 @@
 #include "worlds/loader/world_joint.h"
 
-#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_replace.h>
 
@@ -58,6 +57,8 @@ absl::Status express_axes(
 absl::StatusOr<std::optional<JointKind>> read_world_joint(Element& joint, const std::string& version,
                                                           const std::filesystem::path& directory,
                                                           ModelSources& sources, Notices& notices) {
+  const std::string parent = xml::child_text(joint, "parent");
+  const std::string child = xml::child_text(joint, "child");
   absl::StatusOr<ModelSource> source = sources.prepare(model_around(joint), version, directory);
   if (!source.ok()) return source.status();
   notices.add(source->notices);
@@ -66,7 +67,12 @@ absl::StatusOr<std::optional<JointKind>> read_world_joint(Element& joint, const 
   if (status.ok() && (root.Model() == nullptr || root.Model()->JointCount() != 1)) {
     status = absl::InvalidArgumentError("libsdformat reads no joint here");
   }
-  if (!status.ok()) return xml::error_at(joint, status.code(), status.message());
+  if (!status.ok()) {
+    // By the names of the file.
+    return xml::error_at(
+        joint, status.code(),
+        absl::StrReplaceAll(status.message(), {{kParent, parent}, {kChild, child}, {kAnyModel, "world"}}));
+  }
   note_unread(*root.Model()->Element(), notices);
   absl::StatusOr<std::optional<JointKind>> kind = read_joint(*root.Model()->JointByIndex(0), notices);
   if (!kind.ok()) return xml::error_at(joint, kind.status().code(), kind.status().message());
