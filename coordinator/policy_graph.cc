@@ -53,6 +53,10 @@ std::vector<idx_t> cut(Graph graph, const std::vector<double>& shares) {
   auto parts = static_cast<idx_t>(shares.size());
   std::vector<idx_t> part(graph.weights.size());
   if (parts < 2) return part;
+  if (parts == vertices) {
+    std::iota(part.begin(), part.end(), idx_t{0});  // METIS prints warnings where it makes as many
+    return part;
+  }
   idx_t constraints = 1;
   idx_t cut_borders = 0;
   std::vector<real_t> targets(shares.begin(), shares.end());
@@ -135,12 +139,7 @@ std::vector<Rank> divide_graph(const Division& division) {
   double sum = 0;
   for (const double share : shares) sum += share;
   for (double& share : shares) share /= sum;
-  std::vector<idx_t> part(busy.size());
-  if (parts == busy.size()) {
-    std::iota(part.begin(), part.end(), idx_t{0});  // METIS prints warnings where it makes as many
-  } else {
-    part = cut(graph_of(division, busy), shares);
-  }
+  const std::vector<idx_t> part = cut(graph_of(division, busy), shares);
   if (part.empty()) return owners;
 
   // A part is for a server that is to have as much.

@@ -46,9 +46,12 @@ Pose pose_in_link(const sdf::Collision& collision) {
 }
 
 // The chosen objects of a mesh file, scaled, and centred if the file requests it.
-absl::StatusOr<std::vector<SubMesh>> chosen_objects(const sdf::Mesh& mesh, const std::vector<SubMesh>& all) {
+absl::StatusOr<std::vector<SubMesh>> chosen_objects(const sdf::Mesh& mesh, const std::string& file,
+                                                    MeshLibrary& meshes) {
+  const absl::StatusOr<const std::vector<SubMesh>*> all = meshes.mesh(file);
+  if (!all.ok()) return all.status();
   std::vector<SubMesh> chosen;
-  for (const SubMesh& part : all) {
+  for (const SubMesh& part : **all) {
     const std::string& name = mesh.Submesh();
     if (name.empty() || name == part.name || name == part.geometry) chosen.push_back(part);
   }
@@ -175,9 +178,7 @@ Parts hulls_of_parts(const SubMesh& object, std::size_t parts_max, const std::st
 absl::StatusOr<Parts> parts_of_mesh(const sdf::Mesh& mesh, const std::string& file, std::size_t parts_max,
                                     bool moves, const std::string& where, MeshLibrary& meshes,
                                     Notices& notices) {
-  const absl::StatusOr<const std::vector<SubMesh>*> all = meshes.mesh(file);
-  if (!all.ok()) return all.status();
-  const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(mesh, **all);
+  const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(mesh, file, meshes);
   if (!objects.ok()) return objects.status();
   if (!moves) return surface_of_mesh(mesh, *objects, where, notices);
   Parts result;
@@ -293,9 +294,7 @@ absl::StatusOr<TriangleMesh> surface_of_file(const sdf::Mesh& mesh, MeshLibrary&
     if (divided == nullptr) return TriangleMesh{};
     file = divided->file;
   }
-  const absl::StatusOr<const std::vector<SubMesh>*> all = meshes.mesh(file);
-  if (!all.ok()) return all.status();
-  const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(mesh, **all);
+  const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(mesh, file, meshes);
   if (!objects.ok()) return objects.status();
   return surface_of(*objects, is_mirrored(mesh));
 }

@@ -94,6 +94,21 @@ absl::Status at(const Element& element, const absl::Status& status) {
   return xml::error_at(element, status.code(), status.message());
 }
 
+constexpr char kModelItself[] = "__model__";
+
+// "model::link" as the name of something placed, and of what is inside it or the whole.
+struct ScopedName {
+  explicit ScopedName(const std::string& name) : is_inner(absl::StrContains(name, "::")) {
+    const std::size_t colons = name.find("::");
+    base = name.substr(0, colons);
+    if (is_inner) inner = name.substr(colons + 2);
+  }
+
+  std::string base;
+  std::string inner = kModelItself;
+  bool is_inner;
+};
+
 // `pose` in `frame`.
 Pose pose_in(const WorldPose& frame, const WorldPose& pose, double sector_size) {
   const Eigen::Vector3d way =
@@ -207,10 +222,8 @@ void WorldReader::collect_held(const Element& parent) {
     if (xml::is(*child, "tessera:site")) collect_held(*child);
     if (!xml::is(*child, "joint")) continue;
     for (const char* end : {"parent", "child"}) {
-      const std::string name = xml::child_text(*child, end);
-      const std::size_t colons = name.find("::");
-      held_[name.substr(0, colons)].insert(colons == std::string::npos ? "__model__"
-                                                                       : name.substr(colons + 2));
+      const ScopedName name(xml::child_text(*child, end));
+      held_[name.base].insert(name.inner);
     }
   }
 }
@@ -377,19 +390,17 @@ absl::Status WorldReader::add(Placed placed) {
 // A frame by its name: "world", a placed element, or an element inside a model: "model::link".
 absl::StatusOr<WorldPose> WorldReader::frame_named(const Element& element, const std::string& name) {
   if (name == "world") return WorldPose{};
-  const std::size_t colons = name.find("::");
-  const auto found = by_name_.find(name.substr(0, colons));
+  const ScopedName scoped(name);
+  const auto found = by_name_.find(scoped.base);
   if (found == by_name_.end()) return xml::invalid(element, "there is no frame '", name, "'");
   Placed& base = *found->second;
   if (absl::Status status = resolve(base); !status.ok()) return status;
-  if (colons == std::string::npos) return base.resolved;
-  const std::string inner = name.substr(colons + 2);
-  if (inner == "__model__") return base.resolved;
-  if (base.model == nullptr || !base.model->frames.contains(inner)) {
+  if (scoped.inner == kModelItself) return base.resolved;
+  if (base.model == nullptr || !base.model->frames.contains(scoped.inner)) {
     return xml::invalid(element, "there is no frame '", name, "'");
   }
   absl::StatusOr<WorldPose> pose =
-      compose(base.resolved, base.model->frames.at(inner), world_.settings.sector_size);
+      compose(base.resolved, base.model->frames.at(scoped.inner), world_.settings.sector_size);
   if (!pose.ok()) return at(element, pose.status());
   return pose;
 }
@@ -401,22 +412,20 @@ absl::StatusOr<std::optional<std::size_t>> WorldReader::body_named(const Element
   std::string at = name;
   for (std::size_t steps = 0; steps <= placed_.size(); ++steps) {
     if (at.empty() || at == "world") return std::nullopt;
-    const std::size_t colons = at.find("::");
-    const auto found = by_name_.find(at.substr(0, colons));
+    const ScopedName scoped(at);
+    const auto found = by_name_.find(scoped.base);
     if (found == by_name_.end()) {
       if (lacks_models_) return absl::UnimplementedError("with a model that was left out");
       return xml::invalid(element, "there is no link, model, frame or joint '", at, "'");
     }
     const Placed& base = *found->second;
-    const bool is_inner = colons != std::string::npos;
     if (base.model != nullptr) {
-      const std::string inner = is_inner ? at.substr(colons + 2) : "__model__";
-      const auto carrier = base.model->carriers.find(inner);
+      const auto carrier = base.model->carriers.find(scoped.inner);
       if (carrier != base.model->carriers.end()) return base.first_body + carrier->second;
-      if (!is_inner || base.model->frames.contains(inner))
+      if (!scoped.is_inner || base.model->frames.contains(scoped.inner))
         return absl::UnimplementedError("with a link that has no collision shape");
     }
-    if (is_inner || base.model != nullptr)
+    if (scoped.is_inner || base.model != nullptr)
       return xml::invalid(element, "there is no link, frame or joint '", at, "'");
     at = base.attached_to;
   }
