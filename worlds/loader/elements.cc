@@ -13,85 +13,12 @@
 
 #include "worlds/loader/nearest_word.h"
 #include "worlds/loader/sdf_parser.h"
+#include "worlds/loader/simulated_elements.h"
 
 namespace tessera {
 namespace {
 
 using xml::Element;
-
-// What is simulated of SDF: elements with a value, each after the element that it is in. All others are not.
-constexpr std::array<absl::string_view, 59> kSimulated = {"model/static",
-                                                          "model/self_collide",
-                                                          "link/gravity",
-                                                          "link/self_collide",
-                                                          "link/kinematic",
-                                                          "velocity_decay/linear",
-                                                          "velocity_decay/angular",
-                                                          "inertial/mass",
-                                                          "inertia/ixx",
-                                                          "inertia/iyy",
-                                                          "inertia/izz",
-                                                          "inertia/ixy",
-                                                          "inertia/ixz",
-                                                          "inertia/iyz",
-                                                          "box/size",
-                                                          "sphere/radius",
-                                                          "capsule/radius",
-                                                          "capsule/length",
-                                                          "cylinder/radius",
-                                                          "cylinder/length",
-                                                          "ellipsoid/radii",
-                                                          "plane/normal",
-                                                          "plane/size",
-                                                          "mesh/uri",
-                                                          "mesh/scale",
-                                                          "submesh/name",
-                                                          "submesh/center",
-                                                          "bounce/restitution_coefficient",
-                                                          "ode/mu",
-                                                          "ode/mu2",
-                                                          "ode/fdir1",
-                                                          "bullet/friction",
-                                                          "bullet/friction2",
-                                                          "bullet/fdir1",
-                                                          "bullet/rolling_friction",
-                                                          "torsional/coefficient",
-                                                          "torsional/use_patch_radius",
-                                                          "torsional/patch_radius",
-                                                          "contact/collide_bitmask",
-                                                          "joint/parent",
-                                                          "joint/child",
-                                                          "joint/thread_pitch",
-                                                          "joint/gearbox_ratio",
-                                                          "joint/gearbox_reference_body",
-                                                          "axis/xyz",
-                                                          "axis2/xyz",
-                                                          "dynamics/damping",
-                                                          "dynamics/friction",
-                                                          "dynamics/spring_reference",
-                                                          "dynamics/spring_stiffness",
-                                                          "limit/lower",
-                                                          "limit/upper",
-                                                          "limit/effort",
-                                                          "limit/velocity",
-                                                          "world/gravity",
-                                                          "world/physics",
-                                                          "physics/gravity",
-                                                          "physics/max_step_size"};
-
-constexpr std::array<absl::string_view, 13> kNoPhysics = {"visual",
-                                                          "light",
-                                                          "sensor",
-                                                          "plugin",
-                                                          "gripper",
-                                                          "audio_source",
-                                                          "laser_retro",
-                                                          "audio_sink",
-                                                          "projector",
-                                                          "battery",
-                                                          "particle_emitter",
-                                                          "enable_wind",
-                                                          "allow_auto_disable"};
 
 // Elements of SDF that are newer than the parser.
 constexpr std::array<absl::string_view, 4> kNewer = {"mimic", "fluid_added_mass", "auto_inertia_params",
@@ -292,12 +219,6 @@ void remove_unread_children(Element& parent, Notices& notices) {
 }
 
 }  // namespace
-
-bool is_no_physics(absl::string_view name) { return holds(kNoPhysics, name); }
-
-bool is_simulated(absl::string_view parent, absl::string_view name) {
-  return name == "pose" || holds(kSimulated, absl::StrCat(parent, "/", name));
-}
 
 void note_unread(const sdf::Element& model, Notices& notices) {
   note_children(model, {"<model>", "the model itself", ""}, notices);

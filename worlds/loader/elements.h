@@ -1,4 +1,4 @@
-// The elements of SDF and URDF: which are simulated, and what is said of the others.
+// What is said of the elements of SDF and URDF that are not simulated.
 #pragma once
 
 #include <absl/strings/string_view.h>
@@ -9,12 +9,6 @@
 #include "worlds/loader/xml.h"
 
 namespace tessera {
-
-// Whether an element of SDF has nothing to do with the motion of bodies here: visuals, sensors, plugins.
-bool is_no_physics(absl::string_view name);
-
-// Whether an element of SDF with a value is simulated where it is in one of the name `parent`.
-bool is_simulated(absl::string_view parent, absl::string_view name);
 
 // Counts what a model, as libsdformat has read it, says beyond what is simulated: elements of SDF with a
 // value other than their default, by their own names, and unknown elements, with the nearest known word.

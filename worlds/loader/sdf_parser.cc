@@ -20,7 +20,7 @@
 #include <sstream>
 #include <vector>
 
-#include "worlds/loader/elements.h"
+#include "worlds/loader/simulated_elements.h"
 
 namespace tessera {
 namespace {
@@ -91,8 +91,8 @@ enum class Kept { kNothing, kName, kAll };
 using Selection = std::function<Kept(const sdf::Element& element, const std::string& parent)>;
 
 // libsdformat copies the description of an element, with those of all that it may contain, for each element
-// that it reads. Nearly all of that is what models have been cleaned of before (elements.h), most of all the
-// sensors of links and joints.
+// that it reads. Nearly all of that is what models have been cleaned of before (simulated_elements.h), most
+// of all the sensors of links and joints.
 //
 // The description, without its texts, and of what `selection` keeps. Where this is the name, with its
 // attributes, what is in such an element is taken as it stands.
