@@ -23,6 +23,18 @@ Matrix cross_matrix(const Vector& v) {
   return m;
 }
 
+// How much more easily a body turns than a block of its mass around its shape would; 1 where that is no more
+// than how mass is spread in a body explains.
+Scalar nimbleness_of(const Body& body, double mass) {
+  constexpr double kExplained = 8;
+  const Box& box = body.solid->box();
+  const Vector reach = box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs());
+  const Vector squares = reach.cwiseAbs2();
+  const Vector of_block = (Vector::Constant(squares.sum()) - squares) * Scalar(mass / 3);
+  const Scalar most = of_block.cwiseProduct(body.inverse_moments).maxCoeff();
+  return most > Scalar(kExplained) ? most : Scalar(1);
+}
+
 }  // namespace
 
 Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, const EngineSettings& settings)
@@ -46,6 +58,7 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
     inverse_mass = Scalar(1 / record.properties.mass);
     moments = vector(record.properties.inertia);
     inverse_moments = moments.cwiseInverse();
+    nimbleness = nimbleness_of(*this, record.properties.mass);
     // Half the extent of the thinnest part.
     for (const SweptBall& ball : solid->swept_balls()) {
       const Scalar beyond = ball.radius * Scalar(1.25);

@@ -88,6 +88,7 @@ struct Body {
   Vector force = Vector::Zero();    // N, in this tick
   Vector torque = Vector::Zero();   // N m
   Scalar inverse_mass = 0;          // 1/kg; 0 for what cannot be pushed
+  Scalar nimbleness = 1;            // ContactScale::nimbleness
   Scalar linear_damping;            // the share of the velocity that is left after a tick
   Scalar angular_damping;
   Scalar swept_beyond = 0;  // m per tick; 0: never swept

@@ -28,7 +28,7 @@ struct ContactNeed {
 
 // What else is known of a contact.
 struct ContactScale {
-  double inverse_mass = 0;  // 1/kg, of the lighter body
+  double inverse_mass = 0;  // 1/kg, of the lighter body as its contacts feel it: times its nimbleness
   double extent = 0;        // m, the smallest one of the bodies that can be pushed
   // The heavier body's weight by the lighter one's, as far as it rests on that; impulses only tell of a load
   // once they bear it.
@@ -36,6 +36,10 @@ struct ContactScale {
   // The bodies rest on each other, as far as one sees: a contact of which little is known yet was placed so,
   // and may bear much.
   bool is_at_rest = false;
+  // How much more easily than a block around its shape a body turns; 1 for usual ones. A contact beside the
+  // centre of such a body turns it away before it bears its weight. 1000 kg with the moments of inertia of
+  // 1 kg, which is what SDF has for a link without <inertia>, are a load of 1 kg and 999 kg more.
+  double nimbleness = 1;
 };
 
 // The rule, for the settings of a world.

@@ -77,6 +77,14 @@ TEST(ContactNeedsTest, DoNotFlicker) {
   EXPECT_EQ(needs.substeps(need, scale()), 4);
 }
 
+TEST(ContactNeedsTest, GrowWithNimblenessFromTheFirstTickOn) {
+  const ContactNeeds needs{WorldSettings{}};
+  ContactScale nimble = scale();
+  nimble.nimbleness = 667;
+  EXPECT_EQ(after(needs, {}, nimble), 64);
+  EXPECT_EQ(after(needs, {kWeight, kWeight, kWeight}, nimble), 64);
+}
+
 TEST(ContactNeedsTest, GrowWithWhatRestsOnALighterBody) {
   const ContactNeeds needs{WorldSettings{}};
   EXPECT_EQ(needs.substeps({}, scale(1, 1, 10)), 4);

@@ -403,7 +403,8 @@ std::span<const ContactPair> NativeWorld::contacts() {
 
 ContactScale scale_of(const Body& a, const Body& b) {
   ContactScale scale;
-  scale.inverse_mass = double(std::max(a.inverse_mass, b.inverse_mass));
+  scale.inverse_mass = double(std::max(a.inverse_mass * a.nimbleness, b.inverse_mass * b.nimbleness));
+  scale.nimbleness = double(std::max(a.nimbleness, b.nimbleness));
   scale.extent = std::numeric_limits<double>::max();
   for (const Body* body : {&a, &b}) {
     if (body->is_dynamic()) scale.extent = std::min(scale.extent, double(body->solid->extent()));

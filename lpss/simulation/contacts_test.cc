@@ -129,6 +129,17 @@ TEST(Standing, ABoxDroppedFlatStaysOnAPlaneAsOnABox) {
   EXPECT_LT((ends[0] - ends[1]).norm(), 1e-4);
 }
 
+// As SDF has it for a link without <inertia>.
+TEST(Standing, AHeavyBoxWithTheMomentsOfALightOneSleeps) {
+  WorldBuilder builder(sectors_of(128));
+  builder.add_floor(20, 0);
+  builder.add("box", builder.shape(Box{{2, 2, 2}}), 1000, {0, 0, 1.05}).properties.inertia = {1, 1, 1};
+  const auto cluster = cluster_of(builder.world(), 1);
+  for (int tick = 0; tick < 300; ++tick) cluster->step();
+  EXPECT_TRUE(is_asleep(*cluster, 1));
+  EXPECT_NEAR(position_of(*cluster, 1, 128).z(), 1, 0.005);
+}
+
 TEST(Standing, LightAndHeavyBoxesInTurns) {
   WorldBuilder builder(sectors_of(128));
   builder.add_floor(20, 0);
