@@ -13,6 +13,11 @@ namespace {
 constexpr double kTurnMax = 0.125;  // rad, about a principal axis in one step
 constexpr double kStepsMax = 1024;
 
+// Of steps with a constant rate.
+constexpr double kStepTurnMax = 0.7;  // rad
+constexpr double kSteady = 1e-7;      // of the momentum: a step that changes it by less does not
+constexpr int kIterations = 4;
+
 // A body's axes, and its angular momentum in their frame.
 struct Turning {
   Eigen::Matrix3d axes;
@@ -41,6 +46,15 @@ void turn(Turning& motion, Eigen::Index axis, double angle) {
   };
   mix(motion.axes.col(u), motion.axes.col(v));
   mix(motion.momentum.segment<1>(u), motion.momentum.segment<1>(v));
+}
+
+// About a principal axis, up to rounding.
+bool is_steady(const Eigen::Vector3d& rate, const Eigen::Vector3d& momentum, double dt) {
+  return !(rate.cross(momentum).norm() * dt > momentum.norm() * kSteady);
+}
+
+double half_step(const Eigen::Vector3d& rate, double dt) {
+  return std::min(dt, kStepTurnMax / rate.norm()) / 2;
 }
 
 }  // namespace
@@ -77,6 +91,24 @@ Spin torque_free(const Spin& spin, const Eigen::Vector3d& moments, double dt) {
   const Eigen::Matrix3d about_momentum = rotation_by(momentum * (dt / moments[middle])).toRotationMatrix();
   const Eigen::Matrix3d axes = about_momentum * motion.axes;
   return {axes, axes * motion.momentum.cwiseQuotient(moments)};
+}
+
+Eigen::Vector3d momentum_beyond_middle(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& rate,
+                                       double dt) {
+  const Eigen::Vector3d momentum = inertia * rate;
+  if (is_steady(rate, momentum, dt)) return Eigen::Vector3d::Zero();
+  return momentum - rotation_by(rate * half_step(rate, dt)) * momentum;
+}
+
+Eigen::Vector3d next_rate(const Eigen::Matrix3d& inertia, const Eigen::Matrix3d& inverse_inertia,
+                          const Eigen::Vector3d& last, double dt) {
+  const Eigen::Vector3d momentum = inertia * last;
+  if (is_steady(last, momentum, dt)) return last;
+  const double half = half_step(last, dt);
+  const Eigen::Vector3d middle = rotation_by(last * -half) * momentum;
+  Eigen::Vector3d rate = last;
+  for (int n = 0; n < kIterations; ++n) rate = inverse_inertia * (rotation_by(rate * -half) * middle);
+  return rate * std::sqrt(last.dot(momentum) / rate.dot(inertia * rate));
 }
 
 }  // namespace tessera

@@ -19,4 +19,21 @@ struct Spin {
 // are symmetric in time, and the faster the spin, the more of them; they are exact if two moments are equal.
 Spin torque_free(const Spin& spin, const Eigen::Vector3d& moments, double dt);
 
+// Steps of `dt` seconds with a constant rate (rad/s) in each: the discrete Euler equations (Moser and
+// Veselov, "Discrete versions of some classical integrable systems", 1991). With the inertia I (kg m^2) at
+// the start of a step, in the frame of the rates, the angular momentum in the middle of the step is
+//
+//   exp(rate dt / 2) I rate = exp(-last dt / 2) I last + dt torque
+//
+// where `last` is the rate of the step before. These keep angular momentum, and energy within a bound that
+// shrinks with dt^2, however long the body turns. Where a step turns it farther than 0.7 rad, by so much.
+
+// By how much more I rate is than the angular momentum in the middle of the step: N m s.
+Eigen::Vector3d momentum_beyond_middle(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& rate,
+                                       double dt);
+
+// The rate of the next step without a torque, as far as four iterations find it; energy is kept exactly.
+Eigen::Vector3d next_rate(const Eigen::Matrix3d& inertia, const Eigen::Matrix3d& inverse_inertia,
+                          const Eigen::Vector3d& last, double dt);
+
 }  // namespace tessera

@@ -88,5 +88,48 @@ TEST(TorqueFree, WhatDoesNotSpinStays) {
   EXPECT_EQ(torque_free(still, kBrick, kTick).rate, Vector3d::Zero());
 }
 
+TEST(StepsOfConstantRate, KeepMomentumAndEnergy) {
+  constexpr double kStep = 1.0 / 240;
+  for (const double spin : {1.0, 30.0, 150.0}) {
+    Matrix3d axes = rotation_by({0.3, -1.2, 0.4}).toRotationMatrix();
+    Vector3d rate = Vector3d(0.1, 1, 0.4).normalized() * spin;
+    const auto inertia = [&] { return Matrix3d(axes * kBrick.asDiagonal() * axes.transpose()); };
+    const auto middle = [&] {
+      return Vector3d(inertia() * rate - momentum_beyond_middle(inertia(), rate, kStep));
+    };
+    const Vector3d momentum = middle();
+    const double energy = rate.dot(inertia() * rate);
+    const double most = spin * kStep;  // rad in a step
+    for (int n = 0; n < 24000; ++n) {
+      axes = rotation_by(rate * kStep).toRotationMatrix() * axes;
+      rate = next_rate(inertia(), inertia().inverse(), rate, kStep);
+    }
+    EXPECT_NEAR(rate.dot(inertia() * rate) / energy, 1, 1e-9) << spin;
+    EXPECT_LT((middle() - momentum).norm() / momentum.norm(), most * most) << spin;
+  }
+}
+
+// The error of an unsymmetric step is of the first order.
+TEST(StepsOfConstantRate, HaveErrorsOfTheSecondOrder) {
+  Spin exact = tumbling(3);
+  for (int n = 0; n < 10000; ++n) exact = torque_free(exact, kBrick, 1.0 / 10000);
+  const auto error = [&](int steps) {
+    const double dt = 1.0 / steps;
+    const Spin start = tumbling(3);
+    // Half a step back: to where the rate is that of the step before.
+    const Spin before = torque_free(start, kBrick, -dt / 2);
+    Matrix3d axes = start.axes;
+    Vector3d rate = before.rate;
+    for (int n = 0; n < steps; ++n) {
+      const Matrix3d inertia = axes * kBrick.asDiagonal() * axes.transpose();
+      rate = next_rate(inertia, inertia.inverse(), rate, dt);
+      axes = rotation_by(rate * dt).toRotationMatrix() * axes;
+    }
+    return (axes - exact.axes).norm();
+  };
+  EXPECT_LT(error(400), 1e-3);
+  EXPECT_NEAR(error(200) / error(400), 4, 0.5);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lpss/base/rotation.h"
+#include "lpss/base/torque_free.h"
 #include "lpss/model/divergence.h"
 
 namespace tessera::joints {
@@ -272,10 +273,37 @@ void JointAssembly::start_step() {
     advance();
     make_rows();
   }
-  if (has_diverged_ || free_count_ == 0) return;
+  if (has_diverged_) return;
   Motion& moved = begin_motion();
+  turn_freely(moved.velocities);
   for (const FreeRow& free : free_rows()) push(moved, free, free.impulse);
   set_motion(moved);
+}
+
+// What their inertia makes of the rates of bodies from one step to the next, were nothing to push them ...
+void JointAssembly::turn_freely(VectorXd& velocities) {
+  const double step = step_time();
+  Index first = 0;
+  for (Body& body : bodies_) {
+    auto rate = velocities.segment<3>(first + 3);
+    const Eigen::Matrix3d& inertia = inertia_of(body);
+    rate = next_rate(inertia, body.now.inverse_inertia, rate, step);
+    body.beyond_middle = momentum_beyond_middle(inertia, rate, step);
+    first += kBodyNumbers;
+  }
+}
+
+// ... and what it makes of these now that something has.
+void JointAssembly::turn_as_pushed(VectorXd& velocities) {
+  const double step = step_time();
+  Index first = 0;
+  for (Body& body : bodies_) {
+    auto rate = velocities.segment<3>(first + 3);
+    const Eigen::Vector3d beyond = momentum_beyond_middle(inertia_of(body), rate, step);
+    rate += body.now.inverse_inertia * (beyond - body.beyond_middle);
+    body.beyond_middle = beyond;
+    first += kBodyNumbers;
+  }
 }
 
 JointAssembly::Motion& JointAssembly::begin_motion() {
@@ -389,6 +417,7 @@ void JointAssembly::find_bend(const VectorXd& velocities) {
 void JointAssembly::hold_at_end(Motion& motion) {
   if (!is_held_) hold(motion);
   is_held_ = true;
+  turn_as_pushed(motion.velocities);
   if (is_foreseen_ && !bend_back(motion)) look_ahead(motion);
 }
 
@@ -455,14 +484,18 @@ void JointAssembly::look_ahead(Motion& motion) {
   bent_ = without_soft(scratch_.rates - wanted_);
 }
 
+const Eigen::Matrix3d& JointAssembly::inertia_of(Body& body) {
+  if (!body.inertia) body.inertia = body.now.inverse_inertia.inverse();
+  return *body.inertia;
+}
+
 const VectorXd& JointAssembly::momenta_of(const VectorXd& velocities) {
   VectorXd& momenta = scratch_.momenta;
   momenta.resize(velocities.size());
   Index first = 0;
   for (Body& body : bodies_) {
     momenta.segment<3>(first) = velocities.segment<3>(first) / body.now.inverse_mass;
-    if (!body.inertia) body.inertia = body.now.inverse_inertia.inverse();
-    momenta.segment<3>(first + 3) = *body.inertia * velocities.segment<3>(first + 3);
+    momenta.segment<3>(first + 3) = inertia_of(body) * velocities.segment<3>(first + 3);
     first += kBodyNumbers;
   }
   return momenta;

@@ -147,7 +147,9 @@ class JointAssembly {
   struct Body {
     JointedBody now;
     BodyMotion moved;
-    std::optional<Eigen::Matrix3d> inertia;                 // kg m^2; of `now`, once it was asked for
+    std::optional<Eigen::Matrix3d> inertia;  // kg m^2; of `now`, once it was asked for
+    Eigen::Vector3d beyond_middle =
+        Eigen::Vector3d::Zero();                            // N m s, of the momentum at the start of the step
     Eigen::Vector3d linear_seen = Eigen::Vector3d::Zero();  // the changes that velocities_ have
     Eigen::Vector3d angular_seen = Eigen::Vector3d::Zero();
   };
@@ -176,6 +178,9 @@ class JointAssembly {
   std::span<FreeRow> free_rows() { return {free_rows_.data(), free_count_}; }
   void find_shares(const Sides& rows, Sides& shares);
   Motion& begin_motion();
+  double step_time() const { return moves_ ? span_ : span_ / steps_; }
+  void turn_freely(Eigen::VectorXd& velocities);
+  void turn_as_pushed(Eigen::VectorXd& velocities);
   void hold(Motion& motion);
   void push(Motion& motion, const FreeRow& free, double impulse) const;
   Eigen::VectorXd without_soft(Eigen::VectorXd held) const;
@@ -192,6 +197,7 @@ class JointAssembly {
   bool bend_back(Motion& motion);
   void look_ahead(Motion& motion);
   void make_held_rows_after(const Eigen::VectorXd& velocities);
+  static const Eigen::Matrix3d& inertia_of(Body& body);
   const Eigen::VectorXd& momenta_of(const Eigen::VectorXd& velocities);
   void advance();
   bool see_changes();

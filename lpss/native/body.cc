@@ -17,12 +17,6 @@ Scalar left_after(double damping, double dt) {
   return damping > 0 ? Scalar(portable::pow(1 - damping, dt)) : Scalar(1);
 }
 
-Matrix cross_matrix(const Vector& v) {
-  Matrix m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 // How much more easily a body turns than a block of its mass around its shape would; 1 where that is no more
 // than how mass is spread in a body explains.
 Scalar nimbleness_of(const Body& body, double mass) {
@@ -117,23 +111,6 @@ void Body::set_state(const BodyState& state) {
 Vector Body::angular_push(Scalar dt) const {
   const Vector in_body = pose.rotation.transpose() * torque;
   return pose.rotation * Vector(in_body.cwiseProduct(inverse_moments) * dt);
-}
-
-// One step of Newton's method for Euler's equations in the body's frame, implicit, so that a spinning body
-// does not gain energy (Catto, Numerical Methods, GDC 2015).
-Vector Body::gyroscopic_push(Scalar dt) const {
-  const Matrix& r = pose.rotation;
-  const Vector spin = r.transpose() * angular;
-  const Vector momentum = moments.cwiseProduct(spin);
-  const Vector wrong = spin.cross(momentum) * dt;
-  Matrix slope = (cross_matrix(spin) * moments.asDiagonal() - cross_matrix(momentum)) * dt;
-  slope.diagonal() += moments;
-  const Vector p = slope.col(1).cross(slope.col(2));
-  const Scalar determinant = slope.col(0).dot(p);
-  if (determinant == 0) return Vector::Zero();
-  return r * (Vector(wrong.dot(p), wrong.dot(slope.col(2).cross(slope.col(0))),
-                     wrong.dot(slope.col(0).cross(slope.col(1)))) /
-              -determinant);
 }
 
 void Body::coast(Scalar dt) {

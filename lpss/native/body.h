@@ -53,10 +53,6 @@ struct Body {
   Vector linear_push(Scalar dt) const { return force * (inverse_mass * dt); }
   Vector angular_push(Scalar dt) const;
 
-  // What the inertia of a spinning body adds to its angular velocity in `dt` seconds. For bodies on joints,
-  // whose solver knows where they turn to; foresee() has it for all others.
-  Vector gyroscopic_push(Scalar dt) const;
-
   // Free flight: the velocities at the end of a tick, and the position from which they lead there in `dt`
   // seconds. Where the pull is the same all along the way, so that a body falls as it should, x = v t - a t^2
   // / 2 with v at the end; around a planet x = v t, which keeps orbits (symplectic Euler).

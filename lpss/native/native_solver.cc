@@ -282,8 +282,7 @@ void NativeSolver::begin_joints() {
   if (jointed_bodies_.size() < dynamics_.size()) jointed_bodies_.resize(dynamics_.size());
   for (const std::size_t place : jointed_) {
     is_pushed_[place] = true;
-    Contacts::Body& body = bodies_[place];
-    body.angular_force += dynamics_[place]->gyroscopic_push(Scalar(dt_));
+    const Contacts::Body& body = bodies_[place];
     jointed_bodies_[place] = {.inverse_mass = body.inverse_mass,
                               .inverse_inertia = body.inverse_inertia.cast<double>(),
                               .linear = body.linear.cast<double>(),

@@ -2,9 +2,11 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <random>
 #include <string>
 #include <vector>
 
+#include "lpss/base/rotation.h"
 #include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
@@ -77,6 +79,30 @@ WorldDescription net_world(const WorldSettings& settings, int side, bool at_corn
       if (is_held)
         builder.tie(absl::StrCat("hook", i, "_", j), JointType::kBall, "", name(i, j), place(i, j));
     }
+  }
+  return builder.world();
+}
+
+WorldDescription tumbling_tree_world(const WorldSettings& settings, unsigned seed) {
+  constexpr int kLinks = 8;
+  std::mt19937 random(seed);
+  const auto within = [&](double most) { return most * (2 * (random() / 4294967296.0) - 1); };
+  const auto somewhere = [&](double most) {
+    const double x = within(most);
+    const double y = within(most);
+    return Vector3d(x, y, within(most));
+  };
+  WorldBuilder builder(settings);
+  const ShapeId shape = builder.shape(Box{{0.005, 0.01, 0.02}});
+  std::string holder;
+  for (int n = 0; n < kLinks; ++n) {
+    const std::string name = absl::StrCat("link", n);
+    const Vector3d centre = somewhere(0.15);
+    BodyDescription& link = builder.add(name, shape, 0.5 + within(0.4), centre);
+    link.pose.orientation = rotation_by(somewhere(2));
+    link.properties.inertia = {1.5e-5, 1e-5, 0.7e-5};
+    builder.tie(absl::StrCat("joint", n), JointType::kBall, holder, name, centre + somewhere(0.01));
+    holder = absl::StrCat("link", random() % (static_cast<unsigned>(n) + 1));
   }
   return builder.world();
 }

@@ -1,5 +1,5 @@
-// Loops of joints made in code, for tests and experiments: rows that follow from each other, and systems near
-// to where they could not move at all.
+// Mechanisms made in code, for tests and experiments: loops of joints, whose rows follow from each other and
+// which are near to where they could not move at all; and trees that tumble.
 #pragma once
 
 #include "lpss/model/world_description.h"
@@ -16,5 +16,9 @@ WorldDescription bridge_world(const WorldSettings& settings, double sag);
 // `side` x `side` balls of 1 kg, half a metre apart on a level, with a ball joint between neighbours; held at
 // its corners, or along a side.
 WorldDescription net_world(const WorldSettings& settings, int side, bool at_corners);
+
+// Eight compact links at random places in 0.3 m, each hung from the world or one before it by a ball joint
+// next to its centre: they swing on levers that are long for them, and turn by a radian and more in a tick.
+WorldDescription tumbling_tree_world(const WorldSettings& settings, unsigned seed);
 
 }  // namespace tessera
