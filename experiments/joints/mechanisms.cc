@@ -130,6 +130,10 @@ std::vector<Mechanism> chain_mechanisms() {
   whip.name = "whip_of_60";
   whip.world = [](const WorldSettings& settings) { return chain_world(settings, 60, Vector3d::Zero()); };
   whip.has_reference = false;  // chaotic
+  Mechanism& tree = mechanisms.emplace_back();
+  tree.name = "tumbling_tree";
+  tree.world = [](const WorldSettings& settings) { return tumbling_tree_world(settings, 1); };
+  tree.has_reference = false;
   for (Mechanism& mechanism : mechanisms) mechanism.group = "chain";
   return mechanisms;
 }
