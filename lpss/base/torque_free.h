@@ -32,8 +32,15 @@ Spin torque_free(const Spin& spin, const Eigen::Vector3d& moments, double dt);
 Eigen::Vector3d momentum_beyond_middle(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& rate,
                                        double dt);
 
-// The rate of the next step without a torque, as far as four iterations find it; energy is kept exactly.
-Eigen::Vector3d next_rate(const Eigen::Matrix3d& inertia, const Eigen::Matrix3d& inverse_inertia,
-                          const Eigen::Vector3d& last, double dt);
+struct SteppedRate {
+  Eigen::Vector3d rate;           // rad/s
+  Eigen::Vector3d beyond_middle;  // N m s, that the rate was found with
+};
+
+// The rate of the next step, were there no torque: nearly, as one comes nearer by adding to it what
+// momentum_beyond_middle() has grown by. Where a step turns the body farther than 0.1 rad, energy is kept
+// exactly.
+SteppedRate next_rate(const Eigen::Matrix3d& inertia, const Eigen::Matrix3d& inverse_inertia,
+                      const Eigen::Vector3d& last, double dt);
 
 }  // namespace tessera

@@ -274,21 +274,22 @@ void JointAssembly::start_step() {
     make_rows();
   }
   if (has_diverged_) return;
+  turn_freely();
+  if (free_count_ == 0) return;
   Motion& moved = begin_motion();
-  turn_freely(moved.velocities);
   for (const FreeRow& free : free_rows()) push(moved, free, free.impulse);
   set_motion(moved);
 }
 
 // What their inertia makes of the rates of bodies from one step to the next, were nothing to push them ...
-void JointAssembly::turn_freely(VectorXd& velocities) {
+void JointAssembly::turn_freely() {
   const double step = step_time();
   Index first = 0;
   for (Body& body : bodies_) {
-    auto rate = velocities.segment<3>(first + 3);
-    const Eigen::Matrix3d& inertia = inertia_of(body);
-    rate = next_rate(inertia, body.now.inverse_inertia, rate, step);
-    body.beyond_middle = momentum_beyond_middle(inertia, rate, step);
+    auto rate = velocities_.segment<3>(first + 3);
+    const SteppedRate next = next_rate(inertia_of(body), body.now.inverse_inertia, rate, step);
+    rate = next.rate;
+    body.beyond_middle = next.beyond_middle;
     first += kBodyNumbers;
   }
 }

@@ -147,10 +147,9 @@ class JointAssembly {
   struct Body {
     JointedBody now;
     BodyMotion moved;
-    std::optional<Eigen::Matrix3d> inertia;  // kg m^2; of `now`, once it was asked for
-    Eigen::Vector3d beyond_middle =
-        Eigen::Vector3d::Zero();                            // N m s, of the momentum at the start of the step
-    Eigen::Vector3d linear_seen = Eigen::Vector3d::Zero();  // the changes that velocities_ have
+    std::optional<Eigen::Matrix3d> inertia;                   // kg m^2; of `now`, once it was asked for
+    Eigen::Vector3d beyond_middle = Eigen::Vector3d::Zero();  // N m s: momentum_beyond_middle()
+    Eigen::Vector3d linear_seen = Eigen::Vector3d::Zero();    // the changes that velocities_ have
     Eigen::Vector3d angular_seen = Eigen::Vector3d::Zero();
   };
 
@@ -179,7 +178,7 @@ class JointAssembly {
   void find_shares(const Sides& rows, Sides& shares);
   Motion& begin_motion();
   double step_time() const { return moves_ ? span_ : span_ / steps_; }
-  void turn_freely(Eigen::VectorXd& velocities);
+  void turn_freely();
   void turn_as_pushed(Eigen::VectorXd& velocities);
   void hold(Motion& motion);
   void push(Motion& motion, const FreeRow& free, double impulse) const;

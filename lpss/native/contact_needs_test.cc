@@ -81,8 +81,8 @@ TEST(ContactNeedsTest, GrowWithNimblenessFromTheFirstTickOn) {
   const ContactNeeds needs{WorldSettings{}};
   ContactScale nimble = scale();
   nimble.nimbleness = 667;
-  EXPECT_EQ(after(needs, {}, nimble), 64);
-  EXPECT_EQ(after(needs, {kWeight, kWeight, kWeight}, nimble), 64);
+  EXPECT_EQ(after(needs, {}, nimble), 32);
+  EXPECT_EQ(after(needs, {kWeight, kWeight, kWeight}, nimble), 32);
 }
 
 TEST(ContactNeedsTest, GrowWithWhatRestsOnALighterBody) {

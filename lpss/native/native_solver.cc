@@ -162,7 +162,10 @@ void NativeSolver::solve_stage(int sweep, std::size_t stage) {
   with_joints([&] { joints_.pass(); });
   if (pass == passes_ - 2) {
     contacts_.advance();
-    with_joints([&] { joints_.move(); });
+    if (!joints_.is_empty()) {
+      show_joints();
+      joints_.move();
+    }
   } else if (pass == passes_ - 1) {
     contacts_.end_step();
   }
@@ -297,9 +300,7 @@ void NativeSolver::begin_joints() {
   for (Contacts::Patch& patch : patches_) patch.is_jointed = is_jointed(patch.a) || is_jointed(patch.b);
 }
 
-template <typename Act>
-void NativeSolver::with_joints(Act act) {
-  if (joints_.is_empty()) return;
+void NativeSolver::show_joints() {
   for (const std::size_t place : jointed_) {
     const Contacts::Motion change = contacts_.change(place);
     const Contacts::Motion& set = set_changes_[place];
@@ -307,6 +308,12 @@ void NativeSolver::with_joints(Act act) {
     linear_changes_[place] = change.linear;
     angular_changes_[place] = change.angular;
   }
+}
+
+template <typename Act>
+void NativeSolver::with_joints(Act act) {
+  if (joints_.is_empty()) return;
+  show_joints();
   act();
   for (const std::size_t place : jointed_) {
     contacts_.set_change(place, {linear_changes_[place], angular_changes_[place]});

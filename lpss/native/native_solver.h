@@ -41,6 +41,8 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   std::size_t place_of(const WorldBody& body);
   void add_contact(const WorldPair& pair);
   void begin_joints();
+  // The joints see what contacts have changed; with_joints() also tells contacts what `act` has.
+  void show_joints();
   template <typename Act>
   void with_joints(Act act);
   void find_corrections();
