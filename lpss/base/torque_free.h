@@ -26,7 +26,8 @@ Spin torque_free(const Spin& spin, const Eigen::Vector3d& moments, double dt);
 //   exp(rate dt / 2) I rate = exp(-last dt / 2) I last + dt torque
 //
 // where `last` is the rate of the step before. These keep angular momentum, and energy within a bound that
-// shrinks with dt^2, however long the body turns. Where a step turns it farther than 0.7 rad, by so much.
+// shrinks with dt^2, however long the body turns. A step in which it turns by more than 0.7 rad counts as
+// one of 0.7 rad.
 
 // By how much more I rate is than the angular momentum in the middle of the step: N m s.
 Eigen::Vector3d momentum_beyond_middle(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& rate,

@@ -57,8 +57,8 @@ int ContactNeeds::least() const { return adapts_ ? for_load(0) : usual_; }
 
 int ContactNeeds::substeps(const ContactNeed& need, const ContactScale& scale) const {
   if (!adapts_) return usual_;
-  double load_ratio = scale.rests_on > kLightLoad ? scale.rests_on * kUnseen : 0;
-  if (scale.nimbleness > 1) load_ratio = std::max(load_ratio, scale.nimbleness - 1);
+  double load_ratio =
+      std::max(scale.rests_on > kLightLoad ? scale.rests_on * kUnseen : 0, scale.nimbleness - 1);
   if (!need.is_known()) load_ratio = std::max(load_ratio, scale.is_at_rest ? kLoadAtRest : 1.0);
   const int by_load = load_ratio > 0 ? for_load(load_ratio) : 0;
   return std::max(by_load, need.is_known() ? need.substeps : for_size(0, scale.extent));

@@ -37,8 +37,8 @@ struct ContactScale {
   // and may bear much.
   bool is_at_rest = false;
   // How much more easily than a block around its shape a body turns; 1 for usual ones. A contact beside the
-  // centre of such a body turns it away before it bears its weight. 1000 kg with the moments of inertia of
-  // 1 kg, which is what SDF has for a link without <inertia>, are a load of 1 kg and 999 kg more.
+  // centre of such a body turns it away before it bears its weight, as if it bore that of other bodies. SDF
+  // has moments of 1 kg m^2 for a link without <inertia>, whatever its mass: 1000 kg and 2 m are at 667.
   double nimbleness = 1;
 };
 
