@@ -17,6 +17,7 @@
 #include "lpss/engine/load_engine.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
+#include "proto/convert.h"
 #include "proto/wire.h"
 #include "sector_server/sector_server.h"
 
@@ -146,6 +147,10 @@ inline WorldDescription small_tower() {
   WorldSettings settings;
   settings.sector_size = 4;
   return tower_world(settings, 6, {0, 0, -1});
+}
+
+inline v1::NumberedShape numbered(ShapeId id, Geometry geometry) {
+  return to_proto(ShapeEntry{id, std::make_shared<const Shape>(Shape{{{std::move(geometry), {}}}})});
 }
 
 inline v1::Grant grant_of(std::uint64_t serial, std::uint64_t ticks,
