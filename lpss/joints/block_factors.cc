@@ -86,12 +86,28 @@ FrontShape shape_of(const BlockPattern::Front& front) {
   return {front.pivots, front.below_count(), front.below.data()};
 }
 
+ChildShape child_shape_of(const BlockPattern::Front& front) {
+  return {front.below_count(), front.runs.data(), static_cast<int>(front.runs.size())};
+}
+
+// The lower half, and what is beside it in tiles of the diagonal.
+void clear_update(double* update, int below) {
+  for (int column = 0; column < below; ++column) {
+    const int first = column / kTile * kTile;
+    std::fill_n(update + static_cast<std::ptrdiff_t>(column) * below + first, below - first, 0.0);
+  }
+}
+
 }  // namespace
 
 std::span<const BlockKernel* const> block_kernels() {
-  static constexpr std::array kAll = {&kBlockKernelSse2, &kBlockKernelAvx2};
-  static const bool has_avx2 = __builtin_cpu_supports("avx2");
-  return std::span(kAll).first(has_avx2 ? 2 : 1);
+  static constexpr std::array kAll = {&kBlockKernelSse2, &kBlockKernelAvx2, &kBlockKernelAvx512};
+  // The first processors with AVX-512 slow their clock for it; those with VBMI2 came later.
+  static const std::size_t count = []() -> std::size_t {
+    if (!__builtin_cpu_supports("avx2")) return 1;
+    return __builtin_cpu_supports("avx512vbmi2") ? 3 : 2;
+  }();
+  return std::span(kAll).first(count);
 }
 
 BlockFactors::BlockFactors(const BlockKernel& kernel) : kernel_(&kernel) {}
@@ -111,38 +127,9 @@ void BlockFactors::set_pattern(std::shared_ptr<const BlockPattern> pattern) {
   below_.resize(below_max);
   weighed_.resize(pivots_max * kTile);
   updates_.resize(pattern_->updates_size());
-  update_.resize(pattern_->update_max());
 }
 
 void BlockFactors::clear() { panels_.assign(pattern_->panels_size(), 0.0); }
-
-// Adds what children have left.
-void BlockFactors::assemble(const BlockPattern::Front& front) {
-  const int rows = front.rows();
-  const int below = front.below_count();
-  std::fill_n(update_.begin(), static_cast<std::ptrdiff_t>(below) * below, 0.0);
-  for (const int c : front.children) {
-    const BlockPattern::Front& child = pattern_->fronts()[static_cast<std::size_t>(c)];
-    const double* const left = updates_.data() + child.update;
-    for (std::size_t r = 0; r < child.runs.size(); ++r) {
-      for (int n = 0; n < child.runs[r].count; ++n) {
-        const int column = child.runs[r].to + n;
-        const bool is_pivot = column < front.pivots;
-        double* const into =
-            is_pivot ? panels_.data() + front.panel + static_cast<std::ptrdiff_t>(column) * rows
-                     : update_.data() + static_cast<std::ptrdiff_t>(column - front.pivots) * below;
-        const int above = is_pivot ? 0 : front.pivots;
-        const double* const from =
-            left + static_cast<std::ptrdiff_t>(child.runs[r].from + n) * child.below_count();
-        for (std::size_t q = r; q < child.runs.size(); ++q) {
-          const BlockPattern::Run& run = child.runs[q];
-          for (int row = q == r ? n : 0; row < run.count; ++row)
-            into[run.to - above + row] += from[run.from + row];
-        }
-      }
-    }
-  }
-}
 
 bool BlockFactors::is_unrolled() const {
   return pattern_->fronts().size() == 1 && pattern_->rows() <= kUnrolledMax;
@@ -151,13 +138,16 @@ bool BlockFactors::is_unrolled() const {
 bool BlockFactors::factorise() {
   if (is_unrolled()) return kFactoriseFront[pivots_.size()](panels_.data(), pivots_.data());
   for (const BlockPattern::Front& front : pattern_->fronts()) {
-    assemble(front);
-    if (!kernel_->factorise(shape_of(front), panels_.data() + front.panel, pivots_.data() + front.first,
-                            update_.data(), weighed_.data())) {
-      return false;
+    const FrontShape shape = shape_of(front);
+    double* const panel = panels_.data() + front.panel;
+    double* const update = updates_.data() + front.update;
+    clear_update(update, shape.below);
+    for (const int c : front.children) {
+      const BlockPattern::Front& child = pattern_->fronts()[static_cast<std::size_t>(c)];
+      kernel_->assemble(shape, child_shape_of(child), updates_.data() + child.update, panel, update);
     }
-    std::copy_n(update_.begin(), front.below.size() * front.below.size(),
-                updates_.begin() + static_cast<std::ptrdiff_t>(front.update));
+    if (!kernel_->factorise(shape, panel, pivots_.data() + front.first, update, weighed_.data()))
+      return false;
   }
   return true;
 }

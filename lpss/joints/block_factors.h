@@ -45,14 +45,12 @@ class BlockFactors {
 
  private:
   bool is_unrolled() const;
-  void assemble(const BlockPattern::Front& front);
 
   const BlockKernel* kernel_;
   std::shared_ptr<const BlockPattern> pattern_;
   std::vector<double> panels_;           // the matrix, then L without its diagonal of ones, by front
   std::vector<double> pivots_;           // D, in the order of elimination
-  std::vector<double> updates_;          // a stack
-  std::vector<double> update_;           // of the front that is being eliminated
+  std::vector<double> updates_;          // what fronts leave to their parents
   std::vector<double> weighed_;          // columns of L D of a front, transposed
   mutable std::vector<double> ordered_;  // what is solved, in the order of elimination
   mutable std::vector<double> ordered_sides_;

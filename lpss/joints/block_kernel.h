@@ -19,10 +19,30 @@ struct FrontShape {
   const int* below_rows;  // of all, in the order of elimination
 };
 
+// Rows below the pivots of a front, counted from the first of them, that are consecutive in its parent's,
+// too.
+struct RowRun {
+  int from;
+  int to;  // counted from the parent's first pivot
+  int count;
+};
+
+// A front that has left numbers to its parent: the lower half of a square of `below`.
+struct ChildShape {
+  int below;
+  const RowRun* runs;  // ascending
+  int runs_count;
+};
+
 struct BlockKernel {
-  // Factorises the panel in place, writes its pivots, and subtracts from the lower half of `update` (of below
-  // x below numbers) what these fill. `weighed` has room for kTile numbers a pivot. False if a pivot is 0 or
-  // not a number.
+  // Adds what a child has left to the columns of the front's panel and of its `update` (of below x below
+  // numbers), to the lower half of both.
+  void (*assemble)(const FrontShape& front, const ChildShape& child, const double* left, double* panel,
+                   double* update);
+
+  // Factorises the panel in place, writes its pivots, and subtracts from the lower half of `update`, and
+  // from what is beside it in tiles of the diagonal, what these fill. `weighed` has room for kTile numbers a
+  // pivot. False if a pivot is 0 or not a number.
   bool (*factorise)(const FrontShape& front, double* panel, double* pivots, double* update, double* weighed);
 
   // `x` has the rows of all, `own` those of the front's pivots; `held` has room for all that are below.
@@ -46,5 +66,6 @@ inline constexpr int kTile = 4;  // columns that are eliminated at once
 
 extern const BlockKernel kBlockKernelSse2;
 extern const BlockKernel kBlockKernelAvx2;
+extern const BlockKernel kBlockKernelAvx512;
 
 }  // namespace tessera::joints

@@ -7,19 +7,61 @@
 namespace tessera::joints {
 namespace {
 
-// Four rows, or four sides of one; where the processor has no such lanes, the compiler makes two of it.
-typedef double Wide __attribute__((vector_size(32), may_alias, aligned(8)));
+// So many numbers at once; where the processor has no such lanes, the compiler makes several of it.
+template <int kLanes>
+struct Numbers {
+  typedef double Type __attribute__((vector_size(kLanes * sizeof(double)), may_alias, aligned(8)));
+};
+template <>
+struct Numbers<1> {
+  typedef double Type;
+};
+
+template <int kLanes>
+inline typename Numbers<kLanes>::Type& numbers_at(double* first) {
+  return *reinterpret_cast<typename Numbers<kLanes>::Type*>(first);
+}
+template <int kLanes>
+inline const typename Numbers<kLanes>::Type& numbers_at(const double* first) {
+  return *reinterpret_cast<const typename Numbers<kLanes>::Type*>(first);
+}
+
+// Four rows, or four sides of one.
 constexpr int kWide = 4;
 static_assert(kTile == kWide && kSidesAtOnce == kWide);
+using Wide = Numbers<kWide>::Type;
 
-#ifdef __AVX2__
-constexpr int kRowsOfTile = 2 * kWide;  // as many as there are registers for
+inline Wide& wide(double* first) { return numbers_at<kWide>(first); }
+inline const Wide& wide(const double* first) { return numbers_at<kWide>(first); }
+
+// Rows at once: as many as there are lanes for; of a tile, as many as there are registers for.
+#if defined(__AVX512F__)
+constexpr int kWidest = 8;
+constexpr int kRowsOfTile = 2 * kWidest;
+#elif defined(__AVX2__)
+constexpr int kWidest = kWide;
+constexpr int kRowsOfTile = 2 * kWidest;
 #else
-constexpr int kRowsOfTile = kWide;
+constexpr int kWidest = kWide;
+constexpr int kRowsOfTile = kWidest;
 #endif
 
-inline Wide& wide(double* numbers) { return *reinterpret_cast<Wide*>(numbers); }
-inline const Wide& wide(const double* numbers) { return *reinterpret_cast<const Wide*>(numbers); }
+template <int kCount>
+struct Rows {
+  static constexpr int kLanes = kCount;
+};
+
+// Calls `act` with a row and with how many it is to do at once, as Rows, for all rows from `first` on.
+template <typename Act>
+inline void for_rows(int first, int count, Act act) {
+  int row = first;
+  for (; row + kWidest <= count; row += kWidest) act(row, Rows<kWidest>());
+  if (kWidest > kWide && row + kWide <= count) {
+    act(row, Rows<kWide>());
+    row += kWide;
+  }
+  for (; row < count; ++row) act(row, Rows<1>());
+}
 
 // Column by column.
 template <typename Number>
@@ -31,38 +73,47 @@ struct Panel {
   Number* column(int n) const { return numbers + n * rows; }
 };
 
+// y += x
+inline void add(double* y, const double* x, int count) {
+  for_rows(0, count,
+           [&](int n, auto rows) { numbers_at<rows.kLanes>(y + n) += numbers_at<rows.kLanes>(x + n); });
+}
+
+void assemble(const FrontShape& front, const ChildShape& child, const double* left, double* numbers,
+              double* update) {
+  const Panel<double> panel(front, numbers);
+  for (int r = 0; r < child.runs_count; ++r) {
+    for (int n = 0; n < child.runs[r].count; ++n) {
+      const int column = child.runs[r].to + n;
+      const std::ptrdiff_t filled = column - front.pivots;
+      double* const into = filled < 0 ? panel.column(column) : update + filled * front.below - front.pivots;
+      const double* const from = left + static_cast<std::ptrdiff_t>(child.runs[r].from + n) * child.below;
+      add(into + column, from + child.runs[r].from + n, child.runs[r].count - n);
+      for (int q = r + 1; q < child.runs_count; ++q)
+        add(into + child.runs[q].to, from + child.runs[q].from, child.runs[q].count);
+    }
+  }
+}
+
 // target -= left * right, of kRows rows and kColumns columns; `right` has kTile numbers a column of `left`.
-template <int kRows, int kColumns>
+template <int kLanes, int kRows, int kColumns>
 inline void subtract_tile(double* target, std::ptrdiff_t target_rows, const double* left,
                           std::ptrdiff_t left_rows, const double* right, int count) {
-  Wide sum[kColumns][kRows / kWide] = {};
+  typename Numbers<kLanes>::Type sum[kColumns][kRows / kLanes] = {};
   for (int k = 0; k < count; ++k) {
 #pragma GCC unroll 4
     for (int c = 0; c < kColumns; ++c) {
 #pragma GCC unroll 2
-      for (int lane = 0; lane < kRows / kWide; ++lane)
-        sum[c][lane] += wide(left + k * left_rows + lane * kWide) * right[k * kTile + c];
+      for (int n = 0; n < kRows / kLanes; ++n)
+        sum[c][n] += numbers_at<kLanes>(left + k * left_rows + n * kLanes) * right[k * kTile + c];
     }
   }
 #pragma GCC unroll 4
   for (int c = 0; c < kColumns; ++c) {
 #pragma GCC unroll 2
-    for (int lane = 0; lane < kRows / kWide; ++lane)
-      wide(target + c * target_rows + lane * kWide) -= sum[c][lane];
+    for (int n = 0; n < kRows / kLanes; ++n)
+      numbers_at<kLanes>(target + c * target_rows + n * kLanes) -= sum[c][n];
   }
-}
-
-// The same for one row.
-template <int kColumns>
-inline void subtract_row(double* target, std::ptrdiff_t target_rows, const double* left,
-                         std::ptrdiff_t left_rows, const double* right, int count) {
-  double sum[kColumns] = {};
-  for (int k = 0; k < count; ++k) {
-#pragma GCC unroll 4
-    for (int c = 0; c < kColumns; ++c) sum[c] += left[k * left_rows] * right[k * kTile + c];
-  }
-#pragma GCC unroll 4
-  for (int c = 0; c < kColumns; ++c) target[c * target_rows] -= sum[c];
 }
 
 template <int kColumns>
@@ -70,14 +121,13 @@ void subtract_columns(double* target, std::ptrdiff_t target_rows, int rows, cons
                       std::ptrdiff_t left_rows, const double* right, int count) {
   int row = 0;
   for (; row + kRowsOfTile <= rows; row += kRowsOfTile) {
-    subtract_tile<kRowsOfTile, kColumns>(target + row, target_rows, left + row, left_rows, right, count);
+    subtract_tile<kWidest, kRowsOfTile, kColumns>(target + row, target_rows, left + row, left_rows, right,
+                                                  count);
   }
-  if (kRowsOfTile > kWide && row + kWide <= rows) {
-    subtract_tile<kWide, kColumns>(target + row, target_rows, left + row, left_rows, right, count);
-    row += kWide;
-  }
-  for (; row < rows; ++row)
-    subtract_row<kColumns>(target + row, target_rows, left + row, left_rows, right, count);
+  for_rows(row, rows, [&](int at, auto at_once) {
+    constexpr int kRows = at_once.kLanes;
+    subtract_tile<kRows, kRows, kColumns>(target + at, target_rows, left + at, left_rows, right, count);
+  });
 }
 
 // Subtracts the products of `count` columns of a panel from `columns` (at most kTile) columns of `target`,
@@ -108,9 +158,9 @@ void weigh(const Panel<double>& panel, const double* pivots, int first, int colu
 
 // y -= x * factor
 inline void subtract_product(double* y, const double* x, double factor, int count) {
-  int n = 0;
-  for (; n + kWide <= count; n += kWide) wide(y + n) -= wide(x + n) * factor;
-  for (; n < count; ++n) y[n] -= x[n] * factor;
+  for_rows(0, count, [&](int n, auto rows) {
+    numbers_at<rows.kLanes>(y + n) -= numbers_at<rows.kLanes>(x + n) * factor;
+  });
 }
 
 // Of a panel's columns `first` to `first + columns`, from which those before are subtracted.
@@ -121,9 +171,7 @@ bool eliminate(const Panel<double>& panel, int first, int columns, double* pivot
     const double pivot = column[k];
     pivots[k] = pivot;
     if (pivot == 0 || !__builtin_isfinite(pivot)) return false;
-    int row = k + 1;
-    for (; row + kWide <= rows; row += kWide) wide(column + row) /= pivot;
-    for (; row < rows; ++row) column[row] /= pivot;
+    for_rows(k + 1, rows, [&](int row, auto at_once) { numbers_at<at_once.kLanes>(column + row) /= pivot; });
     for (int next = k + 1; next < first + columns; ++next)
       subtract_product(panel.column(next) + next, column + next, pivot * column[next], rows - next);
   }
@@ -259,8 +307,9 @@ void add_combined_of_sides(const double* rows, int count, const double* of_rows,
   for (int n = 0; n < kBodyNumbers; ++n) wide(sums + n * kWide) = sum[n];
 }
 
-constexpr BlockKernel kLoops = {factorise,      forward,      backward,           forward_sides,
-                                backward_sides, divide_sides, add_rates_of_sides, add_combined_of_sides};
+constexpr BlockKernel kLoops = {assemble,     factorise,          forward,
+                                backward,     forward_sides,      backward_sides,
+                                divide_sides, add_rates_of_sides, add_combined_of_sides};
 
 }  // namespace
 }  // namespace tessera::joints

@@ -3,6 +3,7 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace tessera::joints {
@@ -206,9 +207,17 @@ int row_in(const BlockPattern::Front& front, int row) {
 
 }  // namespace
 
+// On two stacks, for fronts an even and an odd number of steps below one without a parent: what a front
+// leaves is written while what its children have left is read.
 void BlockPattern::place_updates() {
-  std::size_t top = 0;
-  for (Front& front : fronts_) {
+  std::vector<bool> is_odd(fronts_.size(), false);
+  for (std::size_t f = fronts_.size(); f-- > 0;) {
+    for (const int child : fronts_[f].children) is_odd[static_cast<std::size_t>(child)] = !is_odd[f];
+  }
+  std::array<std::size_t, 2> top = {};
+  std::array<std::size_t, 2> highest = {};
+  for (std::size_t f = 0; f < fronts_.size(); ++f) {
+    Front& front = fronts_[f];
     for (const int c : front.children) {
       Front& child = fronts_[static_cast<std::size_t>(c)];
       for (int n = 0; n < child.below_count(); ++n) {
@@ -220,13 +229,17 @@ void BlockPattern::place_updates() {
         }
       }
     }
-    if (!front.children.empty()) top = fronts_[static_cast<std::size_t>(front.children.front())].update;
-    front.update = top;
-    const std::size_t size = front.below.size() * front.below.size();
-    top += size;
-    update_max_ = std::max(update_max_, size);
-    updates_size_ = std::max(updates_size_, top);
+    const std::size_t stack = is_odd[f] ? 1 : 0;
+    if (!front.children.empty())
+      top[1 - stack] = fronts_[static_cast<std::size_t>(front.children.front())].update;
+    front.update = top[stack];
+    top[stack] += front.below.size() * front.below.size();
+    highest[stack] = std::max(highest[stack], top[stack]);
   }
+  for (std::size_t f = 0; f < fronts_.size(); ++f) {
+    if (is_odd[f]) fronts_[f].update += highest[0];
+  }
+  updates_size_ = highest[0] + highest[1];
 }
 
 void BlockPattern::place_blocks() {

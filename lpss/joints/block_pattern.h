@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "lpss/joints/block_kernel.h"
+
 namespace tessera::joints {
 
 class BlockPattern {
@@ -20,23 +22,15 @@ class BlockPattern {
     friend auto operator<=>(const Edge&, const Edge&) = default;
   };
 
-  // Rows of a front below its pivots, counted from the first of them, that are consecutive in its parent's,
-  // too.
-  struct Run {
-    int from;
-    int to;  // counted from the parent's first pivot
-    int count;
-  };
-
-  // Each comes after those whose parent it is, and these come in the order of a stack.
+  // Each comes after those whose parent it is.
   struct Front {
-    int first = 0;           // row of all, in the order of elimination, of its first pivot
-    int pivots = 0;          // rows
-    std::vector<int> below;  // rows of all, in that order, that it fills: ascending
-    std::vector<Run> runs;   // of these rows; none if it has no parent
+    int first = 0;             // row of all, in the order of elimination, of its first pivot
+    int pivots = 0;            // rows
+    std::vector<int> below;    // rows of all, in that order, that it fills: ascending
+    std::vector<RowRun> runs;  // of these rows; none if it has no parent
     std::vector<int> children;
     std::size_t panel = 0;   // place of the columns of its pivots, of rows() numbers each
-    std::size_t update = 0;  // place on a stack of what it leaves to its parent
+    std::size_t update = 0;  // place of what it leaves to its parent, until this has taken it
 
     int below_count() const { return static_cast<int>(below.size()); }
     int rows() const { return pivots + below_count(); }
@@ -62,8 +56,7 @@ class BlockPattern {
   const Place& block(std::size_t edge) const { return blocks_[edge]; }
   int rows() const { return static_cast<int>(row_order_.size()); }
   std::size_t panels_size() const { return panels_size_; }    // numbers of all panels
-  std::size_t updates_size() const { return updates_size_; }  // numbers of the stack at its highest
-  std::size_t update_max() const { return update_max_; }      // numbers of the largest update
+  std::size_t updates_size() const { return updates_size_; }  // numbers of all updates that are held at once
 
  private:
   using Rows = std::vector<std::vector<int>>;  // nodes, by their place in the order of elimination
@@ -84,7 +77,6 @@ class BlockPattern {
   std::vector<Place> blocks_;
   std::size_t panels_size_ = 0;
   std::size_t updates_size_ = 0;
-  std::size_t update_max_ = 0;
 };
 
 }  // namespace tessera::joints
