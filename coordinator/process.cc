@@ -10,6 +10,7 @@
 #include "coordinator/server_watch.h"
 #include "daemon/ready_file.h"
 #include "keys/keys_folder.h"
+#include "proto/status.h"
 
 namespace tessera {
 namespace {
@@ -75,7 +76,7 @@ absl::Status CoordinatorProcess::say_ready() {
 
 void CoordinatorProcess::close() {
   queue_.close();
-  refuse_clients(absl::UnavailableError("the coordinator is shutting down"));
+  refuse_clients(stands_by_error("the coordinator is shutting down"));
   edge_->close();
   if (!arguments_.ready_file.empty()) std::remove(arguments_.ready_file.c_str());
 }

@@ -2,10 +2,12 @@
 
 #include <absl/strings/str_cat.h>
 
+#include "proto/status.h"
+
 namespace tessera {
 
 absl::Status RequestQueue::room_locked(std::size_t bytes) const {
-  if (closed_) return absl::UnavailableError("the coordinator is shutting down");
+  if (closed_) return stands_by_error("the coordinator is shutting down");
   if (requests_.size() >= kQueuedRequestsMax) {
     return absl::ResourceExhaustedError(
         absl::StrCat(requests_.size(), " requests wait, and no more may: ask again later"));

@@ -10,6 +10,7 @@
 
 #include "coordinator/call_place.h"
 #include "coordinator/snapshot_calls.h"
+#include "coordinator/unanswered.h"
 #include "proto/call_id.h"
 #include "proto/peak_memory.h"
 #include "proto/status.h"
@@ -21,14 +22,18 @@ namespace {
 template <typename Answer>
 class UnaryCall final : public grpc::ServerUnaryReactor {
  public:
-  explicit UnaryCall(Answer* answer) : answer_(answer) {}
+  UnaryCall(grpc::CallbackServerContext* context, Answer* answer) : context_(context), answer_(answer) {}
 
   const std::shared_ptr<CallPlace<UnaryCall>>& place() const { return place_; }
 
   // Of a call that was taken from its place.
-  void end(const grpc::Status& status, const Answer& answer) {
+  void end(const absl::Status& status, const Answer& answer) {
     *answer_ = answer;
-    Finish(status);
+    end(status);
+  }
+  void end(const absl::Status& status) {
+    if (!is_unanswered(status)) context_->AddTrailingMetadata(kAnsweredTrailer, "1");
+    Finish(to_grpc(status));
   }
 
   void OnCancel() override {
@@ -37,6 +42,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void OnDone() override { delete this; }
 
  private:
+  grpc::CallbackServerContext* context_;
   Answer* answer_;
   std::shared_ptr<CallPlace<UnaryCall>> place_ = std::make_shared<CallPlace<UnaryCall>>(this);
 };
@@ -61,13 +67,12 @@ CallId call_id(const grpc::CallbackServerContext& context) {
 
 template <typename Request, typename Answer>
 grpc::ServerUnaryReactor* TesseraService::post(Context* context, const Request* request, Answer* answer) {
-  context->AddTrailingMetadata(kAnsweredTrailer, "1");
-  auto* call = new UnaryCall<Answer>(answer);
+  auto* call = new UnaryCall<Answer>(context, answer);
   const auto place = call->place();
   // Looked at before the request is copied, too.
   const std::size_t bytes = request->ByteSizeLong();
   if (absl::Status room = queue_.room_for(bytes); !room.ok() && place->take() != nullptr) {
-    call->Finish(to_grpc(room));
+    call->end(room);
     return call;
   }
   ClientRequest posted(ClientCall<Request, Answer>{*request,
@@ -77,14 +82,14 @@ grpc::ServerUnaryReactor* TesseraService::post(Context* context, const Request* 
                                                      if constexpr (std::is_same_v<Answer, v1::StatusReply>) {
                                                        Answer whole = from;
                                                        complete(whole);
-                                                       taken->end(to_grpc(status), whole);
+                                                       taken->end(status, whole);
                                                      } else {
-                                                       taken->end(to_grpc(status), from);
+                                                       taken->end(status, from);
                                                      }
                                                    },
                                                    call_id(*context)});
   if (absl::Status pushed = queue_.push(posted, bytes); !pushed.ok() && place->take() != nullptr) {
-    call->Finish(to_grpc(pushed));
+    call->end(pushed);
   }
   return call;
 }

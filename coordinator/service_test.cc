@@ -13,6 +13,9 @@
 
 #include "coordinator/client_edge.h"
 #include "coordinator/limits.h"
+#include "coordinator/unanswered.h"
+#include "proto/call_id.h"
+#include "proto/status.h"
 
 namespace tessera {
 namespace {
@@ -89,6 +92,30 @@ TEST_F(Service, CarriesStatuses) {
   const grpc::Status status = client.get();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_THAT(status.error_message(), HasSubstr("no such body"));
+}
+
+// A call that ends without the mark is made again under its number.
+TEST_F(Service, MarksAnswersAndNoCallThatIsLeftToOthers) {
+  const auto is_marked = [&](const absl::Status& answer) {
+    grpc::ClientContext context;
+    auto client = std::async(std::launch::async, [&] {
+      v1::CommandReply reply;
+      return stub_->Remove(&context, v1::RemoveRequest(), &reply);
+    });
+    ClientRequest request = next();
+    std::get<ClientCall<v1::RemoveRequest, v1::CommandReply>>(request).reply(answer, {});
+    EXPECT_EQ(client.get().error_code(), static_cast<grpc::StatusCode>(answer.code()));
+    return context.GetServerTrailingMetadata().contains(kAnsweredTrailer);
+  };
+  EXPECT_TRUE(is_marked(absl::OkStatus()));
+  EXPECT_TRUE(is_marked(absl::UnavailableError("")));
+  EXPECT_FALSE(is_marked(unanswered_error("")));
+  queue_.close();
+  grpc::ClientContext context;
+  v1::CommandReply reply;
+  const grpc::Status status = stub_->Remove(&context, v1::RemoveRequest(), &reply);
+  EXPECT_TRUE(stands_by(status)) << "others may take what a closed queue refuses";
+  EXPECT_TRUE(context.GetServerTrailingMetadata().contains(kAnsweredTrailer));
 }
 
 TEST_F(Service, AddsTheMemoryOfTheProcessToItsStatus) {

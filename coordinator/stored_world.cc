@@ -11,6 +11,7 @@
 #include "coordinator/coordinator_impl.h"
 #include "coordinator/limits.h"
 #include "coordinator/recorded_commands.h"
+#include "coordinator/unanswered.h"
 #include "proto/convert.h"
 
 namespace tessera {
@@ -314,7 +315,7 @@ void Coordinator::Impl::retire() {
 
 // Whoever leads now tells others what is true.
 void Coordinator::Impl::abandon() {
-  const absl::Status status = absl::UnavailableError(
+  const absl::Status status = unanswered_error(
       "this coordinator does not lead any more: what it has not answered may have taken effect or not");
   give_up_world(status);
   for (HeldBack& held : std::exchange(held_back_, {})) {

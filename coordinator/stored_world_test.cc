@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "coordinator/test_cluster.h"
+#include "coordinator/unanswered.h"
 
 namespace tessera {
 namespace {
@@ -106,6 +107,7 @@ TEST_F(StoredWorldTest, OneWhoDoesNotLeadAnyMoreAnswersAllAndTellsServersNothing
   const auto removed = remove("ball");
   cluster_->coordinator->abandon();
   EXPECT_EQ(removed->code(), absl::StatusCode::kUnavailable);
+  EXPECT_TRUE(is_unanswered(*removed->status)) << "the client is to ask whoever leads";
   cluster_->collect();
   EXPECT_TRUE(cluster_->inbox[kFirst].empty());
   EXPECT_TRUE(cluster_->coordinator->finished());

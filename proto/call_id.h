@@ -5,7 +5,7 @@ namespace tessera {
 
 inline constexpr const char* kSessionHeader = "tessera-session";  // a number that the client has drawn
 inline constexpr const char* kCallHeader = "tessera-call";        // counts its calls from 1 on
-// At the end of each answer: a call that ends without it was lost on the way.
+// At the end of each answer: a call that ends without it was lost on the way, or with the one who had it.
 inline constexpr const char* kAnsweredTrailer = "tessera-answered";
 
 }  // namespace tessera

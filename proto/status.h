@@ -11,8 +11,8 @@ namespace tessera {
 // Longer messages are truncated: a status travels in the headers of a reply, which are small.
 inline constexpr std::size_t kStatusMessageBytesMax = 2000;
 
-// A coordinator that stands by has done nothing with a call: another one leads. Other calls that end with
-// UNAVAILABLE may have taken effect.
+// A coordinator that stands by, or ends, has done nothing with a call: another one leads, or will. Other
+// calls that end with UNAVAILABLE may have taken effect.
 absl::Status stands_by_error(const std::string& message);
 bool stands_by(const grpc::Status& status);
 

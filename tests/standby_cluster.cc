@@ -16,6 +16,8 @@
 namespace tessera::testing {
 namespace {
 
+constexpr absl::Duration kLookAgain = absl::Milliseconds(20);
+
 // A port of loopback that nobody listens on now.
 int free_port() {
   const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
@@ -143,7 +145,7 @@ void StandbyCluster::await(std::size_t place, const std::string& text, std::size
   const absl::Time deadline = absl::Now() + kPatience;
   while (!absl::StrContains(text_in(coordinator_logs_[place]).substr(before), text)) {
     ASSERT_LT(absl::Now(), deadline) << text;
-    read_until(told_ + 1);
+    read_what_is_there(absl::Now() + kLookAgain);
     if (HasFatalFailure()) return;
   }
 }

@@ -37,7 +37,7 @@ class StandbyCluster : public WatchedRun {
   std::size_t leader() const;
   // How much the coordinator at `place` has said.
   std::size_t said(std::size_t place) const;
-  // Waits until it says `text` after that, while the world goes on.
+  // Waits until it says `text` after that, and reads what ticks there are meanwhile.
   void await(std::size_t place, const std::string& text, std::size_t before);
 
   int lease_seconds_ = 2;  // of the coordinator that leads

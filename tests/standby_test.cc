@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <cstdio>
+#include <future>
 
 #include "keys/test_keys.h"
 #include "tests/standby_cluster.h"
@@ -69,6 +70,27 @@ TEST_F(PatientStandby, AnEtcdThatIsKilledAndStartedAgainDelaysOnly) {
   start_etcd();
   go_on(120);
   EXPECT_EQ(leader(), place);
+  expect_as_undisturbed();
+}
+
+// Etcd stands still until the leader has lost its lease, with a push that it could not store. Either of the
+// two coordinators leads then, and takes the push, unless etcd has stored it by then.
+TEST_F(Standby, APushThatALeaderCouldNotStoreIsTakenOnceByWhoeverLeadsThen) {
+  go_on(60);
+  const std::size_t place = leader();
+  const std::size_t before = said(place);
+  etcd_->signal(SIGSTOP);
+  const Push push{0, dynamic_[0], {0.3, 0, 0.5}};
+  std::future<absl::StatusOr<Tick>> given = std::async(std::launch::async, [&] {
+    return client_->apply_impulse(push.body, push.impulse, Eigen::Vector3d::Zero(), kPatience);
+  });
+  await(place, "does not lead any more", before);
+  etcd_->signal(SIGCONT);
+  const absl::StatusOr<Tick> tick = given.get();
+  ASSERT_THAT(tick.status(), IsOk());
+  pushes_.push_back(push);
+  pushes_.back().tick = *tick;
+  go_on(60);
   expect_as_undisturbed();
 }
 
