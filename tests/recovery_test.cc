@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <future>
 #include <random>
 #include <vector>
 
@@ -54,6 +55,18 @@ TEST_F(Recovery, FromTheLossOfAllServersAtOnce) {
   for (const std::size_t place : {0, 1}) ASSERT_THAT(processes().replace_server(place), IsOk());
   go_on(60);
   expect_as_undisturbed();
+}
+
+TEST_F(Recovery, IsWaitedForByAStreamThatBeginsMeanwhile) {
+  go_on(20);
+  for (const std::size_t place : {0, 1}) ASSERT_EQ(kill(processes().server(place), SIGKILL), 0);
+  const absl::Time deadline = absl::Now() + kPatience;
+  while (client().status().value().state != "recovering") ASSERT_LT(absl::Now(), deadline);
+  auto stream = std::async(std::launch::async, [&] { return client().watch_bodies({}, kPatience); });
+  for (const std::size_t place : {0, 1}) ASSERT_THAT(processes().replace_server(place), IsOk());
+  const absl::StatusOr<std::unique_ptr<BodyStream>> begun = stream.get();
+  ASSERT_THAT(begun.status(), IsOk());
+  EXPECT_THAT((*begun)->next(kPatience).status(), IsOk());
 }
 
 TEST_F(Recovery, FromAServerThatStandsStillAndComesBack) {

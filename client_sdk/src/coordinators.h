@@ -85,6 +85,9 @@ class Coordinators {
 
   bool are_several() const { return members_.size() > 1; }
 
+  // Waits a little before a call is made again; false, and at once, where its deadline comes before.
+  static bool is_worth_another(absl::Time deadline);
+
  private:
   struct Member {
     std::string address;
@@ -102,7 +105,6 @@ class Coordinators {
   void leave(std::size_t place, const grpc::Status& status);
   // Whether one whose connection was lost can be asked again, or others can.
   bool comes_back(std::size_t place, absl::Time deadline);
-  static bool is_worth_another(absl::Time deadline);
   absl::Status explained(std::size_t place, const absl::Status& status, absl::Duration timeout) const;
 
   const std::vector<Member> members_;

@@ -357,7 +357,8 @@ class Client {
   // NOT_FOUND if no frame has that name.
   absl::StatusOr<FoundFrame> find_frame(const std::string& name, absl::Duration timeout = kCallTimeout);
 
-  // --- streams: one frame per tick, merged over all servers. FAILED_PRECONDITION without a loaded world ---
+  // --- streams: one frame per tick, merged over all servers. A world that recovers is waited for.
+  // FAILED_PRECONDITION without a loaded world, or where no server of it has come back in time ---
 
   absl::StatusOr<std::unique_ptr<BodyStream>> watch_bodies(const BodyFilter& filter = {},
                                                            absl::Duration timeout = kCallTimeout);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterable, Sequence
 from itertools import dropwhile
 from types import TracebackType
@@ -10,7 +11,7 @@ from typing import Any, TypeAlias
 
 from tessera._proto import tessera_pb2, world_pb2
 from tessera.body import Body
-from tessera.coordinators import Coordinators
+from tessera.coordinators import Coordinators, is_worth_another
 from tessera.errors import FailedPrecondition, NotFound, raising
 from tessera.frame import (
     BodyFrame,
@@ -587,12 +588,16 @@ class Client:
         return tick
 
     def _watchable(self, timeout: float | None) -> Status:
-        status = self.status(timeout)
-        if status.state == "empty":
-            raise FailedPrecondition("no world is loaded: there is nothing to watch")
-        if not any(server.takes_part for server in status.servers):
-            raise FailedPrecondition(f"the world is {status.state}: it has no server that could be watched")
-        return status
+        """With servers that take part in the world; one that recovers is waited for."""
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while True:
+            status = self.status(timeout)
+            if status.state == "empty":
+                raise FailedPrecondition("no world is loaded: there is nothing to watch")
+            if any(server.takes_part for server in status.servers):
+                return status
+            if status.state != "recovering" or not is_worth_another(deadline):
+                raise FailedPrecondition(f"the world is {status.state}: it has no server that could be watched")
 
 
 def _frame(found: tessera_pb2.ListFramesReply.Found) -> FoundFrame:

@@ -84,7 +84,7 @@ class Coordinators:
                     return reply
                 except grpc.RpcError as error:
                     self._leave(place, error)
-                    if not (self._are_several and _stands_by(error) and _is_worth_another(deadline)):
+                    if not (self._are_several and _stands_by(error) and is_worth_another(deadline)):
                         raise
 
     def call_once(self, method: str, request: Any, timeout: float | None) -> Any:
@@ -104,7 +104,7 @@ class Coordinators:
                 self._leave(place, error)
                 is_lost = error.code() == grpc.StatusCode.UNAVAILABLE and not _is_answered(error)
                 is_again = self._comes_back(place, deadline) if is_lost else self._are_several and _stands_by(error)
-                if not (is_again and _is_worth_another(deadline)):
+                if not (is_again and is_worth_another(deadline)):
                     raise from_grpc(error, f"coordinator at {self._addresses[place]}") from None
 
     def leader(self, timeout: float | None) -> tessera_pb2_grpc.TesseraStub:
@@ -129,7 +129,7 @@ class Coordinators:
         while True:
             if any(self._leads(place) is not None for place in range(len(self._stubs))):
                 return True
-            if not _is_worth_another(deadline):
+            if not is_worth_another(deadline):
                 return False
 
     def _leads(self, place: int) -> bool | None:
@@ -162,7 +162,7 @@ class Coordinators:
                 if self._leads(place):
                     self._place, self._is_in_doubt = place, False
                     return place
-            if not _is_worth_another(deadline):
+            if not is_worth_another(deadline):
                 break
         return self._place
 
@@ -181,7 +181,8 @@ def _stands_by(error: grpc.RpcError) -> bool:
     return any(value == _STANDS_BY for _, value in error.trailing_metadata() or ())
 
 
-def _is_worth_another(deadline: float | None) -> bool:
+def is_worth_another(deadline: float | None) -> bool:
+    """Waits a little before a call is made again; false, and at once, where its deadline comes before."""
     if deadline is not None and time.monotonic() + ASK_AGAIN_S >= deadline:
         return False
     time.sleep(ASK_AGAIN_S)
