@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "daemon/configuration.h"
+#include "daemon/parse_command_line.h"
 
 namespace tessera {
 
@@ -94,7 +95,7 @@ std::optional<int> parse_arguments(CLI::App& app, int argc, char** argv) {
   add_version_flag(app);
   read_configuration(app);
   try {
-    app.parse(argc, argv);
+    parse_command_line(app, argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }

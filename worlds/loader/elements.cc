@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "worlds/loader/nearest_word.h"
+#include "lpss/base/nearest_word.h"
 #include "worlds/loader/sdf_parser.h"
 #include "worlds/loader/simulated_elements.h"
 

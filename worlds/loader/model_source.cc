@@ -12,12 +12,12 @@
 #include <cstring>
 #include <utility>
 
+#include "lpss/base/nearest_word.h"
 #include "lpss/model/limits.h"
 #include "worlds/loader/file_search.h"
 #include "worlds/loader/given_geometry.h"
 #include "worlds/loader/joint_reader.h"
 #include "worlds/loader/merge.h"
-#include "worlds/loader/nearest_word.h"
 #include "worlds/loader/repairs.h"
 #include "worlds/loader/sdf_masses.h"
 #include "worlds/loader/sdf_parser.h"

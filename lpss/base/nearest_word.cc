@@ -1,4 +1,4 @@
-#include "worlds/loader/nearest_word.h"
+#include "lpss/base/nearest_word.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,0 +1,12 @@
+// Command lines, with errors that say what may have been meant.
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace tessera {
+
+// As CLI::App::parse(). An argument that nobody knows is told before one that is missing, which it may be,
+// misspelt; with the nearest option or command, if one is near.
+void parse_command_line(CLI::App& app, int argc, char** argv);
+
+}  // namespace tessera

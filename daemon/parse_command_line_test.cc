@@ -1,0 +1,51 @@
+#include "daemon/parse_command_line.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+// What is wrong with the arguments of a program with two commands, one of which has an option.
+std::string error_of(std::vector<std::string> arguments) {
+  CLI::App app;
+  app.require_subcommand(1);
+  double seconds = 0;
+  app.add_subcommand("run")->add_option("--seconds,-s", seconds);
+  app.add_subcommand("spawn")->add_option("body")->required();
+  arguments.insert(arguments.begin(), "program");
+  std::vector<char*> all;
+  for (std::string& argument : arguments) all.push_back(argument.data());
+  try {
+    parse_command_line(app, static_cast<int>(all.size()), all.data());
+  } catch (const CLI::ParseError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ParseCommandLine, TellsWhatWasMeant) {
+  EXPECT_EQ(error_of({"run", "--seconds", "3"}), "");
+  EXPECT_EQ(error_of({"run", "--secnds", "3"}),
+            "The following argument was not expected: --secnds (did you mean --seconds?)");
+  EXPECT_EQ(error_of({"run", "--secnds=3"}),
+            "The following argument was not expected: --secnds=3 (did you mean --seconds?)");
+  EXPECT_EQ(error_of({"rum"}),
+            "The following argument was not expected: rum (did you mean run?)\nThere are: run, spawn");
+}
+
+TEST(ParseCommandLine, GuessesNothingFarFetched) {
+  EXPECT_EQ(error_of({"run", "--x"}), "The following argument was not expected: --x");
+  EXPECT_EQ(error_of({"run", "--"}), "");
+  EXPECT_EQ(error_of({"run", "-"}), "The following argument was not expected: -");
+}
+
+TEST(ParseCommandLine, TellsWhatIsUnknownBeforeWhatIsMissing) {
+  EXPECT_EQ(error_of({"spawn", "--bdoy"}), "The following argument was not expected: --bdoy");
+  EXPECT_EQ(error_of({"spawn"}), "body is required");
+}
+
+}  // namespace
+}  // namespace tessera
