@@ -1,9 +1,9 @@
 // Worlds of others in which the first version was wrong ($TESSERA_WORLDS/found): each moves as it should, in
 // the sectors that its file asks for, and in such as have borders through its middle.
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -58,9 +58,8 @@ class Course {
   double moved() const { return moved_; }    // J, likewise
   double gained() const { return gained_; }  // J, likewise
 
-  BodyState state(std::string_view name) const { return cluster_->body(id(name)).value().state; }
   double speed(std::string_view name) const {
-    const std::array<double, 3> velocity = state(name).linear_velocity;
+    const std::array<double, 3> velocity = cluster_->body(id(name)).value().state.linear_velocity;
     return std::hypot(velocity[0], velocity[1], velocity[2]);
   }
   // m, from the centre of the anchor's sector.
