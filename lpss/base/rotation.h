@@ -23,4 +23,14 @@ Eigen::Matrix<Scalar, 3, 3> turned(const Eigen::Matrix<Scalar, 3, 3>& axes, cons
   return rotation_by(turn).toRotationMatrix().cast<Scalar>() * axes;
 }
 
+// The tensor with these principal values along the axes of a body (columns of a rotation matrix). In double
+// precision whatever the engine computes with: a tensor that is rounded to single precision is not symmetric,
+// and an elongated body would have negative mobilities (down to -6e-8 of the largest).
+template <typename Scalar>
+Eigen::Matrix3d tensor_along(const Eigen::Matrix<Scalar, 3, 3>& axes,
+                             const Eigen::Matrix<Scalar, 3, 1>& principal) {
+  const Eigen::Matrix3d exact = axes.template cast<double>();
+  return exact * principal.template cast<double>().asDiagonal() * exact.transpose();
+}
+
 }  // namespace tessera

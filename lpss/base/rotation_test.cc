@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -79,6 +80,18 @@ TEST(Rotation, TurnsAxesInBothPrecisions) {
   EXPECT_LT((axes.col(0) - Vector3d::UnitY()).norm(), 1e-15);
   const Eigen::Matrix3f single = turned<float>(Eigen::Matrix3f::Identity(), turn);
   EXPECT_EQ(single, axes.cast<float>());
+}
+
+// Of a thin bar, as an engine has it that computes in single precision.
+TEST(Rotation, ATensorAlongRoundedAxesHasNoNegativeValues) {
+  std::mt19937_64 random(11);
+  const Eigen::Vector3f principal(1e6F, 0.01F, 0.01F);
+  for (int n = 0; n < 1000; ++n) {
+    const Eigen::Matrix3f axes = rotation_by(3 * some_direction(random)).toRotationMatrix().cast<float>();
+    const Eigen::Matrix3d tensor = tensor_along(axes, principal);
+    EXPECT_LT((tensor - tensor.transpose()).norm(), 1e-9);
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor).eigenvalues()[0], -1e-9) << n;
+  }
 }
 
 }  // namespace

@@ -47,7 +47,9 @@ joints::JointedBody jointed(btSolverBody& body) {
   joints::JointedBody jointed;
   jointed.inverse_mass = inverse_mass;
   // The solver may have made the body lighter than it is.
-  jointed.inverse_inertia = to_eigen(rigid.getInvInertiaTensorWorld()) * (inverse_mass / rigid.getInvMass());
+  jointed.inverse_inertia = tensor_along<double>(to_eigen(rigid.getWorldTransform().getBasis()),
+                                                 to_eigen(rigid.getInvInertiaDiagLocal())) *
+                            (inverse_mass / rigid.getInvMass());
   jointed.linear = to_eigen(body.m_linearVelocity);
   jointed.angular = to_eigen(body.m_angularVelocity);
   jointed.linear_change = joints::SharedVector(&body.m_deltaLinearVelocity[0]);

@@ -17,9 +17,8 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 // A row of which less is left by what is held than so many times what rows give way by is held itself: what
-// moves then is a mechanism that jams, as far as its rows give way. Little more than that is known only as
-// well as the held rows are solved, and what pushes along it moves other bodies by a thousand times as much.
-constexpr double kFree = 100;
+// moves then is a mechanism that jams, as far as its rows give way.
+constexpr double kFree = 10;
 
 }  // namespace
 

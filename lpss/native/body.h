@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "lpss/base/rotation.h"
 #include "lpss/bullet/still_clock.h"
 #include "lpss/engine/engine.h"
 #include "lpss/native/solid.h"
@@ -48,6 +49,7 @@ struct Body {
   Matrix inverse_inertia() const {
     return pose.rotation * inverse_moments.asDiagonal() * pose.rotation.transpose();
   }
+  Eigen::Matrix3d exact_inverse_inertia() const { return tensor_along(pose.rotation, inverse_moments); }
 
   // What forces of the tick add to the velocities in `dt` seconds.
   Vector linear_push(Scalar dt) const { return force * (inverse_mass * dt); }

@@ -287,7 +287,7 @@ void NativeSolver::begin_joints() {
     is_pushed_[place] = true;
     const Contacts::Body& body = bodies_[place];
     jointed_bodies_[place] = {.inverse_mass = body.inverse_mass,
-                              .inverse_inertia = body.inverse_inertia.cast<double>(),
+                              .inverse_inertia = dynamics_[place]->exact_inverse_inertia(),
                               .linear = body.linear.cast<double>(),
                               .angular = body.angular.cast<double>(),
                               .linear_change = joints::SharedVector(linear_changes_[place].data()),
