@@ -65,6 +65,19 @@ std::string tag_in(absl::string_view said) {
   return absl::StrCat("<", name.substr(0, kQuotedBytesMax), name.size() > kQuotedBytesMax ? "...>" : ">");
 }
 
+// Whether a line (from 1) of a text has a < that no name, "/", "!" or "?" follows.
+bool begins_no_tag(absl::string_view text, int line) {
+  for (; line > 1 && absl::StrContains(text, '\n'); --line) text.remove_prefix(text.find('\n') + 1);
+  text = text.substr(0, text.find('\n'));
+  for (std::size_t place = text.find('<'); place != text.npos; place = text.find('<', place + 1)) {
+    const char next = place + 1 < text.size() ? text[place + 1] : ' ';
+    const bool begins_name = absl::ascii_isalpha(static_cast<unsigned char>(next)) ||
+                             !absl::ascii_isascii(static_cast<unsigned char>(next));
+    if (!begins_name && !absl::StrContains("_:/!?", next)) return true;
+  }
+  return false;
+}
+
 std::string what_is_wrong(const tinyxml2::XMLDocument& document, absl::string_view text) {
   switch (document.ErrorID()) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
@@ -88,7 +101,9 @@ std::string what_is_wrong(const tinyxml2::XMLDocument& document, absl::string_vi
     case tinyxml2::XML_ERROR_PARSING_UNKNOWN:
       return "a <!...> has no end";
     default:
-      return "a < begins no tag";
+      return begins_no_tag(text, document.ErrorLineNum())
+                 ? "a < begins no tag"
+                 : "the text ends before an element that begins here is closed";
   }
 }
 
