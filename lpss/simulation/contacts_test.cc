@@ -129,6 +129,24 @@ TEST(Standing, ABoxDroppedFlatStaysOnAPlaneAsOnABox) {
   EXPECT_LT((ends[0] - ends[1]).norm(), 1e-4);
 }
 
+// A block that turns a hundred times as easily as others, tilted and half in the floor: more steps than usual
+// open the overlap no faster.
+TEST(Resting, WhatTurnsEasilyIsLiftedOutOfTheFloorAndNotThrown) {
+  WorldBuilder builder(sectors_of(100));
+  builder.add_floor(20, 0);
+  BodyDescription& block = builder.add("block", builder.shape(Box{{6, 5, 4}}), 3, {0, 0, 1});
+  block.properties.inertia = {0.1, 0.1, 0.1};
+  block.pose.orientation = Eigen::AngleAxisd(0.2, Eigen::Vector3d(1, 2, 3).normalized());
+  const auto cluster = cluster_of(builder.world(), 1);
+  for (int tick = 0; tick < 300; ++tick) {
+    cluster->step();
+    const Eigen::Vector3d turn(body_of(*cluster, 1).state.angular_velocity.data());
+    const double kinetic = 3 * velocity_of(*cluster, 1).squaredNorm() / 2 + 0.1 * turn.squaredNorm() / 2;
+    ASSERT_LT(kinetic, 20) << "tick " << tick;
+    ASSERT_LT(position_of(*cluster, 1, 100).z(), 2.5) << "tick " << tick;
+  }
+}
+
 // As SDF has it for a link without <inertia>.
 TEST(Standing, AHeavyBoxWithTheMomentsOfALightOneSleeps) {
   WorldBuilder builder(sectors_of(128));
