@@ -100,8 +100,8 @@ Spin torque_free(const Spin& spin, const Eigen::Vector3d& moments, double dt) {
 }
 
 Eigen::Vector3d momentum_beyond_middle(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& rate,
-                                       double dt) {
-  return -change_by(rate * half_step(rate, dt), inertia * rate);
+                                       const Eigen::Vector3d& turning, double dt) {
+  return -change_by(turning * half_step(turning, dt), inertia * rate);
 }
 
 SteppedRate next_rate(const Eigen::Matrix3d& inertia, const Eigen::Matrix3d& inverse_inertia,
@@ -117,7 +117,31 @@ SteppedRate next_rate(const Eigen::Matrix3d& inertia, const Eigen::Matrix3d& inv
     rate = inverse_inertia * (middle + beyond);
   }
   rate *= std::sqrt(last.dot(momentum) / rate.dot(middle + beyond));
-  return {rate, momentum_beyond_middle(inertia, rate, dt)};
+  return {rate, momentum_beyond_middle(inertia, rate, rate, dt)};
+}
+
+SteppedRate next_rate_of_rotor(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& axis,
+                               const Eigen::Vector3d& last, double dt) {
+  const Eigen::Vector3d momentum = inertia * last;
+  const Eigen::Vector3d last_tilt = last - axis * axis.dot(last);
+  const double half = half_step(last_tilt, dt);
+  const Eigen::Vector3d middle = momentum + change_by(last_tilt * -half, momentum);
+  // With the moments I and J across the axis and about it, and the angle x of the tilt, the momentum in the
+  // middle of the step is I tilt + J spin exp(tilt dt / 2) axis, of which
+  //   J spin cos(x / 2)                             is along the axis,
+  //   I tilt + J spin sin(x / 2) dt / x tilt x axis across it.
+  const double about = axis.dot(inertia * axis);
+  const double across = (inertia.trace() - about) / 2;
+  const double square = half * half * last_tilt.squaredNorm();  // (x / 2)^2, which stays
+  const double along = axis.dot(middle);
+  const double tangent = 1 + square / 3 * (1 + square * (2. / 5) * (1 + square * (17. / 42)));  // by x / 2
+  const double gyroscopic = along * half * tangent;
+  const Eigen::Vector3d rest = middle - along * axis;
+  const Eigen::Vector3d tilt =
+      (across * rest - gyroscopic * rest.cross(axis)) / (across * across + gyroscopic * gyroscopic);
+  const double cosine = 1 - square / 2 * (1 - square / 12 * (1 - square / 30));
+  const Eigen::Vector3d rate = tilt + axis * (along / (about * cosine));
+  return {rate, momentum_beyond_middle(inertia, rate, tilt, dt)};
 }
 
 }  // namespace tessera

@@ -29,9 +29,10 @@ Spin torque_free(const Spin& spin, const Eigen::Vector3d& moments, double dt);
 // shrinks with dt^2, however long the body turns. A step in which it turns by more than 0.7 rad counts as
 // one of 0.7 rad.
 
-// By how much more I rate is than the angular momentum in the middle of the step: N m s.
+// By how much more I rate is than the angular momentum in the middle of the step: N m s. `turning` is the
+// rate at which the body's inertia turns: that of the body, but for a rotor (below).
 Eigen::Vector3d momentum_beyond_middle(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& rate,
-                                       double dt);
+                                       const Eigen::Vector3d& turning, double dt);
 
 struct SteppedRate {
   Eigen::Vector3d rate;           // rad/s
@@ -43,5 +44,12 @@ struct SteppedRate {
 // exactly.
 SteppedRate next_rate(const Eigen::Matrix3d& inertia, const Eigen::Matrix3d& inverse_inertia,
                       const Eigen::Vector3d& last, double dt);
+
+// The same of a body that is symmetric about `axis` (of unit length, at the start of the step), and whose
+// rate in a step is a constant one across the axis and one about it, wherever it then points. The former
+// alone turns its inertia, so that the latter may be as high as it likes. Solved exactly: energy is kept, and
+// a step that is longer than a nutation damps nothing. `last` points along the axis as it is now, too.
+SteppedRate next_rate_of_rotor(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& axis,
+                               const Eigen::Vector3d& last, double dt);
 
 }  // namespace tessera

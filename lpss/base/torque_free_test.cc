@@ -91,7 +91,7 @@ TEST(TorqueFree, WhatDoesNotSpinStays) {
 Vector3d rate_after(const Matrix3d& inertia, const Vector3d& last, double dt) {
   SteppedRate next = next_rate(inertia, inertia.inverse(), last, dt);
   for (int pass = 0; pass < 3; ++pass) {
-    const Vector3d beyond = momentum_beyond_middle(inertia, next.rate, dt);
+    const Vector3d beyond = momentum_beyond_middle(inertia, next.rate, next.rate, dt);
     next.rate += inertia.inverse() * (beyond - next.beyond_middle);
     next.beyond_middle = beyond;
   }
@@ -105,7 +105,7 @@ TEST(StepsOfConstantRate, KeepMomentumAndEnergy) {
     Vector3d rate = Vector3d(0.1, 1, 0.4).normalized() * spin;
     const auto inertia = [&] { return Matrix3d(axes * kBrick.asDiagonal() * axes.transpose()); };
     const auto middle = [&] {
-      return Vector3d(inertia() * rate - momentum_beyond_middle(inertia(), rate, kStep));
+      return Vector3d(inertia() * rate - momentum_beyond_middle(inertia(), rate, rate, kStep));
     };
     const Vector3d momentum = middle();
     const double energy = rate.dot(inertia() * rate);
@@ -116,6 +116,30 @@ TEST(StepsOfConstantRate, KeepMomentumAndEnergy) {
     }
     EXPECT_NEAR(rate.dot(inertia() * rate) / energy, 1, most * most) << spin;
     EXPECT_LT((middle() - momentum).norm() / momentum.norm(), most * most) << spin;
+  }
+}
+
+// In steps in which the body turns about its axis by up to half a turn.
+TEST(StepsOfConstantRate, KeepMomentumAndEnergyOfARotorHoweverFastItSpins) {
+  constexpr double kStep = 1.0 / 240;
+  const Vector3d moments(0.3, 0.3, 0.5);
+  for (const double spin : {3.0, 100.0, 750.0}) {
+    Matrix3d axes = rotation_by({0.3, -1.2, 0.4}).toRotationMatrix();
+    Vector3d rate = axes * Vector3d(1, 2, spin);
+    const auto inertia = [&] { return Matrix3d(axes * moments.asDiagonal() * axes.transpose()); };
+    const auto tilt = [&] { return Vector3d(rate - axes.col(2) * axes.col(2).dot(rate)); };
+    const auto middle = [&] {
+      return Vector3d(inertia() * rate - momentum_beyond_middle(inertia(), rate, tilt(), kStep));
+    };
+    const Vector3d momentum = middle();
+    const double energy = rate.dot(inertia() * rate);
+    for (int n = 0; n < 24000; ++n) {
+      const Matrix3d turn = rotation_by(tilt() * kStep).toRotationMatrix();
+      axes = turn * rotation_by((rate - tilt()) * kStep).toRotationMatrix() * axes;
+      rate = next_rate_of_rotor(inertia(), axes.col(2), turn * rate, kStep).rate;
+    }
+    EXPECT_NEAR(rate.dot(inertia() * rate) / energy, 1, 1e-8) << spin;
+    EXPECT_LT((middle() - momentum).norm() / momentum.norm(), 1e-8) << spin;
   }
 }
 

@@ -46,6 +46,7 @@ constexpr double kTurnForeseen = 0.7;
 
 constexpr int kHalvings = 6;    // of a step that goes too far
 constexpr int kLooksAhead = 2;  // in a step
+constexpr int kTilts = 3;       // of rotors, in a pass
 
 // The share of its square by which what is turned back may change from one step of Newton's method to the
 // next.
@@ -73,7 +74,7 @@ void JointAssembly::add(const SolvedJoint& joint, std::span<const JointedBody> b
     if (place == kNoPlace) {
       place = static_cast<Index>(bodies_.size());
       bodies_.push_back({bodies[static_cast<std::size_t>(body)],
-                         {body, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), false},
+                         {body, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), false, {}},
                          {}});
     }
     return place;
@@ -97,6 +98,7 @@ void JointAssembly::begin(double dt, int steps) {
   add_links();
   make_nodes();
   is_anchored_ = std::ranges::any_of(ties_, [](const Tie& tie) { return !tie.parent; });
+  find_rotors();
   gives_way_ = has_loop() ? kLoopGivesWay : kTreeGivesWay;
   velocities_.resize(kBodyNumbers * static_cast<Index>(bodies_.size()));
   Index first = 0;
@@ -111,6 +113,30 @@ void JointAssembly::begin(double dt, int steps) {
   } else {
     make_rows();
   }
+}
+
+void JointAssembly::find_rotors() {
+  has_rotors_ = false;
+  if (steps_ == 1) return;
+  const auto add = [&](Index n, const Tie& tie, bool is_child) {
+    Body& body = bodies_[static_cast<std::size_t>(n)];
+    const PosedJoint& posed = tie.joint.posed;
+    body.rotor.add(tie.joint.properties->type, is_child, is_child ? posed.in_child : posed.in_parent,
+                   body.now.inverse_mass, body.now.inverse_moments);
+    body.spin_axis.reset();
+    if (!body.rotor.axis()) return;
+    body.spin_axis = (is_child ? posed.child : posed.parent).pose.orientation * *body.rotor.axis();
+  };
+  for (const Tie& tie : ties_) {
+    add(tie.child, tie, true);
+    if (tie.parent) add(*tie.parent, tie, false);
+  }
+  has_rotors_ = std::ranges::any_of(bodies_, [](const Body& body) { return body.spin_axis.has_value(); });
+}
+
+// The rate that turns a body's inertia and its joints.
+Eigen::Vector3d JointAssembly::turning(const Body& body, const Eigen::Vector3d& rate) const {
+  return spins(body) ? tilt_rate(*body.spin_axis, rate) : rate;
 }
 
 bool JointAssembly::has_loop() {
@@ -153,8 +179,10 @@ void JointAssembly::find_whether_to_move() {
 }
 
 bool JointAssembly::turns_beyond(double turn, const VectorXd& velocities, double time) const {
-  for (Index first = 0; first < velocities.size(); first += kBodyNumbers) {
-    if (!(velocities.segment<3>(first + 3).norm() * time <= turn)) return true;
+  Index first = 0;
+  for (const Body& body : bodies_) {
+    if (!(turning(body, velocities.segment<3>(first + 3)).norm() * time <= turn)) return true;
+    first += kBodyNumbers;
   }
   return false;
 }
@@ -176,7 +204,7 @@ void JointAssembly::put_right() {
     way = whole * share;
     find_turns(way, 1);
     for (Tie& tie : ties_) tie.shifted = shifted(tie, way);
-    find_errors([](const Tie& tie) -> const JointPoses& { return tie.shifted; }, left);
+    find_errors([](const Tie& tie, Turns) -> const JointPoses& { return tie.shifted; }, left);
     if (weighed(left) <= weighed(errors_)) {
       for (Tie& tie : ties_) {
         tie.joint.posed.child.pose = tie.shifted.child;
@@ -251,11 +279,15 @@ void JointAssembly::set_motion(const Motion& motion) {
   velocities_ = velocities;
   soft_impulses_ = motion.soft_impulses;
   gained_ += motion.gained;
+  show_velocities();
+}
+
+void JointAssembly::show_velocities() {
   Index first = 0;
   for (Body& body : bodies_) {
     const JointedBody& now = body.now;
-    now.linear_change.set(velocities.segment<3>(first) - now.linear);
-    now.angular_change.set(velocities.segment<3>(first + 3) - now.angular);
+    now.linear_change.set(velocities_.segment<3>(first) - now.linear);
+    now.angular_change.set(velocities_.segment<3>(first + 3) - now.angular);
     body.linear_seen = now.linear_change.get();
     body.angular_seen = now.angular_change.get();
     first += kBodyNumbers;
@@ -275,6 +307,7 @@ void JointAssembly::start_step() {
   }
   if (has_diverged_) return;
   turn_freely();
+  if (has_rotors_) show_velocities();
   if (free_count_ == 0) return;
   Motion& moved = begin_motion();
   for (const FreeRow& free : free_rows()) push(moved, free, free.impulse);
@@ -287,7 +320,8 @@ void JointAssembly::turn_freely() {
   Index first = 0;
   for (Body& body : bodies_) {
     auto rate = velocities_.segment<3>(first + 3);
-    const SteppedRate next = next_rate(inertia_of(body), body.now.inverse_inertia, rate, step);
+    const SteppedRate next = spins(body) ? next_rate_of_rotor(inertia_of(body), *body.spin_axis, rate, step)
+                                         : next_rate(inertia_of(body), body.now.inverse_inertia, rate, step);
     rate = next.rate;
     body.beyond_middle = next.beyond_middle;
     first += kBodyNumbers;
@@ -300,7 +334,7 @@ void JointAssembly::turn_as_pushed(VectorXd& velocities) {
   Index first = 0;
   for (Body& body : bodies_) {
     auto rate = velocities.segment<3>(first + 3);
-    const Eigen::Vector3d beyond = momentum_beyond_middle(inertia_of(body), rate, step);
+    const Eigen::Vector3d beyond = momentum_beyond_middle(inertia_of(body), rate, turning(body, rate), step);
     rate += body.now.inverse_inertia * (beyond - body.beyond_middle);
     body.beyond_middle = beyond;
     first += kBodyNumbers;
@@ -353,13 +387,30 @@ void JointAssembly::find_turns(const VectorXd& velocities, double time) {
   scratch_.turns.clear();
   for (Index first = 0; first < velocities.size(); first += kBodyNumbers)
     scratch_.turns.push_back(rotation_by(velocities.segment<3>(first + 3) * time));
+  if (has_rotors_) find_turns_of_rotors(velocities, time);
+}
+
+void JointAssembly::find_turns_of_rotors(const VectorXd& velocities, double time) {
+  scratch_.tilts = scratch_.turns;
+  Index first = 3;
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    if (spins(bodies_[n])) {
+      const Eigen::Vector3d rate = velocities.segment<3>(first);
+      const Eigen::Vector3d tilting = turning(bodies_[n], rate);
+      scratch_.tilts[n] = rotation_by(tilting * time);
+      scratch_.turns[n] = scratch_.tilts[n] * rotation_by((rate - tilting) * time);
+    }
+    first += kBodyNumbers;
+  }
 }
 
 // Both sides of a joint after a time at these velocities, in which bodies make the turns of find_turns().
-JointPoses JointAssembly::poses_after(const Tie& tie, const VectorXd& velocities, double time) const {
+JointPoses JointAssembly::poses_after(const Tie& tie, const VectorXd& velocities, double time,
+                                      Turns of_rotors) const {
+  const auto& turns = has_rotors_ && of_rotors == Turns::kTilts ? scratch_.tilts : scratch_.turns;
   const auto move = [&](Pose& pose, Index body) {
     pose.position += velocities.segment<3>(kBodyNumbers * body) * time;
-    pose.orientation = (scratch_.turns[static_cast<std::size_t>(body)] * pose.orientation).normalized();
+    pose.orientation = (turns[static_cast<std::size_t>(body)] * pose.orientation).normalized();
   };
   const JointSide& parent = tie.joint.posed.parent;
   JointPoses end{parent.pose, tie.joint.posed.child.pose};
@@ -372,12 +423,12 @@ JointPoses JointAssembly::poses_after(const Tie& tie, const VectorXd& velocities
   return end;
 }
 
-PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, double time) const {
+PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, double time, Turns turns) const {
   const auto set_velocity = [&](JointSide& side, Index body) {
     side.linear_velocity = velocities.segment<3>(kBodyNumbers * body);
     side.angular_velocity = velocities.segment<3>(kBodyNumbers * body + 3);
   };
-  const JointPoses poses = poses_after(tie, velocities, time);
+  const JointPoses poses = poses_after(tie, velocities, time, turns);
   PosedJoint end = tie.joint.posed;
   end.child.pose = poses.child;
   end.parent.pose = poses.parent;
@@ -392,11 +443,12 @@ void JointAssembly::find_errors(const PosesOf& poses_of, VectorXd& errors) const
   errors.setZero(wanted_.size());
   Index n = 0;
   for (const Tie& tie : ties_) {
-    find_held_errors(*tie.joint.properties, tie.joint.posed, poses_of(tie), errors.data() + n);
+    find_held_errors(*tie.joint.properties, tie.joint.posed, poses_of(tie, turns_for(tie)),
+                     errors.data() + n);
     n += tie.held;
   }
   const auto posed = [&](const Tie& tie) {
-    const JointPoses poses = poses_of(tie);
+    const JointPoses poses = poses_of(tie, Turns::kWhole);
     PosedJoint end = tie.joint.posed;
     end.child.pose = poses.child;
     end.parent.pose = poses.parent;
@@ -410,7 +462,7 @@ void JointAssembly::find_errors(const PosesOf& poses_of, VectorXd& errors) const
 void JointAssembly::find_bend(const VectorXd& velocities) {
   VectorXd& bend = scratch_.bend;
   find_turns(velocities, span_);
-  find_errors([&](const Tie& tie) { return poses_after(tie, velocities, span_); }, bend);
+  find_errors([&](const Tie& tie, Turns turns) { return poses_after(tie, velocities, span_, turns); }, bend);
   bend = (bend - errors_) / span_;
 }
 
@@ -419,7 +471,20 @@ void JointAssembly::hold_at_end(Motion& motion) {
   if (!is_held_) hold(motion);
   is_held_ = true;
   turn_as_pushed(motion.velocities);
+  if (has_rotors_) tilt_rotors(motion);
   if (is_foreseen_ && !bend_back(motion)) look_ahead(motion);
+}
+
+// A rotor resists a tilt by a torque that what holds it takes up, which changes the tilt.
+void JointAssembly::tilt_rotors(Motion& motion) {
+  VectorXd& before = scratch_.tilting;
+  for (int n = 0;; ++n) {
+    hold(motion);
+    if (n == kTilts) return;
+    before = motion.velocities;
+    turn_as_pushed(motion.velocities);
+    if ((motion.velocities - before).lpNorm<Eigen::Infinity>() * span_ <= kSettled) return;
+  }
 }
 
 // One step of Newton's method with the rows as they are: what turns out of the held directions in a step is
@@ -502,8 +567,21 @@ const VectorXd& JointAssembly::momenta_of(const VectorXd& velocities) {
   return momenta;
 }
 
+const VectorXd& JointAssembly::without_spins(const VectorXd& velocities) {
+  VectorXd& tilting = scratch_.tilting;
+  tilting = velocities;
+  Index first = 0;
+  for (const Body& body : bodies_) {
+    auto rate = tilting.segment<3>(first + 3);
+    rate = turning(body, rate);
+    first += kBodyNumbers;
+  }
+  return tilting;
+}
+
 // Twice the energy (J) of what turns by the largest turn of a step: twice as far as joints turn it back.
-double JointAssembly::bent_energy_max(const VectorXd& velocities) {
+double JointAssembly::bent_energy_max(const VectorXd& all_velocities) {
+  const VectorXd& velocities = has_rotors_ ? without_spins(all_velocities) : all_velocities;
   const VectorXd& momenta = momenta_of(velocities);
   double energy = velocities.dot(momenta);
   double turn = 0;
@@ -551,11 +629,29 @@ void JointAssembly::move() {
 void JointAssembly::advance() {
   for (std::size_t n = 0; n < ways_count_; ++n) {
     find_turns(ways_[n], span_);
-    for (Tie& tie : ties_) tie.joint.posed = after(tie, ways_[n], span_);
+    for (Tie& tie : ties_) tie.joint.posed = after(tie, ways_[n], span_, Turns::kWhole);
     scratch_.way = ways_[n] * span_;
     shift_bodies(scratch_.way);
+    if (has_rotors_) turn_rates_of_rotors(n + 1);
   }
   ways_count_ = 0;
+}
+
+// Rates turn with the axes: those of now, and those by which bodies are still to be moved, from the way
+// `next` on.
+void JointAssembly::turn_rates_of_rotors(std::size_t next) {
+  Index first = 0;
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    const auto turn = [&](VectorXd& velocities) {
+      auto rate = velocities.segment<3>(first + 3);
+      rate = (scratch_.tilts[n] * rate).eval();
+    };
+    if (bodies_[n].spin_axis) {
+      turn(velocities_);
+      for (std::size_t way = next; way < ways_count_; ++way) turn(ways_[way]);
+    }
+    first += kBodyNumbers;
+  }
 }
 
 // With the turns of find_turns().
@@ -567,6 +663,7 @@ void JointAssembly::shift_bodies(const VectorXd& way) {
     const Eigen::Matrix3d axes = turn.toRotationMatrix();
     body.now.inverse_inertia = axes * body.now.inverse_inertia * axes.transpose();
     body.inertia.reset();
+    if (body.spin_axis) body.spin_axis = (turn * *body.spin_axis).normalized();
     body.moved.way += way.segment<3>(first);
     body.moved.turn = (turn * body.moved.turn).normalized();
     first += kBodyNumbers;
@@ -588,8 +685,11 @@ void JointAssembly::end(std::vector<BodyMotion>& moved) {
   const bool gains = !has_diverged_ && gains_energy();
   const bool stops = has_diverged_ || gains;
   if (moves_ && !stops) advance();
+  Index first = 0;
   for (Body& body : bodies_) {
     body.moved.is_whole = moves_;
+    if (spins(body) && !stops) body.moved.angular = velocities_.segment<3>(first + 3);
+    first += kBodyNumbers;
     if (stops) body.moved.way = gains ? velocity_of_gained_energy() : Eigen::Vector3d::Constant(kNoNumber);
     moved.push_back(body.moved);
   }

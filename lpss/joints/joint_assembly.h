@@ -13,6 +13,7 @@
 #include "lpss/joints/held_rows.h"
 #include "lpss/joints/joint_coupling.h"
 #include "lpss/joints/joint_rows.h"
+#include "lpss/joints/rotor.h"
 
 namespace tessera::joints {
 
@@ -46,6 +47,7 @@ class SharedVector {
 struct JointedBody {
   double inverse_mass = 0;  // 1/kg; 0 for an immovable body, whose motion is in the rows
   Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  // world axes
+  Eigen::Vector3d inverse_moments = Eigen::Vector3d::Zero();  // about the axes of the body frame
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();           // m/s, at the start of the passes
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();          // rad/s
   SharedVector linear_change;  // since then; its numbers stay in place until the last pass
@@ -65,11 +67,11 @@ struct SolvedJoint {
 // How a body has come to move in a tick.
 struct BodyMotion {
   int body;
-  Eigen::Vector3d way;      // m
-  Eigen::Quaterniond turn;  // world axes
-  bool is_whole;            // or it comes on top of what the final velocities do
-                            // Where the assembly has diverged, `way` is not a number; or it is
-                            // velocity_of_gained_energy()
+  // m. Where the assembly has diverged, not a number; or it is velocity_of_gained_energy().
+  Eigen::Vector3d way;
+  Eigen::Quaterniond turn;                 // world axes
+  bool is_whole;                           // or it comes on top of what the final velocities do
+  std::optional<Eigen::Vector3d> angular;  // rad/s, at the end: of a rotor, whose rate turns with its axis
 };
 
 // For each tick clear(), add() and begin(); then for each step start_step() and passes, with a move() among
@@ -144,10 +146,19 @@ class JointAssembly {
     double impulse = 0;
   };
 
+  // Of rotors, with or without those about their axes. What other joints than screws hold does not depend on
+  // these, but its directions would turn with a parent.
+  enum class Turns { kWhole, kTilts };
+  static Turns turns_for(const Tie& tie) {
+    return tie.joint.properties->type == JointType::kScrew ? Turns::kWhole : Turns::kTilts;
+  }
+
   struct Body {
     JointedBody now;
     BodyMotion moved;
-    std::optional<Eigen::Matrix3d> inertia;                   // kg m^2; of `now`, once it was asked for
+    std::optional<Eigen::Matrix3d> inertia;  // kg m^2; of `now`, once it was asked for
+    RotorSearch rotor;
+    std::optional<Eigen::Vector3d> spin_axis;                 // of a rotor, world axes
     Eigen::Vector3d beyond_middle = Eigen::Vector3d::Zero();  // N m s: momentum_beyond_middle()
     Eigen::Vector3d linear_seen = Eigen::Vector3d::Zero();    // the changes that velocities_ have
     Eigen::Vector3d angular_seen = Eigen::Vector3d::Zero();
@@ -157,6 +168,7 @@ class JointAssembly {
   bool has_loop();
   std::ptrdiff_t axes_with_rows() const;
   const PosedJoint& posed_of(std::size_t tie) const { return ties_[tie].joint.posed; }
+  void find_rotors();
   void find_whether_to_move();
   bool turns_beyond(double turn, const Eigen::VectorXd& velocities, double time) const;
   void make_rows();
@@ -178,6 +190,8 @@ class JointAssembly {
   void find_shares(const Sides& rows, Sides& shares);
   Motion& begin_motion();
   double step_time() const { return moves_ ? span_ : span_ / steps_; }
+  bool spins(const Body& body) const { return has_rotors_ && moves_ && body.spin_axis; }
+  Eigen::Vector3d turning(const Body& body, const Eigen::Vector3d& rate) const;
   void turn_freely();
   void turn_as_pushed(Eigen::VectorXd& velocities);
   void hold(Motion& motion);
@@ -186,21 +200,26 @@ class JointAssembly {
   template <typename Numbers>
   double hard_dot(const Eigen::VectorXd& held, const Numbers& other) const;
   void find_turns(const Eigen::VectorXd& velocities, double time);
-  PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time) const;
-  JointPoses poses_after(const Tie& tie, const Eigen::VectorXd& velocities, double time) const;
+  void find_turns_of_rotors(const Eigen::VectorXd& velocities, double time);
+  PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time, Turns turns) const;
+  JointPoses poses_after(const Tie& tie, const Eigen::VectorXd& velocities, double time, Turns turns) const;
   template <typename PosesOf>
   void find_errors(const PosesOf& poses_of, Eigen::VectorXd& errors) const;
   void find_bend(const Eigen::VectorXd& velocities);
   void hold_at_end(Motion& motion);
-  double bent_energy_max(const Eigen::VectorXd& velocities);
+  void tilt_rotors(Motion& motion);
+  const Eigen::VectorXd& without_spins(const Eigen::VectorXd& velocities);
+  double bent_energy_max(const Eigen::VectorXd& all_velocities);
   bool bend_back(Motion& motion);
   void look_ahead(Motion& motion);
   void make_held_rows_after(const Eigen::VectorXd& velocities);
   static const Eigen::Matrix3d& inertia_of(Body& body);
   const Eigen::VectorXd& momenta_of(const Eigen::VectorXd& velocities);
   void advance();
+  void turn_rates_of_rotors(std::size_t next);
   bool see_changes();
   void set_motion(const Motion& motion);
+  void show_velocities();
   bool gains_energy();
 
   std::vector<Tie> ties_;
@@ -224,6 +243,7 @@ class JointAssembly {
   bool is_foreseen_ = true;      // and follow the velocities of each pass
   double gives_way_ = 0;         // the share by which rows do
   bool is_anchored_ = false;     // to something that cannot be pushed
+  bool has_rotors_ = false;
   std::vector<FreeDirection> directions_;
   std::size_t directions_count_ = 0;  // those of now are the first ones
   std::vector<FreeRow> free_rows_;
@@ -240,12 +260,14 @@ class JointAssembly {
   struct Scratch {
     Motion moved;                           // by a pass
     std::vector<Eigen::Quaterniond> turns;  // of each body: find_turns()
+    std::vector<Eigen::Quaterniond> tilts;  // likewise, but for what turns rotors about their axes
     std::vector<Inertia> inertia;
     std::vector<JointRow> rows;
     std::vector<HeldRows::NodeBodies> nodes;
     DisjointSets sets;
     Eigen::VectorXd bend;     // m/s or rad/s, by which errors grow: find_bend()
     Eigen::VectorXd momenta;  // momenta_of()
+    Eigen::VectorXd tilting;  // velocities without what turns rotors about their axes; or before a tilt
     Eigen::VectorXd whole;    // of all velocities: a way or a change
     Eigen::VectorXd way;
     Eigen::VectorXd held;  // of all held rows

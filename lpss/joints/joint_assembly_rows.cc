@@ -279,12 +279,12 @@ void JointAssembly::make_held_rows_after(const VectorXd& velocities) {
   find_turns(velocities, span_);
   for (Tie& tie : ties_) {
     rows.clear();
-    append_held_rows(*tie.joint.properties, after(tie, velocities, span_), rows);
+    append_held_rows(*tie.joint.properties, after(tie, velocities, span_, turns_for(tie)), rows);
     std::copy(rows.begin(), rows.end(), tie.rows.begin());
   }
   for (Link& link : links_) {
-    link.rows = link.coupling.rows(after(ties_[link.follower], velocities, span_),
-                                   after(ties_[link.leader], velocities, span_));
+    link.rows = link.coupling.rows(after(ties_[link.follower], velocities, span_, Turns::kWhole),
+                                   after(ties_[link.leader], velocities, span_, Turns::kWhole));
   }
 }
 

@@ -298,6 +298,7 @@ void NativeSolver::begin_joints() {
     const Contacts::Body& body = bodies_[place];
     jointed_bodies_[place] = {.inverse_mass = body.inverse_mass,
                               .inverse_inertia = dynamics_[place]->exact_inverse_inertia(),
+                              .inverse_moments = dynamics_[place]->inverse_moments.cast<double>(),
                               .linear = body.linear.cast<double>(),
                               .angular = body.angular.cast<double>(),
                               .linear_change = joints::SharedVector(linear_changes_[place].data()),
@@ -339,6 +340,10 @@ void NativeSolver::find_corrections() {
   if (joints_.is_empty()) return;
   for (const joints::BodyMotion& moved : joints_.end()) {
     const auto place = static_cast<std::size_t>(moved.body);
+    if (moved.angular) {
+      const Eigen::Vector3d change = *moved.angular - bodies_[place].angular.cast<double>();
+      contacts_.set_change(place, {contacts_.change(place).linear, change.cast<Scalar>()});
+    }
     if (!moved.is_whole) {
       corrections_[place].linear += moved.way.cast<Scalar>();
       corrections_[place].angular += rotation_vector(moved.turn).cast<Scalar>();

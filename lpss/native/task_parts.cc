@@ -2,11 +2,16 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
 namespace {
+
+// The share of a rotor's turn that counts, were nothing heavy to hold it: six times as far as others it may
+// turn in a step.
+constexpr double kResisted = 0.16;
 
 // The place of a body in its task; Body::kNoPlace for bodies that do not move, or are not in the task.
 std::size_t place_of(const WorldBody& place) {
@@ -73,13 +78,9 @@ void TaskParts::find_steps(const SolveTask& task, const ContactNeeds& needs, dou
   for (std::size_t body = 0; body < task.bodies.size(); ++body) ++sizes_[islands_.find(body)];
   for (std::size_t island = 0; island < task.bodies.size(); ++island)
     steps_[island] = needs.granted(steps_[island], sizes_[island]);
-  for (const TaskJoint& joint : task.joints) {
-    for (const WorldBody& side : {joint.child, joint.parent}) {
-      const std::size_t body = place_of(side);
-      if (body != Body::kNoPlace) ask(body, needs.for_turn(double(body_of(side).angular.norm()) * dt));
-    }
-  }
-  if (!task.joints.empty()) ask_for_loads(task, needs);
+  if (task.joints.empty()) return;
+  ask_for_turns(task, needs, dt);
+  ask_for_loads(task, needs);
 }
 
 // The island of a body asks for so many.
@@ -87,6 +88,46 @@ void TaskParts::ask(std::size_t body, int steps) {
   if (body == Body::kNoPlace) return;
   int& most = steps_[islands_.find(body)];
   most = std::max(most, steps);
+}
+
+// A rotor turns about its axis as fast as it likes, but that it resists a tilt, and passes must find how what
+// holds it takes that up: the more passes, the less heavy this is beside the rotor.
+void TaskParts::ask_for_turns(const SolveTask& task, const ContactNeeds& needs, double dt) {
+  turning_.assign(task.bodies.size(), {});
+  const auto see = [&](const TaskJoint& joint, const WorldBody& side, const WorldBody& other) {
+    const std::size_t place = place_of(side);
+    if (place == Body::kNoPlace) return;
+    const Body& body = body_of(side);
+    const bool is_child = &side == &joint.child;
+    Turning& turning = turning_[place];
+    turning.is_tied = true;
+    turning.rotor.add(joint.properties->type, is_child,
+                      is_child ? joint.properties->in_child : joint.properties->in_parent,
+                      double(body.inverse_mass), body.inverse_moments.cast<double>());
+    if (!turning.rotor.axis()) return;
+    const double carrier = place_of(other) == Body::kNoPlace ? std::numeric_limits<double>::infinity()
+                                                             : double(body_of(other).moments.minCoeff());
+    turning.carrier_moment = std::max(turning.carrier_moment, carrier);
+  };
+  for (const TaskJoint& joint : task.joints) {
+    see(joint, joint.child, joint.parent);
+    see(joint, joint.parent, joint.child);
+  }
+  for (std::size_t place = 0; place < task.bodies.size(); ++place) {
+    const Body& body = body_of(task.bodies[place]);
+    if (!turning_[place].is_tied) continue;
+    const Eigen::Vector3d rate = body.angular.cast<double>();
+    double turn = rate.norm();
+    if (const auto& axis_in_body = turning_[place].rotor.axis()) {
+      const Eigen::Vector3d axis = body.pose.rotation.cast<double>() * *axis_in_body;
+      const Eigen::Vector3d tilt = joints::tilt_rate(axis, rate);
+      const Eigen::Vector3d moments = body.moments.cast<double>();
+      const double about = axis_in_body->dot(moments.cwiseProduct(*axis_in_body));
+      const double resists = about / ((moments.sum() - about) / 2 + turning_[place].carrier_moment);
+      turn = std::min(turn, std::max(tilt.norm(), kResisted * resists * (rate - tilt).norm()));
+    }
+    ask(place, needs.for_turn(turn * dt));
+  }
 }
 
 // Takes off what hangs on a single joint, again and again: what is left are loops, and what holds all of it.

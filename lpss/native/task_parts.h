@@ -6,6 +6,7 @@
 
 #include "lpss/base/disjoint_sets.h"
 #include "lpss/engine/engine.h"
+#include "lpss/joints/rotor.h"
 #include "lpss/native/contact_needs.h"
 
 namespace tessera::native {
@@ -27,6 +28,7 @@ class TaskParts {
   void connect(const SolveTask& task);
   void find_steps(const SolveTask& task, const ContactNeeds& needs, double dt);
   void ask(std::size_t body, int steps);
+  void ask_for_turns(const SolveTask& task, const ContactNeeds& needs, double dt);
   void ask_for_loads(const SolveTask& task, const ContactNeeds& needs);
   void divide(const SolveTask& task);
 
@@ -37,12 +39,20 @@ class TaskParts {
     double mass = 0;      // kg, with all that hangs on the body
   };
 
+  // What the joints of a body say of how it turns.
+  struct Turning {
+    bool is_tied = false;
+    joints::RotorSearch rotor;
+    double carrier_moment = 0;  // kg m^2: the least one of what a rotor is held by
+  };
+
   // Kept from call to call for their storage.
   DisjointSets islands_;
   std::vector<std::size_t> pushed_;  // by contact: a body that it pushes; Body::kNoPlace if none
   std::vector<int> steps_;           // by the first body of each island
   std::vector<std::size_t> sizes_;   // likewise: its bodies
-  std::vector<Hanging> hanging_;     // by body
+  std::vector<Turning> turning_;     // by body
+  std::vector<Hanging> hanging_;     // likewise
   std::vector<std::size_t> ends_;    // bodies from which only one joint leads on
   std::vector<std::size_t> places_;  // of bodies in their parts
   std::vector<SolveTask> tasks_;
