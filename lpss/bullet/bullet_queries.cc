@@ -108,7 +108,7 @@ Eigen::AlignedBox3d BulletWorld::swept_box(BodySlot slot, double dt) const {
 }
 
 void BulletWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
-                                 std::vector<BodyOutside>& outside) const {
+                                 std::vector<BodyOutside>& outside, const ParallelFor&) const {
   for (const std::unique_ptr<Body>& slot : bodies_) {
     if (!slot || !slot->lives_here() || !slot->is_awake()) continue;
     const Eigen::AlignedBox3d swept = swept_box(slot->slot, dt);

@@ -75,8 +75,8 @@ class BulletWorld final : public SectorWorld {
 
   // Boxes, sweeps and rays: bullet_queries.cc.
   Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
-  void append_outside(const Eigen::AlignedBox3d& inside, double dt,
-                      std::vector<BodyOutside>& outside) const override;
+  void append_outside(const Eigen::AlignedBox3d& inside, double dt, std::vector<BodyOutside>& outside,
+                      const ParallelFor& parallel) const override;
   bool reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const override;
   std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                 std::uint32_t mask) const override;

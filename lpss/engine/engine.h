@@ -182,8 +182,8 @@ class SectorWorld {
   virtual Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const = 0;
 
   // Appends the bodies that live here, may move, and of which swept_box(slot, dt) is not inside `inside`.
-  virtual void append_outside(const Eigen::AlignedBox3d& inside, double dt,
-                              std::vector<BodyOutside>& outside) const = 0;
+  virtual void append_outside(const Eigen::AlignedBox3d& inside, double dt, std::vector<BodyOutside>& outside,
+                              const ParallelFor& parallel = {}) const = 0;
 
   // Whether `box` overlaps the box of any body that lives here (dynamic or kinematic), as of its last update.
   // `hint` is kNoSlot, or what the last call for about the same box left there: it makes the answer quicker,

@@ -222,15 +222,27 @@ void NativeWorld::predict_contact(BodySlot slot, const SweepHit& hit) {
   point.gap = -to_hit.dot(hit.normal);
 }
 
-void NativeWorld::refresh_boxes() const {
+void NativeWorld::refresh_boxes(const ParallelFor& parallel) const {
   if (!boxes_are_old_) return;
-  home_box_ = Box::nothing();
-  home_way_ = 0;
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    const Body& body = bodies_[n];
-    if (!body.leaf) continue;
-    if (body.is_awake()) set_box_to_pose(static_cast<BodySlot>(n));
-    note_home(body);
+  const Pieces pieces = pieces_of_bodies();
+  run_parallel(parallel, pieces.count(), [&](std::size_t n) {
+    BodiesPiece& piece = bodies_pieces_[n];
+    piece.left.clear();
+    piece.homes = {};
+    for (std::size_t place = pieces.begin(n); place < pieces.end(n); ++place) {
+      Body& body = bodies_[place];
+      if (!body.leaf) continue;
+      if (body.is_awake() && set_box(body) && !body.enlarged.contains(body.box))
+        piece.left.push_back(static_cast<BodySlot>(place));
+      note_home(body, piece.homes);
+    }
+  });
+  homes_ = {};
+  for (const BodiesPiece& piece : std::span(bodies_pieces_).first(pieces.count())) {
+    homes_.box.extend(piece.homes.box);
+    homes_.way = std::max(homes_.way, piece.homes.way);
+    for (const BodySlot slot : piece.left)
+      broad_phase_.update(bodies_[static_cast<std::size_t>(slot)], slot, Scalar(settings_.time_step));
   }
   boxes_are_old_ = false;
 }
@@ -242,10 +254,10 @@ Box NativeWorld::box_on_way(const Body& body) const {
   return box;
 }
 
-void NativeWorld::note_home(const Body& body) const {
+void NativeWorld::note_home(const Body& body, Homes& homes) const {
   if (!body.lives_here()) return;
-  home_box_.extend(box_on_way(body));
-  if (body.is_awake()) home_way_ = std::max(home_way_, body.linear.norm() * Scalar(settings_.time_step));
+  homes.box.extend(box_on_way(body));
+  if (body.is_awake()) homes.way = std::max(homes.way, body.linear.norm() * Scalar(settings_.time_step));
 }
 
 Box NativeWorld::swept(const Body& body, const Box& box, Scalar dt) const {
@@ -264,28 +276,35 @@ Eigen::AlignedBox3d NativeWorld::swept_box(BodySlot slot, double dt) const {
 }
 
 void NativeWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
-                                 std::vector<BodyOutside>& outside) const {
-  refresh_boxes();
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    const Body& body = bodies_[n];
-    if (!body.leaf || !body.lives_here() || !body.is_awake()) continue;
-    const Box way = swept(body, body.box, Scalar(dt));
-    const Eigen::AlignedBox3d box(way.low.cast<double>(), way.high.cast<double>());
-    if (!inside.contains(box)) outside.push_back({static_cast<BodySlot>(n), box});
-  }
+                                 std::vector<BodyOutside>& outside, const ParallelFor& parallel) const {
+  refresh_boxes(parallel);
+  const Pieces pieces = pieces_of_bodies();
+  run_parallel(parallel, pieces.count(), [&](std::size_t n) {
+    std::vector<BodyOutside>& found = bodies_pieces_[n].outside;
+    found.clear();
+    for (std::size_t place = pieces.begin(n); place < pieces.end(n); ++place) {
+      const Body& body = bodies_[place];
+      if (!body.leaf || !body.lives_here() || !body.is_awake()) continue;
+      const Box way = swept(body, body.box, Scalar(dt));
+      const Eigen::AlignedBox3d box(way.low.cast<double>(), way.high.cast<double>());
+      if (!inside.contains(box)) found.push_back({static_cast<BodySlot>(place), box});
+    }
+  });
+  for (const BodiesPiece& piece : std::span(bodies_pieces_).first(pieces.count()))
+    outside.insert(outside.end(), piece.outside.begin(), piece.outside.end());
 }
 
 bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const {
   refresh_boxes();
   const Box wanted = box_of(box);
-  if (!wanted.overlaps(home_box_)) return false;
+  if (!wanted.overlaps(homes_.box)) return false;
   const auto is_reached = [&](BodySlot slot) {
     const Body& other = body(slot);
     return other.lives_here() && wanted.overlaps(box_on_way(other));
   };
   if (hint != kNoSlot && is_there(hint) && is_reached(hint)) return true;
   hint = kNoSlot;
-  broad_phase_.for_each_in(wanted.grown(home_way_), [&](BodySlot slot) {
+  broad_phase_.for_each_in(wanted.grown(homes_.way), [&](BodySlot slot) {
     if (hint == kNoSlot && is_reached(slot)) hint = slot;
   });
   return hint != kNoSlot;

@@ -29,6 +29,10 @@ constexpr Scalar kMetRestitution = Scalar(1e-6);
 constexpr Scalar kOpenedShare = Scalar(0.06);  // of the smallest extent of those that can be pushed
 constexpr Scalar kOpenedMin = Scalar(0.001);   // m
 
+// What one thread does at a time.
+constexpr std::size_t kBodiesInPiece = 256;
+constexpr std::size_t kContactsInPiece = 128;
+
 Scalar deepest_opened(const ContactScale& scale) {
   return std::max(Scalar(scale.extent) * kOpenedShare, kOpenedMin);
 }
@@ -78,6 +82,15 @@ joints::SolvedJoint solved_joint(const TaskJoint& joint) {
           joint.drives, joints::posed(joint, side_of(child), parent_side)};
 }
 
+// Which worlds do when they are first asked for one: before several threads do.
+void gather_contacts(const SolveTask& task) {
+  const SectorWorld* gathered = nullptr;
+  for (const WorldPair& contact : task.contacts) {
+    if (contact.world != gathered) contact.world->contacts();
+    gathered = contact.world;
+  }
+}
+
 // Lets the bodies of a task and their clones know their places in it ...
 void set_places(const SolveTask& task) {
   for (std::size_t n = 0; n < task.bodies.size(); ++n) body_of(task.bodies[n]).place = n;
@@ -106,8 +119,9 @@ void NativeSolver::solve(const SolveTask& task, double dt, const ParallelFor& pa
     end();
   };
   if (!needs_.adapts()) return solve_part(task, settings_.substeps);
+  gather_contacts(task);
   set_places(task);
-  const std::span<const TaskPart> parts = parts_.of(task, needs_, dt);
+  const std::span<const TaskPart> parts = parts_.of(task, needs_, dt, parallel);
   clear_places(task);
   for (const TaskPart& part : parts) solve_part(*part.task, part.steps);
 }
@@ -124,24 +138,17 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
   task_ = &task;
   parallel_ = &parallel;
   set_places(task);
-  dynamics_.clear();
-  bodies_.clear();
   kinematics_.clear();
-  patches_.clear();
-  surfaces_.clear();
-  sources_.clear();
   stage_ends_.clear();
   joints_.clear();
-  for (const WorldBody& body : task.bodies) add_body(body_of(body));
+  dynamics_.resize(task.bodies.size());
+  bodies_.resize(task.bodies.size());
+  run_in_pieces(parallel, task.bodies.size(), kBodiesInPiece, [this](std::size_t place) { add_body(place); });
   fixed_ = bodies_.size();
   bodies_.emplace_back();
   is_pushed_.assign(dynamics_.size(), false);
   is_carried_.assign(dynamics_.size(), false);
-  std::size_t next = 0;
-  for (const std::size_t end : stages.ends) {
-    for (; next < end; ++next) add_contact(task.contacts[next]);
-    stage_ends_.push_back(patches_.size());
-  }
+  add_contacts(stages);
   for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
 
   begin_joints();
@@ -222,65 +229,106 @@ void NativeSolver::set_motion(int sweep, std::size_t body, std::string_view byte
   if (needs_advance(sweep)) contacts_.set_raw_advance(body, next());
 }
 
-void NativeSolver::add_body(Body& body) {
+void NativeSolver::add_body(std::size_t place) {
+  Body& body = body_of(task_->bodies[place]);
   body.fine.reset();
-  dynamics_.push_back(&body);
+  dynamics_[place] = &body;
   const auto dt = Scalar(dt_);
-  bodies_.push_back({.linear = body.linear,
-                     .angular = body.angular,
-                     .linear_force = body.linear_push(dt),
-                     .angular_force = body.angular_push(dt),
-                     .inverse_mass = body.inverse_mass,
-                     .inverse_inertia = body.inverse_inertia()});
+  bodies_[place] = {.linear = body.linear,
+                    .angular = body.angular,
+                    .linear_force = body.linear_push(dt),
+                    .angular_force = body.angular_push(dt),
+                    .inverse_mass = body.inverse_mass,
+                    .inverse_inertia = body.inverse_inertia()};
 }
 
-std::size_t NativeSolver::place_of(const WorldBody& place) {
-  const Body& body = body_of(place);
+// On several threads, but for what makes room: that is done contact by contact.
+void NativeSolver::add_contacts(const Stages& stages) {
+  const std::size_t count = stages.ends.empty() ? 0 : stages.ends.back();
+  gather_contacts(*task_);
+  sources_.resize(count);
+  run_in_pieces(*parallel_, count, kContactsInPiece,
+                [this](std::size_t n) { look_at(task_->contacts[n], sources_[n]); });
+  surfaces_.clear();
+  std::size_t patches = 0;
+  std::size_t next = 0;
+  for (const std::size_t end : stages.ends) {
+    for (; next < end; ++next) {
+      sources_[next].first = patches;
+      patches += sources_[next].contact->patches.size();
+      note_sides(sources_[next]);
+    }
+    stage_ends_.push_back(patches);
+  }
+  patches_.resize(patches);
+  run_in_pieces(*parallel_, count, kContactsInPiece, [this](std::size_t n) { fill_patches(sources_[n]); });
+}
+
+// Where the body is in the task; kNoPlace for kinematic ones.
+std::size_t NativeSolver::place_of(const Body& body) const {
   if (body.is_dynamic()) return body.place != Body::kNoPlace ? body.place : fixed_;
-  if (body.motion == Motion::kStatic) return fixed_;
+  return body.motion == Motion::kStatic ? fixed_ : Body::kNoPlace;
+}
+
+std::size_t NativeSolver::place_of_kinematic(const Body& body) {
   const auto [known, is_new] = kinematics_.try_emplace(&body, bodies_.size());
   if (is_new) bodies_.push_back({.linear = body.linear, .angular = body.angular});
   return known->second;
 }
 
-void NativeSolver::add_contact(const WorldPair& place) {
+void NativeSolver::look_at(const WorldPair& place, Source& source) const {
   auto& world = static_cast<NativeWorld&>(*place.world);
   const ContactPair& pair = world.contacts()[place.pair];
-  const WorldBody sides[2] = {{&world, pair.slot_a}, {&world, pair.slot_b}};
-  const std::size_t places[2] = {place_of(sides[0]), place_of(sides[1])};
-  const Body& a = body_of(sides[0]);
-  const Body& b = body_of(sides[1]);
-  Contact& contact = world.contact(place.pair);
-  sources_.push_back({&contact, patches_.size(), scale_of(a, b)});
+  source.contact = &world.contact(place.pair);
+  source.sides = {&world.body(pair.slot_a), &world.body(pair.slot_b)};
+  for (std::size_t side = 0; side < 2; ++side) source.places[side] = place_of(*source.sides[side]);
+  source.scale = scale_of(*source.sides[0], *source.sides[1]);
+}
+
+// Makes room for what its patches refer to, and notes what the contact does to its bodies.
+void NativeSolver::note_sides(Source& source) {
+  for (std::size_t side = 0; side < 2; ++side) {
+    std::size_t& place = source.places[side];
+    if (place == Body::kNoPlace) place = place_of_kinematic(*source.sides[side]);
+  }
+  const Contact& contact = *source.contact;
+  source.first_surface = surfaces_.size();
+  if (contact.surface) surfaces_.resize(surfaces_.size() + contact.patches.size());
+  const bool carries = contact.surface && contact.surface->moves();
+  for (const std::size_t side : source.places) {
+    if (side >= is_pushed_.size()) continue;
+    if (carries) is_carried_[side] = true;
+    // Near what they do not bounce on, bodies fall by what a step of the solver makes of it, which damps
+    // rattling.
+    if (contact.restitution <= 0) is_pushed_[side] = true;
+  }
+}
+
+void NativeSolver::fill_patches(const Source& source) {
+  const Contact& contact = *source.contact;
+  const Body& a = *source.sides[0];
+  const Body& b = *source.sides[1];
   const Scalar stiffer = Scalar(steps_) / Scalar(settings_.substeps);
-  const Scalar gap_min = -deepest_opened(sources_.back().scale, stiffer);
-  for (const ContactPatch& source : contact.patches) {
-    Contacts::Patch& patch = patches_.emplace_back();
-    patch.a = places[0];
-    patch.b = places[1];
+  const Scalar gap_min = -deepest_opened(source.scale, stiffer);
+  for (std::size_t p = 0; p < contact.patches.size(); ++p) {
+    const ContactPatch& from = contact.patches[p];
+    Contacts::Patch& patch = patches_[source.first + p];
+    patch.a = source.places[0];
+    patch.b = source.places[1];
     patch.friction = contact.friction;
-    const bool meets = source.is_predicted && a.is_dynamic() && b.is_dynamic();
+    const bool meets = from.is_predicted && a.is_dynamic() && b.is_dynamic();
     patch.restitution = meets ? std::max(contact.restitution, kMetRestitution) : contact.restitution;
-    patch.points = source.count;
-    patch.friction_impulse = source.friction_impulse;
-    patch.twist_impulse = source.twist_impulse;
-    if (contact.surface) patch.surface = &surfaces_.emplace_back(surface_of(*contact.surface, source));
+    patch.is_jointed = false;  // until begin_joints()
+    patch.points = from.count;
+    patch.friction_impulse = from.friction_impulse;
+    patch.twist_impulse = from.twist_impulse;
+    patch.surface = contact.surface ? &surfaces_[source.first_surface + p] : nullptr;
+    if (patch.surface) *patch.surface = surface_of(*contact.surface, from);
     for (std::size_t n = 0; n < patch.points; ++n) {
-      const ContactPoint& from = source.point[n];
-      patch.point[n] = {lever(a, from.on_a), lever(b, from.on_b), source.normal, std::max(from.gap, gap_min),
-                        from.impulse};
+      const ContactPoint& point = from.point[n];
+      patch.point[n] = {lever(a, point.on_a), lever(b, point.on_b), from.normal, std::max(point.gap, gap_min),
+                        point.impulse};
     }
-  }
-  if (contact.surface && contact.surface->moves()) {
-    for (const std::size_t side : places) {
-      if (side < is_carried_.size()) is_carried_[side] = true;
-    }
-  }
-  // Near what they do not bounce on, bodies fall by what a step of the solver makes of it, which damps
-  // rattling.
-  if (contact.restitution > 0) return;
-  for (const std::size_t side : places) {
-    if (side < is_pushed_.size()) is_pushed_[side] = true;
   }
 }
 
@@ -334,9 +382,8 @@ void NativeSolver::with_joints(Act act) {
 
 void NativeSolver::find_corrections() {
   corrections_.resize(dynamics_.size());
-  for (std::size_t place = 0; place < dynamics_.size(); ++place) {
-    corrections_[place] = contacts_.correction(place);
-  }
+  run_in_pieces(*parallel_, dynamics_.size(), kBodiesInPiece,
+                [this](std::size_t place) { corrections_[place] = contacts_.correction(place); });
   if (joints_.is_empty()) return;
   for (const joints::BodyMotion& moved : joints_.end()) {
     const auto place = static_cast<std::size_t>(moved.body);
@@ -361,10 +408,15 @@ void NativeSolver::find_corrections() {
 
 // A body whose contacts would bounce, but bear nothing, is in free flight.
 void NativeSolver::find_pushed() {
-  for (const Contacts::Patch& patch : patches_) {
-    const auto bears = [](const Contacts::Point& point) { return point.impulse > 0; };
-    if (std::none_of(patch.point, patch.point + patch.points, bears)) continue;
-    for (const std::size_t side : {patch.a, patch.b}) {
+  const auto bears = [](const Contacts::Patch& patch) {
+    return std::any_of(patch.point, patch.point + patch.points,
+                       [](const Contacts::Point& point) { return point.impulse > 0; });
+  };
+  for (const Source& source : sources_) {
+    if (source.contact->restitution <= 0) continue;  // its bodies are pushed anyway
+    const std::span patches = std::span(patches_).subspan(source.first, source.contact->patches.size());
+    if (std::ranges::none_of(patches, bears)) continue;
+    for (const std::size_t side : source.places) {
       if (side < is_pushed_.size()) is_pushed_[side] = true;
     }
   }
@@ -387,31 +439,30 @@ bool NativeSolver::is_bounded(const Source& source) const {
 }
 
 void NativeSolver::write_impulses() const {
-  for (const Source& source : sources_) {
-    if (!is_bounded(source)) {
-      drop_impulses(*source.contact);
-      continue;
+  run_in_pieces(*parallel_, sources_.size(), kContactsInPiece,
+                [this](std::size_t n) { write_impulses(sources_[n]); });
+}
+
+void NativeSolver::write_impulses(const Source& source) const {
+  if (!is_bounded(source)) return drop_impulses(*source.contact);
+  double load = 0;
+  const Scalar gap_min = -deepest_opened(source.scale);
+  std::size_t p = source.first;
+  for (ContactPatch& into : source.contact->patches) {
+    const Contacts::Patch& patch = patches_[p++];
+    into.friction_impulse = patch.friction_impulse;
+    into.twist_impulse = patch.twist_impulse;
+    if (patch.surface) into.rolling_impulse = patch.surface->rolling_impulse;
+    for (std::size_t n = 0; n < patch.points; ++n) {
+      into.point[n].impulse = patch.point[n].impulse;
+      // What opens a deep overlap bears nothing.
+      if (into.point[n].gap > gap_min) load += double(patch.point[n].impulse);
     }
-    double load = 0;
-    const Scalar gap_min = -deepest_opened(source.scale);
-    std::size_t p = source.first;
-    for (ContactPatch& into : source.contact->patches) {
-      const Contacts::Patch& patch = patches_[p++];
-      into.friction_impulse = patch.friction_impulse;
-      into.twist_impulse = patch.twist_impulse;
-      if (patch.surface) into.rolling_impulse = patch.surface->rolling_impulse;
-      for (std::size_t n = 0; n < patch.points; ++n) {
-        into.point[n].impulse = patch.point[n].impulse;
-        // What opens a deep overlap bears nothing.
-        if (into.point[n].gap > gap_min) load += double(patch.point[n].impulse);
-      }
-    }
-    needs_.note(source.contact->need, load, source.scale);
   }
+  needs_.note(source.contact->need, load, source.scale);
 }
 
 void NativeSolver::write_bodies() const {
-  constexpr std::size_t kBodiesInPiece = 256;
   run_in_pieces(*parallel_, dynamics_.size(), kBodiesInPiece, [&](std::size_t place) { write_body(place); });
 }
 

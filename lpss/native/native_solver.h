@@ -37,9 +37,14 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   int begin(const SolveTask& task, double dt, const Stages& stages, const ParallelFor& parallel);
   bool needs_advance(int sweep) const;
   bool is_relaxed(int sweep) const { return sweep < steps_ * passes_ && sweep % passes_ == passes_ - 1; }
-  void add_body(Body& body);
-  std::size_t place_of(const WorldBody& body);
-  void add_contact(const WorldPair& pair);
+  struct Source;
+  void add_body(std::size_t place);
+  void add_contacts(const Stages& stages);
+  void look_at(const WorldPair& pair, Source& source) const;
+  std::size_t place_of(const Body& body) const;
+  std::size_t place_of_kinematic(const Body& body);
+  void note_sides(Source& source);
+  void fill_patches(const Source& source);
   void begin_joints();
   // The joints see what contacts have changed; with_joints() also tells contacts what `act` has.
   void show_joints();
@@ -47,16 +52,19 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   void with_joints(Act act);
   void find_corrections();
   void find_pushed();
-  struct Source;
   bool is_bounded(const Source& source) const;
   void write_impulses() const;
+  void write_impulses(const Source& source) const;
   void write_bodies() const;
   void write_body(std::size_t place) const;
 
   // A contact of the task and the patches that it has there.
   struct Source {
-    Contact* contact;
-    std::size_t first;
+    Contact* contact = nullptr;
+    std::array<const Body*, 2> sides = {};
+    std::array<std::size_t, 2> places = {};  // of the sides; kNoPlace until a kinematic one has one
+    std::size_t first = 0;
+    std::size_t first_surface = 0;
     ContactScale scale;
   };
 

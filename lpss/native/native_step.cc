@@ -76,7 +76,7 @@ bool NativeWorld::is_swept(const Body& body) const {
 void NativeWorld::stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, const ParallelFor& parallel) {
   if (fast.empty()) return;
   boxes_are_old_ = true;  // the solver has corrected poses
-  refresh_boxes();
+  refresh_boxes(parallel);
   // Where a clone goes is known to its own sector alone. What is stopped may be in the way of others: these
   // are swept again.
   constexpr int kRoundsMax = 8;

@@ -64,7 +64,7 @@ BodySlot NativeWorld::add(Body added) {
   Body& body = this->body(slot);
   slots_[body.id] = slot;
   body.box = body.box_at(body.pose);
-  note_home(body);
+  note_home(body, homes_);
   broad_phase_.add(body, slot);
   return slot;
 }
@@ -110,7 +110,7 @@ void NativeWorld::set_velocity(BodySlot slot, const Eigen::Vector3d& linear, con
   changed.fine.reset();
   changed.linear = linear.cast<Scalar>();
   changed.angular = angular.cast<Scalar>();
-  note_home(changed);
+  note_home(changed, homes_);
 }
 
 void NativeWorld::apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) {
@@ -118,7 +118,7 @@ void NativeWorld::apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, c
   pushed.fine.reset();
   pushed.linear += impulse.cast<Scalar>() * pushed.inverse_mass;
   pushed.angular += pushed.inverse_inertia() * lever.cast<Scalar>().cross(impulse.cast<Scalar>());
-  note_home(pushed);
+  note_home(pushed, homes_);
 }
 
 void NativeWorld::set_surface(BodySlot slot, const Surface& surface) { body(slot).set_surface(surface); }
@@ -146,12 +146,17 @@ void NativeWorld::set_solved_state(BodySlot slot, const BodyState& state) {
 
 void NativeWorld::set_box_to_pose(BodySlot slot) const {
   Body& boxed = bodies_[static_cast<std::size_t>(slot)];
-  const Box box = boxed.box_at(boxed.pose);
-  // A body without a sensible box keeps its last one.
-  if (boxed.motion != Motion::kStatic && !is_sensible(box)) return;
-  boxed.box = box;
-  note_home(boxed);
+  if (!set_box(boxed)) return;
+  note_home(boxed, homes_);
   broad_phase_.update(boxed, slot, Scalar(settings_.time_step));
+}
+
+// To its pose. False for a body without a sensible box, which keeps its last one.
+bool NativeWorld::set_box(Body& body) const {
+  const Box box = body.box_at(body.pose);
+  if (body.motion != Motion::kStatic && !is_sensible(box)) return false;
+  body.box = box;
+  return true;
 }
 
 void NativeWorld::sleep(BodySlot slot) {
@@ -206,7 +211,7 @@ void NativeWorld::detect(double dt, const ParallelFor& parallel) {
   gather(parallel);
 }
 
-Pieces NativeWorld::pieces_of_bodies() {
+Pieces NativeWorld::pieces_of_bodies() const {
   const Pieces pieces(bodies_.size(), kBodiesInPiece);
   if (bodies_pieces_.size() < pieces.count()) bodies_pieces_.resize(pieces.count());
   return pieces;

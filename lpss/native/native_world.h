@@ -46,8 +46,8 @@ class NativeWorld final : public SectorWorld {
   void wake(BodySlot slot) override;
   void rest() override;
   Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
-  void append_outside(const Eigen::AlignedBox3d& inside, double dt,
-                      std::vector<BodyOutside>& outside) const override;
+  void append_outside(const Eigen::AlignedBox3d& inside, double dt, std::vector<BodyOutside>& outside,
+                      const ParallelFor& parallel) const override;
   bool reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const override;
   void detect(double dt, const ParallelFor& parallel) override;
   std::span<const ContactPair> contacts() override;
@@ -80,11 +80,19 @@ class NativeWorld final : public SectorWorld {
     Vector normal;    // on the other
   };
 
+  // Where bodies that live here may be in a tick.
+  struct Homes {
+    Box box = Box::nothing();  // holds their boxes and their ways
+    Scalar way = 0;            // m, that none of them exceeds
+  };
+
   // What a loop over bodies notes of a piece of them.
   struct BodiesPiece {
     std::vector<BodySlot> left;  // their enlarged boxes
     std::vector<BodySlot> fast;  // to be swept
     std::vector<StoppedBody> stopped;
+    std::vector<BodyOutside> outside;
+    Homes homes;
   };
 
   // What a loop over candidates notes of a piece of them.
@@ -103,16 +111,17 @@ class NativeWorld final : public SectorWorld {
   bool is_there(BodySlot slot) const { return body(slot).leaf != nullptr; }
   bool is_wanted(const Body& a, const Body& b) const;
   // With room for what loops note of each.
-  Pieces pieces_of_bodies();
+  Pieces pieces_of_bodies() const;
   Pieces pieces_of_candidates();
   void predict(Scalar dt, const ParallelFor& parallel);
   void predict(Body& body, Scalar dt) const;
   bool update_box(Body& body, Scalar dt) const;
   void set_box_to_pose(BodySlot slot) const;
-  void refresh_boxes() const;  // to the poses, if bodies have moved
+  void refresh_boxes(const ParallelFor& parallel = {}) const;  // to the poses, if bodies have moved
+  bool set_box(Body& body) const;
   Box swept(const Body& body, const Box& box, Scalar dt) const;
   Box box_on_way(const Body& body) const;
-  void note_home(const Body& body) const;
+  void note_home(const Body& body, Homes& homes) const;
   void update_contacts(const ParallelFor& parallel);
   void update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece);
   void forget_removed();
@@ -146,10 +155,9 @@ class NativeWorld final : public SectorWorld {
   std::vector<BodySlot> removed_;  // not free yet: candidates may refer to them
   absl::flat_hash_map<BodyId, BodySlot> slots_;
   mutable BroadPhase broad_phase_;
-  mutable bool boxes_are_old_ = false;     // bodies have moved since, or boxes hold their way
-  mutable Box home_box_ = Box::nothing();  // holds the boxes of all bodies that live here, and their ways
-  mutable Scalar home_way_ = 0;            // m, that none of them exceeds in a tick
-  std::vector<Candidate> candidates_;      // ascending by ids
+  mutable bool boxes_are_old_ = false;  // bodies have moved since, or boxes hold their way
+  mutable Homes homes_;
+  std::vector<Candidate> candidates_;  // ascending by ids
   std::vector<Contact> contacts_;
   std::vector<std::int32_t> free_contacts_;
   bool is_gathered_ = true;
@@ -158,7 +166,7 @@ class NativeWorld final : public SectorWorld {
   std::vector<std::uint32_t> pairs_of_body_;  // by slot, of two dynamic bodies
 
   // Of loops, for their storage.
-  std::vector<BodiesPiece> bodies_pieces_;
+  mutable std::vector<BodiesPiece> bodies_pieces_;
   std::vector<CandidatesPiece> candidates_pieces_;
   std::vector<BodySlot> noted_;
 };

@@ -29,8 +29,9 @@ void clear(SolveTask& task) {
 
 }  // namespace
 
-std::span<const TaskPart> TaskParts::of(const SolveTask& task, const ContactNeeds& needs, double dt) {
-  connect(task);
+std::span<const TaskPart> TaskParts::of(const SolveTask& task, const ContactNeeds& needs, double dt,
+                                        const ParallelFor& parallel) {
+  connect(task, parallel);
   find_steps(task, needs, dt);
   parts_.clear();
   for (std::size_t body = 0; body < task.bodies.size(); ++body) {
@@ -42,19 +43,20 @@ std::span<const TaskPart> TaskParts::of(const SolveTask& task, const ContactNeed
   return parts_;
 }
 
-void TaskParts::connect(const SolveTask& task) {
+void TaskParts::connect(const SolveTask& task, const ParallelFor& parallel) {
+  constexpr std::size_t kContactsInPiece = 256;
+  touches_.resize(task.contacts.size());
+  run_in_pieces(parallel, task.contacts.size(), kContactsInPiece, [&](std::size_t n) {
+    const WorldPair& contact = task.contacts[n];
+    const ContactPair& pair = contact.world->contacts()[contact.pair];
+    touches_[n] = {place_of({contact.world, pair.slot_a}), place_of({contact.world, pair.slot_b}),
+                   contact.substeps > 0 ? contact.substeps : pair.substeps};
+  });
   islands_.reset(task.bodies.size());
   const auto unite = [&](std::size_t a, std::size_t b) {
     if (a != Body::kNoPlace && b != Body::kNoPlace) islands_.unite(a, b);
   };
-  pushed_.clear();
-  for (const WorldPair& contact : task.contacts) {
-    const ContactPair& pair = contact.world->contacts()[contact.pair];
-    const std::size_t a = place_of({contact.world, pair.slot_a});
-    const std::size_t b = place_of({contact.world, pair.slot_b});
-    pushed_.push_back(std::min(a, b));
-    unite(a, b);
-  }
+  for (const Touch& touch : touches_) unite(touch.a, touch.b);
   for (const TaskJoint& joint : task.joints) {
     unite(place_of(joint.child), place_of(joint.parent));
     for (const JointAxis& axis : axes_of(*joint.properties)) {
@@ -69,11 +71,7 @@ void TaskParts::connect(const SolveTask& task) {
 
 void TaskParts::find_steps(const SolveTask& task, const ContactNeeds& needs, double dt) {
   steps_.assign(task.bodies.size(), needs.least());
-  for (std::size_t i = 0; i < task.contacts.size(); ++i) {
-    const WorldPair& contact = task.contacts[i];
-    ask(pushed_[i],
-        contact.substeps > 0 ? contact.substeps : contact.world->contacts()[contact.pair].substeps);
-  }
+  for (const Touch& touch : touches_) ask(touch.pushed(), touch.substeps);
   sizes_.assign(task.bodies.size(), 0);
   for (std::size_t body = 0; body < task.bodies.size(); ++body) ++sizes_[islands_.find(body)];
   for (std::size_t island = 0; island < task.bodies.size(); ++island)
@@ -189,7 +187,7 @@ void TaskParts::divide(const SolveTask& task) {
     part_of(clone.original).clones.push_back({clone.clone, places_[clone.original]});
   }
   for (std::size_t i = 0; i < task.contacts.size(); ++i) {
-    const std::size_t body = pushed_[i];
+    const std::size_t body = touches_[i].pushed();
     if (body != Body::kNoPlace) part_of(body).contacts.push_back(task.contacts[i]);
   }
   for (const TaskJoint& joint : task.joints) {

@@ -1,6 +1,7 @@
 // Divides a task into parts with different numbers of substeps, according to the needs of the islands.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -22,15 +23,25 @@ class TaskParts {
  public:
   // Of a tick of `dt` seconds: at most one part for each number of steps. The bodies of the task and their
   // clones know their places in it (Body::place). Valid as long as the task, until the next call.
-  std::span<const TaskPart> of(const SolveTask& task, const ContactNeeds& needs, double dt);
+  std::span<const TaskPart> of(const SolveTask& task, const ContactNeeds& needs, double dt,
+                               const ParallelFor& parallel);
 
  private:
-  void connect(const SolveTask& task);
+  void connect(const SolveTask& task, const ParallelFor& parallel);
   void find_steps(const SolveTask& task, const ContactNeeds& needs, double dt);
   void ask(std::size_t body, int steps);
   void ask_for_turns(const SolveTask& task, const ContactNeeds& needs, double dt);
   void ask_for_loads(const SolveTask& task, const ContactNeeds& needs);
   void divide(const SolveTask& task);
+
+  // The bodies of a contact, as far as it pushes them.
+  struct Touch {
+    std::size_t a = 0;  // Body::kNoPlace if it does not
+    std::size_t b = 0;
+    int substeps = 0;
+
+    std::size_t pushed() const { return std::min(a, b); }
+  };
 
   // What is left of a body's joints as the bodies that hang on only one of them are taken off.
   struct Hanging {
@@ -48,7 +59,7 @@ class TaskParts {
 
   // Kept from call to call for their storage.
   DisjointSets islands_;
-  std::vector<std::size_t> pushed_;  // by contact: a body that it pushes; Body::kNoPlace if none
+  std::vector<Touch> touches_;       // by contact
   std::vector<int> steps_;           // by the first body of each island
   std::vector<std::size_t> sizes_;   // likewise: its bodies
   std::vector<Turning> turning_;     // by body

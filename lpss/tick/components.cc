@@ -44,7 +44,7 @@ void connect_by_contacts(const ContactGraph& graph, std::span<const ContactPair>
 void connect_by_joints(const Partition& partition, const ContactGraph& graph, bool clones_are_solved,
                        Connections& connections) {
   for (std::size_t n = 0; n < graph.homes(); ++n) {
-    if (!graph[n].home->jointed || !graph[n].dynamic) continue;
+    if (!graph[n].jointed || !graph[n].dynamic) continue;
     for (const JointId id : partition.joints.of(graph[n].id)) {
       const JointRecord& joint = *partition.joints.find(id);
       if (is_pushed_by(partition, joint)) connections.pushed[n] = true;
@@ -99,6 +99,9 @@ void fill_components(Sector& sector, const ContactGraph& graph, const Connection
   Members<HomeBody*> bodies;
   Members<Clone*> clones;
   Members<std::uint32_t> contacts;
+  bodies.reserve(graph.homes());
+  clones.reserve(graph.size() - graph.homes());
+  contacts.reserve(connections.pair_node.size());
   for (std::size_t n = 0; n < graph.size(); ++n) {
     const ContactGraph::Node& node = graph[n];
     if (!node.dynamic || component[n] == kNoComponent) continue;
@@ -217,18 +220,19 @@ void list_parts(const Partition& partition, Sector& sector) {
   }
 }
 
-void find_components_of(const Partition& partition, Sector& sector) {
+void find_components_of(const Partition& partition, Sector& sector, const ParallelFor& parallel) {
   clear_components(sector);
   const bool clones_are_solved = partition.settings.seams == SeamPolicy::kClone;
   const std::span<const ContactPair> pairs = sector.world->contacts();
-  const bool any_jointed = std::any_of(sector.homes.begin(), sector.homes.end(),
-                                       [](const HomeBody* body) { return body->jointed; });
-  if (pairs.empty() && !any_jointed) {
+  const auto any_jointed = [&sector] {
+    return std::ranges::any_of(sector.homes, [](const HomeBody* body) { return body->jointed; });
+  };
+  if (pairs.empty() && !any_jointed()) {
     list_single_bodies(sector);
-  } else if (sector.homes.size() == 1 && sector.placed.empty() && !any_jointed) {
+  } else if (sector.homes.size() == 1 && sector.placed.empty() && !any_jointed()) {
     list_lone_body(sector, pairs.size());
   } else {
-    const ContactGraph graph(sector);
+    const ContactGraph graph(sector, parallel);
     sector.has_kinematics = graph.has_kinematics();
     Connections connections{DisjointSets(graph.size()), std::vector<bool>(graph.size(), false),
                             std::vector<std::size_t>(pairs.size(), kNoNode)};
@@ -252,7 +256,7 @@ bool resume_components(Partition& partition) {
   bool all_known = true;
   for (const auto& [index, sector] : partition.sectors) {
     if (!sector->world || sector->active) continue;
-    find_components_of(partition, *sector);
+    find_components_of(partition, *sector, {});
     all_known &= are_known(sector->parts, partition.seam_graph.parts_of(index));
     sector->parts.clear();
   }
@@ -263,7 +267,7 @@ Sector& with_components(Partition& partition, const SectorIndex& index) {
   bring_back(partition, index);
   Sector& sector = *partition.sectors.at(index);
   if (sector.components_stale) {
-    find_components_of(partition, sector);
+    find_components_of(partition, sector, {});
     sector.parts.clear();
   }
   return sector;
@@ -274,7 +278,8 @@ Seams find_components(Partition& partition, const ParallelFor& parallel, const V
   for (Sector* sector : partition.active) {
     if (sector->world && (sector->awake || sector->components_stale)) changed.push_back(sector);
   }
-  run_parallel(parallel, changed.size(), [&](std::size_t i) { find_components_of(partition, *changed[i]); });
+  run_parallel(parallel, changed.size(),
+               [&](std::size_t i) { find_components_of(partition, *changed[i], parallel); });
   Seams seams;
   for (const SectorIndex& index : vacated.sectors) seams.sectors.push_back({index, {}});
   for (Sector* sector : changed) {

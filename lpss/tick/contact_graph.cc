@@ -3,29 +3,42 @@
 #include <algorithm>
 
 namespace tessera {
+namespace {
 
-ContactGraph::ContactGraph(const Sector& sector) {
-  const SectorWorld& world = *sector.world;
-  nodes_.reserve(sector.homes.size() + sector.placed.size());
-  for (HomeBody* body : sector.homes) {
-    add({body->id, body->slot, body, nullptr}, body->properties.motion, world.activity(body->slot));
-  }
-  homes_ = nodes_.size();
-  for (Clone* clone : sector.placed) {
-    const Replica& replica = *clone->replica;
-    add({replica.id, clone->slot, nullptr, clone}, replica.properties.motion, replica.state.activity);
-  }
-}
-
-void ContactGraph::add(Node node, Motion motion, Activity activity) {
-  const auto slot = static_cast<std::size_t>(node.slot);
-  if (slot >= by_slot_.size()) by_slot_.resize(slot + 1, -1);
-  by_slot_[slot] = static_cast<std::int32_t>(nodes_.size());
-  has_kinematics_ |= motion == Motion::kKinematic;
+void set(ContactGraph::Node& node, Motion motion, Activity activity) {
   node.dynamic = motion == Motion::kDynamic;
+  node.kinematic = motion == Motion::kKinematic;
   node.awake = activity != Activity::kAsleep;
   node.wants_sleep = activity != Activity::kAwake;
-  nodes_.push_back(node);
+}
+
+}  // namespace
+
+ContactGraph::ContactGraph(const Sector& sector, const ParallelFor& parallel)
+    : nodes_(sector.homes.size() + sector.placed.size()), homes_(sector.homes.size()) {
+  run_in_pieces(parallel, homes_, kBodiesInPiece, [&](std::size_t n) {
+    HomeBody* body = sector.homes[n];
+    nodes_[n] = {.id = body->id, .slot = body->slot, .home = body, .jointed = body->jointed};
+    set(nodes_[n], body->properties.motion, sector.world->activity(body->slot));
+  });
+  for (std::size_t n = 0; n < sector.placed.size(); ++n) {
+    Clone* clone = sector.placed[n];
+    const Replica& replica = *clone->replica;
+    Node& node = nodes_[homes_ + n] = {.id = replica.id, .slot = clone->slot, .clone = clone};
+    set(node, replica.properties.motion, replica.state.activity);
+  }
+  list_slots();
+}
+
+void ContactGraph::list_slots() {
+  BodySlot last = -1;
+  for (const Node& node : nodes_) {
+    last = std::max(last, node.slot);
+    has_kinematics_ |= node.kinematic;
+  }
+  by_slot_.assign(static_cast<std::size_t>(last + 1), -1);
+  for (std::size_t n = 0; n < nodes_.size(); ++n)
+    by_slot_[static_cast<std::size_t>(nodes_[n].slot)] = static_cast<std::int32_t>(n);
 }
 
 const ContactGraph::Node* ContactGraph::in_slot(BodySlot slot) const {

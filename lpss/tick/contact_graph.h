@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "lpss/partition/sector.h"
+#include "lpss/tick/parallel.h"
 
 namespace tessera {
 
@@ -15,15 +16,17 @@ class ContactGraph {
  public:
   struct Node {
     BodyId id;
-    BodySlot slot;
-    HomeBody* home;  // nullptr for clones
-    Clone* clone;    // nullptr for bodies that live here
+    BodySlot slot = 0;
+    HomeBody* home = nullptr;  // nullptr for clones
+    Clone* clone = nullptr;    // nullptr for bodies that live here
     bool dynamic = false;
+    bool kinematic = false;
     bool awake = false;
     bool wants_sleep = false;
+    bool jointed = false;  // of bodies that live here
   };
 
-  explicit ContactGraph(const Sector& sector);
+  explicit ContactGraph(const Sector& sector, const ParallelFor& parallel = {});
 
   // nullptr for static bodies.
   const Node* in_slot(BodySlot slot) const;
@@ -38,7 +41,7 @@ class ContactGraph {
   const Node& operator[](std::size_t i) const { return nodes_[i]; }
 
  private:
-  void add(Node node, Motion motion, Activity activity);
+  void list_slots();
 
   std::vector<Node> nodes_;
   std::vector<std::int32_t> by_slot_;

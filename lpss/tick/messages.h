@@ -1,13 +1,15 @@
 // What the servers of one world tell each other in the course of a tick.
 //
 // Rounds, each a message from every server to every peer that needs one (docs/architecture.md):
-//   Agreement what all must know, up and down a tree; only between many servers
-//   Transfer  sectors that change servers; only where the sector map changes
-//   Exchange  who moved, and who is near a seam             -> detection
-//   Seams     the parts of islands that reach over borders  -> islands
-//   Shipment  the parts of islands that a peer solves, and what it must know of islands that are solved in
-//   step Motions   how bodies at seams move, before each stage in which others have them Solution  the new
-//   velocities, back to the owners        -> integration
+//
+// - Agreement: what all must know, up and down a tree; only between many servers.
+// - Transfer: sectors that change servers; only where the sector map changes.
+// - Exchange: who moved, and who is near a seam. Detection follows.
+// - Seams: the parts of islands that reach over borders. Islands follow.
+// - Shipment: the parts of islands that a peer solves, and what it must know of islands that are solved in
+//   step.
+// - Motions: how bodies at seams move, before each stage in which others have them.
+// - Solution: the new velocities, back to the owners. Integration follows.
 #pragma once
 
 #include <array>

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "lpss/partition/partition.h"
+#include "lpss/tick/parallel.h"
 
 namespace tessera {
 
@@ -15,9 +16,9 @@ OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d&
 // Attends to the bodies that may have moved and come near a border; the others are inside, and need nobody.
 // Then says of all that are attended whether they have moved, or something about them changed, since others
 // last heard of them, and what these sweep.
-void attend_borders(Partition& partition);
+void attend_borders(Partition& partition, const ParallelFor& parallel = {});
 
 // Finds the sectors that need replicas of those.
-void search_seams(Partition& partition);
+void search_seams(Partition& partition, const ParallelFor& parallel = {});
 
 }  // namespace tessera

@@ -278,11 +278,11 @@ std::optional<Round> TickMachine::exchange_round() {
   std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, context_.stopped);
   send_contact_points(partition_, outbox);
   change_homes(partition_, std::move(jumps), outbox);
-  attend_borders(partition_);
+  attend_borders(partition_, parallel_);
   announce_home_changes(partition_, context_.stopped);
 
   clock_.enter(TickPhase::kSeamSearch);
-  search_seams(partition_);
+  search_seams(partition_, parallel_);
 
   clock_.enter(TickPhase::kExchange);
   tell_of_replicas(partition_, outbox);
