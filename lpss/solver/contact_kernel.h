@@ -510,7 +510,7 @@ class Kernel {
   static void biased_pass(const Rows& rows) {
     for_each(rows, [&](const Group& group, std::size_t n, Friction& f, Row* row, Motion& p, Motion& q) {
       if (group.has_jointed) {
-        Grip* const grip = static_cast<Grip*>(rows.grips) + n;
+        Grip* const grip = kHasGrips ? static_cast<Grip*>(rows.grips) + n : nullptr;
         solve_friction<kHasGrips>(f, grip, row, group.points, true, p, q);
         if constexpr (kHasGrips) solve_rolling(*grip, f, row, group.points, true, p, q);
       }
@@ -523,7 +523,7 @@ class Kernel {
     for_each(rows, [&](const Group& group, std::size_t n, Friction& f, Row* row, Motion& p, Motion& q) {
       const Motion advanced_a = gather_motion(rows.advanced, group.a);
       const Motion advanced_b = gather_motion(rows.advanced, group.b);
-      Grip* const grip = static_cast<Grip*>(rows.grips) + n;
+      Grip* const grip = kHasGrips ? static_cast<Grip*>(rows.grips) + n : nullptr;
       solve_friction<kHasGrips>(f, grip, row, group.points, false, p, q);
       if constexpr (kHasGrips) {
         solve_rolling(*grip, f, row, group.points, false, p, q);

@@ -42,7 +42,8 @@ class Input {
   std::string_view rest_;
 };
 
-// A message in protobuf's text format: nothing for other texts.
+// A message in protobuf's text format. False for other texts, and for messages that the wire could not bring:
+// text has strings that are no UTF-8.
 template <typename Message>
 bool read_text(std::string_view text, Message& message) {
   class Silent : public google::protobuf::io::ErrorCollector {
@@ -50,7 +51,8 @@ bool read_text(std::string_view text, Message& message) {
   } silent;
   google::protobuf::TextFormat::Parser parser;
   parser.RecordErrorsTo(&silent);
-  return parser.ParseFromString(std::string(text), &message);
+  return parser.ParseFromString(std::string(text), &message) &&
+         Message().ParseFromString(message.SerializeAsString());
 }
 
 }  // namespace tessera::fuzz
