@@ -26,15 +26,17 @@ inline void run_parallel(const ParallelFor& parallel, std::size_t count,
 // depend on the number of threads.
 class Pieces {
  public:
-  Pieces(std::size_t items, std::size_t size) : items_(items), size_(size) {}
+  Pieces(std::size_t items, std::size_t size)
+      : items_(items), size_(size), count_((items + size - 1) / size) {}
 
-  std::size_t count() const { return (items_ + size_ - 1) / size_; }
+  std::size_t count() const { return count_; }
   std::size_t begin(std::size_t piece) const { return piece * size_; }
   std::size_t end(std::size_t piece) const { return std::min(items_, begin(piece) + size_); }
 
  private:
   std::size_t items_;
   std::size_t size_;
+  std::size_t count_;
 };
 
 // Runs `act(0)` ... `act(items - 1)` in such pieces.

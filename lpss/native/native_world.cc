@@ -226,8 +226,8 @@ Pieces NativeWorld::pieces_of_candidates() {
 // The bodies that the pieces have noted, in the order of slots.
 std::span<BodySlot> NativeWorld::noted(std::vector<BodySlot> BodiesPiece::*list, const Pieces& pieces) {
   noted_.clear();
-  for (std::size_t n = 0; n < pieces.count(); ++n) {
-    const std::vector<BodySlot>& some = bodies_pieces_[n].*list;
+  for (const BodiesPiece& piece : std::span(bodies_pieces_).first(pieces.count())) {
+    const std::vector<BodySlot>& some = piece.*list;
     noted_.insert(noted_.end(), some.begin(), some.end());
   }
   return noted_;

@@ -100,6 +100,7 @@ std::vector<SectorSeams> SeamGraph::reported() const {
 }
 
 std::span<const SeamPart> SeamGraph::parts_of(const SectorIndex& sector) const {
+  if (parts_.empty()) return {};
   const auto parts = parts_.find(sector);
   if (parts == parts_.end()) return {};
   return parts->second;
