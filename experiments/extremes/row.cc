@@ -21,7 +21,7 @@ namespace {
 
 // Processor time in s, independent of other load; several times what the slowest scenes need.
 constexpr rlim_t kSecondsMax = 60;
-constexpr rlim_t kQuickSecondsMax = 8;
+constexpr rlim_t kQuickSecondsMax = 20;
 
 constexpr double kLost = std::numeric_limits<double>::quiet_NaN();
 

@@ -33,15 +33,23 @@ constexpr Scalar kOpenedMin = Scalar(0.001);   // m
 constexpr std::size_t kBodiesInPiece = 256;
 constexpr std::size_t kContactsInPiece = 128;
 
-Scalar deepest_opened(const ContactScale& scale) {
-  return std::max(Scalar(scale.extent) * kOpenedShare, kOpenedMin);
+// In shorter steps, contacts are stiffer by their ratio. Each step also leaves a little of the speed at which
+// it opens overlaps, which adds up: without less speed, bodies would be thrown.
+Scalar opened_in_steps(double usual_step) {
+  constexpr double kStepAtFullSpeed = 1. / 240;  // s
+  const double shorter = std::min(1., usual_step / kStepAtFullSpeed);
+  return Scalar(shorter * std::sqrt(shorter));
+}
+
+Scalar deepest_opened(const ContactScale& scale, Scalar in_steps) {
+  return std::max(Scalar(scale.extent) * kOpenedShare, kOpenedMin) * in_steps;
 }
 
 // Nor any faster where the nimbleness of a body asks for more steps than usual, which make contacts stiffer
 // by their ratio: one relaxed pass does not take such speeds from what turns so easily.
-Scalar deepest_opened(const ContactScale& scale, Scalar stiffer) {
+Scalar deepest_opened(const ContactScale& scale, Scalar in_steps, Scalar stiffer) {
   constexpr Scalar kOpenedAtFullSpeed = Scalar(0.2);  // m, with the usual steps
-  const Scalar deepest = deepest_opened(scale);
+  const Scalar deepest = deepest_opened(scale, in_steps);
   if (!(scale.nimbleness > 1 && stiffer > 1)) return deepest;
   return std::min(deepest, kOpenedAtFullSpeed) / stiffer;
 }
@@ -134,6 +142,7 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages) 
 int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, const ParallelFor& parallel) {
   dt_ = dt;
   steps_ = stages.substeps;
+  opened_in_steps_ = opened_in_steps(dt / settings_.substeps);
   stages_ = stages.ends.size();
   task_ = &task;
   parallel_ = &parallel;
@@ -309,7 +318,7 @@ void NativeSolver::fill_patches(const Source& source) {
   const Body& a = *source.sides[0];
   const Body& b = *source.sides[1];
   const Scalar stiffer = Scalar(steps_) / Scalar(settings_.substeps);
-  const Scalar gap_min = -deepest_opened(source.scale, stiffer);
+  const Scalar gap_min = -deepest_opened(source.scale, opened_in_steps_, stiffer);
   for (std::size_t p = 0; p < contact.patches.size(); ++p) {
     const ContactPatch& from = contact.patches[p];
     Contacts::Patch& patch = patches_[source.first + p];
@@ -446,7 +455,7 @@ void NativeSolver::write_impulses() const {
 void NativeSolver::write_impulses(const Source& source) const {
   if (!is_bounded(source)) return drop_impulses(*source.contact);
   double load = 0;
-  const Scalar gap_min = -deepest_opened(source.scale);
+  const Scalar gap_min = -deepest_opened(source.scale, opened_in_steps_);
   std::size_t p = source.first;
   for (ContactPatch& into : source.contact->patches) {
     const Contacts::Patch& patch = patches_[p++];

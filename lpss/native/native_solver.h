@@ -73,6 +73,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   const int passes_;  // of a step, biased and relaxed
   double dt_ = 0;     // s
   int steps_ = 0;
+  Scalar opened_in_steps_ = 0;
   std::size_t stages_ = 0;
   // From begin() to end().
   const SolveTask* task_ = nullptr;
