@@ -9,8 +9,8 @@
 namespace tessera::native {
 namespace {
 
-// The share of a rotor's turn that counts, were nothing heavy to hold it: six times as far as others it may
-// turn in a step.
+// The share of a rotor's turn that counts where nothing holds it: in a step it may turn six times as far as
+// other bodies.
 constexpr double kResisted = 0.16;
 
 // The place of a body in its task; Body::kNoPlace for bodies that do not move, or are not in the task.
@@ -88,8 +88,8 @@ void TaskParts::ask(std::size_t body, int steps) {
   most = std::max(most, steps);
 }
 
-// A rotor turns about its axis as fast as it likes, but that it resists a tilt, and passes must find how what
-// holds it takes that up: the more passes, the less heavy this is beside the rotor.
+// A rotor may turn about its axis as fast as it likes, but it resists a tilt, and what holds it takes that
+// up. Passes find how, which takes more steps where that is light beside the rotor.
 void TaskParts::ask_for_turns(const SolveTask& task, const ContactNeeds& needs, double dt) {
   turning_.assign(task.bodies.size(), {});
   const auto see = [&](const TaskJoint& joint, const WorldBody& side, const WorldBody& other) {
