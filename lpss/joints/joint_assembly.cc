@@ -115,30 +115,6 @@ void JointAssembly::begin(double dt, int steps) {
   }
 }
 
-void JointAssembly::find_rotors() {
-  has_rotors_ = false;
-  if (steps_ == 1) return;
-  const auto add = [&](Index n, const Tie& tie, bool is_child) {
-    Body& body = bodies_[static_cast<std::size_t>(n)];
-    const PosedJoint& posed = tie.joint.posed;
-    body.rotor.add(tie.joint.properties->type, is_child, is_child ? posed.in_child : posed.in_parent,
-                   body.now.inverse_mass, body.now.inverse_moments);
-    body.spin_axis.reset();
-    if (!body.rotor.axis()) return;
-    body.spin_axis = (is_child ? posed.child : posed.parent).pose.orientation * *body.rotor.axis();
-  };
-  for (const Tie& tie : ties_) {
-    add(tie.child, tie, true);
-    if (tie.parent) add(*tie.parent, tie, false);
-  }
-  has_rotors_ = std::ranges::any_of(bodies_, [](const Body& body) { return body.spin_axis.has_value(); });
-}
-
-// The rate that turns a body's inertia and its joints.
-Eigen::Vector3d JointAssembly::turning(const Body& body, const Eigen::Vector3d& rate) const {
-  return spins(body) ? tilt_rate(*body.spin_axis, rate) : rate;
-}
-
 bool JointAssembly::has_loop() {
   const std::size_t world = bodies_.size();
   DisjointSets& sets = scratch_.sets;
@@ -390,20 +366,6 @@ void JointAssembly::find_turns(const VectorXd& velocities, double time) {
   if (has_rotors_) find_turns_of_rotors(velocities, time);
 }
 
-void JointAssembly::find_turns_of_rotors(const VectorXd& velocities, double time) {
-  scratch_.tilts = scratch_.turns;
-  Index first = 3;
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    if (spins(bodies_[n])) {
-      const Eigen::Vector3d rate = velocities.segment<3>(first);
-      const Eigen::Vector3d tilting = turning(bodies_[n], rate);
-      scratch_.tilts[n] = rotation_by(tilting * time);
-      scratch_.turns[n] = scratch_.tilts[n] * rotation_by((rate - tilting) * time);
-    }
-    first += kBodyNumbers;
-  }
-}
-
 // Both sides of a joint after a time at these velocities, in which bodies make the turns of find_turns().
 JointPoses JointAssembly::poses_after(const Tie& tie, const VectorXd& velocities, double time,
                                       Turns of_rotors) const {
@@ -567,18 +529,6 @@ const VectorXd& JointAssembly::momenta_of(const VectorXd& velocities) {
   return momenta;
 }
 
-const VectorXd& JointAssembly::without_spins(const VectorXd& velocities) {
-  VectorXd& tilting = scratch_.tilting;
-  tilting = velocities;
-  Index first = 0;
-  for (const Body& body : bodies_) {
-    auto rate = tilting.segment<3>(first + 3);
-    rate = turning(body, rate);
-    first += kBodyNumbers;
-  }
-  return tilting;
-}
-
 // Twice the energy (J) of what turns by the largest turn of a step: twice as far as joints turn it back.
 double JointAssembly::bent_energy_max(const VectorXd& all_velocities) {
   const VectorXd& velocities = has_rotors_ ? without_spins(all_velocities) : all_velocities;
@@ -635,23 +585,6 @@ void JointAssembly::advance() {
     if (has_rotors_) turn_rates_of_rotors(n + 1);
   }
   ways_count_ = 0;
-}
-
-// Rates turn with the axes: those of now, and those by which bodies are still to be moved, from the way
-// `next` on.
-void JointAssembly::turn_rates_of_rotors(std::size_t next) {
-  Index first = 0;
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    const auto turn = [&](VectorXd& velocities) {
-      auto rate = velocities.segment<3>(first + 3);
-      rate = (scratch_.tilts[n] * rate).eval();
-    };
-    if (bodies_[n].spin_axis) {
-      turn(velocities_);
-      for (std::size_t way = next; way < ways_count_; ++way) turn(ways_[way]);
-    }
-    first += kBodyNumbers;
-  }
 }
 
 // With the turns of find_turns().
