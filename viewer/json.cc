@@ -91,6 +91,13 @@ absl::StatusOr<Eigen::Vector3d> vector_from(const json& given) {
   return vector;
 }
 
+// The library converts fractions, and numbers beyond 64 bits, which is undefined.
+absl::StatusOr<std::uint64_t> natural_from(const json& given) {
+  if (!given.is_number_unsigned() && !(given.is_number_integer() && given.get<std::int64_t>() >= 0))
+    return absl::InvalidArgumentError("expected a whole number from 0 to 2^64 - 1");
+  return given.get<std::uint64_t>();
+}
+
 absl::StatusOr<WorldPosition> position_from(const json& given) {
   const absl::Status no_sector =
       absl::InvalidArgumentError("sector: expected three 64-bit integers as strings");

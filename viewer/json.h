@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -24,6 +25,7 @@ nlohmann::json to_json(const FoundBody& body);
 // INVALID_ARGUMENT if a field is missing or has another type.
 absl::StatusOr<WorldPosition> position_from(const nlohmann::json& json);
 absl::StatusOr<Eigen::Vector3d> vector_from(const nlohmann::json& json);
+absl::StatusOr<std::uint64_t> natural_from(const nlohmann::json& json);
 
 // A message of a page; discarded() if it is not JSON, or nested deeper than kNestingMax.
 inline constexpr int kNestingMax = 16;

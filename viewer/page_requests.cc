@@ -23,10 +23,12 @@ absl::StatusOr<json> tick_of(const absl::StatusOr<Tick>& tick) {
   return json{{"tick", *tick}};
 }
 
-BodyName body_of(const json& request) {
+absl::StatusOr<BodyName> body_of(const json& request) {
   const json& body = request.at("body");
   if (body.is_string()) return body.get<std::string>();
-  return BodyId{body.get<std::uint64_t>()};
+  const absl::StatusOr<std::uint64_t> id = natural_from(body);
+  if (!id.ok()) return absl::InvalidArgumentError(absl::StrCat("body: ", id.status().message()));
+  return BodyId{*id};
 }
 
 absl::StatusOr<json> resume(Client& client, const json& request) {
@@ -34,11 +36,12 @@ absl::StatusOr<json> resume(Client& client, const json& request) {
 }
 
 absl::StatusOr<json> step(Client& client, const json& request) {
-  const auto ticks = request.value("ticks", std::uint64_t{1});
-  if (ticks == 0 || ticks > kStepTicksMax) {
-    return absl::InvalidArgumentError(absl::StrCat("ticks: ", ticks, " is not 1 to ", kStepTicksMax));
+  const absl::StatusOr<std::uint64_t> ticks = natural_from(request.value("ticks", json(1)));
+  if (!ticks.ok()) return absl::InvalidArgumentError(absl::StrCat("ticks: ", ticks.status().message()));
+  if (*ticks == 0 || *ticks > kStepTicksMax) {
+    return absl::InvalidArgumentError(absl::StrCat("ticks: ", *ticks, " is not 1 to ", kStepTicksMax));
   }
-  return tick_of(client.step(ticks));
+  return tick_of(client.step(*ticks));
 }
 
 absl::StatusOr<Shape> shape_from(const json& request) {
@@ -72,7 +75,15 @@ absl::StatusOr<json> push(Client& client, const json& request) {
   if (!impulse.ok()) return impulse.status();
   const absl::StatusOr<Eigen::Vector3d> lever = vector_from(request.at("lever"));
   if (!lever.ok()) return lever.status();
-  return tick_of(client.apply_impulse(body_of(request), *impulse, *lever, kTimeout));
+  const absl::StatusOr<BodyName> body = body_of(request);
+  if (!body.ok()) return body.status();
+  return tick_of(client.apply_impulse(*body, *impulse, *lever, kTimeout));
+}
+
+absl::StatusOr<json> remove(Client& client, const json& request) {
+  const absl::StatusOr<BodyName> body = body_of(request);
+  if (!body.ok()) return body.status();
+  return tick_of(client.remove(*body, kTimeout));
 }
 
 absl::StatusOr<json> pick(Client& client, const json& request) {
@@ -114,7 +125,9 @@ absl::StatusOr<FoundBody> named_or_numbered(Client& client, const BodyName& name
 }
 
 absl::StatusOr<json> find(Client& client, const json& request) {
-  const absl::StatusOr<FoundBody> body = named_or_numbered(client, body_of(request));
+  const absl::StatusOr<BodyName> name = body_of(request);
+  if (!name.ok()) return name.status();
+  const absl::StatusOr<FoundBody> body = named_or_numbered(client, *name);
   if (!body.ok()) return body.status();
   const absl::StatusOr<std::vector<BodySample>> samples = look_once(client, {.ids = {body->id}});
   if (!samples.ok()) return samples.status();
@@ -164,7 +177,7 @@ absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report
   if (what == "step") return step(client, request);
   if (what == "spawn") return spawn(client, sector_size, request);
   if (what == "push") return push(client, request);
-  if (what == "remove") return tick_of(client.remove(body_of(request), kTimeout));
+  if (what == "remove") return remove(client, request);
   return absl::InvalidArgumentError(absl::StrCat("do: unknown request '", what, "'"));
 }
 

@@ -68,6 +68,13 @@ TEST(JsonTest, PositionsThatAreNoneAreRefused) {
   }
 }
 
+TEST(JsonTest, NumbersThatAreNotNaturalAreRefused) {
+  EXPECT_EQ(natural_from(json::parse("18446744073709551615")).value(), UINT64_MAX);
+  EXPECT_EQ(natural_from(json(0)).value(), 0);
+  for (const char* text : {"18446744073709551685", "-1", "1.5", "1e3", R"("1")", "null"})
+    EXPECT_FALSE(natural_from(json::parse(text)).ok()) << text;
+}
+
 TEST(JsonTest, MessagesOfPagesAreShallow) {
   EXPECT_EQ(message_from(R"({"type": "ask", "at": {"local": [1, 2]}})")["at"]["local"][1], 2);
   EXPECT_TRUE(message_from("{").is_discarded());
