@@ -1,16 +1,14 @@
 #include "coordinator/grpc_etcd.h"
 
-#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/strip.h>
 #include <grpcpp/grpcpp.h>
 
 #include <atomic>
 #include <mutex>
 #include <thread>
 #include <utility>
+#include <vector>
 
-#include "daemon/address.h"
 #include "etcd.grpc.pb.h"
 #include "proto/status.h"
 
@@ -127,26 +125,22 @@ class GrpcEtcd final : public Etcd {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Etcd>> connect_etcd(const std::vector<std::string>& urls,
-                                                   std::function<void()> wake) {
+std::unique_ptr<Etcd> connect_etcd(const EtcdAccess& access, std::function<void()> wake) {
+  const std::shared_ptr<grpc::ChannelCredentials> open = grpc::InsecureChannelCredentials();
+  const std::shared_ptr<grpc::ChannelCredentials> tls =
+      grpc::SslCredentials({.pem_root_certs = access.authority,
+                            .pem_private_key = access.key,
+                            .pem_cert_chain = access.certificate});
   std::vector<Member> members;
-  for (const std::string& url : urls) {
-    if (absl::StartsWith(url, "https://"))
-      return absl::InvalidArgumentError(
-          absl::StrCat("'", url, "': etcd is reached by http only, without TLS"));
-    const std::string address(absl::StripSuffix(absl::StripPrefix(url, "http://"), "/"));
-    if (!parse_listen_address(address))
-      return absl::InvalidArgumentError(
-          absl::StrCat("'", url, "' is not the URL of an etcd: use http://host:port"));
+  for (const EtcdMember& member : access.members) {
     grpc::ChannelArguments arguments;
     arguments.SetMaxReceiveMessageSize(-1);
     arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
     arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
     arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 500);
-    const auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
-    members.push_back({address, KV::NewStub(channel), Lease::NewStub(channel)});
+    const auto channel = grpc::CreateCustomChannel(member.address, member.has_tls ? tls : open, arguments);
+    members.push_back({member.address, KV::NewStub(channel), Lease::NewStub(channel)});
   }
-  if (members.empty()) return absl::InvalidArgumentError("no URL of an etcd is given");
   return std::make_unique<GrpcEtcd>(std::move(members), std::move(wake));
 }
 

@@ -61,6 +61,16 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
          "URLs of an etcd by which several coordinators agree: one leads, the others stand by; needs --store")
       ->delimiter(',')
       ->default_str("");
+  app.add_option("--etcd-ca", arguments.etcd_files.authority,
+                 "PEM file with the authority that signs the certificates of an https etcd; without it and a "
+                 "certificate: that of --keys, or those that this machine trusts")
+      ->capture_default_str();
+  app.add_option("--etcd-certificate", arguments.etcd_files.certificate,
+                 "PEM file with the certificate that coordinators show to an https etcd; without it and an "
+                 "authority: that of --keys, if any")
+      ->capture_default_str();
+  app.add_option("--etcd-key", arguments.etcd_files.key, "PEM file with the key of that certificate")
+      ->capture_default_str();
   add_seconds(app, "--leader-lease", arguments.leader_lease,
               "With --etcd: how long the coordinator that leads may be silent, in whole seconds", 2, 600);
   app.add_option("--record-inputs", arguments.record_inputs,

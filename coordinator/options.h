@@ -15,6 +15,13 @@ namespace tessera {
 
 inline constexpr const char* kWaitForStore = "wait";
 
+// Of an etcd with TLS, PEM; empty: as etcd_access() says.
+struct EtcdFiles {
+  std::string authority;
+  std::string certificate;
+  std::string key;
+};
+
 struct CoordinatorArguments {
   DdsOptions dds{.self = kCoordinatorNode};
   // A tick may take long, and the network sees where a server is gone.
@@ -29,6 +36,7 @@ struct CoordinatorArguments {
   std::string store;                             // a folder; empty: nothing outlives the process
   std::string when_store_fails = kWaitForStore;  // or go-on
   std::vector<std::string> etcd;                 // URLs; empty: one coordinator
+  EtcdFiles etcd_files;
   std::chrono::nanoseconds leader_lease = std::chrono::seconds(3);  // whole seconds
   std::string ready_file;
   std::size_t queued_request_bytes_max = kQueuedRequestBytesMax;

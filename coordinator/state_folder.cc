@@ -23,7 +23,7 @@ namespace {
 constexpr const char* kLockFile = "lock";
 constexpr const char* kNameFile = "coordinator";
 constexpr const char* kSuffix = ".state";
-constexpr std::size_t kNameBytesMax = 64;
+constexpr std::size_t kStateNameBytesMax = 64;
 
 absl::StatusOr<std::string> bytes_of(const std::filesystem::path& file) {
   std::string bytes;
@@ -45,7 +45,7 @@ absl::Status write_bytes(const std::filesystem::path& file, std::string_view byt
 }  // namespace
 
 bool is_state_name(std::string_view name) {
-  return !name.empty() && name.size() <= kNameBytesMax &&
+  return !name.empty() && name.size() <= kStateNameBytesMax &&
          name.find_first_not_of("0123456789abcdef-") == std::string_view::npos;
 }
 

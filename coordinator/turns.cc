@@ -197,14 +197,15 @@ int take_turns(CoordinatorArguments& arguments) {
   if (absl::Status status = check_bus(arguments.dds); !status.ok()) return fails(status);
   const absl::StatusOr<ClientKeys> shown = ClientKeys::read(*keys ? (*keys)->folder : "");
   if (!shown.ok()) return fails(shown.status());
-  absl::StatusOr<std::unique_ptr<Etcd>> etcd = connect_etcd(arguments.etcd, [&process] { process.wake(); });
-  if (!etcd.ok()) return fails(etcd.status());
+  const absl::StatusOr<EtcdAccess> access = etcd_access(arguments, *keys);
+  if (!access.ok()) return fails(access.status());
+  const std::unique_ptr<Etcd> etcd = connect_etcd(*access, [&process] { process.wake(); });
   absl::StatusOr<std::unique_ptr<StateFolder>> folder = StateFolder::open(arguments.store);
   if (!folder.ok()) return fails(folder.status());
   StateCopies copies(**folder, [&process] { process.wake(); });
   if (absl::Status status = process.open(*keys, &copies); !status.ok()) return fails(status);
   if (absl::Status status = process.say_ready(); !status.ok()) return fails(status);
-  const int code = Turns(arguments, **etcd, **folder, copies, *shown, process).run();
+  const int code = Turns(arguments, *etcd, **folder, copies, *shown, process).run();
   process.close();
   return code;
 }

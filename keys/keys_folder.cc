@@ -15,15 +15,20 @@ std::filesystem::path keys_for(const std::filesystem::path& keys, const std::str
   return std::filesystem::exists(keys / kAuthorityFolder, ignored) ? keys / inner : keys;
 }
 
-absl::StatusOr<std::string> read_key_file(const std::filesystem::path& file) {
+absl::StatusOr<std::string> read_small_file(const std::filesystem::path& file) {
   constexpr std::size_t kBytesMax = 1 << 20;
   std::ifstream in(file, std::ios::binary);
   std::string text(std::istreambuf_iterator<char>(in), {});
-  if (in.bad() || text.empty() || text.size() > kBytesMax) {
-    return absl::NotFoundError(absl::StrCat(
-        file.string(), " is missing, or cannot be read: `tessera keys create` makes such folders"));
-  }
+  if (in.bad() || text.empty() || text.size() > kBytesMax)
+    return absl::NotFoundError(absl::StrCat(file.string(), " is missing, or cannot be read"));
   return text;
+}
+
+absl::StatusOr<std::string> read_key_file(const std::filesystem::path& file) {
+  absl::StatusOr<std::string> text = read_small_file(file);
+  if (text.ok()) return text;
+  return absl::NotFoundError(
+      absl::StrCat(text.status().message(), ": `tessera keys create` makes such folders"));
 }
 
 absl::StatusOr<ClientKeys> ClientKeys::read(const std::filesystem::path& keys) {

@@ -41,7 +41,9 @@ inline constexpr const char* kDaemonName = "tessera-daemon";
 // The inner folder `inner` of `keys` if that is an outer one; otherwise `keys` itself.
 std::filesystem::path keys_for(const std::filesystem::path& keys, const std::string& inner);
 
-// All of a small file. NOT_FOUND, with its path, if it cannot be read.
+// All of a small file. NOT_FOUND, with its path, if it is empty, larger than 1 MiB, or cannot be read;
+// read_key_file() also tells how such files are made.
+absl::StatusOr<std::string> read_small_file(const std::filesystem::path& file);
 absl::StatusOr<std::string> read_key_file(const std::filesystem::path& file);
 
 // How a client shows who it is, and whom it accepts as a daemon.

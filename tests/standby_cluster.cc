@@ -13,6 +13,8 @@
 #include <fstream>
 #include <utility>
 
+#include "keys/keys_folder.h"
+
 namespace tessera::testing {
 namespace {
 
@@ -42,7 +44,7 @@ void StandbyCluster::start_all(const HostNetwork* network, const std::filesystem
   network_ = network;
   keys_folder_ = keys;
   folder_ = *cli::make_temporary_folder();
-  etcd_url_ = absl::StrCat("http://", address(kEtcdHost, 2379));
+  etcd_url_ = absl::StrCat(keys.empty() ? "http://" : "https://", address(kEtcdHost, 2379));
   etcd_peer_url_ = absl::StrCat("http://", address(kEtcdHost, 2380));
   start_etcd();
   for (const std::size_t place : {0, 1}) {
@@ -105,11 +107,26 @@ std::vector<std::string> StandbyCluster::of_cluster(std::vector<std::string> arg
 }
 
 void StandbyCluster::start_etcd() {
-  etcd_ = start(kEtcdHost, "/usr/bin/etcd",
-                {"--data-dir", (folder_ / "etcd").string(), "--listen-client-urls", etcd_url_,
-                 "--advertise-client-urls", etcd_url_, "--listen-peer-urls", etcd_peer_url_,
-                 "--initial-advertise-peer-urls", etcd_peer_url_, "--initial-cluster",
-                 absl::StrCat("default=", etcd_peer_url_)});
+  std::vector<std::string> arguments = {"--data-dir",
+                                        (folder_ / "etcd").string(),
+                                        "--listen-client-urls",
+                                        etcd_url_,
+                                        "--advertise-client-urls",
+                                        etcd_url_,
+                                        "--listen-peer-urls",
+                                        etcd_peer_url_,
+                                        "--initial-advertise-peer-urls",
+                                        etcd_peer_url_,
+                                        "--initial-cluster",
+                                        absl::StrCat("default=", etcd_peer_url_)};
+  if (!keys_folder_.empty()) {
+    const std::filesystem::path own = keys_folder_ / kDaemonFolder;
+    arguments.insert(arguments.end(),
+                     {"--cert-file", (own / kCertificateFile).string(), "--key-file",
+                      (own / kKeyFile).string(), "--client-cert-auth", "--trusted-ca-file",
+                      (own / kAuthorityFile).string(), "--client-cert-allowed-hostname", kDaemonName});
+  }
+  etcd_ = start(kEtcdHost, "/usr/bin/etcd", arguments);
 }
 
 void StandbyCluster::start_coordinator(std::size_t place) {

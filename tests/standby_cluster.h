@@ -25,7 +25,7 @@ class StandbyCluster : public WatchedRun {
   static constexpr std::size_t kHosts = 7;
 
   // All of it, with the busy world running. On loopback, or on the hosts of `network`; with the folder
-  // `keys`, if there is one.
+  // `keys`, if there is one, etcd too.
   void start_all(const HostNetwork* network = nullptr, const std::filesystem::path& keys = {});
   ~StandbyCluster() override;
 
@@ -41,6 +41,7 @@ class StandbyCluster : public WatchedRun {
   void await(std::size_t place, const std::string& text, std::size_t before);
 
   int lease_seconds_ = 2;  // of the coordinator that leads
+  std::string etcd_url_;
   std::array<std::optional<cli::ChildProcess>, 2> coordinators_;
   std::vector<std::optional<cli::ChildProcess>> servers_;
   std::optional<cli::ChildProcess> etcd_;
@@ -56,7 +57,6 @@ class StandbyCluster : public WatchedRun {
   const HostNetwork* network_ = nullptr;
   std::filesystem::path keys_folder_;
   std::filesystem::path folder_;
-  std::string etcd_url_;
   std::string etcd_peer_url_;
   std::array<std::string, 2> addresses_;
   std::vector<std::filesystem::path> logs_;

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <future>
 
+#include "coordinator/grpc_etcd.h"
+#include "keys/keys_folder.h"
 #include "keys/test_keys.h"
 #include "tests/standby_cluster.h"
 
@@ -147,6 +149,26 @@ TEST_F(StandbyWithKeys, TakesOverFromALeaderThatIsKilled) {
   go_on(60);
   ASSERT_NE(leader(), place);
   expect_as_undisturbed();
+}
+
+// A client of the cluster, of whatever role, is not let into its etcd.
+TEST_F(StandbyWithKeys, EtcdAcceptsDaemonsOnly) {
+  go_on(10);
+  const auto read_as = [&](const std::string& holder) {
+    CoordinatorArguments arguments;
+    arguments.etcd = {etcd_url_};
+    const absl::StatusOr<ServerKeys> daemon = read_server_keys(keys_.folder(), kDaemonFolder);
+    const std::filesystem::path own = keys_.folder() / holder;
+    arguments.etcd_files = {.authority = (own / kAuthorityFile).string(),
+                            .certificate = (own / kCertificateFile).string(),
+                            .key = (own / kKeyFile).string()};
+    const std::unique_ptr<Etcd> etcd = connect_etcd(etcd_access(arguments, *daemon).value(), [] {});
+    etcdserverpb::TxnRequest request;
+    *request.add_success() = read("leader");
+    return etcd->transact(request).get().status();
+  };
+  EXPECT_THAT(read_as(kDaemonFolder), IsOk());
+  EXPECT_FALSE(read_as(kAdminFolder).ok());
 }
 
 }  // namespace
