@@ -29,7 +29,7 @@ class Checkpoints {
   using Nanoseconds = std::chrono::nanoseconds;
 
   // `start` is what the servers are sent at first.
-  explicit Checkpoints(WorldToLoad start) : start_(std::make_unique<WorldToLoad>(std::move(start))) {}
+  explicit Checkpoints(std::shared_ptr<const WorldToLoad> start) : start_(std::move(start)) {}
 
   // Adds a later one: `chunks` are all that servers have, or what has changed since the latest. Returns the
   // latter; valid until the next call. Earlier ones stay until this one is kStreamSlack old: what servers had
@@ -65,9 +65,9 @@ class Checkpoints {
     Nanoseconds time{};
   };
 
-  std::unique_ptr<WorldToLoad> start_;  // null once there is a later one instead
-  Checkpoint earliest_;                 // of no meaning until then
-  std::deque<Later> later_;             // ascending
+  std::shared_ptr<const WorldToLoad> start_;  // null once there is a later one instead
+  Checkpoint earliest_;                       // of no meaning until then
+  std::deque<Later> later_;                   // ascending
 };
 
 // How far behind the servers a client may be that misses no tick of a stream when one of them is lost.

@@ -81,7 +81,7 @@ void Coordinator::Impl::send_grants(Nanoseconds now) {
   was_moving_ = moving;
 }
 
-void Coordinator::Impl::receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now) {
+void Coordinator::Impl::receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
   using Kind = v1::ClusterMessage::KindCase;
   if (finished_) return;
   if (message.kind_case() == Kind::kHello) {
@@ -103,7 +103,7 @@ void Coordinator::Impl::receive(NodeId from, const v1::ClusterMessage& message, 
       on_report(*server, message.report(), now);
       break;
     case Kind::kAnswer:
-      on_answer(from, message.answer());
+      on_answer(from, std::move(*message.mutable_answer()));
       break;
     case Kind::kGoodbye:
       lost(from, absl::StrCat("left: ", message.goodbye().reason()), now);
@@ -213,9 +213,9 @@ void Coordinator::Impl::name_slow_server() {
       Severity::kWarning);
 }
 
-void Coordinator::Impl::on_answer(NodeId from, const v1::Answer& answer) {
+void Coordinator::Impl::on_answer(NodeId from, v1::Answer answer) {
   if (!world_ || answer.world() != world_->number) return;
-  if (absl::Status status = world_->queries.answer(from, answer); !status.ok()) {
+  if (absl::Status status = world_->queries.answer(from, std::move(answer)); !status.ok()) {
     log(absl::StrCat("an answer of server ", absl::Hex(from.value), " is ignored: ", status.message()),
         Severity::kWarning);
   }
@@ -313,8 +313,8 @@ Coordinator::Coordinator(const CoordinatorOptions& options) : impl_(std::make_un
 Coordinator::~Coordinator() = default;
 
 void Coordinator::handle(ClientRequest request, Nanoseconds now) { impl_->handle(std::move(request), now); }
-void Coordinator::receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now) {
-  impl_->receive(from, message, now);
+void Coordinator::receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
+  impl_->receive(from, std::move(message), now);
 }
 bool Coordinator::suspect(NodeId server, Nanoseconds now) { return impl_->suspect(server, now); }
 void Coordinator::ended(NodeId server, Nanoseconds now) { impl_->lost(server, "has ended", now); }

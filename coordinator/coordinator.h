@@ -130,7 +130,7 @@ class Coordinator {
 
   // Each call may add outgoing messages, which the shell then takes and sends.
   void handle(ClientRequest request, Nanoseconds now);
-  void receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now);
+  void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now);
   // The transport has lost contact with a server, which may have ended or only stalled: it is a suspect until
   // it responds again or counts as lost. False if it is not, or is no longer, a server of the cluster.
   bool suspect(NodeId server, Nanoseconds now);

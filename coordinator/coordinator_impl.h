@@ -36,7 +36,7 @@ class Coordinator::Impl {
   void abandon();
 
   void handle(ClientRequest request, Nanoseconds now);
-  void receive(NodeId from, const v1::ClusterMessage& message, Nanoseconds now);
+  void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now);
   bool suspect(NodeId node, Nanoseconds now);
   void advance(Nanoseconds now);
   std::optional<Nanoseconds> next_deadline() const;
@@ -84,7 +84,7 @@ class Coordinator::Impl {
   void on_loaded(NodeId from, const v1::Loaded& loaded, Nanoseconds now);
   void on_report(Server& server, const v1::Report& report, Nanoseconds now);
   void name_slow_server();
-  void on_answer(NodeId from, const v1::Answer& answer);
+  void on_answer(NodeId from, v1::Answer answer);
   void shut_down(const std::string& reason);
 
   // loading.cc
@@ -95,8 +95,8 @@ class Coordinator::Impl {
   void try_start();
   std::vector<NodeId> chosen_nodes(Precision precision) const;
   void start(WaitingLoad load, const std::vector<NodeId>& nodes);
-  std::unique_ptr<ActiveWorld> make_world(WorldToLoad from, std::uint64_t load, std::uint64_t number,
-                                          const std::vector<NodeId>& nodes) const;
+  std::unique_ptr<ActiveWorld> make_world(std::shared_ptr<const WorldToLoad> from, std::uint64_t load,
+                                          std::uint64_t number, const std::vector<NodeId>& nodes) const;
   void send_loads(Placement placement, Tick tick);
   void give_up_waiting(const absl::Status& status);
   void finish_load();

@@ -136,15 +136,13 @@ absl::Status EtcdStore::append(const std::vector<v1::StoredInput>& inputs) {
 bool EtcdStore::change(StateChange change, std::uint64_t position) {
   if (next_ || lost_) return false;
   const std::string name = draw_name();
-  const std::size_t kept = parts_to_keep(parts_, change);
+  StatePart part = parts_.add(name, change);
   wants_whole_ = false;
   next_.emplace();
   next_->record = record_of(name, /*is_snapshot=*/true, position);
-  next_->parts.assign(parts_.begin(), parts_.begin() + static_cast<std::ptrdiff_t>(kept));
-  next_->writing =
-      std::async(std::launch::async, [this, name, kept, parts = parts_, change = std::move(change)] {
-        return folder_.write_change(name, parts, kept, change);
-      });
+  next_->writing = std::async(std::launch::async, [this, part = std::move(part), change = std::move(change)] {
+    return folder_.write_change(part, change);
+  });
   return true;
 }
 
@@ -177,7 +175,6 @@ void EtcdStore::take_outcome(const absl::StatusOr<TxnResponse>& response) {
   has_complained_ = false;
   if (is_recording_) {
     if (!is_recorded(*response, next_->record)) return;
-    parts_ = std::move(next_->parts);
     next_.reset();
     return;
   }
@@ -192,14 +189,12 @@ bool EtcdStore::is_next_held() {
   if (!next_) return false;
   if (next_->writing.valid()) {
     if (!is_ready(next_->writing)) return false;
-    const absl::StatusOr<std::uint64_t> bytes = next_->writing.get();
-    if (!bytes.ok()) {
-      complain(bytes.status());
+    if (absl::Status written = next_->writing.get(); !written.ok()) {
+      complain(written);
       wants_whole_ = true;
       next_.reset();
       return false;
     }
-    next_->parts.push_back({next_->record.name(), *bytes});
     next_->after = position_;
     next_->offered = std::chrono::steady_clock::now();
     options_.copies.offer(record_ ? record_->name() : std::string(), next_->record.name());

@@ -66,8 +66,7 @@ class EtcdStore final : public WorldStore {
   // A state that is to be named in etcd.
   struct Next {
     v1::StateRecord record;
-    std::future<absl::StatusOr<std::uint64_t>> writing;  // its bytes; invalid once it is on disk
-    std::vector<StatePart> parts;                        // before this one; with it once it is on disk
+    std::future<absl::Status> writing;  // invalid once it is on disk
     std::chrono::steady_clock::time_point offered;
     // It is recorded after these inputs: the pace is among them, which it does not have.
     std::uint64_t after;
@@ -106,7 +105,7 @@ class EtcdStore final : public WorldStore {
   std::uint64_t load_ = 0;
   std::uint64_t names_ = 0;                // drawn
   std::optional<v1::StateRecord> record_;  // in etcd
-  std::vector<StatePart> parts_;           // the files of that state, if this store has written them
+  StateParts parts_;                       // of that state, and of next_
   bool wants_whole_ = true;
   std::int64_t record_revision_ = 0;
   std::uint64_t position_ = 0;

@@ -200,9 +200,8 @@ class FolderStore final : public WorldStore {
     if (!state.ok()) return state.status();
     world.state = *std::move(state);
     stored_ = std::move(world);
-    for (std::string& name : parts_before(path_of(absl::StrCat(file_)), disk_))
-      parts_.push_back({std::move(name), 0});
-    parts_.push_back({absl::StrCat(file_), 0});
+    files_ = parts_before(path_of(absl::StrCat(file_)), disk_);
+    files_.push_back(absl::StrCat(file_));
     remove_other_states();
     return absl::OkStatus();
   }
@@ -216,8 +215,7 @@ class FolderStore final : public WorldStore {
     const std::string name = absl::StrCat(file);
     if (absl::Status status = write_state(path_of(name), state, disk_); !status.ok()) return status;
     wants_whole_ = true;
-    return refer_to(file, {{name, 0}}, std::holds_alternative<std::vector<v1::SnapshotChunk>>(state),
-                    position_);
+    return refer_to(file, {name}, std::holds_alternative<std::vector<v1::SnapshotChunk>>(state), position_);
   }
 
   absl::Status end() override {
@@ -228,7 +226,7 @@ class FolderStore final : public WorldStore {
       return cleared;
     });
     ++file_;
-    parts_.clear();
+    files_.clear();
     remove_other_states();
     return status;
   }
@@ -254,16 +252,14 @@ class FolderStore final : public WorldStore {
 
   bool change(StateChange change, std::uint64_t position) override {
     if (background_) return false;
-    const std::size_t kept = parts_to_keep(parts_, change);
-    next_ = std::make_shared<Next>(Next{absl::StrCat(file_ + 1), position, {}});
+    StatePart part = parts_.add(absl::StrCat(file_ + 1), change);
+    next_files_ = part.kept;
+    next_files_.push_back(part.name);
+    next_position_ = position;
     wants_whole_ = false;
-    background_ = disk_.in_background([this, next = next_, parts = parts_, kept, change = std::move(change)] {
-      const auto written = write_part(
-          next->name, parts, kept, change, [this](const auto& name) { return path_of(name); }, disk_);
-      if (!written.ok()) return written.status();
-      next->parts.assign(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(kept));
-      next->parts.push_back({next->name, *written});
-      return absl::OkStatus();
+    background_ = disk_.in_background([this, part = std::move(part), change = std::move(change)] {
+      return write_part(
+          part, change, [this](const auto& name) { return path_of(name); }, disk_);
     });
     return true;
   }
@@ -273,7 +269,7 @@ class FolderStore final : public WorldStore {
     const std::unique_ptr<Disk::Work> work = std::move(background_);
     absl::Status status = work->wait();
     if (status.ok())
-      status = refer_to(file_ + 1, std::move(next_->parts), /*is_snapshot=*/true, next_->position);
+      status = refer_to(file_ + 1, std::move(next_files_), /*is_snapshot=*/true, next_position_);
     wants_whole_ |= !status.ok();
     return status;
   }
@@ -282,13 +278,6 @@ class FolderStore final : public WorldStore {
   ~FolderStore() override { wait_for_background(); }
 
  private:
-  // A state that is being written.
-  struct Next {
-    std::string name;
-    std::uint64_t position = 0;
-    std::vector<StatePart> parts;  // once it is written
-  };
-
   std::filesystem::path path_of(const std::string& name) const {
     return folder_ / absl::StrCat(name, kStateSuffix);
   }
@@ -299,7 +288,7 @@ class FolderStore final : public WorldStore {
     background_.reset();
   }
 
-  absl::Status refer_to(std::uint64_t file, std::vector<StatePart> parts, bool is_snapshot,
+  absl::Status refer_to(std::uint64_t file, std::vector<std::string> files, bool is_snapshot,
                         std::uint64_t position) {
     absl::Status status = database_.at_once([&] {
       absl::Status changed = database_.run("DELETE FROM state");
@@ -315,7 +304,7 @@ class FolderStore final : public WorldStore {
     });
     if (!status.ok()) return status;
     file_ = file;
-    parts_ = std::move(parts);
+    files_ = std::move(files);
     remove_other_states();
     return absl::OkStatus();
   }
@@ -323,8 +312,8 @@ class FolderStore final : public WorldStore {
   void remove_other_states() {
     for (const std::filesystem::path& file : disk_.files_in(folder_)) {
       const bool is_state = file.extension() == kStateSuffix;
-      const bool is_needed = std::any_of(parts_.begin(), parts_.end(),
-                                         [&](const StatePart& part) { return file == path_of(part.name); });
+      const bool is_needed = std::any_of(files_.begin(), files_.end(),
+                                         [&](const std::string& name) { return file == path_of(name); });
       if (file.extension() == kUnfinishedSuffix || (is_state && !is_needed)) disk_.remove(file);
     }
   }
@@ -335,11 +324,13 @@ class FolderStore final : public WorldStore {
   std::optional<StoredWorld> stored_;
   std::uint64_t load_ = 0;
   std::uint64_t file_ = 0;                  // the last one of the state that is stored
-  std::vector<StatePart> parts_;            // all of its files
-  bool wants_whole_ = true;                 // since those of another process are of a size that is not known
+  std::vector<std::string> files_;          // all of it
+  StateParts parts_;                        // with the one that is being written
+  bool wants_whole_ = true;                 // since nobody knows what those of another process have
   std::uint64_t position_ = 0;              // of the last input
   std::unique_ptr<Disk::Work> background_;  // null: none is being written
-  std::shared_ptr<Next> next_;
+  std::vector<std::string> next_files_;     // of the state that is being written, and
+  std::uint64_t next_position_ = 0;
 };
 
 }  // namespace

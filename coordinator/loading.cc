@@ -36,7 +36,7 @@ void Coordinator::Impl::on(Call<v1::LoadRequest, v1::LoadReply>& call, Nanosecon
     call.reply(world.status(), {});
     return;
   }
-  call.request.Clear();  // the description has everything, and the request may be large
+  call.request = {};  // the description has everything, and the request may be large
   waiting_load_ = WaitingLoad{std::move(call.reply), *std::move(world), now + options_.join_timeout};
   try_start();
 }
@@ -100,7 +100,7 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
   worlds_ = number;
 
   const Tick tick = load.world.tick();
-  world_ = make_world(std::move(load.world), ++loads_, number, nodes);
+  world_ = make_world(std::make_shared<const WorldToLoad>(std::move(load.world)), ++loads_, number, nodes);
   world_->map = placement->map;
   world_->sectors = placement->sectors;
   world_->load_reply = std::move(load.reply);
@@ -111,25 +111,24 @@ void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes
 }
 
 // A world that no server has yet.
-std::unique_ptr<ActiveWorld> Coordinator::Impl::make_world(WorldToLoad from, std::uint64_t load,
-                                                           std::uint64_t number,
+std::unique_ptr<ActiveWorld> Coordinator::Impl::make_world(std::shared_ptr<const WorldToLoad> from,
+                                                           std::uint64_t load, std::uint64_t number,
                                                            const std::vector<NodeId>& nodes) const {
-  const WorldSettings settings = from.settings();
-  const SectorIndex anchor = from.anchor();
-  const Tick tick = from.tick();
-  std::string name = from.name();
-  std::vector<Sequencer::Held> held = held_of(from);
+  const WorldSettings settings = from->settings();
+  const SectorIndex anchor = from->anchor();
+  const Tick tick = from->tick();
+  std::vector<Sequencer::Held> held = held_of(*from);
   std::optional<Checkpoints> checkpoints;
   if (survives_losses()) checkpoints.emplace(from);
   auto world = std::make_unique<ActiveWorld>(ActiveWorld{
       .load = load,
       .number = number,
-      .name = std::move(name),
+      .name = from->name(),
       .settings = settings,
       .anchor = anchor,
       .map = SectorMap(anchor, {}, /*epoch=*/0),
       .nodes = nodes,
-      .registry = registry_of(std::move(from)),
+      .registry = registry_of(*from),
       .sequencer = Sequencer({number, nodes.size(), settings.time_step, options_.grant_window, tick,
                               /*keeps_past=*/survives_losses()}),
       .queries = Queries(),

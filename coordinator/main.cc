@@ -16,6 +16,7 @@
 #include "daemon/log.h"
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
+#include "lpss/base/freed_memory.h"
 #include "proto/recording_file.h"
 #include "transport/dds_link.h"
 
@@ -95,6 +96,7 @@ int main(int argc, char** argv) {
   tessera::add_options(app, arguments);
   if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
   if (arguments.exit_with_parent && !tessera::end_with_parent(parent, SIGTERM)) return 1;
+  tessera::return_freed_memory();
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // failures are reported by us
   tessera::start_log("coordinator", arguments.log);
   return tessera::run(arguments);

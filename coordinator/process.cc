@@ -124,7 +124,7 @@ bool CoordinatorProcess::serve(Coordinator& coordinator, DdsLink& link, const st
          link.receive(start + std::chrono::duration_cast<Clock::duration>(deadline))) {
       v1::ClusterMessage message;
       if (message.ParseFromString(delivery.payload)) {
-        coordinator.receive(delivery.from, message, now());
+        coordinator.receive(delivery.from, std::move(message), now());
       } else {
         spdlog::warn("a message from node {:x} cannot be read", delivery.from.value);
       }

@@ -69,13 +69,15 @@ template <typename Request, typename Answer>
 grpc::ServerUnaryReactor* TesseraService::post(Context* context, const Request* request, Answer* answer) {
   auto* call = new UnaryCall<Answer>(context, answer);
   const auto place = call->place();
-  // Looked at before the request is copied, too.
   const std::size_t bytes = request->ByteSizeLong();
   if (absl::Status room = queue_.room_for(bytes); !room.ok() && place->take() != nullptr) {
     call->end(room);
     return call;
   }
-  ClientRequest posted(ClientCall<Request, Answer>{*request,
+  // gRPC keeps the request until the call is answered; it may be a whole world.
+  Request& kept =
+      *static_cast<grpc::MessageHolder<Request, Answer>*>(context->GetRpcAllocatorState())->request();
+  ClientRequest posted(ClientCall<Request, Answer>{std::move(kept),
                                                    [place](const absl::Status& status, const Answer& from) {
                                                      UnaryCall<Answer>* taken = place->take();
                                                      if (taken == nullptr) return;

@@ -105,13 +105,10 @@ TEST_F(StateCopiesTest, AStandbyGetsWhatIsRecordedAndWhatIsNext) {
 
 // Of a state in several files, a standby gets those that it lacks, and counts as a holder with the last.
 TEST_F(StateCopiesTest, AStandbyGetsTheFilesOfAState) {
-  std::vector<StatePart> parts;
+  StateParts parts;
   const auto write = [&](int number, const StateChange& change) {
-    const std::size_t kept = parts_to_keep(parts, change);
-    const auto bytes = leading_->write_change(name(number), parts, kept, change);
-    ASSERT_TRUE(bytes.ok()) << bytes.status();
-    parts.resize(kept);
-    parts.push_back({name(number), *bytes});
+    const absl::Status written = leading_->write_change(parts.add(name(number), change), change);
+    ASSERT_TRUE(written.ok()) << written;
   };
   StateChange whole = state_of(1);
   put(sector_chunk(5, std::string(100'000, 'a')), whole.chunks);

@@ -118,13 +118,11 @@ void StateFolder::add(const std::string& name) {
   files_[name] = std::move(before);
 }
 
-absl::StatusOr<std::uint64_t> StateFolder::write_change(const std::string& name,
-                                                        std::span<const StatePart> parts, std::size_t kept,
-                                                        const StateChange& change) {
-  absl::StatusOr<std::uint64_t> bytes = write_part(
-      name, parts, kept, change, [this](const std::string& part) { return path_of(part); }, system_disk());
-  if (bytes.ok()) add(name);
-  return bytes;
+absl::Status StateFolder::write_change(const StatePart& part, const StateChange& change) {
+  absl::Status status = write_part(
+      part, change, [this](const std::string& name) { return path_of(name); }, system_disk());
+  if (status.ok()) add(part.name);
+  return status;
 }
 
 absl::Status StateFolder::write(const std::string& name, const StoredState& state) {

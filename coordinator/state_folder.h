@@ -44,8 +44,7 @@ class StateFolder {
   // On return, it is on disk.
   absl::Status write(const std::string& name, const StoredState& state);
   // As write_part().
-  absl::StatusOr<std::uint64_t> write_change(const std::string& name, std::span<const StatePart> parts,
-                                             std::size_t kept, const StateChange& change);
+  absl::Status write_change(const StatePart& part, const StateChange& change);
   // DATA_LOSS where it is not as it was written: it then no longer counts as held.
   absl::StatusOr<StoredState> read(const std::string& name, bool is_snapshot);
 

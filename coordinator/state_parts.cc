@@ -12,16 +12,13 @@ namespace {
 
 using Chunk = v1::SnapshotChunk;
 
-// A file is merged with what comes after it unless it is more than so many times as large: each byte of a
-// change is written again only when what follows has become large beside it.
-constexpr std::uint64_t kLargerTimes = 2;
+// Files stay as they are while there are at most so many, and they have at most so many times the bytes of
+// the state. Otherwise those are merged whose chunks that count are at most so many times as large as what
+// comes after them: each byte of a change is written again only when what follows has become large beside it.
+constexpr std::size_t kFilesKept = 4;
+constexpr std::uint64_t kTimesTheState = 2;
+constexpr std::uint64_t kTimesTheLater = 2;
 constexpr std::uint64_t kFileBytes = 4096;  // what a file costs beyond its contents, as it were
-
-std::uint64_t bytes_of(const StateChange& change) {
-  std::uint64_t bytes = 0;
-  for (const auto& [key, chunk] : change.chunks) bytes += chunk->ByteSizeLong();
-  return bytes;
-}
 
 // The chunks of a file take the places of those before.
 void put_all(std::vector<Chunk> chunks, KeptChunks& to) {
@@ -37,47 +34,81 @@ void remove_absences(KeptChunks& state) {
 
 }  // namespace
 
-std::size_t parts_to_keep(std::span<const StatePart> parts, const StateChange& change) {
-  if (change.is_whole) return 0;
-  std::uint64_t bytes = bytes_of(change) + kFileBytes;
-  std::size_t kept = parts.size();
-  for (; kept > 0 && parts[kept - 1].bytes <= kLargerTimes * bytes; --kept) bytes += parts[kept - 1].bytes;
-  return kept;
+// The chunks of the change are those that count from now on.
+void StateParts::take_newest(const StateChange& change, File& next) {
+  for (const auto& [view, chunk] : change.chunks) {
+    std::string key(view);
+    for (File& file : files_) {
+      const auto found = file.newest.find(key);
+      if (found == file.newest.end()) continue;
+      file.newest_bytes -= found->second;
+      file.newest.erase(found);
+    }
+    const std::uint64_t bytes = is_absence(*chunk) ? 0 : chunk->ByteSizeLong();
+    next.newest.emplace(std::move(key), bytes);
+    next.newest_bytes += bytes;
+  }
+  next.bytes = kFileBytes + next.newest_bytes;
+  std::erase_if(files_, [](const File& file) { return file.newest.empty(); });
 }
 
-absl::StatusOr<std::uint64_t> write_part(const std::string& name, std::span<const StatePart> parts,
-                                         std::size_t kept, const StateChange& change,
-                                         const PathOfPart& path_of, Disk& disk) {
-  KeptChunks merged;
-  if (!change.is_whole) {
-    for (const StatePart& part : parts.subspan(kept)) {
-      absl::StatusOr<std::vector<Chunk>> chunks = read_snapshot(path_of(part.name), disk);
-      if (!chunks.ok()) return chunks.status();
-      put_all(*std::move(chunks), merged);
+bool StateParts::has_room(const File& next) const {
+  std::uint64_t bytes = next.bytes;
+  std::uint64_t newest = next.newest_bytes;
+  for (const File& file : files_) {
+    bytes += file.bytes;
+    newest += file.newest_bytes;
+  }
+  return files_.size() < kFilesKept && bytes <= kTimesTheState * newest;
+}
+
+StatePart StateParts::add(const std::string& name, const StateChange& change) {
+  if (change.is_whole) files_.clear();
+  File next{.name = name, .bytes = 0, .newest = {}, .newest_bytes = 0};
+  take_newest(change, next);
+  StatePart part{.name = name, .kept = {}, .merged = {}};
+  if (!has_room(next)) {
+    while (!files_.empty() && files_.back().newest_bytes <= kTimesTheLater * next.bytes) {
+      File& last = files_.back();
+      next.bytes += last.newest_bytes;
+      next.newest_bytes += last.newest_bytes;
+      next.newest.merge(last.newest);
+      part.merged.insert(part.merged.begin(), std::move(last.name));
+      files_.pop_back();
     }
   }
-  for (const auto& [key, chunk] : change.chunks) put(chunk, merged);
-  if (kept == 0) remove_absences(merged);
+  for (const File& file : files_) part.kept.push_back(file.name);
+  if (files_.empty()) absl::erase_if(next.newest, [](const auto& entry) { return entry.second == 0; });
+  files_.push_back(std::move(next));
+  return part;
+}
 
-  absl::StatusOr<WholeFile> file = WholeFile::create(path_of(name), disk);
+absl::Status write_part(const StatePart& part, const StateChange& change, const PathOfPart& path_of,
+                        Disk& disk) {
+  KeptChunks merged;
+  for (const std::string& name : part.merged) {
+    absl::StatusOr<std::vector<Chunk>> chunks = read_snapshot(path_of(name), disk);
+    if (!chunks.ok()) return chunks.status();
+    put_all(*std::move(chunks), merged);
+  }
+  for (const auto& [key, chunk] : change.chunks) put(chunk, merged);
+  if (part.kept.empty()) remove_absences(merged);
+
+  absl::StatusOr<WholeFile> file = WholeFile::create(path_of(part.name), disk);
   if (!file.ok()) return file.status();
   SnapshotEncoder encoder;
-  std::uint64_t written = 0;
   const auto append = [&](const Chunk& chunk) {
     const absl::StatusOr<std::string> bytes = encoder.encode(chunk);
     if (!bytes.ok()) return bytes.status();
-    written += bytes->size();
     return file->append(*bytes);
   };
   Chunk before;
-  for (const StatePart& part : parts.first(kept)) before.mutable_parts()->add_names(part.name);
-  absl::Status status = kept > 0 ? append(before) : absl::OkStatus();
+  for (const std::string& name : part.kept) before.mutable_parts()->add_names(name);
+  absl::Status status = part.kept.empty() ? absl::OkStatus() : append(before);
   for (auto chunk = merged.begin(); status.ok() && chunk != merged.end(); ++chunk)
     status = append(*chunk->second);
   if (status.ok()) status = append(end_chunk(merged.size()));
-  if (status.ok()) status = file->finish();
-  if (!status.ok()) return status;
-  return written;
+  return status.ok() ? file->finish() : status;
 }
 
 std::vector<std::string> parts_before(const std::filesystem::path& file, Disk& disk) {

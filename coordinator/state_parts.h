@@ -1,15 +1,17 @@
 // States of a world as files of which each has only what has changed since those before it, so that a
-// checkpoint writes about as much as has changed. Files that are small beside what comes are merged with it:
-// there are few of them, and together they are at most some times as large as the state.
+// checkpoint writes about as much as has changed. A file of which nothing is left that later ones do not have
+// is dropped unread, as all are where a whole world moves. Where there are many files, or they are large
+// beside the state, those that are small beside what comes are merged with it.
 #pragma once
 
+#include <absl/container/flat_hash_map.h>
+#include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -18,22 +20,41 @@
 
 namespace tessera {
 
-// One of the files of a state: all of it, or what has changed since the files before.
+// A file that is to be written: which others of its state stay, and which are merged into it. Oldest first.
 struct StatePart {
   std::string name;
-  std::uint64_t bytes = 0;
+  std::vector<std::string> kept;
+  std::vector<std::string> merged;
+};
+
+// What the files of a state have, as they are written one after the other.
+class StateParts {
+ public:
+  // Plans the file `name`, which has the change. The first change is whole, and so is the one after a file
+  // that could not be written.
+  StatePart add(const std::string& name, const StateChange& change);
+
+ private:
+  struct File {
+    std::string name;
+    std::uint64_t bytes = 0;  // about
+    // Keys that no later file has, and the bytes of their chunks; 0 for an absence.
+    absl::flat_hash_map<std::string, std::uint64_t> newest;
+    std::uint64_t newest_bytes = 0;
+  };
+
+  void take_newest(const StateChange& change, File& next);
+  bool has_room(const File& next) const;
+
+  std::vector<File> files_;
 };
 
 using PathOfPart = std::function<std::filesystem::path(const std::string& name)>;
 
-// How many of the files of a state stay as they are where a change comes; the later ones are merged with it.
-std::size_t parts_to_keep(std::span<const StatePart> parts, const StateChange& change);
-
-// Writes one more file `name` of a state, which takes the place of those after the first `kept`. Returns its
-// bytes. Errors as WholeFile, DATA_LOSS where a file to be merged is not as it was written.
-absl::StatusOr<std::uint64_t> write_part(const std::string& name, std::span<const StatePart> parts,
-                                         std::size_t kept, const StateChange& change,
-                                         const PathOfPart& path_of, Disk& disk);
+// Writes a file as it was planned for the change. Errors as WholeFile, DATA_LOSS where a file to be merged is
+// not as it was written.
+absl::Status write_part(const StatePart& part, const StateChange& change, const PathOfPart& path_of,
+                        Disk& disk);
 
 // The files before this one of its state, oldest first; none of a file that has all of a state, or is no part
 // of one. Only the beginning of the file is read.

@@ -34,21 +34,22 @@ class StatePartsTest : public ::testing::Test {
   std::filesystem::path path_of(const std::string& name) const { return folder_ / (name + ".state"); }
 
   void write(const StateChange& change) {
-    const std::size_t kept = parts_to_keep(parts_, change);
-    const std::string name = std::to_string(++written_);
-    const auto bytes = write_part(
-        name, parts_, kept, change, [this](const std::string& part) { return path_of(part); }, system_disk());
-    ASSERT_TRUE(bytes.ok()) << bytes.status();
-    EXPECT_EQ(*bytes, std::filesystem::file_size(path_of(name)));
-    bytes_written_ += *bytes;
-    parts_.resize(kept);
-    parts_.push_back({name, *bytes});
+    last_ = parts_.add(std::to_string(++written_), change);
+    const absl::Status written = write_part(
+        last_, change, [this](const std::string& name) { return path_of(name); }, system_disk());
+    ASSERT_TRUE(written.ok()) << written;
+    bytes_written_ += std::filesystem::file_size(path_of(last_.name));
+    std::erase_if(files_, [&](const std::string& file) {
+      return std::find(last_.kept.begin(), last_.kept.end(), file) == last_.kept.end();
+    });
+    ASSERT_EQ(files_, last_.kept);
+    files_.push_back(last_.name);
   }
 
   // Sectors with their bytes, in the order of the snapshot.
   std::map<std::int64_t, std::string> read() const {
     const auto chunks = read_parts(
-        parts_.back().name, [this](const std::string& part) { return path_of(part); }, system_disk());
+        last_.name, [this](const std::string& part) { return path_of(part); }, system_disk());
     EXPECT_TRUE(chunks.ok()) << chunks.status();
     std::map<std::int64_t, std::string> sectors;
     if (!chunks.ok()) return sectors;
@@ -61,7 +62,9 @@ class StatePartsTest : public ::testing::Test {
   }
 
   std::filesystem::path folder_;
-  std::vector<StatePart> parts_;
+  StateParts parts_;
+  StatePart last_;
+  std::vector<std::string> files_;
   int written_ = 0;
   std::uint64_t bytes_written_ = 0;
 };
@@ -70,8 +73,8 @@ TEST_F(StatePartsTest, TheLastChangeOfEachKeyCounts) {
   write(change_of({sector_chunk(-1, std::string(10'000, 'a')), sector_chunk(2, "b"), sector_chunk(3, "c")},
                   true));
   write(change_of({sector_chunk(2, "d"), absence_of(sector_key({3, 0, 0}))}));
-  EXPECT_EQ(parts_.size(), 2u);
-  EXPECT_THAT(parts_before(path_of(parts_.back().name), system_disk()), ::testing::ElementsAre("1"));
+  EXPECT_EQ(files_.size(), 2u);
+  EXPECT_THAT(parts_before(path_of(last_.name), system_disk()), ::testing::ElementsAre("1"));
   EXPECT_EQ(read(), (std::map<std::int64_t, std::string>{{0, std::string(10'000, 'a')}, {1, "d"}}));
 }
 
@@ -119,7 +122,7 @@ TEST_F(StatePartsTest, ManyChangesAreFewFiles) {
     }
     for (const auto& [key, chunk] : change.chunks) changed += chunk->ByteSizeLong() + 16;
     write(change);
-    ASSERT_LE(parts_.size(), 12u);
+    ASSERT_LE(files_.size(), 12u);
   }
   std::vector<std::string> expected;
   for (const auto& [sector, contents] : state) expected.push_back(contents);
@@ -127,9 +130,32 @@ TEST_F(StatePartsTest, ManyChangesAreFewFiles) {
   for (const auto& [n, contents] : read()) found.push_back(contents);
   EXPECT_EQ(found, expected);
   std::uint64_t on_disk = 0;
-  for (const StatePart& part : parts_) on_disk += part.bytes;
+  for (const std::string& file : files_) on_disk += std::filesystem::file_size(path_of(file));
   EXPECT_LT(on_disk, 3 * bytes_of_state());
   EXPECT_LT(bytes_written_, 8 * changed);
+}
+
+// A world of which everything moves but what has never changed.
+TEST_F(StatePartsTest, FilesOfWhichNothingIsLeftAreDroppedUnread) {
+  write(change_of({sector_chunk(1, std::string(40'000, 'a')), sector_chunk(2, std::string(50'000, 'b')),
+                   sector_chunk(3, std::string(50'000, 'c'))},
+                  true));
+  for (char tick = 'd'; tick < 'm'; ++tick) {
+    write(
+        change_of({sector_chunk(2, std::string(50'000, tick)), sector_chunk(3, std::string(50'000, tick))}));
+    EXPECT_THAT(last_.merged, IsEmpty());
+    EXPECT_EQ(files_.size(), 2u);
+  }
+  EXPECT_LT(bytes_written_, 140'000u + 9 * 100'000u + 4096u);
+  EXPECT_EQ(read(), (std::map<std::int64_t, std::string>{{0, std::string(40'000, 'a')},
+                                                         {1, std::string(50'000, 'l')},
+                                                         {2, std::string(50'000, 'l')}}));
+  // What had never changed does, so the first file is needed no more.
+  write(change_of({sector_chunk(1, "e")}));
+  EXPECT_EQ(files_.size(), 2u);
+  write(change_of({absence_of(sector_key({1, 0, 0}))}));
+  write(change_of({absence_of(sector_key({2, 0, 0})), sector_chunk(3, "f")}));
+  EXPECT_EQ(read(), (std::map<std::int64_t, std::string>{{0, "f"}}));
 }
 
 TEST_F(StatePartsTest, AStoreFindsTheStateAndRemovesFilesThatItDoesNotNeed) {

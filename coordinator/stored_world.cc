@@ -279,7 +279,7 @@ absl::Status Coordinator::Impl::resume_stored() {
   stored->state = {};
   loads_ = stored->load;
   const Tick tick = world->tick();
-  world_ = make_world(*std::move(world), loads_, ++worlds_, {});
+  world_ = make_world(std::make_shared<const WorldToLoad>(*std::move(world)), loads_, ++worlds_, {});
   v1::StoredPace pace;
   for (const v1::StoredInput& input : stored->inputs) {
     if (input.has_pace()) pace = input.pace();

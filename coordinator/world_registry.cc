@@ -15,15 +15,15 @@
 
 namespace tessera {
 
-WorldRegistry::WorldRegistry(WorldDescription world, std::span<const BodyRecord> records,
+WorldRegistry::WorldRegistry(const WorldDescription& world, std::span<const BodyRecord> records,
                              std::span<const JointRecord> joints)
     : settings_(world.settings),
-      shapes_(std::move(world.shapes)),
-      joints_(std::move(world.joints), joints),
-      frames_(std::move(world.frames), records) {
+      shapes_(world.shapes),
+      joints_(world.joints, joints),
+      frames_(world.frames, records) {
   invariant(world.bodies.size() == records.size(), "every body of a world has a record");
   for (std::size_t n = 0; n < records.size(); ++n) {
-    insert(records[n].id, std::move(world.bodies[n].name), records[n].properties);
+    insert(records[n].id, world.bodies[n].name, records[n].properties);
     next_id_ = BodyId{records[n].id.value + 1};
   }
 }

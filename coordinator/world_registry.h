@@ -32,7 +32,7 @@ class WorldRegistry {
   };
 
   // A valid world, with its records.
-  WorldRegistry(WorldDescription world, std::span<const BodyRecord> records,
+  WorldRegistry(const WorldDescription& world, std::span<const BodyRecord> records,
                 std::span<const JointRecord> joints);
 
   // From a snapshot that is valid; and back, but for what is held.

@@ -37,9 +37,9 @@ absl::StatusOr<WorldToLoad> described_world(const v1::World& message) {
   return WorldToLoad{WorldToLoad::Described{*std::move(world), *std::move(records), *std::move(joints)}};
 }
 
-WorldRegistry registry_of(WorldToLoad world) {
-  if (auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
-    return {std::move(described->world), described->records, described->joints};
+WorldRegistry registry_of(const WorldToLoad& world) {
+  if (const auto* described = std::get_if<WorldToLoad::Described>(&world.from)) {
+    return {described->world, described->records, described->joints};
   }
   const ReadSnapshot& snapshot = std::get<ReadSnapshot>(world.from);
   return {snapshot.world, snapshot.catalogue};

@@ -35,7 +35,7 @@ struct WorldToLoad {
 // Errors as from_proto(), records_of() and joint_records_of().
 absl::StatusOr<WorldToLoad> described_world(const v1::World& message);
 
-WorldRegistry registry_of(WorldToLoad world);
+WorldRegistry registry_of(const WorldToLoad& world);
 
 // The commands of ticks to come that a snapshot has.
 std::vector<Sequencer::Held> held_of(const WorldToLoad& world);

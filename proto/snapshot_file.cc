@@ -33,12 +33,14 @@ absl::StatusOr<std::string> SnapshotEncoder::encode(const v1::SnapshotChunk& chu
     return absl::ResourceExhaustedError(
         absl::StrCat("a chunk of the snapshot has ", size, " bytes, and may have 1 to ", kSnapshotChunkMax));
   }
-  const std::string contents = chunk.SerializeAsString();
-  const ChunkHeader header{static_cast<std::uint32_t>(size), 0, checksum_of(contents, place_)};
   std::string bytes(place_ == 0 ? kMagic : std::string_view());
-  ++place_;
-  bytes.append(reinterpret_cast<const char*>(&header), sizeof header);
-  bytes.append(contents);
+  const std::size_t header_at = bytes.size();
+  bytes.reserve(header_at + sizeof(ChunkHeader) + size);
+  bytes.resize(header_at + sizeof(ChunkHeader));
+  chunk.AppendToString(&bytes);
+  const std::string_view contents = std::string_view(bytes).substr(header_at + sizeof(ChunkHeader));
+  const ChunkHeader header{static_cast<std::uint32_t>(size), 0, checksum_of(contents, place_++)};
+  std::memcpy(bytes.data() + header_at, &header, sizeof header);
   return bytes;
 }
 

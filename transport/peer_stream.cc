@@ -11,6 +11,7 @@ namespace {
 // enough that the sender's window never closes and the sender does not keep many small messages.
 constexpr std::uint64_t kAcknowledgeBytes = kWindowBytesMin / 4;
 constexpr std::uint64_t kAcknowledgeParts = 64;
+constexpr std::uint64_t kReservedMax = std::uint64_t{64} << 20;  // bytes
 
 }  // namespace
 
@@ -146,6 +147,8 @@ void PeerStream::accept_part(const Packet& packet, std::vector<Delivery>& delive
   received_sequence_ = packet.sequence;
   ++unacknowledged_parts_;
   unacknowledged_bytes_ += packet.payload.size();
+  // What is said of the rest is believed only so far.
+  if (partial_.empty()) partial_.reserve(packet.payload.size() + std::min(packet.rest, kReservedMax));
   partial_.append(packet.payload);
   partial_rest_ = packet.rest;
   if (packet.rest == 0) deliveries.push_back({peer_, std::exchange(partial_, {})});

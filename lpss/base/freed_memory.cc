@@ -12,6 +12,13 @@ void keep_freed_memory() {
   mallopt(M_TRIM_THRESHOLD, kKept);
 }
 
+void return_freed_memory() {
+  constexpr int kMappedFrom = 256 << 10;  // bytes
+  constexpr int kArenas = 2;
+  mallopt(M_MMAP_THRESHOLD, kMappedFrom);
+  mallopt(M_ARENA_MAX, kArenas);
+}
+
 void give_back_freed_memory() { malloc_trim(0); }
 
 }  // namespace tessera

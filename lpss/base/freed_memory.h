@@ -8,6 +8,10 @@ namespace tessera {
 // the whole process: a program calls it once, before it starts threads.
 void keep_freed_memory();
 
+// Has it hand large blocks to the kernel as soon as they are freed, and threads share what it keeps of small
+// ones: for a process through which messages and states pass, on many threads. Also called once, at first.
+void return_freed_memory();
+
 // Hands to the kernel what is kept, where much has been freed that will not be wanted soon. Takes some
 // milliseconds a gigabyte.
 void give_back_freed_memory();

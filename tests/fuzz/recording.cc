@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (!input.ok() || !*input) return 0;
     if ((*input)->has_world() && !registry) {
       absl::StatusOr<WorldToLoad> world = described_world((*input)->world());
-      if (world.ok()) registry.emplace(registry_of(*std::move(world)));
+      if (world.ok()) registry.emplace(registry_of(*world));
     }
     if ((*input)->has_command() && registry) static_cast<void>(given_again((*input)->command(), *registry));
   }
