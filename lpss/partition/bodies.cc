@@ -61,6 +61,7 @@ HomeBody& add_home(Partition& partition, const BodyRecord& record) {
   body->sector = &sector;
   body->slot = world.add(record, Role::kHome);
   world.set_jointed(body->slot, body->jointed);
+  if (body->jointed) partition.jointed.insert(body->id);
   if (record.properties.gravity) {
     world.set_gravity(
         body->slot, acceleration_at(partition.settings.gravity, record.home,
@@ -93,6 +94,7 @@ BodyRecord remove_home(Partition& partition, HomeBody& body) {
   sector.by_slot[static_cast<std::size_t>(body.slot)] = nullptr;
   sector.components_stale = true;
   activate(partition, sector);
+  partition.jointed.erase(record.id);
   partition.bodies.erase(record.id);
   return record;
 }

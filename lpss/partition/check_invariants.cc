@@ -23,6 +23,7 @@ void check_bodies(const Partition& partition, const Sector& sector) {
               "a sector lists bodies of its partition");
     invariant(body->sector == &sector, "a body knows the sector that lists it");
     invariant(body->jointed == !partition.joints.of(body->id).empty(), "a body knows whether joints hold it");
+    invariant(body->jointed == partition.jointed.contains(body->id), "a partition lists bodies with joints");
     const bool leaves =
         std::find(partition.leaving.begin(), partition.leaving.end(), body->id) != partition.leaving.end();
     invariant(leaves == body->next_home.has_value(), "a body that changes home is listed as leaving");

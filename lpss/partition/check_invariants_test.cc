@@ -55,6 +55,7 @@ const Breach kBreaches[] = {
      [](Partition& p) { p.bodies.extract(BodyId{1}).mapped().release(); }},
     {"a body knows the sector that lists it", [](Partition& p) { body(p, 1).sector = &sector(p, kHigh); }},
     {"a body knows whether joints hold it", [](Partition& p) { body(p, 1).jointed = true; }},
+    {"a partition lists bodies with joints", [](Partition& p) { p.jointed.insert(BodyId{1}); }},
     {"each body lives in one sector", [](Partition& p) { sector(p, kLow).homes.pop_back(); }},
     {"a body that changes home is listed as leaving", [](Partition& p) { p.leaving.clear(); }},
     {"a body that changes home is listed as leaving", [](Partition& p) { body(p, 2).next_home.reset(); }},

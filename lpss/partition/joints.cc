@@ -12,6 +12,11 @@ void note_joint(Partition& partition, BodyId body) {
   HomeBody& noted = *found->second;
   noted.jointed = !partition.joints.of(body).empty();
   world_of(partition, *noted.sector).set_jointed(noted.slot, noted.jointed);
+  if (noted.jointed) {
+    partition.jointed.insert(body);
+  } else {
+    partition.jointed.erase(body);
+  }
 }
 
 }  // namespace

@@ -82,6 +82,7 @@ MovedSector with_parts(const Partition& partition, MovedSector sector) {
 void forget_sector(Partition& partition, Sector& sector) {
   for (const HomeBody* body : sector.homes) {
     std::erase(partition.leaving, body->id);
+    partition.jointed.erase(body->id);
     partition.bodies.erase(BodyId(body->id));
   }
   for (const auto& [id, clone] : sector.clones) {

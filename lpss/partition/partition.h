@@ -7,6 +7,7 @@
 
 #include <absl/container/btree_map.h>
 #include <absl/container/flat_hash_map.h>
+#include <absl/container/flat_hash_set.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -76,10 +77,11 @@ struct Partition {
   // --- what lives here ---
   absl::flat_hash_map<SectorIndex, std::unique_ptr<Sector>> sectors;
   absl::flat_hash_map<BodyId, std::unique_ptr<HomeBody>> bodies;
-  std::vector<Sector*> active;  // sectors that the next tick looks at, each once
-  std::vector<BodyId> leaving;  // bodies whose announced change of home takes effect at the next tick
-  std::size_t world_count = 0;  // sectors with an engine world
-  std::size_t clone_count = 0;  // in engine worlds, as of the last detection
+  absl::flat_hash_set<BodyId> jointed;  // those of `bodies` that joints hold
+  std::vector<Sector*> active;          // sectors that the next tick looks at, each once
+  std::vector<BodyId> leaving;          // bodies whose announced change of home takes effect at the next tick
+  std::size_t world_count = 0;          // sectors with an engine world
+  std::size_t clone_count = 0;          // in engine worlds, as of the last detection
 
   // --- what lives here, and has been at rest for long (packing.h) ---
   PackedSectors packed;  // none of them is in `sectors`, none of their bodies in `bodies`

@@ -16,18 +16,21 @@ std::vector<JointEnd> joint_ends(const Partition& partition, const std::vector<E
     if (partition.bodies.contains(id)) return partition.self;
     return std::nullopt;
   };
-  partition.joints.for_each([&](const JointRecord& joint) {
-    const BodyId child = joint.properties.child;
-    for_each_tied(partition.joints, joint, child, [&](BodyId tied) {
-      const bool is_fixed = tied == joint.properties.parent && joint.parent_motion != Motion::kDynamic;
-      if (tied.value == 0 || is_fixed) return;
-      const std::optional<Rank> here = host_of(child);
-      const std::optional<Rank> there = host_of(tied);
-      if (here == there) return;
-      if (here) ends.push_back({child, tied, *here});
-      if (there) ends.push_back({tied, child, *there});
-    });
-  });
+  const auto look_at = [&](BodyId body, Rank here) {
+    for (const JointId id : partition.joints.of(body)) {
+      const JointRecord& joint = *partition.joints.find(id);
+      const bool has_fixed_parent = joint.parent_motion != Motion::kDynamic;
+      if (has_fixed_parent && joint.properties.child != body) continue;
+      for_each_tied(partition.joints, joint, body, [&](BodyId tied) {
+        const bool is_fixed = tied.value == 0 || (has_fixed_parent && tied == joint.properties.parent);
+        if (!is_fixed && host_of(tied) != here) ends.push_back({body, tied, here});
+      });
+    }
+  };
+  for (const BodyId body : partition.jointed) {
+    if (!leaving.contains(body)) look_at(body, partition.self);
+  }
+  for (const auto& [body, rank] : leaving) look_at(body, rank);
   return ends;
 }
 
