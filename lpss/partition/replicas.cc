@@ -21,11 +21,14 @@ void unlist(Partition& partition, Clone& clone) {
   if (!sector.world && sector.clones.empty()) activate(partition, sector);  // to be dropped
 }
 
+// Whether the sector must look at the clone.
+bool concerns_sector(const Replica& replica, const Clone& clone) {
+  return clone.sector->world && (replica.state.activity != Activity::kAsleep || clone.is_placed());
+}
+
 void refresh(Partition& partition, const Replica& replica, Clone& clone) {
   clone.fresh = true;
-  if (clone.sector->world && (replica.state.activity != Activity::kAsleep || clone.is_placed())) {
-    activate(partition, *clone.sector);
-  }
+  if (concerns_sector(replica, clone)) activate(partition, *clone.sector);
 }
 
 }  // namespace
@@ -75,6 +78,16 @@ Clone& clone_in(Partition& partition, Replica& replica, const SectorIndex& index
   clone.sector = &sector_at(partition, index);
   clone.sector->clones[replica.id] = &clone;
   return clone;
+}
+
+bool refresh_listed(Replica& replica) {
+  if (!replica.is_listed) return false;
+  bool is_all = true;
+  for (const std::unique_ptr<Clone>& clone : replica.clones) {
+    clone->fresh = true;
+    is_all = is_all && (clone->sector->active || !concerns_sector(replica, *clone));
+  }
+  return is_all;
 }
 
 void list_clones(Partition& partition, Replica& replica) {

@@ -38,6 +38,10 @@ bool is_known_everywhere(const Partition& partition, const Replica& replica);
 // The replica's clone in that sector of the partition, made and listed if there is none yet.
 Clone& clone_in(Partition& partition, Replica& replica, const SectorIndex& index);
 
+// Has the clones set anew at the next detection, where that is all that there is to do: false if they are not
+// listed as the replica says, or if a sector of theirs becomes active. Changes nothing but the clones.
+bool refresh_listed(Replica& replica);
+
 // Lists clones of the replica in the sectors that need it, and none in those that no longer do.
 void list_clones(Partition& partition, Replica& replica);
 

@@ -5,13 +5,14 @@
 
 #include "lpss/partition/partition.h"
 #include "lpss/tick/messages.h"
+#include "lpss/tick/parallel.h"
 
 namespace tessera {
 
 // Writes what others must know of bodies that moved, or that other sectors need now; by rank.
-void tell_of_replicas(Partition& partition, std::vector<Exchange>& outbox);
+void tell_of_replicas(Partition& partition, std::vector<Exchange>& outbox, const ParallelFor& parallel = {});
 
 // Brings the replicas up to date with what all servers told, this one included.
-void take_replicas(Partition& partition, std::vector<Exchange>& inbox);
+void take_replicas(Partition& partition, std::vector<Exchange>& inbox, const ParallelFor& parallel = {});
 
 }  // namespace tessera

@@ -5,6 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <tuple>
+#include <vector>
+
+#include "lpss/tick/homes.h"
 #include "lpss/tick/seam_search.h"
 #include "lpss/tick/test_world.h"
 
@@ -13,6 +18,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::SizeIs;
 
 // How much of each kind a message has.
 struct Told {
@@ -80,6 +86,64 @@ TEST_F(ExchangeTest, AReplicaIsListedWhereItIsNeededUntilItIsGone) {
   EXPECT_THAT(low_->replicas, IsEmpty());
   EXPECT_THAT(low_->moving_replicas, IsEmpty());
   EXPECT_THAT(sector(*low_, kLow).clones, IsEmpty());
+}
+
+// As threads may: the last piece first.
+void backwards(std::size_t count, absl::FunctionRef<void(std::size_t)> body) {
+  while (count > 0) body(--count);
+}
+
+// A row of sectors with bodies at their borders, of which every tenth changes its home.
+class Row {
+ public:
+  Row() {
+    for (std::uint64_t n = 0; n < kSectors * kBodies; ++n) {
+      const SectorIndex home{static_cast<std::int64_t>(n % kSectors), 0, 0};
+      const double y = -5 + static_cast<double>(n / kSectors) / 2;  // far from other borders
+      add_body(*partition_, box(n + 1, home, {n % 10 == 0 ? -8.5 : -7.5, y, 0}));
+    }
+  }
+
+  void exchange(const ParallelFor& parallel) {
+    std::vector<Exchange> messages(1);
+    std::vector<Stopped> stopped;
+    attend_borders(*partition_);
+    announce_home_changes(*partition_, stopped, parallel);
+    search_seams(*partition_);
+    tell_of_replicas(*partition_, messages, parallel);
+    take_replicas(*partition_, messages, parallel);
+    told_.clear();
+    for (const ReplicaUpdate& update : messages[0].replicas) told_.push_back(update.id);
+  }
+
+  // The bodies that were told of, those that change their home, by those who let them go and those who hear
+  // of it, and how many clones there are.
+  auto outcome() {
+    std::size_t clones = 0;
+    for (const auto& [index, sector] : partition_->sectors) clones += sector->clones.size();
+    return std::tuple(told_, partition_->leaving, partition_->moving_replicas, clones);
+  }
+
+ private:
+  static constexpr std::uint64_t kSectors = 40;
+  static constexpr std::uint64_t kBodies = 20;  // of a sector
+
+  TestPartition partition_;
+  std::vector<BodyId> told_;
+};
+
+TEST(Exchanges, AreTheSameInPiecesAndOnOneThread) {
+  Row row;
+  Row in_pieces;
+  for (int tick = 0; tick < 2; ++tick) {
+    row.exchange({});
+    in_pieces.exchange(backwards);
+    EXPECT_EQ(row.outcome(), in_pieces.outcome()) << "tick " << tick;
+  }
+  const auto [told, leaving, moving, clones] = row.outcome();
+  EXPECT_EQ(told.size(), 800u);
+  EXPECT_THAT(moving, SizeIs(80));
+  EXPECT_EQ(clones, 800u);
 }
 
 using ExchangeDeathTest = ExchangeTest;

@@ -33,22 +33,28 @@ std::optional<SectorIndex> goes_on_to(const Partition& partition, const BodyReco
   return *next;
 }
 
-// False where the body would leave the representable world: it stops here.
-bool decide_home(Partition& partition, HomeBody& body) {
+// Of bodies of some sectors.
+struct Decided {
+  std::vector<BodyId> leaving;
+  std::vector<Stopped> stopped;
+};
+
+// A body that would leave the representable world stops here.
+void decide_home(const Partition& partition, HomeBody& body, Decided& decided) {
   body.next_home.reset();
   SectorWorld& world = *body.sector->world;
   const std::optional<SectorOffset> offset =
       leaves_home(world.position(body.slot), world.linear_velocity(body.slot) * partition.dt(),
                   body.properties.motion, partition.margins);
-  if (!offset) return true;
+  if (!offset) return;
   const absl::StatusOr<SectorIndex> next = translated(body.sector->index, *offset);
   if (!next.ok()) {
     world.set_state(body.slot, stopped(world.state(body.slot), partition.sector_size()));
-    return false;
+    decided.stopped.push_back({body.id, DivergenceKind::kSector});
+    return;
   }
   body.next_home = *next;
-  partition.leaving.push_back(body.id);
-  return true;
+  decided.leaving.push_back(body.id);
 }
 
 }  // namespace
@@ -117,12 +123,19 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
   }
 }
 
-void announce_home_changes(Partition& partition, std::vector<Stopped>& stopped) {
-  for (Sector* sector : partition.active) {
-    for (HomeBody* body : sector->attended) {
-      if (body->may_have_moved && !decide_home(partition, *body))
-        stopped.push_back({body->id, DivergenceKind::kSector});
+void announce_home_changes(Partition& partition, std::vector<Stopped>& stopped, const ParallelFor& parallel) {
+  const Pieces pieces(partition.active.size(), kSectorsInPiece);
+  std::vector<Decided> decided(pieces.count());
+  run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
+    for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) {
+      for (HomeBody* body : partition.active[n]->attended) {
+        if (body->may_have_moved) decide_home(partition, *body, decided[piece]);
+      }
     }
+  });
+  for (const Decided& piece : decided) {
+    partition.leaving.insert(partition.leaving.end(), piece.leaving.begin(), piece.leaving.end());
+    stopped.insert(stopped.end(), piece.stopped.begin(), piece.stopped.end());
   }
 }
 

@@ -7,6 +7,7 @@
 #include "lpss/partition/partition.h"
 #include "lpss/tick/divergences.h"
 #include "lpss/tick/messages.h"
+#include "lpss/tick/parallel.h"
 
 namespace tessera {
 
@@ -29,6 +30,7 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox);
 
 // Decides which bodies change home at the next tick. Appends those that were stopped at the edge of the
 // representable world instead.
-void announce_home_changes(Partition& partition, std::vector<Stopped>& stopped);
+void announce_home_changes(Partition& partition, std::vector<Stopped>& stopped,
+                           const ParallelFor& parallel = {});
 
 }  // namespace tessera

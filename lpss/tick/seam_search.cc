@@ -7,8 +7,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kSectorsInPiece = 4;
-
 // m, so that a body inside by this is inside by any rounding.
 constexpr double kBorderRounding = 1e-3;
 

@@ -279,13 +279,13 @@ std::optional<Round> TickMachine::exchange_round() {
   send_contact_points(partition_, outbox);
   change_homes(partition_, std::move(jumps), outbox);
   attend_borders(partition_, parallel_);
-  announce_home_changes(partition_, context_.stopped);
+  announce_home_changes(partition_, context_.stopped, parallel_);
 
   clock_.enter(TickPhase::kSeamSearch);
   search_seams(partition_, parallel_);
 
   clock_.enter(TickPhase::kExchange);
-  tell_of_replicas(partition_, outbox);
+  tell_of_replicas(partition_, outbox, parallel_);
   const bool quiet = partition_.active.empty() && context_.commands.empty();
   if (by_links()) {
     joint_hosts_.clear();
@@ -303,7 +303,7 @@ std::optional<Round> TickMachine::exchange_round() {
 
 Round TickMachine::seams_round(std::vector<Exchange> inbox) {
   clock_.enter(TickPhase::kExchange);
-  take_replicas(partition_, inbox);
+  take_replicas(partition_, inbox, parallel_);
   clock_.enter(TickPhase::kSectorization);
   take_homes(partition_, inbox);
   drop_empty_sectors(partition_, context_.vacated);
