@@ -1,5 +1,6 @@
 #include "worlds/loader/mesh_file.h"
 
+#include <absl/strings/ascii.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/string_view.h>
@@ -20,6 +21,7 @@
 #include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
 #include "worlds/loader/file_search.h"
+#include "worlds/loader/xml.h"
 
 namespace tessera {
 namespace {
@@ -73,6 +75,36 @@ absl::Status refused(const std::filesystem::path& file, std::size_t number, cons
       absl::StrCat("mesh ", file.string(), ": ", number, " ", what, " must be at most ", most));
 }
 
+// Finds text in the lists of indices of a Collada file that is no number: assimp (5.2) reads on for ever
+// where it should read one, and takes all memory.
+class IndexLists final : public tinyxml2::XMLVisitor {
+ public:
+  bool Visit(const tinyxml2::XMLText& text) override {
+    const xml::Element& element = *text.Parent()->ToElement();
+    if (xml::is(element, "p") && !std::ranges::all_of(absl::string_view(text.Value()), is_of_numbers))
+      status_ = xml::invalid(element, "indices must be integers");
+    return status_.ok();
+  }
+
+  const absl::Status& status() const { return status_; }
+
+ private:
+  static bool is_of_numbers(char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return absl::ascii_isdigit(byte) || absl::ascii_isspace(byte) || c == '+' || c == '-';
+  }
+
+  absl::Status status_;
+};
+
+absl::Status check_collada(const std::filesystem::path& file) {
+  auto read = xml::File::read(file);
+  if (!read.ok()) return read.status();
+  IndexLists lists;
+  (*read)->root().Accept(&lists);
+  return lists.status();
+}
+
 struct Lexicographic {
   bool operator()(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const {
     return std::tie(a.x(), a.y(), a.z()) < std::tie(b.x(), b.y(), b.z());
@@ -86,6 +118,10 @@ absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path&
   const std::uintmax_t bytes = std::filesystem::file_size(file, error);
   if (error) return absl::NotFoundError(absl::StrCat("mesh ", file.string(), ": there is no such file"));
   if (bytes > kWorldFileBytesMax) return refused(file, bytes, "bytes", kWorldFileBytesMax);
+  if (absl::EqualsIgnoreCase(file.extension().string(), ".dae")) {
+    if (absl::Status status = check_collada(file); !status.ok())
+      return absl::InvalidArgumentError(absl::StrCat("mesh ", status.message()));
+  }
   Assimp::Importer importer;
   const std::filesystem::path folder = file.parent_path();
   importer.SetIOHandler(new FilesBeside(folder.empty() ? "." : folder));  // which the importer owns

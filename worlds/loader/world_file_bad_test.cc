@@ -185,6 +185,9 @@ std::vector<Row> physics_rows() {
        {"<uri>", "only file://, model:// and package://"}},
       {"MeshNoUri", model("<mesh/>"), {"<mesh>", "<uri> is missing"}},
       {"MeshBroken", model("<mesh><uri>broken.stl</uri></mesh>"), {"link 'l'", "broken.stl"}},
+      {"MeshIndexNoNumber",
+       model("<mesh><uri>index.dae</uri></mesh>"),
+       {"index.dae:2: <p>", "indices must be integers"}},
       {"MeshNoTriangles", model("<mesh><uri>empty.obj</uri></mesh>"), {"link 'l'", "empty.obj"}},
       {"SubmeshUnknown",
        model("<mesh><uri>tetra.obj</uri><submesh><name>x</name></submesh></mesh>"),
@@ -482,6 +485,7 @@ class BadFile : public testing::TestWithParam<Row> {
     write("tetra.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n");
     write("empty.obj", "# nothing\n");
     write("broken.stl", "this is no mesh");
+    write("index.dae", "<COLLADA><mesh>\n<triangles count='1'><p>0]1 2</p></triangles></mesh></COLLADA>");
   }
   static void TearDownTestSuite() {
     std::filesystem::remove_all(*folder_);
