@@ -30,8 +30,10 @@ std::vector<Scene> scenes(bool quick) {
   const auto pile = [share](const WorldSettings& s) { return dropped_boxes(s, 8192 / share); };
   const auto towers = [share](const WorldSettings& s) { return towers_of_ten(s, 800 / share); };
   const auto pyramid = [quick](const WorldSettings& s) { return pyramid_world(s, quick ? 15 : 30); };
-  return {
-      {"pile", 16, pile}, {"pile in one sector", 512, pile}, {"towers", 16, towers}, {"pyramid", 8, pyramid}};
+  return {{"pile", 16, pile},     {"pile in one sector", 512, pile},
+          {"towers", 16, towers}, {"pyramid", 8, pyramid},
+          {"pile", 32, pile},     {"pile", 8, pile},
+          {"pile", 4, pile}};
 }
 
 // One of two that are compared.
@@ -124,6 +126,7 @@ class Measurement {
     }
     report_.table("rows").push_back({{"engine", name_of(options_.precision)},
                                      {"scene", "machine"},
+                                     {"sector_size", {}},
                                      {"what", "threads"},
                                      {"speedup", machine_.speedup()}});
     return std::move(report_);
@@ -166,6 +169,7 @@ class Measurement {
     const auto ticks = static_cast<double>(ticks_);
     report_.table("rows").push_back({{"engine", name_of(options_.precision)},
                                      {"scene", scene.name},
+                                     {"sector_size", scene.sector_size},
                                      {"what", what},
                                      {"ticks", ticks_},
                                      {"one_ms", one->ms / ticks},

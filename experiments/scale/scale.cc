@@ -1,8 +1,10 @@
 #include "experiments/scale/scale.h"
 
 #include <absl/strings/str_cat.h>
+#include <sys/types.h>
 
 #include <algorithm>
+#include <ctime>
 #include <functional>
 #include <string>
 #include <utility>
@@ -68,6 +70,14 @@ absl::Status measure_partitions(const ExperimentOptions& options, Layout layout,
   return absl::OkStatus();
 }
 
+// Processor time that a process has taken so far, us; 0 if it has ended.
+double processor_us(pid_t process) {
+  clockid_t clock{};
+  timespec time{};
+  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) / 1e3;
+}
+
 // The same in processes.
 absl::Status measure_processes(const ExperimentOptions& options, int servers, Report& report) {
   constexpr Tick kTicks = 40;
@@ -83,7 +93,10 @@ absl::Status measure_processes(const ExperimentOptions& options, int servers, Re
   if (auto stepped = client.step(kTicks); !stepped.ok()) return stepped.status();
   const absl::StatusOr<ClusterStatus> before = client.status();
   if (!before.ok()) return before.status();
+  const pid_t coordinator = (*started)->cluster().coordinator();
+  const double coordinator_before = processor_us(coordinator);
   if (auto stepped = client.step(kTicks); !stepped.ok()) return stepped.status();
+  const double coordinator_us = (processor_us(coordinator) - coordinator_before) / kTicks;
   const absl::StatusOr<ClusterStatus> after = client.status();
   if (!after.ok()) return after.status();
   const absl::StatusOr<HashAt> hash = client.hash();
@@ -118,6 +131,7 @@ absl::Status measure_processes(const ExperimentOptions& options, int servers, Re
                   {"sent_kb_largest", bytes_largest / 1000},
                   {"peak_rss_mb", memory / 1e6},
                   {"peak_rss_mb_largest", memory_largest / 1e6},
+                  {"coordinator_us", coordinator_us},
                   {"same_bits", same}});
   return absl::OkStatus();
 }

@@ -15,8 +15,9 @@ namespace tessera {
 // Worlds that grow with their servers (neighbours_world()): table "neighbours", of partitions of one process,
 // {engine, layout, servers, talk_to, messages, messages_largest, kb, kb_largest, peers, peers_largest,
 // heap_kb, same_bits, and what is sent by round}, sent and received a server and tick; table "processes",
-// {engine, servers, talk_to, sent_messages, ..., peak_rss_mb, same_bits}.
-// ExperimentOptions::only chooses among crowd, row, plane and processes.
+// {engine, servers, talk_to, sent_messages, ..., peak_rss_mb, coordinator_us, same_bits}, of which
+// `coordinator_us` is the processor time of the coordinator in a tick. ExperimentOptions::only chooses among
+// crowd, row, plane and processes.
 absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Progress& progress);
 
 }  // namespace tessera
