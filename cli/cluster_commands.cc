@@ -14,6 +14,7 @@
 #include "cli/text.h"
 #include "cli/world_options.h"
 #include "coordinator/balance_policy.h"
+#include "daemon/parse_command_line.h"
 #include "lpss/model/limits.h"
 
 namespace tessera::cli {
@@ -111,12 +112,12 @@ void add_up(CLI::App& app, Action& action) {
           "--checkpoint-every", options->checkpoint_s,
           "s; the world survives the loss of servers, and repeats at most about this much and half a\n"
           "second; 0: the world ends with any of its servers")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(number_within(0.0, 1e6))
       ->capture_default_str();
   command
       .add_option("--balance-every", options->balance_s,
                   "s; how often the world is divided anew where its servers have unequal work; 0: never")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(number_within(0.0, 1e6))
       ->capture_default_str();
   command
       .add_option("--balance-policy", cluster.balance_policy, "how it is divided, as of tessera-coordinator")

@@ -11,6 +11,7 @@
 #include "cli/run_cluster.h"
 #include "cli/run_local.h"
 #include "cli/world_options.h"
+#include "daemon/parse_command_line.h"
 
 namespace tessera::cli {
 namespace {
@@ -70,7 +71,7 @@ void add_run_command(CLI::App& app, Action& action) {
       .add_option("--threads", options->threads, "threads of each process; by default the cores, shared out")
       ->check(CLI::Range(1, 256));
   command.add_option("--seconds", options->seconds, "simulated time, s")
-      ->check(CLI::Range(0.0, 1e9))
+      ->check(number_within(0.0, 1e9))
       ->capture_default_str();
   add_override_options(command, options->overrides);
   command

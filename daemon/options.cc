@@ -73,7 +73,7 @@ void add_seconds(CLI::App& app, const std::string& name, std::chrono::nanosecond
                std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
          },
          help)
-      ->check(CLI::Range(low, high))
+      ->check(number_within(low, high))
       ->default_str(CLI::detail::to_string(std::chrono::duration<double>(value).count()));
 }
 

@@ -6,6 +6,7 @@
 #include <absl/strings/string_view.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -62,6 +63,16 @@ CLI::ExtrasError unknown_arguments(const CLI::App& command, const std::vector<st
 }
 
 }  // namespace
+
+CLI::Validator number_within(double low, double high) {
+  const CLI::Range range(low, high);
+  const auto error_of = [range](std::string& text) {
+    double value = 0;
+    const bool is_nan = CLI::detail::lexical_cast(text, value) && std::isnan(value);
+    return is_nan ? absl::StrCat("Value ", text, " is not a number") : range(text);
+  };
+  return CLI::Validator(error_of, range.get_description());
+}
 
 void parse_command_line(CLI::App& app, int argc, char** argv) {
   try {

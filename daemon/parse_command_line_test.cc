@@ -1,5 +1,7 @@
 #include "daemon/parse_command_line.h"
 
+#include <absl/strings/str_cat.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -13,7 +15,7 @@ std::string error_of(std::vector<std::string> arguments) {
   CLI::App app;
   app.require_subcommand(1);
   double seconds = 0;
-  app.add_subcommand("run")->add_option("--seconds,-s", seconds);
+  app.add_subcommand("run")->add_option("--seconds,-s", seconds)->check(number_within(0, 1e9));
   app.add_subcommand("spawn")->add_option("body")->required();
   arguments.insert(arguments.begin(), "program");
   std::vector<char*> all;
@@ -34,6 +36,15 @@ TEST(ParseCommandLine, TellsWhatWasMeant) {
             "The following argument was not expected: --secnds=3 (did you mean --seconds?)");
   EXPECT_EQ(error_of({"rum"}),
             "The following argument was not expected: rum (did you mean run?)\nThere are: run, spawn");
+}
+
+TEST(ParseCommandLine, NumbersAreWithinTheirBounds) {
+  EXPECT_EQ(error_of({"run", "--seconds", "1e9"}), "");
+  EXPECT_EQ(error_of({"run", "--seconds", "nan"}), "--seconds: Value nan is not a number");
+  for (const char* value : {"-1", "inf", "-inf", "one"}) {
+    EXPECT_THAT(error_of({"run", "--seconds", value}),
+                testing::StartsWith(absl::StrCat("--seconds: Value ", value, " not in range 0")));
+  }
 }
 
 TEST(ParseCommandLine, GuessesNothingFarFetched) {

@@ -7,6 +7,7 @@
 #include "client_sdk/arguments/parse.h"
 #include "client_sdk/arguments/parsed_option.h"
 #include "client_sdk/live/client_program.h"
+#include "daemon/parse_command_line.h"
 #include "ros/feed.h"
 #include "ros/publisher.h"
 
@@ -33,13 +34,13 @@ void add_options(CLI::App& app, Arguments& arguments) {
              "I,J,K: the sector whose centre is that frame; by default that of the world's origin");
   CLI::Option* reach = app.add_option("--reach", feed.reach,
                                       "Publish bodies within this distance of that centre along each axis, m")
-                           ->check(CLI::Range(0.0, kReachMax))
+                           ->check(number_within(0.0, kReachMax))
                            ->capture_default_str();
   app.add_option("--bodies", feed.bodies, "NAME,NAME,...: publish these bodies instead, wherever they are")
       ->delimiter(',')
       ->excludes(reach);
   app.add_option("--rate", feed.rate, "Maximum number of publications per second of wall time")
-      ->check(CLI::Range(0.1, 1000.0))
+      ->check(number_within(0.1, 1000.0))
       ->capture_default_str();
 }
 

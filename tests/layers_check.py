@@ -23,7 +23,7 @@ MAY_INCLUDE = {
     "sector_server": "daemon keys lpss proto tiles transport",
     "client_sdk": "daemon keys lpss proto",
     "viewer": "client_sdk daemon keys lpss",
-    "ros": "client_sdk lpss transport",
+    "ros": "client_sdk daemon lpss transport",
     "simulator": "coordinator lpss proto sector_server transport",
     "cli": "client_sdk coordinator daemon keys lpss proto sector_server simulator tiles worlds",
     "experiments": "cli client_sdk coordinator lpss proto simulator worlds",

@@ -13,6 +13,7 @@
 #include "daemon/locks.h"
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
+#include "daemon/parse_command_line.h"
 #include "daemon/ready_file.h"
 #include "keys/keys_folder.h"
 #include "viewer/web_server.h"
@@ -50,7 +51,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
       "Without keys, listen beyond loopback nevertheless: whoever reaches the address controls the world");
   app.add_option("--fps", arguments.page.frames_per_second,
                  "Maximum number of frames per second for each browser")
-      ->check(CLI::Range(1.0, 120.0))
+      ->check(number_within(1.0, 120.0))
       ->capture_default_str();
   app.add_option("--ready-file", arguments.ready_file,
                  "Write the address of the web UI to this file once it is served");
