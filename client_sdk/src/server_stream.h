@@ -174,8 +174,9 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
       lock.unlock();
       const bool is_followed = look_for_world();
       lock.lock();
+      if (is_followed) continue;
       // The world, a server of it, or the coordinator, may be about to come back.
-      if (!is_followed) look_again_ = true;
+      look_again_ = true;
       changed_.wait_for(lock, kAskAgain, [&] { return ended_; });
     }
   }
