@@ -88,11 +88,6 @@ TEST_F(ExchangeTest, AReplicaIsListedWhereItIsNeededUntilItIsGone) {
   EXPECT_THAT(sector(*low_, kLow).clones, IsEmpty());
 }
 
-// As threads may: the last piece first.
-void backwards(std::size_t count, absl::FunctionRef<void(std::size_t)> body) {
-  while (count > 0) body(--count);
-}
-
 // A row of sectors with bodies at their borders, of which every tenth changes its home.
 class Row {
  public:
@@ -137,7 +132,7 @@ TEST(Exchanges, AreTheSameInPiecesAndOnOneThread) {
   Row in_pieces;
   for (int tick = 0; tick < 2; ++tick) {
     row.exchange({});
-    in_pieces.exchange(backwards);
+    in_pieces.exchange(kLastFirst);
     EXPECT_EQ(row.outcome(), in_pieces.outcome()) << "tick " << tick;
   }
   const auto [told, leaving, moving, clones] = row.outcome();

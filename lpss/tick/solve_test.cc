@@ -33,11 +33,8 @@ TEST(Solve, TheOrderOfIslandsDoesNotMatter) {
     }
   }
   forwards.solve();
-  const ParallelFor last_first = [](std::size_t count, absl::FunctionRef<void(std::size_t)> job) {
-    while (count > 0) job(--count);
-  };
   SolverPool solvers(backwards[0].engine);
-  JobQueue queue(backwards[0].dt(), last_first, solvers);
+  JobQueue queue(backwards[0].dt(), kLastFirst, solvers);
   queue.add(std::move(backwards.contexts[0].plan.jobs));
   queue.run(0.5);
   queue.finish();

@@ -1,12 +1,16 @@
 // A world made by hand on one server or two, taken through the phases of a tick up to the one under test.
 #pragma once
 
+#include <absl/functional/function_ref.h>
+
+#include <cstddef>
 #include <deque>
 #include <vector>
 
 #include "lpss/partition/test_partition.h"
 #include "lpss/tick/context.h"
 #include "lpss/tick/messages.h"
+#include "lpss/tick/parallel.h"
 
 namespace tessera {
 
@@ -17,6 +21,11 @@ std::vector<Message> received(const std::vector<std::vector<Message>>& outboxes,
   for (const std::vector<Message>& outbox : outboxes) inbox.push_back(outbox[rank]);
   return inbox;
 }
+
+// A loop as threads may run it: the last piece first.
+inline const ParallelFor kLastFirst = [](std::size_t count, absl::FunctionRef<void(std::size_t)> body) {
+  while (count > 0) body(--count);
+};
 
 class TestWorld {
  public:
