@@ -2,6 +2,7 @@
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "cli/child_process.h"
@@ -39,6 +40,13 @@ std::string to_text(const ClusterStatus& status) {
   }
   std::vector<bool> right(rows.front().size(), true);
   right[0] = right[1] = false;
+  if (std::ranges::any_of(status.servers,
+                          [](const ServerStatus& server) { return !server.labels.empty(); })) {
+    rows.front().emplace_back("labels");
+    for (std::size_t n = 0; n < status.servers.size(); ++n)
+      rows[n + 1].push_back(absl::StrJoin(status.servers[n].labels, ","));
+    right.push_back(false);
+  }
   return absl::StrCat(summary(status), "\n", table(rows, right));
 }
 

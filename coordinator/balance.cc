@@ -141,8 +141,9 @@ BalancePlan plan_balance(const SectorMap& map, std::span<const ServerLoad> loads
   const std::vector<double> before = strains(division, owners_of(division));
   const double slowest = largest(before);
   if (slowest <= 0 || map.servers() < 2) return plan;
-  const double mean = std::accumulate(before.begin(), before.end(), 0.0) / map.servers();
-  plan.imbalance = slowest / mean;
+  double all = 0;
+  for (const Cell& cell : division.cells) all += cell.cost;
+  plan.imbalance = slowest / (all / map.servers());
   const std::vector<Rank> wanted = divide(policy, division);
   const double slowest_then = largest(strains(division, wanted)) / slowest;
   if (slowest_then >= 1 && follows_load(policy)) return plan;
@@ -175,7 +176,9 @@ std::vector<Rank> owners_of(const SectorMap& map) {
 // As if the server were not there: its cells are at those that have the ones before on the curve, or after.
 Division division_without(const Division& division, Rank leaver) {
   Division rest = division;
-  rest.parts.assign(division.servers() - 1, 1.0 / (division.servers() - 1));
+  rest.parts.erase(rest.parts.begin() + leaver);
+  const double left = std::accumulate(rest.parts.begin(), rest.parts.end(), 0.0);
+  for (double& part : rest.parts) part /= left;
   std::optional<Rank> near;
   for (const Cell& cell : division.cells) {
     if (cell.owner == leaver) continue;
@@ -237,17 +240,15 @@ SectorMap without(const SectorMap& map, Rank leaver) {
   return {map.anchor(), map.splitters(), owners, map.servers() - 1, map.epoch() + 1};
 }
 
-SectorMap first_map(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,
-                    std::uint32_t servers, std::uint64_t epoch, BalancePolicy policy) {
-  if (policy != BalancePolicy::kGrid) return SectorMap::balanced(anchor, std::move(load), servers, epoch);
-  ServerLoad all;
+SectorMap first_map(const SectorIndex& anchor, const std::vector<std::pair<SectorIndex, double>>& load,
+                    std::span<const double> capacities, std::uint64_t epoch, BalancePolicy policy) {
+  std::vector<ServerLoad> loads(capacities.size());
+  for (std::size_t rank = 0; rank < loads.size(); ++rank) loads[rank].capacity = capacities[rank];
   for (const auto& [sector, weight] : load)
-    all.pieces.push_back({.first = sector, .work = weight, .sectors = 1});
-  std::vector<ServerLoad> loads(servers);
-  loads.front() = std::move(all);
-  const Division division =
-      division_of(SectorMap(anchor, {}, {0}, servers, epoch), std::span<const ServerLoad>(loads));
-  return map_of(division, divide(policy, division), epoch);
+    loads.front().pieces.push_back({.first = sector, .work = weight, .sectors = 1});
+  const SectorMap map(anchor, {}, {0}, static_cast<std::uint32_t>(loads.size()), epoch);
+  const Division division = division_of(map, loads);
+  return map_of(division, divide(follows_load(policy) ? BalancePolicy::kCurve : policy, division), epoch);
 }
 
 }  // namespace tessera

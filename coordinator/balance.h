@@ -28,7 +28,7 @@ struct BalancePlan {
   bool is_worth_it() const;
 };
 
-// Divides the world of `map` by the policy, so that all servers (`loads`, by rank) have about the same to do.
+// Divides the world of `map` by the policy, so that all servers (`loads`, by rank) take about equally long.
 // A plan moves a bounded number of sectors and bodies: it goes part of the way where more would have to move.
 // Nothing moves where the slowest server would not become faster, unless the policy does not look at the
 // load.
@@ -52,9 +52,9 @@ DeparturePlan plan_departure(const SectorMap& map, std::span<const ServerLoad> l
 SectorMap with_another(const SectorMap& map);
 SectorMap without(const SectorMap& map, Rank leaver);
 
-// The map of a world that is loaded, by what its sectors weigh (> 0): of the grid, its boxes; of the others,
-// the curve cut by weight, from where on they follow the load.
-SectorMap first_map(const SectorIndex& anchor, std::vector<std::pair<SectorIndex, double>> load,
-                    std::uint32_t servers, std::uint64_t epoch, BalancePolicy policy);
+// The map of a world that is loaded on servers of these capacities, by what its sectors weigh (> 0): of the
+// grid, its boxes; of the others, the curve cut by weight, from where on they follow the load.
+SectorMap first_map(const SectorIndex& anchor, const std::vector<std::pair<SectorIndex, double>>& load,
+                    std::span<const double> capacities, std::uint64_t epoch, BalancePolicy policy);
 
 }  // namespace tessera

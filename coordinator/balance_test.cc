@@ -13,7 +13,11 @@
 namespace tessera {
 namespace {
 
+using testing::AllOf;
+using testing::DoubleNear;
+using testing::Each;
 using testing::ElementsAre;
+using testing::Ge;
 using testing::Le;
 
 constexpr SectorIndex kAnchor{};
@@ -23,7 +27,9 @@ LoadPiece piece(std::int64_t i, double work, std::uint64_t bodies = 1) {
   return {.first = {i, 0, 0}, .level = 0, .work = work, .sectors = 1, .bodies = bodies};
 }
 
-ServerLoad load(std::vector<LoadPiece> pieces, double tick_us) { return {std::move(pieces), tick_us}; }
+ServerLoad load(std::vector<LoadPiece> pieces, double tick_us) {
+  return {.pieces = std::move(pieces), .tick_us = tick_us};
+}
 
 TEST(Balance, OneServerHasAll) {
   const BalancePlan plan =
@@ -65,6 +71,45 @@ TEST(Balance, ASlowServerHasLessToDo) {
   const BalancePlan plan = plan_balance(map, std::vector{load(first, 3000), load(second, 1000)});
   EXPECT_TRUE(plan.is_worth_it());
   EXPECT_LT(plan.map.splitters()[0].i, 4);
+}
+
+// Of four sectors that take it 1 ms each, one is to go: the other, which has nothing, needs 3 ms for it.
+TEST(Balance, AStrongServerHasMoreToDo) {
+  const SectorMap map(kAnchor, {{4, 0, 0}}, 1);
+  ServerLoad strong = load({piece(0, 1), piece(1, 1), piece(2, 1), piece(3, 1)}, 4000);
+  strong.capacity = 3;
+  const BalancePlan plan = plan_balance(map, std::vector{strong, load({}, 0)});
+  EXPECT_TRUE(plan.moves());
+  EXPECT_THAT(plan.map.splitters(), ElementsAre(SectorIndex{3, 0, 0}));
+  EXPECT_THAT(plan.tick_us, ElementsAre(4000, 0));
+  EXPECT_THAT(plan.tick_us_then, ElementsAre(DoubleNear(3000, 1e-6), DoubleNear(3000, 1e-6)));
+  EXPECT_NEAR(plan.imbalance, 4.0 / 3, 1e-6) << "where all was shared out, both would take 3 ms";
+}
+
+TEST(Balance, TheLoadOfAWorldIsDividedByCapacity) {
+  std::vector<std::pair<SectorIndex, double>> sectors;
+  for (std::int64_t i = 0; i < 100; ++i) sectors.push_back({{i, 0, 0}, 1.0});
+  for (const BalancePolicy policy : {BalancePolicy::kCurve, BalancePolicy::kKMeans}) {
+    const SectorMap map = first_map(kAnchor, sectors, std::vector{1.0, 6.0, 3.0}, 1, policy);
+    EXPECT_THAT(map.splitters(), ElementsAre(SectorIndex{10, 0, 0}, SectorIndex{70, 0, 0}));
+  }
+}
+
+// By any policy that follows the load: 64 sectors alike, on servers that differ by up to four times.
+TEST(Balance, ServersTakeEquallyLongWhateverTheirCapacity) {
+  const SectorMap map(kAnchor, {{16, 0, 0}, {32, 0, 0}, {48, 0, 0}}, 1);
+  const double capacities[] = {1, 2, 4, 1};
+  std::vector<ServerLoad> loads;
+  for (int rank = 0; rank < 4; ++rank) {
+    std::vector<LoadPiece> pieces;
+    for (int i = 0; i < 16; ++i) pieces.push_back(piece(16 * rank + i, 1));
+    loads.push_back({std::move(pieces), 16'000 / capacities[rank], capacities[rank]});
+  }
+  for (const BalancePolicy policy : kBalancePolicies) {
+    if (!follows_load(policy)) continue;
+    const BalancePlan plan = plan_balance(map, loads, policy);
+    EXPECT_THAT(plan.tick_us_then, Each(AllOf(Ge(7000), Le(9000)))) << name_of(policy);
+  }
 }
 
 TEST(Balance, LittleIsGainedByLittleWork) {
@@ -111,13 +156,13 @@ TEST(Balance, AWorldIsLoadedInRunsOfTheCurveOrInTheBoxesOfTheGrid) {
   for (std::int64_t i = 0; i < 6; ++i) {
     for (std::int64_t j = 0; j < 6; ++j) load.push_back({{i, j, 0}, i < 2 && j < 2 ? 100.0 : 1.0});
   }
-  const SectorMap grid = first_map(kAnchor, load, 4, 3, BalancePolicy::kGrid);
+  const SectorMap grid = first_map(kAnchor, load, std::vector(4, 1.0), 3, BalancePolicy::kGrid);
   EXPECT_EQ(grid.epoch(), 3u);
   for (const auto& [sector, weight] : load) {
     EXPECT_EQ(grid.owner(sector), 2 * (sector.i / 3) + sector.j / 3) << to_string(sector);
   }
   for (const BalancePolicy policy : {BalancePolicy::kCurve, BalancePolicy::kGraph}) {
-    EXPECT_EQ(first_map(kAnchor, load, 4, 3, policy).splitters(),
+    EXPECT_EQ(first_map(kAnchor, load, std::vector(4, 2.0), 3, policy).splitters(),
               SectorMap::balanced(kAnchor, load, 4, 3).splitters());
   }
 }

@@ -29,11 +29,17 @@ std::string describe(const BalancePlan& plan) {
 
 }  // namespace
 
-absl::StatusOr<std::vector<ServerLoad>> checked_loads(const std::vector<v1::ServerLoad>& messages) {
+// As the servers of the world answer, by rank. UNAVAILABLE where these have changed since they were asked,
+// INTERNAL where a number cannot be.
+absl::StatusOr<std::vector<ServerLoad>> Coordinator::Impl::checked_loads(
+    const std::vector<v1::ServerLoad>& messages) {
+  if (messages.size() != world_->nodes.size() || messages.size() != world_->map.servers())
+    return absl::UnavailableError("the servers of the world are changing: ask again");
   const auto is_amount = [](double value) { return std::isfinite(value) && value >= 0; };
   std::vector<ServerLoad> loads;
   for (const v1::ServerLoad& message : messages) {
     ServerLoad& load = loads.emplace_back();
+    load.capacity = capacity_of(world_->nodes[loads.size() - 1]);
     load.tick_us = message.tick_us();
     bool is_sound = is_amount(load.tick_us) && message.pieces_size() <= static_cast<int>(kLoadPiecesMax);
     for (const v1::LoadPiece& piece : message.pieces()) {
@@ -60,9 +66,8 @@ void Coordinator::Impl::tend_balance(Nanoseconds now) {
   if (!may_share_out()) return;  // what comes is for the one that is being emptied
   if (const auto messages = std::exchange(world.fresh_load, std::nullopt)) {
     const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(*messages);
-    if (!loads.ok()) {
-      log(std::string(loads.status().message()), Severity::kWarning);
-    } else if (loads->size() == world.map.servers() && !world.sequencer.awaits_map()) {
+    if (absl::IsInternal(loads.status())) log(std::string(loads.status().message()), Severity::kWarning);
+    if (loads.ok() && !world.sequencer.awaits_map()) {
       const BalancePlan plan = plan_balance(world.map, *loads, options_.balance_policy);
       const bool shares_out = world.shares_left > 0;
       if (shares_out) world.shares_left = plan.moves() ? world.shares_left - 1 : 0;
@@ -134,7 +139,7 @@ void Coordinator::Impl::on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nan
         if (!status.ok()) return reply(status, {});
         const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(messages);
         if (!loads.ok()) return reply(loads.status(), {});
-        if (loads->size() != world.map.servers() || !may_share_out())
+        if (!may_share_out())
           return reply(absl::UnavailableError("the servers of the world are changing: ask again"), {});
         const BalancePlan plan = plan_balance(world.map, *loads, policy);
         v1::BalanceReply answer;

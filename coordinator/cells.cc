@@ -18,15 +18,27 @@ double units_of(const ServerLoad& load) {
                          [](double sum, const LoadPiece& piece) { return sum + piece.work; });
 }
 
+std::vector<double> parts_of(std::span<const ServerLoad> loads) {
+  double all = 0;
+  for (const ServerLoad& load : loads) all += load.capacity;
+  std::vector<double> parts;
+  for (const ServerLoad& load : loads) parts.push_back(load.capacity / all);
+  return parts;
+}
+
 // Each piece, and who has it by the map: load that is to come may be another's.
-std::vector<Cell> entries_of(const SectorMap& map, std::span<const ServerLoad> loads) {
+std::vector<Cell> entries_of(const SectorMap& map, std::span<const ServerLoad> loads,
+                             const std::vector<double>& parts) {
   std::vector<Cell> entries;
   // Before there are measurements, work counts.
   const bool is_measured =
       std::any_of(loads.begin(), loads.end(), [](const ServerLoad& load) { return load.tick_us > 0; });
-  for (const ServerLoad& load : loads) {
+  for (std::size_t rank = 0; rank < loads.size(); ++rank) {
+    const ServerLoad& load = loads[rank];
     const double units = units_of(load);
-    const double us = !is_measured ? 1 : units > 0 ? load.tick_us / units : 0;
+    // What takes a strong server so long would take longer elsewhere.
+    const double strength = parts[rank] * static_cast<double>(parts.size());
+    const double us = !is_measured ? 1 : units > 0 ? load.tick_us / units * strength : 0;
     for (const LoadPiece& piece : load.pieces) {
       entries.push_back({.first = first_of_cube(piece.first, piece.level, map.anchor()),
                          .level = piece.level,
@@ -129,10 +141,11 @@ std::uint64_t border_of(const Cell& a, const Cell& b) {
 }  // namespace
 
 Division division_of(const SectorMap& map, std::span<const ServerLoad> loads) {
+  invariant(loads.size() == map.servers(), "every server tells its load");
   Division division;
   division.anchor = map.anchor();
-  division.parts.assign(map.servers(), 1.0 / map.servers());
-  std::vector<Cell> entries = entries_of(map, loads);
+  division.parts = parts_of(loads);
+  std::vector<Cell> entries = entries_of(map, loads, division.parts);
   std::stable_sort(entries.begin(), entries.end(), [&](const Cell& a, const Cell& b) {
     if (a.first == b.first) return a.level > b.level;
     return comes_before_on_curve(a.first, b.first, map.anchor());

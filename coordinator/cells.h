@@ -13,14 +13,16 @@ namespace tessera {
 
 struct ServerLoad {
   std::vector<LoadPiece> pieces;
-  double tick_us = 0;  // own work of a tick, mean; of all its pieces
+  double tick_us = 0;   // own work of a tick, mean; of all its pieces
+  double capacity = 1;  // how much it is to take, by comparison with the others
 };
 
 // A cube of the curve that stays on one server. One may have others in it, which it goes around.
 struct Cell {
   SectorIndex first;  // of the cube
   unsigned level = 0;
-  double cost = 0;            // of a tick; us where it was measured, else in units of work
+  // Of a tick, on a server of the mean capacity; us where it was measured, else in units of work.
+  double cost = 0;
   std::uint64_t sectors = 0;  // with all that lives in them: what a move moves
   std::uint64_t bodies = 0;
   Rank owner = 0;  // at present; where it has several, of the first sector that costs most
@@ -37,7 +39,7 @@ struct Division {
   std::uint32_t servers() const { return static_cast<std::uint32_t>(parts.size()); }
 };
 
-// All that servers (by rank) say of a world with this map, which is to be shared out evenly.
+// All that servers (by rank) say of a world with this map, which is to be shared out by their capacity.
 Division division_of(const SectorMap& map, std::span<const ServerLoad> loads);
 
 // Where the middle of a cell is: sectors from the middle of the anchor.
@@ -56,8 +58,8 @@ struct CellBorder {
 // By cell: those that share a face with it, or that are around it or in it. Each knows the other.
 std::vector<std::vector<CellBorder>> neighbours_of(const Division& division);
 
-// By rank: the sum of the costs of its cells, by the part that it is to have. Equal where all is shared out
-// as it is to be; the mean of all costs, at that.
+// By rank: how long the cells of a server take it, which is their cost by its capacity. Equal where all is
+// shared out as it is to be; then it is the cost of all by the number of servers.
 std::vector<double> strains(const Division& division, const std::vector<Rank>& owners);
 
 }  // namespace tessera

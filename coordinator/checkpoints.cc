@@ -68,10 +68,10 @@ KeptChunks Checkpoints::latest_state() const {
 absl::StatusOr<Placement> Checkpoints::place_earliest(std::uint64_t number, const WorldSettings& settings,
                                                       const SectorIndex& anchor,
                                                       std::vector<ShapeEntry> shapes,
-                                                      std::span<const NodeId> nodes, std::uint64_t map_epoch,
+                                                      std::span<const Host> hosts, std::uint64_t map_epoch,
                                                       BalancePolicy policy) const {
-  if (start_) return place(number, *start_, nodes, map_epoch, policy);
-  return place(number, {earliest_.tick, settings, anchor, std::move(shapes), earliest_.chunks}, nodes,
+  if (start_) return place(number, *start_, hosts, map_epoch, policy);
+  return place(number, {earliest_.tick, settings, anchor, std::move(shapes), earliest_.chunks}, hosts,
                map_epoch, policy);
 }
 

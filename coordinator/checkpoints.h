@@ -47,11 +47,11 @@ class Checkpoints {
   // All chunks of the latest; none while there is only what the servers were sent at first.
   KeptChunks latest_state() const;
 
-  // What the servers `nodes` are sent to go on from earliest(). `shapes` are those of that tick. DATA_LOSS
+  // What the servers `hosts` are sent to go on from earliest(). `shapes` are those of that tick. DATA_LOSS
   // where a server sent what cannot be read, otherwise errors as place().
   absl::StatusOr<Placement> place_earliest(std::uint64_t number, const WorldSettings& settings,
                                            const SectorIndex& anchor, std::vector<ShapeEntry> shapes,
-                                           std::span<const NodeId> nodes, std::uint64_t map_epoch,
+                                           std::span<const Host> hosts, std::uint64_t map_epoch,
                                            BalancePolicy policy) const;
 
   // What a server is sent that is to take part, as of latest(). `shapes` are those of that tick.

@@ -26,6 +26,7 @@
 #include "lpss/grid/sector_map.h"
 #include "lpss/model/world_description.h"
 #include "lpss/tick/messages.h"
+#include "proto/server_traits.h"
 #include "recording.pb.h"
 #include "tessera.pb.h"
 #include "transport/link.h"
@@ -86,6 +87,7 @@ using InputSink = std::function<void(const v1::RecordedInput&)>;
 
 struct CoordinatorOptions {
   std::uint32_t servers_wanted = 0;  // a world is loaded on this many of its precision; 0: on all
+  Labels required_labels;            // of its servers
   // Silence after which a server counts as lost, and, once the transport has lost contact with it, how long
   // it may take to come back. A server that stalls for less time loses nothing.
   Nanoseconds server_timeout = std::chrono::seconds(10);

@@ -93,7 +93,12 @@ class Coordinator::Impl {
   void on(Call<v1::UnloadRequest, v1::UnloadReply>& call, Nanoseconds now);
   absl::Status may_load(bool replace) const;
   void try_start();
+  std::vector<NodeId> fit_nodes(Precision precision) const;
   std::vector<NodeId> chosen_nodes(Precision precision) const;
+  std::vector<NodeId> ranked(std::vector<NodeId> nodes);
+  double capacity_of(NodeId node);
+  std::vector<Host> hosts(const std::vector<NodeId>& nodes);
+  std::string described_servers(Precision precision) const;
   void start(WaitingLoad load, const std::vector<NodeId>& nodes);
   std::unique_ptr<ActiveWorld> make_world(std::shared_ptr<const WorldToLoad> from, std::uint64_t load,
                                           std::uint64_t number, const std::vector<NodeId>& nodes) const;
@@ -136,6 +141,7 @@ class Coordinator::Impl {
   bool may_balance() const;
   void ask_for_load();
   v1::Query load_query(Queries::LoadReply reply);
+  absl::StatusOr<std::vector<ServerLoad>> checked_loads(const std::vector<v1::ServerLoad>& messages);
   void set_map(const SectorMap& map, std::uint64_t moved_sectors, std::uint64_t moved_bodies);
   void on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nanoseconds now);
 
@@ -222,9 +228,6 @@ class Coordinator::Impl {
   bool finished_ = false;
   std::vector<OutgoingMessage> outbox_;
 };
-
-// As servers answer, by rank; INTERNAL where a number cannot be.
-absl::StatusOr<std::vector<ServerLoad>> checked_loads(const std::vector<v1::ServerLoad>& messages);
 
 // Answers that are not given before what they rest on is on disk.
 template <typename Answer>

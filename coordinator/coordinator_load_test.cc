@@ -5,6 +5,7 @@
 namespace tessera {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Kind = v1::ClusterMessage::KindCase;
 using std::chrono::seconds;
@@ -73,6 +74,48 @@ TEST(Load, WaitsForTheServersItWants) {
   cluster.finish_loads();
   ASSERT_TRUE(load->ok()) << load->message();
   EXPECT_EQ(load->answer.servers(), 2u);
+}
+
+v1::Hello hello_with(const std::vector<std::string>& labels) {
+  v1::Hello hello = TestCluster::hello();
+  hello.mutable_labels()->Add(labels.begin(), labels.end());
+  return hello;
+}
+
+TEST(Load, WaitsForServersWithItsLabels) {
+  CoordinatorOptions options;
+  options.required_labels = {"disk=ssd", "zone=eu"};
+  options.join_timeout = seconds(5);
+  TestCluster cluster(options);
+  cluster.join(kFirst, hello_with({"zone=us", "disk=ssd"}));
+  const auto load = cluster.ask<v1::LoadReply>(load_of(small_world()));
+  cluster.advance(seconds(5));
+  EXPECT_THAT(load->message(),
+              HasSubstr("needs 1 servers of precision f32 with the labels disk=ssd, zone=eu, "
+                        "but there are 0"));
+
+  const auto again = cluster.ask<v1::LoadReply>(load_of(small_world()));
+  cluster.join(kSecond, hello_with({"zone=eu", "rack=a7", "disk=ssd"}));
+  EXPECT_TRUE(cluster.take(kFirst, Kind::kLoadWorld).empty());
+  cluster.finish_loads();
+  ASSERT_TRUE(again->ok()) << again->message();
+  EXPECT_EQ(again->answer.servers(), 1u);
+  EXPECT_THAT(cluster.status().servers(1).labels(), ElementsAre("zone=eu", "rack=a7", "disk=ssd"));
+}
+
+TEST(Load, ServersOfARackAreNextToEachOtherOnTheCurve) {
+  CoordinatorOptions options;
+  options.servers_wanted = 5;
+  TestCluster cluster(options);
+  const auto load = cluster.ask<v1::LoadReply>(load_of(small_world()));
+  cluster.join(NodeId{1}, hello_with({"zone=b", "rack=1"}));
+  cluster.join(NodeId{2}, hello_with({"zone=a", "rack=2"}));
+  cluster.join(NodeId{3}, hello_with({"zone=b", "rack=1"}));
+  cluster.join(NodeId{4}, hello_with({"zone=a", "rack=1"}));
+  cluster.join(NodeId{5}, hello_with({"zone=a", "rack=2"}));
+  const auto sent = cluster.take(NodeId{1}, Kind::kLoadWorld);
+  ASSERT_EQ(sent.size(), 1u);
+  EXPECT_THAT(sent[0].load_world().nodes(), ElementsAre(4, 2, 5, 1, 3));
 }
 
 TEST(Load, SaysWhichServersNeverCame) {

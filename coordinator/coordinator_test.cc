@@ -40,6 +40,7 @@ TEST(Membership, WelcomesAServerOnceAndAgain) {
   EXPECT_EQ(status.servers(0).node(), kFirst.value);
   EXPECT_EQ(status.servers(0).stream_address(), "127.0.0.1:1");
   EXPECT_EQ(status.servers(0).threads(), 2u);
+  EXPECT_EQ(status.servers(0).capacity(), 2);
 }
 
 TEST(Membership, RefusesOtherProtocolsAndLayoutsWithBothValues) {
@@ -56,6 +57,17 @@ TEST(Membership, RefusesOtherProtocolsAndLayoutsWithBothValues) {
   hello = TestCluster::hello();
   hello.set_precision(static_cast<v1::Precision>(7));
   EXPECT_THAT(refusal_of(hello), HasSubstr("precision = 7"));
+}
+
+TEST(Membership, RefusesCapacitiesAndLabelsBeyondTheirBounds) {
+  for (const double capacity : {0.0, 1e-9, -1.0, std::numeric_limits<double>::quiet_NaN(), 1e7}) {
+    v1::Hello hello = TestCluster::hello();
+    hello.set_capacity(capacity);
+    EXPECT_THAT(refusal_of(hello), HasSubstr("must be 0.001 to 1e+06"));
+  }
+  v1::Hello hello = TestCluster::hello();
+  hello.add_labels("zone");
+  EXPECT_THAT(refusal_of(hello), HasSubstr("\"zone\" must be key=value"));
 }
 
 TEST(Membership, RefusesServersThatComputeOtherBits) {

@@ -1,5 +1,6 @@
 // Loading, replacing, unloading and failing of worlds.
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 
 #include <algorithm>
 #include <utility>
@@ -59,8 +60,8 @@ void Coordinator::Impl::on(Call<RestoreChunks, v1::LoadReply>& call, Nanoseconds
 std::string Coordinator::Impl::missing_servers(const WaitingLoad& load) const {
   const Precision precision = load.world.settings().precision;
   const std::size_t wanted = std::max<std::size_t>(options_.servers_wanted, 1);
-  return absl::StrCat("the world '", load.world.name(), "' needs ", wanted, " servers of precision ",
-                      name_of(precision), ", but there are ", members_.nodes_of(precision).size(),
+  return absl::StrCat("the world '", load.world.name(), "' needs ", wanted, " servers of ",
+                      described_servers(precision), ", but there are ", fit_nodes(precision).size(),
                       " after waiting for ", std::chrono::duration<double>(options_.join_timeout).count(),
                       " s");
 }
@@ -70,22 +71,53 @@ void Coordinator::Impl::try_start() {
   if (!waiting_load_) return;
   const std::vector<NodeId> nodes = chosen_nodes(waiting_load_->world.settings().precision);
   if (nodes.size() < std::max<std::size_t>(options_.servers_wanted, 1)) return;
-  start(*std::exchange(waiting_load_, std::nullopt), nodes);
+  start(*std::exchange(waiting_load_, std::nullopt), ranked(nodes));
+}
+
+// In the order in which they joined.
+std::vector<NodeId> Coordinator::Impl::fit_nodes(Precision precision) const {
+  return members_.nodes_of(precision, options_.required_labels);
+}
+
+// "precision f32 with the labels zone=eu, rack=a7"
+std::string Coordinator::Impl::described_servers(Precision precision) const {
+  const Labels& labels = options_.required_labels;
+  return absl::StrCat("precision ", name_of(precision), labels.empty() ? "" : " with the labels ",
+                      absl::StrJoin(labels, ", "));
 }
 
 // The servers that a world is to have, as far as they are there.
 std::vector<NodeId> Coordinator::Impl::chosen_nodes(Precision precision) const {
-  std::vector<NodeId> nodes = members_.nodes_of(precision);
+  std::vector<NodeId> nodes = fit_nodes(precision);
   if (options_.servers_wanted > 0 && nodes.size() > options_.servers_wanted) {
     nodes.resize(options_.servers_wanted);
   }
   return nodes;
 }
 
+// By rank, for a map that is made anew: those with the same labels are next to each other on the curve, so
+// that few borders lie between racks.
+std::vector<NodeId> Coordinator::Impl::ranked(std::vector<NodeId> nodes) {
+  std::ranges::stable_sort(nodes, {}, [&](NodeId node) { return members_.find(node)->labels; });
+  return nodes;
+}
+
+// 1 for one that has been lost: the world is about to be set back.
+double Coordinator::Impl::capacity_of(NodeId node) {
+  const Server* server = members_.find(node);
+  return server == nullptr ? 1 : server->capacity;
+}
+
+std::vector<Host> Coordinator::Impl::hosts(const std::vector<NodeId>& nodes) {
+  std::vector<Host> hosts;
+  for (const NodeId node : nodes) hosts.push_back({node, capacity_of(node)});
+  return hosts;
+}
+
 void Coordinator::Impl::start(WaitingLoad load, const std::vector<NodeId>& nodes) {
   const std::uint64_t number = worlds_ + 1;
   absl::StatusOr<Placement> placement =
-      place(number, load.world, nodes, /*map_epoch=*/1, options_.balance_policy);
+      place(number, load.world, hosts(nodes), /*map_epoch=*/1, options_.balance_policy);
   if (!placement.ok()) {
     load.reply(placement.status(), {});
     return;

@@ -39,6 +39,13 @@ absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds 
     return absl::InvalidArgumentError(absl::StrCat("the stream address's ", hello.stream_address().size(),
                                                    " bytes must be at most ", kStreamAddressBytesMax));
   }
+  const double capacity = hello.capacity();
+  if (!(capacity >= kCapacityMin && capacity <= kCapacityMax)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the capacity ", capacity, " must be ", kCapacityMin, " to ", kCapacityMax));
+  }
+  const Labels labels(hello.labels().begin(), hello.labels().end());
+  if (absl::Status status = check_labels(labels); !status.ok()) return status;
   if (find(node) != nullptr) return absl::OkStatus();
   if (servers_.size() >= kServersMax) {
     return absl::ResourceExhaustedError(
@@ -48,6 +55,8 @@ absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds 
   server.node = node;
   server.precision = *precision;
   server.threads = hello.threads();
+  server.capacity = capacity;
+  server.labels = labels;
   server.stream_address = hello.stream_address();
   server.last_heard = now;
   server.patience = timeout_;
@@ -65,10 +74,11 @@ void Membership::remove(NodeId node) {
   std::erase_if(servers_, [&](const Server& server) { return server.node == node; });
 }
 
-std::vector<NodeId> Membership::nodes_of(Precision precision) const {
+std::vector<NodeId> Membership::nodes_of(Precision precision, const Labels& required) const {
   std::vector<NodeId> nodes;
   for (const Server& server : servers_) {
-    if (server.precision == precision && !server.drained) nodes.push_back(server.node);
+    if (server.precision == precision && !server.drained && has_all(server.labels, required))
+      nodes.push_back(server.node);
   }
   return nodes;
 }

@@ -11,6 +11,7 @@
 
 #include "cluster.pb.h"
 #include "lpss/model/world_description.h"
+#include "proto/server_traits.h"
 #include "transport/link.h"
 
 namespace tessera {
@@ -20,6 +21,8 @@ struct Server {
   NodeId node;
   Precision precision = Precision::kFloat32;
   std::uint32_t threads = 0;
+  double capacity = 1;  // how much of a world it takes, by comparison with others
+  Labels labels;
   std::string stream_address;
   std::chrono::nanoseconds last_heard{};
   std::chrono::nanoseconds patience{};          // how long it may be silent
@@ -60,7 +63,8 @@ class Membership {
 
   // In the order in which they joined.
   const std::vector<Server>& servers() const { return servers_; }
-  std::vector<NodeId> nodes_of(Precision precision) const;  // without drained ones
+  // Those of this precision that have all these labels, without drained ones.
+  std::vector<NodeId> nodes_of(Precision precision, const Labels& required) const;
 
   // Gives every server at least until `time`.
   void spare_until(Nanoseconds time);

@@ -127,9 +127,12 @@ std::vector<prometheus::MetricFamily> standby_metrics(const std::string& cluster
           leads(0)};
 }
 
-absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t servers_wanted) {
-  const auto heard = std::count_if(status.servers().begin(), status.servers().end(),
-                                   [](const v1::ServerStatus& server) { return !server.suspect(); });
+absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t servers_wanted,
+                              const Labels& required_labels) {
+  const auto is_fit = [&](const v1::ServerStatus& server) {
+    return !server.suspect() && has_all({server.labels().begin(), server.labels().end()}, required_labels);
+  };
+  const auto heard = std::ranges::count_if(status.servers(), is_fit);
   const std::uint32_t wanted = std::max(servers_wanted, 1u);
   if (heard >= wanted) return absl::OkStatus();
   return absl::UnavailableError(absl::StrCat(heard, " of ", wanted, " sector servers have joined"));

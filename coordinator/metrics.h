@@ -11,6 +11,7 @@
 
 #include "coordinator/coordinator.h"
 #include "coordinator/request_queue.h"
+#include "proto/server_traits.h"
 
 namespace tessera {
 
@@ -34,6 +35,7 @@ std::vector<prometheus::MetricFamily> standby_metrics(const std::string& cluster
 
 // UNAVAILABLE unless a world can be loaded: as many servers as a load needs (0: one) have joined, and none is
 // a suspect.
-absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t servers_wanted);
+absl::Status ready_for_worlds(const v1::StatusReply& status, std::uint32_t servers_wanted,
+                              const Labels& required_labels);
 
 }  // namespace tessera

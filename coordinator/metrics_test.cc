@@ -41,14 +41,16 @@ TEST(CoordinatorMetricsTest, SaysWhatTheStatusSays) {
 
 TEST(CoordinatorMetricsTest, ReadyOnceEnoughServersAreThere) {
   v1::StatusReply status;
-  EXPECT_THAT(ready_for_worlds(status, 0).message(), HasSubstr("0 of 1"));
+  EXPECT_THAT(ready_for_worlds(status, 0, {}).message(), HasSubstr("0 of 1"));
   status.add_servers();
-  EXPECT_TRUE(ready_for_worlds(status, 0).ok());
-  EXPECT_THAT(ready_for_worlds(status, 2).message(), HasSubstr("1 of 2"));
+  EXPECT_TRUE(ready_for_worlds(status, 0, {}).ok());
+  EXPECT_THAT(ready_for_worlds(status, 2, {}).message(), HasSubstr("1 of 2"));
   status.add_servers()->set_suspect(true);
-  EXPECT_FALSE(ready_for_worlds(status, 2).ok());
+  EXPECT_FALSE(ready_for_worlds(status, 2, {}).ok());
   status.mutable_servers(1)->set_suspect(false);
-  EXPECT_TRUE(ready_for_worlds(status, 2).ok());
+  EXPECT_TRUE(ready_for_worlds(status, 2, {}).ok());
+  status.mutable_servers(1)->add_labels("zone=eu");
+  EXPECT_THAT(ready_for_worlds(status, 2, {"zone=eu"}).message(), HasSubstr("1 of 2"));
 }
 
 TEST(CoordinatorMetricsTest, QueueThatTakesNothingIsUnavailable) {

@@ -5,6 +5,7 @@
 #include "coordinator/balance_policy.h"
 #include "daemon/options.h"
 #include "lpss/model/limits.h"
+#include "proto/server_traits.h"
 
 namespace tessera {
 
@@ -17,6 +18,8 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
                  "Load worlds on this many sector servers of their precision; 0: on all")
       ->check(CLI::Range(0u, kServersMax))
       ->capture_default_str();
+  add_labels(app, "--require-labels", coordinator.required_labels,
+             "Load worlds on those sector servers alone that were started with all these labels");
   add_seconds(app, "--join-timeout", coordinator.join_timeout, "How long a load waits for sector servers, s",
               0, 1e6);
   add_seconds(app, "--server-timeout", coordinator.server_timeout,

@@ -85,13 +85,18 @@ v1::LoadWorld common_load(std::uint64_t number, const WorldSettings& settings, c
 // Divides sectors with so much to do.
 template <typename Shapes>
 Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldSettings& settings,
-                  const SectorIndex& anchor, const Shapes& shapes, SectorLoad load,
-                  std::span<const NodeId> nodes, BalancePolicy policy) {
+                  const SectorIndex& anchor, const Shapes& shapes, const SectorLoad& load,
+                  std::span<const Host> hosts, BalancePolicy policy) {
   Placement placement;
   placement.sectors = load.size();
-  placement.map =
-      first_map(anchor, std::move(load), static_cast<std::uint32_t>(nodes.size()), map_epoch, policy);
-  placement.loads.assign(nodes.size(), common_load(number, settings, anchor, shapes, nodes, placement.map));
+  std::vector<NodeId> nodes;
+  std::vector<double> capacities;
+  for (const Host& host : hosts) {
+    nodes.push_back(host.node);
+    capacities.push_back(host.capacity);
+  }
+  placement.map = first_map(anchor, load, capacities, map_epoch, policy);
+  placement.loads.assign(hosts.size(), common_load(number, settings, anchor, shapes, nodes, placement.map));
   return placement;
 }
 
@@ -102,14 +107,14 @@ absl::Status room_for(std::size_t bytes) {
 }
 
 absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
-                                const WorldToLoad::Described& described, std::span<const NodeId> nodes,
+                                const WorldToLoad::Described& described, std::span<const Host> hosts,
                                 BalancePolicy policy) {
   Placement placement = divided(number, map_epoch, world.settings(), world.anchor(), described.world.shapes,
-                                load_of(described.records), nodes, policy);
+                                load_of(described.records), hosts, policy);
   const double radius = largest_radius(described.world, described.records);
   const std::string joints = pack(std::span<const JointRecord>(described.joints));
   std::vector<std::string> records = records_by_rank(described.records, placement.map);
-  for (std::size_t rank = 0; rank < nodes.size(); ++rank) {
+  for (std::size_t rank = 0; rank < hosts.size(); ++rank) {
     v1::LoadWorld& load = placement.loads[rank];
     absl::Status status = room_for(load.ByteSizeLong() + joints.size() + records[rank].size());
     if (!status.ok()) return status;
@@ -121,16 +126,16 @@ absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, c
 }
 
 absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, const WorldToLoad& world,
-                                const ReadSnapshot& snapshot, std::span<const NodeId> nodes,
+                                const ReadSnapshot& snapshot, std::span<const Host> hosts,
                                 BalancePolicy policy) {
   Placement placement = divided(number, map_epoch, world.settings(), world.anchor(), snapshot.world.shapes,
-                                load_of(snapshot.world), nodes, policy);
-  std::vector<std::vector<MovedSector>> sectors(nodes.size());
+                                load_of(snapshot.world), hosts, policy);
+  std::vector<std::vector<MovedSector>> sectors(hosts.size());
   for (const MovedSector& sector : snapshot.world.sectors) {
     sectors[placement.map.owner(sector.sector)].push_back(sector);
   }
   const std::string shared = pack(snapshot.world.shared);
-  for (std::size_t rank = 0; rank < nodes.size(); ++rank) {
+  for (std::size_t rank = 0; rank < hosts.size(); ++rank) {
     v1::LoadWorld& load = placement.loads[rank];
     std::string packed = pack(std::span<const MovedSector>(sectors[rank]));
     sectors[rank] = {};
@@ -170,13 +175,13 @@ v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world, const R
 
 }  // namespace
 
-absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const NodeId> nodes,
+absl::StatusOr<Placement> place(std::uint64_t number, const WorldToLoad& world, std::span<const Host> hosts,
                                 std::uint64_t map_epoch, BalancePolicy policy) {
-  return std::visit([&](const auto& from) { return place(number, map_epoch, world, from, nodes, policy); },
+  return std::visit([&](const auto& from) { return place(number, map_epoch, world, from, hosts, policy); },
                     world.from);
 }
 
-absl::StatusOr<Placement> place(std::uint64_t number, const KeptState& world, std::span<const NodeId> nodes,
+absl::StatusOr<Placement> place(std::uint64_t number, const KeptState& world, std::span<const Host> hosts,
                                 std::uint64_t map_epoch, BalancePolicy policy) {
   SectorLoad load;
   std::vector<std::pair<SectorIndex, const std::string*>> sectors;
@@ -192,7 +197,7 @@ absl::StatusOr<Placement> place(std::uint64_t number, const KeptState& world, st
     if (bodies > 0) load.emplace_back(*index, 1 + static_cast<double>(bodies));
   }
   Placement placement =
-      divided(number, map_epoch, world.settings, world.anchor, world.shapes, std::move(load), nodes, policy);
+      divided(number, map_epoch, world.settings, world.anchor, world.shapes, load, hosts, policy);
   const std::string shared = shared_bytes(world.chunks);
   for (v1::LoadWorld& to : placement.loads) {
     to.mutable_restored()->set_tick(world.tick);

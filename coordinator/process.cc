@@ -48,7 +48,8 @@ absl::Status CoordinatorProcess::open_monitor(const std::optional<ServerKeys>& k
   monitored.alive = [this] { return pulse_.alive(); };
   monitored.ready = [this]() -> absl::Status {
     const absl::StatusOr<CoordinatorFigures> figures = ask_for_figures(queue_, coordinator_);
-    return figures.ok() ? ready_for_worlds(figures->status, arguments_.coordinator.servers_wanted)
+    return figures.ok() ? ready_for_worlds(figures->status, arguments_.coordinator.servers_wanted,
+                                           arguments_.coordinator.required_labels)
                         : figures.status();
   };
   monitored.metrics = [this]() -> absl::StatusOr<std::vector<prometheus::MetricFamily>> {

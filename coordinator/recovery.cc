@@ -76,7 +76,7 @@ void Coordinator::Impl::gather(Nanoseconds now) {
 void Coordinator::Impl::recover() {
   ActiveWorld& world = *world_;
   world.gathers_until.reset();
-  std::vector<NodeId> before = std::exchange(world.nodes, chosen_nodes(world.settings.precision));
+  std::vector<NodeId> before = std::exchange(world.nodes, ranked(chosen_nodes(world.settings.precision)));
   if (world.guest) before.push_back(world.guest->node);
   world.guest.reset();
   world.leaving.reset();
@@ -99,13 +99,13 @@ void Coordinator::Impl::recover() {
       absl::UnavailableError("the world was set back, for its servers have changed: ask again");
   for (v1::Query& query : world.queries.restart(sorry)) world.sequencer.ask(std::move(query));
   if (servers == 0) {
-    log(absl::StrCat("the world '", world.name, "' waits for a server of precision ",
-                     name_of(world.settings.precision)),
+    log(absl::StrCat("the world '", world.name, "' waits for a server of ",
+                     described_servers(world.settings.precision)),
         Severity::kWarning);
     return;
   }
   absl::StatusOr<Placement> placement = world.checkpoints->place_earliest(
-      world.number, world.settings, world.anchor, world.registry.shapes().at(tick), world.nodes,
+      world.number, world.settings, world.anchor, world.registry.shapes().at(tick), hosts(world.nodes),
       world.map.epoch() + 1, options_.balance_policy);
   if (!placement.ok()) {
     fail_world(absl::StrCat("it cannot go on from tick ", tick, ": ", placement.status().message()),

@@ -152,7 +152,7 @@ void Coordinator::Impl::empty(std::size_t rank) {
   const auto messages = std::exchange(world.fresh_load, std::nullopt);
   if (!messages) return ask_for_load();
   const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(*messages);
-  if (!loads.ok() || loads->size() != world.nodes.size()) return;  // it is asked again
+  if (!loads.ok()) return;  // it is asked again
   const auto leaver = static_cast<Rank>(rank);
   const DeparturePlan plan =
       plan_departure(world.map, *loads, leaver, options_.balance_policy, world.settings.shuffle != 0);
@@ -223,10 +223,10 @@ void Coordinator::Impl::on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanosec
                             "the world cannot move: the coordinator was started without checkpoints"),
                         {});
     }
-    const std::vector<NodeId> others = members_.nodes_of(server->precision);
+    const std::vector<NodeId> others = fit_nodes(server->precision);
     if (std::all_of(others.begin(), others.end(), [&](NodeId node) { return node == server->node; })) {
       return call.reply(absl::FailedPreconditionError(absl::StrCat(
-                            "no other server of precision ", name_of(server->precision), " could take over")),
+                            "no other server of ", described_servers(server->precision), " could take over")),
                         {});
     }
   }

@@ -74,6 +74,8 @@ void Coordinator::Impl::describe_server(const Server& server, v1::ServerStatus& 
   status.set_stream_address(server.stream_address);
   status.set_precision(to_proto(server.precision));
   status.set_threads(server.threads);
+  status.set_capacity(server.capacity);
+  status.mutable_labels()->Add(server.labels.begin(), server.labels.end());
   status.set_peak_rss_bytes(server.peak_rss_bytes);
   const std::optional<std::size_t> rank = world_ ? world_->rank_of(server.node) : std::nullopt;
   status.set_suspect(server.suspect_since.has_value());

@@ -41,16 +41,18 @@ class TestCluster {
     hello.set_layout(wire_layout());
     hello.set_precision(to_proto(precision));
     hello.set_threads(2);
+    hello.set_capacity(2);
     hello.set_stream_address("127.0.0.1:1");
     hello.set_arithmetic(arithmetic_fingerprint());
     return hello;
   }
 
-  void join(NodeId node, Precision precision = Precision::kFloat32) {
+  void join(NodeId node, const v1::Hello& hello) {
     v1::ClusterMessage message;
-    *message.mutable_hello() = hello(precision);
+    *message.mutable_hello() = hello;
     receive(node, message);
   }
+  void join(NodeId node, Precision precision = Precision::kFloat32) { join(node, hello(precision)); }
 
   void receive(NodeId from, const v1::ClusterMessage& message) {
     coordinator->receive(from, message, now);

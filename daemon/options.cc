@@ -1,6 +1,7 @@
 #include "daemon/options.h"
 
 #include <CLI/CLI.hpp>
+#include <utility>
 
 #include "daemon/configuration.h"
 #include "daemon/parse_command_line.h"
@@ -84,6 +85,20 @@ void add_mebibytes(CLI::App& app, const std::string& name, std::size_t& bytes, c
          name, [&bytes](std::size_t mebibytes) { bytes = mebibytes << kBits; }, help)
       ->check(CLI::Range(std::size_t{1}, kMost))
       ->default_str(CLI::detail::to_string(bytes >> kBits));
+}
+
+void add_labels(CLI::App& app, const std::string& name, Labels& labels, const std::string& help) {
+  app.add_option_function<Labels>(
+         name,
+         [&labels, name](Labels given) {
+           if (given == Labels{""}) given.clear();  // as a configuration file says that there are none
+           if (absl::Status status = check_labels(given); !status.ok())
+             throw CLI::ValidationError(name, std::string(status.message()));
+           labels = std::move(given);
+         },
+         help)
+      ->delimiter(',')
+      ->default_str("");
 }
 
 void add_parent_option(CLI::App& app, bool& exit_with_parent) {

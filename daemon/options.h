@@ -8,6 +8,7 @@
 
 #include "daemon/locks.h"
 #include "daemon/log.h"
+#include "proto/server_traits.h"
 #include "transport/dds_link.h"
 
 namespace tessera {
@@ -34,6 +35,9 @@ void add_seconds(CLI::App& app, const std::string& name, std::chrono::nanosecond
 
 // A number of bytes, given in MiB.
 void add_mebibytes(CLI::App& app, const std::string& name, std::size_t& bytes, const std::string& help);
+
+// Labels, between commas; refused as check_labels() says.
+void add_labels(CLI::App& app, const std::string& name, Labels& labels, const std::string& help);
 
 // For a process that another process starts for its own use.
 void add_parent_option(CLI::App& app, bool& exit_with_parent);

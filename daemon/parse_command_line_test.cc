@@ -4,11 +4,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "daemon/options.h"
+
 namespace tessera {
 namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
 
 // What is wrong with the arguments of a program with two commands, one of which has an option.
 std::string error_of(std::vector<std::string> arguments) {
@@ -56,6 +62,17 @@ TEST(ParseCommandLine, GuessesNothingFarFetched) {
 TEST(ParseCommandLine, TellsWhatIsUnknownBeforeWhatIsMissing) {
   EXPECT_EQ(error_of({"spawn", "--bdoy"}), "The following argument was not expected: --bdoy");
   EXPECT_EQ(error_of({"spawn"}), "body is required");
+}
+
+TEST(Options, TakeLabelsBetweenCommas) {
+  Labels labels;
+  CLI::App app;
+  add_labels(app, "--labels", labels, "Where it is");
+  app.parse("--labels zone=eu,rack=a7");
+  EXPECT_THAT(labels, ElementsAre("zone=eu", "rack=a7"));
+  EXPECT_THROW(app.parse("--labels zone=eu,rack"), CLI::ValidationError);
+  app.parse(std::vector<std::string>{"", "--labels"});
+  EXPECT_THAT(labels, IsEmpty());
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <thread>
 
 #include "daemon/options.h"
+#include "daemon/parse_command_line.h"
+#include "proto/server_traits.h"
 
 namespace tessera {
 
@@ -26,6 +28,14 @@ void add_options(CLI::App& app, SectorServerArguments& arguments) {
          "Threads that step sectors; 0: one per core")
       ->check(CLI::Range(0, 1024))
       ->default_str("0");
+  app.add_option(
+         "--capacity", server.capacity,
+         "How much of a world this server takes, by comparison with others; 0: as much as its threads")
+      ->check(number_within(0, kCapacityMax))
+      ->capture_default_str();
+  add_labels(
+      app, "--labels", server.labels,
+      "Where this server is, or what it has, from the largest to the smallest, such as zone=eu,rack=a7");
   app.add_option("--listen", arguments.listen,
                  "Address at which clients open streams, host:port; port 0: any free port")
       ->capture_default_str();

@@ -200,6 +200,8 @@ class SectorServer::Impl {
     hello.set_again(heartbeat_.has_value());
     hello.set_arithmetic(arithmetic_fingerprint());
     hello.set_newest_world(newest());
+    hello.set_capacity(options_.capacity > 0 ? options_.capacity : options_.threads);
+    hello.mutable_labels()->Add(options_.labels.begin(), options_.labels.end());
     send(kCoordinatorNode, message);
   }
 

@@ -18,6 +18,7 @@
 #include "cluster.pb.h"
 #include "daemon/log_line.h"
 #include "lpss/tick/tick_machine.h"
+#include "proto/server_traits.h"
 #include "sector_server/world_run.h"
 #include "transport/link.h"
 
@@ -28,6 +29,8 @@ using Nanoseconds = std::chrono::nanoseconds;
 struct SectorServerOptions {
   Precision precision = Precision::kFloat32;
   int threads = 1;
+  double capacity = 0;  // how much of a world it takes, by comparison with others; 0: as much as its threads
+  Labels labels;
   std::string stream_address;                           // where clients open streams
   Nanoseconds join_timeout = std::chrono::seconds(30);  // how long to wait for a coordinator's welcome
   // How long to wait for a coordinator that has stopped responding, or for the one that takes its place.

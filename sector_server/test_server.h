@@ -135,7 +135,9 @@ inline std::vector<v1::LoadWorld> loads_of(const WorldDescription& world, const 
   const auto joints = joint_records_of(world);
   EXPECT_TRUE(records.ok()) << records.status();
   EXPECT_TRUE(joints.ok()) << joints.status();
-  const auto placement = place(number, {WorldToLoad::Described{world, *records, *joints}}, nodes);
+  std::vector<Host> hosts;
+  for (const NodeId node : nodes) hosts.push_back({.node = node});
+  const auto placement = place(number, {WorldToLoad::Described{world, *records, *joints}}, hosts);
   EXPECT_TRUE(placement.ok()) << placement.status();
   std::vector<v1::LoadWorld> loads = placement->loads;
   for (v1::LoadWorld& load : loads) load.set_hash_ticks(true);

@@ -86,12 +86,16 @@ TEST_F(WorldLoad, OfWhatCannotBeReadIsRefused) {
   EXPECT_NE(error_of(load), "");
   load = alone();
   load.add_splitters();
+  load.clear_owners();
   EXPECT_THAT(error_of(load), HasSubstr("the sector map has 2 runs for 1 servers"));
   load = loads_of(small_tower(), {kFirst, kSecond, NodeId{300}})[0];
-  load.mutable_splitters(0)->set_i(5);
-  load.mutable_splitters(1)->set_i(-5);
+  load.clear_splitters();
+  load.clear_owners();
+  load.add_splitters()->set_i(5);
+  load.add_splitters()->set_i(-5);
   EXPECT_THAT(error_of(load), HasSubstr("must ascend on the curve"));
   load = alone();
+  load.clear_owners();
   load.add_owners(1);
   EXPECT_THAT(error_of(load), HasSubstr("none of the 1 servers"));
   load.add_owners(0);

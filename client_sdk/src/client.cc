@@ -67,6 +67,8 @@ ServerStatus read(const v1::ServerStatus& status) {
   server.stream_address = status.stream_address();
   server.precision = status.precision() == v1::PRECISION_FLOAT64 ? Precision::kFloat64 : Precision::kFloat32;
   server.threads = status.threads();
+  server.capacity = status.capacity();
+  server.labels.assign(status.labels().begin(), status.labels().end());
   server.tick = status.tick();
   server.bodies = status.bodies();
   server.counts = counts_from(status.counts());

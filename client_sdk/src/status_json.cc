@@ -16,6 +16,8 @@ json described(const ServerStatus& server) {
               {"stream_address", server.stream_address},
               {"engine", name_of(server.precision)},
               {"threads", server.threads},
+              {"capacity", server.capacity},
+              {"labels", server.labels},
               {"takes_part", server.takes_part},
               {"suspect", server.suspect},
               {"drained", server.drained},

@@ -188,6 +188,8 @@ struct ServerStatus {
   std::string stream_address;
   Precision precision = Precision::kFloat32;
   std::uint32_t threads = 0;
+  double capacity = 1;              // how much of a world it takes, by comparison with others
+  std::vector<std::string> labels;  // key=value, as it was started with
   Tick tick = 0;
   std::uint64_t bodies = 0;
   TickCounts counts;  // of its last tick
