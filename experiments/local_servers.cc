@@ -1,5 +1,7 @@
 #include "experiments/local_servers.h"
 
+#include <ctime>
+
 #include "cli/interrupt.h"
 
 namespace tessera::experiments {
@@ -22,6 +24,13 @@ absl::StatusOr<std::unique_ptr<LocalServers>> LocalServers::start(int servers, P
   started->cluster_ = *std::move(cluster);
   started->client_ = *std::move(client);
   return started;
+}
+
+double LocalServers::coordinator_us() const {
+  clockid_t clock{};
+  timespec time{};
+  if (clock_getcpuclockid(cluster_->coordinator(), &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) / 1e3;
 }
 
 }  // namespace tessera::experiments

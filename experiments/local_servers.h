@@ -21,6 +21,9 @@ class LocalServers {
       int servers, Precision precision, absl::Duration checkpoint_every = {},
       absl::Duration balance_every = cli::LocalClusterOptions().balance_every);
 
+  // Processor time that the coordinator has taken so far, us; 0 if it has ended.
+  double coordinator_us() const;
+
   cli::LocalCluster& cluster() { return *cluster_; }
   Client& client() { return *client_; }
 

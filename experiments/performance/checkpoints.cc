@@ -23,12 +23,14 @@ struct Contender {
   double every = 0;  // s
   std::unique_ptr<experiments::LocalServers> servers;
   double wall_ms = 0;
+  double coordinator_ms = 0;  // its processor time
   Tick ticks = 0;
   std::uint64_t checkpoints = 0;
   Tick last_checkpoint = 0;
 
   absl::Status step(Tick count) {
     const Stopwatch watch;
+    const double before_us = servers->coordinator_us();
     for (Tick tick = 0; tick < count; tick += kTicksOfCall) {
       if (auto done = servers->client().step(kTicksOfCall); !done.ok()) return done.status();
       const absl::StatusOr<ClusterStatus> status = servers->client().status();
@@ -37,6 +39,7 @@ struct Contender {
       last_checkpoint = status->checkpoint_tick;
     }
     wall_ms += watch.microseconds() / 1000;
+    coordinator_ms += (servers->coordinator_us() - before_us) / 1000;
     ticks += count;
     return absl::OkStatus();
   }
@@ -100,7 +103,7 @@ class CheckpointPrice {
       if (before > 0) {
         if (auto done = client.step(before); !done.ok()) return done.status();
       }
-      contender.wall_ms = 0;
+      contender.wall_ms = contender.coordinator_ms = 0;
       contender.ticks = contender.checkpoints = contender.last_checkpoint = 0;
     }
     for (int round = 0; round < rounds_; ++round) {
@@ -125,6 +128,7 @@ class CheckpointPrice {
       const absl::StatusOr<ClusterStatus> status = contender.servers->client().status();
       if (!status.ok()) return status.status();
       const double more = contender.wall_ms - without.wall_ms;
+      const double coordinators = contender.coordinator_ms - without.coordinator_ms;
       const auto made = static_cast<double>(contender.checkpoints);
       report_.table("rows").push_back(
           {{"engine", name_of(options_.precision)},
@@ -136,6 +140,7 @@ class CheckpointPrice {
            {"checkpoints", contender.checkpoints},
            {"percent", 100 * more / without.wall_ms},
            {"ms_per_checkpoint", contender.checkpoints > 0 ? Row(more / made) : Row()},
+           {"coordinator_ms_per_checkpoint", contender.checkpoints > 0 ? Row(coordinators / made) : Row()},
            {"bytes_per_body", *bytes / static_cast<double>(status->bodies)},
            {"same_bits", hash->hash == first},
            {"hash", hash->hash}});

@@ -13,9 +13,10 @@ namespace tessera {
 //   resting    the same, asleep in the end, beside 500 balls that roll
 //
 // Table "rows": {engine, scene, bodies, every_s, ticks, tick_ms, checkpoints, percent, ms_per_checkpoint,
-// bytes_per_body, same_bits, hash}. `tick_ms` is the mean of a tick, by the clock of the wall; `percent` what
-// it takes more than without checkpoints; `checkpoints` are those that were seen, at most one in 25 ticks;
-// `bytes_per_body` is the size of a snapshot by the number of bodies.
+// coordinator_ms_per_checkpoint, bytes_per_body, same_bits, hash}. `tick_ms` is the mean of a tick, by the
+// clock of the wall; `percent` what it takes more than without checkpoints, `coordinator_ms_per_checkpoint`
+// what the coordinator takes more of its processor; `checkpoints` are those that were seen, at most one in 25
+// ticks; `bytes_per_body` is the size of a snapshot by the number of bodies.
 absl::StatusOr<Report> measure_checkpoints(const ExperimentOptions& options, const Progress& progress);
 
 }  // namespace tessera

@@ -15,13 +15,17 @@ namespace tessera {
 namespace {
 
 constexpr std::uint32_t kServers = 4;
-constexpr int kEdge = 10;  // sectors
+constexpr int kEdge = 10;         // sectors, of the plain
+constexpr int kRoadLength = 100;  // sectors
+constexpr int kRoadWidth = 6;     // sectors
 constexpr double kSectorSize = 5;
 constexpr double kTimeStep = 1.0 / 60;
 constexpr double kRadius = 0.15;  // m, of a ball
 constexpr double kApart = 0.33;   // m, from ball to ball
 constexpr double kSpeed = 3;      // m/s
 constexpr double kPost = 0.3;     // m, edge of a box that stands in a sector
+constexpr double kWalk = 0.8;     // m/s
+constexpr double kDrag = 0.4;     // part of its speed and spin that a walking ball loses in a second
 
 // Of all servers, tick by tick.
 class Work {
@@ -82,37 +86,64 @@ class Work {
   Tick complete_ = 0;
 };
 
-Nanoseconds nanoseconds(double seconds) { return Nanoseconds(static_cast<std::int64_t>(seconds * 1e9)); }
-
-}  // namespace
-
-WorldDescription crowd_world(const CrowdOptions& options) {
+WorldSettings settings_of(const CrowdOptions& options) {
   WorldSettings settings;
   settings.precision = options.precision;
   settings.sector_size = kSectorSize;
   settings.time_step = kTimeStep;
-  WorldBuilder builder(settings);
-  builder.add_floor(4 * kEdge * kSectorSize, 0);
-  const ShapeId ball = builder.shape(Sphere{kRadius});
+  return settings;
+}
+
+// A floor, and a box in each of so many sectors.
+void add_ground(WorldBuilder& builder, int along_x, int along_y) {
+  builder.add_floor(4 * std::max(along_x, along_y) * kSectorSize, 0);
   const ShapeId post = builder.shape(Box{{kPost, kPost, kPost}});
-  for (int i = 0; i < kEdge; ++i) {
-    for (int j = 0; j < kEdge; ++j) {
+  for (int i = 0; i < along_x; ++i) {
+    for (int j = 0; j < along_y; ++j) {
       const Eigen::Vector3d corner((i + 0.45) * kSectorSize, (j + 0.45) * kSectorSize, kPost / 2);
       builder.add(absl::StrCat("post_", i, "_", j), post, 1000, corner);
     }
   }
-  const int row = static_cast<int>(std::ceil(std::sqrt(options.bodies)));
-  const double way = kSpeed / std::sqrt(2.0);
-  for (int n = 0; n < options.bodies; ++n) {
+}
+
+// They roll.
+void add_balls(WorldBuilder& builder, int balls, const Eigen::Vector3d& velocity, double damping = 0) {
+  const ShapeId ball = builder.shape(Sphere{kRadius});
+  const int row = static_cast<int>(std::ceil(std::sqrt(balls)));
+  for (int n = 0; n < balls; ++n) {
     // A little out of line, so that they meet.
     const int column = n % row;
     const int line = n / row;
     const Eigen::Vector3d place(column * kApart + 0.01 * (n * 7 % 5), line * kApart + 0.01 * (n * 3 % 7),
                                 kRadius);
     BodyDescription& body = builder.add(absl::StrCat("ball_", n), ball, 1, place);
-    body.linear_velocity = {way, way, 0};
-    body.angular_velocity = Eigen::Vector3d(-way, way, 0) / kRadius;
+    body.linear_velocity = velocity;
+    body.angular_velocity = Eigen::Vector3d::UnitZ().cross(velocity) / kRadius;
+    body.properties.linear_damping = body.properties.angular_damping = damping;
   }
+}
+
+Nanoseconds nanoseconds(double seconds) { return Nanoseconds(static_cast<std::int64_t>(seconds * 1e9)); }
+
+}  // namespace
+
+WorldDescription crowd_world(const CrowdOptions& options) {
+  WorldBuilder builder(settings_of(options));
+  add_ground(builder, kEdge, kEdge);
+  const double way = kSpeed / std::sqrt(2.0);
+  add_balls(builder, options.bodies, {way, way, 0});
+  return std::move(builder.world());
+}
+
+WorldDescription walk_world(const CrowdOptions& options) {
+  WorldSettings settings = settings_of(options);
+  // A ball that rolls has seven fifths of its mass to accelerate, and to brake.
+  UniformGravity slope;
+  slope.acceleration.x() = 1.4 * -std::log(1 - kDrag) * kWalk;
+  settings.gravity = slope;
+  WorldBuilder builder(settings);
+  add_ground(builder, kRoadLength, kRoadWidth);
+  add_balls(builder, options.bodies, {kWalk, 0, 0}, kDrag);
   return std::move(builder.world());
 }
 

@@ -1,4 +1,4 @@
-// A crowd that crosses a world, on servers that share its sectors.
+// Crowds that cross a world, on servers that share its sectors.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -22,6 +22,12 @@ struct CrowdOptions {
 // Balls of 0.3 m, close together, roll at 3 m/s over a plain of 10 x 10 sectors of 5 m, from one corner
 // towards the other. A heavy box stands in each sector, so that all are there from the start.
 WorldDescription crowd_world(const CrowdOptions& options);
+
+// The same balls walk along a road of 100 sectors of 5 m, six abreast, of which each has a box, too: at 0.8
+// m/s, which a slope of 3 degrees and a drag that grows with the speed hold for as long as the road goes on.
+// It takes ten minutes, kWalkTicks.
+WorldDescription walk_world(const CrowdOptions& options);
+inline constexpr Tick kWalkTicks = 36'000;
 
 struct CrowdRun {
   std::string hash;       // after CrowdOptions::ticks, and as many more as the servers were ahead

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "lpss/simulation/simulation.h"
+
 namespace tessera {
 namespace {
 
@@ -21,6 +23,23 @@ TEST(Crowd, HasTheSameBitsByAnyPolicy) {
     ASSERT_TRUE(other.ok()) << other.status();
     EXPECT_EQ(other->hash, undisturbed->hash) << name_of(policy);
   }
+}
+
+// At the speed that the slope and the drag hold.
+TEST(Crowd, WalksOn) {
+  constexpr double kBall = 1;  // kg
+  const absl::StatusOr<std::unique_ptr<Simulation>> simulation =
+      Simulation::create(walk_world({.bodies = 100}));
+  ASSERT_TRUE(simulation.ok()) << simulation.status();
+  for (Tick tick = 0; tick < 1200; ++tick) (*simulation)->step();
+  int walkers = 0;
+  (*simulation)->for_each_body([&](const BodyRecord& body) {
+    if (body.properties.mass != kBall) return;
+    const double speed = body.state.linear_velocity[0];
+    EXPECT_LT(speed, 1.2);
+    walkers += speed > 0.6 ? 1 : 0;
+  });
+  EXPECT_GE(walkers, 95);
 }
 
 TEST(Crowd, EndsWhereItIsToEnd) {

@@ -1,10 +1,8 @@
 #include "experiments/scale/scale.h"
 
 #include <absl/strings/str_cat.h>
-#include <sys/types.h>
 
 #include <algorithm>
-#include <ctime>
 #include <functional>
 #include <string>
 #include <utility>
@@ -70,14 +68,6 @@ absl::Status measure_partitions(const ExperimentOptions& options, Layout layout,
   return absl::OkStatus();
 }
 
-// Processor time that a process has taken so far, us; 0 if it has ended.
-double processor_us(pid_t process) {
-  clockid_t clock{};
-  timespec time{};
-  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
-  return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_nsec) / 1e3;
-}
-
 // The same in processes.
 absl::Status measure_processes(const ExperimentOptions& options, int servers, Report& report) {
   constexpr Tick kTicks = 40;
@@ -93,10 +83,9 @@ absl::Status measure_processes(const ExperimentOptions& options, int servers, Re
   if (auto stepped = client.step(kTicks); !stepped.ok()) return stepped.status();
   const absl::StatusOr<ClusterStatus> before = client.status();
   if (!before.ok()) return before.status();
-  const pid_t coordinator = (*started)->cluster().coordinator();
-  const double coordinator_before = processor_us(coordinator);
+  const double coordinator_before = (*started)->coordinator_us();
   if (auto stepped = client.step(kTicks); !stepped.ok()) return stepped.status();
-  const double coordinator_us = (processor_us(coordinator) - coordinator_before) / kTicks;
+  const double coordinator_us = ((*started)->coordinator_us() - coordinator_before) / kTicks;
   const absl::StatusOr<ClusterStatus> after = client.status();
   if (!after.ok()) return after.status();
   const absl::StatusOr<HashAt> hash = client.hash();
@@ -169,51 +158,72 @@ absl::Status measure_neighbours(const ExperimentOptions& options, const Progress
   return absl::OkStatus();
 }
 
-absl::Status measure_crowd(const ExperimentOptions& options, const Progress& progress, Report& report) {
+// A crowd by each policy whose "scene policy" is wanted, into a table.
+absl::Status measure_crowd(const ExperimentOptions& options, const WorldDescription& world, Tick ticks,
+                           const std::string& scene, const std::string& table, const Progress& progress,
+                           Report& report) {
+  std::vector<Entrant> wanted = entrants();
+  std::erase_if(wanted, [&](const Entrant& one) {
+    return !absl::StrCat(scene, " ", one.name).starts_with(options.only);
+  });
+  ProgressCount count(progress, wanted.size());
+  std::string first;
+  for (const Entrant& one : wanted) {
+    const absl::StatusOr<CrowdRun> run =
+        run_crowd(world, ticks, one.sharing, [] { return !cli::interrupted(); });
+    if (!run.ok()) return run.status();
+    if (first.empty()) first = run->hash;
+    const bool same = run->hash == first;
+    if (!same) report.misses.push_back(absl::StrCat(scene, " ", one.name, ": other bits than the first run"));
+    report.table(table).push_back({{"engine", name_of(options.precision)},
+                                   {"policy", one.name},
+                                   {"ahead_s", one.sharing.ahead},
+                                   {"largest_ms", run->largest_ms},
+                                   {"mean_ms", run->mean_ms},
+                                   {"largest_to_mean", run->largest_ms / run->mean_ms},
+                                   {"largest_p99_ms", run->largest_p99_ms},
+                                   {"late", run->late},
+                                   {"ticks", ticks},
+                                   {"real_time_factor", run->real_time_factor},
+                                   {"moves", run->moves},
+                                   {"moved_sectors", run->moved_sectors},
+                                   {"moved_bodies", run->moved_bodies},
+                                   {"moved_kb", run->moved_kb},
+                                   {"exchanged_kb_per_tick", run->exchanged_kb},
+                                   {"same_bits", same},
+                                   {"hash", run->hash}});
+    if (absl::Status status = count.advance(); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status measure_crossing(const ExperimentOptions& options, const Progress& progress, Report& report) {
   CrowdOptions crowd{.precision = options.precision};
   if (options.quick) {
     crowd.bodies = 600;
     crowd.ticks = 120;
   }
-  const WorldDescription world = crowd_world(crowd);
-  const std::vector<Entrant> all = entrants();
-  ProgressCount count(progress, all.size());
-  std::string undisturbed;
-  for (const Entrant& one : all) {
-    const absl::StatusOr<CrowdRun> run =
-        run_crowd(world, crowd.ticks, one.sharing, [] { return !cli::interrupted(); });
-    if (!run.ok()) return run.status();
-    if (undisturbed.empty()) undisturbed = run->hash;
-    const bool same = run->hash == undisturbed;
-    if (!same) report.misses.push_back(absl::StrCat(one.name, ": other bits than without moves"));
-    report.table("rows").push_back({{"engine", name_of(options.precision)},
-                                    {"policy", one.name},
-                                    {"ahead_s", one.sharing.ahead},
-                                    {"largest_ms", run->largest_ms},
-                                    {"mean_ms", run->mean_ms},
-                                    {"largest_to_mean", run->largest_ms / run->mean_ms},
-                                    {"largest_p99_ms", run->largest_p99_ms},
-                                    {"late", run->late},
-                                    {"ticks", crowd.ticks},
-                                    {"real_time_factor", run->real_time_factor},
-                                    {"moves", run->moves},
-                                    {"moved_sectors", run->moved_sectors},
-                                    {"moved_bodies", run->moved_bodies},
-                                    {"moved_kb", run->moved_kb},
-                                    {"exchanged_kb_per_tick", run->exchanged_kb},
-                                    {"same_bits", same},
-                                    {"hash", run->hash}});
-    if (absl::Status status = count.advance(); !status.ok()) return status;
+  return measure_crowd(options, crowd_world(crowd), crowd.ticks, "crowd", "rows", progress, report);
+}
+
+absl::Status measure_walk(const ExperimentOptions& options, const Progress& progress, Report& report) {
+  CrowdOptions crowd{.precision = options.precision, .ticks = kWalkTicks};
+  if (options.quick) {
+    crowd.bodies = 600;
+    crowd.ticks = 600;
   }
-  return absl::OkStatus();
+  return measure_crowd(options, walk_world(crowd), crowd.ticks, "walk", "walk", progress, report);
 }
 
 }  // namespace
 
 absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Progress& progress) {
   Report report;
-  if (is_wanted(options, "crowd")) {
-    if (absl::Status status = measure_crowd(options, progress, report); !status.ok()) return status;
+  if (options.only.empty() || options.only.starts_with("crowd")) {
+    if (absl::Status status = measure_crossing(options, progress, report); !status.ok()) return status;
+  }
+  if (options.only.starts_with("walk")) {
+    if (absl::Status status = measure_walk(options, progress, report); !status.ok()) return status;
   }
   if (absl::Status status = measure_neighbours(options, progress, report); !status.ok()) return status;
   return report;

@@ -10,14 +10,17 @@ namespace tessera {
 //
 // Table "rows": {engine, policy, ahead_s, largest_ms, mean_ms, largest_to_mean, largest_p99_ms, late, ticks,
 // real_time_factor, moves, moved_sectors, moved_bodies, moved_kb, exchanged_kb_per_tick, same_bits, hash}.
-// `same_bits`: the hash is that of the run without any move.
+// `same_bits`: the hash is that of the first run, which has no moves.
+//
+// Table "walk", likewise: the crowd of walk_world(), for ten minutes, which takes hours. Only where it is
+// asked for: ExperimentOptions::only is "walk", or "walk" with the beginning of a policy's name.
 //
 // Worlds that grow with their servers (neighbours_world()): table "neighbours", of partitions of one process,
 // {engine, layout, servers, talk_to, messages, messages_largest, kb, kb_largest, peers, peers_largest,
 // heap_kb, same_bits, and what is sent by round}, sent and received a server and tick; table "processes",
 // {engine, servers, talk_to, sent_messages, ..., peak_rss_mb, coordinator_us, same_bits}, of which
 // `coordinator_us` is the processor time of the coordinator in a tick. ExperimentOptions::only chooses among
-// crowd, row, plane and processes.
+// crowd, likewise with a policy, row, plane and processes.
 absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Progress& progress);
 
 }  // namespace tessera
