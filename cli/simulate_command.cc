@@ -58,9 +58,9 @@ std::array<char, 1024> running_command{};
 
 void tell_running_command(int) {
   constexpr char kIntroduction[] = "to repeat it: ";
-  [[maybe_unused]] ssize_t ignored = write(STDERR_FILENO, kIntroduction, sizeof kIntroduction - 1);
-  ignored = write(STDERR_FILENO, running_command.data(), std::strlen(running_command.data()));
-  ignored = write(STDERR_FILENO, "\n", 1);
+  [[maybe_unused]] ssize_t ignored = ::write(STDERR_FILENO, kIntroduction, sizeof kIntroduction - 1);
+  ignored = ::write(STDERR_FILENO, running_command.data(), std::strlen(running_command.data()));
+  ignored = ::write(STDERR_FILENO, "\n", 1);
   signal(SIGABRT, SIG_DFL);
 }
 

@@ -86,8 +86,11 @@ class Folder:
         broken = set(re.findall(r"^(\S+?):\d+:\d+: error: .*\[clang-diagnostic-error", run.stdout, re.MULTILINE))
         apart = [unit for unit in units if str(unit[1]) in broken]
         if broken and len(units) > 1:
-            # A header that only clashes with what comes before it does not say with which.
-            apart = apart or units
+            if not apart:
+                # A header that clashes with what comes before it does not say with which.
+                middle = len(units) // 2
+                results = [self.is_clean(units[:middle]), self.is_clean(units[middle:])]
+                return all(results)
             results = [self.is_clean([unit]) for unit in apart]
             rest = [unit for unit in units if unit not in apart]
             return all(results) and (not rest or self.is_clean(rest))

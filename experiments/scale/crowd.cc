@@ -18,14 +18,14 @@ constexpr std::uint32_t kServers = 4;
 constexpr int kEdge = 10;         // sectors, of the plain
 constexpr int kRoadLength = 100;  // sectors
 constexpr int kRoadWidth = 6;     // sectors
-constexpr double kSectorSize = 5;
+constexpr double kSectorEdge = 5;
 constexpr double kTimeStep = 1.0 / 60;
-constexpr double kRadius = 0.15;  // m, of a ball
-constexpr double kApart = 0.33;   // m, from ball to ball
-constexpr double kSpeed = 3;      // m/s
-constexpr double kPost = 0.3;     // m, edge of a box that stands in a sector
-constexpr double kWalk = 0.8;     // m/s
-constexpr double kDrag = 0.4;     // part of its speed and spin that a walking ball loses in a second
+constexpr double kRadius = 0.15;      // m, of a ball
+constexpr double kBallsApart = 0.33;  // m, from ball to ball
+constexpr double kSpeed = 3;          // m/s
+constexpr double kPost = 0.3;         // m, edge of a box that stands in a sector
+constexpr double kWalk = 0.8;         // m/s
+constexpr double kDrag = 0.4;         // part of its speed and spin that a walking ball loses in a second
 
 // Of all servers, tick by tick.
 class Work {
@@ -89,18 +89,18 @@ class Work {
 WorldSettings settings_of(const CrowdOptions& options) {
   WorldSettings settings;
   settings.precision = options.precision;
-  settings.sector_size = kSectorSize;
+  settings.sector_size = kSectorEdge;
   settings.time_step = kTimeStep;
   return settings;
 }
 
 // A floor, and a box in each of so many sectors.
 void add_ground(WorldBuilder& builder, int along_x, int along_y) {
-  builder.add_floor(4 * std::max(along_x, along_y) * kSectorSize, 0);
+  builder.add_floor(4 * std::max(along_x, along_y) * kSectorEdge, 0);
   const ShapeId post = builder.shape(Box{{kPost, kPost, kPost}});
   for (int i = 0; i < along_x; ++i) {
     for (int j = 0; j < along_y; ++j) {
-      const Eigen::Vector3d corner((i + 0.45) * kSectorSize, (j + 0.45) * kSectorSize, kPost / 2);
+      const Eigen::Vector3d corner((i + 0.45) * kSectorEdge, (j + 0.45) * kSectorEdge, kPost / 2);
       builder.add(absl::StrCat("post_", i, "_", j), post, 1000, corner);
     }
   }
@@ -114,8 +114,8 @@ void add_balls(WorldBuilder& builder, int balls, const Eigen::Vector3d& velocity
     // A little out of line, so that they meet.
     const int column = n % row;
     const int line = n / row;
-    const Eigen::Vector3d place(column * kApart + 0.01 * (n * 7 % 5), line * kApart + 0.01 * (n * 3 % 7),
-                                kRadius);
+    const Eigen::Vector3d place(column * kBallsApart + 0.01 * (n * 7 % 5),
+                                line * kBallsApart + 0.01 * (n * 3 % 7), kRadius);
     BodyDescription& body = builder.add(absl::StrCat("ball_", n), ball, 1, place);
     body.linear_velocity = velocity;
     body.angular_velocity = Eigen::Vector3d::UnitZ().cross(velocity) / kRadius;

@@ -9,7 +9,7 @@
 namespace tessera::joints {
 namespace {
 
-struct Panel {
+struct Columns {
   double* numbers;  // column by column
   int rows;
 
@@ -28,7 +28,7 @@ inline void unrolled(Act act) {
 // the columns before its tile at once, then by those of its tile.
 template <int kRows>
 bool factorise_front(double* numbers, double* pivots) {
-  const Panel panel{numbers, kRows};
+  const Columns panel{numbers, kRows};
   bool is_regular = true;
   unrolled<kRows>([&](auto c) {
     constexpr int first = c / kTile * kTile;

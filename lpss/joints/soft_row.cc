@@ -15,16 +15,16 @@ constexpr double kUnresolved = 1;
 constexpr double kFelt = 1e-100;
 
 // Of the velocities of the child, then of the parent: linear, angular.
-using Numbers = Eigen::Matrix<double, 12, 1>;
+using RowNumbers = Eigen::Matrix<double, 12, 1>;
 
-Numbers numbers_of(const JointRow& row) {
-  Numbers numbers;
+RowNumbers numbers_of(const JointRow& row) {
+  RowNumbers numbers;
   numbers << row.linear, row.angular_child, -row.linear, -row.angular_parent;
   return numbers;
 }
 
-Numbers response_to(const Numbers& impulse, const JointStep& step) {
-  Numbers response;
+RowNumbers response_to(const RowNumbers& impulse, const JointStep& step) {
+  RowNumbers response;
   response << step.child.inverse_mass * impulse.segment<3>(0),
       step.child.inverse_inertia * impulse.segment<3>(3), step.parent.inverse_mass * impulse.segment<3>(6),
       step.parent.inverse_inertia * impulse.segment<3>(9);
@@ -50,14 +50,14 @@ bool soften(const SoftEffort& effort, double dt, JointRow& row) {
 double mobility_of(const JointRow& row, std::span<const JointRow> held, const JointStep& step) {
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
-  const Numbers numbers = numbers_of(row);
-  const Numbers response = response_to(numbers, step);
+  const RowNumbers numbers = numbers_of(row);
+  const RowNumbers response = response_to(numbers, step);
   const auto count = static_cast<Eigen::Index>(held.size());
   Matrix matrix(count, count);
   Vector shared(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Numbers other = numbers_of(held[static_cast<std::size_t>(i)]);
-    const Numbers other_response = response_to(other, step);
+    const RowNumbers other = numbers_of(held[static_cast<std::size_t>(i)]);
+    const RowNumbers other_response = response_to(other, step);
     shared[i] = other.dot(response);
     for (Eigen::Index j = 0; j < count; ++j)
       matrix(i, j) = numbers_of(held[static_cast<std::size_t>(j)]).dot(other_response);

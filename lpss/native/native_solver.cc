@@ -30,7 +30,7 @@ constexpr Scalar kOpenedShare = Scalar(0.06);  // of the smallest extent of thos
 constexpr Scalar kOpenedMin = Scalar(0.001);   // m
 
 // What one thread does at a time.
-constexpr std::size_t kBodiesInPiece = 256;
+constexpr std::size_t kBodiesInTaskPiece = 256;
 constexpr std::size_t kContactsInPiece = 128;
 
 // In shorter steps, contacts are stiffer by their ratio. Each step also leaves a little of the speed at which
@@ -152,7 +152,8 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
   joints_.clear();
   dynamics_.resize(task.bodies.size());
   bodies_.resize(task.bodies.size());
-  run_in_pieces(parallel, task.bodies.size(), kBodiesInPiece, [this](std::size_t place) { add_body(place); });
+  run_in_pieces(parallel, task.bodies.size(), kBodiesInTaskPiece,
+                [this](std::size_t place) { add_body(place); });
   fixed_ = bodies_.size();
   bodies_.emplace_back();
   is_pushed_.assign(dynamics_.size(), false);
@@ -391,7 +392,7 @@ void NativeSolver::with_joints(Act act) {
 
 void NativeSolver::find_corrections() {
   corrections_.resize(dynamics_.size());
-  run_in_pieces(*parallel_, dynamics_.size(), kBodiesInPiece,
+  run_in_pieces(*parallel_, dynamics_.size(), kBodiesInTaskPiece,
                 [this](std::size_t place) { corrections_[place] = contacts_.correction(place); });
   if (joints_.is_empty()) return;
   for (const joints::BodyMotion& moved : joints_.end()) {
@@ -472,7 +473,8 @@ void NativeSolver::write_impulses(const Source& source) const {
 }
 
 void NativeSolver::write_bodies() const {
-  run_in_pieces(*parallel_, dynamics_.size(), kBodiesInPiece, [&](std::size_t place) { write_body(place); });
+  run_in_pieces(*parallel_, dynamics_.size(), kBodiesInTaskPiece,
+                [&](std::size_t place) { write_body(place); });
 }
 
 // The body then moves on by the velocities that it ends with: what is corrected here is all but that. One

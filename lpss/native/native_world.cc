@@ -9,7 +9,7 @@ namespace tessera::native {
 namespace {
 
 // Of loops over threads: enough to be worth a piece.
-constexpr std::size_t kBodiesInPiece = 128;
+constexpr std::size_t kBodiesInWorldPiece = 128;
 constexpr std::size_t kCandidatesInPiece = 256;
 // Of jointed bodies that hit something at speed, times the usual.
 constexpr int kSubstepsOfHit = 4;
@@ -212,7 +212,7 @@ void NativeWorld::detect(double dt, const ParallelFor& parallel) {
 }
 
 Pieces NativeWorld::pieces_of_bodies() const {
-  const Pieces pieces(bodies_.size(), kBodiesInPiece);
+  const Pieces pieces(bodies_.size(), kBodiesInWorldPiece);
   if (bodies_pieces_.size() < pieces.count()) bodies_pieces_.resize(pieces.count());
   return pieces;
 }
