@@ -6,24 +6,30 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiments/contestant.h"
 #include "experiments/performance/scenes.h"
 #include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/mechanics.h"
 
 namespace tessera {
 namespace {
 
+constexpr const char* kPlain = "plain Bullet";
 constexpr double kSector = 16;      // m
 constexpr double kOneSector = 512;  // m: all of a scene is in it
+constexpr int kFineSteps = 16;      // in the time of a tick
 
 struct Race {
   std::string name;
   std::function<WorldDescription(const WorldSettings&)> make;
   bool sleeps = false;
   Tick ticks = 0;
+  bool has_joints = false;
 };
 
 std::vector<Race> races(bool quick) {
@@ -38,33 +44,71 @@ std::vector<Race> races(bool quick) {
           {"pile_to_rest", boxes, true, ten_seconds},
           {"towers", stacks, false, ticks},
           {"pyramid", rows, false, ten_seconds},
-          {"mixed", mixed, false, ticks}};
+          {"mixed", mixed, false, ticks, true}};
 }
 
 // A world that is stepped in turn with the others of its race.
-struct Runner {
-  std::string name;
-  Contestant world;
-  Positions start;
-};
-
-absl::StatusOr<std::vector<Runner>> runners_of(const Race& race, Precision precision) {
-  std::vector<Runner> runners;
-  const auto add = [&](const std::string& name, double sector_size, bool is_plain) {
-    WorldSettings settings;
-    settings.precision = precision;
-    settings.sector_size = sector_size;
+class Runner {
+ public:
+  static absl::StatusOr<Runner> create(const std::string& name, const Race& race, WorldSettings settings,
+                                       bool is_plain, int steps = 1) {
+    settings.time_step /= steps;
     if (!race.sleeps) settings.sleep_after = 0;
     const WorldDescription world = race.make(settings);
     absl::StatusOr<std::unique_ptr<LocalWorld>> made = is_plain ? in_one_world(world) : in_sectors(world);
     if (!made.ok()) return made.status();
-    runners.push_back({name, Contestant(*std::move(made), world), {}});
-    runners.back().start = runners.back().world.positions();
-    return absl::OkStatus();
-  };
-  if (absl::Status status = add("sectors of 16 m", kSector, false); !status.ok()) return status;
-  if (absl::Status status = add("one sector", kOneSector, false); !status.ok()) return status;
-  if (absl::Status status = add("plain Bullet", kOneSector, true); !status.ok()) return status;
+    Runner runner(name, steps, Contestant(*std::move(made), world));
+    if (race.has_joints) {
+      absl::StatusOr<MechanicsOfWorld> mechanics = MechanicsOfWorld::create(world);
+      if (!mechanics.ok()) return mechanics.status();
+      runner.mechanics_ = *std::move(mechanics);
+    }
+    return runner;
+  }
+
+  void tick() {
+    for (int step = 0; step < steps_; ++step) world_.step();
+    if (mechanics_) gap_ = std::max(gap_, mechanics_->at(world_.bodies()).gap);
+  }
+
+  const std::string& name() const { return name_; }
+  const Contestant& world() const { return world_; }
+  const Positions& start() const { return start_; }
+  double spent_us(Tick ticks) const { return world_.spent_us(ticks * static_cast<Tick>(steps_)); }
+  bool has_joints() const { return mechanics_.has_value(); }
+  double gap() const { return gap_; }  // m, the largest of a joint until now
+
+ private:
+  Runner(std::string name, int steps, Contestant world)
+      : name_(std::move(name)), steps_(steps), world_(std::move(world)), start_(world_.positions()) {}
+
+  std::string name_;
+  int steps_;  // in the time of a tick
+  Contestant world_;
+  Positions start_;
+  std::optional<MechanicsOfWorld> mechanics_;
+  double gap_ = 0;
+};
+
+absl::StatusOr<std::vector<Runner>> runners_of(const Race& race, Precision precision) {
+  WorldSettings sectors;
+  sectors.precision = precision;
+  sectors.sector_size = kSector;
+  WorldSettings one_sector = sectors;
+  one_sector.sector_size = kOneSector;
+  std::vector<absl::StatusOr<Runner>> made;
+  made.push_back(Runner::create("sectors of 16 m", race, sectors, false));
+  made.push_back(Runner::create("one sector", race, one_sector, false));
+  made.push_back(Runner::create(kPlain, race, one_sector, true));
+  if (race.has_joints) {
+    made.push_back(Runner::create(absl::StrCat(kPlain, ", ", kFineSteps, " steps a tick"), race, one_sector,
+                                  true, kFineSteps));
+  }
+  std::vector<Runner> runners;
+  for (absl::StatusOr<Runner>& runner : made) {
+    if (!runner.ok()) return runner.status();
+    runners.push_back(*std::move(runner));
+  }
   return runners;
 }
 
@@ -89,22 +133,26 @@ absl::StatusOr<Report> measure_performance(const ExperimentOptions& options, con
     absl::StatusOr<std::vector<Runner>> runners = runners_of(race, options.precision);
     if (!runners.ok()) return runners.status();
     for (Tick tick = 0; tick < race.ticks; ++tick) {
-      for (Runner& runner : *runners) runner.world.step();
+      for (Runner& runner : *runners) runner.tick();
       if (absl::Status status = count.advance(); !status.ok()) return status;
     }
-    const double plain_us = runners->back().world.spent_us(race.ticks);
+    const auto plain = std::ranges::find(*runners, kPlain, &Runner::name);
+    const double plain_us = plain->spent_us(race.ticks);
     for (const Runner& runner : *runners) {
-      const Positions places = runner.world.positions();
-      const double spent_us = runner.world.spent_us(race.ticks);
-      report.table("rows").push_back({{"engine", name_of(options.precision)},
-                                      {"scene", race.name},
-                                      {"world", runner.name},
-                                      {"bodies", places.size()},
-                                      {"ticks", race.ticks},
-                                      {"tick_us", spent_us / static_cast<double>(race.ticks)},
-                                      {"drift_m", horizontal_drift(runner.start, places)},
-                                      {"hash", runner.world.hash()},
-                                      {"ratio", spent_us / plain_us}});
+      const Positions places = runner.world().positions();
+      const double spent_us = runner.spent_us(race.ticks);
+      Row row = {{"engine", name_of(options.precision)},
+                 {"scene", race.name},
+                 {"world", runner.name()},
+                 {"bodies", places.size()},
+                 {"ticks", race.ticks},
+                 {"tick_us", spent_us / static_cast<double>(race.ticks)},
+                 {"drift_m", horizontal_drift(runner.start(), places)},
+                 {"gap_mm", nullptr},
+                 {"hash", runner.world().hash()},
+                 {"ratio", spent_us / plain_us}};
+      if (runner.has_joints()) row["gap_mm"] = runner.gap() * 1e3;
+      report.table("rows").push_back(std::move(row));
     }
   }
   return report;

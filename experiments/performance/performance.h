@@ -1,4 +1,4 @@
-// What a core does: piles, towers and a pyramid of boxes, each beside plain Bullet in the same run.
+// What a core does: piles, towers, a pyramid and mixed bodies, each beside plain Bullet in the same run.
 #pragma once
 
 #include "experiments/catalogue.h"
@@ -12,10 +12,14 @@ namespace tessera {
 //   pile_to_rest  the same for 10 s, with sleep
 //   towers        800 towers of 10; never asleep
 //   pyramid       30 rows, 465 boxes 1.05 m apart; never asleep
+//   mixed         2,800 hulls, capsules, boxes, balls and chains of three on hills; never asleep. Plain
+//   Bullet
+//                 takes part twice: in ticks, and in 16 steps a tick
 //
-// Table "rows": {engine, scene, world, bodies, ticks, tick_us, ratio, drift_m, hash}. `tick_us` is the mean
-// of processor times of ticks, `ratio` relative to plain Bullet; `drift_m` is the horizontal way of the body
-// that comes farthest from its start. Plain hashes are not to be compared with the others.
+// Table "rows": {engine, scene, world, bodies, ticks, tick_us, ratio, drift_m, gap_mm, hash}. `tick_us` is
+// the mean of processor times of ticks, `ratio` relative to plain Bullet; `drift_m` is the horizontal way of
+// the body that comes farthest from its start, `gap_mm` the largest of a joint at the end of a tick, if there
+// are joints. Plain hashes are not to be compared with the others.
 absl::StatusOr<Report> measure_performance(const ExperimentOptions& options, const Progress& progress);
 
 }  // namespace tessera

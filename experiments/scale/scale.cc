@@ -1,5 +1,6 @@
 #include "experiments/scale/scale.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -125,16 +126,17 @@ absl::Status measure_processes(const ExperimentOptions& options, int servers, Re
   return absl::OkStatus();
 }
 
-bool is_wanted(const ExperimentOptions& options, const std::string& part) {
-  return part.starts_with(options.only);
+// `run`: "group name".
+bool is_wanted(const ExperimentOptions& options, const std::string& run) {
+  return absl::StrContains(run, options.only);
 }
 
 absl::Status measure_neighbours(const ExperimentOptions& options, const Progress& progress, Report& report) {
   std::vector<std::function<absl::Status()>> runs;
   for (const Layout layout : {Layout::kRow, Layout::kPlane}) {
-    if (!is_wanted(options, layout == Layout::kRow ? "row" : "plane")) continue;
     for (const int servers : {2, 4, 8, 16, 32, 64, 128, 256, 512, 1024}) {
-      if (options.quick && servers > 16) continue;
+      const std::string group = layout == Layout::kRow ? "row" : "plane";
+      if (!is_wanted(options, absl::StrCat(group, " ", servers)) || (options.quick && servers > 16)) continue;
       // For comparison; more would take long.
       if (servers <= 64) {
         runs.emplace_back([&options, &report, layout, servers] {
@@ -147,7 +149,7 @@ absl::Status measure_neighbours(const ExperimentOptions& options, const Progress
     }
   }
   for (const int servers : {2, 4, 8, 16, 64}) {
-    if (!is_wanted(options, "processes") || (options.quick && servers > 4)) continue;
+    if (!is_wanted(options, absl::StrCat("processes ", servers)) || (options.quick && servers > 4)) continue;
     runs.emplace_back([&options, &report, servers] { return measure_processes(options, servers, report); });
   }
   ProgressCount count(progress, runs.size());
@@ -163,9 +165,8 @@ absl::Status measure_crowd(const ExperimentOptions& options, const WorldDescript
                            const std::string& scene, const std::string& table, const Progress& progress,
                            Report& report) {
   std::vector<Entrant> wanted = entrants();
-  std::erase_if(wanted, [&](const Entrant& one) {
-    return !absl::StrCat(scene, " ", one.name).starts_with(options.only);
-  });
+  std::erase_if(wanted,
+                [&](const Entrant& one) { return !is_wanted(options, absl::StrCat(scene, " ", one.name)); });
   ProgressCount count(progress, wanted.size());
   std::string first;
   for (const Entrant& one : wanted) {
@@ -219,13 +220,13 @@ absl::Status measure_walk(const ExperimentOptions& options, const Progress& prog
 
 absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Progress& progress) {
   Report report;
-  if (options.only.empty() || options.only.starts_with("crowd")) {
-    if (absl::Status status = measure_crossing(options, progress, report); !status.ok()) return status;
-  }
+  if (absl::Status status = measure_crossing(options, progress, report); !status.ok()) return status;
   if (options.only.starts_with("walk")) {
     if (absl::Status status = measure_walk(options, progress, report); !status.ok()) return status;
   }
   if (absl::Status status = measure_neighbours(options, progress, report); !status.ok()) return status;
+  if (report.tables.empty())
+    return absl::NotFoundError(absl::StrCat("No run's \"group name\" contains \"", options.only, "\"."));
   return report;
 }
 

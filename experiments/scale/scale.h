@@ -13,14 +13,16 @@ namespace tessera {
 // `same_bits`: the hash is that of the first run, which has no moves.
 //
 // Table "walk", likewise: the crowd of walk_world(), for ten minutes, which takes hours. Only where it is
-// asked for: ExperimentOptions::only is "walk", or "walk" with the beginning of a policy's name.
+// asked for: ExperimentOptions::only begins with "walk".
 //
 // Worlds that grow with their servers (neighbours_world()): table "neighbours", of partitions of one process,
 // {engine, layout, servers, talk_to, messages, messages_largest, kb, kb_largest, peers, peers_largest,
 // heap_kb, same_bits, and what is sent by round}, sent and received a server and tick; table "processes",
 // {engine, servers, talk_to, sent_messages, ..., peak_rss_mb, coordinator_us, same_bits}, of which
-// `coordinator_us` is the processor time of the coordinator in a tick. ExperimentOptions::only chooses among
-// crowd, likewise with a policy, row, plane and processes.
+// `coordinator_us` is the processor time of the coordinator in a tick.
+//
+// ExperimentOptions::only chooses among "crowd POLICY", "walk POLICY", "row SERVERS", "plane SERVERS" and
+// "processes SERVERS"; NOT_FOUND if none contains it.
 absl::StatusOr<Report> measure_scale(const ExperimentOptions& options, const Progress& progress);
 
 }  // namespace tessera
