@@ -21,7 +21,6 @@ namespace {
 
 // Processor time in s, independent of other load; several times what the slowest scenes need.
 constexpr rlim_t kSecondsMax = 60;
-constexpr rlim_t kQuickSecondsMax = 20;
 
 constexpr double kLost = std::numeric_limits<double>::quiet_NaN();
 
@@ -140,8 +139,7 @@ Report measure_apart(const Scene& scene, const ExperimentOptions& options) {
     // The parent process waits for the end of this one and handles interrupts itself.
     std::signal(SIGINT, SIG_DFL);
     std::signal(SIGTERM, SIG_DFL);
-    const rlim_t seconds = options.quick ? kQuickSecondsMax : kSecondsMax;
-    const rlimit limit{seconds, seconds};
+    const rlimit limit{kSecondsMax, kSecondsMax};
     setrlimit(RLIMIT_CPU, &limit);
     return measure(scene, options);
   });

@@ -11,7 +11,7 @@ namespace tessera::extremes {
 Report measure(const Scene& scene, const ExperimentOptions& options);
 
 // The same in a separate process: a crash becomes a row, and so does exceeding the limit on processor time
-// (60 s; 8 s if quick). Call before there are other threads.
+// (60 s). Call before there are other threads.
 Report measure_apart(const Scene& scene, const ExperimentOptions& options);
 
 }  // namespace tessera::extremes

@@ -19,6 +19,7 @@
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/ellipsoid_shape.h"
 #include "lpss/bullet/smooth_edges.h"
+#include "lpss/bullet/triangle_tree.h"
 
 namespace tessera::bullet {
 namespace {
@@ -60,7 +61,7 @@ void add_edges(btCollisionShape& shape, Data& data) {
   data.push_back(std::move(edges));
 }
 
-std::unique_ptr<btCollisionShape> make_mesh(const TriangleMesh& mesh, Data& data) {
+std::unique_ptr<btCollisionShape> make_mesh(const TriangleMesh& mesh, CollisionShape::Use use, Data& data) {
   struct Arrays {
     std::vector<btVector3> vertices;
     std::vector<int> indices;
@@ -78,7 +79,15 @@ std::unique_ptr<btCollisionShape> make_mesh(const TriangleMesh& mesh, Data& data
   part.m_vertexStride = sizeof(btVector3);
   arrays->view.addIndexedMesh(part, PHY_INTEGER);
   data.push_back(arrays);
-  return std::make_unique<btBvhTriangleMeshShape>(&arrays->view, /*useQuantizedAabbCompression=*/true);
+  if (use == CollisionShape::Use::kContacts)
+    return std::make_unique<btBvhTriangleMeshShape>(&arrays->view, /*useQuantizedAabbCompression=*/true);
+  const auto tree = std::make_shared<TriangleTree>(arrays->vertices, arrays->indices);
+  data.push_back(tree);
+  arrays->view.setPremadeAabb(tree->low(), tree->high());
+  auto shape = std::make_unique<btBvhTriangleMeshShape>(&arrays->view, /*useQuantizedAabbCompression=*/true,
+                                                        /*buildBvh=*/false);
+  shape->setOptimizedBvh(tree.get());
+  return shape;
 }
 
 // Bullet puts the middle of the heights at the shape's origin; `pose` is moved to compensate.
@@ -96,6 +105,7 @@ std::unique_ptr<btCollisionShape> make_height_field(const HeightField& field, bt
 
 struct MakePart {
   btTransform& pose;
+  CollisionShape::Use use;
   Data& data;
 
   std::unique_ptr<btCollisionShape> operator()(const tessera::Box& box) const {
@@ -119,7 +129,7 @@ struct MakePart {
   }
   std::unique_ptr<btCollisionShape> operator()(const ConvexHull& hull) const { return make_hull(hull); }
   std::unique_ptr<btCollisionShape> operator()(const TriangleMesh& mesh) const {
-    return make_mesh(mesh, data);
+    return make_mesh(mesh, use, data);
   }
   std::unique_ptr<btCollisionShape> operator()(const HeightField& field) const {
     return make_height_field(field, pose, data);
@@ -148,7 +158,7 @@ CollisionShape::CollisionShape(const Shape& shape, const Pose& centre, bool is_s
     const bool is_unmoved = lone_hull || placed.is_identity();
     btTransform pose = is_unmoved ? btTransform::getIdentity() : to_bullet(placed);
     btCollisionShape* child =
-        lone_hull ? build_part(baked(*lone_hull, placed), pose) : build_part(part.geometry, pose);
+        lone_hull ? build_part(baked(*lone_hull, placed), pose, use) : build_part(part.geometry, pose, use);
     if (use == Use::kContacts) add_edges(*child, data_);
     children.emplace_back(pose, child);
   }
@@ -165,8 +175,8 @@ CollisionShape::CollisionShape(const Shape& shape, const Pose& centre, bool is_s
   shapes_.push_back(std::move(compound));
 }
 
-btCollisionShape* CollisionShape::build_part(const Geometry& geometry, btTransform& pose) {
-  shapes_.push_back(std::visit(MakePart{pose, data_}, geometry));
+btCollisionShape* CollisionShape::build_part(const Geometry& geometry, btTransform& pose, Use use) {
+  shapes_.push_back(std::visit(MakePart{pose, use, data_}, geometry));
   return shapes_.back().get();
 }
 

@@ -17,7 +17,8 @@ namespace tessera::bullet {
 // A shape in Bullet's form; immutable, so worlds and threads share it.
 class CollisionShape {
  public:
-  // What the shape is for. Contacts with a surface need to know which of its triangles are neighbours.
+  // What the shape is for. Contacts with a surface need to know which of its triangles are neighbours, and
+  // are found by Bullet's own tree; casts take a TriangleTree.
   enum class Use { kContacts, kCastsAlone };
 
   // `centre` is the centre frame in the body frame. Moving bodies get their parts posed in the centre frame.
@@ -34,7 +35,7 @@ class CollisionShape {
   btScalar swept_extent() const { return swept_extent_; }
 
  private:
-  btCollisionShape* build_part(const Geometry& geometry, btTransform& pose);
+  btCollisionShape* build_part(const Geometry& geometry, btTransform& pose, Use use);
 
   std::vector<std::shared_ptr<void>> data_;  // arrays that shapes refer to; outlive the shapes
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;

@@ -1,6 +1,7 @@
 #include "lpss/native/solid.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
@@ -131,15 +132,15 @@ Box box_at(const Part& part, const Frame& body) {
 Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
     : bullet_(shape, centre, is_static, bullet::CollisionShape::Use::kCastsAlone) {
   const bool is_centred = centre.is_identity();
-  const btCollisionShape* root = bullet_.root();
+  btCollisionShape* const root = bullet_.root();
   const btTransform& offset = bullet_.offset();
   offset_.position = vector(offset.getOrigin());
   for (int row = 0; row < 3; ++row) offset_.rotation.row(row) = vector(offset.getBasis()[row]).transpose();
-  const auto* compound = root->isCompound() ? static_cast<const btCompoundShape*>(root) : nullptr;
+  auto* const compound = root->isCompound() ? static_cast<btCompoundShape*>(root) : nullptr;
   for (std::size_t n = 0; n < shape.parts.size(); ++n) {
     const Geometry& geometry = shape.parts[n].geometry;
     Pose pose = is_centred ? shape.parts[n].pose : centre.inverse() * shape.parts[n].pose;
-    const btCollisionShape* its = compound ? compound->getChildShape(static_cast<int>(n)) : root;
+    btCollisionShape* const its = compound ? compound->getChildShape(static_cast<int>(n)) : root;
     // The pose of the only part of a static body is in its offset, or in the points of a hull. Bullet has the
     // middle of a height field at its origin.
     if (!compound && is_static && !std::holds_alternative<ConvexHull>(geometry)) {
@@ -171,7 +172,7 @@ void Solid::add_swept_ball(const Part& part, Scalar extent) {
   swept_balls_.push_back({part.frame * middle, extent * kSweptShare});
 }
 
-Part Solid::make_part(const Geometry& geometry, const Pose& pose, const btCollisionShape* bullet) {
+Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet) {
   Part part;
   part.frame = frame(pose);
   part.is_placed = !pose.is_identity();
@@ -226,9 +227,8 @@ Part Solid::make_part(const Geometry& geometry, const Pose& pose, const btCollis
     std::vector<Vector> vertices;
     for (const Eigen::Vector3d& vertex : mesh->vertices) vertices.push_back(vertex.cast<Scalar>());
     part.box = box_of_points(vertices);
-    part.terrain =
-        terrains_.emplace_back(make_terrain(*mesh, *static_cast<const btBvhTriangleMeshShape*>(bullet)))
-            .get();
+    const btOptimizedBvh& tree = *static_cast<btBvhTriangleMeshShape*>(bullet)->getOptimizedBvh();
+    part.terrain = terrains_.emplace_back(make_terrain(*mesh, tree)).get();
   } else if (const auto* field = std::get_if<HeightField>(&geometry)) {
     part.kind = Part::Kind::kTerrain;
     const auto [low, high] = std::minmax_element(field->heights.begin(), field->heights.end());

@@ -83,7 +83,7 @@ class Solid {
   void parts_near(const Box& box, std::vector<std::uint32_t>& found) const;
 
  private:
-  Part make_part(const Geometry& geometry, const Pose& pose, const btCollisionShape* bullet);
+  Part make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet);
   void add_swept_ball(const Part& part, Scalar extent);
 
   bullet::CollisionShape bullet_;

@@ -20,7 +20,7 @@ Vector normal_of(const Vector& p, const Vector& q, const Vector& r) {
 
 class Mesh final : public Terrain {
  public:
-  Mesh(const TriangleMesh& mesh, const btBvhTriangleMeshShape& tree) : tree_(tree), names_(mesh.names) {
+  Mesh(const TriangleMesh& mesh, const btQuantizedBvh& tree) : tree_(tree), names_(mesh.names) {
     vertices_.reserve(mesh.vertices.size());
     edges_.reserve(mesh.vertices.size(), mesh.indices.size() / 3);
     for (const Eigen::Vector3d& vertex : mesh.vertices) {
@@ -41,13 +41,13 @@ class Mesh final : public Terrain {
   }
 
   void near(const Box& box, List& found) const override {
-    struct Collector final : btTriangleCallback {
-      void processTriangle(btVector3*, int, int index) override {
-        indices.push_back(static_cast<std::uint32_t>(index));
+    struct Collector final : btNodeOverlapCallback {
+      void processNode(int, int triangle) override {
+        indices.push_back(static_cast<std::uint32_t>(triangle));
       }
       absl::InlinedVector<std::uint32_t, 32> indices;
     } collector;
-    tree_.processAllTriangles(&collector, bt(box.low), bt(box.high));
+    tree_.reportAabbOverlappingNodex(&collector, bt(box.low), bt(box.high));
     std::sort(collector.indices.begin(), collector.indices.end());
     for (const std::uint32_t index : collector.indices) {
       const std::array<Vector, 3> corners = corners_of(index);
@@ -79,7 +79,7 @@ class Mesh final : public Terrain {
     return result;
   }
 
-  const btBvhTriangleMeshShape& tree_;
+  const btQuantizedBvh& tree_;
   std::vector<Vector> vertices_;
   std::vector<bullet::TriangleEdges::Vertices> triangles_;
   std::vector<Vector> normals_;
@@ -164,7 +164,7 @@ class Heights final : public Terrain {
 
 }  // namespace
 
-std::unique_ptr<Terrain> make_terrain(const TriangleMesh& mesh, const btBvhTriangleMeshShape& tree) {
+std::unique_ptr<Terrain> make_terrain(const TriangleMesh& mesh, const btQuantizedBvh& tree) {
   return std::make_unique<Mesh>(mesh, tree);
 }
 

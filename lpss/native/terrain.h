@@ -1,7 +1,7 @@
 // Surfaces without interior: triangle meshes and height fields.
 #pragma once
 
-#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/BroadphaseCollision/btQuantizedBvh.h>
 #include <absl/container/inlined_vector.h>
 
 #include <cstdint>
@@ -31,7 +31,7 @@ class Terrain {
 };
 
 // `tree` holds the triangles of `mesh` under their places in it, and outlives the terrain.
-std::unique_ptr<Terrain> make_terrain(const TriangleMesh& mesh, const btBvhTriangleMeshShape& tree);
+std::unique_ptr<Terrain> make_terrain(const TriangleMesh& mesh, const btQuantizedBvh& tree);
 std::unique_ptr<Terrain> make_terrain(const HeightField& field);
 
 }  // namespace tessera::native
