@@ -247,19 +247,36 @@ Frame seen_by_larger(const Body& a, const Body& b) {
   return {back * smaller.pose.rotation, back * (smaller.pose.position - larger.pose.position)};
 }
 
+// Where numbers tell no smaller gaps, there is none: the solver would hold what it takes for open harder than
+// what touches, and turn a box by its corners.
+void close_gaps(const Body& a, const Body& b, Contact& contact) {
+  constexpr Scalar kSpacing = 2 * std::numeric_limits<Scalar>::epsilon();
+  const bool by_a = a.is_dynamic();
+  for (ContactPatch& patch : contact.patches) {
+    for (int n = 0; n < patch.count; ++n) {
+      ContactPoint& point = patch.point[n];
+      if (!(point.gap > 0)) continue;
+      const Vector place = by_a ? a.pose * point.on_a : b.pose * point.on_b;
+      if (point.gap <= kSpacing * std::abs(patch.normal.dot(place))) point.gap = 0;
+    }
+  }
+}
+
 }  // namespace
 
 void NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
   drop_predicted(contact);
   const Scalar margin = margin_of(a, b);
   const Frame seen = seen_by_larger(a, b);
-  if (contact.is_found && move_along(a, b, seen, margin, contact)) return;
-  found_.clear();
-  find(a, b, contact, margin);
-  inherit(contact);
-  contact.patches.assign(found_.begin(), found_.end());
-  contact.is_found = !found_.empty() && keeps_points(*a.solid, found_) && keeps_points(*b.solid, found_);
-  contact.found_at = contact.is_found ? seen : Frame{};
+  if (!contact.is_found || !move_along(a, b, seen, margin, contact)) {
+    found_.clear();
+    find(a, b, contact, margin);
+    inherit(contact);
+    contact.patches.assign(found_.begin(), found_.end());
+    contact.is_found = !found_.empty() && keeps_points(*a.solid, found_) && keeps_points(*b.solid, found_);
+    contact.found_at = contact.is_found ? seen : Frame{};
+  }
+  close_gaps(a, b, contact);
 }
 
 // As long as no point of the smaller body has moved by more than half the margin, nothing else can touch.

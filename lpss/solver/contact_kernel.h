@@ -7,6 +7,10 @@
 namespace tessera {
 namespace {
 
+// m: what is no farther apart is as soft as what overlaps. A corner over a gap of a rounding would stay hard
+// while its neighbours sink under their load: it turned a box on level ground, and a tower leaned by 14 mm.
+constexpr double kClosed = 1e-6;
+
 template <typename L>
 class Kernel {
   using Scalar = typename L::Scalar;
@@ -190,8 +194,9 @@ class Kernel {
     V impulse = row.impulse;
     V mass = row.mass;
     if (is_biased) {
-      // A gap may close by the end of the tick; an overlap is opened like an overdamped spring.
-      const auto is_open = row.gap >= zero;
+      // A gap may close by the end of the tick; what touches is held, and an overlap opened, like by an
+      // overdamped spring.
+      const auto is_open = row.gap >= splat(Scalar(kClosed));
       wanted = is_open ? wanted : min(-row.gap * rows.push_rate, splat(rows.push_speed_max));
       mass = is_open ? mass : mass * rows.mass_share;
       impulse = is_open ? impulse : impulse * (1 - rows.impulse_share);
