@@ -20,12 +20,12 @@ constexpr int kRoadLength = 100;  // sectors
 constexpr int kRoadWidth = 6;     // sectors
 constexpr double kSectorEdge = 5;
 constexpr double kTimeStep = 1.0 / 60;
-constexpr double kRadius = 0.15;      // m, of a ball
-constexpr double kBallsApart = 0.33;  // m, from ball to ball
-constexpr double kSpeed = 3;          // m/s
-constexpr double kPost = 0.3;         // m, edge of a box that stands in a sector
-constexpr double kWalk = 0.8;         // m/s
-constexpr double kDrag = 0.4;         // part of its speed and spin that a walking ball loses in a second
+constexpr double kRadius = 0.15;    // m, of a ball
+constexpr double kNextBall = 0.33;  // m, from ball to ball
+constexpr double kSpeed = 3;        // m/s
+constexpr double kPost = 0.3;       // m, edge of a box that stands in a sector
+constexpr double kWalk = 0.8;       // m/s
+constexpr double kDrag = 0.4;       // part of its speed and spin that a walking ball loses in a second
 
 // Of all servers, tick by tick.
 class Work {
@@ -114,8 +114,8 @@ void add_balls(WorldBuilder& builder, int balls, const Eigen::Vector3d& velocity
     // A little out of line, so that they meet.
     const int column = n % row;
     const int line = n / row;
-    const Eigen::Vector3d place(column * kBallsApart + 0.01 * (n * 7 % 5),
-                                line * kBallsApart + 0.01 * (n * 3 % 7), kRadius);
+    const Eigen::Vector3d place(column * kNextBall + 0.01 * (n * 7 % 5),
+                                line * kNextBall + 0.01 * (n * 3 % 7), kRadius);
     BodyDescription& body = builder.add(absl::StrCat("ball_", n), ball, 1, place);
     body.linear_velocity = velocity;
     body.angular_velocity = Eigen::Vector3d::UnitZ().cross(velocity) / kRadius;
