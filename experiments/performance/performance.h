@@ -13,8 +13,7 @@ namespace tessera {
 //   towers        800 towers of 10; never asleep
 //   pyramid       30 rows, 465 boxes 1.05 m apart; never asleep
 //   mixed         2,800 hulls, capsules, boxes, balls and chains of three on hills; never asleep. Plain
-//   Bullet
-//                 takes part twice: in ticks, and in 16 steps a tick
+//                 Bullet takes part twice: in ticks, and in 16 steps a tick
 //
 // Table "rows": {engine, scene, world, bodies, ticks, tick_us, ratio, drift_m, gap_mm, hash}. `tick_us` is
 // the mean of processor times of ticks, `ratio` relative to plain Bullet; `drift_m` is the horizontal way of

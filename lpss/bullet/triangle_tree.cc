@@ -11,8 +11,6 @@ namespace {
 constexpr btScalar kThin = btScalar(0.002);       // m
 constexpr btScalar kThickened = btScalar(0.001);  // m
 
-constexpr int kCells = 1 << 16;  // of the curve, along the longest axis
-
 // Bit n of 16 becomes bit 3 n.
 std::uint64_t spread(std::uint64_t bits) {
   bits = (bits | bits << 16) & 0x0000'0000'ff00'00ff;
@@ -62,8 +60,9 @@ btQuantizedBvhNode TriangleTree::leaf(const btVector3 (&corners)[3], int triangl
 }
 
 std::vector<btQuantizedBvhNode> TriangleTree::along_curve(std::span<const btQuantizedBvhNode> leaves) const {
+  // From twice a middle to cells of the curve, 2^16 along the longest axis and as long along the others.
   const btVector3 size = m_bvhAabbMax - m_bvhAabbMin;
-  const btVector3 cells = size * (kCells / (2 * btScalar(1 << 16) * size[size.maxAxis()]));
+  const btVector3 cells = size * (1 / (2 * size[size.maxAxis()]));
   std::vector<std::pair<std::uint64_t, std::uint32_t>> places;
   places.reserve(leaves.size());
   for (const btQuantizedBvhNode& leaf : leaves) {

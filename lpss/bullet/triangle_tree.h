@@ -10,9 +10,9 @@
 namespace tessera::bullet {
 
 // Bullet's own build() passes over all triangles several times a level, and computes in metres what is known
-// in whole numbers. This one takes a tenth of its time, which a tick waits for when a sector needs a part of
-// a large mesh. Boxes are those of build(), quantized to 16 bits, so that searches find what they find there,
-// in another order.
+// in whole numbers. This one sorts them once, along a Z-order curve, and halves what it has sorted, in a
+// fifth of the time, which a tick waits for when a sector needs a part of a large mesh. Boxes are those of
+// build(), quantized to 16 bits, so that searches find what they find there, in another order.
 class TriangleTree : public btOptimizedBvh {
  public:
   // `vertices` in m, in the frame of the mesh, at least one; `indices` of them, three a triangle.
@@ -24,6 +24,7 @@ class TriangleTree : public btOptimizedBvh {
 
  private:
   btQuantizedBvhNode leaf(const btVector3 (&corners)[3], int triangle) const;
+  // Sorted by the middles of their boxes.
   std::vector<btQuantizedBvhNode> along_curve(std::span<const btQuantizedBvhNode> leaves) const;
   // Adds the nodes of a subtree, in the order in which searches pass through them. Its first node.
   int add(std::span<const btQuantizedBvhNode> leaves);
