@@ -61,6 +61,7 @@ constexpr int kTriggerBatch = 32;
 constexpr dds_attach_t kWakeAttachment = 0;
 constexpr dds_attach_t kReaderAttachment = 1;
 constexpr dds_attach_t kSilenceAttachment = 2;
+constexpr dds_attach_t kLookAttachment = 3;
 
 // Our share of the receive buffer that the kernel grants on this host, assuming that other hosts are
 // configured alike.
@@ -216,6 +217,9 @@ class DdsLink::Impl {
   dds_entity_t waitset_ = 0;
   dds_entity_t wake_ = 0;
   dds_entity_t silence_ = 0;
+  // Set while receive() only looks. To wait for a moment that has passed would still send the thread to
+  // sleep, and a timer would wake it: 15 us.
+  dds_entity_t look_ = 0;
   std::map<NodeId, std::unique_ptr<Peer>> peers_;
   std::vector<Peer*> lanes_from_;  // peers with a ring to here
   // The writers that DDS has connected to our inbox, and their processes.
@@ -244,10 +248,13 @@ absl::Status DdsLink::Impl::open() {
   if (waitset_ < 0) return dds_error(waitset_, "cannot create a waitset");
   wake_ = dds_create_guardcondition(participant_);
   if (wake_ < 0) return dds_error(wake_, "cannot create a guard condition");
+  look_ = dds_create_guardcondition(participant_);
+  if (look_ < 0) return dds_error(look_, "cannot create a guard condition");
   must(dds_set_status_mask(reader_, DDS_DATA_AVAILABLE_STATUS | DDS_SUBSCRIPTION_MATCHED_STATUS), "inbox");
   must(dds_waitset_attach(waitset_, reader_, kReaderAttachment), "cannot wait for the inbox");
   must(dds_waitset_attach(waitset_, wake_, kWakeAttachment), "cannot wait for a wake-up");
   must(dds_waitset_attach(waitset_, silence_, kSilenceAttachment), "cannot wait for silence");
+  must(dds_waitset_attach(waitset_, look_, kLookAttachment), "cannot look at the inbox");
   return create_pulse();
 }
 
@@ -398,18 +405,19 @@ std::vector<Delivery> DdsLink::Impl::receive(Clock::time_point deadline, Clock::
 }
 
 bool DdsLink::Impl::wait(Clock::time_point deadline, std::vector<Delivery>& deliveries) {
-  // Bounded, so that an infinite deadline does not overflow. A deadline that has passed is one long ago: the
-  // kernel may let a thread sleep 50 us longer than to a moment that is now.
+  // Bounded, so that an infinite deadline does not overflow.
   const auto left = std::min<Clock::duration>(deadline - Clock::now(), std::chrono::hours(1));
-  const dds_time_t until =
-      left > Clock::duration::zero()
-          ? dds_time() + std::chrono::duration_cast<std::chrono::nanoseconds>(left).count()
-          : 1;
+  const dds_time_t until = dds_time() + std::chrono::duration_cast<std::chrono::nanoseconds>(left).count();
   std::array<dds_attach_t, kTriggerBatch> triggered;
   for (Peer* const peer : lanes_from_) peer->from->sleep();
+  const bool only_looks = left <= Clock::duration::zero() || any_lane_ready();
+  if (only_looks) must(dds_set_guardcondition(look_, true), "cannot look at the inbox");
   const dds_return_t count =
-      must(dds_waitset_wait_until(waitset_, triggered.data(), triggered.size(), any_lane_ready() ? 1 : until),
-           "cannot wait");
+      must(dds_waitset_wait_until(waitset_, triggered.data(), triggered.size(), until), "cannot wait");
+  if (only_looks) {
+    bool was_set = false;
+    must(dds_take_guardcondition(look_, &was_set), "cannot look at the inbox");
+  }
   for (Peer* const peer : lanes_from_) peer->from->stop_sleeping();
   bool woken = false;
   bool silence = false;
@@ -429,7 +437,7 @@ bool DdsLink::Impl::wait(Clock::time_point deadline, std::vector<Delivery>& deli
   }
   // After the inbox, so that the last messages of a peer that has gone are received first.
   for (const dds_attach_t event : events) {
-    if (event > kSilenceAttachment) on_writer_event(*reinterpret_cast<Peer*>(event));
+    if (event > kLookAttachment) on_writer_event(*reinterpret_cast<Peer*>(event));
   }
   if (silence) take_silent();
   return woken;
