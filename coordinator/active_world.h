@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "coordinator/checkpoints.h"
+#include "coordinator/consolidation.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/queries.h"
 #include "coordinator/sequencer.h"
@@ -95,7 +96,8 @@ struct ActiveWorld {
   bool awaits_load = false;                               // of its servers, to divide it anew
   std::optional<std::vector<v1::ServerLoad>> fresh_load;  // that has just come
   std::chrono::nanoseconds next_balance{};                // the time
-  std::uint64_t moved_sectors = 0;                        // to other servers, as planned
+  Consolidation consolidation;
+  std::uint64_t moved_sectors = 0;  // to other servers, as planned
   std::uint64_t moved_bodies = 0;
 
   std::optional<NodeId> told_slow;  // the server that was named as slow

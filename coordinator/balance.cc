@@ -144,6 +144,7 @@ BalancePlan plan_balance(const SectorMap& map, std::span<const ServerLoad> loads
   double all = 0;
   for (const Cell& cell : division.cells) all += cell.cost;
   plan.imbalance = slowest / (all / map.servers());
+  plan.slowest_us = slowest;
   const std::vector<Rank> wanted = divide(policy, division);
   const double slowest_then = largest(strains(division, wanted)) / slowest;
   if (slowest_then >= 1 && follows_load(policy)) return plan;

@@ -18,10 +18,13 @@ struct BalancePlan {
   std::vector<double> tick_us_then;  // with the new map, by the measured cost of what moves
   std::uint64_t moved_sectors = 0;
   std::uint64_t moved_bodies = 0;
-  // Of the slowest server and the mean of all, before; of the slowest then, and before. By the loads that
-  // come, if these are projected, and by all that is to move, which may take several plans.
+  // The slowest server by the mean of all, before; how long it takes; the slowest then by that. By the loads
+  // that come, if these are projected, and by all that is to move, which may take several plans.
   double imbalance = 1;
+  double slowest_us = 0;
   double slowest_then = 1;
+  bool consolidates = false;  // all that is awake goes to one server (coordinator/consolidation.h)
+  double wait_us = 0;         // then: of servers for each other in a tick, before
 
   bool moves() const { return moved_sectors > 0; }
   // Whether it is worth its trouble, unless somebody asks for it.

@@ -21,6 +21,14 @@ std::string describe(const BalancePlan& plan) {
   const auto largest = [](const std::vector<double>& us) {
     return *std::max_element(us.begin(), us.end()) / 1000;
   };
+  if (plan.consolidates) {
+    return absl::StrFormat(
+        "%d sectors with %d bodies join the others on one server: the slowest part of a tick took %.2f ms "
+        "and "
+        "waited %.2f ms for others; all of it takes at most about %.2f ms",
+        plan.moved_sectors, plan.moved_bodies, largest(plan.tick_us), plan.wait_us / 1000,
+        largest(plan.tick_us_then));
+  }
   return absl::StrFormat(
       "%d sectors with %d bodies change servers: the slowest part of a tick took %.2f ms, and will take "
       "about %.2f ms",
@@ -41,7 +49,9 @@ absl::StatusOr<std::vector<ServerLoad>> Coordinator::Impl::checked_loads(
     ServerLoad& load = loads.emplace_back();
     load.capacity = capacity_of(world_->nodes[loads.size() - 1]);
     load.tick_us = message.tick_us();
-    bool is_sound = is_amount(load.tick_us) && message.pieces_size() <= static_cast<int>(kLoadPiecesMax);
+    load.wait_us = message.wait_us();
+    bool is_sound = is_amount(load.tick_us) && is_amount(load.wait_us) &&
+                    message.pieces_size() <= static_cast<int>(kLoadPiecesMax);
     for (const v1::LoadPiece& piece : message.pieces()) {
       is_sound = is_sound && is_amount(piece.work()) && piece.level() <= kCurveLevelMax &&
                  piece.sectors() <= kCountMax && piece.bodies() <= kCountMax;
@@ -68,10 +78,13 @@ void Coordinator::Impl::tend_balance(Nanoseconds now) {
     const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(*messages);
     if (absl::IsInternal(loads.status())) log(std::string(loads.status().message()), Severity::kWarning);
     if (loads.ok() && !world.sequencer.awaits_map()) {
-      const BalancePlan plan = plan_balance(world.map, *loads, options_.balance_policy);
       const bool shares_out = world.shares_left > 0;
+      const BalancePlan plan = shares_out
+                                   ? plan_balance(world.map, *loads, options_.balance_policy)
+                                   : world.consolidation.next(world.map, *loads, options_.balance_policy,
+                                                              world.settings.time_step);
       if (shares_out) world.shares_left = plan.moves() ? world.shares_left - 1 : 0;
-      if (plan.is_worth_it() || (shares_out && plan.moves())) {
+      if (plan.moves()) {
         set_map(plan.map, plan.moved_sectors, plan.moved_bodies);
         log(describe(plan));
       }

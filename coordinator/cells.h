@@ -15,6 +15,7 @@ struct ServerLoad {
   std::vector<LoadPiece> pieces;
   double tick_us = 0;   // own work of a tick, mean; of all its pieces
   double capacity = 1;  // how much it is to take, by comparison with the others
+  double wait_us = 0;   // for other servers in a tick, mean
 };
 
 // A cube of the curve that stays on one server. One may have others in it, which it goes around.

@@ -443,7 +443,10 @@ void WorldRun::send(const Round& round) {
 void WorldRun::end_tick(Nanoseconds now) {
   ++tick_;
   const std::chrono::duration<double, std::micro> own = own_time_;
-  usual_own_us_ += (own.count() - usual_own_us_) / static_cast<double>(std::min(++ticks_here_, kUsualTicks));
+  const std::chrono::duration<double, std::micro> wait = now - tick_began_ - own_time_;
+  const auto ticks = static_cast<double>(std::min(++ticks_here_, kUsualTicks));
+  usual_own_us_ += (own.count() - usual_own_us_) / ticks;
+  usual_wait_us_ += (wait.count() - usual_wait_us_) / ticks;
   inboxes_.erase(inboxes_.begin(), inboxes_.lower_bound({tick_ + 1, 0, 0}));
   tick_done_ = true;
   give_back_memory();
@@ -562,6 +565,7 @@ void WorldRun::write_load(double ahead, v1::ServerLoad& answer) {
     message.set_bodies(piece.bodies);
   }
   answer.set_tick_us(usual_own_us_);
+  answer.set_wait_us(std::max(usual_wait_us_, 0.0));
 }
 
 std::vector<NearBody> WorldRun::nearby(const v1::NearQuery& query) {

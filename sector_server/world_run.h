@@ -158,7 +158,8 @@ class WorldRun {
   Nanoseconds own_time_{};   // of the current tick, without waiting
   Nanoseconds move_time_{};  // that the change of the map before the next tick took
   Nanoseconds move_own_time_{};
-  double usual_own_us_ = 0;  // of the last ticks, mean
+  double usual_own_us_ = 0;   // of the last ticks, mean
+  double usual_wait_us_ = 0;  // likewise
   Tick ticks_here_ = 0;
   std::uint64_t ground_waits_ = 0;  // of the process, as the tick began
   std::uint64_t ticks_waited_for_ground_ = 0;

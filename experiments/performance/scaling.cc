@@ -18,6 +18,9 @@ namespace tessera {
 namespace {
 
 constexpr Tick kStride = 25;  // ticks that a world is stepped in a row
+// A map that follows the load is looked at so often, for so many ticks before anything is measured.
+constexpr absl::Duration kBalanceEvery = absl::Milliseconds(100);
+constexpr Tick kTicksToFollow = 400;
 
 struct Scene {
   std::string name;
@@ -40,6 +43,7 @@ std::vector<Scene> scenes(bool quick) {
 struct Side {
   std::function<absl::Status()> step;  // kStride ticks
   std::function<absl::StatusOr<std::string>()> hash;
+  std::function<absl::StatusOr<double>()> exchanged;  // bytes between servers so far
   double ms = 0;
 
   absl::Status run() {
@@ -58,7 +62,7 @@ absl::StatusOr<Side> on_threads(const WorldDescription& world, int threads) {
                 for (Tick tick = 0; tick < kStride; ++tick) cluster->step();
                 return absl::OkStatus();
               },
-              [cluster] { return cluster->hash().to_string(); }};
+              [cluster] { return cluster->hash().to_string(); }, [] { return 0.0; }};
 }
 
 absl::StatusOr<Side> on_servers(const WorldDescription& world, experiments::LocalServers& servers) {
@@ -68,16 +72,15 @@ absl::StatusOr<Side> on_servers(const WorldDescription& world, experiments::Loca
                 const absl::StatusOr<HashAt> hash = servers.client().hash();
                 if (!hash.ok()) return hash.status();
                 return hash->hash;
+              },
+              [&servers]() -> absl::StatusOr<double> {
+                const absl::StatusOr<ClusterStatus> status = servers.client().status();
+                if (!status.ok()) return status.status();
+                double sum = 0;
+                for (const ServerStatus& server : status->servers)
+                  sum += static_cast<double>(server.exchange_bytes);
+                return sum;
               }};
-}
-
-// Since the load.
-absl::StatusOr<double> exchanged_bytes(experiments::LocalServers& servers) {
-  const absl::StatusOr<ClusterStatus> status = servers.client().status();
-  if (!status.ok()) return status.status();
-  double sum = 0;
-  for (const ServerStatus& server : status->servers) sum += static_cast<double>(server.exchange_bytes);
-  return sum;
 }
 
 // The same work, once on this thread and once in halves on two.
@@ -115,9 +118,12 @@ class Measurement {
 
   absl::StatusOr<Report> measure() {
     const std::vector<Scene> all = scenes(options_.quick);
-    count_.expect(all.size() * 2 * ticks_ / kStride);
-    for (int servers : {1, 2}) {
-      auto started = experiments::LocalServers::start(servers, options_.precision);
+    count_.expect(all.size() * (3 * ticks_ + kTicksToFollow) / kStride);
+    const std::pair<int, absl::Duration> clusters[] = {
+        {1, absl::ZeroDuration()}, {2, absl::ZeroDuration()}, {2, kBalanceEvery}};
+    for (const auto& [servers, balance_every] : clusters) {
+      auto started = experiments::LocalServers::start(servers, options_.precision, /*checkpoint_every=*/{},
+                                                      balance_every);
       if (!started.ok()) return started.status();
       servers_.push_back(*std::move(started));
     }
@@ -143,16 +149,22 @@ class Measurement {
     if (!status.ok()) return status;
     status = compare(scene, "servers", on_servers(world, *servers_[0]), on_servers(world, *servers_[1]));
     if (!status.ok()) return status;
-    const absl::StatusOr<double> bytes = exchanged_bytes(*servers_[1]);
-    if (!bytes.ok()) return bytes.status();
-    report_.table("rows").back()["kilobytes_per_tick"] = *bytes / 1000 / static_cast<double>(ticks_);
-    return absl::OkStatus();
+    return compare(scene, "servers, map follows", on_servers(world, *servers_[0]),
+                   on_servers(world, *servers_[2]), kTicksToFollow);
   }
 
   absl::Status compare(const Scene& scene, const std::string& what, absl::StatusOr<Side> one,
-                       absl::StatusOr<Side> two) {
+                       absl::StatusOr<Side> two, Tick before = 0) {
     if (!one.ok()) return one.status();
     if (!two.ok()) return two.status();
+    for (Tick tick = 0; tick < before; tick += kStride) {
+      absl::Status status = one->step();
+      if (status.ok()) status = two->step();
+      if (status.ok()) status = count_.advance();
+      if (!status.ok()) return status;
+    }
+    const absl::StatusOr<double> exchanged_before = two->exchanged();
+    if (!exchanged_before.ok()) return exchanged_before.status();
     for (Tick tick = 0; tick < ticks_; tick += kStride) {
       absl::Status status = one->run();
       if (status.ok()) status = two->run();
@@ -160,6 +172,8 @@ class Measurement {
       if (!status.ok()) return status;
       machine_.measure();
     }
+    const absl::StatusOr<double> exchanged = two->exchanged();
+    if (!exchanged.ok()) return exchanged.status();
     const absl::StatusOr<std::string> hash = one->hash();
     if (!hash.ok()) return hash.status();
     const absl::StatusOr<std::string> other = two->hash();
@@ -171,12 +185,13 @@ class Measurement {
                                      {"scene", scene.name},
                                      {"sector_size", scene.sector_size},
                                      {"what", what},
+                                     {"ticks_before", before},
                                      {"ticks", ticks_},
                                      {"one_ms", one->ms / ticks},
                                      {"two_ms", two->ms / ticks},
                                      {"speedup", one->ms / two->ms},
                                      {"same_bits", same},
-                                     {"kilobytes_per_tick", 0},
+                                     {"kilobytes_per_tick", (*exchanged - *exchanged_before) / 1000 / ticks},
                                      {"hash", *hash}});
     return absl::OkStatus();
   }
