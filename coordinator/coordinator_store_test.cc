@@ -225,6 +225,7 @@ TEST(SlowServer, IsNamed) {
   resume.set_real_time_factor(1);
   cluster->ask<v1::ResumeReply>(resume);
   const std::uint64_t world = 1;
+  std::uint64_t awake_at_first = 1;  // sectors
   const auto do_ticks = [&](Tick from, Tick to, std::uint64_t second_us) {
     for (Tick tick = from; tick <= to; ++tick) {
       cluster->advance(milliseconds(10));
@@ -234,7 +235,7 @@ TEST(SlowServer, IsNamed) {
         report.set_tick(tick);
         report.set_work_us(std::max<std::uint64_t>(second_us, 1000));
         report.set_own_us(own_us);
-        write(TickCounts{}, *report.mutable_counts());
+        write({.sectors_awake = node == kFirst ? awake_at_first : 1}, *report.mutable_counts());
         cluster->report(node, world, tick, {report});
       }
     }
@@ -248,6 +249,9 @@ TEST(SlowServer, IsNamed) {
   EXPECT_NEAR(status.servers(1).own_ms(), 5, 2);
   do_ticks(101, 400, 1000);
   EXPECT_FALSE(cluster->status().servers(1).slow());
+  awake_at_first = 0;
+  do_ticks(401, 700, 5000);
+  EXPECT_FALSE(cluster->status().servers(1).slow()) << "it alone has work";
   EXPECT_THAT(log, SizeIs(1));
 }
 

@@ -135,11 +135,14 @@ void TickStatistics::look_for_slow() {
   const auto less = [](const auto& a, const auto& b) { return a.second.own_us < b.second.own_us; };
   const auto slowest = std::max_element(servers_.begin(), servers_.end(), less);
   double next_us = 0;
+  bool has_all_work = true;
   for (auto server = servers_.begin(); server != servers_.end(); ++server) {
-    if (server != slowest) next_us = std::max(next_us, server->second.own_us);
+    if (server == slowest) continue;
+    next_us = std::max(next_us, server->second.own_us);
+    if (counts_from(server->second.last.counts()).sectors_awake > 0) has_all_work = false;
   }
   const double factor = slow_ == slowest->first ? kSlowEndFactor : kSlowFactor;
-  const bool is_slow = slowest->second.own_us >= std::max(kSlowMinUs, factor * next_us);
+  const bool is_slow = !has_all_work && slowest->second.own_us >= std::max(kSlowMinUs, factor * next_us);
   slow_ = is_slow ? std::optional(slowest->first) : std::nullopt;
 }
 

@@ -81,7 +81,8 @@ class TickStatistics {
   const DurationHistogram& durations_of(NodeId server) const { return servers_.at(server).durations; }
   // The duration of its own part of a tick, without waiting for other servers: a mean of the last ticks.
   double own_ms_of(NodeId server) const { return servers_.at(server).own_us / 1e3; }
-  // The server for which the others wait most of each tick, if it has been one for some ticks.
+  // The server for which the others wait most of each tick, if it has been one for some ticks; not one that
+  // alone has anything awake.
   std::optional<NodeId> slow() const { return slow_; }
 
  private:
