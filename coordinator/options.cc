@@ -33,8 +33,9 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
       "never",
       0, 1e6);
   add_seconds(app, "--balance-every", coordinator.balance_every,
-              "How often a running world is divided anew where its servers have unequal work, s; 0: never", 0,
-              1e6);
+              "How often a running world is divided anew where its servers have unequal work, or goes to one "
+              "of them where it is light, s; 0: never",
+              0, 1e6);
   add_seconds(app, "--balance-ahead", coordinator.balance_ahead,
               "Divide it by the work that there will be in so many seconds, if bodies go on as they do", 0,
               1e3);
