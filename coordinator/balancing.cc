@@ -79,10 +79,11 @@ void Coordinator::Impl::tend_balance(Nanoseconds now) {
     if (absl::IsInternal(loads.status())) log(std::string(loads.status().message()), Severity::kWarning);
     if (loads.ok() && !world.sequencer.awaits_map()) {
       const bool shares_out = world.shares_left > 0;
-      const BalancePlan plan = shares_out
-                                   ? plan_balance(world.map, *loads, options_.balance_policy)
-                                   : world.consolidation.next(world.map, *loads, options_.balance_policy,
-                                                              world.settings.time_step);
+      const BalancePlan plan =
+          shares_out ? plan_balance(world.map, *loads, options_.balance_policy)
+                     : world.consolidation.next(world.map, *loads, options_.balance_policy,
+                                                std::chrono::duration<double>(world.settings.time_step),
+                                                world.sequencer.period());
       if (shares_out) world.shares_left = plan.moves() ? world.shares_left - 1 : 0;
       if (plan.moves()) {
         set_map(plan.map, plan.moved_sectors, plan.moved_bodies);

@@ -9,12 +9,13 @@
 namespace tessera {
 namespace {
 
-// Nothing consolidates whose ticks take next to no time.
+// Nothing goes to one server whose ticks take next to no time, or this part of the time that they have.
 constexpr double kTickMin = 200;  // us
+constexpr double kEasyMax = 0.25;
 
 // What one server is going to take, of the work of all, before it has been measured: some of it is done
-// twice. That is tried where one server can do all of the work in this part of a time step, whatever comes
-// out.
+// twice. That is tried where one server can do all of the work in this part of the time that a tick has, or
+// of a time step, whatever comes out.
 constexpr double kAloneGuess = 0.6;
 constexpr double kTriedMax = 0.5;
 
@@ -76,7 +77,8 @@ BalancePlan plan_consolidation(const SectorMap& map, const Division& division) {
 }  // namespace
 
 BalancePlan Consolidation::next(const SectorMap& map, std::span<const ServerLoad> loads, BalancePolicy policy,
-                                double time_step) {
+                                std::chrono::duration<double, std::micro> time_step,
+                                std::optional<std::chrono::duration<double, std::micro>> period) {
   const BalancePlan divided = plan_balance(map, loads, policy);
   BalancePlan nothing;
   nothing.map = map;
@@ -96,12 +98,13 @@ BalancePlan Consolidation::next(const SectorMap& map, std::span<const ServerLoad
   double alone_us = *std::ranges::max_element(together.tick_us_then);
   if (alone_us_) {
     alone_us *= *alone_us_ * look.work / look.all_us;
-  } else if (alone_us <= kTriedMax * time_step * 1e6) {
+  } else if (alone_us <= kTriedMax * period.value_or(time_step).count()) {
     alone_us *= kAloneGuess;
   }
   const double tick_us = divided.slowest_us + look.wait_us;
+  const double tick_min_us = period ? std::max(kTickMin, kEasyMax * period->count()) : kTickMin;
   if (together.moves() && together.moved_sectors + together.moved_bodies <= kMovedAtOnceMax &&
-      tick_us >= kTickMin && alone_us <= std::min(divided.slowest_us, then_us) + look.wait_us) {
+      tick_us >= tick_min_us && alone_us <= std::min(divided.slowest_us, then_us) + look.wait_us) {
     divided_us_ = tick_us;
     together.wait_us = look.wait_us;
     return together;

@@ -1,6 +1,7 @@
 // Whether a world is better off on one server than divided.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <span>
 
@@ -14,12 +15,14 @@ namespace tessera {
 // on.
 class Consolidation {
  public:
-  // What a world that follows its load does next; to be asked at every look at its load. Where it would take
-  // no longer on one server, all that is awake goes there, and the rest stays where it is. From there it is
-  // divided by the policy where it gains by that, and so is a world that is better off divided. Nothing moves
-  // where that is not worth its trouble. `time_step` in s.
+  // What a world that follows its load does next; to be asked at every look at its load. Where ticks are to
+  // be shorter, and would take no longer on one server, all that is awake goes there, and the rest stays
+  // where it is. From there it is divided by the policy where it gains by that, and so is a world that is
+  // better off divided. Nothing moves where that is not worth its trouble. `period`: from one tick to the
+  // next in real time, of a world that is to keep it.
   BalancePlan next(const SectorMap& map, std::span<const ServerLoad> loads, BalancePolicy policy,
-                   double time_step);
+                   std::chrono::duration<double, std::micro> time_step,
+                   std::optional<std::chrono::duration<double, std::micro>> period);
 
  private:
   // On one server, as last measured: of a unit of work, us by a server of the mean capacity.

@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-constexpr double kTimeStep = 1.0 / 60;  // s
+constexpr std::chrono::duration<double> kTimeStep(1.0 / 60);
 
 // A world of sectors in a row that take equally long, on servers that the map divides it among.
 struct World {
@@ -20,6 +20,7 @@ struct World {
   int servers = 2;
   std::uint64_t bodies_per_sector = 10;
   double capacity_of_last = 1;
+  std::optional<std::chrono::duration<double>> period{};
 
   SectorMap map = SectorMap({}, {{8, 0, 0}}, 1);
   Consolidation consolidation{};
@@ -59,7 +60,7 @@ struct World {
   }
 
   BalancePlan look() {
-    BalancePlan plan = consolidation.next(map, loads(), BalancePolicy::kCurve, kTimeStep);
+    BalancePlan plan = consolidation.next(map, loads(), BalancePolicy::kCurve, kTimeStep, period);
     if (plan.moves()) ++moves;
     map = plan.map;
     return plan;
@@ -134,6 +135,15 @@ TEST(Consolidation, WhatOneServerWouldHaveALotToDoWithIsNotTried) {
   EXPECT_TRUE(world.look().consolidates) << "in no case longer than now";
 }
 
+TEST(Consolidation, WhatKeepsItsPaceEasilyStaysWhereItIs) {
+  World world;
+  world.period = kTimeStep;
+  world.look_often(3);
+  EXPECT_EQ(world.moves, 0);
+  world.period = kTimeStep / 4;  // of which a tick takes a third
+  EXPECT_TRUE(world.look().consolidates);
+}
+
 TEST(Consolidation, AWorldThatGainsByBeingDividedStaysSo) {
   World world{.alone_us = 5000, .doubled = 1.1, .wait_us = 300};
   world.look_often(20);
@@ -167,7 +177,7 @@ TEST(Consolidation, WhatIsAtRestStaysWhereItIs) {
   std::vector<ServerLoad> loads = world.loads();
   loads[0].pieces[3].work = 0;
   loads[1].pieces[7].work = 0;
-  const BalancePlan plan = world.consolidation.next(world.map, loads, BalancePolicy::kCurve, kTimeStep);
+  const BalancePlan plan = world.consolidation.next(world.map, loads, BalancePolicy::kCurve, kTimeStep, {});
   EXPECT_TRUE(plan.consolidates);
   EXPECT_EQ(plan.moved_sectors, 7u);
   EXPECT_NE(plan.map.owner({3, 0, 0}), plan.map.owner({15, 0, 0}));
@@ -188,7 +198,7 @@ TEST(Consolidation, NothingMovesWithoutWorkOrMeasurements) {
   world.look_often(3);
   EXPECT_EQ(world.moves, 0);
   const std::vector<ServerLoad> asleep(2);
-  EXPECT_FALSE(world.consolidation.next(world.map, asleep, BalancePolicy::kCurve, kTimeStep).moves());
+  EXPECT_FALSE(world.consolidation.next(world.map, asleep, BalancePolicy::kCurve, kTimeStep, {}).moves());
 }
 
 }  // namespace

@@ -18,9 +18,9 @@ class CoordinatorBalanceTest : public ::testing::Test {
     options.log = [this](const LogLine& line) { log_ += line.text + "\n"; };
     cluster_ = loaded_cluster(options, world);
   }
-  void resume() {
+  void resume(double real_time_factor = 1) {
     v1::ResumeRequest request;
-    request.set_real_time_factor(1);
+    request.set_real_time_factor(real_time_factor);
     ASSERT_TRUE(cluster_->ask<v1::ResumeReply>(request)->ok());
   }
   std::shared_ptr<Heard<v1::BalanceReply>> balance(bool dry_run = false, const std::string& policy = "") {
@@ -95,7 +95,7 @@ TEST_F(CoordinatorBalanceTest, AWorldThatWaitsMoreThanItWorksGoesToOneServerAndS
   first_us_ = 700;
   wait_us_ = 900;
   start({.balance_every = seconds(1)});
-  resume();
+  resume(4);  // a tick has 2.5 ms
   for (int ms = 0; ms < 30'000; ms += 10) {
     cluster_->advance(milliseconds(10));
     work();

@@ -34,7 +34,7 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
       0, 1e6);
   add_seconds(app, "--balance-every", coordinator.balance_every,
               "How often a running world is divided anew where its servers have unequal work, or goes to one "
-              "of them where it is light, s; 0: never",
+              "of them where it is faster there, s; 0: never",
               0, 1e6);
   add_seconds(app, "--balance-ahead", coordinator.balance_ahead,
               "Divide it by the work that there will be in so many seconds, if bodies go on as they do", 0,

@@ -415,6 +415,11 @@ std::optional<Nanoseconds> Sequencer::next_due() const {
   return pace_->due(granted_ - pace_->base_tick + 1);
 }
 
+std::optional<Nanoseconds> Sequencer::period() const {
+  if (!paced()) return std::nullopt;
+  return Nanoseconds(static_cast<std::int64_t>(pace_->period_ns));
+}
+
 void Sequencer::abandon(const absl::Status& status) {
   for (auto& [tick, batch] : batches_) {
     for (const Reply& reply : std::exchange(batch.replies, {})) reply(status, 0);

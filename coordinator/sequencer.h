@@ -123,6 +123,9 @@ class Sequencer {
   // When the next tick is due, with real-time pacing.
   std::optional<Nanoseconds> next_due() const;
 
+  // From one tick to the next, with real-time pacing.
+  std::optional<Nanoseconds> period() const;
+
   // Answers commands that wait for their ticks to be granted: these are certain nevertheless.
   void tell_ticks();
 

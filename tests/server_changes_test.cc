@@ -21,7 +21,7 @@ class ServerChanges : public WatchedRun {
     cli::LocalClusterOptions options;
     options.servers_to_start = 1;
     options.checkpoint_every = absl::Milliseconds(200);
-    options.balance_every = absl::ZeroDuration();  // so light a world would go to one server
+    options.balance_every = absl::ZeroDuration();  // so light a world may go to one server
     cluster_ = start_cluster(0, options);
     ASSERT_TRUE(cluster_.client);
     ASSERT_TRUE(await_joined(cluster_, 1));
