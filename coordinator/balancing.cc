@@ -23,9 +23,8 @@ std::string describe(const BalancePlan& plan) {
   };
   if (plan.consolidates) {
     return absl::StrFormat(
-        "%d sectors with %d bodies join the others on one server: the slowest part of a tick took %.2f ms "
-        "and "
-        "waited %.2f ms for others; all of it takes at most about %.2f ms",
+        "%d sectors with %d bodies join the others on one server: the slowest part of a tick took %.2f ms, "
+        "waiting for others %.2f ms; all of it takes at most about %.2f ms",
         plan.moved_sectors, plan.moved_bodies, largest(plan.tick_us), plan.wait_us / 1000,
         largest(plan.tick_us_then));
   }
