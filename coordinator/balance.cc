@@ -14,11 +14,8 @@
 namespace tessera {
 namespace {
 
-// Hysteresis: servers that differ by less are left alone, and so are those that would gain less. Nor is it
-// worth anything where a tick takes next to no time.
+// Hysteresis: servers that differ by less are left alone.
 constexpr double kImbalanceMin = 1.2;
-constexpr double kSlowestThenMax = 0.9;
-constexpr double kSlowestMin = 200;  // us
 
 double largest(const std::vector<double>& values) { return *std::max_element(values.begin(), values.end()); }
 

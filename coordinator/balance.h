@@ -12,6 +12,11 @@
 
 namespace tessera {
 
+// Nothing is worth its trouble where a tick takes next to no time, or where more than this part of it is
+// left.
+inline constexpr double kSlowestMin = 200;  // us
+inline constexpr double kSlowestThenMax = 0.9;
+
 struct BalancePlan {
   SectorMap map;                     // the same as before where nothing moves
   std::vector<double> tick_us;       // by rank: own work of a tick, as measured

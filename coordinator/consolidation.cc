@@ -9,8 +9,7 @@
 namespace tessera {
 namespace {
 
-// Nothing goes to one server whose ticks take next to no time, or this part of the time that they have.
-constexpr double kTickMin = 200;  // us
+// A world keeps its pace easily where a tick takes no more than this part of its time.
 constexpr double kEasyMax = 0.25;
 
 // What one server is going to take, of the work of all, before it has been measured: some of it is done
@@ -18,9 +17,6 @@ constexpr double kEasyMax = 0.25;
 // of a time step, whatever comes out.
 constexpr double kAloneGuess = 0.6;
 constexpr double kTriedMax = 0.5;
-
-// As a share of what one server takes: it is divided again where it takes less then.
-constexpr double kDividedMax = 0.9;
 
 // What it costs to be divided counts for less with each look, since it may have been due to something else: a
 // world on one server is divided again now and then. It halves in 69 looks.
@@ -90,7 +86,7 @@ BalancePlan Consolidation::next(const SectorMap& map, std::span<const ServerLoad
   if (look.busy == 1) {
     alone_us_ = look.all_us / look.work;
     extra_us_ = divided_us ? std::max(0.0, *divided_us - then_us) : kRemembered * extra_us_;
-    const bool gains = then_us + extra_us_ <= kDividedMax * divided.slowest_us;
+    const bool gains = then_us + extra_us_ <= kSlowestThenMax * divided.slowest_us;
     return divided.is_worth_it() && gains ? divided : nothing;
   }
 
@@ -102,7 +98,7 @@ BalancePlan Consolidation::next(const SectorMap& map, std::span<const ServerLoad
     alone_us *= kAloneGuess;
   }
   const double tick_us = divided.slowest_us + look.wait_us;
-  const double tick_min_us = period ? std::max(kTickMin, kEasyMax * period->count()) : kTickMin;
+  const double tick_min_us = period ? std::max(kSlowestMin, kEasyMax * period->count()) : kSlowestMin;
   if (together.moves() && together.moved_sectors + together.moved_bodies <= kMovedAtOnceMax &&
       tick_us >= tick_min_us && alone_us <= std::min(divided.slowest_us, then_us) + look.wait_us) {
     divided_us_ = tick_us;
