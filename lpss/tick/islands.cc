@@ -25,8 +25,6 @@ class JobMaker {
 
   // Where the components of an island are to be added that has so many bodies and contacts.
   Job& next(std::uint64_t size) {
-    // Enough to fill the solver's lanes, and few enough that what it computes with stays near the processor.
-    constexpr std::uint64_t kSizeOfJob = 512;
     if (jobs_.empty() || size_ + size > kSizeOfJob) {
       jobs_.emplace_back();
       size_ = 0;
@@ -34,6 +32,9 @@ class JobMaker {
     size_ += size;
     return jobs_.back();
   }
+
+  // What is added from now on is in another job.
+  void end_job() { size_ = kSizeOfJob; }
 
   std::vector<SolveJob> build(const Partition& partition, const ParallelFor& parallel) const {
     const bool clones_are_solved = partition.settings.seams == SeamPolicy::kClone;
@@ -50,6 +51,9 @@ class JobMaker {
   }
 
  private:
+  // Enough to fill the solver's lanes, and few enough that what it computes with stays near the processor.
+  static constexpr std::uint64_t kSizeOfJob = 512;
+
   std::vector<Job> jobs_;
   std::uint64_t size_ = 0;  // of the last one
 };
@@ -208,7 +212,11 @@ std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
   JobMaker jobs;
   run_parallel(parallel, context.stepped.size(),
                [&](std::size_t i) { settle_alone(partition, context, *context.stepped[i]); });
-  for (Sector* sector : context.stepped) assemble_alone(partition, *sector, jobs);
+  for (Sector* sector : context.stepped) {
+    assemble_alone(partition, *sector, jobs);
+    // Joints are between bodies of one sector, of which others have clones of the same ids.
+    if (partition.settings.seams == SeamPolicy::kClone) jobs.end_job();
+  }
   if (partition.settings.seams == SeamPolicy::kIsland) {
     for (const SeamIsland& island : partition.seam_graph.awake_islands(awake)) {
       assemble(partition, context, island, jobs, outbox);
