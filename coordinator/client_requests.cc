@@ -66,7 +66,7 @@ void Coordinator::Impl::on(Call<v1::AddJointRequest, v1::AddJointReply>& call, N
   const absl::StatusOr<JointRecord> joint = (*world)->registry.add_joint(call.request);
   if (!joint.ok()) return call.reply(joint.status(), {});
   const Tick at = sequencer.submit(
-      AddJoint{*joint}, std::nullopt,
+      (*world)->registry.addition_of(*joint), std::nullopt,
       [id = joint->id, reply = std::move(call.reply)](const absl::Status& status, Tick tick) {
         v1::AddJointReply answer;
         if (status.ok()) {

@@ -9,6 +9,8 @@
 
 #include "coordinator/balance.h"
 #include "coordinator/limits.h"
+#include "lpss/partition/joints.h"
+#include "lpss/tick/recipients.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
 
@@ -51,6 +53,37 @@ std::vector<std::string> records_by_rank(std::span<const BodyRecord> records, co
     packed.push_back(pack(std::span<const BodyRecord>(part)));
     part = {};
   }
+  return packed;
+}
+
+// Joints go to the hosts of their bodies, and to those of the children of joints that are coupled with them;
+// to all servers where these know all of them.
+std::vector<std::string> joints_by_rank(const WorldToLoad::Described& described, const SectorMap& map) {
+  absl::flat_hash_map<BodyId, Rank> hosts;
+  for (const BodyRecord& record : described.records) {
+    if (record.properties.motion != Motion::kStatic) hosts.emplace(record.id, map.owner(record.home));
+  }
+  const std::vector<JointRecord>& joints = described.joints;
+  const auto host_of_child = [&](JointId id) { return hosts.at(joints[id.value - 1].properties.child); };
+  std::vector<Ranks> told(joints.size());
+  for (std::size_t n = 0; n < joints.size(); ++n) {
+    const JointProperties& joint = joints[n].properties;
+    for (const BodyId body : {joint.parent, joint.child}) {
+      if (const auto host = hosts.find(body); host != hosts.end()) told[n].insert(host->second);
+    }
+    for (const JointAxis& axis : axes_of(joint)) {
+      if (!axis.mimic.is_set()) continue;
+      told[n].insert(host_of_child(axis.mimic.leader));
+      told[axis.mimic.leader.value - 1].insert(host_of_child(joints[n].id));
+    }
+    if (all_know_joints(described.world.settings)) told[n] = everyone(map);
+  }
+  std::vector<std::vector<JointRecord>> parts(map.servers());
+  for (std::size_t n = 0; n < joints.size(); ++n)
+    told[n].for_each([&](Rank rank) { parts[rank].push_back(joints[n]); });
+  std::vector<std::string> packed;
+  for (const std::vector<JointRecord>& part : parts)
+    packed.push_back(pack(std::span<const JointRecord>(part)));
   return packed;
 }
 
@@ -112,14 +145,14 @@ absl::StatusOr<Placement> place(std::uint64_t number, std::uint64_t map_epoch, c
   Placement placement = divided(number, map_epoch, world.settings(), world.anchor(), described.world.shapes,
                                 load_of(described.records), hosts, policy);
   const double radius = largest_radius(described.world, described.records);
-  const std::string joints = pack(std::span<const JointRecord>(described.joints));
+  std::vector<std::string> joints = joints_by_rank(described, placement.map);
   std::vector<std::string> records = records_by_rank(described.records, placement.map);
   for (std::size_t rank = 0; rank < hosts.size(); ++rank) {
     v1::LoadWorld& load = placement.loads[rank];
-    absl::Status status = room_for(load.ByteSizeLong() + joints.size() + records[rank].size());
+    absl::Status status = room_for(load.ByteSizeLong() + joints[rank].size() + records[rank].size());
     if (!status.ok()) return status;
     load.set_radius_max(radius);
-    load.set_joints(joints);
+    load.set_joints(std::move(joints[rank]));
     load.set_records(std::move(records[rank]));
   }
   return placement;
@@ -159,7 +192,9 @@ v1::LoadWorld guest_load(std::uint64_t number, const WorldToLoad& world,
   v1::LoadWorld load =
       common_load(number, world.settings(), world.anchor(), described.world.shapes, nodes, map);
   load.set_radius_max(largest_radius(described.world, described.records));
-  load.set_joints(pack(std::span<const JointRecord>(described.joints)));
+  const std::span<const JointRecord> joints =
+      all_know_joints(world.settings()) ? std::span(described.joints) : std::span<const JointRecord>();
+  load.set_joints(pack(joints));
   load.set_records(pack(std::span<const BodyRecord>(statics)));
   return load;
 }

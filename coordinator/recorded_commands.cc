@@ -25,7 +25,7 @@ absl::StatusOr<GivenCommand> joined(const v1::RecordedCommand& recorded, WorldRe
   const absl::StatusOr<JointRecord> joint = registry.add_joint(recorded.add_joint());
   if (!joint.ok()) return joint.status();
   if (joint->id.value != recorded.id()) return other_id(joint->id.value, recorded.id());
-  return GivenCommand{AddJoint{*joint}, std::nullopt};
+  return GivenCommand{registry.addition_of(*joint), std::nullopt};
 }
 
 absl::StatusOr<Command> checked_again(const v1::RecordedCommand& recorded, const WorldRegistry& registry) {

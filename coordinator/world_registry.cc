@@ -226,6 +226,14 @@ absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJointRequest& 
   return joints_.add(*std::move(joint), parent_body, find(*child)->properties, settings_);
 }
 
+AddJoint WorldRegistry::addition_of(const JointRecord& joint) const {
+  AddJoint command{joint, {}};
+  for (const JointAxis& axis : axes_of(joint.properties)) {
+    if (axis.mimic.is_set()) command.leaders.push_back(tie_of(joints_.find(axis.mimic.leader)->record));
+  }
+  return command;
+}
+
 void WorldRegistry::apply(const Command& command, Tick at) {
   if (const auto* body = std::get_if<RemoveBody>(&command)) {
     remove(body->id, at);

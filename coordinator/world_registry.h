@@ -71,6 +71,9 @@ class WorldRegistry {
   // exist, ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED beyond kJointsMax; an error changes nothing.
   absl::StatusOr<JointRecord> add_joint(const v1::AddJointRequest& request);
 
+  // The command that adds a joint to the world, which has just been added here.
+  AddJoint addition_of(const JointRecord& joint) const;
+
   // The command that removes a body that exists, with its shape where no other body has it.
   RemoveBody removal_of(BodyId id) const;
 

@@ -237,11 +237,14 @@ TEST_F(SnapshotFile, OfAnOldOneNothingIsLostWhereTheNewOneCannotBeWritten) {
 
 // Whatever packed bytes say that no checksum guards, they are an error or a world.
 TEST(Snapshot, PackedBytesThatAreDamagedAreRefusedOrAWorld) {
-  const std::vector<v1::SnapshotChunk> chunks = small_snapshot();
+  const std::vector<v1::SnapshotChunk> small = small_snapshot();
+  const WorldDescription chain = chain_world(in_sectors(4), 4, {1, 0, 0});
+  const std::vector<v1::SnapshotChunk> jointed =
+      chunks_of(started(chain, 1)->snapshot(), catalogue_of(chain));
   std::mt19937 dice(1);
   int refused = 0;
-  for (int round = 0; round < 2000; ++round) {
-    std::vector<v1::SnapshotChunk> damaged = chunks;
+  for (int round = 0; round < 4000; ++round) {
+    std::vector<v1::SnapshotChunk> damaged = round % 2 == 0 ? small : jointed;
     for (v1::SnapshotChunk& chunk : damaged) {
       std::string* bytes = chunk.has_shared()    ? chunk.mutable_shared()
                            : chunk.has_sectors() ? chunk.mutable_sectors()
@@ -258,7 +261,44 @@ TEST(Snapshot, PackedBytesThatAreDamagedAreRefusedOrAWorld) {
     if (!cluster.ok()) continue;
     EXPECT_EQ((*cluster)->tick(), read->world.tick);
   }
-  EXPECT_GT(refused, 100);
+  EXPECT_GT(refused, 200);
+}
+
+// What a snapshot says of joints where they are known is what its joints say.
+TEST(Snapshot, JointsThatContradictEachOtherAreRefused) {
+  WorldDescription world = busy_world();
+  world.joints[3].properties.type = JointType::kRevolute;
+  world.joints[5].properties.type = JointType::kRevolute;
+  world.joints[3].properties.axes[0].mimic.leader = JointId{6};
+  const WorldSnapshot whole = started(world, 2)->snapshot();
+  ASSERT_TRUE(validate(whole).ok());
+  const auto refusal = [&](const std::function<void(BodyJoints&)>& spoil) {
+    WorldSnapshot spoilt = whole;
+    for (MovedSector& sector : spoilt.sectors) {
+      for (MovedBody& body : sector.bodies) {
+        const bool follows = !body.joints.as_child.empty() && body.joints.as_child[0].record.id == JointId{4};
+        if (follows) spoil(body.joints);
+      }
+    }
+    return std::string(validate(spoilt).message());
+  };
+  EXPECT_THAT(refusal([](BodyJoints& joints) { joints.as_child[0].record.id = {}; }),
+              HasSubstr("at least 1"));
+  EXPECT_THAT(refusal([](BodyJoints& joints) { joints.as_child[0].record.id = JointId{5}; }),
+              HasSubstr("joint 5: the id is given twice"));
+  EXPECT_THAT(refusal([](BodyJoints& joints) { joints.as_child[0].record.properties.child = BodyId{1}; }),
+              HasSubstr("joint 4: it is not with its child"));
+  EXPECT_THAT(refusal([](BodyJoints& joints) {
+                joints.as_child[0].record.properties.axes[0].mimic.leader = JointId{99};
+              }),
+              HasSubstr("joint 4: the joint 99, which it follows, is not there"));
+  EXPECT_THAT(refusal([](BodyJoints& joints) { joints.as_child[0].coupled.clear(); }),
+              HasSubstr("joint 4: the joints that it lists are not those"));
+  EXPECT_THAT(refusal([](BodyJoints& joints) { joints.as_parent.clear(); }),
+              HasSubstr("the joints that it lists are not those that it is parent of"));
+  WorldSnapshot told = whole;
+  told.shared.joints.push_back({JointId{1}, BodyId{1}, BodyId{2}});
+  EXPECT_THAT(validate(told).message(), HasSubstr("the joints that all servers know must be none"));
 }
 
 TEST(Snapshot, OfAnotherVersionIsRefused) {

@@ -97,8 +97,8 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<JointProperties> T>
 void describe(Archive& archive, T& x) {
-  archive(x.type, x.parent, x.child, x.anchor, x.in_parent, x.in_child, x.axes[0], x.axes[1], x.pitch,
-          x.bodies_collide);
+  archive(x.type, x.parent, x.child, x.anchor, x.in_parent, x.in_child, x.pitch, x.bodies_collide);
+  for (std::size_t n = 0; n < axes_of(x).size(); ++n) archive(x.axes[n]);
 }
 template <typename Archive, Is<JointDrives> T>
 void describe(Archive& archive, T& x) {
@@ -107,6 +107,14 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<JointRecord> T>
 void describe(Archive& archive, T& x) {
   archive(x.id, x.properties, x.parent_motion, x.drives);
+}
+template <typename Archive, Is<JointTie> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.parent, x.child, x.parent_motion, x.bodies_collide);
+}
+template <typename Archive, Is<HeldJoint> T>
+void describe(Archive& archive, T& x) {
+  archive(x.record, x.coupled);
 }
 template <typename Archive, Is<SectorOffset> T>
 void describe(Archive& archive, T& x) {
@@ -122,11 +130,11 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<ReplicaUpdate> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.next_home, x.replicated_in, x.state);
+  archive(x.id, x.home, x.next_home, x.replicated_in, x.state, x.known_everywhere);
 }
 template <typename Archive, Is<Handover> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record, x.replicated_in, x.known_everywhere, x.wrench, x.kinematic_target);
+  archive(x.record, x.replicated_in, x.known_everywhere, x.wrench, x.kinematic_target, x.joints);
 }
 template <typename Archive, Is<ManifoldTransfer> T>
 void describe(Archive& archive, T& x) {
@@ -154,7 +162,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<MovedBody> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record, x.replicated_in, x.known_everywhere, x.next_home, x.kinematic_target, x.dirty);
+  archive(x.record, x.replicated_in, x.known_everywhere, x.next_home, x.kinematic_target, x.dirty, x.joints);
 }
 template <typename Archive, Is<MovedClone> T>
 void describe(Archive& archive, T& x) {
@@ -200,7 +208,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<ShippedIsland> T>
 void describe(Archive& archive, T& x) {
-  archive(x.island, x.bodies, x.contacts);
+  archive(x.island, x.bodies, x.contacts, x.joints);
 }
 template <typename Archive, Is<Shipment> T>
 void describe(Archive& archive, T& x) {
@@ -252,7 +260,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<AddJoint> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record);
+  archive(x.record, x.leaders);
 }
 template <typename Archive, Is<RemoveJoint> T>
 void describe(Archive& archive, T& x) {
@@ -293,6 +301,13 @@ class Output {
   template <std::size_t N>
   void put(const std::array<double, N>& numbers) {
     raw(numbers.data(), sizeof numbers);
+  }
+  // Most bodies have none.
+  void put(const BodyJoints& joints) {
+    put(!joints.empty());
+    if (joints.empty()) return;
+    put(joints.as_child);
+    put(joints.as_parent);
   }
   void put(const std::string& text) {
     put(static_cast<std::uint64_t>(text.size()));
@@ -416,6 +431,14 @@ class Reader {
   void get(std::array<double, N>& numbers) {
     raw(numbers.data(), sizeof numbers);
   }
+  void get(BodyJoints& joints) {
+    bool are_there = false;
+    get(are_there);
+    if (!are_there) return;
+    get(joints.as_child);
+    get(joints.as_parent);
+    if (joints.empty()) fail();
+  }
   void get(std::string& text) {
     std::uint64_t size = 0;
     get(size);
@@ -509,18 +532,24 @@ std::size_t packed_size() {
 std::uint64_t wire_layout() {
   constexpr std::uint64_t kPrime = 0x100000001b3;  // FNV-1a
   std::uint64_t hash = 0xcbf29ce484222325;
-  for (const std::size_t number :
-       {std::size_t{kClusterProtocol},    sizeof(BodyRecord),           packed_size<BodyRecord>(),
-        packed_size<Surface>(),           packed_size<ReplicaUpdate>(), packed_size<Handover>(),
-        packed_size<ManifoldTransfer>(),  packed_size<Exchange>(),      packed_size<IslandPart>(),
-        packed_size<SectorSeams>(),       packed_size<ShippedBody>(),   packed_size<ShippedContact>(),
-        packed_size<ShippedIsland>(),     packed_size<SolvedBody>(),    packed_size<Solution>(),
-        packed_size<ApplyImpulse>(),      packed_size<ApplyForce>(),    packed_size<Teleport>(),
-        packed_size<KinematicTarget>(),   packed_size<JointRecord>(),   packed_size<SetDrives>(),
-        packed_size<SetSurfaceMotion>(),  packed_size<MovedBody>(),     packed_size<MovedClone>(),
-        packed_size<MovedSector>(),       packed_size<Shipment>(),      packed_size<SharedState>(),
-        packed_size<KnownReplica>(),      packed_size<Agreement>(),     std::variant_size_v<Command>,
-        std::variant_size_v<RoundMessage>}) {
+  for (const std::size_t number : {std::size_t{kClusterProtocol},    sizeof(BodyRecord),
+                                   packed_size<BodyRecord>(),        packed_size<Surface>(),
+                                   packed_size<ReplicaUpdate>(),     packed_size<Handover>(),
+                                   packed_size<ManifoldTransfer>(),  packed_size<Exchange>(),
+                                   packed_size<IslandPart>(),        packed_size<SectorSeams>(),
+                                   packed_size<ShippedBody>(),       packed_size<ShippedContact>(),
+                                   packed_size<ShippedIsland>(),     packed_size<SolvedBody>(),
+                                   packed_size<Solution>(),          packed_size<ApplyImpulse>(),
+                                   packed_size<ApplyForce>(),        packed_size<Teleport>(),
+                                   packed_size<KinematicTarget>(),   packed_size<JointRecord>(),
+                                   packed_size<SetDrives>(),         packed_size<JointTie>(),
+                                   packed_size<JointAxis>(),         packed_size<HeldJoint>(),
+                                   packed_size<AddJoint>(),          packed_size<SetSurfaceMotion>(),
+                                   packed_size<MovedBody>(),         packed_size<MovedClone>(),
+                                   packed_size<MovedSector>(),       packed_size<Shipment>(),
+                                   packed_size<SharedState>(),       packed_size<KnownReplica>(),
+                                   packed_size<Agreement>(),         std::variant_size_v<Command>,
+                                   std::variant_size_v<RoundMessage>}) {
     hash = (hash ^ number) * kPrime;
   }
   for (const TickCounter& counter : kTickCounters) {

@@ -69,18 +69,23 @@ std::vector<Command> some_commands() {
           ApplyForce{BodyId{7}, {{1, 2, 3}, {4, 5, 6}}},
           Teleport{BodyId{8}, {1, 2, 3}, some_record(1).state, false, true, false},
           KinematicTarget{BodyId{9}, {4, 5, 6}, some_record(1).state, true},
-          AddJoint{some_joint(10)},
+          AddJoint{some_joint(10), {tie_of(some_joint(9))}},
           RemoveJoint{JointId{11}},
           SetDrives{JointId{12}, some_joint(1).drives},
           SetSurfaceMotion{BodyId{13}, {1, 2, 3}, {4, 5, 6}}};
 }
 
+BodyJoints some_joints() {
+  return {{{some_joint(1), {tie_of(some_joint(9))}}, {some_joint(2), {}}}, {tie_of(some_joint(3))}};
+}
+
 Exchange some_exchange() {
   Exchange exchange;
   exchange.introductions = {{BodyId{1}, some_record(1).properties}, {BodyId{2}, {}}};
-  exchange.replicas = {{BodyId{1}, {1, 2, 3}, {1, 2, 4}, corners(), some_record(1).state}};
+  exchange.replicas = {{BodyId{1}, {1, 2, 3}, {1, 2, 4}, corners(), some_record(1).state, true}};
   exchange.gone = {BodyId{3}, BodyId{4}, BodyId{5}};
   exchange.handovers = {{some_record(6), corners()}};
+  exchange.handovers[0].joints = some_joints();
   exchange.manifolds = {{{9, 8, 7}, true, some_manifold()}};
   return exchange;
 }
@@ -92,7 +97,7 @@ Seams some_seams() {
 
 Shipment some_shipment() {
   const ShippedIsland island{
-      BodyId{1}, {{some_record(1), {{1, 2, 3}, {4, 5, 6}}}}, {{{1, 2, 3}, some_manifold()}}};
+      BodyId{1}, {{some_record(1), {{1, 2, 3}, {4, 5, 6}}}}, {{{1, 2, 3}, some_manifold()}}, {some_joint(1)}};
   return {{island}, {island, {}}};
 }
 
@@ -138,8 +143,8 @@ Transfer some_transfer() {
   MovedSector moved;
   moved.sector = {1, -2, 3};
   moved.bodies.push_back(
-      {some_record(3), corners(), true, SectorIndex{1, -2, 4}, some_record(4).state, true});
-  moved.bodies.push_back({some_record(5), {}, false, std::nullopt, std::nullopt, false});
+      {some_record(3), corners(), true, SectorIndex{1, -2, 4}, some_record(4).state, true, some_joints()});
+  moved.bodies.push_back({some_record(5), {}, false, std::nullopt, std::nullopt, false, {}});
   moved.clones.push_back({{BodyId{7}, some_record(7).properties}, {}, true, true});
   moved.manifolds.push_back(some_manifold());
   moved.touching.push_back({BodyId{3}, BodyId{7}});
@@ -165,12 +170,19 @@ TEST(Wire, BodyRecordsSurviveBitForBit) {
   EXPECT_EQ((*read)[0].state.activity, Activity::kWantsSleep);
 }
 
+JointRecord with_one_axis(JointRecord joint) {
+  joint.properties.type = JointType::kRevolute;
+  return joint;
+}
+
 TEST(Wire, JointRecordsSurviveBitForBit) {
-  const std::vector<JointRecord> joints{some_joint(1), some_joint(2), JointRecord{}};
+  const std::vector<JointRecord> joints{some_joint(1), some_joint(2), with_one_axis(some_joint(3)),
+                                        JointRecord{}};
   torture(pack(std::span<const JointRecord>(joints)), [](std::string_view b) { return unpack_joints(b); });
   const auto read = unpack_joints(pack(std::span<const JointRecord>(joints)));
   ASSERT_TRUE(read.ok());
-  ASSERT_EQ(read->size(), 3u);
+  ASSERT_EQ(read->size(), 4u);
+  EXPECT_EQ((*read)[2].properties.axes[0].spring_stiffness, 6);
   const JointRecord& joint = (*read)[0];
   EXPECT_EQ(joint.id, JointId{1});
   EXPECT_EQ(joint.properties.type, JointType::kUniversal);
@@ -223,6 +235,13 @@ TEST(Wire, RoundsSurviveBitForBit) {
   EXPECT_EQ(exchange.replicas[0].replicated_in, corners());
   EXPECT_EQ(exchange.manifolds[0].manifold.points, some_manifold().points);
   EXPECT_TRUE(exchange.manifolds[0].was_touching);
+  EXPECT_TRUE(exchange.replicas[0].known_everywhere);
+  const BodyJoints& joints = exchange.handovers[0].joints;
+  EXPECT_EQ(joints.as_child[0].record.drives, some_joint(1).drives);
+  EXPECT_EQ(joints.as_child[0].coupled, some_joints().as_child[0].coupled);
+  EXPECT_EQ(joints.as_parent, some_joints().as_parent);
+  const auto command = unpack_commands(pack(std::span<const Command>(some_commands())));
+  EXPECT_EQ(std::get<AddJoint>((*command)[7]).leaders, (std::vector<JointTie>{tie_of(some_joint(9))}));
 }
 
 TEST(Wire, EmptyMessages) {

@@ -47,7 +47,7 @@ void ChangedChunks::collect(Partition& partition, bool anew, bool with_shared, c
     const auto sector = partition.sectors.find(index);
     std::optional<MovedSector> moved;
     if (sector != partition.sectors.end()) {
-      moved = pack_sector(*sector->second);
+      moved = pack_sector(partition, *sector->second);
       unpacked_.push_back(index);
     } else if (partition.packed.contains(index)) {
       moved = partition.packed.copy(index);

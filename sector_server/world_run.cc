@@ -163,7 +163,7 @@ absl::Status WorldRun::fill(const v1::LoadWorld& load) {
   if (!joints.ok()) return joints.status();
   if (absl::Status status = check(*partition_, *records, *joints); !status.ok()) return status;
   for (const BodyRecord& record : *records) add_body(*partition_, record);
-  for (const JointRecord& joint : *joints) add_joint(*partition_, joint);
+  add_joints(*partition_, *joints);
   absl::Status status = bounded("the largest radius", load.radius_max(), 0, partition_->sector_size(), "m");
   if (!status.ok()) return status;
   expect_radius(*partition_, load.radius_max());

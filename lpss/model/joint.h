@@ -115,6 +115,22 @@ struct JointRecord {
   JointDrives drives;
 };
 
+// What never changes of a joint: all that is known of it away from the home of its child.
+struct JointTie {
+  JointId id;
+  BodyId parent;  // 0: the world
+  BodyId child;
+  Motion parent_motion = Motion::kStatic;
+  bool bodies_collide = false;
+
+  friend auto operator<=>(const JointTie&, const JointTie&) = default;
+};
+
+inline JointTie tie_of(const JointRecord& joint) {
+  const JointProperties& properties = joint.properties;
+  return {joint.id, properties.parent, properties.child, joint.parent_motion, properties.bodies_collide};
+}
+
 // How many axes of the joint have a coordinate: 0 (fixed, ball), 1 or 2 (universal).
 int axis_count(JointType type);
 

@@ -5,6 +5,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/gravity.h"
+#include "lpss/partition/joints.h"
 #include "lpss/partition/sectors.h"
 #include "lpss/partition/statics.h"
 
@@ -94,7 +95,7 @@ BodyRecord remove_home(Partition& partition, HomeBody& body) {
   sector.by_slot[static_cast<std::size_t>(body.slot)] = nullptr;
   sector.components_stale = true;
   activate(partition, sector);
-  partition.jointed.erase(record.id);
+  if (partition.jointed.erase(record.id) > 0) leave_joints(partition, record.id);
   partition.bodies.erase(record.id);
   return record;
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "lpss/base/invariant.h"
+#include "lpss/partition/joints.h"
 #include "lpss/partition/partition.h"
 
 namespace tessera {
@@ -28,6 +29,25 @@ void check_bodies(const Partition& partition, const Sector& sector) {
         std::find(partition.leaving.begin(), partition.leaving.end(), body->id) != partition.leaving.end();
     invariant(leaves == body->next_home.has_value(), "a body that changes home is listed as leaving");
   }
+}
+
+// What is known of joints is what need be known (joints.h).
+void check_joints(const Partition& partition) {
+  const JointIndex& joints = partition.joints;
+  joints.for_each([&](const JointTie& tie) {
+    const bool has_child = partition.bodies.contains(tie.child);
+    const std::span<const JointId> coupled = joints.coupled(tie.id);
+    const auto has_record = [&](JointId id) { return joints.record(id) != nullptr; };
+    invariant(has_child == has_record(tie.id), "the record of a joint is where its child lives");
+    invariant(has_child || partition.bodies.contains(tie.parent) || all_know_joints(partition.settings) ||
+                  std::ranges::any_of(coupled, has_record),
+              "a joint is known where a body of it lives, or one that is coupled with it");
+    for (const JointAxis& axis :
+         has_child ? axes_of(joints.record(tie.id)->properties) : std::span<const JointAxis>()) {
+      invariant(!axis.mimic.is_set() || joints.find(axis.mimic.leader) != nullptr,
+                "what a joint follows is known with it");
+    }
+  });
 }
 
 void check_clones(const Partition& partition, const Sector& sector) {
@@ -75,6 +95,7 @@ void check_invariants(const Partition& partition) {
       invariant(!partition.bodies.contains(record.id), "each body lives in one sector, packed or not");
     });
   }
+  if (partition.left_joints.empty()) check_joints(partition);
   invariant(has_each_once(partition.active), "a sector is active once");
   invariant(has_each_once(partition.leaving), "a body leaves once");
   for (const BodyId id : partition.leaving) {

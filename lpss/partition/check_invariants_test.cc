@@ -33,6 +33,14 @@ struct Breach {
   std::function<void(Partition&)> commit;
 };
 
+JointRecord joint_of(std::uint64_t child) {
+  JointRecord joint;
+  joint.id = JointId{1};
+  joint.properties.type = JointType::kRevolute;
+  joint.properties.child = BodyId{child};
+  return joint;
+}
+
 const Breach kBreaches[] = {
     {"a sector is found under its index",
      [](Partition& p) {
@@ -56,6 +64,18 @@ const Breach kBreaches[] = {
     {"a body knows the sector that lists it", [](Partition& p) { body(p, 1).sector = &sector(p, kHigh); }},
     {"a body knows whether joints hold it", [](Partition& p) { body(p, 1).jointed = true; }},
     {"a partition lists bodies with joints", [](Partition& p) { p.jointed.insert(BodyId{1}); }},
+    {"the record of a joint is where its child lives",
+     [](Partition& p) {
+       p.joints.add(tie_of(joint_of(9)));
+       p.joints.keep(joint_of(9));
+     }},
+    {"a joint is known where a body of it lives", [](Partition& p) { p.joints.add(tie_of(joint_of(9))); }},
+    {"what a joint follows is known with it",
+     [](Partition& p) {
+       JointRecord follower = joint_of(1);
+       follower.properties.axes[0].mimic.leader = JointId{2};
+       add_joint(p, follower);
+     }},
     {"each body lives in one sector", [](Partition& p) { sector(p, kLow).homes.pop_back(); }},
     {"a body that changes home is listed as leaving", [](Partition& p) { p.leaving.clear(); }},
     {"a body that changes home is listed as leaving", [](Partition& p) { body(p, 2).next_home.reset(); }},

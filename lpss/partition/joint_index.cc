@@ -7,13 +7,26 @@
 namespace tessera {
 namespace {
 
-void insert_sorted(std::vector<JointId>& list, JointId id) {
-  const auto place = std::lower_bound(list.begin(), list.end(), id);
-  if (place == list.end() || *place != id) list.insert(place, id);
+template <typename Key>
+using Lists = absl::flat_hash_map<Key, std::vector<JointId>>;
+
+template <typename Key>
+void list(Lists<Key>& lists, Key key, JointId id) {
+  std::vector<JointId>& all = lists[key];
+  const auto place = std::lower_bound(all.begin(), all.end(), id);
+  if (place == all.end() || *place != id) all.insert(place, id);
 }
 
 template <typename Key>
-std::span<const JointId> listed_in(const absl::flat_hash_map<Key, std::vector<JointId>>& lists, Key key) {
+void unlist_in(Lists<Key>& lists, Key key, JointId id) {
+  const auto listed = lists.find(key);
+  if (listed == lists.end()) return;
+  std::erase(listed->second, id);
+  if (listed->second.empty()) lists.erase(listed);
+}
+
+template <typename Key>
+std::span<const JointId> listed_in(const Lists<Key>& lists, Key key) {
   const auto found = lists.find(key);
   if (found == lists.end()) return {};
   return found->second;
@@ -21,61 +34,73 @@ std::span<const JointId> listed_in(const absl::flat_hash_map<Key, std::vector<Jo
 
 }  // namespace
 
-void JointIndex::add(const JointRecord& record) {
-  const auto [place, is_new] = joints_.try_emplace(record.id, record);
-  invariant(is_new, "a joint id is given once");
-  for (const BodyId body : {record.properties.parent, record.properties.child}) {
-    if (body.value == 0) continue;
-    insert_sorted(by_body_[body], record.id);
+bool JointIndex::add(const JointTie& tie) {
+  if (!ties_.try_emplace(tie.id, tie).second) return false;
+  for (const BodyId body : {tie.parent, tie.child}) {
+    if (body.value != 0) list(by_body_, body, tie.id);
   }
-  // The leader may come later, or may have gone already.
-  for (const JointAxis& axis : axes_of(record.properties)) {
-    if (!axis.mimic.is_set()) continue;
-    insert_sorted(coupled_[record.id], axis.mimic.leader);
-    insert_sorted(coupled_[axis.mimic.leader], record.id);
-  }
-}
-
-bool JointIndex::remove(JointId id) {
-  const auto place = joints_.find(id);
-  if (place == joints_.end()) return false;
-  unlist(place->second.properties.parent, id);
-  unlist(place->second.properties.child, id);
-  uncouple(id);
-  joints_.erase(place);
   return true;
 }
 
-void JointIndex::uncouple(JointId id) {
-  const auto coupled = coupled_.extract(id);
-  if (!coupled) return;
-  for (const JointId other : coupled.mapped()) {
-    const auto back = coupled_.find(other);
-    std::erase(back->second, id);
-    if (back->second.empty()) coupled_.erase(back);
-    const auto joint = joints_.find(other);
-    if (joint == joints_.end()) continue;
-    for (JointAxis& axis : joint->second.properties.axes) {
-      if (axis.mimic.leader == id) axis.mimic = {};
-    }
+void JointIndex::keep(const JointRecord& record) {
+  invariant(ties_.contains(record.id), "a joint with a record is known");
+  records_.insert_or_assign(record.id, std::make_unique<JointRecord>(record));
+  // The leader may come later.
+  for (const JointAxis& axis : axes_of(record.properties)) {
+    if (axis.mimic.is_set()) couple(record.id, axis.mimic.leader);
   }
 }
 
-void JointIndex::unlist(BodyId body, JointId id) {
-  const auto listed = by_body_.find(body);
-  if (listed == by_body_.end()) return;
-  std::erase(listed->second, id);
-  if (listed->second.empty()) by_body_.erase(listed);
+void JointIndex::release(JointId id) {
+  records_.erase(id);
+  const std::span<const JointId> listed = coupled(id);
+  for (const JointId other : std::vector<JointId>(listed.begin(), listed.end())) {
+    if (record(other) == nullptr) uncouple(id, other);
+  }
 }
 
-const JointRecord* JointIndex::find(JointId id) const {
-  const auto place = joints_.find(id);
-  return place == joints_.end() ? nullptr : &place->second;
+void JointIndex::couple(JointId a, JointId b) {
+  list(coupled_, a, b);
+  list(coupled_, b, a);
 }
 
-JointRecord* JointIndex::find(JointId id) {
-  const auto place = joints_.find(id);
-  return place == joints_.end() ? nullptr : &place->second;
+void JointIndex::uncouple(JointId a, JointId b) {
+  unlist_in(coupled_, a, b);
+  unlist_in(coupled_, b, a);
+}
+
+bool JointIndex::remove(JointId id) {
+  const auto place = ties_.find(id);
+  if (place == ties_.end()) return false;
+  unlist_in(by_body_, place->second.parent, id);
+  unlist_in(by_body_, place->second.child, id);
+  const std::span<const JointId> listed = coupled(id);
+  for (const JointId other : std::vector<JointId>(listed.begin(), listed.end())) {
+    uncouple(id, other);
+    JointRecord* joint = record(other);
+    if (joint == nullptr) continue;
+    for (JointAxis& axis : joint->properties.axes) {
+      if (axis.mimic.leader == id) axis.mimic = {};
+    }
+  }
+  records_.erase(id);
+  ties_.erase(place);
+  return true;
+}
+
+const JointTie* JointIndex::find(JointId id) const {
+  const auto place = ties_.find(id);
+  return place == ties_.end() ? nullptr : &place->second;
+}
+
+const JointRecord* JointIndex::record(JointId id) const {
+  const auto place = records_.find(id);
+  return place == records_.end() ? nullptr : place->second.get();
+}
+
+JointRecord* JointIndex::record(JointId id) {
+  const auto place = records_.find(id);
+  return place == records_.end() ? nullptr : place->second.get();
 }
 
 std::span<const JointId> JointIndex::of(BodyId body) const { return listed_in(by_body_, body); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "lpss/partition/bodies.h"
+#include "lpss/partition/joints.h"
 #include "lpss/partition/replicas.h"
 #include "lpss/partition/sectors.h"
 
@@ -16,6 +17,7 @@ void unpack_bodies(Partition& partition, const MovedSector& moved) {
         {Eigen::Vector3d(moved.static_region.data()), Eigen::Vector3d(moved.static_region.data() + 3)});
   }
   for (const MovedBody& body : moved.bodies) {
+    take_joints(partition, body.joints);
     HomeBody& home = add_home(partition, body.record);
     home.replicated_in = body.replicated_in;
     home.wanted_in = body.replicated_in;  // one that sleeps is not looked at again
@@ -51,13 +53,14 @@ void unpack_contacts(Partition& partition, const MovedSector& moved) {
 
 }  // namespace
 
-MovedSector pack_sector(const Sector& sector) {
+MovedSector pack_sector(const Partition& partition, const Sector& sector) {
   MovedSector moved;
   moved.sector = sector.index;
   moved.active = sector.active;
   for (const HomeBody* body : sector.homes) {
     moved.bodies.push_back({record_of(*body), body->replicated_in, body->known_everywhere, body->next_home,
-                            body->kinematic_target, body->dirty});
+                            body->kinematic_target, body->dirty,
+                            body->jointed ? joints_of(partition, body->id) : BodyJoints{}});
   }
   for (const auto& [id, clone] : sector.clones) {
     const Replica& replica = *clone->replica;
@@ -82,14 +85,14 @@ MovedSector with_parts(const Partition& partition, MovedSector sector) {
 void forget_sector(Partition& partition, Sector& sector) {
   for (const HomeBody* body : sector.homes) {
     std::erase(partition.leaving, body->id);
-    partition.jointed.erase(body->id);
+    if (partition.jointed.erase(body->id) > 0) leave_joints(partition, body->id);
     partition.bodies.erase(BodyId(body->id));
   }
   for (const auto& [id, clone] : sector.clones) {
     Replica& replica = *clone->replica;
     std::erase_if(replica.clones,
                   [&](const std::unique_ptr<Clone>& other) { return other->sector == &sector; });
-    if (replica.clones.empty() && !is_known_everywhere(partition, replica)) {
+    if (replica.clones.empty() && !replica.known_everywhere) {
       std::erase(partition.moving_replicas, id);
       partition.replicas.erase(BodyId(id));
     }

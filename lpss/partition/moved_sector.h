@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "lpss/partition/body_joints.h"
 #include "lpss/partition/partition.h"
 #include "lpss/partition/replicas.h"
 
@@ -19,6 +20,7 @@ struct MovedBody {
   std::optional<SectorIndex> next_home;
   std::optional<BodyState> kinematic_target;
   bool dirty = false;
+  BodyJoints joints;
 };
 
 // A replica that the sector lists.
@@ -44,7 +46,7 @@ struct MovedSector {
 };
 
 // Without its parts of islands, which the seam graph keeps, also while the sector is packed.
-MovedSector pack_sector(const Sector& sector);
+MovedSector pack_sector(const Partition& partition, const Sector& sector);
 
 // The same with these, for one that leaves the partition.
 MovedSector with_parts(const Partition& partition, MovedSector sector);

@@ -49,14 +49,14 @@ TEST(MovedSector, IsAtTheNewServerWhatItWasAtTheOldOne) {
   TestPartition giver;
   fill(*giver);
   check_invariants(*giver);
-  const MovedSector moved = pack_sector(sector(*giver, kLow));
+  const MovedSector moved = pack_sector(*giver, sector(*giver, kLow));
   EXPECT_EQ(moved.bodies.size(), 4u);
   EXPECT_EQ(moved.clones.size(), 2u);
   EXPECT_EQ(moved.manifolds.size(), 2u);
 
   TestPartition taker;
   unpack_sector(*taker, moved);
-  expect_equal(pack_sector(sector(*taker, kLow)), moved);
+  expect_equal(pack_sector(*taker, sector(*taker, kLow)), moved);
   check_invariants(*taker);
   EXPECT_THAT(taker->leaving, testing::ElementsAre(BodyId{1}));
   EXPECT_THAT(taker->moving_replicas, testing::ElementsAre(BodyId{6}));

@@ -284,7 +284,8 @@ void PackedSectors::add(const MovedSector& sector, const std::vector<BodyPair>& 
   };
   BodyId last;
   for (const MovedBody& body : sector.bodies) {
-    invariant(!body.known_everywhere && !body.next_home && !body.kinematic_target && !body.dirty,
+    invariant(!body.known_everywhere && !body.next_home && !body.kinematic_target && !body.dirty &&
+                  body.joints.empty(),
               "nothing is to be said of a body that is packed");
     begin_body(body.record.id, last, body.record.properties);
     write_state(write, body.record.state);
@@ -299,7 +300,7 @@ void PackedSectors::add(const MovedSector& sector, const std::vector<BodyPair>& 
     write_home(write, update.home, sector.sector);
     write_state(write, update.state);
     write_set(write, update.replicated_in);
-    write.count((clone.placed ? 1 : 0) + (clone.fresh ? 2 : 0));
+    write.count((clone.placed ? 1 : 0) + (clone.fresh ? 2 : 0) + (update.known_everywhere ? 4 : 0));
   }
   write.count(sector.manifolds.size());
   for (const ManifoldState& manifold : sector.manifolds) {
@@ -343,6 +344,7 @@ MovedSector PackedSectors::unpacked(const Packed& packed) const {
     const std::uint64_t flags = read.count();
     clone.placed = (flags & 1) != 0;
     clone.fresh = (flags & 2) != 0;
+    clone.update.known_everywhere = (flags & 4) != 0;
   }
   sector.manifolds.resize(read.count());
   for (ManifoldState& manifold : sector.manifolds) {

@@ -38,7 +38,7 @@ void pack(Partition& partition, Sector& sector) {
       if (pair.touching) touching.emplace_back(pair.a, pair.b);
     }
   }
-  partition.packed.add(pack_sector(sector), touching);
+  partition.packed.add(pack_sector(partition, sector), touching);
   forget_sector(partition, sector);
 }
 

@@ -72,13 +72,14 @@ struct Partition {
   double radius_max = 0;  // m, of the largest body that can move that the world has ever had
   SeamMargins margins;    // follow from it
   StaticIndex statics;
-  JointIndex joints;
 
   // --- what lives here ---
   absl::flat_hash_map<SectorIndex, std::unique_ptr<Sector>> sectors;
   absl::flat_hash_map<BodyId, std::unique_ptr<HomeBody>> bodies;
   absl::flat_hash_set<BodyId> jointed;  // those of `bodies` that joints hold
   std::vector<Sector*> active;          // sectors that the next tick looks at, each once
+  JointIndex joints;                    // those that need be known here (joints.h)
+  std::vector<JointId> left_joints;     // of bodies that have left: they may have to be known no more
   std::vector<BodyId> leaving;          // bodies whose announced change of home takes effect at the next tick
   std::size_t world_count = 0;          // sectors with an engine world
   std::size_t clone_count = 0;          // in engine worlds, as of the last detection

@@ -49,12 +49,15 @@ void revise(Replica& replica, const ReplicaUpdate& update) {
   replica.next_home = update.next_home;
   replica.replicated_in = update.replicated_in;
   replica.state = update.state;
+  replica.known_everywhere = update.known_everywhere;
 }
 
 ReplicaIntroduction introduction_of(const Replica& replica) { return {replica.id, replica.properties}; }
 
 ReplicaUpdate update_of(const Replica& replica) {
-  return {replica.id, replica.home, replica.next_home, replica.replicated_in, replica.state};
+  return {replica.id,        replica.home,
+          replica.next_home, replica.replicated_in,
+          replica.state,     replica.known_everywhere};
 }
 
 void note_moving(Partition& partition, const Replica& replica) {
@@ -62,10 +65,6 @@ void note_moving(Partition& partition, const Replica& replica) {
   const auto end = partition.moving_replicas.end();
   if (std::find(partition.moving_replicas.begin(), end, replica.id) != end) return;
   partition.moving_replicas.push_back(replica.id);
-}
-
-bool is_known_everywhere(const Partition& partition, const Replica& replica) {
-  return replica.properties.motion == Motion::kKinematic && !partition.joints.of(replica.id).empty();
 }
 
 Clone& clone_in(Partition& partition, Replica& replica, const SectorIndex& index) {

@@ -16,9 +16,10 @@ struct ReplicaIntroduction {
 struct ReplicaUpdate {
   BodyId id;
   SectorIndex home;
-  SectorIndex next_home;    // where it will live from the next tick on; the home itself if it stays
-  OffsetSet replicated_in;  // relative to `home`: the sectors that must have a clone
-  BodyState state;          // relative to the centre of `home`
+  SectorIndex next_home;          // where it will live from the next tick on; the home itself if it stays
+  OffsetSet replicated_in;        // relative to `home`: the sectors that must have a clone
+  BodyState state;                // relative to the centre of `home`
+  bool known_everywhere = false;  // by all servers, whether or not a sector of theirs needs a clone
 };
 
 // The replica of that body, made if there is none yet.
@@ -31,9 +32,6 @@ ReplicaUpdate update_of(const Replica& replica);
 
 // Lists a replica whose home changes at the next tick, once.
 void note_moving(Partition& partition, const Replica& replica);
-
-// Whether all partitions know the replica, clones or not: a joint leads from it to a body anywhere.
-bool is_known_everywhere(const Partition& partition, const Replica& replica);
 
 // The replica's clone in that sector of the partition, made and listed if there is none yet.
 Clone& clone_in(Partition& partition, Replica& replica, const SectorIndex& index);

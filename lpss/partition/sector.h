@@ -58,8 +58,9 @@ struct Replica {
   BodyId id;
   SectorIndex home;
   SectorIndex next_home;
-  OffsetSet replicated_in;  // relative to `home`
-  bool is_listed = false;   // the sectors of `clones` are those of `home` and `replicated_in`
+  OffsetSet replicated_in;        // relative to `home`
+  bool known_everywhere = false;  // by all servers
+  bool is_listed = false;         // the sectors of `clones` are those of `home` and `replicated_in`
   std::vector<std::unique_ptr<Clone>> clones;  // in the partition's sectors among them, ascending by sectors
   double radius = 0;                           // m, as HomeBody::radius
   BodyState state;                             // relative to the centre of `home`

@@ -26,6 +26,13 @@ inline void expect_equal(const MovedSector& a, const MovedSector& b) {
       EXPECT_EQ(bits(*x.kinematic_target), bits(*y.kinematic_target));
     }
     EXPECT_EQ(x.dirty, y.dirty);
+    EXPECT_EQ(x.joints.as_parent, y.joints.as_parent);
+    ASSERT_EQ(x.joints.as_child.size(), y.joints.as_child.size());
+    for (std::size_t m = 0; m < x.joints.as_child.size(); ++m) {
+      EXPECT_EQ(tie_of(x.joints.as_child[m].record), tie_of(y.joints.as_child[m].record));
+      EXPECT_EQ(x.joints.as_child[m].record.drives, y.joints.as_child[m].record.drives);
+      EXPECT_EQ(x.joints.as_child[m].coupled, y.joints.as_child[m].coupled);
+    }
   }
   ASSERT_EQ(a.clones.size(), b.clones.size());
   for (std::size_t n = 0; n < a.clones.size(); ++n) {
@@ -35,6 +42,7 @@ inline void expect_equal(const MovedSector& a, const MovedSector& b) {
     EXPECT_EQ(x.update.home, y.update.home);
     EXPECT_EQ(x.update.next_home, y.update.next_home);
     EXPECT_EQ(x.update.replicated_in, y.update.replicated_in);
+    EXPECT_EQ(x.update.known_everywhere, y.update.known_everywhere);
     EXPECT_EQ(bits(x.update.state), bits(y.update.state));
     EXPECT_EQ(x.placed, y.placed);
     EXPECT_EQ(x.fresh, y.fresh);

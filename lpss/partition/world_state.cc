@@ -14,7 +14,8 @@ SharedState shared_state(const Partition& partition) {
   SharedState state = lately_heard(partition);
   state.radius_max = partition.radius_max;
   partition.statics.for_each([&](const BodyRecord& record) { state.statics.push_back(record); });
-  partition.joints.for_each([&](const JointRecord& record) { state.joints.push_back(record); });
+  if (all_know_joints(partition.settings))
+    partition.joints.for_each([&](const JointTie& tie) { state.joints.push_back(tie); });
   return state;
 }
 
@@ -22,7 +23,7 @@ SharedState lately_heard(const Partition& partition) {
   SharedState state;
   state.at_rest = partition.at_rest;
   for (const auto& [id, replica] : partition.replicas) {
-    if (!is_known_everywhere(partition, *replica)) continue;
+    if (!replica->known_everywhere) continue;
     state.known_replicas.push_back({introduction_of(*replica), update_of(*replica)});
   }
   std::sort(state.known_replicas.begin(), state.known_replicas.end(),
@@ -52,8 +53,8 @@ void for_each_sector(const Partition& partition, const std::function<void(MovedS
   std::sort(all.begin(), all.end());
   for (const SectorIndex& index : all) {
     const auto sector = partition.sectors.find(index);
-    MovedSector moved =
-        sector == partition.sectors.end() ? partition.packed.copy(index) : pack_sector(*sector->second);
+    MovedSector moved = sector == partition.sectors.end() ? partition.packed.copy(index)
+                                                          : pack_sector(partition, *sector->second);
     visit(with_parts(partition, std::move(moved)));
   }
 }
@@ -68,7 +69,7 @@ std::vector<MovedSector> pack_sectors(const Partition& partition) {
 void restore(Partition& partition, const SharedState& state, std::span<const MovedSector> sectors) {
   expect_radius(partition, state.radius_max);
   for (const BodyRecord& record : state.statics) add_body(partition, record);
-  for (const JointRecord& record : state.joints) add_joint(partition, record);
+  for (const JointTie& tie : state.joints) take_tie(partition, tie);
   hear(partition, state);
   for (const MovedSector& sector : sectors) {
     if (!partition.hosts(sector.sector)) continue;

@@ -23,7 +23,7 @@ struct SharedState {
   double radius_max = 0;            // m, of the largest body that can move that the world has ever had
   bool at_rest = false;             // nothing in the whole world moves
   std::vector<BodyRecord> statics;  // ascending by ids
-  std::vector<JointRecord> joints;  // likewise
+  std::vector<JointTie> joints;     // of all of them where all partitions know them (joints.h); likewise
   std::vector<KnownReplica> known_replicas;  // likewise
 };
 

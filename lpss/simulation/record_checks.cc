@@ -3,6 +3,7 @@
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <type_traits>
 #include <variant>
 
@@ -32,6 +33,14 @@ RecordChecks checks_of(const Partition& partition) {
             const auto found = partition.shapes.find(id);
             return found == partition.shapes.end() ? nullptr : found->second.get();
           }};
+}
+
+absl::Status check_ties(std::span<const JointTie> ties) {
+  for (const JointTie& tie : ties) {
+    if (tie.id.value == 0 || tie.child.value == 0)
+      return refused("the ids of a joint and of its child must be at least 1");
+  }
+  return absl::OkStatus();
 }
 
 bool is_there(const Partition& partition, BodyId id) {
@@ -86,6 +95,7 @@ absl::Status RecordChecks::record(const BodyRecord& record) const {
 }
 
 absl::Status RecordChecks::joint(const JointRecord& record) const {
+  if (record.id.value == 0) return refused("a joint's id must be at least 1");
   // Frames are given in centre frames, which these have, too.
   BodyProperties parent;
   BodyProperties child;
@@ -95,6 +105,19 @@ absl::Status RecordChecks::joint(const JointRecord& record) const {
   return validate(description, record.properties.parent.value == 0 ? nullptr : &parent, child, settings_);
 }
 
+absl::Status RecordChecks::leaders(const AddJoint& command) const {
+  if (absl::Status status = check_ties(command.leaders); !status.ok()) return status;
+  for (const JointAxis& axis : axes_of(command.record.properties)) {
+    const JointId id = axis.mimic.leader;
+    if (!axis.mimic.is_set() ||
+        std::ranges::any_of(command.leaders, [&](const JointTie& tie) { return tie.id == id; }))
+      continue;
+    return refused("joint ", command.record.id.value, ": it comes without the joint ", id.value,
+                   ", which it follows");
+  }
+  return absl::OkStatus();
+}
+
 absl::Status RecordChecks::command(const Command& command) const {
   return std::visit(
       [&](const auto& c) -> absl::Status {
@@ -102,7 +125,7 @@ absl::Status RecordChecks::command(const Command& command) const {
         if constexpr (std::is_same_v<C, SpawnBody>) {
           return record(c.record);
         } else if constexpr (std::is_same_v<C, AddJoint>) {
-          return joint(c.record);
+          return first_error({joint(c.record), leaders(c)});
         } else if constexpr (std::is_same_v<C, SetDrives>) {
           for (const JointDrive& drive : c.drives) {
             absl::Status status = first_error({bounded("target", drive.target, -kNoBound, kNoBound),
@@ -136,21 +159,62 @@ absl::Status RecordChecks::command(const Command& command) const {
       command);
 }
 
+namespace {
+
+// The records of a load, each checked by itself, and each body and joint once.
+class Records {
+ public:
+  explicit Records(const RecordChecks& checks) : checks_(checks) {}
+
+  absl::Status add(const BodyRecord& record) {
+    if (absl::Status status = checks_.record(record); !status.ok()) return status;
+    if (bodies_.insert(record.id).second) return absl::OkStatus();
+    return refused(title_of(record.id), ": the id is given twice");
+  }
+
+  // After all static bodies.
+  absl::Status add(const JointRecord& record) {
+    if (absl::Status status = checks_.joint(record); !status.ok()) return status;
+    if (!joints_.insert(record.id).second)
+      return refused("joint ", record.id.value, ": the id is given twice");
+    const BodyId parent = record.properties.parent;
+    if (record.parent_motion != Motion::kStatic || parent.value == 0 || bodies_.contains(parent))
+      return absl::OkStatus();
+    return refused("joint ", record.id.value, ": its static parent ", parent.value, " is not there");
+  }
+
+ private:
+  const RecordChecks& checks_;
+  absl::flat_hash_set<BodyId> bodies_;
+  absl::flat_hash_set<JointId> joints_;
+};
+
+// What comes along with a body that lives here.
+absl::Status check_joints(const MovedBody& moved, Records& records) {
+  if (absl::Status status = check_ties(moved.joints.as_parent); !status.ok()) return status;
+  for (const JointTie& tie : moved.joints.as_parent) {
+    if (tie.parent != moved.record.id) return refused("it is not the parent of joint ", tie.id.value);
+  }
+  for (const HeldJoint& held : moved.joints.as_child) {
+    if (held.record.properties.child != moved.record.id)
+      return refused("it is not the child of joint ", held.record.id.value);
+    if (absl::Status status = records.add(held.record); !status.ok()) return status;
+    if (absl::Status status = check_ties(held.coupled); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
 absl::Status check(const Partition& partition, std::span<const BodyRecord> records,
                    std::span<const JointRecord> joints) {
   const RecordChecks checks = checks_of(partition);
-  absl::flat_hash_set<BodyId> bodies;
+  Records known(checks);
   for (const BodyRecord& record : records) {
-    if (absl::Status status = checks.record(record); !status.ok()) return status;
-    if (!bodies.insert(record.id).second) return refused(title_of(record.id), ": the id is given twice");
+    if (absl::Status status = known.add(record); !status.ok()) return status;
   }
-  absl::flat_hash_set<JointId> known;
   for (const JointRecord& record : joints) {
-    if (absl::Status status = checks.joint(record); !status.ok()) return status;
-    if (!known.insert(record.id).second) return refused("joint ", record.id.value, ": the id is given twice");
-    const BodyId parent = record.properties.parent;
-    if (record.parent_motion == Motion::kStatic && parent.value != 0 && !bodies.contains(parent))
-      return refused("joint ", record.id.value, ": its static parent ", parent.value, " is not there");
+    if (absl::Status status = known.add(record); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -160,11 +224,13 @@ absl::Status check(const Partition& partition, const SharedState& shared,
   const RecordChecks checks = checks_of(partition);
   absl::Status status = bounded("the largest radius", shared.radius_max, 0, partition.sector_size(), "m");
   if (!status.ok()) return status;
-  std::vector<BodyRecord> records = shared.statics;
+  Records records(checks);
   for (const BodyRecord& record : shared.statics) {
     if (record.properties.motion != Motion::kStatic)
       return refused(title_of(record.id), ": it moves, and is listed as static");
+    if (status = records.add(record); !status.ok()) return status;
   }
+  if (status = check_ties(shared.joints); !status.ok()) return status;
   for (const KnownReplica& known : shared.known_replicas) {
     status = checks.properties(known.introduction.id, known.introduction.properties);
     if (!status.ok()) return status;
@@ -178,8 +244,9 @@ absl::Status check(const Partition& partition, const SharedState& shared,
     for (const MovedBody& moved : sector.bodies) {
       if (moved.record.home != sector.sector || moved.record.properties.motion == Motion::kStatic)
         return refused(title_of(moved.record.id), ": it does not live in the sector that lists it");
-      records.push_back(moved.record);
+      if (status = records.add(moved.record); !status.ok()) return status;
       if (moved.kinematic_target) status = checks.state(sector.sector, *moved.kinematic_target);
+      if (status.ok()) status = check_joints(moved, records);
       if (!status.ok()) return in(title_of(moved.record.id), status);
     }
     absl::flat_hash_set<BodyId> clones;
@@ -191,7 +258,7 @@ absl::Status check(const Partition& partition, const SharedState& shared,
       if (status = checks.state(clone.update.home, clone.update.state); !status.ok()) return status;
     }
   }
-  return check(partition, records, shared.joints);
+  return absl::OkStatus();
 }
 
 absl::Status check(const Partition& partition, std::span<const Command> commands) {

@@ -46,6 +46,8 @@ class RecordChecks {
   absl::Status command(const Command& command) const;
 
  private:
+  absl::Status leaders(const AddJoint& command) const;
+
   WorldSettings settings_;
   FindShape find_shape_;
 };

@@ -75,7 +75,7 @@ void add_world(Partition& partition, const WorldDescription& world, std::span<co
     add_shape(partition, id, std::make_shared<const Shape>(world.shapes[id]));
   }
   for (const BodyRecord& record : records) add_body(partition, record);
-  for (const JointRecord& joint : joints) add_joint(partition, joint);
+  add_joints(partition, joints);
 }
 
 double largest_radius(const WorldDescription& world) {

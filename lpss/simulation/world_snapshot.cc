@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string_view>
 #include <variant>
 
@@ -13,6 +14,7 @@
 #include "lpss/model/checks.h"
 #include "lpss/model/validate.h"
 #include "lpss/partition/bodies.h"
+#include "lpss/partition/joints.h"
 #include "lpss/simulation/record_checks.h"
 #include "lpss/simulation/simulation.h"
 #include "lpss/tick/components.h"
@@ -44,10 +46,7 @@ class Check {
     for (const MovedSector& sector : world_.sectors) {
       if (absl::Status status = bodies(sector); !status.ok()) return status;
     }
-    for (const JointRecord& record : world_.shared.joints) {
-      absl::Status status = joint(record);
-      if (!status.ok()) return in(absl::StrCat("joint ", record.id.value), status);
-    }
+    if (absl::Status status = joints(); !status.ok()) return status;
     for (const KnownReplica& known : world_.shared.known_replicas) {
       if (absl::Status status = replica(known.introduction, known.update); !status.ok()) return status;
     }
@@ -77,7 +76,6 @@ class Check {
     const auto id_of = [](const auto& item) { return item.id; };
     if (absl::Status status = ascend("ids of static bodies", shared.statics, id_of); !status.ok())
       return status;
-    if (absl::Status status = ascend("ids of joints", shared.joints, id_of); !status.ok()) return status;
     absl::Status status = ascend("ids of replicas", shared.known_replicas,
                                  [](const KnownReplica& known) { return known.update.id; });
     if (!status.ok()) return status;
@@ -130,7 +128,66 @@ class Check {
                   [](const MovedBody& moved) { return moved.record.id; });
   }
 
+  // Calls check(body, held) for the joints of all bodies, until one is refused.
+  absl::Status for_each_held(
+      const std::function<absl::Status(const MovedBody&, const HeldJoint&)>& check) const {
+    for (const MovedSector& sector : world_.sectors) {
+      for (const MovedBody& body : sector.bodies) {
+        for (const HeldJoint& held : body.joints.as_child) {
+          absl::Status status = check(body, held);
+          if (!status.ok()) return in(absl::StrCat("joint ", held.record.id.value), status);
+        }
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // Each is with its child, and all that are concerned know of it.
+  absl::Status joints() {
+    absl::Status status = for_each_held([&](const MovedBody& body, const HeldJoint& held) -> absl::Status {
+      if (held.record.properties.child != body.record.id) return refused("it is not with its child");
+      if (absl::Status valid = joint(held.record); !valid.ok()) return valid;
+      if (!joints_.add(tie_of(held.record))) return refused("the id is given twice");
+      joints_.keep(held.record);
+      return absl::OkStatus();
+    });
+    if (!status.ok()) return status;
+    status = for_each_held([&](const MovedBody&, const HeldJoint& held) -> absl::Status {
+      std::vector<JointTie> coupled;
+      for (const JointId id : joints_.coupled(held.record.id)) {
+        const JointTie* other = joints_.find(id);
+        if (other == nullptr) return refused("the joint ", id.value, ", which it follows, is not there");
+        coupled.push_back(*other);
+      }
+      if (held.coupled == coupled) return absl::OkStatus();
+      return refused("the joints that it lists are not those that it follows, or that follow it");
+    });
+    if (!status.ok()) return status;
+    for (const MovedSector& sector : world_.sectors) {
+      for (const MovedBody& body : sector.bodies) {
+        if (body.joints.as_parent == ties_of_parent(body.record.id)) continue;
+        return refused(title_of(body.record.id),
+                       ": the joints that it lists are not those that it is parent of");
+      }
+    }
+    std::vector<JointTie> known_to_all;
+    if (all_know_joints(world_.settings))
+      joints_.for_each([&](const JointTie& tie) { known_to_all.push_back(tie); });
+    if (world_.shared.joints == known_to_all) return absl::OkStatus();
+    return refused("the joints that all servers know must be ",
+                   all_know_joints(world_.settings) ? "all that there are" : "none");
+  }
+
+  std::vector<JointTie> ties_of_parent(BodyId body) const {
+    std::vector<JointTie> ties;
+    for (const JointId id : joints_.of(body)) {
+      if (const JointTie& tie = *joints_.find(id); tie.parent == body) ties.push_back(tie);
+    }
+    return ties;
+  }
+
   absl::Status joint(const JointRecord& record) const {
+    if (record.id.value == 0) return refused("the id must be at least 1");
     const auto child = bodies_.find(record.properties.child);
     const auto parent = bodies_.find(record.properties.parent);
     if (child == bodies_.end()) return refused("its child ", record.properties.child.value, " is no body");
@@ -166,8 +223,9 @@ class Check {
       return in(what, status);
     const auto [known, is_new] = replicas_.emplace(update.id, &update);
     const ReplicaUpdate& first = *known->second;
-    if (is_new || (first.home == update.home && first.next_home == update.next_home &&
-                   first.replicated_in == update.replicated_in)) {
+    if (is_new ||
+        (first.home == update.home && first.next_home == update.next_home &&
+         first.replicated_in == update.replicated_in && first.known_everywhere == update.known_everywhere)) {
       return absl::OkStatus();
     }
     return refused(what, ": sectors know it at different places");
@@ -213,6 +271,7 @@ class Check {
   RecordChecks checks_;
   absl::flat_hash_map<BodyId, const BodyRecord*> bodies_;
   absl::flat_hash_map<BodyId, const ReplicaUpdate*> replicas_;
+  JointIndex joints_;
 };
 
 absl::Status name_check(const std::string& what, const std::string& name) {
@@ -325,12 +384,11 @@ absl::Status all_named(const WorldCatalogue& catalogue, const WorldSnapshot& wor
   for (const MovedSector& sector : world.sectors) {
     for (const MovedBody& moved : sector.bodies) {
       if (absl::Status status = check(moved.record); !status.ok()) return status;
-    }
-  }
-  for (const JointRecord& record : world.shared.joints) {
-    if (record.id >= catalogue.next_joint) {
-      return refused("joint ", record.id.value, ": the id must be below the next one, ",
-                     catalogue.next_joint.value);
+      for (const HeldJoint& held : moved.joints.as_child) {
+        if (held.record.id < catalogue.next_joint) continue;
+        return refused("joint ", held.record.id.value, ": the id must be below the next one, ",
+                       catalogue.next_joint.value);
+      }
     }
   }
   return absl::OkStatus();

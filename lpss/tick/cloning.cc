@@ -38,7 +38,7 @@ bool is_jointed_here(const Partition& partition, BodyId id, const Sector& sector
   if (partition.settings.seams != SeamPolicy::kClone) return false;
   const std::span<const JointId> joints = partition.joints.of(id);
   return std::any_of(joints.begin(), joints.end(), [&](JointId joint) {
-    return lives_in(partition, partner_of(partition.joints.find(joint)->properties, id), sector);
+    return lives_in(partition, partner_of(*partition.joints.find(joint), id), sector);
   });
 }
 

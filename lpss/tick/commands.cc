@@ -231,7 +231,7 @@ void apply(Partition& partition, const Command& command, Landings& landings, std
         } else if constexpr (std::is_same_v<C, KinematicTarget>) {
           set_target(partition, c, landings, stopped);
         } else if constexpr (std::is_same_v<C, AddJoint>) {
-          add_joint(partition, c.record);
+          add_joint(partition, c.record, c.leaders);
         } else if constexpr (std::is_same_v<C, RemoveJoint>) {
           remove_joint(partition, c.id);
         } else if constexpr (std::is_same_v<C, SetDrives>) {

@@ -46,7 +46,7 @@ void connect_by_joints(const Partition& partition, const ContactGraph& graph, bo
   for (std::size_t n = 0; n < graph.homes(); ++n) {
     if (!graph[n].jointed || !graph[n].dynamic) continue;
     for (const JointId id : partition.joints.of(graph[n].id)) {
-      const JointRecord& joint = *partition.joints.find(id);
+      const JointTie& joint = *partition.joints.find(id);
       if (is_pushed_by(partition, joint)) connections.pushed[n] = true;
       for_each_tied(partition.joints, joint, graph[n].id, [&](BodyId body) {
         const ContactGraph::Node* partner = graph.named(body);
@@ -164,9 +164,9 @@ void link_joints(const Partition& partition, const Sector& sector, const Compone
     const HomeBody& body = *sector.component_bodies[i];
     if (!body.jointed) continue;
     for (const JointId id : partition.joints.of(body.id)) {
-      const JointRecord& joint = *partition.joints.find(id);
+      const JointTie& joint = *partition.joints.find(id);
       for_each_tied(partition.joints, joint, body.id, [&](BodyId tied) {
-        const bool is_fixed = tied == joint.properties.parent && joint.parent_motion != Motion::kDynamic;
+        const bool is_fixed = tied == joint.parent && joint.parent_motion != Motion::kDynamic;
         if (tied.value == 0 || is_fixed || lives_in(partition, tied, sector)) return;
         links.push_back(body.id);
         links.push_back(tied);

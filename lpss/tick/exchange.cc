@@ -52,7 +52,7 @@ void tell_of(const Partition& partition, OwnersAround& around, HomeBody& body,
   if (before.empty() && now.empty()) return;
   announce(outbox, body.properties,
            {body.id, home, body.next_home.value_or(home), body.replicated_in,
-            body.sector->world->state(body.slot)},
+            body.sector->world->state(body.slot), body.known_everywhere},
            before, now);
 }
 

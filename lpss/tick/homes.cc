@@ -4,6 +4,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/partition/bodies.h"
+#include "lpss/partition/joints.h"
 #include "lpss/tick/inbox.h"
 #include "lpss/tick/recipients.h"
 #include "lpss/tick/seam_search.h"
@@ -93,9 +94,11 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
         partition, swept, Eigen::Vector3d(record.state.linear_velocity.data()), record.properties.motion);
     announce(outbox, record.properties,
              {record.id, record.home, goes_on_to(partition, record).value_or(record.home),
-              handover.replicated_in, record.state},
+              handover.replicated_in, record.state, handover.known_everywhere},
              before, all | owners(partition.map, record.home, handover.replicated_in));
-    outbox[partition.map.owner(record.home)].handovers.push_back(handover);
+    const Rank rank = partition.map.owner(record.home);
+    if (rank != partition.self) handover.joints = joints_of(partition, record.id);
+    outbox[rank].handovers.push_back(std::move(handover));
   }
   partition.leaving.clear();
 }
@@ -110,6 +113,7 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
       handover.record.state.activity = Activity::kAwake;
       handover.record.state.still_for = 0;
     }
+    take_joints(partition, handover.joints);
     HomeBody& body = add_home(partition, handover.record);
     body.replicated_in = handover.replicated_in;
     body.known_everywhere = handover.known_everywhere;
@@ -121,6 +125,7 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
     body.next_home = goes_on_to(partition, handover.record);
     if (body.next_home) partition.leaving.push_back(body.id);
   }
+  review_joints(partition);
 }
 
 void announce_home_changes(Partition& partition, std::vector<Stopped>& stopped, const ParallelFor& parallel) {

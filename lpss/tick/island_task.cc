@@ -24,30 +24,40 @@ const TaskBuilder::Body* TaskBuilder::find(BodyId id) const {
   return body != bodies_.end() && body->id == id ? &*body : nullptr;
 }
 
-void TaskBuilder::add_joints(const JointIndex& joints, double sector_size, bool complete,
-                             const FixParent& fix_parent) {
+void TaskBuilder::add_joint(const JointRecord& joint, const Body& child, double sector_size, bool complete,
+                            const FixParent& fix_parent) {
+  TaskJoint task;
+  task.id = joint.id;
+  task.properties = &joint.properties;
+  task.drives = &joint.drives;
+  task.child = child.place;
+  if (joint.parent_motion == Motion::kDynamic) {
+    const Body* parent = find(joint.properties.parent);
+    invariant(parent != nullptr || !complete, "both bodies of a joint belong to the same island");
+    if (parent == nullptr) return;
+    task.parent = parent->place;
+    task.parent_origin = metres_between(child.frame, parent->frame, sector_size);
+  } else {
+    fix_parent(joint, child.frame, task);
+  }
+  joints_.emplace_back(joint.id, task);
+}
+
+void TaskBuilder::add_joints(const JointIndex& joints, std::span<const JointRecord> guests,
+                             double sector_size, bool complete, const FixParent& fix_parent) {
   sort_bodies();
   for (const Body& child : bodies_) {
     if (!child.own) continue;
     for (const JointId id : joints.of(child.id)) {
-      const JointRecord& joint = *joints.find(id);
-      if (joint.properties.child != child.id) continue;
-      TaskJoint task;
-      task.id = id;
-      task.properties = &joint.properties;
-      task.drives = &joint.drives;
-      task.child = child.place;
-      if (joint.parent_motion == Motion::kDynamic) {
-        const Body* parent = find(joint.properties.parent);
-        invariant(parent != nullptr || !complete, "both bodies of a joint belong to the same island");
-        if (parent == nullptr) continue;
-        task.parent = parent->place;
-        task.parent_origin = metres_between(child.frame, parent->frame, sector_size);
-      } else {
-        fix_parent(joint, child.frame, task);
-      }
-      joints_.emplace_back(id, task);
+      const JointRecord* joint = joints.record(id);
+      if (joint != nullptr && joint->properties.child == child.id)
+        add_joint(*joint, child, sector_size, complete, fix_parent);
     }
+  }
+  for (const JointRecord& joint : guests) {
+    const Body* child = find(joint.properties.child);
+    invariant(child != nullptr, "a joint is shipped with its child");
+    add_joint(joint, *child, sector_size, complete, fix_parent);
   }
   std::sort(joints_.begin(), joints_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
 }
@@ -191,7 +201,7 @@ void add_component(const Partition& partition, Sector& sector, const Component& 
     const BodyId id = clone.replica->id;
     const WorldBody place{&world, clone.slot};
     if (clones_as_bodies) {
-      builder.add_copy(id, place, sector.index);
+      builder.add_guest(id, place, sector.index);
     } else {
       builder.add_clone(place, id);
     }
@@ -206,9 +216,9 @@ void add_component(const Partition& partition, Sector& sector, const Component& 
   }
 }
 
-SolveJob build_job(const Partition& partition, TaskBuilder& builder) {
-  if (!partition.joints.empty()) {
-    builder.add_joints(partition.joints, partition.sector_size(),
+SolveJob build_job(const Partition& partition, TaskBuilder& builder, std::span<const JointRecord> guests) {
+  if (!partition.joints.empty() || !guests.empty()) {
+    builder.add_joints(partition.joints, guests, partition.sector_size(),
                        partition.settings.seams == SeamPolicy::kIsland,
                        [&](const JointRecord& joint, const SectorIndex& frame, TaskJoint& task) {
                          fix_parent(partition, joint, frame, task);

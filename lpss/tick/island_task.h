@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -28,9 +29,9 @@ class TaskBuilder {
     bodies_.push_back({id, body, frame, true});
   }
 
-  // A clone that is solved like a body, by policy clone: it may be the parent of a joint, but its own joints
-  // are not this task's.
-  void add_copy(BodyId id, const WorldBody& body, const SectorIndex& frame) {
+  // A body that does not live here: one that is shipped, or a clone that is solved like a body, by policy
+  // clone. It may be the parent of any joint, and the child of those that add_joints() gets as guests.
+  void add_guest(BodyId id, const WorldBody& body, const SectorIndex& frame) {
     bodies_.push_back({id, body, frame, false});
   }
   void add_contact(const ContactPair& pair, const WorldPair& place) {
@@ -45,10 +46,13 @@ class TaskBuilder {
   void set_substeps(int substeps) { substeps_ = static_cast<std::uint16_t>(substeps); }
   void add_kinematic(const WorldBody& place) { kinematics_.push_back(place); }
 
-  // Adds the joints of the bodies, all of which have been added; `fix_parent` tells where a parent that does
-  // not move by the task is. `complete`: that the other body of each joint has been added, too.
+  // Tells where the parent of a joint is that does not move by the task.
   using FixParent = std::function<void(const JointRecord& joint, const SectorIndex& frame, TaskJoint& task)>;
-  void add_joints(const JointIndex& joints, double sector_size, bool complete, const FixParent& fix_parent);
+
+  // Adds the joints whose children live here, and `guests`, which outlive the task. All bodies have been
+  // added; `complete`: the parents of all joints, too.
+  void add_joints(const JointIndex& joints, std::span<const JointRecord> guests, double sector_size,
+                  bool complete, const FixParent& fix_parent);
 
   // `anchor`: of the world.
   SolveJob build(const SectorIndex& anchor);
@@ -72,6 +76,8 @@ class TaskBuilder {
     WorldPair place;
   };
   class Places;
+  void add_joint(const JointRecord& joint, const Body& child, double sector_size, bool complete,
+                 const FixParent& fix_parent);
   const Body* find(BodyId id) const;
   std::vector<ContactToOrder> contacts_to_order(Places& places, const SectorIndex& anchor) const;
   void sort_bodies();
@@ -90,7 +96,8 @@ void add_component(const Partition& partition, Sector& sector, const Component& 
                    TaskBuilder& builder, bool clones_as_bodies);
 
 // Builds a task with the joints of its bodies. Policy clone: those that have both of their bodies in the
-// sector.
-SolveJob build_job(const Partition& partition, TaskBuilder& builder);
+// sector. `guests`: of bodies that others have shipped; they outlive the task.
+SolveJob build_job(const Partition& partition, TaskBuilder& builder,
+                   std::span<const JointRecord> guests = {});
 
 }  // namespace tessera

@@ -18,11 +18,11 @@ std::vector<JointEnd> joint_ends(const Partition& partition, const std::vector<E
   };
   const auto look_at = [&](BodyId body, Rank here) {
     for (const JointId id : partition.joints.of(body)) {
-      const JointRecord& joint = *partition.joints.find(id);
+      const JointTie& joint = *partition.joints.find(id);
       const bool has_fixed_parent = joint.parent_motion != Motion::kDynamic;
-      if (has_fixed_parent && joint.properties.child != body) continue;
+      if (has_fixed_parent && joint.child != body) continue;
       for_each_tied(partition.joints, joint, body, [&](BodyId tied) {
-        const bool is_fixed = tied.value == 0 || (has_fixed_parent && tied == joint.properties.parent);
+        const bool is_fixed = tied.value == 0 || (has_fixed_parent && tied == joint.parent);
         if (!is_fixed && host_of(tied) != here) ends.push_back({body, tied, here});
       });
     }

@@ -62,10 +62,11 @@ TEST(JointEnds, ThoseThatPartAreToldForBothSides) {
 // An axis that follows another one ties the children of both.
 TEST(JointEnds, AreThoseOfAxesThatFollowOthers) {
   TestWorld world = row();
-  world.add(hinge(1, 0, 1));
+  const JointRecord leader = hinge(1, 0, 1);
+  world.add(leader);
   JointRecord follower = hinge(2, 0, 3);
   follower.properties.axes[0].mimic.leader = JointId{1};
-  world.add(follower);
+  world.add(follower, {tie_of(leader)});
   EXPECT_THAT(ends_at(world, 0), testing::Contains(JointEnd{BodyId{1}, BodyId{3}, 0}));
   EXPECT_THAT(ends_at(world, 1), testing::Contains(JointEnd{BodyId{3}, BodyId{1}, 1}));
 }

@@ -25,6 +25,7 @@
 #include "lpss/model/body.h"
 #include "lpss/model/contact_phase.h"
 #include "lpss/model/joint.h"
+#include "lpss/partition/body_joints.h"
 #include "lpss/partition/island_part.h"
 #include "lpss/partition/moved_sector.h"
 #include "lpss/partition/replicas.h"
@@ -46,6 +47,7 @@ struct Handover {
   Wrench wrench;                  // of this tick's commands
   // Where it arrives at the end of this tick, relative to the new home.
   std::optional<BodyState> kinematic_target;
+  BodyJoints joints;  // where the server of the new home is another one
 };
 
 // The contact points of a pair that is detected in sector `to` from this tick on.
@@ -128,6 +130,7 @@ struct ShippedIsland {
   BodyId island;                    // the smallest id of its bodies
   std::vector<ShippedBody> bodies;  // kinematic partners among them
   std::vector<ShippedContact> contacts;
+  std::vector<JointRecord> joints;  // whose children are among the bodies
 };
 
 struct Shipment {
@@ -201,9 +204,10 @@ struct SetSurfaceMotion {
   std::array<double, 3> running{};
 };
 
-// A joint between bodies of any two sectors; all servers know all joints.
+// A joint between bodies of any two sectors.
 struct AddJoint {
   JointRecord record;
+  std::vector<JointTie> leaders = {};  // of those that its axes follow
 };
 struct RemoveJoint {
   JointId id;

@@ -16,6 +16,12 @@ void ship_part(const Partition& partition, const Sector& sector, const Component
   for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
     const HomeBody& body = *sector.component_bodies[i];
     parcel.bodies.push_back({record_of(body), world.total_wrench(body.slot)});
+    if (!body.jointed) continue;
+    for (const JointId id : partition.joints.of(body.id)) {
+      if (const JointRecord* joint = partition.joints.record(id);
+          joint != nullptr && joint->properties.child == body.id)
+        parcel.joints.push_back(*joint);
+    }
   }
   const std::span<const ContactPair> pairs = world.contacts();
   for (std::uint32_t i = component.pairs_begin; i < component.pairs_end; ++i) {
@@ -54,7 +60,7 @@ Carriers::Carriers(Engine& engine, double sector_size, const std::vector<const S
     const WorldBody place{&world, world.add(body.record, Role::kHome)};
     world.set_total_wrench(place.slot, body.wrench);
     homes_[id] = {body.record.home, place};
-    builder.add_body(id, place, body.record.home);
+    builder.add_guest(id, place, body.record.home);
   }
   std::sort(contacts.begin(), contacts.end(), [](const ShippedContact* x, const ShippedContact* y) {
     return std::tie(x->sector, x->manifold.a, x->manifold.b) <

@@ -69,6 +69,23 @@ TEST(Ship, AParcelHasBodiesContactsAndTheKinematicBodiesThatTheyTouch) {
   EXPECT_EQ(parcel.contacts[0].sector, kHigh);
 }
 
+TEST(Ship, AParcelHasTheJointsOfItsBodies) {
+  TestWorld world(2);
+  add_heap(world);
+  world.add(hinge(1, 1, 2));
+  world.add(hinge(2, 2, 3));
+  world.add(hinge(3, 3, 1));
+  world.exchange();
+  world.detect();
+  world.connect();
+  const Sector& high = world.sector(kHigh);
+  ShippedIsland parcel;
+  ship_part(world[1], high, high.components[0], parcel);
+  std::vector<std::uint64_t> ids;
+  for (const JointRecord& joint : parcel.joints) ids.push_back(joint.id.value);
+  EXPECT_THAT(ids, ElementsAre(1, 2)) << "and not the one whose child lives elsewhere";
+}
+
 TEST(ShipDeathTest, ASolutionOfAStrangerStopsTheProcess) {
   TestPartition partition;
   EXPECT_DEATH(take_solution(*partition, {{{BodyId{7}, {}}}, {}}), "a solution names bodies");

@@ -80,13 +80,15 @@ ShippedIslands::ShippedIslands(Partition& partition, IslandPlan& plan, const std
   for (PendingIsland& pending : plan.pending) {
     std::vector<const ShippedBody*> bodies;
     std::vector<const ShippedContact*> contacts;
+    std::vector<JointRecord>& joints = joints_.emplace_back();
     for (const ShippedIsland* island : shipped[pending.id]) {
       for (const ShippedBody& body : island->bodies) bodies.push_back(&body);
       for (const ShippedContact& contact : island->contacts) contacts.push_back(&contact);
+      joints.insert(joints.end(), island->joints.begin(), island->joints.end());
     }
     carriers_.push_back(std::make_unique<Carriers>(partition.engine, partition.sector_size(), bodies,
                                                    std::move(contacts), pending.own, pending.builder));
-    jobs.push_back(build_job(partition, pending.builder));
+    jobs.push_back(build_job(partition, pending.builder, joints));
   }
   queue.add(std::move(jobs));
 }

@@ -72,6 +72,7 @@ class ShippedIslands {
 
  private:
   std::vector<std::unique_ptr<Carriers>> carriers_;
+  std::vector<std::vector<JointRecord>> joints_;  // of the islands; jobs refer to them
 };
 
 }  // namespace tessera

@@ -22,8 +22,8 @@ void TestWorld::add(const BodyRecord& record) {
   for (TestPartition& partition : partitions_) add_body(*partition, record);
 }
 
-void TestWorld::add(const JointRecord& record) {
-  for (TestPartition& partition : partitions_) add_joint(*partition, record);
+void TestWorld::add(const JointRecord& record, const std::vector<JointTie>& leaders) {
+  for (TestPartition& partition : partitions_) add_joint(*partition, record, leaders);
 }
 
 Partition& TestWorld::host(const SectorIndex& index) {

@@ -33,7 +33,7 @@ class TestWorld {
 
   // On every server.
   void add(const BodyRecord& record);
-  void add(const JointRecord& record);
+  void add(const JointRecord& record, const std::vector<JointTie>& leaders = {});
 
   Partition& operator[](Rank rank) { return *partitions_[rank]; }
   Partition& host(const SectorIndex& index);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "lpss/base/invariant.h"
+#include "lpss/partition/joints.h"
 #include "lpss/partition/moved_sector.h"
 #include "lpss/partition/world_state.h"
 
@@ -39,7 +40,8 @@ std::vector<Transfer> give_sectors(Partition& partition, MapChange change) {
       outbox[rank].heard = lately_heard(partition);
   }
   for (const Sector* sector : leaving) {
-    outbox[partition.map.owner(sector->index)].sectors.push_back(with_parts(partition, pack_sector(*sector)));
+    outbox[partition.map.owner(sector->index)].sectors.push_back(
+        with_parts(partition, pack_sector(partition, *sector)));
   }
   for (Sector* sector : leaving) forget_sector(partition, *sector);
   for (const SectorIndex& index : partition.packed.sectors()) {
@@ -58,6 +60,7 @@ void take_sectors(Partition& partition, const std::vector<Transfer>& inbox) {
   std::sort(arriving.begin(), arriving.end(),
             [](const MovedSector* a, const MovedSector* b) { return a->sector < b->sector; });
   for (const MovedSector* moved : arriving) unpack_sector(partition, *moved);
+  review_joints(partition);
 }
 
 }  // namespace tessera
