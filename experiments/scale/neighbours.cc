@@ -24,10 +24,31 @@ constexpr double kOverlap = 1e-3;
 // The least power of two by which a square, or one twice as long, has room for all.
 int sectors_along(Layout layout, int servers, int axis) {
   const int sectors = servers * kSectorsPerServer;
-  if (layout == Layout::kRow) return axis == 0 ? sectors : 1;
+  if (layout != Layout::kPlane) return axis == 0 ? sectors : 1;
   int edges[2] = {1, 1};
   for (int n = 0; edges[0] * edges[1] < sectors; n = 1 - n) edges[n] *= 2;
   return edges[axis];
+}
+
+constexpr std::uint64_t kBoxesOfRow = 4;  // of a sector
+
+// The towers of a row, and the boxes across its borders, which are the third and the fourth of their sectors.
+void add_joints(WorldDescription& world) {
+  constexpr double kLever = (kBlockBox - kOverlap) / 2;
+  const auto tie = [&](std::uint64_t parent, std::uint64_t child, const Eigen::Vector3d& lever) {
+    JointDescription& joint = world.joints.emplace_back();
+    joint.name = absl::StrCat("joint", world.joints.size());
+    joint.properties.parent = BodyId{parent + 1};
+    joint.properties.child = BodyId{child + 1};
+    joint.properties.in_parent.position = lever;
+    joint.properties.in_child.position = -lever;
+  };
+  const std::uint64_t first = world.bodies.size() % kBoxesOfRow;  // after the floor
+  for (std::uint64_t box = first; box < world.bodies.size(); box += kBoxesOfRow) {
+    tie(box, box + 1, kLever * Eigen::Vector3d::UnitZ());
+    if (box + kBoxesOfRow < world.bodies.size())
+      tie(box + 2, box + kBoxesOfRow + 3, kLever * Eigen::Vector3d::UnitX());
+  }
 }
 
 struct Traffic {
@@ -72,11 +93,12 @@ WorldDescription neighbours_world(Layout layout, int servers, Precision precisio
       add(x, y, kBlockBox - kOverlap);
       add(x + (i + 1 < along_x ? kNear : kInside), y, 0);
       add(x - (i > 0 ? kNear : kInside), y, 0);
-      if (layout == Layout::kRow) continue;
+      if (layout != Layout::kPlane) continue;
       add(x + 2, y + (j + 1 < along_y ? kNear : kInside), 0);
       add(x + 2, y - (j > 0 ? kNear : kInside), 0);
     }
   }
+  if (layout == Layout::kJointedRow) add_joints(builder.world());
   return std::move(builder.world());
 }
 
@@ -119,6 +141,10 @@ absl::StatusOr<NeighboursRun> run_neighbours(const WorldDescription& world, std:
     if (!step(**cluster)) return absl::CancelledError("interrupted");
   }
   const auto of_ticks = static_cast<double>(counted);
+  std::vector<double> joints;
+  for (Rank rank = 0; rank < servers; ++rank)
+    joints.push_back(static_cast<double>((*cluster)->partition(rank).joints.size()));
+  run.joints = summary(joints, 1);
   run.heap_kb = static_cast<double>(heap_bytes() - heap_before) / 1000 / servers;
   run.messages = summary(traffic.messages, of_ticks);
   run.bytes = summary(traffic.bytes, of_ticks);

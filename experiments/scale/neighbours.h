@@ -16,11 +16,12 @@ namespace tessera {
 // Sectors of a server in a row, or in a square block of a plane.
 inline constexpr int kSectorsPerServer = 16;
 
-enum class Layout { kRow, kPlane };
+enum class Layout { kRow, kPlane, kJointedRow };
 
 // Sectors of 16 m, kSectorsPerServer for each of `servers` (of a plane: a power of two). In each stand a
 // tower of two boxes, and boxes that touch others across the borders with the next sectors: four bodies, or
-// six in a plane, that never sleep. Nothing comes near the rim of the world.
+// six in a plane, that never sleep. Nothing comes near the rim of the world. In a jointed row, joints hold
+// the boxes of each tower together, and those across each border: two a sector.
 WorldDescription neighbours_world(Layout layout, int servers, Precision precision);
 
 // Figures of one server and tick.
@@ -36,6 +37,7 @@ struct NeighboursRun {
   std::array<double, kRoundNames.size()> messages_by_round{};  // sent, mean
   std::array<double, kRoundNames.size()> bytes_by_round{};
   double heap_kb = 0;  // of a server, mean
+  PerServer joints;    // that it knows
   std::string hash;
   std::string hash_of_one;  // of one process, after as many ticks
 };

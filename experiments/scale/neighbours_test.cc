@@ -20,6 +20,8 @@ TEST(Neighbours, AServersMessagesDoNotGrowWithTheServers) {
   EXPECT_LT(many.bytes.mean, 1.1 * few.bytes.mean);
   EXPECT_LT(many.messages.largest, 1.1 * few.messages.largest);
   run(Layout::kPlane, 8);
+  const NeighboursRun jointed = run(Layout::kJointedRow, 16);
+  EXPECT_EQ(jointed.joints.largest, 2 * kSectorsPerServer + 1);
 }
 
 TEST(Neighbours, EndWhereTheyAreTo) {

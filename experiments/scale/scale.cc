@@ -37,6 +37,18 @@ std::vector<Entrant> entrants() {
   return all;
 }
 
+const char* name_of(Layout layout) {
+  switch (layout) {
+    case Layout::kRow:
+      return "row";
+    case Layout::kPlane:
+      return "plane";
+    case Layout::kJointedRow:
+      return "jointed row";
+  }
+  return "";
+}
+
 // A world that grows with its servers, in partitions of one process.
 absl::Status measure_partitions(const ExperimentOptions& options, Layout layout, int servers,
                                 std::uint32_t all_linked_max, Report& report) {
@@ -46,7 +58,7 @@ absl::Status measure_partitions(const ExperimentOptions& options, Layout layout,
       all_linked_max, kTicks, [] { return !cli::interrupted(); });
   if (!run.ok()) return run.status();
   const bool links = servers > static_cast<int>(all_linked_max);
-  const std::string layout_name = layout == Layout::kRow ? "row" : "plane";
+  const std::string layout_name = name_of(layout);
   if (run->hash != run->hash_of_one)
     report.misses.push_back(absl::StrCat(layout_name, " of ", servers, ": other bits than one process"));
   Row row = {{"engine", name_of(options.precision)},
@@ -60,6 +72,7 @@ absl::Status measure_partitions(const ExperimentOptions& options, Layout layout,
              {"peers", run->peers.mean},
              {"peers_largest", run->peers.largest},
              {"heap_kb", run->heap_kb},
+             {"joints_largest", run->joints.largest},
              {"same_bits", run->hash == run->hash_of_one}};
   for (std::size_t n = 0; n < kRoundNames.size(); ++n) {
     row[absl::StrCat(kRoundNames[n], "_messages")] = run->messages_by_round[n];
@@ -133,10 +146,10 @@ bool is_wanted(const ExperimentOptions& options, const std::string& run) {
 
 absl::Status measure_neighbours(const ExperimentOptions& options, const Progress& progress, Report& report) {
   std::vector<std::function<absl::Status()>> runs;
-  for (const Layout layout : {Layout::kRow, Layout::kPlane}) {
+  for (const Layout layout : {Layout::kRow, Layout::kPlane, Layout::kJointedRow}) {
     for (const int servers : {2, 4, 8, 16, 32, 64, 128, 256, 512, 1024}) {
-      const std::string group = layout == Layout::kRow ? "row" : "plane";
-      if (!is_wanted(options, absl::StrCat(group, " ", servers)) || (options.quick && servers > 16)) continue;
+      if (!is_wanted(options, absl::StrCat(name_of(layout), " ", servers)) || (options.quick && servers > 16))
+        continue;
       // For comparison; more would take long.
       if (servers <= 64) {
         runs.emplace_back([&options, &report, layout, servers] {
