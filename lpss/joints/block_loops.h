@@ -7,23 +7,31 @@
 namespace tessera::joints {
 namespace {
 
-// So many numbers at once; where the processor has no such lanes, the compiler makes several of it.
+// So many numbers at once; where the processor has no such lanes, the compiler makes several of it. In memory
+// they may lie anywhere: as members of a packed struct, since not every compiler remembers an alignment that
+// is less than usual behind a reference.
 template <int kLanes>
 struct Numbers {
-  typedef double Type __attribute__((vector_size(kLanes * sizeof(double)), may_alias, aligned(8)));
+  typedef double Type __attribute__((vector_size(kLanes * sizeof(double))));
+  struct __attribute__((packed, may_alias)) Loose {
+    Type all;
+  };
 };
 template <>
 struct Numbers<1> {
   typedef double Type;
+  struct __attribute__((packed, may_alias)) Loose {
+    Type all;
+  };
 };
 
 template <int kLanes>
-inline typename Numbers<kLanes>::Type& numbers_at(double* first) {
-  return *reinterpret_cast<typename Numbers<kLanes>::Type*>(first);
+inline typename Numbers<kLanes>::Loose& numbers_at(double* first) {
+  return *reinterpret_cast<typename Numbers<kLanes>::Loose*>(first);
 }
 template <int kLanes>
-inline const typename Numbers<kLanes>::Type& numbers_at(const double* first) {
-  return *reinterpret_cast<const typename Numbers<kLanes>::Type*>(first);
+inline const typename Numbers<kLanes>::Loose& numbers_at(const double* first) {
+  return *reinterpret_cast<const typename Numbers<kLanes>::Loose*>(first);
 }
 
 // Four rows, or four sides of one.
@@ -31,8 +39,8 @@ constexpr int kWide = 4;
 static_assert(kTile == kWide && kSidesAtOnce == kWide);
 using Wide = Numbers<kWide>::Type;
 
-inline Wide& wide(double* first) { return numbers_at<kWide>(first); }
-inline const Wide& wide(const double* first) { return numbers_at<kWide>(first); }
+inline Numbers<kWide>::Loose& wide(double* first) { return numbers_at<kWide>(first); }
+inline const Numbers<kWide>::Loose& wide(const double* first) { return numbers_at<kWide>(first); }
 
 // Rows at once: as many as there are lanes for; of a tile, as many as there are registers for.
 #if defined(__AVX512F__)
@@ -75,8 +83,9 @@ struct Panel {
 
 // y += x
 inline void add(double* y, const double* x, int count) {
-  for_rows(0, count,
-           [&](int n, auto rows) { numbers_at<rows.kLanes>(y + n) += numbers_at<rows.kLanes>(x + n); });
+  for_rows(0, count, [&](int n, auto rows) {
+    numbers_at<rows.kLanes>(y + n).all += numbers_at<rows.kLanes>(x + n).all;
+  });
 }
 
 void assemble(const FrontShape& front, const ChildShape& child, const double* left, double* numbers,
@@ -105,14 +114,14 @@ inline void subtract_tile(double* target, std::ptrdiff_t target_rows, const doub
     for (int c = 0; c < kColumns; ++c) {
 #pragma GCC unroll 2
       for (int n = 0; n < kRows / kLanes; ++n)
-        sum[c][n] += numbers_at<kLanes>(left + k * left_rows + n * kLanes) * right[k * kTile + c];
+        sum[c][n] += numbers_at<kLanes>(left + k * left_rows + n * kLanes).all * right[k * kTile + c];
     }
   }
 #pragma GCC unroll 4
   for (int c = 0; c < kColumns; ++c) {
 #pragma GCC unroll 2
     for (int n = 0; n < kRows / kLanes; ++n)
-      numbers_at<kLanes>(target + c * target_rows + n * kLanes) -= sum[c][n];
+      numbers_at<kLanes>(target + c * target_rows + n * kLanes).all -= sum[c][n];
   }
 }
 
@@ -159,7 +168,7 @@ void weigh(const Panel<double>& panel, const double* pivots, int first, int colu
 // y -= x * factor
 inline void subtract_product(double* y, const double* x, double factor, int count) {
   for_rows(0, count, [&](int n, auto rows) {
-    numbers_at<rows.kLanes>(y + n) -= numbers_at<rows.kLanes>(x + n) * factor;
+    numbers_at<rows.kLanes>(y + n).all -= numbers_at<rows.kLanes>(x + n).all * factor;
   });
 }
 
@@ -171,7 +180,8 @@ bool eliminate(const Panel<double>& panel, int first, int columns, double* pivot
     const double pivot = column[k];
     pivots[k] = pivot;
     if (pivot == 0 || !__builtin_isfinite(pivot)) return false;
-    for_rows(k + 1, rows, [&](int row, auto at_once) { numbers_at<at_once.kLanes>(column + row) /= pivot; });
+    for_rows(k + 1, rows,
+             [&](int row, auto at_once) { numbers_at<at_once.kLanes>(column + row).all /= pivot; });
     for (int next = k + 1; next < first + columns; ++next)
       subtract_product(panel.column(next) + next, column + next, pivot * column[next], rows - next);
   }
@@ -212,15 +222,15 @@ void forward_sides(const FrontShape& front, const double* numbers, double* own, 
   const Panel<const double> panel(front, numbers);
   for (int k = 0; k < front.pivots; ++k) {
     const double* const column = panel.column(k);
-    const Wide pivot = wide(own + k * kWide);
-    for (int row = k + 1; row < front.pivots; ++row) wide(own + row * kWide) -= pivot * column[row];
+    const Wide pivot = wide(own + k * kWide).all;
+    for (int row = k + 1; row < front.pivots; ++row) wide(own + row * kWide).all -= pivot * column[row];
   }
   for (int n = 0; n < front.below; ++n) {
     double* const row = x + front.below_rows[n] * kWide;
     const double* const factors = panel.numbers + front.pivots + n;
-    Wide sum = wide(row);
-    for (int k = 0; k < front.pivots; ++k) sum -= wide(own + k * kWide) * factors[k * panel.rows];
-    wide(row) = sum;
+    Wide sum = wide(row).all;
+    for (int k = 0; k < front.pivots; ++k) sum -= wide(own + k * kWide).all * factors[k * panel.rows];
+    wide(row).all = sum;
   }
 }
 
@@ -256,7 +266,7 @@ inline void backward_sides(const FrontShape& front, const Panel<const double>& p
                            const double* x) {
   Wide sums[kSums] = {};
   for (int n = 0; n < front.below; ++n) {
-    const Wide held = wide(x + front.below_rows[n] * kWide);
+    const Wide held = wide(x + front.below_rows[n] * kWide).all;
 #pragma GCC unroll 4
     for (int s = 0; s < kSums; ++s) sums[s] += held * panel.column(last - s)[front.pivots + n];
   }
@@ -264,8 +274,8 @@ inline void backward_sides(const FrontShape& front, const Panel<const double>& p
   for (int s = 0; s < kSums; ++s) {
     const int k = last - s;
     for (int row = k + 1; row < front.pivots; ++row)
-      sums[s] += wide(own + row * kWide) * panel.column(k)[row];
-    wide(own + k * kWide) -= sums[s];
+      sums[s] += wide(own + row * kWide).all * panel.column(k)[row];
+    wide(own + k * kWide).all -= sums[s];
   }
 }
 
@@ -278,33 +288,33 @@ void backward_sides(const FrontShape& front, const double* numbers, double* own,
 }
 
 void divide_sides(const double* pivots, int rows, double* x) {
-  for (int n = 0; n < rows; ++n) wide(x + n * kWide) /= pivots[n];
+  for (int n = 0; n < rows; ++n) wide(x + n * kWide).all /= pivots[n];
 }
 
 void add_rates_of_sides(const double* rows, int count, const double* velocities, double* rates) {
   Wide velocity[kBodyNumbers];
 #pragma GCC unroll 6
-  for (int n = 0; n < kBodyNumbers; ++n) velocity[n] = wide(velocities + n * kWide);
+  for (int n = 0; n < kBodyNumbers; ++n) velocity[n] = wide(velocities + n * kWide).all;
   for (int row = 0; row < count; ++row) {
     const double* const numbers = rows + row * kBodyNumbers;
     Wide rate = velocity[0] * numbers[0];
 #pragma GCC unroll 5
     for (int n = 1; n < kBodyNumbers; ++n) rate += velocity[n] * numbers[n];
-    wide(rates + row * kWide) += rate;
+    wide(rates + row * kWide).all += rate;
   }
 }
 
 void add_combined_of_sides(const double* rows, int count, const double* of_rows, double* sums) {
   Wide sum[kBodyNumbers];
 #pragma GCC unroll 6
-  for (int n = 0; n < kBodyNumbers; ++n) sum[n] = wide(sums + n * kWide);
+  for (int n = 0; n < kBodyNumbers; ++n) sum[n] = wide(sums + n * kWide).all;
   for (int row = 0; row < count; ++row) {
-    const Wide of_row = wide(of_rows + row * kWide);
+    const Wide of_row = wide(of_rows + row * kWide).all;
 #pragma GCC unroll 6
     for (int n = 0; n < kBodyNumbers; ++n) sum[n] += of_row * rows[row * kBodyNumbers + n];
   }
 #pragma GCC unroll 6
-  for (int n = 0; n < kBodyNumbers; ++n) wide(sums + n * kWide) = sum[n];
+  for (int n = 0; n < kBodyNumbers; ++n) wide(sums + n * kWide).all = sum[n];
 }
 
 constexpr BlockKernel kLoops = {assemble,     factorise,          forward,
