@@ -65,6 +65,7 @@ constexpr double kBeyondSpeed = 1e15;
 void JointAssembly::clear() {
   ties_count_ = 0;
   bodies_.clear();
+  touched_.clear();
 }
 
 void JointAssembly::add(const SolvedJoint& joint, std::span<const JointedBody> bodies,
@@ -94,6 +95,8 @@ void JointAssembly::begin(double dt, int steps) {
   free_count_ = 0;
   gained_ = 0;
   is_settled_ = has_diverged_ = false;
+  is_response_known_ = false;
+  gives_.clear();
   ways_count_ = 0;
   add_links();
   make_nodes();
@@ -549,17 +552,17 @@ double JointAssembly::bent_energy_max(const VectorXd& all_velocities) {
 }
 
 void JointAssembly::pass() {
+  gives_.assign(free_count_, false);
   if (has_diverged_ || (!see_changes() && is_settled_)) return;
   Motion& moved = begin_motion();
   hold_at_end(moved);
   if (has_diverged_) return;
   VectorXd& wanted = scratch_.held;
   if (free_count_ > 0) wanted = wanted_ + bent_;
+  solve_free_at_once(moved, wanted);
   for (FreeRow& free : free_rows()) {
-    const FreeDirection& direction = directions_[free.direction];
-    const double missing = free.velocity - direction.shares.dot(wanted) -
-                           direction.row.dot(moved.velocities) - free.compliance * free.impulse;
-    const double impulse = std::clamp(free.impulse + missing / (direction.mobility + free.compliance),
+    const double mobility = directions_[free.direction].mobility + free.compliance;
+    const double impulse = std::clamp(free.impulse + missing_of(free, moved, wanted) / mobility,
                                       free.impulse_min, free.impulse_max);
     push(moved, free, impulse - free.impulse);
     free.impulse = impulse;

@@ -14,6 +14,7 @@
 #include "lpss/joints/joint_coupling.h"
 #include "lpss/joints/joint_rows.h"
 #include "lpss/joints/rotor.h"
+#include "lpss/joints/small_system.h"
 
 namespace tessera::joints {
 
@@ -91,8 +92,25 @@ class JointAssembly {
   // A tick of `dt` seconds in so many steps, which share the bounds of impulses.
   void begin(double dt, int steps);
 
+  // What contacts know of it. touch() gives numbers, from 0 on, to the bodies that they push, between add()
+  // and begin(): of kTouchedMax at most.
+  std::size_t touch(Eigen::Index body);
+  std::size_t touched() const { return touched_.size(); }
+
+  // How the velocities of touched bodies answer to wrenches on them, 6 by 6 numbers for each two: linear,
+  // angular. Joints hold meanwhile, as they are at the start of the tick, and so does what drives, limits and
+  // rubs within its bounds. update_response() is false if it is as it was at the last call; to be asked for
+  // after passes.
+  bool update_response();
+  const Eigen::MatrixXd& response() const { return response_; }
+
+  // Whether what holds along free axes bears these wrenches on touched bodies, too. What does not is taken to
+  // give way until the next pass: update_response() tells what that changes.
+  bool bears(std::span<const double> wrenches);
+
   void start_step();
   void pass();
+  bool is_pushed() { return see_changes(); }  // by others, since it moved last
   void move();
   void end(std::vector<BodyMotion>& moved);
 
@@ -185,8 +203,14 @@ class JointAssembly {
   void add_free_rows();
   std::size_t direction_of(const Tie& tie, const JointRow& row);
   void make_directions(std::span<FreeDirection> directions);
+  void take_out_held();
   bool make_free_row(FreeRow& free) const;
   std::span<FreeRow> free_rows() { return {free_rows_.data(), free_count_}; }
+  double missing_of(const FreeRow& free, const Motion& motion, const Eigen::VectorXd& wanted) const;
+  void find_free_matrix();
+  void solve_free_at_once(Motion& motion, const Eigen::VectorXd& wanted);
+  bool is_within(std::size_t free) const;
+  void find_touched_response();
   void find_shares(const Sides& rows, Sides& shares);
   Motion& begin_motion();
   double step_time() const { return moves_ ? span_ : span_ / steps_; }
@@ -247,7 +271,18 @@ class JointAssembly {
   std::vector<FreeDirection> directions_;
   std::size_t directions_count_ = 0;  // those of now are the first ones
   std::vector<FreeRow> free_rows_;
-  std::size_t free_count_ = 0;  // likewise
+  std::size_t free_count_ = 0;   // likewise
+  Eigen::MatrixXd free_matrix_;  // of free rows, by direction: what a unit of impulse of one does to another
+  SmallSystem free_system_;
+  std::vector<Eigen::Index> touched_;  // bodies
+  bool is_response_known_ = false;     // in this tick
+  Eigen::MatrixXd touched_held_;       // response_, were only joints to hold
+  Eigen::MatrixXd touched_free_;       // what a unit of impulse of each direction does to touched bodies
+  Eigen::MatrixXd touched_matrix_;     // free_matrix_, of then
+  Eigen::MatrixXd response_;
+  std::vector<int> holding_;  // the free rows that response_ takes to hold, ascending
+  std::vector<bool> gives_;   // by free row: bears() has found that it does not hold
+  SmallSystem touched_system_;
   Eigen::VectorXd velocities_;
   Eigen::VectorXd soft_impulses_;
   double gained_ = 0;  // J, in this tick
@@ -276,6 +311,9 @@ class JointAssembly {
     Eigen::VectorXd bent;
     Eigen::VectorXd bending;
     std::vector<double> free_impulses;
+    std::vector<double> missing;  // of free rows
+    std::vector<double> changes;  // of their impulses
+    std::vector<int> chosen;      // of them
     struct {
       Sides rows;  // of several directions
       Sides answers;

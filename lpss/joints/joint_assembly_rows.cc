@@ -209,6 +209,7 @@ void JointAssembly::add_free_rows() {
     if (make_free_row(free)) free_rows_[kept++] = free;
   }
   free_count_ = kept;
+  find_free_matrix();
   if (before.size() != free_count_) return;
   for (std::size_t i = 0; i < free_count_; ++i) {
     FreeRow& free = free_rows_[i];
@@ -234,6 +235,22 @@ void JointAssembly::make_directions(std::span<FreeDirection> directions) {
   }
   find_answers(of.rows, of.answers);
   const OfSides whole = of.rows.cwiseProduct(of.answers).colwise().sum();
+  take_out_held();
+  const OfSides mobility = of.rows.cwiseProduct(of.answers).colwise().sum();
+  side = 0;
+  for (FreeDirection& direction : directions) {
+    direction.row = of.rows.col(side);
+    direction.response = of.answers.col(side);
+    direction.shares = of.shares.col(side);
+    if (is_soft_.size() > 0) direction.soft_shares = of.soft_shares.col(side);
+    direction.whole = whole[side];
+    direction.mobility = mobility[side++];
+  }
+}
+
+// Of the rows in scratch_.sides, what is held; of the answers to them, too, what soft rows do then.
+void JointAssembly::take_out_held() {
+  auto& of = scratch_.sides;
   find_shares(of.rows, of.shares);
   if (is_soft_.size() > 0) {
     of.soft_shares = is_soft_.asDiagonal() * of.shares;
@@ -245,16 +262,6 @@ void JointAssembly::make_directions(std::span<FreeDirection> directions) {
   if (is_soft_.size() > 0) {
     held_.response(of.soft_shares, of.combined);
     of.answers -= of.combined;
-  }
-  const OfSides mobility = of.rows.cwiseProduct(of.answers).colwise().sum();
-  side = 0;
-  for (FreeDirection& direction : directions) {
-    direction.row = of.rows.col(side);
-    direction.response = of.answers.col(side);
-    direction.shares = of.shares.col(side);
-    if (is_soft_.size() > 0) direction.soft_shares = of.soft_shares.col(side);
-    direction.whole = whole[side];
-    direction.mobility = mobility[side++];
   }
 }
 

@@ -68,12 +68,23 @@ JointAssembly& JointSolver::assembly_of(std::size_t body) {
   return *assemblies_[assembly];
 }
 
+JointSolver::Touched JointSolver::touch(std::size_t body) {
+  JointAssembly& assembly = assembly_of(body);
+  return {&assembly, assembly.touch(places_[body])};
+}
+
 void JointSolver::start_step() {
   for (const auto& assembly : assemblies()) assembly->start_step();
 }
 
 void JointSolver::pass() {
   for (const auto& assembly : assemblies()) assembly->pass();
+}
+
+void JointSolver::pass_if_pushed() {
+  for (const auto& assembly : assemblies()) {
+    if (assembly->is_pushed()) assembly->pass();
+  }
 }
 
 void JointSolver::move() {

@@ -42,9 +42,18 @@ class JointSolver {
   // joints are looked at.
   void set_up(std::span<const JointedBody> bodies, double dt, int steps);
 
+  // After set_up(): by which number the assembly of a body knows it as one that contacts push.
+  struct Touched {
+    JointAssembly* assembly;
+    std::size_t body;
+  };
+  Touched touch(std::size_t body);
+
   // Limits, drives and friction act as they did at the end of the step before.
   void start_step();
   void pass();
+  // Of assemblies of which others have pushed a body since.
+  void pass_if_pushed();
 
   // The velocities are those that bodies move by in this step.
   void move();

@@ -1,0 +1,190 @@
+// What drives, limits and rubs along the free axes of an assembly, all at once; and what contacts see of it.
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "lpss/base/invariant.h"
+#include "lpss/joints/joint_assembly.h"
+
+namespace tessera::joints {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+// More free rows are solved one after the other, pass by pass: what they do to each other is a matrix.
+constexpr std::size_t kFreeAtOnceMax = 48;
+
+// Rounds in which rows are found that reach their bounds.
+constexpr int kRoundsOfBounds = 4;
+
+std::size_t place(int n) { return static_cast<std::size_t>(n); }
+
+}  // namespace
+
+double JointAssembly::missing_of(const FreeRow& free, const Motion& motion, const VectorXd& wanted) const {
+  const FreeDirection& direction = directions_[free.direction];
+  return free.velocity - direction.shares.dot(wanted) - direction.row.dot(motion.velocities) -
+         free.compliance * free.impulse;
+}
+
+void JointAssembly::find_free_matrix() {
+  if (free_count_ > kFreeAtOnceMax) return;
+  const auto count = static_cast<Index>(free_count_);
+  free_matrix_.resize(count, count);
+  for (Index n = 0; n < count; ++n) {
+    const FreeDirection& of = directions_[free_rows_[static_cast<std::size_t>(n)].direction];
+    for (Index k = 0; k <= n; ++k) {
+      const FreeDirection& by = directions_[free_rows_[static_cast<std::size_t>(k)].direction];
+      free_matrix_(n, k) = free_matrix_(k, n) = of.row.dot(by.response);
+    }
+    free_matrix_(n, n) += free_rows_[static_cast<std::size_t>(n)].compliance;
+  }
+}
+
+// Those that stay within their bounds, as one system; others go to their bounds, and are left to passes over
+// one after the other. Without it, what one axis takes up comes to the next one only pass by pass.
+void JointAssembly::solve_free_at_once(Motion& motion, const VectorXd& wanted) {
+  if (free_count_ < 2 || free_count_ > kFreeAtOnceMax) return;
+  std::vector<double>& missing = scratch_.missing;
+  std::vector<double>& changes = scratch_.changes;
+  std::vector<int>& chosen = scratch_.chosen;
+  missing.clear();
+  chosen.clear();
+  for (const FreeRow& free : free_rows()) {
+    const auto n = static_cast<int>(missing.size());
+    missing.push_back(missing_of(free, motion, wanted));
+    const bool is_stuck =
+        missing.back() > 0 ? free.impulse >= free.impulse_max : free.impulse <= free.impulse_min;
+    if (!is_stuck) chosen.push_back(n);
+  }
+  for (int round = 0; round < kRoundsOfBounds && !chosen.empty(); ++round) {
+    changes.clear();
+    for (const int n : chosen) changes.push_back(missing[place(n)]);
+    free_system_.factorise(free_matrix_, chosen);
+    free_system_.solve(changes);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      const int n = chosen[i];
+      FreeRow& free = free_rows_[place(n)];
+      const double impulse = free.impulse + changes[i];
+      const double bounded = std::clamp(impulse, free.impulse_min, free.impulse_max);
+      if (bounded == impulse) {
+        chosen[kept++] = n;
+        continue;
+      }
+      const double change = bounded - free.impulse;
+      push(motion, free, change);
+      free.impulse = bounded;
+      for (std::size_t k = 0; k < missing.size(); ++k)
+        missing[k] -= free_matrix_(static_cast<Index>(k), n) * change;
+    }
+    if (kept == chosen.size()) break;
+    chosen.resize(kept);
+    changes.clear();
+  }
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    FreeRow& free = free_rows_[place(chosen[i])];
+    push(motion, free, changes[i]);
+    free.impulse += changes[i];
+  }
+}
+
+std::size_t JointAssembly::touch(Index body) {
+  const auto found = std::ranges::find(touched_, body);
+  if (found != touched_.end()) return static_cast<std::size_t>(found - touched_.begin());
+  touched_.push_back(body);
+  return touched_.size() - 1;
+}
+
+// Columns are units of wrench on touched bodies.
+void JointAssembly::find_touched_response() {
+  const auto count = kBodyNumbers * static_cast<Index>(touched_.size());
+  touched_held_.resize(count, count);
+  auto& of = scratch_.sides;
+  for (Index first = 0; first < count; first += kSidesAtOnce) {
+    const Index sides = std::min<Index>(kSidesAtOnce, count - first);
+    of.rows.setZero(velocities_.size(), kSidesAtOnce);
+    for (Index side = 0; side < sides; ++side) {
+      const Index column = first + side;
+      const Index body = touched_[static_cast<std::size_t>(column / kBodyNumbers)];
+      of.rows(kBodyNumbers * body + column % kBodyNumbers, side) = 1;
+    }
+    take_out_held();
+    for (std::size_t n = 0; n < touched_.size(); ++n) {
+      touched_held_.block(kBodyNumbers * static_cast<Index>(n), first, kBodyNumbers, sides) =
+          of.answers.block(kBodyNumbers * touched_[n], 0, kBodyNumbers, sides);
+    }
+  }
+  const auto rows = static_cast<Index>(free_count_ <= kFreeAtOnceMax ? free_count_ : 0);
+  touched_matrix_ = free_matrix_.topLeftCorner(rows, rows);
+  touched_free_.resize(count, rows);
+  for (Index n = 0; n < rows; ++n) {
+    const VectorXd& answer = directions_[free_rows_[static_cast<std::size_t>(n)].direction].response;
+    for (std::size_t k = 0; k < touched_.size(); ++k) {
+      touched_free_.block<kBodyNumbers, 1>(kBodyNumbers * static_cast<Index>(k), n) =
+          answer.segment<kBodyNumbers>(kBodyNumbers * touched_[k]);
+    }
+  }
+}
+
+bool JointAssembly::is_within(std::size_t n) const {
+  const FreeRow& free = free_rows_[n];
+  return free.impulse > free.impulse_min && free.impulse < free.impulse_max &&
+         !(n < gives_.size() && gives_[n]);
+}
+
+bool JointAssembly::update_response() {
+  const auto rows = [&] { return static_cast<std::size_t>(touched_free_.cols()); };
+  const bool is_known = is_response_known_ && (rows() == free_count_ || rows() == 0);
+  if (has_diverged_) {
+    response_.setZero(kBodyNumbers * static_cast<Index>(touched_.size()),
+                      kBodyNumbers * static_cast<Index>(touched_.size()));
+    is_response_known_ = true;
+    return true;
+  }
+  if (!is_known) find_touched_response();
+  std::vector<int>& holding = scratch_.chosen;
+  holding.clear();
+  for (std::size_t n = 0; n < rows(); ++n) {
+    if (is_within(n)) holding.push_back(static_cast<int>(n));
+  }
+  if (is_known && holding == holding_) return false;
+  is_response_known_ = true;
+  holding_ = holding;
+  response_ = touched_held_;
+  touched_system_.factorise(touched_matrix_, holding_);
+  std::vector<double>& impulses = scratch_.changes;
+  impulses.resize(holding_.size());
+  for (Index column = 0; column < response_.cols(); ++column) {
+    for (std::size_t i = 0; i < holding_.size(); ++i) impulses[i] = touched_free_(column, holding_[i]);
+    touched_system_.solve(impulses);
+    for (std::size_t i = 0; i < holding_.size(); ++i)
+      response_.col(column) -= touched_free_.col(holding_[i]) * impulses[i];
+  }
+  return true;
+}
+
+bool JointAssembly::bears(std::span<const double> wrenches) {
+  if (has_diverged_ || holding_.empty()) return true;
+  const Eigen::Map<const VectorXd> all(wrenches.data(), static_cast<Index>(wrenches.size()));
+  std::vector<double>& impulses = scratch_.changes;
+  impulses.resize(holding_.size());
+  for (std::size_t i = 0; i < holding_.size(); ++i) impulses[i] = -touched_free_.col(holding_[i]).dot(all);
+  touched_system_.solve(impulses);
+  gives_.resize(free_count_);
+  bool bears = true;
+  for (std::size_t i = 0; i < holding_.size(); ++i) {
+    const FreeRow& free = free_rows_[place(holding_[i])];
+    const double impulse = free.impulse + impulses[i];
+    if (impulse >= free.impulse_min && impulse <= free.impulse_max) continue;
+    gives_[place(holding_[i])] = true;
+    bears = false;
+  }
+  return bears;
+}
+
+}  // namespace tessera::joints
