@@ -49,6 +49,7 @@ struct WorldSettings {
   double split_from = 0.04;
   bool friction_in_two_directions = true;
   bool continuous_collision = true;
+  double bounce_from = 1.25;
   double sleep_linear_speed = 0.05;
   double sleep_angular_speed = 0.1;
   double sleep_after = 0.5;
@@ -98,6 +99,9 @@ inline constexpr auto kSettings = std::to_array<WorldSetting>({
      "with `clone`: stacks drift far less, for about 1.3 times the solver's time"},
     {"continuous_collision", &WorldSettings::continuous_collision, "", 0, 0,
      "sweep bodies that move farther in a tick than they are thick"},
+    {"bounce_from", &WorldSettings::bounce_from, "ticks", 0, kNoBound,
+     "what may bounce does so if it meets faster than gravity and other forces make it in so many ticks, from rest; at "
+     "9.81 m/s^2 and 1/60 s, 1.25 is 0.2 m/s"},
     {"sleep_linear_speed", &WorldSettings::sleep_linear_speed, "m/s", 0, kSpeedMax,
      "a body slower than this and `sleep_angular_speed` for `sleep_after` may sleep; a small one must be slower than "
      "half its smallest extent a second"},

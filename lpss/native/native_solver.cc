@@ -17,8 +17,8 @@
 namespace tessera::native {
 namespace {
 
-// The approach from which two bodies bounce.
-constexpr Scalar kBounceFrom = Scalar(0.2);  // m/s
+// Two bodies that meet no faster do not bounce: without gravity, too, things come to rest.
+constexpr Scalar kBounceFromMin = Scalar(1e-4);  // m/s
 
 // Two free bodies that a sweep has found to meet have met at the end of the tick, as if they bounced at
 // hardly any speed: in the next one, they may live in sectors that do not know each other.
@@ -123,7 +123,11 @@ void NativeSolver::solve(const SolveTask& task, double dt, const ParallelFor& pa
   const auto solve_part = [&](const SolveTask& part, int steps) {
     const std::size_t contacts = part.contacts.size();
     const int sweeps = begin(part, dt, {std::span(&contacts, 1), steps, /*bounces=*/true}, parallel);
-    for (int sweep = 0; sweep < sweeps; ++sweep) solve_stage(sweep, 0);
+    const int first_rebound = sweeps - kRebounds;
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      if (sweep > first_rebound && !may_bounce()) break;
+      solve_stage(sweep, 0);
+    }
     end();
   };
   if (!needs_.adapts()) return solve_part(task, settings_.substeps);
@@ -165,40 +169,67 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
   contacts_.begin({.time_step = Scalar(dt),
                    .steps = steps_,
                    .usual_steps = settings_.substeps,
-                   .bounce_from = kBounceFrom,
+                   .bounce_from = Scalar(settings_.bounce_from),
+                   .bounce_from_min = kBounceFromMin,
                    .parallel = parallel_},
                   bodies_, patches_, stage_ends_);
-  return steps_ * passes_ + (stages.bounces ? 1 : 0);
+  jointed_contacts_.clear();
+  if (!joints_.is_empty()) jointed_contacts_.begin(contacts_, joints_, bodies_, jointed_, patches_);
+  return steps_ * passes_ + (stages.bounces ? kRebounds : 0);
 }
 
 void NativeSolver::solve_stage(int sweep, std::size_t stage) {
   const bool ends = stage + 1 == stages_;
-  if (sweep == steps_ * passes_) {
-    contacts_.rebound(stage);
-    if (ends) with_joints([&] { joints_.pass(); });
-    return;
-  }
+  if (sweep >= steps_ * passes_) return rebound(sweep - steps_ * passes_, stage);
   const int pass = sweep % passes_;
   if (pass == 0 && stage == 0) {
     contacts_.start_step();
-    with_joints([&] { joints_.start_step(); });
+    jointed_contacts_.start_step();
+    // What bodies on joints bear is known only once these have answered for it: at rest, a step then changes
+    // nothing.
+    with_joints([&] {
+      joints_.start_step();
+      joints_.pass();
+    });
+    jointed_contacts_.settle();
+    with_joints([&] { joints_.pass_if_pushed(); });
   }
   contacts_.pass(/*biased=*/!is_relaxed(sweep), stage);
   if (!ends) return;
+  if (is_relaxed(sweep)) {
+    jointed_contacts_.relax();
+  } else {
+    jointed_contacts_.open();
+  }
   with_joints([&] { joints_.pass(); });
   if (pass == passes_ - 2) {
     contacts_.advance();
+    jointed_contacts_.note_velocities();
     if (!joints_.is_empty()) {
       show_joints();
       joints_.move();
     }
   } else if (pass == passes_ - 1) {
     contacts_.end_step();
+    jointed_contacts_.note_velocities();
+  }
+}
+
+// After the last step joints hold once more, whether anything bounces or not.
+void NativeSolver::rebound(int sweep, std::size_t stage) {
+  contacts_.rebound(stage);
+  if (stage + 1 < stages_) return;
+  jointed_contacts_.rebound();
+  if (sweep == 0) {
+    with_joints([&] { joints_.pass(); });
+  } else {
+    with_joints([&] { joints_.pass_if_pushed(); });
   }
 }
 
 void NativeSolver::end() {
   contacts_.end(patches_);
+  jointed_contacts_.end(patches_);
   find_corrections();
   find_pushed();
   write_impulses();
@@ -208,7 +239,7 @@ void NativeSolver::end() {
 
 // In a relaxed sweep gaps move on by how the bodies advanced, too, and rebounds depend on how they met.
 bool NativeSolver::needs_advance(int sweep) const {
-  return sweep % passes_ == passes_ - 1 || sweep == steps_ * passes_;
+  return sweep % passes_ == passes_ - 1 || sweep >= steps_ * passes_;
 }
 
 std::size_t NativeSolver::motion_size(int sweep) const {
@@ -350,6 +381,7 @@ void NativeSolver::begin_joints() {
   linear_changes_.assign(dynamics_.size(), Vector::Zero());
   angular_changes_.assign(dynamics_.size(), Vector::Zero());
   set_changes_.assign(dynamics_.size(), {Vector::Zero(), Vector::Zero()});
+  told_changes_ = set_changes_;
   if (jointed_bodies_.size() < dynamics_.size()) jointed_bodies_.resize(dynamics_.size());
   for (const std::size_t place : jointed_) {
     is_pushed_[place] = true;
@@ -385,7 +417,12 @@ void NativeSolver::with_joints(Act act) {
   show_joints();
   act();
   for (const std::size_t place : jointed_) {
-    contacts_.set_change(place, {linear_changes_[place], angular_changes_[place]});
+    const Contacts::Motion change{linear_changes_[place], angular_changes_[place]};
+    Contacts::Motion& told = told_changes_[place];
+    // Rounding moves what is told twice: what has not changed must not depend on other islands' turns.
+    if (change.linear == told.linear && change.angular == told.angular) continue;
+    told = change;
+    contacts_.set_change(place, change);
     set_changes_[place] = contacts_.change(place);  // which rounding has moved
   }
 }

@@ -1,6 +1,6 @@
 // Solves islands in small steps: their contacts by lpss/solver/contact_solver.h, their joints by
 // lpss/joints/joint_solver.h, in turns. A sweep is a pass of a step over all contacts; after those of all
-// steps, one more lets bodies bounce.
+// steps, kRebounds more let bodies bounce.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -13,6 +13,7 @@
 #include "lpss/native/body.h"
 #include "lpss/native/contact.h"
 #include "lpss/native/contact_needs.h"
+#include "lpss/native/jointed_contacts.h"
 #include "lpss/native/task_parts.h"
 #include "lpss/solver/contact_solver.h"
 
@@ -35,6 +36,8 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   using Contacts = ContactSolver<Scalar>;
 
   int begin(const SolveTask& task, double dt, const Stages& stages, const ParallelFor& parallel);
+  bool may_bounce() const { return contacts_.may_bounce() || jointed_contacts_.may_bounce(); }
+  void rebound(int sweep, std::size_t stage);
   bool needs_advance(int sweep) const;
   bool is_relaxed(int sweep) const { return sweep < steps_ * passes_ && sweep % passes_ == passes_ - 1; }
   struct Source;
@@ -81,6 +84,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   TaskParts parts_;
   Contacts contacts_;
   joints::JointSolver joints_;
+  JointedContacts jointed_contacts_;
   std::vector<Body*> dynamics_;  // they come first
   std::vector<Contacts::Body> bodies_;
   std::vector<bool> is_pushed_;   // by joints and contacts
@@ -96,7 +100,8 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   std::vector<joints::JointedBody> jointed_bodies_;  // by place; those of others mean nothing
   std::vector<Vector> linear_changes_;               // of jointed bodies since the start of the tick
   std::vector<Vector> angular_changes_;
-  std::vector<Contacts::Motion> set_changes_;  // as contacts_ has them
+  std::vector<Contacts::Motion> told_changes_;  // those that contacts_ was last told ...
+  std::vector<Contacts::Motion> set_changes_;   // ... as it has them
 };
 
 }  // namespace tessera::native

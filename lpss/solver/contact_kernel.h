@@ -33,7 +33,8 @@ class Kernel {
     std::int32_t b[L::kWidth];
     std::uint32_t first;
     std::uint16_t points;
-    std::uint16_t has_jointed;
+    std::uint8_t may_bounce;  // a point of a patch meets fast enough
+    std::uint8_t has_impact;  // likewise, but it need not bounce
   };
 
   struct Points {
@@ -62,11 +63,12 @@ class Kernel {
     V start[2];     // m/s, along the tangents, before the tick
     V twist_start;  // rad/s
     V mass[3];      // of the tangents: the inverse of a symmetric matrix (00, 01, 11)
+    V slip_mass;    // of the tangent along which a unit of impulse changes velocities most
     V twist_mass;
     V friction;
     V restitution;
-    V is_jointed;  // 0 or 1
-    V radius;      // m, the mean distance of the points from their centre: the arm of the twist
+    V bounce_from;  // m/s, the approach from which points bounce
+    V radius;       // m, the mean distance of the points from their centre: the arm of the twist
     // Of a step, and of all steps.
     V impulse[2];
     V twist_impulse;
@@ -85,7 +87,6 @@ class Kernel {
     V arm;       // m
     V impulse[2];
     V total[2];
-    V slip_mass;  // of friction that differs by direction, while it slips; otherwise 0
   };
 
   // The two sides of a group's patches.
@@ -189,6 +190,13 @@ class Kernel {
   }
 
   static TESSERA_INLINE void solve_normal(const Rows& rows, Row& row, bool is_biased, Motion& p, Motion& q) {
+    const V impulse = wanted_impulse(rows, row, is_biased, p, q);
+    push(row.normal, row.a, row.b, impulse - row.impulse, p, q);
+    row.impulse = impulse;
+  }
+
+  static TESSERA_INLINE V wanted_impulse(const Rows& rows, const Row& row, bool is_biased, const Motion& p,
+                                         const Motion& q) {
     const V zero = V{};
     V wanted = row.approach_max;
     V impulse = row.impulse;
@@ -203,35 +211,52 @@ class Kernel {
     }
     // In this order little has to wait for the velocities.
     const V at_rest = impulse + (wanted - row.start) * mass;
-    impulse = max(at_rest - relative(row.normal, row.a, row.b, p, q) * mass, zero);
-    push(row.normal, row.a, row.b, impulse - row.impulse, p, q);
-    row.impulse = impulse;
+    return max(at_rest - relative(row.normal, row.a, row.b, p, q) * mass, zero);
   }
 
-  // Where `is_masked`, only patches of jointed bodies.
-  template <bool kHasGrips>
-  static TESSERA_INLINE void solve_friction(Friction& f, const Grip* grip, const Row* row, int points,
-                                            bool is_masked, Motion& p, Motion& q) {
-    V most = row[0].impulse;
-    for (int n = 1; n < points; ++n) most = most + row[n].impulse;
-    most = most * f.friction;
+  // The points of a patch that meets at speed settle before the next one has its turn: what falls flat, falls
+  // flat, in whatever order they have theirs. Softness is for what rests.
+  static TESSERA_INLINE void solve_impact(const Rows& rows, const Friction& f, Row* row, int points,
+                                          Motion& p, Motion& q) {
+    constexpr int kRounds = 6;
+    V fast{};
+    for (int k = 0; k < points; ++k) fast = fast + max(-row[k].start - f.bounce_from, V{});
+    const auto is_off = fast == V{};
+    for (int round = 0; round < kRounds; ++round) {
+      for (int k = 0; k < points; ++k) {
+        Row& r = row[k];
+        const V impulse = wanted_impulse(rows, r, false, p, q);
+        const V more = is_off ? V{} : impulse - r.impulse;
+        push(r.normal, r.a, r.b, more, p, q);
+        r.impulse = is_off ? r.impulse : impulse;
+      }
+    }
+  }
 
-    const auto is_off = f.is_jointed == V{};
+  // The impulses of all points of a patch.
+  static TESSERA_INLINE V load_of(const Row* row, int points) {
+    V load = row[0].impulse;
+    for (int n = 1; n < points; ++n) load = load + row[n].impulse;
+    return load;
+  }
+
+  // Of the patches in `mask`, all that are not 0.
+  static TESSERA_INLINE void solve_friction(Friction& f, const Row* row, int points, V mask, Motion& p,
+                                            Motion& q) {
+    const V most = load_of(row, points) * f.friction;
+    const auto is_off = mask == V{};
     const V slide[2] = {f.start[0] + relative(f.tangent[0], f.a[0], f.b[0], p, q),
                         f.start[1] + relative(f.tangent[1], f.a[1], f.b[1], p, q)};
     V wanted[2] = {f.impulse[0] - (f.mass[0] * slide[0] + f.mass[1] * slide[1]),
                    f.impulse[1] - (f.mass[1] * slide[0] + f.mass[2] * slide[1])};
-    if constexpr (kHasGrips) {
-      // Where this slips, it would act against the velocity; that of most dissipation follows from steps of
-      // the same size in both scaled directions.
-      const auto slips =
-          (wanted[0] * wanted[0] + wanted[1] * wanted[1] > most * most) & (grip->slip_mass > V{});
-      for (int k = 0; k < 2; ++k) wanted[k] = slips ? f.impulse[k] - grip->slip_mass * slide[k] : wanted[k];
-    }
-    const V scale = scale_within(wanted, most);
+    // Where it takes more than there is to hold, the patch slips, and friction opposes the slip: steps of one
+    // size in all directions lead there, those of the matrix to what opposes the mass times the slip.
+    const auto slips = wanted[0] * wanted[0] + wanted[1] * wanted[1] > most * most;
+    const V along[2] = {f.impulse[0] - f.slip_mass * slide[0], f.impulse[1] - f.slip_mass * slide[1]};
+    const V scale = scale_within(along, most);
     for (int k = 0; k < 2; ++k) {
-      wanted[k] = wanted[k] * scale;
-      if (is_masked) wanted[k] = is_off ? f.impulse[k] : wanted[k];
+      wanted[k] = slips ? along[k] * scale : wanted[k];
+      wanted[k] = is_off ? f.impulse[k] : wanted[k];
       push(f.tangent[k], f.a[k], f.b[k], wanted[k] - f.impulse[k], p, q);
       f.impulse[k] = wanted[k];
     }
@@ -239,26 +264,23 @@ class Kernel {
     const V spin = f.twist_start + (dot(f.twist_a, p.angular) - dot(f.twist_b, q.angular));
     const V twist_max = most * f.radius;
     V turned = min(max(f.twist_impulse - f.twist_mass * spin, -twist_max), twist_max);
-    if (is_masked) turned = is_off ? f.twist_impulse : turned;
+    turned = is_off ? f.twist_impulse : turned;
     twist(f, turned - f.twist_impulse, p, q);
     f.twist_impulse = turned;
   }
 
-  // Where `is_masked`, only patches of jointed bodies.
-  static TESSERA_INLINE void solve_rolling(Grip& r, const Friction& f, const Row* row, int points,
-                                           bool is_masked, Motion& p, Motion& q) {
-    V most = row[0].impulse;
-    for (int n = 1; n < points; ++n) most = most + row[n].impulse;
-    most = most * r.arm;
-    const auto is_off = f.is_jointed == V{};
+  // Likewise.
+  static TESSERA_INLINE void solve_rolling(Grip& r, const Row* row, int points, V mask, Motion& p,
+                                           Motion& q) {
+    const V most = load_of(row, points) * r.arm;
+    const auto is_off = mask == V{};
     V turn[2];
     for (int k = 0; k < 2; ++k) turn[k] = r.start[k] + (dot(r.a[k], p.angular) - dot(r.b[k], q.angular));
     V wanted[2] = {r.impulse[0] - (r.mass[0] * turn[0] + r.mass[1] * turn[1]),
                    r.impulse[1] - (r.mass[1] * turn[0] + r.mass[2] * turn[1])};
     const V scale = scale_within(wanted, most);
     for (int k = 0; k < 2; ++k) {
-      wanted[k] = wanted[k] * scale;
-      if (is_masked) wanted[k] = is_off ? r.impulse[k] : wanted[k];
+      wanted[k] = is_off ? r.impulse[k] : wanted[k] * scale;
       roll(r, k, wanted[k] - r.impulse[k], p, q);
       r.impulse[k] = wanted[k];
     }
@@ -280,11 +302,9 @@ class Kernel {
     Group& group = static_cast<Group*>(rows.group)[n];
     group.first = static_cast<std::uint32_t>(first);
     group.points = static_cast<std::uint16_t>(points);
-    group.has_jointed = 0;
     for (int lane = 0; lane < L::kWidth; ++lane) {
       group.a[lane] = patches.place_a[lane];
       group.b[lane] = patches.place_b[lane];
-      if (patches.is_jointed[lane] != 0) group.has_jointed = 1;
     }
     const Terms a = gather_terms(patches.a);
     const Terms b = gather_terms(patches.b);
@@ -303,6 +323,11 @@ class Kernel {
       row[k].impulse = v[10] * rows.share;
       set_up_normal(rows, levers.lever_a[k], levers.lever_b[k], a, b, row[k]);
     }
+    const V bounce_from = load(patches.bounce_from);
+    V fast{};
+    for (std::size_t k = 0; k < points; ++k) fast = fast + max(-row[k].start - bounce_from, V{});
+    group.may_bounce = any(fast * load(patches.restitution));
+    group.has_impact = any(fast);
     Friction& friction = static_cast<Friction*>(rows.friction)[n];
     Grip* const grip = rows.grips ? static_cast<Grip*>(rows.grips) + n : nullptr;
     if (surfaces)
@@ -351,7 +376,7 @@ class Kernel {
 
   // With the inverse masses of both sides together.
   template <bool kHasSurfaces>
-  static TESSERA_INLINE void set_up_masses(V masses, const V* share, Friction& f, Grip* grip) {
+  static TESSERA_INLINE void set_up_masses(V masses, const V* share, Friction& f) {
     const V zero = V{};
     V along[2] = {masses, masses};
     if constexpr (kHasSurfaces) {
@@ -361,14 +386,12 @@ class Kernel {
     const V k01 = dot(f.a[0], f.a[1]) + dot(f.b[0], f.b[1]);
     const V k11 = along[1] + (dot(f.a[1], f.a[1]) + dot(f.b[1], f.b[1]));
     invert(k00, k01, k11, f.mass);
+    const V half = (k00 - k11) * splat(Scalar(0.5));
+    f.slip_mass = inverse_or_zero((k00 + k11) * splat(Scalar(0.5)) + root(half * half + k01 * k01));
     if constexpr (kHasSurfaces) {
       // Where one direction has no friction at all, the other one is on its own.
       f.mass[0] = k11 > zero ? f.mass[0] : inverse_or_zero(k00);
       f.mass[2] = k00 > zero ? f.mass[2] : inverse_or_zero(k11);
-      const V uneven = share[0] - share[1];
-      grip->slip_mass = uneven * uneven > zero ? inverse_or_zero(k00 + k11) : zero;
-    } else if (grip) {
-      grip->slip_mass = zero;
     }
   }
 
@@ -463,7 +486,7 @@ class Kernel {
       f.b[k] = scaled(b, turn_b);
       f.start[k] = dot(f.tangent[k], a.linear - b.linear) + (dot(turn_a, a.angular) - dot(turn_b, b.angular));
     }
-    set_up_masses<kHasSurfaces>(a.inverse_mass + b.inverse_mass, share, f, grip);
+    set_up_masses<kHasSurfaces>(a.inverse_mass + b.inverse_mass, share, f);
     if constexpr (kHasSurfaces) {
       const auto drifts = load(surfaces->drifts) > zero;
       const V3 drift = load(surfaces->drift);
@@ -477,7 +500,7 @@ class Kernel {
 
     f.friction = load(patches.friction);
     f.restitution = load(patches.restitution);
-    f.is_jointed = load(patches.is_jointed);
+    f.bounce_from = load(patches.bounce_from);
     set_up_impulses<kHasSurfaces>(rows, patches, share, points, row, f);
   }
 
@@ -511,15 +534,10 @@ class Kernel {
              });
   }
 
-  template <bool kHasGrips>
   static void biased_pass(const Rows& rows) {
-    for_each(rows, [&](const Group& group, std::size_t n, Friction& f, Row* row, Motion& p, Motion& q) {
-      if (group.has_jointed) {
-        Grip* const grip = kHasGrips ? static_cast<Grip*>(rows.grips) + n : nullptr;
-        solve_friction<kHasGrips>(f, grip, row, group.points, true, p, q);
-        if constexpr (kHasGrips) solve_rolling(*grip, f, row, group.points, true, p, q);
-      }
+    for_each(rows, [&](const Group& group, std::size_t, const Friction& f, Row* row, Motion& p, Motion& q) {
       for (int k = 0; k < group.points; ++k) solve_normal(rows, row[k], true, p, q);
+      if (group.has_impact) solve_impact(rows, f, row, group.points, p, q);
     });
   }
 
@@ -528,11 +546,11 @@ class Kernel {
     for_each(rows, [&](const Group& group, std::size_t n, Friction& f, Row* row, Motion& p, Motion& q) {
       const Motion advanced_a = gather_motion(rows.advanced, group.a);
       const Motion advanced_b = gather_motion(rows.advanced, group.b);
-      Grip* const grip = kHasGrips ? static_cast<Grip*>(rows.grips) + n : nullptr;
-      solve_friction<kHasGrips>(f, grip, row, group.points, false, p, q);
+      solve_friction(f, row, group.points, splat(1), p, q);
       if constexpr (kHasGrips) {
-        solve_rolling(*grip, f, row, group.points, false, p, q);
-        for (int k = 0; k < 2; ++k) grip->total[k] = grip->total[k] + grip->impulse[k];
+        Grip& grip = static_cast<Grip*>(rows.grips)[n];
+        solve_rolling(grip, row, group.points, splat(1), p, q);
+        for (int k = 0; k < 2; ++k) grip.total[k] = grip.total[k] + grip.impulse[k];
       }
       for (int k = 0; k < 2; ++k) f.total[k] = f.total[k] + f.impulse[k];
       f.twist_total = f.twist_total + f.twist_impulse;
@@ -540,37 +558,89 @@ class Kernel {
         Row& r = row[k];
         r.gap = r.gap + (r.start + relative(r.normal, r.a, r.b, advanced_a, advanced_b)) * rows.step;
         solve_normal(rows, r, false, p, q);
-        r.total = r.total + r.impulse;
+      }
+      if (group.has_impact) solve_impact(rows, f, row, group.points, p, q);
+      for (int k = 0; k < group.points; ++k) row[k].total = row[k].total + row[k].impulse;
+    });
+  }
+
+  // Whether velocities differ, in any of their numbers: not 0 if so.
+  static TESSERA_INLINE V differ(const Motion& p, const Motion& q) {
+    const V3 linear = p.linear - q.linear;
+    const V3 angular = p.angular - q.angular;
+    return dot(linear, linear) + dot(angular, angular);
+  }
+
+  // What a point of a patch that rebounds is to move at, along its normal. Two that have touched part with
+  // the share of the speed at which they met: that before the tick, and what forces did on the way since, v^2
+  // = v0^2 + 2 a s. Others hold, as they did, what rebounds push against them: `bounces` is 0 there.
+  static TESSERA_INLINE V rebound_speed(const Rows& rows, const Friction& f, const Row& r,
+                                        const Motion (&forces)[2], const Motion (&before)[2], V& bounces) {
+    const V zero = V{};
+    const V approach = max(-r.start - relative(r.normal, r.a, r.b, before[0], before[1]), zero);
+    const V way = min(approach, -r.approach_max) * rows.time_step;
+    const V pull = relative(r.normal, r.a, r.b, forces[0], forces[1]) / splat(rows.step);
+    const V met = root(max(r.start * r.start - 2 * pull * way, zero));
+    V speed = -r.start > f.bounce_from ? f.restitution * met : zero;
+    speed = r.total > zero ? speed : zero;
+    bounces = speed > zero ? splat(1) : zero;
+    return speed > zero ? speed : r.approach_max;
+  }
+
+  // All points of all patches that rebound do so together, as far as the passes of it converge: each pass
+  // goes over those whose points bounce, and those that another one has pushed. Friction has what all
+  // impulses allow, those of the rebound, too.
+  template <bool kHasGrips>
+  static void rebound(const Rows& rows) {
+    constexpr int kRounds = 4;  // over the points of a patch
+    for_each(rows, [&](const Group& group, std::size_t n, Friction& f, Row* row, Motion& p, Motion& q) {
+      const V zero = V{};
+      const Motion before[2] = {gather_motion(rows.advanced, group.a), gather_motion(rows.advanced, group.b)};
+      const V struck = differ(p, before[0]) + differ(q, before[1]);
+      if (!group.may_bounce && !any(struck)) return;
+      const Motion forces[2] = {gather_motion(rows.forces, group.a), gather_motion(rows.forces, group.b)};
+      V speed[kRowPointsMax];
+      V acts[kRowPointsMax];
+      V is_active = struck;
+      for (int k = 0; k < group.points; ++k) {
+        speed[k] = rebound_speed(rows, f, row[k], forces, before, acts[k]);
+        is_active = is_active + acts[k];
+      }
+      if (!any(is_active)) return;
+      for (int k = 0; k < group.points; ++k) acts[k] = acts[k] + struck;
+      for (int round = 0; round < kRounds; ++round) {
+        for (int k = 0; k < group.points; ++k) {
+          Row& r = row[k];
+          const V missing = speed[k] - (r.start + relative(r.normal, r.a, r.b, p, q));
+          const V impulse = acts[k] > zero ? max(r.impulse + missing * r.mass, zero) : r.impulse;
+          const V more = impulse - r.impulse;
+          push(r.normal, r.a, r.b, more, p, q);
+          r.total = r.total + more;
+          r.impulse = impulse;
+        }
+        rub<kHasGrips>(rows, n, f, row, group.points, is_active, p, q);
       }
     });
   }
 
-  // Two that have touched part with the share of the speed at which they met: that before the tick, and what
-  // forces did on the way since, v^2 = v0^2 + 2 a s.
-  static void rebound(const Rows& rows) {
-    for_each(rows, [&](const Group& group, std::size_t, const Friction& f, Row* row, Motion& p, Motion& q) {
-      const V zero = V{};
-      const Motion force_a = gather_motion(rows.forces, group.a);
-      const Motion force_b = gather_motion(rows.forces, group.b);
-      const Motion before_a = gather_motion(rows.advanced, group.a);
-      const Motion before_b = gather_motion(rows.advanced, group.b);
-      for (int k = 0; k < group.points; ++k) {
-        Row& r = row[k];
-        const V approach = max(-r.start - relative(r.normal, r.a, r.b, before_a, before_b), zero);
-        const V way = min(approach, -r.approach_max) * rows.time_step;
-        const V pull = relative(r.normal, r.a, r.b, force_a, force_b) / splat(rows.step);
-        const V met = root(max(r.start * r.start - 2 * pull * way, zero));
-        const V wanted = -r.start > splat(rows.bounce_from) ? f.restitution * met : zero;
-        const V missing = wanted - (r.start + relative(r.normal, r.a, r.b, p, q));
-        V impulse = max(r.impulse + missing * r.mass, zero);
-        impulse = wanted > zero ? impulse : r.impulse;
-        impulse = r.total > zero ? impulse : r.impulse;
-        const V more = impulse - r.impulse;
-        push(r.normal, r.a, r.b, more, p, q);
-        r.total = r.total + more;
-        r.impulse = impulse;
-      }
-    });
+  // Friction of a rebound, which is added to that of the tick.
+  template <bool kHasGrips>
+  static TESSERA_INLINE void rub(const Rows& rows, std::size_t n, Friction& f, const Row* row, int points,
+                                 V is_active, Motion& p, Motion& q) {
+    const V before[3] = {f.impulse[0], f.impulse[1], f.twist_impulse};
+    solve_friction(f, row, points, is_active, p, q);
+    for (int k = 0; k < 2; ++k) f.total[k] = f.total[k] + (f.impulse[k] - before[k]);
+    f.twist_total = f.twist_total + (f.twist_impulse - before[2]);
+    if constexpr (kHasGrips) {
+      Grip& grip = static_cast<Grip*>(rows.grips)[n];
+      const V rolled[2] = {grip.impulse[0], grip.impulse[1]};
+      solve_rolling(grip, row, points, is_active, p, q);
+      for (int k = 0; k < 2; ++k) grip.total[k] = grip.total[k] + (grip.impulse[k] - rolled[k]);
+    }
+  }
+
+  static bool may_bounce(const Rows& rows, std::size_t n) {
+    return static_cast<const Group*>(rows.group)[n].may_bounce;
   }
 
   static void end(const Rows& rows, std::size_t n, ImpulseLanes<Scalar>& impulses) {
@@ -593,11 +663,11 @@ class Kernel {
 
  public:
   template <bool kHasGrips>
-  static constexpr ContactPasses<Scalar> kPasses{warm_start<kHasGrips>, biased_pass<kHasGrips>,
-                                                 relaxed_pass<kHasGrips>};
+  static constexpr ContactPasses<Scalar> kPasses{warm_start<kHasGrips>, biased_pass, relaxed_pass<kHasGrips>,
+                                                 rebound<kHasGrips>};
   static constexpr ContactKernel<Scalar> kTable = {
       L::kWidth, sizeof(Group),  sizeof(Friction), sizeof(Grip), sizeof(Row),
-      set_up,    kPasses<false>, kPasses<true>,    rebound,      end};
+      set_up,    kPasses<false>, kPasses<true>,    may_bounce,   end};
 };
 
 }  // namespace

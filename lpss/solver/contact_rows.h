@@ -50,8 +50,8 @@ struct PatchLanes {
   std::int32_t place_b[kRowLanesMax];
   alignas(32) Lane friction;
   alignas(32) Lane restitution;
+  alignas(32) Lane bounce_from;  // m/s, the approach from which points bounce
   alignas(32) Lane points;
-  alignas(32) Lane is_jointed;  // 0 or 1
 };
 
 // What surfaces of their own add to the patches of a group; lanes of usual ones have shares of 1, and 0
@@ -98,7 +98,6 @@ struct ContactRows {
   Scalar push_speed_max;  // m/s
   Scalar mass_share;
   Scalar impulse_share;
-  Scalar bounce_from;  // m/s
 };
 
 template <typename Scalar>
@@ -107,6 +106,8 @@ struct ContactPasses {
   void (*biased)(const ContactRows<Scalar>& rows);
   // Gaps move on by `advanced`, too, and impulses of the step are added to those of the tick.
   void (*relaxed)(const ContactRows<Scalar>& rows);
+  // One of several passes, after all steps.
+  void (*rebound)(const ContactRows<Scalar>& rows);
 };
 
 template <typename Scalar>
@@ -123,7 +124,8 @@ struct ContactKernel {
                  const PatchLanes<Scalar>& patches, const SurfaceLanes<Scalar>* surfaces);
   ContactPasses<Scalar> usual;
   ContactPasses<Scalar> with_grips;
-  void (*rebound)(const ContactRows<Scalar>& rows);
+  // Whether a point of group n meets fast enough to bounce.
+  bool (*may_bounce)(const ContactRows<Scalar>& rows, std::size_t n);
   // The impulses of group n.
   void (*end)(const ContactRows<Scalar>& rows, std::size_t n, ImpulseLanes<Scalar>& impulses);
 };

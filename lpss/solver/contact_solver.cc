@@ -101,7 +101,6 @@ void ContactSolver<Scalar>::begin(const Options& options, std::span<const Body> 
   rows_.time_step = options.time_step;
   rows_.share = 1 / static_cast<Scalar>(options.steps);
   rows_.step = options.time_step / static_cast<Scalar>(options.steps);
-  rows_.bounce_from = options.bounce_from;
   const Scalar stiffer = std::max(Scalar(1), Scalar(options.steps) / Scalar(options.usual_steps));
   const double most = stiffer >= Scalar(kManyStepsMin) ? kFrequencyManySteps : kFrequencyStep;
   const Scalar frequency =
@@ -149,6 +148,9 @@ void ContactSolver<Scalar>::begin_patches(std::span<const Patch> patches,
   rows_.grips = has_surfaces_ ? grip_storage_.data() : nullptr;
   rows_.rows = row_storage_.data();
   run_in_pieces(*parallel_, groups_.size(), kGroupsInPiece, [&](std::size_t n) { begin_group(n, patches); });
+  may_bounce_ = false;
+  for (std::size_t n = 0; n < groups_.size() && !may_bounce_; ++n)
+    may_bounce_ = kernel_->may_bounce(rows_, n);
 }
 
 // Without threads, a stage is one wave: its groups are solved in their order anyway.
@@ -234,23 +236,27 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches,
     if (options_.lanes != 0 && options_.lanes != kernel_->lanes) continue;
     groups_.clear(bodies_.size(), lanes);
     points_.clear();
-    bounces_ = false;
     has_surfaces_ = false;
     stages_.assign(1, 0);
     std::size_t next = 0;
+    std::size_t solved = 0;
     for (const std::size_t end : stage_ends) {
       for (; next < end; ++next) {
         const Patch& patch = patches[next];
+        if (patch.is_jointed) {
+          groups_.skip();
+          continue;
+        }
+        ++solved;
         const std::size_t group = groups_.add(pushed(patch.a), pushed(patch.b));
         if (group == points_.size()) points_.push_back(0);
         points_[group] = std::max(points_[group], static_cast<std::uint8_t>(patch.points));
-        bounces_ = bounces_ || patch.restitution > 0;
         has_surfaces_ = has_surfaces_ || patch.surface;
       }
       groups_.fence();
       stages_.push_back(groups_.size());
     }
-    if (options_.lanes != 0 || groups_.size() * 2 <= patches.size()) return;
+    if (options_.lanes != 0 || groups_.size() * 2 <= solved) return;
   }
 }
 
@@ -280,6 +286,14 @@ const SurfaceLanes<Scalar>* ContactSolver<Scalar>::surfaces_of(std::size_t group
   return is_any ? &lanes : nullptr;
 }
 
+// So gravity and the length of ticks decide what rattles and what bounces.
+template <typename Scalar>
+Scalar ContactSolver<Scalar>::bounce_from(const Patch& patch) const {
+  const Scalar most =
+      std::max(bodies_[patch.a].linear_force.squaredNorm(), bodies_[patch.b].linear_force.squaredNorm());
+  return std::max(options_.bounce_from * std::sqrt(most), options_.bounce_from_min);
+}
+
 template <typename Scalar>
 void ContactSolver<Scalar>::begin_group(std::size_t group, std::span<const Patch> patches) {
   static_assert(offsetof(Point, gap) == 9 * sizeof(Scalar) && sizeof(Point) == 11 * sizeof(Scalar));
@@ -307,8 +321,8 @@ void ContactSolver<Scalar>::begin_group(std::size_t group, std::span<const Patch
     lanes.impulse[lane] = patch.friction_impulse.data();
     lanes.friction[lane] = patch.friction;
     lanes.restitution[lane] = patch.restitution;
+    lanes.bounce_from[lane] = is_used ? bounce_from(patch) : 0;
     lanes.points[lane] = static_cast<Scalar>(patch.points);
-    lanes.is_jointed[lane] = patch.is_jointed;
     ++lane;
   }
   kernel_->set_up(rows_, group, first_row_[group], points_[group], lanes, surfaces);
@@ -352,7 +366,7 @@ void ContactSolver<Scalar>::end_step() {
 
 template <typename Scalar>
 void ContactSolver<Scalar>::rebound(std::size_t stage) {
-  if (bounces_) run(kernel_->rebound, stage);
+  run(passes().rebound, stage);
 }
 
 template <typename Scalar>

@@ -26,6 +26,10 @@ namespace tessera {
 
 inline constexpr std::size_t kPatchPointsMax = kRowPointsMax;
 
+// Passes of a rebound. What several points do to several bodies is one thing, which takes some: those of a
+// box that falls flat have settled to 1e-7 after one, a ball and two that it hits at once after five.
+inline constexpr int kRebounds = 8;
+
 template <typename Scalar>
 struct SolverTypes {
   using Vector = Eigen::Matrix<Scalar, 3, 1>;
@@ -68,8 +72,7 @@ struct SolverTypes {
     std::size_t b = 0;
     Scalar friction = 0;
     Scalar restitution = 0;
-    // A joint holds one of the bodies. Contacts and joints take turns, which converges slowly: friction then
-    // acts in the biased passes, too.
+    // A joint holds one of the bodies: solved elsewhere, by what knows joints, and left out here.
     bool is_jointed = false;
     std::size_t points = 0;  // at most kPatchPointsMax
     Point point[kPatchPointsMax];
@@ -81,8 +84,9 @@ struct SolverTypes {
 
 // One set of islands at a time: begin() with bodies and patches, in the order of solving; then for each of
 // `steps` a start_step(), biased passes (pass(true)), advance(), a relaxed pass (pass(false)) and end_step();
-// then rebound() and end(). What couples bodies by other means (joints) changes velocities in between. Passes
-// and rebounds may be divided into stages: what pushes bodies elsewhere sets their motions before a stage.
+// then kRebounds times rebound(), and end(). What couples bodies by other means (joints) changes velocities
+// in between. Passes and rebounds may be divided into stages: what pushes bodies elsewhere sets their motions
+// before a stage.
 //
 // Patches are solved several at a time, in lanes, as if one after the other: each waits for those before it
 // that push one of its bodies. Many patches are solved on several threads in the same way: wave by wave, of
@@ -101,7 +105,9 @@ class ContactSolver : public SolverTypes<Scalar> {
     int steps = 4;         // >= 1
     // Of the settings: with more steps, contacts are stiffer by the square of the ratio.
     int usual_steps = 4;
-    Scalar bounce_from = 0;                 // m/s, the approach from which two bounce
+    // Two bounce that meet faster than forces make one of them in so many ticks ...
+    Scalar bounce_from = 0;
+    Scalar bounce_from_min = 0;             // m/s, ... and than this
     int lanes = 0;                          // one of widths(), or 0: what suits processor and patches
     const ParallelFor* parallel = nullptr;  // for so many patches that it pays; outlives end()
   };
@@ -121,9 +127,17 @@ class ContactSolver : public SolverTypes<Scalar> {
   void advance();
   void end_step();
   void rebound(std::size_t stage = 0);
+  // False: rebounds change nothing, here or elsewhere, unless what is coupled by other means does.
+  bool may_bounce() const { return may_bounce_; }
 
   // Impulses into `patches`, those of begin().
   void end(std::span<Patch> patches) const;
+
+  // How soft contacts are in this tick, and how long its steps (see ContactRows): for who solves those of
+  // jointed bodies.
+  const ContactRows<Scalar>& softness() const { return rows_; }
+  // m/s: the approach from which the points of a patch bounce.
+  Scalar bounce_from(const Patch& patch) const;
 
   struct Motion {
     Vector linear;
@@ -165,7 +179,7 @@ class ContactSolver : public SolverTypes<Scalar> {
 
   Options options_;
   std::span<const Body> bodies_;
-  bool bounces_ = false;
+  bool may_bounce_ = false;
   bool has_surfaces_ = false;  // a patch has one of its own
   const ContactKernel<Scalar>* kernel_ = nullptr;
   ContactRows<Scalar> rows_{};

@@ -60,7 +60,7 @@ class Cubes {
     typename Solver::Options options;
     options.time_step = Scalar(kTick);
     options.steps = steps;
-    options.bounce_from = bounce_from;
+    options.bounce_from_min = bounce_from;
     options.lanes = lanes_;
     solver_.begin(options, bodies_, patches_);
     for (int n = 0; n < steps; ++n) {
@@ -70,7 +70,7 @@ class Cubes {
       solver_.pass(false);
       solver_.end_step();
     }
-    solver_.rebound();
+    for (int n = 0; n < kRebounds; ++n) solver_.rebound();
     solver_.end(patches_);
     for (std::size_t n = 1; n < bodies_.size(); ++n) {
       bodies_[n].linear += solver_.change(n).linear;
@@ -279,7 +279,7 @@ class RandomScene {
     typename Solver::Options options;
     options.time_step = Scalar(kTick);
     options.steps = 3;
-    options.bounce_from = Scalar(0.3);
+    options.bounce_from_min = Scalar(0.3);
     options.lanes = lanes;
     options.parallel = parallel;
     std::vector<Scalar> all;
@@ -310,7 +310,7 @@ class RandomScene {
       couple();
       solver_.end_step();
     }
-    solver_.rebound();
+    for (int n = 0; n < kRebounds; ++n) solver_.rebound();
     solver_.end(patches_);
     for (std::size_t n = 0; n < bodies_.size(); ++n) {
       keep(solver_.change(n).linear);

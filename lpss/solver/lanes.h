@@ -80,6 +80,12 @@ TESSERA_INLINE double root(double x) { return _mm_cvtsd_f64(_mm_sqrt_sd(_mm_setz
 TESSERA_INLINE Float4 root(Float4 x) { return _mm_sqrt_ps(x); }
 TESSERA_INLINE Double2 root(Double2 x) { return _mm_sqrt_pd(x); }
 
+// Whether a lane is above 0.
+TESSERA_INLINE bool any(float x) { return x > 0; }
+TESSERA_INLINE bool any(double x) { return x > 0; }
+TESSERA_INLINE bool any(Float4 x) { return _mm_movemask_ps(_mm_cmpgt_ps(x, _mm_setzero_ps())) != 0; }
+TESSERA_INLINE bool any(Double2 x) { return _mm_movemask_pd(_mm_cmpgt_pd(x, _mm_setzero_pd())) != 0; }
+
 #ifdef __AVX2__
 typedef float Float8 __attribute__((vector_size(32), may_alias));
 typedef double Double4 __attribute__((vector_size(32), may_alias));
@@ -133,6 +139,12 @@ struct Lanes<double, 4> {
 
 TESSERA_INLINE Float8 root(Float8 x) { return _mm256_sqrt_ps(x); }
 TESSERA_INLINE Double4 root(Double4 x) { return _mm256_sqrt_pd(x); }
+TESSERA_INLINE bool any(Float8 x) {
+  return _mm256_movemask_ps(_mm256_cmp_ps(x, _mm256_setzero_ps(), _CMP_GT_OQ)) != 0;
+}
+TESSERA_INLINE bool any(Double4 x) {
+  return _mm256_movemask_pd(_mm256_cmp_pd(x, _mm256_setzero_pd(), _CMP_GT_OQ)) != 0;
+}
 #endif
 
 // The first kCount scalars behind each lane's pointer, a vector each.

@@ -24,6 +24,9 @@ class PatchGroups {
   // The group of the next patch, which pushes these bodies; kNone for one that cannot be pushed.
   std::size_t add(std::uint32_t a, std::uint32_t b);
 
+  // The next patch goes to no group.
+  void skip() { ++added_; }
+
   std::size_t size() const { return used_.size(); }
 
   // The patches of a group by lane, of which the last ones may be free (kNone).

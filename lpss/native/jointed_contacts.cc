@@ -1,0 +1,294 @@
+#include "lpss/native/jointed_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::native {
+namespace {
+
+// Rounds over the patches of a cluster in a pass, at most, and what they settle to: m/s or rad/s.
+constexpr int kRoundsMax = 30;
+constexpr double kSettledPush = 1e-7;
+
+// Tries of a pass, of which each finds what of drives, limits and friction does not hold.
+constexpr int kTries = 4;
+
+// As in the kernel of the contact solver.
+constexpr double kClosedGap = 1e-6;  // m
+
+std::array<double, 2> times(const std::array<double, 3>& m, const std::array<double, 2>& v) {
+  return {m[0] * v[0] + m[1] * v[1], m[1] * v[0] + m[2] * v[1]};
+}
+
+}  // namespace
+
+void JointedContacts::load() {
+  for (const Member& member : members_) {
+    const Contacts::Body& body = bodies_[member.place];
+    const Contacts::Motion change = contacts_->change(member.place);
+    Eigen::Map<Wrench> velocity(velocities_.data() + groups_[member.group].first + 6 * member.number);
+    velocity.head<3>() = body.linear.template cast<double>() + change.linear.template cast<double>();
+    velocity.tail<3>() = body.angular.template cast<double>() + change.angular.template cast<double>();
+  }
+  std::ranges::fill(wrenches_, 0);
+}
+
+// Pushes bodies as if they were free: joints answer in their pass.
+void JointedContacts::store() {
+  for (const Member& member : members_) {
+    const Eigen::Map<const Wrench> wrench(wrenches_.data() + groups_[member.group].first + 6 * member.number);
+    if (wrench.isZero(0)) continue;
+    const Contacts::Body& body = bodies_[member.place];
+    Contacts::Motion change = contacts_->change(member.place);
+    const Vector3 turn = body.inverse_inertia.template cast<double>() * wrench.tail<3>();
+    change.linear = (change.linear.template cast<double>() + wrench.head<3>() * double(body.inverse_mass))
+                        .template cast<Scalar>();
+    change.angular = (change.angular.template cast<double>() + turn).template cast<Scalar>();
+    contacts_->set_change(member.place, change);
+  }
+}
+
+double JointedContacts::velocity_of(const Row& row, const std::vector<double>& velocities) const {
+  double sum = row.drive;
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (row.at[side] != kNone)
+      sum += row.on[side].dot(Eigen::Map<const Wrench>(velocities.data() + row.at[side]));
+  }
+  return sum;
+}
+
+void JointedContacts::push(Row& row, double impulse) {
+  if (impulse == 0) return;
+  row.impulse += impulse;
+  moved_ = std::max(moved_, std::abs(impulse * row.mobility));
+  for (std::size_t g = 0; g < 2; ++g) {
+    if (row.group[g] == kNone) continue;
+    const Group& group = groups_[row.group[g]];
+    const double* const answer = answers_.data() + row.answer[g];
+    double* const velocity = velocities_.data() + group.first;
+    for (std::size_t n = 0; n < group.size; ++n) velocity[n] += answer[n] * impulse;
+  }
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (row.at[side] != kNone) Eigen::Map<Wrench>(wrenches_.data() + row.at[side]) += row.on[side] * impulse;
+  }
+}
+
+void JointedContacts::start_step() {
+  if (is_empty()) return;
+  load();
+  for_each_row(patches_, [this](const Row& row) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (row.at[side] != kNone)
+        Eigen::Map<Wrench>(wrenches_.data() + row.at[side]) += row.on[side] * row.impulse;
+    }
+  });
+  store();
+}
+
+void JointedContacts::note_velocities() {
+  if (is_empty()) return;
+  load();
+  noted_ = velocities_;
+}
+
+// Calls act(patch) for all patches, cluster by cluster, until these settle.
+template <typename Act>
+void JointedContacts::solve(Act act) {
+  load();
+  update_answers();
+  for (const Cluster& cluster : clusters_) solve(cluster, act);
+  store();
+}
+
+// Again where a drive, limit or friction does not bear what it was taken to.
+template <typename Act>
+void JointedContacts::solve(const Cluster& cluster, Act act) {
+  const std::span<Patch> patches = patches_of(cluster);
+  loaded_ = velocities_;
+  impulses_.clear();
+  for_each_row(patches, [this](const Row& row) { impulses_.push_back(row.impulse); });
+  for (int n = 1;; ++n) {
+    go_over(patches, act);
+    if (n == kTries || bears(cluster)) return;
+    update_answers();
+    for (const Group& group : groups_) {
+      if (&clusters_[group.cluster] != &cluster) continue;
+      const auto first = static_cast<std::ptrdiff_t>(group.first);
+      const auto size = static_cast<std::ptrdiff_t>(group.size);
+      std::copy_n(loaded_.begin() + first, size, velocities_.begin() + first);
+      std::fill_n(wrenches_.begin() + first, size, 0);
+    }
+    auto impulse = impulses_.begin();
+    for_each_row(patches, [&](Row& row) { row.impulse = *impulse++; });
+  }
+}
+
+template <typename Act>
+void JointedContacts::go_over(std::span<Patch> patches, Act act) {
+  for (int round = 0; round < kRoundsMax; ++round) {
+    moved_ = 0;
+    for (Patch& patch : patches) act(patch);
+    if (moved_ <= kSettledPush) return;
+  }
+}
+
+bool JointedContacts::bears(const Cluster& cluster) const {
+  bool all = true;
+  for (const Group& group : groups_) {
+    if (&clusters_[group.cluster] != &cluster || !group.assembly) continue;
+    if (!group.assembly->bears({wrenches_.data() + group.first, group.size})) all = false;
+  }
+  return all;
+}
+
+void JointedContacts::settle() {
+  if (is_empty()) return;
+  solve([this](Patch& patch) {
+    solve_friction(patch);
+    if (patch.arm > 0) solve_rolling(patch);
+    for (int n = 0; n < patch.points; ++n) solve_point(patch.point[static_cast<std::size_t>(n)], false);
+  });
+}
+
+// Normal impulses alone: what opens overlaps drags nothing along.
+void JointedContacts::open() {
+  if (is_empty()) return;
+  solve([this](Patch& patch) {
+    for (int n = 0; n < patch.points; ++n) solve_point(patch.point[static_cast<std::size_t>(n)], true);
+  });
+}
+
+void JointedContacts::relax() {
+  if (is_empty()) return;
+  const double step = double(contacts_->softness().step);
+  for (Patch& patch : patches_) {
+    for (int n = 0; n < patch.points; ++n) {
+      Point& point = patch.point[static_cast<std::size_t>(n)];
+      point.gap += velocity_of(point.row, noted_) * step;
+    }
+  }
+  settle();
+  for_each_row(patches_, [](Row& row) { row.total += row.impulse; });
+}
+
+void JointedContacts::solve_point(Point& point, bool biased) {
+  const auto& soft = contacts_->softness();
+  Row& row = point.row;
+  double wanted = point.approach_max;
+  double impulse = row.impulse;
+  double mass = row.mass;
+  if (biased && point.gap < kClosedGap) {
+    wanted = std::min(-point.gap * double(soft.push_rate), double(soft.push_speed_max));
+    mass *= double(soft.mass_share);
+    impulse *= 1 - double(soft.impulse_share);
+  }
+  push(row, std::max(impulse + (wanted - velocity_of(row)) * mass, 0.0) - row.impulse);
+}
+
+double JointedContacts::load_of(const Patch& patch) {
+  double load = 0;
+  for (int n = 0; n < patch.points; ++n) load += patch.point[static_cast<std::size_t>(n)].row.impulse;
+  return load;
+}
+
+void JointedContacts::solve_friction(Patch& patch) {
+  const double most = load_of(patch) * patch.friction;
+  auto& [first, second] = patch.tangent;
+  const std::array<double, 2> slide = {velocity_of(first), velocity_of(second)};
+  const std::array<double, 2> held = times(patch.mass, slide);
+  std::array<double, 2> wanted = {first.impulse - held[0], second.impulse - held[1]};
+  // It slips, and friction opposes that: as in the kernel of the contact solver.
+  if (wanted[0] * wanted[0] + wanted[1] * wanted[1] > most * most) {
+    wanted = {first.impulse - patch.slip_mass * slide[0], second.impulse - patch.slip_mass * slide[1]};
+    const double scale = scale_within(wanted, most);
+    wanted = {wanted[0] * scale, wanted[1] * scale};
+  }
+  push(first, wanted[0] - first.impulse);
+  push(second, wanted[1] - second.impulse);
+  Row& twist = patch.twist;
+  const double turned = twist.impulse - twist.mass * velocity_of(twist);
+  push(twist, std::clamp(turned, -most * patch.radius, most * patch.radius) - twist.impulse);
+}
+
+void JointedContacts::solve_rolling(Patch& patch) {
+  auto& [first, second] = patch.rolling;
+  const std::array<double, 2> held = times(patch.rolling_mass, {velocity_of(first), velocity_of(second)});
+  std::array<double, 2> wanted = {first.impulse - held[0], second.impulse - held[1]};
+  const double scale = scale_within(wanted, load_of(patch) * patch.arm);
+  push(first, wanted[0] * scale - first.impulse);
+  push(second, wanted[1] * scale - second.impulse);
+}
+
+// What another solver has pushed, of which joints hold nothing, moves as it did not before.
+void JointedContacts::find_struck() {
+  for (Group& group : groups_) {
+    if (group.assembly) continue;
+    const auto first = velocities_.begin() + static_cast<std::ptrdiff_t>(group.first);
+    group.is_struck =
+        !std::equal(first, first + 6, noted_.begin() + static_cast<std::ptrdiff_t>(group.first));
+  }
+}
+
+bool JointedContacts::is_struck(const Row& row) const {
+  return std::ranges::any_of(row.group, [this](std::size_t n) { return n != kNone && groups_[n].is_struck; });
+}
+
+void JointedContacts::rebound() {
+  if (is_empty()) return;
+  load();
+  find_struck();
+  if (!may_bounce_ && std::ranges::none_of(groups_, [](const Group& group) { return group.is_struck; }))
+    return;
+  for_each_row(patches_, [](Row& row) { row.before = row.impulse; });
+  solve([this](Patch& patch) { rebound(patch); });
+  for_each_row(patches_, [](Row& row) { row.total += row.impulse - row.before; });
+}
+
+// As in the kernel of the contact solver.
+void JointedContacts::rebound(Patch& patch) {
+  const auto& soft = contacts_->softness();
+  const bool struck = is_struck(patch.twist);
+  bool is_active = struck;
+  for (int n = 0; n < patch.points; ++n) {
+    Point& point = patch.point[static_cast<std::size_t>(n)];
+    Row& row = point.row;
+    double speed = point.approach_max;
+    bool bounces = false;
+    if (patch.restitution > 0 && -point.before > patch.bounce_from &&
+        row.total + (row.impulse - row.before) > 0) {
+      const double approach = std::max(-velocity_of(row, noted_), 0.0);
+      const double way = std::min(approach, -point.approach_max) * double(soft.time_step);
+      const double met = std::sqrt(std::max(point.before * point.before - 2 * point.pull * way, 0.0));
+      bounces = patch.restitution * met > 0;
+      if (bounces) speed = patch.restitution * met;
+    }
+    if (!bounces && !struck) continue;
+    is_active = true;
+    const double more = std::max(row.impulse + (speed - velocity_of(row)) * row.mass, 0.0) - row.impulse;
+    if (more == 0) continue;
+    push(row, more);
+    for (const std::size_t group : row.group) {
+      if (group != kNone) groups_[group].is_struck = true;
+    }
+  }
+  if (!is_active) return;
+  solve_friction(patch);
+  if (patch.arm > 0) solve_rolling(patch);
+}
+
+void JointedContacts::end(std::span<Contacts::Patch> patches) const {
+  for (const Patch& patch : patches_) {
+    Contacts::Patch& into = patches[patch.place];
+    for (std::size_t n = 0; n < into.points; ++n) into.point[n].impulse = Scalar(patch.point[n].row.total);
+    const Vector3 friction = patch.tangent[0].on[0].head<3>() * patch.tangent[0].total +
+                             patch.tangent[1].on[0].head<3>() * patch.tangent[1].total;
+    into.friction_impulse = friction.cast<Scalar>();
+    into.twist_impulse = Scalar(patch.twist.total);
+    if (!into.surface) continue;
+    const Vector3 rolling = patch.rolling[0].on[0].tail<3>() * patch.rolling[0].total +
+                            patch.rolling[1].on[0].tail<3>() * patch.rolling[1].total;
+    into.surface->rolling_impulse = rolling.cast<Scalar>();
+  }
+}
+
+}  // namespace tessera::native

@@ -1,0 +1,196 @@
+// Solves the contacts of bodies that joints hold, in turns with what solves these joints.
+//
+// To such a contact a body is not its own mass and inertia, but what its joints leave of them: a wheel
+// carries a car, and a finger cannot turn. So each row knows what a unit of its impulse does to all bodies of
+// an assembly that contacts touch, with joints holding, and also drives, limits and friction as far as they
+// do (joints::JointAssembly::response()). A pass goes over all patches some times, which costs little and
+// settles how an assembly rests on many contacts; then joints answer to all of its pushes at once. Contacts
+// that rest on what joints have not answered for yet would otherwise give up, pass by pass, what they bear.
+//
+// The rows are those of ContactSolver, in double precision, whatever the engine computes with.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "lpss/base/disjoint_sets.h"
+#include "lpss/joints/joint_solver.h"
+#include "lpss/native/math.h"
+#include "lpss/solver/contact_solver.h"
+
+namespace tessera::native {
+
+// One set of islands at a time, between begin() and end() of both other solvers, in whose steps it takes its
+// turns. The order of patches is that of the task, so that an island's bits do not depend on others. Keeps
+// its storage.
+class JointedContacts {
+ public:
+  using Contacts = ContactSolver<Scalar>;
+
+  bool is_empty() const { return patches_.empty(); }
+
+  // Takes the patches of `patches` that are jointed; to be called after begin() of `contacts` and set_up() of
+  // `joints`, which live on until end(). `jointed`: the places of bodies that joints hold, ascending.
+  void begin(Contacts& contacts, joints::JointSolver& joints, std::span<const Contacts::Body> bodies,
+             std::span<const std::size_t> jointed, std::span<const Contacts::Patch> patches);
+  void clear();
+
+  // The impulses of the step before, on velocities that have the forces of this one.
+  void start_step();
+  // Contacts as they would hold and rub were nothing to be opened; to be called before passes that open.
+  void settle();
+  void open();   // pass(true) of the other solver ...
+  void relax();  // ... and pass(false)
+  // How bodies move in this step; how they move before they rebound.
+  void note_velocities();
+  void rebound();
+  bool may_bounce() const { return may_bounce_; }
+
+  // Impulses into those of begin().
+  void end(std::span<Contacts::Patch> patches) const;
+
+ private:
+  using Vector3 = Eigen::Vector3d;
+  using Wrench = Eigen::Matrix<double, 6, 1>;
+  static constexpr std::size_t kNone = ~std::size_t{0};
+
+  // Bodies that push each other without a contact: those of an assembly that contacts touch, or one body.
+  struct Group {
+    joints::JointAssembly* assembly = nullptr;
+    std::size_t first = 0;  // number of its velocities, 6 a body
+    std::size_t size = 0;
+    std::size_t cluster = 0;
+    bool is_struck = false;  // by a rebound
+  };
+  // What contacts connect: solved as if alone.
+  struct Cluster {
+    std::size_t first;  // patch
+    std::size_t count;
+  };
+  struct Member {
+    std::size_t place;
+    std::size_t group;
+    std::size_t number;  // in it
+  };
+
+  // A direction in which two bodies move relative to each other.
+  struct Row {
+    std::array<Wrench, 2> on;                        // sides: what a unit of impulse is to them
+    std::array<std::size_t, 2> at = {kNone, kNone};  // of their velocities; none of what cannot be pushed
+    std::array<std::size_t, 2> group = {kNone, kNone};
+    std::array<std::size_t, 2> answer = {kNone,
+                                         kNone};  // in answers_, what a unit of impulse does to each group
+    double drive = 0;                             // m/s or rad/s, of what cannot be pushed, and of surfaces
+    double mobility = 0;                          // what a unit of impulse changes of the velocity
+    double mass = 0;                              // its inverse
+    double impulse = 0;                           // of a step
+    double total = 0;                             // of all steps
+    double before = 0;                            // impulse, before a rebound
+  };
+  struct Point {
+    Row row;
+    double gap = 0;           // m, in this step
+    double approach_max = 0;  // m/s, at most 0: what closes the gap by the end of the tick
+    double before = 0;        // m/s, before the tick
+    double pull = 0;          // m/s^2, of forces
+  };
+  struct Patch {
+    std::size_t place = 0;  // among those of begin()
+    int points = 0;
+    std::array<Point, kPatchPointsMax> point;
+    std::array<Row, 2> tangent;
+    std::array<double, 3> mass = {};  // of the tangents: the inverse of a symmetric matrix (00, 01, 11)
+    double slip_mass = 0;
+    Row twist;
+    std::array<Row, 2> rolling;
+    std::array<double, 3> rolling_mass = {};
+    std::array<double, 2> share = {1, 1};  // by which tangents are scaled
+    double friction = 0;
+    double restitution = 0;
+    double bounce_from = 0;
+    double radius = 0;  // m, the arm of the twist
+    double arm = 0;     // m, of rolling
+  };
+  std::size_t member_of(std::size_t place);
+  void make_groups();
+  void make_clusters(std::span<const Contacts::Patch> patches);
+  void fill(const Contacts::Patch& from, std::size_t place, Patch& patch);
+  Row row_of(const Contacts::Patch& from, const Vector3& direction, const Vector3& lever_a,
+             const Vector3& lever_b) const;
+  Row turn_row_of(const Contacts::Patch& from, const Vector3& axis) const;
+  void set_sides(const Contacts::Patch& from, Row& row) const;
+  void make_friction(const Contacts::Patch& from, Patch& patch) const;
+  void make_answers();
+  void make_answer(Row& row);
+  void make_masses(Patch& patch);
+  double answer_of(const Row& row, const Row& by) const;
+  std::array<double, 3> inverse_of(const Row& first, const Row& second) const;
+
+  void load();
+  void store();
+  bool update_answers();
+  template <typename Act>
+  void solve(Act act);
+  template <typename Act>
+  void solve(const Cluster& cluster, Act act);
+  template <typename Act>
+  void go_over(std::span<Patch> patches, Act act);
+  bool bears(const Cluster& cluster) const;
+  std::span<Patch> patches_of(const Cluster& cluster) {
+    return std::span(patches_).subspan(cluster.first, cluster.count);
+  }
+  template <typename Act>
+  static void for_each_row(std::span<Patch> patches, Act act) {
+    for (Patch& patch : patches) {
+      for (int n = 0; n < patch.points; ++n) act(patch.point[static_cast<std::size_t>(n)].row);
+      for (Row& row : patch.tangent) act(row);
+      act(patch.twist);
+      if (patch.arm > 0) {
+        for (Row& row : patch.rolling) act(row);
+      }
+    }
+  }
+  static double load_of(const Patch& patch);
+  static double inverse_or_zero(double value) { return value > 0 ? 1 / value : 0; }
+  // What brings a vector within a length.
+  static double scale_within(const std::array<double, 2>& v, double most) {
+    const double length = std::sqrt(v[0] * v[0] + v[1] * v[1]);
+    return length > most ? most / length : 1;
+  }
+  double velocity_of(const Row& row) const { return velocity_of(row, velocities_); }
+  double velocity_of(const Row& row, const std::vector<double>& velocities) const;
+  void push(Row& row, double impulse);
+  void solve_point(Point& point, bool biased);
+  void solve_friction(Patch& patch);
+  void solve_rolling(Patch& patch);
+  void find_struck();
+  bool is_struck(const Row& row) const;
+  void rebound(Patch& patch);
+
+  Contacts* contacts_ = nullptr;
+  joints::JointSolver* joints_ = nullptr;
+  std::span<const Contacts::Body> bodies_;
+  std::span<const std::size_t> jointed_;
+  std::vector<std::size_t> member_of_place_;
+  std::vector<Member> members_;
+  std::vector<joints::JointSolver::Touched> touched_;  // by member
+  std::vector<Group> groups_;
+  std::vector<Patch> patches_;  // by cluster, in each in the order of the task
+  std::vector<Cluster> clusters_;
+  DisjointSets connected_;
+  double moved_ = 0;  // m/s or rad/s: what a push has changed most along its row
+  std::vector<double> answers_;
+  bool are_answers_known_ = false;
+  bool may_bounce_ = false;
+  std::vector<double> velocities_;  // m/s, rad/s
+  std::vector<double> noted_;       // of note_velocities()
+  std::vector<double> wrenches_;    // N s, N m s, of a pass
+  std::vector<double> loaded_;      // velocities before a pass
+  std::vector<double> impulses_;    // of rows, before a pass
+};
+
+}  // namespace tessera::native

@@ -1,0 +1,343 @@
+// Makes the rows of contacts of jointed bodies.
+#include <algorithm>
+#include <cmath>
+
+#include "lpss/native/jointed_contacts.h"
+
+namespace tessera::native {
+namespace {
+
+// Of an assembly of which contacts push more bodies, each is to them what it is without its joints: what they
+// do to each other is a matrix.
+constexpr std::size_t kTouchedMax = 24;
+
+// Two directions perpendicular to a unit vector and to each other.
+std::array<Eigen::Vector3d, 2> plane_of(const Eigen::Vector3d& normal) {
+  const bool is_steep = std::abs(normal.z()) > std::sqrt(0.5);
+  const double x = is_steep ? normal.z() : normal.x();
+  const double length = std::sqrt(x * x + normal.y() * normal.y());
+  const double scale = length > 0 ? 1 / length : 0;
+  const Eigen::Vector3d first = is_steep ? Eigen::Vector3d(0, -normal.z() * scale, normal.y() * scale)
+                                         : Eigen::Vector3d(-normal.y() * scale, normal.x() * scale, 0);
+  return {first, normal.cross(first)};
+}
+
+}  // namespace
+
+void JointedContacts::clear() {
+  patches_.clear();
+  members_.clear();
+  touched_.clear();
+  groups_.clear();
+  clusters_.clear();
+  may_bounce_ = false;
+}
+
+void JointedContacts::begin(Contacts& contacts, joints::JointSolver& joints,
+                            std::span<const Contacts::Body> bodies, std::span<const std::size_t> jointed,
+                            std::span<const Contacts::Patch> patches) {
+  clear();
+  contacts_ = &contacts;
+  joints_ = &joints;
+  bodies_ = bodies;
+  jointed_ = jointed;
+  member_of_place_.assign(bodies.size(), kNone);
+  for (const Contacts::Patch& patch : patches) {
+    if (!patch.is_jointed) continue;
+    for (const std::size_t place : {patch.a, patch.b}) {
+      if (bodies_[place].inverse_mass > 0) member_of(place);
+    }
+  }
+  make_groups();
+  make_clusters(patches);
+  are_answers_known_ = false;
+  note_velocities();
+}
+
+std::size_t JointedContacts::member_of(std::size_t place) {
+  std::size_t& member = member_of_place_[place];
+  if (member != kNone) return member;
+  member = members_.size();
+  members_.push_back({place, kNone, 0});
+  touched_.push_back({nullptr, 0});
+  if (std::ranges::binary_search(jointed_, place)) touched_.back() = joints_->touch(place);
+  return member;
+}
+
+void JointedContacts::make_groups() {
+  std::size_t first = 0;
+  const auto add_group = [&](joints::JointAssembly* assembly, std::size_t bodies) {
+    groups_.push_back({assembly, first, 6 * bodies, false});
+    first += 6 * bodies;
+    return groups_.size() - 1;
+  };
+  for (std::size_t n = 0; n < members_.size(); ++n) {
+    Member& member = members_[n];
+    const auto [assembly, number] = touched_[n];
+    if (!assembly || assembly->touched() > kTouchedMax) {
+      member.group = add_group(nullptr, 1);
+      continue;
+    }
+    member.number = number;
+    const auto known =
+        std::ranges::find(groups_, assembly, [](const Group& group) { return group.assembly; });
+    member.group = known != groups_.end() ? static_cast<std::size_t>(known - groups_.begin())
+                                          : add_group(assembly, assembly->touched());
+  }
+  velocities_.assign(first, 0);
+  wrenches_.assign(first, 0);
+}
+
+// Clusters in the order of their first patches. What cannot be pushed connects nothing.
+void JointedContacts::make_clusters(std::span<const Contacts::Patch> patches) {
+  connected_.reset(groups_.size());
+  const auto group_of = [this](std::size_t place) {
+    const std::size_t member = member_of_place_[place];
+    return member == kNone ? kNone : members_[member].group;
+  };
+  for (const Contacts::Patch& patch : patches) {
+    if (patch.is_jointed && group_of(patch.a) != kNone && group_of(patch.b) != kNone)
+      connected_.unite(group_of(patch.a), group_of(patch.b));
+  }
+  for (Group& group : groups_) group.cluster = kNone;
+  const auto cluster_of = [&](const Contacts::Patch& patch) -> std::size_t& {
+    return groups_[connected_.find(group_of(group_of(patch.a) != kNone ? patch.a : patch.b))].cluster;
+  };
+  for (const Contacts::Patch& patch : patches) {
+    if (!patch.is_jointed) continue;
+    std::size_t& cluster = cluster_of(patch);
+    if (cluster == kNone) {
+      cluster = clusters_.size();
+      clusters_.push_back({0, 0});
+    }
+    ++clusters_[cluster].count;
+  }
+  std::size_t first = 0;
+  for (Cluster& cluster : clusters_) {
+    cluster.first = first;
+    first += cluster.count;
+    cluster.count = 0;
+  }
+  patches_.resize(first);
+  for (std::size_t n = 0; n < patches.size(); ++n) {
+    if (!patches[n].is_jointed) continue;
+    Cluster& cluster = clusters_[cluster_of(patches[n])];
+    fill(patches[n], n, patches_[cluster.first + cluster.count++]);
+  }
+  for (std::size_t n = 0; n < groups_.size(); ++n) groups_[n].cluster = groups_[connected_.find(n)].cluster;
+}
+
+void JointedContacts::set_sides(const Contacts::Patch& from, Row& row) const {
+  const std::array<std::size_t, 2> places = {from.a, from.b};
+  for (std::size_t side = 0; side < 2; ++side) {
+    const std::size_t n = member_of_place_[places[side]];
+    if (n == kNone) {
+      const Contacts::Body& body = bodies_[places[side]];
+      row.drive += row.on[side].head<3>().dot(body.linear.template cast<double>()) +
+                   row.on[side].tail<3>().dot(body.angular.template cast<double>());
+      continue;
+    }
+    const Member& member = members_[n];
+    row.group[side] = member.group;
+    row.at[side] = groups_[member.group].first + 6 * member.number;
+  }
+  if (row.group[0] == row.group[1]) row.group[1] = kNone;
+}
+
+JointedContacts::Row JointedContacts::row_of(const Contacts::Patch& from, const Vector3& direction,
+                                             const Vector3& lever_a, const Vector3& lever_b) const {
+  Row row;
+  row.on[0] << direction, lever_a.cross(direction);
+  row.on[1] << -direction, -lever_b.cross(direction);
+  set_sides(from, row);
+  return row;
+}
+
+JointedContacts::Row JointedContacts::turn_row_of(const Contacts::Patch& from, const Vector3& axis) const {
+  Row row;
+  row.on[0] << Vector3::Zero(), axis;
+  row.on[1] << Vector3::Zero(), -axis;
+  set_sides(from, row);
+  return row;
+}
+
+void JointedContacts::fill(const Contacts::Patch& from, std::size_t place, Patch& patch) {
+  patch = {};
+  patch.place = place;
+  patch.points = static_cast<int>(from.points);
+  patch.friction = double(from.friction);
+  patch.restitution = double(from.restitution);
+  patch.bounce_from = double(contacts_->bounce_from(from));
+  const double share = double(contacts_->softness().share);
+  for (std::size_t n = 0; n < from.points; ++n) {
+    const auto& given = from.point[n];
+    Point& point = patch.point[n];
+    point.row = row_of(from, given.normal.template cast<double>(), given.lever_a.template cast<double>(),
+                       given.lever_b.template cast<double>());
+    point.gap = double(given.gap);
+    point.approach_max = std::min(-point.gap / double(contacts_->softness().time_step), 0.0);
+    point.row.impulse = double(given.impulse) * share;
+    point.before = point.row.drive;
+    const std::array<std::size_t, 2> places = {from.a, from.b};
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (point.row.at[side] == kNone) continue;
+      const Contacts::Body& body = bodies_[places[side]];
+      const Wrench& on = point.row.on[side];
+      point.before += on.head<3>().dot(body.linear.template cast<double>()) +
+                      on.tail<3>().dot(body.angular.template cast<double>());
+      point.pull += on.head<3>().dot(body.linear_force.template cast<double>()) +
+                    on.tail<3>().dot(body.angular_force.template cast<double>());
+    }
+    point.pull /= double(contacts_->softness().time_step);
+    may_bounce_ = may_bounce_ || (patch.restitution > 0 && -point.before > patch.bounce_from);
+  }
+  make_friction(from, patch);
+}
+
+// As the kernel of the contact solver makes it: at the centre of the points, in tangents that are scaled
+// where friction differs by direction.
+void JointedContacts::make_friction(const Contacts::Patch& from, Patch& patch) const {
+  Vector3 lever_a = Vector3::Zero();
+  Vector3 lever_b = Vector3::Zero();
+  Vector3 normal = Vector3::Zero();
+  double load = 0;
+  for (std::size_t n = 0; n < from.points; ++n) {
+    lever_a += from.point[n].lever_a.template cast<double>() / double(from.points);
+    lever_b += from.point[n].lever_b.template cast<double>() / double(from.points);
+    normal += from.point[n].normal.template cast<double>();
+    load += patch.point[n].row.impulse;
+  }
+  normal *= inverse_or_zero(normal.norm());
+  const bool is_by_a = bodies_[from.a].inverse_mass > 0;
+  for (std::size_t n = 0; n < from.points; ++n) {
+    const Vector3 arm = is_by_a ? Vector3(from.point[n].lever_a.template cast<double>() - lever_a)
+                                : Vector3(from.point[n].lever_b.template cast<double>() - lever_b);
+    patch.radius += arm.norm() / double(from.points);
+  }
+  const std::array<Vector3, 2> plane = plane_of(normal);
+  std::array<Vector3, 2> tangents = plane;
+  const auto* const surface = from.surface;
+  if (surface) {
+    const Vector3 given = surface->direction.template cast<double>();
+    const Vector3 flat = given - normal * given.dot(normal);
+    const bool is_flat = flat.squaredNorm() > 1e-6;
+    const auto along = double(surface->along);
+    const auto across = double(surface->across);
+    patch.share =
+        is_flat ? std::array{along, across} : std::array{std::min(along, across), std::min(along, across)};
+    if (is_flat) tangents = {flat.normalized(), normal.cross(flat.normalized())};
+    patch.radius += double(surface->torsion) * inverse_or_zero(patch.friction);
+    patch.arm = double(surface->rolling);
+  }
+  const double share = double(contacts_->softness().share);
+  const Vector3 last = from.friction_impulse.template cast<double>() * share;
+  std::array<double, 2> impulse;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Vector3 tangent = tangents[k] * patch.share[k];
+    patch.tangent[k] = row_of(from, tangent, lever_a, lever_b);
+    if (surface) patch.tangent[k].drive += tangent.dot(surface->drift.template cast<double>());
+    impulse[k] = last.dot(tangent) * inverse_or_zero(patch.share[k] * patch.share[k]);
+    patch.rolling[k] = turn_row_of(from, plane[k]);
+    if (surface)
+      patch.rolling[k].impulse = plane[k].dot(surface->rolling_impulse.template cast<double>()) * share;
+  }
+  const double most = load * patch.friction;
+  const double scale = scale_within(impulse, most);
+  for (std::size_t k = 0; k < 2; ++k) patch.tangent[k].impulse = impulse[k] * scale;
+  const double rolling = scale_within({patch.rolling[0].impulse, patch.rolling[1].impulse}, load * patch.arm);
+  for (Row& row : patch.rolling) row.impulse *= rolling;
+  patch.twist = turn_row_of(from, normal);
+  patch.twist.impulse =
+      std::clamp(double(from.twist_impulse) * share, -most * patch.radius, most * patch.radius);
+}
+
+// Asks assemblies what they have become; false if all is as it was.
+bool JointedContacts::update_answers() {
+  bool is_new = !are_answers_known_;
+  for (const Group& group : groups_) {
+    if (group.assembly && group.assembly->update_response()) is_new = true;
+  }
+  if (!is_new) return false;
+  are_answers_known_ = true;
+  make_answers();
+  return true;
+}
+
+void JointedContacts::make_answers() {
+  answers_.clear();
+  for_each_row(patches_, [this](Row& row) { make_answer(row); });
+  for (Patch& patch : patches_) make_masses(patch);
+}
+
+void JointedContacts::make_answer(Row& row) {
+  row.answer = {kNone, kNone};
+  for (std::size_t g = 0; g < 2; ++g) {
+    if (row.group[g] == kNone) continue;
+    const Group& group = groups_[row.group[g]];
+    row.answer[g] = answers_.size();
+    answers_.resize(answers_.size() + group.size, 0);
+    Eigen::Map<Eigen::VectorXd> answer(answers_.data() + row.answer[g],
+                                       static_cast<Eigen::Index>(group.size));
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (row.at[side] == kNone || row.at[side] < group.first || row.at[side] >= group.first + group.size)
+        continue;
+      const Wrench& on = row.on[side];
+      if (group.assembly) {
+        const auto column = static_cast<Eigen::Index>(row.at[side] - group.first);
+        answer.noalias() += group.assembly->response().middleCols<6>(column).lazyProduct(on);
+        continue;
+      }
+      const auto is_of_group = [&](const Member& member) { return &groups_[member.group] == &group; };
+      const Contacts::Body& body = bodies_[std::ranges::find_if(members_, is_of_group)->place];
+      answer.head<3>() += on.head<3>() * double(body.inverse_mass);
+      answer.tail<3>() += body.inverse_inertia.template cast<double>() * on.tail<3>();
+    }
+  }
+}
+
+// By how much a unit of impulse along `by` changes the velocity along `row`, of the same two bodies.
+double JointedContacts::answer_of(const Row& row, const Row& by) const {
+  double sum = 0;
+  for (std::size_t g = 0; g < 2; ++g) {
+    if (by.group[g] == kNone) continue;
+    const Group& group = groups_[by.group[g]];
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (row.at[side] == kNone || row.at[side] < group.first || row.at[side] >= group.first + group.size)
+        continue;
+      sum += row.on[side].dot(
+          Eigen::Map<const Wrench>(answers_.data() + by.answer[g] + row.at[side] - group.first));
+    }
+  }
+  return sum;
+}
+
+std::array<double, 3> JointedContacts::inverse_of(const Row& first, const Row& second) const {
+  const double k00 = first.mobility;
+  const double k01 = answer_of(first, second);
+  const double k11 = second.mobility;
+  const double factor = inverse_or_zero(k00 * k11 - k01 * k01);
+  return {k11 > 0 ? k11 * factor : inverse_or_zero(k00), -k01 * factor,
+          k00 > 0 ? k00 * factor : inverse_or_zero(k11)};
+}
+
+void JointedContacts::make_masses(Patch& patch) {
+  const auto set_mass = [this](Row& row) {
+    row.mobility = answer_of(row, row);
+    row.mass = inverse_or_zero(row.mobility);
+  };
+  for (Row& row : patch.tangent) set_mass(row);
+  if (patch.arm > 0) {
+    for (Row& row : patch.rolling) set_mass(row);
+  }
+  for (int n = 0; n < patch.points; ++n) set_mass(patch.point[static_cast<std::size_t>(n)].row);
+  set_mass(patch.twist);
+  patch.mass = inverse_of(patch.tangent[0], patch.tangent[1]);
+  const double k00 = patch.tangent[0].mobility;
+  const double k01 = answer_of(patch.tangent[0], patch.tangent[1]);
+  const double k11 = patch.tangent[1].mobility;
+  const double half = (k00 - k11) / 2;
+  patch.slip_mass = inverse_or_zero((k00 + k11) / 2 + std::sqrt(half * half + k01 * k01));
+  if (patch.arm > 0) patch.rolling_mass = inverse_of(patch.rolling[0], patch.rolling[1]);
+}
+
+}  // namespace tessera::native
