@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "lpss/native/bouncing_balls.h"
+
 namespace tessera::native {
 namespace {
 
@@ -316,11 +318,13 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
       if (candidate.contact != Candidate::kNone) {
         Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
         piece.narrow_phase.update(a, b, contact);
+        find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
         update_surface(a, b, contact);
         if (contact.patches.empty()) drop(candidate);
       } else {
         Contact contact = blank_contact(a, b);
         piece.narrow_phase.update(a, b, contact);
+        find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
         if (!contact.patches.empty()) piece.made.emplace_back(next, std::move(contact));
       }
     } else if (!is_near || is_apart) {
