@@ -10,11 +10,14 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <memory>
 #include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "worlds/loader/fuel_cache.h"
+#include "worlds/loader/package_index.h"
 #include "worlds/loader/xml.h"
 
 namespace tessera {
@@ -42,23 +45,29 @@ path absolute_folder(const path& folder) {
 
 struct Variable {
   const char* name;
-  const char* below;  // the folder of models in each of its folders
+  const char* below;   // the folder of models in each of its folders
+  int package_levels;  // how far below that packages are found by the names in their package.xml
 };
-constexpr std::array<Variable, 7> kVariables = {Variable{"TESSERA_MODEL_PATH", ""},
-                                                {"GZ_SIM_RESOURCE_PATH", ""},
-                                                {"IGN_GAZEBO_RESOURCE_PATH", ""},
-                                                {"GAZEBO_MODEL_PATH", ""},
-                                                {"SDF_PATH", ""},
-                                                {"AMENT_PREFIX_PATH", "share"},
-                                                {"ROS_PACKAGE_PATH", ""}};
+constexpr std::array<Variable, 7> kVariables = {Variable{"TESSERA_MODEL_PATH", "", 4},
+                                                {"GZ_SIM_RESOURCE_PATH", "", 1},
+                                                {"IGN_GAZEBO_RESOURCE_PATH", "", 1},
+                                                {"GAZEBO_MODEL_PATH", "", 1},
+                                                {"SDF_PATH", "", 1},
+                                                {"AMENT_PREFIX_PATH", "share", 1},
+                                                {"ROS_PACKAGE_PATH", "", 4}};
 
-std::vector<path> folders_of_variables() {
-  std::vector<path> folders;
+struct ListedFolder {
+  path folder;
+  int package_levels = 1;
+};
+
+std::vector<ListedFolder> listed_folders() {
+  std::vector<ListedFolder> folders;
   for (const Variable& variable : kVariables) {
     const char* list = std::getenv(variable.name);
     if (list == nullptr) continue;
     for (absl::string_view folder : absl::StrSplit(list, ':', absl::SkipEmpty())) {
-      folders.push_back(path(std::string(folder)) / variable.below);
+      folders.push_back({path(std::string(folder)) / variable.below, variable.package_levels});
     }
   }
   return folders;
@@ -78,8 +87,8 @@ bool consume_package(absl::string_view& uri) {
 }
 
 // NAME of such a URI; empty for others.
-path package_of(absl::string_view uri) {
-  return consume_package(uri) ? path(std::string(uri.substr(0, uri.find('/')))) : path();
+std::string package_of(absl::string_view uri) {
+  return consume_package(uri) ? std::string(uri.substr(0, uri.find('/'))) : "";
 }
 
 // In these, files lie that name others beside their folder: "../meshes/arm.stl".
@@ -89,22 +98,41 @@ constexpr std::array<const char*, 8> kPartsOfPackages = {"urdf",  "sdf",    "xac
 // A folder counts as the package of its name where a file is at most so far below it.
 constexpr int kLevelsBelowPackage = 2;
 
-thread_local path world_folder;  // absolute; empty while no world is read
+// `models` beside the folder `worlds` that `folder` is: the usual order in repositories, with or without a
+// package around it. Empty for other folders.
+path models_beside(const path& folder) {
+  const bool has_worlds = folder.filename() == "worlds" || folder.filename() == "world";
+  return has_worlds ? folder.parent_path() / "models" : path();
+}
+
+}  // namespace
+
+// What is known while a world is read.
+struct WorldFolder::Reading {
+  path folder;  // absolute
+  PackageIndex packages;
+};
+
+namespace {
+
+thread_local WorldFolder::Reading* reading = nullptr;  // none while no world is read
 
 // The folders from which a file in `directory` may take others: where it lies, where the model or package
 // lies that it is part of, and those that the user lists.
 std::vector<path> roots_of(const std::string& uri, const path& directory) {
   const path begin = absolute_folder(directory);
   std::vector<path> roots{begin};
-  if (!world_folder.empty()) roots.push_back(world_folder);
+  if (reading != nullptr) roots.push_back(reading->folder);
   int levels = 0;
   for (path folder = begin; folder.has_relative_path(); folder = folder.parent_path()) {
     if (is_package(folder)) roots.push_back(folder.parent_path());
     const bool is_part = std::ranges::find(kPartsOfPackages, folder.filename()) != kPartsOfPackages.end();
     if (levels == 0 && is_part) roots.push_back(folder.parent_path());
+    if (const path models = models_beside(folder); levels <= kLevelsBelowPackage && !models.empty())
+      roots.push_back(models);
     if (levels++ <= kLevelsBelowPackage && folder.filename() == package_of(uri)) roots.push_back(folder);
   }
-  for (const path& one : folders_of_variables()) roots.push_back(one);
+  for (const ListedFolder& one : listed_folders()) roots.push_back(one.folder);
   return roots;
 }
 
@@ -131,13 +159,35 @@ std::vector<path> places_of_model(const path& rest, const path& directory) {
   for (path folder = begin; folder.has_relative_path(); folder = folder.parent_path()) {
     const bool package = is_package(folder);
     if (package) places.push_back(folder.parent_path() / rest);
+    if (package) places.push_back(folder / "models" / rest);
+    if (const path models = models_beside(folder); levels <= kLevelsBelowPackage && !models.empty())
+      places.push_back(models / rest);
     // Robots lie in the folder `urdf` of theirs, which may lack the file that says so.
     const bool has_name = folder.filename() == name && levels <= kLevelsBelowPackage;
     const bool may_be_inside = package || begin == folder / "urdf";
     if (has_name || (may_be_inside && inside != ".")) places.push_back(folder / inside);
     ++levels;
   }
-  for (const path& one : folders_of_variables()) places.push_back(one / rest);
+  for (const ListedFolder& one : listed_folders()) places.push_back(one.folder / rest);
+  return places;
+}
+
+// The places of NAME/REST in packages that have this name in their package.xml, and whose folders are called
+// otherwise: beside the package that the file is part of, and in the folders of variables.
+std::vector<path> places_by_package(const path& rest, const path& directory) {
+  PackageIndex for_now;
+  PackageIndex& packages = reading == nullptr ? for_now : reading->packages;
+  const std::string name = rest.begin()->string();
+  const path inside = rest.lexically_relative(name);
+  std::vector<path> places;
+  const auto search_in = [&](const path& folder, int levels) {
+    if (const path package = packages.find(folder, levels, name); !package.empty())
+      places.push_back(package / inside);
+  };
+  for (path folder = absolute_folder(directory); folder.has_relative_path(); folder = folder.parent_path()) {
+    if (is_package(folder)) search_in(folder.parent_path(), 1);
+  }
+  for (const ListedFolder& one : listed_folders()) search_in(one.folder, one.package_levels);
   return places;
 }
 
@@ -147,11 +197,21 @@ std::string joined(const std::vector<path>& places) {
   });
 }
 
-absl::StatusOr<path> first_of(const std::string& uri, const std::vector<path>& candidates) {
+// Whether a file or folder is what is wanted.
+using Accepts = bool (*)(const path&);
+
+absl::StatusOr<path> first_of(const std::string& uri, const std::vector<path>& candidates,
+                              Accepts accepts = is_there) {
   for (const path& candidate : candidates) {
-    if (is_there(candidate)) return candidate.lexically_normal();
+    if (accepts(candidate)) return candidate.lexically_normal();
   }
   return absl::NotFoundError(absl::StrCat("'", uri, "' was not found; searched: ", joined(candidates)));
+}
+
+// A file, or a folder that holds a model: others may have its name, as those of packages and of pictures do.
+bool is_model(const path& file) {
+  if (!is_folder(file)) return is_there(file);
+  return is_there(file / "model.config") || is_there(file / "model.sdf");
 }
 
 // A path below a folder that is given; none if it leaves it.
@@ -187,15 +247,37 @@ absl::StatusOr<std::vector<path>> candidates_of(const std::string& uri, const pa
   }
   candidates.push_back(directory / std::string(rest));
   if (const std::optional<path> below = path_below(rest)) {
-    for (const path& folder : folders_of_variables()) candidates.push_back(folder / *below);
+    for (const ListedFolder& one : listed_folders()) candidates.push_back(one.folder / *below);
   }
   return candidates;
 }
 
-// first_of(), saying how more places can be named.
-absl::StatusOr<path> search(const std::string& uri, const path& directory,
-                            const std::vector<path>& candidates) {
-  absl::StatusOr<path> found = first_of(uri, candidates);
+// Of the collections in the network, what is on this machine.
+absl::StatusOr<path> search_fuel(const std::string& uri, Accepts accepts) {
+  const std::optional<FuelUri> fuel = fuel_uri(uri);
+  if (!fuel) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "'", uri,
+        "': only file://, model:// and package:// are supported, and models of Gazebo's collections"));
+  }
+  absl::StatusOr<path> found = first_of(uri, places_in_fuel_caches(*fuel), accepts);
+  if (!found.ok() || is_below(*found, fuel_caches())) return found;
+  return absl::InvalidArgumentError(
+      absl::StrCat("'", uri, "' leads out of Gazebo's cache to ", found->string()));
+}
+
+// The first of the places of a URI that is accepted. `suffix` may be omitted in the URI.
+absl::StatusOr<path> search(const std::string& uri, const path& directory, const char* suffix,
+                            Accepts accepts) {
+  if (is_remote(uri)) return search_fuel(uri, accepts);
+  const absl::StatusOr<std::vector<path>> candidates = candidates_of(uri, directory, suffix);
+  if (!candidates.ok()) return candidates.status();
+  absl::StatusOr<path> found = first_of(uri, *candidates, accepts);
+  if (absl::string_view rest = uri; !found.ok() && consume_package(rest)) {
+    const absl::StatusOr<path> by_name =
+        first_of(uri, places_by_package(*path_below(rest), directory), accepts);
+    if (by_name.ok()) found = by_name;
+  }
   if (found.ok()) {
     const std::vector<path> roots = roots_of(uri, directory);
     if (is_below(*found, roots)) return found;
@@ -227,19 +309,16 @@ absl::StatusOr<path> file_of_folder(const path& folder) {
 }  // namespace
 
 WorldFolder::WorldFolder(const path& folder)
-    : before_(std::exchange(world_folder, absolute_folder(folder))) {}
-WorldFolder::~WorldFolder() { world_folder = before_; }
+    : reading_(std::make_unique<Reading>(Reading{absolute_folder(folder), {}})),
+      before_(std::exchange(reading, reading_.get())) {}
+WorldFolder::~WorldFolder() { reading = before_; }
 
 absl::StatusOr<path> find_uri(const std::string& uri, const path& directory) {
-  const absl::StatusOr<std::vector<path>> candidates = candidates_of(uri, directory, "");
-  if (!candidates.ok()) return candidates.status();
-  return search(uri, directory, *candidates);
+  return search(uri, directory, "", is_there);
 }
 
 absl::StatusOr<path> find_model(const std::string& uri, const path& directory) {
-  const absl::StatusOr<std::vector<path>> candidates = candidates_of(uri, directory, ".sdf");
-  if (!candidates.ok()) return candidates.status();
-  absl::StatusOr<path> found = search(uri, directory, *candidates);
+  absl::StatusOr<path> found = search(uri, directory, ".sdf", is_model);
   if (!found.ok() || !is_folder(*found)) return found;
   const path folder = *found;
   found = file_of_folder(folder);
@@ -252,10 +331,6 @@ absl::StatusOr<path> find_model(const std::string& uri, const path& directory) {
 
 bool is_file_below(const path& file, const path& folder) {
   return is_there(file) && !is_folder(file) && is_below(file, {folder});
-}
-
-bool is_remote(const std::string& uri) {
-  return absl::StartsWith(uri, "http://") || absl::StartsWith(uri, "https://");
 }
 
 }  // namespace tessera

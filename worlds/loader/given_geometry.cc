@@ -150,10 +150,15 @@ absl::StatusOr<GivenGeometry> ground(const Element& element, const std::filesyst
 }
 
 // The image from above, with x to the right and y upwards; white is as high as the size says.
-absl::StatusOr<GivenGeometry> height_map(const Element& element, const std::filesystem::path& directory) {
+absl::StatusOr<GivenGeometry> height_map(const Element& element, const std::filesystem::path& directory,
+                                         Notices& notices) {
   const Element* uri = element.FirstChildElement("uri");
   if (uri == nullptr) return xml::invalid(element, "the <uri> is missing");
   const absl::StatusOr<std::filesystem::path> file = find_uri(xml::text_of(*uri), directory);
+  if (absl::IsNotFound(file.status())) {
+    notices.count_missing_file(xml::text_of(*uri), xml::place_of(*uri), file.status().message());
+    return stand_in();
+  }
   if (!file.ok()) return xml::error_at(*uri, file.status().code(), file.status().message());
   Eigen::Vector3d size(1, 1, 1);
   PlacedHeightField result;
@@ -261,12 +266,14 @@ bool is_given(const Element& kind) { return std::ranges::find(kGiven, kind.Name(
 
 absl::StatusOr<GivenGeometry> given_geometry(const Element& kind, const std::filesystem::path& directory,
                                              Notices& notices) {
-  if (xml::is(kind, "heightmap")) return height_map(kind, directory);
+  if (xml::is(kind, "heightmap")) return height_map(kind, directory, notices);
   if (xml::is(kind, "polyline")) return prisms(kind, notices);
   if (xml::is(kind, "cone")) return cone(kind);
   if (xml::is(kind, "tessera:ground")) return ground(kind, directory);
   return height_field(kind);
 }
+
+GivenGeometry stand_in() { return Cone{{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}}; }
 
 absl::StatusOr<std::size_t> take_optimization(Element& mesh, Notices& notices) {
   const char* given = mesh.Attribute("optimization");

@@ -63,6 +63,9 @@ absl::StatusOr<TriangleMesh> prism_surface(const Prism& prism);
 // Of cones and prisms, likewise; none for all else.
 absl::StatusOr<std::vector<TriangleMesh>> surfaces_of(const GivenGeometry& given);
 
+// For what a file names and is not there (Notices::count_missing_file), so that reading goes on.
+GivenGeometry stand_in();
+
 // How many parts a <mesh optimization="convex_decomposition"> allows; 0 for any other mesh. Takes from it
 // what libsdformat does not know.
 absl::StatusOr<std::size_t> take_optimization(xml::Element& mesh, Notices& notices);

@@ -5,6 +5,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/string_view.h>
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -12,7 +13,10 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <tuple>
@@ -21,23 +25,30 @@
 #include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
 #include "worlds/loader/file_search.h"
+#include "worlds/loader/mesh_text.h"
 #include "worlds/loader/xml.h"
 
 namespace tessera {
 namespace {
 
-// Mesh files name others, of materials and buffers: none but those in the folder of the mesh are read.
+// Mesh files name others, of materials and buffers: none but those in the folder of the mesh are read. The
+// mesh itself may have another text than its file.
 class FilesBeside final : public Assimp::DefaultIOSystem {
  public:
-  explicit FilesBeside(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  FilesBeside(const std::filesystem::path& mesh, const std::optional<std::string>& text)
+      : mesh_(mesh.string()), folder_(mesh.has_parent_path() ? mesh.parent_path() : "."), text_(text) {}
 
   bool Exists(const char* file) const override { return is_file_below(file, folder_); }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
+    if (text_ && file == mesh_)
+      return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(text_->data()), text_->size());
     return Exists(file) ? DefaultIOSystem::Open(file, mode) : nullptr;
   }
 
  private:
+  const std::string mesh_;
   const std::filesystem::path folder_;
+  const std::optional<std::string>& text_;  // outlives this
 };
 
 // What assimp calls a node of COLLADA that has no name.
@@ -97,12 +108,23 @@ class IndexLists final : public tinyxml2::XMLVisitor {
   absl::Status status_;
 };
 
-absl::Status check_collada(const std::filesystem::path& file) {
+// The text of a COLLADA file in place of its own; none if that is fit to be read.
+absl::StatusOr<std::optional<std::string>> text_of_collada(const std::filesystem::path& file) {
   auto read = xml::File::read(file);
   if (!read.ok()) return read.status();
   IndexLists lists;
   (*read)->root().Accept(&lists);
-  return lists.status();
+  if (!lists.status().ok()) return lists.status();
+  return amended_collada((*read)->root());
+}
+
+absl::StatusOr<std::optional<std::string>> text_for_assimp(const std::filesystem::path& file) {
+  const std::string format = absl::AsciiStrToLower(file.extension().string());
+  if (format == ".dae") return text_of_collada(file);
+  if (format != ".obj") return std::nullopt;
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  return amended_obj(text);
 }
 
 struct Lexicographic {
@@ -118,13 +140,10 @@ absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path&
   const std::uintmax_t bytes = std::filesystem::file_size(file, error);
   if (error) return absl::NotFoundError(absl::StrCat("mesh ", file.string(), ": there is no such file"));
   if (bytes > kWorldFileBytesMax) return refused(file, bytes, "bytes", kWorldFileBytesMax);
-  if (absl::EqualsIgnoreCase(file.extension().string(), ".dae")) {
-    if (absl::Status status = check_collada(file); !status.ok())
-      return absl::InvalidArgumentError(absl::StrCat("mesh ", status.message()));
-  }
+  const absl::StatusOr<std::optional<std::string>> text = text_for_assimp(file);
+  if (!text.ok()) return absl::InvalidArgumentError(absl::StrCat("mesh ", text.status().message()));
   Assimp::Importer importer;
-  const std::filesystem::path folder = file.parent_path();
-  importer.SetIOHandler(new FilesBeside(folder.empty() ? "." : folder));  // which the importer owns
+  importer.SetIOHandler(new FilesBeside(file, *text));  // which the importer owns
   // Like Gazebo, ignore the up axis of a Collada file: worlds rely on that.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // not ids

@@ -14,9 +14,12 @@
 
 #include "lpss/base/nearest_word.h"
 #include "lpss/model/limits.h"
+#include "worlds/loader/builtin_models.h"
 #include "worlds/loader/file_search.h"
+#include "worlds/loader/fuel_cache.h"
 #include "worlds/loader/given_geometry.h"
 #include "worlds/loader/joint_reader.h"
+#include "worlds/loader/left_out.h"
 #include "worlds/loader/merge.h"
 #include "worlds/loader/repairs.h"
 #include "worlds/loader/sdf_masses.h"
@@ -267,8 +270,9 @@ absl::StatusOr<ModelSource> ModelSources::prepare(Element& model, const std::str
     result.pose_xml = xml::print(*pose);
     model.DeleteChild(pose);
   }
-  std::vector<Slot> slots;
-  if (absl::Status status = clean(model, directory, slots, result.notices); !status.ok()) return status;
+  Includes includes;
+  if (absl::Status status = clean(model, directory, includes, result.notices); !status.ok()) return status;
+  const std::vector<Slot>& slots = includes.slots;
   model.DeleteAttribute("placement_frame");
   result.element = &model;
   const bool mixed = std::any_of(slots.begin(), slots.end(), [&](const Slot& slot) {
@@ -281,10 +285,14 @@ absl::StatusOr<ModelSource> ModelSources::prepare(Element& model, const std::str
     result.version = latest_sdf_version();
   }
   if (absl::Status status = fill(*result.element, result.version, slots); !status.ok()) return status;
+  if (includes.lacks_some && !remove_dangling(*result.element, result.notices)) {
+    result.notices.count_loss("<model> with nothing but what was left out, skipped");
+    result.is_empty = true;
+  }
   return result;
 }
 
-absl::Status ModelSources::clean(Element& element, const path& directory, std::vector<Slot>& slots,
+absl::Status ModelSources::clean(Element& element, const path& directory, Includes& includes,
                                  Notices& notices) {
   if (absl::Status status = check_prefix(element); !status.ok()) return status;
   if (absl::Status status = check_numbers(element); !status.ok()) return status;
@@ -332,12 +340,12 @@ absl::Status ModelSources::clean(Element& element, const path& directory, std::v
     } else if (xml::is(*child, "collision") && !has_known_geometry(*child, notices)) {
       element.DeleteChild(child);
     } else if (in_model && xml::is(*child, "include")) {
-      status = take_include(*child, directory, slots, notices);
+      status = take_include(*child, directory, includes, notices);
     } else if (is_given(*child) && xml::is(element, "geometry")) {
       return take_given(*child, directory, notices);
     } else if (!is_one_of(*child, kKept)) {
       if (xml::is(*child, "mesh")) status = take_mesh(*child, directory, notices);
-      if (status.ok()) status = clean(*child, directory, slots, notices);
+      if (status.ok()) status = clean(*child, directory, includes, notices);
     }
     if (!status.ok()) return status;
     child = next;
@@ -359,7 +367,14 @@ absl::Status ModelSources::take_given(const Element& kind, const path& directory
 absl::Status ModelSources::take_mesh(Element& mesh, const path& directory, Notices& notices) {
   Element* uri = mesh.FirstChildElement("uri");
   if (uri == nullptr) return xml::invalid(mesh, "the <uri> is missing");
-  const absl::StatusOr<path> file = find_uri(xml::text_of(*uri), directory);
+  const std::string given = xml::text_of(*uri);
+  const absl::StatusOr<path> file = find_uri(given, directory);
+  if (absl::IsNotFound(file.status())) {
+    // Something in its place, so that reading goes on.
+    notices.count_missing_file(given, xml::place_of(*uri), file.status().message());
+    uri->SetText(meshes_.add(stand_in()).c_str());
+    return absl::OkStatus();
+  }
   if (!file.ok()) return xml::error_at(*uri, file.status().code(), file.status().message());
   const absl::StatusOr<std::size_t> parts = take_optimization(mesh, notices);
   if (!parts.ok()) return parts.status();
@@ -368,12 +383,14 @@ absl::Status ModelSources::take_mesh(Element& mesh, const path& directory, Notic
   return absl::OkStatus();
 }
 
-absl::Status ModelSources::take_include(Element& include, const path& directory, std::vector<Slot>& slots,
+absl::Status ModelSources::take_include(Element& include, const path& directory, Includes& includes,
                                         Notices& notices) {
   const absl::StatusOr<const ModelSource*> model = included(include, directory, notices);
   if (!model.ok()) return model.status();
   Element& parent = *include.Parent()->ToElement();
-  if (*model != nullptr) {
+  if (*model == nullptr) {
+    includes.lacks_some = true;
+  } else {
     bytes_ += xml::print(*(*model)->element).size();
     if (bytes_ > kIncludedBytesMax) {
       return xml::invalid(include, "all nested includes together are ", bytes_,
@@ -392,9 +409,9 @@ absl::Status ModelSources::take_include(Element& include, const path& directory,
       slot.is_static = *is_static;
     }
     Element* marker = parent.GetDocument()->NewElement(kSlot);
-    marker->SetAttribute("n", static_cast<unsigned>(slots.size()));
+    marker->SetAttribute("n", static_cast<unsigned>(includes.slots.size()));
     parent.InsertAfterChild(&include, marker);
-    slots.push_back(std::move(slot));
+    includes.slots.push_back(std::move(slot));
     notices.add((*model)->notices);
   }
   parent.DeleteChild(&include);
@@ -449,13 +466,12 @@ absl::Status ModelSources::fill(Element& model, const std::string& version, cons
   return absl::OkStatus();
 }
 
-absl::Status ModelSources::read_file(const Element& include, const path& file, IncludedFile& entry,
-                                     Notices& notices) {
-  absl::StatusOr<std::unique_ptr<xml::File>> read = xml::File::read(file);
-  if (!read.ok()) return xml::error_at(include, read.status().code(), read.status().message());
-  if (xml::is((*read)->root(), "robot")) read = urdf_to_sdf(**read, notices);
-  if (!read.ok()) return read.status();
-  entry.file = *std::move(read);
+absl::Status ModelSources::read_file(const Element& include, IncludedFile& entry, Notices& notices) {
+  if (xml::is(entry.file->root(), "robot")) {
+    absl::StatusOr<std::unique_ptr<xml::File>> converted = urdf_to_sdf(*entry.file, notices);
+    if (!converted.ok()) return converted.status();
+    entry.file = *std::move(converted);
+  }
   Element& root = entry.file->root();
   rename_root(root, notices);
   if (!xml::is(root, "sdf")) return xml::invalid(root, "an included file must be <sdf> or <robot>");
@@ -478,6 +494,34 @@ absl::Status ModelSources::read_file(const Element& include, const path& file, I
   return absl::OkStatus();
 }
 
+absl::StatusOr<const ModelSource*> ModelSources::included_file(const Element& include,
+                                                               const std::string& name, const char* builtin,
+                                                               Notices& notices) {
+  std::unique_ptr<IncludedFile>& slot = files_[name];
+  if (slot == nullptr) {
+    slot = std::make_unique<IncludedFile>();
+    IncludedFile& entry = *slot;  // reading other files may move the slot, not what it points to
+    absl::StatusOr<std::unique_ptr<xml::File>> file =
+        builtin == nullptr ? xml::File::read(name) : xml::File::parse(builtin, name, "");
+    if (!file.ok()) return xml::error_at(include, file.status().code(), file.status().message());
+    entry.file = *std::move(file);
+    if (absl::Status status = read_file(include, entry, notices); !status.ok()) return status;
+    entry.reading = false;
+  }
+  const IncludedFile& entry = *files_[name];
+  if (entry.reading) {
+    return xml::invalid(*include.FirstChildElement("uri"), "'", xml::child_text(include, "uri"),
+                        "' includes itself, directly or through others");
+  }
+  if (!entry.model) {
+    notices.count("<include> of a file without model, skipped");
+    return nullptr;
+  }
+  if (!entry.model->is_empty) return &*entry.model;
+  notices.add(entry.model->notices);
+  return nullptr;
+}
+
 absl::StatusOr<const ModelSource*> ModelSources::included(const Element& include, const path& directory,
                                                           Notices& notices) {
   const Element* uri = include.FirstChildElement("uri");
@@ -491,26 +535,22 @@ absl::StatusOr<const ModelSource*> ModelSources::included(const Element& include
     if (absl::StrContains(child->Name(), ':')) notices.count(absl::StrCat("<", child->Name(), "> skipped"));
   }
   const std::string text = xml::text_of(*uri);
-  if (is_remote(text)) {
-    notices.count(absl::StrCat("<include> of the network, skipped: ", text));
+  const absl::StatusOr<path> file = find_model(text, directory);
+  if (file.ok()) {
+    std::error_code error;
+    const path real = std::filesystem::weakly_canonical(*file, error);
+    return included_file(include, (error ? *file : real).string(), nullptr, notices);
+  }
+  if (is_remote(text) || absl::IsNotFound(file.status())) {
+    if (const char* builtin = builtin_model(text)) return included_file(include, text, builtin, notices);
+    if (is_remote(text)) {
+      notices.count_remote_model(text);
+    } else {
+      notices.count_missing_file(text, xml::place_of(*uri), file.status().message());
+    }
     return nullptr;
   }
-  const absl::StatusOr<path> file = find_model(text, directory);
-  if (!file.ok()) return xml::error_at(*uri, file.status().code(), file.status().message());
-  std::error_code error;
-  const path real = std::filesystem::weakly_canonical(*file, error);
-  std::unique_ptr<IncludedFile>& slot = files_[(error ? *file : real).string()];
-  if (slot == nullptr) {
-    slot = std::make_unique<IncludedFile>();
-    IncludedFile& entry = *slot;  // reading other files may move the slot, not what it points to
-    if (absl::Status status = read_file(include, *file, entry, notices); !status.ok()) return status;
-    entry.reading = false;
-    if (!entry.model) notices.count("<include> of a file without model, skipped");
-    return entry.model ? &*entry.model : nullptr;
-  }
-  if (slot->reading) return xml::invalid(*uri, "'", text, "' includes itself, directly or through others");
-  if (!slot->model) notices.count("<include> of a file without model, skipped");
-  return slot->model ? &*slot->model : nullptr;
+  return xml::error_at(*uri, file.status().code(), file.status().message());
 }
 
 }  // namespace tessera

@@ -28,6 +28,7 @@ struct ModelSource {
   std::string pose_xml;                   // the same as it was written
   std::string placement_frame;
   xml::Element* element = nullptr;  // without pose and placement frame
+  bool is_empty = false;            // all that it consists of was left out
   Notices notices;                  // what was removed
 
   // A whole document with this model in it, named kAnyModel, for ModelTemplates: equal for models equal but
@@ -41,12 +42,14 @@ class ModelSources {
 
   // Prepares a <model> of a file in `directory`, in place. `version` is that of its file.
   // Errors name file, line and element: INVALID_ARGUMENT for invalid or out-of-bounds numbers, unknown
-  // tessera: elements, includes nested too deeply or in a circle; NOT_FOUND for includes and meshes.
+  // tessera: elements, includes nested too deeply or in a circle. Includes and meshes that are not there are
+  // told in the notices.
   absl::StatusOr<ModelSource> prepare(xml::Element& model, const std::string& version,
                                       const std::filesystem::path& directory);
 
-  // The model that an <include> of a file in `directory` names, read once. nullptr, and a notice, for an
-  // unsupported URI (the network) or another element (a light). Pointers stay valid.
+  // The model that an <include> of a file in `directory` names, read once. nullptr, and a notice, for one
+  // that is not here (of the network), that is not there at all, and for another element (a light). Pointers
+  // stay valid.
   absl::StatusOr<const ModelSource*> included(const xml::Element& include,
                                               const std::filesystem::path& directory, Notices& notices);
 
@@ -66,12 +69,20 @@ class ModelSources {
     bool is_merged = false;
   };
 
-  absl::Status read_file(const xml::Element& include, const std::filesystem::path& file, IncludedFile& entry,
-                         Notices& notices);
-  absl::Status clean(xml::Element& element, const std::filesystem::path& directory, std::vector<Slot>& slots,
+  // The includes in a model.
+  struct Includes {
+    std::vector<Slot> slots;
+    bool lacks_some = false;  // they were left out
+  };
+
+  // A file by its path; or a built-in one, whose text is given, by its URI.
+  absl::StatusOr<const ModelSource*> included_file(const xml::Element& include, const std::string& name,
+                                                   const char* builtin, Notices& notices);
+  absl::Status read_file(const xml::Element& include, IncludedFile& entry, Notices& notices);
+  absl::Status clean(xml::Element& element, const std::filesystem::path& directory, Includes& includes,
                      Notices& notices);
-  absl::Status take_include(xml::Element& include, const std::filesystem::path& directory,
-                            std::vector<Slot>& slots, Notices& notices);
+  absl::Status take_include(xml::Element& include, const std::filesystem::path& directory, Includes& includes,
+                            Notices& notices);
   absl::Status fill(xml::Element& model, const std::string& version, const std::vector<Slot>& slots);
   absl::StatusOr<xml::Element*> to_latest(const xml::Element& model, const std::string& version);
   absl::Status take_given(const xml::Element& kind, const std::filesystem::path& directory, Notices& notices);

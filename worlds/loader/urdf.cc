@@ -15,6 +15,7 @@
 #include "worlds/loader/file_search.h"
 #include "worlds/loader/repairs.h"
 #include "worlds/loader/sdf_parser.h"
+#include "worlds/loader/urdf_joints.h"
 #include "worlds/loader/urdf_masses.h"
 
 namespace tessera {
@@ -35,24 +36,59 @@ void note_materials(const Element& robot, Notices& notices) {
   }
 }
 
-// libsdformat would change the URIs; here an error can still name the place.
-absl::Status find_meshes(Element& robot, const std::filesystem::path& directory) {
-  for (Element* link = robot.FirstChildElement("link"); link != nullptr;
-       link = link->NextSiblingElement("link")) {
-    for (Element* collision = link->FirstChildElement("collision"); collision != nullptr;
-         collision = collision->NextSiblingElement("collision")) {
-      Element* geometry = collision->FirstChildElement("geometry");
-      Element* mesh = geometry == nullptr ? nullptr : geometry->FirstChildElement("mesh");
-      if (mesh == nullptr) continue;
-      const absl::StatusOr<std::string> uri = xml::required_attribute(*mesh, "filename");
-      if (!uri.ok()) return uri.status();
-      const absl::StatusOr<std::filesystem::path> file = find_uri(*uri, directory);
-      if (!file.ok()) return xml::error_at(*mesh, file.status().code(), file.status().message());
-      mesh->SetAttribute("filename", std::filesystem::absolute(*file).c_str());
+// Names of meshes that pass through libsdformat, which would change URIs. They are searched here, so that an
+// error can name the place, and again when the model is read: there in the folder of the same file.
+class MeshUris {
+ public:
+  absl::Status hide(Element& robot, const std::filesystem::path& directory, Notices& notices) {
+    for (Element* link = robot.FirstChildElement("link"); link != nullptr;
+         link = link->NextSiblingElement("link")) {
+      for (Element* collision = link->FirstChildElement("collision"); collision != nullptr;
+           collision = collision->NextSiblingElement("collision")) {
+        if (absl::Status status = hide_in(*collision, directory, notices); !status.ok()) return status;
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  void restore(Element& model) const {
+    for (Element* link = model.FirstChildElement("link"); link != nullptr;
+         link = link->NextSiblingElement("link")) {
+      for (Element* collision = link->FirstChildElement("collision"); collision != nullptr;
+           collision = collision->NextSiblingElement("collision")) {
+        Element* geometry = collision->FirstChildElement("geometry");
+        Element* mesh = geometry == nullptr ? nullptr : geometry->FirstChildElement("mesh");
+        Element* uri = mesh == nullptr ? nullptr : mesh->FirstChildElement("uri");
+        if (uri == nullptr) continue;
+        const auto found = uris_.find(xml::text_of(*uri));
+        if (found != uris_.end()) uri->SetText(found->second.c_str());
+      }
     }
   }
-  return absl::OkStatus();
-}
+
+ private:
+  absl::Status hide_in(Element& collision, const std::filesystem::path& directory, Notices& notices) {
+    Element* geometry = collision.FirstChildElement("geometry");
+    Element* mesh = geometry == nullptr ? nullptr : geometry->FirstChildElement("mesh");
+    if (mesh == nullptr) return absl::OkStatus();
+    const absl::StatusOr<std::string> uri = xml::required_attribute(*mesh, "filename");
+    if (!uri.ok()) return uri.status();
+    const absl::StatusOr<std::filesystem::path> file = find_uri(*uri, directory);
+    if (absl::IsNotFound(file.status())) {
+      notices.count_missing_file(*uri, xml::place_of(*mesh), file.status().message());
+      geometry->DeleteChild(mesh);
+      geometry->InsertNewChildElement("sphere")->SetAttribute("radius", "1");  // so that reading goes on
+      return absl::OkStatus();
+    }
+    if (!file.ok()) return xml::error_at(*mesh, file.status().code(), file.status().message());
+    const std::string name = absl::StrCat("tessera_mesh_", uris_.size());
+    uris_.emplace(name, *uri);
+    mesh->SetAttribute("filename", name.c_str());
+    return absl::OkStatus();
+  }
+
+  absl::flat_hash_map<std::string, std::string> uris_;
+};
 
 void complete_limit(Element& limit, Notices& notices) {
   for (const char* attribute : {"effort", "velocity"}) {
@@ -331,12 +367,16 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
     unknown_joints[*name] = type_name;
     joint->SetAttribute("type", "continuous");
   }
+  settle_urdf_world(robot, notices);
   if (absl::Status status = repair_urdf_masses(robot, notices); !status.ok()) return status;
-  if (absl::Status status = find_meshes(robot, file.directory()); !status.ok()) return status;
+  MeshUris meshes;
+  if (absl::Status status = meshes.hide(robot, file.directory(), notices); !status.ok()) return status;
   hide_capsules(robot);
   const absl::StatusOr<UrdfMimics> mimics = urdf_mimics_of(robot);
   if (!mimics.ok()) return mimics.status();
   std::vector<FixedLink> fixed = fixed_links(robot);
+  const UrdfCensus census(robot);
+  if (absl::Status status = lift_joints(robot); !status.ok()) return status;
 
   const absl::StatusOr<std::string> converted = to_latest_sdf(xml::print(robot));
   if (!converted.ok()) return xml::invalid(robot, converted.status().message());
@@ -352,6 +392,8 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
   restore_joints(*model, unknown_joints);
   restore_capsules(*model);
   restore_fixed_links(*model, std::move(fixed));
+  meshes.restore(*model);
+  if (absl::Status status = census.check(*model); !status.ok()) return status;
   return result;
 }
 

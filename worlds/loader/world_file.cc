@@ -5,7 +5,9 @@
 
 #include <exception>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "lpss/model/validate.h"
 #include "worlds/loader/file_search.h"
@@ -22,6 +24,8 @@ absl::StatusOr<LoadedWorld> load(xml::File& file, Faults faults) {
   // libsdformat and assimp throw on unexpected input.
   try {
     absl::StatusOr<WorldDescription> world = read_world(file, notices);
+    // What is wrong else may follow from what is missing.
+    if (absl::Status status = notices.missing_files(); !status.ok()) return status;
     if (!world.ok()) return world.status();
     result.world = *std::move(world);
   } catch (const std::exception& error) {
@@ -32,9 +36,13 @@ absl::StatusOr<LoadedWorld> load(xml::File& file, Faults faults) {
   }
   result.notices = notices.lines();
   result.repairs = notices.repairs();
-  if (faults == Faults::kRefuse && !result.repairs.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(file.name(), ": has faults: ", absl::StrJoin(result.repairs, "; ")));
+  if (faults == Faults::kRefuse) {
+    std::vector<std::string> refused = result.repairs;
+    for (std::string& loss : notices.losses()) refused.push_back(std::move(loss));
+    if (!refused.empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(file.name(), ": has faults: ", absl::StrJoin(refused, "; ")));
+    }
   }
   return result;
 }

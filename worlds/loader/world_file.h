@@ -18,7 +18,8 @@ struct LoadedWorld {
 };
 
 // What to do with a file that has faults that can be mended: links without mass, impossible moments of
-// inertia, flat meshes, unknown elements and others; worlds/README.md lists them.
+// inertia, flat meshes, unknown elements and others; and with one that has more than the world that is read
+// from it: models of the network that are not here, and what hangs on them. worlds/README.md lists both.
 enum class Faults {
   kRepair,
   kRefuse,  // INVALID_ARGUMENT with all of them
@@ -30,9 +31,9 @@ enum class Faults {
 //
 // Elements with the prefix `tessera:` are read as well; tessera_elements.h lists them.
 //
-// NOT_FOUND if the file, an include or a mesh does not exist; INVALID_ARGUMENT, with file, line and element,
-// for invalid input: malformed, too large or too deeply nested XML, numbers out of bounds, names used twice;
-// OUT_OF_RANGE for positions outside the 64-bit range of sectors.
+// NOT_FOUND if the file does not exist, or with all includes and meshes that do not; INVALID_ARGUMENT, with
+// file, line and element, for invalid input: malformed, too large or too deeply nested XML, numbers out of
+// bounds, names used twice; OUT_OF_RANGE for positions outside the 64-bit range of sectors.
 //
 // Thread-safe; libsdformat is used by one thread at a time.
 absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file,

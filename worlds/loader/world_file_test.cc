@@ -398,7 +398,8 @@ TEST(Includes, OfTheNetworkAndOfLightsAreSkipped) {
                                   folder);
   EXPECT_THAT(names(loaded), IsEmpty());
   EXPECT_THAT(loaded.notices, ElementsAre("1 x <include> of a file without model, skipped",
-                                          "1 x <include> of the network, skipped: https://example.org/a"));
+                                          "1 x <include> of the network, skipped: 1 model is not in Gazebo's "
+                                          "cache: https://example.org/a"));
 }
 
 // What is left out.

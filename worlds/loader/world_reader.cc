@@ -282,6 +282,11 @@ absl::Status WorldReader::read_model(Element& model, const WorldPose& scope) {
   placed.extras = *extras;
   absl::StatusOr<ModelSource> source = sources_.prepare(model, version_, file_.directory());
   if (!source.ok()) return source.status();
+  if (source->is_empty) {
+    notices_.add(source->notices);
+    lacks_models_ = true;
+    return absl::OkStatus();
+  }
   placed.name = source->name;
   if (source->pose) placed.pose = *source->pose;
   placed.placement_frame = source->placement_frame;
