@@ -35,7 +35,7 @@ set(CPACK_DEBIAN_SDK_PACKAGE_DEPENDS "libabsl-dev, libeigen3-dev, libgrpc++-dev,
 # For the components `simulation`, whose engines are in the package `tessera`, and `world_files`.
 set(CPACK_DEBIAN_SDK_PACKAGE_RECOMMENDS "libtbb-dev, libxxhash-dev, tessera")
 set(CPACK_DEBIAN_SDK_PACKAGE_SUGGESTS
-  "libassimp-dev, libbullet-extras-dev, libconsole-bridge-dev, libpng-dev, libsdformat-dev, libtinyxml2-dev, nlohmann-json3-dev")
+  "libassimp-dev, libbullet-extras-dev, libconsole-bridge-dev, libpng-dev, libsdformat-dev, libtiff-dev, libtinyxml2-dev, nlohmann-json3-dev")
 
 include(CPack)
 cpack_add_component_group(cluster

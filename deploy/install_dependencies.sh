@@ -16,7 +16,7 @@ packages=(
   cmake cyclonedds-tools g++ mold ninja-build pkgconf protobuf-compiler protobuf-compiler-grpc
   # physics, network, world files
   libbullet-dev cyclonedds-dev libgrpc++-dev libprotobuf-dev
-  libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libbullet-extras-dev libpng-dev
+  libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libbullet-extras-dev libpng-dev libtiff-dev
   # general libraries
   libabsl-dev libcli11-dev libcivetweb-dev libeigen3-dev libmetis-dev libsleef-dev libspdlog-dev libsqlite3-dev libssl-dev libtbb-dev libxxhash-dev
   nlohmann-json3-dev prometheus-cpp-dev

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "lpss/model/limits.h"
+#include "tiles/tiff_image.h"
 
 namespace tessera {
 namespace {
@@ -102,7 +103,7 @@ absl::StatusOr<HeightImage> read_height_image(const std::filesystem::path& file)
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return absl::NotFoundError(absl::StrCat("height map ", file.string(), ": cannot be opened"));
   const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  absl::StatusOr<HeightImage> image = decoded_image(bytes);
+  absl::StatusOr<HeightImage> image = is_tiff(bytes) ? decoded_tiff(bytes) : decoded_image(bytes);
   if (image.ok()) return image;
   return absl::Status(image.status().code(),
                       absl::StrCat("height map ", file.string(), ": ", image.status().message()));

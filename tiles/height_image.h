@@ -17,11 +17,11 @@ struct HeightImage {
   std::vector<double> heights;  // 0 (black) to 1 (white), row by row from the top of the image
 };
 
-// A PNG of 8 or 16 bits; of colours counts the red, as in Gazebo. NOT_FOUND without such a file;
-// INVALID_ARGUMENT if it is none, or has more than kHeightFieldSamplesMax pixels.
+// A PNG of 8 or 16 bits; of colours counts the red, as in Gazebo. Or a TIFF: see decoded_tiff(). NOT_FOUND
+// without such a file; INVALID_ARGUMENT if it is none, or has more than kHeightFieldSamplesMax pixels.
 absl::StatusOr<HeightImage> read_height_image(const std::filesystem::path& file);
 
-// The same of a file's bytes. INVALID_ARGUMENT likewise.
+// A PNG by its bytes. INVALID_ARGUMENT likewise.
 absl::StatusOr<HeightImage> decoded_image(absl::string_view file);
 
 // Columns and rows alone.
