@@ -72,7 +72,9 @@ void add_override_options(CLI::App& command, WorldOverrides& overrides) {
     command.add_option_function<std::string>(flags, set, help_of(setting));
   }
   command.add_flag("--strict", overrides.strict,
-                   "refuse a world file with faults that would otherwise be mended and reported");
+                   "refuse a world file with faults that would otherwise be mended and reported, and one of "
+                   "which something would "
+                   "be left out, such as models of the network that are not on this machine");
   add_parsed(command, "--shift", overrides.shift, parse_shift,
              "I,J,K: move the world by whole sectors, up to 2^62 along each axis; 2^40 may be written so");
 }

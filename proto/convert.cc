@@ -228,16 +228,6 @@ v1::NumberedShape to_proto(const ShapeEntry& entry) {
   return result;
 }
 
-v1::Shape to_proto(const Shape& shape) {
-  v1::Shape result;
-  for (const ShapePart& part : shape.parts) {
-    v1::Shape::Part& to = *result.add_parts();
-    std::visit(GeometryWriter{*to.mutable_geometry()}, part.geometry);
-    *to.mutable_pose() = to_proto(part.pose);
-  }
-  return result;
-}
-
 v1::Surface to_proto(const Surface& surface) {
   v1::Surface result;
   *result.mutable_direction() = to_proto(vector(surface.direction));
@@ -247,6 +237,27 @@ v1::Surface to_proto(const Surface& surface) {
   result.set_rolling_friction(surface.rolling_friction);
   *result.mutable_velocity() = to_proto(vector(surface.velocity));
   *result.mutable_running() = to_proto(vector(surface.running));
+  return result;
+}
+
+v1::PartMaterial to_proto(const PartMaterial& material) {
+  v1::PartMaterial result;
+  result.set_friction(material.friction);
+  result.set_restitution(material.restitution);
+  result.set_category(material.category);
+  result.set_mask(material.mask);
+  if (material.surface != Surface{}) *result.mutable_surface() = to_proto(material.surface);
+  return result;
+}
+
+v1::Shape to_proto(const Shape& shape) {
+  v1::Shape result;
+  for (const ShapePart& part : shape.parts) {
+    v1::Shape::Part& to = *result.add_parts();
+    std::visit(GeometryWriter{*to.mutable_geometry()}, part.geometry);
+    *to.mutable_pose() = to_proto(part.pose);
+    if (part.material) *to.mutable_material() = to_proto(*part.material);
+  }
   return result;
 }
 
@@ -342,17 +353,6 @@ Pose from_proto(const v1::Pose& pose) {
   return result;
 }
 
-absl::StatusOr<Shape> from_proto(const v1::Shape& shape) {
-  Shape result;
-  result.parts.reserve(shape.parts_size());
-  for (int n = 0; n < shape.parts_size(); ++n) {
-    absl::StatusOr<Geometry> part = geometry(shape.parts(n).geometry());
-    if (!part.ok()) return in(absl::StrCat("part ", n), part.status());
-    result.parts.push_back({*std::move(part), from_proto(shape.parts(n).pose())});
-  }
-  return result;
-}
-
 Surface from_proto(const v1::Surface& surface) {
   Surface result;
   result.direction = array(surface.direction());
@@ -362,6 +362,28 @@ Surface from_proto(const v1::Surface& surface) {
   result.rolling_friction = surface.rolling_friction();
   result.velocity = array(surface.velocity());
   result.running = array(surface.running());
+  return result;
+}
+
+PartMaterial from_proto(const v1::PartMaterial& material) {
+  PartMaterial result;
+  result.friction = material.friction();
+  result.restitution = material.restitution();
+  result.category = material.category();
+  result.mask = material.mask();
+  if (material.has_surface()) result.surface = from_proto(material.surface());
+  return result;
+}
+
+absl::StatusOr<Shape> from_proto(const v1::Shape& shape) {
+  Shape result;
+  result.parts.reserve(shape.parts_size());
+  for (int n = 0; n < shape.parts_size(); ++n) {
+    absl::StatusOr<Geometry> part = geometry(shape.parts(n).geometry());
+    if (!part.ok()) return in(absl::StrCat("part ", n), part.status());
+    ShapePart& added = result.parts.emplace_back(*std::move(part), from_proto(shape.parts(n).pose()));
+    if (shape.parts(n).has_material()) added.material = from_proto(shape.parts(n).material());
+  }
   return result;
 }
 

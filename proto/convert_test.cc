@@ -245,6 +245,15 @@ TEST(Convert, EveryGeometrySurvives) {
   EXPECT_EQ(std::get<Ground>(back->parts[9].geometry), some_ground());
 }
 
+TEST(Convert, MaterialsOfPartsSurvive) {
+  Shape shape{{ShapePart{Box{}, {}}, ShapePart{Sphere{}, {}}}};
+  shape.parts[1].material = PartMaterial{0.25, 0.5, 6, 3, Surface{{0, 1, 0}, 0.1, 0.5, 0.01, 0.02}};
+  const absl::StatusOr<Shape> back = from_proto(to_proto(shape));
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->parts[0].material, std::nullopt);
+  EXPECT_EQ(back->parts[1].material, shape.parts[1].material);
+}
+
 TEST(Convert, AbsentQuaternionsAreIdentities) {
   EXPECT_TRUE(from_proto(v1::Pose()).is_identity());
   EXPECT_EQ(from_proto(v1::WorldPose()).orientation.coeffs(), Eigen::Quaterniond::Identity().coeffs());

@@ -4,12 +4,14 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <variant>
 #include <vector>
 
 #include "lpss/grid/world_position.h"
 #include "lpss/model/ground.h"
+#include "lpss/model/surface.h"
 
 namespace tessera {
 
@@ -60,10 +62,25 @@ struct HeightField {
 using Geometry = std::variant<Box, Sphere, Capsule, Cylinder, Ellipsoid, Plane, ConvexHull, TriangleMesh,
                               HeightField, Ground>;
 
+// What a part has in the place of its body's properties of these names. A contact has those of the parts that
+// touch.
+struct PartMaterial {
+  double friction = 0.5;
+  double restitution = 0;
+  std::uint32_t category = 1;
+  std::uint32_t mask = 0xffffffff;
+  // Its direction is in the frame of the part. It does not move: velocity and running, which must be 0, are
+  // the body's.
+  Surface surface;
+
+  friend bool operator==(const PartMaterial&, const PartMaterial&) = default;
+};
+
 // One geometry of a body; `pose` maps the part's frame to the body's.
 struct ShapePart {
   Geometry geometry;
   Pose pose;
+  std::optional<PartMaterial> material = {};  // none: like the body
 };
 
 // The shape of a body: one part, or a compound of several. Equal bodies share one.

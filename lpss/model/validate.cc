@@ -156,11 +156,36 @@ absl::Status GeometryCheck::operator()(const Ground& ground) const {
   return bounded("ground: wavelength", ground.wavelength, 2 * finest, kStaticExtentMax, "m");
 }
 
+absl::Status surface_check(const Surface& s) {
+  if (absl::Status status = finite("friction direction", Eigen::Vector3d(s.direction.data())); !status.ok())
+    return status;
+  absl::Status status = bounded("second friction", s.second_friction, 0, kNoBound);
+  if (!status.ok()) return status;
+  status = bounded("torsional friction", s.torsional_friction, 0, kNoBound);
+  if (!status.ok()) return status;
+  status = bounded("patch radius", s.patch_radius, 0, kPatchRadiusMax, "m");
+  if (!status.ok()) return status;
+  status = bounded("rolling friction", s.rolling_friction, 0, kRollingFrictionMax, "m");
+  if (!status.ok()) return status;
+  status = finite("surface velocity", Eigen::Vector3d(s.velocity.data()), kSurfaceSpeedMax, "m/s");
+  if (!status.ok()) return status;
+  return finite("running surface", Eigen::Vector3d(s.running.data()), kSurfaceSpeedMax, "m/s");
+}
+
+absl::Status material_check(const PartMaterial& m) {
+  if (absl::Status status = bounded("friction", m.friction, 0, kNoBound); !status.ok()) return status;
+  if (absl::Status status = bounded("restitution", m.restitution, 0, 1); !status.ok()) return status;
+  if (m.surface.velocity != std::array<double, 3>{} || m.surface.running != std::array<double, 3>{})
+    return refused("the surface of a part does not move by itself");
+  return surface_check(m.surface);
+}
+
 absl::Status part_check(const ShapePart& part) {
   if (absl::Status status = std::visit(GeometryCheck{}, part.geometry); !status.ok()) return status;
   if (absl::Status status = finite("pose", part.pose.position, kStaticExtentMax, "m"); !status.ok())
     return status;
-  return unit_quaternion("pose", part.pose.orientation);
+  if (absl::Status status = unit_quaternion("pose", part.pose.orientation); !status.ok()) return status;
+  return part.material ? in("material", material_check(*part.material)) : absl::OkStatus();
 }
 
 // The name of a geometry that only a static body may have, or nullptr.
@@ -224,22 +249,6 @@ absl::Status inertia_check(const std::array<double, 3>& inertia) {
     }
   }
   return absl::OkStatus();
-}
-
-absl::Status surface_check(const Surface& s) {
-  if (absl::Status status = finite("friction direction", Eigen::Vector3d(s.direction.data())); !status.ok())
-    return status;
-  absl::Status status = bounded("second friction", s.second_friction, 0, kNoBound);
-  if (!status.ok()) return status;
-  status = bounded("torsional friction", s.torsional_friction, 0, kNoBound);
-  if (!status.ok()) return status;
-  status = bounded("patch radius", s.patch_radius, 0, kPatchRadiusMax, "m");
-  if (!status.ok()) return status;
-  status = bounded("rolling friction", s.rolling_friction, 0, kRollingFrictionMax, "m");
-  if (!status.ok()) return status;
-  status = finite("surface velocity", Eigen::Vector3d(s.velocity.data()), kSurfaceSpeedMax, "m/s");
-  if (!status.ok()) return status;
-  return finite("running surface", Eigen::Vector3d(s.running.data()), kSurfaceSpeedMax, "m/s");
 }
 
 absl::Status surface_check(const BodyProperties& p) {

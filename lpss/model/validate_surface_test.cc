@@ -42,5 +42,23 @@ TEST(ValidateSurface, BeyondThem) {
               HasSubstr("running surface = 1001 m/s must be at most 1000 m/s"));
 }
 
+std::string verdict_of_part(const PartMaterial& material) {
+  Shape shape{{ShapePart{Box{}, Pose{}}}};
+  shape.parts[0].material = material;
+  return std::string(validate(shape, "shape").message());
+}
+
+TEST(ValidateSurface, OfParts) {
+  EXPECT_EQ(verdict_of_part({}), "");
+  EXPECT_EQ(verdict_of_part({0, 1, 0, 0, Surface{{3, 0, 0}, 0.1, 0.5, 0.01, 0.02}}), "");
+  EXPECT_THAT(verdict_of_part({.friction = -1}),
+              HasSubstr("shape: part 0: material: friction = -1 must be at least 0"));
+  EXPECT_THAT(verdict_of_part({.restitution = 1.5}), HasSubstr("restitution = 1.5 must be at most 1"));
+  EXPECT_THAT(verdict_of_part({.surface = {.patch_radius = 1001}}),
+              HasSubstr("patch radius = 1001 m must be at most 1000 m"));
+  EXPECT_THAT(verdict_of_part({.surface = {.velocity = {1, 0, 0}}}),
+              HasSubstr("the surface of a part does not move by itself"));
+}
+
 }  // namespace
 }  // namespace tessera

@@ -20,18 +20,6 @@ struct FineFlight {
   Eigen::Vector3d velocity;
 };
 
-// The surface of a body, if it has one of its own: see Surface. In the centre frame; in the world's axes if
-// the body is static.
-struct BodySurface {
-  Vector direction;  // of unit length, or 0
-  Scalar second_friction;
-  Scalar torsional_friction;
-  Scalar patch_radius;
-  Scalar rolling_friction;
-  Vector velocity;
-  Vector running;
-};
-
 struct Body {
   Body(const BodyRecord& record, Role role, std::shared_ptr<const Solid> solid,
        const EngineSettings& settings);

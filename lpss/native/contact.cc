@@ -50,6 +50,34 @@ void visit_point(P& point, const Visit& visit) {
 
 constexpr std::uint32_t kPatchesMax = 1 << 16;
 
+// What a contact has beyond what all have.
+constexpr std::uint8_t kHasSurface = 1;
+constexpr std::uint8_t kHasMaterials = 2;
+
+void write_materials(const std::vector<ContactMaterial>& materials, const ByteWriter& write) {
+  write(static_cast<std::uint32_t>(materials.size()));
+  for (const ContactMaterial& material : materials) {
+    write(material.friction);
+    write(material.restitution);
+    write(material.surface.has_value());
+    if (material.surface) visit_surface(*material.surface, write);
+  }
+}
+
+bool read_materials(const ByteReader& read, Contact& contact) {
+  const auto count = read.get<std::uint32_t>();
+  if (count > kPatchesMax) return false;
+  auto materials = std::make_shared<std::vector<ContactMaterial>>();
+  for (std::uint32_t n = 0; n < count && !read.is_short(); ++n) {
+    ContactMaterial& material = materials->emplace_back();
+    read(material.friction);
+    read(material.restitution);
+    if (read.get<bool>()) visit_surface(material.surface.emplace(), read);
+  }
+  contact.materials = std::move(materials);
+  return true;
+}
+
 }  // namespace
 
 bool Contact::is_touching() const {
@@ -72,6 +100,10 @@ void drop_impulses(Contact& contact) {
 
 void drop_predicted(Contact& contact) {
   while (!contact.patches.empty() && contact.patches.back().is_predicted) contact.patches.pop_back();
+  if (!contact.materials || contact.materials->size() <= contact.patches.size()) return;
+  contact.materials = std::make_shared<const std::vector<ContactMaterial>>(
+      contact.materials->begin(),
+      contact.materials->begin() + static_cast<std::ptrdiff_t>(contact.patches.size()));
 }
 
 std::string encode(const Contact& contact) {
@@ -79,12 +111,14 @@ std::string encode(const Contact& contact) {
   const ByteWriter write(bytes);
   write(static_cast<std::uint8_t>(sizeof(Scalar)));
   visit_header(contact, write);
-  write(contact.surface != nullptr);
+  write(static_cast<std::uint8_t>((contact.surface ? kHasSurface : 0) |
+                                  (contact.materials ? kHasMaterials : 0)));
   if (contact.surface) visit_surface(*contact.surface, write);
+  if (contact.materials) write_materials(*contact.materials, write);
   write(static_cast<std::uint32_t>(contact.patches.size()));
   for (const ContactPatch& patch : contact.patches) {
     visit_patch(patch, write);
-    for (int n = 0; n < 3 && contact.surface; ++n) write(patch.rolling_impulse[n]);
+    for (int n = 0; n < 3 && contact.has_surfaces(); ++n) write(patch.rolling_impulse[n]);
     for (int n = 0; n < patch.count; ++n) visit_point(patch.point[n], write);
   }
   return bytes;
@@ -97,17 +131,20 @@ bool decode(std::string_view bytes, Contact& contact) {
   visit_header(contact, read);
   if (contact.need.ticks > ContactNeed::kTicksToKnow || contact.need.substeps > ContactNeed::kSubstepsMost)
     return false;
-  if (read.get<bool>()) {
+  const auto has = read.get<std::uint8_t>();
+  if (has > (kHasSurface | kHasMaterials)) return false;
+  if (has & kHasSurface) {
     ContactSurface surface;
     visit_surface(surface, read);
     contact.surface = std::make_shared<const ContactSurface>(surface);
   }
+  if ((has & kHasMaterials) && !read_materials(read, contact)) return false;
   const auto patches = read.get<std::uint32_t>();
   if (patches > kPatchesMax) return false;
   for (std::uint32_t p = 0; p < patches && !read.is_short(); ++p) {
     ContactPatch& patch = contact.patches.emplace_back();
     visit_patch(patch, read);
-    for (int n = 0; n < 3 && contact.surface; ++n) read(patch.rolling_impulse[n]);
+    for (int n = 0; n < 3 && contact.has_surfaces(); ++n) read(patch.rolling_impulse[n]);
     if (patch.count > kPatchPointsMax) return false;
     for (int n = 0; n < patch.count; ++n) visit_point(patch.point[n], read);
   }

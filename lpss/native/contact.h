@@ -3,13 +3,16 @@
 
 #include <absl/container/inlined_vector.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "lpss/native/contact_needs.h"
+#include "lpss/native/material.h"
 #include "lpss/native/math.h"
 #include "lpss/solver/contact_solver.h"
 
@@ -37,27 +40,11 @@ struct ContactPatch {
   ContactPoint point[kPatchPointsMax];
 };
 
-// What a contact has of surfaces of their own (Surface), since a solver elsewhere may not know the bodies.
-// World axes.
-struct ContactSurface {
-  Vector direction = Vector::Zero();  // of unit length, or 0
-  Scalar along = 1;                   // shares of the contact's friction
-  Scalar across = 1;
-  Scalar torsion = 0;  // m
-  Scalar rolling = 0;  // m
-  // m/s: with a normal n from b to a, the surface of a moves past that of b by velocity - running x n, beyond
-  // how the bodies move.
-  Vector velocity = Vector::Zero();
-  Vector running = Vector::Zero();
-
-  bool moves() const { return !velocity.isZero(0) || !running.isZero(0); }
-};
-
 // Of bodies a and b, a.id < b.id.
 struct Contact {
   absl::InlinedVector<ContactPatch, 1> patches;  // ascending by parts
   Scalar friction = 0;
-  Scalar restitution = 0;
+  Scalar restitution = 0;  // of patches with materials of their own, the largest one
 
   // b relative to a, in a's frame, when the points were found. Until it has moved by more than half the
   // distance at which contacts are found, nothing else can touch, and the points are only moved along.
@@ -67,6 +54,21 @@ struct Contact {
   ContactNeed need;
 
   std::shared_ptr<const ContactSurface> surface;  // none: two usual ones
+
+  // Of the patches, in their order, where parts of the bodies have materials of their own; none for patches
+  // beyond, which have what is above.
+  std::shared_ptr<const std::vector<ContactMaterial>> materials;
+
+  // Of a patch.
+  const ContactMaterial* material_of(std::size_t patch) const {
+    return materials && patch < materials->size() ? &(*materials)[patch] : nullptr;
+  }
+  const ContactSurface* surface_of(std::size_t patch) const {
+    const ContactMaterial* const own = material_of(patch);
+    if (!own) return surface.get();
+    return own->surface ? &*own->surface : nullptr;
+  }
+  bool has_surfaces() const { return surface || materials; }
 
   bool is_touching() const;
 };

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace tessera::native {
 namespace {
@@ -61,6 +63,28 @@ TEST(ContactBytesTest, SurfacesOfTheirOwnComeBackToo) {
   EXPECT_EQ(encode(read), bytes);
   ASSERT_TRUE(read.surface);
   EXPECT_EQ(read.surface->running, Vector(4, 5, 6));
+  EXPECT_EQ(read.patches[1].rolling_impulse, Vector(7, 8, 9));
+  for (std::size_t length = 0; length < bytes.size(); ++length)
+    EXPECT_FALSE(decode(bytes.substr(0, length), read)) << length;
+}
+
+TEST(ContactBytesTest, MaterialsOfPatchesComeBackToo) {
+  Contact contact = some_contact();
+  ContactMaterial directed{Scalar(0.7), Scalar(0.1), ContactSurface{}};
+  directed.surface->direction = {0, 1, 0};
+  contact.materials = std::make_shared<const std::vector<ContactMaterial>>(
+      std::vector<ContactMaterial>{{Scalar(0.5), Scalar(0.9), {}}, directed});
+  contact.patches[1].rolling_impulse = {7, 8, 9};
+  const std::string bytes = encode(contact);
+  Contact read;
+  ASSERT_TRUE(decode(bytes, read));
+  EXPECT_EQ(encode(read), bytes);
+  ASSERT_TRUE(read.materials);
+  EXPECT_EQ(*read.materials, *contact.materials);
+  EXPECT_EQ(read.material_of(0)->friction, Scalar(0.5));
+  EXPECT_EQ(read.surface_of(0), nullptr);
+  EXPECT_EQ(read.surface_of(1)->direction, Vector(0, 1, 0));
+  EXPECT_EQ(read.material_of(2), nullptr);
   EXPECT_EQ(read.patches[1].rolling_impulse, Vector(7, 8, 9));
   for (std::size_t length = 0; length < bytes.size(); ++length)
     EXPECT_FALSE(decode(bytes.substr(0, length), read)) << length;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <span>
 
+#include "lpss/native/combine.h"
 #include "lpss/native/round_shapes.h"
 
 namespace tessera::native {
@@ -264,11 +265,12 @@ void close_gaps(const Body& a, const Body& b, Contact& contact) {
 
 }  // namespace
 
-void NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
+bool NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
   drop_predicted(contact);
   const Scalar margin = margin_of(a, b);
   const Frame seen = seen_by_larger(a, b);
-  if (!contact.is_found || !move_along(a, b, seen, margin, contact)) {
+  const bool is_new = !contact.is_found || !move_along(a, b, seen, margin, contact);
+  if (is_new) {
     found_.clear();
     find(a, b, contact, margin);
     inherit(contact);
@@ -277,6 +279,7 @@ void NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
     contact.found_at = contact.is_found ? seen : Frame{};
   }
   close_gaps(a, b, contact);
+  return is_new;
 }
 
 // As long as no point of the smaller body has moved by more than half the margin, nothing else can touch.
@@ -300,8 +303,14 @@ bool NarrowPhase::move_along(const Body& a, const Body& b, const Frame& seen, Sc
 void NarrowPhase::find(const Body& a, const Body& b, const Contact& before, Scalar margin) {
   const std::vector<Part>& parts_a = a.solid->parts();
   const std::vector<Part>& parts_b = b.solid->parts();
-  if (parts_a.size() == 1 && parts_b.size() == 1)
-    return find(a, parts_a[0], b, parts_b[0], 0, before, margin);
+  const bool is_filtered = a.solid->has_materials() || b.solid->has_materials();
+  const auto may_touch = [&](const Part& p, const Part& q) {
+    return !is_filtered || native::may_touch(a, p, b, q);
+  };
+  if (parts_a.size() == 1 && parts_b.size() == 1) {
+    if (may_touch(parts_a[0], parts_b[0])) find(a, parts_a[0], b, parts_b[0], 0, before, margin);
+    return;
+  }
   const auto seen = [&](const Box& box, const Body& from, const Body& by) {
     return box.posed({by.pose.rotation.transpose() * from.pose.rotation, by.pose.inverse(from.pose.position)})
         .grown(margin);
@@ -310,6 +319,7 @@ void NarrowPhase::find(const Body& a, const Body& b, const Contact& before, Scal
   for (const std::uint32_t i : parts_of_a_) {
     b.solid->parts_near(seen(box_at(parts_a[i], {}), a, b), parts_of_b_);
     for (const std::uint32_t j : parts_of_b_) {
+      if (!may_touch(parts_a[i], parts_b[j])) continue;
       find(a, parts_a[i], b, parts_b[j], std::uint64_t{i} << 32 | j, before, margin);
     }
   }

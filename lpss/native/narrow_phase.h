@@ -15,8 +15,8 @@ namespace tessera::native {
 // For one thread at a time.
 class NarrowPhase {
  public:
-  // Brings the points of a pair (a.id < b.id) up to date with its bodies.
-  void update(const Body& a, const Body& b, Contact& contact);
+  // Brings the points of a pair (a.id < b.id) up to date with its bodies. Whether they were found anew.
+  bool update(const Body& a, const Body& b, Contact& contact);
 
   // m, between the surfaces of two solids; <= 0 if they overlap, larger than `reach` if they are farther
   // apart.

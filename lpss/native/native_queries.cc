@@ -1,10 +1,12 @@
 // Boxes, sweeps and rays.
 
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 
 #include <algorithm>
 
 #include "lpss/bullet/nearest_hits.h"
+#include "lpss/native/combine.h"
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
@@ -19,6 +21,23 @@ class Target {
     object_.setWorldTransform(bt(at));
   }
   btCollisionObject& object() { return object_; }
+
+  // Calls `act` with the whole shape of the body, where it is, and nullptr; or, with `by_parts`, with those
+  // of the parts for which `is_wanted`, and the part.
+  template <typename IsWanted, typename Act>
+  void for_each_shape(bool by_parts, const Body& body, const IsWanted& is_wanted, const Act& act) const {
+    const btCollisionShape& root = *object_.getCollisionShape();
+    const btTransform& place = object_.getWorldTransform();
+    const auto* const compound = root.isCompound() ? static_cast<const btCompoundShape*>(&root) : nullptr;
+    if (!by_parts) return act(root, place, nullptr);
+    for (std::size_t n = 0; n < body.solid->parts().size(); ++n) {
+      const Part& part = body.solid->parts()[n];
+      if (!is_wanted(part)) continue;
+      if (!compound) return act(root, place, &part);
+      const int child = static_cast<int>(n);
+      act(*compound->getChildShape(child), place * compound->getChildTransform(child), &part);
+    }
+  }
 
  private:
   btCollisionObject object_;
@@ -145,6 +164,7 @@ std::optional<Stretch> stretch_along(const Vector& from, const Vector& way, cons
 void NativeWorld::sweep(const Body& swept, const Vector& way, BodySlot other,
                         std::optional<SweepHit>& hit) const {
   const Body& at = body(other);
+  const bool is_filtered = swept.solid->has_materials() || at.solid->has_materials();
   // From a ball that touches the other, a cast finds no good normal; and Bullet takes a millimetre for a
   // touch.
   constexpr Scalar kRunUp = 4;                // of the radius
@@ -169,18 +189,26 @@ void NativeWorld::sweep(const Body& swept, const Vector& way, BodySlot other,
       return btTransform(btMatrix3x3::getIdentity(), bt(Vector(place.cast<Scalar>())));
     };
     const btSphereShape ball(from.radius);
-    btCollisionWorld::objectQuerySingle(&ball, at_share(near->first), at_share(near->last), &target.object(),
-                                        target.object().getCollisionShape(),
-                                        target.object().getWorldTransform(), nearest,
-                                        /*allowedPenetration=*/0);
+    const Part* met = nullptr;
+    const auto cast = [&](const btCollisionShape& shape, const btTransform& place, const Part* part) {
+      const btScalar before = nearest.m_closestHitFraction;
+      btCollisionWorld::objectQuerySingle(&ball, at_share(near->first), at_share(near->last),
+                                          &target.object(), &shape, place, nearest, /*allowedPenetration=*/0);
+      if (nearest.m_closestHitFraction < before) met = part;
+    };
+    const auto may_meet = [&](const Part& part) {
+      return !is_filtered || may_touch(swept, swept.solid->parts()[from.part], at, part);
+    };
+    target.for_each_shape(is_filtered, at, may_meet, cast);
     if (nearest.object) {
       const double share = near->first + double(nearest.m_closestHitFraction) * length;
-      hit = SweepHit{other, Scalar(share), way, arm, vector(nearest.normal)};
+      hit = SweepHit{other, Scalar(share), way, arm, vector(nearest.normal), from.part, met};
     }
     for (const Part& part : at.solid->parts()) {
-      if (!part.terrain) continue;
+      if (!part.terrain || !may_meet(part)) continue;
       const Frame surface = part.is_placed ? at.pose * part.frame : at.pose;
-      meet_faces(part, surface, {swept.start + arm, from.radius}, {other, 1, way, arm, Vector::Zero()}, hit);
+      meet_faces(part, surface, {swept.start + arm, from.radius},
+                 {other, 1, way, arm, Vector::Zero(), from.part, is_filtered ? &part : nullptr}, hit);
     }
   }
 }
@@ -220,6 +248,10 @@ void NativeWorld::predict_contact(BodySlot slot, const SweepHit& hit) {
   point.on_a = is_a ? on_swept : on_other;
   point.on_b = is_a ? on_other : on_swept;
   point.gap = -to_hit.dot(hit.normal);
+  if (!hit.met) return;
+  const Part* const own = &swept.solid->parts()[hit.part];
+  add_predicted_material(is_a ? combined(swept, own, other, hit.met) : combined(other, hit.met, swept, own),
+                         contact);
 }
 
 void NativeWorld::refresh_boxes(const ParallelFor& parallel) const {

@@ -334,7 +334,7 @@ void NativeSolver::note_sides(Source& source) {
   }
   const Contact& contact = *source.contact;
   source.first_surface = surfaces_.size();
-  if (contact.surface) surfaces_.resize(surfaces_.size() + contact.patches.size());
+  if (contact.has_surfaces()) surfaces_.resize(surfaces_.size() + contact.patches.size());
   const bool carries = contact.surface && contact.surface->moves();
   for (const std::size_t side : source.places) {
     if (side >= is_pushed_.size()) continue;
@@ -356,15 +356,18 @@ void NativeSolver::fill_patches(const Source& source) {
     Contacts::Patch& patch = patches_[source.first + p];
     patch.a = source.places[0];
     patch.b = source.places[1];
-    patch.friction = contact.friction;
+    const ContactMaterial* const own = contact.material_of(p);
+    patch.friction = own ? own->friction : contact.friction;
+    const Scalar restitution = own ? own->restitution : contact.restitution;
     const bool meets = from.is_predicted && a.is_dynamic() && b.is_dynamic();
-    patch.restitution = meets ? std::max(contact.restitution, kMetRestitution) : contact.restitution;
+    patch.restitution = meets ? std::max(restitution, kMetRestitution) : restitution;
     patch.is_jointed = false;  // until begin_joints()
     patch.points = from.count;
     patch.friction_impulse = from.friction_impulse;
     patch.twist_impulse = from.twist_impulse;
-    patch.surface = contact.surface ? &surfaces_[source.first_surface + p] : nullptr;
-    if (patch.surface) *patch.surface = surface_of(*contact.surface, from);
+    const ContactSurface* const surface = contact.surface_of(p);
+    patch.surface = surface ? &surfaces_[source.first_surface + p] : nullptr;
+    if (surface) *patch.surface = surface_of(*surface, from);
     for (std::size_t n = 0; n < patch.points; ++n) {
       const ContactPoint& point = from.point[n];
       patch.point[n] = {lever(a, point.on_a), lever(b, point.on_b), from.normal, std::max(point.gap, gap_min),

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "lpss/native/bouncing_balls.h"
+#include "lpss/native/combine.h"
 
 namespace tessera::native {
 namespace {
@@ -317,14 +317,15 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
     if (is_near && !is_asleep && !is_apart) {
       if (candidate.contact != Candidate::kNone) {
         Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
-        piece.narrow_phase.update(a, b, contact);
+        const bool is_new = piece.narrow_phase.update(a, b, contact);
         find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
-        update_surface(a, b, contact);
+        update_surfaces(a, b, is_new, contact);
         if (contact.patches.empty()) drop(candidate);
       } else {
         Contact contact = blank_contact(a, b);
-        piece.narrow_phase.update(a, b, contact);
+        const bool is_new = piece.narrow_phase.update(a, b, contact);
         find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
+        update_materials(a, b, is_new, contact);
         if (!contact.patches.empty()) piece.made.emplace_back(next, std::move(contact));
       }
     } else if (!is_near || is_apart) {
@@ -337,54 +338,21 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
   piece.kept = next - begin;
 }
 
-// What slides at an angle to the direction of friction is held within an ellipse, whose axes are the smaller
-// coefficients of both.
-void NativeWorld::update_surface(const Body& a, const Body& b, Contact& contact) {
-  constexpr Scalar kShareMin = Scalar(1e-4);  // less is none
+// Surfaces turn with their bodies.
+void NativeWorld::update_surfaces(const Body& a, const Body& b, bool is_new, Contact& contact) {
+  update_materials(a, b, is_new, contact);
   if (!a.surface && !b.surface) return;
-  ContactSurface surface;
-  const Scalar first = std::min(a.friction, b.friction);
-  Scalar second = std::numeric_limits<Scalar>::max();
-  Scalar torsional = 1;
-  Scalar radius = 0;
-  Scalar sign = 1;
-  for (const Body* body : {&a, &b}) {
-    if (!body->surface) {
-      second = std::min(second, body->friction);
-      torsional = std::min(torsional, Scalar(1));
-    } else {
-      const BodySurface& own = *body->surface;
-      const auto in_world = [&](const Vector& v) -> Vector {
-        return body->motion == Motion::kStatic ? v : Vector(body->pose.rotation * v);
-      };
-      const bool has_direction = !own.direction.isZero(0);
-      if (has_direction && surface.direction.isZero(0)) surface.direction = in_world(own.direction);
-      second = std::min(second, has_direction ? own.second_friction : body->friction);
-      torsional = body == &a ? own.torsional_friction : std::min(torsional, own.torsional_friction);
-      radius = std::max(radius, own.patch_radius);
-      surface.rolling = std::max(surface.rolling, own.rolling_friction);
-      surface.velocity += in_world(own.velocity) * sign;
-      surface.running += in_world(own.running);
-    }
-    sign = -1;
-  }
-  surface.torsion = Scalar(3 * std::numbers::pi / 16) * torsional * radius;
-  contact.friction = std::max(first, second);
-  const auto share = [&](Scalar coefficient) {
-    const Scalar is = contact.friction > 0 ? coefficient / contact.friction : 1;
-    return is >= kShareMin ? is : 0;
-  };
-  surface.along = share(first);
-  surface.across = share(second);
-  contact.surface = std::make_shared<const ContactSurface>(surface);
+  const ContactMaterial both = combined(a, nullptr, b, nullptr);
+  contact.friction = both.friction;
+  contact.surface = std::make_shared<const ContactSurface>(*both.surface);
 }
 
-// The friction of a contact is the smaller one of its two bodies, as in Gazebo.
 Contact NativeWorld::blank_contact(const Body& a, const Body& b) const {
+  const ContactMaterial both = combined(a, nullptr, b, nullptr);
   Contact contact;
-  contact.friction = std::min(a.friction, b.friction);
-  contact.restitution = a.restitution * b.restitution;
-  update_surface(a, b, contact);
+  contact.friction = both.friction;
+  contact.restitution = both.restitution;
+  if (both.surface) contact.surface = std::make_shared<const ContactSurface>(*both.surface);
   return contact;
 }
 

@@ -74,10 +74,12 @@ class NativeWorld final : public SectorWorld {
  private:
   struct SweepHit {
     BodySlot other;
-    Scalar fraction;  // of the way
-    Vector way;       // m, of the swept body, relative to the other one
-    Vector arm;       // m, from the centre of the swept body to that of the ball that hits, world axes
-    Vector normal;    // on the other
+    Scalar fraction;         // of the way
+    Vector way;              // m, of the swept body, relative to the other one
+    Vector arm;              // m, from the centre of the swept body to that of the ball that hits, world axes
+    Vector normal;           // on the other
+    std::uint32_t part = 0;  // of the body that is swept
+    const Part* met = nullptr;  // of the other one, if one of the two has parts with materials of their own
   };
 
   // Where bodies that live here may be in a tick.
@@ -125,7 +127,7 @@ class NativeWorld final : public SectorWorld {
   void update_contacts(const ParallelFor& parallel);
   void update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece);
   void forget_removed();
-  static void update_surface(const Body& a, const Body& b, Contact& contact);
+  static void update_surfaces(const Body& a, const Body& b, bool is_new, Contact& contact);
   Contact blank_contact(const Body& a, const Body& b) const;
   std::int32_t keep_contact(Contact contact);
   void drop_contact(Candidate& candidate);

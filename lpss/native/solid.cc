@@ -129,6 +129,26 @@ Box box_at(const Part& part, const Frame& body) {
   }
 }
 
+namespace {
+
+std::shared_ptr<const Material> material_of(const PartMaterial& given) {
+  Material material{Scalar(given.friction), Scalar(given.restitution), given.category, given.mask,
+                    std::nullopt};
+  if (const Surface& own = given.surface; own != Surface{}) {
+    const Eigen::Vector3d direction = Eigen::Vector3d(own.direction.data()).stableNormalized();
+    material.surface = {direction.cast<Scalar>(),
+                        Scalar(own.second_friction),
+                        Scalar(own.torsional_friction),
+                        Scalar(own.patch_radius),
+                        Scalar(own.rolling_friction),
+                        Vector::Zero(),
+                        Vector::Zero()};
+  }
+  return std::make_shared<const Material>(material);
+}
+
+}  // namespace
+
 Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
     : bullet_(shape, centre, is_static, bullet::CollisionShape::Use::kCastsAlone) {
   const bool is_centred = centre.is_identity();
@@ -151,6 +171,10 @@ Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
       }
     }
     parts_.push_back(make_part(geometry, pose, its));
+    if (shape.parts[n].material) {
+      parts_.back().material = material_of(*shape.parts[n].material);
+      has_materials_ = true;
+    }
     if (!is_static) add_swept_ball(parts_.back(), Scalar(smallest_extent({{{geometry, pose}}})));
   }
   const double extent = smallest_extent(shape);
@@ -169,7 +193,8 @@ void Solid::add_swept_ball(const Part& part, Scalar extent) {
     for (const Vector& vertex : part.polyhedron->vertices) middle += vertex;
     middle /= Scalar(part.polyhedron->vertices.size());
   }
-  swept_balls_.push_back({part.frame * middle, extent * kSweptShare});
+  const auto its = static_cast<std::uint32_t>(&part - parts_.data());
+  swept_balls_.push_back({part.frame * middle, extent * kSweptShare, its});
 }
 
 Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet) {

@@ -8,6 +8,7 @@
 
 #include "lpss/bullet/collision_shape.h"
 #include "lpss/collision/collide.h"
+#include "lpss/native/material.h"
 #include "lpss/native/math.h"
 #include "lpss/native/terrain.h"
 
@@ -38,13 +39,15 @@ struct Part {
   const btConvexShape* convex = nullptr;                      // of all convex kinds
   Scalar rounded_off_most = 0;                                // m, of rounded_off() in any direction
   const Terrain* terrain = nullptr;
+  std::shared_ptr<const Material> material;  // none: that of the body
 };
 
 bool is_cylinder(const Part& part);
 
 struct SweptBall {
   Vector centre;
-  Scalar radius;  // m; 0.4 of the smallest extent
+  Scalar radius;           // m; 0.4 of the smallest extent
+  std::uint32_t part = 0;  // that it stands for
 };
 
 // Immutable; shared by all bodies of a shape and centre frame.
@@ -55,6 +58,9 @@ class Solid {
   Solid(const Shape& shape, const Pose& centre, bool is_static);
 
   const std::vector<Part>& parts() const { return parts_; }
+
+  // Whether a part has a material of its own.
+  bool has_materials() const { return has_materials_; }
   const Frame& offset() const { return offset_; }
 
   // m, the distance from which on contacts are kept.
@@ -96,6 +102,7 @@ class Solid {
   Scalar margin_ = 0;
   Scalar extent_ = 0;
   Scalar radius_ = 0;
+  bool has_materials_ = false;
 };
 
 // The box of a part posed by `frame`, that of its body.

@@ -201,7 +201,14 @@ StaticIndex::Part StaticIndex::part(BodyId id, const SectorIndex& sector,
     std::optional<ShapePart> cut = is_ground
                                        ? ground_within(tiles_, *entry.grounds[n], posed, region)
                                        : part_within(piece.geometry, posed, region, (*entry.trees)[n].get());
-    if (cut) result.shape.parts.push_back(std::move(*cut));
+    if (!cut) continue;
+    if (piece.material) {
+      // Its direction is in the frame of the part, which the cut may have changed.
+      cut->material = piece.material;
+      Eigen::Map<Eigen::Vector3d> direction(cut->material->surface.direction.data());
+      direction = (cut->pose.orientation.conjugate() * posed.orientation * direction).eval();
+    }
+    result.shape.parts.push_back(std::move(*cut));
   }
   return result;
 }

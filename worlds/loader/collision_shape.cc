@@ -299,8 +299,10 @@ absl::StatusOr<TriangleMesh> surface_of_file(const sdf::Mesh& mesh, MeshLibrary&
   return surface_of(*objects, is_mirrored(mesh));
 }
 
-absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, MeshLibrary& meshes, Notices& notices) {
+absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, const std::vector<PartMaterial>& materials,
+                               MeshLibrary& meshes, Notices& notices) {
   Shape shape;
+  bool differ = false;
   for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
     const sdf::Collision& collision = *link.CollisionByIndex(n);
     const std::string where =
@@ -311,8 +313,19 @@ absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, MeshLibrary& m
                           absl::StrCat("collision '", collision.Name(), "': ", parts.status().message()));
     }
     const Pose pose = pose_in_link(collision);
-    for (ShapePart& part : *parts)
+    for (ShapePart& part : *parts) {
       shape.parts.push_back({std::move(part.geometry), part.pose.is_identity() ? pose : pose * part.pose});
+      shape.parts.back().material = materials[n];
+    }
+    differ = differ || (!parts->empty() && materials[n] != materials.front());
+  }
+  for (ShapePart& part : shape.parts) {
+    if (!differ) {
+      part.material.reset();
+      continue;
+    }
+    Eigen::Map<Eigen::Vector3d> direction(part.material->surface.direction.data());
+    direction = (part.pose.orientation.conjugate() * direction).eval();
   }
   return shape;
 }

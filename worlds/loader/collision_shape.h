@@ -45,7 +45,9 @@ absl::StatusOr<TriangleMesh> surface_of_file(const sdf::Mesh& mesh, MeshLibrary&
 
 // All collisions of a link as one shape in the link's frame; without parts if it has none. With `moves`, for
 // a movable body, each object of a mesh file becomes the convex hull of its points, or of those of its parts
-// if the file asks for them; otherwise it is a surface of triangles.
-absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, MeshLibrary& meshes, Notices& notices);
+// if the file asks for them; otherwise it is a surface of triangles. `materials` are those of the collisions,
+// with directions in the frame of the link: parts have them if they differ.
+absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, const std::vector<PartMaterial>& materials,
+                               MeshLibrary& meshes, Notices& notices);
 
 }  // namespace tessera

@@ -120,7 +120,7 @@ class Reader {
       } else if (absl::Status status = add_frame(name, link.SemanticPose(), frame); !status.ok()) {
         return status;
       }
-      if (absl::Status status = read_link(link, name, is_static); !status.ok()) {
+      if (absl::Status status = read_link(model, link, prefix, is_static); !status.ok()) {
         return absl::Status(status.code(), absl::StrCat("link '", name, "': ", status.message()));
       }
     }
@@ -172,7 +172,28 @@ class Reader {
     return absl::OkStatus();
   }
 
-  absl::Status read_link(const sdf::Link& link, const std::string& name, bool is_static) {
+  // The turn of a frame in a link of its model, where the frame is fixed to it: one that is attached to it,
+  // and any one in a model that does not move.
+  std::optional<Eigen::Quaterniond> turn_in_link(const std::string& frame, const sdf::Model& model,
+                                                 const sdf::Link& link, bool is_static) const {
+    const sdf::Frame* const named = model.FrameByName(frame);
+    const sdf::Link* const other = model.LinkByName(frame);
+    std::string carrier = frame;
+    if (frame == "__model__") carrier = model.CanonicalLinkAndRelativeName().second;
+    if (named != nullptr && !named->ResolveAttachedToBody(carrier).empty()) return std::nullopt;
+    if (!is_static && carrier != link.Name()) return std::nullopt;
+    ignition::math::Pose3d pose;
+    ignition::math::Pose3d of_link;
+    const bool is_known = frame == "__model__" ||
+                          (named != nullptr && named->SemanticPose().Resolve(pose, "__model__").empty()) ||
+                          (other != nullptr && other->SemanticPose().Resolve(pose, "__model__").empty());
+    if (!is_known || !link.SemanticPose().Resolve(of_link, "__model__").empty()) return std::nullopt;
+    return (to_pose(of_link).orientation.conjugate() * to_pose(pose).orientation).normalized();
+  }
+
+  absl::Status read_link(const sdf::Model& model, const sdf::Link& link, const std::string& prefix,
+                         bool is_static) {
+    const std::string name = prefix + link.Name();
     LinkTemplate entry{name, result_.frames[name], {}};
     BodyProperties& properties = entry.properties;
     bool kinematic = false;
@@ -181,9 +202,12 @@ class Reader {
                         : kinematic                        ? Motion::kKinematic
                                                            : Motion::kDynamic;
     const bool moves = properties.motion != Motion::kStatic;
-    absl::StatusOr<Shape> shape = shape_of(link, moves, meshes_, result_.notices);
+    const std::vector<PartMaterial> materials = materials_of(
+        link, [&](const std::string& frame) { return turn_in_link(frame, model, link, is_static); },
+        result_.notices);
+    absl::StatusOr<Shape> shape = shape_of(link, moves, materials, meshes_, result_.notices);
     if (!shape.ok()) return shape.status();
-    read_surface(link, properties, result_.notices);
+    set_surface(link, materials, properties);
     if (shape->parts.empty()) {
       if (!jointed_.contains(name)) {
         result_.notices.count("link without collision shape, skipped");

@@ -45,6 +45,14 @@ class Bytes {
     both(field.spacing.x(), field.spacing.y());
     (*this)(field.heights);
   }
+  void operator()(const PartMaterial& material) {
+    both(material.friction, material.restitution);
+    both(material.category, material.mask);
+    const Surface& own = material.surface;
+    (*this)(Eigen::Vector3d(own.direction.data()));
+    both(own.second_friction, own.torsional_friction);
+    both(own.patch_radius, own.rolling_friction);
+  }
   void operator()(const Ground& ground) {
     both(static_cast<int>(ground.source), static_cast<int>(ground.has_sea));
     for (const double value :
@@ -76,6 +84,7 @@ std::string key_of(const Shape& shape) {
     std::visit(bytes, part.geometry);
     bytes(part.pose.position);
     bytes(part.pose.orientation);
+    if (part.material) bytes(*part.material);
   }
   return bytes.take();
 }

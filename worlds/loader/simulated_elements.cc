@@ -9,7 +9,7 @@ namespace tessera {
 namespace {
 
 // What is simulated of SDF: elements with a value, each after the element that it is in. All others are not.
-constexpr std::array<absl::string_view, 59> kSimulated = {"model/static",
+constexpr std::array<absl::string_view, 60> kSimulated = {"model/static",
                                                           "model/self_collide",
                                                           "link/gravity",
                                                           "link/self_collide",
@@ -48,6 +48,7 @@ constexpr std::array<absl::string_view, 59> kSimulated = {"model/static",
                                                           "torsional/use_patch_radius",
                                                           "torsional/patch_radius",
                                                           "contact/collide_bitmask",
+                                                          "contact/category_bitmask",
                                                           "joint/parent",
                                                           "joint/child",
                                                           "joint/thread_pitch",

@@ -12,6 +12,7 @@
 #include <sdf/Element.hh>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "worlds/loader/sdf_parser.h"
 
@@ -20,30 +21,48 @@ namespace {
 
 using ignition::math::eigen3::convert;
 
-struct SurfaceOfCollision {
-  double friction = 1;  // SDF's default
-  double restitution = 0;
-  std::uint32_t bitmask = 0xffff;
-  std::optional<Surface> own;
+// SDF's default.
+constexpr unsigned kAllBits = 0xffff;
 
-  friend bool operator==(const SurfaceOfCollision&, const SurfaceOfCollision&) = default;
-};
+// The frame that the direction of friction is in: an attribute of no schema, as Gazebo reads it.
+std::string frame_of_direction(sdf::Element& direction) {
+  for (const char* name : {"gz:expressed_in", "ignition:expressed_in"}) {
+    if (const sdf::ParamPtr frame = direction.GetAttribute(name)) return frame->GetAsString();
+  }
+  return "";
+}
+
+// The direction of friction in the frame of the link; 0 if there is none.
+Eigen::Vector3d direction_of_friction(const sdf::Collision& collision, const sdf::ElementPtr& engine,
+                                      const TurnOfFrame& turn_of, Notices& notices) {
+  const sdf::ElementPtr element = find_element(engine, {"fdir1"});
+  if (element == nullptr) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d direction = convert(element->Get<ignition::math::Vector3d>());
+  const std::string frame = frame_of_direction(*element);
+  if (direction.isZero(0)) return direction;
+  if (frame.empty()) return convert(collision.RawPose().Rot()).normalized() * direction;
+  if (const std::optional<Eigen::Quaterniond> turn = turn_of(frame)) return *turn * direction;
+  notices.count_loss(absl::StrCat("<fdir1> expressed in '", frame,
+                                  "', which is no frame on its link: not simulated, friction is alike in all "
+                                  "directions"));
+  return Eigen::Vector3d::Zero();
+}
 
 // Friction of ODE's element, or else of Bullet's, which name the same differently.
-void read_friction(const sdf::Collision& collision, SurfaceOfCollision& result, Notices& notices) {
+void read_friction(const sdf::Collision& collision, const TurnOfFrame& turn_of, PartMaterial& result,
+                   Notices& notices) {
   const sdf::ElementPtr friction = find_element(collision.Element(), {"surface", "friction"});
   const bool is_ode =
       find_element(friction, {"ode", "mu"}) != nullptr || find_element(friction, {"bullet"}) == nullptr;
   const sdf::ElementPtr engine = find_element(friction, {is_ode ? "ode" : "bullet"});
   const char* const second_name = is_ode ? "mu2" : "friction2";
-  Surface surface;
+  Surface& surface = result.surface;
   surface.second_friction = 1;  // SDF's default
   find_value(engine, {is_ode ? "mu" : "friction"}, result.friction);
   const bool has_second = find_value(engine, {second_name}, surface.second_friction);
-  ignition::math::Vector3d direction;
-  if (find_value(engine, {"fdir1"}, direction) && direction != ignition::math::Vector3d::Zero) {
-    const Eigen::Vector3d in_link = convert(collision.RawPose().Rot()).normalized() * convert(direction);
-    surface.direction = {in_link.x(), in_link.y(), in_link.z()};
+  const Eigen::Vector3d direction = direction_of_friction(collision, engine, turn_of, notices);
+  if (!direction.isZero(0)) {
+    surface.direction = {direction.x(), direction.y(), direction.z()};
   } else {
     if (has_second && surface.second_friction != result.friction) {
       notices.count(absl::StrCat("<", second_name, "> without <fdir1>: friction is alike in all directions"));
@@ -60,18 +79,21 @@ void read_friction(const sdf::Collision& collision, SurfaceOfCollision& result, 
     surface.patch_radius = 0;
   }
   if (surface.patch_radius == 0) surface.torsional_friction = 1;  // of no meaning without a patch
-  if (surface != Surface{}) result.own = surface;
 }
 
-SurfaceOfCollision surface_in(const sdf::Collision& collision, Notices& notices) {
-  SurfaceOfCollision result;
+PartMaterial material_of(const sdf::Collision& collision, const TurnOfFrame& turn_of, Notices& notices) {
+  PartMaterial result;
+  result.friction = 1;  // SDF's default
   const sdf::ElementPtr element = collision.Element();
-  read_friction(collision, result, notices);
+  read_friction(collision, turn_of, result, notices);
   find_value(element, {"surface", "bounce", "restitution_coefficient"}, result.restitution);
   // Not through libsdformat's Contact, whose default is 0xff.
-  unsigned bitmask = result.bitmask;
-  find_value(element, {"surface", "contact", "collide_bitmask"}, bitmask);
-  result.bitmask = bitmask;
+  unsigned mask = kAllBits;
+  find_value(element, {"surface", "contact", "collide_bitmask"}, mask);
+  unsigned category = mask;
+  find_value(element, {"surface", "contact", "category_bitmask"}, category);
+  result.mask = mask;
+  result.category = category;
   return result;
 }
 
@@ -96,23 +118,26 @@ absl::Status keep_surface_motion(xml::Element& link) {
   return absl::OkStatus();
 }
 
-void read_surface(const sdf::Link& link, BodyProperties& properties, Notices& notices) {
-  if (link.CollisionCount() == 0) return;
-  const SurfaceOfCollision first = surface_in(*link.CollisionByIndex(0), notices);
-  std::uint32_t bits = first.bitmask;
-  bool differ = false;
-  for (std::uint64_t n = 1; n < link.CollisionCount(); ++n) {
-    const SurfaceOfCollision surface = surface_in(*link.CollisionByIndex(n), notices);
-    differ = differ || surface != first;
-    bits |= surface.bitmask;
-  }
-  if (differ) notices.count("link whose collisions differ in their surface: the first one is used");
+std::vector<PartMaterial> materials_of(const sdf::Link& link, const TurnOfFrame& turn_of, Notices& notices) {
+  std::vector<PartMaterial> result;
+  for (std::uint64_t n = 0; n < link.CollisionCount(); ++n)
+    result.push_back(material_of(*link.CollisionByIndex(n), turn_of, notices));
+  return result;
+}
+
+void set_surface(const sdf::Link& link, const std::vector<PartMaterial>& materials,
+                 BodyProperties& properties) {
+  if (materials.empty()) return;
+  const PartMaterial& first = materials.front();
   properties.friction = first.friction;
   properties.restitution = first.restitution;
-  properties.surface = first.own;
-  // In SDF two collisions meet if their bitmasks have a bit in common.
-  properties.category = bits;
-  properties.mask = bits;
+  if (first.surface != Surface{}) properties.surface = first.surface;
+  properties.category = 0;
+  properties.mask = 0;
+  for (const PartMaterial& material : materials) {
+    properties.category |= material.category;
+    properties.mask |= material.mask;
+  }
   if (std::string text; find_value(link.Element(), {kSurfaceMotion.data()}, text)) {
     std::array<double, 3> velocity{};
     std::array<double, 3> running{};

@@ -4,7 +4,12 @@
 #include <absl/status/status.h>
 #include <absl/strings/string_view.h>
 
+#include <Eigen/Geometry>
+#include <functional>
+#include <optional>
 #include <sdf/Link.hh>
+#include <string>
+#include <vector>
 
 #include "lpss/model/body.h"
 #include "worlds/loader/notices.h"
@@ -18,7 +23,16 @@ inline constexpr absl::string_view kSurfaceMotion = "tessera:surface_motion";
 // Checks <tessera:surface_motion velocity="x y z" running="x y z"/> of a <link>, and keeps it as numbers.
 absl::Status keep_surface_motion(xml::Element& link);
 
-// A body has one surface: that of its first collision, and all bits of its collisions.
-void read_surface(const sdf::Link& link, BodyProperties& properties, Notices& notices);
+// What turns the directions of a frame, by its name, into those of a link; none if the frame may move
+// otherwise than the link, or is not there.
+using TurnOfFrame = std::function<std::optional<Eigen::Quaterniond>(const std::string& name)>;
+
+// The materials of the collisions of a link, in their order: directions are in the frame of the link.
+std::vector<PartMaterial> materials_of(const sdf::Link& link, const TurnOfFrame& turn_of, Notices& notices);
+
+// A body has the surface of its first collision, all bits of its collisions, and the motion that the link
+// says.
+void set_surface(const sdf::Link& link, const std::vector<PartMaterial>& materials,
+                 BodyProperties& properties);
 
 }  // namespace tessera

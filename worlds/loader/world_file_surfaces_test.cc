@@ -18,6 +18,7 @@
 namespace tessera {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -76,6 +77,102 @@ TEST(Surfaces, ASecondCoefficientWithoutADirectionIsNamed) {
       load(world(model("m", "", with_surface("<friction><ode><mu>0.6</mu><mu2>0.2</mu2></ode></friction>"))));
   EXPECT_THAT(loaded.notices, ElementsAre("1 x <mu2> without <fdir1>: friction is alike in all directions"));
   EXPECT_FALSE(properties_of(loaded).surface.has_value());
+}
+
+// The direction of friction, in a link that is turned by a quarter in its model.
+TEST(Surfaces, FrictionInTheFrameThatTheFileNames) {
+  const auto direction_in = [](const std::string& frame, const std::string& of_model = "") {
+    const std::string attribute = frame.empty() ? "" : " gz:expressed_in='" + frame + "'";
+    const LoadedWorld loaded = load(world("<model name='m'>" + of_model +
+                                          "<link name='l'><pose>0 0 1 0 0 1.5707963267948966</pose>" +
+                                          with_surface("<friction><ode><mu>0.6</mu><mu2>0.2</mu2><fdir1" +
+                                                           attribute + ">1 0 0</fdir1></ode></friction>",
+                                                       "0 0 0 0 0 1.5707963267948966") +
+                                          "</link><link name='other'>" + kUnitBox +
+                                          "</link><frame name='skew' attached_to='l'><pose>0 0 0 0 0 "
+                                          "0.5235987755982988</pose></frame></model>"));
+    EXPECT_THAT(loaded.notices, IsEmpty()) << frame;
+    return Eigen::Vector3d(properties_of(loaded).surface.value_or(Surface{}).direction.data());
+  };
+  expect_near(direction_in(""), {0, 1, 0}, 1e-9);
+  expect_near(direction_in("l"), {1, 0, 0}, 1e-9);
+  expect_near(direction_in("__model__"), {0, -1, 0}, 1e-9);
+  expect_near(direction_in("skew"), {std::cos(std::numbers::pi / 6), std::sin(std::numbers::pi / 6), 0},
+              1e-9);
+  expect_near(direction_in("other", kStatic), {0, -1, 0}, 1e-9);  // in a static model all frames are fixed
+}
+
+TEST(Surfaces, FrictionInAFrameThatMovesOtherwiseIsNamedAndRefused) {
+  for (const char* frame : {"other", "nowhere"}) {
+    const std::string xml = world(
+        "<model name='m'><link name='l'>" +
+        with_surface(std::string("<friction><ode><mu>0.6</mu><mu2>0.2</mu2><fdir1 ignition:expressed_in='") +
+                     frame + "'>1 0 0</fdir1></ode></friction>") +
+        "</link><link name='other'>" + kUnitBox + "</link></model>");
+    const LoadedWorld loaded = load(xml);
+    EXPECT_THAT(loaded.notices, Contains(HasSubstr(std::string("1 x <fdir1> expressed in '") + frame + "'")));
+    EXPECT_EQ(properties_of(loaded).surface, std::nullopt);
+    EXPECT_THAT(std::string(load_world_string(xml, "/", Faults::kRefuse).status().message()),
+                HasSubstr("has faults: 1 x <fdir1> expressed in"));
+  }
+}
+
+// Each collision of a link has its own; the direction is in the frame of its part.
+TEST(Surfaces, OfEachCollision) {
+  const auto part = [](const std::string& name, const std::string& surface,
+                       const std::string& pose = "0 0 0 0 0 0") {
+    return "<collision name='" + name + "'><pose>" + pose +
+           "</pose><geometry><box><size>1 1 1</size></box></geometry>" + "<surface>" + surface +
+           "</surface></collision>";
+  };
+  const LoadedWorld loaded = load(world(model(
+      "m", "",
+      part("a",
+           "<friction><ode><mu>0.3</mu></ode></friction><contact><collide_bitmask>1</collide_bitmask></"
+           "contact>") +
+          part("b",
+               "<friction><ode><mu>0.6</mu><mu2>0.2</mu2><fdir1>1 0 0</fdir1></ode></friction><bounce>"
+               "<restitution_coefficient>0.5</restitution_coefficient></bounce><contact><collide_bitmask>6"
+               "</collide_bitmask><category_bitmask>8</category_bitmask></contact>",
+               "0 0 2 0 0 1.5707963267948966"))));
+  EXPECT_THAT(loaded.notices, IsEmpty());
+  const BodyProperties properties = properties_of(loaded);
+  EXPECT_EQ(properties.friction, 0.3);
+  EXPECT_EQ(properties.surface, std::nullopt);
+  EXPECT_EQ(properties.mask, 7u);
+  EXPECT_EQ(properties.category, 9u);
+  const Shape& shape = shape_of(loaded, body_named(loaded, "m::l"));
+  ASSERT_EQ(shape.parts.size(), 2u);
+  EXPECT_EQ(shape.parts[0].material, (PartMaterial{0.3, 0, 1, 1, {}}));
+  ASSERT_TRUE(shape.parts[1].material.has_value());
+  const PartMaterial& second = *shape.parts[1].material;
+  EXPECT_EQ(second.friction, 0.6);
+  EXPECT_EQ(second.restitution, 0.5);
+  EXPECT_EQ(second.category, 8u);
+  EXPECT_EQ(second.mask, 6u);
+  EXPECT_EQ(second.surface.second_friction, 0.2);
+  expect_near(Eigen::Vector3d(second.surface.direction.data()), {1, 0, 0}, 1e-9);
+}
+
+TEST(Surfaces, CollisionsThatAreAlikeShareThatOfTheBody) {
+  const std::string surface = "<surface><friction><ode><mu>0.3</mu></ode></friction></surface>";
+  const LoadedWorld loaded = load(world(model(
+      "m", "",
+      collision("<box><size>1 1 1</size></box>", surface) + "<collision name='d'><pose>0 0 3 0 0 0</pose>" +
+          surface + "<geometry><box><size>1 1 1</size></box></geometry></collision>")));
+  for (const ShapePart& part : shape_of(loaded, body_named(loaded, "m::l")).parts)
+    EXPECT_EQ(part.material, std::nullopt);
+}
+
+TEST(Surfaces, OfEachCollisionAreNotThoseOfThePaper) {
+  const std::string link =
+      collision("<box><size>1 1 1</size></box>") +
+      "<collision "
+      "name='d'><surface><friction><ode><mu>0.3</mu></ode></friction></surface><geometry><box><size>1 1 1"
+      "</size></box></geometry></collision>";
+  const LoadedWorld loaded =
+      load(world("<tessera:settings><seams>clone</seams></tessera:settings>" + model("m", "", link)));
+  EXPECT_THAT(loaded.notices, Contains(HasSubstr("with the seams `clone`, the first one's counts for all")));
 }
 
 TEST(Surfaces, TorsionalAndRollingFriction) {

@@ -6,6 +6,7 @@
 #include <absl/strings/str_replace.h>
 #include <absl/strings/string_view.h>
 
+#include <algorithm>
 #include <array>
 #include <deque>
 #include <optional>
@@ -72,6 +73,7 @@ class WorldReader {
   absl::Status add_bodies(const Placed& placed);
   absl::Status add_joints(const Placed& placed);
   absl::Status add_world_joint(Placed& placed);
+  void note_materials();
 
   xml::File& file_;
   Notices& notices_;
@@ -165,7 +167,17 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     if (absl::Status status = add_world_joint(placed); !status.ok()) return status;
   }
   world_.shapes = shapes_.take();
+  note_materials();
   return std::move(world_);
+}
+
+// Bullet's own worlds know no more than the body.
+void WorldReader::note_materials() {
+  const auto has_materials = [](const Shape& shape) { return shape.parts.front().material.has_value(); };
+  if (world_.settings.seams == SeamPolicy::kClone && std::ranges::any_of(world_.shapes, has_materials)) {
+    notices_.count_loss(
+        "shape whose collisions differ in their surface: with the seams `clone`, the first one's counts for all");
+  }
 }
 
 absl::Status WorldReader::read_world_settings(const Element& world) {
