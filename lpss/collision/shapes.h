@@ -62,8 +62,8 @@ struct HullEdge {
   std::uint16_t right;
 };
 
-inline constexpr int kFaceVerticesMax = 128;  // as a prism of the next limit has
-inline constexpr int kHullVerticesMax = 256;
+inline constexpr int kFaceVerticesMax = 128;
+inline constexpr int kHullVerticesMax = 1024;
 inline constexpr int kHullFacesMax = 2 * kHullVerticesMax;  // as Euler's formula has it
 inline constexpr int kHullEdgesMax = 3 * kHullVerticesMax;
 

@@ -1,4 +1,4 @@
-// Boxes, sweeps and rays.
+// Boxes and sweeps.
 
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
@@ -15,7 +15,6 @@ namespace {
 // A body as Bullet's queries want it.
 class Target {
  public:
-  explicit Target(const Body& body) : Target(body, body.pose) {}
   Target(const Body& body, const Frame& at) {
     object_.setCollisionShape(body.solid->bullet());
     object_.setWorldTransform(bt(at));
@@ -340,32 +339,6 @@ bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hi
     if (hint == kNoSlot && is_reached(slot)) hint = slot;
   });
   return hint != kNoSlot;
-}
-
-std::optional<RayHit> NativeWorld::raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                           std::uint32_t mask) const {
-  const Vector start = from.cast<Scalar>();
-  const Vector end = to.cast<Scalar>();
-  if (!((end - start).squaredNorm() > 0)) return std::nullopt;
-  refresh_boxes();
-  std::vector<BodySlot> near;
-  broad_phase_.for_each_in(Box{start.cwiseMin(end), start.cwiseMax(end)},
-                           [&](BodySlot slot) { near.push_back(slot); });
-  bullet::NearestRayHit nearest;
-  const btTransform ray_from(btMatrix3x3::getIdentity(), bt(start));
-  const btTransform ray_to(btMatrix3x3::getIdentity(), bt(end));
-  std::optional<BodyId> hit;
-  for (const BodySlot slot : sorted(std::move(near), *this, [&](const Body& other) {
-         return other.role != Role::kClone && (other.category & mask) != 0;
-       })) {
-    Target target(body(slot));
-    nearest.m_collisionObject = nullptr;
-    btCollisionWorld::rayTestSingle(ray_from, ray_to, &target.object(), target.object().getCollisionShape(),
-                                    target.object().getWorldTransform(), nearest);
-    if (nearest.hasHit()) hit = body(slot).id;
-  }
-  if (!hit) return std::nullopt;
-  return RayHit{*hit, nearest.m_closestHitFraction, vector(nearest.normal).cast<double>().normalized()};
 }
 
 std::vector<NearBody> NativeWorld::near(const Geometry& geometry, const Pose& pose, double reach,

@@ -5,7 +5,6 @@
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
-#include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,28 +26,6 @@ constexpr Scalar kSweptShare = Scalar(0.4);   // of the smallest extent, the rad
 constexpr Scalar kFar = Scalar(1e5);          // m, beyond all that a sector's world holds
 // Beyond this, comparing all edges costs more than Bullet's GJK.
 constexpr std::size_t kPolyhedronVerticesMax = 32;
-// Of the size of a hull: rounding of its faces in Bullet's hull computer.
-constexpr double kCoplanar = 1e-4;
-
-// The faces of the hull of some points, as loops of vertices.
-std::optional<collision::Polyhedron<Scalar>> polyhedron_of(const ConvexHull& hull) {
-  btConvexHullComputer computer;
-  computer.compute(hull.points.front().data(), 3 * sizeof(double), static_cast<int>(hull.points.size()), 0,
-                   0);
-  std::vector<Vector> vertices;
-  for (int n = 0; n < computer.vertices.size(); ++n) vertices.push_back(vector(computer.vertices[n]));
-  std::vector<std::vector<int>> faces;
-  for (int n = 0; n < computer.faces.size(); ++n) {
-    std::vector<int>& face = faces.emplace_back();
-    const btConvexHullComputer::Edge* first = &computer.edges[computer.faces[n]];
-    const btConvexHullComputer::Edge* edge = first;
-    do {
-      face.push_back(edge->getSourceVertex());
-      edge = edge->getNextEdgeOfFace();
-    } while (edge != first);
-  }
-  return collision::make_polyhedron<Scalar>(vertices, faces, kCoplanar);
-}
 
 Box box_of_points(const std::vector<Vector>& points) {
   Box box{points.front(), points.front()};
@@ -148,9 +125,32 @@ std::shared_ptr<const Material> material_of(const PartMaterial& given) {
 }
 
 }  // namespace
+Solid::Hulls Solid::hulls_of(const Shape& shape) {
+  Hulls hulls(shape.parts.size());
+  for (std::size_t n = 0; n < hulls.size(); ++n) {
+    if (const auto* hull = std::get_if<ConvexHull>(&shape.parts[n].geometry)) hulls[n].emplace(*hull);
+  }
+  return hulls;
+}
+
+bullet::CollisionShape Solid::bullet_shape(const Shape& shape, const Pose& centre, bool is_static,
+                                           const Hulls& hulls) {
+  constexpr auto kUse = bullet::CollisionShape::Use::kCastsAlone;
+  const auto is_simplified = [](const std::optional<SolidHull>& hull) { return hull && hull->simplified(); };
+  if (std::none_of(hulls.begin(), hulls.end(), is_simplified))
+    return bullet::CollisionShape(shape, centre, is_static, kUse);
+  Shape simple = shape;
+  for (std::size_t n = 0; n < hulls.size(); ++n) {
+    if (is_simplified(hulls[n])) simple.parts[n].geometry = *hulls[n]->simplified();
+  }
+  return bullet::CollisionShape(simple, centre, is_static, kUse);
+}
 
 Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
-    : bullet_(shape, centre, is_static, bullet::CollisionShape::Use::kCastsAlone) {
+    : Solid(shape, centre, is_static, hulls_of(shape)) {}
+
+Solid::Solid(const Shape& shape, const Pose& centre, bool is_static, const Hulls& hulls)
+    : bullet_(bullet_shape(shape, centre, is_static, hulls)) {
   const bool is_centred = centre.is_identity();
   btCollisionShape* const root = bullet_.root();
   const btTransform& offset = bullet_.offset();
@@ -170,7 +170,7 @@ Solid::Solid(const Shape& shape, const Pose& centre, bool is_static)
         pose.position.z() = -double((Scalar(*low) + Scalar(*high)) / 2);
       }
     }
-    parts_.push_back(make_part(geometry, pose, its));
+    parts_.push_back(make_part(geometry, pose, its, hulls[n] ? &*hulls[n] : nullptr));
     if (shape.parts[n].material) {
       parts_.back().material = material_of(*shape.parts[n].material);
       has_materials_ = true;
@@ -197,11 +197,25 @@ void Solid::add_swept_ball(const Part& part, Scalar extent) {
   swept_balls_.push_back({part.frame * middle, extent * kSweptShare, its});
 }
 
-Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet) {
+void Solid::set_hull(const SolidHull& hull, const Pose& pose, Part& part) {
+  part.planes = planes_.emplace_back(hull.planes(pose));
+  std::optional<collision::Polyhedron<Scalar>> polyhedron = hull.polyhedron(pose);
+  if (!polyhedron) return;
+  if (polyhedron->vertices.size() <= kPolyhedronVerticesMax) {
+    part.kind = Part::Kind::kPolyhedron;
+    part.box = box_of_points(polyhedron->vertices);
+  }
+  part.polyhedron =
+      polyhedra_.emplace_back(std::make_unique<collision::Polyhedron<Scalar>>(*std::move(polyhedron))).get();
+}
+
+Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet,
+                      const SolidHull* hull) {
   Part part;
   part.frame = frame(pose);
   part.is_placed = !pose.is_identity();
   if (bullet->isConvex()) part.convex = static_cast<const btConvexShape*>(bullet);
+  if (bullet->isConcave()) part.surface = bullet;
   const auto set_round = [&] {
     part.kind = Part::Kind::kRound;
     btVector3 low;
@@ -211,7 +225,8 @@ Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionSha
   };
   if (const auto* box = std::get_if<tessera::Box>(&geometry)) {
     part.kind = Part::Kind::kBox;
-    part.cuboid.half = (box->size / 2).cast<Scalar>();
+    part.half = box->size / 2;
+    part.cuboid.half = part.half.cast<Scalar>();
     part.box = around(part.cuboid.half);
   } else if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
     part.kind = Part::Kind::kBall;
@@ -222,31 +237,22 @@ Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionSha
     part.kind = Part::Kind::kCapsule;
     part.capsule.radius = Scalar(capsule->radius);
     part.capsule.half_length = Scalar(capsule->length / 2);
+    part.half = {capsule->radius, capsule->radius, capsule->length / 2};
     part.box =
         around({part.capsule.radius, part.capsule.radius, part.capsule.radius + part.capsule.half_length});
   } else if (const auto* plane = std::get_if<Plane>(&geometry)) {
     part.kind = Part::Kind::kPlane;
     part.normal = plane->normal.cast<Scalar>();
     part.box = around(Vector::Constant(kFar));
-  } else if (const auto* hull = std::get_if<ConvexHull>(&geometry)) {
+  } else if (hull) {
+    set_round();
     // A lone hull has its pose in its points, as in Bullet's form of it.
-    ConvexHull posed = *hull;
-    if (part.is_placed && bullet == bullet_.root()) {
-      for (Eigen::Vector3d& point : posed.points) point = pose * point;
+    const bool is_baked = part.is_placed && bullet == bullet_.root();
+    if (is_baked) {
       part.frame = {};
       part.is_placed = false;
     }
-    std::optional<collision::Polyhedron<Scalar>> polyhedron = polyhedron_of(posed);
-    set_round();
-    if (polyhedron) {
-      if (polyhedron->vertices.size() <= kPolyhedronVerticesMax) {
-        part.kind = Part::Kind::kPolyhedron;
-        part.box = box_of_points(polyhedron->vertices);
-      }
-      part.polyhedron =
-          polyhedra_.emplace_back(std::make_unique<collision::Polyhedron<Scalar>>(*std::move(polyhedron)))
-              .get();
-    }
+    set_hull(*hull, is_baked ? pose : Pose{}, part);
   } else if (const auto* mesh = std::get_if<TriangleMesh>(&geometry)) {
     part.kind = Part::Kind::kTerrain;
     std::vector<Vector> vertices;
@@ -262,8 +268,15 @@ Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionSha
     part.box = {Vector(Scalar(-half.x()), Scalar(-half.y()), Scalar(*low)),
                 Vector(Scalar(half.x()), Scalar(half.y()), Scalar(*high))};
     part.terrain = terrains_.emplace_back(make_terrain(*field)).get();
+    // Bullet has the middle of the heights at the origin.
+    part.surface_origin.z() = double((Scalar(*low) + Scalar(*high)) / 2);
   } else {
     set_round();
+    if (const auto* cylinder = std::get_if<Cylinder>(&geometry)) {
+      part.half = {cylinder->radius, cylinder->radius, cylinder->length / 2};
+    } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&geometry)) {
+      part.half = ellipsoid->radii;
+    }
   }
   if (part.convex) part.rounded_off_most = rounded_off_most(part);
   return part;

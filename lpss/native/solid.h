@@ -4,12 +4,15 @@
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "lpss/bullet/collision_shape.h"
 #include "lpss/collision/collide.h"
 #include "lpss/native/material.h"
 #include "lpss/native/math.h"
+#include "lpss/native/solid_hull.h"
 #include "lpss/native/terrain.h"
 
 namespace tessera::native {
@@ -32,14 +35,20 @@ struct Part {
   Box box;                 // in the part's frame
   collision::Ball<Scalar> ball{};
   double radius = 0;  // m, of balls
+  // m, of boxes half the edges, of ellipsoids the radii, of capsules and cylinders the radius, twice, and
+  // half the length. As the shape has them, not rounded.
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();
   collision::Capsule<Scalar> capsule{};
   collision::Box<Scalar> cuboid{};
   const collision::Polyhedron<Scalar>* polyhedron = nullptr;  // of hulls, also large ones: their faces
+  std::span<const collision::HalfSpace<double>> planes;       // of hulls, not simplified
   Vector normal = Vector::UnitZ();                            // of a plane, pointing out
   const btConvexShape* convex = nullptr;                      // of all convex kinds
   Scalar rounded_off_most = 0;                                // m, of rounded_off() in any direction
   const Terrain* terrain = nullptr;
-  std::shared_ptr<const Material> material;  // none: that of the body
+  std::shared_ptr<const Material> material;                  // none: that of the body
+  btCollisionShape* surface = nullptr;                       // of terrains, for rays
+  Eigen::Vector3d surface_origin = Eigen::Vector3d::Zero();  // m, its own in the frame of the part
 };
 
 bool is_cylinder(const Part& part);
@@ -82,20 +91,28 @@ class Solid {
   // The box of the shape posed by `frame`.
   Box box_at(const Frame& frame) const;
 
-  // For rays and sweeps.
+  // For sweeps, and rays at surfaces.
   btCollisionShape* bullet() const { return bullet_.root(); }
 
   // The parts whose boxes overlap `box`, ascending. In the centre frame.
   void parts_near(const Box& box, std::vector<std::uint32_t>& found) const;
 
  private:
-  Part make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet);
+  using Hulls = std::vector<std::optional<SolidHull>>;  // by part
+
+  Solid(const Shape& shape, const Pose& centre, bool is_static, const Hulls& hulls);
+  static Hulls hulls_of(const Shape& shape);
+  static bullet::CollisionShape bullet_shape(const Shape& shape, const Pose& centre, bool is_static,
+                                             const Hulls& hulls);
+  Part make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet, const SolidHull* hull);
+  void set_hull(const SolidHull& hull, const Pose& pose, Part& part);
   void add_swept_ball(const Part& part, Scalar extent);
 
   bullet::CollisionShape bullet_;
   Frame offset_;
   std::vector<Part> parts_;
   std::vector<std::unique_ptr<collision::Polyhedron<Scalar>>> polyhedra_;
+  std::vector<std::vector<collision::HalfSpace<double>>> planes_;
   std::vector<std::unique_ptr<Terrain>> terrains_;
   std::vector<SweptBall> swept_balls_;
   Box box_;  // of all parts, in the centre frame
