@@ -8,6 +8,7 @@
 #include <span>
 
 #include "lpss/native/combine.h"
+#include "lpss/native/deep_overlap.h"
 #include "lpss/native/round_shapes.h"
 
 namespace tessera::native {
@@ -323,6 +324,7 @@ void NarrowPhase::find(const Body& a, const Body& b, const Contact& before, Scal
       find(a, parts_a[i], b, parts_b[j], std::uint64_t{i} << 32 | j, before, margin);
     }
   }
+  open_one_way(a, b, found_);
 }
 
 void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& q, std::uint64_t parts,

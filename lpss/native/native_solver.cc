@@ -495,7 +495,8 @@ void NativeSolver::write_impulses() const {
 
 void NativeSolver::write_impulses(const Source& source) const {
   if (!is_bounded(source)) return drop_impulses(*source.contact);
-  double load = 0;
+  // Patches that press against each other bear nothing.
+  Eigen::Vector3d load = Eigen::Vector3d::Zero();
   const Scalar gap_min = -deepest_opened(source.scale, opened_in_steps_);
   std::size_t p = source.first;
   for (ContactPatch& into : source.contact->patches) {
@@ -503,13 +504,15 @@ void NativeSolver::write_impulses(const Source& source) const {
     into.friction_impulse = patch.friction_impulse;
     into.twist_impulse = patch.twist_impulse;
     if (patch.surface) into.rolling_impulse = patch.surface->rolling_impulse;
+    double borne = 0;
     for (std::size_t n = 0; n < patch.points; ++n) {
       into.point[n].impulse = patch.point[n].impulse;
       // What opens a deep overlap bears nothing.
-      if (into.point[n].gap > gap_min) load += double(patch.point[n].impulse);
+      if (into.point[n].gap > gap_min) borne += double(patch.point[n].impulse);
     }
+    load += borne * into.normal.cast<double>();
   }
-  needs_.note(source.contact->need, load, source.scale);
+  needs_.note(source.contact->need, load.norm(), source.scale);
 }
 
 void NativeSolver::write_bodies() const {

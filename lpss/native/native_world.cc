@@ -6,6 +6,7 @@
 
 #include "lpss/native/bouncing_balls.h"
 #include "lpss/native/combine.h"
+#include "lpss/native/deep_overlap.h"
 
 namespace tessera::native {
 namespace {
@@ -320,12 +321,14 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
         const bool is_new = piece.narrow_phase.update(a, b, contact);
         find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
         update_surfaces(a, b, is_new, contact);
+        update_friction(a, b, contact);
         if (contact.patches.empty()) drop(candidate);
       } else {
         Contact contact = blank_contact(a, b);
         const bool is_new = piece.narrow_phase.update(a, b, contact);
         find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
         update_materials(a, b, is_new, contact);
+        update_friction(a, b, contact);
         if (!contact.patches.empty()) piece.made.emplace_back(next, std::move(contact));
       }
     } else if (!is_near || is_apart) {
@@ -345,6 +348,15 @@ void NativeWorld::update_surfaces(const Body& a, const Body& b, bool is_new, Con
   const ContactMaterial both = combined(a, nullptr, b, nullptr);
   contact.friction = both.friction;
   contact.surface = std::make_shared<const ContactSurface>(*both.surface);
+}
+
+// Bodies that come out of each other slide: between what presses from several sides, friction would jam them.
+void NativeWorld::update_friction(const Body& a, const Body& b, Contact& contact) {
+  if (is_opened_one_way(contact)) {
+    contact.friction = 0;
+  } else if (!contact.surface) {
+    contact.friction = combined(a, nullptr, b, nullptr).friction;
+  }
 }
 
 Contact NativeWorld::blank_contact(const Body& a, const Body& b) const {

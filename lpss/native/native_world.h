@@ -128,6 +128,7 @@ class NativeWorld final : public SectorWorld {
   void update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece);
   void forget_removed();
   static void update_surfaces(const Body& a, const Body& b, bool is_new, Contact& contact);
+  static void update_friction(const Body& a, const Body& b, Contact& contact);
   Contact blank_contact(const Body& a, const Body& b) const;
   std::int32_t keep_contact(Contact contact);
   void drop_contact(Candidate& candidate);
