@@ -151,7 +151,8 @@ class SurfaceContact {
       least = std::min(least, point.gap);
       // Unique within the contact, and the same as long as the same features touch.
       point.feature ^= (triangle + 1) * std::uint32_t{0x9e3779b1};
-      if (group->points.size() < kPointsMax) group->points.push_back(point);
+      if (group->points.size() == kPointsMax) keep_extreme(*group);
+      group->points.push_back(point);
     }
     if (least < group->least) {
       group->least = least;
@@ -201,6 +202,15 @@ class SurfaceContact {
     Scalar least = std::numeric_limits<Scalar>::max();
     absl::InlinedVector<collision::ContactPoint<Scalar>, 8> points;
   };
+
+  // A shape on many small triangles has more points than there is room for: those in the middle matter least.
+  static void keep_extreme(Group& group) {
+    Manifold<Scalar> manifold;
+    manifold.normal = group.normal;
+    collision::reduce(std::span<const collision::ContactPoint<Scalar>>(group.points), manifold);
+    group.points.assign(manifold.point, manifold.point + manifold.count);
+  }
+
   absl::InlinedVector<Group, 2> groups_;
 };
 

@@ -31,6 +31,10 @@ constexpr Scalar kCapFrom = Scalar(0.7071);
 // margin.
 constexpr Scalar kDeeper = Scalar(0.05);
 constexpr std::uint32_t kNearest = 0x7fff7fff;
+// Neighbours whose normals differ by less are in one plane.
+constexpr Scalar kFlat = Scalar(1e-3);
+// Of 1 less the cosine: a direction that GJK finds is that of a face where it differs by less.
+constexpr Scalar kFaceDirection = Scalar(5e-5);
 // Lines whose angle has a smaller sine than this lie along each other.
 constexpr Scalar kParallel = Scalar(0.1);
 
@@ -41,6 +45,11 @@ struct Nearest {
   Vector on_b = Vector::Zero();
   Scalar gap = 0;
 };
+
+// With a and b exchanged; `offset` is from the centre of b to that of a, as in `found`.
+Nearest swapped(const Nearest& found, const Vector& offset) {
+  return {-found.normal, found.on_b + offset, found.on_a + offset, found.gap};
+}
 
 // GJK sees shapes with rounded edges and corners, which gives it steady normals. What it does not see is
 // added in the direction that it finds.
@@ -283,6 +292,21 @@ class AboveFace {
   Scalar gap() const { return lowest_.gap; }
   bool is_lowest_above() const { return is_above(lowest_.on_a); }
 
+  // Whether the lowest point is beyond edges at which the surface goes on flat, or rises: the neighbours have
+  // it, and what is above this triangle is as far from it as it is high.
+  bool is_lowest_above_neighbours() const {
+    const Vector foot = in_triangle(lowest_.on_a);
+    for (int edge = 0; edge < 3; ++edge) {
+      const Vector along = b_.vertex[(edge + 1) % 3] - b_.vertex[edge];
+      const Vector out = along.cross(b_.normal);
+      if (out.dot(foot - b_.vertex[edge]) <= 0) continue;
+      const bool is_front = lowest_.normal.dot(placement_.b * b_.normal) > 0;
+      const Scalar falls = b_.neighbour_normal[edge].dot(out) * Scalar(is_front ? 1 : -1);
+      if (!b_.has_neighbour[edge] || falls > kFlat * out.norm()) return false;
+    }
+    return true;
+  }
+
   // The points along the normal, no deeper than `least`.
   Manifold<Scalar> touch(Scalar least, Scalar margin) const {
     const Vector& up = lowest_.normal;
@@ -303,8 +327,12 @@ class AboveFace {
   }
 
  private:
+  Vector in_triangle(const Vector& point) const {
+    return placement_.b.transpose() * (point - placement_.offset);
+  }
+
   bool is_above(const Vector& point) const {
-    const Vector foot = placement_.b.transpose() * (point - placement_.offset);
+    const Vector foot = in_triangle(point);
     for (int edge = 0; edge < 3; ++edge) {
       const Vector along = b_.vertex[(edge + 1) % 3] - b_.vertex[edge];
       if (along.cross(b_.normal).dot(foot - b_.vertex[edge]) > 0) return false;
@@ -318,6 +346,27 @@ class AboveFace {
   Nearest lowest_;
 };
 
+// A point of a that is the lowest over a face of b, which looks along a direction from b to a: see
+// over_a_face(). The face in the frame of b.
+std::optional<Nearest> over_near_face(const Part& a, const Part& b, const std::optional<Face<Scalar>>& face,
+                                      const Placement<Scalar>& placement, const Vector& direction) {
+  if (!face) return std::nullopt;
+  const Vector out = placement.b * face->normal;
+  if (1 - out.dot(direction) > kFaceDirection) return std::nullopt;
+  const Vector lowest = placement.a * farthest(a, Vector(placement.a.transpose() * -out));
+  const Vector seen = placement.b.transpose() * (lowest - placement.offset);
+  if (is_cylinder(b)) {
+    if (seen.head<2>().squaredNorm() > face->vertex[0].head<2>().squaredNorm()) return std::nullopt;
+  } else {
+    for (int n = 0; n < face->count; ++n) {
+      const Vector along = face->vertex[n + 1 < face->count ? n + 1 : 0] - face->vertex[n];
+      if (along.cross(face->normal).dot(seen - face->vertex[n]) > 0) return std::nullopt;
+    }
+  }
+  const Scalar gap = face->normal.dot(seen - face->vertex[0]);
+  return Nearest{out, lowest, lowest - out * gap, gap};
+}
+
 }  // namespace
 
 Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Scalar>& placement,
@@ -327,15 +376,21 @@ Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Sca
     found = over_a_face(a, b.cuboid, placement, margin);
   } else if (a.kind == Part::Kind::kBox) {
     found = over_a_face(b, a.cuboid, placement.swapped(), margin);
-    if (found) {
-      found =
-          Nearest{-found->normal, found->on_b + placement.offset, found->on_a + placement.offset, found->gap};
-    }
+    if (found) found = swapped(*found, placement.offset);
   }
+  const bool is_over_box = found.has_value();
   if (!found) found = nearest(a, {placement.a, Vector::Zero()}, b, {placement.b, placement.offset}, margin);
   if (!found) return {};
   const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
   const Side side_b = side_of(b, placement.b.transpose() * found->normal);
+  if (!is_over_box) {
+    if (std::optional<Nearest> over = over_near_face(a, b, side_b.face, placement, found->normal)) {
+      found = over;
+    } else if ((over = over_near_face(b, a, side_a.face, placement.swapped(), -found->normal))) {
+      found = swapped(*over, placement.offset);
+    }
+    if (!(found->gap <= margin)) return {};
+  }
   return between(placed(side_a, placement.a, Vector::Zero()), placed(side_b, placement.b, placement.offset),
                  *found, margin);
 }
@@ -346,9 +401,10 @@ Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
   const Scalar side = collision::is_kept_behind(b, centre) ? Scalar(-1) : Scalar(1);
   const AboveFace above(a, b, placement, placement.b * b.normal * side);
   if (above.gap() > margin) return {};
-  // Where the lowest point is above the triangle, its gap is the distance: GJK, which has trouble with a
-  // small shape on a large triangle, is not needed.
-  if (above.is_lowest_above()) return above.touch(std::numeric_limits<Scalar>::lowest(), margin);
+  // Where the lowest point is above the triangle or others in its plane, its gap is the distance: GJK, which
+  // has trouble with a small shape on a large triangle, and leans a little, is not needed.
+  if (above.is_lowest_above() || above.is_lowest_above_neighbours())
+    return above.touch(std::numeric_limits<Scalar>::lowest(), margin);
   btTriangleShape triangle(bt(b.vertex[0]), bt(b.vertex[1]), bt(b.vertex[2]));
   triangle.setMargin(0);
   const std::optional<Nearest> found =
