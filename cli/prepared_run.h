@@ -4,10 +4,12 @@
 #include <absl/status/statusor.h>
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "cli/run_report.h"
+#include "cli/trajectory.h"
 
 namespace tessera::cli {
 
@@ -22,11 +24,13 @@ struct PreparedRun {
   Clock::time_point begin;  // of the loading
   LoadedWorld loaded;       // empty where there is a snapshot
   std::optional<ReadSnapshot> snapshot;
+  std::unique_ptr<Trajectory> trajectory;  // to be written; null: none
   RunReport report;
 };
 
-// Reads the world file and applies the overrides, or reads the snapshot, and counts the ticks. Errors as
-// load_world(), read_snapshot(), from_chunks() and ticks_of(); INVALID_ARGUMENT for overrides of a snapshot.
+// Reads the world file and applies the overrides, or reads the snapshot, counts the ticks, and begins the
+// trajectory. Errors as load_world(), read_snapshot(), from_chunks(), ticks_of() and Trajectory::open();
+// INVALID_ARGUMENT for overrides of a snapshot.
 absl::StatusOr<PreparedRun> prepare(const RunOptions& options, const std::string& mode);
 
 }  // namespace tessera::cli

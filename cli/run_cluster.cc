@@ -17,11 +17,51 @@ namespace {
 
 constexpr absl::Duration kShutdownTimeout = absl::Seconds(15);
 
-absl::Status step(LocalCluster& cluster, Client& client, RunReport& report) {
+// What a server keeps for one client is bounded (sector_server/subscription.h), so that a trajectory without
+// gaps is read after so many ticks, and samples of bodies, at the most.
+constexpr std::uint64_t kFramesBetweenReads = 64;
+constexpr std::uint64_t kSamplesBetweenReads = 100'000;
+
+absl::Status read_tick(Tick tick, BodyStream& stream, Trajectory& trajectory) {
+  const absl::StatusOr<BodyFrame> frame = stream.next(kCallTimeout);
+  if (!frame.ok()) return frame.status();
+  if (frame->tick != tick) {
+    return absl::InternalError(
+        absl::StrCat("--trajectory: tick ", frame->tick, " came in the place of ", tick));
+  }
+  for (const BodySample& body : frame->bodies) trajectory.add(tick, body);
+  return absl::OkStatus();
+}
+
+// Steps, and reads what the trajectory wants.
+absl::Status step_and_read(Client& client, Trajectory& trajectory, const RunReport& report) {
+  BodyFilter filter;
+  filter.ids = trajectory.ids();
+  filter.every_ticks = trajectory.every();
+  const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter);
+  if (!stream.ok()) return stream.status();
+  const std::uint64_t bodies = std::max<std::uint64_t>(trajectory.ids().size(), 1);
+  const std::uint64_t ticks =
+      trajectory.every() * std::clamp<std::uint64_t>(kSamplesBetweenReads / bodies, 1, kFramesBetweenReads);
+  const Tick last = report.first_tick + report.ticks;
+  Tick done = report.first_tick;
+  for (Tick next = done;; next += trajectory.every() - next % trajectory.every()) {
+    while (done < std::min(next, last)) {
+      const std::uint64_t more = std::min(ticks, last - done);
+      if (absl::Status status = client.step(more).status(); !status.ok()) return status;
+      done += more;
+    }
+    if (next > last) return absl::OkStatus();
+    if (absl::Status status = read_tick(next, **stream, trajectory); !status.ok()) return status;
+  }
+}
+
+absl::Status step(LocalCluster& cluster, Client& client, Trajectory* trajectory, RunReport& report) {
   ProgressBar progress(absl::StrCat(report.servers, report.servers == 1 ? " server" : " servers"),
                        report.ticks);
   const Clock::time_point start = Clock::now();
   const auto step_all = [&] {
+    if (trajectory != nullptr) return step_and_read(client, *trajectory, report);
     return report.ticks == 0 ? absl::OkStatus() : client.step(report.ticks).status();
   };
   const auto show = [&] {
@@ -84,7 +124,8 @@ absl::StatusOr<RunReport> run_cluster(const RunOptions& options) {
   if (!status.ok()) return status;
   report.load_seconds = seconds_since(run->begin);
 
-  status = step(**cluster, **client, report);
+  status = step(**cluster, **client, run->trajectory.get(), report);
+  if (status.ok() && run->trajectory) status = run->trajectory->finish();
   if (status.ok()) status = question(**client, report);
   if (!status.ok()) return status;
   measure_memory(**cluster, report);

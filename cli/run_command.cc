@@ -46,6 +46,19 @@ absl::Status run(const RunOptions& options) {
   return outcome;
 }
 
+void add_trajectory_options(CLI::App& command, TrajectoryOptions& options) {
+  CLI::Option* trajectory =
+      add_parsed(command, "--trajectory", options.file, parse_output_file,
+                 "write where bodies are and how they move to this file, in CSV: a row a body and tick");
+  add_parsed(command, "--bodies", options.bodies, parse_globs,
+             "GLOB,...: of the bodies with such names; otherwise of all that are not static")
+      ->needs(trajectory);
+  command.add_option("--every", options.every, "of ticks that are multiples of this, and the first")
+      ->check(CLI::Range(std::uint32_t{1}, kTrajectoryEveryMax))
+      ->capture_default_str()
+      ->needs(trajectory);
+}
+
 }  // namespace
 
 void add_run_command(CLI::App& app, Action& action) {
@@ -82,6 +95,7 @@ void add_run_command(CLI::App& app, Action& action) {
   add_parsed(command, "--snapshot", options->snapshot, parse_output_file,
              "write all of the world at the end to this file: a snapshot")
       ->excludes(plain);
+  add_trajectory_options(command, options->trajectory);
   command.add_flag("--allow-divergence", options->allow_divergence,
                    "succeed even if bodies leave the range of numbers, speeds or sectors");
   add_parsed(command, "--json", options->json, parse_output_file, "write the report to this file, too");

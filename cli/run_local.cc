@@ -9,6 +9,7 @@
 #include "cli/interrupt.h"
 #include "cli/prepared_run.h"
 #include "cli/terminal.h"
+#include "lpss/observe/state.h"
 #include "lpss/simulation/plain_world.h"
 #include "lpss/simulation/simulation.h"
 #include "proto/snapshot_file.h"
@@ -16,17 +17,21 @@
 namespace tessera::cli {
 namespace {
 
-// Steps, measures each tick, and leaves the times in the report.
-absl::Status step_all(const std::string& what, const std::function<void()>& step, RunReport& report) {
+// Steps, measures each tick, and leaves the times in the report. `look` is called between ticks, from the
+// first one on, with their number.
+absl::Status step_all(const std::string& what, const std::function<void()>& step,
+                      const std::function<void(Tick)>& look, RunReport& report) {
   std::vector<double> milliseconds;
   milliseconds.reserve(std::min<std::uint64_t>(report.ticks, 10'000'000));
   ProgressBar progress(what, report.ticks);
   const Clock::time_point start = Clock::now();
+  look(report.first_tick);
   for (std::uint64_t tick = 0; tick < report.ticks; ++tick) {
     if (interrupted()) return absl::CancelledError("interrupted");
     const Clock::time_point tick_start = Clock::now();
     step();
     milliseconds.push_back(seconds_since(tick_start) * 1e3);
+    look(report.first_tick + tick + 1);
     progress.update(tick + 1);
   }
   report.set_wall_time(seconds_since(start));
@@ -52,6 +57,18 @@ absl::StatusOr<RunReport> finished(
   if (!towers.empty()) report.towers = towers.report();
   report.movement = movement.report();
   return report;
+}
+
+// The rows of a tick, where it is wanted.
+void add_rows(const Simulation& simulation, Trajectory& trajectory, Tick tick) {
+  if (!trajectory.wants(tick)) return;
+  for (const BodyId id : trajectory.ids()) {
+    if (const std::optional<BodyRecord> body = body_of(simulation.partition(), id)) {
+      trajectory.add(tick, *body);
+    } else if (const BodyRecord* fixed = simulation.partition().statics.find(id)) {
+      trajectory.add(tick, *fixed);
+    }
+  }
 }
 
 // With the names of the world file: bodies and joints have their ids in its order.
@@ -85,7 +102,13 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
     report.counts.add_tick(counts);
     note_divergences((*simulation)->divergences(), world, report);
   };
-  if (absl::Status status = step_all("in-process", step, report); !status.ok()) return status;
+  const auto look = [&](Tick tick) {
+    if (run->trajectory) add_rows(**simulation, *run->trajectory, tick);
+  };
+  if (absl::Status status = step_all("in-process", step, look, report); !status.ok()) return status;
+  if (run->trajectory) {
+    if (absl::Status status = run->trajectory->finish(); !status.ok()) return status;
+  }
 
   if (!options.snapshot.empty()) {
     absl::Status status = write_snapshot(
@@ -109,7 +132,14 @@ absl::StatusOr<RunReport> run_plain(const RunOptions& options) {
   report.load_seconds = seconds_since(run->begin);
 
   const auto step = [&] { (*plain)->step(); };
-  if (absl::Status status = step_all("plain Bullet", step, report); !status.ok()) return status;
+  const auto look = [&](Tick tick) {
+    if (!run->trajectory || !run->trajectory->wants(tick)) return;
+    (*plain)->for_each_body([&](const BodyRecord& body) { run->trajectory->add(tick, body); });
+  };
+  if (absl::Status status = step_all("plain Bullet", step, look, report); !status.ok()) return status;
+  if (run->trajectory) {
+    if (absl::Status status = run->trajectory->finish(); !status.ok()) return status;
+  }
 
   return finished(std::move(report), world, (*plain)->hash(),
                   [&](const auto& visit) { (*plain)->for_each_body(visit); });

@@ -15,6 +15,7 @@
 
 #include "cli/measure/movement.h"
 #include "cli/measure/towers.h"
+#include "cli/trajectory.h"
 #include "cli/world_overrides.h"
 #include "lpss/model/settings.h"
 #include "lpss/model/tick_counts.h"
@@ -30,6 +31,7 @@ struct RunOptions {
   std::filesystem::path world;
   std::filesystem::path from;      // a snapshot, in the place of a world; empty: none
   std::filesystem::path snapshot;  // to be written at the end; empty: none
+  TrajectoryOptions trajectory;
   WorldOverrides overrides;
   double seconds = 10;  // simulated
   int servers = 2;
