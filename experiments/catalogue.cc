@@ -15,6 +15,7 @@
 #include "experiments/requirements/requirements.h"
 #include "experiments/scale/scale.h"
 #include "experiments/tradeoff/tradeoff.h"
+#include "experiments/truth/truth.h"
 
 namespace tessera {
 
@@ -55,6 +56,10 @@ const std::vector<Experiment>& all_experiments() {
        measure_requirements},
       {"stacks", "Towers near and far from the origin, in one world and in sectors.", measure_stacks},
       {"tradeoff", "The cost and the remaining error of each setting, on small scenes.", measure_tradeoff},
+      {"truth",
+       "Scenes whose motion mechanics gives in closed form: rests, slides, impacts, flush floors, carriers,\n"
+       "orbits, rays; compared with plain Bullet, and with MuJoCo where the build has it.",
+       measure_truth, /*has_scenes=*/true},
   };
   return experiments;
 }

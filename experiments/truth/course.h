@@ -1,0 +1,108 @@
+// What happened in a world, tick by tick, whoever simulates it.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "lpss/model/world_description.h"
+#include "lpss/tick/messages.h"
+
+namespace tessera::truth {
+
+// A body between two ticks, relative to the centre of the anchor's sector.
+struct Glance {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  // m, of the body frame
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s, of the centre of mass
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();      // rad/s
+  bool asleep = false;
+};
+
+// Steps a world. Not for several threads at a time.
+class Contestant {
+ public:
+  virtual ~Contestant() = default;
+  virtual void step(std::span<const Command> commands) = 0;
+  // Those that can move, ascending by id.
+  virtual std::vector<BodyRecord> bodies() = 0;
+  // Of the last tick; nothing where nobody tells.
+  virtual std::vector<ContactEvent> contacts() { return {}; }
+  // Bodies that were stopped in the last tick.
+  virtual std::size_t diverged() { return 0; }
+};
+
+// Tessera, in one partition. Errors as PartitionCluster::create().
+absl::StatusOr<std::unique_ptr<Contestant>> in_sectors(const WorldDescription& world);
+// Plain Bullet, of the precision that the world asks for: of commands, it takes drives. Errors as
+// PlainWorld::create().
+absl::StatusOr<std::unique_ptr<Contestant>> in_plain_bullet(const WorldDescription& world);
+
+// All bodies that can move, at the start and after each tick, or after each `every` of them.
+class Course {
+ public:
+  explicit Course(const WorldDescription& world, Tick every = 1);
+
+  const WorldDescription& world() const { return world_; }
+  double dt() const { return world_.settings.time_step; }
+  double seconds() const { return static_cast<double>(ticks_) * dt(); }
+  Tick ticks() const { return ticks_; }
+  std::size_t diverged() const { return diverged_; }
+
+  // The body of that name, which the world has.
+  BodyId id(const std::string& body) const;
+  // At the start, then after each `every` ticks: never empty for a body that can move.
+  const std::vector<Glance>& of(const std::string& body) const { return glances_.at(id(body)); }
+  const Glance& first(const std::string& body) const { return of(body).front(); }
+  const Glance& last(const std::string& body) const { return of(body).back(); }
+  // The one nearest in time.
+  const Glance& at(const std::string& body, double seconds) const;
+  // Those from `from` s on, up to `to` s.
+  std::span<const Glance> between(const std::string& body, double from, double to = 1e9) const;
+
+  // By tick from 1 on; empty unless they are kept.
+  const std::vector<std::vector<ContactEvent>>& contacts() const { return contacts_; }
+
+  void look(const std::vector<BodyRecord>& bodies);
+  void end_tick(Contestant& contestant, bool keeps_contacts);
+
+ private:
+  WorldDescription world_;
+  std::map<std::string, BodyId> ids_;
+  std::map<BodyId, std::vector<Glance>> glances_;
+  std::vector<std::vector<ContactEvent>> contacts_;
+  Tick every_ = 1;
+  Tick ticks_ = 0;
+  std::size_t diverged_ = 0;
+};
+
+// What is commanded at the beginning of the tick that comes next.
+using Script = std::function<std::vector<Command>(const Course& so_far)>;
+
+// Steps for so long, by the time step of the world.
+void run(Contestant& contestant, double seconds, const Script& script, Course& course,
+         bool keeps_contacts = false);
+
+// The kinematic body arrives there at the end of the next tick; m, from the centre of the anchor's sector.
+Command move_to(const Course& course, const std::string& body, const Eigen::Vector3d& place,
+                const Eigen::Quaterniond& turn = Eigen::Quaterniond::Identity());
+
+// --- what can be said of a course ---
+
+// m, the largest way of the body frame from where it is at `from` s, up to `to`.
+double way(const Course& course, const std::string& body, double from, double to = 1e9);
+
+// J, of the bodies that can move, after so many samples; potential in uniform gravity, about the anchor's
+// centre.
+double energy(const Course& course, std::size_t sample);
+// The largest energy of all, over that at the start, minus 1.
+double energy_gain(const Course& course);
+
+}  // namespace tessera::truth

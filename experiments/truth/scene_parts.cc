@@ -1,0 +1,35 @@
+#include "experiments/truth/scene_parts.h"
+
+#include <cmath>
+#include <utility>
+
+namespace tessera::truth {
+
+WorldSettings with_gravity(WorldSettings settings, const Eigen::Vector3d& gravity) {
+  settings.gravity = UniformGravity{gravity};
+  settings.sleep_after = 0;
+  return settings;
+}
+
+WorldBuilder on_slope(const WorldSettings& settings, double slope, double friction, double restitution) {
+  WorldBuilder builder(
+      with_gravity(settings, kGravity * Eigen::Vector3d(std::sin(slope), 0, -std::cos(slope))));
+  BodyDescription& ground = builder.add("ground", builder.shape(Plane{}), 1, {0, 0, 0}, Motion::kStatic);
+  ground.properties.friction = friction;
+  ground.properties.restitution = restitution;
+  return builder;
+}
+
+WorldBuilder on_plane(const WorldSettings& settings, double friction, double restitution) {
+  return on_slope(settings, 0, friction, restitution);
+}
+
+BodyDescription& add_body(WorldBuilder& builder, const std::string& name, Geometry geometry, double mass,
+                          const Eigen::Vector3d& place, double friction, double restitution) {
+  BodyDescription& body = builder.add(name, builder.shape(std::move(geometry)), mass, place);
+  body.properties.friction = friction;
+  body.properties.restitution = restitution;
+  return body;
+}
+
+}  // namespace tessera::truth

@@ -1,0 +1,23 @@
+// Building blocks of scenes in several groups.
+#pragma once
+
+#include <string>
+
+#include "experiments/truth/scene.h"
+#include "lpss/simulation/example_worlds.h"
+
+namespace tessera::truth {
+
+// With uniform gravity (m/s^2), and no sleep.
+WorldSettings with_gravity(WorldSettings settings, const Eigen::Vector3d& gravity);
+
+// A floor at z = 0 that is level, under a gravity that leans by `slope` (rad) towards +x: a slope.
+WorldBuilder on_slope(const WorldSettings& settings, double slope, double friction, double restitution = 0);
+// The same without a lean.
+WorldBuilder on_plane(const WorldSettings& settings, double friction, double restitution = 0);
+
+// A body whose surface is so, at rest.
+BodyDescription& add_body(WorldBuilder& builder, const std::string& name, Geometry geometry, double mass,
+                          const Eigen::Vector3d& place, double friction, double restitution = 0);
+
+}  // namespace tessera::truth
