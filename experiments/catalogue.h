@@ -26,6 +26,7 @@ struct Experiment {
   std::function<absl::StatusOr<Report>(const ExperimentOptions& options, const Progress& progress)> measure;
 
   bool has_scenes = false;  // ExperimentOptions::only chooses among them
+  bool has_worlds = false;  // it runs the files of ExperimentOptions::worlds
 };
 
 const std::vector<Experiment>& all_experiments();

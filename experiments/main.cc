@@ -26,6 +26,7 @@ struct CommandOptions {
   std::optional<Precision> precision;
   bool quick = false;
   std::string only;
+  std::string worlds;
   std::filesystem::path json;
   std::filesystem::path csv;
 };
@@ -69,7 +70,7 @@ absl::Status measure(const Experiment& experiment, const CommandOptions& command
     options.precision = precision;
     options.quick = command.quick;
     options.only = command.only;
-    options.worlds = folder == nullptr ? "" : folder;
+    options.worlds = command.worlds.empty() && folder != nullptr ? folder : command.worlds;
     absl::StatusOr<Report> part = in_own_process([&] {
       return cli::with_bar(experiment.name,
                            [&](const Progress& progress) { return experiment.measure(options, progress); });
@@ -91,6 +92,11 @@ void add_experiment(CLI::App& app, const Experiment& experiment, cli::Action& ac
   if (experiment.has_scenes)
     command.add_option("--only", options->only,
                        "only the scenes whose `group name`, or files whose path, contains this text");
+  if (experiment.has_worlds)
+    command
+        .add_option("--worlds", options->worlds,
+                    "folder of world files, searched with all folders in it; default: TESSERA_WORLDS")
+        ->check(CLI::ExistingDirectory);
   add_parsed(command, "--json", options->json, cli::parse_output_file, "write all tables to this file");
   add_parsed(command, "--csv", options->csv, cli::parse_output_file,
              "write the rows to this file, other tables to FILE_table next to it");

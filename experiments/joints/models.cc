@@ -19,6 +19,7 @@
 
 #include "cli/measure/own_process.h"
 #include "cli/measure/stopwatch.h"
+#include "experiments/joints/on_plane.h"
 #include "lpss/observe/state.h"
 #include "lpss/simulation/mechanics.h"
 #include "lpss/simulation/partition_cluster.h"
@@ -125,9 +126,10 @@ absl::Status run(const WorldDescription& world, double seconds, Row& row) {
 // All columns, so that each row has them in one order.
 Row empty_row(const std::string& file, Precision precision) {
   Row row = {{"engine", name_of(precision)}, {"file", file}};
-  for (const char* column : {"outcome", "message", "bodies", "joints", "repairs", "notices", "seconds",
-                             "start_gap_mm", "gap_mm", "diverged", "first", "awake", "speed_m_s", "kinetic_j",
-                             "energy_gain_j", "same_bits", "tick_us", "hash"})
+  for (const char* column :
+       {"outcome",       "message",   "bodies",   "joints", "repairs",   "notices",   "seconds",
+        "start_gap_mm",  "gap_mm",    "diverged", "first",  "awake",     "speed_m_s", "kinetic_j",
+        "energy_gain_j", "same_bits", "tick_us",  "hash",   "lowest_mm", "wheels",    "wheel_way"})
     row[column] = Row();
   return row;
 }
@@ -150,6 +152,12 @@ Row measured(const std::filesystem::path& folder, const std::string& file, const
   row["notices"] = absl::StrJoin(loaded->notices, "; ");
   if (absl::Status status = run(world, options.quick ? kQuickSeconds : kSeconds, row); !status.ok())
     return refuse(status);
+  if (!is_robot(world)) return row;
+  const absl::StatusOr<OnPlane> on_plane = set_on_plane(std::move(world));
+  if (!on_plane.ok()) return refuse(on_plane.status());
+  row["lowest_mm"] = on_plane->lowest * 1e3;
+  row["wheels"] = on_plane->wheels;
+  if (on_plane->wheel_way) row["wheel_way"] = *on_plane->wheel_way;
   return row;
 }
 
@@ -176,6 +184,12 @@ bool is_apart(const Row& row) {
   return row["gap_mm"].is_number() && row["gap_mm"].get<double>() > kGapMax * 1e3;
 }
 bool has_diverged(const Row& row) { return row["diverged"].is_number() && row["diverged"].get<int>() > 0; }
+bool has_sunk(const Row& row) {
+  return row["lowest_mm"].is_number() && row["lowest_mm"].get<double>() < -kSunkMax * 1e3;
+}
+bool has_slipped(const Row& row) {
+  return row["wheel_way"].is_number() && !(std::abs(row["wheel_way"].get<double>() - 1) <= kWheelWayError);
+}
 bool has_other_bits(const Row& row) { return row["same_bits"].is_boolean() && !row["same_bits"].get<bool>(); }
 
 void add_misses(const Row& row, std::vector<std::string>& misses) {
@@ -187,6 +201,9 @@ void add_misses(const Row& row, std::vector<std::string>& misses) {
   if (is_apart(row)) miss(absl::StrFormat("a joint opens by %.3g mm", row["gap_mm"].get<double>()));
   if (has_diverged(row)) miss(absl::StrCat("diverges: ", row["first"].get<std::string>()));
   if (has_other_bits(row)) miss("other bits in two partitions");
+  if (has_sunk(row)) miss(absl::StrFormat("sinks to %.3g mm below a plane", -row["lowest_mm"].get<double>()));
+  if (has_slipped(row))
+    miss(absl::StrFormat("its wheels cover %.3g of radius times angle", row["wheel_way"].get<double>()));
 }
 
 // By the first folder of the files.
@@ -199,8 +216,8 @@ void add_outcomes(const std::vector<Row>& rows, std::vector<Row>& outcomes) {
     Row& folder = found->second;
     if (is_new) {
       folder = {{"engine", row["engine"]}, {"folder", name}};
-      for (const char* column :
-           {"files", "loads", "repaired", "refused", "crashed", "diverged", "apart", "other_bits"})
+      for (const char* column : {"files", "loads", "repaired", "refused", "crashed", "diverged", "apart",
+                                 "other_bits", "sunk", "slipped"})
         folder[column] = 0;
     }
     const auto add = [&](const std::string& column, bool one) {
@@ -211,6 +228,8 @@ void add_outcomes(const std::vector<Row>& rows, std::vector<Row>& outcomes) {
     add("diverged", has_diverged(row));
     add("apart", is_apart(row));
     add("other_bits", has_other_bits(row));
+    add("sunk", has_sunk(row));
+    add("slipped", has_slipped(row));
   }
   for (auto& [name, folder] : folders) outcomes.push_back(std::move(folder));
 }
@@ -220,7 +239,7 @@ void add_outcomes(const std::vector<Row>& rows, std::vector<Row>& outcomes) {
 
 absl::StatusOr<Report> measure_models(const ExperimentOptions& options, const Progress& progress) {
   if (options.worlds.empty())
-    return absl::InvalidArgumentError("TESSERA_WORLDS does not name a folder of world files");
+    return absl::InvalidArgumentError("neither --worlds nor TESSERA_WORLDS names a folder of world files");
   std::vector<std::filesystem::path> files = models::files_in(options.worlds);
   std::erase_if(files, [&](const std::filesystem::path& file) {
     return !absl::StrContains(file.string(), options.only);

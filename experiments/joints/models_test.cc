@@ -76,6 +76,45 @@ TEST_F(ModelsExperiment, EveryFileBecomesARow) {
   EXPECT_EQ(outcomes[1]["repaired"], 1);
 }
 
+// A trunk on two driven wheels and a ball that turns freely, as a caster does. Its files have no ground.
+std::string wheeled_robot() {
+  const auto wheel = [](const std::string& name, double y) {
+    return "<link name='" + name + "'><pose>0 " + std::to_string(y) +
+           " 0.1 -1.5707963 0 0</pose><inertial><mass>0.5</mass><inertia><ixx>0.0015</ixx><iyy>0.0015</iyy>"
+           "<izz>0.0025</izz></inertia></inertial><collision "
+           "name='c'><geometry><cylinder><radius>0.1</radius>"
+           "<length>0.04</length></cylinder></geometry></collision></link>"
+           "<joint name='" +
+           name + "_axle' type='continuous'><parent>trunk</parent><child>" + name +
+           "</child><axis><xyz>0 0 1</xyz></axis></joint>";
+  };
+  return "<sdf version='1.9'><model name='robot'><link name='trunk'><pose>0.05 0 0.12 0 0 0</pose>"
+         "<inertial><mass>4</mass><inertia><ixx>0.03</ixx><iyy>0.04</iyy><izz>0.05</izz></inertia></inertial>"
+         "<collision name='c'><geometry><box><size>0.4 0.2 0.06</size></box></geometry></collision></link>"
+         "<link name='caster'><pose>0.2 0 0.05 0 0 "
+         "0</pose><inertial><mass>0.2</mass><inertia><ixx>0.0002</ixx>"
+         "<iyy>0.0002</iyy><izz>0.0002</izz></inertia></inertial><collision name='c'><geometry><sphere>"
+         "<radius>0.05</radius></sphere></geometry></collision></link>"
+         "<joint name='ball' type='ball'><parent>trunk</parent><child>caster</child></joint>" +
+         wheel("left", 0.15) + wheel("right", -0.15) + "</model></sdf>";
+}
+
+TEST_F(ModelsExperiment, RobotsStandOnAPlaneAndDrive) {
+  write("robot.sdf", wheeled_robot());
+  write("pendulum.sdf", pendulum(1));
+  absl::StatusOr<Report> report = measured();
+  ASSERT_TRUE(report.ok()) << report.status();
+  std::map<std::string, Row> rows;
+  for (const Row& row : report->table("rows")) rows[row["file"]] = row;
+  EXPECT_TRUE(rows["pendulum.sdf"]["lowest_mm"].is_null()) << "the world holds it";
+  const Row& robot = rows["robot.sdf"];
+  EXPECT_EQ(robot["wheels"], 2);
+  EXPECT_GT(robot["lowest_mm"], -2) << robot;
+  EXPECT_LT(robot["lowest_mm"], 1) << robot;
+  EXPECT_NEAR(robot["wheel_way"], 1, 0.01) << robot;
+  EXPECT_THAT(report->misses, testing::IsEmpty());
+}
+
 TEST_F(ModelsExperiment, FilesAreChosenByTheirPaths) {
   write("a/rod.sdf", pendulum(1));
   write("b/rod.sdf", pendulum(1));
