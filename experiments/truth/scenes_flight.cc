@@ -70,8 +70,8 @@ Scene orbit(const std::string& name, double seconds, double inclination) {
       off_radius = std::max(off_radius, std::abs(glances[n].place.norm() - radius));
       off_place = std::max(off_place, (glances[n].place - right).norm());
     }
-    return {{"radius, largest error", "m", 0, off_radius, 0.1},
-            {"place, largest error", "m", 0, off_place, 10}};
+    return {{"largest error of the radius", "m", 0, off_radius, 0.1},
+            {"largest error of the place", "m", 0, off_place, 10}};
   };
   return scene;
 }
@@ -104,8 +104,8 @@ Scene tumble() {
       drift = std::max(drift, (angular_momentum_of(course, "box", course.of("box")[n]) - start).norm());
       energy_drift = std::max(energy_drift, std::abs(energy(course, n) / energy_at_start - 1));
     }
-    return {{"angular momentum, largest drift", "of its size", 0, drift / start.norm(), 1e-3},
-            {"energy, largest drift", "of it", 0, energy_drift, 1e-3}};
+    return {{"largest drift of angular momentum", "of its size", 0, drift / start.norm(), 1e-3},
+            {"largest drift of energy", "of it", 0, energy_drift, 1e-3}};
   };
   return scene;
 }
@@ -150,9 +150,9 @@ Scene crash() {
       drift = std::max(drift, (sums(n).first - start.first).norm());
       angular_drift = std::max(angular_drift, (sums(n).second - start.second).norm());
     }
-    return {{"momentum, largest drift", "of the sizes of all", 0, drift / scale, 1e-5},
-            {"angular momentum, largest drift", "of the same times 1 m", 0, angular_drift / scale, 1e-2},
-            {"energy, largest gain", "of that at the start", 0, energy_gain(course), 1e-3}};
+    return {{"largest drift of momentum", "of the sizes of all", 0, drift / scale, 1e-5},
+            {"largest drift of angular momentum", "of the same times 1 m", 0, angular_drift / scale, 1e-2},
+            {"largest gain of energy", "of that at the start", 0, energy_gain(course), 1e-3}};
   };
   return scene;
 }

@@ -110,7 +110,7 @@ Results glide(const Course& course, double speed) {
   }
   const double worst = fastest - speed > speed - slowest ? fastest : slowest;
   return {{"way up and down", "mm", 0, (highest - lowest) * 1e3, 0.1},
-          {"speed, farthest from the right one", "m/s", speed, worst, 1e-3 * speed}};
+          {"speed farthest from the right one", "m/s", speed, worst, 1e-3 * speed}};
 }
 
 Scene flush(const Flooring& flooring, const std::string& mover, AddMover add, double speed) {

@@ -16,7 +16,7 @@ constexpr double kShare = 0.01;       // of a velocity
 constexpr double kEnergyGain = 1e-3;  // of the energy at the start: rounding of places, and of a step
 
 Result gained(const Course& course) {
-  return {"energy, largest gain", "of that at the start", 0, energy_gain(course), kEnergyGain};
+  return {"largest gain of energy", "of that at the start", 0, energy_gain(course), kEnergyGain};
 }
 
 // m/s, along z: the first that points up.
@@ -114,9 +114,9 @@ Scene cue_scene() {
     const double across = 1.2 / std::sqrt(3);
     return {
         {"velocity of the cue", "m/s", -0.4, cue.x(), 0.012},
-        {"velocity of a, along", "m/s", 1.2, a.x(), 0.012},
-        {"velocity of a, across", "m/s", across, a.y(), 0.012},
-        {"velocity of b, across", "m/s", -across, b.y(), 0.012},
+        {"velocity of a along x", "m/s", 1.2, a.x(), 0.012},
+        {"velocity of a along y", "m/s", across, a.y(), 0.012},
+        {"velocity of b along y", "m/s", -across, b.y(), 0.012},
         {"difference of mirrored velocities", "m/s", 0, (a - Vector3d(b.x(), -b.y(), b.z())).norm(), 1e-5},
         gained(course)};
   };

@@ -76,8 +76,8 @@ Scene rays_at(const std::string& name, const Geometry& geometry) {
     const absl::StatusOr<Errors> errors = errors_of(settings, geometry, quick ? kQuickRays : kRays);
     if (!errors.ok()) return errors.status();
     const double rounding = rounding_of(settings);
-    return Results{{"place, worst error", "um", 0, errors->place * 1e6, rounding * 1e6},
-                   {"normal, worst error", "mrad", 0, errors->normal * 1e3, 1e3 * rounding * 1e3},
+    return Results{{"largest error of the place", "um", 0, errors->place * 1e6, rounding * 1e6},
+                   {"largest error of the normal", "mrad", 0, errors->normal * 1e3, 1e3 * rounding * 1e3},
                    {"hit or missed wrongly", "", 0, static_cast<double>(errors->wrong), 0}};
   };
   return scene;

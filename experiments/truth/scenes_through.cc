@@ -111,7 +111,8 @@ Trial spin_at_plate(const WorldSettings& settings, Random& random) {
           }};
 }
 
-// A force on a free body, at a wall or at another body on which the opposite one acts.
+// A force on a free body at a wall, or opposite ones on two bodies on a rail: free ones would turn about each
+// other.
 Trial force_at(const WorldSettings& settings, Random& random) {
   const Meeting meeting(random);
   const bool at_wall = random.within(0, 1) < 0.5;
@@ -120,10 +121,12 @@ Trial force_at(const WorldSettings& settings, Random& random) {
   if (at_wall) {
     builder = with_wall(settings, meeting);
   } else {
-    add_body(builder, "mover", Box{Vector3d::Constant(meeting.size)}, meeting.mass,
-             {kPlace - meeting.gap - meeting.size / 2, 0, 0}, 0.5);
-    add_body(builder, "other", Box{Vector3d::Constant(other_size)}, meeting.mass,
-             {kPlace + other_size / 2, 0, 0}, 0.5);
+    const auto add_on_rail = [&](const std::string& name, double size, double x) {
+      add_body(builder, name, Box{Vector3d::Constant(size)}, meeting.mass, {x, 0, 0}, 0.5);
+      builder.tie("rail_" + name, JointType::kPrismatic, "", name, {x, 0, 0});
+    };
+    add_on_rail("mover", meeting.size, kPlace - meeting.gap - meeting.size / 2);
+    add_on_rail("other", other_size, kPlace + other_size / 2);
   }
   Trial trial{builder.world(), {}, is_beyond_wall};
   if (!at_wall) {

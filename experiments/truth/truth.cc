@@ -90,7 +90,7 @@ Row row_of(const Scene& scene, const Variant& variant) {
   row["sector_m"] = variant.is_ours ? Row(variant.settings.sector_size) : Row();
   for (const char* column : {"quantity", "unit", "right", "got", "bound"}) row[column] = Row();
   row["ok"] = false;
-  row["order"] = row["message"] = Row();
+  for (const char* column : {"order", "message"}) row[column] = Row();
   return row;
 }
 
@@ -132,6 +132,7 @@ Report measured_apart(const Scene& scene, const Variant& variant, bool quick) {
     return measured(scene, variant, quick);
   });
   if (report.ok()) return *std::move(report);
+  if (!variant.is_ours && absl::IsUnimplemented(report.status())) return {};  // not its kind of scene
   Row row = row_of(scene, variant);
   row["message"] = std::string(report.status().message());
   Report failed;
@@ -162,7 +163,7 @@ void add_summary(const std::vector<Row>& rows, std::vector<Row>& summary) {
   for (const Row& row : rows) {
     std::string engine = row["engine"].get<std::string>();
     const bool has_border = row["sector_m"].is_number() && row["sector_m"].get<double>() == kBorderSectors;
-    if (has_border) absl::StrAppend(&engine, ", with a border");
+    if (has_border) absl::StrAppend(&engine, " with a border");
     const std::string key = absl::StrCat(row["group"].get<std::string>(), "\n", engine);
     const auto [place, is_new] = places.try_emplace(key, summary.size());
     if (is_new)

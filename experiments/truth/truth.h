@@ -7,7 +7,7 @@ namespace tessera {
 
 // Each scene (truth/scene.h) runs in Tessera, in sectors of the default size and with a border through it,
 // and in plain Bullet where that has all of it, in a process of its own, so that a crash also becomes a row.
-// Where MuJoCo was found by the build, worlds that it has the words for run there in the double pass.
+// Where MuJoCo was found by the build, worlds that it has words for run there, too, with the double engine.
 //
 // Table "rows": {group, scene, engine, sector_m, quantity, unit, right, got, bound, ok, order, message}.
 //   engine     f32, f64, "Bullet f32", "Bullet f64", "MuJoCo"
