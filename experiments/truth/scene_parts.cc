@@ -11,9 +11,12 @@ WorldSettings with_gravity(WorldSettings settings, const Eigen::Vector3d& gravit
   return settings;
 }
 
+Eigen::Vector3d slope_pull(double slope, const Eigen::Vector3d& down) {
+  return kGravity * (std::sin(slope) * down - std::cos(slope) * Eigen::Vector3d::UnitZ());
+}
+
 WorldBuilder on_slope(const WorldSettings& settings, double slope, double friction, double restitution) {
-  WorldBuilder builder(
-      with_gravity(settings, kGravity * Eigen::Vector3d(std::sin(slope), 0, -std::cos(slope))));
+  WorldBuilder builder(with_gravity(settings, slope_pull(slope, Eigen::Vector3d::UnitX())));
   BodyDescription& ground = builder.add("ground", builder.shape(Plane{}), 1, {0, 0, 0}, Motion::kStatic);
   ground.properties.friction = friction;
   ground.properties.restitution = restitution;

@@ -11,6 +11,9 @@ namespace tessera::truth {
 // With uniform gravity (m/s^2), and no sleep.
 WorldSettings with_gravity(WorldSettings settings, const Eigen::Vector3d& gravity);
 
+// m/s^2, of a gravity that leans by `slope` (rad) towards `down` (unit length, level).
+Eigen::Vector3d slope_pull(double slope, const Eigen::Vector3d& down);
+
 // A floor at z = 0 that is level, under a gravity that leans by `slope` (rad) towards +x: a slope.
 WorldBuilder on_slope(const WorldSettings& settings, double slope, double friction, double restitution = 0);
 // The same without a lean.
