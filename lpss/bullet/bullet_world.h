@@ -63,6 +63,9 @@ class BulletWorld final : public SectorWorld {
   // The step: bullet_step.cc.
   void detect(double dt, const ParallelFor& parallel) override;
   void fly(BodySlot slot, double dt) override;
+  // Orbits are as Bullet has them: a kick and a drift, of first order.
+  bool flew(BodySlot) const override { return false; }
+  void end_flight(BodySlot, const Eigen::Vector3d&, double) override {}
   std::vector<StoppedBody> integrate(double dt, const ParallelFor& parallel) override;
 
   // Contacts: bullet_contacts.cc.

@@ -221,8 +221,15 @@ class SectorWorld {
 
   // Free flight of a body that lives here, without contacts and joints: forces become velocity, with the same
   // result as by the solver. Call between detect() and integrate(), instead of passing the body to the
-  // solver. This, set_gravity() and what is const are safe for different bodies on different threads.
+  // solver. This, set_gravity(), end_flight() and what is const are safe for different bodies on different
+  // threads.
   virtual void fly(BodySlot slot, double dt) = 0;
+
+  // Whether the body flew in the last step, all the way. Where gravity differs from place to place, such a
+  // body awaits end_flight(), with the acceleration (m/s^2) where it has come to: its velocity takes half of
+  // the pull from there, and half from where it was (kick, drift, kick).
+  virtual bool flew(BodySlot slot) const = 0;
+  virtual void end_flight(BodySlot slot, const Eigen::Vector3d& acceleration, double dt) = 0;
 
   // Second half of a step: moves the awake bodies that live here with their solved velocities, sweeping the
   // fast ones, clears forces, and counts how long each body has been still. A body that has diverged

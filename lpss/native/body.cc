@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <utility>
-#include <variant>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/base/rotation.h"
@@ -41,7 +40,6 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
       mask(record.properties.mask),
       assembly(record.properties.assembly),
       feels_gravity(record.properties.gravity),
-      is_pulled_evenly(std::holds_alternative<UniformGravity>(settings.gravity)),
       principal_axes(centre_frame(record.properties).orientation.toRotationMatrix().cast<Scalar>()),
       friction(Scalar(record.properties.friction)),
       restitution(Scalar(record.properties.restitution)),
@@ -117,7 +115,7 @@ void Body::coast(Scalar dt) {
   const Vector push = linear_push(dt);
   linear += push;
   angular += angular_push(dt);
-  if (is_pulled_evenly) pose.position -= push * (dt / 2);
+  pose.position -= push * (dt / 2);
 }
 
 std::optional<DivergenceKind> Body::divergence() const {
@@ -132,6 +130,7 @@ void Body::stop() {
   next_angular.setZero();
   still_for = 0;
   coasts = false;
+  flies = false;
   fine.reset();
   if (flies_fine) fine = rounded();
 }

@@ -44,8 +44,8 @@ struct Body {
   Vector angular_push(Scalar dt) const;
 
   // Free flight: the velocities at the end of a tick, and the position from which they lead there in `dt`
-  // seconds. Where the pull is the same all along the way, so that a body falls as it should, x = v t - a t^2
-  // / 2 with v at the end; around a planet x = v t, which keeps orbits (symplectic Euler).
+  // seconds: x = v t - a t^2 / 2 with v at the end, the parabola. Around a planet, where the pull at the end
+  // is another one, SectorWorld::end_flight() completes v: leapfrog, which keeps orbits.
   void coast(Scalar dt);
 
   // Where its velocities are out of range: back at the start of the tick, and at rest.
@@ -67,6 +67,7 @@ struct Body {
   Motion motion;
   Range range = Range::kUsual;
   bool coasts = false;  // until integrate()
+  bool flies = false;   // SectorWorld::flew()
   btDbvtNode* leaf = nullptr;
   std::unique_ptr<const BodySurface> surface;  // none: one like any other
   Box box;  // what pairs are found by: of the last detection, with the distance at which contacts are found
@@ -92,7 +93,6 @@ struct Body {
   std::uint32_t mask;
   std::uint64_t assembly;
   bool feels_gravity;
-  bool is_pulled_evenly;  // gravity is the same everywhere
   bool flies_fine;
   bool jointed = false;
   bool has_left = false;                    // its enlarged box, in this detection
@@ -104,7 +104,11 @@ struct Body {
   Scalar restitution;
   bullet::StillLimits still_limits;
   std::shared_ptr<const Solid> solid;
-  std::optional<FineFlight> fine;           // none if the engine's numbers are the exact state
+  Eigen::Vector3d exact_gravity = Eigen::Vector3d::Zero();  // `gravity`, not rounded
+  std::optional<FineFlight> fine;  // none if the engine's numbers are the exact state
+  // Of kinematic bodies: those before the tick, from which they come to the others evenly (carrier.h).
+  Vector linear_before = Vector::Zero();    // m/s
+  Vector angular_before = Vector::Zero();   // rad/s
   Scalar rounding = 0;                      // m, of where a static body is
   std::unique_ptr<BodyState> static_state;  // of static bodies, whose pose includes the offset of their shape
 };

@@ -6,12 +6,31 @@ namespace tessera::native {
 // The same bits as in the solver for a body that nothing pushes.
 void NativeWorld::fly(BodySlot slot, double dt) {
   Body& flier = body(slot);
+  flier.flies = true;
   if (!flier.flies_fine) return flier.coast(Scalar(dt));
   flier.angular += flier.angular_push(Scalar(dt));
   if (!flier.fine) flier.fine = flier.rounded();
-  flier.fine->velocity += (flier.force.cast<double>() * double(flier.inverse_mass)) * dt;
+  // Of forces but gravity: exactly 0 if there are none.
+  const Vector others = flier.force - flier.gravity / flier.inverse_mass;
+  const Eigen::Vector3d push =
+      (flier.exact_gravity + others.cast<double>() * double(flier.inverse_mass)) * dt;
+  flier.fine->velocity += push;
+  flier.fine->position -= push * (dt / 2);
   flier.linear = flier.fine->velocity.cast<Scalar>();
   flier.coasts = true;
+}
+
+void NativeWorld::end_flight(BodySlot slot, const Eigen::Vector3d& acceleration, double dt) {
+  Body& flier = body(slot);
+  flier.flies = false;
+  if (!flier.feels_gravity) return;
+  const Eigen::Vector3d more = (acceleration - flier.exact_gravity) * (dt / 2);
+  if (!flier.fine) {
+    flier.linear += more.cast<Scalar>();
+    return;
+  }
+  flier.fine->velocity += more;
+  flier.linear = flier.fine->velocity.cast<Scalar>();
 }
 
 std::vector<StoppedBody> NativeWorld::integrate(double dt, const ParallelFor& parallel) {

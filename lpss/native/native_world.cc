@@ -132,7 +132,10 @@ void NativeWorld::add_wrench(BodySlot slot, const Wrench& wrench) {
 }
 
 void NativeWorld::set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) {
-  if (body(slot).feels_gravity) body(slot).gravity = acceleration.cast<Scalar>();
+  Body& pulled = body(slot);
+  if (!pulled.feels_gravity) return;
+  pulled.gravity = acceleration.cast<Scalar>();
+  pulled.exact_gravity = acceleration;
 }
 
 void NativeWorld::set_state(BodySlot slot, const BodyState& state) {
@@ -260,6 +263,7 @@ void NativeWorld::predict(Scalar dt, const ParallelFor& parallel) {
 // Clones are damped, too, since they are swept like their originals.
 void NativeWorld::predict(Body& body, Scalar dt) const {
   if (!body.is_dynamic()) return;
+  body.flies = false;
   if (body.role == Role::kHome) body.force += body.gravity / body.inverse_mass;
   body.linear *= body.linear_damping;
   body.angular *= body.angular_damping;

@@ -59,6 +59,8 @@ class NativeWorld final : public SectorWorld {
   Wrench total_wrench(BodySlot slot) const override;
   void set_total_wrench(BodySlot slot, const Wrench& wrench) override;
   void fly(BodySlot slot, double dt) override;
+  bool flew(BodySlot slot) const override { return body(slot).flies; }
+  void end_flight(BodySlot slot, const Eigen::Vector3d& acceleration, double dt) override;
   std::vector<StoppedBody> integrate(double dt, const ParallelFor& parallel) override;
   std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                 std::uint32_t mask) const override;

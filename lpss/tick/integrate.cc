@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "lpss/base/rotation.h"
+#include "lpss/model/gravity.h"
 #include "lpss/partition/bodies.h"
 
 namespace tessera {
@@ -49,6 +50,19 @@ void fly(Sector& sector, double dt, const ParallelFor& parallel) {
   sector.in_free_flight.clear();
 }
 
+// Around a planet, bodies in free flight are pulled half by where they were, and half by where they are now.
+void end_flights(const Partition& partition, Sector& sector, const ParallelFor& parallel) {
+  const Gravity& gravity = partition.settings.gravity;
+  if (!std::holds_alternative<CentralGravity>(gravity)) return;
+  run_in_pieces(parallel, sector.homes.size(), kBodiesInPiece, [&](std::size_t n) {
+    const BodySlot slot = sector.homes[n]->slot;
+    if (!sector.world->flew(slot)) return;
+    sector.world->end_flight(
+        slot, acceleration_at(gravity, sector.index, sector.world->position(slot), partition.sector_size()),
+        partition.dt());
+  });
+}
+
 }  // namespace
 
 std::vector<Stopped> integrate(Partition& partition, const std::vector<Sector*>& stepped,
@@ -59,6 +73,7 @@ std::vector<Stopped> integrate(Partition& partition, const std::vector<Sector*>&
     Sector& sector = *stepped[i];
     fly(sector, dt, parallel);
     stopped[i] = sector.world->integrate(dt, parallel);
+    end_flights(partition, sector, parallel);
     move_kinematics(sector, dt);
   });
   std::vector<Stopped> all;
