@@ -65,9 +65,14 @@ void describe(Archive& archive, T& x) {
   archive(x.motion, x.shape, x.mass, x.inertia, x.centre, x.principal_axes, x.friction, x.restitution,
           x.linear_damping, x.angular_damping, x.category, x.mask, x.gravity, x.assembly, x.surface);
 }
+template <typename Archive, Is<Velocities> T>
+void describe(Archive& archive, T& x) {
+  archive(x.linear, x.angular);
+}
 template <typename Archive, Is<BodyState> T>
 void describe(Archive& archive, T& x) {
-  archive(x.position, x.rotation, x.linear_velocity, x.angular_velocity, x.still_for, x.activity);
+  archive(x.position, x.rotation, x.linear_velocity, x.angular_velocity, x.still_for, x.activity,
+          x.velocities_before);
 }
 template <typename Archive, Is<Wrench> T>
 void describe(Archive& archive, T& x) {

@@ -70,6 +70,11 @@ struct BodyProperties {
 // of its island wants to.
 enum class Activity : std::uint8_t { kAwake = 1, kAsleep = 2, kWantsSleep = 3 };
 
+struct Velocities {
+  std::array<double, 3> linear{};   // m/s
+  std::array<double, 3> angular{};  // rad/s
+};
+
 // Motion of the centre frame relative to the centre of the home sector, in the world's axes. Exactly the
 // numbers that the engine computes with: values of a float engine are stored without rounding. Bodies in free
 // flight around a planet have more digits than a float.
@@ -80,6 +85,9 @@ struct BodyState {
   std::array<double, 3> angular_velocity{};                   // rad/s
   double still_for = 0;                                       // s below the sleeping speeds, reduced by slips
   Activity activity = Activity::kAwake;
+  // Of a kinematic body, within a tick in which commands change its velocities: those before. From these, its
+  // surface comes to the new ones evenly over the tick.
+  std::optional<Velocities> velocities_before;
 };
 
 // A force (N) and torque (N m) about the centre of mass that act during the next tick, in the world's axes.

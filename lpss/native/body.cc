@@ -83,6 +83,8 @@ BodyState Body::state() const {
   state.angular_velocity = array(angular);
   state.still_for = double(still_for);
   state.activity = activity;
+  if (motion == Motion::kKinematic && (linear != linear_before || angular != angular_before))
+    state.velocities_before = {array(linear_before), array(angular_before)};
   return state;
 }
 
@@ -103,6 +105,8 @@ void Body::set_state(const BodyState& state) {
   }
   linear = vector(state.linear_velocity);
   angular = vector(state.angular_velocity);
+  linear_before = state.velocities_before ? vector(state.velocities_before->linear) : linear;
+  angular_before = state.velocities_before ? vector(state.velocities_before->angular) : angular;
   activity = state.activity;
 }
 

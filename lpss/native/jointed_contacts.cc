@@ -75,6 +75,12 @@ void JointedContacts::push(Row& row, double impulse) {
 
 void JointedContacts::start_step() {
   if (is_empty()) return;
+  const auto share = double(contacts_->softness().share);
+  for (Patch& patch : patches_) {
+    if (!patch.course) continue;
+    add_course(patch, patch.course->linear_change.template cast<double>() * share,
+               patch.course->angular_change.template cast<double>() * share);
+  }
   load();
   for_each_row(patches_, [this](const Row& row) {
     for (std::size_t side = 0; side < 2; ++side) {

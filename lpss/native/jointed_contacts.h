@@ -93,10 +93,11 @@ class JointedContacts {
   };
   struct Point {
     Row row;
-    double gap = 0;           // m, in this step
-    double approach_max = 0;  // m/s, at most 0: what closes the gap by the end of the tick
-    double before = 0;        // m/s, before the tick
-    double pull = 0;          // m/s^2, of forces
+    double gap = 0;                 // m, in this step
+    double approach_max = 0;        // m/s, at most 0: what closes the gap by the end of the tick
+    double before = 0;              // m/s, before the tick
+    double pull = 0;                // m/s^2, of forces
+    Vector3 arm = Vector3::Zero();  // m, from the centre of the points
   };
   struct Patch {
     std::size_t place = 0;  // among those of begin()
@@ -112,6 +113,7 @@ class JointedContacts {
     double friction = 0;
     double restitution = 0;
     double bounce_from = 0;
+    const Contacts::Course* course = nullptr;
     double radius = 0;  // m, the arm of the twist
     double arm = 0;     // m, of rolling
   };
@@ -124,6 +126,7 @@ class JointedContacts {
   Row turn_row_of(const Contacts::Patch& from, const Vector3& axis) const;
   void set_sides(const Contacts::Patch& from, Row& row) const;
   void make_friction(const Contacts::Patch& from, Patch& patch) const;
+  static void add_course(Patch& patch, const Vector3& linear, const Vector3& angular);
   void make_answers();
   void make_answer(Row& row);
   void make_masses(Patch& patch);

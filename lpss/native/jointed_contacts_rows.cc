@@ -192,6 +192,27 @@ void JointedContacts::fill(const Contacts::Patch& from, std::size_t place, Patch
     may_bounce_ = may_bounce_ || (patch.restitution > 0 && -point.before > patch.bounce_from);
   }
   make_friction(from, patch);
+  patch.course = from.course;
+  if (!patch.course) return;
+  add_course(patch, patch.course->linear.template cast<double>(),
+             patch.course->angular.template cast<double>());
+  for (std::size_t n = 0; n < from.points; ++n) {
+    Point& point = patch.point[n];
+    point.before +=
+        point.row.on[0].head<3>().dot(patch.course->linear.template cast<double>() +
+                                      patch.course->angular.template cast<double>().cross(point.arm));
+  }
+}
+
+// What the surface of a moves by past that of b, beyond what the velocities of the bodies say.
+void JointedContacts::add_course(Patch& patch, const Vector3& linear, const Vector3& angular) {
+  for (int n = 0; n < patch.points; ++n) {
+    Point& point = patch.point[static_cast<std::size_t>(n)];
+    point.row.drive += point.row.on[0].head<3>().dot(linear + angular.cross(point.arm));
+  }
+  for (Row& row : patch.tangent) row.drive += row.on[0].head<3>().dot(linear);
+  patch.twist.drive += patch.twist.on[0].tail<3>().dot(angular);
+  for (Row& row : patch.rolling) row.drive += row.on[0].tail<3>().dot(angular);
 }
 
 // As the kernel of the contact solver makes it: at the centre of the points, in tangents that are scaled
@@ -207,6 +228,8 @@ void JointedContacts::make_friction(const Contacts::Patch& from, Patch& patch) c
     normal += from.point[n].normal.template cast<double>();
     load += patch.point[n].row.impulse;
   }
+  for (std::size_t n = 0; n < from.points; ++n)
+    patch.point[n].arm = from.point[n].lever_a.template cast<double>() - lever_a;
   normal *= inverse_or_zero(normal.norm());
   const bool is_by_a = bodies_[from.a].inverse_mass > 0;
   for (std::size_t n = 0; n < from.points; ++n) {

@@ -105,6 +105,12 @@ void NativeWorld::meet_faces(const Part& part, const Frame& at, const SweptBall&
 }
 
 // Two that move are swept in the frame of the other one.
+Vector NativeWorld::way_in_tick(const Body& body) const {
+  if (!body.is_awake() || body.motion == Motion::kStatic) return Vector::Zero();
+  if (body.is_dynamic()) return body.next.position - body.start;
+  return body.linear * Scalar(settings_.time_step);
+}
+
 std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, bool without_clones) const {
   const Body& swept = body(slot);
   const Vector way = swept.next.position - swept.start;
@@ -120,10 +126,7 @@ std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, bool with
   });
   std::optional<SweepHit> hit;
   for (const BodySlot other : candidates) {
-    const Body& at = body(other);
-    const Vector other_way =
-        at.is_dynamic() && at.is_awake() ? Vector(at.next.position - at.start) : Vector(Vector::Zero());
-    sweep(swept, way - other_way, other, hit);
+    sweep(swept, way - way_in_tick(body(other)), other, hit);
   }
   if (!hit || !(hit->fraction < 1)) return std::nullopt;
   return hit;

@@ -12,6 +12,7 @@
 #include "lpss/joints/task_joint.h"
 #include "lpss/model/divergence.h"
 #include "lpss/model/limits.h"
+#include "lpss/native/carrier.h"
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
@@ -28,6 +29,9 @@ constexpr Scalar kMetRestitution = Scalar(1e-6);
 // slowly.
 constexpr Scalar kOpenedShare = Scalar(0.06);  // of the smallest extent of those that can be pushed
 constexpr Scalar kOpenedMin = Scalar(0.001);   // m
+
+// Deeper than any load presses a body in: it does not rest there, also where it does not get out.
+constexpr Scalar kBuriedShare = Scalar(0.1);  // of the smallest extent of those that can be pushed
 
 // What one thread does at a time.
 constexpr std::size_t kBodiesInTaskPiece = 256;
@@ -59,6 +63,14 @@ Scalar deepest_opened(const ContactScale& scale, Scalar in_steps, Scalar stiffer
 Vector lever(const Body& body, const Vector& point) {
   if (body.motion == Motion::kStatic) return Vector::Zero();
   return body.pose.rotation * point;
+}
+
+Scalar deepest_gap(const Contact& contact) {
+  Scalar gap = 0;
+  for (const ContactPatch& patch : contact.patches) {
+    for (int n = 0; n < patch.count; ++n) gap = std::min(gap, patch.point[n].gap);
+  }
+  return gap;
 }
 
 ContactSolver<Scalar>::Surface surface_of(const ContactSurface& contact, const ContactPatch& patch) {
@@ -162,6 +174,7 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
   bodies_.emplace_back();
   is_pushed_.assign(dynamics_.size(), false);
   is_carried_.assign(dynamics_.size(), false);
+  is_buried_.assign(dynamics_.size(), false);
   add_contacts(stages);
   for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
 
@@ -291,6 +304,7 @@ void NativeSolver::add_contacts(const Stages& stages) {
   run_in_pieces(*parallel_, count, kContactsInPiece,
                 [this](std::size_t n) { look_at(task_->contacts[n], sources_[n]); });
   surfaces_.clear();
+  courses_.clear();
   std::size_t patches = 0;
   std::size_t next = 0;
   for (const std::size_t end : stages.ends) {
@@ -323,7 +337,12 @@ void NativeSolver::look_at(const WorldPair& place, Source& source) const {
   source.contact = &world.contact(place.pair);
   source.sides = {&world.body(pair.slot_a), &world.body(pair.slot_b)};
   for (std::size_t side = 0; side < 2; ++side) source.places[side] = place_of(*source.sides[side]);
+  source.carrier = nullptr;
+  for (const Body* side : source.sides) {
+    if (has_course(*side)) source.carrier = side;
+  }
   source.scale = scale_of(*source.sides[0], *source.sides[1]);
+  source.is_deep = deepest_gap(*source.contact) < -Scalar(source.scale.extent) * kBuriedShare;
 }
 
 // Makes room for what its patches refer to, and notes what the contact does to its bodies.
@@ -335,10 +354,13 @@ void NativeSolver::note_sides(Source& source) {
   const Contact& contact = *source.contact;
   source.first_surface = surfaces_.size();
   if (contact.has_surfaces()) surfaces_.resize(surfaces_.size() + contact.patches.size());
+  source.first_course = courses_.size();
+  if (source.carrier) courses_.resize(courses_.size() + contact.patches.size());
   const bool carries = contact.surface && contact.surface->moves();
   for (const std::size_t side : source.places) {
     if (side >= is_pushed_.size()) continue;
     if (carries) is_carried_[side] = true;
+    if (source.is_deep) is_buried_[side] = true;
     // Near what they do not bounce on, bodies fall by what a step of the solver makes of it, which damps
     // rattling.
     if (contact.restitution <= 0) is_pushed_[side] = true;
@@ -373,7 +395,25 @@ void NativeSolver::fill_patches(const Source& source) {
       patch.point[n] = {lever(a, point.on_a), lever(b, point.on_b), from.normal, std::max(point.gap, gap_min),
                         point.impulse};
     }
+    patch.course = nullptr;
+    if (source.carrier) set_course(source, from, patch, courses_[source.first_course + p]);
   }
+}
+
+void NativeSolver::set_course(const Source& source, const ContactPatch& from, Contacts::Patch& patch,
+                              Contacts::Course& course) const {
+  const Body& carrier = *source.carrier;
+  const bool is_a = &carrier == source.sides[0];
+  Vector centre = Vector::Zero();
+  for (std::size_t n = 0; n < patch.points; ++n)
+    centre += (is_a ? patch.point[n].lever_a : patch.point[n].lever_b) / Scalar(patch.points);
+  course = course_at(carrier, centre, dt_);
+  if (!is_a) {
+    for (Vector* part : {&course.linear, &course.angular, &course.linear_change, &course.angular_change})
+      *part = -*part;
+  }
+  patch.course = &course;
+  patch.friction_impulse = turned_with(carrier, from.friction_impulse, dt_);
 }
 
 void NativeSolver::begin_joints() {
@@ -401,7 +441,8 @@ void NativeSolver::begin_joints() {
   const auto is_jointed = [&](std::size_t body) {
     return std::binary_search(jointed_.begin(), jointed_.end(), body);
   };
-  for (Contacts::Patch& patch : patches_) patch.is_jointed = is_jointed(patch.a) || is_jointed(patch.b);
+  for (Contacts::Patch& patch : patches_)
+    patch.is_jointed = patch.is_jointed || is_jointed(patch.a) || is_jointed(patch.b);
 }
 
 void NativeSolver::show_joints() {
@@ -541,11 +582,11 @@ void NativeSolver::write_body(std::size_t place) const {
   } else {
     body.coast(Scalar(dt_));
   }
-  // What is still being pushed out of an overlap does not rest, however slow it is; nor does what a moving
-  // surface carries.
+  // What is still being pushed out of an overlap does not rest, however slow it is; nor does what is deep in
+  // one, or what a moving surface carries.
   const Scalar pushed_max = body.still_limits.linear * Scalar(dt_);
   const bool is_corrected = corrections_[place].linear.squaredNorm() > pushed_max * pushed_max;
-  if (is_corrected || is_carried_[place]) body.still_for = 0;
+  if (is_corrected || is_buried_[place] || is_carried_[place]) body.still_for = 0;
   body.pose.position += corrections_[place].linear;
   body.pose.rotation = turned(body.pose.rotation, corrections_[place].angular);
 }

@@ -48,6 +48,8 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   std::size_t place_of_kinematic(const Body& body);
   void note_sides(Source& source);
   void fill_patches(const Source& source);
+  void set_course(const Source& source, const ContactPatch& from, Contacts::Patch& patch,
+                  Contacts::Course& course) const;
   void begin_joints();
   // The joints see what contacts have changed; with_joints() also tells contacts what `act` has.
   void show_joints();
@@ -68,6 +70,9 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
     std::array<std::size_t, 2> places = {};  // of the sides; kNoPlace until a kinematic one has one
     std::size_t first = 0;
     std::size_t first_surface = 0;
+    std::size_t first_course = 0;
+    const Body* carrier = nullptr;  // the side that has a course, if there is one
+    bool is_deep = false;
     ContactScale scale;
   };
 
@@ -89,10 +94,12 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   std::vector<Contacts::Body> bodies_;
   std::vector<bool> is_pushed_;   // by joints and contacts
   std::vector<bool> is_carried_;  // by a surface that moves
+  std::vector<bool> is_buried_;   // in something
   absl::flat_hash_map<const Body*, std::size_t> kinematics_;
   std::size_t fixed_ = 0;  // the place of what neither moves nor can be pushed
   std::vector<Contacts::Patch> patches_;
   std::deque<Contacts::Surface> surfaces_;  // of patches, which refer to them
+  std::vector<Contacts::Course> courses_;   // likewise
   std::vector<Source> sources_;
   std::vector<std::size_t> stage_ends_;  // in patches
   std::vector<Contacts::Motion> corrections_;

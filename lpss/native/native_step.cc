@@ -115,7 +115,11 @@ void NativeWorld::stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, c
       shares[n] *= hits[n]->fraction;
       swept.foresee(dt * shares[n]);
       swept.next.position = swept.start + way * hits[n]->fraction;
+      // What nothing can push takes it along for the rest of its own way.
+      if (const Body& other = body(hits[n]->other); !other.is_dynamic())
+        swept.next.position += way_in_tick(other) * (1 - hits[n]->fraction);
       swept.fine.reset();
+      swept.flies = false;
       is_stopped = true;
     }
   }

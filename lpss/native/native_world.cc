@@ -171,6 +171,8 @@ void NativeWorld::sleep(BodySlot slot) {
   sleeper.fine.reset();
   sleeper.linear.setZero();
   sleeper.angular.setZero();
+  sleeper.linear_before.setZero();
+  sleeper.angular_before.setZero();
   sleeper.activity = Activity::kAsleep;
   set_box_to_pose(slot);
 }

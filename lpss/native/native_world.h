@@ -146,6 +146,7 @@ class NativeWorld final : public SectorWorld {
   static std::optional<DivergenceKind> find_next(Body& body, double dt);
   void move_on(Body& body, double dt) const;
   void stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, const ParallelFor& parallel);
+  Vector way_in_tick(const Body& body) const;  // m, as far as it is known
   std::optional<SweepHit> sweep(BodySlot swept, bool without_clones) const;
   void sweep(const Body& swept, const Vector& way, BodySlot other, std::optional<SweepHit>& hit) const;
   static void meet_faces(const Part& part, const Frame& at, const SweptBall& ball, SweepHit hit_at_end,

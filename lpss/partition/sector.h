@@ -35,10 +35,11 @@ struct HomeBody {
   OffsetSet wanted_in;            // sectors that need a replica in this tick
   OffsetSet replicated_in;        // sectors that were told of it
   BodyProperties properties;
-  double radius = 0;                          // m, of a ball around the centre of mass that holds the shape
-  Eigen::AlignedBox3d swept;                  // of this tick; m, relative to the sector's centre
-  std::optional<SectorIndex> next_home;       // announced; takes effect at the next tick
-  std::optional<BodyState> kinematic_target;  // where it arrives at the end of this tick
+  double radius = 0;                     // m, of a ball around the centre of mass that holds the shape
+  Eigen::AlignedBox3d swept;             // of this tick; m, relative to the sector's centre
+  std::optional<SectorIndex> next_home;  // announced; takes effect at the next tick
+  std::optional<BodyState>
+      kinematic_target;  // where it arrives at the end of this tick; there until the next
 };
 
 // A replica in a sector that may need it. It enters the engine world only when contact is imminent.

@@ -86,6 +86,11 @@ absl::Status RecordChecks::state(const SectorIndex& home, const BodyState& state
   if (!(off <= kRotationTolerance)) return refused("the rotation must be orthonormal, and is off by ", off);
   if (status = are_finite("linear velocity", state.linear_velocity); !status.ok()) return status;
   if (status = are_finite("angular velocity", state.angular_velocity); !status.ok()) return status;
+  if (state.velocities_before) {
+    const Velocities& before = *state.velocities_before;
+    if (status = are_finite("linear velocity before", before.linear); !status.ok()) return status;
+    if (status = are_finite("angular velocity before", before.angular); !status.ok()) return status;
+  }
   return bounded("still_for", state.still_for, -kNoBound, kNoBound, "s");
 }
 

@@ -35,6 +35,7 @@ class Kernel {
     std::uint16_t points;
     std::uint8_t may_bounce;  // a point of a patch meets fast enough
     std::uint8_t has_impact;  // likewise, but it need not bounce
+    std::uint8_t has_course;
   };
 
   struct Points {
@@ -67,6 +68,7 @@ class Kernel {
     V twist_mass;
     V friction;
     V restitution;
+    V has_course;   // 0 or 1: friction acts in all passes
     V bounce_from;  // m/s, the approach from which points bounce
     V radius;       // m, the mean distance of the points from their centre: the arm of the twist
     // Of a step, and of all steps.
@@ -328,6 +330,7 @@ class Kernel {
     for (std::size_t k = 0; k < points; ++k) fast = fast + max(-row[k].start - bounce_from, V{});
     group.may_bounce = any(fast * load(patches.restitution));
     group.has_impact = any(fast);
+    group.has_course = any(load(patches.has_course));
     Friction& friction = static_cast<Friction*>(rows.friction)[n];
     Grip* const grip = rows.grips ? static_cast<Grip*>(rows.grips) + n : nullptr;
     if (surfaces)
@@ -501,7 +504,22 @@ class Kernel {
     f.friction = load(patches.friction);
     f.restitution = load(patches.restitution);
     f.bounce_from = load(patches.bounce_from);
+    f.has_course = load(patches.has_course);
     set_up_impulses<kHasSurfaces>(rows, patches, share, points, row, f);
+  }
+
+  static void add_course(const Rows& rows, std::size_t n, const CourseLanes<Scalar>& course) {
+    const Group& group = static_cast<const Group*>(rows.group)[n];
+    Row* const row = static_cast<Row*>(rows.rows) + group.first;
+    for (int k = 0; k < group.points; ++k) row[k].start = row[k].start + load(course.normal[k]);
+    Friction& f = static_cast<Friction*>(rows.friction)[n];
+    const V3 linear = load(course.linear);
+    for (int k = 0; k < 2; ++k) f.start[k] = f.start[k] + dot(f.tangent[k], linear);
+    f.twist_start = f.twist_start + load(course.twist);
+    if (!rows.grips) return;
+    Grip& r = static_cast<Grip*>(rows.grips)[n];
+    const V3 angular = load(course.angular);
+    for (int k = 0; k < 2; ++k) r.start[k] = r.start[k] + dot(r.tangent[k], angular);
   }
 
   // Calls act(group, its place, its friction, its rows, the motions of both sides) for each group in order.
@@ -534,8 +552,14 @@ class Kernel {
              });
   }
 
+  template <bool kHasGrips>
   static void biased_pass(const Rows& rows) {
-    for_each(rows, [&](const Group& group, std::size_t, const Friction& f, Row* row, Motion& p, Motion& q) {
+    for_each(rows, [&](const Group& group, std::size_t n, Friction& f, Row* row, Motion& p, Motion& q) {
+      if (group.has_course) {
+        solve_friction(f, row, group.points, f.has_course, p, q);
+        if constexpr (kHasGrips)
+          solve_rolling(static_cast<Grip*>(rows.grips)[n], row, group.points, f.has_course, p, q);
+      }
       for (int k = 0; k < group.points; ++k) solve_normal(rows, row[k], true, p, q);
       if (group.has_impact) solve_impact(rows, f, row, group.points, p, q);
     });
@@ -663,11 +687,11 @@ class Kernel {
 
  public:
   template <bool kHasGrips>
-  static constexpr ContactPasses<Scalar> kPasses{warm_start<kHasGrips>, biased_pass, relaxed_pass<kHasGrips>,
-                                                 rebound<kHasGrips>};
+  static constexpr ContactPasses<Scalar> kPasses{warm_start<kHasGrips>, biased_pass<kHasGrips>,
+                                                 relaxed_pass<kHasGrips>, rebound<kHasGrips>};
   static constexpr ContactKernel<Scalar> kTable = {
-      L::kWidth, sizeof(Group),  sizeof(Friction), sizeof(Grip), sizeof(Row),
-      set_up,    kPasses<false>, kPasses<true>,    may_bounce,   end};
+      L::kWidth,  sizeof(Group),  sizeof(Friction), sizeof(Grip), sizeof(Row), set_up,
+      add_course, kPasses<false>, kPasses<true>,    may_bounce,   end};
 };
 
 }  // namespace

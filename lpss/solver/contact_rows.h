@@ -51,6 +51,7 @@ struct PatchLanes {
   alignas(32) Lane friction;
   alignas(32) Lane restitution;
   alignas(32) Lane bounce_from;  // m/s, the approach from which points bounce
+  alignas(32) Lane has_course;   // 0 or 1
   alignas(32) Lane points;
 };
 
@@ -67,6 +68,16 @@ struct SurfaceLanes {
   alignas(32) Lane rolling;
   alignas(32) Lane rolling_impulse[3];
   alignas(32) Lane drifts;  // 0 or 1
+};
+
+// What the courses of patches add to their relative velocities; 0 in lanes of patches without.
+template <typename Scalar>
+struct CourseLanes {
+  using Lane = Scalar[kRowLanesMax];
+  alignas(32) Lane normal[kRowPointsMax];  // m/s, by point
+  alignas(32) Lane linear[3];              // m/s, at the centre of the points
+  alignas(32) Lane angular[3];             // rad/s
+  alignas(32) Lane twist;                  // rad/s
 };
 
 // Their impulses after the tick.
@@ -122,6 +133,8 @@ struct ContactKernel {
   // null where all are usual.
   void (*set_up)(const ContactRows<Scalar>& rows, std::size_t n, std::size_t first, std::size_t points,
                  const PatchLanes<Scalar>& patches, const SurfaceLanes<Scalar>* surfaces);
+  // Adds to the relative velocities of group n, as they were before the tick.
+  void (*add_course)(const ContactRows<Scalar>& rows, std::size_t n, const CourseLanes<Scalar>& course);
   ContactPasses<Scalar> usual;
   ContactPasses<Scalar> with_grips;
   // Whether a point of group n meets fast enough to bounce.

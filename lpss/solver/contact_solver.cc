@@ -80,6 +80,27 @@ inline Vector scaled(const Scalar* c, const Vector& v) {
   return {x, y, z};
 }
 
+// One lane, by a motion of the surface of a past that of b around the centre of the points.
+template <typename Patch, typename Vector, typename Scalar>
+void fill_lane(const Patch& patch, const Vector& linear, const Vector& angular, std::size_t lane,
+               CourseLanes<Scalar>& lanes) {
+  Vector centre = Vector::Zero();
+  Vector normal = Vector::Zero();
+  for (std::size_t k = 0; k < patch.points; ++k) {
+    centre += patch.point[k].lever_a / static_cast<Scalar>(patch.points);
+    normal += patch.point[k].normal;
+  }
+  for (std::size_t k = 0; k < patch.points; ++k) {
+    const Vector arm = patch.point[k].lever_a - centre;
+    lanes.normal[k][lane] = patch.point[k].normal.dot(linear + angular.cross(arm));
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    lanes.linear[axis][lane] = linear[axis];
+    lanes.angular[axis][lane] = angular[axis];
+  }
+  lanes.twist[lane] = normal.squaredNorm() > 0 ? normal.normalized().dot(angular) : Scalar(0);
+}
+
 }  // namespace
 
 template <typename Scalar>
@@ -151,6 +172,8 @@ void ContactSolver<Scalar>::begin_patches(std::span<const Patch> patches,
   may_bounce_ = false;
   for (std::size_t n = 0; n < groups_.size() && !may_bounce_; ++n)
     may_bounce_ = kernel_->may_bounce(rows_, n);
+  courses_.clear();
+  if (has_courses_) begin_courses(patches);
 }
 
 // Without threads, a stage is one wave: its groups are solved in their order anyway.
@@ -237,6 +260,7 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches,
     groups_.clear(bodies_.size(), lanes);
     points_.clear();
     has_surfaces_ = false;
+    has_courses_ = false;
     stages_.assign(1, 0);
     std::size_t next = 0;
     std::size_t solved = 0;
@@ -252,6 +276,7 @@ void ContactSolver<Scalar>::group_patches(std::span<const Patch> patches,
         if (group == points_.size()) points_.push_back(0);
         points_[group] = std::max(points_[group], static_cast<std::uint8_t>(patch.points));
         has_surfaces_ = has_surfaces_ || patch.surface;
+        has_courses_ = has_courses_ || patch.course;
       }
       groups_.fence();
       stages_.push_back(groups_.size());
@@ -321,11 +346,35 @@ void ContactSolver<Scalar>::begin_group(std::size_t group, std::span<const Patch
     lanes.impulse[lane] = patch.friction_impulse.data();
     lanes.friction[lane] = patch.friction;
     lanes.restitution[lane] = patch.restitution;
+    lanes.has_course[lane] = patch.course ? 1 : 0;
     lanes.bounce_from[lane] = is_used ? bounce_from(patch) : 0;
     lanes.points[lane] = static_cast<Scalar>(patch.points);
     ++lane;
   }
   kernel_->set_up(rows_, group, first_row_[group], points_[group], lanes, surfaces);
+}
+
+template <typename Scalar>
+void ContactSolver<Scalar>::begin_courses(std::span<const Patch> patches) {
+  for (std::size_t group = 0; group < groups_.size(); ++group) {
+    CourseLanes<Scalar> start{};
+    CourseLanes<Scalar> step{};
+    bool is_any = false;
+    std::size_t lane = 0;
+    for (const std::uint32_t n : groups_[group]) {
+      if (n != PatchGroups::kNone && patches[n].course) {
+        const Course& course = *patches[n].course;
+        fill_lane(patches[n], course.linear, course.angular, lane, start);
+        fill_lane(patches[n], Vector(course.linear_change * rows_.share),
+                  Vector(course.angular_change * rows_.share), lane, step);
+        is_any = true;
+      }
+      ++lane;
+    }
+    if (!is_any) continue;
+    kernel_->add_course(rows_, group, start);
+    courses_.emplace_back(group, step);
+  }
 }
 
 // Forces of one step, and the impulses of the step before.
@@ -337,6 +386,7 @@ void ContactSolver<Scalar>::start_step() {
       moving_[n].angular[axis] += forces_[n].angular[axis];
     }
   });
+  for (const auto& [group, step] : courses_) kernel_->add_course(rows_, group, step);
   for (std::size_t stage = 0; stage + 1 < stages_.size(); ++stage) run(passes().warm_start, stage);
 }
 

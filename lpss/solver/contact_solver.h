@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "lpss/base/parallel.h"
@@ -66,6 +67,16 @@ struct SolverTypes {
     Vector rolling_impulse = Vector::Zero();  // N m s, on a, in the last tick; after it, in this one
   };
 
+  // How the surface of a moves past that of b over the tick, beyond what the velocities of the bodies say: of
+  // a carrier that is accelerated or turns, which cannot be pushed. It changes evenly, step by step, so that
+  // what rides on the carrier needs the same impulse in each.
+  struct Course {
+    Vector linear = Vector::Zero();          // m/s, at the centre of the patch's points, before the tick
+    Vector angular = Vector::Zero();         // rad/s
+    Vector linear_change = Vector::Zero();   // m/s, until the end of the tick
+    Vector angular_change = Vector::Zero();  // rad/s
+  };
+
   // Points of two bodies that share friction: their normals differ little.
   struct Patch {
     std::size_t a = 0;  // places of the bodies
@@ -79,6 +90,9 @@ struct SolverTypes {
     Vector friction_impulse = Vector::Zero();  // N s, on a, in the last tick; after it, in this one
     Scalar twist_impulse = 0;                  // N m s, on a about the mean normal; likewise
     Surface* surface = nullptr;                // none: usual ones
+    // None: the surfaces move as the bodies do. On a carrier with a course, friction acts in the biased
+    // passes, too, so that a jerk finds no slip.
+    const Course* course = nullptr;
   };
 };
 
@@ -99,6 +113,7 @@ class ContactSolver : public SolverTypes<Scalar> {
   using typename SolverTypes<Scalar>::Body;
   using typename SolverTypes<Scalar>::Point;
   using typename SolverTypes<Scalar>::Patch;
+  using typename SolverTypes<Scalar>::Course;
 
   struct Options {
     Scalar time_step = 0;  // s, of the tick
@@ -170,6 +185,7 @@ class ContactSolver : public SolverTypes<Scalar> {
   // Of the patches of a group; null if all are usual.
   const SurfaceLanes<Scalar>* surfaces_of(std::size_t group, std::span<const Patch> patches,
                                           SurfaceLanes<Scalar>& lanes) const;
+  void begin_courses(std::span<const Patch> patches);
   void end_group(std::size_t group, std::span<Patch> patches) const;
   template <typename Act>
   void for_each_body(const Act& act) const;
@@ -181,6 +197,7 @@ class ContactSolver : public SolverTypes<Scalar> {
   std::span<const Body> bodies_;
   bool may_bounce_ = false;
   bool has_surfaces_ = false;  // a patch has one of its own
+  bool has_courses_ = false;
   const ContactKernel<Scalar>* kernel_ = nullptr;
   ContactRows<Scalar> rows_{};
   PatchGroups groups_;
@@ -192,6 +209,8 @@ class ContactSolver : public SolverTypes<Scalar> {
   std::vector<std::size_t> waves_;
   std::vector<std::size_t> first_wave_;  // by stage, and the number of all
   std::vector<std::size_t> wave_of_;     // by body: the last wave that pushes it
+  // What courses add in a step, by group; of those with one.
+  std::vector<std::pair<std::size_t, CourseLanes<Scalar>>> courses_;
   // By body; one more in `moving_`, `forces_` and `advanced_`, for all that cannot be pushed.
   AlignedArray<RowBodyTerms<Scalar>> terms_;
   AlignedArray<RowBody<Scalar>> moving_;

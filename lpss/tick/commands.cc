@@ -149,11 +149,9 @@ void set_target(Partition& partition, const KinematicTarget& target, const Landi
   Eigen::Map<Eigen::Vector3d>(goal.position.data()) = position;
   if (target.keeps_rotation) keep_rotation(body.properties, now.state, goal);
   set_velocities_between(now.state, goal, partition.dt());
-  BodyState state = body.sector->world->state(body.slot);
-  state.linear_velocity = now.state.linear_velocity;
-  state.angular_velocity = now.state.angular_velocity;
-  state.activity = Activity::kAwake;
-  body.sector->world->set_state(body.slot, state);
+  SectorWorld& world = *body.sector->world;
+  world.wake(body.slot);
+  world.set_velocity(body.slot, vector(now.state.linear_velocity), vector(now.state.angular_velocity));
   goal.linear_velocity = {};
   goal.angular_velocity = {};
   body.kinematic_target = goal;
@@ -241,6 +239,7 @@ void apply(Partition& partition, const Command& command, Landings& landings, std
         } else if constexpr (std::is_same_v<C, SetVelocity>) {
           with_body(c.id, [&](SectorWorld& world, HomeBody& body) {
             world.set_velocity(body.slot, vector(c.linear), vector(c.angular));
+            body.kinematic_target.reset();
           });
         } else if constexpr (std::is_same_v<C, ApplyImpulse>) {
           with_body(c.id, [&](SectorWorld& world, HomeBody& body) {
@@ -252,6 +251,17 @@ void apply(Partition& partition, const Command& command, Landings& landings, std
         }
       },
       command);
+}
+
+// What was led to a target in the last tick stays there, unless a command of this one leads it on.
+void halt_led(Partition& partition) {
+  for (const Sector* sector : partition.active) {
+    for (HomeBody* body : sector->kinematics) {
+      if (!body->kinematic_target) continue;
+      body->kinematic_target.reset();
+      sector->world->set_velocity(body->slot, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+    }
+  }
 }
 
 // The margins follow from the largest body that the world has ever had, and all servers hear of all bodies:
@@ -269,6 +279,7 @@ void mark_all_dirty(Partition& partition) {
 std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands,
                                        std::vector<Stopped>& stopped) {
   const double radius_max = partition.radius_max;
+  halt_led(partition);
   Landings landings;
   for (const Command& command : commands) apply(partition, command, landings, stopped);
   if (partition.radius_max > radius_max) mark_all_dirty(partition);

@@ -23,17 +23,21 @@ bool at_rest(const BodyState& state) {
          state.angular_velocity == std::array<double, 3>{};
 }
 
-// Kinematic bodies go where they were told; one that stands still sleeps, so that it keeps nothing awake.
+// Kinematic bodies go where they were told, and have the velocity that took them there until the next tick
+// begins; one that stands still sleeps, so that it keeps nothing awake.
 void move_kinematics(Sector& sector, double dt) {
   for (HomeBody* body : sector.kinematics) {
     SectorWorld& world = *sector.world;
     if (world.activity(body->slot) == Activity::kAsleep) continue;
+    BodyState state = world.state(body->slot);
+    state.velocities_before.reset();
     if (body->kinematic_target) {
-      world.set_state(body->slot, *body->kinematic_target);
-      body->kinematic_target.reset();
+      BodyState goal = *body->kinematic_target;
+      goal.linear_velocity = state.linear_velocity;
+      goal.angular_velocity = state.angular_velocity;
+      world.set_state(body->slot, goal);
       continue;
     }
-    const BodyState state = world.state(body->slot);
     if (at_rest(state)) {
       world.sleep(body->slot);
       mark_dirty(*body);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "lpss/model/limits.h"
+#include "lpss/tick/commands.h"
 #include "lpss/tick/test_world.h"
 
 namespace tessera {
@@ -41,8 +42,10 @@ TEST(Integrate, AKinematicBodyArrivesAtItsTargetAndThenSleeps) {
   detect_and_integrate(world);
   EXPECT_THAT(world.state(1).position, ElementsAre(1, 2, 3));
   EXPECT_EQ(world.state(1).activity, Activity::kAwake);
-  EXPECT_FALSE(moved.kinematic_target);
   EXPECT_FALSE(moved.dirty);
+  std::vector<Stopped> stopped;
+  apply_commands(world[0], {}, stopped);
+  EXPECT_FALSE(moved.kinematic_target);
   detect_and_integrate(world);
   EXPECT_EQ(world.state(1).activity, Activity::kAsleep);
   EXPECT_TRUE(moved.dirty) << "others have to hear of it";

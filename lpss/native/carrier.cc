@@ -1,0 +1,42 @@
+#include "lpss/native/carrier.h"
+
+#include "lpss/base/rotation.h"
+
+namespace tessera::native {
+namespace {
+
+// The way of a point at `arm` from the centre of a rotation. From the parts of the quaternion: in the place
+// of a difference of two places, which would lose digits.
+Eigen::Vector3d way_of(const Eigen::Quaterniond& turn, const Eigen::Vector3d& arm) {
+  const Eigen::Vector3d across = turn.vec().cross(arm);
+  return 2 * (turn.w() * across + turn.vec().cross(across));
+}
+
+}  // namespace
+
+bool has_course(const Body& body) {
+  return body.motion == Motion::kKinematic &&
+         (!body.angular.isZero(0) || !body.angular_before.isZero(0) || body.linear != body.linear_before);
+}
+
+SolverTypes<Scalar>::Course course_at(const Body& body, const Vector& lever, double dt) {
+  const Eigen::Vector3d arm = lever.cast<double>();
+  const Eigen::Vector3d spin = body.angular.cast<double>();
+  const Eigen::Vector3d spin_before = body.angular_before.cast<double>();
+  const Eigen::Vector3d linear_before = body.linear_before.cast<double>();
+  const Eigen::Vector3d linear = body.linear.cast<double>();
+  const Eigen::Vector3d start = linear_before - way_of(rotation_by(spin_before * -dt), arm) / dt;
+  const Eigen::Vector3d end = linear + way_of(rotation_by(spin * dt), arm) / dt;
+  const Eigen::Vector3d by_velocities = linear + spin.cross(arm);
+  return {.linear = (start - by_velocities).cast<Scalar>(),
+          .angular = (spin_before - spin).cast<Scalar>(),
+          .linear_change = (end - start).cast<Scalar>(),
+          .angular_change = (spin - spin_before).cast<Scalar>()};
+}
+
+Vector turned_with(const Body& body, const Vector& impulse, double dt) {
+  if (body.angular.isZero(0)) return impulse;
+  return (rotation_by(body.angular.cast<double>() * dt) * impulse.cast<double>()).cast<Scalar>();
+}
+
+}  // namespace tessera::native
