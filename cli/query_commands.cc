@@ -159,10 +159,18 @@ const char* name_of(ContactPhase phase) {
 nlohmann::json to_json(const ContactFrame& frame) {
   nlohmann::json contacts = nlohmann::json::array();
   for (const ContactSample& contact : frame.contacts) {
-    contacts.push_back({{"phase", name_of(contact.phase)},
-                        {"a", contact.a.value},
-                        {"b", contact.b.value},
-                        {"impulse", contact.impulse}});
+    contacts.push_back({{"phase", name_of(contact.phase)}, {"a", contact.a.value}, {"b", contact.b.value}});
+    if (contact.phase == ContactPhase::kEnd) continue;
+    const auto numbers = [](const Eigen::Vector3d& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
+    nlohmann::json& patch = contacts.back();
+    patch["position"] = to_json(contact.position);
+    patch["normal"] = numbers(contact.normal);
+    patch["impulse"] = contact.impulse;
+    patch["friction"] = numbers(contact.friction);
+    for (const ContactPointSample& point : contact.points) {
+      patch["points"].push_back(
+          {{"offset", numbers(point.offset)}, {"depth", point.depth}, {"impulse", point.impulse}});
+    }
   }
   return {{"tick", frame.tick}, {"contacts", std::move(contacts)}};
 }

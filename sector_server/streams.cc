@@ -205,6 +205,12 @@ v1::ContactBatch Streams::contacts_for(const v1::WatchContactsRequest& request, 
     *contact.mutable_position() = to_proto(event.position);
     *contact.mutable_normal() = to_proto(Eigen::Vector3d(event.normal.data()));
     contact.set_impulse(event.impulse);
+    *contact.mutable_friction() = to_proto(Eigen::Vector3d(event.friction.data()));
+    for (const TouchingPoint& point : event.points) {
+      for (const double coordinate : point.position) contact.add_points(coordinate);
+      contact.add_depths(point.depth);
+      contact.add_impulses(point.impulse);
+    }
   }
   return batch;
 }

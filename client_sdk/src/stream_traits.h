@@ -69,9 +69,19 @@ struct ContactTraits {
     for (const v1::Contact& contact : batch.contacts()) {
       frame.contacts.push_back({phase_of(contact.phase()), BodyId{contact.a()}, BodyId{contact.b()},
                                 from_proto(contact.position()), from_proto(contact.normal()),
-                                contact.impulse()});
+                                contact.impulse(), from_proto(contact.friction()), points_of(contact)});
     }
     return frame;
+  }
+  static std::vector<ContactPointSample> points_of(const v1::Contact& contact) {
+    std::vector<ContactPointSample> points;
+    const int count = std::min({contact.points_size() / 3, contact.depths_size(), contact.impulses_size()});
+    for (int n = 0; n < count; ++n) {
+      points.push_back({{contact.points(3 * n), contact.points(3 * n + 1), contact.points(3 * n + 2)},
+                        contact.depths(n),
+                        contact.impulses(n)});
+    }
+    return points;
   }
 };
 

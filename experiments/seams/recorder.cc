@@ -1,7 +1,9 @@
 #include "experiments/seams/recorder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <tuple>
 
 namespace tessera::seams {
 namespace {
@@ -137,11 +139,16 @@ void Recorder::measure_joints(const Samples& samples) {
 }
 
 void Recorder::count_events(std::span<const ContactEvent> events) {
+  absl::flat_hash_set<std::tuple<BodyId, BodyId, std::array<double, 3>, std::array<double, 3>>> patches;
   absl::flat_hash_set<std::pair<BodyId, BodyId>> seen;
   double deepest = 0;
   for (const ContactEvent& event : events) {
     const std::pair pair(event.a, event.b);
-    if (!seen.insert(pair).second) ++course_.duplicate_events;
+    deepest = std::max(deepest, event.depth);
+    const Eigen::Vector3d& place = event.position.local;
+    if (!patches.insert({event.a, event.b, {place.x(), place.y(), place.z()}, event.normal}).second)
+      ++course_.duplicate_events;
+    if (!seen.insert(pair).second) continue;  // another patch
     const bool begins = event.phase == ContactPhase::kBegin;
     if (begins == touching_.contains(pair)) ++course_.broken_events;
     if (begins) {
@@ -149,7 +156,6 @@ void Recorder::count_events(std::span<const ContactEvent> events) {
       ++course_.contact_begins;
     }
     if (event.phase == ContactPhase::kEnd) touching_.erase(pair);
-    deepest = std::max(deepest, event.depth);
   }
   course_.penetration_max = std::max(course_.penetration_max, deepest);
   if (!events.empty()) course_.penetration_end = deepest;

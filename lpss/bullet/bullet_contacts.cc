@@ -88,25 +88,30 @@ std::span<btPersistentManifold* const> BulletWorld::manifolds_of(std::size_t pai
   return std::span(manifolds_).subspan(ranges_[pair].first, ranges_[pair].count);
 }
 
-ContactDetail BulletWorld::contact_detail(std::size_t pair) const {
+// Points of a manifold have a normal each, which differ little: that of the last one is taken.
+std::vector<ContactDetail> BulletWorld::touching_patches(std::size_t pair) const {
   const Body& b = body(pairs_[pair].slot_b);
-  ContactDetail detail;
-  detail.depth = -std::numeric_limits<double>::infinity();
+  std::vector<ContactDetail> details;
   for (const btPersistentManifold* manifold : manifolds_of(pair)) {
+    if (!is_touching(*manifold)) continue;
     const bool is_swapped = &Body::of(manifold->getBody0()) == &b;
+    const double on_a = is_swapped ? -1 : 1;
+    ContactDetail& detail = details.emplace_back();
     for (int i = 0; i < manifold->getNumContacts(); ++i) {
       const btManifoldPoint& point = manifold->getContactPoint(i);
-      detail.impulse += point.getAppliedImpulse();
-      if (-point.getDistance() <= detail.depth) continue;
-      detail.depth = -point.getDistance();
       // By the local point: the point in the sector's frame belongs to another sector while an imported pair
       // sleeps.
       const btVector3& local = is_swapped ? point.m_localPointA : point.m_localPointB;
-      detail.position = to_eigen(b.rigid.getWorldTransform() * local);
-      detail.normal = to_eigen(is_swapped ? -point.m_normalWorldOnB : point.m_normalWorldOnB);
+      detail.points.push_back(
+          {to_eigen(b.rigid.getWorldTransform() * local), -point.getDistance(), point.getAppliedImpulse()});
+      detail.impulse += point.getAppliedImpulse();
+      detail.normal = to_eigen(point.m_normalWorldOnB) * on_a;
+      detail.friction += (to_eigen(point.m_lateralFrictionDir1) * double(point.m_appliedImpulseLateral1) +
+                          to_eigen(point.m_lateralFrictionDir2) * double(point.m_appliedImpulseLateral2)) *
+                         on_a;
     }
   }
-  return detail;
+  return details;
 }
 
 ManifoldState BulletWorld::export_manifold(std::size_t pair) const {

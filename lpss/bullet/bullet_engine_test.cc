@@ -350,13 +350,14 @@ TEST(ContactTest, PairsAreSortedAndTold) {
   EXPECT_EQ(contacts[2].a.value, 25u);
   EXPECT_EQ(contacts[2].b.value, 30u);
   for (const ContactPair& pair : contacts) EXPECT_TRUE(pair.touching);
-  const ContactDetail upper = world.world().contact_detail(0);
+  const ContactDetail upper = world.world().touching_patches(0).at(0);
   EXPECT_NEAR(upper.normal.z(), 1, 1e-3) << "on b, pointing to a";
-  EXPECT_NEAR(upper.position.z(), 1, 0.01);
+  ASSERT_EQ(upper.points.size(), 4u);
+  for (const TouchingPoint& point : upper.points) EXPECT_NEAR(point.position.z(), 1, 0.01);
   EXPECT_NEAR(upper.impulse, 9.81 * kTick, 0.02);
-  const ContactDetail lower = world.world().contact_detail(2);
+  const ContactDetail lower = world.world().touching_patches(2).at(0);
   EXPECT_NEAR(lower.normal.z(), -1, 1e-3);
-  EXPECT_NEAR(lower.position.z(), 0, 0.01);
+  EXPECT_NEAR(lower.points.at(0).position.z(), 0, 0.01);
   EXPECT_NEAR(lower.impulse, 2 * 9.81 * kTick, 0.03);
 
   world.remove(30);

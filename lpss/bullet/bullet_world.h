@@ -70,7 +70,7 @@ class BulletWorld final : public SectorWorld {
 
   // Contacts: bullet_contacts.cc.
   std::span<const ContactPair> contacts() override;
-  ContactDetail contact_detail(std::size_t pair) const override;
+  std::vector<ContactDetail> touching_patches(std::size_t pair) const override;
   ManifoldState export_manifold(std::size_t pair) const override;
   void import_manifold(const ManifoldState& state) override;
   void set_manifold(std::size_t pair, const ManifoldState& state) override;

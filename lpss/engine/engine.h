@@ -76,12 +76,19 @@ struct ContactPair {
   std::uint16_t substeps = 0;  // that it asks for; see Engine::substeps(); 0: no opinion
 };
 
-// The deepest point of a pair, for events.
+// A point of contact, for events.
+struct TouchingPoint {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // on b, m, in the world's axes
+  double depth = 0;                                    // m, > 0 if the bodies overlap there
+  double impulse = 0;                                  // N s, along the normal, at the last solution
+};
+
+// A patch of a pair for events: points that share a normal. Impulses are those of the last solution, on a.
 struct ContactDetail {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // on b, m, relative to the sector's centre
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // on b, pointing to a
-  double depth = 0;                                    // m, > 0 if the bodies overlap
-  double impulse = 0;  // N s, all normal impulses of the pair at the last solution
+  double impulse = 0;                                  // N s, along the normal, of all points
+  Eigen::Vector3d friction = Eigen::Vector3d::Zero();  // N s, in the world's axes, across the normal
+  std::vector<TouchingPoint> points;                   // relative to the sector's centre
 };
 
 // The contact points of a pair with all data for warm starting. Only the engine that wrote the bytes can read
@@ -197,9 +204,11 @@ class SectorWorld {
   // The pairs with contact points, in ascending order of (a, b), as of the last detect(), import_manifold(),
   // or remove(). Pairs of sleeping bodies keep their points.
   virtual std::span<const ContactPair> contacts() = 0;
-  virtual ContactDetail contact_detail(std::size_t pair) const = 0;
 
-  // `pair` is a place in contacts(), which must have been called since the last detect().
+  // `pair` is a place in contacts(), which must have been called since the last detect(). The patches of the
+  // pair that touch: where a point has no gap, or had an impulse in the last solution.
+  virtual std::vector<ContactDetail> touching_patches(std::size_t pair) const = 0;
+
   virtual ManifoldState export_manifold(std::size_t pair) const = 0;
 
   // Sets the contact points of a pair to those that it had in another world, before the next detection. The

@@ -1,5 +1,7 @@
 #include "lpss/native/contact.h"
 
+#include <algorithm>
+
 #include "lpss/base/bytes.h"
 
 namespace tessera::native {
@@ -80,13 +82,12 @@ bool read_materials(const ByteReader& read, Contact& contact) {
 
 }  // namespace
 
+bool ContactPatch::is_touching() const {
+  return std::any_of(point, point + count, [](const ContactPoint& p) { return p.gap <= 0 || p.impulse > 0; });
+}
+
 bool Contact::is_touching() const {
-  for (const ContactPatch& patch : patches) {
-    for (int n = 0; n < patch.count; ++n) {
-      if (patch.point[n].gap <= 0 || patch.point[n].impulse > 0) return true;
-    }
-  }
-  return false;
+  return std::ranges::any_of(patches, [](const ContactPatch& patch) { return patch.is_touching(); });
 }
 
 void drop_impulses(Contact& contact) {

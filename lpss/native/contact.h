@@ -38,6 +38,8 @@ struct ContactPatch {
   Scalar twist_impulse = 0;                  // N m s
   Vector rolling_impulse = Vector::Zero();   // N m s, on a, in the last solution
   ContactPoint point[kPatchPointsMax];
+
+  bool is_touching() const;
 };
 
 // Of bodies a and b, a.id < b.id.

@@ -442,7 +442,7 @@ void NativeSolver::begin_joints() {
     return std::binary_search(jointed_.begin(), jointed_.end(), body);
   };
   for (Contacts::Patch& patch : patches_)
-    patch.is_jointed = patch.is_jointed || is_jointed(patch.a) || is_jointed(patch.b);
+    patch.is_jointed = is_jointed(patch.a) || is_jointed(patch.b);
 }
 
 void NativeSolver::show_joints() {

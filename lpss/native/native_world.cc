@@ -468,21 +468,22 @@ void NativeWorld::gather(std::size_t begin, std::size_t end, CandidatesPiece& pi
   }
 }
 
-ContactDetail NativeWorld::contact_detail(std::size_t pair) const {
+std::vector<ContactDetail> NativeWorld::touching_patches(std::size_t pair) const {
   const Body& b = body(pairs_[pair].slot_b);
-  ContactDetail detail;
-  detail.depth = -std::numeric_limits<double>::infinity();
+  std::vector<ContactDetail> details;
   for (const ContactPatch& patch : contact(pair).patches) {
+    if (!patch.is_touching()) continue;
+    ContactDetail& detail = details.emplace_back();
+    detail.normal = patch.normal.cast<double>();
+    detail.friction = patch.friction_impulse.cast<double>();
     for (int n = 0; n < patch.count; ++n) {
       const ContactPoint& point = patch.point[n];
       detail.impulse += double(point.impulse);
-      if (double(-point.gap) <= detail.depth) continue;
-      detail.depth = double(-point.gap);
-      detail.position = (b.pose * point.on_b).cast<double>();
-      detail.normal = patch.normal.cast<double>();
+      detail.points.push_back(
+          {(b.pose * point.on_b).cast<double>(), double(-point.gap), double(point.impulse)});
     }
   }
-  return detail;
+  return details;
 }
 
 ManifoldState NativeWorld::export_manifold(std::size_t pair) const {

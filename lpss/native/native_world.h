@@ -51,7 +51,7 @@ class NativeWorld final : public SectorWorld {
   bool reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const override;
   void detect(double dt, const ParallelFor& parallel) override;
   std::span<const ContactPair> contacts() override;
-  ContactDetail contact_detail(std::size_t pair) const override;
+  std::vector<ContactDetail> touching_patches(std::size_t pair) const override;
   ManifoldState export_manifold(std::size_t pair) const override;
   void import_manifold(const ManifoldState& manifold) override;
   void set_manifold(std::size_t pair, const ManifoldState& manifold) override;

@@ -3,7 +3,9 @@
 #include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
+#include <utility>
 
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/near_seam.h"
@@ -35,32 +37,69 @@ bool reports(const Partition& partition, const Sector& sector, const ContactPair
                           home_of(pair.b)) == sector.index;
 }
 
+// Of points that are about as deep, the first in a direction along which hardly any two are level: rounding
+// does not choose.
+const TouchingPoint& deepest_of(const std::vector<TouchingPoint>& points) {
+  constexpr double kSameDepth = 1e-4;  // m
+  const Eigen::Vector3d order(1, 0.618, 0.274);
+  double depth = -std::numeric_limits<double>::infinity();
+  for (const TouchingPoint& point : points) depth = std::max(depth, point.depth);
+  const TouchingPoint* deepest = nullptr;
+  for (const TouchingPoint& point : points) {
+    if (point.depth < depth - kSameDepth) continue;
+    if (deepest == nullptr || order.dot(point.position - deepest->position) > 0) deepest = &point;
+  }
+  return *deepest;
+}
+
+ContactEvent event_of(const Partition& partition, const Sector& sector, ContactDetail patch) {
+  ContactEvent event;
+  const TouchingPoint deepest = deepest_of(patch.points);
+  const absl::StatusOr<WorldPosition> position =
+      canonical(sector.index, deepest.position, partition.sector_size());
+  if (position.ok()) event.position = *position;
+  event.depth = deepest.depth;
+  Eigen::Map<Eigen::Vector3d>(event.normal.data()) = patch.normal;
+  event.impulse = patch.impulse;
+  Eigen::Map<Eigen::Vector3d>(event.friction.data()) = patch.friction;
+  event.points = std::move(patch.points);
+  for (TouchingPoint& point : event.points) point.position -= deepest.position;
+  return event;
+}
+
 void gather_sector(const Partition& partition, Tick tick, Sector& sector, std::vector<ContactEvent>& events) {
   absl::flat_hash_set<std::pair<BodyId, BodyId>> now;
   const std::span<const ContactPair> pairs = sector.world->contacts();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const ContactPair& pair = pairs[i];
     if (!reports(partition, sector, pair)) continue;
-    const ContactDetail detail = sector.world->contact_detail(i);
-    if (detail.depth < 0 && detail.impulse <= 0) continue;
-    now.insert({pair.a, pair.b});
-    ContactEvent event;
-    event.tick = tick;
-    event.phase = sector.touching.contains({pair.a, pair.b}) ? ContactPhase::kPersist : ContactPhase::kBegin;
-    event.a = pair.a;
-    event.b = pair.b;
-    const absl::StatusOr<WorldPosition> position =
-        canonical(sector.index, detail.position, partition.sector_size());
-    if (position.ok()) event.position = *position;
-    Eigen::Map<Eigen::Vector3d>(event.normal.data()) = detail.normal;
-    event.impulse = detail.impulse;
-    event.depth = detail.depth;
-    events.push_back(event);
+    const bool has_begun = sector.touching.contains({pair.a, pair.b});
+    for (ContactDetail& patch : sector.world->touching_patches(i)) {
+      now.insert({pair.a, pair.b});
+      ContactEvent event = event_of(partition, sector, std::move(patch));
+      event.tick = tick;
+      event.phase = has_begun ? ContactPhase::kPersist : ContactPhase::kBegin;
+      event.a = pair.a;
+      event.b = pair.b;
+      events.push_back(std::move(event));
+    }
   }
   for (const auto& [a, b] : sector.touching) {
     if (!now.contains({a, b})) events.push_back(end_of(tick, a, b));
   }
   sector.touching = std::move(now);
+}
+
+// Of a sector in which nothing is awake: commands have taken bodies away.
+void gather_ends(Tick tick, Sector& sector, std::vector<ContactEvent>& events) {
+  const std::span<const ContactPair> pairs = sector.world->contacts();
+  absl::erase_if(sector.touching, [&](const std::pair<BodyId, BodyId>& ids) {
+    const auto pair =
+        std::ranges::lower_bound(pairs, ids, {}, [](const ContactPair& p) { return std::pair(p.a, p.b); });
+    if (pair != pairs.end() && pair->a == ids.first && pair->b == ids.second) return false;
+    events.push_back(end_of(tick, ids.first, ids.second));
+    return true;
+  });
 }
 
 }  // namespace
@@ -86,10 +125,14 @@ std::vector<ContactEvent> gather_events(Partition& partition, Tick tick, const s
   std::vector<std::vector<ContactEvent>> by_sector(stepped.size());
   run_parallel(parallel, stepped.size(),
                [&](std::size_t i) { gather_sector(partition, tick, *stepped[i], by_sector[i]); });
+  for (Sector* sector : partition.active) {
+    if (sector->world && !sector->awake && !sector->touching.empty()) gather_ends(tick, *sector, events);
+  }
   for (std::vector<ContactEvent>& some : by_sector)
     std::move(some.begin(), some.end(), std::back_inserter(events));
   for (const auto& [a, b] : vacated.ended_contacts) events.push_back(end_of(tick, a, b));
-  std::sort(events.begin(), events.end(), [](const ContactEvent& x, const ContactEvent& y) {
+  // Patches of a pair stay in their order.
+  std::stable_sort(events.begin(), events.end(), [](const ContactEvent& x, const ContactEvent& y) {
     return std::tie(x.a, x.b, x.phase) < std::tie(y.a, y.b, y.phase);
   });
   return events;

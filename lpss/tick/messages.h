@@ -223,16 +223,20 @@ using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, A
 using RoundMessage =
     std::variant<Agreement, Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Motions, Solution>;
 
-// A contact of two bodies, reported once, by the sector that detected it.
+// A patch of contact of two bodies, points that share a normal, reported once, by the sector that detected
+// it. The phase is that of the pair, whose patches come in one order; its end is one event without a patch.
 struct ContactEvent {
   Tick tick = 0;
   ContactPhase phase = ContactPhase::kBegin;
   BodyId a;  // a < b
   BodyId b;
-  WorldPosition position;  // on b; not set for kEnd
-  std::array<double, 3> normal{};
-  double impulse = 0;  // N s
-  double depth = 0;    // m, > 0 where the bodies overlap
+  // Not set for kEnd. The deepest point, on b; of those that are as deep to 0.1 mm, always the same one.
+  WorldPosition position;
+  std::array<double, 3> normal{};     // on b, pointing to a
+  double impulse = 0;                 // N s, on a along the normal, of all points
+  std::array<double, 3> friction{};   // N s, on a, in the world's axes
+  double depth = 0;                   // m, > 0 where the bodies overlap
+  std::vector<TouchingPoint> points;  // relative to `position`
 };
 
 }  // namespace tessera

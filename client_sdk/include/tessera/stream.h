@@ -54,18 +54,28 @@ struct ContactFilter {
   bool persisting = false;  // also contacts that neither begin nor end
 };
 
+struct ContactPointSample {
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // m, from the position of the contact, on b
+  double depth = 0;                                  // m, > 0 where the bodies overlap
+  double impulse = 0;                                // N s, along the normal
+};
+
+// A patch of contact: points that share a normal. The phase is that of the pair: one that begins or goes on
+// has a sample for each of its patches, and its end is one sample, without a patch.
 struct ContactSample {
   ContactPhase phase = ContactPhase::kBegin;
   BodyId a;  // a < b
   BodyId b;
-  WorldPosition position;                             // on b; not set for kEnd
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // on b, pointing to a
-  double impulse = 0;                                 // N s
+  WorldPosition position;                              // the deepest point, on b
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // on b, pointing to a
+  double impulse = 0;                                  // N s, on a along the normal, of all points
+  Eigen::Vector3d friction = Eigen::Vector3d::Zero();  // N s, on a, in the world's axes
+  std::vector<ContactPointSample> points;
 };
 
 struct ContactFrame {
   Tick tick = 0;
-  std::vector<ContactSample> contacts;  // ascending by (a, b, phase)
+  std::vector<ContactSample> contacts;  // ascending by (a, b, phase); patches of a pair in one order
 };
 
 // Selects what to watch at seams: clones of bodies, and islands across borders.

@@ -116,15 +116,30 @@ class Phase(enum.IntEnum):
 
 
 @dataclass(frozen=True)
+class ContactPoint:
+    """A point of a contact."""
+
+    offset: Vector  # m, from the position of the contact, on b
+    depth: float  # m, > 0 where the bodies overlap
+    impulse: float  # N s, along the normal
+
+
+@dataclass(frozen=True)
 class Contact:
-    """A contact of two bodies, `a` < `b`."""
+    """A patch of contact of two bodies, `a` < `b`: points that share a normal.
+
+    The phase is that of the pair. A pair that begins or goes on has a contact for each of its patches; its end
+    is one contact, without a patch.
+    """
 
     phase: Phase
     a: int
     b: int
-    position: WorldPosition  # on b; not set for END
+    position: WorldPosition  # the deepest point, on b; not set for END
     normal: Vector  # on b, pointing to a
-    impulse: float  # N s
+    impulse: float  # N s, on a along the normal, of all points
+    friction: Vector = (0.0, 0.0, 0.0)  # N s, on a, in the world's axes
+    points: tuple[ContactPoint, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -261,6 +276,17 @@ def _contact(contact: tessera_pb2.Contact) -> Contact:
         to_position(contact.position),
         to_vector(contact.normal),
         contact.impulse,
+        to_vector(contact.friction),
+        tuple(
+            ContactPoint((x, y, z), depth, impulse)
+            for x, y, z, depth, impulse in zip(
+                contact.points[0::3],
+                contact.points[1::3],
+                contact.points[2::3],
+                contact.depths,
+                contact.impulses,
+            )
+        ),
     )
 
 
