@@ -137,15 +137,18 @@ void add_teleport(CLI::App& app, Action& action) {
   struct Velocities {
     std::optional<Eigen::Vector3d> linear;
     std::optional<Eigen::Vector3d> angular;
+    bool alone = false;
   };
   const auto velocities = std::make_shared<Velocities>();
   add_parsed(command, "--linear", velocities->linear, parse_vector,
              "X,Y,Z: its velocity then, m/s; as before if not given");
   add_parsed(command, "--angular", velocities->angular, parse_vector, "X,Y,Z: rad/s; likewise");
+  command.add_flag("--alone", velocities->alone,
+                   "also if joints hold it: they then pull it and what they hold together");
   on_cluster(command, action, [options, velocities](Client& client, nlohmann::json& data) {
-    return print_effect(
-        client.teleport(parse_body(options->body), {options->at}, velocities->linear, velocities->angular),
-        data);
+    return print_effect(client.teleport(parse_body(options->body), {options->at}, velocities->linear,
+                                        velocities->angular, kCallTimeout, velocities->alone),
+                        data);
   });
 }
 

@@ -139,6 +139,12 @@ absl::StatusOr<Command> checked(const v1::ApplyForceRequest& request, const Worl
 absl::StatusOr<Command> checked(const v1::TeleportRequest& request, const WorldRegistry& world) {
   const absl::StatusOr<Target> body = target(request.body(), world);
   if (!body.ok()) return body.status();
+  const JointRegistry::Entry* joint = world.joints().holding(body->id);
+  if (joint != nullptr && !request.alone()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat(body->title(), ": the joint \"", joint->name,
+                     "\" holds it, and a teleport moves one body only: set `alone` to do so nevertheless"));
+  }
   const Eigen::Vector3d kept = Eigen::Vector3d::Zero();
   const absl::StatusOr<BodyRecord> record =
       placed(*body, request, request.keeps_linear_velocity() ? kept : from_proto(request.linear_velocity()),

@@ -58,6 +58,11 @@ const JointRegistry::Entry* JointRegistry::find(JointId id) const {
   return found == joints_.end() ? nullptr : &found->second;
 }
 
+const JointRegistry::Entry* JointRegistry::holding(BodyId body) const {
+  const auto joint = by_body_.lower_bound({body, JointId{}});
+  return joint != by_body_.end() && joint->first == body ? find(joint->second) : nullptr;
+}
+
 std::vector<JointId> JointRegistry::with_prefix(std::string_view prefix, std::size_t limit) const {
   std::vector<JointId> ids;
   if (prefix.empty()) {

@@ -41,6 +41,9 @@ class JointRegistry {
   // Null if there is none.
   const Entry* find(JointId id) const;
 
+  // A joint that ties the body to another one or to the world, the first by ids; null if there is none.
+  const Entry* holding(BodyId body) const;
+
   // At most `limit` joints whose names begin with `prefix`, ascending by id.
   std::vector<JointId> with_prefix(std::string_view prefix, std::size_t limit) const;
 

@@ -150,6 +150,7 @@ absl::Status Workload::apply_force(SimulatedCluster& cluster) {
 
 absl::Status Workload::teleport(SimulatedCluster& cluster) {
   v1::TeleportRequest request;
+  request.set_alone(true);
   *request.mutable_body() = by_id(any(dynamic_));
   *request.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
   return cluster.call<v1::TeleportRequest, v1::CommandReply>(std::move(request)).status();

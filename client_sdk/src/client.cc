@@ -213,8 +213,9 @@ absl::StatusOr<Tick> Client::apply_force(const BodyName& body, const Eigen::Vect
 absl::StatusOr<Tick> Client::teleport(const BodyName& body, const TargetPose& pose,
                                       const std::optional<Eigen::Vector3d>& linear_velocity,
                                       const std::optional<Eigen::Vector3d>& angular_velocity,
-                                      absl::Duration timeout) {
+                                      absl::Duration timeout, bool alone) {
   v1::TeleportRequest request;
+  request.set_alone(alone);
   *request.mutable_body() = to_proto(body);
   set_pose(request, pose);
   request.set_keeps_linear_velocity(!linear_velocity);

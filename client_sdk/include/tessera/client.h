@@ -285,6 +285,7 @@ class Client {
 
   absl::StatusOr<Spawned> spawn(const NewBody& body, absl::Duration timeout = kCallTimeout);
   absl::StatusOr<Tick> remove(const BodyName& body, absl::Duration timeout = kCallTimeout);
+  // A kinematic body goes on with these velocities (m/s, rad/s) until another command changes them.
   absl::StatusOr<Tick> set_velocity(const BodyName& body, const Eigen::Vector3d& linear,
                                     const Eigen::Vector3d& angular, absl::Duration timeout = kCallTimeout);
   // `impulse` in N s and `lever` in m from the centre of mass, along the world's axes.
@@ -295,12 +296,15 @@ class Client {
   absl::StatusOr<Tick> apply_force(const BodyName& body, const Eigen::Vector3d& force,
                                    const Eigen::Vector3d& torque = Eigen::Vector3d::Zero(),
                                    absl::Duration timeout = kCallTimeout);
-  // Moves the body frame to `pose`, with these velocities; values that are not given stay the same.
+  // Moves the body frame to `pose`, with these velocities; values that are not given stay the same. Moves
+  // this body only: FAILED_PRECONDITION for one that joints hold, unless `alone`, after which joints pull
+  // what they hold together (teleport each link of a robot so, before the next tick).
   absl::StatusOr<Tick> teleport(const BodyName& body, const TargetPose& pose,
                                 const std::optional<Eigen::Vector3d>& linear_velocity = std::nullopt,
                                 const std::optional<Eigen::Vector3d>& angular_velocity = std::nullopt,
-                                absl::Duration timeout = kCallTimeout);
-  // A kinematic body moves so that it reaches `pose` at the end of the tick.
+                                absl::Duration timeout = kCallTimeout, bool alone = false);
+  // A kinematic body moves so that it reaches `pose` at the end of the tick, at the velocity that this takes,
+  // and then stays there until the next target or velocity.
   absl::StatusOr<Tick> set_kinematic_target(const BodyName& body, const TargetPose& pose,
                                             absl::Duration timeout = kCallTimeout);
 

@@ -26,7 +26,7 @@ class Motion(enum.IntEnum):
 
     DYNAMIC = world_pb2.MOTION_DYNAMIC  # forces, contacts and joints
     STATIC = world_pb2.MOTION_STATIC  # never moves
-    KINEMATIC = world_pb2.MOTION_KINEMATIC  # moved by its kinematic targets only; other bodies cannot push it
+    KINEMATIC = world_pb2.MOTION_KINEMATIC  # moved by targets and by the velocity that it is given; other bodies cannot push it
 
 
 @dataclass

@@ -268,9 +268,14 @@ class Client:
         linear_velocity: VectorLike | None = None,
         angular_velocity: VectorLike | None = None,
         timeout: float | None = CALL_TIMEOUT_S,
+        *,
+        alone: bool = False,
     ) -> int:
         """Moves the body frame to a new pose, with these velocities; values that are not given stay the same.
         OutOfRange beyond 64-bit sectors.
+
+        Moves this body only: FailedPrecondition for one that joints hold, unless `alone`, after which joints pull
+        what they hold together (teleport each link of a robot so, before the next tick).
         """
         request = tessera_pb2.TeleportRequest(
             body=_body_ref(body),
@@ -278,6 +283,7 @@ class Client:
             keeps_orientation=orientation is None,
             keeps_linear_velocity=linear_velocity is None,
             keeps_angular_velocity=angular_velocity is None,
+            alone=alone,
         )
         if linear_velocity is not None:
             request.linear_velocity.CopyFrom(vector_message(linear_velocity, "linear_velocity"))
@@ -292,8 +298,8 @@ class Client:
         orientation: VectorLike | None = None,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> int:
-        """Makes a kinematic body move so that it reaches the pose at the end of the tick; without an
-        orientation, it keeps its own.
+        """Makes a kinematic body move so that it reaches the pose at the end of the tick, at the velocity that this
+        takes; it then stays there until the next target or velocity. Without an orientation, it keeps its own.
         """
         return self._command(
             "SetKinematicTarget",
