@@ -142,6 +142,25 @@ TEST(Joints, FollowOthersAsLongAsTheseLast) {
   EXPECT_EQ(leaders(), 0u);
 }
 
+TEST(Joints, ATeleportOfWhatTheyHoldSaysThatItMovesOneBodyAlone) {
+  const auto cluster = loaded_cluster();
+  ASSERT_TRUE(cluster->ask<v1::AddJointReply>(hinge("arm", "lift", "egg"))->ok());
+  for (const std::string held : {"lift", "egg"}) {
+    v1::TeleportRequest request;
+    request.mutable_body()->set_name(held);
+    *request.mutable_pose() = to_proto(WorldPose{});
+    const auto refused = cluster->ask<v1::CommandReply>(request);
+    EXPECT_EQ(refused->code(), absl::StatusCode::kFailedPrecondition);
+    EXPECT_THAT(refused->message(), HasSubstr("joint \"arm\" holds it"));
+    request.set_alone(true);
+    EXPECT_TRUE(cluster->ask<v1::CommandReply>(request)->ok());
+  }
+  v1::TeleportRequest free;
+  free.mutable_body()->set_name("ball");
+  *free.mutable_pose() = to_proto(WorldPose{});
+  EXPECT_TRUE(cluster->ask<v1::CommandReply>(free)->ok());
+}
+
 TEST(Joints, AreAddedInCentreFramesAndListedInBodyFrames) {
   const auto cluster = loaded_cluster();
   v1::AddJointRequest request = hinge("arm", "lift", "egg");

@@ -30,6 +30,7 @@ BodyRecord some_record(std::uint64_t id) {
   record.state.angular_velocity = {4, 5, 6};
   record.state.still_for = 0.25;
   record.state.activity = Activity::kWantsSleep;
+  if (id % 2 == 1) record.state.velocities_before = Velocities{{7, 8, 9}, {10, 11, 12}};
   return record;
 }
 

@@ -176,7 +176,12 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
   is_carried_.assign(dynamics_.size(), false);
   is_buried_.assign(dynamics_.size(), false);
   add_contacts(stages);
-  for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
+  for (const TaskJoint& joint : task.joints) {
+    joints_.add(solved_joint(joint));
+    // What is fixed to the ground stays in it.
+    if (!joint.parent.world && joint.properties->type == JointType::kFixed)
+      is_buried_[body_of(joint.child).place] = false;
+  }
 
   begin_joints();
   contacts_.begin({.time_step = Scalar(dt),

@@ -149,6 +149,24 @@ TEST(Resting, WhatTurnsEasilyIsLiftedOutOfTheFloorAndNotThrown) {
   }
 }
 
+// Between the floor and what is above it, which leaves too little room: it does not get out, nor does it
+// rest.
+TEST(Overlaps, WhatIsBuriedDoesNotFallAsleepUnlessItIsFixedThere) {
+  WorldBuilder builder(sectors_of(128));
+  builder.add_floor(20, 0);
+  const ShapeId box = builder.shape(Box{{0.4, 0.4, 0.4}});
+  const ShapeId lid = builder.shape(Box{{1, 1, 0.2}});
+  builder.add("stuck", box, 1, {0, 0, 0.15});
+  builder.add("lid", lid, 1, {0, 0, 0.4}, Motion::kStatic);
+  builder.add("base", box, 1, {5, 0, 0.1});
+  builder.tie("mount", JointType::kFixed, "", "base", {5, 0, 0.1});
+  const auto cluster = cluster_of(builder.world(), 1);
+  for (int tick = 0; tick < 300; ++tick) cluster->step();
+  EXPECT_FALSE(is_asleep(*cluster, 1));
+  EXPECT_NEAR(position_of(*cluster, 1, 128).z(), 0.15, 1e-3);
+  EXPECT_TRUE(is_asleep(*cluster, 3));
+}
+
 // Five boxes in one place, without gravity. In short ticks contacts are stiffer, and each step leaves a
 // little of the speed at which it opens overlaps: they came apart at 12 m/s in ticks of 1/8000 s, and at 1.7
 // in those of 1/60.

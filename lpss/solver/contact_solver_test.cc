@@ -105,6 +105,30 @@ class ContactSolverTest : public ::testing::Test {
 using Scalars = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(ContactSolverTest, Scalars);
 
+// On a floor that is accelerated evenly, friction bears the same in each step: once it does, no step corrects
+// anything.
+TYPED_TEST(ContactSolverTest, ACubeKeepsUpWithAFloorThatHasACourse) {
+  constexpr TypeParam kGain = TypeParam(2 * kTick);  // m/s a tick
+  Cubes<TypeParam> cubes;
+  const std::size_t cube = cubes.add({0, 0, TypeParam(0.5)});
+  auto& patch = cubes.touch(cube, 0);
+  for (int tick = 0; tick < 30; ++tick) cubes.step();
+  typename ContactSolver<TypeParam>::Course course;
+  course.linear_change = {-kGain, 0, 0};
+  patch.course = &course;
+  patch.is_jointed = true;
+  TypeParam place = 0;
+  for (int tick = 0; tick < 60; ++tick) {
+    course.linear = {-kGain * TypeParam(tick), 0, 0};
+    cubes.step();
+    place += kGain * TypeParam(tick + 1) * TypeParam(kTick);
+    EXPECT_NEAR(cubes.body(cube).linear.x(), kGain * TypeParam(tick + 1), 2e-3) << tick;
+  }
+  EXPECT_NEAR(cubes.body(cube).linear.x(), kGain * 60, 1e-5);
+  EXPECT_NEAR(cubes.patches()[0].friction_impulse.x(), kGain, 1e-5) << "1 kg";
+  EXPECT_NEAR(cubes.centre(cube).x(), place, 2e-4);
+}
+
 TYPED_TEST(ContactSolverTest, ACubeRestsAndTheFloorCarriesItsWeight) {
   Cubes<TypeParam> cubes;
   const std::size_t cube = cubes.add({0, 0, TypeParam(0.5)});
