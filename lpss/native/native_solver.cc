@@ -409,10 +409,15 @@ void NativeSolver::set_course(const Source& source, const ContactPatch& from, Co
                               Contacts::Course& course) const {
   const Body& carrier = *source.carrier;
   const bool is_a = &carrier == source.sides[0];
-  Vector centre = Vector::Zero();
-  for (std::size_t n = 0; n < patch.points; ++n)
-    centre += (is_a ? patch.point[n].lever_a : patch.point[n].lever_b) / Scalar(patch.points);
-  course = course_at(carrier, centre, dt_);
+  const Body& rider = *source.sides[is_a ? 1 : 0];
+  Vector lever = Vector::Zero();
+  Vector arm = rider.pose.position - carrier.pose.position;
+  for (std::size_t n = 0; n < patch.points; ++n) {
+    const Contacts::Point& point = patch.point[n];
+    lever += (is_a ? point.lever_a : point.lever_b) / Scalar(patch.points);
+    arm += (is_a ? point.lever_b : point.lever_a) / Scalar(patch.points);
+  }
+  course = course_at(carrier, arm, lever, dt_);
   if (!is_a) {
     for (Vector* part : {&course.linear, &course.angular, &course.linear_change, &course.angular_change})
       *part = -*part;

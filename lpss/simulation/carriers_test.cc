@@ -174,6 +174,28 @@ TEST(Carriers, WhatIsOnATurntableStays) {
   EXPECT_LT(slip_on(disc_with_boxes(128, {0.1, 0.15}), spun_up(5, 3), 8, Lead::kTargets), 1e-3);
 }
 
+// Brought to its rate in a tick, under boxes that stand: they slip, and stay where they have come to rest.
+TEST(Carriers, WhatHasSlippedOnATurntableStaysWhereItHasCome) {
+  const WorldDescription world = disc_with_boxes(128, {0.3, 0.6, 0.95});
+  const auto cluster = cluster_of(world, 1);
+  const auto place_of = [&](std::uint64_t id) {
+    const Pose carrier = pose_of(*cluster, kCarrier);
+    return Eigen::Vector3d(carrier.orientation.conjugate() *
+                           (pose_of(*cluster, BodyId{id}).position - carrier.position));
+  };
+  std::vector<Eigen::Vector3d> places;
+  const std::vector<Command> turn{SetVelocity{kCarrier, {}, {0, 0, 1.5}}};
+  for (int tick = 0; tick < 480; ++tick) {
+    cluster->step(tick == 60 ? turn : std::vector<Command>{});
+    for (std::uint64_t id = 2; id <= 4; ++id) {
+      if (tick == 180) places.push_back(place_of(id));
+      if (tick > 180) {
+        EXPECT_LT((place_of(id) - places[id - 2]).norm(), 1e-3) << id << ", tick " << tick;
+      }
+    }
+  }
+}
+
 TEST(Carriers, BitsDependOnNoBorderBetweenServers) {
   const WorldDescription world = disc_with_boxes(4, {0.3, 0.6, 0.95, 1.3, 1.5});
   const Path path = spun_up(2, 1);
