@@ -116,7 +116,6 @@ TYPED_TEST(ContactSolverTest, ACubeKeepsUpWithAFloorThatHasACourse) {
   typename ContactSolver<TypeParam>::Course course;
   course.linear_change = {-kGain, 0, 0};
   patch.course = &course;
-  patch.is_jointed = true;
   TypeParam place = 0;
   for (int tick = 0; tick < 60; ++tick) {
     course.linear = {-kGain * TypeParam(tick), 0, 0};
