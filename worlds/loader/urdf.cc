@@ -3,6 +3,7 @@
 #include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 
 #include <cstring>
 #include <filesystem>
@@ -124,13 +125,29 @@ void complete_joint(Element& joint, Notices& notices) {
   for (const char* attribute : {"upper", "effort", "velocity"}) limit.SetAttribute(attribute, kUnlimited);
 }
 
+// It leaves out collisions with another number of scales than three.
+void complete_scale(Element& mesh, Notices& notices) {
+  const char* const scale = mesh.Attribute("scale");
+  const absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(mesh, scale == nullptr ? "" : scale);
+  if (scale == nullptr || !numbers.ok() || numbers->size() == 3) return;
+  if (numbers->size() != 1 && numbers->size() < 3) return;
+  notices.count_repair(
+      "scale of a <mesh> that is not three numbers: one counts for all, and the first three of more",
+      xml::place_of(mesh));
+  const auto at = [&](std::size_t n) { return numbers->size() == 1 ? numbers->front() : (*numbers)[n]; };
+  mesh.SetAttribute("scale", absl::StrFormat("%.17g %.17g %.17g", at(0), at(1), at(2)).c_str());
+}
+
 // It refuses collisions without a geometry that it knows, too.
 void complete_link(Element& link, Notices& notices) {
   for (Element* collision = link.FirstChildElement("collision"); collision != nullptr;) {
     Element& element = *collision;
     collision = collision->NextSiblingElement("collision");
-    const Element* geometry = element.FirstChildElement("geometry");
-    if (geometry != nullptr && geometry->FirstChildElement() != nullptr) continue;
+    Element* geometry = element.FirstChildElement("geometry");
+    if (geometry != nullptr && geometry->FirstChildElement() != nullptr) {
+      if (Element* mesh = geometry->FirstChildElement("mesh")) complete_scale(*mesh, notices);
+      continue;
+    }
     notices.count_repair("collision without geometry, left out", xml::place_of(element));
     link.DeleteChild(&element);
   }

@@ -118,6 +118,21 @@ TEST(UrdfLinks, NamedWorldWithAShapeKeepIt) {
   EXPECT_THAT(loaded.repairs, ElementsAre(HasSubstr("link named world with a shape")));
 }
 
+// A car of Bullet's has four scales; libsdformat would leave out its chassis.
+TEST(UrdfLinks, KeepMeshesWithOddScales) {
+  const Folder folder;
+  folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  for (const char* scale : {"2 2 2 1", "2"}) {
+    const LoadedWorld loaded =
+        load(robot(link("base", absl::StrCat(kMass, "<collision><geometry><mesh filename='a.obj' scale='",
+                                             scale, "'/></geometry></collision>"))),
+             folder);
+    EXPECT_THAT(only_geometry<ConvexHull>(loaded, body_named(loaded, "r::base")).points,
+                Contains(Eigen::Vector3d(0, 0, 2)));
+    EXPECT_THAT(loaded.repairs, ElementsAre(HasSubstr("scale of a <mesh> that is not three numbers")));
+  }
+}
+
 // Whatever libsdformat leaves out next is an error.
 TEST(UrdfCensus, TellsWhatAModelLacks) {
   const auto before = xml::File::parse(robot(kHand), "r.urdf", "");
