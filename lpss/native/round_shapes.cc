@@ -275,6 +275,11 @@ bool belongs_to_neighbour(const MeshTriangle<Scalar>& triangle, const Vector& no
   return false;
 }
 
+// The middle of a shape, which a hull's centre of mass may be far from. Relative to the centre of a.
+Vector middle_of(const Part& a, const Placement<Scalar>& placement) {
+  return placement.a * ((a.box.low + a.box.high) / 2);
+}
+
 // A shape above the face of a triangle.
 class AboveFace {
  public:
@@ -312,7 +317,8 @@ class AboveFace {
     const Vector& up = lowest_.normal;
     Nearest lowest = lowest_;
     // A shape that is deep in a surface of small triangles is above the one that its centre is above.
-    if (!is_lowest_above() && !is_above(Vector::Zero())) lowest.gap = std::numeric_limits<Scalar>::max();
+    if (!is_lowest_above() && !is_above(middle_of(a_, placement_)))
+      lowest.gap = std::numeric_limits<Scalar>::max();
     Side face;
     face.face = collision::supporting_face(b_, Vector(placement_.b.transpose() * up));
     Manifold<Scalar> manifold =
@@ -397,7 +403,7 @@ Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Sca
 
 Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
                                const Placement<Scalar>& placement, Scalar margin) {
-  const Vector centre = placement.b.transpose() * -placement.offset;
+  const Vector centre = placement.b.transpose() * (middle_of(a, placement) - placement.offset);
   const Scalar side = collision::is_kept_behind(b, centre) ? Scalar(-1) : Scalar(1);
   const AboveFace above(a, b, placement, placement.b * b.normal * side);
   if (above.gap() > margin) return {};

@@ -13,8 +13,9 @@ namespace tessera::native {
 
 // A hull of up to so many corners, and so few a face as a Polyhedron may have, is taken as it is. Contacts of
 // a larger one are those of a simplified one inside of it, of at most collision::kHullVerticesMax corners: no
-// point is farther outside than 1e-3 of the smallest extent, or what so many corners allow, 2e-3 for a ball.
-// Rays meet the hull as it is, and mass and inertia are not derived from it here.
+// point is farther outside than 1e-3 of the smallest extent, or what so many corners allow: 2e-3 for a ball,
+// and of flat discs, whose faces may have collision::kFaceVerticesMax corners, 1e-3 of the diameter. Rays
+// meet the hull as it is, and mass and inertia are not derived from it here.
 inline constexpr std::size_t kHullVerticesUsual = 256;
 
 class SolidHull {

@@ -19,7 +19,8 @@ struct RayAnswer {
 
 // The nearest hit of a ray (`length` in m, `direction` of unit length) in the sectors of this partition.
 // Static bodies count in the sectors that the ray passes through, up to where it has passed through
-// kRayGroundSectorsMax sectors of which the ground may reach up to it.
+// kRayGroundSectorsMax sectors of which the ground may reach up to it. A solid shape is hit where the ray
+// enters it, not where it begins inside; planes, meshes and height fields are hit from both sides.
 std::optional<RayAnswer> raycast(Partition& partition, const WorldPosition& origin,
                                  const Eigen::Vector3d& direction, double length, std::uint32_t mask);
 
