@@ -17,6 +17,9 @@ constexpr int kClipMax = 2 * kFaceVerticesMax;
 constexpr double kTie = 1e-3;
 // Likewise of gaps, by the extent of all points.
 constexpr double kGapTie = 1e-4;
+// Points that are closer to the line of two others than this share of their distance lie on it: rounding put
+// them beside it.
+constexpr double kOnLine = 1e-4;
 
 // The point with the greatest positive score, or -1.
 template <typename Scalar, typename Score>
@@ -54,6 +57,21 @@ int pick_deepest(std::span<const ContactPoint<Scalar>> points) {
   return best;
 }
 
+// Of points on a line, of which the first two taken are the deepest and the farthest from it, the ends are
+// enough, unless they are clearly higher: more springs would bear no tilt, but make the contact stiffer.
+template <typename Scalar>
+void keep_ends(std::span<const ContactPoint<Scalar>> points, Manifold<Scalar>& manifold) {
+  const ContactPoint<Scalar> deepest = manifold.point[0];
+  const ContactPoint<Scalar>& end = manifold.point[1];
+  const int other =
+      pick(points, [&](const ContactPoint<Scalar>& p) { return (p.on_b - end.on_b).squaredNorm(); });
+  if (other < 0 || points[other].feature == deepest.feature) return;
+  manifold.point[0] = points[other];
+  const Scalar length = (points[other].on_b - end.on_b).norm();
+  if (deepest.gap < std::min(points[other].gap, end.gap) - Scalar(kGapTie) * length)
+    manifold.point[manifold.count++] = deepest;
+}
+
 // At most kClipMax points.
 template <typename Scalar>
 void reduce_many(std::span<const ContactPoint<Scalar>> points, Manifold<Scalar>& manifold) {
@@ -66,7 +84,9 @@ void reduce_many(std::span<const ContactPoint<Scalar>> points, Manifold<Scalar>&
   take(second);
   const Vector3<Scalar> along = manifold.normal.cross(manifold.point[1].on_b - p0);
   const int third = pick(points, [&](const Point& p) { return std::abs(along.dot(p.on_b - p0)); });
-  if (third < 0) return;
+  if (third < 0) return keep_ends(points, manifold);
+  if (!(std::abs(along.dot(points[third].on_b - p0)) > Scalar(kOnLine) * along.squaredNorm()))
+    return keep_ends(points, manifold);
   take(third);
 
   // What a point adds to the triangle of the others is beyond one of the sides.
@@ -84,6 +104,18 @@ void reduce_many(std::span<const ContactPoint<Scalar>> points, Manifold<Scalar>&
                        [&](const Point& p) { return p.feature == points[n].feature; });
   };
   if (fourth >= 0 && !is_taken(fourth)) take(fourth);
+}
+
+template <typename Scalar>
+bool are_on_line(std::span<const ContactPoint<Scalar>> points) {
+  const Vector3<Scalar>& first = points[0].on_b;
+  Vector3<Scalar> way = Vector3<Scalar>::Zero();
+  for (const ContactPoint<Scalar>& p : points) {
+    if ((p.on_b - first).squaredNorm() > way.squaredNorm()) way = p.on_b - first;
+  }
+  const Scalar most = Scalar(kOnLine * kOnLine) * way.squaredNorm() * way.squaredNorm();
+  return std::ranges::all_of(
+      points, [&](const ContactPoint<Scalar>& p) { return way.cross(p.on_b - first).squaredNorm() <= most; });
 }
 
 template <typename Scalar>
@@ -171,12 +203,11 @@ void reduce(std::span<const ContactPoint<Scalar>> points, Manifold<Scalar>& mani
     for (const Point& p : points) {
       if ((!only_overlaps || overlaps(p)) && count < kClipMax) chosen[count++] = p;
     }
-    if (count > 4) {
-      reduce_many(std::span<const Point>(chosen, count), manifold);
-    }
   } else {
     for (const Point& p : points) chosen[count++] = p;
   }
+  const std::span<const Point> all(chosen, count);
+  if (count > 4 || (count > 2 && are_on_line(all))) reduce_many(all, manifold);
   if (manifold.count == 0) {
     for (int n = 0; n < count; ++n) manifold.point[manifold.count++] = chosen[n];
   }

@@ -65,6 +65,10 @@ void touch_ball(const Hull<Scalar>& hull, const Vector3<Scalar>& centre, Scalar 
     const Vector3<Scalar> on_hull = closest_on_hull(hull, centre, face, is_on_face);
     if (!is_on_face) {
       touch_round(centre, radius, on_hull, Scalar(0), normal, margin, manifold);
+      // What is all but above the face touches that: a lean is a slope to what rolls on.
+      constexpr Scalar kLean(1e-3);
+      if (manifold.count > 0 && (manifold.normal - normal).squaredNorm() < kLean * kLean)
+        manifold.normal = normal;
       return;
     }
   }

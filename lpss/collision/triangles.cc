@@ -503,6 +503,9 @@ Manifold<Scalar> collide(const Ball<Scalar>& a, const MeshTriangle<Scalar>& b,
     } else {
       if (distance > Scalar(1e-4) * a.radius) manifold.normal = -on_b / distance;
       if (facet.leans(manifold.normal, edges)) return manifold;
+      // What is all but above the face touches that: a lean is a slope to what rolls on.
+      if ((manifold.normal - facet.normal).squaredNorm() < Scalar(kLean * kLean))
+        manifold.normal = facet.normal;
     }
   }
   manifold.count = 1;

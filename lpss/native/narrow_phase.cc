@@ -22,6 +22,9 @@ using Kind = Part::Kind;
 constexpr Scalar kSameNormal = Scalar(0.99);
 // A patch continues one of the last tick whose normal differs by less than some 45 degrees.
 constexpr Scalar kContinues = Scalar(0.7);
+// Points that are closer to each other than this share of a shape's diagonal are one: at an edge that two
+// triangles share, both have it.
+constexpr Scalar kSamePoint = Scalar(1e-3);
 // Points of a surface with one body, at most.
 constexpr std::size_t kSurfacePatchesMax = 8;
 constexpr std::size_t kPointsMax = 64;
@@ -135,6 +138,9 @@ Box seen_from_b(const Box& box, const Placement<Scalar>& placement) {
 // left.
 class SurfaceContact {
  public:
+  explicit SurfaceContact(const Part& convex)
+      : apart_((convex.box.high - convex.box.low).squaredNorm() * (kSamePoint * kSamePoint)) {}
+
   void add(std::uint32_t triangle, const Manifold<Scalar>& manifold) {
     if (manifold.count == 0) return;
     Group* group = nullptr;
@@ -151,6 +157,9 @@ class SurfaceContact {
       least = std::min(least, point.gap);
       // Unique within the contact, and the same as long as the same features touch.
       point.feature ^= (triangle + 1) * std::uint32_t{0x9e3779b1};
+      const bool is_known = std::ranges::any_of(
+          group->points, [&](const auto& known) { return (known.on_b - point.on_b).squaredNorm() < apart_; });
+      if (is_known) continue;
       if (group->points.size() == kPointsMax) keep_extreme(*group);
       group->points.push_back(point);
     }
@@ -211,6 +220,7 @@ class SurfaceContact {
     group.points.assign(manifold.point, manifold.point + manifold.count);
   }
 
+  const Scalar apart_;  // m^2, the square of how far apart two points are
   absl::InlinedVector<Group, 2> groups_;
 };
 
@@ -382,7 +392,7 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
   if (ground.kind == Kind::kPlane) return keep_above(collide_plane(convex, ground.normal, above, margin));
   Terrain::List triangles;
   ground.terrain->near(seen_from_b(convex.box, above).grown(margin), triangles);
-  SurfaceContact contact;
+  SurfaceContact contact(convex);
   const Vector outside = above.b.transpose() * (outside_of(before, parts) * (is_swapped ? -1 : 1));
   for (Terrain::Found& found : triangles) {
     keep_outside(outside, convex, above, found.triangle);

@@ -451,8 +451,7 @@ void NativeSolver::begin_joints() {
   const auto is_jointed = [&](std::size_t body) {
     return std::binary_search(jointed_.begin(), jointed_.end(), body);
   };
-  for (Contacts::Patch& patch : patches_)
-    patch.is_jointed = is_jointed(patch.a) || is_jointed(patch.b);
+  for (Contacts::Patch& patch : patches_) patch.is_jointed = is_jointed(patch.a) || is_jointed(patch.b);
 }
 
 void NativeSolver::show_joints() {

@@ -193,6 +193,9 @@ void NativeWorld::rest() {
   pairs_of_body_ = {};
   bodies_pieces_ = {};
   candidates_pieces_ = {};
+  fixed_ = {};
+  fixed_of_body_ = {};
+  flush_pieces_ = {};
   noted_ = {};
   broad_phase_.rest();
 }
@@ -215,6 +218,7 @@ void NativeWorld::detect(double dt, const ParallelFor& parallel) {
   predict(Scalar(dt), parallel);
   broad_phase_.find_pairs(bodies_, candidates_, is_wanted_pair, parallel);
   update_contacts(parallel);
+  join_flush(parallel);
   predict_contacts(noted(&BodiesPiece::fast, pieces_of_bodies()), parallel);
   gather(parallel);
 }
@@ -291,8 +295,13 @@ void NativeWorld::update_contacts(const ParallelFor& parallel) {
     update_contacts(pieces.begin(piece), pieces.end(piece), candidates_pieces_[piece]);
   });
   std::size_t kept = 0;
+  fixed_.clear();
   for (std::size_t n = 0; n < pieces.count(); ++n) {
     CandidatesPiece& piece = candidates_pieces_[n];
+    for (FixedCandidate fixed : piece.fixed) {
+      fixed.candidate += kept;
+      fixed_.push_back(fixed);
+    }
     free_contacts_.insert(free_contacts_.end(), piece.dropped.begin(), piece.dropped.end());
     for (auto& [candidate, contact] : piece.made)
       candidates_[candidate].contact = keep_contact(std::move(contact));
@@ -308,11 +317,17 @@ void NativeWorld::update_contacts(const ParallelFor& parallel) {
 void NativeWorld::update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece) {
   piece.dropped.clear();
   piece.made.clear();
+  piece.fixed.clear();
   std::size_t next = begin;
   const auto drop = [&](Candidate& candidate) {
     if (candidate.contact == Candidate::kNone) return;
     piece.dropped.push_back(candidate.contact);
     candidate.contact = Candidate::kNone;
+  };
+  const auto note_fixed = [&](const Candidate& candidate, const Body& a, const Body& b) {
+    if (a.is_dynamic() && b.is_dynamic()) return;
+    piece.fixed.push_back(b.is_dynamic() ? FixedCandidate{candidate.slot_b, candidate.slot_a, next - begin}
+                                         : FixedCandidate{candidate.slot_a, candidate.slot_b, next - begin});
   };
   for (std::size_t n = begin; n < end; ++n) {
     Candidate& candidate = candidates_[n];
@@ -328,14 +343,17 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
         find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
         update_surfaces(a, b, is_new, contact);
         update_friction(a, b, contact);
-        if (contact.patches.empty()) drop(candidate);
+        contact.patches.empty() ? drop(candidate) : note_fixed(candidate, a, b);
       } else {
         Contact contact = blank_contact(a, b);
         const bool is_new = piece.narrow_phase.update(a, b, contact);
         find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
         update_materials(a, b, is_new, contact);
         update_friction(a, b, contact);
-        if (!contact.patches.empty()) piece.made.emplace_back(next, std::move(contact));
+        if (!contact.patches.empty()) {
+          piece.made.emplace_back(next, std::move(contact));
+          note_fixed(candidate, a, b);
+        }
       }
     } else if (!is_near || is_apart) {
       drop(candidate);

@@ -14,6 +14,7 @@
 #include "lpss/native/body.h"
 #include "lpss/native/broad_phase.h"
 #include "lpss/native/contact.h"
+#include "lpss/native/flush_contacts.h"
 #include "lpss/native/narrow_phase.h"
 #include "lpss/native/native_engine.h"
 
@@ -99,15 +100,29 @@ class NativeWorld final : public SectorWorld {
     Homes homes;
   };
 
+  // A candidate that is a contact of a body with one that nothing pushes.
+  struct FixedCandidate {
+    BodySlot body;
+    BodySlot fixed;
+    std::size_t candidate;  // its place
+  };
+
   // What a loop over candidates notes of a piece of them.
   struct CandidatesPiece {
     NarrowPhase narrow_phase;
+    std::vector<FixedCandidate> fixed;
     std::size_t kept = 0;                               // candidates, moved to the front of the piece
     std::vector<std::int32_t> dropped;                  // contacts
     std::vector<std::pair<std::size_t, Contact>> made;  // by the places of their candidates
     std::vector<ContactPair> pairs;
     std::vector<std::size_t> contact_of_pair;
     std::ptrdiff_t first_pair = 0;  // its place in the world's list
+  };
+
+  // What a loop over bodies with several of those contacts has for itself.
+  struct FlushPiece {
+    FlushContacts flush;
+    std::vector<FixedContact> contacts;
   };
 
   BodySlot add(Body body);
@@ -136,6 +151,7 @@ class NativeWorld final : public SectorWorld {
   void drop_contact(Candidate& candidate);
   Candidate& candidate_of(BodySlot a, BodySlot b);
   void gather(const ParallelFor& parallel);
+  void join_flush(const ParallelFor& parallel);
   void thin_crowds();
   bool is_at_rest(const Body& a, const Body& b, const Contact& contact, const ContactScale& scale) const;
   void gather(std::size_t begin, std::size_t end, CandidatesPiece& piece) const;
@@ -170,10 +186,13 @@ class NativeWorld final : public SectorWorld {
   std::vector<ContactPair> pairs_;
   std::vector<std::size_t> contact_of_pair_;
   std::vector<std::uint32_t> pairs_of_body_;  // by slot, of two dynamic bodies
+  std::vector<FixedCandidate> fixed_;
+  std::vector<std::uint32_t> fixed_of_body_;  // by slot
 
   // Of loops, for their storage.
   mutable std::vector<BodiesPiece> bodies_pieces_;
   std::vector<CandidatesPiece> candidates_pieces_;
+  std::vector<FlushPiece> flush_pieces_;
   std::vector<BodySlot> noted_;
 };
 

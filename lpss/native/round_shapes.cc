@@ -27,14 +27,17 @@ using Points = absl::InlinedVector<Point, 16>;
 constexpr int kCapCorners = 8;
 // A direction closer to the axis than to the side looks at a cap.
 constexpr Scalar kCapFrom = Scalar(0.7071);
+// Likewise the face of a triangle.
+constexpr Scalar kLiesFrom = Scalar(0.7071);
 // The nearest points are points of their own where they are deeper than all others by this share of the
 // margin.
 constexpr Scalar kDeeper = Scalar(0.05);
 constexpr std::uint32_t kNearest = 0x7fff7fff;
-// Neighbours whose normals differ by less are in one plane.
-constexpr Scalar kFlat = Scalar(1e-3);
 // Of 1 less the cosine: a direction that GJK finds is that of a face where it differs by less.
 constexpr Scalar kFaceDirection = Scalar(5e-5);
+// What overlaps a face by less than this share of the margin lies on it, however little it overlaps it
+// sideways.
+constexpr Scalar kShallow = Scalar(0.25);
 // Lines whose angle has a smaller sine than this lie along each other.
 constexpr Scalar kParallel = Scalar(0.1);
 
@@ -90,30 +93,6 @@ Part part_of(const btTriangleShape& triangle) {
   part.kind = Part::Kind::kRound;
   part.convex = &triangle;
   return part;
-}
-
-// A point that is the lowest over a face of a box, inside of the face's edges, is the nearest one. GJK finds
-// it, too, but its normal leans by what numbers are too coarse for, by which rollers gain speed; and now and
-// then it finds nothing where a small shape lies on a large one. `placement` is of the shape and the box; the
-// normal points to the shape.
-std::optional<Nearest> over_a_face(const Part& shape, const collision::Box<Scalar>& box,
-                                   const Placement<Scalar>& placement, Scalar margin) {
-  std::optional<Nearest> best;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const Scalar side : {Scalar(-1), Scalar(1)}) {
-      const Vector out = placement.b.col(axis) * side;
-      const Vector lowest = placement.a * farthest(shape, Vector(placement.a.transpose() * -out));
-      const Vector seen = placement.b.transpose() * (lowest - placement.offset);
-      const Scalar gap = side * seen[axis] - box.half[axis];
-      if (!(gap <= margin)) return std::nullopt;
-      const int u = (axis + 1) % 3;
-      const int v = (axis + 2) % 3;
-      const bool is_over = std::abs(seen[u]) <= box.half[u] && std::abs(seen[v]) <= box.half[v];
-      // A face on the far side is not what is touched.
-      if (is_over && gap > (best ? best->gap : -margin)) best = Nearest{out, lowest, lowest - out * gap, gap};
-    }
-  }
-  return best;
 }
 
 // A line along the side of a shape.
@@ -200,6 +179,76 @@ std::optional<Line> clipped(const Line& line, const Face<Scalar>& face) {
   return Line{line.from + way * from, line.from + way * to};
 }
 
+// Whether a part of what is lowest of a shape, a line or a face, is over the face of a solid that looks along
+// `out`, though the one lowest point, `gap` above it, may not be.
+template <typename Solid>
+bool is_level_over(const Part& shape, const Solid& solid, const Placement<Scalar>& placement,
+                   const Vector& out, Scalar gap, Scalar margin) {
+  const Side side = placed(side_of(shape, placement.a.transpose() * -out), placement.a, Vector::Zero());
+  if (!side.line && !side.face) return false;
+  const Face<Scalar> face =
+      collision::placed(collision::supporting_face(solid, Vector(placement.b.transpose() * out)), placement.b,
+                        placement.offset);
+  Scalar least = std::numeric_limits<Scalar>::max();
+  const auto see = [&](const Vector& point) { least = std::min(least, out.dot(point - face.vertex[0])); };
+  if (side.line) {
+    if (const std::optional<Line> over = clipped(*side.line, face)) {
+      see(over->from);
+      see(over->to);
+    }
+  } else {
+    const Manifold<Scalar> over = collision::clip_faces(*side.face, face, out, margin);
+    for (int n = 0; n < over.count; ++n) see(over.point[n].on_a);
+  }
+  return least <= gap + kDeeper * margin;
+}
+
+// A point that is the lowest over a face of a box, inside of the face's edges, is the nearest one. GJK finds
+// it, too, but its normal leans by what numbers are too coarse for, by which rollers gain speed; and now and
+// then it finds nothing where a small shape lies on a large one. `placement` is of the shape and the box; the
+// normal points to the shape.
+std::optional<Nearest> over_a_face(const Part& shape, const collision::Box<Scalar>& box,
+                                   const Placement<Scalar>& placement, Scalar margin) {
+  std::optional<Nearest> best;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const Scalar side : {Scalar(-1), Scalar(1)}) {
+      const Vector out = placement.b.col(axis) * side;
+      const Vector lowest = placement.a * farthest(shape, Vector(placement.a.transpose() * -out));
+      const Vector seen = placement.b.transpose() * (lowest - placement.offset);
+      const Scalar gap = side * seen[axis] - box.half[axis];
+      if (!(gap <= margin)) return std::nullopt;
+      const int u = (axis + 1) % 3;
+      const int v = (axis + 2) % 3;
+      const bool is_over =
+          (std::abs(seen[u]) <= box.half[u] && std::abs(seen[v]) <= box.half[v]) ||
+          (gap > -margin * kShallow && is_level_over(shape, box, placement, out, gap, margin));
+      // A face on the far side is not what is touched.
+      if (is_over && gap > (best ? best->gap : -margin)) best = Nearest{out, lowest, lowest - out * gap, gap};
+    }
+  }
+  return best;
+}
+
+// Likewise of a polyhedron: of the face above which the shape is highest.
+std::optional<Nearest> over_a_face(const Part& shape, const collision::Polyhedron<Scalar>& polyhedron,
+                                   const Placement<Scalar>& placement, Scalar margin) {
+  Nearest best;
+  best.gap = -margin * kShallow;
+  bool is_any = false;
+  for (const collision::HalfSpace<Scalar>& plane : polyhedron.planes) {
+    const Vector out = placement.b * plane.normal;
+    const Vector lowest = placement.a * farthest(shape, Vector(placement.a.transpose() * -out));
+    const Scalar gap = out.dot(lowest - placement.offset) - plane.offset;
+    if (!(gap <= margin)) return std::nullopt;
+    if (gap <= best.gap) continue;
+    best = Nearest{out, lowest, lowest - out * gap, gap};
+    is_any = true;
+  }
+  if (!is_any || !is_level_over(shape, polyhedron, placement, best.normal, best.gap, margin))
+    return std::nullopt;
+  return best;
+}
+
 // The points of a line that lies on a face of the other, `is_a`: the line is that of a.
 void lay_on_face(const Line& line, const Face<Scalar>& face, const Vector& normal, bool is_a,
                  Points& points) {
@@ -261,20 +310,6 @@ Manifold<Scalar> between(const Side& a, const Side& b, const Nearest& found, Sca
   return manifold;
 }
 
-// Whether a normal leans over an edge of a triangle farther than the neighbour's own normal.
-bool belongs_to_neighbour(const MeshTriangle<Scalar>& triangle, const Vector& normal) {
-  for (int edge = 0; edge < 3; ++edge) {
-    if (!triangle.has_neighbour[edge]) continue;
-    const Vector along = triangle.vertex[(edge + 1) % 3] - triangle.vertex[edge];
-    const Vector out = along.cross(triangle.normal).normalized();
-    const Scalar lean = normal.dot(out);
-    if (lean <= Scalar(1e-3)) continue;
-    const Scalar allowed = std::max(Scalar(0), triangle.neighbour_normal[edge].dot(out));
-    if (lean > allowed + Scalar(1e-3)) return true;
-  }
-  return false;
-}
-
 // The middle of a shape, which a hull's centre of mass may be far from. Relative to the centre of a.
 Vector middle_of(const Part& a, const Placement<Scalar>& placement) {
   return placement.a * ((a.box.low + a.box.high) / 2);
@@ -288,28 +323,49 @@ class AboveFace {
             const Vector& up)
       : a_(a), b_(b), placement_(placement) {
     lowest_.normal = up;
-    const Vector down = placement.a.transpose() * -up;
-    lowest_.on_a = placement.a * farthest(a, down);
+    lowest_.on_a = lowest_along(up);
     lowest_.gap = up.dot(lowest_.on_a - (placement.b * b.vertex[0] + placement.offset));
     lowest_.on_b = lowest_.on_a - up * lowest_.gap;
   }
 
   Scalar gap() const { return lowest_.gap; }
-  bool is_lowest_above() const { return is_above(lowest_.on_a); }
 
-  // Whether the lowest point is beyond edges at which the surface goes on flat, or rises: the neighbours have
-  // it, and what is above this triangle is as far from it as it is high.
-  bool is_lowest_above_neighbours() const {
-    const Vector foot = in_triangle(lowest_.on_a);
+  // The points where what is lowest of the shape, also if it is a whole line or a face, is above the
+  // triangle: its gap is then the distance. None where it is not.
+  Manifold<Scalar> touch_level(Scalar margin) const {
+    Manifold<Scalar> manifold = touch(std::numeric_limits<Scalar>::lowest(), margin);
+    if (is_above(lowest_.on_a)) return manifold;
+    Scalar least = std::numeric_limits<Scalar>::max();
+    for (int n = 0; n < manifold.count; ++n) least = std::min(least, manifold.point[n].gap);
+    if (least > gap() + kDeeper * margin) manifold.count = 0;
+    return manifold;
+  }
+
+  // Whether what GJK found belongs to a neighbour: the normal leans over an edge farther than the neighbour's
+  // own; or it does not lean, but what is lowest of the shape is beyond an edge where the neighbour is level
+  // or rises; or what is lowest of the shape is above the neighbour, and hardly deeper there. `normal` in the
+  // frame of the triangle, whose front is on the side where the shape is kept, or mirrored to it: `side` is
+  // -1.
+  bool belongs_to_neighbour(const Vector& normal, Scalar found_gap, Scalar side, Scalar margin) const {
+    constexpr Scalar kLean = Scalar(1e-3);
+    constexpr Scalar kNoise = Scalar(0.1);      // of what GJK finds on a large triangle
+    constexpr Scalar kRounding = Scalar(1e-4);  // of the shape's diagonal
     for (int edge = 0; edge < 3; ++edge) {
-      const Vector along = b_.vertex[(edge + 1) % 3] - b_.vertex[edge];
+      if (!b_.has_neighbour[edge]) continue;
+      const Vector& other = b_.neighbour_normal[edge];
+      const Vector along = (b_.vertex[(edge + 1) % 3] - b_.vertex[edge]).normalized();
       const Vector out = along.cross(b_.normal);
-      if (out.dot(foot - b_.vertex[edge]) <= 0) continue;
-      const bool is_front = lowest_.normal.dot(placement_.b * b_.normal) > 0;
-      const Scalar falls = b_.neighbour_normal[edge].dot(out) * Scalar(is_front ? 1 : -1);
-      if (!b_.has_neighbour[edge] || falls > kFlat * out.norm()) return false;
+      const Scalar lean = normal.dot(out);
+      const Scalar allowed = std::max(Scalar(0), other.dot(out));
+      if (lean > allowed + kLean) return true;
+      if (allowed <= kLean && lean > -kNoise && out.dot(foot(lowest_.on_a) - b_.vertex[edge]) > 0)
+        return true;
+      const Vector lowest = foot(lowest_along(placement_.b * other * side)) - b_.vertex[edge];
+      const Scalar slack = (a_.box.high - a_.box.low).norm() * kRounding;
+      const bool is_above_other = along.cross(other).dot(lowest) >= -slack;
+      if (is_above_other && other.dot(lowest) * side > found_gap - margin) return true;
     }
-    return true;
+    return false;
   }
 
   // The points along the normal, no deeper than `least`.
@@ -317,7 +373,7 @@ class AboveFace {
     const Vector& up = lowest_.normal;
     Nearest lowest = lowest_;
     // A shape that is deep in a surface of small triangles is above the one that its centre is above.
-    if (!is_lowest_above() && !is_above(middle_of(a_, placement_)))
+    if (!is_above(lowest_.on_a) && !is_above(middle_of(a_, placement_)))
       lowest.gap = std::numeric_limits<Scalar>::max();
     Side face;
     face.face = collision::supporting_face(b_, Vector(placement_.b.transpose() * up));
@@ -333,15 +389,16 @@ class AboveFace {
   }
 
  private:
-  Vector in_triangle(const Vector& point) const {
-    return placement_.b.transpose() * (point - placement_.offset);
+  Vector lowest_along(const Vector& up) const {
+    return placement_.a * farthest(a_, Vector(placement_.a.transpose() * -up));
   }
+  // In the frame of the triangle.
+  Vector foot(const Vector& point) const { return placement_.b.transpose() * (point - placement_.offset); }
 
   bool is_above(const Vector& point) const {
-    const Vector foot = in_triangle(point);
     for (int edge = 0; edge < 3; ++edge) {
       const Vector along = b_.vertex[(edge + 1) % 3] - b_.vertex[edge];
-      if (along.cross(b_.normal).dot(foot - b_.vertex[edge]) > 0) return false;
+      if (along.cross(b_.normal).dot(foot(point) - b_.vertex[edge]) > 0) return false;
     }
     return true;
   }
@@ -377,19 +434,23 @@ std::optional<Nearest> over_near_face(const Part& a, const Part& b, const std::o
 
 Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Scalar>& placement,
                                Scalar margin) {
+  using Kind = Part::Kind;
   std::optional<Nearest> found;
-  if (b.kind == Part::Kind::kBox) {
+  if (b.kind == Kind::kBox) {
     found = over_a_face(a, b.cuboid, placement, margin);
-  } else if (a.kind == Part::Kind::kBox) {
-    found = over_a_face(b, a.cuboid, placement.swapped(), margin);
+  } else if (b.kind == Kind::kPolyhedron) {
+    found = over_a_face(a, *b.polyhedron, placement, margin);
+  } else if (a.kind == Kind::kBox || a.kind == Kind::kPolyhedron) {
+    found = a.kind == Kind::kBox ? over_a_face(b, a.cuboid, placement.swapped(), margin)
+                                 : over_a_face(b, *a.polyhedron, placement.swapped(), margin);
     if (found) found = swapped(*found, placement.offset);
   }
-  const bool is_over_box = found.has_value();
+  const bool is_over_face = found.has_value();
   if (!found) found = nearest(a, {placement.a, Vector::Zero()}, b, {placement.b, placement.offset}, margin);
   if (!found) return {};
   const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
   const Side side_b = side_of(b, placement.b.transpose() * found->normal);
-  if (!is_over_box) {
+  if (!is_over_face) {
     if (std::optional<Nearest> over = over_near_face(a, b, side_b.face, placement, found->normal)) {
       found = over;
     } else if ((over = over_near_face(b, a, side_a.face, placement.swapped(), -found->normal))) {
@@ -407,20 +468,22 @@ Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
   const Scalar side = collision::is_kept_behind(b, centre) ? Scalar(-1) : Scalar(1);
   const AboveFace above(a, b, placement, placement.b * b.normal * side);
   if (above.gap() > margin) return {};
-  // Where the lowest point is above the triangle or others in its plane, its gap is the distance: GJK, which
-  // has trouble with a small shape on a large triangle, and leans a little, is not needed.
-  if (above.is_lowest_above() || above.is_lowest_above_neighbours())
-    return above.touch(std::numeric_limits<Scalar>::lowest(), margin);
+  // GJK has trouble with a small shape on a large triangle, and its normals lean a little.
+  const Manifold<Scalar> level = above.touch_level(margin);
+  if (level.count > 0) return level;
   btTriangleShape triangle(bt(b.vertex[0]), bt(b.vertex[1]), bt(b.vertex[2]));
   triangle.setMargin(0);
   const std::optional<Nearest> found =
       nearest(a, {placement.a, Vector::Zero()}, part_of(triangle), {placement.b, placement.offset}, margin);
   if (!found) return {};
   const Vector local = placement.b.transpose() * found->normal * side;
-  if (local.dot(b.normal) <= 0 || belongs_to_neighbour(b, local)) return above.touch(found->gap, margin);
+  if (local.dot(b.normal) <= 0 || above.belongs_to_neighbour(local, found->gap, side, margin))
+    return above.touch(found->gap, margin);
   const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
   Side side_b;
-  side_b.face = collision::supporting_face(b, Vector(placement.b.transpose() * found->normal));
+  // An edge that two triangles share is touched, not a face that the normal grazes.
+  if (local.dot(b.normal) > kLiesFrom)
+    side_b.face = collision::supporting_face(b, Vector(placement.b.transpose() * found->normal));
   return between(placed(side_a, placement.a, Vector::Zero()), placed(side_b, placement.b, placement.offset),
                  *found, margin);
 }
