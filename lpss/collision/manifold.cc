@@ -106,16 +106,22 @@ void reduce_many(std::span<const ContactPoint<Scalar>> points, Manifold<Scalar>&
   if (fourth >= 0 && !is_taken(fourth)) take(fourth);
 }
 
+// Three or four points.
 template <typename Scalar>
 bool are_on_line(std::span<const ContactPoint<Scalar>> points) {
   const Vector3<Scalar>& first = points[0].on_b;
-  Vector3<Scalar> way = Vector3<Scalar>::Zero();
-  for (const ContactPoint<Scalar>& p : points) {
-    if ((p.on_b - first).squaredNorm() > way.squaredNorm()) way = p.on_b - first;
-  }
-  const Scalar most = Scalar(kOnLine * kOnLine) * way.squaredNorm() * way.squaredNorm();
-  return std::ranges::all_of(
-      points, [&](const ContactPoint<Scalar>& p) { return way.cross(p.on_b - first).squaredNorm() <= most; });
+  const Vector3<Scalar> second = points[1].on_b - first;
+  const Vector3<Scalar> third = points[2].on_b - first;
+  const Vector3<Scalar> last = points.back().on_b - first;
+  const Scalar most = std::max({second.squaredNorm(), third.squaredNorm(), last.squaredNorm()});
+  const Scalar limit = Scalar(kOnLine * kOnLine) * most * most;
+  // Most faces are far from lines.
+  if (second.cross(third).squaredNorm() > limit) return false;
+  const Vector3<Scalar>& way = second.squaredNorm() == most  ? second
+                               : third.squaredNorm() == most ? third
+                                                             : last;
+  return way.cross(second).squaredNorm() <= limit && way.cross(third).squaredNorm() <= limit &&
+         way.cross(last).squaredNorm() <= limit;
 }
 
 template <typename Scalar>
