@@ -45,8 +45,11 @@ Points prism_points(int sides, double radius, double height) {
 
 Points lattice(int side) {
   Points points;
-  for (int n = 0; n < side * side * side; ++n)
-    points.push_back({n % side * 0.1, n / side % side * 0.1, n / side / side * 0.1});
+  for (int i = 0; i < side; ++i) {
+    for (int j = 0; j < side; ++j) {
+      for (int k = 0; k < side; ++k) points.push_back({i * 0.1, j * 0.1, k * 0.1});
+    }
+  }
   return points;
 }
 
@@ -77,9 +80,11 @@ void expect_closed(const HullTriangles& hull) {
 TEST(ConvexHull, OfAnyPointsIsClosedAndHoldsThem) {
   const Points line_of_rings = [] {
     Points points;
-    for (int n = 0; n < 1600; ++n) {
-      const double angle = std::numbers::pi * (n % 16) / 8;
-      points.push_back({0.1 * std::cos(angle), 0.1 * std::sin(angle), 0.01 * (n / 16)});
+    for (int ring = 0; ring < 100; ++ring) {
+      for (int n = 0; n < 16; ++n) {
+        const double angle = std::numbers::pi * n / 8;
+        points.push_back({0.1 * std::cos(angle), 0.1 * std::sin(angle), 0.01 * ring});
+      }
     }
     return points;
   }();
