@@ -19,15 +19,24 @@ bool has_course(const Body& body) {
          (!body.angular.isZero(0) || !body.angular_before.isZero(0) || body.linear != body.linear_before);
 }
 
+bool rides_on(const Body& carrier, const Body& rider) {
+  constexpr Scalar kAlike = Scalar(0.2);  // of the carrier's rate
+  const Scalar apart = (rider.angular - carrier.angular_before).squaredNorm();
+  return apart <= kAlike * kAlike * carrier.angular_before.squaredNorm();
+}
+
 SolverTypes<Scalar>::Course course_at(const Body& body, const Vector& arm_of_rider, const Vector& lever,
-                                      double dt) {
+                                      bool is_ridden, double dt) {
   const Eigen::Vector3d arm = arm_of_rider.cast<double>();
   const Eigen::Vector3d spin = body.angular.cast<double>();
   const Eigen::Vector3d spin_before = body.angular_before.cast<double>();
   const Eigen::Vector3d linear_before = body.linear_before.cast<double>();
   const Eigen::Vector3d linear = body.linear.cast<double>();
-  const Eigen::Vector3d start = linear_before - way_of(rotation_by(spin_before * -dt), arm) / dt;
-  const Eigen::Vector3d end = linear + way_of(rotation_by(spin * dt), arm) / dt;
+  const auto velocity = [&](const Eigen::Vector3d& rate, double time) -> Eigen::Vector3d {
+    return is_ridden ? Eigen::Vector3d(way_of(rotation_by(rate * time), arm) / time) : rate.cross(arm);
+  };
+  const Eigen::Vector3d start = linear_before + velocity(spin_before, -dt);
+  const Eigen::Vector3d end = linear + velocity(spin, dt);
   const Eigen::Vector3d by_velocities = linear + spin.cross(lever.cast<double>());
   return {.linear = (start - by_velocities).cast<Scalar>(),
           .angular = (spin_before - spin).cast<Scalar>(),

@@ -15,10 +15,15 @@ namespace tessera::native {
 // Whether the velocities of a body say less than all of how its surface moves in the tick.
 bool has_course(const Body& body);
 
+// Whether a body turned with the carrier up to this tick, so that what touches stays the same. Otherwise, as
+// over a roller, the place of contact does not go along with the surface: velocities say how that moves.
+bool rides_on(const Body& carrier, const Body& rider);
+
 // Of the surface at `arm` (m, world axes) from the centre of a kinematic body in a tick of `dt` seconds,
 // beyond linear + angular x lever. The lever is that of a contact, whose points stay where they are on the
 // carrier for a while when something slides over it.
-SolverTypes<Scalar>::Course course_at(const Body& body, const Vector& arm, const Vector& lever, double dt);
+SolverTypes<Scalar>::Course course_at(const Body& body, const Vector& arm, const Vector& lever,
+                                      bool is_ridden, double dt);
 
 // What acted on the surface in the last tick, turned as the surface has turned since.
 Vector turned_with(const Body& body, const Vector& impulse, double dt);

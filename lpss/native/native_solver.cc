@@ -417,13 +417,14 @@ void NativeSolver::set_course(const Source& source, const ContactPatch& from, Co
     lever += (is_a ? point.lever_a : point.lever_b) / Scalar(patch.points);
     arm += (is_a ? point.lever_b : point.lever_a) / Scalar(patch.points);
   }
-  course = course_at(carrier, arm, lever, dt_);
+  const bool is_ridden = rides_on(carrier, rider);
+  course = course_at(carrier, arm, lever, is_ridden, dt_);
   if (!is_a) {
     for (Vector* part : {&course.linear, &course.angular, &course.linear_change, &course.angular_change})
       *part = -*part;
   }
   patch.course = &course;
-  patch.friction_impulse = turned_with(carrier, from.friction_impulse, dt_);
+  if (is_ridden) patch.friction_impulse = turned_with(carrier, from.friction_impulse, dt_);
 }
 
 void NativeSolver::begin_joints() {

@@ -196,6 +196,26 @@ TEST(Carriers, WhatHasSlippedOnATurntableStaysWhereItHasCome) {
   }
 }
 
+// A plank on two rollers that turn fast: it does not sink, and comes to the speed of their surfaces.
+TEST(Carriers, RollersDriveWhatLiesOnThem) {
+  constexpr double kRate = 40;     // rad/s
+  constexpr double kRoller = 0.1;  // m
+  WorldBuilder builder(carrier_settings(128));
+  const ShapeId roller = builder.shape(Cylinder{kRoller, 1});
+  for (const double x : {-1.0, 1.0}) {
+    BodyDescription& body =
+        builder.add(absl::StrCat("roller at ", x), roller, 1, {x, 0, -kRoller}, Motion::kKinematic);
+    body.pose.orientation = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX());
+    body.angular_velocity = {0, kRate, 0};
+  }
+  builder.add("plank", builder.shape(Box{{6, 0.4, 0.1}}), 10, {-1, 0, 0.05});
+  const auto cluster = cluster_of(builder.world(), 1);
+  for (int tick = 0; tick < 30; ++tick) cluster->step();
+  const double after_half = cluster->body(BodyId{3})->state.linear_velocity[0];
+  EXPECT_NEAR(after_half, kFriction * kWeight * 0.5, 0.1) << "all of friction";
+  EXPECT_NEAR(pose_of(*cluster, BodyId{3}).position.z(), 0.05, 1e-3);
+}
+
 TEST(Carriers, BitsDependOnNoBorderBetweenServers) {
   const WorldDescription world = disc_with_boxes(4, {0.3, 0.6, 0.95, 1.3, 1.5});
   const Path path = spun_up(2, 1);
