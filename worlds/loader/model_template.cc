@@ -245,7 +245,8 @@ class Reader {
     const std::size_t child = places_.at(found.child);
     if (motion_of(parent) == Motion::kStatic && motion_of(child) == Motion::kStatic) {
       const bool fixed = found.joint->Type() == sdf::JointType::FIXED && fixed_.contains(found.child);
-      if (fixed) result_.notices.count("link fixed to the world, treated as static");
+      result_.notices.count(fixed ? "link fixed to the world, treated as static"
+                                  : "joint between links that no force moves, skipped");
       return absl::OkStatus();
     }
     if (motion_of(parent) != Motion::kDynamic && motion_of(child) != Motion::kDynamic) {

@@ -444,6 +444,13 @@ TEST(NoticeLines, JointsAndLinksFixedToTheWorld) {
                                           "2 joints (1 prismatic, 1 revolute) simulated"));
 }
 
+TEST(NoticeLines, JointsOfStaticModels) {
+  const LoadedWorld loaded = load(world(
+      "<model name='m'><static>true</static><link name='a'>" + kUnitBox + "</link><link name='b'>" +
+      kUnitBox + "</link><joint name='j' type='ball'><parent>a</parent><child>b</child></joint></model>"));
+  EXPECT_THAT(loaded.notices, ElementsAre("1 x joint between links that no force moves, skipped"));
+}
+
 TEST(NoticeLines, LinkOfAJointWithoutShapeMeetsNothing) {
   const LoadedWorld loaded =
       load(world("<model name='m'><link name='a'/><link name='b'>" + kUnitBox +
