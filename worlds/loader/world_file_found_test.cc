@@ -395,5 +395,20 @@ TEST_F(FilesOfOthers, Load) {
   EXPECT_THAT(load_file(files_ / "12_mass_0_on_fixed_joint_loses_legs.urdf").world.joints, SizeIs(1));
 }
 
+TEST_F(FilesOfOthers, OfContactsLoadWithAllThatTheySay) {
+  const path contact = files_.parent_path() / "contact";
+  const LoadedWorld flat = load_file(contact / "obj_dotfive.sdf");
+  EXPECT_THAT(only_geometry<TriangleMesh>(flat, body_named(flat, "s::l")).vertices,
+              UnorderedElementsAre(Eigen::Vector3d(-0.5, -0.5, 0), Eigen::Vector3d(0.5, -0.5, 0),
+                                   Eigen::Vector3d(0.5, 0.5, 0), Eigen::Vector3d(-0.5, 0.5, 0)));
+  const LoadedWorld features = load_file(contact / "sdf_features.sdf");
+  EXPECT_THAT(features.notices, Contains(HasSubstr("1 x <fdir1> expressed in 'base'")));
+  const Shape& shape = shape_of(features, body_named(features, "w::l"));
+  ASSERT_THAT(shape.parts, SizeIs(2));
+  EXPECT_EQ(shape.parts[0].material, (PartMaterial{0.5, 0.5, 2, 3, {}}));
+  EXPECT_EQ(shape.parts[1].material, (PartMaterial{1, 0, 0xffff, 0xffff, {}}));
+  EXPECT_FALSE(load_world_file(contact / "sdf_features.sdf", Faults::kRefuse).ok());
+}
+
 }  // namespace
 }  // namespace tessera
