@@ -38,6 +38,7 @@ class Scene {
   }
 
   BodyProperties& floor() { return builder_.world().bodies.front().properties; }
+  void replace_floor(const Shape& shape) { builder_.world().shapes.front() = shape; }
 
   // A body of 1 kg whose centre is at its origin.
   void add(const Shape& shape, const Eigen::Vector3d& position, const Eigen::Vector3d& velocity) {
@@ -152,6 +153,30 @@ TEST(PartMaterials, PartsMeetWhatTheirOwnBitsMeet) {
     }
     EXPECT_NEAR(scene.place(2).z(), 0.2, 0.002) << speed;
     EXPECT_GT(lowest, 0.1) << speed;
+  }
+}
+
+// Lanes of one floor, of which a sector has no more than what is near: slick, rough, and slick along the way
+// alone.
+TEST(PartMaterials, LanesOfALargeFloorKeepTheirs) {
+  for (const double sector_size : {64.0, 2.0}) {
+    Scene scene(sector_size);
+    const double quarter = std::numbers::pi / 2;
+    const Eigen::Quaterniond turned(Eigen::AngleAxisd(quarter, Eigen::Vector3d::UnitZ()));
+    Shape lanes{{{Box{{300, 4, 2}}, {{0, 0, -1}, Eigen::Quaterniond::Identity()}},
+                 {Box{{300, 4, 2}}, {{0, 5, -1}, Eigen::Quaterniond::Identity()}},
+                 {Box{{4, 300, 2}}, {{0, 10, -1}, turned}}}};
+    lanes.parts[0].material = material(0);
+    lanes.parts[1].material = material(0.4);
+    lanes.parts[2].material = material(0);
+    lanes.parts[2].material->surface.direction = {0, 1, 0};  // along x of the world
+    lanes.parts[2].material->surface.second_friction = 0.4;
+    scene.replace_floor(lanes);
+    for (const double y : {0.0, 5.0, 10.0}) scene.add(sled(material(1), material(1)), {0, y, 0.1}, {2, 0, 0});
+    scene.run(2);
+    EXPECT_NEAR(scene.place(2).x(), 4, 0.01) << sector_size;
+    EXPECT_NEAR(scene.place(3).x(), 0.5, 0.02) << sector_size;
+    EXPECT_NEAR(scene.place(4).x(), 4, 0.01) << sector_size;
   }
 }
 
