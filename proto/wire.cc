@@ -135,11 +135,12 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<ReplicaUpdate> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.next_home, x.replicated_in, x.state, x.known_everywhere);
+  archive(x.id, x.home, x.next_home, x.replicated_in, x.state, x.known_everywhere, x.jointed, x.surge);
 }
 template <typename Archive, Is<Handover> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record, x.replicated_in, x.known_everywhere, x.wrench, x.kinematic_target, x.joints);
+  archive(x.record, x.replicated_in, x.known_everywhere, x.wrench, x.jointed, x.surge, x.kinematic_target,
+          x.joints);
 }
 template <typename Archive, Is<ManifoldTransfer> T>
 void describe(Archive& archive, T& x) {

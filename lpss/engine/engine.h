@@ -55,6 +55,9 @@ enum class CloneContacts : std::uint8_t {
 // the home of the slower one of two finds their contact; at the same speed, it is the lower home.
 enum class Range : std::uint8_t { kUsual, kFast, kFastFromBelow };
 
+// m, the largest SectorWorld::surge(): what forces and drives add in a tick beyond it is not foreseen.
+inline constexpr double kSurgeMax = 1;
+
 // The settings of engine worlds and their solvers; the same for all sectors of a world.
 struct EngineSettings : WorldSettings {
   CloneContacts clone_contacts = CloneContacts::kNone;
@@ -170,9 +173,15 @@ class SectorWorld {
   // gravity.
   virtual void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) = 0;
 
-  // Whether joints hold the body. integrate() does not stop such a body short of an obstacle, which would
-  // tear its joints: it relies on the contacts predicted by detect().
+  // Whether joints hold the body, which may be a clone. integrate() does not stop such a body short of an
+  // obstacle, which would tear its joints: it relies on the contacts predicted by detect().
   virtual void set_jointed(BodySlot slot, bool jointed) = 0;
+
+  // How much farther (m) than its velocities say a point of the body may get in this tick, by its wrenches
+  // and by drives: contacts are found, and boxes reach, so much farther. 0 to kSurgeMax. add_wrench() adds to
+  // it; integrate() ends it. Engines that do not look ahead have none.
+  virtual double surge(BodySlot) const { return 0; }
+  virtual void set_surge(BodySlot, double) {}
 
   // Of a dynamic body that lives here or a clone of one; kUsual until it is set. Policy island.
   virtual void set_range(BodySlot slot, Range range) = 0;

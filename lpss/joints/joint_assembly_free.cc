@@ -18,6 +18,10 @@ using Eigen::VectorXd;
 // More free rows are solved one after the other, pass by pass: what they do to each other is a matrix.
 constexpr std::size_t kFreeAtOnceMax = 48;
 
+// What holds within its bounds is taken to give way by this share, or a contact could not load it up to them: a slider
+// that a motor drives into a wall.
+constexpr double kHoldingGivesWay = 1e-3;
+
 // Rounds in which rows are found that reach their bounds.
 constexpr int kRoundsOfBounds = 4;
 
@@ -163,7 +167,7 @@ bool JointAssembly::update_response() {
     for (std::size_t i = 0; i < holding_.size(); ++i) impulses[i] = touched_free_(column, holding_[i]);
     touched_system_.solve(impulses);
     for (std::size_t i = 0; i < holding_.size(); ++i)
-      response_.col(column) -= touched_free_.col(holding_[i]) * impulses[i];
+      response_.col(column) -= touched_free_.col(holding_[i]) * (impulses[i] * (1 - kHoldingGivesWay));
   }
   return true;
 }

@@ -62,6 +62,44 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
   if (record.properties.surface) set_surface(*record.properties.surface);
 }
 
+Body::Body(const Body& other, const Frame& at)
+    : pose(at),
+      role(other.role),
+      motion(other.motion),
+      inverse_mass(other.inverse_mass),
+      linear_damping(other.linear_damping),
+      angular_damping(other.angular_damping),
+      start(at.position),
+      start_rotation(at.rotation),
+      id(other.id),
+      category(other.category),
+      mask(other.mask),
+      assembly(other.assembly),
+      feels_gravity(other.feels_gravity),
+      is_pulled_evenly(other.is_pulled_evenly),
+      flies_fine(other.flies_fine),
+      principal_axes(other.principal_axes),
+      friction(other.friction),
+      restitution(other.restitution),
+      still_limits(other.still_limits),
+      solid(other.solid),
+      rounding(other.rounding) {}
+
+Scalar Body::swing(Scalar dt) const {
+  constexpr Scalar kQuarterTurn = Scalar(1.6);  // rad
+  if (angular.isZero(0)) return 0;
+  const Vector axis = pose.rotation * solid->round_axis();
+  const Scalar turn = (angular - axis * axis.dot(angular)).norm() * dt;
+  return std::min(turn, kQuarterTurn) * solid->swing();
+}
+
+Scalar Body::surge_of(const Wrench& wrench, Scalar dt) const {
+  if (!is_dynamic()) return 0;
+  const Vector turn = (pose.rotation.transpose() * vector(wrench.torque)).cwiseProduct(inverse_moments);
+  const Scalar acceleration = vector(wrench.force).norm() * inverse_mass + turn.norm() * solid->swing();
+  return std::min(acceleration * (dt * dt), Scalar(kSurgeMax));
+}
+
 void Body::set_surface(const Surface& given) {
   const auto in_centre_frame = [&](const std::array<double, 3>& v) -> Vector {
     return motion == Motion::kStatic ? vector(v) : Vector(principal_axes.transpose() * vector(v));
@@ -91,6 +129,7 @@ BodyState Body::state() const {
 void Body::set_state(const BodyState& state) {
   pose = {matrix(state.rotation), vector(state.position)};
   start = pose.position;
+  start_rotation = pose.rotation;
   still_for = Scalar(state.still_for);
   if (motion == Motion::kStatic) {
     static_state = std::make_unique<BodyState>(state);

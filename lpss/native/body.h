@@ -24,6 +24,9 @@ struct Body {
   Body(const BodyRecord& record, Role role, std::shared_ptr<const Solid> solid,
        const EngineSettings& settings);
 
+  // What finding contacts looks at of a body that is not static, with the body elsewhere.
+  Body(const Body& other, const Frame& at);
+
   bool is_dynamic() const { return motion == Motion::kDynamic; }
   bool is_awake() const { return activity != Activity::kAsleep; }
   bool lives_here() const { return role == Role::kHome && motion != Motion::kStatic; }
@@ -38,6 +41,12 @@ struct Body {
     return pose.rotation * inverse_moments.asDiagonal() * pose.rotation.transpose();
   }
   Eigen::Matrix3d exact_inverse_inertia() const { return tensor_along(pose.rotation, inverse_moments); }
+
+  // m, how far a point gets in `dt` seconds at most, by how the body turns, to where nothing of it was.
+  Scalar swing(Scalar dt) const;
+
+  // m, how much farther a point may get by a wrench that acts for `dt` seconds.
+  Scalar surge_of(const Wrench& wrench, Scalar dt) const;
 
   // What forces of the tick add to the velocities in `dt` seconds.
   Vector linear_push(Scalar dt) const { return force * (inverse_mass * dt); }
@@ -78,11 +87,14 @@ struct Body {
   Scalar nimbleness = 1;            // ContactScale::nimbleness
   Scalar linear_damping;            // the share of the velocity that is left after a tick
   Scalar angular_damping;
-  Scalar swept_beyond = 0;  // m per tick; 0: never swept
-  Vector start;             // the position before the solver pushed it; otherwise that of the pose
-  Frame next;               // where integrate() moves the body
-  Vector next_angular;      // rad/s, there
-  Box enlarged;             // in the tree of the broad phase; holds `box`
+  Scalar swept_beyond = 0;   // m per tick; 0: never swept
+  Scalar surge = 0;          // m, SectorWorld::surge()
+  bool is_foreseen = false;  // in this detection, by its course (meetings.h)
+  Vector start;              // the position before the solver pushed it; otherwise that of the pose
+  Matrix start_rotation;     // likewise
+  Frame next;                // where integrate() moves the body
+  Vector next_angular;       // rad/s, there
+  Box enlarged;              // in the tree of the broad phase; holds `box`
 
   // In the task of a solver, while that looks at it; a clone has the place of its original.
   std::size_t place = kNoPlace;

@@ -303,6 +303,13 @@ bool NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
   return is_new;
 }
 
+void NarrowPhase::look(const Body& a, const Body& b, Scalar margin, Contact& contact) {
+  contact.patches.clear();
+  found_.clear();
+  find(a, b, contact, margin);
+  contact.patches.assign(found_.begin(), found_.end());
+}
+
 // As long as no point of the smaller body has moved by more than half the margin, nothing else can touch.
 bool NarrowPhase::move_along(const Body& a, const Body& b, const Frame& seen, Scalar margin,
                              Contact& contact) const {

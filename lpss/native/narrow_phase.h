@@ -18,6 +18,9 @@ class NarrowPhase {
   // Brings the points of a pair (a.id < b.id) up to date with its bodies. Whether they were found anew.
   bool update(const Body& a, const Body& b, Contact& contact);
 
+  // The points of a pair that are within `margin` (m), of no history: `contact` has these alone.
+  void look(const Body& a, const Body& b, Scalar margin, Contact& contact);
+
   // m, between the surfaces of two solids; <= 0 if they overlap, larger than `reach` if they are farther
   // apart.
   static Scalar distance(const Solid& p, const Frame& p_at, const Solid& q, const Frame& q_at, Scalar reach);

@@ -281,24 +281,36 @@ void NativeWorld::refresh_boxes(const ParallelFor& parallel) const {
   boxes_are_old_ = false;
 }
 
-// What the box of a body sweeps in a tick, without its turn.
+// What the box of a body sweeps in a tick, with its turn if that is foreseen.
 Box NativeWorld::box_on_way(const Body& body) const {
   Box box = body.box;
-  if (body.is_awake()) box.extend(box.moved(body.linear * Scalar(settings_.time_step)));
+  if (!body.is_awake()) return box;
+  const auto dt = Scalar(settings_.time_step);
+  if (is_foreseen(body, dt)) return swept(body, box, dt);
+  box.extend(box.moved(body.linear * dt));
   return box;
 }
 
 void NativeWorld::note_home(const Body& body, Homes& homes) const {
   if (!body.lives_here()) return;
   homes.box.extend(box_on_way(body));
-  if (body.is_awake()) homes.way = std::max(homes.way, body.linear.norm() * Scalar(settings_.time_step));
+  if (!body.is_awake()) return;
+  const auto dt = Scalar(settings_.time_step);
+  const Scalar way = body.linear.norm() * dt;
+  homes.way = std::max(homes.way, is_foreseen(body, dt) ? way + bend(body, dt) : way);
+}
+
+// m, how far a point of the body gets beside what its velocity says: by its turn, which also turns the
+// velocity of what joints hold, and by its surge.
+Scalar NativeWorld::bend(const Body& body, Scalar dt) const {
+  const Scalar turn = std::min(body.angular.norm() * dt, Scalar(2));
+  const Scalar radius = body.solid->radius();
+  return turn * (body.jointed ? radius + body.linear.norm() * dt : radius) + body.surge;
 }
 
 Box NativeWorld::swept(const Body& body, const Box& box, Scalar dt) const {
-  // No point of the body turns farther than this.
-  const Scalar turn = std::min(body.angular.norm() * dt, Scalar(2)) * body.solid->radius();
   Box swept = box;
-  swept.extend(box.moved(body.linear * dt).grown(turn));
+  swept.extend(box.moved(body.linear * dt).grown(bend(body, dt)));
   return swept;
 }
 

@@ -38,6 +38,7 @@ std::vector<StoppedBody> NativeWorld::integrate(double dt, const ParallelFor& pa
   run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
     BodiesPiece& notes = bodies_pieces_[piece];
     notes.fast.clear();
+    notes.foreseen.clear();
     notes.stopped.clear();
     for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) {
       const auto slot = static_cast<BodySlot>(n);
@@ -45,12 +46,14 @@ std::vector<StoppedBody> NativeWorld::integrate(double dt, const ParallelFor& pa
       if (const std::optional<DivergenceKind> kind = find_next(bodies_[n], dt)) {
         bodies_[n].stop();
         notes.stopped.push_back({slot, *kind});
-      } else if (!bodies_[n].jointed && is_swept(bodies_[n])) {
-        notes.fast.push_back(slot);
+      } else {
+        if (!bodies_[n].jointed && is_swept(bodies_[n])) notes.fast.push_back(slot);
+        if (is_looked_after(bodies_[n], Scalar(dt))) notes.foreseen.push_back(slot);
       }
     }
   });
   stop_at_obstacles(noted(&BodiesPiece::fast, pieces), Scalar(dt), parallel);
+  stop_turning(noted(&BodiesPiece::foreseen, pieces), parallel);
   run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
     for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) move_on(bodies_[n], dt);
   });
@@ -129,11 +132,13 @@ void NativeWorld::move_on(Body& body, double dt) const {
   if (!body.leaf || !body.is_dynamic()) return;
   body.force.setZero();
   body.torque.setZero();
+  body.surge = 0;
   if (!moves_on(body)) return;
   body.pose = body.next;
   body.angular = body.next_angular;
   keep_still_clock(body, dt);
   body.start = body.pose.position;
+  body.start_rotation = body.pose.rotation;
 }
 
 void NativeWorld::keep_still_clock(Body& kept, double dt) const {

@@ -127,8 +127,11 @@ void NativeWorld::apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, c
 void NativeWorld::set_surface(BodySlot slot, const Surface& surface) { body(slot).set_surface(surface); }
 
 void NativeWorld::add_wrench(BodySlot slot, const Wrench& wrench) {
-  body(slot).force += vector(wrench.force);
-  body(slot).torque += vector(wrench.torque);
+  Body& pushed = body(slot);
+  pushed.force += vector(wrench.force);
+  pushed.torque += vector(wrench.torque);
+  const Scalar surge = pushed.surge + pushed.surge_of(wrench, Scalar(settings_.time_step));
+  pushed.surge = std::min(surge, Scalar(kSurgeMax));
 }
 
 void NativeWorld::set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) {
@@ -145,9 +148,10 @@ void NativeWorld::set_state(BodySlot slot, const BodyState& state) {
 
 void NativeWorld::set_solved_state(BodySlot slot, const BodyState& state) {
   Body& solved = body(slot);
-  const Vector start = solved.start;
+  const Frame start{solved.start_rotation, solved.start};
   solved.set_state(state);
-  solved.start = start;
+  solved.start = start.position;
+  solved.start_rotation = start.rotation;
 }
 
 void NativeWorld::set_box_to_pose(BodySlot slot) const {
@@ -196,6 +200,7 @@ void NativeWorld::rest() {
   fixed_ = {};
   fixed_of_body_ = {};
   flush_pieces_ = {};
+  meetings_pieces_ = {};
   noted_ = {};
   broad_phase_.rest();
 }
@@ -219,6 +224,7 @@ void NativeWorld::detect(double dt, const ParallelFor& parallel) {
   broad_phase_.find_pairs(bodies_, candidates_, is_wanted_pair, parallel);
   update_contacts(parallel);
   join_flush(parallel);
+  predict_meetings(noted(&BodiesPiece::foreseen, pieces_of_bodies()), parallel);
   predict_contacts(noted(&BodiesPiece::fast, pieces_of_bodies()), parallel);
   gather(parallel);
 }
@@ -252,14 +258,21 @@ void NativeWorld::predict(Scalar dt, const ParallelFor& parallel) {
     BodiesPiece& piece = bodies_pieces_[n];
     piece.left.clear();
     piece.fast.clear();
+    piece.foreseen.clear();
     for (std::size_t place = pieces.begin(n); place < pieces.end(n); ++place) {
       Body& body = bodies_[place];
       const auto slot = static_cast<BodySlot>(place);
+      body.is_foreseen = false;
       if (!body.leaf || !body.is_awake()) continue;
       predict(body, dt);
-      if (!update_box(body, dt)) continue;
+      body.is_foreseen = is_foreseen(body, dt);
+      if (!update_box(body, dt)) {
+        body.is_foreseen = false;
+        continue;
+      }
       if (!body.enlarged.contains(body.box)) piece.left.push_back(slot);
-      if (is_swept(body)) piece.fast.push_back(slot);
+      if (body.is_foreseen) piece.foreseen.push_back(slot);
+      if (!(body.is_foreseen && body.jointed) && is_swept(body)) piece.fast.push_back(slot);
     }
   });
   for (const BodySlot slot : noted(&BodiesPiece::left, pieces)) broad_phase_.update(body(slot), slot, dt);
@@ -280,7 +293,11 @@ void NativeWorld::predict(Body& body, Scalar dt) const {
 // large: it sleeps, and keeps its last box.
 bool NativeWorld::update_box(Body& body, Scalar dt) const {
   Box box = boxes_are_old_ ? body.box_at(body.pose) : body.box;
-  if (settings_.continuous_collision && body.is_dynamic()) box.extend(box.moved(body.linear * dt));
+  if (body.is_foreseen) {
+    box = swept(body, box, dt);
+  } else if (settings_.continuous_collision && body.is_dynamic()) {
+    box.extend(box.moved(body.linear * dt));
+  }
   if (!body.pose.is_somewhere() || !is_sensible(box)) {
     if (body.is_dynamic()) body.activity = Activity::kAsleep;
     return false;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
+#include <absl/functional/function_ref.h>
 
 #include <optional>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "lpss/native/broad_phase.h"
 #include "lpss/native/contact.h"
 #include "lpss/native/flush_contacts.h"
+#include "lpss/native/meetings.h"
 #include "lpss/native/narrow_phase.h"
 #include "lpss/native/native_engine.h"
 
@@ -41,6 +43,8 @@ class NativeWorld final : public SectorWorld {
   void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) override;
   void add_wrench(BodySlot slot, const Wrench& wrench) override;
   void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) override;
+  double surge(BodySlot slot) const override { return double(body(slot).surge); }
+  void set_surge(BodySlot slot, double surge) override { body(slot).surge = Scalar(surge); }
   void set_range(BodySlot slot, Range range) override { body(slot).range = range; }
   void set_jointed(BodySlot slot, bool jointed) override { body(slot).jointed = jointed; }
   void sleep(BodySlot slot) override;
@@ -95,6 +99,7 @@ class NativeWorld final : public SectorWorld {
   struct BodiesPiece {
     std::vector<BodySlot> left;  // their enlarged boxes
     std::vector<BodySlot> fast;  // to be swept
+    std::vector<BodySlot> foreseen;
     std::vector<StoppedBody> stopped;
     std::vector<BodyOutside> outside;
     Homes homes;
@@ -125,6 +130,14 @@ class NativeWorld final : public SectorWorld {
     std::vector<FixedContact> contacts;
   };
 
+  // What a loop over foreseen bodies finds of a piece of them.
+  struct MeetingsPiece {
+    MeetingSearch search;
+    std::vector<BodySlot> near;
+    std::vector<Meeting> meetings;
+    std::vector<std::pair<BodySlot, Scalar>> stopped;  // after so large a share of the tick
+  };
+
   BodySlot add(Body body);
   std::optional<BodySlot> slot_of(BodyId id) const;
   bool is_there(BodySlot slot) const { return body(slot).leaf != nullptr; }
@@ -139,6 +152,7 @@ class NativeWorld final : public SectorWorld {
   void refresh_boxes(const ParallelFor& parallel = {}) const;  // to the poses, if bodies have moved
   bool set_box(Body& body) const;
   Box swept(const Body& body, const Box& box, Scalar dt) const;
+  Scalar bend(const Body& body, Scalar dt) const;
   Box box_on_way(const Body& body) const;
   void note_home(const Body& body, Homes& homes) const;
   void update_contacts(const ParallelFor& parallel);
@@ -168,6 +182,16 @@ class NativeWorld final : public SectorWorld {
   static void meet_faces(const Part& part, const Frame& at, const SweptBall& ball, SweepHit hit_at_end,
                          std::optional<SweepHit>& hit);
   void predict_contact(BodySlot swept, const SweepHit& hit);
+  bool is_foreseen(const Body& body, Scalar dt) const;  // by its course, in this tick
+  void predict_meetings(std::span<const BodySlot> foreseen, const ParallelFor& parallel);
+  void find_meetings(BodySlot slot, MeetingsPiece& piece) const;
+  static bool swings_far(const Body& body, Scalar dt);
+  bool is_looked_after(const Body& body, Scalar dt) const;
+  Scalar share_until_deep(BodySlot slot, MeetingsPiece& piece) const;
+  void stop_turning(std::span<const BodySlot> turning, const ParallelFor& parallel);
+  void for_each_piece_of(std::span<const BodySlot> foreseen, const ParallelFor& parallel,
+                         absl::FunctionRef<void(MeetingsPiece&, std::size_t)> act);
+  const Contact* contact_of(BodySlot a, BodySlot b) const;
   void keep_still_clock(Body& body, double dt) const;
 
   NativeEngine& engine_;
@@ -193,6 +217,7 @@ class NativeWorld final : public SectorWorld {
   mutable std::vector<BodiesPiece> bodies_pieces_;
   std::vector<CandidatesPiece> candidates_pieces_;
   std::vector<FlushPiece> flush_pieces_;
+  std::vector<MeetingsPiece> meetings_pieces_;
   std::vector<BodySlot> noted_;
 };
 

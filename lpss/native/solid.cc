@@ -184,6 +184,19 @@ Solid::Solid(const Shape& shape, const Pose& centre, bool is_static, const Hulls
   for (const Part& part : parts_) box_.extend(native::box_at(part, {}));
   extent_ = parts_.size() == 1 ? Scalar(extent) : (box_.high - box_.low).minCoeff();
   radius_ = box_.low.cwiseAbs().cwiseMax(box_.high.cwiseAbs()).norm();
+  find_swing();
+}
+
+void Solid::find_swing() {
+  const Part& first = parts_.front();
+  const bool is_lone = parts_.size() == 1 && first.frame.position.isZero(0);
+  if (is_lone && first.kind == Part::Kind::kBall) return;
+  if (is_lone && (first.kind == Part::Kind::kCapsule || is_cylinder(first)))
+    round_axis_ = first.frame.rotation.col(2);
+  Scalar inner = 0;
+  for (const SweptBall& ball : swept_balls_)
+    inner = std::max(inner, ball.radius / (2 * kSweptShare) - ball.centre.norm());
+  swing_ = std::max(radius_ - inner, Scalar(0));
 }
 
 void Solid::add_swept_ball(const Part& part, Scalar extent) {

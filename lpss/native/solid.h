@@ -88,6 +88,13 @@ class Solid {
   // Of all parts, in the centre frame.
   const Box& box() const { return box_; }
 
+  // m, how far a turn can bring a point of the shape to where nothing of it was: from a ball inside, around
+  // the centre, to the radius. 0 for balls.
+  Scalar swing() const { return swing_; }
+
+  // Of length 1, in the centre frame: a turn about it changes nothing. 0 if there is none.
+  const Vector& round_axis() const { return round_axis_; }
+
   // The box of the shape posed by `frame`.
   Box box_at(const Frame& frame) const;
 
@@ -107,6 +114,7 @@ class Solid {
   Part make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet, const SolidHull* hull);
   void set_hull(const SolidHull& hull, const Pose& pose, Part& part);
   void add_swept_ball(const Part& part, Scalar extent);
+  void find_swing();
 
   bullet::CollisionShape bullet_;
   Frame offset_;
@@ -120,6 +128,8 @@ class Solid {
   Scalar extent_ = 0;
   Scalar radius_ = 0;
   bool has_materials_ = false;
+  Scalar swing_ = 0;
+  Vector round_axis_ = Vector::Zero();
 };
 
 // The box of a part posed by `frame`, that of its body.

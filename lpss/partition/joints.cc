@@ -116,7 +116,10 @@ void remove_joints_of(Partition& partition, BodyId body) {
 void set_drives(Partition& partition, JointId id, const JointDrives& drives) {
   const JointTie* joint = partition.joints.find(id);
   if (joint == nullptr) return;
-  if (JointRecord* record = partition.joints.record(id)) record->drives = drives;
+  if (JointRecord* record = partition.joints.record(id)) {
+    record->drives = drives;
+    partition.set_joints.push_back(id);
+  }
   wake_jointed(partition, *joint);
 }
 

@@ -77,9 +77,9 @@ OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const Eigen::Ve
 }
 
 OffsetSet homes_of_slower(const Eigen::AlignedBox3d& swept, const Eigen::Vector3d& way,
-                          const SeamMargins& margins) {
+                          const SeamMargins& margins, double surge) {
   OffsetSet result;
-  const double length = way.norm();
+  const double length = way.norm() + surge;
   if (!(length <= kChaseMax * margins.sector_size)) return result;
   const Eigen::AlignedBox3d end(swept.min() + way.cwiseMax(0), swept.max() + way.cwiseMin(0));
   const Eigen::Vector3d around = Eigen::Vector3d::Constant(length);

@@ -46,12 +46,13 @@ inline constexpr double kChaseMax = 2;
 // Those sectors. A body that goes no farther than this one and meets it on its way starts within a ball
 // around the way's end, whose radius is the way's length. As sectors_within_reach() otherwise.
 OffsetSet homes_of_slower(const Eigen::AlignedBox3d& swept, const Eigen::Vector3d& way,
-                          const SeamMargins& margins);
+                          const SeamMargins& margins, double surge = 0);
 
-// Whether a body that goes so far in a tick (m) may meet bodies that are too far inside their sectors to be
-// told to others.
-inline bool is_fast(const Eigen::Vector3d& way, const SeamMargins& margins) {
-  return way.squaredNorm() > margins.usual_way * margins.usual_way;
+// Whether a body that goes so far in a tick (m), and may be carried on by a surge (m, SectorWorld::surge()),
+// may meet bodies that are too far inside their sectors to be told to others.
+inline bool is_fast(const Eigen::Vector3d& way, const SeamMargins& margins, double surge = 0) {
+  const double usual = margins.usual_way - surge;
+  return usual < 0 || way.squaredNorm() > usual * usual;
 }
 
 // Of those within reach, the ones that need a clone. Policy island: a dynamic pair is detected in the

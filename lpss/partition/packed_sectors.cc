@@ -300,7 +300,8 @@ void PackedSectors::add(const MovedSector& sector, const std::vector<BodyPair>& 
     write_home(write, update.home, sector.sector);
     write_state(write, update.state);
     write_set(write, update.replicated_in);
-    write.count((clone.placed ? 1 : 0) + (clone.fresh ? 2 : 0) + (update.known_everywhere ? 4 : 0));
+    write.count((clone.placed ? 1 : 0) + (clone.fresh ? 2 : 0) + (update.known_everywhere ? 4 : 0) +
+                (update.jointed ? 8 : 0));
   }
   write.count(sector.manifolds.size());
   for (const ManifoldState& manifold : sector.manifolds) {
@@ -345,6 +346,7 @@ MovedSector PackedSectors::unpacked(const Packed& packed) const {
     clone.placed = (flags & 1) != 0;
     clone.fresh = (flags & 2) != 0;
     clone.update.known_everywhere = (flags & 4) != 0;
+    clone.update.jointed = (flags & 8) != 0;
   }
   sector.manifolds.resize(read.count());
   for (ManifoldState& manifold : sector.manifolds) {

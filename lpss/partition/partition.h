@@ -80,6 +80,7 @@ struct Partition {
   std::vector<Sector*> active;          // sectors that the next tick looks at, each once
   JointIndex joints;                    // those that need be known here (joints.h)
   std::vector<JointId> left_joints;     // of bodies that have left: they may have to be known no more
+  std::vector<JointId> set_joints;      // whose drives commands of this tick have set
   std::vector<BodyId> leaving;          // bodies whose announced change of home takes effect at the next tick
   std::size_t world_count = 0;          // sectors with an engine world
   std::size_t clone_count = 0;          // in engine worlds, as of the last detection

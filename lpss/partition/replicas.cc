@@ -50,6 +50,8 @@ void revise(Replica& replica, const ReplicaUpdate& update) {
   replica.replicated_in = update.replicated_in;
   replica.state = update.state;
   replica.known_everywhere = update.known_everywhere;
+  replica.jointed = update.jointed;
+  replica.surge = update.surge;
 }
 
 ReplicaIntroduction introduction_of(const Replica& replica) { return {replica.id, replica.properties}; }
@@ -57,7 +59,8 @@ ReplicaIntroduction introduction_of(const Replica& replica) { return {replica.id
 ReplicaUpdate update_of(const Replica& replica) {
   return {replica.id,        replica.home,
           replica.next_home, replica.replicated_in,
-          replica.state,     replica.known_everywhere};
+          replica.state,     replica.known_everywhere,
+          replica.jointed,   replica.surge};
 }
 
 void note_moving(Partition& partition, const Replica& replica) {
@@ -132,7 +135,8 @@ void lift_clones(Partition& partition, BodyId id) {
 Range range_of(const Partition& partition, const Clone& clone) {
   const Replica& replica = *clone.replica;
   const Eigen::Vector3d way = Eigen::Vector3d(replica.state.linear_velocity.data()) * partition.dt();
-  if (replica.properties.motion != Motion::kDynamic || !is_fast(way, partition.margins)) return Range::kUsual;
+  if (replica.properties.motion != Motion::kDynamic || !is_fast(way, partition.margins, replica.surge))
+    return Range::kUsual;
   return replica.home < clone.sector->index ? Range::kFastFromBelow : Range::kFast;
 }
 
@@ -149,10 +153,19 @@ void place_clone(const Partition& partition, Clone& clone) {
       sector.world->add({replica.id, replica.home, replica.properties, state_of(clone)}, Role::kClone);
   sector.placed.insert(std::lower_bound(sector.placed.begin(), sector.placed.end(), replica.id, by_body),
                        &clone);
-  if (partition.settings.seams == SeamPolicy::kIsland)
+  if (partition.settings.seams == SeamPolicy::kIsland) {
     sector.world->set_range(clone.slot, range_of(partition, clone));
+    foresee_clone(clone);
+  }
   sector.components_stale = true;
   pull_clone(partition, clone);
+}
+
+void foresee_clone(const Clone& clone) {
+  const Replica& replica = *clone.replica;
+  clone.sector->world->set_jointed(clone.slot, replica.jointed);
+  const bool is_asleep = replica.state.activity == Activity::kAsleep;
+  clone.sector->world->set_surge(clone.slot, is_asleep ? 0 : replica.surge);
 }
 
 void remove_clone(Clone& clone) {

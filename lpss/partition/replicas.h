@@ -20,6 +20,8 @@ struct ReplicaUpdate {
   OffsetSet replicated_in;        // relative to `home`: the sectors that must have a clone
   BodyState state;                // relative to the centre of `home`
   bool known_everywhere = false;  // by all servers, whether or not a sector of theirs needs a clone
+  bool jointed = false;           // some joint has it as parent or child
+  double surge = 0;               // m, SectorWorld::surge() in this tick
 };
 
 // The replica of that body, made if there is none yet.
@@ -61,6 +63,9 @@ Range range_of(const Partition& partition, const Clone& clone);
 void place_clone(const Partition& partition, Clone& clone);
 void remove_clone(Clone& clone);
 void unplace_clone(Partition& partition, Clone& clone);
+
+// What the engine foresees with of a clone: as of its original. Policy island.
+void foresee_clone(const Clone& clone);
 
 // Policy clone: clones are solved where they are, and fall as their originals do.
 void pull_clone(const Partition& partition, const Clone& clone);

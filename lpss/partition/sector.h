@@ -61,6 +61,8 @@ struct Replica {
   SectorIndex next_home;
   OffsetSet replicated_in;        // relative to `home`
   bool known_everywhere = false;  // by all servers
+  bool jointed = false;           // some joint has it as parent or child
+  double surge = 0;               // m, SectorWorld::surge() in the tick of the last news
   bool is_listed = false;         // the sectors of `clones` are those of `home` and `replicated_in`
   std::vector<std::unique_ptr<Clone>> clones;  // in the partition's sectors among them, ascending by sectors
   double radius = 0;                           // m, as HomeBody::radius

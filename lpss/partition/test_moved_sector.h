@@ -43,6 +43,7 @@ inline void expect_equal(const MovedSector& a, const MovedSector& b) {
     EXPECT_EQ(x.update.next_home, y.update.next_home);
     EXPECT_EQ(x.update.replicated_in, y.update.replicated_in);
     EXPECT_EQ(x.update.known_everywhere, y.update.known_everywhere);
+    EXPECT_EQ(x.update.jointed, y.update.jointed);
     EXPECT_EQ(bits(x.update.state), bits(y.update.state));
     EXPECT_EQ(x.placed, y.placed);
     EXPECT_EQ(x.fresh, y.fresh);

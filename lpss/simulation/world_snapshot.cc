@@ -221,6 +221,8 @@ class Check {
     if (absl::Status status = state(update.home, update.state); !status.ok()) return in(what, status);
     if (absl::Status status = near("way to its next home", update.home, update.next_home); !status.ok())
       return in(what, status);
+    if (!(update.surge >= 0 && update.surge <= kSurgeMax))
+      return refused(what, ": its surge must be 0 to ", kSurgeMax, " m, and is ", update.surge);
     const auto [known, is_new] = replicas_.emplace(update.id, &update);
     const ReplicaUpdate& first = *known->second;
     if (is_new ||

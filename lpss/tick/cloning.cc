@@ -22,7 +22,8 @@ void set_ranges(const Partition& partition, Sector& sector) {
   for (const HomeBody* body : sector.attended) {
     if (body->properties.motion != Motion::kDynamic) continue;
     const Eigen::Vector3d way = sector.world->linear_velocity(body->slot) * partition.dt();
-    const bool goes_fast = !body->replicated_in.empty() && is_fast(way, partition.margins);
+    const bool goes_fast =
+        !body->replicated_in.empty() && is_fast(way, partition.margins, sector.world->surge(body->slot));
     sector.world->set_range(body->slot, goes_fast ? Range::kFast : Range::kUsual);
   }
 }
@@ -46,8 +47,8 @@ Eigen::AlignedBox3d swept_ball_of(const Clone& clone, double dt) {
   constexpr double kContactMargin = 0.05;  // m, beyond the distance at which engines keep contact points
   const Replica& replica = *clone.replica;
   return swept_ball(Eigen::Vector3d(replica.state.position.data()) + clone.home,
-                    Eigen::Vector3d(replica.state.linear_velocity.data()), replica.radius + kContactMargin,
-                    dt);
+                    Eigen::Vector3d(replica.state.linear_velocity.data()),
+                    replica.radius + replica.surge + kContactMargin, dt);
 }
 
 void refresh_clones(Partition& partition, Sector& sector) {
@@ -66,6 +67,7 @@ void refresh_clones(Partition& partition, Sector& sector) {
     } else {
       world.set_state(clone->slot, state_of(*clone));
       world.set_range(clone->slot, range_of(partition, *clone));
+      if (partition.settings.seams == SeamPolicy::kIsland) foresee_clone(*clone);
       pull_clone(partition, *clone);
     }
     clone->fresh = false;

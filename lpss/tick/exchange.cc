@@ -50,10 +50,11 @@ void tell_of(const Partition& partition, OwnersAround& around, HomeBody& body,
   body.dirty = false;
   const Ranks now = informed();
   if (before.empty() && now.empty()) return;
-  announce(outbox, body.properties,
-           {body.id, home, body.next_home.value_or(home), body.replicated_in,
-            body.sector->world->state(body.slot), body.known_everywhere},
-           before, now);
+  announce(
+      outbox, body.properties,
+      {body.id, home, body.next_home.value_or(home), body.replicated_in, body.sector->world->state(body.slot),
+       body.known_everywhere, body.jointed, body.sector->world->surge(body.slot)},
+      before, now);
 }
 
 void tell_of(const Partition& partition, const Sector& sector, std::vector<Exchange>& outbox) {

@@ -65,6 +65,8 @@ Handover taken_out(Partition& partition, HomeBody& body) {
   handover.replicated_in = body.replicated_in;
   handover.known_everywhere = body.known_everywhere;
   handover.wrench = body.sector->world->total_wrench(body.slot);
+  handover.surge = body.sector->world->surge(body.slot);
+  handover.jointed = body.jointed;
   handover.kinematic_target = body.kinematic_target;
   handover.record = remove_home(partition, body);
   return handover;
@@ -89,13 +91,15 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
     const Ranks all = handover.known_everywhere ? everyone(partition.map) : Ranks{};
     const Ranks before = all | owners(partition.map, old_home, handover.replicated_in);
     const Eigen::AlignedBox3d swept =
-        swept_ball(record.state, radius_of(partition, record.properties), partition.dt());
-    handover.replicated_in = sectors_to_tell(
-        partition, swept, Eigen::Vector3d(record.state.linear_velocity.data()), record.properties.motion);
-    announce(outbox, record.properties,
-             {record.id, record.home, goes_on_to(partition, record).value_or(record.home),
-              handover.replicated_in, record.state, handover.known_everywhere},
-             before, all | owners(partition.map, record.home, handover.replicated_in));
+        swept_ball(record.state, radius_of(partition, record.properties) + handover.surge, partition.dt());
+    handover.replicated_in =
+        sectors_to_tell(partition, swept, Eigen::Vector3d(record.state.linear_velocity.data()),
+                        handover.surge, record.properties.motion);
+    announce(
+        outbox, record.properties,
+        {record.id, record.home, goes_on_to(partition, record).value_or(record.home), handover.replicated_in,
+         record.state, handover.known_everywhere, handover.jointed, handover.surge},
+        before, all | owners(partition.map, record.home, handover.replicated_in));
     const Rank rank = partition.map.owner(record.home);
     if (rank != partition.self) handover.joints = joints_of(partition, record.id);
     outbox[rank].handovers.push_back(std::move(handover));
@@ -118,8 +122,10 @@ void take_homes(Partition& partition, std::vector<Exchange>& inbox) {
     body.replicated_in = handover.replicated_in;
     body.known_everywhere = handover.known_everywhere;
     body.kinematic_target = handover.kinematic_target;
-    if (body.properties.motion == Motion::kDynamic)
+    if (body.properties.motion == Motion::kDynamic) {
       body.sector->world->set_total_wrench(body.slot, handover.wrench);
+      body.sector->world->set_surge(body.slot, handover.surge);
+    }
     mark_dirty(body);
     body.swept = body.sector->world->swept_box(body.slot, partition.dt());
     body.next_home = goes_on_to(partition, handover.record);

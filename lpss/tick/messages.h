@@ -45,6 +45,8 @@ struct Handover {
       replicated_in;  // relative to the new home: the sectors that were told in the same tick to have a clone
   bool known_everywhere = false;  // all servers were told of it
   Wrench wrench;                  // of this tick's commands
+  bool jointed = false;           // some joint has it as parent or child
+  double surge = 0;               // m, SectorWorld::surge() in this tick
   // Where it arrives at the end of this tick, relative to the new home.
   std::optional<BodyState> kinematic_target;
   BodyJoints joints;  // where the server of the new home is another one

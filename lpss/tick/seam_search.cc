@@ -66,14 +66,14 @@ void deepen_clones(int depth_max, Sector& sector) {
 }  // namespace
 
 OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept,
-                          const Eigen::Vector3d& velocity, Motion motion) {
+                          const Eigen::Vector3d& velocity, double surge, Motion motion) {
   const WorldSettings& settings = partition.settings;
   if (settings.seams == SeamPolicy::kClone && settings.clone_depth == 0) return {};
   const Eigen::Vector3d way = velocity * partition.dt();
-  const bool goes_fast = is_fast(way, partition.margins);
+  const bool goes_fast = is_fast(way, partition.margins, surge);
   OffsetSet reached = sectors_within_reach(swept, way, partition.margins);
   if (goes_fast && motion == Motion::kDynamic && settings.seams == SeamPolicy::kIsland) {
-    reached.merge(homes_of_slower(swept, way, partition.margins));
+    reached.merge(homes_of_slower(swept, way, partition.margins, surge));
   }
   return clone_targets(reached, settings.seams, motion, goes_fast);
 }
@@ -93,7 +93,7 @@ void search_seams(Partition& partition, const ParallelFor& parallel) {
     for (HomeBody* body : sector.attended) {
       if (!body->may_have_moved) continue;
       body->wanted_in = sectors_to_tell(partition, body->swept, sector.world->linear_velocity(body->slot),
-                                        body->properties.motion);
+                                        sector.world->surge(body->slot), body->properties.motion);
     }
   });
   const WorldSettings& settings = partition.settings;

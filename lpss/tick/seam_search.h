@@ -8,10 +8,10 @@
 
 namespace tessera {
 
-// The sectors, relative to its home, that need a replica of a body at `velocity` (m/s) whose box sweeps
-// `swept` (m, relative to the home's centre).
+// The sectors, relative to its home, that need a replica of a body at `velocity` (m/s), with a surge (m,
+// SectorWorld::surge()), whose box sweeps `swept` (m, relative to the home's centre).
 OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept,
-                          const Eigen::Vector3d& velocity, Motion motion);
+                          const Eigen::Vector3d& velocity, double surge, Motion motion);
 
 // Attends to the bodies that may have moved and come near a border; the others are inside, and need nobody.
 // Then says of all that are attended whether they have moved, or something about them changed, since others

@@ -16,6 +16,7 @@
 #include "lpss/tick/detect.h"
 #include "lpss/tick/events.h"
 #include "lpss/tick/exchange.h"
+#include "lpss/tick/foresee.h"
 #include "lpss/tick/homes.h"
 #include "lpss/tick/integrate.h"
 #include "lpss/tick/islands.h"
@@ -276,6 +277,7 @@ std::optional<Round> TickMachine::exchange_round() {
   std::vector<Exchange> outbox(partition_.map.servers());
   clock_.enter(TickPhase::kSectorization);
   std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, context_.stopped);
+  foresee_drives(partition_);
   send_contact_points(partition_, outbox);
   change_homes(partition_, std::move(jumps), outbox);
   attend_borders(partition_, parallel_);
