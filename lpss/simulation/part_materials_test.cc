@@ -15,8 +15,8 @@
 namespace tessera {
 namespace {
 
-constexpr double kG = 10;         // m/s^2
-constexpr double kTickRate = 60;  // 1/s
+constexpr double kG = 10;             // m/s^2
+constexpr double kPartTickRate = 60;  // 1/s
 constexpr std::uint32_t kFloorBit = 1;
 constexpr std::uint32_t kOtherBit = 2;
 
@@ -54,7 +54,8 @@ class Scene {
   void start() { cluster_ = cluster_of(world(), 1); }
   void run(double seconds) {
     if (!cluster_) start();
-    for (int ticks = static_cast<int>(std::lround(seconds * kTickRate)); ticks > 0; --ticks) cluster_->step();
+    for (int ticks = static_cast<int>(std::lround(seconds * kPartTickRate)); ticks > 0; --ticks)
+      cluster_->step();
   }
   Eigen::Vector3d place(std::uint64_t id) const {
     const BodyRecord body = *cluster_->body(BodyId{id});
@@ -130,7 +131,7 @@ TEST(PartMaterials, ReboundsAreThoseOfTheEndThatHits) {
     scene.run(0.6);  // after 0.447 s it hits
     double highest = 0;
     for (int tick = 0; tick < 60; ++tick) {
-      scene.run(1 / kTickRate);
+      scene.run(1 / kPartTickRate);
       highest = std::max(highest, scene.place(2).z() - 0.5);
     }
     EXPECT_NEAR(highest, is_bouncy_end_down ? 0.64 : 0, 0.02) << is_bouncy_end_down;
@@ -148,7 +149,7 @@ TEST(PartMaterials, PartsMeetWhatTheirOwnBitsMeet) {
     scene.add(shape, {0, 0, 6}, {0, 0, -speed});
     double lowest = 6;
     for (int tick = 0; tick < 180; ++tick) {
-      scene.run(1 / kTickRate);
+      scene.run(1 / kPartTickRate);
       lowest = std::min(lowest, scene.place(2).z());
     }
     EXPECT_NEAR(scene.place(2).z(), 0.2, 0.002) << speed;

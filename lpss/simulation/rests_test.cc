@@ -15,21 +15,21 @@
 namespace tessera {
 namespace {
 
-constexpr double kGravity = 9.81;
-constexpr double kFriction = 0.8;
+constexpr double kSlopeGravity = 9.81;
+constexpr double kSlopeFriction = 0.8;
 
 WorldBuilder slope_of(double share, double sector_size, std::mt19937& random) {
   WorldSettings settings = sectors_of(sector_size);
   settings.precision = bullet::test_precision;
   settings.sleep_after = 0;
-  const double angle = share * std::atan(kFriction);
+  const double angle = share * std::atan(kSlopeFriction);
   const double towards = std::uniform_real_distribution(0.0, 2 * std::numbers::pi)(random);
   settings.gravity =
-      UniformGravity{{kGravity * std::sin(angle) * std::cos(towards),
-                      kGravity * std::sin(angle) * std::sin(towards), -kGravity * std::cos(angle)}};
+      UniformGravity{{kSlopeGravity * std::sin(angle) * std::cos(towards),
+                      kSlopeGravity * std::sin(angle) * std::sin(towards), -kSlopeGravity * std::cos(angle)}};
   WorldBuilder builder(settings);
   builder.add_floor(20, 0);
-  builder.world().bodies.back().properties.friction = kFriction;
+  builder.world().bodies.back().properties.friction = kSlopeFriction;
   return builder;
 }
 
@@ -37,7 +37,7 @@ BodyDescription& add_box(WorldBuilder& builder, const std::string& name, const E
                          double mass, const Eigen::Vector3d& place) {
   BodyDescription& body =
       builder.add(name, builder.shape(Box{{size.x() / 2, size.y() / 2, size.z() / 2}}), mass, place);
-  body.properties.friction = kFriction;
+  body.properties.friction = kSlopeFriction;
   return body;
 }
 
