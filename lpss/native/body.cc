@@ -76,7 +76,6 @@ Body::Body(const Body& other, const Frame& at)
       mask(other.mask),
       assembly(other.assembly),
       feels_gravity(other.feels_gravity),
-      is_pulled_evenly(other.is_pulled_evenly),
       flies_fine(other.flies_fine),
       principal_axes(other.principal_axes),
       friction(other.friction),
