@@ -90,9 +90,9 @@ WorldDescription car_world(const WorldSettings& settings, double slope, double l
   const double stiffness = weight / kPressed;
   int number = 0;
   for (const double along : {0.9, -0.9}) {
-    for (const double across : {0.8, -0.8}) {
+    for (const double sideways : {0.8, -0.8}) {
       const std::string name = absl::StrCat("wheel", number++);
-      const Vector3d place(kPlace + along, across, kRadius);
+      const Vector3d place(kPlace + along, sideways, kRadius);
       BodyDescription& wheel = add_body(builder, name, Cylinder{kRadius, 0.2}, 1, place, kFriction);
       wheel.pose.orientation = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d::UnitY());
       JointDescription& spring =
@@ -117,9 +117,9 @@ WorldDescription quadruped_world(const WorldSettings& settings, double slope, do
   const JointDrive servo{DriveMode::kServo, 0, 500 * torque, 20 * torque, 0, 0};
   int number = 0;
   for (const double along : {0.4, -0.4}) {
-    for (const double across : {0.4, -0.4}) {
+    for (const double sideways : {0.4, -0.4}) {
       const std::string leg = absl::StrCat("_", number++);
-      const Vector3d top(kPlace + along, across, hip);
+      const Vector3d top(kPlace + along, sideways, hip);
       const Vector3d knee = top + kLink * Vector3d(-std::sin(bend), 0, -std::cos(bend));
       const Vector3d foot = knee + kLink * Vector3d(std::sin(bend), 0, -std::cos(bend));
       const auto add_link = [&](const std::string& name, const Vector3d& from, const Vector3d& to,
