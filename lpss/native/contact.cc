@@ -94,6 +94,7 @@ void drop_impulses(Contact& contact) {
   for (ContactPatch& patch : contact.patches) {
     patch.friction_impulse.setZero();
     patch.twist_impulse = 0;
+    patch.rolling_impulse.setZero();
     for (ContactPoint& point : patch.point) point.impulse = 0;
   }
   contact.need = {};

@@ -85,6 +85,7 @@ class JointedContacts {
     std::array<std::size_t, 2> answer = {kNone,
                                          kNone};  // in answers_, what a unit of impulse does to each group
     double drive = 0;                             // m/s or rad/s, of what cannot be pushed, and of surfaces
+    double free_mobility = 0;                     // were nothing to hold the bodies
     double mobility = 0;                          // what a unit of impulse changes of the velocity
     double mass = 0;                              // its inverse
     double impulse = 0;                           // of a step

@@ -11,6 +11,10 @@ namespace {
 // do to each other is a matrix.
 constexpr std::size_t kTouchedMax = 24;
 
+// Where joints leave less than this share of how bodies give way, they hold these themselves: what is left is
+// rounding.
+constexpr double kHeldShare = 1e-6;
+
 // Two directions perpendicular to a unit vector and to each other.
 std::array<Eigen::Vector3d, 2> plane_of(const Eigen::Vector3d& normal) {
   const bool is_steep = std::abs(normal.z()) > std::sqrt(0.5);
@@ -138,6 +142,10 @@ void JointedContacts::set_sides(const Contacts::Patch& from, Row& row) const {
       continue;
     }
     const Member& member = members_[n];
+    const Contacts::Body& body = bodies_[member.place];
+    const Vector3 turn = row.on[side].tail<3>();
+    row.free_mobility += row.on[side].head<3>().squaredNorm() * double(body.inverse_mass) +
+                         turn.dot(body.inverse_inertia.template cast<double>() * turn);
     row.group[side] = member.group;
     row.at[side] = groups_[member.group].first + 6 * member.number;
   }
@@ -336,8 +344,8 @@ double JointedContacts::answer_of(const Row& row, const Row& by) const {
 
 std::array<double, 3> JointedContacts::inverse_of(const Row& first, const Row& second) const {
   const double k00 = first.mobility;
-  const double k01 = answer_of(first, second);
   const double k11 = second.mobility;
+  const double k01 = k00 > 0 && k11 > 0 ? answer_of(first, second) : 0;
   const double factor = inverse_or_zero(k00 * k11 - k01 * k01);
   return {k11 > 0 ? k11 * factor : inverse_or_zero(k00), -k01 * factor,
           k00 > 0 ? k00 * factor : inverse_or_zero(k11)};
@@ -346,6 +354,7 @@ std::array<double, 3> JointedContacts::inverse_of(const Row& first, const Row& s
 void JointedContacts::make_masses(Patch& patch) {
   const auto set_mass = [this](Row& row) {
     row.mobility = answer_of(row, row);
+    if (!(row.mobility > kHeldShare * row.free_mobility)) row.mobility = row.impulse = 0;
     row.mass = inverse_or_zero(row.mobility);
   };
   for (Row& row : patch.tangent) set_mass(row);
@@ -356,8 +365,8 @@ void JointedContacts::make_masses(Patch& patch) {
   set_mass(patch.twist);
   patch.mass = inverse_of(patch.tangent[0], patch.tangent[1]);
   const double k00 = patch.tangent[0].mobility;
-  const double k01 = answer_of(patch.tangent[0], patch.tangent[1]);
   const double k11 = patch.tangent[1].mobility;
+  const double k01 = k00 > 0 && k11 > 0 ? answer_of(patch.tangent[0], patch.tangent[1]) : 0;
   const double half = (k00 - k11) / 2;
   patch.slip_mass = inverse_or_zero((k00 + k11) / 2 + std::sqrt(half * half + k01 * k01));
   if (patch.arm > 0) patch.rolling_mass = inverse_of(patch.rolling[0], patch.rolling[1]);

@@ -21,6 +21,10 @@ bool NativeWorld::is_foreseen(const Body& body, Scalar dt) const {
   return body.linear.norm() * dt + body.swing(dt) + body.surge > kForeseenShare * body.swept_beyond;
 }
 
+bool NativeWorld::is_foreseen_by_velocity(const Body& body, Scalar dt) {
+  return body.linear.norm() * dt + body.swing(dt) > kForeseenShare * body.swept_beyond;
+}
+
 bool NativeWorld::swings_far(const Body& body, Scalar dt) {
   const Scalar radius = body.solid->swing() * dt;  // of most bodies, this tells
   const Scalar most = body.swept_beyond * body.swept_beyond;
@@ -44,7 +48,8 @@ void NativeWorld::find_meetings(BodySlot slot, MeetingsPiece& piece) const {
   broad_phase_.for_each_in(foreseen.box, [&](BodySlot other_slot) {
     const Body& other = body(other_slot);
     if (other_slot == slot || !foreseen.box.overlaps(other.box)) return;
-    if (other.is_foreseen && other.id < foreseen.id) return;  // it finds the pair
+    // It finds the pair, unless it sleeps: then it says what it was.
+    if (other.is_awake() && other.is_foreseen && other.id < foreseen.id) return;
     if (!is_wanted(foreseen, other)) return;
     piece.near.push_back(other_slot);
   });
@@ -53,6 +58,10 @@ void NativeWorld::find_meetings(BodySlot slot, MeetingsPiece& piece) const {
     const bool is_a = foreseen.id < body(other).id;
     Meeting meeting{is_a ? slot : other, is_a ? other : slot, {}};
     const bool is_more = contact_of(meeting.a, meeting.b) != nullptr;
+    // What touches and is at rest has the rows that it needs, whatever pushes it.
+    if (is_more && !is_foreseen_by_velocity(body(meeting.a), dt) &&
+        !is_foreseen_by_velocity(body(meeting.b), dt))
+      continue;
     const bool is_found = is_more ? piece.search.find_more(body(meeting.a), body(meeting.b), dt, meeting)
                                   : piece.search.find(body(meeting.a), body(meeting.b), dt, meeting);
     if (is_found) piece.meetings.push_back(std::move(meeting));

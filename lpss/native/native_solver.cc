@@ -202,13 +202,11 @@ void NativeSolver::solve_stage(int sweep, std::size_t stage) {
   const int pass = sweep % passes_;
   if (pass == 0 && stage == 0) {
     contacts_.start_step();
-    jointed_contacts_.start_step();
     // What bodies on joints bear is known only once these have answered for it: at rest, a step then changes
     // nothing.
-    with_joints([&] {
-      joints_.start_step();
-      joints_.pass();
-    });
+    with_joints([&] { joints_.start_step(); });
+    jointed_contacts_.start_step();
+    with_joints([&] { joints_.pass(); });
     jointed_contacts_.settle();
     with_joints([&] { joints_.pass_if_pushed(); });
   }

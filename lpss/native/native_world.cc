@@ -542,8 +542,6 @@ void NativeWorld::import_manifold(const ManifoldState& state) {
   const std::optional<BodySlot> a = slot_of(state.a);
   const std::optional<BodySlot> b = slot_of(state.b);
   if (!a || !b || !is_wanted(body(*a), body(*b))) return;
-  // Every detection predicts anew.
-  drop_predicted(contact);
   Candidate& candidate = candidate_of(*a, *b);
   drop_contact(candidate);
   candidate.contact = keep_contact(std::move(contact));

@@ -186,6 +186,7 @@ class NativeWorld final : public SectorWorld {
   void predict_meetings(std::span<const BodySlot> foreseen, const ParallelFor& parallel);
   void find_meetings(BodySlot slot, MeetingsPiece& piece) const;
   static bool swings_far(const Body& body, Scalar dt);
+  static bool is_foreseen_by_velocity(const Body& body, Scalar dt);
   bool is_looked_after(const Body& body, Scalar dt) const;
   Scalar share_until_deep(BodySlot slot, MeetingsPiece& piece) const;
   void stop_turning(std::span<const BodySlot> turning, const ParallelFor& parallel);

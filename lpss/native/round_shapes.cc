@@ -469,7 +469,7 @@ Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
   const AboveFace above(a, b, placement, placement.b * b.normal * side);
   if (above.gap() > margin) return {};
   // GJK has trouble with a small shape on a large triangle, and its normals lean a little.
-  const Manifold<Scalar> level = above.touch_level(margin);
+  Manifold<Scalar> level = above.touch_level(margin);
   if (level.count > 0) return level;
   btTriangleShape triangle(bt(b.vertex[0]), bt(b.vertex[1]), bt(b.vertex[2]));
   triangle.setMargin(0);

@@ -35,8 +35,7 @@ WorldBuilder slope_of(double share, double sector_size, std::mt19937& random) {
 
 BodyDescription& add_box(WorldBuilder& builder, const std::string& name, const Eigen::Vector3d& size,
                          double mass, const Eigen::Vector3d& place) {
-  BodyDescription& body =
-      builder.add(name, builder.shape(Box{{size.x() / 2, size.y() / 2, size.z() / 2}}), mass, place);
+  BodyDescription& body = builder.add(name, builder.shape(Box{{size.x(), size.y(), size.z()}}), mass, place);
   body.properties.friction = kSlopeFriction;
   return body;
 }

@@ -34,7 +34,6 @@ class Kernel {
     std::uint32_t first;
     std::uint16_t points;
     std::uint8_t may_bounce;  // a point of a patch meets fast enough
-    std::uint8_t has_impact;  // likewise, but it need not bounce
     std::uint8_t has_course;
   };
 
@@ -216,14 +215,14 @@ class Kernel {
     return max(at_rest - relative(row.normal, row.a, row.b, p, q) * mass, zero);
   }
 
-  // The points of a patch that meets at speed settle before the next one has its turn: what falls flat, falls
-  // flat, in whatever order they have theirs. Softness is for what rests.
+  // The points of a patch that is going to rebound settle before the next one has its turn: what falls flat
+  // rebounds flat, in whatever order they have theirs. Softness is for what rests.
   static TESSERA_INLINE void solve_impact(const Rows& rows, const Friction& f, Row* row, int points,
                                           Motion& p, Motion& q) {
     constexpr int kRounds = 6;
     V fast{};
     for (int k = 0; k < points; ++k) fast = fast + max(-row[k].start - f.bounce_from, V{});
-    const auto is_off = fast == V{};
+    const auto is_off = fast * f.restitution == V{};
     for (int round = 0; round < kRounds; ++round) {
       for (int k = 0; k < points; ++k) {
         Row& r = row[k];
@@ -329,7 +328,6 @@ class Kernel {
     V fast{};
     for (std::size_t k = 0; k < points; ++k) fast = fast + max(-row[k].start - bounce_from, V{});
     group.may_bounce = any(fast * load(patches.restitution));
-    group.has_impact = any(fast);
     group.has_course = any(load(patches.has_course));
     Friction& friction = static_cast<Friction*>(rows.friction)[n];
     Grip* const grip = rows.grips ? static_cast<Grip*>(rows.grips) + n : nullptr;
@@ -561,7 +559,7 @@ class Kernel {
           solve_rolling(static_cast<Grip*>(rows.grips)[n], row, group.points, f.has_course, p, q);
       }
       for (int k = 0; k < group.points; ++k) solve_normal(rows, row[k], true, p, q);
-      if (group.has_impact) solve_impact(rows, f, row, group.points, p, q);
+      if (group.may_bounce) solve_impact(rows, f, row, group.points, p, q);
     });
   }
 
@@ -583,7 +581,7 @@ class Kernel {
         r.gap = r.gap + (r.start + relative(r.normal, r.a, r.b, advanced_a, advanced_b)) * rows.step;
         solve_normal(rows, r, false, p, q);
       }
-      if (group.has_impact) solve_impact(rows, f, row, group.points, p, q);
+      if (group.may_bounce) solve_impact(rows, f, row, group.points, p, q);
       for (int k = 0; k < group.points; ++k) row[k].total = row[k].total + row[k].impulse;
     });
   }
