@@ -245,7 +245,7 @@ bool JointAssembly::see_changes() {
     see(body.now.angular_change, body.angular_seen, first + 3);
     first += kBodyNumbers;
   }
-  if (is_changed) is_held_ = false;
+  if (is_changed) is_held_ = is_settled_ = false;
   return is_changed;
 }
 
@@ -553,7 +553,8 @@ double JointAssembly::bent_energy_max(const VectorXd& all_velocities) {
 
 void JointAssembly::pass() {
   gives_.assign(free_count_, false);
-  if (has_diverged_ || (!see_changes() && is_settled_)) return;
+  see_changes();
+  if (has_diverged_ || is_settled_) return;
   Motion& moved = begin_motion();
   hold_at_end(moved);
   if (has_diverged_) return;
