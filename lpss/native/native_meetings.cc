@@ -13,6 +13,9 @@ constexpr std::size_t kForeseenInPiece = 8;
 // its way may be another one than its velocity says.
 constexpr Scalar kForeseenShare = Scalar(0.5);
 
+// Of its way in a tick: what would be stopped earlier is deep already, and is not held where it is.
+constexpr Scalar kStoppedMin = Scalar(0.1);
+
 }  // namespace
 
 bool NativeWorld::is_foreseen(const Body& body, Scalar dt) const {
@@ -134,7 +137,7 @@ void NativeWorld::stop_turning(std::span<const BodySlot> turning, const Parallel
   if (turning.empty()) return;
   for_each_piece_of(turning, parallel, [&](MeetingsPiece& piece, std::size_t n) {
     const Scalar share = share_until_deep(turning[n], piece);
-    if (share < 1) piece.stopped.emplace_back(turning[n], share);
+    if (share < 1 && share > kStoppedMin) piece.stopped.emplace_back(turning[n], share);
   });
   const Pieces pieces(turning.size(), kForeseenInPiece);
   for (const MeetingsPiece& piece : std::span(meetings_pieces_).first(pieces.count())) {

@@ -470,9 +470,14 @@ void NativeSolver::with_joints(Act act) {
   act();
   for (const std::size_t place : jointed_) {
     const Contacts::Motion change{linear_changes_[place], angular_changes_[place]};
+    const Contacts::Motion now = contacts_.change(place);
+    const Contacts::Motion& set = set_changes_[place];
     Contacts::Motion& told = told_changes_[place];
     // Rounding moves what is told twice: what has not changed must not depend on other islands' turns.
-    if (change.linear == told.linear && change.angular == told.angular) continue;
+    if (change.linear == told.linear && change.angular == told.angular && now.linear == set.linear &&
+        now.angular == set.angular) {
+      continue;
+    }
     told = change;
     contacts_.set_change(place, change);
     set_changes_[place] = contacts_.change(place);  // which rounding has moved
