@@ -101,7 +101,7 @@ std::vector<Named> tops() {
       {"hull of 6 sides", one(prism_of(6, 0.2, 0.1)), 0.1},
       {"hull of 40 sides", one(prism_of(40, 0.2, 0.1)), 0.1},
       {"hull of 150 sides", one(prism_of(150, 0.2, 0.1)), 0.1},
-      {"boulder of 4000 points", one(boulder(45, 0.2)), 0.16},
+      {"boulder of 4000 points", one(boulder(45, 0.2)), 0.16, /*rolls=*/true},
       {"table", table, 0.2},
       {"two balls", {{{Sphere{0.1}, upright(-0.12, 0, 0)}, {Sphere{0.1}, upright(0.12, 0, 0)}}}, 0.1, true}};
 }

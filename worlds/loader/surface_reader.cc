@@ -37,7 +37,7 @@ Eigen::Vector3d direction_of_friction(const sdf::Collision& collision, const sdf
                                       const TurnOfFrame& turn_of, Notices& notices) {
   const sdf::ElementPtr element = find_element(engine, {"fdir1"});
   if (element == nullptr) return Eigen::Vector3d::Zero();
-  const Eigen::Vector3d direction = convert(element->Get<ignition::math::Vector3d>());
+  Eigen::Vector3d direction = convert(element->Get<ignition::math::Vector3d>());
   const std::string frame = frame_of_direction(*element);
   if (direction.isZero(0)) return direction;
   if (frame.empty()) return convert(collision.RawPose().Rot()).normalized() * direction;
