@@ -140,7 +140,10 @@ void check_field_slope(const Course& course) {
     for (std::size_t n = 0; n < glances.size(); ++n) {
       const double time = static_cast<double>(n) * course.dt();
       const double speed = 5 + 9.81 * std::sin(steepness) * time;
-      ASSERT_NEAR(glances[n].place.dot(up), start, time < 0.2 ? 1e-3 : is_wheel ? 2e-4 : 1e-4)
+      ASSERT_NEAR(glances[n].place.dot(up), start,
+                  time < 0.2 ? 1e-3
+                  : is_wheel ? 2e-4
+                             : 1e-4)
           << body << " at x = " << glances[n].place.x();
       ASSERT_NEAR(glances[n].velocity.dot(down), speed, 1e-3 * speed)
           << body << " at x = " << glances[n].place.x();

@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 // More free rows are solved one after the other, pass by pass: what they do to each other is a matrix.
 constexpr std::size_t kFreeAtOnceMax = 48;
 
-// What holds within its bounds is taken to give way by this share, or a contact could not load it up to them: a slider
-// that a motor drives into a wall.
+// What holds within its bounds is taken to give way by this share, or a contact could not load it up to them:
+// a slider that a motor drives into a wall.
 constexpr double kHoldingGivesWay = 1e-3;
 
 // Rounds in which rows are found that reach their bounds.

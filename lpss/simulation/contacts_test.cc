@@ -97,8 +97,8 @@ TEST(Standing, BarrelsThatAreTippedOverSleep) {
   builder.add_floor(30, 0);
   const ShapeId barrel = builder.shape(Cylinder{0.3, 0.9});
   for (int n = 0; n < 12; ++n) {
-    BodyDescription& body =
-        builder.add(absl::StrCat("barrel", n), barrel, 20, {0.7 * (n % 4), 0.8 * (n / 4), 0.6 + 0.2 * (n % 3)});
+    BodyDescription& body = builder.add(absl::StrCat("barrel", n), barrel, 20,
+                                        {0.7 * (n % 4), 0.8 * (n / 4), 0.6 + 0.2 * (n % 3)});
     body.pose.orientation =
         Eigen::Quaterniond(Eigen::AngleAxisd(0.3 * n, Eigen::Vector3d(1, 2, 0).normalized()));
     body.properties.surface = Surface{.rolling_friction = 0.002};  // or one may roll on for ever

@@ -176,7 +176,8 @@ void WorldReader::note_materials() {
   const auto has_materials = [](const Shape& shape) { return shape.parts.front().material.has_value(); };
   if (world_.settings.seams == SeamPolicy::kClone && std::ranges::any_of(world_.shapes, has_materials)) {
     notices_.count_loss(
-        "shape whose collisions differ in their surface: with the seams `clone`, the first one's counts for all");
+        "shape whose collisions differ in their surface: with the seams `clone`, the first one's counts for "
+        "all");
   }
 }
 
