@@ -92,8 +92,8 @@ class JointAssembly {
   // A tick of `dt` seconds in so many steps, which share the bounds of impulses.
   void begin(double dt, int steps);
 
-  // What contacts know of it. touch() gives numbers, from 0 on, to the bodies that they push, between add()
-  // and begin(): of kTouchedMax at most.
+  // What contacts know of it. touch() gives numbers, from 0 on, to the bodies that they push: after begin(),
+  // and before the first step.
   std::size_t touch(Eigen::Index body);
   std::size_t touched() const { return touched_.size(); }
 

@@ -3,9 +3,10 @@
 // To such a contact a body is not its own mass and inertia, but what its joints leave of them: a wheel
 // carries a car, and a finger cannot turn. So each row knows what a unit of its impulse does to all bodies of
 // an assembly that contacts touch, with joints holding, and also drives, limits and friction as far as they
-// do (joints::JointAssembly::response()). A pass goes over all patches some times, which costs little and
-// settles how an assembly rests on many contacts; then joints answer to all of its pushes at once. Contacts
-// that rest on what joints have not answered for yet would otherwise give up, pass by pass, what they bear.
+// do (joints::JointAssembly::response()). A pass goes over all patches until they settle,
+// which finds how an assembly rests on many contacts; then joints answer to all of its pushes at once.
+// Contacts that rest on what joints have not answered for yet would otherwise give up, pass by pass, what
+// they bear.
 //
 // The rows are those of ContactSolver, in double precision, whatever the engine computes with.
 #pragma once
