@@ -512,7 +512,10 @@ void NativeSolver::find_corrections() {
 
 // A body whose contacts would bounce, but bear nothing, is in free flight.
 void NativeSolver::find_pushed() {
+  // Friction may stay where the last pass has taken the load that it came with.
   const auto bears = [](const Contacts::Patch& patch) {
+    if (!patch.friction_impulse.isZero(0) || patch.twist_impulse != 0) return true;
+    if (patch.surface && !patch.surface->rolling_impulse.isZero(0)) return true;
     return std::any_of(patch.point, patch.point + patch.points,
                        [](const Contacts::Point& point) { return point.impulse > 0; });
   };
