@@ -50,6 +50,11 @@ TEST(TruthExperiment, HalfTheTimeStepTellsTheOrder) {
   EXPECT_TRUE(way["order"].is_null() || way["order"] > 0.5) << way;
 }
 
+TEST(TruthExperiment, BodiesThatCollideKeepTheirMomentum) {
+  const Report report = report_of("conserved boxes_that_collide");
+  EXPECT_THAT(report.misses, testing::IsEmpty());
+}
+
 TEST(TruthExperiment, WhatIsNoNumberIsFarFromRight) {
   EXPECT_TRUE((Result{"", "", 1, 1.1, 0.11}).ok());
   EXPECT_FALSE((Result{"", "", 1, 1.2, 0.11}).ok());
