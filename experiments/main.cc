@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "cli/application.h"
 #include "cli/command.h"
@@ -36,13 +37,30 @@ std::vector<Precision> precisions(const CommandOptions& options) {
   return {Precision::kFloat32, Precision::kFloat64};
 }
 
-void print(const Report& report) {
+// Long texts, such as all that a file's reader has to say, would push the rest out of sight.
+std::string shortened(std::string cell) {
+  constexpr std::size_t kLongest = 60;
+  if (cell.size() <= kLongest) return cell;
+  std::size_t end = kLongest - 3;
+  while (end > 0 && (static_cast<unsigned char>(cell[end]) & 0xc0U) == 0x80U) --end;  // within a character
+  return cell.substr(0, end) + "...";
+}
+
+std::vector<std::vector<std::string>> printed_cells(const std::vector<Row>& rows) {
   constexpr int kDigits = 4;
+  std::vector<std::vector<std::string>> lines = to_cells(rows, kDigits);
+  for (std::vector<std::string>& line : lines) {
+    for (std::string& cell : line) cell = shortened(std::move(cell));
+  }
+  return lines;
+}
+
+void print(const Report& report) {
   constexpr std::size_t kRowsMax = 400;  // more are not printed
   for (const Table& rows : report.tables) {
     const bool printed = rows.rows.size() <= kRowsMax;
     absl::PrintF("%s\n%s\n", cli::coloured(rows.name, cli::Colour::kBold),
-                 printed ? cli::table(to_cells(rows.rows, kDigits))
+                 printed ? cli::table(printed_cells(rows.rows))
                          : absl::StrFormat("%d rows, for --json and --csv\n", rows.rows.size()));
   }
   for (const std::string& miss : report.misses)

@@ -88,11 +88,11 @@ double wheel_radius(const Shape& shape, const Vector3d& centre, const Vector3d& 
 struct Wheel {
   JointId joint;
   BodyId body;
-  BodyId trunk;
   double radius = 0;     // m
   double direction = 1;  // of the drive
-  Vector3d axis;         // in the body frame of the trunk
-  double angle = 0;      // rad, turned so far
+  Vector3d centre;       // in its body frame, likewise
+  Vector3d axis;
+  double angle = 0;  // rad, turned so far in the world: a trunk may pitch
 };
 
 class Robot {
@@ -138,10 +138,13 @@ class Robot {
     world_.bodies.push_back(std::move(ground));
   }
 
-  bool is_child(BodyId id) const {
-    return std::ranges::any_of(world_.joints,
-                               [&](const JointDescription& joint) { return joint.properties.child == id; });
+  // As the fork of a caster does; what is fixed, or slides as on a suspension, does not.
+  bool turns(BodyId id) const {
+    return std::ranges::any_of(world_.joints, [&](const JointDescription& joint) {
+      return joint.properties.child == id && turns(joint.properties.type);
+    });
   }
+  static bool turns(JointType type) { return type != JointType::kFixed && type != JointType::kPrismatic; }
   bool has_children(BodyId id) const {
     return std::ranges::any_of(world_.joints,
                                [&](const JointDescription& joint) { return joint.properties.parent == id; });
@@ -161,13 +164,13 @@ class Robot {
         continue;
       is_wheel_.push_back(joint.child);
       // Those of casters are not driven.
-      if (is_child(joint.parent)) continue;
+      if (turns(joint.parent)) continue;
       const Vector3d ahead = axis.cross(kUp);
       if (wheels_.empty()) ahead_ = ahead.normalized();
       const double along = ahead.normalized().dot(ahead_);
       if (std::abs(along) < kStraight) is_straight_ = false;
-      wheels_.push_back({JointId{n + 1}, joint.child, joint.parent, radius, along < 0 ? -1.0 : 1.0,
-                         joint.in_parent.orientation * Vector3d::UnitX()});
+      wheels_.push_back(
+          {JointId{n + 1}, joint.child, radius, along < 0 ? -1.0 : 1.0, joint.in_child.position, in_body});
     }
     // Wheels in several directions do not drive straight on.
     if (!is_straight_ || wheels_.size() < 2) wheels_.clear();
@@ -176,10 +179,10 @@ class Robot {
   bool turns_freely(const JointProperties& joint) const {
     if (std::ranges::find(is_wheel_, joint.child) != is_wheel_.end()) return true;
     // What a caster turns on.
-    return std::ranges::any_of(world_.joints, [&](const JointDescription& other) {
-      return other.properties.parent == joint.child &&
-             std::ranges::find(is_wheel_, other.properties.child) != is_wheel_.end();
-    });
+    return turns(joint.type) && std::ranges::any_of(world_.joints, [&](const JointDescription& other) {
+             return other.properties.parent == joint.child &&
+                    std::ranges::find(is_wheel_, other.properties.child) != is_wheel_.end();
+           });
   }
 
   // With a stiffness at which the whole weight on a lever of 1 m moves an axis by a thousandth.
@@ -253,19 +256,18 @@ class Run {
     cluster_.step(commands);
     result_.diverged = result_.diverged || cluster_.counts().diverged > 0;
     for (Wheel& wheel : robot_.wheels()) {
-      const BodyRecord trunk = cluster_.body(wheel.trunk).value();
       const BodyRecord body = cluster_.body(wheel.body).value();
-      const Vector3d spin =
-          Vector3d(body.state.angular_velocity.data()) - Vector3d(trunk.state.angular_velocity.data());
-      const Vector3d axis = robot_.pose(trunk).orientation * wheel.axis;
+      const Vector3d spin(body.state.angular_velocity.data());
+      const Vector3d axis = robot_.pose(body).orientation * wheel.axis;
       wheel.angle += axis.dot(spin) * robot_.world().settings.time_step;
     }
   }
 
-  // Of all wheels.
+  // Of the centres of all wheels.
   Vector3d middle() {
     Vector3d sum = Vector3d::Zero();
-    for (const Wheel& wheel : robot_.wheels()) sum += robot_.pose(cluster_.body(wheel.body).value()).position;
+    for (const Wheel& wheel : robot_.wheels())
+      sum += robot_.pose(cluster_.body(wheel.body).value()) * wheel.centre;
     return sum / static_cast<double>(robot_.wheels().size());
   }
 
