@@ -556,18 +556,16 @@ void JointAssembly::pass() {
   see_changes();
   if (has_diverged_ || is_settled_) return;
   Motion& moved = begin_motion();
+  // What contacts have pushed turns fast about free axes until drives have answered, too: only then is it
+  // known where it will be at the end of the step.
+  if (!is_held_ && free_count_ > 0) {
+    hold(moved);
+    is_held_ = true;
+    solve_free(moved);
+  }
   hold_at_end(moved);
   if (has_diverged_) return;
-  VectorXd& wanted = scratch_.held;
-  if (free_count_ > 0) wanted = wanted_ + bent_;
-  solve_free_at_once(moved, wanted);
-  for (FreeRow& free : free_rows()) {
-    const double mobility = directions_[free.direction].mobility + free.compliance;
-    const double impulse = std::clamp(free.impulse + missing_of(free, moved, wanted) / mobility,
-                                      free.impulse_min, free.impulse_max);
-    push(moved, free, impulse - free.impulse);
-    free.impulse = impulse;
-  }
+  if (free_count_ > 0) solve_free(moved);
   is_settled_ = (moved.velocities - velocities_).lpNorm<Eigen::Infinity>() * span_ <= kSettled;
   set_motion(moved);
 }

@@ -208,6 +208,7 @@ class JointAssembly {
   std::span<FreeRow> free_rows() { return {free_rows_.data(), free_count_}; }
   double missing_of(const FreeRow& free, const Motion& motion, const Eigen::VectorXd& wanted) const;
   void find_free_matrix();
+  void solve_free(Motion& motion);
   void solve_free_at_once(Motion& motion, const Eigen::VectorXd& wanted);
   bool is_within(std::size_t free) const;
   void find_touched_response();

@@ -97,6 +97,20 @@ void JointAssembly::solve_free_at_once(Motion& motion, const VectorXd& wanted) {
   }
 }
 
+// All at once as far as they are within their bounds, then one after the other.
+void JointAssembly::solve_free(Motion& motion) {
+  VectorXd& wanted = scratch_.held;
+  wanted = wanted_ + bent_;
+  solve_free_at_once(motion, wanted);
+  for (FreeRow& free : free_rows()) {
+    const double mobility = directions_[free.direction].mobility + free.compliance;
+    const double impulse = std::clamp(free.impulse + missing_of(free, motion, wanted) / mobility,
+                                      free.impulse_min, free.impulse_max);
+    push(motion, free, impulse - free.impulse);
+    free.impulse = impulse;
+  }
+}
+
 std::size_t JointAssembly::touch(Index body) {
   const auto found = std::ranges::find(touched_, body);
   if (found != touched_.end()) return static_cast<std::size_t>(found - touched_.begin());

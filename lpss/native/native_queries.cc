@@ -301,11 +301,12 @@ void NativeWorld::note_home(const Body& body, Homes& homes) const {
 }
 
 // m, how far a point of the body gets beside what its velocity says: by its turn, which also turns the
-// velocity of what joints hold, and by its surge.
+// velocity of what joints hold, and by its surge. Bounded: what is fast and spins must not be looked for in
+// all sectors around its way.
 Scalar NativeWorld::bend(const Body& body, Scalar dt) const {
   const Scalar turn = std::min(body.angular.norm() * dt, Scalar(2));
-  const Scalar radius = body.solid->radius();
-  return turn * (body.jointed ? radius + body.linear.norm() * dt : radius) + body.surge;
+  const Scalar aside = body.jointed ? std::min(turn * body.linear.norm() * dt, Scalar(kSurgeMax)) : Scalar(0);
+  return turn * body.solid->radius() + aside + body.surge;
 }
 
 Box NativeWorld::swept(const Body& body, const Box& box, Scalar dt) const {

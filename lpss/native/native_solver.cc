@@ -564,8 +564,8 @@ void NativeSolver::write_impulses(const Source& source) const {
     double borne = 0;
     for (std::size_t n = 0; n < patch.points; ++n) {
       into.point[n].impulse = patch.point[n].impulse;
-      // What opens a deep overlap bears nothing.
-      if (into.point[n].gap > gap_min) borne += double(patch.point[n].impulse);
+      // What opens a deep overlap bears nothing; but contacts of joints know what they bear.
+      if (patch.is_jointed || into.point[n].gap > gap_min) borne += double(patch.point[n].impulse);
     }
     load += borne * into.normal.cast<double>();
   }
