@@ -18,9 +18,9 @@ using Eigen::VectorXd;
 // More free rows are solved one after the other, pass by pass: what they do to each other is a matrix.
 constexpr std::size_t kFreeAtOnceMax = 48;
 
-// What holds within its bounds is taken to give way by this share, or a contact could not load it up to them:
-// a slider that a motor drives into a wall.
-constexpr double kHoldingGivesWay = 1e-3;
+// What holds within its bounds is taken to give way by this share at least, or a contact could not load it up
+// to them: a slider that a motor drives into a wall.
+constexpr double kHoldingGivesWay = 1e-5;
 
 // Rounds in which rows are found that reach their bounds.
 constexpr int kRoundsOfBounds = 4;
@@ -139,6 +139,11 @@ void JointAssembly::find_touched_response() {
   }
   const auto rows = static_cast<Index>(free_count_ <= kFreeAtOnceMax ? free_count_ : 0);
   touched_matrix_ = free_matrix_.topLeftCorner(rows, rows);
+  for (Index n = 0; n < rows; ++n) {
+    const FreeRow& free = free_rows_[static_cast<std::size_t>(n)];
+    const double yields = kHoldingGivesWay * directions_[free.direction].mobility;
+    touched_matrix_(n, n) += std::max(yields - free.compliance, 0.0);
+  }
   touched_free_.resize(count, rows);
   for (Index n = 0; n < rows; ++n) {
     const VectorXd& answer = directions_[free_rows_[static_cast<std::size_t>(n)].direction].response;
@@ -181,7 +186,7 @@ bool JointAssembly::update_response() {
     for (std::size_t i = 0; i < holding_.size(); ++i) impulses[i] = touched_free_(column, holding_[i]);
     touched_system_.solve(impulses);
     for (std::size_t i = 0; i < holding_.size(); ++i)
-      response_.col(column) -= touched_free_.col(holding_[i]) * (impulses[i] * (1 - kHoldingGivesWay));
+      response_.col(column) -= touched_free_.col(holding_[i]) * impulses[i];
   }
   return true;
 }

@@ -107,7 +107,8 @@ class JointedContacts {
     std::array<Point, kPatchPointsMax> point;
     std::array<Row, 2> tangent;
     std::array<double, 3> mass = {};  // of the tangents: the inverse of a symmetric matrix (00, 01, 11)
-    double slip_mass = 0;
+    std::array<double, 2> principal = {1, 0};  // direction of the larger mobility of the tangents, ...
+    std::array<double, 2> mobility = {0, 0};   // and both of these
     Row twist;
     std::array<Row, 2> rolling;
     std::array<double, 3> rolling_mass = {};
@@ -170,6 +171,7 @@ class JointedContacts {
   double velocity_of(const Row& row, const std::vector<double>& velocities) const;
   void push(Row& row, double impulse);
   void solve_point(Point& point, bool biased);
+  static std::array<double, 2> slipping(const Patch& patch, const std::array<double, 2>& slide, double most);
   void solve_friction(Patch& patch);
   void solve_rolling(Patch& patch);
   void find_struck();
