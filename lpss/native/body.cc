@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "lpss/base/columns.h"
 #include "lpss/base/portable_math.h"
 #include "lpss/base/rotation.h"
 #include "lpss/base/torque_free.h"
@@ -180,16 +181,19 @@ void Body::stop() {
 namespace {
 
 // One step of Newton's method towards the nearest rotation: rounding does not add up.
-template <typename Axes>
-Axes straightened(const Axes& axes) {
-  return axes * (Axes::Identity() * 1.5 - axes.transpose() * axes * 0.5);
+template <typename Number>
+Eigen::Matrix<Number, 3, 3> straightened(const Eigen::Matrix<Number, 3, 3>& axes) {
+  using Axes = Eigen::Matrix<Number, 3, 3>;
+  const Axes square = Columns<Number>::square_of(axes);
+  return Columns<Number>(axes) * Axes(Axes::Identity() * Number(1.5) - square * Number(0.5));
 }
 
 }  // namespace
 
 Matrix turned(const Matrix& rotation, const Vector& turn) {
   if (turn.isZero(0)) return rotation;
-  return straightened<Matrix>(tessera::turned<Scalar>(rotation, turn.cast<double>()));
+  const Matrix by = rotation_by(turn.cast<double>()).toRotationMatrix().cast<Scalar>();
+  return straightened<Scalar>(Columns<Scalar>(by) * rotation);
 }
 
 void Body::foresee(Scalar dt) {
