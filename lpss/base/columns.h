@@ -14,9 +14,14 @@ class Columns {
  public:
   using Vector = Eigen::Matrix<Scalar, 3, 1>;
   using Matrix = Eigen::Matrix<Scalar, 3, 3>;
+  using Wide = Vector;  // a vector in as many numbers as registers have
 
   explicit Columns(const Matrix& m) : m_(m) {}
 
+  static Wide widened(const Vector& v) { return v; }
+  static Vector narrowed(const Wide& v) { return v; }
+
+  Wide times(const Vector& v) const { return m_ * v; }
   Vector operator*(const Vector& v) const { return m_ * v; }
   Matrix operator*(const Matrix& m) const { return m_ * m; }
   Matrix times_transposed(const Matrix& m) const { return m_ * m.transpose(); }
@@ -31,16 +36,20 @@ class Columns {
 template <>
 class Columns<float> {
  public:
-  using Quad = Eigen::Array4f;
   using Vector = Eigen::Vector3f;
   using Matrix = Eigen::Matrix3f;
+  using Wide = Eigen::Vector4f;
 
   explicit Columns(const Matrix& m)
       : x_(m(0, 0), m(1, 0), m(2, 0), 0),
         y_(m(0, 1), m(1, 1), m(2, 1), 0),
         z_(m(0, 2), m(1, 2), m(2, 2), 0) {}
 
-  Vector operator*(const Vector& v) const { return three(times(v.x(), v.y(), v.z())); }
+  static Wide widened(const Vector& v) { return {v.x(), v.y(), v.z(), 0}; }
+  static Vector narrowed(const Wide& v) { return {v.x(), v.y(), v.z()}; }
+
+  Wide times(const Vector& v) const { return times(v.x(), v.y(), v.z()); }
+  Vector operator*(const Vector& v) const { return narrowed(times(v)); }
   Matrix operator*(const Matrix& m) const {
     return matrix(times(m(0, 0), m(1, 0), m(2, 0)), times(m(0, 1), m(1, 1), m(2, 1)),
                   times(m(0, 2), m(1, 2), m(2, 2)));
@@ -53,17 +62,16 @@ class Columns<float> {
   static Matrix square_of(const Matrix& m) { return Columns(m.transpose()) * m; }
 
  private:
-  EIGEN_STRONG_INLINE Quad times(float a, float b, float c) const { return x_ * a + (y_ * b + z_ * c); }
-  static EIGEN_STRONG_INLINE Vector three(const Quad& q) { return {q[0], q[1], q[2]}; }
-  static EIGEN_STRONG_INLINE Matrix matrix(const Quad& a, const Quad& b, const Quad& c) {
+  EIGEN_STRONG_INLINE Wide times(float a, float b, float c) const { return x_ * a + (y_ * b + z_ * c); }
+  static EIGEN_STRONG_INLINE Matrix matrix(const Wide& a, const Wide& b, const Wide& c) {
     Matrix m;
-    m << three(a), three(b), three(c);
+    m << narrowed(a), narrowed(b), narrowed(c);
     return m;
   }
 
-  Quad x_;
-  Quad y_;
-  Quad z_;
+  Wide x_;
+  Wide y_;
+  Wide z_;
 };
 
 }  // namespace tessera

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "lpss/base/columns.h"
 #include "lpss/base/rotation.h"
 #include "lpss/bullet/still_clock.h"
 #include "lpss/engine/engine.h"
@@ -38,7 +39,7 @@ struct Body {
 
   // 1/(kg m^2), world axes.
   Matrix inverse_inertia() const {
-    return pose.rotation * inverse_moments.asDiagonal() * pose.rotation.transpose();
+    return Columns<Scalar>(pose.rotation * inverse_moments.asDiagonal()).times_transposed(pose.rotation);
   }
   Eigen::Matrix3d exact_inverse_inertia() const { return tensor_along(pose.rotation, inverse_moments); }
 

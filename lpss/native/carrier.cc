@@ -14,11 +14,6 @@ Eigen::Vector3d way_of(const Eigen::Quaterniond& turn, const Eigen::Vector3d& ar
 
 }  // namespace
 
-bool has_course(const Body& body) {
-  return body.motion == Motion::kKinematic &&
-         (!body.angular.isZero(0) || !body.angular_before.isZero(0) || body.linear != body.linear_before);
-}
-
 bool rides_on(const Body& carrier, const Body& rider) {
   constexpr Scalar kAlike = Scalar(0.2);  // of the carrier's rate
   const Scalar apart = (rider.angular - carrier.angular_before).squaredNorm();

@@ -13,7 +13,10 @@
 namespace tessera::native {
 
 // Whether the velocities of a body say less than all of how its surface moves in the tick.
-bool has_course(const Body& body);
+inline bool has_course(const Body& body) {
+  return body.motion == Motion::kKinematic &&
+         (!body.angular.isZero(0) || !body.angular_before.isZero(0) || body.linear != body.linear_before);
+}
 
 // Whether a body turned with the carrier up to this tick, so that what touches stays the same. Otherwise, as
 // over a roller, the place of contact does not go along with the surface: velocities say how that moves.

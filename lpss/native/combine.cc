@@ -112,7 +112,6 @@ bool may_touch(const Body& a, const Part& p, const Body& b, const Part& q) {
 // body, of which each sector has as much as it needs. So they keep their materials as long as they are not
 // found anew; and what turns with the bodies is found anew in each tick.
 void update_materials(const Body& a, const Body& b, bool is_new, Contact& contact) {
-  if (!a.solid->has_materials() && !b.solid->has_materials()) return;
   if (!is_new && contact.materials && contact.materials->size() == contact.patches.size()) return;
   std::vector<ContactMaterial> found;
   for (const ContactPatch& patch : contact.patches) {

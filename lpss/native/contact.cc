@@ -101,7 +101,7 @@ void drop_impulses(Contact& contact) {
 }
 
 void drop_predicted(Contact& contact) {
-  while (!contact.patches.empty() && contact.patches.back().is_predicted) contact.patches.pop_back();
+  while (contact.is_predicted()) contact.patches.pop_back();
   if (!contact.materials || contact.materials->size() <= contact.patches.size()) return;
   contact.materials = std::make_shared<const std::vector<ContactMaterial>>(
       contact.materials->begin(),

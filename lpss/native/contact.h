@@ -73,9 +73,10 @@ struct Contact {
   bool has_surfaces() const { return surface || materials; }
 
   bool is_touching() const;
+  bool is_predicted() const { return !patches.empty() && patches.back().is_predicted; }
 };
 
-// Removes the patches of sweeps.
+// Removes the patches of sweeps, which come last.
 void drop_predicted(Contact& contact);
 
 // Forgets what it bore: the next tick starts as if the contact had just begun.

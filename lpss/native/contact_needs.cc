@@ -81,10 +81,12 @@ void ContactNeeds::note(ContactNeed& need, double impulse, const ContactScale& s
   const auto wanted = [&](double load) {
     return static_cast<std::uint16_t>(std::max(for_load(load), for_size(load, scale.extent)));
   };
-  if (!was_known || wanted(load_ratio) > need.substeps) {
-    need.substeps = wanted(load_ratio);
-  } else {
-    need.substeps = std::min(need.substeps, wanted(load_ratio * kReluctance));
+  // A larger load asks for no fewer.
+  const std::uint16_t reluctant = wanted(load_ratio * kReluctance);
+  if (was_known && reluctant <= need.substeps) {
+    need.substeps = reluctant;
+  } else if (const std::uint16_t asked = wanted(load_ratio); !was_known || asked > need.substeps) {
+    need.substeps = asked;
   }
 }
 

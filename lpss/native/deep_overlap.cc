@@ -21,7 +21,6 @@ constexpr Scalar kBlocks = Scalar(-0.2);
 constexpr Scalar kSameDirection = Scalar(0.999);
 // A direction must be shorter by this share than one before it.
 constexpr Scalar kShorter = Scalar(1e-3);
-constexpr std::uint32_t kOneWayFeature = 0x3fff7fff;
 
 Scalar depth_of(const ContactPatch& patch) {
   Scalar depth = 0;
@@ -231,12 +230,6 @@ void open_one_way(const Body& a, const Body& b, std::vector<ContactPatch>& patch
   if (patches.size() < 2) return;
   OneWay way(a, b);
   if (way.is_jammed(patches)) way.open(patches);
-}
-
-bool is_opened_one_way(const Contact& contact) {
-  return std::any_of(contact.patches.begin(), contact.patches.end(), [](const ContactPatch& patch) {
-    return patch.count == 1 && patch.point[0].feature == kOneWayFeature;
-  });
 }
 
 }  // namespace tessera::native

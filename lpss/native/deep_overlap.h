@@ -14,11 +14,19 @@
 
 namespace tessera::native {
 
+// Of the points of such patches.
+inline constexpr std::uint32_t kOneWayFeature = 0x3fff7fff;
+
 // Replaces the patches of deep pairs of parts, and drops those that press against them, in what was found of
 // a and b; `patches` otherwise stays as it is.
 void open_one_way(const Body& a, const Body& b, std::vector<ContactPatch>& patches);
 
 // Whether a contact has patches that open_one_way() has made.
-bool is_opened_one_way(const Contact& contact);
+inline bool is_opened_one_way(const Contact& contact) {
+  for (const ContactPatch& patch : contact.patches) {
+    if (patch.count == 1 && patch.point[0].feature == kOneWayFeature) return true;
+  }
+  return false;
+}
 
 }  // namespace tessera::native

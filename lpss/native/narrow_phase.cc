@@ -7,6 +7,7 @@
 #include <numbers>
 #include <span>
 
+#include "lpss/base/columns.h"
 #include "lpss/native/combine.h"
 #include "lpss/native/deep_overlap.h"
 #include "lpss/native/round_shapes.h"
@@ -265,8 +266,8 @@ Frame seen_by_larger(const Body& a, const Body& b) {
   const bool a_is_larger = a.solid->radius() >= b.solid->radius();
   const Body& larger = a_is_larger ? a : b;
   const Body& smaller = a_is_larger ? b : a;
-  const Matrix back = larger.pose.rotation.transpose();
-  return {back * smaller.pose.rotation, back * (smaller.pose.position - larger.pose.position)};
+  const Columns<Scalar> back(larger.pose.rotation.transpose());
+  return {back * smaller.pose.rotation, back * Vector(smaller.pose.position - larger.pose.position)};
 }
 
 // Where numbers tell no smaller gaps, there is none: the solver would hold what it takes for open harder than
@@ -287,7 +288,7 @@ void close_gaps(const Body& a, const Body& b, Contact& contact) {
 }  // namespace
 
 bool NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
-  drop_predicted(contact);
+  if (contact.is_predicted() || contact.materials) drop_predicted(contact);
   const Scalar margin = margin_of(a, b);
   const Frame seen = seen_by_larger(a, b);
   const bool is_new = !contact.is_found || !move_along(a, b, seen, margin, contact);
@@ -317,12 +318,16 @@ bool NarrowPhase::move_along(const Body& a, const Body& b, const Frame& seen, Sc
   const Scalar turn = (seen.rotation - contact.found_at.rotation).norm() * Scalar(std::numbers::sqrt2 / 2);
   const Scalar way = (seen.position - contact.found_at.position).norm();
   if (!(way + turn * radius <= margin / 2)) return false;
-  const Vector offset = b.pose.position - a.pose.position;
+  using Axes = Columns<Scalar>;
+  const Axes of_a(a.pose.rotation);
+  const Axes of_b(b.pose.rotation);
+  const Axes::Wide offset = Axes::widened(b.pose.position - a.pose.position);
   for (ContactPatch& patch : contact.patches) {
-    patch.normal = (patch.is_fixed_to_a ? a : b).pose.rotation * patch.fixed_normal;
+    patch.normal = (patch.is_fixed_to_a ? of_a : of_b) * patch.fixed_normal;
     for (int n = 0; n < patch.count; ++n) {
       ContactPoint& point = patch.point[n];
-      point.gap = (a.pose.rotation * point.on_a - b.pose.rotation * point.on_b - offset).dot(patch.normal);
+      const Axes::Wide apart = of_a.times(point.on_a) - of_b.times(point.on_b) - offset;
+      point.gap = Axes::narrowed(apart).dot(patch.normal);
     }
   }
   return true;

@@ -281,23 +281,23 @@ void NativeWorld::refresh_boxes(const ParallelFor& parallel) const {
   boxes_are_old_ = false;
 }
 
-// What the box of a body sweeps in a tick, with its turn if that is foreseen.
-Box NativeWorld::box_on_way(const Body& body) const {
-  Box box = body.box;
-  if (!body.is_awake()) return box;
+// What the box of a body that is awake sweeps in a tick, with its turn if that is foreseen.
+Box NativeWorld::box_on_way(const Body& body, bool turns) const {
   const auto dt = Scalar(settings_.time_step);
-  if (is_foreseen(body, dt)) return swept(body, box, dt);
+  if (turns) return swept(body, body.box, dt);
+  Box box = body.box;
   box.extend(box.moved(body.linear * dt));
   return box;
 }
 
 void NativeWorld::note_home(const Body& body, Homes& homes) const {
   if (!body.lives_here()) return;
-  homes.box.extend(box_on_way(body));
-  if (!body.is_awake()) return;
+  if (!body.is_awake()) return homes.box.extend(body.box);
   const auto dt = Scalar(settings_.time_step);
+  const bool turns = is_foreseen(body, dt);
+  homes.box.extend(box_on_way(body, turns));
   const Scalar way = body.linear.norm() * dt;
-  homes.way = std::max(homes.way, is_foreseen(body, dt) ? way + bend(body, dt) : way);
+  homes.way = std::max(homes.way, turns ? way + bend(body, dt) : way);
 }
 
 // m, how far a point of the body gets beside what its velocity says: by its turn, which also turns the
@@ -347,7 +347,8 @@ bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hi
   if (!wanted.overlaps(homes_.box)) return false;
   const auto is_reached = [&](BodySlot slot) {
     const Body& other = body(slot);
-    return other.lives_here() && wanted.overlaps(box_on_way(other));
+    if (!other.lives_here() || !other.is_awake()) return other.lives_here() && wanted.overlaps(other.box);
+    return wanted.overlaps(box_on_way(other, is_foreseen(other, Scalar(settings_.time_step))));
   };
   if (hint != kNoSlot && is_there(hint) && is_reached(hint)) return true;
   hint = kNoSlot;

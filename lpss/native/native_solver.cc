@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "lpss/base/bytes.h"
+#include "lpss/base/columns.h"
 #include "lpss/base/rotation.h"
 #include "lpss/joints/task_joint.h"
 #include "lpss/model/divergence.h"
@@ -60,9 +61,8 @@ Scalar deepest_opened(const ContactScale& scale, Scalar in_steps, Scalar stiffer
 
 // None for static bodies: they do not move, and a server that solves an island of others does not know where
 // they are.
-Vector lever(const Body& body, const Vector& point) {
-  if (body.motion == Motion::kStatic) return Vector::Zero();
-  return body.pose.rotation * point;
+Columns<Scalar> to_lever(const Body& body) {
+  return Columns<Scalar>(body.motion == Motion::kStatic ? Matrix(Matrix::Zero()) : body.pose.rotation);
 }
 
 Scalar deepest_gap(const Contact& contact) {
@@ -134,11 +134,13 @@ void NativeSolver::solve(const SolveTask& task, double dt, const ParallelFor& pa
   if (task.bodies.empty()) return;
   const auto solve_part = [&](const SolveTask& part, int steps) {
     const std::size_t contacts = part.contacts.size();
-    const int sweeps = begin(part, dt, {std::span(&contacts, 1), steps, /*bounces=*/true}, parallel);
-    const int first_rebound = sweeps - kRebounds;
-    for (int sweep = 0; sweep < sweeps; ++sweep) {
-      if (sweep > first_rebound && !may_bounce()) break;
-      solve_stage(sweep, 0);
+    const int sweeps = begin(part, dt, {std::span(&contacts, 1), steps, /*bounces=*/false}, parallel);
+    for (int sweep = 0; sweep < sweeps; ++sweep) solve_stage(sweep, 0);
+    // After the last step joints hold once more, whether anything bounces or not.
+    if (may_bounce()) {
+      for (int n = 0; n < kRebounds; ++n) rebound(n, 0);
+    } else {
+      with_joints([&] { joints_.pass(); });
     }
     end();
   };
@@ -172,15 +174,13 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
                 [this](std::size_t place) { add_body(place); });
   fixed_ = bodies_.size();
   bodies_.emplace_back();
-  is_pushed_.assign(dynamics_.size(), false);
-  is_carried_.assign(dynamics_.size(), false);
-  is_buried_.assign(dynamics_.size(), false);
+  notes_.assign(dynamics_.size(), {});
   add_contacts(stages);
   for (const TaskJoint& joint : task.joints) {
     joints_.add(solved_joint(joint));
     // What is fixed to the ground stays in it.
     if (!joint.parent.world && joint.properties->type == JointType::kFixed)
-      is_buried_[body_of(joint.child).place] = false;
+      notes_[body_of(joint.child).place].is_buried = false;
   }
 
   begin_joints();
@@ -231,7 +231,6 @@ void NativeSolver::solve_stage(int sweep, std::size_t stage) {
   }
 }
 
-// After the last step joints hold once more, whether anything bounces or not.
 void NativeSolver::rebound(int sweep, std::size_t stage) {
   contacts_.rebound(stage);
   if (stage + 1 < stages_) return;
@@ -355,18 +354,23 @@ void NativeSolver::note_sides(Source& source) {
     if (place == Body::kNoPlace) place = place_of_kinematic(*source.sides[side]);
   }
   const Contact& contact = *source.contact;
-  source.first_surface = surfaces_.size();
-  if (contact.has_surfaces()) surfaces_.resize(surfaces_.size() + contact.patches.size());
-  source.first_course = courses_.size();
-  if (source.carrier) courses_.resize(courses_.size() + contact.patches.size());
+  if (contact.has_surfaces()) {
+    source.first_surface = surfaces_.size();
+    surfaces_.resize(surfaces_.size() + contact.patches.size());
+  }
+  if (source.carrier) {
+    source.first_course = courses_.size();
+    courses_.resize(courses_.size() + contact.patches.size());
+  }
   const bool carries = contact.surface && contact.surface->moves();
   for (const std::size_t side : source.places) {
-    if (side >= is_pushed_.size()) continue;
-    if (carries) is_carried_[side] = true;
-    if (source.is_deep) is_buried_[side] = true;
+    if (side >= notes_.size()) continue;
+    BodyNotes& notes = notes_[side];
+    if (carries) notes.is_carried = true;
+    if (source.is_deep) notes.is_buried = true;
     // Near what they do not bounce on, bodies fall by what a step of the solver makes of it, which damps
     // rattling.
-    if (contact.restitution <= 0) is_pushed_[side] = true;
+    if (contact.restitution <= 0) notes.is_pushed = true;
   }
 }
 
@@ -376,6 +380,8 @@ void NativeSolver::fill_patches(const Source& source) {
   const Body& b = *source.sides[1];
   const Scalar stiffer = Scalar(steps_) / Scalar(settings_.substeps);
   const Scalar gap_min = -deepest_opened(source.scale, opened_in_steps_, stiffer);
+  const Columns<Scalar> to_lever_a = to_lever(a);
+  const Columns<Scalar> to_lever_b = to_lever(b);
   for (std::size_t p = 0; p < contact.patches.size(); ++p) {
     const ContactPatch& from = contact.patches[p];
     Contacts::Patch& patch = patches_[source.first + p];
@@ -395,8 +401,8 @@ void NativeSolver::fill_patches(const Source& source) {
     if (surface) *patch.surface = surface_of(*surface, from);
     for (std::size_t n = 0; n < patch.points; ++n) {
       const ContactPoint& point = from.point[n];
-      patch.point[n] = {lever(a, point.on_a), lever(b, point.on_b), from.normal, std::max(point.gap, gap_min),
-                        point.impulse};
+      patch.point[n] = {to_lever_a * point.on_a, to_lever_b * point.on_b, from.normal,
+                        std::max(point.gap, gap_min), point.impulse};
     }
     patch.course = nullptr;
     if (source.carrier) set_course(source, from, patch, courses_[source.first_course + p]);
@@ -436,7 +442,7 @@ void NativeSolver::begin_joints() {
   told_changes_ = set_changes_;
   if (jointed_bodies_.size() < dynamics_.size()) jointed_bodies_.resize(dynamics_.size());
   for (const std::size_t place : jointed_) {
-    is_pushed_[place] = true;
+    notes_[place].is_pushed = true;
     const Contacts::Body& body = bodies_[place];
     jointed_bodies_[place] = {.inverse_mass = body.inverse_mass,
                               .inverse_inertia = dynamics_[place]->exact_inverse_inertia(),
@@ -524,7 +530,7 @@ void NativeSolver::find_pushed() {
     const std::span patches = std::span(patches_).subspan(source.first, source.contact->patches.size());
     if (std::ranges::none_of(patches, bears)) continue;
     for (const std::size_t side : source.places) {
-      if (side < is_pushed_.size()) is_pushed_[side] = true;
+      if (side < notes_.size()) notes_[side].is_pushed = true;
     }
   }
 }
@@ -591,7 +597,8 @@ void NativeSolver::write_body(std::size_t place) const {
     body.angular = body.linear;
     return;
   }
-  if (is_pushed_[place]) {
+  const BodyNotes& notes = notes_[place];
+  if (notes.is_pushed) {
     const Contacts::Motion change = contacts_.change(place);
     body.linear += change.linear;
     body.angular += change.angular;
@@ -602,7 +609,7 @@ void NativeSolver::write_body(std::size_t place) const {
   // one, or what a moving surface carries.
   const Scalar pushed_max = body.still_limits.linear * Scalar(dt_);
   const bool is_corrected = corrections_[place].linear.squaredNorm() > pushed_max * pushed_max;
-  if (is_corrected || is_buried_[place] || is_carried_[place]) body.still_for = 0;
+  if (is_corrected || notes.is_buried || notes.is_carried) body.still_for = 0;
   body.pose.position += corrections_[place].linear;
   body.pose.rotation = turned(body.pose.rotation, corrections_[place].angular);
 }

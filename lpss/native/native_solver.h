@@ -63,6 +63,13 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   void write_bodies() const;
   void write_body(std::size_t place) const;
 
+  // What contacts and joints do to a body.
+  struct BodyNotes {
+    bool is_pushed = false;   // by joints and contacts
+    bool is_carried = false;  // by a surface that moves
+    bool is_buried = false;   // in something
+  };
+
   // A contact of the task and the patches that it has there.
   struct Source {
     Contact* contact = nullptr;
@@ -92,9 +99,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   JointedContacts jointed_contacts_;
   std::vector<Body*> dynamics_;  // they come first
   std::vector<Contacts::Body> bodies_;
-  std::vector<bool> is_pushed_;   // by joints and contacts
-  std::vector<bool> is_carried_;  // by a surface that moves
-  std::vector<bool> is_buried_;   // in something
+  std::vector<BodyNotes> notes_;  // by place
   absl::flat_hash_map<const Body*, std::size_t> kinematics_;
   std::size_t fixed_ = 0;  // the place of what neither moves nor can be pushed
   std::vector<Contacts::Patch> patches_;

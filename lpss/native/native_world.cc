@@ -29,10 +29,6 @@ double rests_on(const Body& a, const Body& b, const Contact& contact) {
   return double(down / heavier.gravity.norm()) * double(lighter.inverse_mass) / double(heavier.inverse_mass);
 }
 
-bool is_predicted(const Contact& contact) {
-  return std::ranges::any_of(contact.patches, [](const ContactPatch& patch) { return patch.is_predicted; });
-}
-
 }  // namespace
 
 NativeWorld::NativeWorld(NativeEngine& engine) : engine_(engine), settings_(engine.settings()) {}
@@ -352,21 +348,15 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
     const Body& b = body(candidate.slot_b);
     const bool is_asleep = !a.is_awake() && !b.is_awake();
     const bool is_near = a.box.overlaps(b.box);
-    const bool is_apart = is_found_elsewhere(a, b) || engine_.are_apart(a.id, b.id);
+    const bool is_apart = is_near && (is_found_elsewhere(a, b) || engine_.are_apart(a.id, b.id));
     if (is_near && !is_asleep && !is_apart) {
       if (candidate.contact != Candidate::kNone) {
         Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
-        const bool is_new = piece.narrow_phase.update(a, b, contact);
-        find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
-        update_surfaces(a, b, is_new, contact);
-        update_friction(a, b, contact);
+        update_contact(a, b, piece.narrow_phase, contact);
         contact.patches.empty() ? drop(candidate) : note_fixed(candidate, a, b);
       } else {
         Contact contact = blank_contact(a, b);
-        const bool is_new = piece.narrow_phase.update(a, b, contact);
-        find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
-        update_materials(a, b, is_new, contact);
-        update_friction(a, b, contact);
+        update_contact(a, b, piece.narrow_phase, contact);
         if (!contact.patches.empty()) {
           piece.made.emplace_back(next, std::move(contact));
           note_fixed(candidate, a, b);
@@ -382,22 +372,26 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
   piece.kept = next - begin;
 }
 
-// Surfaces turn with their bodies.
-void NativeWorld::update_surfaces(const Body& a, const Body& b, bool is_new, Contact& contact) {
-  update_materials(a, b, is_new, contact);
-  if (!a.surface && !b.surface) return;
-  const ContactMaterial both = combined(a, nullptr, b, nullptr);
-  contact.friction = both.friction;
-  contact.surface = std::make_shared<const ContactSurface>(*both.surface);
-}
-
-// Bodies that come out of each other slide: between what presses from several sides, friction would jam them.
-void NativeWorld::update_friction(const Body& a, const Body& b, Contact& contact) {
+void NativeWorld::update_contact(const Body& a, const Body& b, NarrowPhase& narrow_phase,
+                                 Contact& contact) const {
+  const bool is_new = narrow_phase.update(a, b, contact);
+  if (contact.restitution > 0) find_where_balls_met(a, b, Scalar(settings_.time_step), contact);
+  if (a.solid->has_materials() || b.solid->has_materials()) update_materials(a, b, is_new, contact);
+  if (a.surface || b.surface) update_surface(a, b, contact);
+  // Bodies that come out of each other slide: between what presses from several sides, friction would jam
+  // them.
   if (is_opened_one_way(contact)) {
     contact.friction = 0;
   } else if (!contact.surface) {
-    contact.friction = combined(a, nullptr, b, nullptr).friction;
+    contact.friction = usual_friction(a, b);
   }
+}
+
+// Surfaces turn with their bodies.
+void NativeWorld::update_surface(const Body& a, const Body& b, Contact& contact) {
+  const ContactMaterial both = combined(a, nullptr, b, nullptr);
+  contact.friction = both.friction;
+  contact.surface = std::make_shared<const ContactSurface>(*both.surface);
 }
 
 Contact NativeWorld::blank_contact(const Body& a, const Body& b) const {
@@ -494,10 +488,10 @@ void NativeWorld::gather(std::size_t begin, std::size_t end, CandidatesPiece& pi
     if (!contact.need.is_known()) scale.is_at_rest = is_at_rest(a, b, contact, scale);
     int substeps = engine_.needs().substeps(contact.need, scale);
     // What follows on joints is stopped by turns of joints and contacts: in smaller steps it goes less far.
-    if (contact.patches.back().is_predicted && (a.jointed || b.jointed))
+    if (contact.is_predicted() && (a.jointed || b.jointed))
       substeps = std::max(substeps, kSubstepsOfHit * settings_.substeps);
     piece.pairs.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b,
-                           contact.is_touching(), contact.restitution > 0 || is_predicted(contact),
+                           contact.is_touching(), contact.restitution > 0 || contact.is_predicted(),
                            static_cast<std::uint16_t>(substeps)});
     piece.contact_of_pair.push_back(place);
   }

@@ -153,13 +153,13 @@ class NativeWorld final : public SectorWorld {
   bool set_box(Body& body) const;
   Box swept(const Body& body, const Box& box, Scalar dt) const;
   Scalar bend(const Body& body, Scalar dt) const;
-  Box box_on_way(const Body& body) const;
+  Box box_on_way(const Body& body, bool turns) const;
   void note_home(const Body& body, Homes& homes) const;
   void update_contacts(const ParallelFor& parallel);
   void update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece);
   void forget_removed();
-  static void update_surfaces(const Body& a, const Body& b, bool is_new, Contact& contact);
-  static void update_friction(const Body& a, const Body& b, Contact& contact);
+  void update_contact(const Body& a, const Body& b, NarrowPhase& narrow_phase, Contact& contact) const;
+  static void update_surface(const Body& a, const Body& b, Contact& contact);
   Contact blank_contact(const Body& a, const Body& b) const;
   std::int32_t keep_contact(Contact contact);
   void drop_contact(Candidate& candidate);

@@ -347,7 +347,7 @@ void ContactSolver<Scalar>::begin_group(std::size_t group, std::span<const Patch
     lanes.friction[lane] = patch.friction;
     lanes.restitution[lane] = patch.restitution;
     lanes.has_course[lane] = patch.course ? 1 : 0;
-    lanes.bounce_from[lane] = is_used ? bounce_from(patch) : 0;
+    lanes.bounce_from[lane] = is_used && patch.restitution > 0 ? bounce_from(patch) : 0;
     lanes.points[lane] = static_cast<Scalar>(patch.points);
     ++lane;
   }
