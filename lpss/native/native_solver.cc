@@ -10,7 +10,6 @@
 #include "lpss/base/bytes.h"
 #include "lpss/base/columns.h"
 #include "lpss/base/rotation.h"
-#include "lpss/joints/task_joint.h"
 #include "lpss/model/divergence.h"
 #include "lpss/model/limits.h"
 #include "lpss/native/carrier.h"
@@ -83,25 +82,6 @@ ContactSolver<Scalar>::Surface surface_of(const ContactSurface& contact, const C
           .rolling_impulse = patch.rolling_impulse};
 }
 
-JointSide side_of(const Body& body) {
-  return {
-      {body.pose.position.cast<double>(), Eigen::Quaterniond(body.pose.rotation.cast<double>()).normalized()},
-      body.linear.cast<double>(),
-      body.angular.cast<double>()};
-}
-
-joints::SolvedJoint solved_joint(const TaskJoint& joint) {
-  const Body& child = body_of(joint.child);
-  const Body* parent = joint.parent.world ? &body_of(joint.parent) : nullptr;
-  std::optional<int> pushed;
-  if (parent && parent->is_dynamic()) pushed = static_cast<int>(parent->place);
-  std::optional<JointSide> parent_side;
-  if (parent) parent_side = side_of(*parent);
-  return {joint.id,     static_cast<int>(child.place),
-          pushed,       joint.properties,
-          joint.drives, joints::posed(joint, side_of(child), parent_side)};
-}
-
 // Which worlds do when they are first asked for one: before several threads do.
 void gather_contacts(const SolveTask& task) {
   const SectorWorld* gathered = nullptr;
@@ -167,7 +147,6 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
   set_places(task);
   kinematics_.clear();
   stage_ends_.clear();
-  joints_.clear();
   dynamics_.resize(task.bodies.size());
   bodies_.resize(task.bodies.size());
   run_in_pieces(parallel, task.bodies.size(), kBodiesInTaskPiece,
@@ -176,13 +155,6 @@ int NativeSolver::begin(const SolveTask& task, double dt, const Stages& stages, 
   bodies_.emplace_back();
   notes_.assign(dynamics_.size(), {});
   add_contacts(stages);
-  for (const TaskJoint& joint : task.joints) {
-    joints_.add(solved_joint(joint));
-    // What is fixed to the ground stays in it.
-    if (!joint.parent.world && joint.properties->type == JointType::kFixed)
-      notes_[body_of(joint.child).place].is_buried = false;
-  }
-
   begin_joints();
   contacts_.begin({.time_step = Scalar(dt),
                    .steps = steps_,
@@ -431,89 +403,11 @@ void NativeSolver::set_course(const Source& source, const ContactPatch& from, Co
   if (is_ridden) patch.friction_impulse = turned_with(carrier, from.friction_impulse, dt_);
 }
 
-void NativeSolver::begin_joints() {
-  jointed_.clear();
-  if (joints_.is_empty()) return;
-  const std::span<const std::size_t> jointed = joints_.bodies();
-  jointed_.assign(jointed.begin(), jointed.end());
-  linear_changes_.assign(dynamics_.size(), Vector::Zero());
-  angular_changes_.assign(dynamics_.size(), Vector::Zero());
-  set_changes_.assign(dynamics_.size(), {Vector::Zero(), Vector::Zero()});
-  told_changes_ = set_changes_;
-  if (jointed_bodies_.size() < dynamics_.size()) jointed_bodies_.resize(dynamics_.size());
-  for (const std::size_t place : jointed_) {
-    notes_[place].is_pushed = true;
-    const Contacts::Body& body = bodies_[place];
-    jointed_bodies_[place] = {.inverse_mass = body.inverse_mass,
-                              .inverse_inertia = dynamics_[place]->exact_inverse_inertia(),
-                              .inverse_moments = dynamics_[place]->inverse_moments.cast<double>(),
-                              .linear = body.linear.cast<double>(),
-                              .angular = body.angular.cast<double>(),
-                              .linear_change = joints::SharedVector(linear_changes_[place].data()),
-                              .angular_change = joints::SharedVector(angular_changes_[place].data())};
-  }
-  joints_.set_up(std::span(jointed_bodies_).first(dynamics_.size()), dt_, steps_);
-  const auto is_jointed = [&](std::size_t body) {
-    return std::binary_search(jointed_.begin(), jointed_.end(), body);
-  };
-  for (Contacts::Patch& patch : patches_) patch.is_jointed = is_jointed(patch.a) || is_jointed(patch.b);
-}
-
-void NativeSolver::show_joints() {
-  for (const std::size_t place : jointed_) {
-    const Contacts::Motion change = contacts_.change(place);
-    const Contacts::Motion& set = set_changes_[place];
-    if (change.linear == set.linear && change.angular == set.angular) continue;
-    linear_changes_[place] = change.linear;
-    angular_changes_[place] = change.angular;
-  }
-}
-
-template <typename Act>
-void NativeSolver::with_joints(Act act) {
-  if (joints_.is_empty()) return;
-  show_joints();
-  act();
-  for (const std::size_t place : jointed_) {
-    const Contacts::Motion change{linear_changes_[place], angular_changes_[place]};
-    const Contacts::Motion now = contacts_.change(place);
-    const Contacts::Motion& set = set_changes_[place];
-    Contacts::Motion& told = told_changes_[place];
-    // Rounding moves what is told twice: what has not changed must not depend on other islands' turns.
-    if (change.linear == told.linear && change.angular == told.angular && now.linear == set.linear &&
-        now.angular == set.angular) {
-      continue;
-    }
-    told = change;
-    contacts_.set_change(place, change);
-    set_changes_[place] = contacts_.change(place);  // which rounding has moved
-  }
-}
-
 void NativeSolver::find_corrections() {
   corrections_.resize(dynamics_.size());
   run_in_pieces(*parallel_, dynamics_.size(), kBodiesInTaskPiece,
                 [this](std::size_t place) { corrections_[place] = contacts_.correction(place); });
-  if (joints_.is_empty()) return;
-  for (const joints::BodyMotion& moved : joints_.end()) {
-    const auto place = static_cast<std::size_t>(moved.body);
-    if (moved.angular) {
-      const Eigen::Vector3d change = *moved.angular - bodies_[place].angular.cast<double>();
-      contacts_.set_change(place, {contacts_.change(place).linear, change.cast<Scalar>()});
-    }
-    if (!moved.is_whole) {
-      corrections_[place].linear += moved.way.cast<Scalar>();
-      corrections_[place].angular += rotation_vector(moved.turn).cast<Scalar>();
-      continue;
-    }
-    // Bodies move on by their final velocities, too.
-    const Contacts::Body& body = bodies_[place];
-    const Contacts::Motion change = contacts_.change(place);
-    const Eigen::Vector3d linear = (body.linear + change.linear).cast<double>();
-    const Eigen::Vector3d angular = (body.angular + change.angular).cast<double>();
-    const Eigen::Quaterniond turn = rotation_by(angular * dt_).conjugate() * moved.turn;
-    corrections_[place] = {(moved.way - linear * dt_).cast<Scalar>(), rotation_vector(turn).cast<Scalar>()};
-  }
+  if (!joints_.is_empty()) correct_jointed();
 }
 
 // A body whose contacts would bounce, but bear nothing, is in free flight.

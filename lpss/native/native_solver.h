@@ -4,6 +4,7 @@
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
+#include <absl/functional/function_ref.h>
 
 #include <deque>
 #include <span>
@@ -53,9 +54,10 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   void begin_joints();
   // The joints see what contacts have changed; with_joints() also tells contacts what `act` has.
   void show_joints();
-  template <typename Act>
-  void with_joints(Act act);
+  void with_joints(absl::FunctionRef<void()> act);
+  bool is_as_set(std::size_t place) const;
   void find_corrections();
+  void correct_jointed();
   void find_pushed();
   bool is_bounded(const Source& source) const;
   void write_impulses() const;
@@ -113,7 +115,8 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
   std::vector<Vector> linear_changes_;               // of jointed bodies since the start of the tick
   std::vector<Vector> angular_changes_;
   std::vector<Contacts::Motion> told_changes_;  // those that contacts_ was last told ...
-  std::vector<Contacts::Motion> set_changes_;   // ... as it has them
+  std::vector<Contacts::Motion> set_changes_;   // ... as it has them ...
+  std::vector<RowBody<Scalar>> set_motions_;    // ... and keeps them
 };
 
 }  // namespace tessera::native
