@@ -61,12 +61,11 @@ void JointedContacts::push(Row& row, double impulse) {
   if (impulse == 0) return;
   row.impulse += impulse;
   moved_ = std::max(moved_, std::abs(impulse * row.mobility));
-  for (std::size_t g = 0; g < 2; ++g) {
-    if (row.group[g] == kNone) continue;
-    const Group& group = groups_[row.group[g]];
-    const double* const answer = answers_.data() + row.answer[g];
-    double* const velocity = velocities_.data() + group.first;
-    for (std::size_t n = 0; n < group.size; ++n) velocity[n] += answer[n] * impulse;
+  for (const Answer& answer : row.answer) {
+    const double* from = answers_.data() + answer.first;
+    double* to = velocities_.data() + answer.velocity;
+    for (std::size_t n = 0; n < answer.bodies; ++n, from += 6, to += 6)
+      Eigen::Map<Wrench>(to) += Eigen::Map<const Wrench>(from) * impulse;
   }
   for (std::size_t side = 0; side < 2; ++side) {
     if (row.at[side] != kNone) Eigen::Map<Wrench>(wrenches_.data() + row.at[side]) += row.on[side] * impulse;

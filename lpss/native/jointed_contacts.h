@@ -78,20 +78,26 @@ class JointedContacts {
     std::size_t number;  // in it
   };
 
+  // What a unit of impulse does to the velocities of a group.
+  struct Answer {
+    std::size_t first = 0;     // in answers_
+    std::size_t velocity = 0;  // the first one
+    std::size_t bodies = 0;    // 6 numbers each
+  };
+
   // A direction in which two bodies move relative to each other.
   struct Row {
     std::array<Wrench, 2> on;                        // sides: what a unit of impulse is to them
     std::array<std::size_t, 2> at = {kNone, kNone};  // of their velocities; none of what cannot be pushed
     std::array<std::size_t, 2> group = {kNone, kNone};
-    std::array<std::size_t, 2> answer = {kNone,
-                                         kNone};  // in answers_, what a unit of impulse does to each group
-    double drive = 0;                             // m/s or rad/s, of what cannot be pushed, and of surfaces
-    double free_mobility = 0;                     // were nothing to hold the bodies
-    double mobility = 0;                          // what a unit of impulse changes of the velocity
-    double mass = 0;                              // its inverse
-    double impulse = 0;                           // of a step
-    double total = 0;                             // of all steps
-    double before = 0;                            // impulse, before a rebound
+    std::array<Answer, 2> answer;  // of each group
+    double drive = 0;              // m/s or rad/s, of what cannot be pushed, and of surfaces
+    double free_mobility = 0;      // were nothing to hold the bodies
+    double mobility = 0;           // what a unit of impulse changes of the velocity
+    double mass = 0;               // its inverse
+    double impulse = 0;            // of a step
+    double total = 0;              // of all steps
+    double before = 0;             // impulse, before a rebound
   };
   struct Point {
     Row row;

@@ -301,13 +301,13 @@ void JointedContacts::make_answers() {
 }
 
 void JointedContacts::make_answer(Row& row) {
-  row.answer = {kNone, kNone};
+  row.answer = {};
   for (std::size_t g = 0; g < 2; ++g) {
     if (row.group[g] == kNone) continue;
     const Group& group = groups_[row.group[g]];
-    row.answer[g] = answers_.size();
+    row.answer[g] = {answers_.size(), group.first, group.size / 6};
     answers_.resize(answers_.size() + group.size, 0);
-    Eigen::Map<Eigen::VectorXd> answer(answers_.data() + row.answer[g],
+    Eigen::Map<Eigen::VectorXd> answer(answers_.data() + row.answer[g].first,
                                        static_cast<Eigen::Index>(group.size));
     for (std::size_t side = 0; side < 2; ++side) {
       if (row.at[side] == kNone || row.at[side] < group.first || row.at[side] >= group.first + group.size)
@@ -336,7 +336,7 @@ double JointedContacts::answer_of(const Row& row, const Row& by) const {
       if (row.at[side] == kNone || row.at[side] < group.first || row.at[side] >= group.first + group.size)
         continue;
       sum += row.on[side].dot(
-          Eigen::Map<const Wrench>(answers_.data() + by.answer[g] + row.at[side] - group.first));
+          Eigen::Map<const Wrench>(answers_.data() + by.answer[g].first + row.at[side] - group.first));
     }
   }
   return sum;
