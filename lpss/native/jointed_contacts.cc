@@ -312,7 +312,11 @@ void JointedContacts::rebound(Patch& patch) {
 void JointedContacts::end(std::span<Contacts::Patch> patches) const {
   for (const Patch& patch : patches_) {
     Contacts::Patch& into = patches[patch.place];
-    for (std::size_t n = 0; n < into.points; ++n) into.point[n].impulse = Scalar(patch.point[n].row.total);
+    into.mobility = 0;
+    for (std::size_t n = 0; n < into.points; ++n) {
+      into.point[n].impulse = Scalar(patch.point[n].row.total);
+      into.mobility = std::max(into.mobility, patch.point[n].row.mobility);
+    }
     const Vector3 friction = patch.tangent[0].on[0].head<3>() * patch.tangent[0].total +
                              patch.tangent[1].on[0].head<3>() * patch.tangent[1].total;
     into.friction_impulse = friction.cast<Scalar>();

@@ -455,6 +455,8 @@ void NativeSolver::write_impulses(const Source& source) const {
   if (!is_bounded(source)) return drop_impulses(*source.contact);
   // Patches that press against each other bear nothing.
   Eigen::Vector3d load = Eigen::Vector3d::Zero();
+  ContactScale scale = source.scale;
+  double mobility = 0;
   const Scalar gap_min = -deepest_opened(source.scale, opened_in_steps_);
   std::size_t p = source.first;
   for (ContactPatch& into : source.contact->patches) {
@@ -469,8 +471,11 @@ void NativeSolver::write_impulses(const Source& source) const {
       if (patch.is_jointed || into.point[n].gap > gap_min) borne += double(patch.point[n].impulse);
     }
     load += borne * into.normal.cast<double>();
+    if (patch.is_jointed) mobility = std::max(mobility, patch.mobility);
   }
-  needs_.note(source.contact->need, load.norm(), source.scale);
+  // A foot bears as easily as the robot that it belongs to.
+  if (mobility > 0) scale.inverse_mass = mobility;
+  needs_.note(source.contact->need, load.norm(), scale);
 }
 
 void NativeSolver::write_bodies() const {

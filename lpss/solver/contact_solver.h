@@ -85,6 +85,7 @@ struct SolverTypes {
     Scalar restitution = 0;
     // A joint holds one of the bodies: solved elsewhere, by what knows joints, and left out here.
     bool is_jointed = false;
+    double mobility = 0;  // 1/kg, after end(): by what a unit of impulse at a jointed one's points moves both
     std::size_t points = 0;  // at most kPatchPointsMax
     Point point[kPatchPointsMax];
     Vector friction_impulse = Vector::Zero();  // N s, on a, in the last tick; after it, in this one
