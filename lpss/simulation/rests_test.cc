@@ -111,7 +111,7 @@ TEST_P(Rests, TablesStayOnSlopes) {
         expect_rest(builder,
                     std::string(type == JointType::kFixed ? "fixed" : "servos") + ", ratio " +
                         std::to_string(ratio) + ", share " + std::to_string(share),
-                    type == JointType::kFixed ? 2e-6 : 1e-4);
+                    2e-6);
       }
     }
   }
