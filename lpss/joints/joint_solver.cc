@@ -87,6 +87,12 @@ void JointSolver::pass_if_pushed() {
   }
 }
 
+void JointSolver::pass_untouched() {
+  for (const auto& assembly : assemblies()) {
+    if (assembly->touched() == 0) assembly->pass();
+  }
+}
+
 void JointSolver::move() {
   for (const auto& assembly : assemblies()) assembly->move();
 }

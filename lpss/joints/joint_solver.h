@@ -54,6 +54,8 @@ class JointSolver {
   void pass();
   // Of assemblies of which others have pushed a body since.
   void pass_if_pushed();
+  // Of those that contacts do not touch.
+  void pass_untouched();
 
   // The velocities are those that bodies move by in this step.
   void move();

@@ -183,8 +183,9 @@ void NativeSolver::solve_stage(int sweep, std::size_t stage) {
     with_joints([&] { joints_.pass_if_pushed(); });
   }
   contacts_.pass(/*biased=*/!is_relaxed(sweep), stage);
-  // The contacts of jointed bodies have settled already: their first turn of the step.
-  if (!ends || (pass == 0 && passes_ > 2)) return;
+  if (!ends) return;
+  // The contacts of jointed bodies have settled already, which was their first turn of the step.
+  if (pass == 0 && passes_ > 2) return with_joints([&] { joints_.pass_untouched(); });
   if (is_relaxed(sweep)) {
     jointed_contacts_.relax();
   } else {
