@@ -61,12 +61,24 @@ void JointedContacts::push(Row& row, double impulse) {
   if (impulse == 0) return;
   row.impulse += impulse;
   moved_ = std::max(moved_, std::abs(impulse * row.mobility));
+  if (matrix_ == nullptr) return push_bodies(row, impulse);
+  using Four = Eigen::Vector4d;
+  const double* const answer = matrix_ + row.number * matrix_row_;
+  for (std::size_t n = 0; n < matrix_row_; n += 4)
+    Four::Map(row_velocities_.data() + n) += Four::Map(answer + n) * impulse;
+}
+
+void JointedContacts::push_bodies(const Row& row, double impulse) {
   for (const Answer& answer : row.answer) {
     const double* from = answers_.data() + answer.first;
     double* to = velocities_.data() + answer.velocity;
     for (std::size_t n = 0; n < answer.bodies; ++n, from += 6, to += 6)
       Eigen::Map<Wrench>(to) += Eigen::Map<const Wrench>(from) * impulse;
   }
+  add_wrench(row, impulse);
+}
+
+void JointedContacts::add_wrench(const Row& row, double impulse) {
   for (std::size_t side = 0; side < 2; ++side) {
     if (row.at[side] != kNone) Eigen::Map<Wrench>(wrenches_.data() + row.at[side]) += row.on[side] * impulse;
   }
@@ -81,12 +93,7 @@ void JointedContacts::start_step() {
                patch.course->angular_change.template cast<double>() * share);
   }
   load();
-  for_each_row(patches_, [this](const Row& row) {
-    for (std::size_t side = 0; side < 2; ++side) {
-      if (row.at[side] != kNone)
-        Eigen::Map<Wrench>(wrenches_.data() + row.at[side]) += row.on[side] * row.impulse;
-    }
-  });
+  for_each_row(patches_, [this](const Row& row) { add_wrench(row, row.impulse); });
   store();
 }
 
@@ -109,23 +116,43 @@ void JointedContacts::solve(Act act) {
 template <typename Act>
 void JointedContacts::solve(const Cluster& cluster, Act act) {
   const std::span<Patch> patches = patches_of(cluster);
-  loaded_ = velocities_;
   impulses_.clear();
   for_each_row(patches, [this](const Row& row) { impulses_.push_back(row.impulse); });
+  start(cluster);
   for (int n = 1;; ++n) {
     go_over(patches, act);
-    if (n == kTries || bears(cluster)) return;
-    update_answers();
-    for (const Group& group : groups_) {
-      if (&clusters_[group.cluster] != &cluster) continue;
-      const auto first = static_cast<std::ptrdiff_t>(group.first);
-      const auto size = static_cast<std::ptrdiff_t>(group.size);
-      std::copy_n(loaded_.begin() + first, size, velocities_.begin() + first);
-      std::fill_n(wrenches_.begin() + first, size, 0);
+    if (matrix_ != nullptr) {
+      auto before = impulses_.begin();
+      for_each_row(patches, [&](const Row& row) { add_wrench(row, row.impulse - *before++); });
     }
-    auto impulse = impulses_.begin();
-    for_each_row(patches, [&](Row& row) { row.impulse = *impulse++; });
+    if (n == kTries || bears(cluster)) break;
+    update_answers();
+    restart(cluster);
   }
+  matrix_ = nullptr;
+}
+
+void JointedContacts::start(const Cluster& cluster) {
+  if (cluster.matrix == kNone) {
+    loaded_ = velocities_;
+    return;
+  }
+  matrix_row_ = padded(cluster.rows);
+  for_each_row(patches_of(cluster),
+               [this](const Row& row) { row_velocities_[row.number] = velocity_of(row, velocities_); });
+  matrix_ = matrices_.data() + cluster.matrix;
+}
+
+void JointedContacts::restart(const Cluster& cluster) {
+  for (const std::size_t n : groups_of(cluster)) {
+    const auto first = static_cast<std::ptrdiff_t>(groups_[n].first);
+    const auto size = static_cast<std::ptrdiff_t>(groups_[n].size);
+    if (matrix_ == nullptr) std::copy_n(loaded_.begin() + first, size, velocities_.begin() + first);
+    std::fill_n(wrenches_.begin() + first, size, 0);
+  }
+  auto impulse = impulses_.begin();
+  for_each_row(patches_of(cluster), [&](Row& row) { row.impulse = *impulse++; });
+  start(cluster);
 }
 
 template <typename Act>
@@ -139,9 +166,9 @@ void JointedContacts::go_over(std::span<Patch> patches, Act act) {
 
 bool JointedContacts::bears(const Cluster& cluster) const {
   bool all = true;
-  for (const Group& group : groups_) {
-    if (&clusters_[group.cluster] != &cluster || !group.assembly) continue;
-    if (!group.assembly->bears({wrenches_.data() + group.first, group.size})) all = false;
+  for (const std::size_t n : groups_of(cluster)) {
+    const Group& group = groups_[n];
+    if (group.assembly && !group.assembly->bears({wrenches_.data() + group.first, group.size})) all = false;
   }
   return all;
 }

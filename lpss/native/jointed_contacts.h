@@ -59,6 +59,10 @@ class JointedContacts {
   using Wrench = Eigen::Matrix<double, 6, 1>;
   static constexpr std::size_t kNone = ~std::size_t{0};
 
+  // More rows of a cluster push bodies, whose velocities each row then asks for: what rows do to each other
+  // is a matrix. A multiple of what is padded to.
+  static constexpr std::size_t kRowsAtOnceMax = 64;
+
   // Bodies that push each other without a contact: those of an assembly that contacts touch, or one body.
   struct Group {
     joints::JointAssembly* assembly = nullptr;
@@ -69,8 +73,14 @@ class JointedContacts {
   };
   // What contacts connect: solved as if alone.
   struct Cluster {
-    std::size_t first;  // patch
-    std::size_t count;
+    std::size_t first = 0;  // patch
+    std::size_t count = 0;
+    std::size_t first_group = 0;  // in groups_of_clusters_
+    std::size_t groups = 0;
+    std::size_t rows = 0;
+    // In matrices_: what a unit of impulse of each row does to the velocity of each, row by row; kNone for
+    // many rows, which push bodies.
+    std::size_t matrix = kNone;
   };
   struct Member {
     std::size_t place;
@@ -90,6 +100,7 @@ class JointedContacts {
     std::array<Wrench, 2> on;                        // sides: what a unit of impulse is to them
     std::array<std::size_t, 2> at = {kNone, kNone};  // of their velocities; none of what cannot be pushed
     std::array<std::size_t, 2> group = {kNone, kNone};
+    std::size_t number = 0;        // in its cluster
     std::array<Answer, 2> answer;  // of each group
     double drive = 0;              // m/s or rad/s, of what cannot be pushed, and of surfaces
     double free_mobility = 0;      // were nothing to hold the bodies
@@ -136,7 +147,9 @@ class JointedContacts {
   void set_sides(const Contacts::Patch& from, Row& row) const;
   void make_friction(const Contacts::Patch& from, Patch& patch) const;
   static void add_course(Patch& patch, const Vector3& linear, const Vector3& angular);
+  void number_rows();
   void make_answers();
+  void make_matrices();
   void make_answer(Row& row);
   void make_masses(Patch& patch);
   double answer_of(const Row& row, const Row& by) const;
@@ -155,6 +168,11 @@ class JointedContacts {
   std::span<Patch> patches_of(const Cluster& cluster) {
     return std::span(patches_).subspan(cluster.first, cluster.count);
   }
+  std::span<const std::size_t> groups_of(const Cluster& cluster) const {
+    return std::span(groups_of_clusters_).subspan(cluster.first_group, cluster.groups);
+  }
+  // Of a row in a matrix: whole registers.
+  static std::size_t padded(std::size_t rows) { return (rows + 3) / 4 * 4; }
   template <typename Act>
   static void for_each_row(std::span<Patch> patches, Act act) {
     for (Patch& patch : patches) {
@@ -173,9 +191,15 @@ class JointedContacts {
     const double length = std::sqrt(v[0] * v[0] + v[1] * v[1]);
     return length > most ? most / length : 1;
   }
-  double velocity_of(const Row& row) const { return velocity_of(row, velocities_); }
+  double velocity_of(const Row& row) const {
+    return matrix_ != nullptr ? row_velocities_[row.number] : velocity_of(row, velocities_);
+  }
   double velocity_of(const Row& row, const std::vector<double>& velocities) const;
   void push(Row& row, double impulse);
+  void push_bodies(const Row& row, double impulse);
+  void add_wrench(const Row& row, double impulse);
+  void start(const Cluster& cluster);
+  void restart(const Cluster& cluster);
   void solve_point(Point& point, bool biased);
   static std::array<double, 2> slipping(const Patch& patch, const std::array<double, 2>& slide, double most);
   void solve_friction(Patch& patch);
@@ -194,9 +218,11 @@ class JointedContacts {
   std::vector<Group> groups_;
   std::vector<Patch> patches_;  // by cluster, in each in the order of the task
   std::vector<Cluster> clusters_;
+  std::vector<std::size_t> groups_of_clusters_;
   DisjointSets connected_;
   double moved_ = 0;  // m/s or rad/s: what a push has changed most along its row
   std::vector<double> answers_;
+  std::vector<double> matrices_;
   bool are_answers_known_ = false;
   bool may_bounce_ = false;
   std::vector<double> velocities_;  // m/s, rad/s
@@ -204,6 +230,10 @@ class JointedContacts {
   std::vector<double> wrenches_;    // N s, N m s, of a pass
   std::vector<double> loaded_;      // velocities before a pass
   std::vector<double> impulses_;    // of rows, before a pass
+  // Of the cluster that is solved, if it has a matrix.
+  const double* matrix_ = nullptr;
+  std::size_t matrix_row_ = 0;  // numbers of a row
+  std::array<double, kRowsAtOnceMax> row_velocities_ = {};
 };
 
 }  // namespace tessera::native

@@ -112,7 +112,7 @@ void JointedContacts::make_clusters(std::span<const Contacts::Patch> patches) {
     std::size_t& cluster = cluster_of(patch);
     if (cluster == kNone) {
       cluster = clusters_.size();
-      clusters_.push_back({0, 0});
+      clusters_.emplace_back();
     }
     ++clusters_[cluster].count;
   }
@@ -128,7 +128,31 @@ void JointedContacts::make_clusters(std::span<const Contacts::Patch> patches) {
     Cluster& cluster = clusters_[cluster_of(patches[n])];
     fill(patches[n], n, patches_[cluster.first + cluster.count++]);
   }
-  for (std::size_t n = 0; n < groups_.size(); ++n) groups_[n].cluster = groups_[connected_.find(n)].cluster;
+  for (std::size_t n = 0; n < groups_.size(); ++n) {
+    groups_[n].cluster = groups_[connected_.find(n)].cluster;
+    ++clusters_[groups_[n].cluster].groups;
+  }
+  number_rows();
+}
+
+void JointedContacts::number_rows() {
+  std::size_t first_group = 0;
+  std::size_t first_matrix = 0;
+  for (Cluster& cluster : clusters_) {
+    cluster.first_group = first_group;
+    first_group += cluster.groups;
+    cluster.groups = 0;
+    for_each_row(patches_of(cluster), [&](Row& row) { row.number = cluster.rows++; });
+    if (cluster.rows > kRowsAtOnceMax) continue;
+    cluster.matrix = first_matrix;
+    first_matrix += cluster.rows * padded(cluster.rows);
+  }
+  matrices_.assign(first_matrix, 0);
+  groups_of_clusters_.resize(first_group);
+  for (std::size_t n = 0; n < groups_.size(); ++n) {
+    Cluster& cluster = clusters_[groups_[n].cluster];
+    groups_of_clusters_[cluster.first_group + cluster.groups++] = n;
+  }
 }
 
 void JointedContacts::set_sides(const Contacts::Patch& from, Row& row) const {
@@ -298,6 +322,18 @@ void JointedContacts::make_answers() {
   answers_.clear();
   for_each_row(patches_, [this](Row& row) { make_answer(row); });
   for (Patch& patch : patches_) make_masses(patch);
+  make_matrices();
+}
+
+void JointedContacts::make_matrices() {
+  for (const Cluster& cluster : clusters_) {
+    if (cluster.matrix == kNone) continue;
+    double* answer = matrices_.data() + cluster.matrix;
+    for_each_row(patches_of(cluster), [&](const Row& by) {
+      for_each_row(patches_of(cluster), [&](const Row& row) { answer[row.number] = answer_of(row, by); });
+      answer += padded(cluster.rows);
+    });
+  }
 }
 
 void JointedContacts::make_answer(Row& row) {
