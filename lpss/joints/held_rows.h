@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "lpss/joints/block_factors.h"
@@ -111,6 +112,22 @@ class HeldRows {
     std::size_t node_b;
   };
 
+  // Calls act(row) for the rows of a node, with constants: most joints hold three or five.
+  template <typename Act>
+  static EIGEN_STRONG_INLINE void for_each_row(const Node& node, const Act& act) {
+    const auto first = [&]<int... kRow>(std::integer_sequence<int, kRow...>) { (act(kRow), ...); };
+    switch (node.size) {
+      case 3:
+        return first(std::make_integer_sequence<int, 3>());
+      case 5:
+        return first(std::make_integer_sequence<int, 5>());
+      case 6:
+        return first(std::make_integer_sequence<int, 6>());
+      default:
+        for (int row = 0; row < node.size; ++row) act(row);
+    }
+  }
+
   void make_terms(Eigen::Index bodies);
   void make_matrix();
   template <Block Side::*kPart>
@@ -144,8 +161,7 @@ void HeldRows::along(const Eigen::VectorXd& velocities, Eigen::VectorXd& rates) 
       const Side& side = sides_[s];
       const Eigen::Matrix<double, kBodyNumbers, 1> velocity =
           velocities.segment<kBodyNumbers>(kBodyNumbers * side.body);
-      for (int row = 0; row < node.size; ++row)
-        rates[node.first + row] += (side.*kPart).col(row).dot(velocity);
+      for_each_row(node, [&](int row) { rates[node.first + row] += (side.*kPart).col(row).dot(velocity); });
     }
   }
 }
@@ -171,7 +187,7 @@ void HeldRows::combined(const Eigen::VectorXd& of_rows, Eigen::VectorXd& sum) co
       const Side& side = sides_[s];
       auto into = sum.segment<kBodyNumbers>(kBodyNumbers * side.body);
       Eigen::Matrix<double, kBodyNumbers, 1> of_body = into;
-      for (int row = 0; row < node.size; ++row) of_body += (side.*kPart).col(row) * of_rows[node.first + row];
+      for_each_row(node, [&](int row) { of_body += (side.*kPart).col(row) * of_rows[node.first + row]; });
       into = of_body;
     }
   }

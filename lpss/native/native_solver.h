@@ -70,6 +70,7 @@ class NativeSolver final : public IslandSolver, public StagedSolver {
     bool is_pushed = false;   // by joints and contacts
     bool is_carried = false;  // by a surface that moves
     bool is_buried = false;   // in something
+    bool is_as_set = false;   // nobody but joints had changed a velocity when these were last shown
   };
 
   // A contact of the task and the patches that it has there.

@@ -81,7 +81,8 @@ bool NativeSolver::is_as_set(std::size_t place) const {
 
 void NativeSolver::show_joints() {
   for (const std::size_t place : jointed_) {
-    if (is_as_set(place)) continue;
+    notes_[place].is_as_set = is_as_set(place);
+    if (notes_[place].is_as_set) continue;
     const Contacts::Motion change = contacts_.change(place);
     linear_changes_[place] = change.linear;
     angular_changes_[place] = change.angular;
@@ -96,7 +97,7 @@ void NativeSolver::with_joints(absl::FunctionRef<void()> act) {
     const Contacts::Motion change{linear_changes_[place], angular_changes_[place]};
     Contacts::Motion& told = told_changes_[place];
     // Rounding moves what is told twice: what has not changed must not depend on other islands' turns.
-    if (change.linear == told.linear && change.angular == told.angular && is_as_set(place)) continue;
+    if (notes_[place].is_as_set && change.linear == told.linear && change.angular == told.angular) continue;
     told = change;
     contacts_.set_change(place, change);
     set_changes_[place] = contacts_.change(place);  // which rounding has moved
