@@ -131,22 +131,45 @@ Scalar FlushContacts::Touch::height(const Vector& at) const {
 void FlushContacts::join(std::span<const FixedContact> contacts) {
   touches_.clear();
   for (const FixedContact& contact : contacts) look_at(contact);
-  find_sides();
+  find_sides(0);
   find_planes();
   remove();
 }
 
+void FlushContacts::join(std::span<const FixedContact> contacts, std::span<const FixedMeeting> meetings,
+                         Scalar dt) {
+  touches_.clear();
+  for (const FixedContact& contact : contacts) look_at(contact);
+  const std::size_t first = touches_.size();
+  for (const FixedMeeting& meeting : meetings) {
+    const Frame at{meeting.at.rotation, meeting.at.position - meeting.body->pose.position};
+    look_at(*meeting.body, *meeting.fixed, *meeting.seen, at);
+  }
+  find_sides(first);
+  find_borne(first);
+  for (Touch& touch : touches_) touch.is_side = false;
+  for (const auto& [side, bearing] : sides_) {
+    if (!touches_[side].is_side && !comes_down(touches_[bearing], dt)) touches_[side].is_side = true;
+  }
+  remove();
+}
+
 void FlushContacts::look_at(const FixedContact& contact) {
-  const Body& body = *contact.body;
-  const Body& fixed = *contact.fixed;
+  look_at(*contact.body, *contact.fixed, *contact.contact, {contact.body->pose.rotation, Vector::Zero()});
+}
+
+void FlushContacts::look_at(const Body& body, const Body& fixed, Contact& contact, const Frame& at) {
   const bool is_a = body.id < fixed.id;
   const Vector offset = fixed.pose.position - body.pose.position;
-  for (std::size_t n = 0; n < contact.contact->patches.size(); ++n) {
-    const ContactPatch& patch = contact.contact->patches[n];
+  for (std::size_t n = 0; n < contact.patches.size(); ++n) {
+    const ContactPatch& patch = contact.patches[n];
     const auto first = static_cast<std::uint32_t>(patch.parts >> 32);
     const auto second = static_cast<std::uint32_t>(patch.parts);
     Touch& touch = touches_.emplace_back();
+    touch.body = &body;
+    touch.fixed = &fixed;
     touch.contact = &contact;
+    touch.body_at = at;
     touch.patch = n;
     touch.part = &fixed.solid->parts()[is_a ? second : first];
     touch.part_of_body = &body.solid->parts()[is_a ? first : second];
@@ -157,11 +180,11 @@ void FlushContacts::look_at(const FixedContact& contact) {
     touch.is_side = false;
     touch.plane = touches_.size() - 1;
     const Part& of_body = *touch.part_of_body;
-    const Vector down = of_body.frame.rotation.transpose() * (body.pose.rotation.transpose() * -touch.normal);
+    const Vector down = of_body.frame.rotation.transpose() * (at.rotation.transpose() * -touch.normal);
     for (int k = 0; k < patch.count; ++k) {
       const ContactPoint& point = patch.point[k];
       const Vector& point_of_body = is_a ? point.on_a : point.on_b;
-      touch.on_body[k] = body.pose.rotation * point_of_body;
+      touch.on_body[k] = at * point_of_body;
       touch.on_fixed[k] = fixed.pose.rotation * (is_a ? point.on_b : point.on_a) + offset;
       // By the point of the body, which is exact also where the fixed one is as large as a planet.
       touch.level[k] = touch.normal.dot(touch.on_body[k]) - point.gap;
@@ -173,9 +196,10 @@ void FlushContacts::look_at(const FixedContact& contact) {
   }
 }
 
-void FlushContacts::find_sides() {
+// Of the touches from `first` on.
+void FlushContacts::find_sides(std::size_t first) {
   sides_.clear();
-  for (std::size_t side = 0; side < touches_.size(); ++side) {
+  for (std::size_t side = first; side < touches_.size(); ++side) {
     for (std::size_t bearing = 0; bearing < touches_.size(); ++bearing) {
       if (side == bearing || !is_flush_side(touches_[side], touches_[bearing])) continue;
       touches_[side].is_side = true;
@@ -188,6 +212,44 @@ void FlushContacts::find_sides() {
   for (const auto& [side, bearing] : sides_) touches_[side].is_side = true;
 }
 
+// Of the touches from `first` on, those in the planes of touches before: these bear the body there, too.
+void FlushContacts::find_borne(std::size_t first) {
+  for (std::size_t n = first; n < touches_.size(); ++n) {
+    Touch& touch = touches_[n];
+    for (std::size_t bearing = 0; bearing < first && !touch.is_side; ++bearing) {
+      if (!is_in_plane(touch, touches_[bearing])) continue;
+      touch.is_side = true;
+      sides_.emplace_back(n, bearing);
+    }
+  }
+}
+
+// Whether the body gets below the plane within the tick, by its velocities, farther than it sinks where the
+// plane bears it. Round ones turn on the spot.
+bool FlushContacts::comes_down(const Touch& bearing, Scalar dt) {
+  constexpr int kLooks = 4;
+  constexpr Scalar kDeepest = Scalar(0.5);  // of the distance at which contacts are found
+  const Body& body = *bearing.body;
+  const Vector& up = bearing.normal;
+  Scalar sinks = 0;  // m
+  for (int n = 0; n < bearing.count; ++n) {
+    const Vector arm = bearing.on_body[n] - bearing.body_at.position;
+    sinks = std::max(sinks, -up.dot(body.linear + body.angular.cross(arm)) * dt);
+  }
+  const Scalar level = bearing.level[0] + std::min(Scalar(0), bearing.least_gap) - sinks;
+  const Scalar deepest = kDeepest * body.solid->margin();
+  for (int n = 1; n <= kLooks; ++n) {
+    const Scalar time = dt * Scalar(n) / kLooks;
+    const Frame at{turned(body.pose.rotation, body.angular * time), body.linear * time};
+    for (const Part& part : body.solid->parts()) {
+      if (!part.convex) continue;
+      const Vector down = part.frame.rotation.transpose() * (at.rotation.transpose() * -up);
+      if (up.dot(at * (part.frame * farthest(part, down))) < level - deepest) return true;
+    }
+  }
+  return false;
+}
+
 // Whether the body is above the plane of the bearing touch, and the other surface nowhere stands out from it
 // where it touches the body.
 bool FlushContacts::is_flush_side(const Touch& side, const Touch& bearing) {
@@ -197,16 +259,19 @@ bool FlushContacts::is_flush_side(const Touch& side, const Touch& bearing) {
   const Vector along = up - side.normal * up.dot(side.normal);
   const Scalar rise = along.squaredNorm();
   if (!(rise > kLean * kLean)) return false;
-  const Body& body = *side.contact->body;
-  const Body& fixed = *side.contact->fixed;
+  const Body& body = *side.body;
+  const Body& fixed = *side.fixed;
   // What the body is deep in bears less than what it just touches.
   if (bearing.least_gap < std::min(side.least_gap, -body.solid->margin())) return false;
   if (side.part->kind == Kind::kBall && side.part->ball.radius > kPlanet * body.solid->radius()) return false;
-  const Scalar tolerance = side.tolerance + bearing.contact->fixed->rounding;
+  const Scalar tolerance = side.tolerance + bearing.fixed->rounding;
   const Part& of_body = *side.part_of_body;
   const Frame from_body{
-      of_body.is_placed ? Matrix(body.pose.rotation * of_body.frame.rotation) : body.pose.rotation,
-      body.pose.rotation * of_body.frame.position};
+      of_body.is_placed ? Matrix(side.body_at.rotation * of_body.frame.rotation) : side.body_at.rotation,
+      side.body_at * of_body.frame.position};
+  // What it sinks by its course, what bears it does not let it sink.
+  const Scalar lowest =
+      std::min(Scalar(0), bearing.least_gap) + std::min(Scalar(0), up.dot(side.body_at.position));
   const Frame part_at = side.part->is_placed ? fixed.pose * side.part->frame : fixed.pose;
   const Frame from_part{part_at.rotation, part_at.position - body.pose.position};
   for (int n = 0; n < side.count; ++n) {
@@ -214,7 +279,7 @@ bool FlushContacts::is_flush_side(const Touch& side, const Touch& bearing) {
     const Scalar height = bearing.height(at);
     if (height > tolerance) return false;
     const Vector on_body = from_body * brought_within(of_body, from_body.inverse(side.on_body[n]));
-    if (bearing.height(on_body) < std::min(Scalar(0), bearing.least_gap) - tolerance) return false;
+    if (bearing.height(on_body) < lowest - tolerance) return false;
     const Vector above = at + along * ((kLift * tolerance - height) / rise);
     if (side.part->terrain) {
       const Scalar depth = (above - at).norm() + tolerance;
@@ -232,7 +297,9 @@ void FlushContacts::find_planes() {
   for (std::size_t n = 1; n < touches_.size(); ++n) {
     if (touches_[n].is_side) continue;
     for (std::size_t k = 0; k < n; ++k) {
-      if (touches_[k].is_side || !is_in_plane(touches_[n], touches_[k])) continue;
+      if (touches_[k].is_side || touches_[n].part_of_body != touches_[k].part_of_body ||
+          !is_in_plane(touches_[n], touches_[k]))
+        continue;
       touches_[n].plane = touches_[k].plane;
       break;
     }
@@ -243,9 +310,8 @@ void FlushContacts::find_planes() {
 }
 
 bool FlushContacts::is_in_plane(const Touch& touch, const Touch& bearing) {
-  if (touch.part_of_body != bearing.part_of_body) return false;
   if (!((touch.normal - bearing.normal).squaredNorm() < kLean * kLean)) return false;
-  const Scalar tolerance = touch.tolerance + bearing.contact->fixed->rounding;
+  const Scalar tolerance = touch.tolerance + bearing.fixed->rounding;
   return std::all_of(touch.on_fixed, touch.on_fixed + touch.count,
                      [&](const Vector& at) { return std::abs(bearing.height(at)) <= tolerance; });
 }
@@ -254,7 +320,7 @@ bool FlushContacts::is_in_plane(const Touch& touch, const Touch& bearing) {
 void FlushContacts::share_points(std::size_t plane) {
   const auto is_in = [&](const Touch& touch) { return touch.plane == plane && !touch.is_side; };
   if (std::ranges::count_if(touches_, is_in) < 2) return;
-  const Box& box = touches_[plane].contact->body->solid->box();
+  const Box& box = touches_[plane].body->solid->box();
   const Scalar apart = (box.high - box.low).norm() * kOnePoint;
   Points points;
   Manifold<Scalar> shared;
@@ -292,7 +358,7 @@ void FlushContacts::share_points(std::size_t plane) {
 void FlushContacts::remove() {
   // From the last patch of each contact to the first one.
   for (const Touch& touch : touches_ | std::views::reverse) {
-    Contact& contact = *touch.contact->contact;
+    Contact& contact = *touch.contact;
     ContactPatch& patch = contact.patches[touch.patch];
     if (touch.is_side) patch.count = 0;
     std::uint8_t kept = 0;

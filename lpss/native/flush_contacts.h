@@ -9,6 +9,7 @@
 
 #include <absl/container/inlined_vector.h>
 
+#include <cstddef>
 #include <span>
 #include <utility>
 #include <vector>
@@ -25,6 +26,14 @@ struct FixedContact {
   Contact* contact;
 };
 
+// What a body is going to touch of one that nothing pushes, where it is then.
+struct FixedMeeting {
+  const Body* body;
+  const Body* fixed;
+  Contact* seen;
+  Frame at;  // of the body
+};
+
 // For one thread at a time.
 class FlushContacts {
  public:
@@ -33,12 +42,20 @@ class FlushContacts {
   // patch would not have. Contacts are springs: with twice the points, the body would rise at each seam.
   void join(std::span<const FixedContact> contacts);
 
+  // Of all that one body is going to meet within a tick of `dt` seconds, ascending by the fixed ones: removes
+  // the patches of what does not stand out from what bears the body, now or where it meets that; unless the
+  // body comes down on it beside what bears it.
+  void join(std::span<const FixedContact> contacts, std::span<const FixedMeeting> meetings, Scalar dt);
+
  private:
   using Points = absl::InlinedVector<collision::ContactPoint<Scalar>, 16>;
 
   // A patch. Vectors are relative to the centre of the body, in world axes.
   struct Touch {
-    const FixedContact* contact;
+    const Body* body;
+    const Body* fixed;
+    Contact* contact;
+    Frame body_at;  // relative to its centre at the start
     std::size_t patch;
     const Part* part;  // of the fixed body
     const Part* part_of_body;
@@ -59,8 +76,11 @@ class FlushContacts {
     Scalar height(const Vector& at) const;
   };
 
+  void look_at(const Body& body, const Body& fixed, Contact& contact, const Frame& at);
   void look_at(const FixedContact& contact);
-  void find_sides();
+  void find_sides(std::size_t first);
+  void find_borne(std::size_t first);
+  static bool comes_down(const Touch& bearing, Scalar dt);
   void find_planes();
   void share_points(std::size_t plane);
   void remove();

@@ -5,9 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "lpss/native/meetings.h"
 #include "lpss/native/narrow_phase.h"
 
 namespace tessera::native {
@@ -276,6 +279,48 @@ TEST(FlushContactsTest, ARampIsNotFlushWithTheFloorBeforeIt) {
   ASSERT_EQ(found.normals.size(), 2u);
   EXPECT_NEAR(found.normals[0].z(), 1, 1e-4);
   EXPECT_NEAR(found.normals[1].x(), -std::sin(slope), 1e-3);
+}
+
+// Whether a body that touches the first of two boxes meets the second one, which is so much higher, within a
+// tick.
+bool meets(const Body& mover, double step) {
+  constexpr Scalar kTick = Scalar(1) / 60;
+  const Geometry tile = tessera::Box{{1, 2, 0.2}};
+  const std::vector<Body> floor = flush_floor(flush_body(1, tile, {-0.5, 0, -0.1}, Motion::kStatic),
+                                              flush_body(2, tile, {0.5, 0, -0.1 + step}, Motion::kStatic));
+  Contact touching;
+  NarrowPhase().update(floor[0], mover, touching);
+  Contact seen;
+  const std::optional<Scalar> share = MeetingSearch().find(floor[1], mover, kTick, seen);
+  EXPECT_TRUE(share && !touching.patches.empty() && !seen.patches.empty());
+  if (!share) return false;
+  const FixedContact bears{&mover, &floor[0], &touching};
+  const FixedMeeting meeting{&mover, &floor[1], &seen, Course(mover, kTick).at(*share)};
+  FlushContacts().join(std::span(&bears, 1), std::span(&meeting, 1), kTick);
+  return !seen.patches.empty();
+}
+
+TEST(FlushContactsTest, WhatIsFlushIsNotMet) {
+  for (const Mover& mover : movers()) {
+    Body fast = moved(mover, -0.21, 0.0002);
+    fast.linear = {12, 0, 0};
+    fast.angular = {0, mover.name == "wheel" || mover.name == "ball" ? Scalar(12 / kHalf) : 0, 0};
+    EXPECT_FALSE(meets(fast, 0)) << mover.name;
+    EXPECT_TRUE(meets(fast, 0.01)) << mover.name;
+    fast.linear.z() = -1;
+    EXPECT_FALSE(meets(fast, 0)) << mover.name;
+  }
+}
+
+// On its rear edge, it falls on its front edge behind the seam.
+TEST(FlushContactsTest, WhatComesDownBesideWhatBearsItMeetsWhatIsThere) {
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(-0.3, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const Eigen::Vector3d edge = turn * Eigen::Vector3d(-0.15, 0, -0.15);
+  Body box = flush_body(kMover, tessera::Box{{0.3, 0.3, 0.3}}, Eigen::Vector3d(-0.1, 0, -0.0002) - edge,
+                        Motion::kDynamic, turn);
+  box.angular = {0, 30, 0};
+  box.linear = box.angular.cross(Vector(-edge.cast<Scalar>()));
+  EXPECT_TRUE(meets(box, 0));
 }
 
 }  // namespace

@@ -32,8 +32,18 @@ Course::Course(const Body& body, Scalar dt) : start_(body.pose) {
   if (body.motion == Motion::kStatic || !body.is_awake()) return;
   way_ = body.linear * dt;
   turn_ = body.angular * dt;
-  is_arc_ = body.jointed && body.is_dynamic();
+  const bool is_ball = body.solid->swing() == 0;
+  const Vector axis = body.pose.rotation * body.solid->round_axis();
+  if (!is_ball) swing_ = turn_ - axis * axis.dot(turn_);
+  if (body.jointed && body.is_dynamic()) arc_ = is_ball ? turn_ : swing_;
   bend(body.solid->radius());
+}
+
+Course Course::straight(const Body& body, Scalar dt) {
+  Course course(body, dt);
+  course.arc_.setZero();
+  course.bend(body.solid->radius());
+  return course;
 }
 
 Course Course::solved(const Body& body, Scalar dt) {
@@ -43,25 +53,28 @@ Course Course::solved(const Body& body, Scalar dt) {
   course.way_ = body.next.position - body.start;
   const Eigen::Matrix3d turn = (body.next.rotation * body.start_rotation.transpose()).cast<double>();
   course.turn_ = rotation_vector(Eigen::Quaterniond(turn).normalized()).cast<Scalar>();
-  course.is_arc_ = false;
+  course.swing_ = course.turn_;
+  course.arc_.setZero();
   course.bend(body.solid->radius());
   return course;
 }
 
 void Course::bend(Scalar radius) {
   stands_ = way_.isZero(0) && turn_.isZero(0);
-  bend_ = turn_.norm() * (radius + (is_arc_ ? way_.norm() : 0));
+  bend_ = turn_.norm() * radius + arc_.norm() * way_.norm();
 }
 
-Frame Course::at(Scalar share) const {
+Frame Course::at(Scalar share) const { return at(share, turn_); }
+
+Frame Course::at(Scalar share, const Vector& by) const {
   if (stands_ || share == 0) return start_;
-  Frame at{turned(start_.rotation, turn_ * share), start_.position};
-  const Scalar turn = turn_.norm();
-  if (!is_arc_ || turn == 0) {
+  Frame at{turned(start_.rotation, by * share), start_.position};
+  const Scalar turn = arc_.norm();
+  if (turn == 0) {
     at.position += way_ * share;
     return at;
   }
-  const Vector axis = turn_ / turn;
+  const Vector axis = arc_ / turn;
   const Vector along = axis * axis.dot(way_);
   const portable::SinCos arc = portable::sincos(double(turn) * double(share));
   const Scalar versine = Scalar((1 - arc.cos) / double(turn));
@@ -87,38 +100,55 @@ void MeetingSearch::foresee(Scalar dt) {
   approach_ = approach_max(*course_a_, *course_b_);
 }
 
-bool MeetingSearch::find(const Body& a, const Body& b, Scalar dt, Meeting& meeting) {
+std::optional<Scalar> MeetingSearch::find(const Body& a, const Body& b, Scalar dt, Contact& seen) {
   begin(a, b);
   foresee(dt);
-  meeting.patches.clear();
   const std::optional<Scalar> share = first_share();
-  if (!share) return false;
+  if (!share) return std::nullopt;
   // The one that touches may turn the others in.
   look(*share, reach_ * (1 + kEarly) + std::min(approach_, kAlsoMax));
-  for (const ContactPatch& from : seen_.patches) {
-    ContactPatch patch;
-    take(from, *share, patch);
-    if (patch.count > 0) meeting.patches.push_back(patch);
-  }
-  return !meeting.patches.empty();
+  std::swap(seen.patches, seen_.patches);
+  return share;
 }
 
-bool MeetingSearch::find_more(const Body& a, const Body& b, Scalar dt, Meeting& meeting) {
+void MeetingSearch::find_more(const Body& a, const Body& b, Scalar dt, Contact& seen) {
   begin(a, b);
   foresee(dt);
-  meeting.patches.clear();
   look(0, reach_ + std::min(approach_, kAlsoMax));
-  for (ContactPatch& from : seen_.patches) {
-    int more = 0;
-    for (int n = 0; n < from.count; ++n) {
-      if (from.point[n].gap > margin_) from.point[more++] = from.point[n];
+  std::swap(seen.patches, seen_.patches);
+  for (ContactPatch& patch : seen.patches) {
+    std::uint8_t more = 0;
+    for (std::uint8_t n = 0; n < patch.count; ++n) {
+      if (patch.point[n].gap > margin_) patch.point[more++] = patch.point[n];
     }
-    from.count = static_cast<std::uint8_t>(more);
+    patch.count = more;
+  }
+  const auto is_empty = [](const ContactPatch& patch) { return patch.count == 0; };
+  seen.patches.erase(std::remove_if(seen.patches.begin(), seen.patches.end(), is_empty), seen.patches.end());
+}
+
+void MeetingSearch::look_there(const Body& a, const Body& b, Scalar dt, Scalar share, Scalar ahead,
+                               Contact& seen) {
+  begin(a, b);
+  course_a_ = Course::straight(a, dt);
+  course_b_ = Course::straight(b, dt);
+  approach_ = approach_max(*course_a_, *course_b_);
+  look(share, approach_ * ahead);
+  std::swap(seen.patches, seen_.patches);
+}
+
+void MeetingSearch::take(const Body& a, const Body& b, Scalar dt, Scalar share, const Contact& seen,
+                         Meeting& meeting) {
+  begin(a, b);
+  foresee(dt);
+  at_a_ = course_a_->at(share);
+  at_b_ = course_b_->at(share);
+  meeting.patches.clear();
+  for (const ContactPatch& from : seen.patches) {
     ContactPatch patch;
-    take(from, 0, patch);
+    take(from, share, patch);
     if (patch.count > 0) meeting.patches.push_back(patch);
   }
-  return !meeting.patches.empty();
 }
 
 Scalar MeetingSearch::share_until_deep(const Body& a, const Body& b, Scalar dt) {
@@ -227,8 +257,12 @@ Scalar MeetingSearch::closes(const Vector& arm_a, const Vector& arm_b, const Vec
 // A point at which the two are apart by a gap after a share of the tick. One that parts there has been closer
 // before, and was no contact then: false.
 bool MeetingSearch::take_there(ContactPoint& point, const Vector& normal, Scalar share) const {
-  const Vector arm_a = course_a_->at(share).rotation * point.on_a;
-  const Vector arm_b = course_b_->at(share).rotation * point.on_b;
+  return take_at(course_a_->at(share).rotation * point.on_a, course_b_->at(share).rotation * point.on_b,
+                 normal, share, point);
+}
+
+bool MeetingSearch::take_at(const Vector& arm_a, const Vector& arm_b, const Vector& normal, Scalar share,
+                            ContactPoint& point) const {
   const Scalar gap = point.gap + closes(arm_a, arm_b, normal) * share;
   if (gap < 0 && point.gap >= 0) return false;
   point.on_a = a_->pose.rotation.transpose() * arm_a;
@@ -242,17 +276,26 @@ bool MeetingSearch::take_there(ContactPoint& point, const Vector& normal, Scalar
 bool MeetingSearch::take_from_start(ContactPoint& point, const Vector& normal) const {
   constexpr int kLooks = 8;
   const auto along = [&](const Course& course, const Vector& on, Scalar share) {
-    return normal.dot(course.at(share) * on - course.at(0) * on);
+    return normal.dot(course.surface_at(share) * on - course.at(0) * on);
+  };
+  const auto change = [&](Scalar share) {
+    return along(*course_a_, point.on_a, share) - along(*course_b_, point.on_b, share);
   };
   Scalar least = 0;
   for (int n = 1; n <= kLooks; ++n) {
-    const Scalar share = Scalar(n) / kLooks;
-    const Scalar change = along(*course_a_, point.on_a, share) - along(*course_b_, point.on_b, share);
-    if (point.gap + change <= 0) {
-      point.gap = 0;
-      return take_there(point, normal, share);
+    Scalar touches = Scalar(n) / kLooks;
+    if (point.gap + change(touches) > 0) {
+      least = std::min(least, change(touches));
+      continue;
     }
-    least = std::min(least, change);
+    Scalar apart = Scalar(n - 1) / kLooks;
+    for (int half = 0; half < kHalvings; ++half) {
+      const Scalar middle = (apart + touches) / 2;
+      (point.gap + change(middle) > 0 ? apart : touches) = middle;
+    }
+    point.gap = 0;
+    return take_at(course_a_->surface_at(touches).rotation * point.on_a,
+                   course_b_->surface_at(touches).rotation * point.on_b, normal, touches, point);
   }
   const Scalar bends = closes(at_a_.rotation * point.on_a, at_b_.rotation * point.on_b, normal) + least;
   point.gap += std::max(bends, Scalar(0));

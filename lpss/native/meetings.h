@@ -19,11 +19,18 @@ class Course {
   // By its velocities at the start of the tick.
   Course(const Body& body, Scalar dt);
 
+  // Likewise, of what turns on the spot, whatever joints hold it: a wheel.
+  static Course straight(const Body& body, Scalar dt);
+
   // As the solver has found, from before it pushed the body. For what no joint holds.
   static Course solved(const Body& body, Scalar dt);
 
   // After a share of the tick.
   Frame at(Scalar share) const;
+
+  // Likewise, but for what changes nothing of the surface: where a point of a wheel is that does not roll
+  // with it.
+  Frame surface_at(Scalar share) const { return at(share, swing_); }
 
   bool stands() const { return stands_; }
 
@@ -37,12 +44,15 @@ class Course {
 
  private:
   void bend(Scalar radius);
+  Frame at(Scalar share, const Vector& by) const;
 
   Frame start_;
-  Vector way_ = Vector::Zero();   // m, of the centre
-  Vector turn_ = Vector::Zero();  // rad
-  // What joints hold turns about them: its velocity turns with it. A hinge on what stands keeps to an arc.
-  bool is_arc_ = false;
+  Vector way_ = Vector::Zero();    // m, of the centre
+  Vector turn_ = Vector::Zero();   // rad
+  Vector swing_ = Vector::Zero();  // rad, of that what moves the surface to where it was not
+  // rad, by which the velocity turns: what joints hold turns about them, and a hinge on what stands keeps to
+  // an arc. But a wheel turns on the spot.
+  Vector arc_ = Vector::Zero();
   bool stands_ = true;
   Scalar bend_ = 0;  // m, that no point gets beside the way of the centre
 };
@@ -59,13 +69,19 @@ struct Meeting {
 // For one thread at a time.
 class MeetingSearch {
  public:
-  // Of a pair (a.id < b.id) of which at least one can be pushed, in a tick of `dt` seconds. False if they do
-  // not meet.
-  bool find(const Body& a, const Body& b, Scalar dt, Meeting& meeting);
+  // Of a pair (a.id < b.id) of which at least one can be pushed, in a tick of `dt` seconds: after which share
+  // of the tick they meet, if they do, and what is `seen` there.
+  std::optional<Scalar> find(const Body& a, const Body& b, Scalar dt, Contact& seen);
 
-  // Of a pair that has a contact: what else of the two may come near in the tick. What touches may turn them
-  // about it. False if there is nothing.
-  bool find_more(const Body& a, const Body& b, Scalar dt, Meeting& meeting);
+  // Of a pair that has a contact: what else of the two may come near in the tick, as `seen` at its start.
+  // What touches may turn them about it.
+  void find_more(const Body& a, const Body& b, Scalar dt, Contact& seen);
+
+  // What the two are going to touch within `ahead` of a tick from that share of it on, if they move straight.
+  void look_there(const Body& a, const Body& b, Scalar dt, Scalar share, Scalar ahead, Contact& seen);
+
+  // The patches of a meeting of what was seen after that share of the tick.
+  void take(const Body& a, const Body& b, Scalar dt, Scalar share, const Contact& seen, Meeting& meeting);
 
   // The share of the tick after which a pair, as the solver has found it to move, is too deep in each other
   // to be pushed back; 1 if it never is, or is so from the start.
@@ -79,6 +95,8 @@ class MeetingSearch {
   Scalar before_overlap(Scalar apart, Scalar overlap, Scalar near);
   void take(const ContactPatch& from, Scalar share, ContactPatch& patch) const;
   bool take_there(ContactPoint& point, const Vector& normal, Scalar share) const;
+  bool take_at(const Vector& arm_a, const Vector& arm_b, const Vector& normal, Scalar share,
+               ContactPoint& point) const;
   bool take_from_start(ContactPoint& point, const Vector& normal) const;
   Scalar closes(const Vector& arm_a, const Vector& arm_b, const Vector& normal) const;
 

@@ -1,6 +1,8 @@
 // What is foreseen of bodies that turn far, that joints hold, or that forces and drives accelerate within a
 // tick: the solver has a row for what they may meet before they touch it.
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "lpss/native/native_world.h"
 
@@ -15,6 +17,9 @@ constexpr Scalar kForeseenShare = Scalar(0.5);
 
 // Of its way in a tick: what would be stopped earlier is deep already, and is not held where it is.
 constexpr Scalar kStoppedMin = Scalar(0.1);
+
+// How often a body is looked at within a tick behind what it passes.
+constexpr Scalar kLooksMax = 8;
 
 }  // namespace
 
@@ -35,7 +40,7 @@ bool NativeWorld::swings_far(const Body& body, Scalar dt) {
 }
 
 // The contact of two bodies, a.id < b.id, if they have one.
-const Contact* NativeWorld::contact_of(BodySlot a, BodySlot b) const {
+Contact* NativeWorld::contact_of(BodySlot a, BodySlot b) {
   const Candidate wanted{body(a).id, body(b).id};
   const auto place =
       std::lower_bound(candidates_.begin(), candidates_.end(), wanted,
@@ -45,9 +50,24 @@ const Contact* NativeWorld::contact_of(BodySlot a, BodySlot b) const {
   return &contacts_[static_cast<std::size_t>(place->contact)];
 }
 
-void NativeWorld::find_meetings(BodySlot slot, MeetingsPiece& piece) const {
+void NativeWorld::find_meetings(BodySlot slot, MeetingsPiece& piece) {
+  look_ahead(slot, piece);
+  join_ahead(slot, piece);
+  look_on(slot, piece);
+  for (const Ahead& ahead : piece.ahead) {
+    const bool is_a = body(slot).id < body(ahead.other).id;
+    Meeting meeting{is_a ? slot : ahead.other, is_a ? ahead.other : slot, {}};
+    piece.search.take(body(meeting.a), body(meeting.b), Scalar(settings_.time_step), ahead.share, ahead.seen,
+                      meeting);
+    if (!meeting.patches.empty()) piece.meetings.push_back(std::move(meeting));
+  }
+}
+
+// What the body is going to touch, ascending by ids.
+void NativeWorld::look_ahead(BodySlot slot, MeetingsPiece& piece) {
   const Body& foreseen = body(slot);
   piece.near.clear();
+  piece.ahead.clear();
   broad_phase_.for_each_in(foreseen.box, [&](BodySlot other_slot) {
     const Body& other = body(other_slot);
     if (other_slot == slot || !foreseen.box.overlaps(other.box)) return;
@@ -56,18 +76,81 @@ void NativeWorld::find_meetings(BodySlot slot, MeetingsPiece& piece) const {
     if (!is_wanted(foreseen, other)) return;
     piece.near.push_back(other_slot);
   });
+  std::ranges::sort(piece.near, {}, [&](BodySlot near) { return body(near).id; });
   const auto dt = Scalar(settings_.time_step);
+  const Course course(foreseen, dt);
   for (const BodySlot other : piece.near) {
     const bool is_a = foreseen.id < body(other).id;
-    Meeting meeting{is_a ? slot : other, is_a ? other : slot, {}};
-    const bool is_more = contact_of(meeting.a, meeting.b) != nullptr;
-    // What touches and is at rest has the rows that it needs, whatever pushes it.
-    if (is_more && !is_foreseen_by_velocity(body(meeting.a), dt) &&
-        !is_foreseen_by_velocity(body(meeting.b), dt))
-      continue;
-    const bool is_found = is_more ? piece.search.find_more(body(meeting.a), body(meeting.b), dt, meeting)
-                                  : piece.search.find(body(meeting.a), body(meeting.b), dt, meeting);
-    if (is_found) piece.meetings.push_back(std::move(meeting));
+    const Body& a = is_a ? foreseen : body(other);
+    const Body& b = is_a ? body(other) : foreseen;
+    std::optional<Scalar> share = 0;
+    if (!contact_of(is_a ? slot : other, is_a ? other : slot)) {
+      share = piece.search.find(a, b, dt, piece.seen);
+    } else if (is_foreseen_by_velocity(a, dt) || is_foreseen_by_velocity(b, dt)) {
+      piece.search.find_more(a, b, dt, piece.seen);
+    } else {
+      continue;  // what touches and is at rest has the rows that it needs, whatever pushes it
+    }
+    if (share && !piece.seen.patches.empty())
+      piece.ahead.push_back({other, *share, piece.seen, course.at(*share)});
+  }
+}
+
+// Of all that stands still, the body does not meet what does not stand out from what bears it.
+void NativeWorld::join_ahead(BodySlot slot, MeetingsPiece& piece) {
+  const auto dt = Scalar(settings_.time_step);
+  const Body& foreseen = body(slot);
+  if (!foreseen.is_dynamic()) return;
+  const auto is_fixed = [&](BodySlot other) {
+    return !body(other).is_dynamic() && Course(body(other), dt).stands();
+  };
+  piece.contacts.clear();
+  piece.fixed.clear();
+  for (Ahead& ahead : piece.ahead) {
+    if (is_fixed(ahead.other)) piece.fixed.push_back({&foreseen, &body(ahead.other), &ahead.seen, ahead.at});
+  }
+  if (piece.fixed.empty()) return;
+  for (const BodySlot other : piece.near) {
+    const bool is_a = foreseen.id < body(other).id;
+    Contact* const contact = contact_of(is_a ? slot : other, is_a ? other : slot);
+    if (contact && is_fixed(other)) piece.contacts.push_back({&foreseen, &body(other), contact});
+  }
+  for (Ahead& ahead : piece.ahead) ahead.patches = ahead.seen.patches.size();
+  piece.flush.join(piece.contacts, piece.fixed, dt);
+  for (Ahead& ahead : piece.ahead) ahead.is_passed = ahead.seen.patches.size() < ahead.patches;
+}
+
+// Behind what is flush with what bears it, the body may meet what is not: a ramp, of which only the foot is
+// as low as the floor. The first of it that is not flush is what it meets.
+void NativeWorld::look_on(BodySlot slot, MeetingsPiece& piece) {
+  const auto dt = Scalar(settings_.time_step);
+  const Body& foreseen = body(slot);
+  const Course course = Course::straight(foreseen, dt);
+  const Scalar looks =
+      std::clamp(std::ceil(foreseen.linear.norm() * dt / foreseen.solid->margin()), Scalar(1), kLooksMax);
+  const std::size_t first = piece.ahead.size();
+  for (std::size_t n = 0; n < first; ++n) {
+    const auto [other, from] = std::pair(piece.ahead[n].other, piece.ahead[n].share);
+    if (!piece.ahead[n].is_passed) continue;
+    const bool is_a = foreseen.id < body(other).id;
+    for (Scalar look = 1; look <= looks; ++look) {
+      const Scalar share = look / looks;
+      if (share <= from) continue;
+      piece.search.look_there(is_a ? foreseen : body(other), is_a ? body(other) : foreseen, dt, share,
+                              1 / looks, piece.seen);
+      if (!piece.seen.patches.empty()) piece.ahead.push_back({other, share, piece.seen, course.at(share)});
+    }
+  }
+  if (piece.ahead.size() == first) return;
+  join_ahead(slot, piece);
+  const Ahead* last = nullptr;
+  for (Ahead& ahead : std::span(piece.ahead).subspan(first)) {
+    if (ahead.seen.patches.empty()) continue;
+    if (last && last->other == ahead.other) {
+      ahead.seen.patches.clear();
+    } else {
+      last = &ahead;
+    }
   }
 }
 

@@ -130,10 +130,25 @@ class NativeWorld final : public SectorWorld {
     std::vector<FixedContact> contacts;
   };
 
+  // What a foreseen body is going to meet, after a share of the tick.
+  struct Ahead {
+    BodySlot other;
+    Scalar share;
+    Contact seen;
+    Frame at;                 // of the body
+    std::size_t patches = 0;  // of what was seen ...
+    bool is_passed = false;   // ... some of which the body does not meet
+  };
+
   // What a loop over foreseen bodies finds of a piece of them.
   struct MeetingsPiece {
     MeetingSearch search;
+    FlushContacts flush;
     std::vector<BodySlot> near;
+    std::vector<Ahead> ahead;
+    std::vector<FixedContact> contacts;
+    std::vector<FixedMeeting> fixed;
+    Contact seen;
     std::vector<Meeting> meetings;
     std::vector<std::pair<BodySlot, Scalar>> stopped;  // after so large a share of the tick
   };
@@ -184,7 +199,10 @@ class NativeWorld final : public SectorWorld {
   void predict_contact(BodySlot swept, const SweepHit& hit);
   bool is_foreseen(const Body& body, Scalar dt) const;  // by its course, in this tick
   void predict_meetings(std::span<const BodySlot> foreseen, const ParallelFor& parallel);
-  void find_meetings(BodySlot slot, MeetingsPiece& piece) const;
+  void find_meetings(BodySlot slot, MeetingsPiece& piece);
+  void look_ahead(BodySlot slot, MeetingsPiece& piece);
+  void join_ahead(BodySlot slot, MeetingsPiece& piece);
+  void look_on(BodySlot slot, MeetingsPiece& piece);
   static bool swings_far(const Body& body, Scalar dt);
   static bool is_foreseen_by_velocity(const Body& body, Scalar dt);
   bool is_looked_after(const Body& body, Scalar dt) const;
@@ -192,7 +210,7 @@ class NativeWorld final : public SectorWorld {
   void stop_turning(std::span<const BodySlot> turning, const ParallelFor& parallel);
   void for_each_piece_of(std::span<const BodySlot> foreseen, const ParallelFor& parallel,
                          absl::FunctionRef<void(MeetingsPiece&, std::size_t)> act);
-  const Contact* contact_of(BodySlot a, BodySlot b) const;
+  Contact* contact_of(BodySlot a, BodySlot b);
   void keep_still_clock(Body& body, double dt) const;
 
   NativeEngine& engine_;
