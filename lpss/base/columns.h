@@ -40,10 +40,9 @@ class Columns<float> {
   using Matrix = Eigen::Matrix3f;
   using Wide = Eigen::Vector4f;
 
+  // The fourth numbers are those that follow in the matrix.
   explicit Columns(const Matrix& m)
-      : x_(m(0, 0), m(1, 0), m(2, 0), 0),
-        y_(m(0, 1), m(1, 1), m(2, 1), 0),
-        z_(m(0, 2), m(1, 2), m(2, 2), 0) {}
+      : x_(Wide::Map(m.data())), y_(Wide::Map(m.data() + 3)), z_(m(0, 2), m(1, 2), m(2, 2), 0) {}
 
   static Wide widened(const Vector& v) { return {v.x(), v.y(), v.z(), 0}; }
   static Vector narrowed(const Wide& v) { return {v.x(), v.y(), v.z()}; }
@@ -65,7 +64,9 @@ class Columns<float> {
   EIGEN_STRONG_INLINE Wide times(float a, float b, float c) const { return x_ * a + (y_ * b + z_ * c); }
   static EIGEN_STRONG_INLINE Matrix matrix(const Wide& a, const Wide& b, const Wide& c) {
     Matrix m;
-    m << narrowed(a), narrowed(b), narrowed(c);
+    Wide::Map(m.data()) = a;
+    Wide::Map(m.data() + 3) = b;
+    m.col(2) = narrowed(c);
     return m;
   }
 

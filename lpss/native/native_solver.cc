@@ -375,8 +375,12 @@ void NativeSolver::fill_patches(const Source& source) {
     if (surface) *patch.surface = surface_of(*surface, from);
     for (std::size_t n = 0; n < patch.points; ++n) {
       const ContactPoint& point = from.point[n];
-      patch.point[n] = {to_lever_a * point.on_a, to_lever_b * point.on_b, from.normal,
-                        std::max(point.gap, gap_min), point.impulse};
+      Contacts::Point& into = patch.point[n];
+      into.lever_a = to_lever_a * point.on_a;
+      into.lever_b = to_lever_b * point.on_b;
+      into.normal = from.normal;
+      into.gap = std::max(point.gap, gap_min);
+      into.impulse = point.impulse;
     }
     patch.course = nullptr;
     if (source.carrier) set_course(source, from, patch, courses_[source.first_course + p]);
