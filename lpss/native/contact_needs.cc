@@ -7,7 +7,6 @@
 namespace tessera::native {
 namespace {
 
-constexpr double kLightLoad = 1.5;
 constexpr double kUsualLoad = 20;
 constexpr double kLoadAtRest = 21;                 // that a contact at rest may bear until more is known
 constexpr double kUnseen = 2;                      // what else may rest on a heavy body, and how it sways

@@ -45,6 +45,9 @@ struct ContactScale {
 // The rule, for the settings of a world.
 class ContactNeeds {
  public:
+  // Of weights that rest on a body, by its own: what is no more asks for nothing.
+  static constexpr double kLightLoad = 1.5;
+
   explicit ContactNeeds(const WorldSettings& settings);
 
   // Whether the number of substeps adapts to islands. If not, all take the usual number.

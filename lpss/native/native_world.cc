@@ -18,11 +18,13 @@ constexpr std::size_t kCandidatesInPiece = 256;
 constexpr int kSubstepsOfHit = 4;
 
 // The weight of the heavier body by that of the lighter one, in the direction of the contact's normal; 0
-// where the lighter one does not carry it.
+// where the lighter one does not carry it, or that is a light load.
 double rests_on(const Body& a, const Body& b, const Contact& contact) {
   if (!(a.inverse_mass > 0 && b.inverse_mass > 0)) return 0;
   const Body& heavier = a.inverse_mass < b.inverse_mass ? a : b;
   const Body& lighter = a.inverse_mass < b.inverse_mass ? b : a;
+  const double ratio = double(lighter.inverse_mass) / double(heavier.inverse_mass);
+  if (ratio <= ContactNeeds::kLightLoad) return 0;
   const Vector& normal = contact.patches.front().normal;
   const Scalar down = heavier.gravity.dot(&heavier == &a ? -normal : normal);
   if (!(down > 0)) return 0;
