@@ -19,12 +19,12 @@ SKIPPED = 77
 # 15 % above what was measured, in f32, with one thread and AVX2. Lower them when ticks become cheaper, so that the output
 # says 0.87 of each again (docs/performance.md).
 BOUNDS = {
-    ("pile", "sectors"): (12.9, 0.282),
-    ("pile", "one_sector"): (11.9, 0.258),
-    ("pyramid", "sectors"): (17.7, 0.253),
-    ("pyramid", "one_sector"): (15.9, 0.228),
-    ("mixed", "sectors"): (51.5, 2.53),
-    ("mixed", "one_sector"): (49.3, 2.42),
+    ("pile", "sectors"): (11.2, 0.246),
+    ("pile", "one_sector"): (10.1, 0.222),
+    ("pyramid", "sectors"): (15.5, 0.222),
+    ("pyramid", "one_sector"): (13.7, 0.196),
+    ("mixed", "sectors"): (44.6, 2.2),
+    ("mixed", "one_sector"): (42.2, 2.07),
 }
 
 
