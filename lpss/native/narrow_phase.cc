@@ -139,8 +139,11 @@ Box seen_from_b(const Box& box, const Placement<Scalar>& placement) {
 // left.
 class SurfaceContact {
  public:
-  explicit SurfaceContact(const Part& convex)
-      : apart_((convex.box.high - convex.box.low).squaredNorm() * (kSamePoint * kSamePoint)) {}
+  // `turn`: from the frame of the convex part to that of the manifolds.
+  SurfaceContact(const Part& convex, const Matrix& turn)
+      : apart_((convex.box.high - convex.box.low).squaredNorm() * (kSamePoint * kSamePoint)) {
+    if (convex.kind == Kind::kCapsule) axis_ = turn.col(2);
+  }
 
   void add(std::uint32_t triangle, const Manifold<Scalar>& manifold) {
     if (manifold.count == 0) return;
@@ -198,7 +201,8 @@ class SurfaceContact {
     std::stable_sort(groups_.begin(), groups_.end(),
                      [](const Group& x, const Group& y) { return x.least < y.least; });
     if (groups_.size() > kSurfacePatchesMax) groups_.resize(kSurfacePatchesMax);
-    for (const Group& group : groups_) {
+    for (Group& group : groups_) {
+      if (!axis_.isZero(0)) keep_line(group);
       Manifold<Scalar> manifold;
       manifold.normal = group.normal;
       collision::reduce(std::span<const collision::ContactPoint<Scalar>>(group.points), manifold);
@@ -221,7 +225,22 @@ class SurfaceContact {
     group.points.assign(manifold.point, manifold.point + manifold.count);
   }
 
-  const Scalar apart_;  // m^2, the square of how far apart two points are
+  // A capsule touches a plane along its axis: of points that several triangles have there, one beside the
+  // other by rounding, those at the ends bear it, and the deepest where the surface bulges.
+  void keep_line(Group& group) const {
+    if (group.points.size() <= 2) return;
+    const auto along = [&](const auto& point) { return axis_.dot(point.on_a); };
+    const auto [low, high] = std::ranges::minmax_element(group.points, {}, along);
+    const auto deepest = std::ranges::min_element(group.points, {}, [](const auto& p) { return p.gap; });
+    const Scalar slack = (along(*high) - along(*low)) * kSamePoint;
+    const bool bulges = deepest->gap < std::min(low->gap, high->gap) - slack;
+    absl::InlinedVector<collision::ContactPoint<Scalar>, 8> kept = {*low, *high};
+    if (bulges) kept.push_back(*deepest);
+    group.points = std::move(kept);
+  }
+
+  const Scalar apart_;            // m^2, the square of how far apart two points are
+  Vector axis_ = Vector::Zero();  // of a capsule; otherwise 0
   absl::InlinedVector<Group, 2> groups_;
 };
 
@@ -404,7 +423,7 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
   if (ground.kind == Kind::kPlane) return keep_above(collide_plane(convex, ground.normal, above, margin));
   Terrain::List triangles;
   ground.terrain->near(seen_from_b(convex.box, above).grown(margin), triangles);
-  SurfaceContact contact(convex);
+  SurfaceContact contact(convex, above.a);
   const Vector outside = above.b.transpose() * (outside_of(before, parts) * (is_swapped ? -1 : 1));
   for (Terrain::Found& found : triangles) {
     keep_outside(outside, convex, above, found.triangle);

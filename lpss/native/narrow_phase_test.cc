@@ -294,6 +294,25 @@ TEST(NarrowPhaseTest, ABallThatRollsOverAFlatSurfaceMeetsNoEdge) {
   }
 }
 
+// Not quite along the cells, and a little tilted, it would have others beside its line.
+TEST(NarrowPhaseTest, ACapsuleOnManyTrianglesHasTheEndsOfItsLine) {
+  const Body floor =
+      body(1, HeightField{33, 33, {0.25, 0.25}, std::vector<double>(33 * 33, 0)}, {0, 0, 0}, Motion::kStatic);
+  const Capsule capsule{0.15, 0.6};
+  for (int step = 0; step < 40; ++step) {
+    Body lying = body(2, capsule, {Scalar(0.0093 * step), Scalar(0.05), Scalar(0.1498)});
+    const Eigen::Quaterniond turn = Eigen::AngleAxisd(M_PI / 2 + 2e-4, Eigen::Vector3d::UnitX()) *
+                                    Eigen::AngleAxisd(1e-3 * step, Eigen::Vector3d::UnitY());
+    lying.pose.rotation = turn.toRotationMatrix().cast<Scalar>();
+    Contact contact;
+    NarrowPhase().update(floor, lying, contact);
+    ASSERT_EQ(contact.patches.size(), 1u) << step;
+    const ContactPatch& patch = contact.patches[0];
+    ASSERT_EQ(patch.count, 2) << step;
+    for (int n = 0; n < 2; ++n) EXPECT_NEAR(std::abs(patch.point[n].on_b.z()), 0.3, 1e-3) << step;
+  }
+}
+
 TEST(NarrowPhaseTest, DistancesAreThoseBetweenSurfaces) {
   const Solid ball(Shape{{ShapePart{Sphere{0.5}, {}}}}, Pose{}, false);
   const Solid box(Shape{{ShapePart{tessera::Box{}, {}}}}, Pose{}, false);

@@ -105,9 +105,13 @@ Geometry wheel_of(const std::string& vehicle) {
 }
 
 // What slides or rolls as one with others: a chassis on wheels, with or without a trailer; or two sleds, one
-// behind the other.
+// behind the other. Or a capsule alone, with room to turn.
 void add_vehicle(Movers& movers, const std::string& vehicle) {
   const Eigen::Vector3d across = Eigen::Vector3d::UnitY();
+  if (vehicle == "capsule") {
+    movers.add_wheel("capsule", Capsule{kRadius, 0.1}, {kStart, 0.05, kRadius});
+    return;
+  }
   if (vehicle == "sleds") {
     const Eigen::Vector3d half(0.3, 0, kRadius);
     for (const int n : {0, 1}) {
@@ -262,6 +266,19 @@ double deepest_in_ramp(const std::string& kind, double slope, double speed) {
     });
   }
   return deepest;
+}
+
+// At either end of its line, however many triangles that is on.
+TEST(Flush, ACapsuleRollsOnItsLine) {
+  for (const char* first : {"box", "field", "sheet", "crate"}) {
+    for (const char* second : {"field", "crate"}) {
+      for (const double speed : {1., 3., 8.}) {
+        for (const double slope : {0., 0.3})
+          expect_level({{first, second}, speed, slope, false, "capsule"}, 128);
+        expect_level({{first, second}, speed, 0, false, "capsule"}, 3.7);
+      }
+    }
+  }
 }
 
 TEST(Flush, ARampBehindTilesIsMet) {
