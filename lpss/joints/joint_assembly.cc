@@ -245,7 +245,10 @@ bool JointAssembly::see_changes() {
     see(body.now.angular_change, body.angular_seen, first + 3);
     first += kBodyNumbers;
   }
-  if (is_changed) is_held_ = is_settled_ = false;
+  if (is_changed) {
+    is_held_ = is_settled_ = false;
+    is_pushed_ = true;
+  }
   return is_changed;
 }
 
@@ -278,6 +281,7 @@ void JointAssembly::start_step() {
   is_settled_ = false;
   is_held_ = false;
   see_changes();
+  is_pushed_ = false;
   soft_impulses_.setZero();
   find_whether_to_move();
   if (moves_) {
@@ -558,11 +562,12 @@ void JointAssembly::pass() {
   Motion& moved = begin_motion();
   // What contacts have pushed turns fast about free axes until drives have answered, too: only then is it
   // known where it will be at the end of the step.
-  if (!is_held_ && free_count_ > 0) {
+  if (is_pushed_ && free_count_ > 0) {
     hold(moved);
     is_held_ = true;
     solve_free(moved);
   }
+  is_pushed_ = false;
   hold_at_end(moved);
   if (has_diverged_) return;
   if (free_count_ > 0) solve_free(moved);

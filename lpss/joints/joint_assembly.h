@@ -265,6 +265,7 @@ class JointAssembly {
   Eigen::VectorXd bending_;      // impulses of that
   bool is_bent_ = false;         // they were set in this step
   bool is_held_ = false;         // the velocities, since the rows were made and others last changed one
+  bool is_pushed_ = false;       // by others, since a pass has answered
   bool is_foreseen_ = true;      // and follow the velocities of each pass
   double gives_way_ = 0;         // the share by which rows do
   bool is_anchored_ = false;     // to something that cannot be pushed

@@ -237,7 +237,7 @@ std::array<double, 2> JointedContacts::slipping(const Patch& patch, const std::a
   const std::array<double, 2> pull = {patch.mobility[0] * now[0] - slip[0],
                                       patch.mobility[1] * now[1] - slip[1]};
   // Newton's method for 1 / size, which comes from below, and does not go beyond.
-  double k = std::max(std::hypot(pull[0], pull[1]) / most - patch.mobility[0], 0.0);
+  double k = std::max(std::sqrt(pull[0] * pull[0] + pull[1] * pull[1]) / most - patch.mobility[0], 0.0);
   std::array<double, 2> impulse = {0, 0};
   for (int step = 0; step < kSteps; ++step) {
     double square = 0;

@@ -403,11 +403,13 @@ void JointedContacts::make_masses(Patch& patch) {
   const double k00 = patch.tangent[0].mobility;
   const double k11 = patch.tangent[1].mobility;
   const double k01 = k00 > 0 && k11 > 0 ? answer_of(patch.tangent[0], patch.tangent[1]) : 0;
-  // The turn that makes the symmetric matrix diagonal.
+  // The turn that makes the symmetric matrix diagonal: the direction of its larger number.
   const double half = (k00 - k11) / 2;
   const double spread = std::sqrt(half * half + k01 * k01);
-  const double turn = std::atan2(k01, half) / 2;
-  patch.principal = {std::cos(turn), std::sin(turn)};
+  const std::array<double, 2> along =
+      half >= 0 ? std::array{half + spread, k01} : std::array{k01, spread - half};
+  const double length = std::sqrt(along[0] * along[0] + along[1] * along[1]);
+  patch.principal = length > 0 ? std::array{along[0] / length, along[1] / length} : std::array{1.0, 0.0};
   patch.mobility = {(k00 + k11) / 2 + spread, std::max((k00 + k11) / 2 - spread, 0.0)};
   if (patch.arm > 0) patch.rolling_mass = inverse_of(patch.rolling[0], patch.rolling[1]);
 }
