@@ -115,6 +115,9 @@ class JointAssembly {
   void end(std::vector<BodyMotion>& moved);
 
  private:
+  // m or rad, of the way of a step: what changes by less is settled.
+  static constexpr double kSettled = 1e-8;
+
   // A joint, with the indices of its bodies in bodies_.
   struct Tie {
     SolvedJoint joint;
