@@ -26,8 +26,11 @@ class Columns {
   Matrix operator*(const Matrix& m) const { return m_ * m; }
   Matrix times_transposed(const Matrix& m) const { return m_ * m.transpose(); }
 
-  // m^T m.
-  static Matrix square_of(const Matrix& m) { return m.transpose() * m; }
+  // a b, straightened: one step of Newton's method towards the nearest rotation, m (3 - m^T m) / 2.
+  static Matrix straightened_product(const Matrix& a, const Matrix& b) {
+    const Matrix m = a * b;
+    return m * (Matrix::Identity() * 1.5 - m.transpose() * m * 0.5);
+  }
 
  private:
   Matrix m_;
@@ -58,9 +61,25 @@ class Columns<float> {
                   times(m(2, 0), m(2, 1), m(2, 2)));
   }
 
-  static Matrix square_of(const Matrix& m) { return Columns(m.transpose()) * m; }
+  // Without a look at memory: what has just been written in parts is not there yet as a whole.
+  static Matrix straightened_product(const Matrix& a, const Matrix& b) {
+    const Columns by(a);
+    const Columns m(by.times(b(0, 0), b(1, 0), b(2, 0)), by.times(b(0, 1), b(1, 1), b(2, 1)),
+                    by.times(b(0, 2), b(1, 2), b(2, 2)));
+    const Columns rows = m.transposed();
+    const Wide x = Wide(1.5f, 0, 0, 0) - rows.times_wide(m.x_) * 0.5f;
+    const Wide y = Wide(0, 1.5f, 0, 0) - rows.times_wide(m.y_) * 0.5f;
+    const Wide z = Wide(0, 0, 1.5f, 0) - rows.times_wide(m.z_) * 0.5f;
+    return matrix(m.times_wide(x), m.times_wide(y), m.times_wide(z));
+  }
 
  private:
+  EIGEN_STRONG_INLINE Columns(const Wide& x, const Wide& y, const Wide& z) : x_(x), y_(y), z_(z) {}
+
+  EIGEN_STRONG_INLINE Columns transposed() const {
+    return {Wide(x_[0], y_[0], z_[0], 0), Wide(x_[1], y_[1], z_[1], 0), Wide(x_[2], y_[2], z_[2], 0)};
+  }
+  EIGEN_STRONG_INLINE Wide times_wide(const Wide& v) const { return times(v[0], v[1], v[2]); }
   EIGEN_STRONG_INLINE Wide times(float a, float b, float c) const { return x_ * a + (y_ * b + z_ * c); }
   static EIGEN_STRONG_INLINE Matrix matrix(const Wide& a, const Wide& b, const Wide& c) {
     Matrix m;

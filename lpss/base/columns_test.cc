@@ -22,7 +22,10 @@ void compare_with_eigen() {
     EXPECT_EQ(columns * v, Vector(a * v));
     EXPECT_EQ(columns * b, Matrix(a * b));
     EXPECT_EQ(columns.times_transposed(b), Matrix(a * b.transpose()));
-    EXPECT_EQ(Columns<Scalar>::square_of(a), Matrix(a.transpose() * a));
+    const Matrix product = a * b;
+    const Matrix straightened =
+        product * Matrix(Matrix::Identity() * Scalar(1.5) - product.transpose() * product * Scalar(0.5));
+    EXPECT_EQ(Columns<Scalar>::straightened_product(a, b), straightened);
   }
 }
 

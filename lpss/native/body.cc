@@ -181,11 +181,8 @@ void Body::stop() {
 namespace {
 
 // One step of Newton's method towards the nearest rotation: rounding does not add up.
-template <typename Number>
-Eigen::Matrix<Number, 3, 3> straightened(const Eigen::Matrix<Number, 3, 3>& axes) {
-  using Axes = Eigen::Matrix<Number, 3, 3>;
-  const Axes square = Columns<Number>::square_of(axes);
-  return Columns<Number>(axes) * Axes(Axes::Identity() * Number(1.5) - square * Number(0.5));
+Eigen::Matrix3d straightened(const Eigen::Matrix3d& axes) {
+  return axes * (Eigen::Matrix3d::Identity() * 1.5 - axes.transpose() * axes * 0.5);
 }
 
 }  // namespace
@@ -193,7 +190,7 @@ Eigen::Matrix<Number, 3, 3> straightened(const Eigen::Matrix<Number, 3, 3>& axes
 Matrix turned(const Matrix& rotation, const Vector& turn) {
   if (turn.isZero(0)) return rotation;
   const Matrix by = rotation_by(turn.cast<double>()).toRotationMatrix().cast<Scalar>();
-  return straightened<Scalar>(Columns<Scalar>(by) * rotation);
+  return Columns<Scalar>::straightened_product(by, rotation);
 }
 
 void Body::foresee(Scalar dt) {
