@@ -31,6 +31,7 @@ ContactNeeds::ContactNeeds(const WorldSettings& settings)
       usual_(settings.substeps),
       tick_weight_((size_of(settings.gravity) > 0 ? size_of(settings.gravity) : kEarth) * settings.time_step),
       fall_(size_of(settings.gravity) * settings.time_step * settings.time_step),
+      time_step_(settings.time_step),
       load_in_tick_(std::max(1.0, fall_ / kUsualFall)) {}
 
 int ContactNeeds::for_load(double load_ratio) const {
@@ -46,7 +47,7 @@ int ContactNeeds::for_load(double load_ratio) const {
 // its smallest extent.
 int ContactNeeds::for_size(double load_ratio, double extent) const {
   int substeps = std::max(2, usual_ / 2);
-  const double sink = (1 + load_ratio) * fall_;
+  const double sink = fall_ + load_ratio * tick_weight_ * time_step_;
   while (sink > kSinkMax * extent * substeps * substeps && 2 * substeps <= ContactNeed::kSubstepsMost)
     substeps *= 2;
   return substeps;
@@ -58,9 +59,10 @@ int ContactNeeds::substeps(const ContactNeed& need, const ContactScale& scale) c
   if (!adapts_) return usual_;
   double load_ratio =
       std::max(scale.rests_on > kLightLoad ? scale.rests_on * kUnseen : 0, scale.nimbleness - 1);
-  if (!need.is_known()) load_ratio = std::max(load_ratio, scale.is_at_rest ? kLoadAtRest : 1.0);
-  const int by_load = load_ratio > 0 ? for_load(load_ratio) : 0;
-  return std::max(by_load, need.is_known() ? need.substeps : for_size(0, scale.extent));
+  if (need.is_known()) return std::max(load_ratio > 0 ? for_load(load_ratio) : 0, int(need.substeps));
+  const double pressed = scale.pressed / (tick_weight_ * time_step_);
+  load_ratio = std::max({load_ratio, scale.is_at_rest ? kLoadAtRest : 1.0, pressed});
+  return std::max(for_load(load_ratio), for_size(pressed, scale.extent));
 }
 
 int ContactNeeds::granted(int substeps, std::size_t bodies) const {

@@ -36,6 +36,9 @@ struct ContactScale {
   // The bodies rest on each other, as far as one sees: a contact of which little is known yet was placed so,
   // and may bear much.
   bool is_at_rest = false;
+  // m, how far forces other than gravity would move one of the bodies in this tick, from rest; of no meaning
+  // once the contact is known. What presses hard has sunk in before it is known.
+  double pressed = 0;
   // How much more easily than a block around its shape a body turns; 1 for usual ones. A contact beside the
   // centre of such a body turns it away before it bears its weight, as if it bore that of other bodies. SDF
   // has moments of 1 kg m^2 for a link without <inertia>, whatever its mass: 1000 kg and 2 m are at 667.
@@ -88,6 +91,7 @@ class ContactNeeds {
   int usual_;
   double tick_weight_;   // N s/kg: the impulse that bears a body's weight in a tick
   double fall_;          // m, in a tick
+  double time_step_;     // s
   double load_in_tick_;  // how much farther than usual bodies fall: errors of a substep grow with it
 };
 

@@ -438,6 +438,9 @@ ContactScale scale_of(const Body& a, const Body& b) {
   return scale;
 }
 
+// m. Contacts of joints know what they bear, and open what has sunk in.
+double pressed(const Body& body) { return body.jointed ? 0 : double(body.surge); }
+
 // Two that are deep in each other do not rest, but come apart.
 bool NativeWorld::is_at_rest(const Body& a, const Body& b, const Contact& contact,
                              const ContactScale& scale) const {
@@ -487,7 +490,10 @@ void NativeWorld::gather(std::size_t begin, std::size_t end, CandidatesPiece& pi
     const Body& b = body(candidate.slot_b);
     ContactScale scale = scale_of(a, b);
     scale.rests_on = rests_on(a, b, contact);
-    if (!contact.need.is_known()) scale.is_at_rest = is_at_rest(a, b, contact, scale);
+    if (!contact.need.is_known()) {
+      scale.is_at_rest = is_at_rest(a, b, contact, scale);
+      scale.pressed = std::max(pressed(a), pressed(b));
+    }
     int substeps = engine_.needs().substeps(contact.need, scale);
     // What follows on joints is stopped by turns of joints and contacts: in smaller steps it goes less far.
     if (contact.is_predicted() && (a.jointed || b.jointed))
