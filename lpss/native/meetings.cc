@@ -14,6 +14,10 @@ namespace {
 // looked at in so many steps.
 constexpr Scalar kStepShare = Scalar(0.25);
 constexpr int kStepsMax = 1024;
+// What turns so far in a tick (rad), and is accelerated, is followed on its arc as far as it may get: at most
+// this share of the tick beyond it.
+constexpr Scalar kSwingsFar = Scalar(0.1);
+constexpr Scalar kBeyondMax = 1;
 // Of the reach: what is found this much too early is near enough.
 constexpr Scalar kEarly = Scalar(0.25);
 // m, the least reach, also of what has no margin.
@@ -103,7 +107,11 @@ void MeetingSearch::foresee(Scalar dt) {
 std::optional<Scalar> MeetingSearch::find(const Body& a, const Body& b, Scalar dt, Contact& seen) {
   begin(a, b);
   foresee(dt);
-  const std::optional<Scalar> share = first_share();
+  const Scalar surge = a.surge + b.surge;
+  std::optional<Scalar> share;
+  if (surge > 0 && std::max(course_a_->swing(), course_b_->swing()) > kSwingsFar)
+    share = first_share(margin_, 1 + std::min(surge / approach_, kBeyondMax));
+  if (!share) share = first_share(reach_, 1);
   if (!share) return std::nullopt;
   // The one that touches may turn the others in.
   look(*share, reach_ * (1 + kEarly) + std::min(approach_, kAlsoMax));
@@ -203,23 +211,23 @@ Scalar MeetingSearch::look(Scalar share, Scalar margin) {
   return least;
 }
 
-// When the two first come within reach.
-std::optional<Scalar> MeetingSearch::first_share() {
-  const Scalar near = reach_ * (1 + kEarly);
+// When the two first come within reach, until a share of the tick.
+std::optional<Scalar> MeetingSearch::first_share(Scalar reach, Scalar until) {
+  const Scalar near = reach * (1 + kEarly);
   const Scalar step_min = std::max(kStepShare * thin_ / approach_, Scalar(1) / kStepsMax);
-  const Scalar ahead = std::max(thin_, reach_);
+  const Scalar ahead = std::max(thin_, reach);
   Scalar share = 0;
   Scalar apart = 0;
   while (true) {
-    const Scalar left = approach_ * (1 - share);
+    const Scalar left = approach_ * (until - share);
     const Scalar looked = std::min(left, ahead);
     const Scalar gap = look(share, near + looked);
     if (gap <= near) return gap < 0 && share > 0 ? before_overlap(apart, share, near) : share;
     // No point gets within reach before.
-    const Scalar sure = gap > near + looked ? looked : gap - reach_;
-    if (sure >= left || share >= 1) return std::nullopt;
+    const Scalar sure = gap > near + looked ? looked : gap - reach;
+    if (sure >= left || share >= until) return std::nullopt;
     apart = share;
-    share = std::min(share + std::max(sure / approach_, step_min), Scalar(1));
+    share = std::min(share + std::max(sure / approach_, step_min), until);
   }
 }
 

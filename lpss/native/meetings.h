@@ -33,6 +33,7 @@ class Course {
   Frame surface_at(Scalar share) const { return at(share, swing_); }
 
   bool stands() const { return stands_; }
+  Scalar swing() const { return swing_.norm(); }  // rad, in the tick
 
   // m, by which no two points of two bodies come nearer to each other in the tick.
   friend Scalar approach_max(const Course& a, const Course& b) {
@@ -70,7 +71,8 @@ struct Meeting {
 class MeetingSearch {
  public:
   // Of a pair (a.id < b.id) of which at least one can be pushed, in a tick of `dt` seconds: after which share
-  // of the tick they meet, if they do, and what is `seen` there.
+  // of the tick they meet, if they do, and what is `seen` there. More than 1 where they would not yet, but
+  // are accelerated.
   std::optional<Scalar> find(const Body& a, const Body& b, Scalar dt, Contact& seen);
 
   // Of a pair that has a contact: what else of the two may come near in the tick, as `seen` at its start.
@@ -91,7 +93,7 @@ class MeetingSearch {
   void begin(const Body& a, const Body& b);
   void foresee(Scalar dt);
   Scalar look(Scalar share, Scalar margin);
-  std::optional<Scalar> first_share();
+  std::optional<Scalar> first_share(Scalar reach, Scalar until);
   Scalar before_overlap(Scalar apart, Scalar overlap, Scalar near);
   void take(const ContactPatch& from, Scalar share, ContactPatch& patch) const;
   bool take_there(ContactPoint& point, const Vector& normal, Scalar share) const;
