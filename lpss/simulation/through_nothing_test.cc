@@ -272,7 +272,8 @@ Depth push(Chance& chance, double sector) {
   return depth;
 }
 
-// None passes but for the seeds that are known: the strongest servos against the thinnest walls.
+// None passes but for the seed that is known: a strong motor sinks 17 mm into a wall of 16 mm before its
+// contact is as stiff as it has to be.
 template <typename Run>
 void none_passes(const Run& run, const std::set<std::uint64_t>& known = {}) {
   for (const double sector : {kWide, kNarrow}) {
@@ -287,18 +288,16 @@ void none_passes(const Run& run, const std::set<std::uint64_t>& known = {}) {
 }
 
 TEST(ThroughNothing, SlidersStopAtWalls) {
-  none_passes([](Chance& chance, double sector) { return slide(chance, sector, /*on_body=*/false); },
-              {24, 45});
+  none_passes([](Chance& chance, double sector) { return slide(chance, sector, /*on_body=*/false); }, {45});
 }
 
 TEST(ThroughNothing, SlidersOnBodiesStopAtWalls) {
-  none_passes([](Chance& chance, double sector) { return slide(chance, sector, /*on_body=*/true); },
-              {24, 45});
+  none_passes([](Chance& chance, double sector) { return slide(chance, sector, /*on_body=*/true); }, {45});
 }
 
-TEST(ThroughNothing, SlidersStopAtEachOther) { none_passes(meet, {20, 24}); }
+TEST(ThroughNothing, SlidersStopAtEachOther) { none_passes(meet); }
 
-TEST(ThroughNothing, ArmsStopAtPosts) { none_passes(swing, {37, 49}); }
+TEST(ThroughNothing, ArmsStopAtPosts) { none_passes(swing); }
 
 TEST(ThroughNothing, FreeBodiesStopAtWalls) { none_passes(push); }
 
