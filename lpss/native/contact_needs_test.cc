@@ -50,6 +50,23 @@ TEST(ContactNeedsTest, AreFewUntilThreeTicksAreKnown) {
   EXPECT_EQ(after(needs, {1000 * kWeight, 1000 * kWeight, 1000 * kWeight}), 32);
 }
 
+TEST(ContactNeedsTest, AreMoreFromTheStartForWhatPressesHard) {
+  const ContactNeeds needs{WorldSettings{}};
+  constexpr double kFall = 9.81 / (60 * 60);  // m, in a tick
+  ContactScale pressed = scale(1, 1);
+  EXPECT_EQ(needs.substeps({}, pressed), 2);
+  pressed.pressed = 500 * kFall;
+  EXPECT_EQ(needs.substeps({}, pressed), 32);
+  pressed.extent = 0.05;
+  EXPECT_EQ(needs.substeps({}, pressed), 64) << "what is small must give way less";
+  WorldSettings floating;
+  floating.gravity = UniformGravity{Eigen::Vector3d::Zero()};
+  EXPECT_EQ(ContactNeeds(floating).substeps({}, pressed), 64) << "without gravity, too";
+  ContactNeed known;
+  for (int tick = 0; tick < 3; ++tick) needs.note(known, kWeight, pressed);
+  EXPECT_EQ(needs.substeps(known, pressed), 2) << "what it bears says more";
+}
+
 TEST(ContactNeedsTest, AreMoreForBodiesThatWerePlacedOnEachOther) {
   const ContactNeeds needs{WorldSettings{}};
   ContactNeed need;

@@ -444,6 +444,7 @@ bool NativeSolver::is_bounded(const Source& source) const {
   for (std::size_t p = source.first; p < end; ++p) {
     const Contacts::Patch& patch = patches_[p];
     if (!within(patch.friction_impulse.cast<double>().norm()) || !within(patch.twist_impulse)) return false;
+    if (patch.surface && !within(patch.surface->rolling_impulse.cast<double>().norm())) return false;
     for (std::size_t n = 0; n < patch.points; ++n) {
       if (!within(patch.point[n].impulse)) return false;
     }

@@ -77,8 +77,8 @@ double way_between(PartitionCluster& cluster, std::size_t bodies, double sector_
 // By the size of sectors, m: with 2 m, borders go through all.
 class Rests : public testing::TestWithParam<double> {
  protected:
-  // `creep`: m, in the last four seconds.
-  void expect_rest(const WorldBuilder& builder, const std::string& what, double creep = 2e-6) {
+  // `creep`: m, in the last four seconds; what rounding leaves in f32.
+  void expect_rest(const WorldBuilder& builder, const std::string& what, double creep = 4e-6) {
     const auto cluster = cluster_of(builder.world(), 1);
     int tick = 0;
     const std::size_t bodies = builder.world().bodies.size();
@@ -103,15 +103,12 @@ TEST_P(Rests, PairsByAFixedJointStayOnSlopes) {
 TEST_P(Rests, TablesStayOnSlopes) {
   std::mt19937 random(2);
   for (const JointType type : {JointType::kFixed, JointType::kRevolute}) {
-    // Servos give way: a table of 1,000 times the weight of its legs sways on them.
-    for (const double ratio : {1.0, 10.0, type == JointType::kFixed ? 1000.0 : 30.0}) {
-      for (const double share : {0.0, type == JointType::kFixed ? 0.9 : 0.5}) {
+    for (const double ratio : {1.0, 10.0, 1000.0}) {
+      for (const double share : {0.0, 0.5, 0.9}) {
         WorldBuilder builder = slope_of(share, GetParam(), random);
         add_table(builder, type, 0.5, 0.5 * ratio);
-        expect_rest(builder,
-                    std::string(type == JointType::kFixed ? "fixed" : "servos") + ", ratio " +
-                        std::to_string(ratio) + ", share " + std::to_string(share),
-                    2e-6);
+        expect_rest(builder, std::string(type == JointType::kFixed ? "fixed" : "servos") + ", ratio " +
+                                 std::to_string(ratio) + ", share " + std::to_string(share));
       }
     }
   }
