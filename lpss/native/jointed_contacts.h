@@ -153,7 +153,7 @@ class JointedContacts {
   void make_answer(Row& row);
   void make_masses(Patch& patch);
   double answer_of(const Row& row, const Row& by) const;
-  std::array<double, 3> inverse_of(const Row& first, const Row& second) const;
+  std::array<double, 3> mobility_of(const Row& first, const Row& second) const;
 
   void load();
   void store();

@@ -26,6 +26,15 @@ std::array<Eigen::Vector3d, 2> plane_of(const Eigen::Vector3d& normal) {
   return {first, normal.cross(first)};
 }
 
+// Of a symmetric matrix (00, 01, 11); of what cannot move, 0.
+std::array<double, 3> inverse_of(const std::array<double, 3>& matrix) {
+  const auto inverse_or_zero = [](double value) { return value > 0 ? 1 / value : 0; };
+  const auto& [k00, k01, k11] = matrix;
+  const double factor = inverse_or_zero(k00 * k11 - k01 * k01);
+  return {k11 > 0 ? k11 * factor : inverse_or_zero(k00), -k01 * factor,
+          k00 > 0 ? k00 * factor : inverse_or_zero(k11)};
+}
+
 }  // namespace
 
 void JointedContacts::clear() {
@@ -378,13 +387,10 @@ double JointedContacts::answer_of(const Row& row, const Row& by) const {
   return sum;
 }
 
-std::array<double, 3> JointedContacts::inverse_of(const Row& first, const Row& second) const {
-  const double k00 = first.mobility;
-  const double k11 = second.mobility;
-  const double k01 = k00 > 0 && k11 > 0 ? answer_of(first, second) : 0;
-  const double factor = inverse_or_zero(k00 * k11 - k01 * k01);
-  return {k11 > 0 ? k11 * factor : inverse_or_zero(k00), -k01 * factor,
-          k00 > 0 ? k00 * factor : inverse_or_zero(k11)};
+// Of two rows of the same two bodies: the symmetric matrix of what they do to each other (00, 01, 11).
+std::array<double, 3> JointedContacts::mobility_of(const Row& first, const Row& second) const {
+  const double both = first.mobility > 0 && second.mobility > 0 ? answer_of(first, second) : 0;
+  return {first.mobility, both, second.mobility};
 }
 
 void JointedContacts::make_masses(Patch& patch) {
@@ -399,10 +405,9 @@ void JointedContacts::make_masses(Patch& patch) {
   }
   for (int n = 0; n < patch.points; ++n) set_mass(patch.point[static_cast<std::size_t>(n)].row);
   set_mass(patch.twist);
-  patch.mass = inverse_of(patch.tangent[0], patch.tangent[1]);
-  const double k00 = patch.tangent[0].mobility;
-  const double k11 = patch.tangent[1].mobility;
-  const double k01 = k00 > 0 && k11 > 0 ? answer_of(patch.tangent[0], patch.tangent[1]) : 0;
+  const std::array<double, 3> tangents = mobility_of(patch.tangent[0], patch.tangent[1]);
+  patch.mass = inverse_of(tangents);
+  const auto& [k00, k01, k11] = tangents;
   // The turn that makes the symmetric matrix diagonal: the direction of its larger number.
   const double half = (k00 - k11) / 2;
   const double spread = std::sqrt(half * half + k01 * k01);
@@ -411,7 +416,7 @@ void JointedContacts::make_masses(Patch& patch) {
   const double length = std::sqrt(along[0] * along[0] + along[1] * along[1]);
   patch.principal = length > 0 ? std::array{along[0] / length, along[1] / length} : std::array{1.0, 0.0};
   patch.mobility = {(k00 + k11) / 2 + spread, std::max((k00 + k11) / 2 - spread, 0.0)};
-  if (patch.arm > 0) patch.rolling_mass = inverse_of(patch.rolling[0], patch.rolling[1]);
+  if (patch.arm > 0) patch.rolling_mass = inverse_of(mobility_of(patch.rolling[0], patch.rolling[1]));
 }
 
 }  // namespace tessera::native
