@@ -206,15 +206,15 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<ShippedBody> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record, x.wrench, x.seam_groups);
+  archive(x.id, x.home, x.seam_groups, x.numbers_end);
 }
-template <typename Archive, Is<ShippedContact> T>
+template <typename Archive, Is<ShippedPair> T>
 void describe(Archive& archive, T& x) {
-  archive(x.sector, x.manifold);
+  archive(x.a, x.b, x.numbers_end);
 }
 template <typename Archive, Is<ShippedIsland> T>
 void describe(Archive& archive, T& x) {
-  archive(x.island, x.bodies, x.contacts, x.joints);
+  archive(x.island, x.bodies, x.pairs, x.body_numbers, x.pair_numbers, x.joints);
 }
 template <typename Archive, Is<Shipment> T>
 void describe(Archive& archive, T& x) {
@@ -224,13 +224,13 @@ template <typename Archive, Is<Motions> T>
 void describe(Archive& archive, T& x) {
   archive(x.bytes);
 }
-template <typename Archive, Is<SolvedBody> T>
+template <typename Archive, Is<SolvedIsland> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.state, x.blamed);
+  archive(x.island, x.bodies, x.pairs);
 }
 template <typename Archive, Is<Solution> T>
 void describe(Archive& archive, T& x) {
-  archive(x.bodies, x.contacts);
+  archive(x.islands, x.blamed);
 }
 template <typename Archive, Is<SpawnBody> T>
 void describe(Archive& archive, T& x) {
@@ -543,8 +543,8 @@ std::uint64_t wire_layout() {
                                    packed_size<ReplicaUpdate>(),     packed_size<Handover>(),
                                    packed_size<ManifoldTransfer>(),  packed_size<Exchange>(),
                                    packed_size<IslandPart>(),        packed_size<SectorSeams>(),
-                                   packed_size<ShippedBody>(),       packed_size<ShippedContact>(),
-                                   packed_size<ShippedIsland>(),     packed_size<SolvedBody>(),
+                                   packed_size<ShippedBody>(),       packed_size<ShippedPair>(),
+                                   packed_size<ShippedIsland>(),     packed_size<SolvedIsland>(),
                                    packed_size<Solution>(),          packed_size<ApplyImpulse>(),
                                    packed_size<ApplyForce>(),        packed_size<Teleport>(),
                                    packed_size<KinematicTarget>(),   packed_size<JointRecord>(),

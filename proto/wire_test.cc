@@ -98,11 +98,12 @@ Seams some_seams() {
 
 Shipment some_shipment() {
   const ShippedIsland island{
-      BodyId{1}, {{some_record(1), {{1, 2, 3}, {4, 5, 6}}}}, {{{1, 2, 3}, some_manifold()}}, {some_joint(1)}};
+      BodyId{1},      {{BodyId{1}, {1, 2, 3}, 4, 7}}, {{BodyId{1}, BodyId{2}, 8}}, "numbers", "numb\0ers",
+      {some_joint(1)}};
   return {{island}, {island, {}}};
 }
 
-Solution some_solution() { return {{{BodyId{1}, some_record(1).state}}, {{{3, 2, 1}, some_manifold()}}}; }
+Solution some_solution() { return {{{BodyId{1}, "bodies", "pairs"}}, {{BodyId{3}, JointId{2}}}}; }
 
 // Packs, unpacks and packs again; then all prefixes and many corruptions must be refused or read, never
 // crash.

@@ -31,7 +31,7 @@ class ByteReader {
       is_short_ = true;
       return;
     }
-    std::memcpy(&value, bytes_.data(), sizeof(value));
+    std::memcpy(static_cast<void*>(&value), bytes_.data(), sizeof(value));
     bytes_.remove_prefix(sizeof(value));
   }
   void operator()(bool& value) const { value = get<unsigned char>() != 0; }
@@ -43,6 +43,7 @@ class ByteReader {
     return value;
   }
 
+  std::size_t left() const { return bytes_.size(); }
   bool is_short() const { return is_short_; }
   bool at_end() const { return !is_short_ && bytes_.empty(); }
 

@@ -179,37 +179,12 @@ void BulletWorld::import_manifold(const ManifoldState& state) {
   is_gathered_ = false;
 }
 
-void BulletWorld::set_manifold(std::size_t pair, const ManifoldState& state) {
-  std::vector<ManifoldRecord> records;
-  require(decode_manifolds(state.points, records),
-          "contact points must come from an engine of the same precision");
-  for (btPersistentManifold* manifold : manifolds_of(pair)) {
-    const auto record = std::find_if(records.begin(), records.end(), [&](const ManifoldRecord& candidate) {
-      return candidate.children == child_pair(*manifold);
-    });
-    manifold->clearManifold();
-    if (record != records.end()) put_points(*manifold, record->points);
-  }
+// By policy clone, every sector solves what it has.
+void BulletWorld::append_numbers(BodySlot, std::string&) const {
+  require(false, "islands of Bullet's own worlds are not solved elsewhere");
 }
-
-void BulletWorld::adopt_manifold(const ManifoldState& state) {
-  std::vector<ManifoldRecord> records;
-  require(decode_manifolds(state.points, records),
-          "contact points must come from an engine of the same precision");
-  const auto slot_a = slots_.find(state.a.value);
-  const auto slot_b = slots_.find(state.b.value);
-  require(slot_a != slots_.end() && slot_b != slots_.end(), "bodies must be added before their contacts");
-  Body* a = &body(slot_a->second);
-  Body* b = &body(slot_b->second);
-  for (const ManifoldRecord& record : records) {
-    const Body* first = record.is_swapped ? b : a;
-    const Body* second = record.is_swapped ? a : b;
-    btPersistentManifold* manifold = space_->dispatcher().getNewManifold(&first->rigid, &second->rigid);
-    set_child_pair(*manifold, record.children);
-    put_points(*manifold, record.points);
-    adopted_.push_back(manifold);
-  }
-  is_gathered_ = false;
+void BulletWorld::append_pair_numbers(std::size_t, std::string&) const {
+  require(false, "islands of Bullet's own worlds are not solved elsewhere");
 }
 
 void BulletWorld::release(std::vector<btPersistentManifold*>& manifolds) {

@@ -192,7 +192,10 @@ TEST(ForceTest, GravityWrenchAndImpulse) {
   EXPECT_NEAR(world.world().total_wrench(world.slot(10)).force[2], -9.81, 1e-5);
   EXPECT_NEAR(world.world().total_wrench(world.slot(11)).force[1], 12, 1e-5);
   const auto solver = engine->make_solver();
-  solver->solve({{{&world.world(), world.slot(10)}, {&world.world(), world.slot(11)}}, {}, {}}, kTick);
+  SolveTask task{.bodies = {{&world.world(), world.slot(10)}, {&world.world(), world.slot(11)}}};
+  divide_into_islands(task);
+  SolvedTask solved;
+  solver->solve(task, kTick, solved);
   world.world().integrate(kTick);
   EXPECT_NEAR(world.state(10).linear_velocity[2], -9.81 * kTick, 1e-6);
   EXPECT_NEAR(world.state(11).linear_velocity[1], 12 * kTick, 1e-6);

@@ -7,6 +7,8 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "lpss/bullet/test_world.h"
 
@@ -54,53 +56,38 @@ class Tower {
   void solve() {
     SolveTask task;
     for (int i = 0; i < kBoxes; ++i) task.bodies.push_back({worlds_[sector_of(i)].get(), home_[i]});
-    for (int i = 0; i < kBoxes; ++i) {
-      if (has_clone(i)) task.clones.push_back({{worlds_[sector_of(i) - 1].get(), clone_[i]}, std::size_t(i)});
-    }
-    for (const auto& world : worlds_) {
-      for (std::size_t k = 0; k < world->contacts().size(); ++k) task.contacts.push_back({world.get(), k});
-    }
-    sort_contacts(task);
-    solver_->solve(task, kTick);
+    divide(task);
+    SolvedTask solved;
+    solver_->solve(task, kTick, solved);
   }
 
-  // The same in worlds that are made for it, as on another server, and back.
+  // The same elsewhere: from numbers alone.
   void solve_elsewhere() {
-    std::vector<std::unique_ptr<SectorWorld>> carriers;
     SolveTask task;
-    std::vector<BodySlot> slots(kBoxes);
-    for (int s = 0; s < sectors_; ++s) carriers.push_back(engine_.make_world());
-    carriers[0]->add(floor_, Role::kStatic);
-    for (int i = kBoxes - 1; i >= 0; --i) {
-      const int s = sector_of(i);
-      BodyRecord record = records_[i];
-      record.state = worlds_[s]->state(home_[i]);
-      slots[i] = carriers[s]->add(record, Role::kHome);
-      carriers[s]->set_total_wrench(slots[i], worlds_[s]->total_wrench(home_[i]));
-      if (has_clone(i)) {
-        record.state = worlds_[s - 1]->state(clone_[i]);
-        const BodySlot clone = carriers[s - 1]->add(record, Role::kClone);
-        task.clones.push_back({{carriers[s - 1].get(), clone}, std::size_t(i)});
-      }
+    for (int i = 0; i < kBoxes; ++i) task.bodies.push_back({worlds_[sector_of(i)].get(), home_[i]});
+    divide(task);
+    std::vector<std::string> bodies;
+    std::vector<std::string> pairs;
+    const SolveTask here = task;
+    for (WorldBody& body : task.bodies) {
+      body.world->append_numbers(body.slot, bodies.emplace_back());
+      body = {nullptr, static_cast<BodySlot>(bodies.size() - 1)};
     }
-    std::reverse(task.clones.begin(), task.clones.end());
-    for (int i = 0; i < kBoxes; ++i) task.bodies.push_back({carriers[sector_of(i)].get(), slots[i]});
-    for (int s = 0; s < sectors_; ++s) {
-      const std::size_t count = worlds_[s]->contacts().size();
-      for (std::size_t k = 0; k < count; ++k) carriers[s]->adopt_manifold(worlds_[s]->export_manifold(k));
-      ASSERT_EQ(carriers[s]->contacts().size(), count);
-      for (std::size_t k = 0; k < count; ++k) task.contacts.push_back({carriers[s].get(), k});
+    for (WorldPair& pair : task.contacts) {
+      pair.world->append_pair_numbers(pair.pair, pairs.emplace_back());
+      pair = {nullptr, static_cast<std::uint32_t>(pairs.size() - 1), pair.a, pair.b};
     }
-    sort_contacts(task);
-    engine_.make_solver()->solve(task, kTick);
-    for (int i = 0; i < kBoxes; ++i) {
-      worlds_[sector_of(i)]->set_solved_state(home_[i], carriers[sector_of(i)]->state(slots[i]));
-    }
-    for (int s = 0; s < sectors_; ++s) {
-      for (std::size_t k = 0; k < worlds_[s]->contacts().size(); ++k) {
-        worlds_[s]->set_manifold(k, carriers[s]->export_manifold(k));
-      }
-    }
+    task.shipped_bodies.assign(bodies.begin(), bodies.end());
+    task.shipped_pairs.assign(pairs.begin(), pairs.end());
+    SolvedTask solved;
+    engine_.make_solver()->solve(task, kTick, solved);
+    std::string_view of_bodies = solved.bodies;
+    std::string_view of_pairs = solved.pairs;
+    for (const WorldBody& body : here.bodies) ASSERT_TRUE(body.world->take_solved(body.slot, of_bodies));
+    for (const WorldPair& pair : here.contacts)
+      ASSERT_TRUE(pair.world->take_solved_pair(pair.pair, of_pairs));
+    ASSERT_TRUE(of_bodies.empty() && of_pairs.empty());
+    EXPECT_FALSE(here.bodies[0].world->take_solved(here.bodies[0].slot, of_bodies)) << "there is no more";
   }
 
   void integrate() {
@@ -134,12 +121,21 @@ class Tower {
     record.state = moved(worlds_[sector_of(box)]->state(home_[box]), -1);
     return record;
   }
-  static void sort_contacts(SolveTask& task) {
+  // Adds the contacts.
+  void divide(SolveTask& task) {
+    for (const auto& world : worlds_) {
+      for (std::uint32_t k = 0; k < world->contacts().size(); ++k) task.contacts.push_back({world.get(), k});
+    }
     std::sort(task.contacts.begin(), task.contacts.end(), [](const WorldPair& x, const WorldPair& y) {
       const ContactPair& p = x.world->contacts()[x.pair];
       const ContactPair& q = y.world->contacts()[y.pair];
       return std::pair(p.a, p.b) < std::pair(q.a, q.b);
     });
+    std::vector<CloneOf> clones;
+    for (int i = 0; i < kBoxes; ++i) {
+      if (has_clone(i)) clones.push_back({{worlds_[sector_of(i) - 1].get(), clone_[i]}, std::size_t(i)});
+    }
+    divide_into_islands(task, clones);
   }
 
   Engine& engine_;
@@ -187,21 +183,6 @@ TEST(IslandTest, SolvedElsewhereHasTheSameBits) {
   }
 }
 
-TEST(IslandTest, WhatASolverElsewherePushesThroughAWallStopsAtIt) {
-  const auto engine = test_engine(test_settings());
-  TestWorld test(*engine);
-  test.add_static(kFloor, Shape{{ShapePart{Box{{0.1, 4, 4}}, {}}}},
-                  {{1, 0, 0}, Eigen::Quaterniond::Identity()});
-  const BodySlot ball = test.add(dynamic_body(10, kSmallBallShape, {0, 0, 0}));
-  test.world().detect(kTick);
-  BodyState pushed = test.state(10);
-  pushed.position = {2, 0, 0};
-  test.world().set_solved_state(ball, pushed);
-  test.world().integrate(kTick);
-  EXPECT_GT(test.state(10).position[0], 0.7);
-  EXPECT_LT(test.state(10).position[0], 0.95);
-}
-
 TEST(IslandTest, WhatElseIsInTheTaskDoesNotMatter) {
   const auto engine = test_engine(test_settings());
   const auto add_stack = [](TestWorld& world, std::uint64_t first, double x, int height) {
@@ -234,9 +215,11 @@ TEST(IslandTest, WhatElseIsInTheTaskDoesNotMatter) {
       }
       const std::span<const ContactPair> contacts = apart.world().contacts();
       for (std::size_t k = 0; k < contacts.size(); ++k) {
-        if (is_in(contacts[k].b)) task.contacts.push_back({&apart.world(), k});
+        if (is_in(contacts[k].b)) task.contacts.push_back({&apart.world(), static_cast<std::uint32_t>(k)});
       }
-      solver->solve(task, kTick);
+      divide_into_islands(task);
+      SolvedTask solved;
+      solver->solve(task, kTick, solved);
     }
     apart.world().integrate(kTick);
     ASSERT_EQ(together.hash(), apart.hash()) << "tick " << tick;
@@ -264,8 +247,9 @@ TEST(IslandTest, SolvedClonesCarryWithoutMoving) {
     world->set_state(clone, lower.state);
     world->detect(kTick);
     EXPECT_EQ(world->contacts().size(), 2u);
-    SolveTask task{{{world.get(), clone}, {world.get(), upper}}, {}, {{world.get(), 0}, {world.get(), 1}}};
-    solver->solve(task, kTick);
+    SolveTask task{{{world.get(), clone}, {world.get(), upper}}, {{world.get(), 0}, {world.get(), 1}}};
+    SolvedTask solved;
+    solver->solve(task, kTick, solved);
     EXPECT_LT(world->linear_velocity(clone).norm(), 0.2) << "the floor carries the clone";
     world->integrate(kTick);
   }

@@ -10,7 +10,8 @@ class BulletSolver final : public IslandSolver {
  public:
   explicit BulletSolver(const EngineSettings& settings) : solver_(settings) {}
 
-  void solve(const SolveTask& task, double dt, const ParallelFor& /*parallel*/) override {
+  void solve(const SolveTask& task, double dt, SolvedTask& solved, const ParallelFor& /*parallel*/) override {
+    solved.clear();
     if (!task.bodies.empty()) solver_.solve(task, dt);
   }
 

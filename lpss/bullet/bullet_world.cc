@@ -10,7 +10,6 @@ BulletWorld::BulletWorld(BulletEngine& engine) : engine_(engine), settings_(engi
 
 BulletWorld::~BulletWorld() {
   release(predictive_);
-  release(adopted_);
   space_.reset();  // before its bodies
 }
 
@@ -25,7 +24,7 @@ CollisionSpace& BulletWorld::space() const {
 
 // A lone body needs no space.
 void BulletWorld::leave_space() {
-  if (!space_ || slots_.size() > 1 || !adopted_.empty()) return;
+  if (!space_ || slots_.size() > 1) return;
   for (const std::unique_ptr<Body>& only : bodies_) {
     if (only) lone_box_ = CollisionSpace::box_of(*only);
   }
@@ -72,7 +71,6 @@ BodySlot BulletWorld::add(std::unique_ptr<Body> added) {
 void BulletWorld::remove(BodySlot slot) {
   Body& gone = body(slot);
   release_of(gone, predictive_);
-  release_of(gone, adopted_);
   if (space_) space_->remove(gone);
   slots_.erase(gone.id.value);
   bodies_[static_cast<std::size_t>(slot)] = nullptr;

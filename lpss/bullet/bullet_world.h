@@ -43,7 +43,6 @@ class BulletWorld final : public SectorWorld {
   void remove(BodySlot slot) override;
   BodyState state(BodySlot slot) const override { return body(slot).state(); }
   void set_state(BodySlot slot, const BodyState& state) override;
-  void set_solved_state(BodySlot slot, const BodyState& state) override { set_state(slot, state); }
   Eigen::Vector3d position(BodySlot slot) const override;
   Eigen::Vector3d linear_velocity(BodySlot slot) const override;
   Activity activity(BodySlot slot) const override { return body(slot).activity(); }
@@ -73,8 +72,10 @@ class BulletWorld final : public SectorWorld {
   std::vector<ContactDetail> touching_patches(std::size_t pair) const override;
   ManifoldState export_manifold(std::size_t pair) const override;
   void import_manifold(const ManifoldState& state) override;
-  void set_manifold(std::size_t pair, const ManifoldState& state) override;
-  void adopt_manifold(const ManifoldState& state) override;
+  void append_numbers(BodySlot slot, std::string& bytes) const override;
+  void append_pair_numbers(std::size_t pair, std::string& bytes) const override;
+  bool take_solved(BodySlot, std::string_view&) override { return false; }
+  bool take_solved_pair(std::size_t, std::string_view&) override { return false; }
 
   // Boxes, sweeps and rays: bullet_queries.cc.
   Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
@@ -131,7 +132,6 @@ class BulletWorld final : public SectorWorld {
   std::unordered_map<std::uint64_t, BodySlot> slots_;  // by body id
 
   std::vector<btPersistentManifold*> predictive_;  // of sweeps, until the next detection
-  std::vector<btPersistentManifold*> adopted_;
   bool is_gathered_ = true;
   std::vector<ContactPair> pairs_;
   std::vector<PairRange> ranges_;                 // of pairs_, in manifolds_

@@ -65,17 +65,18 @@ JointSide JointScene::side(BodyId id) const {
           Eigen::Map<const Eigen::Vector3d>(at.angular_velocity.data())};
 }
 
-TaskJoint JointScene::task_joint(const Tied& tied) const {
-  TaskJoint joint;
+IslandJoint JointScene::island_joint(const Tied& tied,
+                                     const std::map<std::uint64_t, std::size_t>& places) const {
+  IslandJoint joint;
   joint.properties = &tied.properties;
   joint.drives = &tied.drives;
-  joint.child = place(tied.properties.child);
+  joint.child = places.at(tied.properties.child.value);
   const Eigen::Vector3d origin = centre_of(homes_.at(tied.properties.child.value).sector);
   if (tied.properties.parent.value == 0) {
     joint.fixed_parent = tied.fixed_parent;
     joint.fixed_parent.position -= origin;
   } else {
-    joint.parent = place(tied.properties.parent);
+    joint.parent = places.at(tied.properties.parent.value);
     joint.parent_origin = centre_of(homes_.at(tied.properties.parent.value).sector) - origin;
   }
   return joint;
@@ -84,17 +85,22 @@ TaskJoint JointScene::task_joint(const Tied& tied) const {
 void JointScene::step(IslandSolver& solver) {
   for (const auto& world : worlds_) world->detect(dt_);
   SolveTask task;
+  std::map<std::uint64_t, std::size_t> places;
   for (const auto& [id, home] : homes_) {
-    if (home.motion == Motion::kDynamic) task.bodies.push_back(place({id}));
+    if (home.motion != Motion::kDynamic) continue;
+    places[id] = task.bodies.size();
+    task.bodies.push_back(place({id}));
   }
   for (const auto& world : worlds_) {
-    for (std::size_t k = 0; k < world->contacts().size(); ++k) task.contacts.push_back({world.get(), k});
+    for (std::uint32_t k = 0; k < world->contacts().size(); ++k) task.contacts.push_back({world.get(), k});
   }
   for (const Tied& tied : joints_) {
-    task.joints.push_back(task_joint(tied));
+    task.joints.push_back(island_joint(tied, places));
     task.joints.back().id = JointId{task.joints.size()};
   }
-  solver.solve(task, dt_);
+  divide_into_islands(task);
+  SolvedTask solved;
+  solver.solve(task, dt_, solved);
   for (const auto& world : worlds_) world->integrate(dt_);
 }
 

@@ -57,7 +57,7 @@ class JointScene {
 
   WorldBody place(BodyId id) const;
   JointSide side(BodyId id) const;
-  TaskJoint task_joint(const Tied& tied) const;
+  IslandJoint island_joint(const Tied& tied, const std::map<std::uint64_t, std::size_t>& places) const;
 
   double dt_ = kTick;  // s
   std::vector<std::unique_ptr<SectorWorld>> worlds_;

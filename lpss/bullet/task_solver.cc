@@ -9,7 +9,6 @@
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
-#include "lpss/joints/task_joint.h"
 #include "lpss/model/limits.h"
 
 namespace tessera::bullet {
@@ -29,11 +28,11 @@ bool is_bounded(const btSolverBody& body) {
 }
 
 // While bodies of the task store their places in the solver as companion ids.
-joints::SolvedJoint solved_joint(const TaskJoint& joint) {
-  const btRigidBody& child = rigid_of(joint.child);
-  const btRigidBody* parent = joint.parent.world ? &rigid_of(joint.parent) : nullptr;
+joints::SolvedJoint solved_joint(const SolveTask& task, const IslandJoint& joint) {
+  const btRigidBody& child = rigid_of(task.bodies[joint.child]);
+  const btRigidBody* parent = joint.has_parent() ? &rigid_of(task.bodies[joint.parent]) : nullptr;
   std::optional<int> pushed;
-  if (parent && !parent->isStaticOrKinematicObject()) pushed = parent->getCompanionId();
+  if (parent) pushed = parent->getCompanionId();
   std::optional<JointSide> parent_side;
   if (parent) parent_side = side_of(*parent);
   return {joint.id,         child.getCompanionId(), pushed,
@@ -81,15 +80,11 @@ void TaskSolver::solve(const SolveTask& task, double dt) {
 // Makes the rows.
 void TaskSolver::set_up(const SolveTask& task, double dt) {
   bodies_.clear();
-  links_.clear();
   manifolds_.clear();
   joints_.clear();
   for (const WorldBody& body : task.bodies) {
     body_of(body).fine.reset();
     bodies_.push_back(&rigid_of(body));
-  }
-  for (const SolveTask::CloneOf& clone : task.clones) {
-    links_.push_back({&rigid_of(clone.clone), bodies_[clone.original]});
   }
   for (const WorldPair& contact : task.contacts) {
     const auto manifolds = static_cast<BulletWorld*>(contact.world)->manifolds_of(contact.pair);
@@ -99,7 +94,7 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
   solveGroupCacheFriendlySetup(bodies_.data(), static_cast<int>(bodies_.size()), manifolds_.data(),
                                static_cast<int>(manifolds_.size()), nullptr, 0, info_, nullptr);
   release_kinematic_bodies();
-  for (const TaskJoint& joint : task.joints) joints_.add(solved_joint(joint));
+  for (const IslandJoint& joint : task.joints) joints_.add(solved_joint(task, joint));
 }
 
 // One pass of the position correction and one of the velocities; the two touch different variables, so this
@@ -122,7 +117,6 @@ void TaskSolver::finish() {
   // It resets the companion of every body with a solver body: the originals.
   solveGroupCacheFriendlyFinish(bodies_.data(), static_cast<int>(bodies_.size()), info_);
   drop_unbounded_impulses();
-  for (const Link& link : links_) link.clone->setCompanionId(-1);
 }
 
 // Impulses that no tick may start from are forgotten.
@@ -158,11 +152,6 @@ void TaskSolver::correct_poses() {
     body.m_pushVelocity.setZero();
     body.m_turnVelocity.setZero();
   }
-}
-
-void TaskSolver::convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) {
-  btSequentialImpulseConstraintSolver::convertBodies(bodies, count, info);
-  for (const Link& link : links_) link.clone->setCompanionId(link.original->getCompanionId());
 }
 
 void TaskSolver::begin_joints() {

@@ -1,5 +1,5 @@
-// Bullet's sequential impulses over one task, for ticks of one step: bodies, clones and contacts of any
-// number of worlds, and joints: those of lpss/joints.
+// Bullet's sequential impulses over one task, for ticks of one step: bodies and contacts of a world, and
+// joints: those of lpss/joints.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
@@ -21,13 +21,6 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   void solve(const SolveTask& task, double dt);
 
  private:
-  // A clone maps to the solver body of its original.
-  struct Link {
-    btCollisionObject* clone;
-    btCollisionObject* original;
-  };
-
-  void convertBodies(btCollisionObject** bodies, int count, const btContactSolverInfo& info) override;
   void set_up(const SolveTask& task, double dt);
   void begin_joints();
   void pass(int n);
@@ -39,7 +32,6 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   btContactSolverInfo info_;
   btContactSolverInfo one_pass_;
   std::vector<btCollisionObject*> bodies_;
-  std::vector<Link> links_;
   std::vector<btPersistentManifold*> manifolds_;
   joints::JointSolver joints_;
 };

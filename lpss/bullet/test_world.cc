@@ -9,6 +9,8 @@
 #include <random>
 #include <utility>
 
+#include "lpss/base/disjoint_sets.h"
+
 namespace tessera::bullet {
 namespace {
 
@@ -206,9 +208,11 @@ void TestWorld::step(double dt) {
   const std::span<const ContactPair> contacts = world_->contacts();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (is_solved(contacts[i].a.value) || is_solved(contacts[i].b.value))
-      task.contacts.push_back({world_.get(), i});
+      task.contacts.push_back({world_.get(), static_cast<std::uint32_t>(i)});
   }
-  solver_->solve(task, dt);
+  divide_into_islands(task);
+  SolvedTask solved;
+  solver_->solve(task, dt, solved);
   world_->integrate(dt);
 }
 
@@ -244,6 +248,64 @@ TestWorld TestWorld::rebuilt(Engine& engine, std::uint64_t seed) const {
   std::shuffle(manifolds.begin(), manifolds.end(), random);
   for (const ManifoldState& manifold : manifolds) fresh.world_->import_manifold(manifold);
   return fresh;
+}
+
+void divide_into_islands(SolveTask& task, const std::vector<CloneOf>& clones) {
+  std::map<std::pair<SectorWorld*, BodySlot>, std::size_t> places;
+  for (std::size_t n = 0; n < task.bodies.size(); ++n)
+    places[{task.bodies[n].world, task.bodies[n].slot}] = n;
+  for (const CloneOf& clone : clones) places[{clone.clone.world, clone.clone.slot}] = clone.body;
+  DisjointSets sets(task.bodies.size());
+  std::map<JointId, std::size_t> children;
+  for (const IslandJoint& joint : task.joints) children[joint.id] = joint.child;
+  for (const IslandJoint& joint : task.joints) {
+    if (joint.has_parent()) sets.unite(joint.child, joint.parent);
+    for (const JointAxis& axis : axes_of(*joint.properties)) {
+      if (axis.mimic.is_set() && children.contains(axis.mimic.leader))
+        sets.unite(joint.child, children.at(axis.mimic.leader));
+    }
+  }
+  std::vector<std::size_t> of_contact;  // a body that it pushes
+  for (WorldPair& contact : task.contacts) {
+    const ContactPair& pair = contact.world->contacts()[contact.pair];
+    const auto a = places.find({contact.world, pair.slot_a});
+    const auto b = places.find({contact.world, pair.slot_b});
+    if (a != places.end()) contact.a = static_cast<std::uint32_t>(a->second);
+    if (b != places.end()) contact.b = static_cast<std::uint32_t>(b->second);
+    if (a != places.end() && b != places.end()) sets.unite(a->second, b->second);
+    of_contact.push_back(std::min(contact.a, contact.b));
+  }
+  SolveTask divided;
+  std::vector<std::size_t> moved(task.bodies.size());
+  for (std::size_t first = 0; first < task.bodies.size(); ++first) {
+    if (sets.find(first) != first) continue;
+    IslandEnd end;
+    for (std::size_t n = 0; n < task.bodies.size(); ++n) {
+      if (sets.find(n) != first) continue;
+      moved[n] = divided.bodies.size();
+      divided.bodies.push_back(task.bodies[n]);
+    }
+    for (std::size_t n = 0; n < task.contacts.size(); ++n) {
+      if (sets.find(of_contact[n]) != first) continue;
+      WorldPair contact = task.contacts[n];
+      end.substeps = std::max<int>(end.substeps, contact.world->contacts()[contact.pair].substeps);
+      for (std::uint32_t* place : {&contact.a, &contact.b}) {
+        if (*place != WorldPair::kFixed) *place = static_cast<std::uint32_t>(moved[*place]);
+      }
+      divided.contacts.push_back(contact);
+    }
+    for (IslandJoint joint : task.joints) {
+      if (sets.find(joint.child) != first) continue;
+      joint.child = moved[joint.child];
+      if (joint.has_parent()) joint.parent = moved[joint.parent];
+      divided.joints.push_back(joint);
+    }
+    end.bodies = divided.bodies.size();
+    end.contacts = divided.contacts.size();
+    end.joints = divided.joints.size();
+    divided.islands.push_back(end);
+  }
+  task = std::move(divided);
 }
 
 std::uint64_t hash_of(const BodyState& state, std::uint64_t seed) {

@@ -85,6 +85,16 @@ class TestWorld {
   std::map<std::uint64_t, BodySlot> slots_;
 };
 
+// A clone that stands for a body of a task.
+struct CloneOf {
+  WorldBody clone;
+  std::size_t body;  // a place in the task
+};
+
+// Divides a task into its islands: puts the bodies, contacts and joints of each in a row, in the order in
+// which they are, and tells contacts their places.
+void divide_into_islands(SolveTask& task, const std::vector<CloneOf>& clones = {});
+
 std::uint64_t hash_of(const BodyState& state, std::uint64_t seed);
 
 }  // namespace tessera::bullet

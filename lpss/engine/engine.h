@@ -25,6 +25,8 @@
 #include <vector>
 
 #include "lpss/base/parallel.h"
+#include "lpss/islands/island_end.h"
+#include "lpss/joints/island_joint.h"
 #include "lpss/model/body.h"
 #include "lpss/model/divergence.h"
 #include "lpss/model/joint.h"
@@ -149,10 +151,6 @@ class SectorWorld {
   // and are updated by the next detection.
   virtual void set_state(BodySlot slot, const BodyState& state) = 0;
 
-  // Sets a body that lives here to what a solver elsewhere made of it in this tick. The position before the
-  // solver pushed it stays known, as after a solver here: integrate() sweeps the body from there.
-  virtual void set_solved_state(BodySlot slot, const BodyState& state) = 0;
-
   // Parts of state() that are cheap to get.
   virtual Eigen::Vector3d position(BodySlot slot) const = 0;
   virtual Eigen::Vector3d linear_velocity(BodySlot slot) const = 0;
@@ -224,16 +222,16 @@ class SectorWorld {
   // pair is skipped if the two are not near each other. Call on bodies that were just added or moved.
   virtual void import_manifold(const ManifoldState& manifold) = 0;
 
-  // Replaces the points of a pair by those of the same pair from a solver elsewhere. No detection takes
-  // place.
-  virtual void set_manifold(std::size_t pair, const ManifoldState& manifold) = 0;
+  // For a solver elsewhere, between detect() and integrate(): appends the numbers of a dynamic body that
+  // lives here, or those of a pair in contacts(). Only engines of the same kind and precision can read them.
+  virtual void append_numbers(BodySlot slot, std::string& bytes) const = 0;
+  virtual void append_pair_numbers(std::size_t pair, std::string& bytes) const = 0;
 
-  // As import_manifold(), but for a world that only passes an island to a solver: takes the points as they
-  // are, without detection, and appends the pair to contacts() (call in ascending order of pairs).
-  virtual void adopt_manifold(const ManifoldState& manifold) = 0;
+  // Takes what that solver made of them from the front of `bytes`. False if that is something else.
+  [[nodiscard]] virtual bool take_solved(BodySlot slot, std::string_view& bytes) = 0;
+  [[nodiscard]] virtual bool take_solved_pair(std::size_t pair, std::string_view& bytes) = 0;
 
-  // The forces and torques that detect() gathered for the solver, and their setter for a world that only
-  // passes an island to a solver.
+  // The forces and torques that detect() gathered for the solver.
   virtual Wrench total_wrench(BodySlot slot) const = 0;
   virtual void set_total_wrench(BodySlot slot, const Wrench& wrench) = 0;
 
@@ -265,53 +263,61 @@ class SectorWorld {
                                      std::uint32_t mask) = 0;
 };
 
+// What a task takes from a world, or from elsewhere.
 struct WorldBody {
   SectorWorld* world = nullptr;
-  BodySlot slot = 0;
+  BodySlot slot = 0;  // without a world: a place in SolveTask::shipped_bodies
 };
 
 struct WorldPair {
   SectorWorld* world = nullptr;
-  std::size_t pair = 0;        // an index into world->contacts()
-  std::uint16_t substeps = 0;  // that its island takes; 0: as its pairs ask
+  std::uint32_t pair = 0;  // a place in world->contacts(); without a world: in SolveTask::shipped_pairs
+  // Places of the bodies in the task, in the place of clones, too.
+  std::uint32_t a = kFixed;
+  std::uint32_t b = kFixed;
+
+  static constexpr std::uint32_t kFixed = ~std::uint32_t{0};  // of what cannot be pushed
 };
 
-// A joint needs no clone: only relative quantities go into its rows, so its bodies may be in any two worlds.
-struct TaskJoint {
-  JointId id;
-  const JointProperties* properties = nullptr;
-  const JointDrives* drives = nullptr;
-  WorldBody child;
-  WorldBody parent;  // dynamic; world == nullptr for the world, static and kinematic bodies
-  // Only if parent.world is null: the joint frame of the parent, relative to the centre of the child's
-  // sector, and its motion.
-  Pose fixed_parent;
-  Eigen::Vector3d fixed_velocity = Eigen::Vector3d::Zero();  // m/s, of its origin
-  Eigen::Vector3d fixed_spin = Eigen::Vector3d::Zero();      // rad/s
-  Eigen::Vector3d parent_origin = Eigen::Vector3d::Zero();   // the parent's sector from the child's, m
-};
-
-// Islands to solve together. The solver processes bodies, contacts and joints in this order, which the caller
-// keeps canonical: bodies and joints ascending by ids, contacts as lpss/tick/solve_order.h says.
+// Islands to solve. Each is in a row: its bodies and joints ascending by ids, its contacts in the canonical
+// order (lpss/tick/solve_order.h).
 struct SolveTask {
-  struct CloneOf {
-    WorldBody clone;
-    std::size_t original;  // an index into `bodies`
-  };
-
-  std::vector<WorldBody> bodies;  // dynamic bodies in their home worlds, each once
-  std::vector<CloneOf> clones;    // every clone of them that a contact refers to
+  std::vector<WorldBody> bodies;  // dynamic ones, where they live
   std::vector<WorldPair> contacts;
-  std::vector<TaskJoint> joints;
+  std::vector<IslandJoint> joints;
+  std::vector<IslandEnd> islands;
+  // Of bodies and contacts of others: append_numbers().
+  std::vector<std::string_view> shipped_bodies;
+  std::vector<std::string_view> shipped_pairs;
 };
 
-// Solves contacts and joints for new velocities. Rows take lever arms from the frame in which the contact was
-// found and velocity, mass and inertia from the original. A body for which no finite velocity or correction
-// of its pose is found stays where it is, with velocities that are not finite: integrate() stops it.
+// What is to be told of a task that was solved.
+struct SolvedTask {
+  // For take_solved() and take_solved_pair(), of all that was shipped, one after the other; and where each
+  // ends.
+  std::string bodies;
+  std::string pairs;
+  std::vector<std::size_t> body_ends;
+  std::vector<std::size_t> pair_ends;
+  // The bodies of joints that have diverged, and of the joints of each that whose error is largest: places in
+  // the task.
+  struct Blame {
+    std::size_t body;
+    std::size_t joint;
+  };
+  std::vector<Blame> blamed;
+
+  void clear() { *this = {}; }
+};
+
+// Solves contacts and joints for new velocities. A body for which no finite velocity or correction of its
+// pose is found stays where it is, with velocities that are not finite: integrate() stops it. What else is in
+// a task changes no bit of an island.
 class IslandSolver {
  public:
   virtual ~IslandSolver() = default;
-  virtual void solve(const SolveTask& task, double dt, const ParallelFor& parallel = {}) = 0;
+  virtual void solve(const SolveTask& task, double dt, SolvedTask& solved,
+                     const ParallelFor& parallel = {}) = 0;
 };
 
 // Solves islands in step with solvers elsewhere, which have other bodies of the same islands. Their contacts
@@ -324,7 +330,7 @@ class StagedSolver {
 
   struct Stages {
     std::span<const std::size_t> ends;  // by stage: the number of the task's contacts up to its end
-    int substeps = 0;                   // of the tick, for all islands of the task
+    int substeps = 0;                   // of the tick, for all islands of the task, which come as one
     bool bounces = false;               // a contact of these islands, here or elsewhere, may give speed back
   };
 

@@ -373,6 +373,20 @@ JointRow axis_row(JointType type, const PosedJoint& posed, int axis) {
   return {};
 }
 
+PosedJoint posed(const IslandJoint& joint, const JointSide& child, const std::optional<JointSide>& parent) {
+  PosedJoint posed;
+  posed.child = child;
+  posed.in_child = joint.properties->in_child;
+  if (parent) {
+    posed.parent = *parent;
+    posed.parent.pose.position += joint.parent_origin;
+    posed.in_parent = joint.properties->in_parent;
+  } else {
+    posed.parent = {joint.fixed_parent, joint.fixed_velocity, joint.fixed_spin};
+  }
+  return posed;
+}
+
 double axis_position(const JointProperties& joint, const PosedJoint& posed, int axis) {
   const auto place = static_cast<std::size_t>(axis);
   const double position = joint_position(joint.type, posed.parent_frame(), posed.child_frame())[place];

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "lpss/joints/island_joint.h"
 #include "lpss/model/joint.h"
 
 namespace tessera::joints {
@@ -45,6 +47,10 @@ struct PosedJoint {
   Pose parent_frame() const { return parent.pose * in_parent; }
   Pose child_frame() const { return child.pose * in_child; }
 };
+
+// `child` and `parent` are the sides of the joint, each relative to its sector; no parent if nothing moves
+// it.
+PosedJoint posed(const IslandJoint& joint, const JointSide& child, const std::optional<JointSide>& parent);
 
 // The poses of its bodies, likewise.
 struct JointPoses {

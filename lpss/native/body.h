@@ -41,7 +41,6 @@ struct Body {
   Matrix inverse_inertia() const {
     return Columns<Scalar>(pose.rotation * inverse_moments.asDiagonal()).times_transposed(pose.rotation);
   }
-  Eigen::Matrix3d exact_inverse_inertia() const { return tensor_along(pose.rotation, inverse_moments); }
 
   // m, how far a point gets in `dt` seconds at most, by how the body turns, to where nothing of it was.
   Scalar swing(Scalar dt) const;
@@ -96,10 +95,6 @@ struct Body {
   Frame next;                // where integrate() moves the body
   Vector next_angular;       // rad/s, there
   Box enlarged;              // in the tree of the broad phase; holds `box`
-
-  // In the task of a solver, while that looks at it; a clone has the place of its original.
-  std::size_t place = kNoPlace;
-  static constexpr std::size_t kNoPlace = ~std::size_t{0};
 
   BodyId id;
   std::uint32_t category;

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "lpss/native/contact_needs.h"
+#include "lpss/islands/contact_needs.h"
 #include "lpss/native/material.h"
 #include "lpss/native/math.h"
 #include "lpss/solver/contact_solver.h"

@@ -2,6 +2,8 @@
 
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
+#include <variant>
+
 #include "lpss/bullet/bullet_engine.h"
 #include "lpss/bullet/collision_space.h"
 #include "lpss/native/contact.h"
@@ -9,6 +11,15 @@
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
+
+Substepping substepping_of(const WorldSettings& settings) {
+  const auto* const uniform = std::get_if<UniformGravity>(&settings.gravity);
+  return {.adapts = settings.adapt,
+          .usual = settings.substeps,
+          .gravity = uniform != nullptr ? uniform->acceleration.norm()
+                                        : std::get<CentralGravity>(settings.gravity).surface,
+          .time_step = settings.time_step};
+}
 
 std::unique_ptr<SectorWorld> NativeEngine::make_world() { return std::make_unique<NativeWorld>(*this); }
 

@@ -5,15 +5,18 @@
 
 #include "lpss/bullet/shape_table.h"
 #include "lpss/engine/whole_world.h"
-#include "lpss/native/contact_needs.h"
+#include "lpss/islands/contact_needs.h"
 #include "lpss/native/solid.h"
 
 namespace tessera::native {
 
+Substepping substepping_of(const WorldSettings& settings);
+
 // Solids are shared by all bodies with the same shape and centre frame, in all worlds.
 class NativeEngine final : public Engine {
  public:
-  explicit NativeEngine(const EngineSettings& settings) : settings_(settings), needs_(settings) {}
+  explicit NativeEngine(const EngineSettings& settings)
+      : settings_(settings), needs_(substepping_of(settings)) {}
 
   const EngineSettings& settings() const override { return settings_; }
   const ContactNeeds& needs() const { return needs_; }

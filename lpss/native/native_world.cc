@@ -4,9 +4,11 @@
 #include <limits>
 #include <utility>
 
+#include "lpss/islands/step_solver.h"
 #include "lpss/native/bouncing_balls.h"
 #include "lpss/native/combine.h"
 #include "lpss/native/deep_overlap.h"
+#include "lpss/native/numbers.h"
 
 namespace tessera::native {
 namespace {
@@ -142,14 +144,6 @@ void NativeWorld::set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration
 void NativeWorld::set_state(BodySlot slot, const BodyState& state) {
   body(slot).set_state(state);
   set_box_to_pose(slot);
-}
-
-void NativeWorld::set_solved_state(BodySlot slot, const BodyState& state) {
-  Body& solved = body(slot);
-  const Frame start{solved.start_rotation, solved.start};
-  solved.set_state(state);
-  solved.start = start.position;
-  solved.start_rotation = start.rotation;
 }
 
 void NativeWorld::set_box_to_pose(BodySlot slot) const {
@@ -427,17 +421,6 @@ std::span<const ContactPair> NativeWorld::contacts() {
   return pairs_;
 }
 
-ContactScale scale_of(const Body& a, const Body& b) {
-  ContactScale scale;
-  scale.inverse_mass = double(std::max(a.inverse_mass * a.nimbleness, b.inverse_mass * b.nimbleness));
-  scale.nimbleness = double(std::max(a.nimbleness, b.nimbleness));
-  scale.extent = std::numeric_limits<double>::max();
-  for (const Body* body : {&a, &b}) {
-    if (body->is_dynamic()) scale.extent = std::min(scale.extent, double(body->solid->extent()));
-  }
-  return scale;
-}
-
 // m. Contacts of joints know what they bear, and open what has sunk in.
 double pressed(const Body& body) { return body.jointed ? 0 : double(body.surge); }
 
@@ -550,20 +533,35 @@ void NativeWorld::import_manifold(const ManifoldState& state) {
   is_gathered_ = false;
 }
 
-void NativeWorld::set_manifold(std::size_t pair, const ManifoldState& state) {
-  bullet::require(decode(state.points, contact(pair)),
-                  "contact points must come from an engine of the same precision");
+void NativeWorld::append_numbers(BodySlot slot, std::string& bytes) const {
+  append(numbers_of(body(slot), settings_.time_step), frame_of(body(slot)), bytes);
 }
 
-void NativeWorld::adopt_manifold(const ManifoldState& state) {
-  const std::optional<BodySlot> a = slot_of(state.a);
-  const std::optional<BodySlot> b = slot_of(state.b);
-  bullet::require(a && b, "bodies must be added before their contacts");
-  Contact contact;
-  bullet::require(decode(state.points, contact),
-                  "contact points must come from an engine of the same precision");
-  candidates_.push_back({state.a, state.b, *a, *b, keep_contact(std::move(contact))});
-  is_gathered_ = false;
+void NativeWorld::append_pair_numbers(std::size_t pair, std::string& bytes) const {
+  const ContactView view{&contact(pair), &body(pairs_[pair].slot_a), &body(pairs_[pair].slot_b)};
+  append(view, settings_.time_step, bytes);
+}
+
+bool NativeWorld::take_solved(BodySlot slot, std::string_view& bytes) {
+  Numbers::Solved solved;
+  if (!read(bytes, solved)) return false;
+  take(solved, settings_.time_step, body(slot));
+  return true;
+}
+
+bool NativeWorld::take_solved_pair(std::size_t pair, std::string_view& bytes) {
+  Contact& solved = contact(pair);
+  std::vector<Numbers::Patch> patches(solved.patches.size());
+  std::vector<Numbers::Surface> surfaces(solved.patches.size());
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    patches[p].points = solved.patches[p].count;
+    if (solved.surface_of(p) != nullptr) patches[p].surface = &surfaces[p];
+    if (!read_impulses(bytes, patches[p])) return false;
+  }
+  const ContactScale scale = scale_of(body(pairs_[pair].slot_a), body(pairs_[pair].slot_b));
+  const Opening<Scalar> usual(settings_.time_step, settings_.substeps, settings_.substeps);
+  take(patches, engine_.needs(), scale, usual.deepest_gap(Scalar(scale.extent), 1), solved);
+  return true;
 }
 
 }  // namespace tessera::native

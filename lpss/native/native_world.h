@@ -34,7 +34,6 @@ class NativeWorld final : public SectorWorld {
   void remove(BodySlot slot) override;
   BodyState state(BodySlot slot) const override { return body(slot).state(); }
   void set_state(BodySlot slot, const BodyState& state) override;
-  void set_solved_state(BodySlot slot, const BodyState& state) override;
   Eigen::Vector3d position(BodySlot slot) const override;
   Eigen::Vector3d linear_velocity(BodySlot slot) const override;
   Activity activity(BodySlot slot) const override { return body(slot).activity; }
@@ -59,8 +58,10 @@ class NativeWorld final : public SectorWorld {
   std::vector<ContactDetail> touching_patches(std::size_t pair) const override;
   ManifoldState export_manifold(std::size_t pair) const override;
   void import_manifold(const ManifoldState& manifold) override;
-  void set_manifold(std::size_t pair, const ManifoldState& manifold) override;
-  void adopt_manifold(const ManifoldState& manifold) override;
+  void append_numbers(BodySlot slot, std::string& bytes) const override;
+  void append_pair_numbers(std::size_t pair, std::string& bytes) const override;
+  bool take_solved(BodySlot slot, std::string_view& bytes) override;
+  bool take_solved_pair(std::size_t pair, std::string_view& bytes) override;
   Wrench total_wrench(BodySlot slot) const override;
   void set_total_wrench(BodySlot slot, const Wrench& wrench) override;
   void fly(BodySlot slot, double dt) override;
@@ -239,9 +240,6 @@ class NativeWorld final : public SectorWorld {
   std::vector<MeetingsPiece> meetings_pieces_;
   std::vector<BodySlot> noted_;
 };
-
-// Inverse mass and extent.
-ContactScale scale_of(const Body& a, const Body& b);
 
 inline Body& body_of(const WorldBody& body) { return static_cast<NativeWorld*>(body.world)->body(body.slot); }
 

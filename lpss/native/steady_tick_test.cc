@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -73,6 +74,7 @@ class Pile {
           world_->set_gravity(slot, {0, 0, -9.81});
           task_.bodies.push_back({world_.get(), slot});
         }
+        task_.islands.push_back({.bodies = task_.bodies.size()});
       }
     }
   }
@@ -83,10 +85,9 @@ class Pile {
     world_->detect(kTick);
     const std::size_t pairs = world_->contacts().size();
     std::size_t made = allocations - before;
-    task_.contacts.clear();
-    for (std::size_t pair = 0; pair < pairs; ++pair) task_.contacts.push_back({world_.get(), pair});
+    add_contacts(pairs);
     before = allocations;
-    solver_->solve(task_, kTick);
+    solver_->solve(task_, kTick, solved_);
     world_->integrate(kTick);
     made += allocations - before;
     return made;
@@ -95,10 +96,35 @@ class Pile {
   std::size_t contacts() { return world_->contacts().size(); }
 
  private:
+  // Slots follow the floor's in the order of the task.
+  void add_contacts(std::size_t pairs) {
+    task_.contacts.clear();
+    for (std::uint32_t n = 0; n < pairs; ++n) {
+      const ContactPair& pair = world_->contacts()[n];
+      const auto place = [](BodySlot slot) {
+        return slot > 0 ? static_cast<std::uint32_t>(slot - 1) : WorldPair::kFixed;
+      };
+      task_.contacts.push_back({world_.get(), n, place(pair.slot_a), place(pair.slot_b)});
+    }
+    std::ranges::stable_sort(task_.contacts, {},
+                             [](const WorldPair& pair) { return std::min(pair.a, pair.b); });
+    std::size_t next = 0;
+    for (IslandEnd& island : task_.islands) {
+      island.substeps = 0;
+      for (; next < pairs && std::min(task_.contacts[next].a, task_.contacts[next].b) < island.bodies;
+           ++next) {
+        const int asked = world_->contacts()[task_.contacts[next].pair].substeps;
+        island.substeps = std::max(island.substeps, asked);
+      }
+      island.contacts = next;
+    }
+  }
+
   NativeEngine engine_;
   std::unique_ptr<SectorWorld> world_;
   std::unique_ptr<IslandSolver> solver_;
   SolveTask task_;
+  SolvedTask solved_;
 };
 
 // Chains of three boxes that hang from the world: of balls, and of hinges with limits and springs.
@@ -119,13 +145,13 @@ class Chains {
     }
     std::uint64_t id = 1;
     for (int chain = 0; chain < 20; ++chain) {
-      WorldBody above;
+      std::size_t above = IslandJoint::kNoBody;
       for (int link = 0; link < 3; ++link) {
         const std::array<double, 3> at = {2.0 * chain, 0, -1.0 * link};
         const BodySlot slot = world_->add(record(id, kBox, Motion::kDynamic, at), Role::kHome);
-        const WorldBody body{world_.get(), slot};
-        task_.bodies.push_back(body);
-        TaskJoint joint;
+        const std::size_t body = task_.bodies.size();
+        task_.bodies.push_back({world_.get(), slot});
+        IslandJoint joint;
         joint.id = JointId{id++};
         joint.properties = chain % 2 == 0 ? &ball_ : &hinge_;
         joint.drives = &drives_;
@@ -135,6 +161,7 @@ class Chains {
         task_.joints.push_back(joint);
         above = body;
       }
+      task_.islands.push_back({task_.bodies.size(), 0, task_.joints.size(), 0});
     }
   }
 
@@ -142,7 +169,7 @@ class Chains {
     const std::size_t before = allocations;
     world_->detect(kTick);
     for (const WorldBody& body : task_.bodies) world_->set_gravity(body.slot, {0, 9, -9.81});
-    solver_->solve(task_, kTick);
+    solver_->solve(task_, kTick, solved_);
     world_->integrate(kTick);
     return allocations - before;
   }
@@ -155,6 +182,7 @@ class Chains {
   JointProperties hinge_;
   JointDrives drives_;
   SolveTask task_;
+  SolvedTask solved_;
 };
 
 TEST(SteadyTick, HoldsJointsWithoutAllocation) {

@@ -114,7 +114,6 @@ struct Sector {
   std::vector<IslandPart> parts;               // until the others are told
   std::vector<std::uint32_t> part_components;  // the component of each part
   std::vector<BodySlot> in_free_flight;        // bodies that nothing touches and no joint holds
-  bool has_kinematics = false;                 // in the engine world
   bool parts_reported = false;                 // others know of parts of this sector
 
   absl::flat_hash_set<std::pair<BodyId, BodyId>> touching;  // pairs whose contact has begun

@@ -133,7 +133,6 @@ void fill_components(Sector& sector, const ContactGraph& graph, const Connection
 
 // The components of a sector in which nothing touches anything.
 void list_single_bodies(Sector& sector) {
-  sector.has_kinematics = false;
   for (HomeBody* body : sector.homes) {
     if (body->properties.motion != Motion::kDynamic) continue;
     const Activity activity = sector.world->activity(body->slot);
@@ -233,7 +232,6 @@ void find_components_of(const Partition& partition, Sector& sector, const Parall
     list_lone_body(sector, pairs.size());
   } else {
     const ContactGraph graph(sector, parallel);
-    sector.has_kinematics = graph.has_kinematics();
     Connections connections{DisjointSets(graph.size()), std::vector<bool>(graph.size(), false),
                             std::vector<std::size_t>(pairs.size(), kNoNode)};
     connect_by_contacts(graph, pairs, connections);

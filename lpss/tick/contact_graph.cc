@@ -7,7 +7,6 @@ namespace {
 
 void set(ContactGraph::Node& node, Motion motion, Activity activity) {
   node.dynamic = motion == Motion::kDynamic;
-  node.kinematic = motion == Motion::kKinematic;
   node.awake = activity != Activity::kAsleep;
   node.wants_sleep = activity != Activity::kAwake;
 }
@@ -32,10 +31,7 @@ ContactGraph::ContactGraph(const Sector& sector, const ParallelFor& parallel)
 
 void ContactGraph::list_slots() {
   BodySlot last = -1;
-  for (const Node& node : nodes_) {
-    last = std::max(last, node.slot);
-    has_kinematics_ |= node.kinematic;
-  }
+  for (const Node& node : nodes_) last = std::max(last, node.slot);
   by_slot_.assign(static_cast<std::size_t>(last + 1), -1);
   for (std::size_t n = 0; n < nodes_.size(); ++n)
     by_slot_[static_cast<std::size_t>(nodes_[n].slot)] = static_cast<std::int32_t>(n);

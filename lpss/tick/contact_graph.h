@@ -20,7 +20,6 @@ class ContactGraph {
     HomeBody* home = nullptr;  // nullptr for clones
     Clone* clone = nullptr;    // nullptr for bodies that live here
     bool dynamic = false;
-    bool kinematic = false;
     bool awake = false;
     bool wants_sleep = false;
     bool jointed = false;  // of bodies that live here
@@ -37,7 +36,6 @@ class ContactGraph {
   std::size_t index(const Node* node) const { return static_cast<std::size_t>(node - nodes_.data()); }
   std::size_t size() const { return nodes_.size(); }
   std::size_t homes() const { return homes_; }  // nodes before this place are bodies that live here
-  bool has_kinematics() const { return has_kinematics_; }
   const Node& operator[](std::size_t i) const { return nodes_[i]; }
 
  private:
@@ -46,7 +44,6 @@ class ContactGraph {
   std::vector<Node> nodes_;
   std::vector<std::int32_t> by_slot_;
   std::size_t homes_ = 0;
-  bool has_kinematics_ = false;
 };
 
 }  // namespace tessera

@@ -32,7 +32,6 @@ TEST(ContactGraph, HasTheBodiesThatLiveHereAndThenThePlacedClonesEachById) {
   }
   EXPECT_EQ(graph.named(BodyId{5}), nullptr);
   EXPECT_EQ(graph.in_slot(low.statics.at(BodyId{6})), nullptr);
-  EXPECT_TRUE(graph.has_kinematics());
   EXPECT_FALSE(graph[0].dynamic);
   EXPECT_FALSE(graph[0].awake);
   EXPECT_TRUE(graph[3].awake);

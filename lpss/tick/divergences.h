@@ -12,7 +12,6 @@
 
 #include "lpss/model/divergence.h"
 #include "lpss/partition/partition.h"
-#include "lpss/tick/island_task.h"
 #include "lpss/tick/messages.h"
 
 namespace tessera {
@@ -22,12 +21,8 @@ struct Stopped {
   DivergenceKind kind = DivergenceKind::kPosition;
 };
 
-// By body, of those that have diverged: the joint whose error is largest.
+// By body, of those that have diverged: the joint whose error is largest (SolvedTask::Blame).
 using BlamedJoints = absl::btree_map<BodyId, JointId>;
-
-// After a job is solved, and before its bodies move. Errors are those of the poses: how far the child would
-// have to be moved, its centre by a twist of the joint included.
-void blame_joints(const SolveJob& job, BlamedJoints& blamed);
 
 // What a command has made of a body that lives here: whether its velocities, or those that the forces on it
 // alone would give it in this tick, are out of range. It is then stopped, and the forces are gone.

@@ -16,8 +16,13 @@ namespace tessera {
 // An island that waits for the parts that other servers ship.
 struct PendingIsland {
   BodyId id;
-  TaskBuilder builder;
-  absl::flat_hash_map<BodyId, BodyRecord> own;
+  TaskBuilder builder;  // in the island
+};
+
+// A part of an island that lives here.
+struct HostedPart {
+  Sector* sector = nullptr;
+  const Component* component = nullptr;
 };
 
 // A contact of an island between dynamic bodies of different homes.
@@ -34,9 +39,11 @@ using IslandSectors = absl::flat_hash_map<SectorIndex, Rank>;
 
 // The hosted parts of islands that are solved in step with other servers (staged.h).
 struct StagedIslands {
+  explicit StagedIslands(const Partition& partition) : builder(partition) { builder.begin_island(); }
+
   std::map<BodyId, IslandSectors> islands;
-  TaskBuilder builder;
-  absl::flat_hash_map<BodyId, BodyRecord> own;          // those that others may touch, or that touch others
+  TaskBuilder builder;                           // of all islands as one
+  absl::flat_hash_map<BodyId, SectorIndex> own;  // homes of those that others may touch, or that touch others
   absl::flat_hash_map<BodyId, SeamGroups> seam_groups;  // of all that are known; see ShippedBody
   std::vector<SeamContact> contacts;                    // that were detected here
 };
@@ -51,7 +58,8 @@ struct StagedKind {
 
 struct IslandPlan {
   std::vector<SolveJob> jobs;
-  std::vector<PendingIsland> pending;  // ascending by id
+  std::vector<PendingIsland> pending;                            // ascending by id
+  absl::flat_hash_map<BodyId, std::vector<HostedPart>> shipped;  // by island: in the order of shipping
   std::map<StagedKind, StagedIslands> staged;
 
   // By rank.

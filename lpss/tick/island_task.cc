@@ -1,10 +1,6 @@
 #include "lpss/tick/island_task.h"
 
-#include <absl/container/flat_hash_map.h>
-#include <absl/container/inlined_vector.h>
-
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 
 #include "lpss/base/invariant.h"
@@ -12,141 +8,174 @@
 
 namespace tessera {
 
-void TaskBuilder::add_clone(const WorldBody& place, BodyId original) { clones_.push_back({original, place}); }
-
-void TaskBuilder::sort_bodies() {
-  std::sort(bodies_.begin(), bodies_.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
+void TaskBuilder::begin_island(int substeps) {
+  substeps_ = substeps;
+  is_given_ = substeps > 0;
+  members_.clear();
+  bodies_.clear();
+  contacts_.clear();
+  guests_.clear();
 }
 
-const TaskBuilder::Body* TaskBuilder::find(BodyId id) const {
-  const auto body = std::lower_bound(bodies_.begin(), bodies_.end(), id,
-                                     [](const Body& b, BodyId wanted) { return b.id < wanted; });
-  return body != bodies_.end() && body->id == id ? &*body : nullptr;
+std::uint32_t TaskBuilder::add_member(const Member& member) {
+  members_.push_back(member);
+  return static_cast<std::uint32_t>(members_.size() - 1);
 }
 
-void TaskBuilder::add_joint(const JointRecord& joint, const Body& child, double sector_size, bool complete,
-                            const FixParent& fix_parent) {
-  TaskJoint task;
-  task.id = joint.id;
-  task.properties = &joint.properties;
-  task.drives = &joint.drives;
-  task.child = child.place;
-  if (joint.parent_motion == Motion::kDynamic) {
-    const Body* parent = find(joint.properties.parent);
-    invariant(parent != nullptr || !complete, "both bodies of a joint belong to the same island");
-    if (parent == nullptr) return;
-    task.parent = parent->place;
-    task.parent_origin = metres_between(child.frame, parent->frame, sector_size);
-  } else {
-    fix_parent(joint, child.frame, task);
-  }
-  joints_.emplace_back(joint.id, task);
+std::uint32_t& TaskBuilder::member_in(BodySlot slot) {
+  const auto place = static_cast<std::size_t>(slot);
+  if (place >= by_slot_.size()) by_slot_.resize(place + 1, kNone);
+  return by_slot_[place];
 }
 
-void TaskBuilder::add_joints(const JointIndex& joints, std::span<const JointRecord> guests,
-                             double sector_size, bool complete, const FixParent& fix_parent) {
-  sort_bodies();
-  for (const Body& child : bodies_) {
-    if (!child.own) continue;
-    for (const JointId id : joints.of(child.id)) {
-      const JointRecord* joint = joints.record(id);
-      if (joint != nullptr && joint->properties.child == child.id)
-        add_joint(*joint, child, sector_size, complete, fix_parent);
-    }
+void TaskBuilder::add(const Sector& sector, const Component& component) {
+  SectorWorld* const world = sector.world.get();
+  const bool clones_stand = partition_->settings.seams == SeamPolicy::kIsland;
+  const auto bodies = std::span(sector.component_bodies)
+                          .subspan(component.bodies_begin, component.bodies_end - component.bodies_begin);
+  const auto clones = std::span(sector.component_clones)
+                          .subspan(component.clones_begin, component.clones_end - component.clones_begin);
+  for (const HomeBody* body : bodies)
+    member_in(body->slot) = add_member({body->id, {world, body->slot}, sector.index, body->jointed});
+  for (const Clone* clone : clones) {
+    member_in(clone->slot) =
+        add_member({clone->replica->id, {world, clone->slot}, sector.index, false, clones_stand});
   }
-  for (const JointRecord& joint : guests) {
-    const Body* child = find(joint.properties.child);
-    invariant(child != nullptr, "a joint is shipped with its child");
-    add_joint(joint, *child, sector_size, complete, fix_parent);
+  const std::span<const ContactPair> pairs = world->contacts();
+  for (std::uint32_t i = component.pairs_begin; i < component.pairs_end; ++i) {
+    const std::uint32_t n = sector.component_pairs[i];
+    const ContactPair& pair = pairs[n];
+    contacts_.push_back({pair.a, pair.b, {world, n}, member_in(pair.slot_a), member_in(pair.slot_b)});
+    if (!is_given_) substeps_ = std::max<int>(substeps_, pair.substeps);
   }
-  std::sort(joints_.begin(), joints_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const HomeBody* body : bodies) member_in(body->slot) = kNone;
+  for (const Clone* clone : clones) member_in(clone->slot) = kNone;
 }
 
-// The places in the task of bodies and of clones that stand for them, by world and slot.
-class TaskBuilder::Places {
- public:
-  static constexpr std::uint32_t kNone = ContactToOrder::kFixed;
+void TaskBuilder::add_body(const ShippedIsland& parcel, std::size_t n) {
+  const ShippedBody& body = parcel.bodies[n];
+  const auto slot = static_cast<BodySlot>(job_.task.shipped_bodies.size());
+  job_.task.shipped_bodies.push_back(numbers_of_body(parcel, n));
+  add_member({body.id, {nullptr, slot}, body.home});
+}
 
-  void set(const WorldBody& body, std::size_t place) {
-    Slots& slots = slots_of(body.world);
-    const auto slot = static_cast<std::size_t>(body.slot);
-    if (slot >= slots.size()) slots.resize(slot + 1, kNone);
-    slots[slot] = static_cast<std::uint32_t>(place);
-  }
+// Whom it concerns is known once all bodies have been added.
+void TaskBuilder::add_pair(const ShippedIsland& parcel, std::size_t n) {
+  const ShippedPair& pair = parcel.pairs[n];
+  const auto place = static_cast<std::uint32_t>(job_.task.shipped_pairs.size());
+  job_.task.shipped_pairs.push_back(numbers_of_pair(parcel, n));
+  contacts_.push_back({pair.a, pair.b, {nullptr, place}, kNone, kNone});
+}
 
-  std::uint32_t of(SectorWorld* world, BodySlot slot) {
-    const Slots& slots = slots_of(world);
-    return static_cast<std::size_t>(slot) < slots.size() ? slots[static_cast<std::size_t>(slot)] : kNone;
-  }
+void TaskBuilder::end_island() {
+  place_members();
+  order_contacts();
+  add_joints();
+  SolveTask& task = job_.task;
+  task.islands.push_back({task.bodies.size(), task.contacts.size(), task.joints.size(), substeps_});
+}
 
- private:
-  using Slots = absl::InlinedVector<std::uint32_t, 6>;
-
-  Slots& slots_of(SectorWorld* world) {
-    if (world != last_) {
-      last_ = world;
-      last_slots_ = &worlds_[world];
-    }
-    return *last_slots_;
-  }
-
-  absl::flat_hash_map<SectorWorld*, Slots> worlds_;
-  SectorWorld* last_ = nullptr;
-  Slots* last_slots_ = nullptr;
-};
-
-std::vector<ContactToOrder> TaskBuilder::contacts_to_order(Places& places, const SectorIndex& anchor) const {
-  std::vector<ContactToOrder> contacts;
-  contacts.reserve(contacts_.size());
-  for (const Contact& contact : contacts_) {
-    const std::uint32_t a = places.of(contact.place.world, contact.slot_a);
-    const std::uint32_t b = places.of(contact.place.world, contact.slot_b);
-    const bool is_fixed = a == Places::kNone || b == Places::kNone;
-    contacts.push_back({is_fixed ? kFixedGroup : group_of(bodies_[a].frame, bodies_[b].frame, anchor), a, b});
-  }
-  return contacts;
+const TaskBuilder::Member* TaskBuilder::find(BodyId id) const {
+  const auto body =
+      std::lower_bound(bodies_.begin(), bodies_.end(), id,
+                       [this](std::uint32_t n, BodyId wanted) { return members_[n].id < wanted; });
+  return body != bodies_.end() && members_[*body].id == id ? &members_[*body] : nullptr;
 }
 
 std::optional<std::size_t> TaskBuilder::place_of(BodyId id) const {
-  const Body* body = find(id);
+  const Member* body = find(id);
   if (body == nullptr) return std::nullopt;
-  return static_cast<std::size_t>(body - bodies_.data());
+  const std::size_t islands = job_.task.islands.size();
+  return body->in_task + (islands > 1 ? job_.task.islands[islands - 2].bodies : 0);
 }
 
-SolveJob TaskBuilder::build(const SectorIndex& anchor) {
-  SolveJob job;
-  sort_bodies();
+void TaskBuilder::place_members() {
+  for (std::uint32_t n = 0; n < members_.size(); ++n) {
+    if (!members_[n].stands_for) bodies_.push_back(n);
+  }
+  const auto by_id = [this](std::uint32_t x, std::uint32_t y) { return members_[x].id < members_[y].id; };
+  if (!std::is_sorted(bodies_.begin(), bodies_.end(), by_id))
+    std::sort(bodies_.begin(), bodies_.end(), by_id);
+  for (std::uint32_t n = 0; n < bodies_.size(); ++n) {
+    members_[bodies_[n]].in_task = n;
+    job_.task.bodies.push_back(members_[bodies_[n]].place);
+  }
+  for (Member& member : members_) {
+    if (!member.stands_for) continue;
+    const Member* original = find(member.id);
+    invariant(original != nullptr, "the original of a clone belongs to the same island");
+    member.in_task = original->in_task;
+    member.frame = original->frame;
+  }
+}
+
+void TaskBuilder::order_contacts() {
   const auto by_ids = [](const Contact& x, const Contact& y) {
     return std::tie(x.a, x.b) < std::tie(y.a, y.b);
   };
-  if (!std::is_sorted(contacts_.begin(), contacts_.end(), by_ids)) {
+  if (!std::is_sorted(contacts_.begin(), contacts_.end(), by_ids))
     std::sort(contacts_.begin(), contacts_.end(), by_ids);
+  SolveTask& task = job_.task;
+  const auto first = static_cast<std::uint32_t>(task.bodies.size() - bodies_.size());
+  to_order_.clear();
+  for (Contact& contact : contacts_) {
+    const auto member = [&](BodyId id, std::uint32_t known) -> const Member* {
+      if (contact.pair.world == nullptr) return find(id);
+      return known != kNone ? &members_[known] : nullptr;
+    };
+    const Member* const a = member(contact.a, contact.member_a);
+    const Member* const b = member(contact.b, contact.member_b);
+    ContactToOrder& entry = to_order_.emplace_back();
+    if (a != nullptr) contact.pair.a = first + (entry.a = a->in_task);
+    if (b != nullptr) contact.pair.b = first + (entry.b = b->in_task);
+    const bool is_fixed = a == nullptr || b == nullptr;
+    entry.group = is_fixed ? kFixedGroup : group_of(a->frame, b->frame, partition_->anchor);
   }
-  Places places;
-  job.task.bodies.reserve(bodies_.size());
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    job.task.bodies.push_back(bodies_[n].place);
-    places.set(bodies_[n].place, n);
+  for (const std::uint32_t n : order_.of(to_order_, bodies_.size()))
+    task.contacts.push_back(contacts_[n].pair);
+  order_.group_ends(to_order_, task.contacts.size() - contacts_.size(), job_.group_ends);
+}
+
+void TaskBuilder::add_joints() {
+  std::vector<IslandJoint>& joints = job_.task.joints;
+  const auto first = static_cast<std::ptrdiff_t>(joints.size());
+  if (!partition_->joints.empty()) {
+    for (const std::uint32_t n : bodies_) {
+      const Member& child = members_[n];
+      if (!child.has_joints) continue;
+      for (const JointId id : partition_->joints.of(child.id)) {
+        const JointRecord* joint = partition_->joints.record(id);
+        if (joint != nullptr && joint->properties.child == child.id) add_joint(*joint, child);
+      }
+    }
   }
-  for (const auto& [original, place] : clones_) {
-    const Body* body = find(original);
-    invariant(body != nullptr, "the original of a clone belongs to the same island");
-    job.task.clones.push_back({place, static_cast<std::size_t>(body - bodies_.data())});
-    places.set(place, job.task.clones.back().original);
+  for (const JointRecord* joint : guests_) {
+    const Member* child = find(joint->properties.child);
+    invariant(child != nullptr, "a joint is shipped with its child");
+    add_joint(*joint, *child);
   }
-  job.task.contacts.reserve(contacts_.size());
-  const std::vector<ContactToOrder> contacts = contacts_to_order(places, anchor);
-  job.group_ends.assign(kContactGroups, 0);
-  for (const ContactToOrder& contact : contacts) ++job.group_ends[contact.group];
-  std::partial_sum(job.group_ends.begin(), job.group_ends.end(), job.group_ends.begin());
-  for (const std::uint32_t n : solve_order(contacts, bodies_.size()))
-    job.task.contacts.push_back(contacts_[n].place);
-  for (const auto& [id, joint] : joints_) {
-    job.task.joints.push_back(joint);
-    job.joints.push_back(id);
+  std::sort(joints.begin() + first, joints.end(),
+            [](const IslandJoint& a, const IslandJoint& b) { return a.id < b.id; });
+}
+
+void TaskBuilder::add_joint(const JointRecord& joint, const Member& child) {
+  const std::size_t first = job_.task.bodies.size() - bodies_.size();
+  IslandJoint task;
+  task.id = joint.id;
+  task.properties = &joint.properties;
+  task.drives = &joint.drives;
+  task.child = first + child.in_task;
+  if (joint.parent_motion == Motion::kDynamic) {
+    const Member* parent = find(joint.properties.parent);
+    invariant(parent != nullptr || partition_->settings.seams == SeamPolicy::kClone,
+              "both bodies of a joint belong to the same island");
+    if (parent == nullptr) return;
+    task.parent = first + parent->in_task;
+    task.parent_origin = metres_between(child.frame, parent->frame, partition_->sector_size());
+  } else {
+    fix_parent(joint, child.frame, task);
   }
-  job.kinematics = std::move(kinematics_);
-  return job;
+  job_.task.joints.push_back(task);
 }
 
 namespace {
@@ -157,74 +186,36 @@ JointSide side_of(const BodyState& state) {
           Eigen::Vector3d(state.angular_velocity.data())};
 }
 
+}  // namespace
+
 // Where the joint frame is on the side of a parent that no solver moves, seen from the sector `frame`.
-void fix_parent(const Partition& partition, const JointRecord& record, const SectorIndex& frame,
-                TaskJoint& task) {
-  const JointProperties& joint = record.properties;
-  SectorIndex home = joint.anchor;
+void TaskBuilder::fix_parent(const JointRecord& record, const SectorIndex& frame, IslandJoint& joint) const {
+  const JointProperties& properties = record.properties;
+  SectorIndex home = properties.anchor;
   JointSide parent;
-  if (joint.parent.value != 0) {
+  if (properties.parent.value != 0) {
     if (record.parent_motion == Motion::kStatic) {
-      const BodyRecord* body = partition.statics.find(joint.parent);
+      const BodyRecord* body = partition_->statics.find(properties.parent);
       invariant(body != nullptr, "the static parent of a joint is there as long as the joint");
       home = body->home;
       parent = side_of(body->state);
-    } else if (const auto body = partition.bodies.find(joint.parent); body != partition.bodies.end()) {
+    } else if (const auto body = partition_->bodies.find(properties.parent);
+               body != partition_->bodies.end()) {
       home = body->second->sector->index;
       parent = side_of(body->second->sector->world->state(body->second->slot));
     } else {
-      const auto replica = partition.replicas.find(joint.parent);
-      invariant(replica != partition.replicas.end(),
+      const auto replica = partition_->replicas.find(properties.parent);
+      invariant(replica != partition_->replicas.end(),
                 "all servers know a kinematic body that is the parent of a joint");
       home = replica->second->home;
       parent = side_of(replica->second->state);
     }
   }
-  const Eigen::Vector3d lever = parent.pose.orientation * joint.in_parent.position;
-  task.fixed_parent = parent.pose * joint.in_parent;
-  task.fixed_parent.position += metres_between(frame, home, partition.sector_size());
-  task.fixed_velocity = parent.linear_velocity + parent.angular_velocity.cross(lever);
-  task.fixed_spin = parent.angular_velocity;
-}
-
-}  // namespace
-
-void add_component(const Partition& partition, Sector& sector, const Component& component,
-                   TaskBuilder& builder, bool clones_as_bodies) {
-  SectorWorld& world = *sector.world;
-  for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
-    builder.add_body(sector.component_bodies[i]->id, {&world, sector.component_bodies[i]->slot},
-                     sector.index);
-  }
-  for (std::uint32_t i = component.clones_begin; i < component.clones_end; ++i) {
-    const Clone& clone = *sector.component_clones[i];
-    const BodyId id = clone.replica->id;
-    const WorldBody place{&world, clone.slot};
-    if (clones_as_bodies) {
-      builder.add_guest(id, place, sector.index);
-    } else {
-      builder.add_clone(place, id);
-    }
-  }
-  const std::span<const ContactPair> pairs = world.contacts();
-  for (std::uint32_t i = component.pairs_begin; i < component.pairs_end; ++i) {
-    const ContactPair& pair = pairs[sector.component_pairs[i]];
-    builder.add_contact(pair, {&world, sector.component_pairs[i]});
-    if (!sector.has_kinematics) continue;
-    if (motion_of(partition, pair.a) == Motion::kKinematic) builder.add_kinematic({&world, pair.slot_a});
-    if (motion_of(partition, pair.b) == Motion::kKinematic) builder.add_kinematic({&world, pair.slot_b});
-  }
-}
-
-SolveJob build_job(const Partition& partition, TaskBuilder& builder, std::span<const JointRecord> guests) {
-  if (!partition.joints.empty() || !guests.empty()) {
-    builder.add_joints(partition.joints, guests, partition.sector_size(),
-                       partition.settings.seams == SeamPolicy::kIsland,
-                       [&](const JointRecord& joint, const SectorIndex& frame, TaskJoint& task) {
-                         fix_parent(partition, joint, frame, task);
-                       });
-  }
-  return builder.build(partition.anchor);
+  const Eigen::Vector3d lever = parent.pose.orientation * properties.in_parent.position;
+  joint.fixed_parent = parent.pose * properties.in_parent;
+  joint.fixed_parent.position += metres_between(frame, home, partition_->sector_size());
+  joint.fixed_velocity = parent.linear_velocity + parent.angular_velocity.cross(lever);
+  joint.fixed_spin = parent.angular_velocity;
 }
 
 }  // namespace tessera

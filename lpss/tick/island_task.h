@@ -1,103 +1,91 @@
 // Tasks for the solver: bodies, contacts and joints of islands, in the canonical order (solve_order.h).
 #pragma once
 
-#include <functional>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "lpss/engine/engine.h"
 #include "lpss/partition/partition.h"
+#include "lpss/tick/messages.h"
 #include "lpss/tick/solve_order.h"
 
 namespace tessera {
 
-// One task for a solver and how much work it is.
+// One task for a solver.
 struct SolveJob {
   SolveTask task;
-  std::vector<JointId> joints;          // those of the task, in its order
-  std::vector<std::size_t> group_ends;  // by contact group: the number of contacts up to its end
-  std::vector<WorldBody> kinematics;    // touched by its bodies; engines keep solver state in them
+  std::vector<std::size_t> group_ends;  // by contact group, of the last island: the contacts up to its end
+
+  std::size_t weight() const { return task.contacts.size() + task.bodies.size(); }
 };
 
-// Collects bodies and contacts from worlds in any order and ends in the canonical one.
+// Collects the parts of islands in any order, and ends in the canonical one.
 class TaskBuilder {
  public:
-  // `frame`: the sector to whose centre the body's state is relative in its engine world.
-  void add_body(BodyId id, const WorldBody& body, const SectorIndex& frame) {
-    bodies_.push_back({id, body, frame, true});
-  }
+  // The partition, and all that is added, outlive the job.
+  explicit TaskBuilder(const Partition& partition) : partition_(&partition) {}
 
-  // A body that does not live here: one that is shipped, or a clone that is solved like a body, by policy
-  // clone. It may be the parent of any joint, and the child of those that add_joints() gets as guests.
-  void add_guest(BodyId id, const WorldBody& body, const SectorIndex& frame) {
-    bodies_.push_back({id, body, frame, false});
-  }
-  void add_contact(const ContactPair& pair, const WorldPair& place) {
-    contacts_.push_back({pair.a, pair.b, pair.slot_a, pair.slot_b, place});
-    contacts_.back().place.substeps = substeps_;
-  }
+  // What is added from now on is one island. It asks for so many substeps; 0: as its contacts do.
+  void begin_island(int substeps = 0);
 
-  // The body in `place` is a clone of `original`, which is (or will be) among the bodies.
-  void add_clone(const WorldBody& place, BodyId original);
+  // A component's bodies and contacts. Its clones are bodies themselves, or stand for their originals, by
+  // policy.
+  void add(const Sector& sector, const Component& component);
 
-  // What the contacts ask for that are added from now on; 0: what each says itself.
-  void set_substeps(int substeps) { substeps_ = static_cast<std::uint16_t>(substeps); }
-  void add_kinematic(const WorldBody& place) { kinematics_.push_back(place); }
+  // What others have shipped: a body, a pair, and a joint whose child is one of those bodies.
+  void add_body(const ShippedIsland& parcel, std::size_t n);
+  void add_pair(const ShippedIsland& parcel, std::size_t n);
+  void add_joint(const JointRecord& joint) { guests_.push_back(&joint); }
 
-  // Tells where the parent of a joint is that does not move by the task.
-  using FixParent = std::function<void(const JointRecord& joint, const SectorIndex& frame, TaskJoint& task)>;
+  // With the joints of its bodies. Policy clone: those that have both of their bodies in the sector.
+  void end_island();
 
-  // Adds the joints whose children live here, and `guests`, which outlive the task. All bodies have been
-  // added; `complete`: the parents of all joints, too.
-  void add_joints(const JointIndex& joints, std::span<const JointRecord> guests, double sector_size,
-                  bool complete, const FixParent& fix_parent);
-
-  // `anchor`: of the world.
-  SolveJob build(const SectorIndex& anchor);
-  bool empty() const { return bodies_.empty(); }
-
-  // In the task; nothing for a body that is not in it. Since build().
+  // In the task; nothing for a body that is not in the last island that has ended.
   std::optional<std::size_t> place_of(BodyId id) const;
 
+  SolveJob build() { return std::move(job_); }
+
  private:
-  struct Body {
+  struct Member {
     BodyId id;
     WorldBody place;
-    SectorIndex frame;
-    bool own;
+    SectorIndex frame;          // to whose centre the body's state is relative in its world
+    bool has_joints = false;    // of this partition
+    bool stands_for = false;    // a clone, for its original
+    std::uint32_t in_task = 0;  // from the island's first body on
   };
   struct Contact {
     BodyId a;
     BodyId b;
-    BodySlot slot_a;
-    BodySlot slot_b;
-    WorldPair place;
+    WorldPair pair;
+    std::uint32_t member_a;  // kNone: it cannot be pushed
+    std::uint32_t member_b;
   };
-  class Places;
-  void add_joint(const JointRecord& joint, const Body& child, double sector_size, bool complete,
-                 const FixParent& fix_parent);
-  const Body* find(BodyId id) const;
-  std::vector<ContactToOrder> contacts_to_order(Places& places, const SectorIndex& anchor) const;
-  void sort_bodies();
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-  std::vector<Body> bodies_;
+  std::uint32_t add_member(const Member& member);
+  std::uint32_t& member_in(BodySlot slot);
+  const Member* find(BodyId id) const;
+  void place_members();
+  void order_contacts();
+  void add_joints();
+  void add_joint(const JointRecord& joint, const Member& child);
+  void fix_parent(const JointRecord& record, const SectorIndex& frame, IslandJoint& joint) const;
+
+  const Partition* partition_;
+  SolveJob job_;
+  int substeps_ = 0;
+  bool is_given_ = false;  // the number of substeps
+  std::vector<Member> members_;
+  std::vector<std::uint32_t> bodies_;  // the members that are bodies, in their order
   std::vector<Contact> contacts_;
-  std::vector<std::pair<JointId, TaskJoint>> joints_;
-  std::vector<std::pair<BodyId, WorldBody>> clones_;
-  std::vector<WorldBody> kinematics_;
-  std::uint16_t substeps_ = 0;
+  std::vector<const JointRecord*> guests_;
+  std::vector<std::uint32_t> by_slot_;  // of the world that is added: members, or kNone
+  std::vector<ContactToOrder> to_order_;
+  SolveOrder order_;
 };
-
-// Adds a component's bodies and contacts to a task. Its clones are bodies of the task themselves, or stand
-// for their originals.
-void add_component(const Partition& partition, Sector& sector, const Component& component,
-                   TaskBuilder& builder, bool clones_as_bodies);
-
-// Builds a task with the joints of its bodies. Policy clone: those that have both of their bodies in the
-// sector. `guests`: of bodies that others have shipped; they outlive the task.
-SolveJob build_job(const Partition& partition, TaskBuilder& builder,
-                   std::span<const JointRecord> guests = {});
 
 }  // namespace tessera

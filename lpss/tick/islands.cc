@@ -14,38 +14,40 @@ namespace tessera {
 namespace {
 
 // Makes jobs of islands: small ones share a job, from whatever sectors they are, and a large one has its own.
+// Policy clone: one for each sector, of which others have clones of the same ids.
 class JobMaker {
  public:
-  struct Member {
-    Sector* sector;
-    const Component* component;
+  struct Island {
+    std::vector<HostedPart> parts;
     int substeps = 0;  // as of TaskBuilder
   };
-  using Job = std::vector<Member>;
 
-  // Where the components of an island are to be added that has so many bodies and contacts.
-  Job& next(std::uint64_t size) {
-    if (jobs_.empty() || size_ + size > kSizeOfJob) {
+  explicit JobMaker(SeamPolicy policy) : policy_(policy) {}
+
+  // An island of so many bodies and contacts.
+  void add(Island island, std::uint64_t size) {
+    const bool is_full = policy_ == SeamPolicy::kIsland && size_ + size > kSizeOfJob;
+    if (jobs_.empty() || is_full || is_ended_) {
       jobs_.emplace_back();
       size_ = 0;
+      is_ended_ = false;
     }
     size_ += size;
-    return jobs_.back();
+    jobs_.back().push_back(std::move(island));
   }
 
-  // What is added from now on is in another job.
-  void end_job() { size_ = kSizeOfJob; }
+  void end_sector() { is_ended_ = policy_ == SeamPolicy::kClone; }
 
   std::vector<SolveJob> build(const Partition& partition, const ParallelFor& parallel) const {
-    const bool clones_are_solved = partition.settings.seams == SeamPolicy::kClone;
     std::vector<SolveJob> built(jobs_.size());
     run_parallel(parallel, jobs_.size(), [&](std::size_t n) {
-      TaskBuilder builder;
-      for (const auto& [sector, component, substeps] : jobs_[n]) {
-        builder.set_substeps(substeps);
-        add_component(partition, *sector, *component, builder, clones_are_solved);
+      TaskBuilder builder(partition);
+      for (const Island& island : jobs_[n]) {
+        builder.begin_island(island.substeps);
+        for (const auto& [sector, component] : island.parts) builder.add(*sector, *component);
+        builder.end_island();
       }
-      built[n] = build_job(partition, builder);
+      built[n] = builder.build();
     });
     return built;
   }
@@ -54,8 +56,10 @@ class JobMaker {
   // Enough to fill the solver's lanes, and few enough that what it computes with stays near the processor.
   static constexpr std::uint64_t kSizeOfJob = 512;
 
-  std::vector<Job> jobs_;
+  SeamPolicy policy_;
+  std::vector<std::vector<Island>> jobs_;
   std::uint64_t size_ = 0;  // of the last one
+  bool is_ended_ = false;
 };
 
 // Whether the component is one body that nothing touches and no joint holds.
@@ -90,7 +94,7 @@ void assemble_alone(const Partition& partition, Sector& sector, JobMaker& jobs) 
     if (flies_freely(partition, sector, component)) continue;
     const std::uint32_t size =
         component.pairs_end - component.pairs_begin + component.bodies_end - component.bodies_begin;
-    jobs.next(size).push_back({&sector, &component});
+    jobs.add({{{&sector, &component}}}, size);
   }
 }
 
@@ -133,23 +137,19 @@ void ship(Partition& partition, TickContext& context, const SeamIsland& island, 
   if (solver != partition.self) {
     ShippedIsland parcel;
     parcel.island = island.id;
+    std::vector<HostedPart>& parts = context.plan.shipped[island.id];
     for_each_part(partition, island, [&](Sector& sector, const Component& component) {
       ship_part(partition, sector, component, parcel);
+      parts.push_back({&sector, &component});
     });
     outbox[solver].islands.push_back(std::move(parcel));
     context.plan.awaits_solution[solver] = true;
     return;
   }
-  PendingIsland pending;
-  pending.id = island.id;
-  pending.builder.set_substeps(substeps);
-  for_each_part(partition, island, [&](Sector& sector, const Component& component) {
-    add_component(partition, sector, component, pending.builder, false);
-    for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
-      const HomeBody& body = *sector.component_bodies[i];
-      pending.own.emplace(body.id, record_of(body));
-    }
-  });
+  PendingIsland pending{island.id, TaskBuilder(partition)};
+  pending.builder.begin_island(substeps);
+  for_each_part(partition, island,
+                [&](Sector& sector, const Component& component) { pending.builder.add(sector, component); });
   context.plan.pending.push_back(std::move(pending));
   ++context.counts.islands_across_seams;
   ++context.counts.islands_shipped;
@@ -174,10 +174,11 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
   const int substeps = island.substeps > 0 ? partition.engine.substeps(island.substeps, island.bodies) : 0;
   if (weight.size() == 1) {
     ++context.counts.islands_across_seams;
-    JobMaker::Job& job = jobs.next(weight[partition.self]);
+    JobMaker::Island job{{}, substeps};
     for_each_part(partition, island, [&](Sector& sector, const Component& component) {
-      job.push_back({&sector, &component, substeps});
+      job.parts.push_back({&sector, &component});
     });
+    jobs.add(std::move(job), weight[partition.self]);
   } else if (is_staged(partition, context.tick, island)) {
     if (partition.hosts(island.parts.front().sector)) {
       ++context.counts.islands_across_seams;
@@ -209,13 +210,12 @@ std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
   std::vector<Shipment> outbox(servers);
   context.plan.awaits_shipment.assign(servers, false);
   context.plan.awaits_solution.assign(servers, false);
-  JobMaker jobs;
+  JobMaker jobs(partition.settings.seams);
   run_parallel(parallel, context.stepped.size(),
                [&](std::size_t i) { settle_alone(partition, context, *context.stepped[i]); });
   for (Sector* sector : context.stepped) {
     assemble_alone(partition, *sector, jobs);
-    // Joints are between bodies of one sector, of which others have clones of the same ids.
-    if (partition.settings.seams == SeamPolicy::kClone) jobs.end_job();
+    jobs.end_sector();
   }
   if (partition.settings.seams == SeamPolicy::kIsland) {
     for (const SeamIsland& island : partition.seam_graph.awake_islands(awake)) {

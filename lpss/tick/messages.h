@@ -7,7 +7,7 @@
 // - Exchange: who moved, and who is near a seam. Detection follows.
 // - Seams: the parts of islands that reach over borders. Islands follow.
 // - Shipment: the parts of islands that a peer solves, and what it must know of islands that are solved in
-//   step.
+//   step: as arrays of numbers.
 // - Motions: how bodies at seams move, before each stage in which others have them.
 // - Solution: the new velocities, back to the owners. Integration follows.
 #pragma once
@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -116,24 +117,33 @@ struct Seams {
 
 // A body of a part that is solved elsewhere.
 struct ShippedBody {
-  BodyRecord record;           // state after the first half of the step
-  Wrench wrench;               // gathered for the solver
-  SeamGroups seam_groups = 0;  // in which it has contacts; of bodies at seams only
+  BodyId id;
+  SectorIndex home;
+  SeamGroups seam_groups = 0;     // in which it has contacts; of bodies at seams only
+  std::uint64_t numbers_end = 0;  // in ShippedIsland::body_numbers
 };
 
-// The contact points of a pair that was detected in `sector`.
-struct ShippedContact {
-  SectorIndex sector;
-  ManifoldState manifold;
+// A pair that touches.
+struct ShippedPair {
+  BodyId a;
+  BodyId b;
+  std::uint64_t numbers_end = 0;  // in ShippedIsland::pair_numbers
 };
 
-// The sender's parts of one island.
+// The sender's parts of one island: dynamic bodies, and pairs of these and of what cannot be pushed.
 struct ShippedIsland {
-  BodyId island;                    // the smallest id of its bodies
-  std::vector<ShippedBody> bodies;  // kinematic partners among them
-  std::vector<ShippedContact> contacts;
+  BodyId island;  // the smallest id of its bodies
+  std::vector<ShippedBody> bodies;
+  std::vector<ShippedPair> pairs;
+  // Of each: SectorWorld::append_numbers(), one after the other.
+  std::string body_numbers;
+  std::string pair_numbers;
   std::vector<JointRecord> joints;  // whose children are among the bodies
 };
+
+// Those of one of them; empty where the ends do not say so.
+std::string_view numbers_of_body(const ShippedIsland& parcel, std::size_t n);
+std::string_view numbers_of_pair(const ShippedIsland& parcel, std::size_t n);
 
 struct Shipment {
   std::vector<ShippedIsland> islands;
@@ -145,15 +155,18 @@ struct Motions {
   std::string bytes;
 };
 
-struct SolvedBody {
-  BodyId id;
-  BodyState state;
-  JointId blamed = {};  // if it diverged: the joint whose error is largest
+// What the sender has made of the bodies and pairs of an island, in the order in which they were shipped: for
+// SectorWorld::take_solved().
+struct SolvedIsland {
+  BodyId island;
+  std::string bodies;
+  std::string pairs;
 };
 
 struct Solution {
-  std::vector<SolvedBody> bodies;
-  std::vector<ShippedContact> contacts;  // with the impulses of the solution
+  std::vector<SolvedIsland> islands;
+  // Of bodies that diverged: the joint whose error is largest.
+  std::vector<std::pair<BodyId, JointId>> blamed;
 };
 
 // What a client asked for, in the order that the sequencer gave it. Positions are those of the centre frame,

@@ -52,7 +52,7 @@ TEST(Ship, WhatComesBackIsWhatOneProcessComputes) {
   }
 }
 
-TEST(Ship, AParcelHasBodiesContactsAndTheKinematicBodiesThatTheyTouch) {
+TEST(Ship, AParcelHasBodiesThatCanBePushedAndTheirContacts) {
   TestWorld world(2);
   add_heap(world);
   world.exchange();
@@ -63,10 +63,14 @@ TEST(Ship, AParcelHasBodiesContactsAndTheKinematicBodiesThatTheyTouch) {
   ShippedIsland parcel;
   ship_part(world[1], high, high.components[0], parcel);
   std::vector<std::uint64_t> ids;
-  for (const ShippedBody& body : parcel.bodies) ids.push_back(body.record.id.value);
-  EXPECT_THAT(ids, ElementsAre(2, 3, 4)) << "and no static one";
-  EXPECT_THAT(parcel.contacts, SizeIs(high.world->contacts().size()));
-  EXPECT_EQ(parcel.contacts[0].sector, kHigh);
+  for (const ShippedBody& body : parcel.bodies) ids.push_back(body.id.value);
+  EXPECT_THAT(ids, ElementsAre(2, 3));
+  EXPECT_EQ(parcel.bodies[0].home, kHigh);
+  ASSERT_THAT(parcel.pairs, SizeIs(high.world->contacts().size()));
+  for (std::size_t n = 0; n < parcel.pairs.size(); ++n) EXPECT_FALSE(numbers_of_pair(parcel, n).empty());
+  EXPECT_EQ(parcel.pairs.back().numbers_end, parcel.pair_numbers.size());
+  parcel.pairs.back().numbers_end += 1;
+  EXPECT_TRUE(numbers_of_pair(parcel, parcel.pairs.size() - 1).empty()) << "beyond the end";
 }
 
 TEST(Ship, AParcelHasTheJointsOfItsBodies) {
@@ -87,8 +91,7 @@ TEST(Ship, AParcelHasTheJointsOfItsBodies) {
 }
 
 TEST(ShipDeathTest, ASolutionOfAStrangerStopsTheProcess) {
-  TestPartition partition;
-  EXPECT_DEATH(take_solution(*partition, {{{BodyId{7}, {}}}, {}}), "a solution names bodies");
+  EXPECT_DEATH(take_solution({}, {{{BodyId{7}, {}, {}}}, {}}), "of an island that was shipped");
 }
 
 }  // namespace

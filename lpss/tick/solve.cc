@@ -1,9 +1,9 @@
 #include "lpss/tick/solve.h"
 
+#include <absl/container/flat_hash_map.h>
+
 #include <algorithm>
 #include <utility>
-
-#include "lpss/base/disjoint_sets.h"
 
 namespace tessera {
 
@@ -24,81 +24,83 @@ void SolverPool::put_back(std::unique_ptr<IslandSolver> solver) {
   idle_.push_back(std::move(solver));
 }
 
-void JobQueue::add(std::vector<SolveJob> jobs) {
-  DisjointSets sets(jobs.size());
-  absl::flat_hash_map<std::pair<SectorWorld*, BodySlot>, std::size_t> user;
-  for (std::size_t job = 0; job < jobs.size(); ++job) {
-    for (const WorldBody& body : jobs[job].kinematics) {
-      const auto [place, is_new] = user.try_emplace({body.world, body.slot}, job);
-      if (!is_new) sets.unite(job, place->second);
-    }
+std::size_t JobQueue::add(std::vector<SolveJob> jobs) {
+  const std::size_t first = jobs_.size();
+  const auto begin = static_cast<std::ptrdiff_t>(order_.size());
+  for (SolveJob& job : jobs) {
+    weight_ += job.weight();
+    order_.push_back(&jobs_.emplace_back(Job{std::move(job), {}}));
   }
-  std::vector<Group> groups(jobs.size());
-  for (std::size_t job = 0; job < jobs.size(); ++job) {
-    Group& group = groups[sets.find(job)];
-    group.weight += jobs[job].task.contacts.size() + jobs[job].task.bodies.size();
-    group.jobs.push_back(std::move(jobs[job]));
-  }
-  std::erase_if(groups, [](const Group& group) { return group.jobs.empty(); });
   // Largest first, so that no thread ends alone.
-  std::stable_sort(groups.begin(), groups.end(),
-                   [](const Group& a, const Group& b) { return a.weight > b.weight; });
-  for (Group& group : groups) {
-    weight_ += group.weight;
-    groups_.push_back(std::move(group));
-  }
+  std::stable_sort(order_.begin() + begin, order_.end(),
+                   [](const Job* a, const Job* b) { return a->job.weight() > b->job.weight(); });
+  return first;
 }
 
 void JobQueue::run(double share) {
   const double enough = share * static_cast<double>(weight_);
   std::size_t end = next_;
-  for (double sum = 0; end < groups_.size() && (share >= 1 || sum < enough); ++end)
-    sum += static_cast<double>(groups_[end].weight);
+  for (double sum = 0; end < order_.size() && (share >= 1 || sum < enough); ++end)
+    sum += static_cast<double>(order_[end]->job.weight());
   run_parallel(parallel_, end - next_, [&](std::size_t n) {
+    auto& [job, solved] = *order_[next_ + n];
     std::unique_ptr<IslandSolver> solver = solvers_.take();
-    for (const SolveJob& job : groups_[next_ + n].jobs) {
-      solver->solve(job.task, dt_, parallel_);
-      if (job.joints.empty()) continue;
-      BlamedJoints blamed;
-      blame_joints(job, blamed);
-      if (blamed.empty()) continue;
-      const std::lock_guard lock(mutex_);
-      blamed_.merge(blamed);
-    }
+    solver->solve(job.task, dt_, solved, parallel_);
     solvers_.put_back(std::move(solver));
+    if (solved.blamed.empty()) return;
+    const std::lock_guard lock(mutex_);
+    for (const auto& [body, joint] : solved.blamed) {
+      const IslandJoint& worst = job.task.joints[joint];
+      blamed_[body == worst.child ? worst.properties->child : worst.properties->parent] = worst.id;
+    }
   });
   next_ = end;
 }
 
-ShippedIslands::ShippedIslands(Partition& partition, IslandPlan& plan, const std::vector<Shipment>& inbox,
-                               JobQueue& queue) {
-  absl::flat_hash_map<BodyId, std::vector<const ShippedIsland*>> shipped;
-  for (const Shipment& message : inbox) {
-    for (const ShippedIsland& island : message.islands) shipped[island.island].push_back(&island);
+ShippedIslands::ShippedIslands(IslandPlan& plan, const std::vector<Shipment>& inbox, JobQueue& queue)
+    : servers_(inbox.size()), queue_(queue) {
+  absl::flat_hash_map<BodyId, std::vector<std::pair<Rank, const ShippedIsland*>>> shipped;
+  for (Rank rank = 0; rank < inbox.size(); ++rank) {
+    for (const ShippedIsland& island : inbox[rank].islands) shipped[island.island].push_back({rank, &island});
   }
   std::vector<SolveJob> jobs;
   for (PendingIsland& pending : plan.pending) {
-    std::vector<const ShippedBody*> bodies;
-    std::vector<const ShippedContact*> contacts;
-    std::vector<JointRecord>& joints = joints_.emplace_back();
-    for (const ShippedIsland* island : shipped[pending.id]) {
-      for (const ShippedBody& body : island->bodies) bodies.push_back(&body);
-      for (const ShippedContact& contact : island->contacts) contacts.push_back(&contact);
-      joints.insert(joints.end(), island->joints.begin(), island->joints.end());
+    std::size_t bodies = 0;
+    std::size_t pairs = 0;
+    for (const auto& [rank, island] : shipped[pending.id]) {
+      for (std::size_t n = 0; n < island->bodies.size(); ++n) pending.builder.add_body(*island, n);
+      for (std::size_t n = 0; n < island->pairs.size(); ++n) pending.builder.add_pair(*island, n);
+      for (const JointRecord& joint : island->joints) pending.builder.add_joint(joint);
+      bodies += island->bodies.size();
+      pairs += island->pairs.size();
+      parcels_.push_back({rank, island->island, jobs.size(), bodies, pairs});
     }
-    carriers_.push_back(std::make_unique<Carriers>(partition.engine, partition.sector_size(), bodies,
-                                                   std::move(contacts), pending.own, pending.builder));
-    jobs.push_back(build_job(partition, pending.builder, joints));
+    pending.builder.end_island();
+    jobs.push_back(pending.builder.build());
   }
-  queue.add(std::move(jobs));
+  const std::size_t first = queue.add(std::move(jobs));
+  for (Parcel& parcel : parcels_) parcel.job += first;
 }
 
-std::vector<Solution> ShippedIslands::solutions(const SectorMap& map, const BlamedJoints& blamed) const {
-  std::vector<Solution> outbox(map.servers());
-  for (const std::unique_ptr<Carriers>& carried : carriers_) carried->collect(map, outbox);
-  for (Solution& solution : outbox) {
-    for (SolvedBody& solved : solution.bodies) {
-      if (const auto joint = blamed.find(solved.id); joint != blamed.end()) solved.blamed = joint->second;
+std::vector<Solution> ShippedIslands::solutions() const {
+  const auto until = [](const std::string& bytes, std::span<const std::size_t> ends, std::size_t begin,
+                        std::size_t end) {
+    const std::size_t from = begin > 0 ? ends[begin - 1] : 0;
+    return end > begin ? bytes.substr(from, ends[end - 1] - from) : std::string();
+  };
+  std::vector<Solution> outbox(servers_);
+  for (std::size_t n = 0; n < parcels_.size(); ++n) {
+    const Parcel& parcel = parcels_[n];
+    const bool is_first = n == 0 || parcels_[n - 1].job != parcel.job;
+    const SolvedTask& solved = queue_.solved(parcel.job);
+    outbox[parcel.from].islands.push_back(
+        {parcel.island,
+         until(solved.bodies, solved.body_ends, is_first ? 0 : parcels_[n - 1].bodies_end, parcel.bodies_end),
+         until(solved.pairs, solved.pair_ends, is_first ? 0 : parcels_[n - 1].pairs_end, parcel.pairs_end)});
+  }
+  for (const auto& [body, joint] : queue_.blamed()) {
+    for (Solution& solution : outbox) {
+      if (!solution.islands.empty()) solution.blamed.push_back({body, joint});
     }
   }
   return outbox;

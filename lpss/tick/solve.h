@@ -1,6 +1,8 @@
 // Solving: the islands of this server become new velocities, on all its threads.
 #pragma once
 
+#include <cstddef>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -34,28 +36,31 @@ class JobQueue {
   JobQueue(double dt, const ParallelFor& parallel, SolverPool& solvers)
       : dt_(dt), parallel_(parallel), solvers_(solvers) {}
 
-  void add(std::vector<SolveJob> jobs);
+  // Returns the number of the first of these jobs.
+  std::size_t add(std::vector<SolveJob> jobs);
 
   // About this share (0 to 1) of all the work that was added.
   void run(double share);
   void finish() { run(1); }
 
+  // Once a job has been solved.
+  const SolvedTask& solved(std::size_t job) const { return jobs_[job].solved; }
+
   // Of the bodies that diverged so far.
   const BlamedJoints& blamed() const { return blamed_; }
 
  private:
-  // Jobs that touch the same kinematic bodies: engines keep solver state in these, so that such jobs must run
-  // one after the other.
-  struct Group {
-    std::vector<SolveJob> jobs;
-    std::size_t weight = 0;
+  struct Job {
+    SolveJob job;
+    SolvedTask solved;
   };
 
   double dt_;
   const ParallelFor& parallel_;
   SolverPool& solvers_;
-  std::vector<Group> groups_;
-  std::size_t next_ = 0;
+  std::deque<Job> jobs_;
+  std::vector<Job*> order_;  // in which they are solved
+  std::size_t next_ = 0;     // in it
   std::size_t weight_ = 0;
   std::mutex mutex_;  // of what follows
   BlamedJoints blamed_;
@@ -64,15 +69,24 @@ class JobQueue {
 // Islands of which other servers ship parts.
 class ShippedIslands {
  public:
-  // Adds their jobs to `queue`.
-  ShippedIslands(Partition& partition, IslandPlan& plan, const std::vector<Shipment>& inbox, JobQueue& queue);
+  // Adds their jobs to `queue`. The inbox outlives them.
+  ShippedIslands(IslandPlan& plan, const std::vector<Shipment>& inbox, JobQueue& queue);
 
   // What goes back, by rank, once they are solved.
-  std::vector<Solution> solutions(const SectorMap& map, const BlamedJoints& blamed) const;
+  std::vector<Solution> solutions() const;
 
  private:
-  std::vector<std::unique_ptr<Carriers>> carriers_;
-  std::vector<std::vector<JointRecord>> joints_;  // of the islands; jobs refer to them
+  struct Parcel {
+    Rank from = 0;
+    BodyId island;
+    std::size_t job = 0;
+    std::size_t bodies_end = 0;  // of its bodies among those of the job that were shipped
+    std::size_t pairs_end = 0;
+  };
+
+  std::size_t servers_;
+  const JobQueue& queue_;
+  std::vector<Parcel> parcels_;  // by job
 };
 
 }  // namespace tessera

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <functional>
+#include <numeric>
 #include <tuple>
 
 namespace tessera {
@@ -41,14 +43,16 @@ SectorIndex block_of(const SectorIndex& sector, ContactGroup group, const Sector
   return {block(sector.i, anchor.i, 0), block(sector.j, anchor.j, 1), block(sector.k, anchor.k, 2)};
 }
 
-std::vector<std::uint32_t> solve_order(std::span<const ContactToOrder> contacts, std::size_t bodies) {
-  // Greedily, in the order of ids: the first colour that neither body has in the group.
-  std::array<std::vector<std::uint64_t>, kContactGroups> taken;  // bits: the colours of each body
-  std::vector<std::uint16_t> place(contacts.size());             // by group, then colour
-  std::array<std::uint32_t, kContactGroups * kColoursMax + 1> begin{};
+// Greedily, in the order of ids: the first colour that neither body has in the group.
+std::span<const std::uint32_t> SolveOrder::of(std::span<const ContactToOrder> contacts, std::size_t bodies) {
+  for (std::vector<std::uint64_t>& colours : taken_) colours.clear();
+  rank_.resize(contacts.size());
+  std::array<std::uint32_t, kContactGroups * kColoursMax> counts;
+  const bool is_counted = contacts.size() > counts.size() / 4;
+  if (is_counted) counts.fill(0);
   for (std::size_t n = 0; n < contacts.size(); ++n) {
     const ContactToOrder& contact = contacts[n];
-    std::vector<std::uint64_t>& colours = taken[contact.group];
+    std::vector<std::uint64_t>& colours = taken_[contact.group];
     if (colours.empty()) colours.assign(bodies, 0);
     std::uint64_t used = 0;
     for (const std::uint32_t body : {contact.a, contact.b}) {
@@ -58,13 +62,28 @@ std::vector<std::uint32_t> solve_order(std::span<const ContactToOrder> contacts,
     for (const std::uint32_t body : {contact.a, contact.b}) {
       if (body != ContactToOrder::kFixed) colours[body] |= std::uint64_t{1} << colour;
     }
-    place[n] = static_cast<std::uint16_t>(contact.group * kColoursMax + colour);
-    ++begin[place[n] + 1];
+    rank_[n] = static_cast<std::uint16_t>(contact.group * kColoursMax + colour);
+    if (is_counted) ++counts[rank_[n]];
   }
-  for (std::size_t n = 1; n < begin.size(); ++n) begin[n] += begin[n - 1];
-  std::vector<std::uint32_t> order(contacts.size());
-  for (std::size_t n = 0; n < contacts.size(); ++n) order[begin[place[n]]++] = static_cast<std::uint32_t>(n);
-  return order;
+  order_.resize(contacts.size());
+  if (!is_counted) {
+    // For few, a list of ranks would be longer than the contacts.
+    std::iota(order_.begin(), order_.end(), std::uint32_t{0});
+    std::sort(order_.begin(), order_.end(), [this](std::uint32_t x, std::uint32_t y) {
+      return std::tie(rank_[x], x) < std::tie(rank_[y], y);
+    });
+    return order_;
+  }
+  std::exclusive_scan(counts.begin(), counts.end(), counts.begin(), std::uint32_t{0});
+  for (std::uint32_t n = 0; n < contacts.size(); ++n) order_[counts[rank_[n]]++] = n;
+  return order_;
+}
+
+void SolveOrder::group_ends(std::span<const ContactToOrder> contacts, std::size_t first,
+                            std::vector<std::size_t>& ends) {
+  ends.assign(kContactGroups, 0);
+  for (const ContactToOrder& contact : contacts) ++ends[contact.group];
+  std::inclusive_scan(ends.begin(), ends.end(), ends.begin(), std::plus<>(), first);
 }
 
 }  // namespace tessera

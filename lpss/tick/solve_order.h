@@ -15,6 +15,8 @@
 // of different blocks (seams) commute: who solves them, and in how many threads or lanes, changes no bit.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -47,7 +49,21 @@ struct ContactToOrder {
   static constexpr std::uint32_t kFixed = ~std::uint32_t{0};
 };
 
-// The places of `contacts`, which ascend by ids, in the order of solving. `bodies` is the length of the list.
-std::vector<std::uint32_t> solve_order(std::span<const ContactToOrder> contacts, std::size_t bodies);
+// Orders contacts, which ascend by ids. Keeps its storage.
+class SolveOrder {
+ public:
+  // The places of `contacts` in the order of solving. `bodies` is the length of their list. Valid until the
+  // next call.
+  std::span<const std::uint32_t> of(std::span<const ContactToOrder> contacts, std::size_t bodies);
+
+  // Where each group ends in that order, which begins at `first`.
+  static void group_ends(std::span<const ContactToOrder> contacts, std::size_t first,
+                         std::vector<std::size_t>& ends);
+
+ private:
+  std::array<std::vector<std::uint64_t>, kContactGroups> taken_;  // bits: the colours of each body
+  std::vector<std::uint16_t> rank_;                               // of each contact: group, then colour
+  std::vector<std::uint32_t> order_;
+};
 
 }  // namespace tessera

@@ -39,7 +39,8 @@ TEST(SolveOrder, IsByGroupThenColourThenIds) {
   const std::vector<ContactToOrder> contacts{{kFixedGroup, kFixed, 0}, {kInsideGroup, 0, 1},
                                              {kSeamGroup, 0, 4},       {kInsideGroup, 1, 2},
                                              {kInsideGroup, 2, 3},     {kFixedGroup, kFixed, 3}};
-  EXPECT_THAT(solve_order(contacts, 5), ElementsAre(1, 4, 3, 2, 0, 5));
+  SolveOrder order;
+  EXPECT_THAT(order.of(contacts, 5), ElementsAre(1, 4, 3, 2, 0, 5));
 }
 
 // Contacts of one colour and group may be solved in any order, and so may those of different blocks.
@@ -69,7 +70,8 @@ TEST(SolveOrder, NoBodyIsTwiceInAColourAndBlocksShareNoBody) {
   // Where a body comes twice, a colour has ended: each run without repetition is at least one colour.
   std::size_t runs = 1;
   std::set<std::size_t> seen;
-  for (const std::size_t n : solve_order(contacts, 60)) {
+  SolveOrder order;
+  for (const std::size_t n : order.of(contacts, 60)) {
     const bool fresh = !seen.contains(contacts[n].a) && !seen.contains(contacts[n].b);
     if (!fresh) {
       ++runs;
@@ -88,7 +90,8 @@ TEST(SolveOrder, NoBodyIsTwiceInAColourAndBlocksShareNoBody) {
 TEST(SolveOrder, ABodyWithMoreContactsThanColoursKeepsTheOrderOfIds) {
   std::vector<ContactToOrder> contacts;
   for (std::uint32_t n = 1; n <= 100; ++n) contacts.push_back({kInsideGroup, 0, n});
-  const std::vector<std::uint32_t> order = solve_order(contacts, 101);
+  SolveOrder solve_order;
+  const std::span<const std::uint32_t> order = solve_order.of(contacts, 101);
   EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
 }
 

@@ -27,9 +27,11 @@ TEST(Solve, TheOrderOfIslandsDoesNotMatter) {
     std::vector<SolveJob>& jobs = world->contexts[0].plan.jobs;
     jobs.clear();
     for (const SectorIndex& home : {kLow, kHigh}) {
-      TaskBuilder builder;
-      add_component((*world)[0], world->sector(home), world->sector(home).components.at(0), builder, false);
-      jobs.push_back(build_job((*world)[0], builder));
+      TaskBuilder builder((*world)[0]);
+      builder.begin_island();
+      builder.add(world->sector(home), world->sector(home).components.at(0));
+      builder.end_island();
+      jobs.push_back(builder.build());
     }
   }
   forwards.solve();
@@ -43,25 +45,6 @@ TEST(Solve, TheOrderOfIslandsDoesNotMatter) {
   }
   EXPECT_LE(forwards.state(1).linear_velocity[0], forwards.state(2).linear_velocity[0] + 1e-6)
       << "they no longer approach each other";
-}
-
-TEST(Solve, JobsThatTouchTheSameKinematicBodyAreNotRunBesideEachOther) {
-  TestWorld world;
-  world.add(box(1, kHigh, {0, 0, 0}, Motion::kKinematic));
-  const HomeBody& pusher = body(world[0], 1);
-  std::vector<SolveJob> jobs(3);
-  jobs[0].kinematics = {{pusher.sector->world.get(), pusher.slot}};
-  jobs[2].kinematics = jobs[0].kinematics;
-  std::size_t groups = 0;
-  const ParallelFor counted = [&](std::size_t count, absl::FunctionRef<void(std::size_t)> job) {
-    groups = count;
-    for (std::size_t n = 0; n < count; ++n) job(n);
-  };
-  SolverPool solvers(world[0].engine);
-  JobQueue queue(world[0].dt(), counted, solvers);
-  queue.add(std::move(jobs));
-  queue.finish();
-  EXPECT_EQ(groups, 2u);
 }
 
 TEST(Solve, ASolverThatWasPutBackIsTakenAgain) {

@@ -91,7 +91,7 @@ class IslandAtSeams {
   Ranks tell(StagedIslands& staged, std::vector<Shipment>& outbox) {
     find_groups();
     for (const auto& [id, known] : bodies_) {
-      staged.own.emplace(id, record_of(*known.body));
+      staged.own.emplace(id, known.body->sector->index);
       staged.seam_groups.emplace(id, known.groups);
     }
     for (const Found& found : contacts_) staged.contacts.push_back(found.contact);
@@ -101,7 +101,7 @@ class IslandAtSeams {
         around |= hosts_around(sector, sectors_, [](const SectorIndex&) { return true; });
     }
     around.erase(partition_.self);
-    around.for_each([&](Rank rank) { outbox[rank].staged.push_back(parcel_for(rank, staged.own)); });
+    around.for_each([&](Rank rank) { outbox[rank].staged.push_back(parcel_for(rank)); });
     return around;
   }
 
@@ -163,7 +163,7 @@ class IslandAtSeams {
     return blocks;
   }
 
-  ShippedIsland parcel_for(Rank rank, const absl::flat_hash_map<BodyId, BodyRecord>& records) {
+  ShippedIsland parcel_for(Rank rank) {
     const Blocks blocks = blocks_of(rank);
     ShippedIsland parcel;
     parcel.island = island_.id;
@@ -171,14 +171,12 @@ class IslandAtSeams {
       bool is_wanted = false;
       for (ContactGroup group = kSeamGroup; group < kSeamGroup + kSeamGroups; ++group)
         is_wanted |= has_group(known.groups, group) && blocks.contains(block_with(known, group));
-      if (!is_wanted) continue;
-      const Wrench wrench = known.body->sector->world->total_wrench(known.body->slot);
-      parcel.bodies.push_back({records.at(id), wrench, known.groups});
+      if (is_wanted) ship_body(*known.body, known.groups, parcel);
     }
     for (const Found& found : contacts_) {
       const ContactGroup group = group_of(found.contact.home_a, found.contact.home_b, partition_.anchor);
-      if (!blocks.contains({group, block_of(found.contact.home_a, group, partition_.anchor)})) continue;
-      parcel.contacts.push_back({found.sector->index, found.sector->world->export_manifold(found.pair)});
+      if (blocks.contains({group, block_of(found.contact.home_a, group, partition_.anchor)}))
+        ship_pair(*found.sector, found.pair, parcel);
     }
     return parcel;
   }
@@ -195,7 +193,8 @@ class IslandAtSeams {
 
 void stage(Partition& partition, TickContext& context, const SeamIsland& island, int substeps,
            std::vector<Shipment>& outbox) {
-  StagedIslands& staged = context.plan.staged[{substeps, island.bounces}];
+  const StagedKind kind{substeps, island.bounces};
+  StagedIslands& staged = context.plan.staged.try_emplace(kind, partition).first->second;
   IslandSectors& sectors = staged.islands[island.id];
   for (const PartRef& ref : island.parts) sectors.emplace(ref.sector, partition.map.owner(ref.sector));
   IslandAtSeams at_seams(partition, island, sectors);
@@ -203,7 +202,7 @@ void stage(Partition& partition, TickContext& context, const SeamIsland& island,
     if (!partition.hosts(ref.sector)) continue;
     Sector& sector = *partition.sectors.at(ref.sector);
     const Component& component = sector.components[sector.part_components[ref.part]];
-    add_component(partition, sector, component, staged.builder, false);
+    staged.builder.add(sector, component);
     at_seams.add_part(sector, component);
   }
   context.plan.in_step |= at_seams.tell(staged, outbox);
@@ -214,19 +213,20 @@ class StagedSolve::Builder {
  public:
   Builder(const Partition& partition, StagedIslands& staged, const std::vector<const ShippedIsland*>& told)
       : partition_(partition), staged_(staged) {
-    for (const auto& [id, record] : staged.own) homes_.emplace(id, record.home);
+    homes_ = staged.own;
     for (const ShippedIsland* parcel : told) {
-      for (const ShippedBody& body : parcel->bodies) {
-        if (!homes_.emplace(body.record.id, body.record.home).second) continue;
-        bodies_.push_back(&body);
-        staged.seam_groups.emplace(body.record.id, body.seam_groups);
+      for (std::size_t n = 0; n < parcel->bodies.size(); ++n) {
+        const ShippedBody& body = parcel->bodies[n];
+        if (!homes_.emplace(body.id, body.home).second) continue;
+        bodies_.push_back({parcel, n});
+        staged.seam_groups.emplace(body.id, body.seam_groups);
       }
     }
-    for (const SeamContact& contact : staged.contacts) add_contact(contact, nullptr);
+    for (const SeamContact& contact : staged.contacts) add_contact(contact, {});
     for (const ShippedIsland* parcel : told) {
-      for (const ShippedContact& contact : parcel->contacts) {
-        const ManifoldState& pair = contact.manifold;
-        add_contact({parcel->island, pair.a, pair.b, home_of(pair.a), home_of(pair.b)}, &contact);
+      for (std::size_t n = 0; n < parcel->pairs.size(); ++n) {
+        const ShippedPair& pair = parcel->pairs[n];
+        add_contact({parcel->island, pair.a, pair.b, home_of(pair.a), home_of(pair.b)}, {parcel, n});
       }
     }
     follow();
@@ -236,18 +236,19 @@ class StagedSolve::Builder {
     std::erase_if(contacts_, [&](const Contact& contact) {
       return !blocks_.at(contact.block).solvers.contains(partition_.self);
     });
-    std::vector<const ShippedContact*> foreign;
     absl::flat_hash_set<BodyId> needed;
     for (const Contact& contact : contacts_) {
       needed.insert(contact.pair.a);
       needed.insert(contact.pair.b);
-      if (contact.shipped != nullptr) foreign.push_back(contact.shipped);
+      if (contact.shipped.parcel != nullptr)
+        staged_.builder.add_pair(*contact.shipped.parcel, contact.shipped.n);
     }
-    std::erase_if(bodies_, [&](const ShippedBody* body) { return !needed.contains(body->record.id); });
+    for (const Shipped& body : bodies_) {
+      if (needed.contains(body.parcel->bodies[body.n].id)) staged_.builder.add_body(*body.parcel, body.n);
+    }
+    staged_.builder.end_island();
     Job job;
-    job.carriers = std::make_unique<Carriers>(partition_.engine, partition_.sector_size(), bodies_,
-                                              std::move(foreign), staged_.own, staged_.builder);
-    job.job = build_job(partition_, staged_.builder);
+    job.job = staged_.builder.build();
     direct_traffic(job);
     return job;
   }
@@ -267,10 +268,15 @@ class StagedSolve::Builder {
     Ranks solvers;  // who hosts a body in it, and who follows it
     std::vector<BodyId> bodies;
   };
+  // A body or pair of a parcel.
+  struct Shipped {
+    const ShippedIsland* parcel = nullptr;
+    std::size_t n = 0;
+  };
   struct Contact {
     SeamContact pair;
     Place block;
-    const ShippedContact* shipped;  // null for one that was detected here
+    Shipped shipped;  // no parcel for one that was detected here
   };
 
   const SectorIndex& home_of(BodyId id) const {
@@ -280,7 +286,7 @@ class StagedSolve::Builder {
   }
   Rank host_of(BodyId id) const { return partition_.map.owner(home_of(id)); }
 
-  void add_contact(const SeamContact& pair, const ShippedContact* shipped) {
+  void add_contact(const SeamContact& pair, const Shipped& shipped) {
     const ContactGroup group = group_of(pair.home_a, pair.home_b, partition_.anchor);
     invariant(is_seam_group(group), "islands with contacts of distant homes are not divided");
     const Place place{group, pair.island, block_of(pair.home_a, group, partition_.anchor)};
@@ -384,7 +390,7 @@ class StagedSolve::Builder {
   const Partition& partition_;
   StagedIslands& staged_;
   absl::flat_hash_map<BodyId, SectorIndex> homes_;
-  std::vector<const ShippedBody*> bodies_;  // of others
+  std::vector<Shipped> bodies_;  // of others
   std::vector<Contact> contacts_;
   std::map<Place, Block> blocks_;
 };

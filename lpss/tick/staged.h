@@ -30,7 +30,7 @@ void stage(Partition& partition, TickContext& context, const SeamIsland& island,
 // Solves what is staged, from exchange to exchange.
 class StagedSolve {
  public:
-  // With what the others told. The solvers, of which as many are made as it takes, outlive this.
+  // With what the others told, which outlives this; so do the solvers, of which as many are made as it takes.
   StagedSolve(const Partition& partition, IslandPlan& plan, const std::vector<Shipment>& inbox,
               std::vector<std::unique_ptr<StagedSolver>>& solvers);
 
@@ -53,7 +53,6 @@ class StagedSolve {
 
   struct Job {
     StagedSolver* solver = nullptr;
-    std::unique_ptr<Carriers> carriers;
     SolveJob job;
     int sweeps = 0;
     std::array<TrafficByRank, kSeamGroups> traffic;

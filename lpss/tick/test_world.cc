@@ -82,13 +82,13 @@ void TestWorld::solve() {
     const std::vector<Shipment> inbox = received(shipments, rank);
     SolverPool solvers(partition.engine);
     JobQueue queue(partition.dt(), alone, solvers);
-    const ShippedIslands shipped(partition, islands, inbox, queue);
+    const ShippedIslands shipped(islands, inbox, queue);
     queue.add(std::move(islands.jobs));
     queue.finish();
-    solutions.push_back(shipped.solutions(partition.map, queue.blamed()));
+    solutions.push_back(shipped.solutions());
   }
   for (Rank rank = 0; rank < servers(); ++rank) {
-    for (const Solution& solution : received(solutions, rank)) take_solution(*partitions_[rank], solution);
+    for (const Solution& solution : received(solutions, rank)) take_solution(contexts[rank].plan, solution);
   }
 }
 

@@ -357,10 +357,11 @@ Round TickMachine::shipment_round(std::span<const SectorIndex> awake) {
   return result;
 }
 
-Round TickMachine::begin_solving(const std::vector<Shipment>& inbox) {
+Round TickMachine::begin_solving(std::vector<Shipment> inbox) {
+  shipments_ = std::move(inbox);
   clock_.enter(TickPhase::kSolving);
-  shipped_.emplace(partition_, context_.plan, inbox, *queue_);
-  if (!context_.plan.staged.empty()) staged_.emplace(partition_, context_.plan, inbox, staged_solvers_);
+  shipped_.emplace(context_.plan, shipments_, *queue_);
+  if (!context_.plan.staged.empty()) staged_.emplace(partition_, context_.plan, shipments_, staged_solvers_);
   return go_on_solving();
 }
 
@@ -376,17 +377,18 @@ Round TickMachine::go_on_solving() {
 
 Round TickMachine::solution_round() {
   queue_->finish();
-  std::vector<Solution> solutions = shipped_->solutions(partition_.map, queue_->blamed());
+  std::vector<Solution> solutions = shipped_->solutions();
   context_.blamed = queue_->blamed();
   Round result = round(RoundKind::kSolution);
   for (Rank rank = 0; rank < solutions.size(); ++rank) {
     const bool self = rank == partition_.self;
     result.from[rank] = context_.plan.awaits_solution[rank] || self;
-    if (!solutions[rank].bodies.empty() || self) result.to[rank] = std::move(solutions[rank]);
+    if (!solutions[rank].islands.empty() || self) result.to[rank] = std::move(solutions[rank]);
   }
   queue_.reset();
   shipped_.reset();
   staged_.reset();
+  shipments_.clear();
   return result;
 }
 
@@ -403,10 +405,8 @@ void TickMachine::work_while_waiting() {
 }
 
 void TickMachine::take(const Solution& solution) {
-  take_solution(partition_, solution);
-  for (const SolvedBody& solved : solution.bodies) {
-    if (solved.blamed.value != 0) context_.blamed[solved.id] = solved.blamed;
-  }
+  take_solution(context_.plan, solution);
+  for (const auto& [body, joint] : solution.blamed) context_.blamed[body] = joint;
 }
 
 void TickMachine::end_tick(const std::vector<Solution>& inbox) {

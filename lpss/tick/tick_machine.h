@@ -81,7 +81,7 @@ class TickMachine {
   Round seams_round(std::vector<Exchange> inbox);
   std::optional<Round> gathering_round(const std::vector<std::shared_ptr<const Seams>>& inbox);
   Round shipment_round(std::span<const SectorIndex> awake);
-  Round begin_solving(const std::vector<Shipment>& inbox);
+  Round begin_solving(std::vector<Shipment> inbox);
   Round go_on_solving();
   Round solution_round();
   void take(const Solution& solution);
@@ -123,6 +123,7 @@ class TickMachine {
 
   // While islands are solved.
   std::optional<JobQueue> queue_;
+  std::vector<Shipment> shipments_;  // to which what is solved refers
   std::optional<ShippedIslands> shipped_;
   std::optional<StagedSolve> staged_;
   std::vector<std::unique_ptr<StagedSolver>> staged_solvers_;

@@ -1,9 +1,9 @@
-#include "lpss/native/jointed_contacts.h"
+#include "lpss/islands/jointed_contacts.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace tessera::native {
+namespace tessera {
 namespace {
 
 // Rounds over the patches of a cluster in a pass, at most, and what they settle to: m/s or rad/s.
@@ -25,10 +25,10 @@ std::array<double, 2> times(const std::array<double, 3>& m, const std::array<dou
 void JointedContacts::load() {
   for (const Member& member : members_) {
     const Contacts::Body& body = bodies_[member.place];
-    const Contacts::Motion change = contacts_->change(member.place);
+    const BodyChange change = changes_->change(member.place);
     Eigen::Map<Wrench> velocity(velocities_.data() + groups_[member.group].first + 6 * member.number);
-    velocity.head<3>() = body.linear.template cast<double>() + change.linear.template cast<double>();
-    velocity.tail<3>() = body.angular.template cast<double>() + change.angular.template cast<double>();
+    velocity.head<3>() = body.linear + change.linear;
+    velocity.tail<3>() = body.angular + change.angular;
   }
   std::ranges::fill(wrenches_, 0);
 }
@@ -39,12 +39,11 @@ void JointedContacts::store() {
     const Eigen::Map<const Wrench> wrench(wrenches_.data() + groups_[member.group].first + 6 * member.number);
     if (wrench.isZero(0)) continue;
     const Contacts::Body& body = bodies_[member.place];
-    Contacts::Motion change = contacts_->change(member.place);
-    const Vector3 turn = body.inverse_inertia.template cast<double>() * wrench.tail<3>();
-    change.linear = (change.linear.template cast<double>() + wrench.head<3>() * double(body.inverse_mass))
-                        .template cast<Scalar>();
-    change.angular = (change.angular.template cast<double>() + turn).template cast<Scalar>();
-    contacts_->set_change(member.place, change);
+    BodyChange change = changes_->change(member.place);
+    const Vector3 turn = body.inverse_inertia * wrench.tail<3>();
+    change.linear += wrench.head<3>() * body.inverse_mass;
+    change.angular += turn;
+    changes_->set_change(member.place, change);
   }
 }
 
@@ -86,11 +85,10 @@ void JointedContacts::add_wrench(const Row& row, double impulse) {
 
 void JointedContacts::start_step() {
   if (is_empty()) return;
-  const auto share = double(contacts_->softness().share);
   for (Patch& patch : patches_) {
     if (!patch.course) continue;
-    add_course(patch, patch.course->linear_change.template cast<double>() * share,
-               patch.course->angular_change.template cast<double>() * share);
+    add_course(patch, patch.course->linear_change * softness_.share,
+               patch.course->angular_change * softness_.share);
   }
   load();
   for_each_row(patches_, [this](const Row& row) { add_wrench(row, row.impulse); });
@@ -192,7 +190,7 @@ void JointedContacts::open() {
 
 void JointedContacts::relax() {
   if (is_empty()) return;
-  const double step = double(contacts_->softness().step);
+  const double step = softness_.step;
   for (Patch& patch : patches_) {
     for (int n = 0; n < patch.points; ++n) {
       Point& point = patch.point[static_cast<std::size_t>(n)];
@@ -204,15 +202,15 @@ void JointedContacts::relax() {
 }
 
 void JointedContacts::solve_point(Point& point, bool biased) {
-  const auto& soft = contacts_->softness();
+  const Softness& soft = softness_;
   Row& row = point.row;
   double wanted = point.approach_max;
   double impulse = row.impulse;
   double mass = row.mass;
   if (biased && point.gap < kClosedGap) {
-    wanted = std::min(-point.gap * double(soft.push_rate), double(soft.push_speed_max));
-    mass *= double(soft.mass_share);
-    impulse *= 1 - double(soft.impulse_share);
+    wanted = std::min(-point.gap * soft.push_rate, soft.push_speed_max);
+    mass *= soft.mass_share;
+    impulse *= 1 - soft.impulse_share;
   }
   push(row, std::max(impulse + (wanted - velocity_of(row)) * mass, 0.0) - row.impulse);
 }
@@ -306,7 +304,7 @@ void JointedContacts::rebound() {
 
 // As in the kernel of the contact solver.
 void JointedContacts::rebound(Patch& patch) {
-  const auto& soft = contacts_->softness();
+  const Softness& soft = softness_;
   const bool struck = is_struck(patch.twist);
   bool is_active = struck;
   for (int n = 0; n < patch.points; ++n) {
@@ -317,7 +315,7 @@ void JointedContacts::rebound(Patch& patch) {
     if (patch.restitution > 0 && -point.before > patch.bounce_from &&
         row.total + (row.impulse - row.before) > 0) {
       const double approach = std::max(-velocity_of(row, noted_), 0.0);
-      const double way = std::min(approach, -point.approach_max) * double(soft.time_step);
+      const double way = std::min(approach, -point.approach_max) * soft.time_step;
       const double met = std::sqrt(std::max(point.before * point.before - 2 * point.pull * way, 0.0));
       bounces = patch.restitution * met > 0;
       if (bounces) speed = patch.restitution * met;
@@ -336,23 +334,23 @@ void JointedContacts::rebound(Patch& patch) {
   if (patch.arm > 0) solve_rolling(patch);
 }
 
-void JointedContacts::end(std::span<Contacts::Patch> patches) const {
+void JointedContacts::end(std::span<Given> patches) const {
   for (const Patch& patch : patches_) {
-    Contacts::Patch& into = patches[patch.place];
+    Contacts::Patch& into = patches[patch.given].patch;
     into.mobility = 0;
     for (std::size_t n = 0; n < into.points; ++n) {
-      into.point[n].impulse = Scalar(patch.point[n].row.total);
+      into.point[n].impulse = patch.point[n].row.total;
       into.mobility = std::max(into.mobility, patch.point[n].row.mobility);
     }
     const Vector3 friction = patch.tangent[0].on[0].head<3>() * patch.tangent[0].total +
                              patch.tangent[1].on[0].head<3>() * patch.tangent[1].total;
-    into.friction_impulse = friction.cast<Scalar>();
-    into.twist_impulse = Scalar(patch.twist.total);
+    into.friction_impulse = friction;
+    into.twist_impulse = patch.twist.total;
     if (!into.surface) continue;
     const Vector3 rolling = patch.rolling[0].on[0].tail<3>() * patch.rolling[0].total +
                             patch.rolling[1].on[0].tail<3>() * patch.rolling[1].total;
-    into.surface->rolling_impulse = rolling.cast<Scalar>();
+    into.surface->rolling_impulse = rolling;
   }
 }
 
-}  // namespace tessera::native
+}  // namespace tessera

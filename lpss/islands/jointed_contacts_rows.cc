@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lpss/native/jointed_contacts.h"
+#include "lpss/islands/jointed_contacts.h"
 
-namespace tessera::native {
+namespace tessera {
 namespace {
 
 // Of an assembly of which contacts push more bodies, each is to them what it is without its joints: what they
@@ -46,18 +46,18 @@ void JointedContacts::clear() {
   may_bounce_ = false;
 }
 
-void JointedContacts::begin(Contacts& contacts, joints::JointSolver& joints,
+void JointedContacts::begin(const Softness& softness, joints::JointSolver& joints, BodyChanges& changes,
                             std::span<const Contacts::Body> bodies, std::span<const std::size_t> jointed,
-                            std::span<const Contacts::Patch> patches) {
+                            std::span<const Given> patches) {
   clear();
-  contacts_ = &contacts;
+  softness_ = softness;
+  changes_ = &changes;
   joints_ = &joints;
   bodies_ = bodies;
   jointed_ = jointed;
   member_of_place_.assign(bodies.size(), kNone);
-  for (const Contacts::Patch& patch : patches) {
-    if (!patch.is_jointed) continue;
-    for (const std::size_t place : {patch.a, patch.b}) {
+  for (const Given& given : patches) {
+    for (const std::size_t place : {given.patch.a, given.patch.b}) {
       if (bodies_[place].inverse_mass > 0) member_of(place);
     }
   }
@@ -102,23 +102,23 @@ void JointedContacts::make_groups() {
 }
 
 // Clusters in the order of their first patches. What cannot be pushed connects nothing.
-void JointedContacts::make_clusters(std::span<const Contacts::Patch> patches) {
+void JointedContacts::make_clusters(std::span<const Given> patches) {
   connected_.reset(groups_.size());
   const auto group_of = [this](std::size_t place) {
     const std::size_t member = member_of_place_[place];
     return member == kNone ? kNone : members_[member].group;
   };
-  for (const Contacts::Patch& patch : patches) {
-    if (patch.is_jointed && group_of(patch.a) != kNone && group_of(patch.b) != kNone)
-      connected_.unite(group_of(patch.a), group_of(patch.b));
+  for (const Given& given : patches) {
+    const std::size_t a = group_of(given.patch.a);
+    const std::size_t b = group_of(given.patch.b);
+    if (a != kNone && b != kNone) connected_.unite(a, b);
   }
   for (Group& group : groups_) group.cluster = kNone;
   const auto cluster_of = [&](const Contacts::Patch& patch) -> std::size_t& {
     return groups_[connected_.find(group_of(group_of(patch.a) != kNone ? patch.a : patch.b))].cluster;
   };
-  for (const Contacts::Patch& patch : patches) {
-    if (!patch.is_jointed) continue;
-    std::size_t& cluster = cluster_of(patch);
+  for (const Given& given : patches) {
+    std::size_t& cluster = cluster_of(given.patch);
     if (cluster == kNone) {
       cluster = clusters_.size();
       clusters_.emplace_back();
@@ -133,9 +133,10 @@ void JointedContacts::make_clusters(std::span<const Contacts::Patch> patches) {
   }
   patches_.resize(first);
   for (std::size_t n = 0; n < patches.size(); ++n) {
-    if (!patches[n].is_jointed) continue;
-    Cluster& cluster = clusters_[cluster_of(patches[n])];
-    fill(patches[n], n, patches_[cluster.first + cluster.count++]);
+    Cluster& cluster = clusters_[cluster_of(patches[n].patch)];
+    Patch& patch = patches_[cluster.first + cluster.count++];
+    fill(patches[n], patch);
+    patch.given = n;
   }
   for (std::size_t n = 0; n < groups_.size(); ++n) {
     groups_[n].cluster = groups_[connected_.find(n)].cluster;
@@ -170,15 +171,14 @@ void JointedContacts::set_sides(const Contacts::Patch& from, Row& row) const {
     const std::size_t n = member_of_place_[places[side]];
     if (n == kNone) {
       const Contacts::Body& body = bodies_[places[side]];
-      row.drive += row.on[side].head<3>().dot(body.linear.template cast<double>()) +
-                   row.on[side].tail<3>().dot(body.angular.template cast<double>());
+      row.drive += row.on[side].head<3>().dot(body.linear) + row.on[side].tail<3>().dot(body.angular);
       continue;
     }
     const Member& member = members_[n];
     const Contacts::Body& body = bodies_[member.place];
     const Vector3 turn = row.on[side].tail<3>();
-    row.free_mobility += row.on[side].head<3>().squaredNorm() * double(body.inverse_mass) +
-                         turn.dot(body.inverse_inertia.template cast<double>() * turn);
+    row.free_mobility +=
+        row.on[side].head<3>().squaredNorm() * body.inverse_mass + turn.dot(body.inverse_inertia * turn);
     row.group[side] = member.group;
     row.at[side] = groups_[member.group].first + 6 * member.number;
   }
@@ -202,46 +202,41 @@ JointedContacts::Row JointedContacts::turn_row_of(const Contacts::Patch& from, c
   return row;
 }
 
-void JointedContacts::fill(const Contacts::Patch& from, std::size_t place, Patch& patch) {
+void JointedContacts::fill(const Given& given_patch, Patch& patch) {
+  const Contacts::Patch& from = given_patch.patch;
   patch = {};
-  patch.place = place;
   patch.points = static_cast<int>(from.points);
-  patch.friction = double(from.friction);
-  patch.restitution = double(from.restitution);
-  patch.bounce_from = double(contacts_->bounce_from(from));
-  const double share = double(contacts_->softness().share);
+  patch.friction = from.friction;
+  patch.restitution = from.restitution;
+  patch.bounce_from = double(given_patch.bounce_from);
+  const double share = softness_.share;
   for (std::size_t n = 0; n < from.points; ++n) {
     const auto& given = from.point[n];
     Point& point = patch.point[n];
-    point.row = row_of(from, given.normal.template cast<double>(), given.lever_a.template cast<double>(),
-                       given.lever_b.template cast<double>());
-    point.gap = double(given.gap);
-    point.approach_max = std::min(-point.gap / double(contacts_->softness().time_step), 0.0);
-    point.row.impulse = double(given.impulse) * share;
+    point.row = row_of(from, given.normal, given.lever_a, given.lever_b);
+    point.gap = given.gap;
+    point.approach_max = std::min(-point.gap / softness_.time_step, 0.0);
+    point.row.impulse = given.impulse * share;
     point.before = point.row.drive;
     const std::array<std::size_t, 2> places = {from.a, from.b};
     for (std::size_t side = 0; side < 2; ++side) {
       if (point.row.at[side] == kNone) continue;
       const Contacts::Body& body = bodies_[places[side]];
       const Wrench& on = point.row.on[side];
-      point.before += on.head<3>().dot(body.linear.template cast<double>()) +
-                      on.tail<3>().dot(body.angular.template cast<double>());
-      point.pull += on.head<3>().dot(body.linear_force.template cast<double>()) +
-                    on.tail<3>().dot(body.angular_force.template cast<double>());
+      point.before += on.head<3>().dot(body.linear) + on.tail<3>().dot(body.angular);
+      point.pull += on.head<3>().dot(body.linear_force) + on.tail<3>().dot(body.angular_force);
     }
-    point.pull /= double(contacts_->softness().time_step);
+    point.pull /= softness_.time_step;
     may_bounce_ = may_bounce_ || (patch.restitution > 0 && -point.before > patch.bounce_from);
   }
   make_friction(from, patch);
   patch.course = from.course;
   if (!patch.course) return;
-  add_course(patch, patch.course->linear.template cast<double>(),
-             patch.course->angular.template cast<double>());
+  add_course(patch, patch.course->linear, patch.course->angular);
   for (std::size_t n = 0; n < from.points; ++n) {
     Point& point = patch.point[n];
     point.before +=
-        point.row.on[0].head<3>().dot(patch.course->linear.template cast<double>() +
-                                      patch.course->angular.template cast<double>().cross(point.arm));
+        point.row.on[0].head<3>().dot(patch.course->linear + patch.course->angular.cross(point.arm));
   }
 }
 
@@ -264,46 +259,44 @@ void JointedContacts::make_friction(const Contacts::Patch& from, Patch& patch) c
   Vector3 normal = Vector3::Zero();
   double load = 0;
   for (std::size_t n = 0; n < from.points; ++n) {
-    lever_a += from.point[n].lever_a.template cast<double>() / double(from.points);
-    lever_b += from.point[n].lever_b.template cast<double>() / double(from.points);
-    normal += from.point[n].normal.template cast<double>();
+    lever_a += from.point[n].lever_a / double(from.points);
+    lever_b += from.point[n].lever_b / double(from.points);
+    normal += from.point[n].normal;
     load += patch.point[n].row.impulse;
   }
-  for (std::size_t n = 0; n < from.points; ++n)
-    patch.point[n].arm = from.point[n].lever_a.template cast<double>() - lever_a;
+  for (std::size_t n = 0; n < from.points; ++n) patch.point[n].arm = from.point[n].lever_a - lever_a;
   normal *= inverse_or_zero(normal.norm());
   const bool is_by_a = bodies_[from.a].inverse_mass > 0;
   for (std::size_t n = 0; n < from.points; ++n) {
-    const Vector3 arm = is_by_a ? Vector3(from.point[n].lever_a.template cast<double>() - lever_a)
-                                : Vector3(from.point[n].lever_b.template cast<double>() - lever_b);
+    const Vector3 arm =
+        is_by_a ? Vector3(from.point[n].lever_a - lever_a) : Vector3(from.point[n].lever_b - lever_b);
     patch.radius += arm.norm() / double(from.points);
   }
   const std::array<Vector3, 2> plane = plane_of(normal);
   std::array<Vector3, 2> tangents = plane;
   const auto* const surface = from.surface;
   if (surface) {
-    const Vector3 given = surface->direction.template cast<double>();
+    const Vector3 given = surface->direction;
     const Vector3 flat = given - normal * given.dot(normal);
     const bool is_flat = flat.squaredNorm() > 1e-6;
-    const auto along = double(surface->along);
-    const auto across = double(surface->across);
+    const auto along = surface->along;
+    const auto across = surface->across;
     patch.share =
         is_flat ? std::array{along, across} : std::array{std::min(along, across), std::min(along, across)};
     if (is_flat) tangents = {flat.normalized(), normal.cross(flat.normalized())};
-    patch.radius += double(surface->torsion) * inverse_or_zero(patch.friction);
-    patch.arm = double(surface->rolling);
+    patch.radius += surface->torsion * inverse_or_zero(patch.friction);
+    patch.arm = surface->rolling;
   }
-  const double share = double(contacts_->softness().share);
-  const Vector3 last = from.friction_impulse.template cast<double>() * share;
+  const double share = softness_.share;
+  const Vector3 last = from.friction_impulse * share;
   std::array<double, 2> impulse;
   for (std::size_t k = 0; k < 2; ++k) {
     const Vector3 tangent = tangents[k] * patch.share[k];
     patch.tangent[k] = row_of(from, tangent, lever_a, lever_b);
-    if (surface) patch.tangent[k].drive += tangent.dot(surface->drift.template cast<double>());
+    if (surface) patch.tangent[k].drive += tangent.dot(surface->drift);
     impulse[k] = last.dot(tangent) * inverse_or_zero(patch.share[k] * patch.share[k]);
     patch.rolling[k] = turn_row_of(from, plane[k]);
-    if (surface)
-      patch.rolling[k].impulse = plane[k].dot(surface->rolling_impulse.template cast<double>()) * share;
+    if (surface) patch.rolling[k].impulse = plane[k].dot(surface->rolling_impulse) * share;
   }
   const double most = load * patch.friction;
   const double scale = scale_within(impulse, most);
@@ -311,8 +304,7 @@ void JointedContacts::make_friction(const Contacts::Patch& from, Patch& patch) c
   const double rolling = scale_within({patch.rolling[0].impulse, patch.rolling[1].impulse}, load * patch.arm);
   for (Row& row : patch.rolling) row.impulse *= rolling;
   patch.twist = turn_row_of(from, normal);
-  patch.twist.impulse =
-      std::clamp(double(from.twist_impulse) * share, -most * patch.radius, most * patch.radius);
+  patch.twist.impulse = std::clamp(from.twist_impulse * share, -most * patch.radius, most * patch.radius);
 }
 
 // Asks assemblies what they have become; false if all is as it was.
@@ -365,8 +357,8 @@ void JointedContacts::make_answer(Row& row) {
       }
       const auto is_of_group = [&](const Member& member) { return &groups_[member.group] == &group; };
       const Contacts::Body& body = bodies_[std::ranges::find_if(members_, is_of_group)->place];
-      answer.head<3>() += on.head<3>() * double(body.inverse_mass);
-      answer.tail<3>() += body.inverse_inertia.template cast<double>() * on.tail<3>();
+      answer.head<3>() += on.head<3>() * body.inverse_mass;
+      answer.tail<3>() += body.inverse_inertia * on.tail<3>();
     }
   }
 }
@@ -419,4 +411,4 @@ void JointedContacts::make_masses(Patch& patch) {
   if (patch.arm > 0) patch.rolling_mass = inverse_of(mobility_of(patch.rolling[0], patch.rolling[1]));
 }
 
-}  // namespace tessera::native
+}  // namespace tessera

@@ -10,9 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "lpss/model/settings.h"
-
-namespace tessera::native {
+namespace tessera {
 
 // What a contact remembers of its impulses.
 struct ContactNeed {
@@ -45,16 +43,21 @@ struct ContactScale {
   double nimbleness = 1;
 };
 
-// The rule, for the settings of a world.
+// What of a world decides how many substeps there are.
+struct Substepping {
+  bool adapts = true;          // to what islands need; if not, all take the usual number
+  int usual = 4;               // substeps of a tick
+  double gravity = 9.81;       // m/s^2
+  double time_step = 1. / 60;  // s, of a tick
+};
+
+// The rule.
 class ContactNeeds {
  public:
   // Of weights that rest on a body, by its own: what is no more asks for nothing.
   static constexpr double kLightLoad = 1.5;
 
-  explicit ContactNeeds(const WorldSettings& settings);
-
-  // Whether the number of substeps adapts to islands. If not, all take the usual number.
-  bool adapts() const { return adapts_; }
+  explicit ContactNeeds(const Substepping& world);
 
   // What an island asks for in which no contact asks for more.
   int least() const;
@@ -95,4 +98,4 @@ class ContactNeeds {
   double load_in_tick_;  // how much farther than usual bodies fall: errors of a substep grow with it
 };
 
-}  // namespace tessera::native
+}  // namespace tessera

@@ -20,24 +20,60 @@
 
 #include "lpss/base/disjoint_sets.h"
 #include "lpss/joints/joint_solver.h"
-#include "lpss/native/math.h"
 #include "lpss/solver/contact_solver.h"
 
-namespace tessera::native {
+namespace tessera {
+
+// What has changed of the velocities of a body since before the tick.
+struct BodyChange {
+  Eigen::Vector3d linear;   // m/s
+  Eigen::Vector3d angular;  // rad/s
+};
+
+// The changes of bodies, by place, as a solver of contacts has them, in its precision.
+class BodyChanges {
+ public:
+  virtual BodyChange change(std::size_t place) const = 0;
+  virtual void set_change(std::size_t place, const BodyChange& change) = 0;
+
+ protected:
+  ~BodyChanges() = default;
+};
 
 // One set of islands at a time, between begin() and end() of both other solvers, in whose steps it takes its
 // turns. The order of patches is that of the task, so that an island's bits do not depend on others. Keeps
 // its storage.
 class JointedContacts {
  public:
-  using Contacts = ContactSolver<Scalar>;
+  using Contacts = SolverTypes<double>;
+
+  // A patch of a jointed body, with its impulses.
+  struct Given {
+    Contacts::Patch patch;
+    std::size_t place = 0;   // among all patches
+    double bounce_from = 0;  // m/s: the approach from which its points bounce
+  };
+
+  // See ContactRows.
+  struct Softness {
+    double time_step = 0;
+    double share = 0;
+    double step = 0;
+    double push_rate = 0;
+    double push_speed_max = 0;
+    double impulse_share = 0;
+    double mass_share = 0;
+  };
 
   bool is_empty() const { return patches_.empty(); }
 
-  // Takes the patches of `patches` that are jointed; to be called after begin() of `contacts` and set_up() of
-  // `joints`, which live on until end(). `jointed`: the places of bodies that joints hold, ascending.
-  void begin(Contacts& contacts, joints::JointSolver& joints, std::span<const Contacts::Body> bodies,
-             std::span<const std::size_t> jointed, std::span<const Contacts::Patch> patches);
+  // Takes the patches of bodies that joints hold, in the order of the islands; to be called after begin() of
+  // the other solver of contacts, and set_up() of `joints`. Both, and `changes`, live on until end().
+  // `bodies`: by place, of those that the patches touch. `jointed`: the places of bodies that joints hold,
+  // ascending.
+  void begin(const Softness& softness, joints::JointSolver& joints, BodyChanges& changes,
+             std::span<const Contacts::Body> bodies, std::span<const std::size_t> jointed,
+             std::span<const Given> patches);
   void clear();
 
   // The impulses of the step before, on velocities that have the forces of this one.
@@ -52,7 +88,7 @@ class JointedContacts {
   bool may_bounce() const { return may_bounce_; }
 
   // Impulses into those of begin().
-  void end(std::span<Contacts::Patch> patches) const;
+  void end(std::span<Given> patches) const;
 
  private:
   using Vector3 = Eigen::Vector3d;
@@ -119,7 +155,7 @@ class JointedContacts {
     Vector3 arm = Vector3::Zero();  // m, from the centre of the points
   };
   struct Patch {
-    std::size_t place = 0;  // among those of begin()
+    std::size_t given = 0;  // among those of begin()
     int points = 0;
     std::array<Point, kPatchPointsMax> point;
     std::array<Row, 2> tangent;
@@ -139,8 +175,8 @@ class JointedContacts {
   };
   std::size_t member_of(std::size_t place);
   void make_groups();
-  void make_clusters(std::span<const Contacts::Patch> patches);
-  void fill(const Contacts::Patch& from, std::size_t place, Patch& patch);
+  void make_clusters(std::span<const Given> patches);
+  void fill(const Given& given, Patch& patch);
   Row row_of(const Contacts::Patch& from, const Vector3& direction, const Vector3& lever_a,
              const Vector3& lever_b) const;
   Row turn_row_of(const Contacts::Patch& from, const Vector3& axis) const;
@@ -208,7 +244,8 @@ class JointedContacts {
   bool is_struck(const Row& row) const;
   void rebound(Patch& patch);
 
-  Contacts* contacts_ = nullptr;
+  Softness softness_;
+  BodyChanges* changes_ = nullptr;
   joints::JointSolver* joints_ = nullptr;
   std::span<const Contacts::Body> bodies_;
   std::span<const std::size_t> jointed_;
@@ -236,4 +273,4 @@ class JointedContacts {
   std::array<double, kRowsAtOnceMax> row_velocities_ = {};
 };
 
-}  // namespace tessera::native
+}  // namespace tessera

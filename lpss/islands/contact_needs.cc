@@ -1,10 +1,11 @@
-#include "lpss/native/contact_needs.h"
+#include "lpss/islands/contact_needs.h"
 
 #include <algorithm>
 #include <cmath>
-#include <variant>
 
-namespace tessera::native {
+#include "lpss/model/limits.h"
+
+namespace tessera {
 namespace {
 
 constexpr double kUsualLoad = 20;
@@ -18,20 +19,15 @@ constexpr double kSwingMax = 1;                    // rad, of the phase of a swi
 constexpr double kSinkMax = 0.02;                  // of the smallest extent
 constexpr std::size_t kBodySubstepsMax = 16384;    // bodies times substeps, beyond kSubstepsMax
 
-double size_of(const Gravity& gravity) {
-  const auto* uniform = std::get_if<UniformGravity>(&gravity);
-  return uniform != nullptr ? uniform->acceleration.norm() : std::get<CentralGravity>(gravity).surface;
-}
-
 }  // namespace
 
 // Without gravity, that of Earth tells what is much.
-ContactNeeds::ContactNeeds(const WorldSettings& settings)
-    : adapts_(settings.adapt && settings.substeps > 1),
-      usual_(settings.substeps),
-      tick_weight_((size_of(settings.gravity) > 0 ? size_of(settings.gravity) : kEarth) * settings.time_step),
-      fall_(size_of(settings.gravity) * settings.time_step * settings.time_step),
-      time_step_(settings.time_step),
+ContactNeeds::ContactNeeds(const Substepping& world)
+    : adapts_(world.adapts && world.usual > 1),
+      usual_(world.usual),
+      tick_weight_((world.gravity > 0 ? world.gravity : kEarth) * world.time_step),
+      fall_(world.gravity * world.time_step * world.time_step),
+      time_step_(world.time_step),
       load_in_tick_(std::max(1.0, fall_ / kUsualFall)) {}
 
 int ContactNeeds::for_load(double load_ratio) const {
@@ -105,4 +101,4 @@ int ContactNeeds::for_angle(double angle, double most, int substeps_max) const {
   return substeps;
 }
 
-}  // namespace tessera::native
+}  // namespace tessera

@@ -1,0 +1,97 @@
+// Joints, and the contacts of what they hold, take turns with a solver of contacts.
+#pragma once
+
+#include <absl/functional/function_ref.h>
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "lpss/islands/islands.h"
+#include "lpss/islands/jointed_contacts.h"
+#include "lpss/joints/joint_solver.h"
+#include "lpss/solver/contact_solver.h"
+
+namespace tessera {
+
+// For the joints of one set of islands at a time; without any, nothing happens in any call.
+template <typename Scalar>
+class JointTurns final : private BodyChanges {
+ public:
+  using Contacts = ContactSolver<Scalar>;
+
+  // For a tick of `dt` seconds in so many steps. Tells patches which of them are jointed; to be called before
+  // begin() of the contacts ...
+  void begin(Islands<Scalar>& islands, double dt, int steps);
+  // ... and after it.
+  void begin(Contacts& contacts);
+
+  bool is_empty() const { return joints_.is_empty(); }
+  bool may_bounce() const { return jointed_contacts_.may_bounce(); }
+
+  // Turns: at the start of a step, after its first pass over contacts, after others, and after a rebound.
+  void start_step();
+  void after_first_pass();
+  void after_pass(bool relaxed);
+  void hold();  // joints alone
+  void rebound(bool is_first);
+  // Bodies move by the velocities that they have now.
+  void advance();
+  void end_step();
+
+  // Adds to what the islands have of corrections. The contacts have ended.
+  void end();
+
+  // A body that has diverged, and of its joints the one whose error is largest: how far the child would have
+  // to be moved, its centre by a twist of the joint included. Once all is solved.
+  struct Blame {
+    std::size_t body;
+    std::size_t joint;
+  };
+  void find_blamed(std::vector<Blame>& blamed) const;
+
+ private:
+  using Vector = typename Islands<Scalar>::Vector;
+  using Motion = typename Contacts::Motion;
+
+  BodyChange change(std::size_t place) const override;
+  void set_change(std::size_t place, const BodyChange& change) override;
+
+  JointSide side_of(std::size_t place) const;
+  joints::SolvedJoint solved_joint(const IslandJoint& joint) const;
+  void begin_jointed_contacts();
+  // The joints see what contacts have changed; with_joints() also tells contacts what `act` has.
+  void show_joints();
+  void with_joints(absl::FunctionRef<void()> act);
+  bool is_as_set(std::size_t place) const;
+  void write_impulses();
+  bool is_corrected_within_bounds(std::size_t place) const;
+  bool has_diverged(std::size_t place) const;
+  Pose pose_after(std::size_t place) const;
+  double error_of(const IslandJoint& joint) const;
+
+  double dt_ = 0;  // s
+  Islands<Scalar>* islands_ = nullptr;
+  Contacts* contacts_ = nullptr;
+  joints::JointSolver joints_;
+  JointedContacts jointed_contacts_;
+  std::vector<std::size_t> jointed_;  // places of bodies, ascending
+  // By place; those of others mean nothing.
+  std::vector<joints::JointedBody> bodies_;
+  std::vector<SolverTypes<double>::Body> touched_;
+  std::vector<char> is_as_set_;         // nobody but joints had changed a velocity when these were last shown
+  std::vector<Vector> linear_changes_;  // since the start of the tick
+  std::vector<Vector> angular_changes_;
+  std::vector<Motion> told_changes_;          // those that contacts were last told ...
+  std::vector<Motion> set_changes_;           // ... as they have them ...
+  std::vector<RowBody<Scalar>> set_motions_;  // ... and keep them
+  // Jointed patches in double precision, and what they refer to.
+  std::vector<JointedContacts::Given> patches_;
+  std::vector<SolverTypes<double>::Surface> surfaces_;
+  std::vector<SolverTypes<double>::Course> courses_;
+};
+
+extern template class JointTurns<float>;
+extern template class JointTurns<double>;
+
+}  // namespace tessera

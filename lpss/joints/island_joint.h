@@ -1,0 +1,30 @@
+// A joint of an island, as a task has it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+
+#include "lpss/model/joint.h"
+
+namespace tessera {
+
+// A joint needs no clone: only relative quantities go into its rows, so its bodies may be in any two worlds.
+struct IslandJoint {
+  static constexpr std::size_t kNoBody = ~std::size_t{0};
+
+  JointId id;
+  const JointProperties* properties = nullptr;
+  const JointDrives* drives = nullptr;
+  std::size_t child = 0;         // a place among the bodies
+  std::size_t parent = kNoBody;  // likewise; none for the world, static and kinematic bodies
+  // Only without a parent: the joint frame on its side, relative to the centre of the child's sector, and its
+  // motion.
+  Pose fixed_parent;
+  Eigen::Vector3d fixed_velocity = Eigen::Vector3d::Zero();  // m/s, of its origin
+  Eigen::Vector3d fixed_spin = Eigen::Vector3d::Zero();      // rad/s
+  Eigen::Vector3d parent_origin = Eigen::Vector3d::Zero();   // the parent's sector from the child's, m
+
+  bool has_parent() const { return parent != kNoBody; }
+};
+
+}  // namespace tessera
