@@ -30,6 +30,45 @@ MAY_INCLUDE = {
 }
 
 
+# Inside lpss/. The core, base to islands, is numbers: it knows neither sectors nor engines.
+CORE_TO_SIMULATION = {
+    "base": "",
+    "collision": "base",
+    "solver": "base",
+    "joints": "base",
+    "islands": "base joints solver",
+    "grid": "base",
+    "model": "base grid joints",
+    "ground": "base grid model",
+    "engine": "base islands joints model",
+    "bullet": "base engine grid joints model",
+    "native": "base bullet collision engine grid islands model solver",
+    "partition": "base engine grid ground model",
+    "tick": "base engine grid model partition",
+    "observe": "model partition",
+    "simulation": "base engine grid model observe partition tick",
+}
+
+
+def layers_included(source: Path) -> set[str]:
+    """The folders of lpss/ that a file includes from."""
+    return set(re.findall(r'^#include "lpss/(\w+)/', source.read_text(), re.MULTILINE))
+
+
+def forbidden_layers() -> list[str]:
+    wrong = [
+        f"lpss/{folder}/ is not in {Path(__file__).name}"
+        for folder in sorted({file.parent.name for file in sources("lpss")} - CORE_TO_SIMULATION.keys())
+    ]
+    for folder, below in CORE_TO_SIMULATION.items():
+        for source in sources(f"lpss/{folder}"):
+            if "test" in source.name:
+                continue
+            for other in sorted(layers_included(source) - {folder, *below.split()}):
+                wrong.append(f"{source.relative_to(TOP)} includes from lpss/{other}/")
+    return wrong
+
+
 def folders_included(source: Path) -> set[str]:
     """The folders of the project that a file includes from."""
     named = re.findall(r'^#include "(\w+)/', source.read_text(), re.MULTILINE)
@@ -53,9 +92,10 @@ def main() -> int:
         for source in sources(folder)
         for other in sorted(folders_included(source) - may_include(folder, source))
     ]
+    wrong += forbidden_layers()
     for line in wrong:
         print(line)
-    print(f"{len(MAY_INCLUDE)} folders, {len(wrong)} forbidden includes")
+    print(f"{len(MAY_INCLUDE) + len(CORE_TO_SIMULATION)} folders, {len(wrong)} forbidden includes")
     return 1 if wrong else 0
 
 

@@ -68,7 +68,7 @@ JointSide JointScene::side(BodyId id) const {
 IslandJoint JointScene::island_joint(const Tied& tied,
                                      const std::map<std::uint64_t, std::size_t>& places) const {
   IslandJoint joint;
-  joint.properties = &tied.properties;
+  joint.form = &tied.properties;
   joint.drives = &tied.drives;
   joint.child = places.at(tied.properties.child.value);
   const Eigen::Vector3d origin = centre_of(homes_.at(tied.properties.child.value).sector);

@@ -35,8 +35,8 @@ joints::SolvedJoint solved_joint(const SolveTask& task, const IslandJoint& joint
   if (parent) pushed = parent->getCompanionId();
   std::optional<JointSide> parent_side;
   if (parent) parent_side = side_of(*parent);
-  return {joint.id,         child.getCompanionId(), pushed,
-          joint.properties, joint.drives,           joints::posed(joint, side_of(child), parent_side)};
+  return {joint.id,   child.getCompanionId(), pushed,
+          joint.form, joint.drives,           joints::posed(joint, side_of(child), parent_side)};
 }
 
 // As set up by Bullet, without the forces of the tick; changes go where Bullet's own solver writes them.

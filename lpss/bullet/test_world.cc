@@ -260,7 +260,7 @@ void divide_into_islands(SolveTask& task, const std::vector<CloneOf>& clones) {
   for (const IslandJoint& joint : task.joints) children[joint.id] = joint.child;
   for (const IslandJoint& joint : task.joints) {
     if (joint.has_parent()) sets.unite(joint.child, joint.parent);
-    for (const JointAxis& axis : axes_of(*joint.properties)) {
+    for (const JointAxis& axis : axes_of(*joint.form)) {
       if (axis.mimic.is_set() && children.contains(axis.mimic.leader))
         sets.unite(joint.child, children.at(axis.mimic.leader));
     }

@@ -67,19 +67,6 @@ absl::Status split(const Eigen::Vector3d& x, double sector_size, SectorOffset& w
 
 }  // namespace
 
-Pose Pose::operator*(const Pose& child) const {
-  return {position + orientation * child.position, orientation * child.orientation};
-}
-
-Pose Pose::inverse() const {
-  const Eigen::Quaterniond back = orientation.conjugate();
-  return {back * -position, back};
-}
-
-bool Pose::is_identity() const {
-  return position == Eigen::Vector3d::Zero() && orientation.coeffs() == Eigen::Vector4d(0, 0, 0, 1);
-}
-
 absl::StatusOr<SectorOffset> sectors_from(const Eigen::Vector3d& x, double sector_size) {
   SectorOffset whole;
   Eigen::Vector3d rest;

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "lpss/base/pose.h"
 #include "lpss/grid/sector_index.h"
 
 namespace tessera {
@@ -26,17 +27,6 @@ struct WorldPosition {
 struct WorldPose {
   WorldPosition position;
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-};
-
-// A rigid transform in metres, mapping coordinates of the child frame to those of its parent.
-struct Pose {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-
-  Pose operator*(const Pose& child) const;
-  Pose inverse() const;
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return position + orientation * point; }
-  bool is_identity() const;
 };
 
 // The number of whole sectors that a displacement `x` (metres, from some sector's centre) lies away from that

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lpss/model/limits.h"
-
 namespace tessera {
 namespace {
 
@@ -64,8 +62,8 @@ int ContactNeeds::substeps(const ContactNeed& need, const ContactScale& scale) c
 int ContactNeeds::granted(int substeps, std::size_t bodies) const {
   if (!adapts_) return usual_;
   const std::size_t most = kBodySubstepsMax / std::max<std::size_t>(bodies, 1);
-  return std::min(substeps,
-                  static_cast<int>(std::clamp<std::size_t>(most, kSubstepsMax, ContactNeed::kSubstepsMost)));
+  return std::min(substeps, static_cast<int>(std::clamp<std::size_t>(most, ContactNeeds::kSubstepsOfMany,
+                                                                     ContactNeed::kSubstepsMost)));
 }
 
 void ContactNeeds::note(ContactNeed& need, double impulse, const ContactScale& scale) const {
@@ -87,7 +85,7 @@ void ContactNeeds::note(ContactNeed& need, double impulse, const ContactScale& s
   }
 }
 
-int ContactNeeds::for_turn(double turn) const { return for_angle(turn, kTurnMax, kSubstepsMax); }
+int ContactNeeds::for_turn(double turn) const { return for_angle(turn, kTurnMax, kSubstepsOfMany); }
 
 int ContactNeeds::for_pull(double mass, double lever, double mobility) const {
   return for_angle(std::sqrt(mass * fall_ * lever * mobility), kSwingMax, ContactNeed::kSubstepsMost);

@@ -57,6 +57,9 @@ class ContactNeeds {
   // Of weights that rest on a body, by its own: what is no more asks for nothing.
   static constexpr double kLightLoad = 1.5;
 
+  // That islands of any number of bodies may take.
+  static constexpr int kSubstepsOfMany = 64;
+
   explicit ContactNeeds(const Substepping& world);
 
   // What an island asks for in which no contact asks for more.

@@ -44,9 +44,9 @@ void IslandSteps<Scalar>::see(const Islands<Scalar>& all, const IslandJoint& joi
   if (place == IslandJoint::kNoBody) return;
   Turning& turning = turning_[place];
   turning.is_tied = true;
-  turning.rotor.add(
-      joint.properties->type, is_child, is_child ? joint.properties->in_child : joint.properties->in_parent,
-      double(all.bodies[place].inverse_mass), all.frames[place].inverse_moments.template cast<double>());
+  turning.rotor.add(joint.form->type, is_child, is_child ? joint.form->in_child : joint.form->in_parent,
+                    double(all.bodies[place].inverse_mass),
+                    all.frames[place].inverse_moments.template cast<double>());
   if (!turning.rotor.axis()) return;
   const double carrier = other == IslandJoint::kNoBody ? std::numeric_limits<double>::infinity()
                                                        : double(all.frames[other].moments.minCoeff());
@@ -107,8 +107,7 @@ void IslandSteps<Scalar>::ask_for_loads(const Islands<Scalar>& all, const Contac
     const bool is_child = joint.child == ends_[n];
     const std::size_t holder = is_child ? joint.parent : joint.child;
     if (holder == IslandJoint::kNoBody) continue;  // the world holds it
-    const Eigen::Vector3d lever =
-        (is_child ? joint.properties->in_parent : joint.properties->in_child).position;
+    const Eigen::Vector3d lever = (is_child ? joint.form->in_parent : joint.form->in_child).position;
     const Eigen::Vector3d mobilities = all.frames[holder].inverse_moments.template cast<double>();
     const double across =
         mobilities.sum() - mobilities.dot(lever.cwiseAbs2()) / std::max(lever.squaredNorm(), 1e-30);

@@ -6,9 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "lpss/base/divergence_kind.h"
 #include "lpss/base/rotation.h"
-#include "lpss/model/divergence.h"
-#include "lpss/model/limits.h"
 
 namespace tessera {
 namespace {
@@ -90,7 +89,7 @@ joints::SolvedJoint JointTurns<Scalar>::solved_joint(const IslandJoint& joint) c
     parent = side_of(joint.parent);
   }
   return {joint.id,     static_cast<int>(joint.child),
-          pushed,       joint.properties,
+          pushed,       joint.form,
           joint.drives, joints::posed(joint, side_of(joint.child), parent)};
 }
 
@@ -105,7 +104,7 @@ void JointTurns<Scalar>::begin(Islands<Scalar>& islands, double dt, int steps) {
   for (const IslandJoint& joint : islands.joints) {
     joints_.add(solved_joint(joint));
     // What is fixed to the ground stays in it.
-    if (!joint.has_parent() && joint.properties->type == JointType::kFixed)
+    if (!joint.has_parent() && joint.form->type == JointType::kFixed)
       islands.solved[joint.child].is_buried = false;
   }
   const std::span<const std::size_t> jointed = joints_.bodies();
@@ -354,17 +353,17 @@ Pose JointTurns<Scalar>::pose_after(std::size_t place) const {
 // m: how far the child is from where the joint would have it.
 template <typename Scalar>
 double JointTurns<Scalar>::error_of(const IslandJoint& joint) const {
-  const JointProperties& properties = *joint.properties;
+  const JointForm& form = *joint.form;
   const JointSide child{pose_after(joint.child)};
   JointSide parent;
   if (joint.has_parent()) {
     parent.pose = pose_after(joint.parent);
     parent.pose.position += joint.parent_origin;
   } else {
-    parent.pose = joint.fixed_parent * properties.in_parent.inverse();
+    parent.pose = joint.fixed_parent * form.in_parent.inverse();
   }
-  const JointState state = joint_state(properties, parent, child);
-  return state.gap + state.twist * properties.in_child.position.norm();
+  const JointState state = joint_state(form, parent, child);
+  return state.gap + state.twist * form.in_child.position.norm();
 }
 
 template <typename Scalar>

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 
-#include "lpss/model/joint.h"
+#include "lpss/joints/joint_form.h"
 
 namespace tessera {
 
@@ -13,7 +13,7 @@ struct IslandJoint {
   static constexpr std::size_t kNoBody = ~std::size_t{0};
 
   JointId id;
-  const JointProperties* properties = nullptr;
+  const JointForm* form = nullptr;
   const JointDrives* drives = nullptr;
   std::size_t child = 0;         // a place among the bodies
   std::size_t parent = kNoBody;  // likewise; none for the world, static and kinematic bodies

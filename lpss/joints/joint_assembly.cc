@@ -6,9 +6,9 @@
 #include <limits>
 #include <utility>
 
+#include "lpss/base/divergence_kind.h"
 #include "lpss/base/rotation.h"
 #include "lpss/base/torque_free.h"
-#include "lpss/model/divergence.h"
 
 namespace tessera::joints {
 namespace {
@@ -112,7 +112,7 @@ bool JointAssembly::has_loop() {
 std::ptrdiff_t JointAssembly::axes_with_rows() const {
   std::ptrdiff_t count = 0;
   for (const Tie& tie : ties_) {
-    const std::span<const JointAxis> axes = axes_of(*tie.joint.properties);
+    const std::span<const JointAxis> axes = axes_of(*tie.joint.form);
     for (std::size_t n = 0; n < axes.size(); ++n) {
       const bool is_limited = axes[n].lower > -kUnbounded || axes[n].upper < kUnbounded;
       const bool is_driven = (*tie.joint.drives)[n].mode != DriveMode::kFree;

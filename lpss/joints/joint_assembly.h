@@ -60,7 +60,7 @@ struct SolvedJoint {
   JointId id;
   int child;
   std::optional<int> parent;
-  const JointProperties* properties;
+  const JointForm* form;
   const JointDrives* drives;
   PosedJoint posed;
 };
@@ -171,7 +171,7 @@ class JointAssembly {
   // these, but its directions would turn with a parent.
   enum class Turns { kWhole, kTilts };
   static Turns turns_for(const Tie& tie) {
-    return tie.joint.properties->type == JointType::kScrew ? Turns::kWhole : Turns::kTilts;
+    return tie.joint.form->type == JointType::kScrew ? Turns::kWhole : Turns::kTilts;
   }
 
   struct Body {

@@ -118,8 +118,7 @@ void JointAssembly::find_errors(const PosesOf& poses_of, VectorXd& errors) const
   errors.setZero(wanted_.size());
   Index n = 0;
   for (const Tie& tie : ties_) {
-    find_held_errors(*tie.joint.properties, tie.joint.posed, poses_of(tie, turns_for(tie)),
-                     errors.data() + n);
+    find_held_errors(*tie.joint.form, tie.joint.posed, poses_of(tie, turns_for(tie)), errors.data() + n);
     n += tie.held;
   }
   const auto posed = [&](const Tie& tie) {

@@ -22,7 +22,7 @@ void JointAssembly::find_rotors() {
   const auto add = [&](Index n, const Tie& tie, bool is_child) {
     Body& body = bodies_[static_cast<std::size_t>(n)];
     const PosedJoint& posed = tie.joint.posed;
-    body.rotor.add(tie.joint.properties->type, is_child, is_child ? posed.in_child : posed.in_parent,
+    body.rotor.add(tie.joint.form->type, is_child, is_child ? posed.in_child : posed.in_parent,
                    body.now.inverse_mass, body.now.inverse_moments);
     body.spin_axis.reset();
     if (!body.rotor.axis()) return;

@@ -26,20 +26,19 @@ constexpr double kFree = 10;
 void JointAssembly::add_links() {
   links_.clear();
   const auto follows = [](const JointAxis& axis) { return axis.mimic.is_set(); };
-  if (std::ranges::none_of(ties_, [&](const Tie& tie) {
-        return std::ranges::any_of(axes_of(*tie.joint.properties), follows);
-      })) {
+  if (std::ranges::none_of(
+          ties_, [&](const Tie& tie) { return std::ranges::any_of(axes_of(*tie.joint.form), follows); })) {
     return;
   }
   std::map<JointId, std::size_t> places;
   for (std::size_t n = 0; n < ties_.size(); ++n) places.emplace(ties_[n].joint.id, n);
   for (std::size_t n = 0; n < ties_.size(); ++n) {
-    const JointProperties& follower = *ties_[n].joint.properties;
+    const JointForm& follower = *ties_[n].joint.form;
     for (int axis = 0; axis < axis_count(follower.type); ++axis) {
       const AxisMimic& mimic = follower.axes[static_cast<std::size_t>(axis)].mimic;
       const auto found = mimic.is_set() ? places.find(mimic.leader) : places.end();
       if (found == places.end()) continue;
-      const JointProperties& leader = *ties_[found->second].joint.properties;
+      const JointForm& leader = *ties_[found->second].joint.form;
       if (mimic.axis >= axis_count(leader.type)) continue;
       links_.push_back({{follower, axis, leader}, n, found->second, {}});
     }
@@ -94,7 +93,7 @@ void JointAssembly::make_tie_rows(Tie& tie) {
   };
   tie.rows.clear();
   append_joint_rows(
-      {*joint.properties, *joint.drives, joint.posed, tie.parent ? inertia_of(*tie.parent) : Inertia{},
+      {*joint.form, *joint.drives, joint.posed, tie.parent ? inertia_of(*tie.parent) : Inertia{},
        inertia_of(tie.child), span_, moves_ ? steps_ : 1},
       tie.rows);
   tie.held = std::ranges::count(tie.rows, true, &JointRow::is_held);
@@ -286,7 +285,7 @@ void JointAssembly::make_held_rows_after(const VectorXd& velocities) {
   find_turns(velocities, span_);
   for (Tie& tie : ties_) {
     rows.clear();
-    append_held_rows(*tie.joint.properties, after(tie, velocities, span_, turns_for(tie)), rows);
+    append_held_rows(*tie.joint.form, after(tie, velocities, span_, turns_for(tie)), rows);
     std::copy(rows.begin(), rows.end(), tie.rows.begin());
   }
   for (Link& link : links_) {

@@ -34,7 +34,7 @@ double period_of(bool follower_turns, bool leader_turns, double multiplier) {
 
 }  // namespace
 
-JointCoupling::JointCoupling(const JointProperties& follower, int axis, const JointProperties& leader)
+JointCoupling::JointCoupling(const JointForm& follower, int axis, const JointForm& leader)
     : follower_(&follower),
       leader_(&leader),
       axis_(axis),

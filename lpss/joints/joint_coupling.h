@@ -10,7 +10,7 @@ namespace tessera::joints {
 class JointCoupling {
  public:
   // The follower's axis has a mimic of an axis of the leader. Both must outlive this.
-  JointCoupling(const JointProperties& follower, int axis, const JointProperties& leader);
+  JointCoupling(const JointForm& follower, int axis, const JointForm& leader);
 
   // rad or m, by which the follower is off. Angles without limits are known up to whole turns; what is left
   // of that is the way to the nearest position that fits some number of turns. 0 where nothing is left: of
@@ -21,8 +21,8 @@ class JointCoupling {
   std::array<JointRow, 2> rows(const PosedJoint& follower, const PosedJoint& leader) const;
 
  private:
-  const JointProperties* follower_;
-  const JointProperties* leader_;
+  const JointForm* follower_;
+  const JointForm* leader_;
   int axis_;
   AxisMimic mimic_;
   double period_;  // rad or m, up to which the error is known

@@ -120,7 +120,7 @@ class Directions {
  public:
   Directions(const Frames& frames, Hold hold) : frames_(frames), hold_(hold) {}
 
-  void of(const JointProperties& joint);
+  void of(const JointForm& joint);
 
  private:
   void hold_point(const Vector3d& d) {
@@ -175,7 +175,7 @@ class Directions {
 };
 
 template <typename Hold>
-void Directions<Hold>::of(const JointProperties& joint) {
+void Directions<Hold>::of(const JointForm& joint) {
   if (joint.type == JointType::kBall) return hold_all_points();
   const Eigen::Matrix3d axes = frames_.parent_turn().toRotationMatrix();
   switch (joint.type) {
@@ -334,7 +334,7 @@ JointSide moved(const JointSide& side, double dt) {
   return end;
 }
 
-void append_held_rows(const JointProperties& joint, const PosedJoint& posed, std::vector<JointRow>& rows) {
+void append_held_rows(const JointForm& joint, const PosedJoint& posed, std::vector<JointRow>& rows) {
   const Frames frames(joint.type, posed);
   const auto hold = [&rows](const auto& row, double error) {
     JointRow& held = rows.emplace_back(row());
@@ -344,7 +344,7 @@ void append_held_rows(const JointProperties& joint, const PosedJoint& posed, std
   Directions(frames, hold).of(joint);
 }
 
-void find_held_errors(const JointProperties& joint, const PosedJoint& posed, const JointPoses& poses,
+void find_held_errors(const JointForm& joint, const PosedJoint& posed, const JointPoses& poses,
                       double* errors) {
   if (joint.type == JointType::kBall) {  // without what it does not need
     Eigen::Map<Vector3d> apart(errors);
@@ -376,29 +376,29 @@ JointRow axis_row(JointType type, const PosedJoint& posed, int axis) {
 PosedJoint posed(const IslandJoint& joint, const JointSide& child, const std::optional<JointSide>& parent) {
   PosedJoint posed;
   posed.child = child;
-  posed.in_child = joint.properties->in_child;
+  posed.in_child = joint.form->in_child;
   if (parent) {
     posed.parent = *parent;
     posed.parent.pose.position += joint.parent_origin;
-    posed.in_parent = joint.properties->in_parent;
+    posed.in_parent = joint.form->in_parent;
   } else {
     posed.parent = {joint.fixed_parent, joint.fixed_velocity, joint.fixed_spin};
   }
   return posed;
 }
 
-double axis_position(const JointProperties& joint, const PosedJoint& posed, int axis) {
+double axis_position(const JointForm& joint, const PosedJoint& posed, int axis) {
   const auto place = static_cast<std::size_t>(axis);
   const double position = joint_position(joint.type, posed.parent_frame(), posed.child_frame())[place];
   return coordinate_of(joint.type, joint.axes[place], position).position;
 }
 
-bool turns_freely(const JointProperties& joint, int axis) {
+bool turns_freely(const JointForm& joint, int axis) {
   return coordinate_of(joint.type, joint.axes[static_cast<std::size_t>(axis)], 0).turns_freely;
 }
 
 void append_joint_rows(const JointStep& step, std::vector<JointRow>& rows) {
-  const JointProperties& joint = step.properties;
+  const JointForm& joint = step.form;
   append_held_rows(joint, step.posed, rows);
   const std::size_t held = rows.size();
   const int axes = axis_count(joint.type);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "lpss/joints/island_joint.h"
-#include "lpss/model/joint.h"
+#include "lpss/joints/joint_form.h"
 
 namespace tessera::joints {
 
@@ -66,7 +66,7 @@ struct Inertia {
 
 // One step of a joint.
 struct JointStep {
-  const JointProperties& properties;
+  const JointForm& form;
   const JointDrives& drives;
   const PosedJoint& posed;
   Inertia parent;
@@ -83,19 +83,19 @@ JointSide moved(const JointSide& side, double dt);
 void append_joint_rows(const JointStep& step, std::vector<JointRow>& rows);
 
 // The held rows without a compliance.
-void append_held_rows(const JointProperties& joint, const PosedJoint& posed, std::vector<JointRow>& rows);
+void append_held_rows(const JointForm& joint, const PosedJoint& posed, std::vector<JointRow>& rows);
 
 // Writes the errors of these rows alone, at most six, with the bodies of `posed` in other poses.
-void find_held_errors(const JointProperties& joint, const PosedJoint& posed, const JointPoses& poses,
+void find_held_errors(const JointForm& joint, const PosedJoint& posed, const JointPoses& poses,
                       double* errors);
 
 // The row of the rate of a coordinate of a joint that has it, without a velocity.
 JointRow axis_row(JointType type, const PosedJoint& posed, int axis);
 
 // The coordinate: rad (nearest to the middle of its limits, if it has any) or m.
-double axis_position(const JointProperties& joint, const PosedJoint& posed, int axis);
+double axis_position(const JointForm& joint, const PosedJoint& posed, int axis);
 
 // Whether the coordinate is an angle that turns freely, and so known up to whole turns only.
-bool turns_freely(const JointProperties& joint, int axis);
+bool turns_freely(const JointForm& joint, int axis);
 
 }  // namespace tessera::joints

@@ -12,14 +12,14 @@ constexpr std::size_t kNoAssembly = static_cast<std::size_t>(-1);
 void unite_mimics(std::span<const SolvedJoint> joints, DisjointSets& sets) {
   const auto follows = [](const JointAxis& axis) { return axis.mimic.is_set(); };
   if (std::ranges::none_of(joints, [&](const SolvedJoint& joint) {
-        return std::ranges::any_of(axes_of(*joint.properties), follows);
+        return std::ranges::any_of(axes_of(*joint.form), follows);
       })) {
     return;
   }
   std::map<JointId, std::size_t> children;
   for (const SolvedJoint& joint : joints) children.emplace(joint.id, static_cast<std::size_t>(joint.child));
   for (const SolvedJoint& joint : joints) {
-    for (const JointAxis& axis : axes_of(*joint.properties)) {
+    for (const JointAxis& axis : axes_of(*joint.form)) {
       const auto leader = axis.mimic.is_set() ? children.find(axis.mimic.leader) : children.end();
       if (leader != children.end()) sets.unite(static_cast<std::size_t>(joint.child), leader->second);
     }

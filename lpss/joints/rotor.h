@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "lpss/model/joint.h"
+#include "lpss/joints/joint_form.h"
 
 namespace tessera::joints {
 

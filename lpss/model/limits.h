@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "lpss/base/divergence_kind.h"  // kSpeedMax, kAngularSpeedMax
+
 namespace tessera {
 
 inline constexpr double kNoBound = std::numeric_limits<double>::infinity();
@@ -27,8 +29,6 @@ inline constexpr double kInertiaMax = 1e18;      // kg m^2
 // The smallest principal moment of inertia, as a fraction of the largest: a rod 4,000 times as long as thick.
 inline constexpr double kMomentRatioMin = 1e-7;
 inline constexpr double kAccelerationMax = 1e6;           // m/s^2, of gravity
-inline constexpr double kSpeedMax = 1e6;                  // m/s
-inline constexpr double kAngularSpeedMax = 1e5;           // rad/s
 inline constexpr double kSurfaceSpeedMax = 1e3;           // m/s, of a belt
 inline constexpr double kPatchRadiusMax = 1e3;            // m, of torsional friction
 inline constexpr double kRollingFrictionMax = 1e3;        // m

@@ -13,6 +13,7 @@
 namespace tessera::native {
 
 Substepping substepping_of(const WorldSettings& settings) {
+  static_assert(ContactNeeds::kSubstepsOfMany == kSubstepsMax);
   const auto* const uniform = std::get_if<UniformGravity>(&settings.gravity);
   return {.adapts = settings.adapt,
           .usual = settings.substeps,

@@ -153,7 +153,7 @@ class Chains {
         task_.bodies.push_back({world_.get(), slot});
         IslandJoint joint;
         joint.id = JointId{id++};
-        joint.properties = chain % 2 == 0 ? &ball_ : &hinge_;
+        joint.form = chain % 2 == 0 ? &ball_ : &hinge_;
         joint.drives = &drives_;
         joint.child = body;
         joint.parent = above;

@@ -99,6 +99,7 @@ void TaskBuilder::place_members() {
   for (std::uint32_t n = 0; n < bodies_.size(); ++n) {
     members_[bodies_[n]].in_task = n;
     job_.task.bodies.push_back(members_[bodies_[n]].place);
+    job_.bodies.push_back(members_[bodies_[n]].id);
   }
   for (Member& member : members_) {
     if (!member.stands_for) continue;
@@ -162,7 +163,7 @@ void TaskBuilder::add_joint(const JointRecord& joint, const Member& child) {
   const std::size_t first = job_.task.bodies.size() - bodies_.size();
   IslandJoint task;
   task.id = joint.id;
-  task.properties = &joint.properties;
+  task.form = &joint.properties;
   task.drives = &joint.drives;
   task.child = first + child.in_task;
   if (joint.parent_motion == Motion::kDynamic) {

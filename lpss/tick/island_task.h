@@ -17,6 +17,7 @@ namespace tessera {
 // One task for a solver.
 struct SolveJob {
   SolveTask task;
+  std::vector<BodyId> bodies;           // of the task, by place
   std::vector<std::size_t> group_ends;  // by contact group, of the last island: the contacts up to its end
 
   std::size_t weight() const { return task.contacts.size() + task.bodies.size(); }

@@ -49,10 +49,7 @@ void JobQueue::run(double share) {
     solvers_.put_back(std::move(solver));
     if (solved.blamed.empty()) return;
     const std::lock_guard lock(mutex_);
-    for (const auto& [body, joint] : solved.blamed) {
-      const IslandJoint& worst = job.task.joints[joint];
-      blamed_[body == worst.child ? worst.properties->child : worst.properties->parent] = worst.id;
-    }
+    for (const auto& [body, joint] : solved.blamed) blamed_[job.bodies[body]] = job.task.joints[joint].id;
   });
   next_ = end;
 }

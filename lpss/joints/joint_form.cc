@@ -1,4 +1,4 @@
-#include "lpss/model/joint.h"
+#include "lpss/joints/joint_form.h"
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +59,7 @@ std::array<double, 2> joint_position(JointType type, const Pose& parent_frame, c
   return {};
 }
 
-JointState joint_state(const JointProperties& joint, const JointSide& parent, const JointSide& child) {
+JointState joint_state(const JointForm& joint, const JointSide& parent, const JointSide& child) {
   const Pose a = parent.pose * joint.in_parent;
   const Pose b = child.pose * joint.in_child;
   const Vector3d x = a.orientation * Vector3d::UnitX();

@@ -1,6 +1,4 @@
-#include "lpss/model/divergence.h"
-
-#include "lpss/model/limits.h"
+#include "lpss/base/divergence_kind.h"
 
 namespace tessera {
 
