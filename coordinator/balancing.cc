@@ -1,6 +1,5 @@
-// What divides a world anew among its servers while it runs: the map follows the load. Moves are announced in
-// grants, so that all servers make them at the beginning of the same tick; where a body lives does not change
-// a bit of what comes out.
+#include "coordinator/balancing.h"
+
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
@@ -9,13 +8,15 @@
 #include <cmath>
 #include <utility>
 
-#include "coordinator/coordinator_impl.h"
 #include "proto/convert.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::uint64_t kCountMax = std::uint64_t{1} << 48;  // of what a piece has: sums stay in range
+
+// How often a world is divided anew, one time after the other, for a server that has joined.
+constexpr std::uint32_t kSharesMax = 64;
 
 std::string describe(const BalancePlan& plan) {
   const auto largest = [](const std::vector<double>& us) {
@@ -34,19 +35,23 @@ std::string describe(const BalancePlan& plan) {
       plan.moved_sectors, plan.moved_bodies, largest(plan.tick_us), largest(plan.tick_us_then));
 }
 
+absl::Status changing_error() {
+  return absl::UnavailableError("the servers of the world are changing: ask again");
+}
+
 }  // namespace
 
 // As the servers of the world answer, by rank. UNAVAILABLE where these have changed since they were asked,
 // INTERNAL where a number cannot be.
-absl::StatusOr<std::vector<ServerLoad>> Coordinator::Impl::checked_loads(
-    const std::vector<v1::ServerLoad>& messages) {
-  if (messages.size() != world_->nodes.size() || messages.size() != world_->map.servers())
-    return absl::UnavailableError("the servers of the world are changing: ask again");
+absl::StatusOr<std::vector<ServerLoad>> Balancing::checked(
+    const std::vector<v1::ServerLoad>& messages) const {
+  const std::vector<NodeId>& nodes = world_.servers.nodes();
+  if (messages.size() != nodes.size() || messages.size() != world_.map.servers()) return changing_error();
   const auto is_amount = [](double value) { return std::isfinite(value) && value >= 0; };
   std::vector<ServerLoad> loads;
   for (const v1::ServerLoad& message : messages) {
     ServerLoad& load = loads.emplace_back();
-    load.capacity = capacity_of(world_->nodes[loads.size() - 1]);
+    load.capacity = context_.choice.capacity_of(nodes[loads.size() - 1]);
     load.tick_us = message.tick_us();
     load.wait_us = message.wait_us();
     bool is_sound = is_amount(load.tick_us) && is_amount(load.wait_us) &&
@@ -63,76 +68,119 @@ absl::StatusOr<std::vector<ServerLoad>> Coordinator::Impl::checked_loads(
 }
 
 // Whether a running world may change its map by itself.
-bool Coordinator::Impl::may_balance() const {
-  const ActiveWorld& world = *world_;
-  return options_.balance_every > Nanoseconds::zero() && world.nodes.size() > 1 &&
-         follows_load(options_.balance_policy) && world.settings.shuffle == 0 && !world.awaits_load &&
-         !world.recovering() && !world.sequencer.paused() && !world.sequencer.awaits_map() && may_share_out();
+bool Balancing::may_balance() const {
+  return context_.options.balance_every > Nanoseconds::zero() && world_.servers.nodes().size() > 1 &&
+         follows_load(context_.options.balance_policy) && world_.settings.shuffle == 0 && !awaits_ &&
+         !world_.recovering() && !world_.sequencer.paused() && !world_.sequencer.awaits_map() &&
+         may_share_out();
 }
 
-void Coordinator::Impl::tend_balance(Nanoseconds now) {
-  ActiveWorld& world = *world_;
+// Whether what servers do may be divided anew among all of them: not where one is being emptied.
+bool Balancing::may_share_out() const {
+  if (!context_.has_checkpoints()) return true;
+  const std::vector<NodeId> wanted =
+      context_.choice.chosen(world_.settings.precision, world_.servers.unfit());
+  return std::ranges::all_of(world_.servers.nodes(),
+                             [&](NodeId node) { return std::ranges::find(wanted, node) != wanted.end(); });
+}
+
+bool Balancing::has_settled() const {
+  if (world_.sequencer.awaits_map()) return false;
+  return std::ranges::all_of(world_.servers.nodes(), [&](NodeId node) {
+    const Server* server = context_.members.find(node);
+    return server != nullptr && server->map_epoch >= world_.map.epoch();
+  });
+}
+
+void Balancing::tend(Nanoseconds now) {
   if (!may_share_out()) return;  // what comes is for the one that is being emptied
-  if (const auto messages = std::exchange(world.fresh_load, std::nullopt)) {
-    const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(*messages);
-    if (absl::IsInternal(loads.status())) log(std::string(loads.status().message()), Severity::kWarning);
-    if (loads.ok() && !world.sequencer.awaits_map()) {
-      const bool shares_out = world.shares_left > 0;
-      const BalancePlan plan =
-          shares_out ? plan_balance(world.map, *loads, options_.balance_policy)
-                     : world.consolidation.next(world.map, *loads, options_.balance_policy,
-                                                std::chrono::duration<double>(world.settings.time_step),
-                                                world.sequencer.period());
-      if (shares_out) world.shares_left = plan.moves() ? world.shares_left - 1 : 0;
-      if (plan.moves()) {
-        set_map(plan.map, plan.moved_sectors, plan.moved_bodies);
-        log(describe(plan));
-      }
-    }
+  if (const auto messages = std::exchange(fresh_, std::nullopt)) {
+    const absl::StatusOr<std::vector<ServerLoad>> loads = checked(*messages);
+    if (absl::IsInternal(loads.status()))
+      context_.log(std::string(loads.status().message()), Severity::kWarning);
+    if (loads.ok() && !world_.sequencer.awaits_map()) plan(*loads);
   }
-  if (world.shares_left > 0 && !world.recovering() && has_last_map()) return ask_for_load();
-  if (!may_balance() || now < world.next_balance) return;
-  const bool is_first = world.next_balance == Nanoseconds::zero();
-  world.next_balance = now + options_.balance_every;
-  if (!is_first) ask_for_load();
+  if (shares_left_ > 0 && !world_.recovering() && has_settled()) return ask();
+  if (!may_balance() || now < next_) return;
+  const bool is_first = next_ == Nanoseconds::zero();
+  next_ = now + context_.options.balance_every;
+  if (!is_first) ask();
+}
+
+std::optional<Nanoseconds> Balancing::next_deadline() const {
+  return may_balance() ? std::optional(next_) : std::nullopt;
+}
+
+void Balancing::plan(const std::vector<ServerLoad>& loads) {
+  const BalancePolicy policy = context_.options.balance_policy;
+  const bool shares_out = shares_left_ > 0;
+  const BalancePlan plan = shares_out
+                               ? plan_balance(world_.map, loads, policy)
+                               : consolidation_.next(world_.map, loads, policy,
+                                                     std::chrono::duration<double>(world_.settings.time_step),
+                                                     world_.sequencer.period());
+  if (shares_out) shares_left_ = plan.moves() ? shares_left_ - 1 : 0;
+  if (plan.moves()) set_map(plan);
 }
 
 // Of all servers, unless they are being asked.
-void Coordinator::Impl::ask_for_load() {
-  ActiveWorld& world = *world_;
-  if (world.awaits_load || !world.queries.room().ok()) return;
-  world.awaits_load = true;
-  // The world calls this, so `world` exists.
-  world.sequencer.ask(
-      load_query([&world](const absl::Status& status, Tick, std::vector<v1::ServerLoad> loads) {
-        world.awaits_load = false;
-        if (status.ok()) world.fresh_load = std::move(loads);
+void Balancing::ask() {
+  if (awaits_ || !world_.queries.room().ok()) return;
+  awaits_ = true;
+  // The world calls this, so it exists, and this with it.
+  world_.sequencer.ask(
+      load_query([this](const absl::Status& status, Tick, std::vector<v1::ServerLoad> loads) {
+        awaits_ = false;
+        if (status.ok()) fresh_ = std::move(loads);
       }));
 }
 
-v1::Query Coordinator::Impl::load_query(Queries::LoadReply reply) {
-  return world_->queries.load(std::chrono::duration<double>(options_.balance_ahead).count(),
-                              std::move(reply));
+v1::Query Balancing::load_query(Queries::LoadReply reply) {
+  return world_.queries.load(std::chrono::duration<double>(context_.options.balance_ahead).count(),
+                             std::move(reply));
 }
 
-void Coordinator::Impl::set_map(const SectorMap& map, std::uint64_t moved_sectors,
-                                std::uint64_t moved_bodies) {
-  world_->map = map;
-  world_->moved_sectors += moved_sectors;
-  world_->moved_bodies += moved_bodies;
-  world_->sequencer.set_map(map_message(map));
+void Balancing::set_map(const BalancePlan& plan) {
+  set_map(plan.map, plan.moved_sectors, plan.moved_bodies);
+  context_.log(describe(plan));
 }
 
-void Coordinator::Impl::on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nanoseconds) {
-  const absl::StatusOr<ActiveWorld*> live = live_world();
-  if (!live.ok()) return call.reply(live.status(), {});
-  ActiveWorld& world = **live;
-  if (world.settings.shuffle != 0) {
+void Balancing::set_map(const SectorMap& map, std::uint64_t moved_sectors, std::uint64_t moved_bodies) {
+  world_.map = map;
+  moved_sectors_ += moved_sectors;
+  moved_bodies_ += moved_bodies;
+  world_.sequencer.set_map(map_message(map));
+}
+
+void Balancing::share_out() { shares_left_ = world_.settings.shuffle == 0 ? kSharesMax : 0; }
+
+bool Balancing::empty(Rank leaver) {
+  const auto messages = std::exchange(fresh_, std::nullopt);
+  if (!messages) {
+    ask();
+    return false;
+  }
+  const absl::StatusOr<std::vector<ServerLoad>> loads = checked(*messages);
+  if (!loads.ok()) return false;  // it is asked again
+  const DeparturePlan plan = plan_departure(world_.map, *loads, leaver, context_.options.balance_policy,
+                                            world_.settings.shuffle != 0);
+  set_map(plan.map, plan.moved_sectors, plan.moved_bodies);
+  return plan.is_last;
+}
+
+void Balancing::set_back() {
+  shares_left_ = 0;
+  awaits_ = false;
+  fresh_.reset();
+}
+
+void Balancing::answer(ClientCall<v1::BalanceRequest, v1::BalanceReply>& call) {
+  if (world_.settings.shuffle != 0) {
     return call.reply(absl::FailedPreconditionError("authority over the world's sectors moves at random "
                                                     "(shuffle), so that it cannot be balanced"),
                       {});
   }
-  BalancePolicy policy = options_.balance_policy;
+  BalancePolicy policy = context_.options.balance_policy;
   if (!call.request.policy().empty()) {
     const std::optional<BalancePolicy> asked = parse_balance_policy(call.request.policy());
     if (!asked) {
@@ -143,33 +191,29 @@ void Coordinator::Impl::on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nan
     }
     policy = *asked;
   }
-  if (absl::Status status = world.queries.room(); !status.ok()) return call.reply(status, {});
-  if (absl::Status status = world.sequencer.room_for_query(); !status.ok()) return call.reply(status, {});
-  // The world calls this, so `world` exists.
-  world.sequencer.ask(
-      load_query([this, &world, policy, dry_run = call.request.dry_run(), reply = std::move(call.reply)](
+  if (absl::Status status = world_.queries.room(); !status.ok()) return call.reply(status, {});
+  if (absl::Status status = world_.sequencer.room_for_query(); !status.ok()) return call.reply(status, {});
+  // The world calls this, so it exists, and this with it.
+  world_.sequencer.ask(
+      load_query([this, policy, dry_run = call.request.dry_run(), reply = std::move(call.reply)](
                      const absl::Status& status, Tick tick, std::vector<v1::ServerLoad> messages) {
         if (!status.ok()) return reply(status, {});
-        const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(messages);
+        const absl::StatusOr<std::vector<ServerLoad>> loads = checked(messages);
         if (!loads.ok()) return reply(loads.status(), {});
-        if (!may_share_out())
-          return reply(absl::UnavailableError("the servers of the world are changing: ask again"), {});
-        const BalancePlan plan = plan_balance(world.map, *loads, policy);
+        if (!may_share_out()) return reply(changing_error(), {});
+        const BalancePlan plan = plan_balance(world_.map, *loads, policy);
         v1::BalanceReply answer;
         answer.set_tick(tick);
-        for (std::size_t rank = 0; rank < world.nodes.size(); ++rank) {
+        for (std::size_t rank = 0; rank < loads->size(); ++rank) {
           v1::BalanceReply::ServerShare& share = *answer.add_shares();
-          share.set_node(world.nodes[rank].value);
+          share.set_node(world_.servers.nodes()[rank].value);
           share.set_tick_us(plan.tick_us[rank]);
           share.set_tick_us_then(plan.tick_us_then[rank]);
         }
         answer.set_moved_sectors(plan.moved_sectors);
         answer.set_moved_bodies(plan.moved_bodies);
-        answer.set_moves(plan.moves() && !dry_run && !world.sequencer.awaits_map());
-        if (answer.moves()) {
-          set_map(plan.map, plan.moved_sectors, plan.moved_bodies);
-          log(describe(plan));
-        }
+        answer.set_moves(plan.moves() && !dry_run && !world_.sequencer.awaits_map());
+        if (answer.moves()) set_map(plan);
         reply(absl::OkStatus(), answer);
       }));
 }

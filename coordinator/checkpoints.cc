@@ -3,6 +3,8 @@
 #include <string>
 #include <utility>
 
+#include "lpss/base/invariant.h"
+
 namespace tessera {
 namespace {
 
@@ -43,6 +45,7 @@ KeptChunks difference(const KeptChunks& from, KeptChunks to) {
 
 const KeptChunks& Checkpoints::add(Tick tick, std::vector<v1::SnapshotChunk> chunks, bool are_all,
                                    Nanoseconds now) {
+  invariant(tick > latest(), "checkpoints come in their order");
   KeptChunks changes = by_keys(std::move(chunks));
   if (are_all) changes = difference(latest_state(), std::move(changes));
   settle(now);

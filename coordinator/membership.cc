@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "coordinator/limits.h"
 #include "lpss/base/arithmetic_fingerprint.h"
@@ -64,11 +65,12 @@ absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds 
   return absl::OkStatus();
 }
 
-Server* Membership::find(NodeId node) {
-  const auto place = std::find_if(servers_.begin(), servers_.end(),
-                                  [&](const Server& server) { return server.node == node; });
+const Server* Membership::find(NodeId node) const {
+  const auto place = std::ranges::find(servers_, node, &Server::node);
   return place == servers_.end() ? nullptr : &*place;
 }
+
+Server* Membership::find(NodeId node) { return const_cast<Server*>(std::as_const(*this).find(node)); }
 
 void Membership::remove(NodeId node) {
   std::erase_if(servers_, [&](const Server& server) { return server.node == node; });

@@ -58,6 +58,7 @@ class Membership {
 
   // Null for a node that is not a member. Valid until the next admit() or remove().
   Server* find(NodeId node);
+  const Server* find(NodeId node) const;
 
   void remove(NodeId node);
 

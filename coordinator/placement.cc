@@ -9,6 +9,7 @@
 
 #include "coordinator/balance.h"
 #include "coordinator/limits.h"
+#include "lpss/base/invariant.h"
 #include "lpss/partition/joints.h"
 #include "lpss/tick/recipients.h"
 #include "proto/convert.h"
@@ -128,7 +129,9 @@ Placement divided(std::uint64_t number, std::uint64_t map_epoch, const WorldSett
     nodes.push_back(host.node);
     capacities.push_back(host.capacity);
   }
+  invariant(!hosts.empty(), "a world is divided among servers");
   placement.map = first_map(anchor, load, capacities, map_epoch, policy);
+  invariant(placement.map.servers() == hosts.size(), "every server has a rank");
   placement.loads.assign(hosts.size(), common_load(number, settings, anchor, shapes, nodes, placement.map));
   return placement;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "coordinator/limits.h"
+#include "lpss/base/invariant.h"
 
 namespace tessera {
 
@@ -56,6 +57,7 @@ void Queries::asked(std::uint64_t query, std::span<const NodeId> nodes) {
   const auto found = open_.find(query);
   if (found == open_.end()) return;
   Open& open = found->second;
+  invariant(open.nodes.empty() && !nodes.empty(), "a question is asked once, of somebody");
   open.nodes.assign(nodes.begin(), nodes.end());
   open.answered.assign(nodes.size(), false);
   open.missing = nodes.size();
@@ -104,6 +106,7 @@ absl::Status Queries::answer(NodeId from, v1::Answer answer) {
   } else {
     add(std::get<Near>(open.question), answer);
   }
+  invariant(open.missing > 0, "a question is open while an answer is missing");
   open.answered[rank] = true;
   if (--open.missing > 0) return absl::OkStatus();
   Question question = std::move(open.question);

@@ -9,6 +9,7 @@
 
 #include "coordinator/command_checks.h"
 #include "coordinator/limits.h"
+#include "lpss/base/invariant.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
 
@@ -66,6 +67,7 @@ absl::Status Sequencer::room_for_query() const {
 }
 
 void Sequencer::rewind(std::uint64_t world, std::size_t servers, Tick tick) {
+  invariant(options_.keeps_past && tick <= certain_, "a world goes back to what was, and is kept");
   options_.world = world;
   serial_ = 0;
   next_maps_.clear();
@@ -130,6 +132,7 @@ void Sequencer::set_map(v1::SectorMap map, std::optional<std::size_t> leaver) {
 }
 
 std::vector<v1::Grant> Sequencer::granted_since(Tick tick) const {
+  invariant(tick <= granted_, "grants since a tick that was granted");
   std::vector<v1::Grant> grants;
   const auto add = [&](Tick from, Tick to) -> v1::Grant& {
     v1::Grant& grant = grants.emplace_back();
@@ -159,6 +162,7 @@ std::vector<Sequencer::Held> Sequencer::held() const {
 }
 
 void Sequencer::hold(std::vector<Held> held) {
+  invariant(batches_.empty(), "what a snapshot holds comes first");
   Tick tick = certain_;
   for (Held& from : held) {
     Batch& batch = batches_[++tick];
@@ -258,6 +262,7 @@ void Sequencer::step(std::uint64_t ticks, Reply reply) {
     reply(absl::InvalidArgumentError(absl::StrCat("ticks = ", ticks, " must be 1 to ", kStepTicksMax)), 0);
     return;
   }
+  invariant(!step_reply_, "a step ends before the next one begins");
   mode_ = Mode::kStepping;
   target_ = certain_ + ticks;
   step_reply_ = std::move(reply);
@@ -268,6 +273,7 @@ absl::Status Sequencer::report(std::size_t rank, Tick tick) {
     return absl::InternalError(
         absl::StrCat("it reports tick ", tick, ", but ticks were granted up to ", granted_));
   }
+  invariant(rank < completed_by_.size(), "servers report by their ranks");
   completed_by_[rank] = std::max(completed_by_[rank], tick);
   completed_ = *std::min_element(completed_by_.begin(), completed_by_.end());
   reached_ = std::max(reached_, completed_);
@@ -358,12 +364,14 @@ v1::Grant Sequencer::next_grant(std::uint64_t ticks) {
   grant.set_ticks(ticks);
   granted_ += ticks;
   certain_ = std::max(certain_, granted_);
+  invariant(batches_.empty() || batches_.begin()->first > granted_, "no grant passes over commands");
   return grant;
 }
 
 v1::Grant Sequencer::map_grant() {
   NextMap next = std::move(next_maps_.front());
   next_maps_.pop_front();
+  invariant(!next.leaver || *next.leaver < completed_by_.size(), "who leaves had a rank");
   // Those that begin need do nothing of what was granted so far.
   completed_by_.resize(completed_by_.size() + next.map.newcomers(), granted_);
   if (next.leaver) completed_by_.erase(completed_by_.begin() + static_cast<std::ptrdiff_t>(*next.leaver));
@@ -376,6 +384,7 @@ v1::Grant Sequencer::map_grant() {
 }
 
 void Sequencer::give(Batch& batch, v1::Grant& grant) {
+  invariant(held_commands_ >= batch.commands.size(), "commands are counted as they come");
   held_commands_ -= batch.commands.size();
   grant.set_commands(pack(std::span<const Command>(batch.commands)));
   for (const v1::NumberedShape& shape : batch.new_shapes) {

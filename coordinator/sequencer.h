@@ -44,6 +44,8 @@ class Sequencer {
 
   explicit Sequencer(const Options& options);
 
+  double time_step() const { return options_.time_step; }  // s
+
   // Whether the world is paused, or will be once all granted ticks are done.
   bool paused() const { return mode_ == Mode::kPaused; }
   Tick completed() const { return reached_; }  // by all servers, at any time

@@ -1,31 +1,16 @@
-// Servers that begin to take part in a running world, and those that leave it: changes of the map between two
-// ticks, as others, that nobody goes back for.
-//
-// One that is to take part gets ready beside the world: it loads what all servers know alike, as of the last
-// checkpoint, and then follows the grants, without anything to do for their ticks (v1::Guest). A map with it
-// among the servers makes it one of them, without sectors; the next maps give it its share. One that is to
-// leave gives its sectors away, by as many maps as that takes, and a last map has it no longer. It is needed
-// until all others have that: only then have they received all that it has sent.
-//
-// One change follows the other. Where a server that is needed is lost in between, the world goes back to a
-// checkpoint as ever.
+#include "coordinator/server_changes.h"
+
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <iterator>
-#include <set>
-#include <string>
 #include <utility>
+#include <vector>
 
-#include "coordinator/coordinator_impl.h"
 #include "coordinator/limits.h"
-#include "proto/convert.h"
+#include "lpss/base/invariant.h"
 
 namespace tessera {
 namespace {
-
-// How often a world is divided anew, one time after the other, for a server that has joined.
-constexpr std::uint32_t kSharesMax = 64;
 
 bool is_in(const std::vector<NodeId>& nodes, NodeId node) {
   return std::find(nodes.begin(), nodes.end(), node) != nodes.end();
@@ -33,228 +18,115 @@ bool is_in(const std::vector<NodeId>& nodes, NodeId node) {
 
 }  // namespace
 
-void Coordinator::Impl::tend_servers(Nanoseconds now) {
-  ActiveWorld& world = *world_;
-  part_with_leaver(now);
-  if (!world.checkpoints || world.recovering() || !has_last_map()) return;
-  if (world.leaving && !world.leaving->until) {
-    world.leaving->until = now + kStreamSlack;
-    if (const Server* server = members_.find(world.leaving->node))
-      log(absl::StrCat(title_of(*server), " takes no part in the world any more"));
+void ServerChanges::tend(const Checkpoints& checkpoints, Nanoseconds now) {
+  Roster& servers = world_.servers;
+  if (const auto due = next_deadline(); due && now >= *due) servers.drop_leaver();
+  if (world_.recovering() || !balancing_.has_settled()) return;
+  if (servers.leaver() && !servers.leaver()->until) {
+    servers.release_leaver(now + kStreamSlack);
+    if (const Server* server = context_.members.find(servers.leaver()->node))
+      context_.log(absl::StrCat(title_of(*server), " takes no part in the world any more"));
   }
-  const std::vector<NodeId> wanted = wanted_nodes();
+  const std::vector<NodeId> wanted = context_.choice.chosen(world_.settings.precision, servers.unfit());
   if (wanted.empty()) return;
-  if (world.guest && !is_in(wanted, world.guest->node)) dismiss_guest();
-  if (world.guest) {
-    if (world.guest->is_ready) admit_guest();
+  if (servers.guest() && !is_in(wanted, servers.guest()->node)) dismiss_guest();
+  if (servers.guest()) {
+    if (servers.guest()->is_ready) admit_guest();
     return;
   }
   for (const NodeId node : wanted) {
-    if (!world.rank_of(node) && invite(node)) return;
+    if (!servers.rank_of(node) && invite(node, checkpoints)) return;
   }
-  for (std::size_t rank = 0; rank < world.nodes.size(); ++rank) {
-    if (!world.leaving && !is_in(wanted, world.nodes[rank])) return empty(rank);
+  if (servers.leaver()) return;
+  for (std::size_t rank = 0; rank < servers.nodes().size(); ++rank) {
+    if (!is_in(wanted, servers.nodes()[rank])) return remove(rank);
   }
 }
 
-// Those that are to take part, as far as they can.
-std::vector<NodeId> Coordinator::Impl::wanted_nodes() const {
-  std::vector<NodeId> nodes = chosen_nodes(world_->settings.precision);
-  std::erase_if(nodes, [&](NodeId node) { return world_->unfit.contains(node); });
-  return nodes;
-}
-
-// Whether the last change of the map is over for all servers.
-bool Coordinator::Impl::has_last_map() {
-  if (world_->sequencer.awaits_map()) return false;
-  return std::all_of(world_->nodes.begin(), world_->nodes.end(), [&](NodeId node) {
-    const Server* server = members_.find(node);
-    return server != nullptr && server->map_epoch >= world_->map.epoch();
-  });
-}
-
-// Whether what servers do may be divided anew among all of them: not where one is being emptied.
-bool Coordinator::Impl::may_share_out() const {
-  if (!world_->checkpoints) return true;
-  const std::vector<NodeId> wanted = wanted_nodes();
-  return std::all_of(world_->nodes.begin(), world_->nodes.end(),
-                     [&](NodeId node) { return is_in(wanted, node); });
+std::optional<Nanoseconds> ServerChanges::next_deadline() const {
+  return world_.servers.leaver() ? world_.servers.leaver()->until : std::nullopt;
 }
 
 // Whether it gets ready.
-bool Coordinator::Impl::invite(NodeId node) {
-  ActiveWorld& world = *world_;
-  Server& server = *members_.find(node);
-  const Tick tick = world.checkpoints->latest();
-  v1::LoadWorld load = world.checkpoints->guest_load(
-      world.number, world.settings, world.anchor, world.registry.shapes().at(tick), world.nodes, world.map);
-  for (v1::Grant& past : world.sequencer.granted_since(tick))
+bool ServerChanges::invite(NodeId node, const Checkpoints& checkpoints) {
+  Server& server = *context_.members.find(node);
+  const Tick tick = checkpoints.latest();
+  v1::LoadWorld load =
+      checkpoints.guest_load(world_.number, world_.settings, world_.anchor, world_.registry.shapes().at(tick),
+                             world_.servers.nodes(), world_.map);
+  for (v1::Grant& past : world_.sequencer.granted_since(tick))
     *load.mutable_guest()->add_past() = std::move(past);
-  load.mutable_guest()->set_serial(world.sequencer.next_serial());
-  load.set_load(world.load);
-  load.set_hash_ticks(static_cast<bool>(options_.inputs));
+  load.mutable_guest()->set_serial(world_.sequencer.next_serial());
+  load.set_load(world_.load);
+  load.set_hash_ticks(static_cast<bool>(context_.options.inputs));
   if (const std::size_t bytes = load.ByteSizeLong(); bytes > kLoadMessageBytesMax) {
-    world.unfit.insert(node);
-    log(absl::StrCat(title_of(server), " cannot take part in the world, of which all servers have ", bytes,
-                     " bytes, and may have at most ", kLoadMessageBytesMax),
-        Severity::kWarning);
+    world_.servers.add_unfit(node);
+    context_.log(absl::StrCat(title_of(server), " cannot take part in the world, of which all servers have ",
+                              bytes, " bytes, and may have at most ", kLoadMessageBytesMax),
+                 Severity::kWarning);
     return false;
   }
-  server.patience = std::max<Nanoseconds>(members_.timeout(), kLoadSilenceMax);
+  server.patience = std::max<Nanoseconds>(context_.members.timeout(), kLoadSilenceMax);
   server.map_epoch = server.bodies = server.exchange_bytes = 0;
   server.tick = tick;
-  *send(node).mutable_load_world() = std::move(load);
-  world.guest = ActiveWorld::Guest{node};
-  log(absl::StrCat(title_of(server), " is to take part in the world '", world.name, "'"));
+  *context_.journal.send(node).mutable_load_world() = std::move(load);
+  world_.servers.invite(node);
+  context_.log(absl::StrCat(title_of(server), " is to take part in the world '", world_.name, "'"));
   return true;
 }
 
-void Coordinator::Impl::guest_is_loaded(const v1::Loaded& loaded) {
-  ActiveWorld& world = *world_;
-  if (loaded.world() != world.number) return;
-  Server& server = *members_.find(world.guest->node);
-  server.patience = members_.timeout();
-  world.guest->is_ready = loaded.error().empty();
-  if (world.guest->is_ready) return;
-  log(absl::StrCat(title_of(server), " cannot take part in the world: ", loaded.error()), Severity::kWarning);
-  world.unfit.insert(server.node);
-  world.guest.reset();
-  answer_drains();
+void ServerChanges::guest_is_loaded(const v1::Loaded& loaded) {
+  if (loaded.world() != world_.number) return;
+  Server& server = *context_.members.find(world_.servers.guest()->node);
+  server.patience = context_.members.timeout();
+  if (loaded.error().empty()) return world_.servers.guest_is_ready();
+  context_.log(absl::StrCat(title_of(server), " cannot take part in the world: ", loaded.error()),
+               Severity::kWarning);
+  world_.servers.add_unfit(server.node);
+  world_.servers.drop_guest();
 }
 
 // It was told to leave before it took part.
-void Coordinator::Impl::dismiss_guest() {
-  const NodeId node = world_->guest->node;
-  world_->guest.reset();
-  world_->unfit.insert(node);  // it has heard of this world, and would not load it again
-  if (Server* server = members_.find(node)) {
-    server->patience = members_.timeout();
-    send(node).mutable_unload_world()->set_world(world_->number);
-  }
-  answer_drains();
+void ServerChanges::dismiss_guest() {
+  const NodeId node = world_.servers.guest()->node;
+  world_.servers.drop_guest();
+  world_.servers.add_unfit(node);  // it has heard of this world, and would not load it again
+  Server* server = context_.members.find(node);
+  if (server == nullptr) return;
+  server->patience = context_.members.timeout();
+  context_.journal.send(node).mutable_unload_world()->set_world(world_.number);
 }
 
-void Coordinator::Impl::admit_guest() {
-  ActiveWorld& world = *world_;
-  world.map = with_another(world.map);
-  v1::SectorMap map = map_message(world.map);
-  for (const NodeId node : world.nodes) map.add_nodes(node.value);
-  map.add_nodes(world.guest->node.value);
+void ServerChanges::admit_guest() {
+  world_.map = with_another(world_.map);
+  v1::SectorMap map = map_message(world_.map);
+  for (const NodeId node : world_.servers.listeners()) map.add_nodes(node.value);
   map.set_newcomers(1);
-  *map.mutable_subscriptions() = all_subscriptions().all();
-  world.sequencer.set_map(std::move(map));
-  world.shares_left = world.settings.shuffle == 0 ? kSharesMax : 0;
+  *map.mutable_subscriptions() = world_.servers.all_subscriptions().all();
+  world_.sequencer.set_map(std::move(map));
+  balancing_.share_out();
 }
 
 // Gives the next part of what a server has to others; with the last part, it leaves.
-void Coordinator::Impl::empty(std::size_t rank) {
-  ActiveWorld& world = *world_;
-  const auto messages = std::exchange(world.fresh_load, std::nullopt);
-  if (!messages) return ask_for_load();
-  const absl::StatusOr<std::vector<ServerLoad>> loads = checked_loads(*messages);
-  if (!loads.ok()) return;  // it is asked again
+void ServerChanges::remove(std::size_t rank) {
   const auto leaver = static_cast<Rank>(rank);
-  const DeparturePlan plan =
-      plan_departure(world.map, *loads, leaver, options_.balance_policy, world.settings.shuffle != 0);
-  set_map(plan.map, plan.moved_sectors, plan.moved_bodies);
-  if (!plan.is_last) return;
-  world.map = without(world.map, leaver);
-  v1::SectorMap map = map_message(world.map);
-  for (std::size_t other = 0; other < world.nodes.size(); ++other) {
-    if (other != rank) map.add_nodes(world.nodes[other].value);
+  if (!balancing_.empty(leaver)) return;
+  world_.map = without(world_.map, leaver);
+  v1::SectorMap map = map_message(world_.map);
+  for (const NodeId node : world_.servers.nodes()) {
+    if (world_.servers.rank_of(node) != rank) map.add_nodes(node.value);
   }
-  world.sequencer.set_map(std::move(map), rank);
+  world_.sequencer.set_map(std::move(map), rank);
 }
 
-// Once the world has done with it, and clients, too.
-void Coordinator::Impl::part_with_leaver(Nanoseconds now) {
-  std::optional<ActiveWorld::Leaving>& leaving = world_->leaving;
-  if (!leaving || !leaving->until || now < *leaving->until) return;
-  leaving.reset();
-  answer_drains();
-}
-
-// The next ticks are those of other servers.
-void Coordinator::Impl::change_servers(const v1::SectorMap& map) {
-  ActiveWorld& world = *world_;
-  std::vector<NodeId> nodes;
-  for (const std::uint64_t node : map.nodes()) nodes.push_back(NodeId{node});
-  for (const NodeId node : std::exchange(world.nodes, nodes)) {
-    if (is_in(nodes, node)) continue;
-    world.leaving = ActiveWorld::Leaving{node, std::nullopt};
-    world.subscriptions.erase(node);
-    world.servers_keep_up = false;
-    ++world.left_servers;
-  }
+void ServerChanges::change_servers(const v1::SectorMap& map) {
   if (map.newcomers() > 0) {
-    log(absl::StrCat(title_of(*members_.find(nodes.back())), " takes part in the world '", world.name, "'"));
-    world.subscriptions[nodes.back()].mutable_all()->CopyFrom(map.subscriptions());
-    world.guest.reset();
-    ++world.joined_servers;
+    const Server* newcomer = context_.members.find(NodeId{map.nodes(map.nodes_size() - 1)});
+    invariant(newcomer != nullptr, "who begins to take part is a member");
+    context_.log(absl::StrCat(title_of(*newcomer), " takes part in the world '", world_.name, "'"));
   }
-  world.ready.assign(nodes.size(), true);
-  world.statistics.change_servers(map.since(), nodes);
-}
-
-// Of clients, at any server of the world.
-v1::Subscriptions Coordinator::Impl::all_subscriptions() const {
-  v1::Subscriptions all;
-  std::set<std::string> known;
-  for (const auto& [node, subscriptions] : world_->subscriptions) {
-    for (const v1::Subscription& subscription : subscriptions.all()) {
-      if (all.all_size() >= kSubscriptionsMax || !known.insert(subscription.SerializeAsString()).second)
-        continue;
-      *all.add_all() = subscription;
-    }
-  }
-  return all;
-}
-
-void Coordinator::Impl::on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanoseconds) {
-  Server* server = members_.find(NodeId{call.request.node()});
-  if (server == nullptr) {
-    return call.reply(absl::NotFoundError(absl::StrCat("node ", absl::Hex(call.request.node()),
-                                                       " is not a server of this cluster")),
-                      {});
-  }
-  if (world_ && world_->rank_of(server->node)) {
-    if (!world_->checkpoints) {
-      return call.reply(absl::FailedPreconditionError(
-                            "the world cannot move: the coordinator was started without checkpoints"),
-                        {});
-    }
-    const std::vector<NodeId> others = fit_nodes(server->precision);
-    if (std::all_of(others.begin(), others.end(), [&](NodeId node) { return node == server->node; })) {
-      return call.reply(absl::FailedPreconditionError(absl::StrCat(
-                            "no other server of ", described_servers(server->precision), " could take over")),
-                        {});
-    }
-  }
-  if (drains_.size() >= kWaitingCallsMax) {
-    return call.reply(
-        absl::ResourceExhaustedError(absl::StrCat(drains_.size(), " calls wait for servers already")), {});
-  }
-  server->drained = true;
-  drains_.push_back({server->node, std::move(call.reply)});
-  answer_drains();
-}
-
-// Those whose servers host nothing.
-void Coordinator::Impl::answer_drains() {
-  std::vector<Drain> waiting;
-  for (Drain& drain : std::exchange(drains_, {})) {
-    const bool is_needed =
-        world_ && (world_->rank_of(drain.node) || (world_->leaving && world_->leaving->node == drain.node) ||
-                   (world_->guest && world_->guest->node == drain.node));
-    if (is_needed) {
-      waiting.push_back(std::move(drain));
-      continue;
-    }
-    v1::DrainReply reply;
-    if (world_) reply.set_tick(world_->sequencer.completed());
-    drain.reply(absl::OkStatus(), reply);
-  }
-  std::move(waiting.begin(), waiting.end(), std::back_inserter(drains_));
+  world_.servers.change(map);
+  world_.statistics.change_servers(map.since(), world_.servers.nodes());
 }
 
 }  // namespace tessera

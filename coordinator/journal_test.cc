@@ -11,7 +11,7 @@ namespace {
 // A store that is as fast as a test lets it be.
 class SlowStore final : public WorldStore {
  public:
-  std::optional<StoredWorld> take_stored() override { return std::nullopt; }
+  std::optional<StoredWorld> take_stored() override { return std::exchange(found, std::nullopt); }
   absl::Status begin(std::uint64_t, const StoredState&) override { return absl::OkStatus(); }
   absl::Status end() override {
     has_ended = ends.ok();
@@ -28,6 +28,7 @@ class SlowStore final : public WorldStore {
   bool change(StateChange, std::uint64_t) override { return false; }
   absl::Status tend() override { return absl::OkStatus(); }
 
+  std::optional<StoredWorld> found;
   std::vector<v1::StoredInput> all;
   std::uint64_t stored_inputs = 0;
   bool is_fast = true;
@@ -35,9 +36,9 @@ class SlowStore final : public WorldStore {
   absl::Status ends;
 };
 
-class StoredWorldTest : public ::testing::Test {
+class JournalTest : public ::testing::Test {
  protected:
-  StoredWorldTest() {
+  JournalTest() {
     CoordinatorOptions options;
     options.checkpoint_every = std::chrono::hours(1);
     options.store = &store_;
@@ -65,7 +66,7 @@ class StoredWorldTest : public ::testing::Test {
   std::unique_ptr<TestCluster> cluster_;
 };
 
-TEST_F(StoredWorldTest, ACommandIsAnsweredAndGrantedOnceItIsStored) {
+TEST_F(JournalTest, ACommandIsAnsweredAndGrantedOnceItIsStored) {
   v1::StepRequest step;
   step.set_ticks(1);
   const auto removed = remove("ball");
@@ -80,7 +81,7 @@ TEST_F(StoredWorldTest, ACommandIsAnsweredAndGrantedOnceItIsStored) {
   EXPECT_TRUE(stepped->ok()) << stepped->message();
 }
 
-TEST_F(StoredWorldTest, TicksWithoutCommandsAreGrantedAsFarAsTheyAreCertain) {
+TEST_F(JournalTest, TicksWithoutCommandsAreGrantedAsFarAsTheyAreCertain) {
   v1::ResumeRequest resume;
   resume.set_real_time_factor(0);
   const auto resumed = cluster_->ask<v1::ResumeReply>(resume);
@@ -103,7 +104,7 @@ TEST_F(StoredWorldTest, TicksWithoutCommandsAreGrantedAsFarAsTheyAreCertain) {
   EXPECT_GT(ticks_granted(), 0u);
 }
 
-TEST_F(StoredWorldTest, OneWhoDoesNotLeadAnyMoreAnswersAllAndTellsServersNothing) {
+TEST_F(JournalTest, OneWhoDoesNotLeadAnyMoreAnswersAllAndTellsServersNothing) {
   const auto removed = remove("ball");
   cluster_->coordinator->abandon();
   EXPECT_EQ(removed->code(), absl::StatusCode::kUnavailable);
@@ -113,7 +114,7 @@ TEST_F(StoredWorldTest, OneWhoDoesNotLeadAnyMoreAnswersAllAndTellsServersNothing
   EXPECT_TRUE(cluster_->coordinator->finished());
 }
 
-TEST_F(StoredWorldTest, OneThatIsReplacedWaitsForItsStore) {
+TEST_F(JournalTest, OneThatIsReplacedWaitsForItsStore) {
   const auto removed = remove("ball");
   cluster_->coordinator->retire();
   EXPECT_FALSE(cluster_->coordinator->finished());
@@ -123,7 +124,7 @@ TEST_F(StoredWorldTest, OneThatIsReplacedWaitsForItsStore) {
 }
 
 // A running world answers a command once its tick is granted, which does not come here any more.
-TEST_F(StoredWorldTest, OneThatIsReplacedAnswersTheCommandsThatItHasStored) {
+TEST_F(JournalTest, OneThatIsReplacedAnswersTheCommandsThatItHasStored) {
   store_.is_fast = true;
   v1::ResumeRequest resume;
   resume.set_real_time_factor(1);
@@ -138,7 +139,7 @@ TEST_F(StoredWorldTest, OneThatIsReplacedAnswersTheCommandsThatItHasStored) {
 }
 
 // That a step has ended is clear from what is stored when it begins.
-TEST_F(StoredWorldTest, AStepIsStoredOnce) {
+TEST_F(JournalTest, AStepIsStoredOnce) {
   store_.is_fast = true;
   v1::StepRequest step;
   step.set_ticks(3);
@@ -152,7 +153,7 @@ TEST_F(StoredWorldTest, AStepIsStoredOnce) {
 }
 
 // However fast a world is, the store is written a few times a second.
-TEST_F(StoredWorldTest, AFastWorldStoresItsPaceSeldom) {
+TEST_F(JournalTest, AFastWorldStoresItsPaceSeldom) {
   store_.is_fast = true;
   v1::ResumeRequest resume;
   resume.set_real_time_factor(0);
@@ -171,7 +172,24 @@ TEST_F(StoredWorldTest, AFastWorldStoresItsPaceSeldom) {
   EXPECT_LE(run(2000), 20u);
 }
 
-TEST_F(StoredWorldTest, AnUnloadThatIsNotStoredIsNotAcknowledged) {
+// What a damaged store has does not reach the sequence.
+TEST(ResumeStored, ACommandOfATickBeforeTheStateIsNotGivenAgain) {
+  SlowStore store;
+  StoredWorld& found = store.found.emplace();
+  found.load = 1;
+  found.state = to_proto(small_world());
+  v1::RecordedCommand& command = *found.inputs.emplace_back().mutable_command();
+  command.set_tick(0);
+  command.mutable_remove()->mutable_body()->set_name("ball");
+  CoordinatorOptions options;
+  options.store = &store;
+  Coordinator coordinator(options);
+  const absl::Status status = coordinator.resume_stored();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("of tick 0"));
+}
+
+TEST_F(JournalTest, AnUnloadThatIsNotStoredIsNotAcknowledged) {
   store_.ends = absl::AbortedError("another coordinator leads");
   EXPECT_EQ(cluster_->ask<v1::UnloadReply>(v1::UnloadRequest())->code(), absl::StatusCode::kAborted);
 }

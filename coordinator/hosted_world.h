@@ -1,0 +1,81 @@
+// A world on its servers: what they report, what they are granted, and how it goes on when one is lost.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coordinator/active_world.h"
+#include "coordinator/balancing.h"
+#include "coordinator/checkpoint_rounds.h"
+#include "coordinator/context.h"
+#include "coordinator/server_changes.h"
+
+namespace tessera {
+
+// The state of a world is a function of a checkpoint and of the commands since, so nothing that clients were
+// told becomes untrue where the world goes back to one on other servers.
+//
+// Functions that return a status: with an error, the world cannot go on, for that reason, and is to be
+// closed.
+class HostedWorld {
+ public:
+  // A world that none of these servers has yet. `context` must outlive it.
+  HostedWorld(const CoordinatorContext& context, std::shared_ptr<const WorldToLoad> from, std::uint64_t load,
+              std::uint64_t number, std::vector<NodeId> nodes);
+
+  ActiveWorld& world() { return world_; }
+  const ActiveWorld& world() const { return world_; }
+  Balancing& balancing() { return balancing_; }
+  bool loading() const { return world_.loading(); }
+  bool recovering() const { return world_.recovering(); }
+  Tick completed() const { return world_.sequencer.completed(); }
+
+  // Sends the servers what they host of it. The call gets its answer once all have it.
+  void load(Placement placement, ActiveWorld::Load call);
+
+  // Messages of servers. None but on_answer() comes from a server that is not a member.
+  absl::Status on_loaded(Server& server, const v1::Loaded& loaded);
+  absl::Status on_report(Server& server, const v1::Report& report);
+  void on_answer(NodeId from, v1::Answer answer);
+
+  // A server has joined the cluster, which has heard of worlds up to that number.
+  absl::Status on_joined(NodeId node, std::uint64_t newest_world, Nanoseconds now);
+  // One that was a member is lost; `how` says why.
+  absl::Status on_lost(NodeId node, const std::string& how);
+  absl::Status advance(Nanoseconds now);  // deadlines
+
+  // Does all that is due, and sends the grants.
+  void go_on(Nanoseconds now);
+  std::optional<Nanoseconds> next_deadline() const;
+
+  // All calls that wait get `status`.
+  void abandon(const absl::Status& status);
+
+  void describe(v1::StatusReply& reply, Nanoseconds now) const;
+
+ private:
+  void send_loads(Placement placement, Tick tick);
+  void send_grant(v1::Grant grant);
+  void name_slow_server();
+  bool may_set_back();
+  absl::Status set_back();
+
+  const CoordinatorContext& context_;
+  ActiveWorld world_;
+  std::optional<CheckpointRounds> checkpoints_;  // none: it ends with any of its servers
+  Balancing balancing_;
+  ServerChanges changes_;
+  std::optional<Nanoseconds> gathers_until_;  // for servers, while it has none
+  std::uint64_t recoveries_ = 0;
+  Tick last_loss_ = 0;  // completed when a server was lost
+  std::uint32_t losses_in_place_ = 0;
+  std::optional<NodeId> told_slow_;  // the server that was named as slow
+  bool moved_ = false;               // at the last go_on()
+};
+
+}  // namespace tessera
