@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <variant>
 
 #include "lpss/observe/state.h"
 #include "lpss/simulation/partition_cluster.h"
@@ -16,22 +17,16 @@ class Sectors : public LocalWorld {
  public:
   explicit Sectors(std::unique_ptr<PartitionCluster> cluster) : cluster_(std::move(cluster)) {}
 
-  void step() override { cluster_->step(); }
-  double step_for_overlap() override {
-    report_contacts(cluster_->partition(0), true);
-    step();
-    double deepest = 0;
-    for (const ContactEvent& event : cluster_->machine(0).contact_events()) {
-      deepest = std::max(deepest, event.depth);
-    }
-    report_contacts(cluster_->partition(0), false);
-    return deepest;
-  }
+  using LocalWorld::step;
+  void step(std::span<const Command> commands) override { cluster_->step(commands); }
   std::vector<BodyRecord> bodies() const override {
     std::vector<BodyRecord> records;
     for_each_body(cluster_->partition(0), [&](const BodyRecord& record) { records.push_back(record); });
     return records;
   }
+  void gather_contacts(bool gathers) override { report_contacts(cluster_->partition(0), gathers); }
+  std::vector<ContactEvent> contacts() const override { return cluster_->machine(0).contact_events(); }
+  std::size_t diverged() const override { return cluster_->counts().diverged; }
   WorldHash hash() const override { return cluster_->hash(); }
 
  private:
@@ -42,10 +37,13 @@ class OneWorld : public LocalWorld {
  public:
   explicit OneWorld(std::unique_ptr<PlainWorld> world) : world_(std::move(world)) {}
 
-  void step() override { world_->step(); }
-  double step_for_overlap() override {
-    step();
-    return 0;
+  using LocalWorld::step;
+  void step(std::span<const Command> commands) override {
+    for (const Command& command : commands) {
+      if (const auto* drives = std::get_if<SetDrives>(&command))
+        world_->set_drives(drives->id, drives->drives);
+    }
+    world_->step();
   }
   std::vector<BodyRecord> bodies() const override {
     std::vector<BodyRecord> records;
@@ -59,6 +57,15 @@ class OneWorld : public LocalWorld {
 };
 
 }  // namespace
+
+double LocalWorld::step_for_overlap() {
+  gather_contacts(true);
+  step();
+  double deepest = 0;
+  for (const ContactEvent& event : contacts()) deepest = std::max(deepest, event.depth);
+  gather_contacts(false);
+  return deepest;
+}
 
 absl::StatusOr<std::unique_ptr<LocalWorld>> in_sectors(const WorldDescription& world, bool free_flight) {
   absl::StatusOr<std::unique_ptr<PartitionCluster>> cluster =

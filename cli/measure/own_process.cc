@@ -4,6 +4,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/time/time.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -79,7 +80,8 @@ int end_of(pid_t process) {
 
 }  // namespace
 
-absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>()>& measure) {
+absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>()>& measure,
+                                      std::chrono::seconds processor_time_max) {
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0)
     return absl::ResourceExhaustedError("cannot create a pipe to the process of a measurement");
@@ -89,6 +91,11 @@ absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>
   const pid_t process = fork();
   if (process == 0) {
     close(reading);
+    if (processor_time_max != std::chrono::seconds::max()) {
+      const auto seconds = static_cast<rlim_t>(processor_time_max.count());
+      const rlimit limit{seconds, seconds};
+      setrlimit(RLIMIT_CPU, &limit);
+    }
     work(measure, parent, writing);
   }
   close(writing);

@@ -2,6 +2,7 @@
 // measurement took would count against the next.
 #pragma once
 
+#include <chrono>
 #include <functional>
 
 #include "cli/measure/report.h"
@@ -12,6 +13,9 @@ namespace tessera {
 // interrupted (interrupt.h). Call before there are other threads. Errors: those of `measure`; CANCELLED by an
 // interrupt; INTERNAL where the process does not live to the end of it, RESOURCE_EXHAUSTED where there can be
 // none.
-absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>()>& measure);
+//
+// With `processor_time_max`, a process that takes more is ended by a signal.
+absl::StatusOr<Report> in_own_process(const std::function<absl::StatusOr<Report>()>& measure,
+                                      std::chrono::seconds processor_time_max = std::chrono::seconds::max());
 
 }  // namespace tessera

@@ -28,6 +28,14 @@ TEST(OwnProcessTest, CarriesReportsAndErrorsAndOutlivesACrash) {
   EXPECT_EQ(crashed.status().code(), absl::StatusCode::kInternal);
 }
 
+TEST(OwnProcessTest, EndsOneThatTakesMoreTimeThanItMay) {
+  const auto endless = []() -> absl::StatusOr<Report> {
+    for (volatile int n = 0;; n = n + 1) {
+    }
+  };
+  EXPECT_EQ(in_own_process(endless, std::chrono::seconds(1)).status().code(), absl::StatusCode::kInternal);
+}
+
 TEST(OwnProcessTest, EndsWithASignalToTheFirstProcess) {
   cli::catch_interrupts();
   const pid_t first = getpid();

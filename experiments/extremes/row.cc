@@ -3,11 +3,10 @@
 #include <absl/status/status.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <csignal>
 #include <limits>
 
 #include "cli/measure/own_process.h"
@@ -19,8 +18,8 @@
 namespace tessera::extremes {
 namespace {
 
-// Processor time in s, independent of other load; several times what the slowest scenes need.
-constexpr rlim_t kSecondsMax = 60;
+// Of processor time, independent of other load; several times what the slowest scenes need.
+constexpr std::chrono::seconds kSecondsMax{60};
 
 constexpr double kLost = std::numeric_limits<double>::quiet_NaN();
 
@@ -135,14 +134,8 @@ Report measure(const Scene& scene, const ExperimentOptions& options) {
 
 Report measure_apart(const Scene& scene, const ExperimentOptions& options) {
   const Stopwatch watch;
-  absl::StatusOr<Report> report = in_own_process([&]() -> absl::StatusOr<Report> {
-    // The parent process waits for the end of this one and handles interrupts itself.
-    std::signal(SIGINT, SIG_DFL);
-    std::signal(SIGTERM, SIG_DFL);
-    const rlimit limit{kSecondsMax, kSecondsMax};
-    setrlimit(RLIMIT_CPU, &limit);
-    return measure(scene, options);
-  });
+  absl::StatusOr<Report> report =
+      in_own_process([&] { return absl::StatusOr<Report>(measure(scene, options)); }, kSecondsMax);
   if (report.ok()) return *std::move(report);
   const Outcome outcome{absl::StrCat("Crashed, or did not finish in time: ", report.status().message(), "."),
                         kLost, 0};

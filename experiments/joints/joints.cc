@@ -1,7 +1,6 @@
 #include "experiments/joints/joints.h"
 
 #include <absl/status/status.h>
-#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
@@ -9,18 +8,17 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
+#include "cli/measure/local_world.h"
 #include "cli/measure/own_process.h"
 #include "cli/measure/positions.h"
 #include "cli/measure/stopwatch.h"
 #include "experiments/joints/mechanism.h"
+#include "experiments/scenes.h"
 #include "lpss/simulation/mechanics.h"
 #include "lpss/simulation/partition_cluster.h"
-#include "lpss/simulation/plain_world.h"
-#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 namespace mechanisms {
@@ -72,47 +70,9 @@ std::vector<Variant> variants_of(const Mechanism& mechanism, const ExperimentOpt
   return variants;
 }
 
-// One of the two that simulate.
-struct Simulated {
-  std::unique_ptr<Simulation> ours;
-  std::unique_ptr<PlainWorld> plain;
-
-  static absl::StatusOr<Simulated> create(const WorldDescription& world, bool is_plain) {
-    Simulated simulated;
-    if (is_plain) {
-      absl::StatusOr<std::unique_ptr<PlainWorld>> plain = PlainWorld::create(world, world.settings.precision);
-      if (!plain.ok()) return plain.status();
-      simulated.plain = *std::move(plain);
-    } else {
-      absl::StatusOr<std::unique_ptr<Simulation>> ours = Simulation::create(world);
-      if (!ours.ok()) return ours.status();
-      simulated.ours = *std::move(ours);
-    }
-    return simulated;
-  }
-
-  void step(const std::optional<JointDrive>& drive) const {
-    const SetDrives command{JointId{1}, {drive.value_or(JointDrive()), {}}};
-    if (plain) {
-      if (drive) plain->set_drives(command.id, command.drives);
-      plain->step();
-      return;
-    }
-    std::vector<Command> commands;
-    if (drive) commands.emplace_back(command);
-    ours->step(commands);
-  }
-
-  std::vector<BodyRecord> bodies() const {
-    std::vector<BodyRecord> records;
-    const auto keep = [&](const BodyRecord& record) { records.push_back(record); };
-    plain ? plain->for_each_body(keep) : ours->for_each_body(keep);
-    return records;
-  }
-
-  bool diverged() const { return ours && ours->counts().diverged > 0; }
-  std::string hash() const { return (plain ? plain->hash() : ours->hash()).to_string(); }
-};
+absl::StatusOr<std::unique_ptr<LocalWorld>> local_world(const WorldDescription& world, bool is_plain) {
+  return is_plain ? in_one_world(world) : in_sectors(world);
+}
 
 Tick ticks_in(double seconds, const WorldSettings& settings) {
   return static_cast<Tick>(std::llround(seconds / settings.time_step));
@@ -155,26 +115,29 @@ absl::StatusOr<Course> run(const Mechanism& mechanism, const Variant& variant, c
   const WorldDescription world = mechanism.world(variant.settings);
   absl::StatusOr<MechanicsOfWorld> mechanics = MechanicsOfWorld::create(world);
   if (!mechanics.ok()) return mechanics.status();
-  const absl::StatusOr<Simulated> simulated = Simulated::create(world, variant.is_plain);
-  if (!simulated.ok()) return simulated.status();
+  const absl::StatusOr<std::unique_ptr<LocalWorld>> made = local_world(world, variant.is_plain);
+  if (!made.ok()) return made.status();
+  LocalWorld& local = **made;
   const double dt = variant.settings.time_step;
   const double lag = dt / (variant.is_plain ? 1 : variant.settings.substeps) / 2;
   Course course;
-  course.start = mechanics->at(simulated->bodies());
+  course.start = mechanics->at(local.bodies());
   course.kinetic = course.start.kinetic;
   const Tick ticks = ticks_in(mechanism.seconds, variant.settings);
   for (Tick tick = 1; tick <= ticks; ++tick) {
     const double time = static_cast<double>(tick) * dt;
+    std::vector<Command> commands;
+    if (mechanism.drive) commands.emplace_back(SetDrives{JointId{1}, {mechanism.drive(time - dt / 2), {}}});
     const std::chrono::nanoseconds before = processor_time();
-    simulated->step(mechanism.drive ? std::optional(mechanism.drive(time - dt / 2)) : std::nullopt);
+    local.step(commands);
     course.ticks_us.push_back(microseconds(processor_time() - before));
-    const std::vector<BodyRecord> bodies = simulated->bodies();
-    course.see(mechanics->at(bodies, lag), simulated->diverged());
+    const std::vector<BodyRecord> bodies = local.bodies();
+    course.see(mechanics->at(bodies, lag), local.diverged() > 0);
     if (mechanism.error) course.sightings.push_back({time, course.end.joints});
     if (!reference.empty() && tick == ticks_in(kReferenceTime, variant.settings))
       course.way = largest_distance(positions_of(world, bodies), reference);
   }
-  course.hash = simulated->hash();
+  course.hash = local.hash().to_string();
   return course;
 }
 
@@ -188,11 +151,11 @@ absl::StatusOr<Positions> reference_of(const Mechanism& mechanism, bool quick) {
   settings.sleep_after = 0;
   absl::StatusOr<Report> found = in_own_process([&]() -> absl::StatusOr<Report> {
     const WorldDescription world = mechanism.world(settings);
-    const absl::StatusOr<Simulated> simulated = Simulated::create(world, false);
-    if (!simulated.ok()) return simulated.status();
-    for (Tick tick = 0; tick < ticks_in(kReferenceTime, settings); ++tick) simulated->step(std::nullopt);
+    const absl::StatusOr<std::unique_ptr<LocalWorld>> local = in_sectors(world);
+    if (!local.ok()) return local.status();
+    (*local)->run(ticks_in(kReferenceTime, settings));
     Report report;
-    for (const Eigen::Vector3d& place : positions_of(world, simulated->bodies()))
+    for (const Eigen::Vector3d& place : positions_of(world, (*local)->bodies()))
       report.table("rows").push_back({{"x", place.x()}, {"y", place.y()}, {"z", place.z()}});
     return report;
   });
@@ -298,13 +261,9 @@ absl::StatusOr<Report> measure(const Mechanism& mechanism, const ExperimentOptio
 
 absl::StatusOr<Report> measure_joints(const ExperimentOptions& options, const Progress& progress) {
   std::vector<mechanisms::Mechanism> all = mechanisms::all_mechanisms();
-  std::erase_if(all, [&](const mechanisms::Mechanism& mechanism) {
-    return (options.quick && mechanism.is_large) ||
-           !absl::StrContains(absl::StrCat(mechanism.group, " ", mechanism.name), options.only);
-  });
-  if (all.empty())
-    return absl::InvalidArgumentError(
-        absl::StrCat("No mechanism's \"group name\" contains \"", options.only, "\"."));
+  if (options.quick)
+    std::erase_if(all, [](const mechanisms::Mechanism& mechanism) { return mechanism.is_large; });
+  if (absl::Status status = choose(options.only, all); !status.ok()) return status;
   std::uint64_t total = 0;
   for (const mechanisms::Mechanism& mechanism : all)
     total += mechanisms::variants_of(mechanism, options).size();

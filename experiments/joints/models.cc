@@ -5,11 +5,10 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
-#include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -20,6 +19,7 @@
 #include "cli/measure/own_process.h"
 #include "cli/measure/stopwatch.h"
 #include "experiments/joints/on_plane.h"
+#include "experiments/scenes.h"
 #include "lpss/observe/state.h"
 #include "lpss/simulation/mechanics.h"
 #include "lpss/simulation/partition_cluster.h"
@@ -31,9 +31,9 @@ namespace {
 
 constexpr double kSeconds = 10;
 constexpr double kQuickSeconds = 2;
-constexpr double kProcessorTimeMax = 20;    // s, of all ticks
-constexpr rlim_t kProcessorTimeKill = 120;  // s, of loading, too
-constexpr double kGapMax = 1e-3;            // m
+constexpr double kProcessorTimeMax = 20;                 // s, of all ticks
+constexpr std::chrono::seconds kProcessorTimeKill{120};  // of loading, too
+constexpr double kGapMax = 1e-3;                         // m
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
@@ -163,16 +163,12 @@ Row measured(const std::filesystem::path& folder, const std::string& file, const
 
 // In a process of its own.
 Row row_of(const std::filesystem::path& folder, const std::string& file, const ExperimentOptions& options) {
-  absl::StatusOr<Report> report = in_own_process([&]() -> absl::StatusOr<Report> {
-    // The parent process waits for the end of this one and handles interrupts itself.
-    std::signal(SIGINT, SIG_DFL);
-    std::signal(SIGTERM, SIG_DFL);
-    const rlimit limit{kProcessorTimeKill, kProcessorTimeKill};
-    setrlimit(RLIMIT_CPU, &limit);
+  const auto measure = [&]() -> absl::StatusOr<Report> {
     Report one;
     one.table("rows").push_back(measured(folder, file, options));
     return one;
-  });
+  };
+  absl::StatusOr<Report> report = in_own_process(measure, kProcessorTimeKill);
   if (report.ok()) return report->table("rows").front();
   Row row = empty_row(file, options.precision);
   row["outcome"] = "crashed";
@@ -247,15 +243,14 @@ absl::StatusOr<Report> measure_models(const ExperimentOptions& options, const Pr
   if (files.empty())
     return absl::InvalidArgumentError(absl::StrCat("no .sdf, .world or .urdf file in ", options.worlds,
                                                    " whose path contains \"", options.only, "\""));
-  ProgressCount count(progress, files.size());
-  Report report;
-  for (const std::filesystem::path& file : files) {
+  absl::StatusOr<Report> report = measure_each(files, progress, [&](const std::filesystem::path& file) {
+    Report one;
     Row row = models::row_of(options.worlds, file.string(), options);
-    models::add_misses(row, report.misses);
-    report.table("rows").push_back(std::move(row));
-    if (absl::Status status = count.advance(); !status.ok()) return status;
-  }
-  models::add_outcomes(report.table("rows"), report.table("outcomes"));
+    models::add_misses(row, one.misses);
+    one.table("rows").push_back(std::move(row));
+    return absl::StatusOr<Report>(std::move(one));
+  });
+  if (report.ok()) models::add_outcomes(report->table("rows"), report->table("outcomes"));
   return report;
 }
 

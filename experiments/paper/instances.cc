@@ -7,6 +7,7 @@
 
 #include "experiments/contestant.h"
 #include "experiments/heap.h"
+#include "experiments/turns.h"
 #include "lpss/simulation/example_worlds.h"
 
 namespace tessera {
@@ -16,10 +17,6 @@ constexpr int kBodies = 128;
 constexpr double kSectorSize = 128;  // m
 constexpr double kApart = 4;         // m, between neighbours in a sector
 constexpr int kPerRow = 16;
-
-// That a world is stepped before it is the turn of the next: with one, each would find the processor's cache
-// full of the others.
-constexpr Tick kTicksInTurn = 25;
 
 // Sectors in a row along x, each with its share of the balls around its centre.
 WorldDescription balls_in_sectors(const WorldSettings& settings, int sectors) {
@@ -65,14 +62,8 @@ absl::StatusOr<Report> measure_instances(const ExperimentOptions& options, const
     all.push_back({sectors, heap_kb, Contestant(*std::move(local), world)});
   }
   ProgressCount count(progress, ticks);
-  for (Tick tick = 0; tick < ticks; ++tick) {
-    if (tick % kTicksInTurn == 0) {
-      for (Balls& balls : all) {
-        for (Tick n = tick; n < std::min(ticks, tick + kTicksInTurn); ++n) balls.world.step();
-      }
-    }
-    if (absl::Status status = count.advance(); !status.ok()) return status;
-  }
+  absl::Status status = in_turns(all, ticks, kTicksInTurn, count, [](Balls& balls) { balls.world.step(); });
+  if (!status.ok()) return status;
 
   Report report;
   const double one_us = median(all.front().world.ticks_us());

@@ -10,6 +10,7 @@
 
 #include "cli/measure/stopwatch.h"
 #include "experiments/heap.h"
+#include "experiments/turns.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 
@@ -215,14 +216,12 @@ absl::StatusOr<Report> measure_idle(const ExperimentOptions& options, const Prog
     worlds.push_back(*std::move(world));
   }
   ProgressCount count(progress, ticks);
-  for (Tick tick = 0; tick < ticks; ++tick) {
-    for (World& world : worlds) {
-      const auto before = processor_time();
-      world.simulation->step();
-      world.ticks_us.push_back(microseconds(processor_time() - before));
-    }
-    if (absl::Status status = count.advance(); !status.ok()) return status;
-  }
+  absl::Status status = in_turns(worlds, ticks, /*in_turn=*/1, count, [](World& world) {
+    const auto before = processor_time();
+    world.simulation->step();
+    world.ticks_us.push_back(microseconds(processor_time() - before));
+  });
+  if (!status.ok()) return status;
 
   Report report;
   const double alone_us = median(worlds.front().ticks_us);

@@ -13,6 +13,7 @@
 
 #include "experiments/contestant.h"
 #include "experiments/performance/scenes.h"
+#include "experiments/turns.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/mechanics.h"
 
@@ -20,9 +21,6 @@ namespace tessera {
 namespace {
 
 constexpr const char* kPlain = "plain Bullet";
-// Ticks that a world is stepped in a row, as in a process of its own. In turns of one tick, each would find
-// that the others have taken the place of its data in the processor's cache.
-constexpr Tick kStride = 25;
 constexpr double kSector = 16;      // m
 constexpr double kOneSector = 512;  // m: all of a scene is in it
 constexpr int kFineSteps = 16;      // in the time of a tick
@@ -135,15 +133,9 @@ absl::StatusOr<Report> measure_performance(const ExperimentOptions& options, con
   for (const Race& race : all) {
     absl::StatusOr<std::vector<Runner>> runners = runners_of(race, options.precision);
     if (!runners.ok()) return runners.status();
-    for (Tick tick = 0; tick < race.ticks; tick += kStride) {
-      const Tick stride = std::min(kStride, race.ticks - tick);
-      for (Runner& runner : *runners) {
-        for (Tick n = 0; n < stride; ++n) runner.tick();
-      }
-      for (Tick n = 0; n < stride; ++n) {
-        if (absl::Status status = count.advance(); !status.ok()) return status;
-      }
-    }
+    absl::Status status =
+        in_turns(*runners, race.ticks, kTicksInTurn, count, [](Runner& runner) { runner.tick(); });
+    if (!status.ok()) return status;
     const auto plain = std::ranges::find(*runners, kPlain, &Runner::name);
     const double plain_us = plain->spent_us(race.ticks);
     for (const Runner& runner : *runners) {

@@ -7,6 +7,7 @@
 
 #include "experiments/contestant.h"
 #include "experiments/seams/piles.h"
+#include "experiments/turns.h"
 #include "lpss/simulation/example_worlds.h"
 #include "worlds/loader/world_file.h"
 
@@ -71,10 +72,9 @@ class Measurement {
     if (entered.ok()) entered = enter("clone-1", under(SeamPolicy::kClone, world));
     if (entered.ok()) entered = enter("plain", in_one_world(world));
     if (!entered.ok()) return entered;
-    for (Tick tick = 0; tick < options_.ticks; ++tick) {
-      for (auto& [policy, contestant] : contestants) contestant.step();
-      if (absl::Status status = progress_.advance(); !status.ok()) return status;
-    }
+    absl::Status raced = in_turns(contestants, options_.ticks, /*in_turn=*/1, progress_,
+                                  [](auto& entrant) { entrant.second.step(); });
+    if (!raced.ok()) return raced;
     for (const auto& [policy, contestant] : contestants) {
       costs_.times.push_back(
           {name, policy, options_.ticks, median(contestant.ticks_us()) / 1000, contestant.hash()});

@@ -7,68 +7,9 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/gravity.h"
-#include "lpss/observe/state.h"
-#include "lpss/simulation/partition_cluster.h"
-#include "lpss/simulation/plain_world.h"
 #include "lpss/simulation/simulation.h"
-#include "lpss/tick/events.h"
 
 namespace tessera::truth {
-namespace {
-
-class Sectors : public Contestant {
- public:
-  explicit Sectors(std::unique_ptr<PartitionCluster> cluster) : cluster_(std::move(cluster)) {
-    report_contacts(cluster_->partition(0), true);
-  }
-
-  void step(std::span<const Command> commands) override { cluster_->step(commands); }
-  std::vector<BodyRecord> bodies() override {
-    std::vector<BodyRecord> records;
-    for_each_body(cluster_->partition(0), [&](const BodyRecord& record) { records.push_back(record); });
-    return records;
-  }
-  std::vector<ContactEvent> contacts() override { return cluster_->machine(0).contact_events(); }
-  std::size_t diverged() override { return cluster_->counts().diverged; }
-
- private:
-  std::unique_ptr<PartitionCluster> cluster_;
-};
-
-class PlainBullet : public Contestant {
- public:
-  explicit PlainBullet(std::unique_ptr<PlainWorld> world) : world_(std::move(world)) {}
-
-  void step(std::span<const Command> commands) override {
-    for (const Command& command : commands) {
-      if (const auto* drives = std::get_if<SetDrives>(&command))
-        world_->set_drives(drives->id, drives->drives);
-    }
-    world_->step();
-  }
-  std::vector<BodyRecord> bodies() override {
-    std::vector<BodyRecord> records;
-    world_->for_each_body([&](const BodyRecord& record) { records.push_back(record); });
-    return records;
-  }
-
- private:
-  std::unique_ptr<PlainWorld> world_;
-};
-
-}  // namespace
-
-absl::StatusOr<std::unique_ptr<Contestant>> in_sectors(const WorldDescription& world) {
-  absl::StatusOr<std::unique_ptr<PartitionCluster>> cluster = PartitionCluster::create(world, 1);
-  if (!cluster.ok()) return cluster.status();
-  return std::make_unique<Sectors>(*std::move(cluster));
-}
-
-absl::StatusOr<std::unique_ptr<Contestant>> in_plain_bullet(const WorldDescription& world) {
-  absl::StatusOr<std::unique_ptr<PlainWorld>> plain = PlainWorld::create(world, world.settings.precision);
-  if (!plain.ok()) return plain.status();
-  return std::make_unique<PlainBullet>(*std::move(plain));
-}
 
 Course::Course(const WorldDescription& world, Tick every) : world_(world), every_(every) {
   for (const BodyDescription& body : world_.bodies) ids_.emplace(body.name, BodyId{ids_.size() + 1});
@@ -109,19 +50,20 @@ void Course::look(const std::vector<BodyRecord>& bodies) {
   }
 }
 
-void Course::end_tick(Contestant& contestant, bool keeps_contacts) {
+void Course::end_tick(const LocalWorld& local, bool keeps_contacts) {
   ++ticks_;
-  diverged_ += contestant.diverged();
-  if (ticks_ % every_ == 0) look(contestant.bodies());
-  if (keeps_contacts) contacts_.push_back(contestant.contacts());
+  diverged_ += local.diverged();
+  if (ticks_ % every_ == 0) look(local.bodies());
+  if (keeps_contacts) contacts_.push_back(local.contacts());
 }
 
-void run(Contestant& contestant, double seconds, const Script& script, Course& course, bool keeps_contacts) {
-  if (course.ticks() == 0) course.look(contestant.bodies());
+void run(LocalWorld& local, double seconds, const Script& script, Course& course, bool keeps_contacts) {
+  local.gather_contacts(keeps_contacts);
+  if (course.ticks() == 0) course.look(local.bodies());
   const auto end = course.ticks() + static_cast<Tick>(std::llround(seconds / course.dt()));
   while (course.ticks() < end) {
-    contestant.step(script ? script(course) : std::vector<Command>());
-    course.end_tick(contestant, keeps_contacts);
+    local.step(script ? script(course) : std::vector<Command>());
+    course.end_tick(local, keeps_contacts);
   }
 }
 

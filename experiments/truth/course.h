@@ -1,17 +1,15 @@
 // What happened in a world, tick by tick, whoever simulates it.
 #pragma once
 
-#include <absl/status/statusor.h>
-
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <functional>
 #include <map>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "cli/measure/local_world.h"
 #include "lpss/model/world_description.h"
 #include "lpss/tick/messages.h"
 
@@ -25,25 +23,6 @@ struct Glance {
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();      // rad/s
   bool asleep = false;
 };
-
-// Steps a world. Not for several threads at a time.
-class Contestant {
- public:
-  virtual ~Contestant() = default;
-  virtual void step(std::span<const Command> commands) = 0;
-  // Those that can move, ascending by id.
-  virtual std::vector<BodyRecord> bodies() = 0;
-  // Of the last tick; nothing where nobody tells.
-  virtual std::vector<ContactEvent> contacts() { return {}; }
-  // Bodies that were stopped in the last tick.
-  virtual std::size_t diverged() { return 0; }
-};
-
-// Tessera, in one partition. Errors as PartitionCluster::create().
-absl::StatusOr<std::unique_ptr<Contestant>> in_sectors(const WorldDescription& world);
-// Plain Bullet, of the precision that the world asks for: of commands, it takes drives. Errors as
-// PlainWorld::create().
-absl::StatusOr<std::unique_ptr<Contestant>> in_plain_bullet(const WorldDescription& world);
 
 // All bodies that can move, at the start and after each tick, or after each `every` of them.
 class Course {
@@ -71,7 +50,7 @@ class Course {
   const std::vector<std::vector<ContactEvent>>& contacts() const { return contacts_; }
 
   void look(const std::vector<BodyRecord>& bodies);
-  void end_tick(Contestant& contestant, bool keeps_contacts);
+  void end_tick(const LocalWorld& local, bool keeps_contacts);
 
  private:
   WorldDescription world_;
@@ -87,7 +66,7 @@ class Course {
 using Script = std::function<std::vector<Command>(const Course& so_far)>;
 
 // Steps for so long, by the time step of the world.
-void run(Contestant& contestant, double seconds, const Script& script, Course& course,
+void run(LocalWorld& local, double seconds, const Script& script, Course& course,
          bool keeps_contacts = false);
 
 // The kinematic body arrives there at the end of the next tick; m, from the centre of the anchor's sector.

@@ -166,7 +166,7 @@ struct Delete {
   void operator()(mjData* data) const { mj_deleteData(data); }
 };
 
-class Mujoco : public Contestant {
+class Mujoco : public LocalWorld {
  public:
   Mujoco(std::vector<BodyRecord> records, std::unique_ptr<mjModel, Delete> model,
          const WorldDescription& world)
@@ -184,11 +184,12 @@ class Mujoco : public Contestant {
     for (const JointDescription& joint : world_.joints) set_drive(joint.properties.child, joint.drives[0]);
   }
 
+  using LocalWorld::step;
   void step(std::span<const Command>) override {
     for (int n = 0; n < kSteps; ++n) mj_step(model_.get(), data_.get());
   }
 
-  std::vector<BodyRecord> bodies() override {
+  std::vector<BodyRecord> bodies() const override {
     mj_forward(model_.get(), data_.get());
     std::vector<BodyRecord> records;
     for (BodyRecord record : records_) {
@@ -255,7 +256,7 @@ class Mujoco : public Contestant {
 
 bool has_mujoco() { return true; }
 
-absl::StatusOr<std::unique_ptr<Contestant>> in_mujoco(const WorldDescription& world) {
+absl::StatusOr<std::unique_ptr<LocalWorld>> in_mujoco(const WorldDescription& world) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
   const absl::StatusOr<std::string> text = Writer(world).write();

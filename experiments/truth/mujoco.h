@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "experiments/truth/course.h"
+#include "cli/measure/local_world.h"
 
 namespace tessera::truth {
 
@@ -15,6 +15,6 @@ bool has_mujoco();
 // coordinates, with its defaults, but for an elliptic cone of friction. Of commands, it takes drives. It
 // knows no restitution. UNIMPLEMENTED for what it has no words for, or without MuJoCo; INTERNAL where it
 // refuses a world.
-absl::StatusOr<std::unique_ptr<Contestant>> in_mujoco(const WorldDescription& world);
+absl::StatusOr<std::unique_ptr<LocalWorld>> in_mujoco(const WorldDescription& world);
 
 }  // namespace tessera::truth

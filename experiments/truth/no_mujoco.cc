@@ -6,7 +6,7 @@ namespace tessera::truth {
 
 bool has_mujoco() { return false; }
 
-absl::StatusOr<std::unique_ptr<Contestant>> in_mujoco(const WorldDescription&) {
+absl::StatusOr<std::unique_ptr<LocalWorld>> in_mujoco(const WorldDescription&) {
   return absl::UnimplementedError("this build has no MuJoCo");
 }
 

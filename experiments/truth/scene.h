@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,8 @@ struct Result {
 
 using Results = std::vector<Result>;
 
-// in_sectors(), in_plain_bullet(), ...
-using Make = std::function<absl::StatusOr<std::unique_ptr<Contestant>>(const WorldDescription&)>;
+// in_sectors(), in_one_world(), in_mujoco()
+using Make = std::function<absl::StatusOr<std::unique_ptr<LocalWorld>>(const WorldDescription&)>;
 
 struct Scene {
   std::string group;

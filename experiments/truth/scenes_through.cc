@@ -151,10 +151,10 @@ absl::StatusOr<Results> count_passes(const WorldSettings& settings, const Make& 
   for (int n = 0; n < trials; ++n) {
     Random random(static_cast<std::uint64_t>(n) + 1);
     const Trial trial = make_trial(settings, random);
-    absl::StatusOr<std::unique_ptr<Contestant>> contestant = make(trial.world);
-    if (!contestant.ok()) return contestant.status();
+    const absl::StatusOr<std::unique_ptr<LocalWorld>> local = make(trial.world);
+    if (!local.ok()) return local.status();
     Course course(trial.world);
-    run(**contestant, kTrialSeconds, trial.script, course);
+    run(**local, kTrialSeconds, trial.script, course);
     const std::vector<Glance>& movers = course.of("mover");
     const std::vector<Glance>& others = course.of(trial.other);
     bool has_passed = false;

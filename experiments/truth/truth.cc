@@ -1,14 +1,11 @@
 #include "experiments/truth/truth.h"
 
 #include <absl/status/status.h>
-#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
-#include <sys/resource.h>
 
+#include <chrono>
 #include <cmath>
-#include <csignal>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <string>
@@ -16,6 +13,7 @@
 #include <vector>
 
 #include "cli/measure/own_process.h"
+#include "experiments/scenes.h"
 #include "experiments/truth/mujoco.h"
 #include "experiments/truth/scene.h"
 
@@ -28,18 +26,14 @@ double Result::error() const {
 }
 
 std::vector<Scene> all_scenes() {
-  std::vector<Scene> all;
-  for (const auto& scenes : {rest_scenes, slide_scenes, carrier_scenes, impact_scenes, through_scenes,
-                             flush_scenes, flight_scenes, ray_scenes}) {
-    std::vector<Scene> more = scenes();
-    std::move(more.begin(), more.end(), std::back_inserter(all));
-  }
-  return all;
+  return joined({rest_scenes(), slide_scenes(), carrier_scenes(), impact_scenes(), through_scenes(),
+                 flush_scenes(), flight_scenes(), ray_scenes()});
 }
 
 namespace {
 
-constexpr rlim_t kSecondsMax = 900;      // of processor time: several times what the slowest scene needs
+// Of processor time: several times what the slowest scene needs.
+constexpr std::chrono::seconds kSecondsMax{900};
 constexpr double kAboveRounding = 0.02;  // of a bound: smaller errors have no order
 constexpr double kOrderBase = 2;         // by how much the time step is shortened
 
@@ -55,13 +49,13 @@ std::vector<Variant> variants_of(const Scene& scene, const ExperimentOptions& op
   WorldSettings settings;
   settings.precision = options.precision;
   const std::string engine = name_of(options.precision);
-  std::vector<Variant> variants = {{engine, settings, in_sectors, true}};
+  std::vector<Variant> variants = {
+      {engine, settings, [](const WorldDescription& world) { return in_sectors(world); }, true}};
   if (scene.has_border) {
     variants.push_back(variants.front());
     variants.back().settings.sector_size = kBorderSectors;
   }
-  if (scene.in_bullet)
-    variants.push_back({absl::StrCat("Bullet ", engine), settings, in_plain_bullet, false});
+  if (scene.in_bullet) variants.push_back({absl::StrCat("Bullet ", engine), settings, in_one_world, false});
   if (has_mujoco() && scene.in_bullet && options.precision == Precision::kFloat64)
     variants.push_back({"MuJoCo", settings, in_mujoco, false});
   return variants;
@@ -70,11 +64,11 @@ std::vector<Variant> variants_of(const Scene& scene, const ExperimentOptions& op
 absl::StatusOr<Results> results_of(const Scene& scene, const Variant& variant, bool quick) {
   if (scene.measure) return scene.measure(variant.settings, variant.make, quick);
   const WorldDescription world = scene.world(variant.settings);
-  absl::StatusOr<std::unique_ptr<Contestant>> contestant = variant.make(world);
-  if (!contestant.ok()) return contestant.status();
+  const absl::StatusOr<std::unique_ptr<LocalWorld>> local = variant.make(world);
+  if (!local.ok()) return local.status();
   Course course(world, scene.every);
   const bool is_shorter = quick && scene.quick_seconds > 0;
-  run(**contestant, is_shorter ? scene.quick_seconds : scene.seconds, scene.script, course);
+  run(**local, is_shorter ? scene.quick_seconds : scene.seconds, scene.script, course);
   return scene.results(course);
 }
 
@@ -123,14 +117,8 @@ absl::StatusOr<Report> measured(const Scene& scene, const Variant& variant, bool
 }
 
 Report measured_apart(const Scene& scene, const Variant& variant, bool quick) {
-  absl::StatusOr<Report> report = in_own_process([&]() -> absl::StatusOr<Report> {
-    // The parent process waits for the end of this one and handles interrupts itself.
-    std::signal(SIGINT, SIG_DFL);
-    std::signal(SIGTERM, SIG_DFL);
-    const rlimit limit{kSecondsMax, kSecondsMax};
-    setrlimit(RLIMIT_CPU, &limit);
-    return measured(scene, variant, quick);
-  });
+  absl::StatusOr<Report> report =
+      in_own_process([&] { return measured(scene, variant, quick); }, kSecondsMax);
   if (report.ok()) return *std::move(report);
   if (!variant.is_ours && absl::IsUnimplemented(report.status())) return {};  // not its kind of scene
   Row row = row_of(scene, variant);
@@ -179,22 +167,17 @@ void add_summary(const std::vector<Row>& rows, std::vector<Row>& summary) {
 
 absl::StatusOr<Report> measure_truth(const ExperimentOptions& options, const Progress& progress) {
   std::vector<truth::Scene> scenes = truth::all_scenes();
-  std::erase_if(scenes, [&](const truth::Scene& scene) {
-    return (options.quick && !scene.in_quick) ||
-           !absl::StrContains(absl::StrCat(scene.group, " ", scene.name), options.only);
-  });
-  if (scenes.empty())
-    return absl::InvalidArgumentError(
-        absl::StrCat("No scene's \"group name\" contains \"", options.only, "\"."));
-  ProgressCount count(progress, scenes.size());
-  Report report;
-  for (const truth::Scene& scene : scenes) {
+  if (options.quick) std::erase_if(scenes, [](const truth::Scene& scene) { return !scene.in_quick; });
+  if (absl::Status status = choose(options.only, scenes); !status.ok()) return status;
+  absl::StatusOr<Report> report = measure_each(scenes, progress, [&](const truth::Scene& scene) {
+    Report of_scene;
     for (const truth::Variant& variant : truth::variants_of(scene, options))
-      report.append(truth::measured_apart(scene, variant, options.quick));
-    if (absl::Status status = count.advance(); !status.ok()) return status;
-  }
-  truth::add_misses(report.table("rows"), report.misses);
-  truth::add_summary(report.table("rows"), report.table("summary"));
+      of_scene.append(truth::measured_apart(scene, variant, options.quick));
+    return absl::StatusOr<Report>(std::move(of_scene));
+  });
+  if (!report.ok()) return report;
+  truth::add_misses(report->table("rows"), report->misses);
+  truth::add_summary(report->table("rows"), report->table("summary"));
   return report;
 }
 
