@@ -25,7 +25,7 @@ import tempfile
 import time
 from pathlib import Path
 
-TOP = Path(__file__).resolve().parent.parent
+TOP = Path(__file__).resolve().parent.parent.parent
 DEADLINE_S = 30.0
 BODIES_MAX = 300  # that churn adds
 KILL_EVERY_S = 60.0

@@ -21,7 +21,7 @@ import tempfile
 import time
 from pathlib import Path
 
-TOP = Path(__file__).resolve().parent.parent
+TOP = Path(__file__).resolve().parent.parent.parent
 DEADLINE_S = 30.0
 SERVERS = 2
 CHUNKS = 10  # steps of a run, between which a body is pushed
