@@ -93,7 +93,7 @@ std::vector<std::string> to_row(const FoundJoint& joint, const JointState& state
           drives_text(joint.joint.drives, axes)};
 }
 
-nlohmann::json to_json(const FoundJoint& joint, const JointState& state) {
+nlohmann::json json_of(const FoundJoint& joint, const JointState& state) {
   const auto axes = static_cast<std::size_t>(axis_count(joint.joint.properties.type));
   nlohmann::json result = {{"id", joint.id.value},
                            {"name", joint.joint.name},
@@ -141,7 +141,7 @@ absl::Status show_joints(Client& client, const std::string& prefix, std::uint64_
   for (const JointSample& sample : frame->joints) {
     while (joint->id != sample.id) ++joint;
     rows.push_back(to_row(*joint, sample.state));
-    data["joints"].push_back(to_json(*joint, sample.state));
+    data["joints"].push_back(json_of(*joint, sample.state));
   }
   const std::vector<bool> right = {true, false, false, false, false, true, true, false, true, false};
   absl::PrintF("tick %d\n%s%s", frame->tick, table(rows, right), found->truncated ? "and more\n" : "");
