@@ -1,5 +1,4 @@
 // tessera-coordinator: the process of a cluster that serves clients, orders commands and grants ticks.
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -14,7 +13,6 @@
 #include "coordinator/process.h"
 #include "coordinator/turns.h"
 #include "daemon/log.h"
-#include "daemon/options.h"
 #include "daemon/parent_process.h"
 #include "lpss/base/freed_memory.h"
 #include "proto/recording_file.h"
@@ -30,7 +28,7 @@ void record(const v1::RecordedInput& input, std::optional<RecordingWriter>& reco
   if (!recording) return;
   const absl::Status status = recording->write(input);
   if (status.ok()) return;
-  spdlog::error("{}: recording has stopped", text(status));
+  log_error(text(status) + ": recording has stopped");
   recording.reset();
 }
 
@@ -81,7 +79,7 @@ int run(CoordinatorArguments& arguments) {
   std::erase(arguments.etcd, "");  // an empty key or variable: none
   if (!arguments.etcd.empty()) return take_turns(arguments);
   const absl::Status status = run_alone(arguments);
-  if (!status.ok()) spdlog::error("{}", text(status));
+  if (!status.ok()) log_error(status.message());
   return status.ok() ? 0 : 1;
 }
 
@@ -91,10 +89,7 @@ int run(CoordinatorArguments& arguments) {
 int main(int argc, char** argv) {
   tessera::CoordinatorArguments arguments;
   const pid_t parent = getppid();
-  CLI::App app("Coordinates the sector servers of a cluster, and serves its clients.",
-               tessera::kCoordinatorName);
-  tessera::add_options(app, arguments);
-  if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
+  if (const std::optional<int> code = tessera::read_arguments(argc, argv, arguments)) return *code;
   if (arguments.exit_with_parent && !tessera::end_with_parent(parent, SIGTERM)) return 1;
   tessera::return_freed_memory();
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // failures are reported by us

@@ -87,4 +87,10 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
   add_shared_options(app, arguments.dds, arguments.log, arguments.keys);
 }
 
+std::optional<int> read_arguments(int argc, char** argv, CoordinatorArguments& arguments) {
+  CLI::App app("Coordinates the sector servers of a cluster, and serves its clients.", kCoordinatorName);
+  add_options(app, arguments);
+  return parse_arguments(app, argc, argv);
+}
+
 }  // namespace tessera

@@ -1,15 +1,19 @@
 // The coordinator's options: command line, environment and configuration file.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "coordinator/coordinator.h"
+#include "coordinator/coordinator_options.h"
 #include "daemon/locks.h"
 #include "daemon/log.h"
 #include "transport/dds_link.h"
+
+namespace CLI {
+class App;
+}
 
 namespace tessera {
 
@@ -49,5 +53,9 @@ inline constexpr const char* kCoordinatorName = "tessera-coordinator";
 
 // Adds every option to `app`, which is named kCoordinatorName.
 void add_options(CLI::App& app, CoordinatorArguments& arguments);
+
+// Reads the command line, the environment and the configuration file. Returns the exit code if the process
+// must end now, after printing help or because of an error.
+std::optional<int> read_arguments(int argc, char** argv, CoordinatorArguments& arguments);
 
 }  // namespace tessera

@@ -1,6 +1,6 @@
 #include "coordinator/process.h"
 
-#include <spdlog/spdlog.h>
+#include <absl/strings/str_cat.h>
 
 #include <chrono>
 #include <cstdio>
@@ -8,6 +8,7 @@
 
 #include "coordinator/metrics.h"
 #include "coordinator/server_watch.h"
+#include "daemon/log.h"
 #include "daemon/ready_file.h"
 #include "keys/keys_folder.h"
 #include "proto/status.h"
@@ -69,9 +70,9 @@ absl::Status CoordinatorProcess::say_ready() {
   if (!arguments_.ready_file.empty()) {
     if (absl::Status status = write_ready_file(arguments_.ready_file, address()); !status.ok()) return status;
   }
-  spdlog::info("cluster {}, domain {}, clients on {}", arguments_.dds.cluster, arguments_.dds.domain,
-               address());
-  if (monitor_) spdlog::info("metrics on {}metrics", monitor_->url());
+  log_info(absl::StrCat("cluster ", arguments_.dds.cluster, ", domain ", arguments_.dds.domain,
+                        ", clients on ", address()));
+  if (monitor_) log_info(absl::StrCat("metrics on ", monitor_->url(), "metrics"));
   return absl::OkStatus();
 }
 
@@ -127,7 +128,7 @@ bool CoordinatorProcess::serve(Coordinator& coordinator, DdsLink& link, const st
       if (message.ParseFromString(delivery.payload)) {
         coordinator.receive(delivery.from, std::move(message), now());
       } else {
-        spdlog::warn("a message from node {:x} cannot be read", delivery.from.value);
+        log_warning(absl::StrCat("a message from node ", absl::Hex(delivery.from.value), " cannot be read"));
       }
     }
     for (const NodeId node : link.take_lost_peers()) {

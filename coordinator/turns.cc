@@ -1,7 +1,6 @@
 #include "coordinator/turns.h"
 
 #include <absl/strings/str_cat.h>
-#include <spdlog/spdlog.h>
 
 #include <functional>
 #include <memory>
@@ -63,11 +62,11 @@ class Turns {
       if (view.role == Election::Role::kLeads) return true;
       if (view.role == Election::Role::kLost) elector_.stand_by();
       if (view.cluster_has_ended) {
-        spdlog::info("the cluster has ended");
+        log_info("the cluster has ended");
         return false;
       }
       const std::string text = situation(view);
-      if (text != said) spdlog::info("{}", text);
+      if (text != said) log_info(text);
       said = text;
       follower.follow(view.leader ? view.leader->address() : std::string());
       std::map<NodeId, std::string> leaders;
@@ -100,7 +99,7 @@ class Turns {
   // Until another one does; the exit code where this one is to end.
   std::optional<int> lead() {
     const std::int64_t epoch = elector_.view().epoch;
-    spdlog::info("this coordinator leads (epoch {})", epoch);
+    log_info(absl::StrCat("this coordinator leads (epoch ", epoch, ")"));
     copies_.lead(true);
     std::optional<int> code = lead_as(epoch);
     copies_.lead(false);
@@ -123,7 +122,7 @@ class Turns {
     const bool has_finished =
         process_.serve(coordinator, **link, [&] { return !(*store)->lost() && elector_.leads(); });
     if (!has_finished) {
-      spdlog::warn("this coordinator does not lead any more");
+      log_warning("this coordinator does not lead any more");
       return std::nullopt;
     }
     elector_.resign(/*ends_cluster=*/!process_.is_to_end());
@@ -137,13 +136,13 @@ class Turns {
                          copies_.offer(std::move(recorded), std::move(next));
                        },
                        [this](const std::string& name) { return copies_.holders(name); }},
-            .warn = [](const std::string& text) { spdlog::warn("{}", text); }};
+            .warn = [](const std::string& text) { log_warning(text); }};
   }
 
   // Others may lead where this one cannot. It stands by again where it has lost what it would need, which
   // another may have.
   std::optional<int> give_up(const absl::Status& status) {
-    spdlog::error("this coordinator cannot lead: {}", std::string(status.message()));
+    log_error(absl::StrCat("this coordinator cannot lead: ", status.message()));
     elector_.resign(/*ends_cluster=*/false);
     const std::optional<v1::StateRecord> state = elector_.view().state;
     const bool may_stand_by = absl::IsAborted(status) || (state && !folder_.holds(state->name()));
@@ -188,7 +187,7 @@ absl::Status check_bus(DdsOptions dds) {
 int take_turns(CoordinatorArguments& arguments) {
   CoordinatorProcess process(arguments);
   const auto fails = [](const absl::Status& status) {
-    spdlog::error("{}", std::string(status.message()));
+    log_error(status.message());
     return 1;
   };
   if (absl::Status status = check(arguments); !status.ok()) return fails(status);

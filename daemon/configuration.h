@@ -11,9 +11,12 @@
 //   engine = "f64"
 #pragma once
 
-#include <CLI/App.hpp>
 #include <string>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace tessera {
 

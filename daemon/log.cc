@@ -10,6 +10,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "daemon/log_formatter.h"
 #include "daemon/repeat_filter.h"
 
 namespace tessera {
@@ -62,6 +63,11 @@ spdlog::level::level_enum level_of(Severity severity) {
   return spdlog::level::info;
 }
 
+// Without what formats other types, which would be compiled anew wherever a line is written.
+void log_as_it_is(spdlog::level::level_enum level, absl::string_view text) {
+  spdlog::default_logger_raw()->log(level, spdlog::string_view_t(text.data(), text.size()));
+}
+
 }  // namespace
 
 std::unique_ptr<spdlog::formatter> log_formatter(const std::string& name, const std::string& format) {
@@ -89,7 +95,11 @@ void start_log(const std::string& name, const LogOptions& options) {
 void write_log(const LogLine& line) {
   tick_of_line = line.tick;
   const absl::Cleanup forget = [] { tick_of_line.reset(); };
-  spdlog::log(level_of(line.severity), "{}", line.text);
+  log_as_it_is(level_of(line.severity), line.text);
 }
+
+void log_info(absl::string_view text) { log_as_it_is(spdlog::level::info, text); }
+void log_warning(absl::string_view text) { log_as_it_is(spdlog::level::warn, text); }
+void log_error(absl::string_view text) { log_as_it_is(spdlog::level::err, text); }
 
 }  // namespace tessera

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "daemon/log_formatter.h"
 #include "daemon/repeat_filter.h"
 
 namespace tessera {
@@ -35,14 +36,14 @@ TEST_F(LogTest, TextHasLevelDaemonAndTick) {
   start("text");
   write_log({.severity = Severity::kWarning, .tick = 120, .text = "server 3f2a left"});
   EXPECT_THAT(lines_.str(), EndsWith(" warning coordinator: tick 120: server 3f2a left\n"));
-  spdlog::info("no world");
+  log_info("no world");
   EXPECT_THAT(lines_.str(), EndsWith(" info coordinator: no world\n"));
 }
 
 TEST_F(LogTest, JsonIsOneObjectALine) {
   start("json");
   write_log({.tick = 7, .text = "the world 'a \"b\"\n\xff' is loaded"});
-  spdlog::error("plain");
+  log_error("plain");
   std::istringstream lines(lines_.str());
   std::string line;
   ASSERT_TRUE(std::getline(lines, line));

@@ -1,7 +1,6 @@
 // Command-line options common to all daemons.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -10,6 +9,10 @@
 #include "daemon/log.h"
 #include "proto/server_traits.h"
 #include "transport/dds_link.h"
+
+namespace CLI {
+class App;
+}
 
 namespace tessera {
 

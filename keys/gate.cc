@@ -8,6 +8,7 @@
 #include <absl/strings/strip.h>
 #include <grpc/grpc_security_constants.h>
 #include <grpcpp/security/auth_metadata_processor.h>
+#include <grpcpp/security/server_credentials.h>
 #include <openssl/sha.h>
 
 #include <algorithm>

@@ -4,7 +4,6 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
-#include <grpcpp/security/server_credentials.h>
 
 #include <filesystem>
 #include <map>
@@ -13,6 +12,10 @@
 #include <string>
 
 #include "keys/role.h"
+
+namespace grpc {
+class ServerCredentials;
+}
 
 namespace tessera {
 

@@ -1,12 +1,12 @@
 #include "ros/feed.h"
 
 #include <absl/strings/str_cat.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "client_sdk/live/sampling.h"
+#include "daemon/log.h"
 
 namespace tessera::ros {
 namespace {
@@ -17,7 +17,7 @@ constexpr std::uint64_t kFramesAsked = 100'000;  // the coordinator's maximum
 constexpr std::chrono::seconds kRepeatAfter{1};  // all transforms, for late joiners
 
 void warn(const absl::Status& status) {
-  if (!status.ok()) spdlog::warn("{}", std::string(status.message()));
+  if (!status.ok()) log_warning(status.message());
 }
 
 // Why there is nothing to publish; empty if there is something.
@@ -70,7 +70,7 @@ void Feed::run() {
 
 void Feed::hear(const live::ClusterReport& report) {
   const std::string obstacle = obstacle_in(report);
-  if (!obstacle.empty() && obstacle != obstacle_) spdlog::warn("waiting: {}", obstacle);
+  if (!obstacle.empty() && obstacle != obstacle_) log_warning(absl::StrCat("waiting: ", obstacle));
   obstacle_ = obstacle;
   if (!report.is_live()) {
     bodies_.reset();
@@ -104,8 +104,8 @@ void Feed::enter(const live::ClusterReport& report) {
     const std::lock_guard lock(mutex_);
     changed_.notify_all();
   });
-  spdlog::info("world {}: {} is the centre of sector {}", report.cluster.world, options_.frame,
-               to_string(sector_));
+  log_info(absl::StrCat("world ", report.cluster.world, ": ", options_.frame, " is the centre of sector ",
+                        to_string(sector_)));
 }
 
 absl::Status Feed::look_up(Tick tick) {

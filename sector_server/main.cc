@@ -1,6 +1,6 @@
 // tessera-sector-server: hosts sectors of a world for a coordinator.
+#include <absl/strings/str_cat.h>
 #include <grpcpp/grpcpp.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -9,7 +9,6 @@
 #include "daemon/address.h"
 #include "daemon/log.h"
 #include "daemon/monitor.h"
-#include "daemon/options.h"
 #include "daemon/parent_process.h"
 #include "daemon/stop_signals.h"
 #include "keys/keys_folder.h"
@@ -71,7 +70,7 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, Server
       if (message.ParseFromString(delivery.payload)) {
         server.receive(delivery.from, std::move(message), since_start());
       } else {
-        spdlog::warn("a message from node {:x} cannot be read", delivery.from.value);
+        log_warning(absl::StrCat("a message from node ", absl::Hex(delivery.from.value), " cannot be read"));
       }
     }
     server.proceed(since_start());
@@ -103,17 +102,17 @@ int run(SectorServerArguments& arguments) {
   const absl::StatusOr<std::optional<ServerKeys>> keys =
       open_locks(arguments.keys, kDaemonFolder, {arguments.listen, arguments.metrics_address});
   if (!keys.ok()) {
-    spdlog::error("{}", std::string(keys.status().message()));
+    log_error(keys.status().message());
     return 1;
   }
   if (absl::Status status = lock_bus(arguments.keys, *keys, arguments.dds.network); !status.ok()) {
-    spdlog::error("{}", std::string(status.message()));
+    log_error(status.message());
     return 1;
   }
   arguments.dds.self = drawn_node();
   absl::StatusOr<std::unique_ptr<DdsLink>> link = DdsLink::create(arguments.dds);
   if (!link.ok()) {
-    spdlog::error("cannot join the network of the cluster: {}", std::string(link.status().message()));
+    log_error(absl::StrCat("cannot join the network of the cluster: ", link.status().message()));
     return 1;
   }
   Streams streams(arguments.dds.self, [&] { waker.wake(); });
@@ -125,8 +124,8 @@ int run(SectorServerArguments& arguments) {
   builder.RegisterService(&streams);
   const std::unique_ptr<grpc::Server> edge = builder.BuildAndStart();
   if (!edge || port == 0) {
-    spdlog::error("cannot listen on {}: the address is in use or does not belong to this machine",
-                  arguments.listen);
+    log_error(absl::StrCat("cannot listen on ", arguments.listen,
+                           ": the address is in use or does not belong to this machine"));
     return 1;
   }
   arguments.server.stream_address = with_port(arguments.listen, port);
@@ -145,7 +144,7 @@ int run(SectorServerArguments& arguments) {
   Pulse pulse;
   const absl::StatusOr<std::unique_ptr<Monitor>> monitor = open_monitor(arguments, *keys, metrics, pulse);
   if (!monitor.ok()) {
-    spdlog::error("{}", std::string(monitor.status().message()));
+    log_error(monitor.status().message());
     return 1;
   }
   std::unique_ptr<SectorServer> server;
@@ -157,16 +156,17 @@ int run(SectorServerArguments& arguments) {
   };
   server = std::make_unique<SectorServer>(arguments.server, load_engine, since_start, on_tick);
   waker.attach(link->get());
-  spdlog::info("node {:x} of cluster {}, engine {}, streams on {}", arguments.dds.self.value,
-               arguments.dds.cluster, name_of(arguments.server.precision), arguments.server.stream_address);
-  if (*monitor) spdlog::info("metrics on {}metrics", (*monitor)->url());
+  log_info(absl::StrCat("node ", absl::Hex(arguments.dds.self.value), " of cluster ", arguments.dds.cluster,
+                        ", engine ", name_of(arguments.server.precision), ", streams on ",
+                        arguments.server.stream_address));
+  if (*monitor) log_info(absl::StrCat("metrics on ", (*monitor)->url(), "metrics"));
 
   const absl::Status status = serve(**link, *server, streams, metrics, signals, pulse);
   streams.shut_down();
   edge->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
   waker.detach();
   if (!status.ok()) {
-    spdlog::error("{}", std::string(status.message()));
+    log_error(status.message());
     return 1;
   }
   write_log({.tick = server->tick(), .text = "ended"});
@@ -179,10 +179,7 @@ int run(SectorServerArguments& arguments) {
 int main(int argc, char** argv) {
   tessera::SectorServerArguments arguments;
   const pid_t parent = getppid();
-  CLI::App app("Hosts sectors of a world, and steps them when the coordinator grants ticks.",
-               tessera::kSectorServerName);
-  tessera::add_options(app, arguments);
-  if (const std::optional<int> code = tessera::parse_arguments(app, argc, argv)) return *code;
+  if (const std::optional<int> code = tessera::read_arguments(argc, argv, arguments)) return *code;
   tessera::keep_freed_memory();
   if (arguments.exit_with_parent && !tessera::end_with_parent(parent, SIGKILL)) return 1;
   tessera::start_log("sector-server", arguments.log);

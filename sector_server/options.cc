@@ -57,4 +57,11 @@ void add_options(CLI::App& app, SectorServerArguments& arguments) {
   add_shared_options(app, arguments.dds, arguments.log, arguments.keys);
 }
 
+std::optional<int> read_arguments(int argc, char** argv, SectorServerArguments& arguments) {
+  CLI::App app("Hosts sectors of a world, and steps them when the coordinator grants ticks.",
+               kSectorServerName);
+  add_options(app, arguments);
+  return parse_arguments(app, argc, argv);
+}
+
 }  // namespace tessera

@@ -1,7 +1,6 @@
 #include "client_sdk/live/client_program.h"
 
 #include <signal.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
@@ -41,7 +40,7 @@ int run_client(CLI::App& app, int argc, char** argv, const ClientOptions& option
     status = client.status();
   }
   if (status.ok()) return 0;
-  spdlog::error("{}", std::string(status.message()));
+  log_error(status.message());
   return 1;
 }
 

@@ -3,12 +3,15 @@
 
 #include <absl/status/status.h>
 
-#include <CLI/App.hpp>
 #include <functional>
 #include <string>
 
 #include "daemon/log.h"
 #include "tessera/client.h"
+
+namespace CLI {
+class App;
+}
 
 namespace tessera::live {
 
