@@ -556,7 +556,11 @@ TEST(MoveBy, MovesJointsToTheWorld) {
   hinge([](auto&) {})(world);
   ASSERT_TRUE(move_by(world, {1, 2, 3}).ok());
   EXPECT_EQ(world.joints[0].properties.anchor, SectorIndex{});
-  world.joints[0].properties = {.type = JointType::kBall, .child = BodyId{1}, .anchor = {1, 2, 3}};
+  JointProperties& joint = world.joints[0].properties;
+  joint = {};
+  joint.type = JointType::kBall;
+  joint.child = BodyId{1};
+  joint.anchor = {1, 2, 3};
   ASSERT_TRUE(move_by(world, {1, 2, 3}).ok());
   EXPECT_EQ(world.joints[0].properties.anchor, (SectorIndex{2, 4, 6}));
   world.joints[0].properties.anchor.i = std::numeric_limits<std::int64_t>::max();

@@ -136,7 +136,9 @@ TEST(Commands, AJointMayHoldABodyFromTheTickOfItsTeleportOn) {
   state.position = {0, 0, 2};
   JointRecord joint;
   joint.id = JointId{1};
-  joint.properties = {.type = JointType::kBall, .parent = BodyId{1}, .child = BodyId{2}};
+  joint.properties.type = JointType::kBall;
+  joint.properties.parent = BodyId{1};
+  joint.properties.child = BodyId{2};
   joint.properties.in_parent.position = {0, 0, -1};
   joint.properties.in_child.position = {0, 0, 1};
   joint.parent_motion = Motion::kDynamic;

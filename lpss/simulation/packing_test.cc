@@ -68,7 +68,9 @@ std::vector<Command> commands_at(const WorldDescription& world, int tick) {
   if (tick == 1900) {
     JointRecord joint;
     joint.id = JointId{1};
-    joint.properties = {.type = JointType::kBall, .parent = BodyId{20}, .child = BodyId{21}};
+    joint.properties.type = JointType::kBall;
+    joint.properties.parent = BodyId{20};
+    joint.properties.child = BodyId{21};
     joint.properties.in_parent.position = {0, 0, 0.5};
     joint.parent_motion = Motion::kDynamic;
     return {AddJoint{joint}};
