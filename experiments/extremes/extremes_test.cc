@@ -34,13 +34,8 @@ Scene falling(const Figure& figure) {
     builder.add("ball", builder.shape(Sphere{0.5}), 1, Eigen::Vector3d::Zero());
     return builder.world();
   };
-  scene.ticks = 20;
-  scene.quick_ticks = 10;
-  scene.figure = figure;
-  scene.unit = "m";
-  scene.bound = 1;
-  scene.holds = "It fell a little.";
-  scene.fails = "It fell far.";
+  scene.lasts = {20, 10};
+  scene.asks = {figure, "m", 1, "It fell a little.", "It fell far."};
   return scene;
 }
 
@@ -69,7 +64,7 @@ TEST(ExtremesExperiment, ARowSaysWhatHappenedAndHowFarItIsFromItsBound) {
 
 TEST(ExtremesExperiment, WhatIsBeyondItsBoundIsAMiss) {
   Scene scene = falling(farthest);
-  scene.bound = 0.01;
+  scene.asks.bound = 0.01;
   const Report report = measure(scene, kQuick);
   EXPECT_EQ(row_of(report)["within"], false);
   EXPECT_EQ(row_of(report)["what"], "It fell far.");
@@ -107,9 +102,10 @@ TEST(ExtremesExperiment, ScenesHaveNamesOfTheirOwnAndEnd) {
   std::set<std::pair<std::string, std::string>> names;
   for (const Scene& scene : all_scenes()) {
     EXPECT_TRUE(names.insert({scene.group, scene.name}).second) << scene.group << " " << scene.name;
-    EXPECT_GT(scene.ticks, 0u) << scene.name;
-    EXPECT_GT(scene.quick_ticks, 0u) << scene.name;
-    EXPECT_FALSE(scene.unit.empty() || scene.holds.empty() || scene.fails.empty()) << scene.name;
+    EXPECT_GT(scene.lasts.ticks, 0u) << scene.name;
+    EXPECT_GT(scene.lasts.quick_ticks, 0u) << scene.name;
+    EXPECT_FALSE(scene.asks.unit.empty() || scene.asks.holds.empty() || scene.asks.fails.empty())
+        << scene.name;
   }
 }
 
@@ -118,7 +114,7 @@ TEST(ExtremesExperiment, FarAwayIsAsAtTheOrigin) {
   const Row row = row_of(measure(scene, kQuick));
   EXPECT_EQ(row["within"], true);
   EXPECT_EQ(row["figure"], 0.0);
-  EXPECT_EQ(row["ticks"], scene.quick_ticks);
+  EXPECT_EQ(row["ticks"], scene.lasts.quick_ticks);
   // A body that moves differently from the scene at the origin is detected.
   scene.world = [far = scene.world](const WorldSettings& settings) {
     WorldDescription world = far(settings);

@@ -43,7 +43,7 @@ Moment moment_of(const Simulation& simulation, const WorldDescription& world, st
 }
 
 double bound_of(const Scene& scene, Precision precision) {
-  return scene.bound + (scene.rounding ? scene.rounding(precision) : 0);
+  return scene.asks.bound + (scene.rounding ? scene.rounding(precision) : 0);
 }
 
 // A running scene.
@@ -53,15 +53,16 @@ class Run {
       : scene_(scene), world_(world), simulation_(simulation) {}
 
   Outcome outcome(Tick ticks) {
-    while (simulation_.tick() < scene_.warm_up) step();
+    while (simulation_.tick() < scene_.lasts.warm_up) step();
     const Moment start = moment_of(simulation_, world_, stopped_);
-    const Tick end = scene_.warm_up + ticks;
+    const Tick end = scene_.lasts.warm_up + ticks;
     double largest = std::numeric_limits<double>::lowest();
     while (simulation_.tick() < end && std::isfinite(largest)) {
       step();
-      const bool is_sample = scene_.sample_every > 0 && simulation_.tick() % scene_.sample_every == 0;
+      const bool is_sample =
+          scene_.lasts.sample_every > 0 && simulation_.tick() % scene_.lasts.sample_every == 0;
       if (!is_sample && simulation_.tick() < end) continue;
-      const double figure = scene_.figure(start, moment_of(simulation_, world_, stopped_));
+      const double figure = scene_.asks.figure(start, moment_of(simulation_, world_, stopped_));
       largest = std::isfinite(figure) ? std::max(largest, figure) : kLost;
     }
     return {account(largest), largest, simulation_.tick()};
@@ -77,8 +78,8 @@ class Run {
     if (!std::isfinite(figure))
       return absl::StrCat("The measured figure is not a number at tick ", simulation_.tick(), ".");
     const bool holds = figure <= bound_of(scene_, world_.settings.precision);
-    std::string account = holds ? scene_.holds : scene_.fails;
-    if (holds && figure > scene_.bound) absl::StrAppend(&account, " ", scene_.rounding_reason);
+    std::string account = holds ? scene_.asks.holds : scene_.asks.fails;
+    if (holds && figure > scene_.asks.bound) absl::StrAppend(&account, " ", scene_.rounding_reason);
     if (stopped_ > 0) absl::StrAppend(&account, " (Bodies out of range were stopped: ", stopped_, " times.)");
     return account;
   }
@@ -95,7 +96,8 @@ Outcome outcome_of(const Scene& scene, const ExperimentOptions& options) {
   const WorldDescription world = scene.world(settings);
   const absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world);
   if (simulation.ok()) {
-    return Run(scene, world, **simulation).outcome(options.quick ? scene.quick_ticks : scene.ticks);
+    return Run(scene, world, **simulation)
+        .outcome(options.quick ? scene.lasts.quick_ticks : scene.lasts.ticks);
   }
   const bool refused =
       absl::IsInvalidArgument(simulation.status()) || absl::IsOutOfRange(simulation.status());
@@ -111,7 +113,7 @@ Report report_of(const Scene& scene, const ExperimentOptions& options, const Out
   Report report;
   Row row = {{"group", scene.group}, {"scene", scene.name}, {"engine", engine}, {"what", outcome.what}};
   row["figure"] = std::isfinite(outcome.figure) ? Row(outcome.figure) : Row();
-  row["unit"] = scene.unit;
+  row["unit"] = scene.asks.unit;
   row["bound"] = bound;
   row["within"] = within;
   row["ticks"] = outcome.ticks;
@@ -119,7 +121,7 @@ Report report_of(const Scene& scene, const ExperimentOptions& options, const Out
   report.table("rows").push_back(std::move(row));
   if (!within) {
     report.misses.push_back(absl::StrFormat("%s, %s %s: %g %s, bound %g: %s", engine, scene.group, scene.name,
-                                            outcome.figure, scene.unit, bound, outcome.what));
+                                            outcome.figure, scene.asks.unit, bound, outcome.what));
   }
   return report;
 }

@@ -36,23 +36,32 @@ using Figure = std::function<double(const Moment& start, const Moment& now)>;
 
 using Build = std::function<WorldDescription(const WorldSettings& settings)>;
 
+// Ticks.
+struct Span {
+  Tick ticks = 0;  // after the start state
+  Tick quick_ticks = 0;
+  Tick sample_every = 1;  // the largest figure of all samples counts. 0: only the one at the end
+  Tick warm_up = 0;       // before the start state
+};
+
+struct Question {
+  Figure figure;
+  std::string unit;
+  double bound = 0;   // allowed by physics or common sense: the figure must not exceed it
+  std::string holds;  // what happened if it does not; one sentence, like `fails`
+  std::string fails;
+};
+
 struct Scene {
   std::string group;
   std::string name;  // unique in its group
   Build world;       // its settings contain the precision
-  Tick warm_up = 0;  // ticks before the start state
-  Tick ticks = 0;    // after the start state
-  Tick quick_ticks = 0;
-  Tick sample_every = 1;  // ticks; the largest figure of all samples counts. 0: only the one at the end
-  Figure figure;
-  std::string unit;
-  double bound = 0;  // allowed by physics or common sense: the figure must not exceed it
-  // What is added to it because the numbers of a precision cannot tell, and why; from the arithmetic, not
-  // from results.
+  Span lasts;
+  Question asks;
+  // What is added to the bound because the numbers of a precision cannot tell, and why; from the arithmetic,
+  // not from results.
   std::function<double(Precision)> rounding;
   std::string rounding_reason;
-  std::string holds;  // what happened if it does not; one sentence, like `fails`
-  std::string fails;
   bool may_be_refused = false;    // refusing the world with a message also counts as success
   std::vector<Command> commands;  // in the first tick
 };

@@ -25,27 +25,21 @@ Build with_settings(const WorldSettings& own, Build world) {
 
 Scene refused_scene(const std::string& group, const std::string& name, Build world,
                     const std::string& fails) {
-  Scene scene;
-  scene.group = group;
-  scene.name = name;
-  scene.world = std::move(world);
-  scene.ticks = scene.quick_ticks = 1;
-  scene.figure = [](const Moment&, const Moment&) { return 1.0; };
-  scene.unit = "accepted";
-  scene.holds = "It is refused.";
-  scene.fails = fails;
+  Scene scene{
+      .group = group,
+      .name = name,
+      .world = std::move(world),
+      .lasts = {1, 1},
+      .asks = {[](const Moment&, const Moment&) { return 1.0; }, "accepted", 0, "It is refused.", fails}};
   scene.may_be_refused = true;
   return scene;
 }
 
 void measure_stretch(Scene& scene, double length) {
-  scene.figure = [length](const Moment&, const Moment& now) {
-    return std::max(0.0, now.positions.back().norm() - length) / length;
-  };
-  scene.unit = "relative elongation";
-  scene.bound = 0.01;
-  scene.holds = "The chain keeps its length.";
-  scene.fails = "The chain stretches.";
+  scene.asks = {[length](const Moment&, const Moment& now) {
+                  return std::max(0.0, now.positions.back().norm() - length) / length;
+                },
+                "relative elongation", 0.01, "The chain keeps its length.", "The chain stretches."};
 }
 
 }  // namespace tessera::extremes

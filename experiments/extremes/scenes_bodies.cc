@@ -30,18 +30,11 @@ WorldDescription stack(const WorldSettings& settings, const std::vector<double>&
 }
 
 Scene stack_scene(const std::string& name, const std::vector<double>& masses) {
-  Scene scene;
-  scene.group = "mass_ratio";
-  scene.name = name;
-  scene.world = [masses](const WorldSettings& settings) { return stack(settings, masses); };
-  scene.ticks = 1200;
-  scene.quick_ticks = 300;
-  scene.figure = farthest;
-  scene.unit = "m moved";
-  scene.bound = kTolerance;
-  scene.holds = "The stack stands.";
-  scene.fails = "The stack sinks, leans or falls.";
-  return scene;
+  return {.group = "mass_ratio",
+          .name = name,
+          .world = [masses](const WorldSettings& settings) { return stack(settings, masses); },
+          .lasts = {1200, 300},
+          .asks = {farthest, "m moved", kTolerance, "The stack stands.", "The stack sinks, leans or falls."}};
 }
 
 constexpr int kLinks = 10;
@@ -57,12 +50,11 @@ WorldDescription loaded_chain(const WorldSettings& settings, double mass, const 
 }
 
 Scene chain_scene(const std::string& name, double mass, const Eigen::Vector3d& way) {
-  Scene scene;
-  scene.group = "mass_ratio";
-  scene.name = name;
-  scene.world = [mass, way](const WorldSettings& settings) { return loaded_chain(settings, mass, way); };
-  scene.ticks = 1200;
-  scene.quick_ticks = 300;
+  Scene scene{
+      .group = "mass_ratio",
+      .name = name,
+      .world = [mass, way](const WorldSettings& settings) { return loaded_chain(settings, mass, way); },
+      .lasts = {1200, 300}};
   measure_stretch(scene, kChain);
   return scene;
 }
@@ -132,15 +124,11 @@ void add_cubes(std::vector<Scene>& scenes, bool stacked) {
     scene.group = "size";
     scene.name = absl::StrCat("cube_of_", kSizes[i], stacked ? "_m_on_larger_ones" : "_m_beside_others");
     scene.world = [stacked](const WorldSettings& settings) { return cubes(settings, stacked); };
-    scene.ticks = 1200;
-    scene.quick_ticks = 300;
-    scene.figure = [i](const Moment& start, const Moment& now) {
-      return (now.positions[i] - start.positions[i]).norm() / kSizes[i];
-    };
-    scene.unit = "m moved per m of size";
-    scene.bound = kTolerance;
-    scene.holds = "It stays in place.";
-    scene.fails = "It does not stay in place.";
+    scene.lasts = {1200, 300};
+    scene.asks = {[i](const Moment& start, const Moment& now) {
+                    return (now.positions[i] - start.positions[i]).norm() / kSizes[i];
+                  },
+                  "m moved per m of size", kTolerance, "It stays in place.", "It does not stay in place."};
     if (stacked) {
       scene.rounding = [i](Precision precision) { return stack_rounding(precision, i) / kSizes[i]; };
       scene.rounding_reason = "(Beyond 0.05 the bound is the spacing of numbers below it summed up.)";
@@ -165,13 +153,10 @@ Scene beam() {
     builder.add("beam", builder.shape(Box{{100, kThickness, kThickness}}), 8000, {0, 0, 1.5 * kThickness});
     return builder.world();
   };
-  scene.ticks = 1200;
-  scene.quick_ticks = 300;
-  scene.figure = [](const Moment& start, const Moment& now) { return farthest(start, now) / kThickness; };
-  scene.unit = "m moved per m of thickness";
-  scene.bound = kTolerance;
-  scene.holds = "The beam rests on its cubes.";
-  scene.fails = "The beam sinks or falls off.";
+  scene.lasts = {1200, 300};
+  scene.asks = {[](const Moment& start, const Moment& now) { return farthest(start, now) / kThickness; },
+                "m moved per m of thickness", kTolerance, "The beam rests on its cubes.",
+                "The beam sinks or falls off."};
   return scene;
 }
 
@@ -189,13 +174,8 @@ Scene coin() {
     coin.angular_velocity = {3, 10, 5};
     return builder.world();
   };
-  scene.ticks = scene.quick_ticks = 600;
-  scene.sample_every = 0;
-  scene.figure = fastest;
-  scene.unit = "m/s after 10 s";
-  scene.bound = 0;
-  scene.holds = "It sleeps.";
-  scene.fails = "It does not come to rest.";
+  scene.lasts = {600, 600, 0};
+  scene.asks = {fastest, "m/s after 10 s", 0, "It sleeps.", "It does not come to rest."};
   return scene;
 }
 
@@ -211,15 +191,11 @@ Scene card() {
     builder.add("card", builder.shape(Box{{0.063, 0.088, kCard}}), 0.002, {0, 0, 0.01});
     return builder.world();
   };
-  scene.ticks = scene.quick_ticks = 600;
-  scene.sample_every = 0;
-  scene.figure = [](const Moment&, const Moment& now) {
-    return std::abs(now.positions[0].z() - kCard / 2) / kCard;
-  };
-  scene.unit = "m off the floor per m of thickness";
-  scene.bound = kTolerance;
-  scene.holds = "It lies on the floor.";
-  scene.fails = "It lies in the floor or above it.";
+  scene.lasts = {600, 600, 0};
+  scene.asks = {
+      [](const Moment&, const Moment& now) { return std::abs(now.positions[0].z() - kCard / 2) / kCard; },
+      "m off the floor per m of thickness", kTolerance, "It lies on the floor.",
+      "It lies in the floor or above it."};
   return scene;
 }
 

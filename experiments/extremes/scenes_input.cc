@@ -149,11 +149,9 @@ Scene input_scene(const std::string& name, const std::function<void(WorldDescrip
     change(world);
     return world;
   };
-  scene.ticks = scene.quick_ticks = 120;
-  scene.figure = numbers_lost_or_stops;
-  scene.unit = "numbers lost, or repeated stops";
-  scene.holds = "It runs.";
-  scene.fails = "It loses numbers, or is stopped repeatedly.";
+  scene.lasts = {120, 120};
+  scene.asks = {numbers_lost_or_stops, "numbers lost, or repeated stops", 0, "It runs.",
+                "It loses numbers, or is stopped repeatedly."};
   scene.may_be_refused = true;
   return scene;
 }

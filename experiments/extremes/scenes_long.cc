@@ -15,15 +15,10 @@ constexpr Tick kQuickTicks = 20'000;
 constexpr Tick kSettled = 600;  // ticks
 
 Scene long_scene(const std::string& name, Build world) {
-  Scene scene;
-  scene.group = "long_run";
-  scene.name = name;
-  scene.world = [world = std::move(world)](const WorldSettings& given) { return world(sleepless(given)); };
-  scene.warm_up = kSettled;
-  scene.ticks = kTicks;
-  scene.quick_ticks = kQuickTicks;
-  scene.sample_every = 1000;
-  return scene;
+  return {.group = "long_run",
+          .name = name,
+          .world = [world = std::move(world)](const WorldSettings& given) { return world(sleepless(given)); },
+          .lasts = {kTicks, kQuickTicks, 1000, kSettled}};
 }
 
 // Starts after it has settled: nothing pushes it, so it must not move.
@@ -31,11 +26,7 @@ Scene rest_scene(const std::string& name, int boxes) {
   Scene scene = long_scene(name, [boxes](const WorldSettings& settings) {
     return tower_world(settings, boxes, Eigen::Vector3d::Zero());
   });
-  scene.figure = farthest;
-  scene.unit = "m crept";
-  scene.bound = 0.01;
-  scene.holds = "It stays in place.";
-  scene.fails = "It creeps, although nothing pushes it.";
+  scene.asks = {farthest, "m crept", 0.01, "It stays in place.", "It creeps, although nothing pushes it."};
   return scene;
 }
 
@@ -45,12 +36,9 @@ Scene pendulum_scene() {
   Scene scene = long_scene("pendulum_keeps_its_energy", [](const WorldSettings& settings) {
     return chain_world(settings, 1, {0, 0, kSwing});
   });
-  scene.warm_up = 0;
-  scene.figure = energy_change(kStandardGravity);
-  scene.unit = "relative energy change";
-  scene.bound = 0.05;
-  scene.holds = "It keeps its energy.";
-  scene.fails = "Its energy changes.";
+  scene.lasts.warm_up = 0;
+  scene.asks = {energy_change(kStandardGravity), "relative energy change", 0.05, "It keeps its energy.",
+                "Its energy changes."};
   return scene;
 }
 
@@ -65,14 +53,14 @@ Scene memory_scene() {
     for (BodyDescription& body : builder.world().bodies) body.properties.restitution = 1;
     return builder.world();
   });
-  scene.warm_up = kQuickTicks / 4;
-  scene.figure = [](const Moment& start, const Moment& now) {
+  scene.lasts.warm_up = kQuickTicks / 4;
+  scene.asks.figure = [](const Moment& start, const Moment& now) {
     return (static_cast<double>(now.heap_bytes) - static_cast<double>(start.heap_bytes)) / 1000;
   };
-  scene.unit = "kB more";
-  scene.bound = 64;  // room for allocators and growing hash tables, but less than one byte per tick
-  scene.holds = "Its memory does not grow over time.";
-  scene.fails = "Its memory keeps growing.";
+  scene.asks.unit = "kB more";
+  scene.asks.bound = 64;  // room for allocators and growing hash tables, but less than one byte per tick
+  scene.asks.holds = "Its memory does not grow over time.";
+  scene.asks.fails = "Its memory keeps growing.";
   return scene;
 }
 

@@ -44,22 +44,24 @@ Scene shot_scene(const Shot& shot, double speed) {
     shot.add_target(builder);
     return builder.world();
   };
-  scene.ticks = scene.quick_ticks = 120;
+  scene.lasts = {120, 120};
   if (shot.target_moves) {
     // After a hit without bounce, ball and target, which are equally heavy, move on at half the speed.
-    scene.sample_every = 0;
-    scene.figure = [shot, speed](const Moment&, const Moment& now) {
+    scene.lasts.sample_every = 0;
+    scene.asks.figure = [shot, speed](const Moment&, const Moment& now) {
       return std::abs(shot.direction * now.velocity(0).x() / speed - 0.5);
     };
-    scene.unit = "relative deviation from half its speed";
-    scene.bound = 0.1;
-    scene.holds = "It hits.";
+    scene.asks.unit = "relative deviation from half its speed";
+    scene.asks.bound = 0.1;
+    scene.asks.holds = "It hits.";
   } else {
-    scene.figure = [shot](const Moment&, const Moment& now) { return shot.direction * now.positions[0].x(); };
-    scene.unit = "m past the target";
-    scene.holds = "It is stopped.";
+    scene.asks.figure = [shot](const Moment&, const Moment& now) {
+      return shot.direction * now.positions[0].x();
+    };
+    scene.asks.unit = "m past the target";
+    scene.asks.holds = "It is stopped.";
   }
-  scene.fails = "It tunnels through.";
+  scene.asks.fails = "It tunnels through.";
   return scene;
 }
 
@@ -104,14 +106,12 @@ Scene flight_scene(double speed) {
     builder.add("ball", builder.shape(Sphere{0.5}), 1, Eigen::Vector3d::Zero()).linear_velocity.x() = speed;
     return builder.world();
   };
-  scene.ticks = scene.quick_ticks = 600;
-  scene.figure = [speed](const Moment&, const Moment& now) {
-    return (now.positions[0] - Eigen::Vector3d(speed * now.time, 0, 0)).norm();
-  };
-  scene.unit = "m off its path";
-  scene.bound = kResolutionWanted * static_cast<double>(scene.ticks);
-  scene.holds = "It flies straight, through several sectors per tick.";
-  scene.fails = "It leaves its path.";
+  scene.lasts = {600, 600};
+  scene.asks = {[speed](const Moment&, const Moment& now) {
+                  return (now.positions[0] - Eigen::Vector3d(speed * now.time, 0, 0)).norm();
+                },
+                "m off its path", kResolutionWanted * static_cast<double>(scene.lasts.ticks),
+                "It flies straight, through several sectors per tick.", "It leaves its path."};
   return scene;
 }
 
@@ -150,38 +150,31 @@ WorldDescription satellite(const WorldSettings& given, const Orbit& orbit) {
 
 Scene orbit_scene(const Orbit& orbit, double orbits, double quick_orbits) {
   Scene scene;
+  // First-order error of the time step, which does not accumulate: 2e-5 in the lowest orbit.
   scene.group = "orbit";
   scene.name = orbit.name;
   scene.world = [orbit](const WorldSettings& settings) { return satellite(settings, orbit); };
-  scene.ticks = static_cast<Tick>(orbits * orbit.period() / kOrbitTimeStep);
-  scene.quick_ticks = static_cast<Tick>(quick_orbits * orbit.period() / kOrbitTimeStep);
-  scene.sample_every = 1000;
-  scene.figure = [orbit](const Moment&, const Moment& now) {
-    return std::abs((now.positions[0] + orbit.radius * kOutward).norm() / orbit.radius - 1);
-  };
-  scene.unit = "relative deviation from its radius";
-  // First-order error of the time step, which does not accumulate: 2e-5 in the lowest orbit.
-  scene.bound = std::max(1e-4, 2 * orbit.rate() * kOrbitTimeStep);
-  scene.holds = "It keeps its orbit.";
-  scene.fails = "It leaves its orbit.";
+  scene.lasts = {static_cast<Tick>(orbits * orbit.period() / kOrbitTimeStep),
+                 static_cast<Tick>(quick_orbits * orbit.period() / kOrbitTimeStep), 1000};
+  scene.asks = {[orbit](const Moment&, const Moment& now) {
+                  return std::abs((now.positions[0] + orbit.radius * kOutward).norm() / orbit.radius - 1);
+                },
+                "relative deviation from its radius", std::max(1e-4, 2 * orbit.rate() * kOrbitTimeStep),
+                "It keeps its orbit.", "It leaves its orbit."};
   return scene;
 }
 
 // Part of an orbit that is too long to simulate: the relative error of the fall towards the planet.
 Scene arc_scene(const Orbit& orbit, Tick ticks, Tick quick_ticks) {
   Scene scene = orbit_scene(orbit, 0, 0);
-  scene.ticks = ticks;
-  scene.quick_ticks = quick_ticks;
-  scene.sample_every = 0;
-  scene.figure = [orbit](const Moment&, const Moment& now) {
-    const Eigen::Vector3d expected = way_on(orbit, now.time);
-    const Eigen::Vector3d fall = expected - orbit.speed() * now.time * kAhead;
-    return (now.positions[0] - expected).norm() / fall.norm();
-  };
-  scene.unit = "relative error of its fall";
-  scene.bound = 0.01;
-  scene.holds = "It falls along its orbit.";
-  scene.fails = "It does not fall along its orbit.";
+  scene.lasts = {ticks, quick_ticks, 0};
+  scene.asks = {[orbit](const Moment&, const Moment& now) {
+                  const Eigen::Vector3d expected = way_on(orbit, now.time);
+                  const Eigen::Vector3d fall = expected - orbit.speed() * now.time * kAhead;
+                  return (now.positions[0] - expected).norm() / fall.norm();
+                },
+                "relative error of its fall", 0.01, "It falls along its orbit.",
+                "It does not fall along its orbit."};
   return scene;
 }
 
@@ -213,8 +206,7 @@ Scene spin_scene(const std::string& name, const Eigen::Vector3d& spin) {
     add_rod(builder, Eigen::Vector3d::Zero(), spin);
     return builder.world();
   };
-  scene.ticks = 600;
-  scene.quick_ticks = 120;
+  scene.lasts = {600, 120};
   return scene;
 }
 
@@ -223,26 +215,21 @@ void add_free_spin(std::vector<Scene>& scenes, const std::string& name, const Ei
                    double rate) {
   Scene scene = spin_scene(name, rate * axis);
   scene.name += "_keeps_its_rate";
-  scene.figure = [spin = Eigen::Vector3d(rate * axis)](const Moment&, const Moment& now) {
-    return (now.spin(0) - spin).norm() / spin.norm();
-  };
-  scene.unit = "relative change of its rate";
-  scene.bound = 1e-3;
-  scene.holds = "Its spin stays constant.";
-  scene.fails = "Its spin changes, although nothing touches it.";
+  scene.asks = {[spin = Eigen::Vector3d(rate * axis)](const Moment&, const Moment& now) {
+                  return (now.spin(0) - spin).norm() / spin.norm();
+                },
+                "relative change of its rate", 1e-3, "Its spin stays constant.",
+                "Its spin changes, although nothing touches it."};
   scenes.push_back(scene);
 
   scene = spin_scene(name, rate * axis);
   scene.name += "_turns_as_far";
-  scene.figure = [axis, rate](const Moment&, const Moment& now) {
-    const double angle = std::remainder(rate * now.time, 2 * std::numbers::pi);
-    const Eigen::Quaterniond expected(Eigen::AngleAxisd(angle, axis));
-    return expected.angularDistance(quaternion_of(now.bodies[0].state));
-  };
-  scene.unit = "rad off";
-  scene.bound = 0.1;
-  scene.holds = "It turns at its full spin.";
-  scene.fails = "It does not turn at its full spin.";
+  scene.asks = {[axis, rate](const Moment&, const Moment& now) {
+                  const double angle = std::remainder(rate * now.time, 2 * std::numbers::pi);
+                  const Eigen::Quaterniond expected(Eigen::AngleAxisd(angle, axis));
+                  return expected.angularDistance(quaternion_of(now.bodies[0].state));
+                },
+                "rad off", 0.1, "It turns at its full spin.", "It does not turn at its full spin."};
   scenes.push_back(scene);
 }
 
@@ -256,23 +243,20 @@ void add_tumbling(std::vector<Scene>& scenes, double rate) {
         Eigen::Vector3d(0.01, 1, 0.01).normalized() * rate;
     return builder.world();
   };
-  scene.ticks = 600;
-  scene.quick_ticks = 120;
-  scene.bound = 0.01;
+  scene.lasts = {600, 120};
+  scene.asks = {[](const Moment& start, const Moment& now) {
+                  const Eigen::Vector3d before = angular_momentum(start.bodies[0]);
+                  return (angular_momentum(now.bodies[0]) - before).norm() / before.norm();
+                },
+                "relative change", 0.01, "Its angular momentum stays constant.",
+                "Its angular momentum changes, although nothing touches it."};
   scene.name = absl::StrCat("tumbling_brick_at_", rate, "_rad/s_keeps_its_angular_momentum");
-  scene.figure = [](const Moment& start, const Moment& now) {
-    const Eigen::Vector3d before = angular_momentum(start.bodies[0]);
-    return (angular_momentum(now.bodies[0]) - before).norm() / before.norm();
-  };
-  scene.unit = "relative change";
-  scene.holds = "Its angular momentum stays constant.";
-  scene.fails = "Its angular momentum changes, although nothing touches it.";
   scenes.push_back(scene);
 
   scene.name = absl::StrCat("tumbling_brick_at_", rate, "_rad/s_keeps_its_energy");
-  scene.figure = energy_change(0);
-  scene.holds = "Its energy stays constant.";
-  scene.fails = "Its energy changes, although nothing touches it.";
+  scene.asks.figure = energy_change(0);
+  scene.asks.holds = "Its energy stays constant.";
+  scene.asks.fails = "Its energy changes, although nothing touches it.";
   scenes.push_back(scene);
 }
 
@@ -287,13 +271,9 @@ Scene spin_on_floor(const std::string& name, const Eigen::Vector3d& spin) {
     add_rod(builder, {0, 0, 1.1}, spin);
     return builder.world();
   };
-  scene.ticks = 1200;
-  scene.quick_ticks = 300;
-  scene.figure = energy_gain(kStandardGravity);
-  scene.unit = "relative energy gain";
-  scene.bound = 0.01;
-  scene.holds = "It gains no energy from hitting the floor.";
-  scene.fails = "It gains energy from hitting the floor.";
+  scene.lasts = {1200, 300};
+  scene.asks = {energy_gain(kStandardGravity), "relative energy gain", 0.01,
+                "It gains no energy from hitting the floor.", "It gains energy from hitting the floor."};
   return scene;
 }
 
@@ -315,19 +295,13 @@ constexpr double kBounces = 1e5;
 constexpr double kQuickBounces = 5e3;
 
 Scene bounce_scene(const std::string& name, Build world, double ticks_per_bounce, double gravity) {
-  Scene scene;
-  scene.group = "bounce";
-  scene.name = name;
-  scene.world = std::move(world);
-  scene.ticks = static_cast<Tick>(kBounces * ticks_per_bounce);
-  scene.quick_ticks = static_cast<Tick>(kQuickBounces * ticks_per_bounce);
-  scene.sample_every = 100;
-  scene.figure = energy_change(gravity);
-  scene.unit = "relative energy change";
-  scene.bound = 0.01;
-  scene.holds = "It keeps its energy.";
-  scene.fails = "Its energy changes.";
-  return scene;
+  return {.group = "bounce",
+          .name = name,
+          .world = std::move(world),
+          .lasts = {static_cast<Tick>(kBounces * ticks_per_bounce),
+                    static_cast<Tick>(kQuickBounces * ticks_per_bounce), 100},
+          .asks = {energy_change(gravity), "relative energy change", 0.01, "It keeps its energy.",
+                   "Its energy changes."}};
 }
 
 constexpr double kFloor = -0.5;  // m: the ball's centre is at 0 when it touches

@@ -24,13 +24,10 @@ Scene tower_scene(const std::string& group, const std::string& name, const World
   scene.world = with_settings(changed, [boxes](const WorldSettings& settings) {
     return tower_world(settings, boxes, Eigen::Vector3d::Zero());
   });
-  scene.ticks = scene.quick_ticks = static_cast<Tick>(std::lround(10 / changed.time_step));
-  scene.sample_every = 10;
-  scene.figure = farthest;
-  scene.unit = "m moved";
-  scene.bound = kStandingMax;
-  scene.holds = "The tower stands.";
-  scene.fails = "The tower falls, sinks or flies apart.";
+  scene.lasts = {static_cast<Tick>(std::lround(10 / changed.time_step)),
+                 static_cast<Tick>(std::lround(10 / changed.time_step)), 10};
+  scene.asks = {farthest, "m moved", kStandingMax, "The tower stands.",
+                "The tower falls, sinks or flies apart."};
   return scene;
 }
 
@@ -46,14 +43,13 @@ Scene fall_scene(const std::string& name, const WorldSettings& changed) {
     builder.add("ball", builder.shape(Sphere{0.5}), 1, Eigen::Vector3d::Zero());
     return builder.world();
   });
-  scene.ticks = scene.quick_ticks = static_cast<Tick>(std::lround(1 / changed.time_step));
-  scene.figure = [](const Moment&, const Moment& now) {
-    return std::abs(now.positions[0].z() + 0.5 * kStandardGravity * now.time * now.time);
-  };
-  scene.unit = "m off the parabola";
-  scene.bound = kStandardGravity * changed.time_step;
-  scene.holds = "It falls as far as first-order integration allows.";
-  scene.fails = "It falls too far or not far enough.";
+  scene.lasts = {static_cast<Tick>(std::lround(1 / changed.time_step)),
+                 static_cast<Tick>(std::lround(1 / changed.time_step))};
+  scene.asks = {[](const Moment&, const Moment& now) {
+                  return std::abs(now.positions[0].z() + 0.5 * kStandardGravity * now.time * now.time);
+                },
+                "m off the parabola", kStandardGravity * changed.time_step,
+                "It falls as far as first-order integration allows.", "It falls too far or not far enough."};
   return scene;
 }
 
@@ -66,7 +62,8 @@ Scene swing_scene(const std::string& name, const WorldSettings& changed) {
   scene.world = with_settings(changed, [](const WorldSettings& settings) {
     return chain_world(settings, kLinks, Eigen::Vector3d::Zero());
   });
-  scene.ticks = scene.quick_ticks = static_cast<Tick>(std::lround(5 / changed.time_step));
+  scene.lasts = {static_cast<Tick>(std::lround(5 / changed.time_step)),
+                 static_cast<Tick>(std::lround(5 / changed.time_step))};
   measure_stretch(scene, kLength);
   return scene;
 }
@@ -90,9 +87,8 @@ void add_gravities(std::vector<Scene>& scenes) {
     settings.gravity = UniformGravity{{0, 0, -multiple * kStandardGravity}};
     scenes.push_back(tower_scene("gravity", absl::StrCat("tower_at_", multiple, "_g"), settings, 5));
     Scene box = tower_scene("gravity", absl::StrCat("box_at_", multiple, "_g"), settings, 1);
-    box.bound = 0.05;
-    box.holds = "The box lies on the floor.";
-    box.fails = "The box does not stay on the floor.";
+    box.asks = {farthest, "m moved", 0.05, "The box lies on the floor.",
+                "The box does not stay on the floor."};
     scenes.push_back(box);
   }
 }
@@ -124,36 +120,28 @@ WorldDescription overlapping(const WorldSettings& given, const Start& start) {
 }
 
 Scene overlap_scene(const std::string& name, const Start& start) {
-  Scene scene;
-  scene.group = "overlap";
-  scene.name = absl::StrCat(name, "_are_not_thrown");
-  scene.world = [start](const WorldSettings& settings) { return overlapping(settings, start); };
-  scene.ticks = scene.quick_ticks = 600;
-  scene.figure = fastest;
-  scene.unit = "m/s";
-  scene.bound = fall_speed(1);
-  scene.holds = "They separate gently, or stay.";
-  scene.fails = "They are thrown apart.";
-  return scene;
+  return {
+      .group = "overlap",
+      .name = absl::StrCat(name, "_are_not_thrown"),
+      .world = [start](const WorldSettings& settings) { return overlapping(settings, start); },
+      .lasts = {600, 600},
+      .asks = {fastest, "m/s", fall_speed(1), "They separate gently, or stay.", "They are thrown apart."}};
 }
 
 // The deepest overlap of two of the given balls at the end.
 Scene parting_scene(const std::string& name, const Start& start) {
   Scene scene = overlap_scene(name, start);
   scene.name = absl::StrCat(name, "_part");
-  scene.sample_every = 0;
-  scene.figure = [diameter = 2 * std::get<Sphere>(start.shape).radius](const Moment&, const Moment& now) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < now.positions.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j)
-        nearest = std::min(nearest, (now.positions[i] - now.positions[j]).norm());
-    }
-    return std::max(0.0, diameter - nearest);
-  };
-  scene.unit = "m of overlap left";
-  scene.bound = 0.05;
-  scene.holds = "They end side by side.";
-  scene.fails = "They stay inside each other.";
+  scene.lasts.sample_every = 0;
+  scene.asks = {[diameter = 2 * std::get<Sphere>(start.shape).radius](const Moment&, const Moment& now) {
+                  double nearest = std::numeric_limits<double>::infinity();
+                  for (std::size_t i = 0; i < now.positions.size(); ++i) {
+                    for (std::size_t j = 0; j < i; ++j)
+                      nearest = std::min(nearest, (now.positions[i] - now.positions[j]).norm());
+                  }
+                  return std::max(0.0, diameter - nearest);
+                },
+                "m of overlap left", 0.05, "They end side by side.", "They stay inside each other."};
   return scene;
 }
 
@@ -161,12 +149,9 @@ Scene parting_scene(const std::string& name, const Start& start) {
 Scene rising_scene(const std::string& name, const Geometry& shape) {
   Scene scene = overlap_scene(name, {shape, 1, {}, true, {0, 0, 0}, kStandardGravity});
   scene.name = absl::StrCat(name, "_half_in_the_floor_comes_out");
-  scene.sample_every = 0;
-  scene.figure = [](const Moment&, const Moment& now) { return std::abs(now.positions[0].z() - 0.5); };
-  scene.unit = "m from resting on it";
-  scene.bound = 0.05;
-  scene.holds = "It ends on the floor.";
-  scene.fails = "It does not end on the floor.";
+  scene.lasts.sample_every = 0;
+  scene.asks = {[](const Moment&, const Moment& now) { return std::abs(now.positions[0].z() - 0.5); },
+                "m from resting on it", 0.05, "It ends on the floor.", "It does not end on the floor."};
   return scene;
 }
 
@@ -192,9 +177,8 @@ Scene crowd_scene(int count, double size, Tick ticks, Tick quick_ticks) {
   Scene scene = overlap_scene("", {Sphere{0.1}, count});
   scene.group = "crowd";
   scene.name = absl::StrCat(count, "_balls_in_one_point");
-  scene.ticks = ticks;
-  scene.quick_ticks = quick_ticks;
-  scene.bound = fall_speed(size);
+  scene.lasts = {ticks, quick_ticks};
+  scene.asks.bound = fall_speed(size);
   return scene;
 }
 

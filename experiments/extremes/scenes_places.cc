@@ -56,17 +56,12 @@ Figure difference_from_origin(const Build& build) {
 }
 
 Scene far_scene(const std::string& name, const Build& build, std::int64_t sectors) {
-  Scene scene;
-  scene.group = "distance";
-  scene.name = absl::StrCat(name, sectors > 0 ? "_at_2^62_sectors" : "_at_-2^62_sectors");
-  scene.world = moved(build, {sectors, sectors, sectors});
-  scene.ticks = scene.quick_ticks = 300;
-  scene.sample_every = 0;
-  scene.figure = difference_from_origin(build);
-  scene.unit = "m or m/s";
-  scene.holds = "It moves as at the origin, bit for bit.";
-  scene.fails = "It moves differently than at the origin.";
-  return scene;
+  return {.group = "distance",
+          .name = absl::StrCat(name, sectors > 0 ? "_at_2^62_sectors" : "_at_-2^62_sectors"),
+          .world = moved(build, {sectors, sectors, sectors}),
+          .lasts = {300, 300, 0},
+          .asks = {difference_from_origin(build), "m or m/s", 0, "It moves as at the origin, bit for bit.",
+                   "It moves differently than at the origin."}};
 }
 
 // --- the last sector of an axis ---
@@ -99,23 +94,19 @@ void add_leaving(std::vector<Scene>& scenes, const std::string& name, double spe
   scene.group = "last_sector";
   scene.name = absl::StrCat(name, "_comes_to_a_stop");
   scene.world = leaving(speed, gravity, side);
-  scene.ticks = scene.quick_ticks = 600;
-  scene.figure = [](const Moment&, const Moment& now) {
-    return std::max(0.0, std::abs(now.positions[0].z()) - kSectorSize / 2);
-  };
-  scene.unit = "m outside";
-  scene.bound = lateness(std::hypot(speed, std::sqrt(2 * gravity * kFromBorder)));
-  scene.holds = "It stops at the end of the world.";
-  scene.fails = "It continues beyond the end of the world.";
+  scene.lasts = {600, 600};
+  scene.asks = {[](const Moment&, const Moment& now) {
+                  return std::max(0.0, std::abs(now.positions[0].z()) - kSectorSize / 2);
+                },
+                "m outside", lateness(std::hypot(speed, std::sqrt(2 * gravity * kFromBorder))),
+                "It stops at the end of the world.", "It continues beyond the end of the world."};
   scenes.push_back(scene);
 
   scene.name = absl::StrCat(name, "_is_reported");
-  scene.sample_every = 0;
-  scene.figure = [](const Moment&, const Moment& now) { return now.stopped > 0 ? 0.0 : 1.0; };
-  scene.unit = "events missing";
-  scene.bound = 0;
-  scene.holds = "An event reports that it was stopped.";
-  scene.fails = "No event reports that it was stopped.";
+  scene.lasts.sample_every = 0;
+  scene.asks = {[](const Moment&, const Moment& now) { return now.stopped > 0 ? 0.0 : 1.0; },
+                "events missing", 0, "An event reports that it was stopped.",
+                "No event reports that it was stopped."};
   scenes.push_back(scene);
 }
 
@@ -129,12 +120,9 @@ Scene tower_in_last_sector(const std::string& name, std::int64_t sector) {
         return tower_world(settings, 10, {at_border, 0, 0});
       },
       {sector, 0, 0});
-  scene.ticks = scene.quick_ticks = 600;
-  scene.figure = farthest;
-  scene.unit = "m moved";
-  scene.bound = 0.5;
-  scene.holds = "A tower stands at the end of the world.";
-  scene.fails = "A tower falls at the end of the world.";
+  scene.lasts = {600, 600};
+  scene.asks = {farthest, "m moved", 0.5, "A tower stands at the end of the world.",
+                "A tower falls at the end of the world."};
   return scene;
 }
 
@@ -179,29 +167,23 @@ Scene rest_on_planet(const std::string& name, const Build& world, double hours, 
   scene.group = "planet";
   scene.name = name;
   scene.world = world;
-  scene.ticks = static_cast<Tick>(hours * kTicksPerHour);
-  scene.quick_ticks = static_cast<Tick>(quick_hours * kTicksPerHour);
-  scene.sample_every = 600;
-  scene.figure = [](const Moment& start, const Moment& now) {
-    const Eigen::Vector3d way = now.positions[0] - start.positions[0];
-    return (way - way.dot(kUp) * kUp).norm();
-  };
-  scene.unit = "m crept";
-  scene.bound = 1e-3;
-  scene.holds = "It stays in place.";
-  scene.fails = "It creeps over the ground.";
+  scene.lasts = {static_cast<Tick>(hours * kTicksPerHour), static_cast<Tick>(quick_hours * kTicksPerHour),
+                 600};
+  scene.asks = {[](const Moment& start, const Moment& now) {
+                  const Eigen::Vector3d way = now.positions[0] - start.positions[0];
+                  return (way - way.dot(kUp) * kUp).norm();
+                },
+                "m crept", 1e-3, "It stays in place.", "It creeps over the ground."};
   return scene;
 }
 
 // How far the box on a ball is from where it should lie.
 Scene height_on_planet(const std::string& name, double radius) {
   Scene scene = rest_on_planet(name, on_planet(radius, false, false), 0.5, 0.02);
-  scene.figure = [radius](const Moment&, const Moment& now) {
-    return std::abs((now.positions[0] + radius * kUp).norm() - radius - 0.5);
-  };
-  scene.unit = "m off the ground";
-  scene.holds = "It lies on the ground.";
-  scene.fails = "It lies in the ground or above it.";
+  scene.asks = {[radius](const Moment&, const Moment& now) {
+                  return std::abs((now.positions[0] + radius * kUp).norm() - radius - 0.5);
+                },
+                "m off the ground", 1e-3, "It lies on the ground.", "It lies in the ground or above it."};
   return scene;
 }
 

@@ -142,21 +142,18 @@ Scene drop_scene(const std::string& name, int samples, bool is_mesh, double sect
     drop(builder);
     return builder.world();
   };
-  scene.ticks = 480;
-  scene.quick_ticks = 120;
-  scene.sample_every = 0;
-  scene.figure = [grid](const Moment&, const Moment& now) {
-    double below = 0;
-    for (std::size_t n = 0; n < now.positions.size(); ++n) {
-      const Eigen::Vector3d& p = now.positions[n];
-      if (grid.is_over(p) && !(p.z() > grid.surface(p.x(), p.y()) - radius_of(static_cast<int>(n)))) ++below;
-    }
-    return below;
-  };
-  scene.unit = "bodies below the ground";
-  scene.bound = 0;
-  scene.holds = "All lie on the ground.";
-  scene.fails = "Some fall through the ground.";
+  scene.lasts = {480, 120, 0};
+  scene.asks = {
+      [grid](const Moment&, const Moment& now) {
+        double below = 0;
+        for (std::size_t n = 0; n < now.positions.size(); ++n) {
+          const Eigen::Vector3d& p = now.positions[n];
+          if (grid.is_over(p) && !(p.z() > grid.surface(p.x(), p.y()) - radius_of(static_cast<int>(n))))
+            ++below;
+        }
+        return below;
+      },
+      "bodies below the ground", 0, "All lie on the ground.", "Some fall through the ground."};
   return scene;
 }
 
