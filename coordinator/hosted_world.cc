@@ -100,7 +100,7 @@ absl::Status HostedWorld::on_report(Server& server, const v1::Report& report) {
   }
   if (!rank) return absl::OkStatus();
   name_slow_server();
-  const absl::Status status = world_.sequencer.report(*rank, report.tick());
+  absl::Status status = world_.sequencer.report(*rank, report.tick());
   if (status.ok()) return status;
   return absl::InternalError(absl::StrCat(title_of(server), " is out of step: ", status.message()));
 }

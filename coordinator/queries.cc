@@ -78,7 +78,8 @@ std::vector<v1::Query> Queries::restart(const absl::Status& status) {
     if (auto* hash = std::get_if<Hash>(&open.question)) hash->sum = {};
     if (auto* ray = std::get_if<Ray>(&open.question)) ray->nearest = {};
     if (auto* near = std::get_if<Near>(&open.question)) near->result = {};
-    again.push_back(open.query);
+    // One that has not been asked waits for its turn, and will be.
+    if (!open.nodes.empty()) again.push_back(open.query);
     open.nodes.clear();
     open_.emplace(id, std::move(open));
   }

@@ -53,8 +53,8 @@ class Queries {
   // INTERNAL for an answer to a question that this server was not asked, or that it has answered before.
   absl::Status answer(NodeId from, v1::Answer answer);
 
-  // The world goes on, set back, on other servers: all questions are to be asked again. Those for snapshots
-  // and loads are refused with `status`: their tick may be over, and the servers are others.
+  // The world goes on, set back, on other servers: all questions that were asked are to be asked again. Those
+  // for snapshots and loads are refused with `status`: their tick may be over, and the servers are others.
   std::vector<v1::Query> restart(const absl::Status& status);
 
   // Answers all waiting calls.

@@ -3,15 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "coordinator/test_cluster.h"
+
 namespace tessera {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-constexpr NodeId kFirst{1};
-constexpr NodeId kSecond{2};
-constexpr NodeId kThird{3};
+constexpr NodeId kGuest{3};
 
 Roster hosting() {
   Roster roster({kFirst, kSecond});
@@ -45,13 +45,13 @@ TEST(Roster, AWorldIsHostedOnceAllHaveIt) {
 
 TEST(Roster, AGuestHearsOfGrantsAndBecomesTheLastRank) {
   Roster roster = hosting();
-  roster.invite(kThird);
-  EXPECT_THAT(roster.listeners(), ElementsAre(kFirst, kSecond, kThird));
-  EXPECT_TRUE(roster.needs(kThird));
-  EXPECT_FALSE(roster.cannot_lose(kThird));
+  roster.invite(kGuest);
+  EXPECT_THAT(roster.listeners(), ElementsAre(kFirst, kSecond, kGuest));
+  EXPECT_TRUE(roster.needs(kGuest));
+  EXPECT_FALSE(roster.cannot_lose(kGuest));
   roster.guest_is_ready();
-  roster.change(map_of({kFirst, kSecond, kThird}, 1));
-  EXPECT_EQ(roster.rank_of(kThird), 2u);
+  roster.change(map_of({kFirst, kSecond, kGuest}, 1));
+  EXPECT_EQ(roster.rank_of(kGuest), 2u);
   EXPECT_FALSE(roster.guest());
   EXPECT_TRUE(roster.hosts());
   EXPECT_EQ(roster.joined(), 1u);
@@ -72,9 +72,9 @@ TEST(Roster, WhoLeavesIsNeededUntilOthersHaveTheMapAndClientsHaveHadTime) {
 
 TEST(Roster, AWorldThatGoesBackIsDroppedByThoseThatAreNotChosen) {
   Roster roster = hosting();
-  roster.invite(kThird);
-  roster.add_unfit(kThird);
-  EXPECT_THAT(roster.restart({kSecond}), ElementsAre(kFirst, kThird));
+  roster.invite(kGuest);
+  roster.add_unfit(kGuest);
+  EXPECT_THAT(roster.restart({kSecond}), ElementsAre(kFirst, kGuest));
   EXPECT_THAT(roster.nodes(), ElementsAre(kSecond));
   EXPECT_FALSE(roster.hosts());
   EXPECT_FALSE(roster.guest());
@@ -95,7 +95,7 @@ TEST(Roster, StreamsOfAllServersAreHandedOverOnceEach) {
 
 TEST(RosterDeathTest, OneServerAtATimeGetsReady) {
   Roster roster = hosting();
-  roster.invite(kThird);
+  roster.invite(kGuest);
   EXPECT_DEATH(roster.invite(NodeId{4}), "one server at a time");
 }
 

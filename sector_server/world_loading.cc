@@ -81,9 +81,9 @@ absl::StatusOr<std::unique_ptr<Partition>> loaded_partition(const v1::LoadWorld&
   options.self = self;
   auto partition = std::make_unique<Partition>(std::move(options), engine);
   if (absl::Status status = add_shapes(*partition, load.shapes()); !status.ok()) return status;
-  const absl::Status filled = load.has_restored()
-                                  ? restore(*partition, load.restored(), /*is_guest=*/self >= servers)
-                                  : fill(*partition, load);
+  absl::Status filled = load.has_restored()
+                            ? restore(*partition, load.restored(), /*is_guest=*/self >= servers)
+                            : fill(*partition, load);
   if (!filled.ok()) return filled;
   return partition;
 }
