@@ -25,25 +25,20 @@ set(tessera_without_fma GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4)
 # compiled in groups of up to tessera_group, or twelve of a program: most of the time goes into headers, and into templates
 # that every file would instantiate. A file whose local names would clash with those of others has
 # SKIP_UNITY_BUILD_INCLUSION.
-set(tessera_group 20)
+set(tessera_group 12)
 function(tessera_compile_fast target headers)
   if(NOT TESSERA_FAST_BUILD)
     return()
   endif()
   # GCC uses a precompiled header only with the same flags: programs are compiled like libraries.
   get_target_property(type ${target} TYPE)
-  set(most ${tessera_group})
+  set(group ${tessera_group})
   if(type STREQUAL EXECUTABLE)
-    set(most 12)
+    set(group 12)
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
     target_compile_options(${target} PRIVATE -fPIC)
   endif()
-  # Groups of one size, so that no core waits for the largest.
-  get_target_property(sources ${target} SOURCES)
-  list(LENGTH sources count)
-  math(EXPR groups "(${count} + ${most} - 1) / ${most}")
-  math(EXPR size "(${count} + ${groups} - 1) / ${groups}")
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${group})
   # Local types stay local, although the file is included by another.
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
   target_precompile_headers(${target} REUSE_FROM tessera_precompiled_${headers})
