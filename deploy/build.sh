@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# deploy/build.sh PRESET [TARGET]...: installs missing packages, configures and builds; prints output only on failure.
+# deploy/build.sh PRESET [TARGET]...: installs missing packages, configures and builds. Prints output only on failure, and how
+# long it took if that was more than some seconds.
 # Without targets: everything, including tests. With targets, installs and configures only what they need; an existing
 # build folder keeps what it was configured for.
 #
@@ -25,6 +26,7 @@ else
   options=(-DTESSERA_TESTS=OFF -DTESSERA_VIEWER=OFF)
 fi
 "$top/deploy/install_dependencies.sh" "$group"
+started=$SECONDS
 
 configured() {
   local option
@@ -40,3 +42,5 @@ ninja -C "$build" "$@" 2>&1 | tee "$log" | progress "building" || {
   grep -v '^\[' "$log" | tail -100 >&2
   exit 1
 }
+took=$((SECONDS - started))
+[ "$took" -lt 5 ] || echo "built in $took s" >&2
