@@ -12,7 +12,6 @@ namespace tessera {
 namespace {
 
 using testing::FakeEtcd;
-using Role = Election::Role;
 
 class ElectionTest : public ::testing::Test {
  protected:
@@ -49,8 +48,8 @@ TEST_F(ElectionTest, OneLeadsAndTheOthersKnowIt) {
   Election a = candidate("a");
   Election b = candidate("b");
   pass(kLong, {&a, &b});
-  EXPECT_EQ(a.role(), Role::kLeads);
-  EXPECT_EQ(b.role(), Role::kStandsBy);
+  EXPECT_EQ(a.role(), Election::Role::kLeads);
+  EXPECT_EQ(b.role(), Election::Role::kStandsBy);
   ASSERT_TRUE(b.leader());
   EXPECT_EQ(b.leader()->address(), "a:7300");
   EXPECT_EQ(b.leader_epoch(), a.epoch());
@@ -62,14 +61,14 @@ TEST_F(ElectionTest, AfterTheLeaderFallsSilentTheOtherLeadsWithALargerEpoch) {
   pass(kLong, {&a, &b});
   const std::int64_t before = a.epoch();
   pass(kLong, {&b});
-  EXPECT_EQ(b.role(), Role::kLeads);
+  EXPECT_EQ(b.role(), Election::Role::kLeads);
   EXPECT_GT(b.epoch(), before);
   pass(kElectionTurn, {&a, &b});  // it comes back
-  EXPECT_EQ(a.role(), Role::kLost);
+  EXPECT_EQ(a.role(), Election::Role::kLost);
   a.stand_by();
   pass(kLong, {&a, &b});
-  EXPECT_EQ(a.role(), Role::kStandsBy);
-  EXPECT_EQ(b.role(), Role::kLeads);
+  EXPECT_EQ(a.role(), Election::Role::kStandsBy);
+  EXPECT_EQ(b.role(), Election::Role::kLeads);
 }
 
 TEST_F(ElectionTest, OnesThatHasEndedIsNotWaitedFor) {
@@ -78,11 +77,11 @@ TEST_F(ElectionTest, OnesThatHasEndedIsNotWaitedFor) {
   pass(kLong, {&a, &b});
   b.leader_has_ended();
   pass(std::chrono::milliseconds(300), {&b});
-  EXPECT_EQ(b.role(), Role::kLeads);
+  EXPECT_EQ(b.role(), Election::Role::kLeads);
   // The process in the place of one that has ended knows it without being told.
   Election other = candidate("b");
   pass(std::chrono::milliseconds(500), {&other});
-  EXPECT_EQ(other.role(), Role::kLeads);
+  EXPECT_EQ(other.role(), Election::Role::kLeads);
 }
 
 TEST_F(ElectionTest, ALeaderThatResignsIsFollowedAtOnceAndOneThatEndsTheClusterEndsTheOthers) {
@@ -91,7 +90,7 @@ TEST_F(ElectionTest, ALeaderThatResignsIsFollowedAtOnceAndOneThatEndsTheClusterE
   pass(kLong, {&a, &b});
   a.resign(/*ends_cluster=*/false);
   pass(std::chrono::milliseconds(400), {&b});
-  EXPECT_EQ(b.role(), Role::kLeads);
+  EXPECT_EQ(b.role(), Election::Role::kLeads);
   Election c = candidate("c");
   pass(kLong, {&b, &c});
   b.resign(/*ends_cluster=*/true);
@@ -99,7 +98,7 @@ TEST_F(ElectionTest, ALeaderThatResignsIsFollowedAtOnceAndOneThatEndsTheClusterE
   EXPECT_TRUE(c.cluster_has_ended());
   Election d = candidate("d");  // begins anew
   pass(kLong, {&d});
-  EXPECT_EQ(d.role(), Role::kLeads);
+  EXPECT_EQ(d.role(), Election::Role::kLeads);
 }
 
 TEST_F(ElectionTest, OnlyWhoHoldsTheStateMayLead) {
@@ -107,9 +106,9 @@ TEST_F(ElectionTest, OnlyWhoHoldsTheStateMayLead) {
   Election a = candidate("a");
   Election b = candidate("b");
   pass(kLong, {&a});
-  EXPECT_EQ(a.role(), Role::kStandsBy);
+  EXPECT_EQ(a.role(), Election::Role::kStandsBy);
   pass(kLong, {&a, &b});
-  EXPECT_EQ(b.role(), Role::kLeads);
+  EXPECT_EQ(b.role(), Election::Role::kLeads);
 }
 
 TEST_F(ElectionTest, AnEtcdThatIsGoneForAMomentChangesNothingAndForLongerEndsLeading) {
@@ -117,25 +116,25 @@ TEST_F(ElectionTest, AnEtcdThatIsGoneForAMomentChangesNothingAndForLongerEndsLea
   pass(kLong, {&a});
   etcd_.answers = false;
   pass(std::chrono::seconds(1), {&a});
-  EXPECT_EQ(a.role(), Role::kLeads);
+  EXPECT_EQ(a.role(), Election::Role::kLeads);
   etcd_.answers = true;
   pass(kLong, {&a});
-  EXPECT_EQ(a.role(), Role::kLeads);
+  EXPECT_EQ(a.role(), Election::Role::kLeads);
   etcd_.answers = false;
   pass(kLong, {&a});
-  EXPECT_EQ(a.role(), Role::kLost);
+  EXPECT_EQ(a.role(), Election::Role::kLost);
   EXPECT_FALSE(a.trouble().ok());
   etcd_.answers = true;
   a.stand_by();
   pass(kLong, {&a});
-  EXPECT_EQ(a.role(), Role::kLeads);
+  EXPECT_EQ(a.role(), Election::Role::kLeads);
 }
 
 TEST_F(ElectionTest, AnAnswerThatIsLostLeavesALeader) {
   Election a = candidate("a");
   etcd_.faults = {FakeEtcd::Fault::kNone, FakeEtcd::Fault::kUnanswered};  // a look, a campaign
   pass(std::chrono::seconds(2), {&a});
-  EXPECT_EQ(a.role(), Role::kLeads);
+  EXPECT_EQ(a.role(), Election::Role::kLeads);
   EXPECT_NE(a.epoch(), 0);
 }
 
@@ -157,8 +156,8 @@ TEST_F(ElectionTest, WithAnyPausesAndFaultsAtMostOneHasTheKey) {
     pass(std::chrono::milliseconds(200 + random() % 4000), awake);
     etcd_.faults.clear();
     for (const auto& one : all) {
-      if (one->role() == Role::kLost) one->stand_by();
-      if (one->role() != Role::kLeads) continue;
+      if (one->role() == Election::Role::kLost) one->stand_by();
+      if (one->role() != Election::Role::kLeads) continue;
       etcdserverpb::TxnRequest mine;
       *mine.add_compare() = created_at(EtcdKeys("lab").leader, one->epoch());
       etcd_.answers = true;
@@ -173,11 +172,11 @@ TEST_F(ElectionTest, WithAnyPausesAndFaultsAtMostOneHasTheKey) {
   for (int n = 0; n < 3; ++n) {
     pass(kLong, everybody);
     for (Election* one : everybody) {
-      if (one->role() == Role::kLost) one->stand_by();
+      if (one->role() == Election::Role::kLost) one->stand_by();
     }
   }
   EXPECT_EQ(std::count_if(everybody.begin(), everybody.end(),
-                          [](Election* one) { return one->role() == Role::kLeads; }),
+                          [](Election* one) { return one->role() == Election::Role::kLeads; }),
             1);
 }
 

@@ -1,4 +1,5 @@
 // Checks the files of deploy/ against the daemons: options, variables, ports, names.
+#include <CLI/CLI.hpp>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
