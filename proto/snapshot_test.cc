@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/partition_cluster.h"
 #include "proto/snapshot_file.h"
@@ -27,7 +27,7 @@ using testing::HasSubstr;
 WorldSettings in_sectors(double size) {
   WorldSettings settings;
   settings.sector_size = size;
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   return settings;
 }
 
@@ -175,7 +175,7 @@ class SnapshotFile : public testing::Test {
  protected:
   // Tests of both precisions run at the same time.
   SnapshotFile()
-      : folder_(testing::TempDir() + "/snapshot_file_" + name_of(bullet::test_precision) + "_" +
+      : folder_(testing::TempDir() + "/snapshot_file_" + name_of(engine_tests::test_precision) + "_" +
                 testing::UnitTest::GetInstance()->current_test_info()->name()) {
     std::filesystem::create_directories(folder_);
   }

@@ -96,11 +96,11 @@ TEST_F(RunTest, ShiftAndPrecisionDoWhatTheySay) {
 TEST_F(RunTest, EnginesOfOtherBuildsAreRefused) {
   const std::filesystem::path build = cli::executable_folder();
   std::filesystem::copy_file(build / "tessera", folder_ / "tessera");
-  std::filesystem::copy_file(build / "libengine-of-another-build.so", folder_ / "libtessera-bullet-f32.so");
+  std::filesystem::copy_file(build / "libengine-of-another-build.so", folder_ / "libtessera-engine-f32.so");
   Program program((folder_ / "tessera").string(),
                   {"run", world_file("tower.sdf").string(), "--in-process", "--seconds", "1"});
   EXPECT_EQ(program.wait(), 1);
-  EXPECT_THAT(program.output(), HasSubstr("libtessera-bullet-f32.so is of another build of Tessera"));
+  EXPECT_THAT(program.output(), HasSubstr("libtessera-engine-f32.so is of another build of Tessera"));
 }
 
 TEST_F(RunTest, ConvertedWorldIsTheSameWorld) {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/mechanics.h"
 #include "lpss/simulation/test_runs.h"
 #include "worlds/knobs.h"
@@ -114,7 +114,7 @@ class FoundWorlds : public testing::TestWithParam<double> {
     absl::StatusOr<LoadedWorld> loaded = load_world_file(folder_ / name);
     EXPECT_TRUE(loaded.ok()) << loaded.status();
     WorldDescription world = loaded.ok() ? std::move(loaded->world) : WorldDescription();
-    world.settings.precision = bullet::test_precision;
+    world.settings.precision = engine_tests::test_precision;
     if (GetParam() > 0) {
       const absl::Status status = change_sector_size(world, GetParam());
       EXPECT_TRUE(status.ok()) << status;

@@ -19,7 +19,7 @@
 
 #include "experiments/truth/course.h"
 #include "experiments/truth/ray_oracle.h"
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/observe/queries.h"
 #include "lpss/simulation/test_runs.h"
 #include "worlds/knobs.h"
@@ -358,7 +358,7 @@ class ContactWorlds : public testing::TestWithParam<std::tuple<ContactWorld, dou
     absl::StatusOr<LoadedWorld> loaded = load_world_file(folder_ / file);
     EXPECT_TRUE(loaded.ok()) << loaded.status();
     if (!loaded.ok()) return {};
-    loaded->world.settings.precision = bullet::test_precision;
+    loaded->world.settings.precision = engine_tests::test_precision;
     return *std::move(loaded);
   }
   static WorldDescription with_sectors(WorldDescription world, double size) {
@@ -428,7 +428,7 @@ TEST_P(ContactFiles, RaysMeetConvexBodiesWhereTheyAre) {
   const WorldDescription world = with_sectors(load("contact/rays_convex.sdf").world, size);
   ASSERT_EQ(world.bodies.size(), 7u);
   const auto cluster = cluster_of(world, 1);
-  const double tolerance = bullet::test_precision == Precision::kFloat32 ? 1e-5 : 1e-9;
+  const double tolerance = engine_tests::test_precision == Precision::kFloat32 ? 1e-5 : 1e-9;
   std::mt19937_64 random(4711);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> distance(1.2, 6);

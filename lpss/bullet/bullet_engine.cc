@@ -1,7 +1,5 @@
 #include "lpss/bullet/bullet_engine.h"
 
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
 #include "lpss/bullet/bullet_solver.h"
@@ -10,12 +8,6 @@
 #include "lpss/bullet/manifold_codec.h"
 
 namespace tessera::bullet {
-
-void require(bool holds, const char* rule) {
-  if (holds) return;
-  std::fprintf(stderr, "tessera engine: %s\n", rule);
-  std::abort();
-}
 
 std::unique_ptr<SectorWorld> BulletEngine::make_world() { return std::make_unique<BulletWorld>(*this); }
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "lpss/bullet/collision_shape.h"
-#include "lpss/bullet/shape_table.h"
+#include "lpss/engine/shape_table.h"
 #include "lpss/engine/whole_world.h"
 
 namespace tessera::bullet {

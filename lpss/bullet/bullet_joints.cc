@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "lpss/bullet/conversions.h"
-#include "lpss/bullet/shape_table.h"
+#include "lpss/engine/shape_table.h"
 
 namespace tessera::bullet {
 namespace {

@@ -7,7 +7,7 @@
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
 #include "lpss/bullet/free_motion.h"
-#include "lpss/bullet/still_clock.h"
+#include "lpss/engine/still_clock.h"
 #include "lpss/model/divergence.h"
 
 namespace tessera::bullet {
@@ -191,10 +191,11 @@ std::vector<StoppedBody> BulletWorld::integrate(double dt, const ParallelFor& /*
 
 void BulletWorld::keep_still_clock(Body& kept, double dt) {
   btRigidBody& rigid = kept.rigid;
-  const StillLimits limits{btScalar(settings_.sleep_linear_speed), btScalar(settings_.sleep_angular_speed)};
-  const StillClock clock =
-      still_clock(rigid.getDeactivationTime(), rigid.getLinearVelocity().length2(),
-                  rigid.getAngularVelocity().length2(), limits, settings_.sleep_after, dt);
+  const StillLimits<btScalar> limits{btScalar(settings_.sleep_linear_speed),
+                                     btScalar(settings_.sleep_angular_speed)};
+  const StillClock<btScalar> clock =
+      still_clock<btScalar>(rigid.getDeactivationTime(), rigid.getLinearVelocity().length2(),
+                            rigid.getAngularVelocity().length2(), limits, settings_.sleep_after, dt);
   rigid.setDeactivationTime(clock.still_for);
   rigid.forceActivationState(clock.wants_sleep ? WANTS_DEACTIVATION : ACTIVE_TAG);
 }

@@ -26,7 +26,7 @@ struct LoadedModule {
 };
 
 const char* module_name(Precision precision) {
-  return precision == Precision::kFloat32 ? "libtessera-bullet-f32.so" : "libtessera-bullet-f64.so";
+  return precision == Precision::kFloat32 ? "libtessera-engine-f32.so" : "libtessera-engine-f64.so";
 }
 
 std::vector<std::filesystem::path> module_folders() {

@@ -57,7 +57,7 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
       const Scalar beyond = ball.radius * Scalar(1.25);
       swept_beyond = swept_beyond > 0 ? std::min(swept_beyond, beyond) : beyond;
     }
-    still_limits = bullet::still_limits(settings, double(solid->extent()), double(solid->radius()));
+    still_limits = tessera::still_limits<Scalar>(settings, double(solid->extent()), double(solid->radius()));
   }
   set_state(record.state);
   if (record.properties.surface) set_surface(*record.properties.surface);

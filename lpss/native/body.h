@@ -6,8 +6,8 @@
 
 #include "lpss/base/columns.h"
 #include "lpss/base/rotation.h"
-#include "lpss/bullet/still_clock.h"
 #include "lpss/engine/engine.h"
+#include "lpss/engine/still_clock.h"
 #include "lpss/native/solid.h"
 
 struct btDbvtNode;
@@ -110,7 +110,7 @@ struct Body {
   Matrix principal_axes;                    // from the centre to the body frame
   Scalar friction;
   Scalar restitution;
-  bullet::StillLimits still_limits;
+  StillLimits<Scalar> still_limits;
   std::shared_ptr<const Solid> solid;
   Eigen::Vector3d exact_gravity = Eigen::Vector3d::Zero();  // `gravity`, not rounded
   std::optional<FineFlight> fine;  // none if the engine's numbers are the exact state

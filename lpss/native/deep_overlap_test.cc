@@ -8,16 +8,16 @@
 #include <random>
 #include <string>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
 namespace tessera::native {
 namespace {
 
-using bullet::dynamic_body;
-using bullet::static_body;
-using bullet::test_engine;
-using bullet::test_settings;
-using bullet::TestWorld;
+using engine_tests::dynamic_body;
+using engine_tests::static_body;
+using engine_tests::test_engine;
+using engine_tests::test_settings;
+using engine_tests::TestWorld;
 
 constexpr ShapeId kPallet = 100;
 constexpr ShapeId kStool = 101;
@@ -60,7 +60,7 @@ double highest_speed(ShapeId shape, double height, const Eigen::Vector3d& offset
   engine->add_shape(kStool, stool());
   engine->add_shape(kRods, rods());
   TestWorld world(*engine);
-  world.add(static_body(1, bullet::kPlaneShape, {0, 0, 0}));
+  world.add(static_body(1, engine_tests::kPlaneShape, {0, 0, 0}));
   for (const std::uint64_t id : {2, 3}) {
     BodyRecord record = dynamic_body(id, shape, Eigen::Vector3d(0, 0, height) + (id == 3 ? 1. : 0.) * offset);
     record.properties.mass = 25;

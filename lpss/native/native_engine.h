@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "lpss/bullet/shape_table.h"
+#include "lpss/engine/shape_table.h"
 #include "lpss/engine/whole_world.h"
 #include "lpss/islands/contact_needs.h"
 #include "lpss/native/solid.h"
@@ -37,8 +37,8 @@ class NativeEngine final : public Engine {
  private:
   const EngineSettings settings_;
   const ContactNeeds needs_;
-  bullet::ApartPairs apart_;
-  bullet::ShapeTable<Solid> solids_;
+  ApartPairs apart_;
+  ShapeTable<Solid> solids_;
 };
 
 }  // namespace tessera::native

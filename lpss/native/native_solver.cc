@@ -56,8 +56,7 @@ void NativeSolver::end() {
 }
 
 void NativeSolver::set_motion(int sweep, std::size_t body, std::string_view bytes) {
-  bullet::require(solver_.set_motion(sweep, body, bytes),
-                  "a motion must come from an engine of the same precision");
+  require(solver_.set_motion(sweep, body, bytes), "a motion must come from an engine of the same precision");
 }
 
 }  // namespace tessera::native

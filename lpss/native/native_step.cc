@@ -1,5 +1,5 @@
 // The second half of a step, and free flight.
-#include "lpss/bullet/still_clock.h"
+#include "lpss/engine/still_clock.h"
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
@@ -142,8 +142,8 @@ void NativeWorld::move_on(Body& body, double dt) const {
 }
 
 void NativeWorld::keep_still_clock(Body& kept, double dt) const {
-  const bullet::StillClock clock =
-      bullet::still_clock(kept.still_for, kept.linear.squaredNorm(), kept.angular.squaredNorm(),
+  const StillClock<Scalar> clock =
+      still_clock<Scalar>(kept.still_for, kept.linear.squaredNorm(), kept.angular.squaredNorm(),
                           kept.still_limits, settings_.sleep_after, dt);
   kept.still_for = clock.still_for;
   kept.activity = clock.wants_sleep ? Activity::kWantsSleep : Activity::kAwake;

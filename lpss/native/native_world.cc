@@ -53,10 +53,10 @@ BodySlot NativeWorld::add_static(BodyId id, const BodyProperties& properties, co
 }
 
 BodySlot NativeWorld::add(Body added) {
-  bullet::require(added.id.value > 0 && added.id.value <= kBodyIdMax, "a body's id must be 1 to kBodyIdMax");
+  require(added.id.value > 0 && added.id.value <= kBodyIdMax, "a body's id must be 1 to kBodyIdMax");
   BodySlot slot = static_cast<BodySlot>(bodies_.size());
   const bool is_new = slots_.try_emplace(added.id, 0).second;
-  bullet::require(is_new, "a body may be in a world once");
+  require(is_new, "a body may be in a world once");
   if (free_slots_.empty()) {
     bodies_.push_back(std::move(added));
   } else {
@@ -522,8 +522,7 @@ Candidate& NativeWorld::candidate_of(BodySlot slot_a, BodySlot slot_b) {
 void NativeWorld::import_manifold(const ManifoldState& state) {
   forget_removed();
   Contact contact;
-  bullet::require(decode(state.points, contact),
-                  "contact points must come from an engine of the same precision");
+  require(decode(state.points, contact), "contact points must come from an engine of the same precision");
   const std::optional<BodySlot> a = slot_of(state.a);
   const std::optional<BodySlot> b = slot_of(state.b);
   if (!a || !b || !is_wanted(body(*a), body(*b))) return;

@@ -10,19 +10,19 @@
 #include <variant>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
 #include "lpss/collision/convex_hull.h"
 #include "lpss/collision/ray.h"
+#include "lpss/engine/test_world.h"
 
 namespace tessera::native {
 namespace {
 
-using bullet::static_body;
-using bullet::test_engine;
-using bullet::test_settings;
-using bullet::TestWorld;
 using collision::Ray;
 using collision::RayContact;
+using engine_tests::static_body;
+using engine_tests::test_engine;
+using engine_tests::test_settings;
+using engine_tests::TestWorld;
 
 using Planes = std::vector<collision::HalfSpace<double>>;
 
@@ -97,8 +97,8 @@ void expect_met_exactly(ShapeId id, const Shape& shape, Motion motion) {
   const Pose body{{3, -2, 1}, Eigen::Quaterniond(turn)};
 
   // Where bodies that move and parts of compounds are, the engine's numbers say.
-  const bool is_rounded = bullet::test_precision == Precision::kFloat32 && motion != Motion::kStatic;
-  const double exact = is_rounded ? 1e-6 : bullet::test_precision == Precision::kFloat32 ? 1e-8 : 1e-12;
+  const bool is_rounded = engine_tests::test_precision == Precision::kFloat32 && motion != Motion::kStatic;
+  const double exact = is_rounded ? 1e-6 : engine_tests::test_precision == Precision::kFloat32 ? 1e-8 : 1e-12;
   std::mt19937_64 random(17);
   std::normal_distribution<double> normal;
   const auto draw = [&] { return Eigen::Vector3d(normal(random), normal(random), normal(random)); };
@@ -131,8 +131,8 @@ void expect_met_exactly(ShapeId id, const Shape& shape, Motion motion) {
 
 TEST(RaysTest, MeetEveryShapeWhereItIs) {
   for (const Motion motion : {Motion::kStatic, Motion::kDynamic}) {
-    for (ShapeId id = 0; id < bullet::kDynamicShapes; ++id)
-      expect_met_exactly(id, bullet::test_shape(id), motion);
+    for (ShapeId id = 0; id < engine_tests::kDynamicShapes; ++id)
+      expect_met_exactly(id, engine_tests::test_shape(id), motion);
     expect_met_exactly(90, many_sided(), motion);
   }
 }
@@ -141,8 +141,8 @@ TEST(RaysTest, MeetEveryShapeWhereItIs) {
 TEST(RaysTest, PassOutOfWhatTheyBeginIn) {
   const auto engine = test_engine(test_settings());
   TestWorld world(*engine);
-  world.add(static_body(1, bullet::kBoxShape, {0, 0, 0}));
-  world.add(static_body(2, bullet::kSphereShape, {3, 0, 0}));
+  world.add(static_body(1, engine_tests::kBoxShape, {0, 0, 0}));
+  world.add(static_body(2, engine_tests::kSphereShape, {3, 0, 0}));
   const auto hit = world.world().raycast({0, 0, 0}, {10, 0, 0}, 1);
   ASSERT_TRUE(hit);
   EXPECT_EQ(hit->body.value, 2u);
@@ -150,10 +150,11 @@ TEST(RaysTest, PassOutOfWhatTheyBeginIn) {
 }
 
 TEST(RaysTest, SurfacesAreMetFromBothSides) {
-  for (const ShapeId id : {bullet::kPlaneShape, bullet::kMeshShape, bullet::kHeightFieldShape}) {
+  for (const ShapeId id :
+       {engine_tests::kPlaneShape, engine_tests::kMeshShape, engine_tests::kHeightFieldShape}) {
     const auto engine = test_engine(test_settings());
     TestWorld world(*engine);
-    const double height = id == bullet::kHeightFieldShape ? 0.5 : 0;
+    const double height = id == engine_tests::kHeightFieldShape ? 0.5 : 0;
     world.add(static_body(1, id, {0, 0, -height}));
     for (const double side : {-1., 1.}) {
       const auto hit = world.world().raycast({1.3, 0.4, 3 * side}, {2.3, 0.7, -1 * side}, 1);
@@ -168,7 +169,7 @@ TEST(RaysTest, SurfacesAreMetFromBothSides) {
 TEST(RaysTest, WhatIsNoRayMeetsNothing) {
   const auto engine = test_engine(test_settings());
   TestWorld world(*engine);
-  world.add(static_body(1, bullet::kBoxShape, {0, 0, 0}));
+  world.add(static_body(1, engine_tests::kBoxShape, {0, 0, 0}));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(world.world().raycast({0, 0, 2}, {0, 0, 2}, 1));
   EXPECT_FALSE(world.world().raycast({0, 0, nan}, {0, 0, -2}, 1));

@@ -7,16 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
 namespace tessera::native {
 namespace {
 
-using bullet::dynamic_body;
-using bullet::static_body;
-using bullet::test_engine;
-using bullet::test_settings;
-using bullet::TestWorld;
+using engine_tests::dynamic_body;
+using engine_tests::static_body;
+using engine_tests::test_engine;
+using engine_tests::test_settings;
+using engine_tests::TestWorld;
 
 struct Named {
   std::string name;
@@ -147,7 +147,7 @@ Rest rest_of(const Named& top, const Named& support, bool is_on_body) {
   // A support that moves lies on a plane, with the load at its middle.
   const double floor = is_on_body ? 2 * support.height : 0;
   if (is_on_body) {
-    world.add(static_body(1, bullet::kPlaneShape, {0, 0, 0}));
+    world.add(static_body(1, engine_tests::kPlaneShape, {0, 0, 0}));
     BodyRecord record = dynamic_body(2, 101, {0, 0, support.height});
     record.properties.mass = 10;
     record.properties.inertia = {2, 2, 2};

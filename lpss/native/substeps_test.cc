@@ -3,12 +3,12 @@
 
 #include <initializer_list>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
 namespace tessera::native {
 namespace {
 
-using namespace bullet;  // the worlds of the tests
+using namespace engine_tests;  // the worlds of the tests
 
 void add_stack(TestWorld& world, std::uint64_t first, double x, std::initializer_list<double> masses) {
   double height = 0.5;

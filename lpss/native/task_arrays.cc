@@ -45,7 +45,7 @@ void put(const std::string& bytes, std::size_t end, std::string& into) {
 }
 
 void require_shipped(bool is_read) {
-  bullet::require(is_read, "what is shipped must come from an engine of the same precision");
+  require(is_read, "what is shipped must come from an engine of the same precision");
 }
 
 }  // namespace

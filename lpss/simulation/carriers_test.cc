@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "lpss/base/rotation.h"
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/test_runs.h"
 
@@ -29,7 +29,7 @@ enum class Lead { kTargets, kVelocities };
 
 WorldSettings carrier_settings(double sector_size) {
   WorldSettings settings = sectors_of(sector_size);
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   settings.gravity = UniformGravity{{0, 0, -kWeight}};
   settings.sleep_after = 0;
   return settings;

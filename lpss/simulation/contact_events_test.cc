@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 
@@ -21,7 +21,7 @@ constexpr double kEarthPull = 9.81;  // m/s^2
 
 WorldSettings event_settings() {
   WorldSettings settings;
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   settings.gravity = UniformGravity{{0, 0, -kEarthPull}};
   return settings;
 }

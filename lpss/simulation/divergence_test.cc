@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/model/limits.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/test_runs.h"
@@ -60,7 +60,7 @@ Record same_on_any_number(const WorldDescription& world, int ticks, const Comman
 // A tower on a floor across sectors, and beside it a chain of light links that hangs from the world.
 WorldDescription tower_and_chain() {
   WorldSettings settings = sectors_of(2);
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   WorldBuilder builder(settings);
   builder.add_floor(20, 0);
   const ShapeId box = builder.shape(Box{{1, 1, 1}});
@@ -141,7 +141,7 @@ TEST(Divergence, ABodyGoesOnOnceTheCauseIsGone) {
 // Thin links: their moments of inertia about their length are 1e-4 of those across.
 TEST(Divergence, ThinLinksUnderLoadStayWhereTheyAreHeldOrAreNamed) {
   WorldSettings settings = sectors_of(2);
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   WorldBuilder builder(settings);
   const ShapeId rod = builder.shape(Box{{1, 0.008, 0.008}});
   const ShapeId load = builder.shape(Box{{0.5, 0.5, 0.5}});

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/test_runs.h"
 
@@ -36,7 +36,7 @@ struct Duel {
 WorldDescription world_of(const Duel& duel) {
   WorldSettings settings = sectors_of(kDuelSector);
   settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   WorldBuilder builder(settings);
   const ShapeId ball = builder.shape(Sphere{kBall});
   const Eigen::Vector3d axis = duel.axis.normalized();

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 #include "lpss/simulation/test_runs.h"
@@ -141,7 +141,7 @@ void add_vehicle(Movers& movers, const std::string& vehicle) {
 
 WorldDescription world_of(const Course& course, double sector_size) {
   WorldSettings settings = sectors_of(sector_size);
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   settings.sleep_after = 0;
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(-course.slope, Eigen::Vector3d::UnitY()));
   settings.gravity = UniformGravity{turn * Eigen::Vector3d(0, 0, -kGravity)};
@@ -236,7 +236,7 @@ TEST(Flush, WhatJointsHoldKeepsItsHeight) {
 // taken for a part of the floor.
 double deepest_in_ramp(const std::string& kind, double slope, double speed) {
   WorldSettings settings = sectors_of(128);
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   settings.sleep_after = 0;
   settings.gravity = UniformGravity{Eigen::Vector3d(0, 0, -kGravity)};
   WorldBuilder builder(settings);

@@ -9,7 +9,7 @@
 #include <random>
 #include <thread>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/ground/tile_store.h"
 #include "lpss/observe/queries.h"
 #include "lpss/simulation/example_worlds.h"
@@ -34,7 +34,7 @@ Ground rolling() { return {.spacing = 8, .height = 40, .wavelength = 600, .octav
 
 WorldSettings ground_settings() {
   WorldSettings settings;
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   settings.gravity = UniformGravity{Eigen::Vector3d(0, 0, -9.8)};
   return settings;
 }

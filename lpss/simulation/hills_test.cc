@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 
@@ -19,7 +19,7 @@ constexpr double kGravity = 9.8;   // m/s^2
 
 WorldDescription dropped(const Geometry& geometry) {
   WorldSettings settings;
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   settings.gravity = UniformGravity{Eigen::Vector3d(0, 0, -kGravity)};
   WorldBuilder builder(settings);
   builder.add("ground", builder.shape(hills(kHillsHalf)), 1, Eigen::Vector3d::Zero(), Motion::kStatic);

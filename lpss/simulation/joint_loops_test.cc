@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_mechanisms.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/mechanics.h"
@@ -19,7 +19,7 @@ namespace {
 
 WorldSettings settings_of(double sector_size) {
   WorldSettings settings = sectors_of(sector_size);
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   return settings;
 }
 

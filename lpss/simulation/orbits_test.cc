@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 
@@ -50,7 +50,7 @@ class Satellite {
  public:
   Satellite(double height, double speed_by_circular, double time_step) {
     WorldSettings settings;
-    settings.precision = bullet::test_precision;
+    settings.precision = engine_tests::test_precision;
     settings.time_step = time_step;
     const Eigen::Vector3d up = Eigen::Vector3d(2, -1, 2) / 3;
     start_.position = up * (kRadius + height);

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/test_runs.h"
 
@@ -21,7 +21,7 @@ constexpr int kCrowdTicks = 20;
 WorldDescription hammered_crowd(double gap, double speed, double radius) {
   WorldSettings settings = sectors_of(kCrowdSector);
   settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   WorldBuilder builder(settings);
   const ShapeId box = builder.shape(Box{{kCrowdEdge, kCrowdEdge, kCrowdEdge}});
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(kCrowdSector / 2);

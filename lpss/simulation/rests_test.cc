@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/test_runs.h"
 
@@ -20,7 +20,7 @@ constexpr double kSlopeFriction = 0.8;
 
 WorldBuilder slope_of(double share, double sector_size, std::mt19937& random) {
   WorldSettings settings = sectors_of(sector_size);
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   settings.sleep_after = 0;
   const double angle = share * std::atan(kSlopeFriction);
   const double towards = std::uniform_real_distribution(0.0, 2 * std::numbers::pi)(random);

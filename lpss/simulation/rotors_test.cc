@@ -6,7 +6,7 @@
 #include <ostream>
 
 #include "lpss/base/rotation.h"
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/mechanics.h"
 #include "lpss/simulation/test_runs.h"
@@ -31,7 +31,7 @@ struct Flywheel {
 WorldDescription flywheel_world(const Flywheel& flywheel, double time_step) {
   WorldBuilder builder(sectors_of(128));
   WorldSettings& settings = builder.world().settings;
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   settings.time_step = time_step;
   settings.gravity = UniformGravity{Vector3d::Zero()};
   const Vector3d turn(1, 0.2, 0.5);

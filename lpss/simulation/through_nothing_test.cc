@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/test_runs.h"
 
@@ -94,7 +94,7 @@ class Scene {
   static WorldSettings settings(double sector) {
     WorldSettings settings = sectors_of(sector);
     settings.gravity = UniformGravity{Eigen::Vector3d::Zero()};
-    settings.precision = bullet::test_precision;
+    settings.precision = engine_tests::test_precision;
     settings.sleep_after = 0;
     return settings;
   }

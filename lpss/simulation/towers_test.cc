@@ -5,7 +5,7 @@
 #include <map>
 #include <memory>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 
@@ -18,7 +18,7 @@ constexpr double kLeanMax = 1e-3;  // m
 
 TEST(Towers, StandUprightWhereverTheyAre) {
   WorldSettings settings;
-  settings.precision = bullet::test_precision;
+  settings.precision = engine_tests::test_precision;
   settings.sector_size = 512;
   settings.sleep_after = 0;
   WorldBuilder builder(settings);

@@ -16,7 +16,7 @@ must_run(said ${CMAKE_COMMAND} --build ${folder}/build)
 
 # A sanitizer calls dlopen() in place of the application, whose run path then does not count.
 if(flags MATCHES "-fsanitize")
-  file(GLOB_RECURSE engine ${folder}/prefix/libtessera-bullet-f32.so)
+  file(GLOB_RECURSE engine ${folder}/prefix/libtessera-engine-f32.so)
   get_filename_component(engines ${engine} DIRECTORY)
   set(ENV{LD_LIBRARY_PATH} ${engines})
 endif()

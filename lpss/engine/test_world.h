@@ -10,7 +10,7 @@
 #include "lpss/engine/engine.h"
 #include "lpss/engine/load_engine.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 
 inline constexpr double kTick = 1.0 / 60;   // s
 inline constexpr std::uint64_t kFloor = 1;  // the id of what others lie on
@@ -97,4 +97,4 @@ void divide_into_islands(SolveTask& task, const std::vector<CloneOf>& clones = {
 
 std::uint64_t hash_of(const BodyState& state, std::uint64_t seed);
 
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <map>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 using testing::DoubleNear;
@@ -490,4 +490,4 @@ TEST(EngineTest, OnePrecisionAProcess) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

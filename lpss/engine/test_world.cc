@@ -1,4 +1,4 @@
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 
 #include "lpss/base/disjoint_sets.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 Shape single(Geometry geometry) { return {{{std::move(geometry), {}}}}; }
@@ -322,4 +322,4 @@ std::uint64_t hash_of(const BodyState& state, std::uint64_t seed) {
   return hash;
 }
 
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

@@ -10,9 +10,9 @@
 #include <string>
 #include <string_view>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 constexpr double kFrame = 128;  // m between the frames of two sectors
@@ -303,4 +303,4 @@ TEST(ManifoldTest, OfBodiesThatAreNotHereOrNotNearIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <ostream>
 
-#include "lpss/bullet/joint_scene.h"
+#include "lpss/engine/joint_scene.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 using Eigen::Vector3d;
@@ -271,4 +271,4 @@ TEST(JointTest, ASolverRemembersNothing) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 constexpr std::uint64_t kBox = 10;
@@ -133,4 +133,4 @@ TEST_F(ApartTest, LinksOfTwoAssembliesCollide) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <ostream>
 
-#include "lpss/bullet/joint_scene.h"
+#include "lpss/engine/joint_scene.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 using Eigen::Vector3d;
@@ -320,4 +320,4 @@ TEST(FrictionTest, IsTakenOffADrive) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

@@ -5,16 +5,16 @@
 #include <cstdio>
 #include <string_view>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument == "--precision=f32") {
-      tessera::bullet::test_precision = tessera::Precision::kFloat32;
+      tessera::engine_tests::test_precision = tessera::Precision::kFloat32;
     } else if (argument == "--precision=f64") {
-      tessera::bullet::test_precision = tessera::Precision::kFloat64;
+      tessera::engine_tests::test_precision = tessera::Precision::kFloat64;
     } else {
       std::fprintf(stderr, "unknown argument %s\n", argv[i]);
       return 2;

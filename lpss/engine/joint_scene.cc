@@ -1,8 +1,8 @@
-#include "lpss/bullet/joint_scene.h"
+#include "lpss/engine/joint_scene.h"
 
 #include <cmath>
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 Eigen::Vector3d centre_of(int sector) { return {sector * kSectorSize, 0, 0}; }
@@ -137,4 +137,4 @@ Pose frame_at(const Eigen::Vector3d& position, const Eigen::Vector3d& axis) {
   return {position, Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), axis)};
 }
 
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

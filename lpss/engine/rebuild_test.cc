@@ -4,9 +4,9 @@
 
 #include <thread>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 constexpr int kTicks = 600;
@@ -164,4 +164,4 @@ INSTANTIATE_TEST_SUITE_P(Piles, PileTest, testing::ValuesIn(kPiles),
                          [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

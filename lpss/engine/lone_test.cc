@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 BodyRecord tumbling(std::uint64_t id, ShapeId shape) {
@@ -137,4 +137,4 @@ TEST(FineFlightTest, EndsWithAContact) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <ostream>
 
-#include "lpss/bullet/joint_scene.h"
+#include "lpss/engine/joint_scene.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 using Eigen::Vector3d;
@@ -280,4 +280,4 @@ TEST(SpringTest, PushesAgainstALimit) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

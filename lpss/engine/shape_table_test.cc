@@ -1,11 +1,11 @@
-#include "lpss/bullet/shape_table.h"
+#include "lpss/engine/shape_table.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <vector>
 
-namespace tessera::bullet {
+namespace tessera {
 namespace {
 
 struct Form {
@@ -47,4 +47,4 @@ TEST(ShapeTable, FormsWithoutBodiesAreForgotten) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera

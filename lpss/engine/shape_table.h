@@ -14,12 +14,10 @@
 #include <tuple>
 #include <utility>
 
+#include "lpss/engine/require.h"
 #include "lpss/model/body.h"
 
-namespace tessera::bullet {
-
-// Stops the process with a message if the caller violated the interface.
-void require(bool holds, const char* rule);
+namespace tessera {
 
 // The shapes of a world in the form of an engine, which is shared by all bodies with the same shape and
 // centre frame, and forgotten some time after the last of these. `Built` is made from (Shape, Pose centre,
@@ -101,4 +99,4 @@ class ApartPairs {
   absl::flat_hash_map<std::pair<BodyId, BodyId>, int> times_;  // number of joints that exclude the pair; > 0
 };
 
-}  // namespace tessera::bullet
+}  // namespace tessera

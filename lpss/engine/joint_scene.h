@@ -8,9 +8,9 @@
 #include <memory>
 #include <vector>
 
-#include "lpss/bullet/test_world.h"
+#include "lpss/engine/test_world.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 
 inline constexpr double kSectorSize = 128;  // m
 inline constexpr std::uint64_t kBase = 5;   // ids
@@ -72,4 +72,4 @@ BodyRecord ghost(std::uint64_t id, const Eigen::Vector3d& position);
 // A frame at a place, with its x along `axis`.
 Pose frame_at(const Eigen::Vector3d& position, const Eigen::Vector3d& axis = Eigen::Vector3d::UnitX());
 
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "lpss/bullet/joint_scene.h"
+#include "lpss/engine/joint_scene.h"
 
-namespace tessera::bullet {
+namespace tessera::engine_tests {
 namespace {
 
 using Eigen::Vector3d;
@@ -168,4 +168,4 @@ TEST(MimicSectorsTest, ReachesOverSectors) {
 }
 
 }  // namespace
-}  // namespace tessera::bullet
+}  // namespace tessera::engine_tests
