@@ -533,7 +533,9 @@ void NativeWorld::import_manifold(const ManifoldState& state) {
 }
 
 void NativeWorld::append_numbers(BodySlot slot, std::string& bytes) const {
-  append(numbers_of(body(slot), settings_.time_step), frame_of(body(slot)), bytes);
+  Numbers::Body numbers;
+  fill(body(slot), settings_.time_step, numbers);
+  append(numbers, frame_of(body(slot)), bytes);
 }
 
 void NativeWorld::append_pair_numbers(std::size_t pair, std::string& bytes) const {

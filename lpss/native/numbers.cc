@@ -82,15 +82,6 @@ bool are_bounded(const Numbers::Patch& patch) {
 
 }  // namespace
 
-Numbers::Body numbers_of(const Body& body, double dt) {
-  return {.linear = body.linear,
-          .angular = body.angular,
-          .linear_force = body.linear_push(Scalar(dt)),
-          .angular_force = body.angular_push(Scalar(dt)),
-          .inverse_mass = body.inverse_mass,
-          .inverse_inertia = body.inverse_inertia()};
-}
-
 Numbers::Frame frame_of(const Body& body) {
   return {body.pose.rotation, body.pose.position, body.moments, body.inverse_moments};
 }
@@ -121,17 +112,6 @@ void take(const Numbers::Solved& solved, double dt, Body& body) {
   body.pose.rotation = turned(body.pose.rotation, solved.turn);
 }
 
-ContactScale scale_of(const Body& a, const Body& b) {
-  ContactScale scale;
-  scale.inverse_mass = double(std::max(a.inverse_mass * a.nimbleness, b.inverse_mass * b.nimbleness));
-  scale.nimbleness = double(std::max(a.nimbleness, b.nimbleness));
-  scale.extent = std::numeric_limits<double>::max();
-  for (const Body* body : {&a, &b}) {
-    if (body->is_dynamic()) scale.extent = std::min(scale.extent, double(body->solid->extent()));
-  }
-  return scale;
-}
-
 ContactHead head_of(const ContactView& view) {
   const Contact& contact = *view.contact;
   ContactHead head;
@@ -139,7 +119,9 @@ ContactHead head_of(const ContactView& view) {
   for (std::size_t n = 0; n < 2; ++n) {
     const Body& side = n == 0 ? *view.a : *view.b;
     if (side.is_dynamic()) continue;
-    head.sides[n] = side.motion == Motion::kStatic ? ContactHead::Side::kStill : ContactHead::Side::kMoving;
+    head.sides[n] = ContactHead::Side::kStill;
+    if (side.motion == Motion::kStatic) continue;
+    head.sides[n] = ContactHead::Side::kMoving;
     head.linear[n] = side.linear;
     head.angular[n] = side.angular;
   }
@@ -231,6 +213,7 @@ void visit_head(H& head, const Visit& visit) {
   visit(head.patches);
   for (std::size_t n = 0; n < 2; ++n) {
     visit(head.sides[n]);
+    if (head.sides[n] != ContactHead::Side::kMoving) continue;
     visit(head.linear[n]);
     visit(head.angular[n]);
   }

@@ -2,8 +2,10 @@
 // bytes, for a solver elsewhere.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,7 +20,14 @@ namespace tessera::native {
 using Numbers = Islands<Scalar>;
 
 // In ticks of `dt` seconds.
-Numbers::Body numbers_of(const Body& body, double dt);
+inline void fill(const Body& body, double dt, Numbers::Body& into) {
+  into.linear = body.linear;
+  into.angular = body.angular;
+  into.linear_force = body.linear_push(Scalar(dt));
+  into.angular_force = body.angular_push(Scalar(dt));
+  into.inverse_mass = body.inverse_mass;
+  into.inverse_inertia = body.inverse_inertia();
+}
 Numbers::Frame frame_of(const Body& body);
 
 // The body then moves on by the velocities that it ends with. One that would be corrected to nowhere, or
@@ -32,10 +41,10 @@ struct ContactHead {
 
   std::uint32_t patches = 0;
   std::array<Side, 2> sides = {Side::kPushed, Side::kPushed};
-  std::array<Vector, 2> linear = {Vector::Zero(), Vector::Zero()};   // m/s, of moving sides
-  std::array<Vector, 2> angular = {Vector::Zero(), Vector::Zero()};  // rad/s
-  Scalar extent = 0;                                                 // m; see ContactScale
-  Scalar nimbleness = 1;                                             // likewise
+  std::array<Vector, 2> linear;   // m/s, of moving sides only
+  std::array<Vector, 2> angular;  // rad/s
+  Scalar extent = 0;              // m; see ContactScale
+  Scalar nimbleness = 1;          // likewise
   bool may_bounce = false;
   bool is_deep = false;  // deeper than any load presses a body in: it does not rest there
   bool carries = false;  // on a surface that moves
@@ -62,7 +71,16 @@ void take(std::span<const Numbers::Patch> patches, const ContactNeeds& needs, co
           Scalar gap_min, Contact& contact);
 
 // Inverse mass, extent and nimbleness.
-ContactScale scale_of(const Body& a, const Body& b);
+inline ContactScale scale_of(const Body& a, const Body& b) {
+  ContactScale scale;
+  scale.inverse_mass = double(std::max(a.inverse_mass * a.nimbleness, b.inverse_mass * b.nimbleness));
+  scale.nimbleness = double(std::max(a.nimbleness, b.nimbleness));
+  scale.extent = std::numeric_limits<double>::max();
+  for (const Body* body : {&a, &b}) {
+    if (body->is_dynamic()) scale.extent = std::min(scale.extent, double(body->solid->extent()));
+  }
+  return scale;
+}
 
 // --- as bytes ---
 

@@ -107,7 +107,7 @@ void TaskArrays::gather_body(std::size_t place) {
   const bool has_frame = !islands_.joints.empty();
   if (from.world != nullptr) {
     const Body& body = body_of(from);
-    islands_.bodies[place] = numbers_of(body, dt_);
+    fill(body, dt_, islands_.bodies[place]);
     if (has_frame) islands_.frames[place] = frame_of(body);
     return;
   }
@@ -237,9 +237,8 @@ void TaskArrays::put_back_pair(std::size_t n, SolvedTask* solved) const {
   const auto& contact = islands_.contacts[n];
   const auto patches = std::span(islands_.patches).subspan(contact.first, contact.patches);
   if (source.contact != nullptr) {
-    const Opening<Scalar> usual(dt_, settings_.substeps, settings_.substeps);
     return take(patches, needs_, scale_of(*source.bodies[0], *source.bodies[1]),
-                usual.deepest_gap(source.head.extent, 1), *source.contact);
+                usual_.deepest_gap(source.head.extent, 1), *source.contact);
   }
   if (solved == nullptr) return;
   std::string bytes;

@@ -20,7 +20,9 @@ namespace tessera::native {
 class TaskArrays {
  public:
   TaskArrays(const EngineSettings& settings, const ContactNeeds& needs)
-      : settings_(settings), needs_(needs) {}
+      : settings_(settings),
+        needs_(needs),
+        usual_(settings.time_step, settings.substeps, settings.substeps) {}
 
   // Islands of a task (their places in it, ascending), for a tick of `dt` seconds in so many steps. The task
   // and its worlds stay as they are until what comes of it is put back.
@@ -68,6 +70,7 @@ class TaskArrays {
 
   const EngineSettings& settings_;
   const ContactNeeds& needs_;
+  const Opening<Scalar> usual_;  // of usual steps
   const SolveTask* task_ = nullptr;
   double dt_ = 0;  // s
   Islands<Scalar> islands_;

@@ -22,12 +22,6 @@ std::uint32_t TaskBuilder::add_member(const Member& member) {
   return static_cast<std::uint32_t>(members_.size() - 1);
 }
 
-std::uint32_t& TaskBuilder::member_in(BodySlot slot) {
-  const auto place = static_cast<std::size_t>(slot);
-  if (place >= by_slot_.size()) by_slot_.resize(place + 1, kNone);
-  return by_slot_[place];
-}
-
 void TaskBuilder::add(const Sector& sector, const Component& component) {
   SectorWorld* const world = sector.world.get();
   const bool clones_stand = partition_->settings.seams == SeamPolicy::kIsland;

@@ -68,7 +68,11 @@ class TaskBuilder {
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
   std::uint32_t add_member(const Member& member);
-  std::uint32_t& member_in(BodySlot slot);
+  std::uint32_t& member_in(BodySlot slot) {
+    const auto place = static_cast<std::size_t>(slot);
+    if (place >= by_slot_.size()) by_slot_.resize(place + 1, kNone);
+    return by_slot_[place];
+  }
   const Member* find(BodyId id) const;
   void place_members();
   void order_contacts();
