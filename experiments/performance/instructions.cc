@@ -11,9 +11,11 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,7 +28,6 @@
 namespace tessera {
 namespace {
 
-constexpr Tick kUncounted = 30;  // until the pile has landed
 constexpr Tick kCounted = 30;
 
 // Instructions of this process in user mode.
@@ -61,10 +62,27 @@ class Counter {
   int file_ = -1;
 };
 
-WorldDescription scene(const std::string& name, const WorldSettings& settings) {
-  if (name == "pile") return dropped_boxes(settings, 512);
-  if (name == "mixed") return mixed_bodies(settings, 560);
-  return pyramid_world(settings, 20);
+struct Scene {
+  std::function<WorldDescription(const WorldSettings&)> make;
+  Tick uncounted = 30;  // until most has landed
+};
+
+Scene poured(Poured kind) {
+  return {[kind](const WorldSettings& settings) { return poured_bodies(settings, kind, 256); }, 80};
+}
+
+const std::map<std::string, Scene>& scenes() {
+  static const std::map<std::string, Scene> all = {
+      {"pile", {[](const WorldSettings& settings) { return dropped_boxes(settings, 512); }}},
+      {"pyramid", {[](const WorldSettings& settings) { return pyramid_world(settings, 20); }}},
+      {"mixed", {[](const WorldSettings& settings) { return mixed_bodies(settings, 560); }}},
+      {"bin_balls", poured(Poured::kBalls)},
+      {"bin_capsules", poured(Poured::kCapsules)},
+      {"bin_boxes", poured(Poured::kBoxes)},
+      {"bin_cylinders", poured(Poured::kCylinders)},
+      {"bin_all", poured(Poured::kAll)},
+  };
+  return all;
 }
 
 // Steps a world in f32 by one tick.
@@ -90,28 +108,31 @@ extern "C" [[gnu::noinline]] void counted_ticks(const std::function<void()>& ste
 int main(int argc, char** argv) {
   const std::string scene = argc == 3 ? argv[1] : "";
   const std::string world = argc == 3 ? argv[2] : "";
-  if ((scene != "pile" && scene != "pyramid" && scene != "mixed") ||
-      (world != "sectors" && world != "one_sector" && world != "plain")) {
-    std::cerr << "usage: performance_instructions pile|pyramid|mixed sectors|one_sector|plain\n";
+  const auto made = tessera::scenes().find(scene);
+  if (made == tessera::scenes().end() || (world != "sectors" && world != "one_sector" && world != "plain")) {
+    std::cerr << "usage: performance_instructions SCENE sectors|one_sector|plain\nSCENE is one of";
+    for (const auto& [name, its] : tessera::scenes()) std::cerr << " " << name;
+    std::cerr << "\n";
     return 2;
   }
   tessera::WorldSettings settings;
   settings.sleep_after = 0;
   settings.sector_size = world == "sectors" ? 16 : 512;
-  const tessera::WorldDescription description = tessera::scene(scene, settings);
+  const tessera::WorldDescription description = made->second.make(settings);
   const absl::StatusOr<std::function<void()>> step = tessera::stepped(description, world == "plain");
   if (!step.ok()) {
     std::cerr << step.status() << "\n";
     return 1;
   }
-  for (tessera::Tick tick = 0; tick < tessera::kUncounted; ++tick) (*step)();
+  for (tessera::Tick tick = 0; tick < made->second.uncounted; ++tick) (*step)();
   const tessera::Counter counter;
   counter.start();
   counted_ticks(*step);
   const std::optional<std::uint64_t> count = counter.stop();
+  const auto motion = [](const tessera::BodyDescription& body) { return body.properties.motion; };
   std::cout << absl::StrFormat(R"({"bodies": %d, "ticks": %d, "avx2": %s, "instructions": %s})",
-                               description.bodies.size() - 1, tessera::kCounted,
-                               __builtin_cpu_supports("avx2") ? "true" : "false",
+                               std::ranges::count(description.bodies, tessera::Motion::kDynamic, motion),
+                               tessera::kCounted, __builtin_cpu_supports("avx2") ? "true" : "false",
                                count ? std::to_string(*count) : "null")
             << "\n";
 }

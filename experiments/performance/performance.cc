@@ -39,12 +39,20 @@ std::vector<Race> races(bool quick) {
   const auto stacks = [share](const WorldSettings& s) { return towers_of_ten(s, 800 / share); };
   const auto rows = [quick](const WorldSettings& s) { return pyramid_world(s, quick ? 10 : 30); };
   const auto mixed = [quick](const WorldSettings& s) { return mixed_bodies(s, quick ? 140 : 2800); };
+  const auto poured = [share](Poured kind) {
+    return [=](const WorldSettings& s) { return poured_bodies(s, kind, 4096 / share); };
+  };
   const Tick ticks = quick ? 60 : 200;
   const Tick ten_seconds = quick ? 120 : 600;
   return {{"pile", boxes, false, ticks},
           {"pile_to_rest", boxes, true, ten_seconds},
           {"towers", stacks, false, ticks},
           {"pyramid", rows, false, ten_seconds},
+          {"bin_balls", poured(Poured::kBalls), false, ticks},
+          {"bin_capsules", poured(Poured::kCapsules), false, ticks},
+          {"bin_boxes", poured(Poured::kBoxes), false, ticks},
+          {"bin_cylinders", poured(Poured::kCylinders), false, ticks},
+          {"bin_all", poured(Poured::kAll), false, ticks},
           {"mixed", mixed, false, ticks, true}};
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/simulation/example_worlds.h"
@@ -100,6 +101,58 @@ WorldDescription mixed_bodies(const WorldSettings& settings, int count) {
       builder.tie(absl::StrCat("joint", n, "_", link), JointType::kBall,
                   absl::StrCat("link", n, "_", link - 1), name, at + Eigen::Vector3d(0, 0, kCapsule / 2));
     }
+  }
+  return builder.world();
+}
+
+WorldDescription poured_bodies(const WorldSettings& settings, Poured kind, int count) {
+  constexpr double kApart = 1.3;  // m
+  constexpr double kWall = 2;     // m, its thickness
+  WorldBuilder builder(settings);
+  builder.add_floor(kHalfFloor, 0);
+  const ShapeId ball = builder.shape(Sphere{0.5});
+  const ShapeId capsule = builder.shape(Capsule{0.3, 0.6});
+  const ShapeId box = builder.shape(Box{{0.9, 0.8, 0.7}});
+  const ShapeId cylinder = builder.shape(Cylinder{0.4, 0.9});
+  const ShapeId hull = builder.shape(stone());
+  const std::vector<ShapeId> shapes = [&]() -> std::vector<ShapeId> {
+    switch (kind) {
+      case Poured::kBalls:
+        return {ball};
+      case Poured::kCapsules:
+        return {capsule};
+      case Poured::kBoxes:
+        return {box};
+      case Poured::kCylinders:
+        return {cylinder};
+      case Poured::kAll:
+        return {ball, capsule, box, cylinder, hull};
+    }
+    return {};
+  }();
+  const int side = static_cast<int>(std::ceil(std::sqrt(count / 16.0)));
+  const double half = side * kApart / 2 + 0.5;
+  const double height = 30;  // m
+  for (int wall = 0; wall < 4; ++wall) {
+    const bool is_along_x = wall % 2 == 0;
+    const double sign = wall < 2 ? 1 : -1;
+    const double length = 2 * (half + kWall);
+    const ShapeId shape =
+        builder.shape(is_along_x ? Box{{kWall, length, height}} : Box{{length, kWall, height}});
+    const double at = sign * (half + kWall / 2);
+    builder.add(absl::StrCat("wall", wall), shape, 1, {is_along_x ? at : 0, is_along_x ? 0 : at, height / 2},
+                Motion::kStatic);
+  }
+  Scatter scatter;
+  for (int n = 0; n < count; ++n) {
+    const int layer = n / (side * side);
+    const int row = n % (side * side) / side;
+    const int column = n % side;
+    const Eigen::Vector3d place((column - (side - 1) / 2.0) * kApart + 0.1 * scatter.next(),
+                                (row - (side - 1) / 2.0) * kApart + 0.1 * scatter.next(), 1 + kApart * layer);
+    const Eigen::Vector4d turn(scatter.next() - 0.5, scatter.next() - 0.5, scatter.next() - 0.5, 0.6);
+    builder.add(absl::StrCat("body", n), shapes[static_cast<std::size_t>(n) % shapes.size()], 1, place)
+        .pose.orientation = Eigen::Quaterniond(turn.normalized());
   }
   return builder.world();
 }

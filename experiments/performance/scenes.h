@@ -15,4 +15,11 @@ WorldDescription towers_of_ten(const WorldSettings& settings, int count);
 // dropped onto hilly ground of triangles.
 WorldDescription mixed_bodies(const WorldSettings& settings, int count);
 
+// What is poured into a bin.
+enum class Poured { kBalls, kCapsules, kBoxes, kCylinders, kAll };
+
+// `count` bodies some 1 m long, of one kind or of all, hulls among them, turned at random, poured into a bin
+// of four walls that holds them half a dozen deep.
+WorldDescription poured_bodies(const WorldSettings& settings, Poured kind, int count);
+
 }  // namespace tessera

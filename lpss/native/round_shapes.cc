@@ -1,10 +1,5 @@
 #include "lpss/native/round_shapes.h"
 
-#include <BulletCollision/CollisionShapes/btCylinderShape.h>
-#include <BulletCollision/CollisionShapes/btTriangleShape.h>
-#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
-#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
-#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 #include <absl/container/inlined_vector.h>
 
 #include <algorithm>
@@ -12,6 +7,8 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+
+#include "lpss/collision/closest.h"
 
 namespace tessera::native {
 namespace {
@@ -41,58 +38,37 @@ constexpr Scalar kShallow = Scalar(0.25);
 // Lines whose angle has a smaller sine than this lie along each other.
 constexpr Scalar kParallel = Scalar(0.1);
 
-// Relative to a's centre, world axes.
-struct Nearest {
-  Vector normal = Vector::UnitZ();  // from b to a
-  Vector on_a = Vector::Zero();
-  Vector on_b = Vector::Zero();
-  Scalar gap = 0;
-};
+using Nearest = collision::Closest<Scalar>;
 
 // With a and b exchanged; `offset` is from the centre of b to that of a, as in `found`.
 Nearest swapped(const Nearest& found, const Vector& offset) {
   return {-found.normal, found.on_b + offset, found.on_a + offset, found.gap};
 }
 
-// GJK sees shapes with rounded edges and corners, which gives it steady normals. What it does not see is
-// added in the direction that it finds.
-std::optional<Nearest> nearest(const Part& a, const Frame& at_a, const Part& b, const Frame& at_b,
-                               Scalar margin) {
-  struct Output final : btDiscreteCollisionDetectorInterface::Result {
-    void setShapeIdentifiersA(int, int) override {}
-    void setShapeIdentifiersB(int, int) override {}
-    void addContactPoint(const btVector3& normal_on_b, const btVector3& on_b, btScalar depth) override {
-      found =
-          Nearest{vector(normal_on_b), vector(btVector3(on_b + normal_on_b * depth)), vector(on_b), depth};
-    }
-    std::optional<Nearest> found;
-  } output;
-  btVoronoiSimplexSolver simplex;
-  btGjkEpaPenetrationDepthSolver penetration;
-  btGjkPairDetector detector(a.convex, b.convex, &simplex, &penetration);
-  btGjkPairDetector::ClosestPointInput input;
-  input.m_transformA = bt(at_a);
-  input.m_transformB = bt(at_b);
-  const btScalar reach =
-      a.convex->getMargin() + b.convex->getMargin() + a.rounded_off_most + b.rounded_off_most + margin;
-  input.m_maximumDistanceSquared = reach * reach;
-  detector.getClosestPoints(input, output, nullptr);
-  if (!output.found) return std::nullopt;
-  Nearest found = *output.found;
-  const Scalar more_of_a = rounded_off(a, Vector(at_a.rotation.transpose() * -found.normal));
-  const Scalar more_of_b = rounded_off(b, Vector(at_b.rotation.transpose() * found.normal));
-  found.gap -= more_of_a + more_of_b;
-  if (!(found.gap <= margin)) return std::nullopt;
-  found.on_a -= found.normal * more_of_a;
-  found.on_b += found.normal * more_of_b;
-  return found;
+// The middle of a part, which a hull's centre of mass may be far from. In its frame.
+Vector middle_of(const Part& part) { return (part.box.low + part.box.high) / 2; }
+
+// What is apart by at most the margin. `middle_a` and `middle_b` in the frames of the shapes.
+std::optional<Nearest> nearest(const collision::Core<Scalar>& a, const Vector& middle_a,
+                               const collision::Core<Scalar>& b, const Vector& middle_b,
+                               const Placement<Scalar>& placement, Scalar margin) {
+  const Vector apart = placement.a * middle_a - placement.b * middle_b - placement.offset;
+  return collision::closest<Scalar>(a, b, placement, margin,
+                                    apart.isZero(0) ? Vector(Vector::UnitZ()) : apart);
 }
 
-Part part_of(const btTriangleShape& triangle) {
-  Part part;
-  part.kind = Part::Kind::kRound;
-  part.convex = &triangle;
-  return part;
+std::optional<Nearest> nearest(const Part& a, const Part& b, const Placement<Scalar>& placement,
+                               Scalar margin) {
+  return nearest(a.core, middle_of(a), b.core, middle_of(b), placement, margin);
+}
+
+std::optional<Nearest> nearest(const Part& a, const MeshTriangle<Scalar>& b,
+                               const Placement<Scalar>& placement, Scalar margin) {
+  collision::Core<Scalar> triangle;
+  triangle.kind = collision::Core<Scalar>::Kind::kPoints;
+  triangle.points = b.vertex;
+  return nearest(a.core, middle_of(a), triangle, Vector((b.vertex[0] + b.vertex[1] + b.vertex[2]) / 3),
+                 placement, margin);
 }
 
 // A line along the side of a shape.
@@ -136,9 +112,8 @@ Side side_of(const Part& part, const Vector& direction) {
     radius = part.capsule.radius;
     half_length = part.capsule.half_length;
   } else if (is_cylinder(part)) {
-    const btVector3 half = static_cast<const btCylinderShape*>(part.convex)->getHalfExtentsWithMargin();
-    radius = half.x();
-    half_length = half.z();
+    radius = part.core.half.x();
+    half_length = part.core.half.z();
     if (std::abs(direction.z()) > kCapFrom * direction.norm()) {
       side.face = cap_of(radius, std::copysign(half_length, direction.z()));
       return side;
@@ -310,11 +285,6 @@ Manifold<Scalar> between(const Side& a, const Side& b, const Nearest& found, Sca
   return manifold;
 }
 
-// The middle of a shape, which a hull's centre of mass may be far from. Relative to the centre of a.
-Vector middle_of(const Part& a, const Placement<Scalar>& placement) {
-  return placement.a * ((a.box.low + a.box.high) / 2);
-}
-
 // A shape above the face of a triangle.
 class AboveFace {
  public:
@@ -373,7 +343,7 @@ class AboveFace {
     const Vector& up = lowest_.normal;
     Nearest lowest = lowest_;
     // A shape that is deep in a surface of small triangles is above the one that its centre is above.
-    if (!is_above(lowest_.on_a) && !is_above(middle_of(a_, placement_)))
+    if (!is_above(lowest_.on_a) && !is_above(placement_.a * middle_of(a_)))
       lowest.gap = std::numeric_limits<Scalar>::max();
     Side face;
     face.face = collision::supporting_face(b_, Vector(placement_.b.transpose() * up));
@@ -446,7 +416,7 @@ Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Sca
     if (found) found = swapped(*found, placement.offset);
   }
   const bool is_over_face = found.has_value();
-  if (!found) found = nearest(a, {placement.a, Vector::Zero()}, b, {placement.b, placement.offset}, margin);
+  if (!found) found = nearest(a, b, placement, margin);
   if (!found) return {};
   const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
   const Side side_b = side_of(b, placement.b.transpose() * found->normal);
@@ -464,17 +434,14 @@ Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Sca
 
 Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
                                const Placement<Scalar>& placement, Scalar margin) {
-  const Vector centre = placement.b.transpose() * (middle_of(a, placement) - placement.offset);
+  const Vector centre = placement.b.transpose() * (placement.a * middle_of(a) - placement.offset);
   const Scalar side = collision::is_kept_behind(b, centre) ? Scalar(-1) : Scalar(1);
   const AboveFace above(a, b, placement, placement.b * b.normal * side);
   if (above.gap() > margin) return {};
   // GJK has trouble with a small shape on a large triangle, and its normals lean a little.
   Manifold<Scalar> level = above.touch_level(margin);
   if (level.count > 0) return level;
-  btTriangleShape triangle(bt(b.vertex[0]), bt(b.vertex[1]), bt(b.vertex[2]));
-  triangle.setMargin(0);
-  const std::optional<Nearest> found =
-      nearest(a, {placement.a, Vector::Zero()}, part_of(triangle), {placement.b, placement.offset}, margin);
+  const std::optional<Nearest> found = nearest(a, b, placement, margin);
   if (!found) return {};
   const Vector local = placement.b.transpose() * found->normal * side;
   if (local.dot(b.normal) <= 0 || above.belongs_to_neighbour(local, found->gap, side, margin))
@@ -525,16 +492,24 @@ Manifold<Scalar> collide_plane(const Part& a, const Vector& normal, const Placem
   return manifold;
 }
 
-Scalar distance(const Part& a, const Frame& at_a, const Part& b, const Frame& at_b, Scalar reach) {
-  const std::optional<Nearest> found = nearest(a, at_a, b, at_b, reach);
+namespace {
+
+template <typename Other>
+Scalar distance_of(const Part& a, const Frame& at_a, const Other& b, const Frame& at_b, Scalar reach) {
+  const Placement<Scalar> placement{at_a.rotation, at_b.rotation, at_b.position - at_a.position};
+  const std::optional<Nearest> found = nearest(a, b, placement, reach);
   return found ? found->gap : std::numeric_limits<Scalar>::max();
+}
+
+}  // namespace
+
+Scalar distance(const Part& a, const Frame& at_a, const Part& b, const Frame& at_b, Scalar reach) {
+  return distance_of(a, at_a, b, at_b, reach);
 }
 
 Scalar distance(const Part& a, const Frame& at_a, const MeshTriangle<Scalar>& b, const Frame& at_b,
                 Scalar reach) {
-  btTriangleShape triangle(bt(b.vertex[0]), bt(b.vertex[1]), bt(b.vertex[2]));
-  triangle.setMargin(0);
-  return distance(a, at_a, part_of(triangle), at_b, reach);
+  return distance_of(a, at_a, b, at_b, reach);
 }
 
 }  // namespace tessera::native

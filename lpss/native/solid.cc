@@ -4,18 +4,22 @@
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
-#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <variant>
 
 namespace tessera::native {
 
+using Core = collision::Core<Scalar>;
+
 bool is_cylinder(const Part& part) {
-  return part.kind == Part::Kind::kRound && part.convex->getShapeType() == CYLINDER_SHAPE_PROXYTYPE;
+  return part.kind == Part::Kind::kRound && part.core.kind == Core::Kind::kCylinder;
+}
+
+bool is_ellipsoid(const Part& part) {
+  return part.kind == Part::Kind::kRound && part.core.kind == Core::Kind::kEllipsoid;
 }
 
 namespace {
@@ -35,63 +39,64 @@ Box box_of_points(const std::vector<Vector>& points) {
 
 Box around(const Vector& half) { return {-half, half}; }
 
-// Of Part, for one whose other members are set. At most so much, for hulls.
-Scalar rounded_off_most(const Part& part) {
-  const Scalar margin = part.convex->getMargin();
-  if (part.kind == Part::Kind::kBox) return (Scalar(std::numbers::sqrt3) - 1) * margin;
-  if (is_cylinder(part)) return (Scalar(std::numbers::sqrt2) - 1) * margin;
-  if (!part.polyhedron) return 0;
-  const auto* core = static_cast<const btConvexHullShape*>(part.convex);
+// m, by how much a corner of a hull is farther from the points of its core than their margin.
+Scalar rounded_off_most(const Core& core) {
   Scalar most = 0;
-  for (const Vector& vertex : part.polyhedron->vertices) {
+  for (const Vector& corner : core.shape_points) {
     Scalar least = std::numeric_limits<Scalar>::max();
-    for (int n = 0; n < core->getNumPoints(); ++n)
-      least = std::min(least, (vector(core->getScaledPoint(n)) - vertex).squaredNorm());
-    most = std::max(most, std::sqrt(least) - margin);
+    for (const Vector& point : core.points) least = std::min(least, (point - corner).squaredNorm());
+    most = std::max(most, std::sqrt(least) - core.margin);
   }
   return most;
 }
 
+const Vector& farthest_of(std::span<const Vector> points, const Vector& direction) {
+  return *std::max_element(points.begin(), points.end(), [&](const Vector& x, const Vector& y) {
+    return x.dot(direction) < y.dot(direction);
+  });
+}
+
+Vector unit(const Vector& v) { return v * (1 / std::sqrt(v.x() * v.x() + v.y() * v.y() + v.z() * v.z())); }
+
 }  // namespace
 
 Vector farthest(const Part& part, const Vector& direction) {
-  if (part.kind == Part::Kind::kBox) {
-    const Vector& half = part.cuboid.half;
-    return {std::copysign(half.x(), direction.x()), std::copysign(half.y(), direction.y()),
-            std::copysign(half.z(), direction.z())};
+  const Vector& half = part.core.half;
+  switch (part.core.kind) {
+    case Core::Kind::kPoint:
+      return unit(direction) * part.ball.radius;
+    case Core::Kind::kSegment: {
+      Vector point = unit(direction) * part.capsule.radius;
+      point.z() += direction.z() < 0 ? -half.z() : half.z();
+      return point;
+    }
+    case Core::Kind::kBox:
+      return {std::copysign(half.x(), direction.x()), std::copysign(half.y(), direction.y()),
+              std::copysign(half.z(), direction.z())};
+    case Core::Kind::kCylinder: {
+      const Scalar side = std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
+      const Scalar scale = side > 0 ? half.x() / side : 0;
+      return {direction.x() * scale, direction.y() * scale, std::copysign(half.z(), direction.z())};
+    }
+    case Core::Kind::kEllipsoid: {
+      const Vector stretched = direction.cwiseProduct(half);
+      return stretched.cwiseProduct(half) / stretched.norm();
+    }
+    case Core::Kind::kPoints:
+      break;
   }
-  if (part.polyhedron) {
-    const std::vector<Vector>& vertices = part.polyhedron->vertices;
-    return *std::max_element(vertices.begin(), vertices.end(), [&](const Vector& x, const Vector& y) {
-      return x.dot(direction) < y.dot(direction);
-    });
-  }
-  if (is_cylinder(part)) {
-    const Vector half = vector(static_cast<const btCylinderShape*>(part.convex)->getHalfExtentsWithMargin());
-    const Scalar side = std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
-    const Scalar scale = side > 0 ? half.x() / side : 0;
-    return {direction.x() * scale, direction.y() * scale, std::copysign(half.z(), direction.z())};
-  }
-  return vector(part.convex->localGetSupportingVertex(bt(direction)));
+  if (!part.core.shape_points.empty()) return farthest_of(part.core.shape_points, direction);
+  return farthest_of(part.core.points, direction) + unit(direction) * part.core.margin;
 }
 
-Scalar rounded_off(const Part& part, const Vector& direction) {
-  if (part.kind == Part::Kind::kBox) return (direction.cwiseAbs().sum() - 1) * part.convex->getMargin();
-  if (is_cylinder(part)) {
-    const Scalar side = std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
-    return (side + std::abs(direction.z()) - 1) * part.convex->getMargin();
-  }
-  if (!part.polyhedron) return 0;
-  const btVector3 seen = part.convex->localGetSupportingVertexWithoutMargin(bt(direction));
-  return direction.dot(farthest(part, direction) - vector(seen)) - part.convex->getMargin();
-}
+namespace {
 
-Box box_at(const Part& part, const Frame& body) {
+// The box of the box of a part.
+Box rough_box_at(const Part& part, const Frame& body) {
   const Frame at = part.is_placed ? body * part.frame : body;
   switch (part.kind) {
     case Part::Kind::kBall:
-      return {at.position - Vector::Constant(part.ball.radius),
-              at.position + Vector::Constant(part.ball.radius)};
+      return around(Vector::Constant(part.ball.radius)).moved(at.position);
     case Part::Kind::kPlane: {
       Box box{Vector::Constant(-kFar), Vector::Constant(kFar)};
       const Vector normal = at.rotation * part.normal;
@@ -104,6 +109,35 @@ Box box_at(const Part& part, const Frame& body) {
     default:
       return part.box.posed(at);
   }
+}
+
+// m, how far a part reaches along the axes of the world, of one that reaches as far against them.
+Vector reach_of(const Part& part, const Matrix& rotation) {
+  const Vector along = rotation.col(2).cwiseAbs();
+  if (part.kind == Part::Kind::kCapsule)
+    return Vector::Constant(part.capsule.radius) + along * part.capsule.half_length;
+  const Vector& half = part.box.high;
+  if (is_cylinder(part)) {
+    const Vector across = (Vector::Ones() - along.cwiseProduct(along)).cwiseMax(0);
+    return across.cwiseSqrt() * half.x() + along * half.z();
+  }
+  return (rotation * half.asDiagonal()).rowwise().norm();  // of an ellipsoid
+}
+
+}  // namespace
+
+Box box_at(const Part& part, const Frame& body) {
+  const bool is_polyhedron = part.kind == Part::Kind::kPolyhedron;
+  const bool is_symmetric = part.kind == Part::Kind::kCapsule || is_cylinder(part) || is_ellipsoid(part);
+  if (!is_polyhedron && !is_symmetric) return rough_box_at(part, body);
+  const Frame at = part.is_placed ? body * part.frame : body;
+  if (is_symmetric) return around(reach_of(part, at.rotation)).moved(at.position);
+  Box box = Box::nothing();
+  for (const Vector& vertex : part.polyhedron->vertices) {
+    const Vector place = at.rotation * vertex;
+    box.extend({place, place});
+  }
+  return box.moved(at.position);
 }
 
 namespace {
@@ -180,8 +214,8 @@ Solid::Solid(const Shape& shape, const Pose& centre, bool is_static, const Hulls
   const double extent = smallest_extent(shape);
   // Surfaces have no extent.
   margin_ = extent > 0 ? std::min(kMarginMax, kMarginShare * Scalar(std::min(extent, 1.0))) : kMarginMax;
-  box_ = native::box_at(parts_.front(), {});
-  for (const Part& part : parts_) box_.extend(native::box_at(part, {}));
+  box_ = rough_box_at(parts_.front(), {});
+  for (const Part& part : parts_) box_.extend(rough_box_at(part, {}));
   extent_ = parts_.size() == 1 ? Scalar(extent) : (box_.high - box_.low).minCoeff();
   radius_ = box_.low.cwiseAbs().cwiseMax(box_.high.cwiseAbs()).norm();
   find_swing();
@@ -220,6 +254,34 @@ void Solid::set_hull(const SolidHull& hull, const Pose& pose, Part& part) {
   }
   part.polyhedron =
       polyhedra_.emplace_back(std::make_unique<collision::Polyhedron<Scalar>>(*std::move(polyhedron))).get();
+}
+
+void Solid::set_core(const Geometry& geometry, Part& part) {
+  Core& core = part.core;
+  core.margin = part.convex->getMargin();
+  core.half = part.half.cast<Scalar>();
+  if (std::holds_alternative<Sphere>(geometry)) {
+    core.kind = Core::Kind::kPoint;
+    core.margin = part.ball.radius;
+  } else if (std::holds_alternative<Capsule>(geometry)) {
+    core.kind = Core::Kind::kSegment;
+    core.margin = part.capsule.radius;
+  } else if (std::holds_alternative<tessera::Box>(geometry)) {
+    core.kind = Core::Kind::kBox;
+  } else if (std::holds_alternative<Cylinder>(geometry)) {
+    core.kind = Core::Kind::kCylinder;
+  } else if (std::holds_alternative<Ellipsoid>(geometry)) {
+    core.kind = Core::Kind::kEllipsoid;
+  } else {
+    core.kind = Core::Kind::kPoints;
+    const auto* hull = static_cast<const btConvexHullShape*>(part.convex);
+    std::vector<Vector>& points = core_points_.emplace_back();
+    for (int n = 0; n < hull->getNumPoints(); ++n) points.push_back(vector(hull->getScaledPoint(n)));
+    core.points = points;
+    if (!part.polyhedron) return;
+    core.shape_points = part.polyhedron->vertices;
+    core.rounded_off_most = rounded_off_most(core);
+  }
 }
 
 Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet,
@@ -291,7 +353,7 @@ Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionSha
       part.half = ellipsoid->radii;
     }
   }
-  if (part.convex) part.rounded_off_most = rounded_off_most(part);
+  if (part.convex && part.kind != Part::Kind::kPlane) set_core(geometry, part);
   return part;
 }
 

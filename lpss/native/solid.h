@@ -10,6 +10,7 @@
 
 #include "lpss/bullet/collision_shape.h"
 #include "lpss/collision/collide.h"
+#include "lpss/collision/core.h"
 #include "lpss/native/material.h"
 #include "lpss/native/math.h"
 #include "lpss/native/solid_hull.h"
@@ -44,7 +45,7 @@ struct Part {
   std::span<const collision::HalfSpace<double>> planes;       // of hulls, not simplified
   Vector normal = Vector::UnitZ();                            // of a plane, pointing out
   const btConvexShape* convex = nullptr;                      // of all convex kinds
-  Scalar rounded_off_most = 0;                                // m, of rounded_off() in any direction
+  collision::Core<Scalar> core;                               // likewise
   const Terrain* terrain = nullptr;
   std::shared_ptr<const Material> material;                  // none: that of the body
   btCollisionShape* surface = nullptr;                       // of terrains, for rays
@@ -52,6 +53,7 @@ struct Part {
 };
 
 bool is_cylinder(const Part& part);
+bool is_ellipsoid(const Part& part);
 
 struct SweptBall {
   Vector centre;
@@ -113,6 +115,7 @@ class Solid {
                                              const Hulls& hulls);
   Part make_part(const Geometry& geometry, const Pose& pose, btCollisionShape* bullet, const SolidHull* hull);
   void set_hull(const SolidHull& hull, const Pose& pose, Part& part);
+  void set_core(const Geometry& geometry, Part& part);
   void add_swept_ball(const Part& part, Scalar extent);
   void find_swing();
 
@@ -120,6 +123,7 @@ class Solid {
   Frame offset_;
   std::vector<Part> parts_;
   std::vector<std::unique_ptr<collision::Polyhedron<Scalar>>> polyhedra_;
+  std::vector<std::vector<Vector>> core_points_;
   std::vector<std::vector<collision::HalfSpace<double>>> planes_;
   std::vector<std::unique_ptr<Terrain>> terrains_;
   std::vector<SweptBall> swept_balls_;
@@ -137,9 +141,5 @@ Box box_at(const Part& part, const Frame& frame);
 
 // The point of a convex part that is farthest in a direction, both in the part's frame.
 Vector farthest(const Part& part, const Vector& direction);
-
-// m, how much farther that is than what GJK sees of Bullet's shape, whose edges and corners are rounded by
-// its margin. The direction is of length 1.
-Scalar rounded_off(const Part& part, const Vector& direction);
 
 }  // namespace tessera::native
