@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lpss/collision/axial.h"
 #include "lpss/collision/polytope.h"
 #include "lpss/collision/simplex.h"
 
@@ -104,10 +105,17 @@ class Search {
 template <typename Scalar>
 std::optional<Closest<Scalar>> closest(const Core<Scalar>& a, const Core<Scalar>& b,
                                        const Placement<Scalar>& placement, std::type_identity_t<Scalar> reach,
-                                       const Vector3<Scalar>& first) {
+                                       const Vector3<Scalar>& before) {
+  Closest<Scalar> known;
+  const AxialCase axial = closest_axial<Scalar>(a, b, placement, reach, before, known);
+  if (axial == AxialCase::kApart) return std::nullopt;
+  if (axial == AxialCase::kFound) return known;
   const PlacedCore<Scalar> placed_a(a, placement.a, Vector3<Scalar>::Zero());
   const PlacedCore<Scalar> placed_b(b, placement.b, placement.offset);
   Search<Scalar> search(placed_a, placed_b, reach);
+  Vector3<Scalar> first = before;
+  if (first.isZero(0)) first = placement.a * a.middle - placement.b * b.middle - placement.offset;
+  if (first.isZero(0)) first = Vector3<Scalar>::UnitZ();
   const Found found = search.run(first);
   if (found == Found::kApart) return std::nullopt;
   const Closest<Scalar> closest = found == Found::kOverlap ? search.deepest() : search.nearest();

@@ -21,11 +21,11 @@ struct Closest {
   Scalar gap;  // m, < 0 where the shapes overlap
 };
 
-// Nothing if the shapes are apart by more than `reach` (m, >= 0). `first`: where to look first, a direction
-// from b to a of any length but 0; a good guess is faster. Results depend on the arguments alone.
+// Nothing if the shapes are apart by more than `reach` (m, >= 0). `before`: the normal that was found a
+// little earlier, if any, otherwise 0: from there, it is found sooner. Results depend on the arguments alone.
 template <typename Scalar>
 std::optional<Closest<Scalar>> closest(const Core<Scalar>& a, const Core<Scalar>& b,
                                        const Placement<Scalar>& placement, std::type_identity_t<Scalar> reach,
-                                       const Vector3<Scalar>& first);
+                                       const Vector3<Scalar>& before);
 
 }  // namespace tessera::collision

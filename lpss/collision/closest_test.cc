@@ -42,10 +42,9 @@ class ClosestTest : public testing::Test {
   }
 
   static std::optional<Closest<Scalar>> find(const Core<Scalar>& a, const Core<Scalar>& b,
-                                             const Placement<Scalar>& placement, double reach) {
-    const bool is_centred = placement.offset.isZero(0);
-    return closest<Scalar>(a, b, placement, Scalar(reach),
-                           is_centred ? Vector(Vector::UnitZ()) : Vector(-placement.offset));
+                                             const Placement<Scalar>& placement, double reach,
+                                             const Vector& before = Vector::Zero()) {
+    return closest<Scalar>(a, b, placement, Scalar(reach), before);
   }
 
   // m, of the shapes, along a direction from b to a.
@@ -94,6 +93,18 @@ TYPED_TEST(ClosestTest, KnownDistances) {
        at(0, 0, 1)},
       {"sides", cylinder, cylinder, {level, level, at(1.02, 0, 0.3)}, 0.02, at(-1, 0, 0)},
       {"crossing sides", cylinder, cylinder, {level, lying, at(-0.98, 0.2, 0.3)}, -0.02, at(1, 0, 0)},
+      {"a tilted rim beside a side",
+       cylinder,
+       this->cylinder(0.3, 0.4, 0.03),
+       {level, this->turn(std::numbers::pi / 4, 0, 1, 0), at(0.52 + 0.7 * std::numbers::sqrt2 / 2, 0, 0.1)},
+       0.02,
+       at(-1, 0, 0)},
+      {"rims",
+       this->cylinder(0.5, 1, 1e-5),
+       this->cylinder(0.5, 1, 1e-5),
+       {level, level, at(1.06, 0, 2.08)},
+       0.1,
+       at(-0.6, 0, -0.8)},
       {"a cylinder on a box",
        cylinder,
        this->box(2, 2, 1, 0.04),
@@ -119,6 +130,10 @@ TYPED_TEST(ClosestTest, KnownDistances) {
     EXPECT_NEAR(found->gap, gap, 2 * this->kExact) << name;
     EXPECT_NEAR((found->normal - normal).norm(), 0, 2e-3) << name << ": " << found->normal.transpose();
     EXPECT_NEAR((found->on_a - found->on_b).dot(found->normal), found->gap, this->kExact) << name;
+    const Vector3<TypeParam> near = (normal + at(0.1, -0.2, 0.1)).normalized();
+    const auto again = this->find(a, b, placement, 4, near);
+    ASSERT_TRUE(again) << name;
+    EXPECT_NEAR(again->gap, gap, 2 * this->kExact) << name;
     EXPECT_EQ(this->find(a, b, placement, std::max(0.0, gap - 1e-3)).has_value(), gap < 0) << name;
   }
 }

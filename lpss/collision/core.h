@@ -27,6 +27,8 @@ struct Core {
   std::span<const Vector3<Scalar>>
       shape_points{};           // the corners of its shape; none: the shape has round ones
   Scalar rounded_off_most = 0;  // m, of kPoints: of rounded_off() in any direction
+  // m, of the shape: that of kPoints may be far from the origin.
+  Vector3<Scalar> middle = Vector3<Scalar>::Zero();
 };
 
 // A core somewhere. All vectors are in the axes in which it is placed.
@@ -43,40 +45,15 @@ class PlacedCore {
   Scalar margin() const { return core_.margin; }
 
   // The point of the core that is farthest along `direction`, of any length but 0.
-  Vector support(const Vector& direction) const {
-    switch (core_.kind) {
-      case Kind::kPoint:
-        return centre_;
-      case Kind::kSegment:
-        return centre_ + std::copysign(core_.half.z(), axis().dot(direction)) * axis();
-      case Kind::kBox: {
-        Vector point = centre_;
-        for (int k = 0; k < 3; ++k) {
-          const Vector side = rotation_.col(k);
-          point += std::copysign(core_.half[k] - core_.margin, side.dot(direction)) * side;
-        }
-        return point;
-      }
-      case Kind::kCylinder: {
-        // By its part along each axis: what is left of a direction without its part along the third one is,
-        // where that is nearly all, not across it.
-        const Scalar x = rotation_.col(0).dot(direction);
-        const Scalar y = rotation_.col(1).dot(direction);
-        const Scalar length = std::sqrt(x * x + y * y);
-        const Scalar scale = length > 0 ? (core_.half.x() - core_.margin) / length : Scalar(0);
-        const Scalar height = std::copysign(core_.half.z() - core_.margin, axis().dot(direction));
-        return centre_ + (x * scale * rotation_.col(0) + y * scale * rotation_.col(1) + height * axis());
-      }
-      case Kind::kEllipsoid: {
-        const Vector local = rotation_.transpose() * direction;
-        const Vector stretched = local.cwiseProduct(core_.half);
-        const Vector on_shape = stretched.cwiseProduct(core_.half) / stretched.norm();
-        return centre_ + rotation_ * Vector(on_shape - local * (core_.margin / local.norm()));
-      }
-      case Kind::kPoints:
-        break;
-    }
-    return centre_ + rotation_ * farthest(core_.points, Vector(rotation_.transpose() * direction));
+  Vector support(const Vector& direction) const { return support(direction, core_.margin, core_.points); }
+
+  // Likewise of the shape.
+  Vector shape_support(const Vector& direction) const {
+    const bool has_corners = !core_.shape_points.empty();
+    const Vector point = support(direction, 0, has_corners ? core_.shape_points : core_.points);
+    const bool is_round = core_.kind == Kind::kPoint || core_.kind == Kind::kSegment ||
+                          (core_.kind == Kind::kPoints && !has_corners);
+    return is_round ? Vector(point + direction * (core_.margin / direction.norm())) : point;
   }
 
   // m, how much farther the shape reaches along `direction`, of length 1, than its core and the margin.
@@ -106,6 +83,43 @@ class PlacedCore {
   }
 
  private:
+  // Of the shape less `margin`.
+  Vector support(const Vector& direction, Scalar margin, std::span<const Vector> points) const {
+    switch (core_.kind) {
+      case Kind::kPoint:
+        return centre_;
+      case Kind::kSegment:
+        return centre_ + std::copysign(core_.half.z(), axis().dot(direction)) * axis();
+      case Kind::kBox: {
+        Vector point = centre_;
+        for (int k = 0; k < 3; ++k) {
+          const Vector side = rotation_.col(k);
+          point += std::copysign(core_.half[k] - margin, side.dot(direction)) * side;
+        }
+        return point;
+      }
+      case Kind::kCylinder: {
+        // By its part along each axis: what is left of a direction without its part along the third one is,
+        // where that is nearly all, not across it.
+        const Scalar x = rotation_.col(0).dot(direction);
+        const Scalar y = rotation_.col(1).dot(direction);
+        const Scalar length = std::sqrt(x * x + y * y);
+        const Scalar scale = length > 0 ? (core_.half.x() - margin) / length : Scalar(0);
+        const Scalar height = std::copysign(core_.half.z() - margin, axis().dot(direction));
+        return centre_ + (x * scale * rotation_.col(0) + y * scale * rotation_.col(1) + height * axis());
+      }
+      case Kind::kEllipsoid: {
+        const Vector local = rotation_.transpose() * direction;
+        const Vector stretched = local.cwiseProduct(core_.half);
+        const Vector on_shape = stretched.cwiseProduct(core_.half) / stretched.norm();
+        return centre_ + rotation_ * Vector(on_shape - local * (margin / local.norm()));
+      }
+      case Kind::kPoints:
+        break;
+    }
+    return centre_ + rotation_ * farthest(points, Vector(rotation_.transpose() * direction));
+  }
+
   static const Vector& farthest(std::span<const Vector> points, const Vector& direction) {
     const Vector* best = points.data();
     Scalar most = best->dot(direction);

@@ -26,6 +26,17 @@ struct EdgeAxis {
   Scalar separation = std::numeric_limits<Scalar>::lowest();
 };
 
+// Whether the line between the centres shows it already, as it does of most that are apart.
+template <typename Scalar>
+bool are_apart(const Hull<Scalar>& a, const Hull<Scalar>& b, const Matrix3<Scalar>& rotation,
+               const Vector3<Scalar>& offset, Scalar margin) {
+  const Scalar distance = offset.norm();
+  if (!(distance > 0)) return false;
+  const Vector3<Scalar> out = offset / distance;
+  const Scalar of_a = -lowest(a.vertices, Vector3<Scalar>(-out));
+  return distance + lowest(b.vertices, Vector3<Scalar>(rotation.transpose() * out)) - of_a > margin;
+}
+
 // The best of the faces of `hull`; b's axes to its own: x -> rotation x + offset. Stops beyond `enough`.
 template <typename Scalar>
 FaceAxis<Scalar> best_face(const Hull<Scalar>& hull, const Hull<Scalar>& other,
@@ -160,6 +171,7 @@ Manifold<Scalar> collide_hulls(const Hull<Scalar>& a, const Hull<Scalar>& b, con
                                const Vector3<Scalar>& offset, Scalar margin) {
   using Vector = Vector3<Scalar>;
   Manifold<Scalar> manifold;
+  if (are_apart(a, b, rotation, offset, margin)) return manifold;
   const FaceAxis<Scalar> face_a = best_face(a, b, rotation, offset, margin);
   if (face_a.separation > margin) return manifold;
   const Matrix3<Scalar> back = rotation.transpose();

@@ -1,6 +1,7 @@
 // Contact points of two convex shapes, and how faces give them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <type_traits>
@@ -46,6 +47,18 @@ constexpr Touch touch_of(std::uint32_t feature) { return static_cast<Touch>(feat
 // A face of a convex shape: a planar convex polygon, counter-clockwise seen from outside.
 template <typename Scalar>
 struct Face {
+  Face() = default;
+  // There is room for far more corners than most faces have.
+  Face(const Face& other) { *this = other; }
+  Face& operator=(const Face& other) {
+    normal = other.normal;
+    id = other.id;
+    count = other.count;
+    std::copy_n(other.vertex, count, vertex);
+    std::copy_n(other.vertex_id, count, vertex_id);
+    return *this;
+  }
+
   Vector3<Scalar> normal;  // unit length, pointing out
   int id;                  // of the face; for features
   int count;               // of vertices, at least 3

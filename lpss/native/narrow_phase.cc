@@ -8,6 +8,7 @@
 #include <span>
 
 #include "lpss/base/columns.h"
+#include "lpss/collision/hull.h"
 #include "lpss/native/combine.h"
 #include "lpss/native/deep_overlap.h"
 #include "lpss/native/round_shapes.h"
@@ -116,8 +117,8 @@ Manifold<Scalar> visit(const Part& part, const With& with) {
 }
 
 Manifold<Scalar> collide_convex(const Part& a, const Part& b, const Placement<Scalar>& placement,
-                                Scalar margin) {
-  if (a.kind == Kind::kRound || b.kind == Kind::kRound) return collide_round(a, b, placement, margin);
+                                Scalar margin, const Vector& before) {
+  if (a.kind == Kind::kRound || b.kind == Kind::kRound) return collide_round(a, b, placement, margin, before);
   return visit(a, [&](const auto& shape_a) {
     return visit(
         b, [&](const auto& shape_b) { return collision::collide(shape_a, shape_b, placement, margin); });
@@ -255,6 +256,14 @@ Vector outside_of(const Contact& before, std::uint64_t parts) {
   return length > kOutside ? Vector(sum / length) : Vector(Vector::Zero());
 }
 
+// The normal of two parts in the last tick; 0 if they had none.
+Vector normal_of(const Contact& before, std::uint64_t parts) {
+  for (const ContactPatch& patch : before.patches) {
+    if (patch.parts == parts) return patch.normal;
+  }
+  return Vector::Zero();
+}
+
 // What has been pushed with its centre a little way through a surface is kept on the side on which it was.
 // `outside` in the frame of the surface.
 void keep_outside(const Vector& outside, const Part& convex, const Placement<Scalar>& placement,
@@ -306,18 +315,41 @@ void close_gaps(const Body& a, const Body& b, Contact& contact) {
 
 }  // namespace
 
+bool NarrowPhase::may_touch(const Body& a, const Body& b) {
+  // Of what is added up here: more than rounding can be.
+  constexpr Scalar kSlack = Scalar(1e-5);
+  const Vector offset = b.pose.position - a.pose.position;
+  const auto is_within = [&](const Vector& apart, Scalar reach) {
+    const Scalar most = reach * (1 + kSlack) + std::min(a.solid->margin(), b.solid->margin());
+    return apart.squaredNorm() <= most * most;
+  };
+  if (!is_within(offset, a.solid->radius() + b.solid->radius())) return false;
+  const Part& p = a.solid->parts().front();
+  const Part& q = b.solid->parts().front();
+  const auto is_lone_on_axis = [](const Body& body, const Part& part) {
+    return body.solid->parts().size() == 1 && !part.is_placed &&
+           (part.kind == Kind::kCapsule || is_cylinder(part));
+  };
+  if (!is_lone_on_axis(a, p) || !is_lone_on_axis(b, q)) return true;
+  // A cylinder is within its radius of its axis, too.
+  const Vector half_a = a.pose.rotation.col(2) * p.core.half.z();
+  const Vector half_b = b.pose.rotation.col(2) * q.core.half.z();
+  const collision::ClosestSegments<Scalar> axes(Vector(-half_a), Vector(2 * half_a), Vector(offset - half_b),
+                                                Vector(2 * half_b));
+  return is_within(axes.on_a - axes.on_b, Scalar(p.half.x() + q.half.x()));
+}
+
 bool NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
   if (contact.is_predicted() || contact.materials) drop_predicted(contact);
   const Scalar margin = margin_of(a, b);
-  const Frame seen = seen_by_larger(a, b);
-  const bool is_new = !contact.is_found || !move_along(a, b, seen, margin, contact);
+  const bool is_new = !contact.is_found || !move_along(a, b, seen_by_larger(a, b), margin, contact);
   if (is_new) {
     found_.clear();
     find(a, b, contact, margin);
     inherit(contact);
     contact.patches.assign(found_.begin(), found_.end());
     contact.is_found = !found_.empty() && keeps_points(*a.solid, found_) && keeps_points(*b.solid, found_);
-    contact.found_at = contact.is_found ? seen : Frame{};
+    contact.found_at = contact.is_found ? seen_by_larger(a, b) : Frame{};
   }
   close_gaps(a, b, contact);
   return is_new;
@@ -391,10 +423,10 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
       q.is_placed ? Matrix(b.pose.rotation * q.frame.rotation) : b.pose.rotation,
       offset + lever_b - lever_a,
   };
-  const Matrix to_a = a.pose.rotation.transpose();
-  const Matrix to_b = b.pose.rotation.transpose();
   const auto keep = [&](const Manifold<Scalar>& manifold) {
     if (manifold.count == 0) return;
+    const Matrix to_a = a.pose.rotation.transpose();
+    const Matrix to_b = b.pose.rotation.transpose();
     ContactPatch& patch = found_.emplace_back();
     patch.parts = parts;
     patch.normal = manifold.normal;
@@ -410,7 +442,8 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
     patch.is_fixed_to_a = is_on_face_of_a || !is_convex(p.kind);
     patch.fixed_normal = (patch.is_fixed_to_a ? to_a : to_b) * manifold.normal;
   };
-  if (is_convex(p.kind) && is_convex(q.kind)) return keep(collide_convex(p, q, placement, margin));
+  if (is_convex(p.kind) && is_convex(q.kind))
+    return keep(collide_convex(p, q, placement, margin, normal_of(before, parts)));
 
   // A plane or a surface is the second of the two.
   const bool is_swapped = !is_convex(p.kind);

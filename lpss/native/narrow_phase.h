@@ -1,8 +1,7 @@
 // Finds the contact points of two bodies.
 //
-// Balls, capsules, boxes, hulls and triangles by lpss/collision; other convex shapes by Bullet's GJK and EPA,
-// which give the direction, and the faces that look at each other, which give the points. Impulses of the
-// last tick stay with the features that touch.
+// Balls, capsules, boxes, hulls and triangles by the closed forms of lpss/collision; other convex shapes by
+// round_shapes.h. Impulses of the last tick stay with the features that touch.
 #pragma once
 
 #include <vector>
@@ -15,6 +14,9 @@ namespace tessera::native {
 // For one thread at a time.
 class NarrowPhase {
  public:
+  // False of pairs that are apart, where that is easily seen: update() would find no points.
+  static bool may_touch(const Body& a, const Body& b);
+
   // Brings the points of a pair (a.id < b.id) up to date with its bodies. Whether they were found anew.
   bool update(const Body& a, const Body& b, Contact& contact);
 

@@ -164,7 +164,7 @@ TEST(NarrowPhaseTest, AHullOfManyCornersStandsOnAFace) {
   }
 }
 
-// Bullet's GJK rounds edges and corners off by its margin, some centimetres of shapes of this size.
+// Cores round edges and corners off by a margin, some centimetres of shapes of this size.
 TEST(NarrowPhaseTest, CornersAndRimsTouchWhereTheyAre) {
   ConvexHull drum;
   for (int n = 0; n < 48; ++n) {
@@ -222,6 +222,40 @@ TEST(NarrowPhaseTest, NoOverlapIsDeeperThanTwoShapesReach) {
         EXPECT_GT(patch.point[point].gap, distance - reach - Scalar(0.01)) << n;
     }
   }
+}
+
+TEST(NarrowPhaseTest, WhatIsSaidNotToTouchHasNoPoints) {
+  ConvexHull wedge{{{0, 0, 0}, {1, 0, 0}, {0, 0.7, 0}, {0, 0, 0.4}, {0.6, 0.5, 0.3}}};
+  const Geometry shapes[] = {Sphere{0.4},
+                             Capsule{0.2, 0.8},
+                             tessera::Box{{0.6, 0.8, 1}},
+                             Cylinder{0.4, 0.9},
+                             wedge,
+                             tessera::Ellipsoid{{0.3, 0.4, 0.6}}};
+  std::minstd_rand dice(3);
+  const auto number = [&] { return Scalar(dice()) / Scalar(std::minstd_rand::max()) * 2 - 1; };
+  int apart = 0;
+  for (const Geometry& shape_a : shapes) {
+    for (const Geometry& shape_b : shapes) {
+      Body a = body(1, shape_a, Vector::Zero());
+      Body b = body(2, shape_b, Vector::Zero());
+      for (int n = 0; n < 200; ++n) {
+        b.pose.position = Vector(number(), number(), number()) * Scalar(1.3);
+        for (Body* turned : {&a, &b}) {
+          turned->pose.rotation = Eigen::Quaternion<Scalar>(number(), number(), number(), number())
+                                      .normalized()
+                                      .toRotationMatrix();
+        }
+        if (NarrowPhase::may_touch(a, b)) continue;
+        ++apart;
+        NarrowPhase phase;
+        Contact contact;
+        phase.update(a, b, contact);
+        EXPECT_TRUE(contact.patches.empty()) << shape_a.index() << ", " << shape_b.index() << ", " << n;
+      }
+    }
+  }
+  EXPECT_GT(apart, 1000);
 }
 
 TEST(NarrowPhaseTest, ImpulsesStayWithTheirFeatures) {

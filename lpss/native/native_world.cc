@@ -350,7 +350,7 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
         Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
         update_contact(a, b, piece.narrow_phase, contact);
         contact.patches.empty() ? drop(candidate) : note_fixed(candidate, a, b);
-      } else {
+      } else if (NarrowPhase::may_touch(a, b)) {
         Contact contact = blank_contact(a, b);
         update_contact(a, b, piece.narrow_phase, contact);
         if (!contact.patches.empty()) {

@@ -26,6 +26,9 @@ constexpr int kCapCorners = 8;
 constexpr Scalar kCapFrom = Scalar(0.7071);
 // Likewise the face of a triangle.
 constexpr Scalar kLiesFrom = Scalar(0.7071);
+// A cap or side that is tilted by more than some 15 degrees touches at one point: others are beyond the
+// margin.
+constexpr Scalar kLiesCosine = Scalar(0.966);
 // The nearest points are points of their own where they are deeper than all others by this share of the
 // margin.
 constexpr Scalar kDeeper = Scalar(0.05);
@@ -48,18 +51,9 @@ Nearest swapped(const Nearest& found, const Vector& offset) {
 // The middle of a part, which a hull's centre of mass may be far from. In its frame.
 Vector middle_of(const Part& part) { return (part.box.low + part.box.high) / 2; }
 
-// What is apart by at most the margin. `middle_a` and `middle_b` in the frames of the shapes.
-std::optional<Nearest> nearest(const collision::Core<Scalar>& a, const Vector& middle_a,
-                               const collision::Core<Scalar>& b, const Vector& middle_b,
-                               const Placement<Scalar>& placement, Scalar margin) {
-  const Vector apart = placement.a * middle_a - placement.b * middle_b - placement.offset;
-  return collision::closest<Scalar>(a, b, placement, margin,
-                                    apart.isZero(0) ? Vector(Vector::UnitZ()) : apart);
-}
-
 std::optional<Nearest> nearest(const Part& a, const Part& b, const Placement<Scalar>& placement,
-                               Scalar margin) {
-  return nearest(a.core, middle_of(a), b.core, middle_of(b), placement, margin);
+                               Scalar margin, const Vector& before = Vector::Zero()) {
+  return collision::closest<Scalar>(a.core, b.core, placement, margin, before);
 }
 
 std::optional<Nearest> nearest(const Part& a, const MeshTriangle<Scalar>& b,
@@ -67,8 +61,8 @@ std::optional<Nearest> nearest(const Part& a, const MeshTriangle<Scalar>& b,
   collision::Core<Scalar> triangle;
   triangle.kind = collision::Core<Scalar>::Kind::kPoints;
   triangle.points = b.vertex;
-  return nearest(a.core, middle_of(a), triangle, Vector((b.vertex[0] + b.vertex[1] + b.vertex[2]) / 3),
-                 placement, margin);
+  triangle.middle = (b.vertex[0] + b.vertex[1] + b.vertex[2]) / 3;
+  return collision::closest<Scalar>(a.core, triangle, placement, margin, Vector::Zero());
 }
 
 // A line along the side of a shape.
@@ -181,9 +175,9 @@ bool is_level_over(const Part& shape, const Solid& solid, const Placement<Scalar
 // A point that is the lowest over a face of a box, inside of the face's edges, is the nearest one. GJK finds
 // it, too, but its normal leans by what numbers are too coarse for, by which rollers gain speed; and now and
 // then it finds nothing where a small shape lies on a large one. `placement` is of the shape and the box; the
-// normal points to the shape.
+// normal points to the shape. `is_apart` is set where a face shows that they are.
 std::optional<Nearest> over_a_face(const Part& shape, const collision::Box<Scalar>& box,
-                                   const Placement<Scalar>& placement, Scalar margin) {
+                                   const Placement<Scalar>& placement, Scalar margin, bool& is_apart) {
   std::optional<Nearest> best;
   for (int axis = 0; axis < 3; ++axis) {
     for (const Scalar side : {Scalar(-1), Scalar(1)}) {
@@ -191,7 +185,8 @@ std::optional<Nearest> over_a_face(const Part& shape, const collision::Box<Scala
       const Vector lowest = placement.a * farthest(shape, Vector(placement.a.transpose() * -out));
       const Vector seen = placement.b.transpose() * (lowest - placement.offset);
       const Scalar gap = side * seen[axis] - box.half[axis];
-      if (!(gap <= margin)) return std::nullopt;
+      is_apart = !(gap <= margin);
+      if (is_apart) return std::nullopt;
       const int u = (axis + 1) % 3;
       const int v = (axis + 2) % 3;
       const bool is_over =
@@ -206,7 +201,7 @@ std::optional<Nearest> over_a_face(const Part& shape, const collision::Box<Scala
 
 // Likewise of a polyhedron: of the face above which the shape is highest.
 std::optional<Nearest> over_a_face(const Part& shape, const collision::Polyhedron<Scalar>& polyhedron,
-                                   const Placement<Scalar>& placement, Scalar margin) {
+                                   const Placement<Scalar>& placement, Scalar margin, bool& is_apart) {
   Nearest best;
   best.gap = -margin * kShallow;
   bool is_any = false;
@@ -214,7 +209,8 @@ std::optional<Nearest> over_a_face(const Part& shape, const collision::Polyhedro
     const Vector out = placement.b * plane.normal;
     const Vector lowest = placement.a * farthest(shape, Vector(placement.a.transpose() * -out));
     const Scalar gap = out.dot(lowest - placement.offset) - plane.offset;
-    if (!(gap <= margin)) return std::nullopt;
+    is_apart = !(gap <= margin);
+    if (is_apart) return std::nullopt;
     if (gap <= best.gap) continue;
     best = Nearest{out, lowest, lowest - out * gap, gap};
     is_any = true;
@@ -259,6 +255,24 @@ void lay_along(const Line& a, const Line& b, const Vector& normal, Points& point
     const Vector on_b = b.from + way_b * ((at - b_from) / (b_to - b_from));
     points.push_back({on_a, on_b, (on_a - on_b).dot(normal), feature++});
   }
+}
+
+bool is_faceted(const Part& part) { return part.kind == Part::Kind::kBox || part.polyhedron; }
+
+// Whether a part without faces other than caps may have more than one point in a direction, of length 1.
+bool may_lie(const Part& part, const Matrix& rotation, const Vector& direction) {
+  if (part.kind != Part::Kind::kCapsule && !is_cylinder(part)) return false;
+  const Scalar along = std::abs(rotation.col(2).dot(direction));
+  const bool is_level = along * along < 1 - kLiesCosine * kLiesCosine;
+  return is_level || (is_cylinder(part) && along > kLiesCosine);
+}
+
+Manifold<Scalar> at_one_point(const Nearest& found) {
+  Manifold<Scalar> manifold;
+  manifold.normal = found.normal;
+  manifold.count = 1;
+  manifold.point[0] = {found.on_a, found.on_b, found.gap, kNearest};
+  return manifold;
 }
 
 // The points of two sides that look at each other along the normal, and the nearest ones if those are deeper.
@@ -403,21 +417,26 @@ std::optional<Nearest> over_near_face(const Part& a, const Part& b, const std::o
 }  // namespace
 
 Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Scalar>& placement,
-                               Scalar margin) {
+                               Scalar margin, const Vector& before) {
   using Kind = Part::Kind;
   std::optional<Nearest> found;
+  bool is_apart = false;
   if (b.kind == Kind::kBox) {
-    found = over_a_face(a, b.cuboid, placement, margin);
+    found = over_a_face(a, b.cuboid, placement, margin, is_apart);
   } else if (b.kind == Kind::kPolyhedron) {
-    found = over_a_face(a, *b.polyhedron, placement, margin);
+    found = over_a_face(a, *b.polyhedron, placement, margin, is_apart);
   } else if (a.kind == Kind::kBox || a.kind == Kind::kPolyhedron) {
-    found = a.kind == Kind::kBox ? over_a_face(b, a.cuboid, placement.swapped(), margin)
-                                 : over_a_face(b, *a.polyhedron, placement.swapped(), margin);
+    found = a.kind == Kind::kBox ? over_a_face(b, a.cuboid, placement.swapped(), margin, is_apart)
+                                 : over_a_face(b, *a.polyhedron, placement.swapped(), margin, is_apart);
     if (found) found = swapped(*found, placement.offset);
   }
+  if (is_apart) return {};
   const bool is_over_face = found.has_value();
-  if (!found) found = nearest(a, b, placement, margin);
+  if (!found) found = nearest(a, b, placement, margin, before);
   if (!found) return {};
+  if (!is_faceted(a) && !is_faceted(b) &&
+      (!may_lie(a, placement.a, found->normal) || !may_lie(b, placement.b, found->normal)))
+    return at_one_point(*found);
   const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
   const Side side_b = side_of(b, placement.b.transpose() * found->normal);
   if (!is_over_face) {

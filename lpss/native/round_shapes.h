@@ -1,6 +1,5 @@
-// Contact points of convex shapes that lpss/collision does not know: cylinders, ellipsoids, hulls of very
-// many faces. Bullet's GJK and EPA give the direction, and the faces or lines that look at each other the
-// points.
+// Contact points of cylinders, ellipsoids and hulls of very many faces. Closed forms, GJK and EPA give the
+// direction (lpss/collision/closest.h), and the faces or lines that look at each other the points.
 #pragma once
 
 #include "lpss/collision/collide.h"
@@ -8,9 +7,10 @@
 
 namespace tessera::native {
 
-// As collide() of lpss/collision; both are convex.
+// As collide() of lpss/collision; both are convex. `before`: the normal of the last tick, or 0.
 collision::Manifold<Scalar> collide_round(const Part& a, const Part& b,
-                                          const collision::Placement<Scalar>& placement, Scalar margin);
+                                          const collision::Placement<Scalar>& placement, Scalar margin,
+                                          const Vector& before);
 collision::Manifold<Scalar> collide_round(const Part& a, const collision::MeshTriangle<Scalar>& b,
                                           const collision::Placement<Scalar>& placement, Scalar margin);
 

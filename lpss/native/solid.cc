@@ -28,7 +28,7 @@ constexpr Scalar kMarginMax = Scalar(0.02);   // m
 constexpr Scalar kMarginShare = Scalar(0.2);  // of the smallest extent
 constexpr Scalar kSweptShare = Scalar(0.4);   // of the smallest extent, the radius of a swept ball
 constexpr Scalar kFar = Scalar(1e5);          // m, beyond all that a sector's world holds
-// Beyond this, comparing all edges costs more than Bullet's GJK.
+// Beyond this, comparing all edges costs more than GJK.
 constexpr std::size_t kPolyhedronVerticesMax = 32;
 
 Box box_of_points(const std::vector<Vector>& points) {
@@ -278,6 +278,7 @@ void Solid::set_core(const Geometry& geometry, Part& part) {
     std::vector<Vector>& points = core_points_.emplace_back();
     for (int n = 0; n < hull->getNumPoints(); ++n) points.push_back(vector(hull->getScaledPoint(n)));
     core.points = points;
+    core.middle = (part.box.low + part.box.high) / 2;
     if (!part.polyhedron) return;
     core.shape_points = part.polyhedron->vertices;
     core.rounded_off_most = rounded_off_most(core);
