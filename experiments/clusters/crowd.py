@@ -2,7 +2,7 @@
 """Runs a cluster in real time among a thousand clients that connect, watch, stall and vanish, and measures whether
 memory stays flat and ticks unharmed.
 
-    deploy/crowd.py [--minutes M] [--clients N] [--world FILE] [--bin FOLDER] [--csv FILE]
+    experiments/clusters/crowd.py [--minutes M] [--clients N] [--world FILE] [--bin FOLDER] [--csv FILE]
 
 Starts `tessera up` with two servers, and processes with at most 200 clients each. A client connects, asks for the
 status, opens a stream of the bodies near some place, and then reads it, reads slowly, does not read at all, or

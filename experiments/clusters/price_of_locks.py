@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures what all locks together cost: TLS and keys for clients, DDS Security between daemons.
 
-    deploy/price_of_locks.py --interface eth0 --address ADDRESS_OF_IT [--rounds N] [--ticks N] [--world FILE]
+    experiments/clusters/price_of_locks.py --interface eth0 --address ADDRESS_OF_IT [--rounds N] [--ticks N] [--world FILE]
                              [--no-shared-memory] [--bin FOLDER]
 
 Starts a coordinator and two sector servers on a network interface other than `lo`, since DDS Security is off there, loads a

@@ -2,7 +2,7 @@
 """Runs a cluster in real time for an hour while bodies come and go and servers are killed and replaced, and
 measures whether memory stays flat and ticks stay short.
 
-    deploy/soak.py [--minutes M] [--world FILE] [--bin FOLDER] [--csv FILE]
+    experiments/clusters/soak.py [--minutes M] [--world FILE] [--bin FOLDER] [--csv FILE]
 
 Starts `tessera up` with three servers. Once a second a body is spawned, pushed or removed; once a minute a
 server is killed, which `tessera up` replaces by one that joins. The first server and the coordinator are left
