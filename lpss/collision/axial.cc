@@ -160,23 +160,24 @@ class RimSearch {
       if (gap > reach_) return AxialCase::kApart;
       const Vector step = newton_step(normal);
       const Scalar square = step.squaredNorm();
-      if (square < kConverged) {
-        if (release()) continue;
-        if (!(distance_ > kNear * (margin_a_ + margin_b_))) return AxialCase::kUnknown;
-        take(normal, gap, found);
-        return AxialCase::kFound;
-      }
       const Scalar most = Scalar(0.5);
       normal += square > most * most ? Vector(step * (most / std::sqrt(square))) : step;
-      hold(end_[0], end_[1], normal);
-      hold(end_[1], end_[0], normal);
+      const bool is_new_a = hold(end_[0], end_[1], normal);
+      const bool is_new_b = hold(end_[1], end_[0], normal);
       normal.normalize();
+      // The next step would be of the order of the square of this one.
+      if (!(square < kConverged) || is_new_a || is_new_b) continue;
+      if (!look(normal)) return AxialCase::kUnknown;
+      if (release()) continue;
+      if (!(distance_ > kNear * (margin_a_ + margin_b_))) return AxialCase::kUnknown;
+      take(normal, distance_ - margin_a_ - margin_b_ - rounded_off(), found);
+      return found.gap > reach_ ? AxialCase::kApart : AxialCase::kFound;
     }
     return AxialCase::kUnknown;
   }
 
  private:
-  static constexpr Scalar kConverged = Scalar(sizeof(Scalar) == sizeof(float) ? 1e-9 : 1e-15);
+  static constexpr Scalar kConverged = Scalar(sizeof(Scalar) == sizeof(float) ? 1e-6 : 1e-12);
   static constexpr Scalar kNear = Scalar(0.01);  // of the margins: what is closer tells no direction
 
   // A disc around an axis, swept along it to both sides: the core of a cylinder, or of a capsule.
@@ -201,16 +202,19 @@ class RimSearch {
     Scalar place = 0;  // of what is closest, along the axis
   };
 
-  // Where a direction is about to change sides, it stays across the axis: of one of the two.
-  static void hold(End& end, End& other, Vector& normal) {
+  // Where a direction is about to change sides, it stays across the axis: of one of the two. Whether that is
+  // new.
+  static bool hold(End& end, End& other, Vector& normal) {
     const Scalar along = end.axis.dot(normal);
-    if (end.half == 0 || (!end.is_held && along * end.side > 0)) return;
-    if (!end.is_held && other.is_held) {
+    if (end.half == 0 || (!end.is_held && along * end.side > 0)) return false;
+    const bool is_new = !end.is_held;
+    if (is_new && other.is_held) {
       other.is_held = false;
       other.side = other.place < 0 ? Scalar(-1) : Scalar(1);
     }
     end.is_held = true;
     normal -= along * end.axis;
+    return is_new;
   }
 
   // False where a direction is that of an axis.

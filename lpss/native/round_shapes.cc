@@ -220,19 +220,41 @@ std::optional<Nearest> over_a_face(const Part& shape, const collision::Polyhedro
   return best;
 }
 
+// The ends of a line that lies on a plane of the other, `is_a`: the line is that of a.
+void lay_on_plane(const Line& line, const Vector& origin, const Vector& plane_normal, const Vector& normal,
+                  bool is_a, Points& points) {
+  const Scalar slope = plane_normal.dot(normal);
+  if (slope == 0) return;
+  std::uint32_t feature = 0;
+  for (const Vector& end : {line.from, line.to}) {
+    const Vector on_plane = end - normal * (plane_normal.dot(end - origin) / slope);
+    const Vector& on_a = is_a ? end : on_plane;
+    const Vector& on_b = is_a ? on_plane : end;
+    points.push_back({on_a, on_b, (on_a - on_b).dot(normal), feature++});
+  }
+}
+
 // The points of a line that lies on a face of the other, `is_a`: the line is that of a.
 void lay_on_face(const Line& line, const Face<Scalar>& face, const Vector& normal, bool is_a,
                  Points& points) {
-  const Scalar slope = face.normal.dot(normal);
-  const std::optional<Line> over = clipped(line, face);
-  if (!over || slope == 0) return;
-  std::uint32_t feature = 0;
-  for (const Vector& end : {over->from, over->to}) {
-    const Vector on_face = end - normal * (face.normal.dot(end - face.vertex[0]) / slope);
-    const Vector& on_a = is_a ? end : on_face;
-    const Vector& on_b = is_a ? on_face : end;
-    points.push_back({on_a, on_b, (on_a - on_b).dot(normal), feature++});
-  }
+  if (const std::optional<Line> over = clipped(line, face))
+    lay_on_plane(*over, face.vertex[0], face.normal, normal, is_a, points);
+}
+
+// The part of a line above a disc, seen along its normal.
+std::optional<Line> clipped(const Line& line, const Vector& centre, const Vector& normal, Scalar radius) {
+  const auto flat = [&](const Vector& v) { return Vector(v - normal * normal.dot(v)); };
+  const Vector from = flat(line.from - centre);
+  const Vector way = flat(line.to - line.from);
+  const Scalar square = way.squaredNorm();
+  const Scalar along = -from.dot(way);
+  const Scalar root = along * along - square * (from.squaredNorm() - radius * radius);
+  if (!(root > 0 && square > 0)) return std::nullopt;
+  const Scalar half = std::sqrt(root);
+  const Scalar first = std::max(Scalar(0), (along - half) / square);
+  const Scalar last = std::min(Scalar(1), (along + half) / square);
+  if (!(first < last)) return std::nullopt;
+  return Line{line.from + (line.to - line.from) * first, line.from + (line.to - line.from) * last};
 }
 
 // The ends of where two lines lie along each other.
@@ -275,6 +297,53 @@ Manifold<Scalar> at_one_point(const Nearest& found) {
   return manifold;
 }
 
+// Those within the margin, and the nearest ones if these are deeper.
+Manifold<Scalar> with_nearest(Points& points, const Nearest& found, Scalar margin) {
+  points.erase(std::remove_if(points.begin(), points.end(), [&](const Point& p) { return p.gap > margin; }),
+               points.end());
+  Scalar least = std::numeric_limits<Scalar>::max();
+  for (const Point& point : points) least = std::min(least, point.gap);
+  if (found.gap < least - kDeeper * margin) points.push_back({found.on_a, found.on_b, found.gap, kNearest});
+  Manifold<Scalar> manifold;
+  manifold.normal = found.normal;
+  collision::reduce(std::span<const Point>(points), manifold);
+  return manifold;
+}
+
+// The line along the side of a capsule or cylinder that looks along `direction`, of length 1; none of one
+// whose cap does.
+std::optional<Line> line_of(const Part& part, const Matrix& rotation, const Vector& centre,
+                            const Vector& direction) {
+  const Vector axis = rotation.col(2);
+  const Scalar along = axis.dot(direction);
+  if (std::abs(along) > kLiesCosine) return std::nullopt;
+  const Scalar radius = part.kind == Part::Kind::kCapsule ? part.capsule.radius : part.core.half.x();
+  const Vector middle = centre + (direction - along * axis).normalized() * radius;
+  return Line{middle - axis * part.core.half.z(), middle + axis * part.core.half.z()};
+}
+
+// Two of capsules and cylinders that may lie on each other, but not cap on cap: the lines along their sides
+// are where they are by the axes. False if both are caps.
+bool lay_sides(const Part& a, const Part& b, const Placement<Scalar>& placement, const Vector& normal,
+               Points& points) {
+  const std::optional<Line> line_a = line_of(a, placement.a, Vector::Zero(), Vector(-normal));
+  const std::optional<Line> line_b = line_of(b, placement.b, placement.offset, normal);
+  if (!line_a && !line_b) return false;
+  if (line_a && line_b) {
+    lay_along(*line_a, *line_b, normal, points);
+    return true;
+  }
+  const Part& flat = line_a ? b : a;
+  const Vector axis = line_a ? placement.b.col(2) : placement.a.col(2);
+  const Vector towards = line_a ? normal : Vector(-normal);
+  const Vector out = axis.dot(towards) < 0 ? Vector(-axis) : axis;
+  const Vector centre = (line_a ? placement.offset : Vector(Vector::Zero())) + out * flat.core.half.z();
+  const Line& line = line_a ? *line_a : *line_b;
+  if (const std::optional<Line> over = clipped(line, centre, out, flat.core.half.x()))
+    lay_on_plane(*over, centre, out, normal, line_a.has_value(), points);
+  return true;
+}
+
 // The points of two sides that look at each other along the normal, and the nearest ones if those are deeper.
 Manifold<Scalar> between(const Side& a, const Side& b, const Nearest& found, Scalar margin) {
   Points points;
@@ -288,15 +357,7 @@ Manifold<Scalar> between(const Side& a, const Side& b, const Nearest& found, Sca
   } else if (a.line && b.line) {
     lay_along(*a.line, *b.line, found.normal, points);
   }
-  points.erase(std::remove_if(points.begin(), points.end(), [&](const Point& p) { return p.gap > margin; }),
-               points.end());
-  Scalar least = std::numeric_limits<Scalar>::max();
-  for (const Point& point : points) least = std::min(least, point.gap);
-  if (found.gap < least - kDeeper * margin) points.push_back({found.on_a, found.on_b, found.gap, kNearest});
-  Manifold<Scalar> manifold;
-  manifold.normal = found.normal;
-  collision::reduce(std::span<const Point>(points), manifold);
-  return manifold;
+  return with_nearest(points, found, margin);
 }
 
 // A shape above the face of a triangle.
@@ -434,9 +495,12 @@ Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Sca
   const bool is_over_face = found.has_value();
   if (!found) found = nearest(a, b, placement, margin, before);
   if (!found) return {};
-  if (!is_faceted(a) && !is_faceted(b) &&
-      (!may_lie(a, placement.a, found->normal) || !may_lie(b, placement.b, found->normal)))
-    return at_one_point(*found);
+  if (!is_faceted(a) && !is_faceted(b)) {
+    if (!may_lie(a, placement.a, found->normal) || !may_lie(b, placement.b, found->normal))
+      return at_one_point(*found);
+    Points points;
+    if (lay_sides(a, b, placement, found->normal, points)) return with_nearest(points, *found, margin);
+  }
   const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
   const Side side_b = side_of(b, placement.b.transpose() * found->normal);
   if (!is_over_face) {
