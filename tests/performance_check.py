@@ -25,6 +25,8 @@ BOUNDS = {
     ("pyramid", "one_sector"): (13.7, 0.196),
     ("mixed", "sectors"): (44.6, 2.2),
     ("mixed", "one_sector"): (42.2, 2.07),
+    ("bin_cylinders", "one_sector"): (35.0, 0.389),
+    ("bin_all", "one_sector"): (37.1, 0.535),
 }
 
 
