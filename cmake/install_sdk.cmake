@@ -19,7 +19,7 @@ function(tessera_install set)
   install(EXPORT tessera_${set} FILE tessera_${set}.cmake NAMESPACE tessera:: DESTINATION ${package} COMPONENT sdk)
 endfunction()
 
-set(model base grid ground model)
+set(model base grid ground joints model)
 tessera_install(model ${model})
 tessera_install(client c client client_keys proto proto_grpc proto_messages proto_services)
 
