@@ -328,15 +328,24 @@ bool NarrowPhase::may_touch(const Body& a, const Body& b) {
   const Part& q = b.solid->parts().front();
   const auto is_lone_on_axis = [](const Body& body, const Part& part) {
     return body.solid->parts().size() == 1 && !part.is_placed &&
-           (part.kind == Kind::kCapsule || is_cylinder(part));
+           (part.kind == Kind::kBall || part.kind == Kind::kCapsule || is_cylinder(part));
   };
   if (!is_lone_on_axis(a, p) || !is_lone_on_axis(b, q)) return true;
   // A cylinder is within its radius of its axis, too.
+  const auto radius = [](const Part& part) {
+    return part.kind == Kind::kBall ? part.ball.radius : Scalar(part.half.x());
+  };
+  const Scalar reach = radius(p) + radius(q);
+  if (p.kind == Kind::kBall && q.kind == Kind::kBall) return is_within(offset, reach);
   const Vector half_a = a.pose.rotation.col(2) * p.core.half.z();
   const Vector half_b = b.pose.rotation.col(2) * q.core.half.z();
-  const collision::ClosestSegments<Scalar> axes(Vector(-half_a), Vector(2 * half_a), Vector(offset - half_b),
-                                                Vector(2 * half_b));
-  return is_within(axes.on_a - axes.on_b, Scalar(p.half.x() + q.half.x()));
+  const Vector low_b = offset - half_b;
+  // Of two segments, the first one may be a point.
+  using Segments = collision::ClosestSegments<Scalar>;
+  const Segments axes = q.kind == Kind::kBall
+                            ? Segments(low_b, Vector(Vector::Zero()), Vector(-half_a), Vector(2 * half_a))
+                            : Segments(Vector(-half_a), Vector(2 * half_a), low_b, Vector(2 * half_b));
+  return is_within(axes.on_a - axes.on_b, reach);
 }
 
 bool NarrowPhase::update(const Body& a, const Body& b, Contact& contact) {
