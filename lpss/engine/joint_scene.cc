@@ -72,13 +72,20 @@ IslandJoint JointScene::island_joint(const Tied& tied,
   joint.drives = &tied.drives;
   joint.child = places.at(tied.properties.child.value);
   const Eigen::Vector3d origin = centre_of(homes_.at(tied.properties.child.value).sector);
-  if (tied.properties.parent.value == 0) {
-    joint.fixed_parent = tied.fixed_parent;
-    joint.fixed_parent.position -= origin;
-  } else {
-    joint.parent = places.at(tied.properties.parent.value);
+  if (const auto parent = places.find(tied.properties.parent.value); parent != places.end()) {
+    joint.parent = parent->second;
     joint.parent_origin = centre_of(homes_.at(tied.properties.parent.value).sector) - origin;
+    return joint;
   }
+  joint.fixed_parent = tied.fixed_parent;
+  if (tied.properties.parent.value != 0) {
+    const JointSide parent = side(tied.properties.parent);
+    const Eigen::Vector3d lever = parent.pose.orientation * tied.properties.in_parent.position;
+    joint.fixed_parent = parent.pose * tied.properties.in_parent;
+    joint.fixed_velocity = parent.linear_velocity + parent.angular_velocity.cross(lever);
+    joint.fixed_spin = parent.angular_velocity;
+  }
+  joint.fixed_parent.position -= origin;
   return joint;
 }
 
