@@ -112,12 +112,12 @@ void take(const Numbers::Solved& solved, double dt, Body& body) {
   body.pose.rotation = turned(body.pose.rotation, solved.turn);
 }
 
-ContactHead head_of(const ContactView& view) {
+void look_at(const ContactView& view, ContactHead& head) {
   const Contact& contact = *view.contact;
-  ContactHead head;
   head.patches = static_cast<std::uint32_t>(contact.patches.size());
   for (std::size_t n = 0; n < 2; ++n) {
     const Body& side = n == 0 ? *view.a : *view.b;
+    head.sides[n] = ContactHead::Side::kPushed;
     if (side.is_dynamic()) continue;
     head.sides[n] = ContactHead::Side::kStill;
     if (side.motion == Motion::kStatic) continue;
@@ -133,7 +133,6 @@ ContactHead head_of(const ContactView& view) {
   head.carries = contact.surface && contact.surface->moves();
   head.has_surfaces = contact.has_surfaces();
   head.has_course = carrier_of(view) != nullptr;
-  return head;
 }
 
 void fill(const ContactView& view, std::size_t place, double dt, Scalar gap_min, Numbers::Patch& into,
@@ -276,7 +275,8 @@ bool read(std::string_view& bytes, Numbers::Body& body, Numbers::Frame& frame) {
 
 void append(const ContactView& view, double dt, std::string& bytes) {
   const ByteWriter write(bytes);
-  const ContactHead head = head_of(view);
+  ContactHead head;
+  look_at(view, head);
   visit_head(head, write);
   for (std::size_t p = 0; p < view.contact->patches.size(); ++p) {
     Numbers::Patch patch;

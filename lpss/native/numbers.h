@@ -59,7 +59,7 @@ struct ContactView {
   const Body* b;
 };
 
-ContactHead head_of(const ContactView& view);
+void look_at(const ContactView& view, ContactHead& head);
 
 // A patch of it, but for the places of its bodies: gaps are not below `gap_min`. `surface` and `course` are
 // where the patch may keep what it refers to.

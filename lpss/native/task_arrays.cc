@@ -72,15 +72,17 @@ void TaskArrays::gather_bodies_and_joints(const SolveTask& task, double dt, cons
 void TaskArrays::choose(std::span<const std::size_t> islands) {
   bodies_.clear();
   joints_.clear();
-  sources_.clear();
   islands_.joints.clear();
+  std::size_t contacts = 0;
   for (const std::size_t n : islands) {
     const IslandEnd begin = n > 0 ? task_->islands[n - 1] : IslandEnd{};
     const IslandEnd& end = task_->islands[n];
     const std::size_t shift = bodies_.size() - begin.bodies;
     for (std::size_t body = begin.bodies; body < end.bodies; ++body) bodies_.push_back(body);
+    if (sources_.size() < contacts + end.contacts - begin.contacts)
+      sources_.resize(contacts + end.contacts - begin.contacts);
     for (std::size_t pair = begin.contacts; pair < end.contacts; ++pair) {
-      Source& source = sources_.emplace_back();
+      Source& source = sources_[contacts++];
       source.pair = &task_->contacts[pair];
       source.shift = shift;
     }
@@ -91,6 +93,7 @@ void TaskArrays::choose(std::span<const std::size_t> islands) {
       if (own.has_parent()) own.parent += shift;
     }
   }
+  sources_.resize(contacts);
 }
 
 void TaskArrays::gather_bodies(const ParallelFor& parallel) {
@@ -141,6 +144,8 @@ void TaskArrays::gather_contacts(int steps, const ParallelFor& parallel) {
 
 void TaskArrays::look_at(Source& source) const {
   if (source.pair->world == nullptr) {
+    source.contact = nullptr;
+    source.bodies = {};
     source.shipped = task_->shipped_pairs[source.pair->pair];
     require_shipped(read(source.shipped, source.head));
     return;
@@ -149,7 +154,8 @@ void TaskArrays::look_at(Source& source) const {
   const ContactPair& pair = world.contacts()[source.pair->pair];
   source.contact = &world.contact(source.pair->pair);
   source.bodies = {&world.body(pair.slot_a), &world.body(pair.slot_b)};
-  source.head = head_of(source.view());
+  source.shipped = {};
+  native::look_at(source.view(), source.head);
 }
 
 std::size_t TaskArrays::place_of(const Source& source, std::size_t side) {

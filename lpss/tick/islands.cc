@@ -17,23 +17,20 @@ namespace {
 // Policy clone: one for each sector, of which others have clones of the same ids.
 class JobMaker {
  public:
-  struct Island {
-    std::vector<HostedPart> parts;
-    int substeps = 0;  // as of TaskBuilder
-  };
-
   explicit JobMaker(SeamPolicy policy) : policy_(policy) {}
 
-  // An island of so many bodies and contacts.
-  void add(Island island, std::uint64_t size) {
+  // A part of an island, until end_island(): of so many bodies and contacts, and substeps as of TaskBuilder.
+  void add(Sector& sector, const Component& component) { parts_.push_back({&sector, &component}); }
+  void end_island(std::uint64_t size, int substeps = 0) {
     const bool is_full = policy_ == SeamPolicy::kIsland && size_ + size > kSizeOfJob;
     if (jobs_.empty() || is_full || is_ended_) {
-      jobs_.emplace_back();
+      jobs_.push_back(jobs_.empty() ? 0 : jobs_.back());
       size_ = 0;
       is_ended_ = false;
     }
     size_ += size;
-    jobs_.back().push_back(std::move(island));
+    islands_.push_back({parts_.size(), substeps});
+    jobs_.back() = islands_.size();
   }
 
   void end_sector() { is_ended_ = policy_ == SeamPolicy::kClone; }
@@ -42,9 +39,11 @@ class JobMaker {
     std::vector<SolveJob> built(jobs_.size());
     run_parallel(parallel, jobs_.size(), [&](std::size_t n) {
       TaskBuilder builder(partition);
-      for (const Island& island : jobs_[n]) {
-        builder.begin_island(island.substeps);
-        for (const auto& [sector, component] : island.parts) builder.add(*sector, *component);
+      for (std::size_t island = n > 0 ? jobs_[n - 1] : 0; island < jobs_[n]; ++island) {
+        builder.begin_island(islands_[island].substeps);
+        for (std::size_t part = island > 0 ? islands_[island - 1].parts_end : 0;
+             part < islands_[island].parts_end; ++part)
+          builder.add(*parts_[part].sector, *parts_[part].component);
         builder.end_island();
       }
       built[n] = builder.build();
@@ -56,9 +55,16 @@ class JobMaker {
   // Enough to fill the solver's lanes, and few enough that what it computes with stays near the processor.
   static constexpr std::uint64_t kSizeOfJob = 512;
 
+  struct Island {
+    std::size_t parts_end;
+    int substeps;
+  };
+
   SeamPolicy policy_;
-  std::vector<std::vector<Island>> jobs_;
-  std::uint64_t size_ = 0;  // of the last one
+  std::vector<HostedPart> parts_;
+  std::vector<Island> islands_;
+  std::vector<std::size_t> jobs_;  // where the islands of each end
+  std::uint64_t size_ = 0;         // of the last one
   bool is_ended_ = false;
 };
 
@@ -94,7 +100,8 @@ void assemble_alone(const Partition& partition, Sector& sector, JobMaker& jobs) 
     if (flies_freely(partition, sector, component)) continue;
     const std::uint32_t size =
         component.pairs_end - component.pairs_begin + component.bodies_end - component.bodies_begin;
-    jobs.add({{{&sector, &component}}}, size);
+    jobs.add(sector, component);
+    jobs.end_island(size);
   }
 }
 
@@ -174,11 +181,9 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
   const int substeps = island.substeps > 0 ? partition.engine.substeps(island.substeps, island.bodies) : 0;
   if (weight.size() == 1) {
     ++context.counts.islands_across_seams;
-    JobMaker::Island job{{}, substeps};
-    for_each_part(partition, island, [&](Sector& sector, const Component& component) {
-      job.parts.push_back({&sector, &component});
-    });
-    jobs.add(std::move(job), weight[partition.self]);
+    for_each_part(partition, island,
+                  [&](Sector& sector, const Component& component) { jobs.add(sector, component); });
+    jobs.end_island(weight[partition.self], substeps);
   } else if (is_staged(partition, context.tick, island)) {
     if (partition.hosts(island.parts.front().sector)) {
       ++context.counts.islands_across_seams;
