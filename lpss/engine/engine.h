@@ -299,13 +299,7 @@ struct SolvedTask {
   std::string pairs;
   std::vector<std::size_t> body_ends;
   std::vector<std::size_t> pair_ends;
-  // The bodies of joints that have diverged, and of the joints of each that whose error is largest: places in
-  // the task.
-  struct Blame {
-    std::size_t body;
-    std::size_t joint;
-  };
-  std::vector<Blame> blamed;
+  std::vector<BlamedJoint> blamed;  // places are those in the task
 
   void clear() { *this = {}; }
 };

@@ -77,14 +77,11 @@ IslandJoint JointScene::island_joint(const Tied& tied,
     joint.parent_origin = centre_of(homes_.at(tied.properties.parent.value).sector) - origin;
     return joint;
   }
-  joint.fixed_parent = tied.fixed_parent;
   if (tied.properties.parent.value != 0) {
-    const JointSide parent = side(tied.properties.parent);
-    const Eigen::Vector3d lever = parent.pose.orientation * tied.properties.in_parent.position;
-    joint.fixed_parent = parent.pose * tied.properties.in_parent;
-    joint.fixed_velocity = parent.linear_velocity + parent.angular_velocity.cross(lever);
-    joint.fixed_spin = parent.angular_velocity;
+    joint.fix_parent(side(tied.properties.parent), -origin);
+    return joint;
   }
+  joint.fixed_parent = tied.fixed_parent;
   joint.fixed_parent.position -= origin;
   return joint;
 }

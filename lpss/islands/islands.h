@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "lpss/base/divergence_kind.h"
 #include "lpss/joints/island_joint.h"
 #include "lpss/solver/contact_solver.h"
 
@@ -49,6 +50,12 @@ struct Islands {
     bool is_pushed = false;   // by contacts and joints; otherwise it is in free flight
     bool is_buried = false;   // in something
     bool is_carried = false;  // by a surface that moves
+
+    // Whether that leads somewhere, and no farther than any body goes in `dt` seconds.
+    bool is_within_bounds(double dt) const {
+      const double most = kSpeedMax * dt;
+      return way.template cast<double>().squaredNorm() <= most * most && turn.allFinite();
+    }
   };
 
   // First the dynamic ones; then one for all that neither moves nor can be pushed; then kinematic ones.

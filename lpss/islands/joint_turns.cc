@@ -320,20 +320,13 @@ void JointTurns<Scalar>::end() {
   }
 }
 
-template <typename Scalar>
-bool JointTurns<Scalar>::is_corrected_within_bounds(std::size_t place) const {
-  const double most = kSpeedMax * dt_;
-  const auto& solved = islands_->solved[place];
-  return solved.way.template cast<double>().squaredNorm() <= most * most && solved.turn.allFinite();
-}
-
 // Or may have, where it turns fast: who hosts it decides, by its size.
 template <typename Scalar>
 bool JointTurns<Scalar>::has_diverged(std::size_t place) const {
-  if (!is_corrected_within_bounds(place)) return true;
-  constexpr double kOfAnySize = std::numeric_limits<double>::infinity();
   const auto& body = islands_->bodies[place];
   const auto& solved = islands_->solved[place];
+  if (!solved.is_within_bounds(dt_)) return true;
+  constexpr double kOfAnySize = std::numeric_limits<double>::infinity();
   const Vector linear = body.linear + solved.linear;
   const Vector angular = body.angular + solved.angular;
   return divergence_of(linear.template cast<double>(), angular.template cast<double>(), kOfAnySize)
@@ -343,8 +336,8 @@ bool JointTurns<Scalar>::has_diverged(std::size_t place) const {
 template <typename Scalar>
 Pose JointTurns<Scalar>::pose_after(std::size_t place) const {
   Pose pose = side_of(place).pose;
-  if (!is_corrected_within_bounds(place)) return pose;
   const auto& solved = islands_->solved[place];
+  if (!solved.is_within_bounds(dt_)) return pose;
   pose.position += solved.way.template cast<double>();
   pose.orientation = rotation_by(solved.turn.template cast<double>()) * pose.orientation;
   return pose;
@@ -367,7 +360,7 @@ double JointTurns<Scalar>::error_of(const IslandJoint& joint) const {
 }
 
 template <typename Scalar>
-void JointTurns<Scalar>::find_blamed(std::vector<Blame>& blamed) const {
+void JointTurns<Scalar>::find_blamed(std::vector<BlamedJoint>& blamed) const {
   blamed.clear();
   std::map<std::size_t, std::pair<double, std::size_t>> worst;  // by body
   for (std::size_t n = 0; n < islands_->joints.size(); ++n) {

@@ -42,13 +42,8 @@ class JointTurns final : private BodyChanges {
   // Adds to what the islands have of corrections. The contacts have ended.
   void end();
 
-  // A body that has diverged, and of its joints the one whose error is largest: how far the child would have
-  // to be moved, its centre by a twist of the joint included. Once all is solved.
-  struct Blame {
-    std::size_t body;
-    std::size_t joint;
-  };
-  void find_blamed(std::vector<Blame>& blamed) const;
+  // Once all is solved.
+  void find_blamed(std::vector<BlamedJoint>& blamed) const;
 
  private:
   using Vector = typename Islands<Scalar>::Vector;
@@ -65,7 +60,6 @@ class JointTurns final : private BodyChanges {
   void with_joints(absl::FunctionRef<void()> act);
   bool is_as_set(std::size_t place) const;
   void write_impulses();
-  bool is_corrected_within_bounds(std::size_t place) const;
   bool has_diverged(std::size_t place) const;
   Pose pose_after(std::size_t place) const;
   double error_of(const IslandJoint& joint) const;

@@ -62,7 +62,7 @@ class StepSolver {
   [[nodiscard]] bool set_motion(int sweep, std::size_t body, std::string_view bytes);
 
   // Who has diverged among the bodies of joints, after end().
-  std::span<const typename JointTurns<Scalar>::Blame> blamed() const { return blamed_; }
+  std::span<const BlamedJoint> blamed() const { return blamed_; }
 
  private:
   using Contacts = ContactSolver<Scalar>;
@@ -83,7 +83,7 @@ class StepSolver {
   Contacts contacts_;
   JointTurns<Scalar> joints_;
   std::vector<std::size_t> stage_ends_;  // in patches
-  std::vector<typename JointTurns<Scalar>::Blame> blamed_;
+  std::vector<BlamedJoint> blamed_;
 };
 
 extern template class Opening<float>;

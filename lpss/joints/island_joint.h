@@ -25,6 +25,22 @@ struct IslandJoint {
   Eigen::Vector3d parent_origin = Eigen::Vector3d::Zero();   // the parent's sector from the child's, m
 
   bool has_parent() const { return parent != kNoBody; }
+
+  // By a side that no solver moves; `origin`: its sector from the child's, m.
+  void fix_parent(const JointSide& side, const Eigen::Vector3d& origin) {
+    const Eigen::Vector3d lever = side.pose.orientation * form->in_parent.position;
+    fixed_parent = side.pose * form->in_parent;
+    fixed_parent.position += origin;
+    fixed_velocity = side.linear_velocity + side.angular_velocity.cross(lever);
+    fixed_spin = side.angular_velocity;
+  }
+};
+
+// A body that has diverged, and of its joints the one whose error is largest: how far the child would have to
+// be moved, its centre by a twist of the joint included.
+struct BlamedJoint {
+  std::size_t body;   // a place among the bodies
+  std::size_t joint;  // likewise
 };
 
 }  // namespace tessera

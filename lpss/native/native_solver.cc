@@ -16,8 +16,7 @@ void NativeSolver::solve(const SolveTask& task, double dt, SolvedTask& solved, c
   solved.clear();
   if (task.bodies.empty()) return;
   arrays_.make_room(task, solved);
-  arrays_.islands().joints.clear();
-  if (!task.joints.empty()) arrays_.gather_bodies_and_joints(task, dt, parallel);
+  arrays_.gather_joints(task, dt, parallel);
   const std::span<const int> steps = island_steps_.of(task.islands, arrays_.islands(), needs_, dt);
   steps_.assign(steps.begin(), steps.end());
   constexpr int kDone = 0;

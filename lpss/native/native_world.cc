@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "lpss/islands/step_solver.h"
 #include "lpss/native/bouncing_balls.h"
 #include "lpss/native/combine.h"
 #include "lpss/native/deep_overlap.h"
@@ -559,9 +558,8 @@ bool NativeWorld::take_solved_pair(std::size_t pair, std::string_view& bytes) {
     if (solved.surface_of(p) != nullptr) patches[p].surface = &surfaces[p];
     if (!read_impulses(bytes, patches[p])) return false;
   }
-  const ContactScale scale = scale_of(body(pairs_[pair].slot_a), body(pairs_[pair].slot_b));
   const Opening<Scalar> usual(settings_.time_step, settings_.substeps, settings_.substeps);
-  take(patches, engine_.needs(), scale, usual.deepest_gap(Scalar(scale.extent), 1), solved);
+  take(patches, engine_.needs(), usual, body(pairs_[pair].slot_a), body(pairs_[pair].slot_b), solved);
   return true;
 }
 

@@ -88,9 +88,7 @@ Numbers::Frame frame_of(const Body& body) {
 
 void take(const Numbers::Solved& solved, double dt, Body& body) {
   body.fine.reset();
-  const double corrected_max = kSpeedMax * dt;
-  if (!(solved.way.cast<double>().squaredNorm() <= corrected_max * corrected_max) ||
-      !solved.turn.allFinite()) {
+  if (!solved.is_within_bounds(dt)) {
     const Vector gains = velocity_of_gained_energy().cast<Scalar>();
     constexpr Scalar kNone = std::numeric_limits<Scalar>::quiet_NaN();
     body.linear = solved.way == gains ? gains : Vector::Constant(kNone);
@@ -165,9 +163,11 @@ void fill(const ContactView& view, std::size_t place, double dt, Scalar gap_min,
   if (const Body* const carrier = carrier_of(view)) set_course(view, *carrier, from, dt, into, *course);
 }
 
-void take(std::span<const Numbers::Patch> patches, const ContactNeeds& needs, const ContactScale& of_bodies,
-          Scalar gap_min, Contact& contact) {
+void take(std::span<const Numbers::Patch> patches, const ContactNeeds& needs, const Opening<Scalar>& usual,
+          const Body& a, const Body& b, Contact& contact) {
   if (!std::ranges::all_of(patches, are_bounded)) return drop_impulses(contact);
+  ContactScale scale = scale_of(a, b);
+  const Scalar gap_min = usual.deepest_gap(Scalar(scale.extent), 1);
   // Patches that press against each other bear nothing.
   Eigen::Vector3d load = Eigen::Vector3d::Zero();
   double mobility = 0;
@@ -186,7 +186,6 @@ void take(std::span<const Numbers::Patch> patches, const ContactNeeds& needs, co
     load += borne * into.normal.cast<double>();
     if (patch.is_jointed) mobility = std::max(mobility, patch.mobility);
   }
-  ContactScale scale = of_bodies;
   // A foot bears as easily as the robot that it belongs to.
   if (mobility > 0) scale.inverse_mass = mobility;
   needs.note(contact.need, load.norm(), scale);

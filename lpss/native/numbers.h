@@ -12,6 +12,7 @@
 
 #include "lpss/islands/contact_needs.h"
 #include "lpss/islands/islands.h"
+#include "lpss/islands/step_solver.h"
 #include "lpss/native/body.h"
 #include "lpss/native/contact.h"
 
@@ -66,9 +67,10 @@ void look_at(const ContactView& view, ContactHead& head);
 void fill(const ContactView& view, std::size_t patch, double dt, Scalar gap_min, Numbers::Patch& into,
           Numbers::Surface* surface, Numbers::Course* course);
 
-// Takes the impulses of the patches, or forgets those that no tick may start from.
-void take(std::span<const Numbers::Patch> patches, const ContactNeeds& needs, const ContactScale& scale,
-          Scalar gap_min, Contact& contact);
+// Takes the impulses of the patches of a contact of a and b, or forgets those that no tick may start from.
+// `usual`: of the usual steps.
+void take(std::span<const Numbers::Patch> patches, const ContactNeeds& needs, const Opening<Scalar>& usual,
+          const Body& a, const Body& b, Contact& contact);
 
 // Inverse mass, extent and nimbleness.
 inline ContactScale scale_of(const Body& a, const Body& b) {

@@ -59,12 +59,13 @@ void TaskArrays::gather(const SolveTask& task, std::span<const std::size_t> isla
   gather_contacts(steps, parallel);
 }
 
-void TaskArrays::gather_bodies_and_joints(const SolveTask& task, double dt, const ParallelFor& parallel) {
+void TaskArrays::gather_joints(const SolveTask& task, double dt, const ParallelFor& parallel) {
   task_ = &task;
   dt_ = dt;
+  islands_.joints = task.joints;
+  if (task.joints.empty()) return;
   bodies_.resize(task.bodies.size());
   std::iota(bodies_.begin(), bodies_.end(), std::size_t{0});
-  islands_.joints = task.joints;
   gather_bodies(parallel);
 }
 
@@ -243,8 +244,7 @@ void TaskArrays::put_back_pair(std::size_t n, SolvedTask* solved) const {
   const auto& contact = islands_.contacts[n];
   const auto patches = std::span(islands_.patches).subspan(contact.first, contact.patches);
   if (source.contact != nullptr) {
-    return take(patches, needs_, scale_of(*source.bodies[0], *source.bodies[1]),
-                usual_.deepest_gap(source.head.extent, 1), *source.contact);
+    return take(patches, needs_, usual_, *source.bodies[0], *source.bodies[1], *source.contact);
   }
   if (solved == nullptr) return;
   std::string bytes;

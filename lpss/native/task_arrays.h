@@ -29,8 +29,8 @@ class TaskArrays {
   void gather(const SolveTask& task, std::span<const std::size_t> islands, double dt, int steps,
               const ParallelFor& parallel);
 
-  // Of the whole task, but without contacts.
-  void gather_bodies_and_joints(const SolveTask& task, double dt, const ParallelFor& parallel);
+  // The joints of the whole task and, if there are any, its bodies.
+  void gather_joints(const SolveTask& task, double dt, const ParallelFor& parallel);
 
   Islands<Scalar>& islands() { return islands_; }
   std::size_t body_in_task(std::size_t place) const { return bodies_[place]; }

@@ -70,6 +70,16 @@ inline BodyId partner_of(const JointTie& joint, BodyId body) {
   return joint.child == body ? joint.parent : joint.child;
 }
 
+// Calls visit(JointRecord) with the joints whose child the body is, in ascending order, as far as it lives
+// here.
+template <typename Visit>
+void for_each_of_child(const JointIndex& joints, BodyId body, Visit&& visit) {
+  for (const JointId id : joints.of(body)) {
+    const JointRecord* const joint = joints.record(id);
+    if (joint != nullptr && joint->properties.child == body) visit(*joint);
+  }
+}
+
 // Calls visit(BodyId) with the other bodies that the joint ties to one of its own: the other side of the
 // joint, and what its axes follow, and what follows them, to its child. 0 is the world.
 template <typename Visit>

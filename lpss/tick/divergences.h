@@ -21,7 +21,7 @@ struct Stopped {
   DivergenceKind kind = DivergenceKind::kPosition;
 };
 
-// By body, of those that have diverged: the joint whose error is largest (SolvedTask::Blame).
+// By body, of those that have diverged: the joint whose error is largest (BlamedJoint).
 using BlamedJoints = absl::btree_map<BodyId, JointId>;
 
 // What a command has made of a body that lives here: whether its velocities, or those that the forces on it

@@ -182,11 +182,9 @@ void foresee_drives(Partition& partition) {
     if (body.properties.motion != Motion::kDynamic || world.activity(body.slot) == Activity::kAsleep)
       continue;
     double surge = 0;
-    for (const JointId joint : partition.joints.of(id)) {
-      const JointRecord* const record = partition.joints.record(joint);
-      if (record == nullptr || record->properties.child != id) continue;
-      surge += surge_of(partition, *record, body, std::ranges::binary_search(set, joint));
-    }
+    for_each_of_child(partition.joints, id, [&](const JointRecord& joint) {
+      surge += surge_of(partition, joint, body, std::ranges::binary_search(set, joint.id));
+    });
     if (surge > 0) world.set_surge(body.slot, std::min(world.surge(body.slot) + surge, kSurgeMax));
   }
 }

@@ -128,7 +128,11 @@ void TaskBuilder::order_contacts() {
   }
   for (const std::uint32_t n : order_.of(to_order_, bodies_.size()))
     task.contacts.push_back(contacts_[n].pair);
-  order_.group_ends(to_order_, task.contacts.size() - contacts_.size(), job_.group_ends);
+}
+
+SolveJob TaskBuilder::build() {
+  SolveOrder::group_ends(to_order_, job_.task.contacts.size() - contacts_.size(), job_.group_ends);
+  return std::move(job_);
 }
 
 void TaskBuilder::add_joints() {
@@ -138,10 +142,8 @@ void TaskBuilder::add_joints() {
     for (const std::uint32_t n : bodies_) {
       const Member& child = members_[n];
       if (!child.has_joints) continue;
-      for (const JointId id : partition_->joints.of(child.id)) {
-        const JointRecord* joint = partition_->joints.record(id);
-        if (joint != nullptr && joint->properties.child == child.id) add_joint(*joint, child);
-      }
+      for_each_of_child(partition_->joints, child.id,
+                        [&](const JointRecord& joint) { add_joint(joint, child); });
     }
   }
   for (const JointRecord* joint : guests_) {
@@ -206,11 +208,7 @@ void TaskBuilder::fix_parent(const JointRecord& record, const SectorIndex& frame
       parent = side_of(replica->second->state);
     }
   }
-  const Eigen::Vector3d lever = parent.pose.orientation * properties.in_parent.position;
-  joint.fixed_parent = parent.pose * properties.in_parent;
-  joint.fixed_parent.position += metres_between(frame, home, partition_->sector_size());
-  joint.fixed_velocity = parent.linear_velocity + parent.angular_velocity.cross(lever);
-  joint.fixed_spin = parent.angular_velocity;
+  joint.fix_parent(parent, metres_between(frame, home, partition_->sector_size()));
 }
 
 }  // namespace tessera

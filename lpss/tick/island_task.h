@@ -47,7 +47,7 @@ class TaskBuilder {
   // In the task; nothing for a body that is not in the last island that has ended.
   std::optional<std::size_t> place_of(BodyId id) const;
 
-  SolveJob build() { return std::move(job_); }
+  SolveJob build();
 
  private:
   struct Member {

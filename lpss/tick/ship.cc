@@ -42,11 +42,8 @@ void ship_part(const Partition& partition, const Sector& sector, const Component
     const HomeBody& body = *sector.component_bodies[i];
     ship_body(body, 0, parcel);
     if (!body.jointed) continue;
-    for (const JointId id : partition.joints.of(body.id)) {
-      if (const JointRecord* joint = partition.joints.record(id);
-          joint != nullptr && joint->properties.child == body.id)
-        parcel.joints.push_back(*joint);
-    }
+    for_each_of_child(partition.joints, body.id,
+                      [&](const JointRecord& joint) { parcel.joints.push_back(joint); });
   }
   for (std::uint32_t i = component.pairs_begin; i < component.pairs_end; ++i)
     ship_pair(sector, sector.component_pairs[i], parcel);
