@@ -39,8 +39,8 @@ joints::SolvedJoint solved_joint(const SolveTask& task, const IslandJoint& joint
           joint.form, joint.drives,           joints::posed(joint, side_of(child), parent_side)};
 }
 
-// As set up by Bullet, without the forces of the tick; changes go where Bullet's own solver writes them.
-joints::JointedBody jointed(btSolverBody& body) {
+// As set up by Bullet, with the forces of the tick.
+joints::JointedBody jointed(const btSolverBody& body) {
   const btRigidBody& rigid = *body.m_originalBody;
   const double inverse_mass = body.m_invMass.x();
   joints::JointedBody jointed;
@@ -49,11 +49,15 @@ joints::JointedBody jointed(btSolverBody& body) {
   jointed.inverse_inertia = tensor_along<double>(to_eigen(rigid.getWorldTransform().getBasis()),
                                                  to_eigen(rigid.getInvInertiaDiagLocal())) *
                             (inverse_mass / rigid.getInvMass());
-  jointed.linear = to_eigen(body.m_linearVelocity);
-  jointed.angular = to_eigen(body.m_angularVelocity);
-  jointed.linear_change = joints::SharedVector(&body.m_deltaLinearVelocity[0]);
-  jointed.angular_change = joints::SharedVector(&body.m_deltaAngularVelocity[0]);
+  jointed.linear = to_eigen(body.m_linearVelocity) + to_eigen(body.m_externalForceImpulse);
+  jointed.angular = to_eigen(body.m_angularVelocity) + to_eigen(body.m_externalTorqueImpulse);
   return jointed;
+}
+
+Eigen::Matrix<double, 6, 1> change_of(const btSolverBody& body) {
+  Eigen::Matrix<double, 6, 1> change;
+  change << to_eigen(body.m_deltaLinearVelocity), to_eigen(body.m_deltaAngularVelocity);
+  return change;
 }
 
 }  // namespace
@@ -102,7 +106,22 @@ void TaskSolver::set_up(const SolveTask& task, double dt) {
 void TaskSolver::pass(int n) {
   solveGroupCacheFriendlySplitImpulseIterations(nullptr, 0, nullptr, 0, nullptr, 0, one_pass_, nullptr);
   solveSingleIteration(n, nullptr, 0, nullptr, 0, nullptr, 0, info_, nullptr);
+  pass_over_joints();
+}
+
+// What Bullet's rows have changed since the last time pushes the bodies of joints.
+void TaskSolver::pass_over_joints() {
+  for (Jointed& jointed : jointed_) {
+    const Eigen::Matrix<double, 6, 1> push = change_of(*jointed.body) - jointed.change;
+    if (!push.isZero(0)) jointed.place.assembly->push(jointed.place.body, push);
+  }
   joints_.pass();
+  for (Jointed& jointed : jointed_) {
+    const auto change = (jointed.place.assembly->velocities(jointed.place.body) - jointed.before).eval();
+    jointed.body->m_deltaLinearVelocity = to_bullet(Eigen::Vector3d(change.head<3>()));
+    jointed.body->m_deltaAngularVelocity = to_bullet(Eigen::Vector3d(change.tail<3>()));
+    jointed.change = change_of(*jointed.body);
+  }
 }
 
 // Writes velocities, corrected poses and impulses back.
@@ -155,15 +174,19 @@ void TaskSolver::correct_poses() {
 }
 
 void TaskSolver::begin_joints() {
+  jointed_.clear();
   if (joints_.is_empty()) return;
   std::vector<joints::JointedBody> bodies(static_cast<std::size_t>(m_tmpSolverBodyPool.size()));
-  for (const std::size_t place : joints_.bodies()) {
-    btSolverBody& body = m_tmpSolverBodyPool[static_cast<int>(place)];
-    joints::JointedBody& into = bodies[place] = jointed(body);
-    into.linear += to_eigen(body.m_externalForceImpulse);
-    into.angular += to_eigen(body.m_externalTorqueImpulse);
-  }
+  for (const std::size_t place : joints_.bodies())
+    bodies[place] = jointed(m_tmpSolverBodyPool[static_cast<int>(place)]);
   joints_.set_up(bodies, info_.m_timeStep, 1);
+  for (const std::size_t place : joints_.bodies()) {
+    Jointed& jointed = jointed_.emplace_back();
+    jointed.body = &m_tmpSolverBodyPool[static_cast<int>(place)];
+    jointed.place = joints_.place_of(place);
+    jointed.before << bodies[place].linear, bodies[place].angular;
+    jointed.change.setZero();
+  }
 }
 
 // Once rows are made, nothing is left to do with bodies that cannot be pushed; other parts may meet them,

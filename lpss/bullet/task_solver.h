@@ -24,16 +24,25 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   void set_up(const SolveTask& task, double dt);
   void begin_joints();
   void pass(int n);
+  void pass_over_joints();
   void finish();
   void correct_poses();
   void drop_unbounded_impulses();
   void release_kinematic_bodies();
+
+  struct Jointed {
+    btSolverBody* body;
+    joints::JointSolver::Place place;
+    Eigen::Matrix<double, 6, 1> before;  // m/s, rad/s
+    Eigen::Matrix<double, 6, 1> change;  // as Bullet has it since the last pass over joints
+  };
 
   btContactSolverInfo info_;
   btContactSolverInfo one_pass_;
   std::vector<btCollisionObject*> bodies_;
   std::vector<btPersistentManifold*> manifolds_;
   joints::JointSolver joints_;
+  std::vector<Jointed> jointed_;
 };
 
 }  // namespace tessera::bullet

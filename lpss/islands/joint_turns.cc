@@ -13,11 +13,6 @@ namespace tessera {
 namespace {
 
 template <typename Scalar>
-bool is_same(const RowBody<Scalar>& a, const RowBody<Scalar>& b) {
-  return std::equal(a.linear, a.linear + 3, b.linear) && std::equal(a.angular, a.angular + 3, b.angular);
-}
-
-template <typename Scalar>
 SolverTypes<double>::Body in_double(const typename SolverTypes<Scalar>::Body& body) {
   return {.linear = body.linear.template cast<double>(),
           .angular = body.angular.template cast<double>(),
@@ -109,12 +104,6 @@ void JointTurns<Scalar>::begin(Islands<Scalar>& islands, double dt, int steps) {
   }
   const std::span<const std::size_t> jointed = joints_.bodies();
   jointed_.assign(jointed.begin(), jointed.end());
-  linear_changes_.assign(islands.dynamics, Vector::Zero());
-  angular_changes_.assign(islands.dynamics, Vector::Zero());
-  set_changes_.assign(islands.dynamics, {Vector::Zero(), Vector::Zero()});
-  told_changes_ = set_changes_;
-  set_motions_.assign(islands.dynamics, {});
-  is_as_set_.assign(islands.dynamics, 0);
   if (bodies_.size() < islands.dynamics) bodies_.resize(islands.dynamics);
   for (const std::size_t place : jointed_) {
     islands.solved[place].is_pushed = true;
@@ -125,8 +114,8 @@ void JointTurns<Scalar>::begin(Islands<Scalar>& islands, double dt, int steps) {
                       .inverse_moments = frame.inverse_moments.template cast<double>(),
                       .linear = body.linear.template cast<double>(),
                       .angular = body.angular.template cast<double>(),
-                      .linear_change = joints::SharedVector(linear_changes_[place].data()),
-                      .angular_change = joints::SharedVector(angular_changes_[place].data())};
+                      .linear_force = body.linear_force.template cast<double>(),
+                      .angular_force = body.angular_force.template cast<double>()};
   }
   joints_.set_up(std::span(bodies_).first(islands.dynamics), dt, steps);
   const auto is_jointed = [&](std::size_t body) { return std::ranges::binary_search(jointed_, body); };
@@ -178,32 +167,35 @@ void JointTurns<Scalar>::begin_jointed_contacts() {
 }
 
 template <typename Scalar>
-BodyChange JointTurns<Scalar>::change(std::size_t place) const {
-  const Motion change = contacts_->change(place);
-  return {change.linear.template cast<double>(), change.angular.template cast<double>()};
+FreeBodies::Velocities JointTurns<Scalar>::change(std::size_t place) const {
+  const auto change = contacts_->change(place);
+  Velocities velocities;
+  velocities << change.linear.template cast<double>(), change.angular.template cast<double>();
+  return velocities;
 }
 
 template <typename Scalar>
-void JointTurns<Scalar>::set_change(std::size_t place, const BodyChange& change) {
-  contacts_->set_change(place,
-                        {change.linear.template cast<Scalar>(), change.angular.template cast<Scalar>()});
+void JointTurns<Scalar>::push(std::size_t place, const Velocities& push) {
+  const Velocities now = change(place) + push;
+  contacts_->set_change(
+      place, {now.template head<3>().template cast<Scalar>(), now.template tail<3>().template cast<Scalar>()});
 }
 
 // What bodies on joints bear is known only once these have answered for it: at rest, a step then changes
 // nothing.
 template <typename Scalar>
 void JointTurns<Scalar>::start_step() {
-  with_joints([&] { joints_.start_step(); });
+  joints_.start_step();
   jointed_contacts_.start_step();
-  with_joints([&] { joints_.pass(); });
+  joints_.pass();
   jointed_contacts_.settle();
-  with_joints([&] { joints_.pass_if_pushed(); });
+  joints_.pass_if_pushed();
 }
 
 // The contacts of jointed bodies have settled already, which was their first turn of the step.
 template <typename Scalar>
 void JointTurns<Scalar>::after_first_pass() {
-  with_joints([&] { joints_.pass_untouched(); });
+  joints_.pass_untouched();
 }
 
 template <typename Scalar>
@@ -218,63 +210,26 @@ void JointTurns<Scalar>::after_pass(bool relaxed) {
 
 template <typename Scalar>
 void JointTurns<Scalar>::hold() {
-  with_joints([&] { joints_.pass(); });
+  joints_.pass();
 }
 
 template <typename Scalar>
 void JointTurns<Scalar>::rebound(bool is_first) {
   jointed_contacts_.rebound();
   if (is_first) return hold();
-  with_joints([&] { joints_.pass_if_pushed(); });
+  joints_.pass_if_pushed();
 }
 
 template <typename Scalar>
 void JointTurns<Scalar>::advance() {
-  if (is_empty()) return;
   jointed_contacts_.note_velocities();
-  show_joints();
   joints_.move();
 }
 
 template <typename Scalar>
 void JointTurns<Scalar>::end_step() {
   jointed_contacts_.note_velocities();
-}
-
-// Whether nobody else has changed a velocity since with_joints() set it.
-template <typename Scalar>
-bool JointTurns<Scalar>::is_as_set(std::size_t place) const {
-  if (is_same(contacts_->raw_motion(place), set_motions_[place])) return true;
-  const Motion now = contacts_->change(place);
-  return now.linear == set_changes_[place].linear && now.angular == set_changes_[place].angular;
-}
-
-template <typename Scalar>
-void JointTurns<Scalar>::show_joints() {
-  for (const std::size_t place : jointed_) {
-    is_as_set_[place] = is_as_set(place) ? 1 : 0;
-    if (is_as_set_[place]) continue;
-    const Motion change = contacts_->change(place);
-    linear_changes_[place] = change.linear;
-    angular_changes_[place] = change.angular;
-  }
-}
-
-template <typename Scalar>
-void JointTurns<Scalar>::with_joints(absl::FunctionRef<void()> act) {
-  if (is_empty()) return;
-  show_joints();
-  act();
-  for (const std::size_t place : jointed_) {
-    const Motion change{linear_changes_[place], angular_changes_[place]};
-    Motion& told = told_changes_[place];
-    // Rounding moves what is told twice: what has not changed must not depend on other islands' turns.
-    if (is_as_set_[place] && change.linear == told.linear && change.angular == told.angular) continue;
-    told = change;
-    contacts_->set_change(place, change);
-    set_changes_[place] = contacts_->change(place);  // which rounding has moved
-    set_motions_[place] = contacts_->raw_motion(place);
-  }
+  joints_.end_step();
 }
 
 template <typename Scalar>
@@ -292,7 +247,6 @@ void JointTurns<Scalar>::write_impulses() {
   }
 }
 
-// By what joints have made of the way and the turn of their bodies.
 template <typename Scalar>
 void JointTurns<Scalar>::end() {
   if (is_empty()) return;
@@ -301,19 +255,16 @@ void JointTurns<Scalar>::end() {
     const auto place = static_cast<std::size_t>(moved.body);
     const auto& body = islands_->bodies[place];
     auto& solved = islands_->solved[place];
-    if (moved.angular) {
-      const Eigen::Vector3d change = *moved.angular - body.angular.template cast<double>();
-      contacts_->set_change(place, {contacts_->change(place).linear, change.template cast<Scalar>()});
-    }
+    solved.linear = (moved.linear - body.linear.template cast<double>()).template cast<Scalar>();
+    solved.angular = (moved.angular - body.angular.template cast<double>()).template cast<Scalar>();
     if (!moved.is_whole) {
-      solved.way += moved.way.template cast<Scalar>();
-      solved.turn += rotation_vector(moved.turn).template cast<Scalar>();
+      solved.way = moved.way.template cast<Scalar>();
+      solved.turn = rotation_vector(moved.turn).template cast<Scalar>();
       continue;
     }
     // Bodies move on by their final velocities, too.
-    const Motion change = contacts_->change(place);
-    const Eigen::Vector3d linear = (body.linear + change.linear).template cast<double>();
-    const Eigen::Vector3d angular = (body.angular + change.angular).template cast<double>();
+    const Eigen::Vector3d linear = (body.linear + solved.linear).template cast<double>();
+    const Eigen::Vector3d angular = (body.angular + solved.angular).template cast<double>();
     const Eigen::Quaterniond turn = rotation_by(angular * dt_).conjugate() * moved.turn;
     solved.way = (moved.way - linear * dt_).template cast<Scalar>();
     solved.turn = rotation_vector(turn).template cast<Scalar>();

@@ -1,8 +1,6 @@
 // Joints, and the contacts of what they hold, take turns with a solver of contacts.
 #pragma once
 
-#include <absl/functional/function_ref.h>
-
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -16,7 +14,7 @@ namespace tessera {
 
 // For the joints of one set of islands at a time; without any, nothing happens in any call.
 template <typename Scalar>
-class JointTurns final : private BodyChanges {
+class JointTurns final : private FreeBodies {
  public:
   using Contacts = ContactSolver<Scalar>;
 
@@ -39,7 +37,7 @@ class JointTurns final : private BodyChanges {
   void advance();
   void end_step();
 
-  // Adds to what the islands have of corrections. The contacts have ended.
+  // Writes what the islands have of jointed bodies and their patches. The contacts have ended.
   void end();
 
   // Once all is solved.
@@ -47,18 +45,13 @@ class JointTurns final : private BodyChanges {
 
  private:
   using Vector = typename Islands<Scalar>::Vector;
-  using Motion = typename Contacts::Motion;
 
-  BodyChange change(std::size_t place) const override;
-  void set_change(std::size_t place, const BodyChange& change) override;
+  Velocities change(std::size_t place) const override;
+  void push(std::size_t place, const Velocities& change) override;
 
   JointSide side_of(std::size_t place) const;
   joints::SolvedJoint solved_joint(const IslandJoint& joint) const;
   void begin_jointed_contacts();
-  // The joints see what contacts have changed; with_joints() also tells contacts what `act` has.
-  void show_joints();
-  void with_joints(absl::FunctionRef<void()> act);
-  bool is_as_set(std::size_t place) const;
   void write_impulses();
   bool has_diverged(std::size_t place) const;
   Pose pose_after(std::size_t place) const;
@@ -73,12 +66,6 @@ class JointTurns final : private BodyChanges {
   // By place; those of others mean nothing.
   std::vector<joints::JointedBody> bodies_;
   std::vector<SolverTypes<double>::Body> touched_;
-  std::vector<char> is_as_set_;         // nobody but joints had changed a velocity when these were last shown
-  std::vector<Vector> linear_changes_;  // since the start of the tick
-  std::vector<Vector> angular_changes_;
-  std::vector<Motion> told_changes_;          // those that contacts were last told ...
-  std::vector<Motion> set_changes_;           // ... as they have them ...
-  std::vector<RowBody<Scalar>> set_motions_;  // ... and keep them
   // Jointed patches in double precision, and what they refer to.
   std::vector<JointedContacts::Given> patches_;
   std::vector<SolverTypes<double>::Surface> surfaces_;

@@ -22,14 +22,17 @@ std::array<double, 2> times(const std::array<double, 3>& m, const std::array<dou
 
 }  // namespace
 
+JointedContacts::Wrench JointedContacts::velocities_of(const Member& member) const {
+  if (member.jointed.assembly) return member.jointed.assembly->velocities(member.jointed.body);
+  Wrench velocities = free_->change(member.place);
+  velocities.head<3>() += bodies_[member.place].linear;
+  velocities.tail<3>() += bodies_[member.place].angular;
+  return velocities;
+}
+
 void JointedContacts::load() {
-  for (const Member& member : members_) {
-    const Contacts::Body& body = bodies_[member.place];
-    const BodyChange change = changes_->change(member.place);
-    Eigen::Map<Wrench> velocity(velocities_.data() + groups_[member.group].first + 6 * member.number);
-    velocity.head<3>() = body.linear + change.linear;
-    velocity.tail<3>() = body.angular + change.angular;
-  }
+  for (const Member& member : members_)
+    Wrench::Map(velocities_.data() + groups_[member.group].first + 6 * member.number) = velocities_of(member);
   std::ranges::fill(wrenches_, 0);
 }
 
@@ -39,11 +42,13 @@ void JointedContacts::store() {
     const Eigen::Map<const Wrench> wrench(wrenches_.data() + groups_[member.group].first + 6 * member.number);
     if (wrench.isZero(0)) continue;
     const Contacts::Body& body = bodies_[member.place];
-    BodyChange change = changes_->change(member.place);
-    const Vector3 turn = body.inverse_inertia * wrench.tail<3>();
-    change.linear += wrench.head<3>() * body.inverse_mass;
-    change.angular += turn;
-    changes_->set_change(member.place, change);
+    Wrench change;
+    change << wrench.head<3>() * body.inverse_mass, body.inverse_inertia * wrench.tail<3>();
+    if (member.jointed.assembly) {
+      member.jointed.assembly->push(member.jointed.body, change);
+    } else {
+      free_->push(member.place, change);
+    }
   }
 }
 

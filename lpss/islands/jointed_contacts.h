@@ -24,20 +24,16 @@
 
 namespace tessera {
 
-// What has changed of the velocities of a body since before the tick.
-struct BodyChange {
-  Eigen::Vector3d linear;   // m/s
-  Eigen::Vector3d angular;  // rad/s
-};
-
-// The changes of bodies, by place, as a solver of contacts has them, in its precision.
-class BodyChanges {
+// The velocities of bodies that no joint holds, by place: as a solver of contacts has them, in its precision.
+class FreeBodies {
  public:
-  virtual BodyChange change(std::size_t place) const = 0;
-  virtual void set_change(std::size_t place, const BodyChange& change) = 0;
+  using Velocities = joints::JointAssembly::Velocities;  // m/s, rad/s
+
+  virtual Velocities change(std::size_t place) const = 0;  // since before the tick
+  virtual void push(std::size_t place, const Velocities& change) = 0;
 
  protected:
-  ~BodyChanges() = default;
+  ~FreeBodies() = default;
 };
 
 // One set of islands at a time, between begin() and end() of both other solvers, in whose steps it takes its
@@ -68,10 +64,10 @@ class JointedContacts {
   bool is_empty() const { return patches_.empty(); }
 
   // Takes the patches of bodies that joints hold, in the order of the islands; to be called after begin() of
-  // the other solver of contacts, and set_up() of `joints`. Both, and `changes`, live on until end().
+  // the other solver of contacts, and set_up() of `joints`. Both, and `free`, live on until end().
   // `bodies`: by place, of those that the patches touch. `jointed`: the places of bodies that joints hold,
   // ascending.
-  void begin(const Softness& softness, joints::JointSolver& joints, BodyChanges& changes,
+  void begin(const Softness& softness, joints::JointSolver& joints, FreeBodies& free,
              std::span<const Contacts::Body> bodies, std::span<const std::size_t> jointed,
              std::span<const Given> patches);
   void clear();
@@ -120,8 +116,9 @@ class JointedContacts {
   };
   struct Member {
     std::size_t place;
-    std::size_t group;
-    std::size_t number;  // in it
+    joints::JointSolver::Place jointed;  // no assembly: of no joint
+    std::size_t group = kNone;
+    std::size_t number = 0;  // in it
   };
 
   // What a unit of impulse does to the velocities of a group.
@@ -193,6 +190,7 @@ class JointedContacts {
 
   void load();
   void store();
+  Wrench velocities_of(const Member& member) const;
   bool update_answers();
   template <typename Act>
   void solve(Act act);
@@ -245,13 +243,12 @@ class JointedContacts {
   void rebound(Patch& patch);
 
   Softness softness_;
-  BodyChanges* changes_ = nullptr;
+  FreeBodies* free_ = nullptr;
   joints::JointSolver* joints_ = nullptr;
   std::span<const Contacts::Body> bodies_;
   std::span<const std::size_t> jointed_;
   std::vector<std::size_t> member_of_place_;
   std::vector<Member> members_;
-  std::vector<joints::JointSolver::Touched> touched_;  // by member
   std::vector<Group> groups_;
   std::vector<Patch> patches_;  // by cluster, in each in the order of the task
   std::vector<Cluster> clusters_;

@@ -40,18 +40,17 @@ std::array<double, 3> inverse_of(const std::array<double, 3>& matrix) {
 void JointedContacts::clear() {
   patches_.clear();
   members_.clear();
-  touched_.clear();
   groups_.clear();
   clusters_.clear();
   may_bounce_ = false;
 }
 
-void JointedContacts::begin(const Softness& softness, joints::JointSolver& joints, BodyChanges& changes,
+void JointedContacts::begin(const Softness& softness, joints::JointSolver& joints, FreeBodies& free,
                             std::span<const Contacts::Body> bodies, std::span<const std::size_t> jointed,
                             std::span<const Given> patches) {
   clear();
   softness_ = softness;
-  changes_ = &changes;
+  free_ = &free;
   joints_ = &joints;
   bodies_ = bodies;
   jointed_ = jointed;
@@ -71,9 +70,11 @@ std::size_t JointedContacts::member_of(std::size_t place) {
   std::size_t& member = member_of_place_[place];
   if (member != kNone) return member;
   member = members_.size();
-  members_.push_back({place, kNone, 0});
-  touched_.push_back({nullptr, 0});
-  if (std::ranges::binary_search(jointed_, place)) touched_.back() = joints_->touch(place);
+  members_.push_back({place, {nullptr, 0}});
+  if (!std::ranges::binary_search(jointed_, place)) return member;
+  Member& jointed = members_.back();
+  jointed.jointed = joints_->place_of(place);
+  jointed.number = jointed.jointed.assembly->touch(jointed.jointed.body);
   return member;
 }
 
@@ -84,14 +85,13 @@ void JointedContacts::make_groups() {
     first += 6 * bodies;
     return groups_.size() - 1;
   };
-  for (std::size_t n = 0; n < members_.size(); ++n) {
-    Member& member = members_[n];
-    const auto [assembly, number] = touched_[n];
+  for (Member& member : members_) {
+    joints::JointAssembly* const assembly = member.jointed.assembly;
     if (!assembly || assembly->touched() > kTouchedMax) {
       member.group = add_group(nullptr, 1);
+      member.number = 0;
       continue;
     }
-    member.number = number;
     const auto known =
         std::ranges::find(groups_, assembly, [](const Group& group) { return group.assembly; });
     member.group = known != groups_.end() ? static_cast<std::size_t>(known - groups_.begin())

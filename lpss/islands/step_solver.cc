@@ -114,21 +114,16 @@ void StepSolver<Scalar>::rebound(int sweep, std::size_t stage) {
 template <typename Scalar>
 void StepSolver<Scalar>::end() {
   contacts_.end(islands_->patches);
-  const auto for_each_body = [this](const auto& act) {
-    run_in_pieces(*parallel_, islands_->dynamics, kBodiesInPiece,
-                  [&](std::size_t place) { act(place, islands_->solved[place]); });
-  };
-  for_each_body([this](std::size_t place, auto& solved) {
+  run_in_pieces(*parallel_, islands_->dynamics, kBodiesInPiece, [this](std::size_t place) {
     const auto correction = contacts_.correction(place);
+    const auto change = contacts_.change(place);
+    auto& solved = islands_->solved[place];
+    solved.linear = change.linear;
+    solved.angular = change.angular;
     solved.way = correction.linear;
     solved.turn = correction.angular;
   });
   joints_.end();
-  for_each_body([this](std::size_t place, auto& solved) {
-    const auto change = contacts_.change(place);
-    solved.linear = change.linear;
-    solved.angular = change.angular;
-  });
   find_pushed();
   joints_.find_blamed(blamed_);
 }

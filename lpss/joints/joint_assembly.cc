@@ -52,7 +52,7 @@ void JointAssembly::add(const SolvedJoint& joint, std::span<const JointedBody> b
     if (place == kNoPlace) {
       place = static_cast<Index>(bodies_.size());
       bodies_.push_back({bodies[static_cast<std::size_t>(body)],
-                         {body, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), false, {}},
+                         {body, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), false},
                          {}});
     }
     return place;
@@ -72,6 +72,7 @@ void JointAssembly::begin(double dt, int steps) {
   free_count_ = 0;
   gained_ = 0;
   is_settled_ = has_diverged_ = false;
+  is_pushed_ = awaits_answer_ = false;
   is_response_known_ = false;
   gives_.clear();
   ways_count_ = 0;
@@ -156,31 +157,13 @@ bool JointAssembly::factorise() {
   return true;
 }
 
-// True if others have changed a velocity.
-bool JointAssembly::see_changes() {
-  bool is_changed = false;
-  Index first = 0;
-  const auto see = [&](const SharedVector& shared, Eigen::Vector3d& seen, Index place) {
-    const Eigen::Vector3d change = shared.get();
-    if (change == seen) return;
-    const Eigen::Vector3d push = change - seen;
-    velocities_.segment<3>(place) += push;
-    seen = change;
-    is_changed = true;
-  };
-  for (Body& body : bodies_) {
-    see(body.now.linear_change, body.linear_seen, first);
-    see(body.now.angular_change, body.angular_seen, first + 3);
-    first += kBodyNumbers;
-  }
-  if (is_changed) {
-    is_held_ = is_settled_ = false;
-    is_pushed_ = true;
-  }
-  return is_changed;
+void JointAssembly::push(Index body, const Velocities& change) {
+  velocities_.segment<6>(kBodyNumbers * body) += change;
+  is_held_ = is_settled_ = false;
+  is_pushed_ = awaits_answer_ = true;
 }
 
-// Velocities out of all range are not told to others, which contacts would push to wherever these go.
+// Velocities out of all range are not shown to others, which contacts would push to wherever these go.
 void JointAssembly::set_motion(const Motion& motion) {
   const VectorXd& velocities = motion.velocities;
   const auto is_bounded = [](double speed) { return std::abs(speed) <= kBeyondSpeed; };  // and a number
@@ -189,27 +172,17 @@ void JointAssembly::set_motion(const Motion& motion) {
   velocities_ = velocities;
   soft_impulses_ = motion.soft_impulses;
   gained_ += motion.gained;
-  show_velocities();
-}
-
-void JointAssembly::show_velocities() {
-  Index first = 0;
-  for (Body& body : bodies_) {
-    const JointedBody& now = body.now;
-    now.linear_change.set(velocities_.segment<3>(first) - now.linear);
-    now.angular_change.set(velocities_.segment<3>(first + 3) - now.angular);
-    body.linear_seen = now.linear_change.get();
-    body.angular_seen = now.angular_change.get();
-    first += kBodyNumbers;
-  }
 }
 
 void JointAssembly::start_step() {
   if (has_diverged_) return;
-  is_settled_ = false;
-  is_held_ = false;
-  see_changes();
-  is_pushed_ = false;
+  is_settled_ = is_held_ = is_pushed_ = awaits_answer_ = false;
+  Index first = 0;
+  for (const Body& body : bodies_) {
+    velocities_.segment<3>(first) += body.now.linear_force / steps_;
+    velocities_.segment<3>(first + 3) += body.now.angular_force / steps_;
+    first += kBodyNumbers;
+  }
   soft_impulses_.setZero();
   find_whether_to_move();
   if (moves_) {
@@ -218,7 +191,6 @@ void JointAssembly::start_step() {
   }
   if (has_diverged_) return;
   turn_freely();
-  if (has_rotors_) show_velocities();
   if (free_count_ == 0) return;
   Motion& moved = begin_motion();
   for (const FreeRow& free : free_rows()) push(moved, free, free.impulse);
@@ -325,7 +297,7 @@ const VectorXd& JointAssembly::momenta_of(const VectorXd& velocities) {
 
 void JointAssembly::pass() {
   gives_.assign(free_count_, false);
-  see_changes();
+  awaits_answer_ = false;
   if (has_diverged_ || is_settled_) return;
   Motion& moved = begin_motion();
   // What contacts have pushed turns fast about free axes until drives have answered, too: only then is it
@@ -345,10 +317,20 @@ void JointAssembly::pass() {
 
 void JointAssembly::move() {
   if (has_diverged_) return;
-  see_changes();
+  awaits_answer_ = false;
   if (ways_count_ == ways_.size()) ways_.emplace_back();
   ways_[ways_count_++] = velocities_;
 }
+
+void JointAssembly::end_step() {
+  if (moves_ || has_diverged_) return;
+  if (ways_count_ == 1) opened_.setZero(velocities_.size());
+  stays_ = velocities_;
+  add_opened(ways_[ways_count_ - 1], step_time());
+}
+
+// How much farther bodies get in a time by the velocities that they had than by those that they have.
+void JointAssembly::add_opened(const VectorXd& had, double time) { opened_ += (had - velocities_) * time; }
 
 // To where move() has found the bodies to come in the steps before.
 void JointAssembly::advance() {
@@ -393,13 +375,20 @@ void JointAssembly::end(std::vector<BodyMotion>& moved) {
   const bool gains = !has_diverged_ && gains_energy();
   const bool stops = has_diverged_ || gains;
   if (moves_ && !stops) advance();
+  const bool has_opened = !moves_ && !has_diverged_ && ways_count_ > 0;
+  if (has_opened) add_opened(stays_, span_);
   Index first = 0;
   for (Body& body : bodies_) {
-    body.moved.is_whole = moves_;
-    if (spins(body) && !stops) body.moved.angular = velocities_.segment<3>(first + 3);
+    BodyMotion& motion = moved.emplace_back(body.moved);
+    motion.is_whole = moves_;
+    motion.linear = velocities_.segment<3>(first);
+    motion.angular = velocities_.segment<3>(first + 3);
+    if (has_opened) {
+      motion.way += opened_.segment<3>(first);
+      motion.turn = rotation_by(opened_.segment<3>(first + 3)) * motion.turn;
+    }
     first += kBodyNumbers;
-    if (stops) body.moved.way = gains ? velocity_of_gained_energy() : Eigen::Vector3d::Constant(kNoNumber);
-    moved.push_back(body.moved);
+    if (stops) motion.way = gains ? velocity_of_gained_energy() : Eigen::Vector3d::Constant(kNoNumber);
   }
 }
 

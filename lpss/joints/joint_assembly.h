@@ -18,41 +18,15 @@
 
 namespace tessera::joints {
 
-// Three numbers of a contact solver, in its precision.
-class SharedVector {
- public:
-  SharedVector() = default;
-  explicit SharedVector(float* numbers) : single_(numbers) {}
-  explicit SharedVector(double* numbers) : double_(numbers) {}
-
-  Eigen::Vector3d get() const {
-    if (single_ != nullptr) return Eigen::Map<const Eigen::Vector3f>(single_).cast<double>();
-    return Eigen::Map<const Eigen::Vector3d>(double_);
-  }
-
-  // Rounds to that precision.
-  void set(const Eigen::Vector3d& value) const {
-    if (single_ != nullptr) {
-      Eigen::Vector3f::Map(single_) = value.cast<float>();
-    } else {
-      Eigen::Vector3d::Map(double_) = value;
-    }
-  }
-
- private:
-  float* single_ = nullptr;
-  double* double_ = nullptr;
-};
-
-// The solver's data of a body.
+// A body for a tick.
 struct JointedBody {
   double inverse_mass = 0;  // 1/kg; 0 for an immovable body, whose motion is in the rows
   Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  // world axes
   Eigen::Vector3d inverse_moments = Eigen::Vector3d::Zero();  // about the axes of the body frame
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();           // m/s, at the start of the passes
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();           // m/s, before the first step
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();          // rad/s
-  SharedVector linear_change;  // since then; its numbers stay in place until the last pass
-  SharedVector angular_change;
+  Eigen::Vector3d linear_force = Eigen::Vector3d::Zero();     // m/s, what forces add in the tick
+  Eigen::Vector3d angular_force = Eigen::Vector3d::Zero();    // rad/s
 };
 
 // Bodies by their indices in a list; a parent only if it is movable.
@@ -70,14 +44,16 @@ struct BodyMotion {
   int body;
   // m. Where the assembly has diverged, not a number; or it is velocity_of_gained_energy().
   Eigen::Vector3d way;
-  Eigen::Quaterniond turn;                 // world axes
-  bool is_whole;                           // or it comes on top of what the final velocities do
-  std::optional<Eigen::Vector3d> angular;  // rad/s, at the end: of a rotor, whose rate turns with its axis
+  Eigen::Quaterniond turn;                            // world axes
+  bool is_whole;                                      // or it comes on top of what the final velocities do
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // m/s, at the end
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // rad/s
 };
 
-// For each tick clear(), add() and begin(); then for each step start_step() and passes, with a move() among
-// them; or passes alone, where a tick is one step. What it needs of memory stays with it: a tick like the one
-// before allocates nothing.
+// For each tick clear(), add() and begin(); then for each step start_step(), passes with a move() among them,
+// and end_step(); or passes alone, where a tick is one step. It has the velocities of its bodies, which others
+// push() between its passes. What it needs of memory stays with it: a tick like the one before allocates
+// nothing.
 class JointAssembly {
  public:
   // `patterns` outlives it.
@@ -91,6 +67,13 @@ class JointAssembly {
 
   // A tick of `dt` seconds in so many steps, which share the bounds of impulses.
   void begin(double dt, int steps);
+
+  // m/s, rad/s: of a body at this moment ...
+  using Velocities = Eigen::Matrix<double, 6, 1>;
+  Velocities velocities(Eigen::Index body) const { return velocities_.segment<6>(kBodyNumbers * body); }
+  // ... and what others than joints add to them.
+  void push(Eigen::Index body, const Velocities& change);
+  bool is_pushed() const { return awaits_answer_; }  // since a pass
 
   // What contacts know of it. touch() gives numbers, from 0 on, to the bodies that they push: after begin(),
   // and before the first step.
@@ -108,10 +91,13 @@ class JointAssembly {
   // give way until the next pass: update_response() tells what that changes.
   bool bears(std::span<const double> wrenches);
 
+  // Forces of a step act; limits, drives and friction, too, as they did at the end of the step before.
   void start_step();
   void pass();
-  bool is_pushed() { return see_changes(); }  // by others, since it moved last
+  // The velocities are those that bodies move by in this step ...
   void move();
+  // ... and these are those that stay of it.
+  void end_step();
   void end(std::vector<BodyMotion>& moved);
 
  private:
@@ -181,8 +167,6 @@ class JointAssembly {
     RotorSearch rotor;
     std::optional<Eigen::Vector3d> spin_axis;                 // of a rotor, world axes
     Eigen::Vector3d beyond_middle = Eigen::Vector3d::Zero();  // N m s: momentum_beyond_middle()
-    Eigen::Vector3d linear_seen = Eigen::Vector3d::Zero();    // the changes that velocities_ have
-    Eigen::Vector3d angular_seen = Eigen::Vector3d::Zero();
   };
 
   void add_links();
@@ -245,9 +229,8 @@ class JointAssembly {
   const Eigen::VectorXd& momenta_of(const Eigen::VectorXd& velocities);
   void advance();
   void turn_rates_of_rotors(std::size_t next);
-  bool see_changes();
   void set_motion(const Motion& motion);
-  void show_velocities();
+  void add_opened(const Eigen::VectorXd& had, double time);
   bool gains_energy();
 
   std::vector<Tie> ties_;
@@ -268,7 +251,8 @@ class JointAssembly {
   Eigen::VectorXd bending_;      // impulses of that
   bool is_bent_ = false;         // they were set in this step
   bool is_held_ = false;         // the velocities, since the rows were made and others last changed one
-  bool is_pushed_ = false;       // by others, since a pass has answered
+  bool is_pushed_ = false;       // by others in this step, and no pass has answered to all of it
+  bool awaits_answer_ = false;   // likewise, since the last pass, or since bodies were last moved
   bool is_foreseen_ = true;      // and follow the velocities of each pass
   double gives_way_ = 0;         // the share by which rows do
   bool is_anchored_ = false;     // to something that cannot be pushed
@@ -295,6 +279,8 @@ class JointAssembly {
   bool has_diverged_ = false;          // in this tick: nothing is solved any more
   std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by ...
   std::size_t ways_count_ = 0;         // ... are the first ones
+  Eigen::VectorXd stays_;              // of the last step: those that stayed
+  Eigen::VectorXd opened_;             // m, rad: by how much more bodies have moved in steps than by these
 
   // Results of one function on the way to the next, here for their memory.
   struct Scratch {

@@ -68,11 +68,6 @@ JointAssembly& JointSolver::assembly_of(std::size_t body) {
   return *assemblies_[assembly];
 }
 
-JointSolver::Touched JointSolver::touch(std::size_t body) {
-  JointAssembly& assembly = assembly_of(body);
-  return {&assembly, assembly.touch(places_[body])};
-}
-
 void JointSolver::start_step() {
   for (const auto& assembly : assemblies()) assembly->start_step();
 }
@@ -95,6 +90,10 @@ void JointSolver::pass_untouched() {
 
 void JointSolver::move() {
   for (const auto& assembly : assemblies()) assembly->move();
+}
+
+void JointSolver::end_step() {
+  for (const auto& assembly : assemblies()) assembly->end_step();
 }
 
 std::span<const BodyMotion> JointSolver::end() {

@@ -26,8 +26,8 @@
 
 namespace tessera::joints {
 
-// One task at a time: clear(), add(), set_up(), then for each substep start_step() and passes, with a
-// move() among them; or passes alone, if a tick is one step.
+// One task at a time: clear(), add(), set_up(), then for each substep start_step(), passes with a move() among
+// them, and end_step(); or passes alone, if a tick is one step.
 class JointSolver {
  public:
   void clear();
@@ -42,14 +42,14 @@ class JointSolver {
   // joints are looked at.
   void set_up(std::span<const JointedBody> bodies, double dt, int steps);
 
-  // After set_up(): by which number the assembly of a body knows it as one that contacts push.
-  struct Touched {
+  // After set_up(): where a body is.
+  struct Place {
     JointAssembly* assembly;
-    std::size_t body;
+    Eigen::Index body;
   };
-  Touched touch(std::size_t body);
+  Place place_of(std::size_t body) { return {&assembly_of(body), places_[body]}; }
 
-  // Limits, drives and friction act as they did at the end of the step before.
+  // All of these are those of JointAssembly.
   void start_step();
   void pass();
   // Of assemblies of which others have pushed a body since.
@@ -57,8 +57,8 @@ class JointSolver {
   // Of those that contacts do not touch.
   void pass_untouched();
 
-  // The velocities are those that bodies move by in this step.
   void move();
+  void end_step();
 
   // Ends the tick. How bodies have come to move; valid until the next call.
   std::span<const BodyMotion> end();
