@@ -34,6 +34,9 @@ constexpr double kTurnWhole = 0.25;
 constexpr double kGainedMax = 0.5;
 constexpr double kGainedMin = 0.01;
 
+// By this ratio from pass to pass, at most.
+constexpr double kConverges = 0.1;
+
 // m/s or rad/s: beyond all that a body survives (divergence_of()), and far within the range of numbers.
 constexpr double kBeyondSpeed = 1e15;
 
@@ -72,7 +75,7 @@ void JointAssembly::begin(double dt, int steps) {
   free_count_ = 0;
   gained_ = 0;
   is_settled_ = has_diverged_ = false;
-  is_pushed_ = awaits_answer_ = false;
+  is_pushed_ = awaits_answer_ = was_put_right_ = false;
   is_response_known_ = false;
   gives_.clear();
   ways_count_ = 0;
@@ -161,6 +164,7 @@ void JointAssembly::push(Index body, const Velocities& change) {
   velocities_.segment<6>(kBodyNumbers * body) += change;
   is_held_ = is_settled_ = false;
   is_pushed_ = awaits_answer_ = true;
+  changed_ = 0;
 }
 
 // Velocities out of all range are not shown to others, which contacts would push to wherever these go.
@@ -177,6 +181,7 @@ void JointAssembly::set_motion(const Motion& motion) {
 void JointAssembly::start_step() {
   if (has_diverged_) return;
   is_settled_ = is_held_ = is_pushed_ = awaits_answer_ = false;
+  changed_ = 0;
   Index first = 0;
   for (const Body& body : bodies_) {
     velocities_.segment<3>(first) += body.now.linear_force / steps_;
@@ -311,8 +316,16 @@ void JointAssembly::pass() {
   hold_at_end(moved);
   if (has_diverged_) return;
   if (free_count_ > 0) solve_free(moved);
-  is_settled_ = (moved.velocities - velocities_).lpNorm<Eigen::Infinity>() * span_ <= kSettled;
+  find_whether_settled((moved.velocities - velocities_).lpNorm<Eigen::Infinity>() * span_);
   set_motion(moved);
+}
+
+// By how much a pass has changed the way of the step (m or rad). Where it converges, the next pass would
+// change less by at least the same ratio.
+void JointAssembly::find_whether_settled(double change) {
+  const bool converges = change <= kConverges * changed_;
+  is_settled_ = change <= kSettled || (converges && change * change <= kSettled * changed_);
+  changed_ = change;
 }
 
 void JointAssembly::move() {

@@ -51,9 +51,9 @@ struct BodyMotion {
 };
 
 // For each tick clear(), add() and begin(); then for each step start_step(), passes with a move() among them,
-// and end_step(); or passes alone, where a tick is one step. It has the velocities of its bodies, which others
-// push() between its passes. What it needs of memory stays with it: a tick like the one before allocates
-// nothing.
+// and end_step(); or passes alone, where a tick is one step. It has the velocities of its bodies, which
+// others push() between its passes. What it needs of memory stays with it: a tick like the one before
+// allocates nothing.
 class JointAssembly {
  public:
   // `patterns` outlives it.
@@ -229,6 +229,7 @@ class JointAssembly {
   const Eigen::VectorXd& momenta_of(const Eigen::VectorXd& velocities);
   void advance();
   void turn_rates_of_rotors(std::size_t next);
+  void find_whether_settled(double change);
   void set_motion(const Motion& motion);
   void add_opened(const Eigen::VectorXd& had, double time);
   bool gains_energy();
@@ -276,7 +277,9 @@ class JointAssembly {
   Eigen::VectorXd soft_impulses_;
   double gained_ = 0;  // J, in this tick
   bool is_settled_ = false;
-  bool has_diverged_ = false;          // in this tick: nothing is solved any more
+  double changed_ = 0;          // m or rad, in the way of the step: by the last pass, since others pushed
+  bool was_put_right_ = false;  // in this tick
+  bool has_diverged_ = false;   // in this tick: nothing is solved any more
   std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by ...
   std::size_t ways_count_ = 0;         // ... are the first ones
   Eigen::VectorXd stays_;              // of the last step: those that stayed
