@@ -101,7 +101,7 @@ void JointAssembly::begin(double dt, int steps) {
 
 bool JointAssembly::has_loop() {
   const std::size_t world = bodies_.size();
-  DisjointSets& sets = scratch_.sets;
+  DisjointSets& sets = memory_.sets;
   sets.reset(world + 1);
   for (const Tie& tie : ties_) {
     const auto child = static_cast<std::size_t>(tie.child);
@@ -150,7 +150,7 @@ bool JointAssembly::turns_beyond(double turn, const VectorXd& velocities, double
 // False where the rows have no solution: the assembly has diverged.
 bool JointAssembly::factorise() {
   fill_held();
-  std::vector<Inertia>& inertia = scratch_.inertia;
+  std::vector<Inertia>& inertia = memory_.inertia;
   inertia.clear();
   for (const Body& body : bodies_) inertia.push_back({body.now.inverse_mass, body.now.inverse_inertia});
   has_diverged_ = !held_.factorise(inertia, gives_way_, compliances_, patterns_);
@@ -230,10 +230,10 @@ void JointAssembly::turn_as_pushed(VectorXd& velocities) {
 }
 
 JointAssembly::Motion& JointAssembly::begin_motion() {
-  scratch_.moved.velocities = velocities_;
-  scratch_.moved.soft_impulses = soft_impulses_;
-  scratch_.moved.gained = 0;
-  return scratch_.moved;
+  memory_.moved.velocities = velocities_;
+  memory_.moved.soft_impulses = soft_impulses_;
+  memory_.moved.gained = 0;
+  return memory_.moved;
 }
 
 void JointAssembly::push(Motion& motion, const FreeRow& free, double impulse) const {
@@ -242,18 +242,20 @@ void JointAssembly::push(Motion& motion, const FreeRow& free, double impulse) co
   if (is_soft_.size() > 0) motion.soft_impulses -= direction.soft_shares * impulse;
 }
 
-// Of each body, after a time at these velocities.
-void JointAssembly::find_turns(const VectorXd& velocities, double time) {
-  scratch_.turns.clear();
+// Of each body, in a time at these velocities. Valid until the next call.
+const JointAssembly::BodyTurns& JointAssembly::turns_in(const VectorXd& velocities, double time) {
+  BodyTurns& turns = memory_.turns;
+  turns.whole.clear();
+  turns.tilts.clear();
   for (Index first = 0; first < velocities.size(); first += kBodyNumbers)
-    scratch_.turns.push_back(rotation_by(velocities.segment<3>(first + 3) * time));
-  if (has_rotors_) find_turns_of_rotors(velocities, time);
+    turns.whole.push_back(rotation_by(velocities.segment<3>(first + 3) * time));
+  if (has_rotors_) split_turns_of_rotors(velocities, time, turns);
+  return turns;
 }
 
-// Both sides of a joint after a time at these velocities, in which bodies make the turns of find_turns().
+// Both sides of a joint after a time at these velocities, in which bodies make these turns.
 JointPoses JointAssembly::poses_after(const Tie& tie, const VectorXd& velocities, double time,
-                                      Turns of_rotors) const {
-  const auto& turns = has_rotors_ && of_rotors == Turns::kTilts ? scratch_.tilts : scratch_.turns;
+                                      std::span<const Eigen::Quaterniond> turns) const {
   const auto move = [&](Pose& pose, Index body) {
     pose.position += velocities.segment<3>(kBodyNumbers * body) * time;
     pose.orientation = (turns[static_cast<std::size_t>(body)] * pose.orientation).normalized();
@@ -269,7 +271,8 @@ JointPoses JointAssembly::poses_after(const Tie& tie, const VectorXd& velocities
   return end;
 }
 
-PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, double time, Turns turns) const {
+PosedJoint JointAssembly::after(const Tie& tie, const VectorXd& velocities, double time,
+                                std::span<const Eigen::Quaterniond> turns) const {
   const auto set_velocity = [&](JointSide& side, Index body) {
     side.linear_velocity = velocities.segment<3>(kBodyNumbers * body);
     side.angular_velocity = velocities.segment<3>(kBodyNumbers * body + 3);
@@ -289,7 +292,7 @@ const Eigen::Matrix3d& JointAssembly::inertia_of(Body& body) {
 }
 
 const VectorXd& JointAssembly::momenta_of(const VectorXd& velocities) {
-  VectorXd& momenta = scratch_.momenta;
+  VectorXd& momenta = memory_.momenta;
   momenta.resize(velocities.size());
   Index first = 0;
   for (Body& body : bodies_) {
@@ -348,21 +351,20 @@ void JointAssembly::add_opened(const VectorXd& had, double time) { opened_ += (h
 // To where move() has found the bodies to come in the steps before.
 void JointAssembly::advance() {
   for (std::size_t n = 0; n < ways_count_; ++n) {
-    find_turns(ways_[n], span_);
-    for (Tie& tie : ties_) tie.joint.posed = after(tie, ways_[n], span_, Turns::kWhole);
-    scratch_.way = ways_[n] * span_;
-    shift_bodies(scratch_.way);
-    if (has_rotors_) turn_rates_of_rotors(n + 1);
+    const BodyTurns& turns = turns_in(ways_[n], span_);
+    for (Tie& tie : ties_) tie.joint.posed = after(tie, ways_[n], span_, turns.whole);
+    memory_.way = ways_[n] * span_;
+    shift_bodies(memory_.way, turns.whole);
+    if (has_rotors_) turn_rates_of_rotors(turns.tilts, n + 1);
   }
   ways_count_ = 0;
 }
 
-// With the turns of find_turns().
-void JointAssembly::shift_bodies(const VectorXd& way) {
+void JointAssembly::shift_bodies(const VectorXd& way, std::span<const Eigen::Quaterniond> turns) {
   Index first = 0;
   for (std::size_t n = 0; n < bodies_.size(); ++n) {
     Body& body = bodies_[n];
-    const Eigen::Quaterniond& turn = scratch_.turns[n];
+    const Eigen::Quaterniond& turn = turns[n];
     const Eigen::Matrix3d axes = turn.toRotationMatrix();
     body.now.inverse_inertia = axes * body.now.inverse_inertia * axes.transpose();
     body.inertia.reset();

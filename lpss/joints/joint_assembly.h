@@ -153,12 +153,30 @@ class JointAssembly {
     double impulse = 0;
   };
 
+  // Several rows over all velocities, side by side.
+  struct RowsAtOnce {
+    Sides rows;
+    Sides answers;      // of the velocities, to a unit of impulse of each
+    Sides shares;       // of what is held, that were taken out of rows
+    Sides soft_shares;  // of soft rows, that answer with so much impulse
+  };
+
   // Of rotors, with or without those about their axes. What other joints than screws hold does not depend on
   // these, but its directions would turn with a parent.
   enum class Turns { kWhole, kTilts };
   static Turns turns_for(const Tie& tie) {
     return tie.joint.form->type == JointType::kScrew ? Turns::kWhole : Turns::kTilts;
   }
+
+  // Of each body.
+  struct BodyTurns {
+    std::vector<Eigen::Quaterniond> whole;
+    std::vector<Eigen::Quaterniond> tilts;  // where there are rotors
+
+    std::span<const Eigen::Quaterniond> of(Turns which) const {
+      return which == Turns::kTilts && !tilts.empty() ? tilts : whole;
+    }
+  };
 
   struct Body {
     JointedBody now;
@@ -180,8 +198,9 @@ class JointAssembly {
   void make_tie_rows(Tie& tie);
   double parents_rate(const Tie& tie, const JointRow& row) const;
   void put_right();
-  JointPoses shifted(const Tie& tie, const Eigen::VectorXd& way) const;
-  void shift_bodies(const Eigen::VectorXd& way);
+  JointPoses shifted(const Tie& tie, const Eigen::VectorXd& way,
+                     std::span<const Eigen::Quaterniond> turns) const;
+  void shift_bodies(const Eigen::VectorXd& way, std::span<const Eigen::Quaterniond> turns);
   double weighed(const Eigen::VectorXd& errors) const;
   bool factorise();
   void make_nodes();
@@ -190,7 +209,7 @@ class JointAssembly {
   void add_free_rows();
   std::size_t direction_of(const Tie& tie, const JointRow& row);
   void make_directions(std::span<FreeDirection> directions);
-  void take_out_held();
+  void take_out_held(RowsAtOnce& of);
   bool make_free_row(FreeRow& free) const;
   std::span<FreeRow> free_rows() { return {free_rows_.data(), free_count_}; }
   double missing_of(const FreeRow& free, const Motion& motion, const Eigen::VectorXd& wanted) const;
@@ -211,13 +230,15 @@ class JointAssembly {
   Eigen::VectorXd without_soft(Eigen::VectorXd held) const;
   template <typename Numbers>
   double hard_dot(const Eigen::VectorXd& held, const Numbers& other) const;
-  void find_turns(const Eigen::VectorXd& velocities, double time);
-  void find_turns_of_rotors(const Eigen::VectorXd& velocities, double time);
-  PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time, Turns turns) const;
-  JointPoses poses_after(const Tie& tie, const Eigen::VectorXd& velocities, double time, Turns turns) const;
+  const BodyTurns& turns_in(const Eigen::VectorXd& velocities, double time);
+  void split_turns_of_rotors(const Eigen::VectorXd& velocities, double time, BodyTurns& turns) const;
+  PosedJoint after(const Tie& tie, const Eigen::VectorXd& velocities, double time,
+                   std::span<const Eigen::Quaterniond> turns) const;
+  JointPoses poses_after(const Tie& tie, const Eigen::VectorXd& velocities, double time,
+                         std::span<const Eigen::Quaterniond> turns) const;
   template <typename PosesOf>
   void find_errors(const PosesOf& poses_of, Eigen::VectorXd& errors) const;
-  void find_bend(const Eigen::VectorXd& velocities);
+  const Eigen::VectorXd& bend_after(const Eigen::VectorXd& velocities);
   void hold_at_end(Motion& motion);
   void tilt_rotors(Motion& motion);
   const Eigen::VectorXd& without_spins(const Eigen::VectorXd& velocities);
@@ -228,7 +249,7 @@ class JointAssembly {
   static const Eigen::Matrix3d& inertia_of(Body& body);
   const Eigen::VectorXd& momenta_of(const Eigen::VectorXd& velocities);
   void advance();
-  void turn_rates_of_rotors(std::size_t next);
+  void turn_rates_of_rotors(std::span<const Eigen::Quaterniond> tilts, std::size_t next);
   void find_whether_settled(double change);
   void set_motion(const Motion& motion);
   void add_opened(const Eigen::VectorXd& had, double time);
@@ -285,18 +306,14 @@ class JointAssembly {
   Eigen::VectorXd stays_;              // of the last step: those that stayed
   Eigen::VectorXd opened_;             // m, rad: by how much more bodies have moved in steps than by these
 
-  // Results of one function on the way to the next, here for their memory.
-  struct Scratch {
-    Motion moved;                           // by a pass
-    std::vector<Eigen::Quaterniond> turns;  // of each body: find_turns()
-    std::vector<Eigen::Quaterniond> tilts;  // likewise, but for what turns rotors about their axes
-    std::vector<Inertia> inertia;
-    std::vector<JointRow> rows;
-    std::vector<HeldRows::NodeBodies> nodes;
-    DisjointSets sets;
-    Eigen::VectorXd bend;     // m/s or rad/s, by which errors grow: find_bend()
-    Eigen::VectorXd momenta;  // momenta_of()
-    Eigen::VectorXd tilting;  // velocities without what turns rotors about their axes; or before a tilt
+  // What functions compute with or return, kept for its storage: nothing is left in it for others.
+  struct Memory {
+    Motion moved;             // by a pass
+    BodyTurns turns;          // of turns_in()
+    RowsAtOnce rows_at_once;  // of make_directions() and find_touched_response()
+    Eigen::VectorXd bend;     // of bend_after()
+    Eigen::VectorXd momenta;  // of momenta_of()
+    Eigen::VectorXd tilting;  // of without_spins(); or before a tilt
     Eigen::VectorXd whole;    // of all velocities: a way or a change
     Eigen::VectorXd way;
     Eigen::VectorXd held;  // of all held rows
@@ -304,21 +321,19 @@ class JointAssembly {
     Eigen::VectorXd impulses;
     Eigen::VectorXd bent;
     Eigen::VectorXd bending;
+    Sides held_sides;
+    Sides correction_sides;
+    Sides combined_sides;
+    std::vector<Inertia> inertia;
+    std::vector<JointRow> rows;
+    std::vector<HeldRows::NodeBodies> nodes;
+    DisjointSets sets;
     std::vector<double> free_impulses;
     std::vector<double> missing;  // of free rows
     std::vector<double> changes;  // of their impulses
     std::vector<int> chosen;      // of them
-    struct {
-      Sides rows;  // of several directions
-      Sides answers;
-      Sides shares;
-      Sides soft_shares;
-      Sides combined;
-      Sides held;
-      Sides correction;
-    } sides;
   };
-  Scratch scratch_;
+  Memory memory_;
 };
 
 }  // namespace tessera::joints

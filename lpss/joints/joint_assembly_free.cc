@@ -53,9 +53,9 @@ void JointAssembly::find_free_matrix() {
 // one after the other. Without it, what one axis takes up comes to the next one only pass by pass.
 void JointAssembly::solve_free_at_once(Motion& motion, const VectorXd& wanted) {
   if (free_count_ < 2 || free_count_ > kFreeAtOnceMax) return;
-  std::vector<double>& missing = scratch_.missing;
-  std::vector<double>& changes = scratch_.changes;
-  std::vector<int>& chosen = scratch_.chosen;
+  std::vector<double>& missing = memory_.missing;
+  std::vector<double>& changes = memory_.changes;
+  std::vector<int>& chosen = memory_.chosen;
   missing.clear();
   chosen.clear();
   for (const FreeRow& free : free_rows()) {
@@ -99,7 +99,7 @@ void JointAssembly::solve_free_at_once(Motion& motion, const VectorXd& wanted) {
 
 // All at once as far as they are within their bounds, then one after the other.
 void JointAssembly::solve_free(Motion& motion) {
-  VectorXd& wanted = scratch_.held;
+  VectorXd& wanted = memory_.held;
   wanted = wanted_ + bent_;
   solve_free_at_once(motion, wanted);
   for (FreeRow& free : free_rows()) {
@@ -122,7 +122,7 @@ std::size_t JointAssembly::touch(Index body) {
 void JointAssembly::find_touched_response() {
   const auto count = kBodyNumbers * static_cast<Index>(touched_.size());
   touched_held_.resize(count, count);
-  auto& of = scratch_.sides;
+  RowsAtOnce& of = memory_.rows_at_once;
   for (Index first = 0; first < count; first += kSidesAtOnce) {
     const Index sides = std::min<Index>(kSidesAtOnce, count - first);
     of.rows.setZero(velocities_.size(), kSidesAtOnce);
@@ -131,7 +131,7 @@ void JointAssembly::find_touched_response() {
       const Index body = touched_[static_cast<std::size_t>(column / kBodyNumbers)];
       of.rows(kBodyNumbers * body + column % kBodyNumbers, side) = 1;
     }
-    take_out_held();
+    take_out_held(of);
     for (std::size_t n = 0; n < touched_.size(); ++n) {
       touched_held_.block(kBodyNumbers * static_cast<Index>(n), first, kBodyNumbers, sides) =
           of.answers.block(kBodyNumbers * touched_[n], 0, kBodyNumbers, sides);
@@ -170,7 +170,7 @@ bool JointAssembly::update_response() {
     return true;
   }
   if (!is_known) find_touched_response();
-  std::vector<int>& holding = scratch_.chosen;
+  std::vector<int>& holding = memory_.chosen;
   holding.clear();
   for (std::size_t n = 0; n < rows(); ++n) {
     if (is_within(n)) holding.push_back(static_cast<int>(n));
@@ -180,7 +180,7 @@ bool JointAssembly::update_response() {
   holding_ = holding;
   response_ = touched_held_;
   touched_system_.factorise(touched_matrix_, holding_);
-  std::vector<double>& impulses = scratch_.changes;
+  std::vector<double>& impulses = memory_.changes;
   impulses.resize(holding_.size());
   for (Index column = 0; column < response_.cols(); ++column) {
     for (std::size_t i = 0; i < holding_.size(); ++i) impulses[i] = touched_free_(column, holding_[i]);
@@ -194,7 +194,7 @@ bool JointAssembly::update_response() {
 bool JointAssembly::bears(std::span<const double> wrenches) {
   if (has_diverged_ || holding_.empty()) return true;
   const Eigen::Map<const VectorXd> all(wrenches.data(), static_cast<Index>(wrenches.size()));
-  std::vector<double>& impulses = scratch_.changes;
+  std::vector<double>& impulses = memory_.changes;
   impulses.resize(holding_.size());
   for (std::size_t i = 0; i < holding_.size(); ++i) impulses[i] = -touched_free_.col(holding_[i]).dot(all);
   touched_system_.solve(impulses);

@@ -46,27 +46,27 @@ void JointAssembly::put_right() {
   for (int n = 1; !was_put_right_ && moves_ && n < std::min(steps_, kStepsAtOnce); ++n)
     left_wrong *= 1 - kPutRight;
   was_put_right_ = true;
-  VectorXd& whole = scratch_.whole;
-  held_.solve(errors_, scratch_.impulses);
-  held_.response(scratch_.impulses, whole);
+  VectorXd& whole = memory_.whole;
+  held_.solve(errors_, memory_.impulses);
+  held_.response(memory_.impulses, whole);
   whole *= left_wrong - 1;
   double turn = 0;
   for (Index first = 0; first < whole.size(); first += kBodyNumbers)
     turn = std::max(turn, whole.segment<3>(first + 3).norm());
   double share = turn > kTurnPutRight ? kTurnPutRight / turn : 1;
-  VectorXd& way = scratch_.way;
-  VectorXd& left = scratch_.held;
+  VectorXd& way = memory_.way;
+  VectorXd& left = memory_.held;
   for (int n = 0; n < kHalvings; ++n) {
     way = whole * share;
-    find_turns(way, 1);
-    for (Tie& tie : ties_) tie.shifted = shifted(tie, way);
+    const BodyTurns& turns = turns_in(way, 1);
+    for (Tie& tie : ties_) tie.shifted = shifted(tie, way, turns.whole);
     find_errors([](const Tie& tie, Turns) -> const JointPoses& { return tie.shifted; }, left);
     if (weighed(left) <= weighed(errors_)) {
       for (Tie& tie : ties_) {
         tie.joint.posed.child.pose = tie.shifted.child;
         tie.joint.posed.parent.pose = tie.shifted.parent;
       }
-      shift_bodies(way);
+      shift_bodies(way, turns.whole);
       errors_.swap(left);
       return;
     }
@@ -74,10 +74,11 @@ void JointAssembly::put_right() {
   }
 }
 
-// Both sides of a joint, where bodies that can be pushed are shifted and make the turns of find_turns().
-JointPoses JointAssembly::shifted(const Tie& tie, const VectorXd& way) const {
+// Both sides of a joint, where bodies that can be pushed are shifted and make these turns.
+JointPoses JointAssembly::shifted(const Tie& tie, const VectorXd& way,
+                                  std::span<const Eigen::Quaterniond> turns) const {
   const auto shift = [&](Pose& pose, Index body) {
-    const Eigen::Quaterniond& turn = scratch_.turns[static_cast<std::size_t>(body)];
+    const Eigen::Quaterniond& turn = turns[static_cast<std::size_t>(body)];
     pose.position += way.segment<3>(kBodyNumbers * body);
     pose.orientation = (turn * pose.orientation).normalized();
   };
@@ -93,17 +94,17 @@ double JointAssembly::weighed(const VectorXd& errors) const {
 }
 
 void JointAssembly::hold(Motion& motion) {
-  VectorXd& left = scratch_.held;
-  VectorXd& rates = scratch_.rates;
+  VectorXd& left = memory_.held;
+  VectorXd& rates = memory_.rates;
   held_.rates(motion.velocities, rates);
   left = wanted_ + bent_ - rates;
   rates = bent_ - left / 2;  // on average, beyond the wanted ones
   if (is_soft_.size() > 0) left -= compliances_.cwiseProduct(motion.soft_impulses);
-  VectorXd& impulses = scratch_.impulses;
+  VectorXd& impulses = memory_.impulses;
   held_.solve(left, impulses);
   motion.gained += hard_dot(impulses, rates);
-  held_.response(impulses, scratch_.whole);
-  motion.velocities += scratch_.whole;
+  held_.response(impulses, memory_.whole);
+  motion.velocities += memory_.whole;
   if (is_soft_.size() > 0) motion.soft_impulses += impulses.cwiseProduct(is_soft_);
 }
 
@@ -140,12 +141,16 @@ void JointAssembly::find_errors(const PosesOf& poses_of, VectorXd& errors) const
     errors[n++] = link.coupling.error(posed(ties_[link.follower]), posed(ties_[link.leader]));
 }
 
-// By how much errors will have grown once the bodies have moved, by the time.
-void JointAssembly::find_bend(const VectorXd& velocities) {
-  VectorXd& bend = scratch_.bend;
-  find_turns(velocities, span_);
-  find_errors([&](const Tie& tie, Turns turns) { return poses_after(tie, velocities, span_, turns); }, bend);
+// By how much errors will have grown once the bodies have moved, by the time: m/s or rad/s. Valid until the
+// next call.
+const VectorXd& JointAssembly::bend_after(const VectorXd& velocities) {
+  VectorXd& bend = memory_.bend;
+  const BodyTurns& turns = turns_in(velocities, span_);
+  find_errors(
+      [&](const Tie& tie, Turns which) { return poses_after(tie, velocities, span_, turns.of(which)); },
+      bend);
   bend = (bend - errors_) / span_;
+  return bend;
 }
 
 // Towards errors that do not grow.
@@ -159,7 +164,7 @@ void JointAssembly::hold_at_end(Motion& motion) {
 
 // A rotor resists a tilt by a torque that what holds it takes up, which changes the tilt.
 void JointAssembly::tilt_rotors(Motion& motion) {
-  VectorXd& before = scratch_.tilting;
+  VectorXd& before = memory_.tilting;
   for (int n = 0;; ++n) {
     hold(motion);
     if (n == kTilts) return;
@@ -174,13 +179,13 @@ void JointAssembly::tilt_rotors(Motion& motion) {
 // to where it could not move at all.
 bool JointAssembly::bend_back(Motion& motion) {
   if (turns_beyond(kTurnForeseen, motion.velocities, span_)) return false;
-  find_bend(motion.velocities);
-  if (scratch_.bend.lpNorm<Eigen::Infinity>() * span_ <= kSettledError) return true;
-  VectorXd& bent = scratch_.bent;
-  VectorXd& bending = scratch_.bending;
-  VectorXd& change = scratch_.impulses;
-  VectorXd& moved = scratch_.whole;
-  bent = bent_ - scratch_.bend;
+  const VectorXd& bend = bend_after(motion.velocities);
+  if (bend.lpNorm<Eigen::Infinity>() * span_ <= kSettledError) return true;
+  VectorXd& bent = memory_.bent;
+  VectorXd& bending = memory_.bending;
+  VectorXd& change = memory_.impulses;
+  VectorXd& moved = memory_.whole;
+  bent = bent_ - bend;
   held_.solve(bent, bending);
   change = bending - bending_;
   held_.response(change, moved);
@@ -208,10 +213,9 @@ void JointAssembly::look_ahead(Motion& motion) {
   for (int n = 0; n < kLooksAhead; ++n) {
     make_held_rows_after(velocities);
     if (!factorise()) return;
-    find_bend(velocities);
-    const VectorXd off = scratch_.bend;
-    held_.rates(velocities, scratch_.rates);
-    bent_ = without_soft(scratch_.rates - wanted_ - off);
+    const VectorXd off = bend_after(velocities);
+    held_.rates(velocities, memory_.rates);
+    bent_ = without_soft(memory_.rates - wanted_ - off);
     Motion held = motion;
     hold(held);
     const VectorXd change = held.velocities - velocities;
@@ -220,16 +224,15 @@ void JointAssembly::look_ahead(Motion& motion) {
     if (!(share > 0)) break;
     share = std::min(share, 1.0);
     for (int k = 0; k < kHalvings; ++k) {
-      find_bend(velocities + change * share);
-      if (!(weighed(scratch_.bend) > weighed(off))) break;
+      if (!(weighed(bend_after(velocities + change * share)) > weighed(off))) break;
       share /= 2;
     }
     velocities += change * share;
     motion.soft_impulses += (held.soft_impulses - motion.soft_impulses) * share;
     motion.gained += share * (velocities.dot(momenta) - share / 2 * change.dot(momenta));
   }
-  held_.rates(velocities, scratch_.rates);
-  bent_ = without_soft(scratch_.rates - wanted_);
+  held_.rates(velocities, memory_.rates);
+  bent_ = without_soft(memory_.rates - wanted_);
 }
 
 // Twice the energy (J) of what turns by the largest turn of a step: twice as far as joints turn it back.

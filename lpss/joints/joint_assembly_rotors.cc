@@ -40,22 +40,22 @@ Eigen::Vector3d JointAssembly::turning(const Body& body, const Eigen::Vector3d& 
   return spins(body) ? tilt_rate(*body.spin_axis, rate) : rate;
 }
 
-void JointAssembly::find_turns_of_rotors(const VectorXd& velocities, double time) {
-  scratch_.tilts = scratch_.turns;
+void JointAssembly::split_turns_of_rotors(const VectorXd& velocities, double time, BodyTurns& turns) const {
+  turns.tilts = turns.whole;
   Index first = 3;
   for (std::size_t n = 0; n < bodies_.size(); ++n) {
     if (spins(bodies_[n])) {
       const Eigen::Vector3d rate = velocities.segment<3>(first);
       const Eigen::Vector3d tilting = turning(bodies_[n], rate);
-      scratch_.tilts[n] = rotation_by(tilting * time);
-      scratch_.turns[n] = scratch_.tilts[n] * rotation_by((rate - tilting) * time);
+      turns.tilts[n] = rotation_by(tilting * time);
+      turns.whole[n] = turns.tilts[n] * rotation_by((rate - tilting) * time);
     }
     first += kBodyNumbers;
   }
 }
 
 const VectorXd& JointAssembly::without_spins(const VectorXd& velocities) {
-  VectorXd& tilting = scratch_.tilting;
+  VectorXd& tilting = memory_.tilting;
   tilting = velocities;
   Index first = 0;
   for (const Body& body : bodies_) {
@@ -68,12 +68,12 @@ const VectorXd& JointAssembly::without_spins(const VectorXd& velocities) {
 
 // Rates turn with the axes: those of now, and those by which bodies are still to be moved, from the way
 // `next` on.
-void JointAssembly::turn_rates_of_rotors(std::size_t next) {
+void JointAssembly::turn_rates_of_rotors(std::span<const Eigen::Quaterniond> tilts, std::size_t next) {
   Index first = 0;
   for (std::size_t n = 0; n < bodies_.size(); ++n) {
     const auto turn = [&](VectorXd& velocities) {
       auto rate = velocities.segment<3>(first + 3);
-      rate = (scratch_.tilts[n] * rate).eval();
+      rate = (tilts[n] * rate).eval();
     };
     if (bodies_[n].spin_axis) {
       turn(velocities_);

@@ -110,7 +110,7 @@ double JointAssembly::parents_rate(const Tie& tie, const JointRow& row) const {
 
 // The bodies of each tie, then of each link.
 void JointAssembly::make_nodes() {
-  std::vector<HeldRows::NodeBodies>& nodes = scratch_.nodes;
+  std::vector<HeldRows::NodeBodies>& nodes = memory_.nodes;
   nodes.clear();
   const auto add = [&](const Tie& tie) {
     nodes.back().add(tie.child);
@@ -164,12 +164,13 @@ void JointAssembly::find_answers(const Sides& rows, Sides& answers) const {
 
 // What is held of rows. A correction takes out what held rows give way by.
 void JointAssembly::find_shares(const Sides& rows, Sides& shares) {
-  auto& of = scratch_.sides;
-  held_.answers(rows, of.held);
-  held_.solve(of.held, shares);
-  of.held = (gives_way_ * held_.diagonal()).asDiagonal() * shares;
-  held_.solve(of.held, of.correction);
-  shares += of.correction;
+  Sides& held = memory_.held_sides;
+  Sides& correction = memory_.correction_sides;
+  held_.answers(rows, held);
+  held_.solve(held, shares);
+  held = (gives_way_ * held_.diagonal()).asDiagonal() * shares;
+  held_.solve(held, correction);
+  shares += correction;
 }
 
 // Several rows may act along one: friction, a drive, limits.
@@ -189,7 +190,7 @@ std::size_t JointAssembly::direction_of(const Tie& tie, const JointRow& row) {
 
 // Rows that are made anew go on from the impulses of the step before.
 void JointAssembly::add_free_rows() {
-  std::vector<double>& before = scratch_.free_impulses;
+  std::vector<double>& before = memory_.free_impulses;
   before.clear();
   for (const FreeRow& free : free_rows()) before.push_back(free.impulse);
   free_count_ = 0;
@@ -219,7 +220,7 @@ void JointAssembly::add_free_rows() {
 // Takes out of rows what is held, in the metric of the inverse masses.
 void JointAssembly::make_directions(std::span<FreeDirection> directions) {
   using OfSides = Eigen::Matrix<double, 1, kSidesAtOnce>;
-  auto& of = scratch_.sides;
+  RowsAtOnce& of = memory_.rows_at_once;
   of.rows.setZero(velocities_.size(), kSidesAtOnce);
   Index side = 0;
   for (const FreeDirection& direction : directions) {
@@ -234,7 +235,7 @@ void JointAssembly::make_directions(std::span<FreeDirection> directions) {
   }
   find_answers(of.rows, of.answers);
   const OfSides whole = of.rows.cwiseProduct(of.answers).colwise().sum();
-  take_out_held();
+  take_out_held(of);
   const OfSides mobility = of.rows.cwiseProduct(of.answers).colwise().sum();
   side = 0;
   for (FreeDirection& direction : directions) {
@@ -247,20 +248,20 @@ void JointAssembly::make_directions(std::span<FreeDirection> directions) {
   }
 }
 
-// Of the rows in scratch_.sides, what is held; of the answers to them, too, what soft rows do then.
-void JointAssembly::take_out_held() {
-  auto& of = scratch_.sides;
+// Of rows, what is held; of the answers to them, too, what soft rows do then.
+void JointAssembly::take_out_held(RowsAtOnce& of) {
+  Sides& combined = memory_.combined_sides;
   find_shares(of.rows, of.shares);
   if (is_soft_.size() > 0) {
     of.soft_shares = is_soft_.asDiagonal() * of.shares;
     of.shares -= of.soft_shares;
   }
-  held_.row(of.shares, of.combined);
-  of.rows -= of.combined;
+  held_.row(of.shares, combined);
+  of.rows -= combined;
   find_answers(of.rows, of.answers);
   if (is_soft_.size() > 0) {
-    held_.response(of.soft_shares, of.combined);
-    of.answers -= of.combined;
+    held_.response(of.soft_shares, combined);
+    of.answers -= combined;
   }
 }
 
@@ -281,16 +282,16 @@ bool JointAssembly::make_free_row(FreeRow& free) const {
 
 // Those without a compliance.
 void JointAssembly::make_held_rows_after(const VectorXd& velocities) {
-  std::vector<JointRow>& rows = scratch_.rows;
-  find_turns(velocities, span_);
+  std::vector<JointRow>& rows = memory_.rows;
+  const BodyTurns& turns = turns_in(velocities, span_);
   for (Tie& tie : ties_) {
     rows.clear();
-    append_held_rows(*tie.joint.form, after(tie, velocities, span_, turns_for(tie)), rows);
+    append_held_rows(*tie.joint.form, after(tie, velocities, span_, turns.of(turns_for(tie))), rows);
     std::copy(rows.begin(), rows.end(), tie.rows.begin());
   }
   for (Link& link : links_) {
-    link.rows = link.coupling.rows(after(ties_[link.follower], velocities, span_, Turns::kWhole),
-                                   after(ties_[link.leader], velocities, span_, Turns::kWhole));
+    link.rows = link.coupling.rows(after(ties_[link.follower], velocities, span_, turns.whole),
+                                   after(ties_[link.leader], velocities, span_, turns.whole));
   }
 }
 
