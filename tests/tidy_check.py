@@ -6,9 +6,9 @@
 Tests and generated files are left out. BUILD must have been built: what a translation unit includes is asked of ninja.
 What was clean before, and has not changed since, is not looked at again (BUILD/tidy).
 
-Nearly all of the time goes into headers, so the sources are checked as one translation unit. Those that cannot be in it,
-since local names clash, are checked apart; and so are those for other processors. A source that is compiled several
-times, for several precisions, is checked once.
+Nearly all of the time goes into headers, so the sources are checked as one translation unit, in which local names of
+two sources must not clash; those for other processors, and programs, are checked apart. A source that is compiled
+several times, for several precisions, is checked once.
 """
 
 import hashlib
@@ -68,34 +68,14 @@ def flags(entry):
     return found
 
 
-class Folder:
-    def __init__(self, tidy, scratch):
-        self.tidy = tidy
-        self.scratch = scratch
-        self.runs = 0
-
-    def is_clean(self, units):
-        """Checks units, [(flags, file)], as one; prints what is found."""
-        self.runs += 1
-        together = self.scratch / "together.cc"
-        together.write_text("".join(f'#include "{file}"\n' for _, file in units))
-        words = [word for flag in dict.fromkeys(flag for own, _ in units for flag in own) for word in flag]
-        run = subprocess.run([self.tidy, *ARGUMENTS, together, "--", *words], capture_output=True, text=True)
-        if run.returncode == 0:
-            return True
-        broken = set(re.findall(r"^(\S+?):\d+:\d+: error: .*\[clang-diagnostic-error", run.stdout, re.MULTILINE))
-        apart = [unit for unit in units if str(unit[1]) in broken]
-        if broken and len(units) > 1:
-            if not apart:
-                # A header that clashes with what comes before it does not say with which.
-                middle = len(units) // 2
-                results = [self.is_clean(units[:middle]), self.is_clean(units[middle:])]
-                return all(results)
-            results = [self.is_clean([unit]) for unit in apart]
-            rest = [unit for unit in units if unit not in apart]
-            return all(results) and (not rest or self.is_clean(rest))
+def is_clean(tidy, together, units):
+    """Checks units, [(flags, file)], as one; prints what is found."""
+    together.write_text("".join(f'#include "{file}"\n' for _, file in units))
+    words = [word for flag in dict.fromkeys(flag for own, _ in units for flag in own) for word in flag]
+    run = subprocess.run([tidy, *ARGUMENTS, together, "--", *words], capture_output=True, text=True)
+    if run.returncode != 0:
         print(run.stdout, run.stderr)
-        return False
+    return run.returncode == 0
 
 
 def main():
@@ -125,12 +105,11 @@ def main():
             units.setdefault((processor, programs if is_program else 0), []).append((flags(entry), file))
             programs += is_program
 
-    check = Folder(tidy, scratch)
-    results = [check.is_clean(group) for group in units.values()]
+    results = [is_clean(tidy, scratch / "together.cc", group) for group in units.values()]
     if all(results):
         for stamp in stamps:
             stamp.touch()
-    print(f"{sum(map(len, units.values()))} of {len(seen)} files, in {check.runs} runs")
+    print(f"{sum(map(len, units.values()))} of {len(seen)} files, in {len(units)} runs")
     return 0 if all(results) and seen else 1
 
 

@@ -39,6 +39,9 @@ class Pieces {
   std::size_t count_;
 };
 
+// Of a loop over bodies.
+inline constexpr std::size_t kBodiesInPiece = 256;
+
 // Runs `act(0)` ... `act(items - 1)` in such pieces.
 template <typename Act>
 void run_in_pieces(const ParallelFor& parallel, std::size_t items, std::size_t size, const Act& act) {

@@ -12,7 +12,7 @@ constexpr double kUnseen = 2;                      // what else may rest on a he
 constexpr double kReluctance = 4;                  // to take fewer substeps
 constexpr double kEarth = 9.81;                    // m/s^2
 constexpr double kUsualFall = kEarth / (60 * 60);  // m
-constexpr double kTurnMax = 0.125;                 // rad, in one step
+constexpr double kTurnInStepMax = 0.125;           // rad, in one step
 constexpr double kSwingMax = 1;                    // rad, of the phase of a swing, in one step
 constexpr double kSinkMax = 0.02;                  // of the smallest extent
 constexpr std::size_t kBodySubstepsMax = 16384;    // bodies times substeps, beyond kSubstepsMax
@@ -85,7 +85,7 @@ void ContactNeeds::note(ContactNeed& need, double impulse, const ContactScale& s
   }
 }
 
-int ContactNeeds::for_turn(double turn) const { return for_angle(turn, kTurnMax, kSubstepsOfMany); }
+int ContactNeeds::for_turn(double turn) const { return for_angle(turn, kTurnInStepMax, kSubstepsOfMany); }
 
 int ContactNeeds::for_pull(double mass, double lever, double mobility) const {
   return for_angle(std::sqrt(mass * fall_ * lever * mobility), kSwingMax, ContactNeed::kSubstepsMost);

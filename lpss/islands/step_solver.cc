@@ -14,9 +14,6 @@ constexpr double kBounceFromMin = 1e-4;  // m/s
 constexpr double kOpenedShare = 0.06;  // of the smallest extent of those that can be pushed
 constexpr double kOpenedMin = 0.001;   // m
 
-// What one thread does at a time.
-constexpr std::size_t kBodiesInPiece = 256;
-
 }  // namespace
 
 // In shorter steps, contacts are stiffer by their ratio. Each step also leaves a little of the speed at which

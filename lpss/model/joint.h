@@ -40,4 +40,11 @@ inline JointTie tie_of(const JointRecord& joint) {
   return {joint.id, properties.parent, properties.child, joint.parent_motion, properties.bodies_collide};
 }
 
+// A body as a side of its joints.
+inline JointSide side_of(const BodyState& state) {
+  return {{Eigen::Vector3d(state.position.data()), quaternion_of(state)},
+          Eigen::Vector3d(state.linear_velocity.data()),
+          Eigen::Vector3d(state.angular_velocity.data())};
+}
+
 }  // namespace tessera

@@ -88,8 +88,8 @@ template <typename IsWanted>
 void BroadPhase::find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& candidates,
                             const IsWanted& is_wanted, const ParallelFor& parallel) {
   if (left_.empty()) return;
-  constexpr std::size_t kBodiesInPiece = 32;
-  const Pieces pieces(left_.size(), kBodiesInPiece);
+  constexpr std::size_t kLeftInPiece = 32;
+  const Pieces pieces(left_.size(), kLeftInPiece);
   if (found_by_piece_.size() < pieces.count()) found_by_piece_.resize(pieces.count());
   run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
     found_by_piece_[piece].clear();

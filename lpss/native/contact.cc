@@ -21,7 +21,7 @@ void visit_header(C& contact, const Visit& visit) {
 }
 
 template <typename S, typename Visit>
-void visit_surface(S& surface, const Visit& visit) {
+void visit_contact_surface(S& surface, const Visit& visit) {
   for (auto* number : {&surface.along, &surface.across, &surface.torsion, &surface.rolling}) visit(*number);
   for (auto* v : {&surface.direction, &surface.velocity, &surface.running}) {
     for (int n = 0; n < 3; ++n) visit((*v)[n]);
@@ -41,7 +41,7 @@ void visit_patch(P& patch, const Visit& visit) {
 }
 
 template <typename P, typename Visit>
-void visit_point(P& point, const Visit& visit) {
+void visit_contact_point(P& point, const Visit& visit) {
   for (auto* v : {&point.on_a, &point.on_b}) {
     for (int n = 0; n < 3; ++n) visit((*v)[n]);
   }
@@ -62,7 +62,7 @@ void write_materials(const std::vector<ContactMaterial>& materials, const ByteWr
     write(material.friction);
     write(material.restitution);
     write(material.surface.has_value());
-    if (material.surface) visit_surface(*material.surface, write);
+    if (material.surface) visit_contact_surface(*material.surface, write);
   }
 }
 
@@ -74,7 +74,7 @@ bool read_materials(const ByteReader& read, Contact& contact) {
     ContactMaterial& material = materials->emplace_back();
     read(material.friction);
     read(material.restitution);
-    if (read.get<bool>()) visit_surface(material.surface.emplace(), read);
+    if (read.get<bool>()) visit_contact_surface(material.surface.emplace(), read);
   }
   contact.materials = std::move(materials);
   return true;
@@ -115,13 +115,13 @@ std::string encode(const Contact& contact) {
   visit_header(contact, write);
   write(static_cast<std::uint8_t>((contact.surface ? kHasSurface : 0) |
                                   (contact.materials ? kHasMaterials : 0)));
-  if (contact.surface) visit_surface(*contact.surface, write);
+  if (contact.surface) visit_contact_surface(*contact.surface, write);
   if (contact.materials) write_materials(*contact.materials, write);
   write(static_cast<std::uint32_t>(contact.patches.size()));
   for (const ContactPatch& patch : contact.patches) {
     visit_patch(patch, write);
     for (int n = 0; n < 3 && contact.has_surfaces(); ++n) write(patch.rolling_impulse[n]);
-    for (int n = 0; n < patch.count; ++n) visit_point(patch.point[n], write);
+    for (int n = 0; n < patch.count; ++n) visit_contact_point(patch.point[n], write);
   }
   return bytes;
 }
@@ -137,7 +137,7 @@ bool decode(std::string_view bytes, Contact& contact) {
   if (has > (kHasSurface | kHasMaterials)) return false;
   if (has & kHasSurface) {
     ContactSurface surface;
-    visit_surface(surface, read);
+    visit_contact_surface(surface, read);
     contact.surface = std::make_shared<const ContactSurface>(surface);
   }
   if ((has & kHasMaterials) && !read_materials(read, contact)) return false;
@@ -148,7 +148,7 @@ bool decode(std::string_view bytes, Contact& contact) {
     visit_patch(patch, read);
     for (int n = 0; n < 3 && contact.has_surfaces(); ++n) read(patch.rolling_impulse[n]);
     if (patch.count > kPatchPointsMax) return false;
-    for (int n = 0; n < patch.count; ++n) visit_point(patch.point[n], read);
+    for (int n = 0; n < patch.count; ++n) visit_contact_point(patch.point[n], read);
   }
   return read.at_end();
 }

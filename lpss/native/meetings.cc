@@ -24,11 +24,11 @@ constexpr Scalar kEarly = Scalar(0.25);
 constexpr Scalar kReachMin = Scalar(1e-4);
 constexpr int kHalvings = 12;
 // Of the thinnest extent of both.
-constexpr Scalar kDeepShare = Scalar(0.2);
+constexpr Scalar kPassedShare = Scalar(0.2);
 // m, how far points are also looked for that what touches may turn in.
 constexpr Scalar kAlsoMax = 1;
 
-constexpr Scalar kFar = std::numeric_limits<Scalar>::max();
+constexpr Scalar kAnyDistance = std::numeric_limits<Scalar>::max();
 
 }  // namespace
 
@@ -91,7 +91,7 @@ void MeetingSearch::begin(const Body& a, const Body& b) {
   b_ = &b;
   margin_ = std::max(std::min(a.solid->margin(), b.solid->margin()), kReachMin);
   reach_ = margin_ + a.surge + b.surge;
-  thin_ = kFar;
+  thin_ = kAnyDistance;
   for (const Body* body : {&a, &b}) {
     if (body->is_dynamic()) thin_ = std::min(thin_, body->swept_beyond);
   }
@@ -164,11 +164,11 @@ Scalar MeetingSearch::share_until_deep(const Body& a, const Body& b, Scalar dt) 
   course_a_ = Course::solved(a, dt);
   course_b_ = Course::solved(b, dt);
   approach_ = approach_max(*course_a_, *course_b_);
-  Scalar extent = kFar;
+  Scalar extent = kAnyDistance;
   for (const Body* body : {&a, &b}) {
     if (body->solid->extent() > 0) extent = std::min(extent, body->solid->extent());
   }
-  const Scalar deep = kDeepShare * extent;
+  const Scalar deep = kPassedShare * extent;
   const Scalar step_min = std::max(kStepShare * deep / approach_, Scalar(1) / kStepsMax);
   Scalar share = 0;
   Scalar free = 0;
@@ -204,7 +204,7 @@ Scalar MeetingSearch::look(Scalar share, Scalar margin) {
   } else {
     narrow_phase_.look(*a_, *b_, margin, seen_);
   }
-  Scalar least = kFar;
+  Scalar least = kAnyDistance;
   for (const ContactPatch& patch : seen_.patches) {
     for (int n = 0; n < patch.count; ++n) least = std::min(least, patch.point[n].gap);
   }

@@ -29,7 +29,7 @@ struct ExactFrame {
 };
 
 // The pose of a body's solid. The numbers of the engine are a static body's own, rounded.
-ExactFrame frame_of(const Body& body) {
+ExactFrame exact_frame_of(const Body& body) {
   ExactFrame frame(body.pose);
   if (body.static_state) {
     const Eigen::Matrix3d rotation =
@@ -106,7 +106,7 @@ class RayAtBodies {
 
   void look_at(const Body& body) {
     const Solid& solid = *body.solid;
-    const ExactFrame frame = frame_of(body);
+    const ExactFrame frame = exact_frame_of(body);
     double moved = 0;
     Ray near = ray_.beside(frame.position, moved);
     // All of the shape is within this.

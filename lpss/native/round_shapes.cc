@@ -72,7 +72,7 @@ struct Line {
 };
 
 // What a shape shows in a direction: a face, a line or, if neither, a point.
-struct Side {
+struct Feature {
   std::optional<Face<Scalar>> face;
   std::optional<Line> line;
 };
@@ -94,14 +94,14 @@ Face<Scalar> cap_of(Scalar radius, Scalar z) {
 }
 
 // In the frame of the part, `direction` likewise.
-Side side_of(const Part& part, const Vector& direction) {
-  Side side;
+Feature feature_of(const Part& part, const Vector& direction) {
+  Feature feature;
   Scalar radius = 0;
   Scalar half_length = 0;
   if (part.kind == Part::Kind::kBox) {
-    side.face = collision::supporting_face(part.cuboid, direction);
+    feature.face = collision::supporting_face(part.cuboid, direction);
   } else if (part.polyhedron) {
-    side.face = collision::supporting_face(*part.polyhedron, direction);
+    feature.face = collision::supporting_face(*part.polyhedron, direction);
   } else if (part.kind == Part::Kind::kCapsule) {
     radius = part.capsule.radius;
     half_length = part.capsule.half_length;
@@ -109,21 +109,22 @@ Side side_of(const Part& part, const Vector& direction) {
     radius = part.core.half.x();
     half_length = part.core.half.z();
     if (std::abs(direction.z()) > kCapFrom * direction.norm()) {
-      side.face = cap_of(radius, std::copysign(half_length, direction.z()));
-      return side;
+      feature.face = cap_of(radius, std::copysign(half_length, direction.z()));
+      return feature;
     }
   }
   if (half_length > 0 && std::abs(direction.z()) <= kCapFrom * direction.norm()) {
     const Vector out = Vector(direction.x(), direction.y(), 0).normalized() * radius;
-    side.line = Line{out - Vector(0, 0, half_length), out + Vector(0, 0, half_length)};
+    feature.line = Line{out - Vector(0, 0, half_length), out + Vector(0, 0, half_length)};
   }
-  return side;
+  return feature;
 }
 
-Side placed(Side side, const Matrix& rotation, const Vector& offset) {
-  if (side.face) side.face = collision::placed(*side.face, rotation, offset);
-  if (side.line) side.line = Line{rotation * side.line->from + offset, rotation * side.line->to + offset};
-  return side;
+Feature placed(Feature feature, const Matrix& rotation, const Vector& offset) {
+  if (feature.face) feature.face = collision::placed(*feature.face, rotation, offset);
+  if (feature.line)
+    feature.line = Line{rotation * feature.line->from + offset, rotation * feature.line->to + offset};
+  return feature;
 }
 
 // The part of a line above a face, seen along its normal.
@@ -153,20 +154,21 @@ std::optional<Line> clipped(const Line& line, const Face<Scalar>& face) {
 template <typename Solid>
 bool is_level_over(const Part& shape, const Solid& solid, const Placement<Scalar>& placement,
                    const Vector& out, Scalar gap, Scalar margin) {
-  const Side side = placed(side_of(shape, placement.a.transpose() * -out), placement.a, Vector::Zero());
-  if (!side.line && !side.face) return false;
+  const Feature feature =
+      placed(feature_of(shape, placement.a.transpose() * -out), placement.a, Vector::Zero());
+  if (!feature.line && !feature.face) return false;
   const Face<Scalar> face =
       collision::placed(collision::supporting_face(solid, Vector(placement.b.transpose() * out)), placement.b,
                         placement.offset);
   Scalar least = std::numeric_limits<Scalar>::max();
   const auto see = [&](const Vector& point) { least = std::min(least, out.dot(point - face.vertex[0])); };
-  if (side.line) {
-    if (const std::optional<Line> over = clipped(*side.line, face)) {
+  if (feature.line) {
+    if (const std::optional<Line> over = clipped(*feature.line, face)) {
       see(over->from);
       see(over->to);
     }
   } else {
-    const Manifold<Scalar> over = collision::clip_faces(*side.face, face, out, margin);
+    const Manifold<Scalar> over = collision::clip_faces(*feature.face, face, out, margin);
     for (int n = 0; n < over.count; ++n) see(over.point[n].on_a);
   }
   return least <= gap + kDeeper * margin;
@@ -344,8 +346,9 @@ bool lay_sides(const Part& a, const Part& b, const Placement<Scalar>& placement,
   return true;
 }
 
-// The points of two sides that look at each other along the normal, and the nearest ones if those are deeper.
-Manifold<Scalar> between(const Side& a, const Side& b, const Nearest& found, Scalar margin) {
+// The points of two features that look at each other along the normal, and the nearest ones if those are
+// deeper.
+Manifold<Scalar> between(const Feature& a, const Feature& b, const Nearest& found, Scalar margin) {
   Points points;
   if (a.face && b.face) {
     const Manifold<Scalar> covered = collision::clip_faces(*a.face, *b.face, found.normal, margin);
@@ -420,10 +423,10 @@ class AboveFace {
     // A shape that is deep in a surface of small triangles is above the one that its centre is above.
     if (!is_above(lowest_.on_a) && !is_above(placement_.a * middle_of(a_)))
       lowest.gap = std::numeric_limits<Scalar>::max();
-    Side face;
+    Feature face;
     face.face = collision::supporting_face(b_, Vector(placement_.b.transpose() * up));
     Manifold<Scalar> manifold =
-        between(placed(side_of(a_, placement_.a.transpose() * -up), placement_.a, Vector::Zero()),
+        between(placed(feature_of(a_, placement_.a.transpose() * -up), placement_.a, Vector::Zero()),
                 placed(face, placement_.b, placement_.offset), lowest, margin);
     for (int n = 0; n < manifold.count; ++n) {
       Point& point = manifold.point[n];
@@ -501,18 +504,18 @@ Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Sca
     Points points;
     if (lay_sides(a, b, placement, found->normal, points)) return with_nearest(points, *found, margin);
   }
-  const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
-  const Side side_b = side_of(b, placement.b.transpose() * found->normal);
+  const Feature feature_a = feature_of(a, placement.a.transpose() * -found->normal);
+  const Feature feature_b = feature_of(b, placement.b.transpose() * found->normal);
   if (!is_over_face) {
-    if (std::optional<Nearest> over = over_near_face(a, b, side_b.face, placement, found->normal)) {
+    if (std::optional<Nearest> over = over_near_face(a, b, feature_b.face, placement, found->normal)) {
       found = over;
-    } else if ((over = over_near_face(b, a, side_a.face, placement.swapped(), -found->normal))) {
+    } else if ((over = over_near_face(b, a, feature_a.face, placement.swapped(), -found->normal))) {
       found = swapped(*over, placement.offset);
     }
     if (!(found->gap <= margin)) return {};
   }
-  return between(placed(side_a, placement.a, Vector::Zero()), placed(side_b, placement.b, placement.offset),
-                 *found, margin);
+  return between(placed(feature_a, placement.a, Vector::Zero()),
+                 placed(feature_b, placement.b, placement.offset), *found, margin);
 }
 
 Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
@@ -529,13 +532,13 @@ Manifold<Scalar> collide_round(const Part& a, const MeshTriangle<Scalar>& b,
   const Vector local = placement.b.transpose() * found->normal * side;
   if (local.dot(b.normal) <= 0 || above.belongs_to_neighbour(local, found->gap, side, margin))
     return above.touch(found->gap, margin);
-  const Side side_a = side_of(a, placement.a.transpose() * -found->normal);
-  Side side_b;
+  const Feature feature_a = feature_of(a, placement.a.transpose() * -found->normal);
+  Feature feature_b;
   // An edge that two triangles share is touched, not a face that the normal grazes.
   if (local.dot(b.normal) > kLiesFrom)
-    side_b.face = collision::supporting_face(b, Vector(placement.b.transpose() * found->normal));
-  return between(placed(side_a, placement.a, Vector::Zero()), placed(side_b, placement.b, placement.offset),
-                 *found, margin);
+    feature_b.face = collision::supporting_face(b, Vector(placement.b.transpose() * found->normal));
+  return between(placed(feature_a, placement.a, Vector::Zero()),
+                 placed(feature_b, placement.b, placement.offset), *found, margin);
 }
 
 Manifold<Scalar> collide_plane(const Part& a, const Vector& normal, const Placement<Scalar>& placement,
@@ -556,13 +559,13 @@ Manifold<Scalar> collide_plane(const Part& a, const Vector& normal, const Placem
     for (std::uint32_t n = 0; n < a.polyhedron->vertices.size(); ++n)
       add(placement.a * a.polyhedron->vertices[n], n);
   } else {
-    const Side side = side_of(a, down);
-    if (side.face) {
-      for (int n = 0; n < side.face->count; ++n)
-        add(placement.a * side.face->vertex[n], side.face->vertex_id[n]);
-    } else if (side.line) {
-      add(placement.a * side.line->from, 0);
-      add(placement.a * side.line->to, 1);
+    const Feature feature = feature_of(a, down);
+    if (feature.face) {
+      for (int n = 0; n < feature.face->count; ++n)
+        add(placement.a * feature.face->vertex[n], feature.face->vertex_id[n]);
+    } else if (feature.line) {
+      add(placement.a * feature.line->from, 0);
+      add(placement.a * feature.line->to, 1);
     }
     Scalar least = std::numeric_limits<Scalar>::max();
     for (const Point& point : points) least = std::min(least, point.gap);

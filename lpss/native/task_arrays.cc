@@ -8,8 +8,6 @@
 namespace tessera::native {
 namespace {
 
-// What one thread does at a time.
-constexpr std::size_t kBodiesInPiece = 256;
 constexpr std::size_t kContactsInPiece = 128;
 
 // Which worlds do when they are first asked for one: before several threads do.

@@ -18,12 +18,6 @@ constexpr double kServoGain = 0.2;
 // rad: of a screw without limits, and of any angle.
 constexpr double kHalfTurn = std::numbers::pi;
 
-JointSide side_of(const BodyState& state) {
-  return {{Eigen::Vector3d(state.position.data()), quaternion_of(state)},
-          Eigen::Vector3d(state.linear_velocity.data()),
-          Eigen::Vector3d(state.angular_velocity.data())};
-}
-
 // How a child moves along an axis of its joint, were its parent to stand.
 struct AxisMotion {
   double mobility = 0;  // m/s or rad/s by N s or N m s

@@ -175,16 +175,6 @@ void TaskBuilder::add_joint(const JointRecord& joint, const Member& child) {
   job_.task.joints.push_back(task);
 }
 
-namespace {
-
-JointSide side_of(const BodyState& state) {
-  return {{Eigen::Vector3d(state.position.data()), quaternion_of(state)},
-          Eigen::Vector3d(state.linear_velocity.data()),
-          Eigen::Vector3d(state.angular_velocity.data())};
-}
-
-}  // namespace
-
 // Where the joint frame is on the side of a parent that no solver moves, seen from the sector `frame`.
 void TaskBuilder::fix_parent(const JointRecord& record, const SectorIndex& frame, IslandJoint& joint) const {
   const JointProperties& properties = record.properties;

@@ -5,8 +5,6 @@
 
 namespace tessera {
 
-// Of a loop over the bodies of a sector.
-inline constexpr std::size_t kBodiesInPiece = 256;
 // Of a loop over sectors that looks at the bodies near their borders.
 inline constexpr std::size_t kSectorsInPiece = 4;
 
