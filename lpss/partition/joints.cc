@@ -59,7 +59,7 @@ void review(Partition& partition, JointId id) {
 
 }  // namespace
 
-bool all_know_joints(const WorldSettings& settings) { return settings.seams == SeamPolicy::kClone; }
+bool all_know_joints(const WorldSettings& settings) { return seam_rules(settings.seams).clones_are_solved(); }
 
 void take_tie(Partition& partition, const JointTie& tie) {
   if (partition.joints.add(tie)) set_apart(partition, tie, true);

@@ -94,8 +94,8 @@ OffsetSet homes_of_slower(const Eigen::AlignedBox3d& swept, const Eigen::Vector3
   return result;
 }
 
-OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion, bool is_fast) {
-  const bool everywhere = policy == SeamPolicy::kClone || motion == Motion::kKinematic || is_fast;
+OffsetSet clone_targets(const OffsetSet& within_reach, Motion motion, bool is_fast) {
+  const bool everywhere = motion == Motion::kKinematic || is_fast;
   return everywhere ? within_reach : within_reach.lower();
 }
 

@@ -6,7 +6,6 @@
 
 #include "lpss/grid/offset_set.h"
 #include "lpss/model/body.h"
-#include "lpss/model/seam_policy.h"
 
 namespace tessera {
 
@@ -55,15 +54,15 @@ inline bool is_fast(const Eigen::Vector3d& way, const SeamMargins& margins, doub
   return usual < 0 || way.squaredNorm() > usual * usual;
 }
 
-// Of those within reach, the ones that need a clone. Policy island: a dynamic pair is detected in the
-// lexicographically lower of its two home sectors, so dynamic bodies are cloned downwards only; kinematic
-// ones, like statics, and fast ones wherever a dynamic body may meet them. Policy clone: every one.
-OffsetSet clone_targets(const OffsetSet& within_reach, SeamPolicy policy, Motion motion, bool is_fast);
+// Of those within reach, the ones that need a clone. A dynamic pair is detected in the lexicographically
+// lower of its two home sectors, so dynamic bodies are cloned downwards only; kinematic ones, like statics,
+// and fast ones wherever a dynamic body may meet them.
+OffsetSet clone_targets(const OffsetSet& within_reach, Motion motion, bool is_fast);
 
-// The sector that detects the contacts of two bodies under the policy island: the one rule that every server
-// knows. Statics have no say: their partner's home detects. If one of two dynamic bodies is fast, the home of
-// the slower one detects, whichever that is (Range in engine.h); this lasts for a tick, and nothing follows
-// from it for the next.
+// The sector that detects the contacts of two bodies: the one rule that every server knows. Statics have no
+// say: their partner's home detects. If one of two dynamic bodies is fast, the home of the slower one
+// detects, whichever that is (Range in engine.h); this lasts for a tick, and nothing follows from it for the
+// next.
 const SectorIndex& detecting_sector(Motion motion_a, const SectorIndex& home_a, Motion motion_b,
                                     const SectorIndex& home_b);
 

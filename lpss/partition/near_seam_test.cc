@@ -114,15 +114,13 @@ TEST(SectorsWithinReach, AreThoseWhoseCubeTheGrownBoxMeets) {
   }
 }
 
-TEST(CloneTargets, AreAllOfThemForThePapersPolicyAndForKinematicBodies) {
+TEST(CloneTargets, AreAllOfThemForKinematicBodies) {
   const OffsetSet all = all_around();
-  EXPECT_EQ(clone_targets(all, SeamPolicy::kClone, Motion::kDynamic, false), all);
-  EXPECT_EQ(clone_targets(all, SeamPolicy::kClone, Motion::kKinematic, false), all);
-  EXPECT_EQ(clone_targets(all, SeamPolicy::kIsland, Motion::kKinematic, false), all);
+  EXPECT_EQ(clone_targets(all, Motion::kKinematic, false), all);
 }
 
 TEST(CloneTargets, OfADynamicBodyAreOneOfEachPairOfOppositeSectors) {
-  const OffsetSet down = clone_targets(all_around(), SeamPolicy::kIsland, Motion::kDynamic, false);
+  const OffsetSet down = clone_targets(all_around(), Motion::kDynamic, false);
   EXPECT_EQ(members(down).size(), 62u);
   down.for_each([&](const SectorOffset& o) {
     EXPECT_LT(o, SectorOffset{});
@@ -174,14 +172,14 @@ TEST(HomesOfSlower, AreFewAndNoneOfWhatGoesOverManySectors) {
 }
 
 TEST(CloneTargets, OfAFastBodyAreAllOfThem) {
-  EXPECT_EQ(clone_targets(all_around(), SeamPolicy::kIsland, Motion::kDynamic, true), all_around());
+  EXPECT_EQ(clone_targets(all_around(), Motion::kDynamic, true), all_around());
   EXPECT_FALSE(is_fast({kSeamSpeed / 64, 0, 0}, kMargins));
   EXPECT_TRUE(is_fast({0, kSeamSpeed / 63, 0}, kMargins));
 }
 
 TEST(CloneTargets, AddNothingThatIsNotWithinReach) {
   const OffsetSet near = sectors_within_reach(point({-7.9, 7.9, 0}), kStill, kMargins);
-  EXPECT_THAT(members(clone_targets(near, SeamPolicy::kIsland, Motion::kDynamic, false)),
+  EXPECT_THAT(members(clone_targets(near, Motion::kDynamic, false)),
               ElementsAre(SectorOffset{-1, 0, 0}, SectorOffset{-1, 1, 0}));
 }
 
@@ -215,7 +213,7 @@ TEST(DetectingSector, IsACloneTargetOfThePartner) {
       const bool here = detecting == home;
       const SectorOffset to = *offset_between(here ? other : home, detecting);
       const Motion cloned = here ? motion : Motion::kDynamic;
-      EXPECT_TRUE(clone_targets(all, SeamPolicy::kIsland, cloned, false)
+      EXPECT_TRUE(clone_targets(all, cloned, false)
                       .contains(static_cast<int>(to.i), static_cast<int>(to.j), static_cast<int>(to.k)));
     }
   });

@@ -10,9 +10,6 @@
 namespace tessera {
 namespace {
 
-// Under the policy clone, sectors have more that lasts.
-bool is_ever_packed(const Partition& partition) { return partition.settings.seams == SeamPolicy::kIsland; }
-
 bool is_at_rest(const HomeBody& body) {
   return !body.jointed && !body.known_everywhere && !body.dirty && !body.next_home &&
          !body.kinematic_target && body.sector->world->activity(body.slot) == Activity::kAsleep;
@@ -45,7 +42,7 @@ void pack(Partition& partition, Sector& sector) {
 }  // namespace
 
 void note_rest(Partition& partition, Sector& sector) {
-  if (!is_ever_packed(partition)) return;
+  if (partition.rules.clones_are_solved()) return;  // such sectors have more that lasts
   sector.rests_since = partition.ticks_ended;
   partition.resting.emplace_back(partition.ticks_ended, sector.index);
 }

@@ -7,10 +7,10 @@ namespace tessera {
 
 EngineSettings engine_settings(const WorldSettings& settings) {
   EngineSettings result{settings};
-  const bool clone = settings.seams == SeamPolicy::kClone;
-  result.clone_contacts = clone ? CloneContacts::kAll : CloneContacts::kNone;
-  result.clones_are_solved = clone;
-  result.plain_bullet = clone;
+  const bool clones_are_solved = seam_rules(settings.seams).clones_are_solved();
+  result.clone_contacts = clones_are_solved ? CloneContacts::kAll : CloneContacts::kNone;
+  result.clones_are_solved = clones_are_solved;
+  result.plain_bullet = clones_are_solved;
   // A pull of 0.006 m/s^2 is less than the last digit of 30 km/s in single precision.
   result.fine_flight =
       settings.precision == Precision::kFloat32 && std::holds_alternative<CentralGravity>(settings.gravity);
@@ -19,6 +19,7 @@ EngineSettings engine_settings(const WorldSettings& settings) {
 
 Partition::Partition(PartitionOptions options, Engine& engine_of_settings)
     : settings(std::move(options.settings)),
+      rules(seam_rules(settings.seams)),
       anchor(options.anchor),
       map(std::move(options.map)),
       self(options.self),

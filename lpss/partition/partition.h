@@ -24,6 +24,7 @@
 #include "lpss/partition/near_seam.h"
 #include "lpss/partition/packed_sectors.h"
 #include "lpss/partition/seam_graph.h"
+#include "lpss/partition/seam_rules.h"
 #include "lpss/partition/sector.h"
 #include "lpss/partition/static_index.h"
 
@@ -60,6 +61,7 @@ struct Partition {
 
   // --- the world, the same on all servers ---
   WorldSettings settings;
+  const SeamRules& rules;  // of its policy
   SectorIndex anchor;
   SectorMap map;
   Rank self = 0;

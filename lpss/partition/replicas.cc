@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "lpss/base/invariant.h"
-#include "lpss/model/gravity.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/near_seam.h"
 #include "lpss/partition/sectors.h"
@@ -29,6 +28,14 @@ bool concerns_sector(const Replica& replica, const Clone& clone) {
 void refresh(Partition& partition, const Replica& replica, Clone& clone) {
   clone.fresh = true;
   if (concerns_sector(replica, clone)) activate(partition, *clone.sector);
+}
+
+Range range_of(const Partition& partition, const Clone& clone) {
+  const Replica& replica = *clone.replica;
+  const Eigen::Vector3d way = Eigen::Vector3d(replica.state.linear_velocity.data()) * partition.dt();
+  if (replica.properties.motion != Motion::kDynamic || !is_fast(way, partition.margins, replica.surge))
+    return Range::kUsual;
+  return replica.home < clone.sector->index ? Range::kFastFromBelow : Range::kFast;
 }
 
 }  // namespace
@@ -132,14 +139,6 @@ void lift_clones(Partition& partition, BodyId id) {
   }
 }
 
-Range range_of(const Partition& partition, const Clone& clone) {
-  const Replica& replica = *clone.replica;
-  const Eigen::Vector3d way = Eigen::Vector3d(replica.state.linear_velocity.data()) * partition.dt();
-  if (replica.properties.motion != Motion::kDynamic || !is_fast(way, partition.margins, replica.surge))
-    return Range::kUsual;
-  return replica.home < clone.sector->index ? Range::kFastFromBelow : Range::kFast;
-}
-
 BodyState state_of(const Clone& clone) {
   BodyState state = clone.replica->state;
   Eigen::Map<Eigen::Vector3d>(state.position.data()) += clone.home;
@@ -153,19 +152,18 @@ void place_clone(const Partition& partition, Clone& clone) {
       sector.world->add({replica.id, replica.home, replica.properties, state_of(clone)}, Role::kClone);
   sector.placed.insert(std::lower_bound(sector.placed.begin(), sector.placed.end(), replica.id, by_body),
                        &clone);
-  if (partition.settings.seams == SeamPolicy::kIsland) {
-    sector.world->set_range(clone.slot, range_of(partition, clone));
-    foresee_clone(clone);
-  }
   sector.components_stale = true;
-  pull_clone(partition, clone);
+  foresee_clone(partition, clone);
 }
 
-void foresee_clone(const Clone& clone) {
+void foresee_clone(const Partition& partition, const Clone& clone) {
   const Replica& replica = *clone.replica;
-  clone.sector->world->set_jointed(clone.slot, replica.jointed);
+  SectorWorld& world = *clone.sector->world;
+  world.set_range(clone.slot, range_of(partition, clone));
+  world.set_jointed(clone.slot, replica.jointed);
   const bool is_asleep = replica.state.activity == Activity::kAsleep;
-  clone.sector->world->set_surge(clone.slot, is_asleep ? 0 : replica.surge);
+  world.set_surge(clone.slot, is_asleep ? 0 : replica.surge);
+  partition.rules.pull_clone(partition, clone);
 }
 
 void remove_clone(Clone& clone) {
@@ -181,13 +179,6 @@ void unplace_clone(Partition& partition, Clone& clone) {
   if (!clone.is_placed()) return;
   remove_clone(clone);
   activate(partition, *clone.sector);
-}
-
-void pull_clone(const Partition& partition, const Clone& clone) {
-  if (!clone.replica->properties.gravity || partition.settings.seams != SeamPolicy::kClone) return;
-  SectorWorld& world = *clone.sector->world;
-  world.set_gravity(clone.slot, acceleration_at(partition.settings.gravity, clone.sector->index,
-                                                world.position(clone.slot), partition.sector_size()));
 }
 
 }  // namespace tessera

@@ -55,19 +55,13 @@ void lift_clones(Partition& partition, BodyId id);
 // The body as its sector sees it: relative to the centre of that.
 BodyState state_of(const Clone& clone);
 
-// Of a clone under the policy island.
-Range range_of(const Partition& partition, const Clone& clone);
-
 // Into its sector's engine world, and out of it. unplace_clone() activates the sector; both leave the clone
 // listed.
 void place_clone(const Partition& partition, Clone& clone);
 void remove_clone(Clone& clone);
 void unplace_clone(Partition& partition, Clone& clone);
 
-// What the engine foresees with of a clone: as of its original. Policy island.
-void foresee_clone(const Clone& clone);
-
-// Policy clone: clones are solved where they are, and fall as their originals do.
-void pull_clone(const Partition& partition, const Clone& clone);
+// Tells the engine what it foresees with of a clone: as of its original.
+void foresee_clone(const Partition& partition, const Clone& clone);
 
 }  // namespace tessera

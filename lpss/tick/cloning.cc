@@ -18,7 +18,6 @@ void reach_statics(Partition& partition, Sector& sector) {
 }
 
 void set_ranges(const Partition& partition, Sector& sector) {
-  if (partition.settings.seams != SeamPolicy::kIsland) return;
   for (const HomeBody* body : sector.attended) {
     if (body->properties.motion != Motion::kDynamic) continue;
     const Eigen::Vector3d way = sector.world->linear_velocity(body->slot) * partition.dt();
@@ -26,21 +25,6 @@ void set_ranges(const Partition& partition, Sector& sector) {
         !body->replicated_in.empty() && is_fast(way, partition.margins, sector.world->surge(body->slot));
     sector.world->set_range(body->slot, goes_fast ? Range::kFast : Range::kUsual);
   }
-}
-
-// Policy clone, depth k > 1: the clones that a sector was told of are there for other clones, too.
-bool supports_clones(const Partition& partition) {
-  return partition.settings.seams == SeamPolicy::kClone && partition.settings.clone_depth > 1;
-}
-
-// Policy clone: whether a joint ties a body to one that lives in the sector, so that the sector needs its
-// clone.
-bool is_jointed_here(const Partition& partition, BodyId id, const Sector& sector) {
-  if (partition.settings.seams != SeamPolicy::kClone) return false;
-  const std::span<const JointId> joints = partition.joints.of(id);
-  return std::any_of(joints.begin(), joints.end(), [&](JointId joint) {
-    return lives_in(partition, partner_of(*partition.joints.find(joint), id), sector);
-  });
 }
 
 Eigen::AlignedBox3d swept_ball_of(const Clone& clone, double dt) {
@@ -56,7 +40,7 @@ void refresh_clones(Partition& partition, Sector& sector) {
   SectorWorld& world = *sector.world;
   for (const auto& [id, clone] : sector.clones) {
     if (clone->is_placed() && !clone->fresh) continue;
-    const bool imminent = supports_clones(partition) || is_jointed_here(partition, id, sector) ||
+    const bool imminent = partition.rules.needs_clone(partition, id, sector) ||
                           world.reaches_home_body(swept_ball_of(*clone, partition.dt()), clone->near);
     if (!imminent) {
       if (clone->is_placed()) remove_clone(*clone);
@@ -66,9 +50,7 @@ void refresh_clones(Partition& partition, Sector& sector) {
       place_clone(partition, *clone);
     } else {
       world.set_state(clone->slot, state_of(*clone));
-      world.set_range(clone->slot, range_of(partition, *clone));
-      if (partition.settings.seams == SeamPolicy::kIsland) foresee_clone(*clone);
-      pull_clone(partition, *clone);
+      foresee_clone(partition, *clone);
     }
     clone->fresh = false;
   }

@@ -221,7 +221,7 @@ void list_parts(const Partition& partition, Sector& sector) {
 
 void find_components_of(const Partition& partition, Sector& sector, const ParallelFor& parallel) {
   clear_components(sector);
-  const bool clones_are_solved = partition.settings.seams == SeamPolicy::kClone;
+  const bool clones_are_solved = partition.rules.clones_are_solved();
   const std::span<const ContactPair> pairs = sector.world->contacts();
   const auto any_jointed = [&sector] {
     return std::ranges::any_of(sector.homes, [](const HomeBody* body) { return body->jointed; });

@@ -49,7 +49,7 @@ void send_contact_points(Partition& partition, std::vector<Exchange>& outbox) {
       if (same_roles) continue;
       const bool was_touching = sector->touching.erase({pair.a, pair.b}) > 0;
       ManifoldTransfer transfer{to, was_touching, {pair.a, pair.b, {}}};
-      if (partition.settings.seams == SeamPolicy::kIsland) {
+      if (!partition.rules.clones_are_solved()) {
         transfer.manifold = sector->world->export_manifold(i);
       } else if (!was_touching) {
         continue;  // both sectors have points of their own; only the event is handed over

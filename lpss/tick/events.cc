@@ -7,9 +7,6 @@
 #include <tuple>
 #include <utility>
 
-#include "lpss/partition/bodies.h"
-#include "lpss/partition/near_seam.h"
-
 namespace tessera {
 namespace {
 
@@ -20,21 +17,6 @@ ContactEvent end_of(Tick tick, BodyId a, BodyId b) {
   event.a = a;
   event.b = b;
   return event;
-}
-
-// Whether this sector reports the pair. Under the policy clone both sectors of a pair detect it; the one
-// that would under the policy island reports it, and nobody reports what two clones do.
-bool reports(const Partition& partition, const Sector& sector, const ContactPair& pair) {
-  if (partition.settings.seams == SeamPolicy::kIsland) return true;
-  const auto home_of = [&](BodyId id) -> const SectorIndex& {
-    if (const auto body = partition.bodies.find(id); body != partition.bodies.end())
-      return body->second->sector->index;
-    if (const auto replica = partition.replicas.find(id); replica != partition.replicas.end())
-      return replica->second->home;
-    return sector.index;
-  };
-  return detecting_sector(motion_of(partition, pair.a), home_of(pair.a), motion_of(partition, pair.b),
-                          home_of(pair.b)) == sector.index;
 }
 
 // Of points that are about as deep, the first in a direction along which hardly any two are level: rounding
@@ -72,7 +54,7 @@ void gather_sector(const Partition& partition, Tick tick, Sector& sector, std::v
   const std::span<const ContactPair> pairs = sector.world->contacts();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const ContactPair& pair = pairs[i];
-    if (!reports(partition, sector, pair)) continue;
+    if (!partition.rules.reports(partition, sector, pair)) continue;
     const bool has_begun = sector.touching.contains({pair.a, pair.b});
     for (ContactDetail& patch : sector.world->touching_patches(i)) {
       now.insert({pair.a, pair.b});
@@ -113,7 +95,8 @@ void report_contacts(Partition& partition, bool on) {
     if (!on || !sector->world) continue;
     // Contacts that are there already do not begin.
     for (const ContactPair& pair : sector->world->contacts()) {
-      if (pair.touching && reports(partition, *sector, pair)) sector->touching.insert({pair.a, pair.b});
+      if (pair.touching && partition.rules.reports(partition, *sector, pair))
+        sector->touching.insert({pair.a, pair.b});
     }
   }
 }

@@ -169,7 +169,6 @@ double surge_of(const Partition& partition, const JointRecord& joint, const Home
 void foresee_drives(Partition& partition) {
   std::vector<JointId> set = std::exchange(partition.set_joints, {});
   std::ranges::sort(set);
-  if (partition.settings.seams != SeamPolicy::kIsland) return;
   for (const BodyId id : partition.jointed) {
     const HomeBody& body = *partition.bodies.at(id);
     SectorWorld& world = *body.sector->world;

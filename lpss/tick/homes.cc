@@ -92,9 +92,9 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
     const Ranks before = all | owners(partition.map, old_home, handover.replicated_in);
     const Eigen::AlignedBox3d swept =
         swept_ball(record.state, radius_of(partition, record.properties) + handover.surge, partition.dt());
-    handover.replicated_in =
-        sectors_to_tell(partition, swept, Eigen::Vector3d(record.state.linear_velocity.data()),
-                        handover.surge, record.properties.motion);
+    handover.replicated_in = partition.rules.sectors_to_tell(
+        partition, swept, Eigen::Vector3d(record.state.linear_velocity.data()), handover.surge,
+        record.properties.motion);
     announce(
         outbox, record.properties,
         {record.id, record.home, goes_on_to(partition, record).value_or(record.home), handover.replicated_in,

@@ -24,7 +24,7 @@ std::uint32_t TaskBuilder::add_member(const Member& member) {
 
 void TaskBuilder::add(const Sector& sector, const Component& component) {
   SectorWorld* const world = sector.world.get();
-  const bool clones_stand = partition_->settings.seams == SeamPolicy::kIsland;
+  const bool clones_stand = !partition_->rules.clones_are_solved();
   const auto bodies = std::span(sector.component_bodies)
                           .subspan(component.bodies_begin, component.bodies_end - component.bodies_begin);
   const auto clones = std::span(sector.component_clones)
@@ -164,7 +164,7 @@ void TaskBuilder::add_joint(const JointRecord& joint, const Member& child) {
   task.child = first + child.in_task;
   if (joint.parent_motion == Motion::kDynamic) {
     const Member* parent = find(joint.properties.parent);
-    invariant(parent != nullptr || partition_->settings.seams == SeamPolicy::kClone,
+    invariant(parent != nullptr || partition_->rules.clones_are_solved(),
               "both bodies of a joint belong to the same island");
     if (parent == nullptr) return;
     task.parent = first + parent->in_task;

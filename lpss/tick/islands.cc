@@ -14,15 +14,15 @@ namespace tessera {
 namespace {
 
 // Makes jobs of islands: small ones share a job, from whatever sectors they are, and a large one has its own.
-// Policy clone: one for each sector, of which others have clones of the same ids.
+// Where clones are solved, each sector has one, and others have clones of the same ids.
 class JobMaker {
  public:
-  explicit JobMaker(SeamPolicy policy) : policy_(policy) {}
+  explicit JobMaker(bool clones_are_solved) : is_by_sector_(clones_are_solved) {}
 
   // A part of an island, until end_island(): of so many bodies and contacts, and substeps as of TaskBuilder.
   void add(Sector& sector, const Component& component) { parts_.push_back({&sector, &component}); }
   void end_island(std::uint64_t size, int substeps = 0) {
-    const bool is_full = policy_ == SeamPolicy::kIsland && size_ + size > kSizeOfJob;
+    const bool is_full = !is_by_sector_ && size_ + size > kSizeOfJob;
     if (jobs_.empty() || is_full || is_ended_) {
       jobs_.push_back(jobs_.empty() ? 0 : jobs_.back());
       size_ = 0;
@@ -33,7 +33,7 @@ class JobMaker {
     jobs_.back() = islands_.size();
   }
 
-  void end_sector() { is_ended_ = policy_ == SeamPolicy::kClone; }
+  void end_sector() { is_ended_ = is_by_sector_; }
 
   std::vector<SolveJob> build(const Partition& partition, const ParallelFor& parallel) const {
     std::vector<SolveJob> built(jobs_.size());
@@ -60,7 +60,7 @@ class JobMaker {
     int substeps;
   };
 
-  SeamPolicy policy_;
+  bool is_by_sector_;
   std::vector<HostedPart> parts_;
   std::vector<Island> islands_;
   std::vector<std::size_t> jobs_;  // where the islands of each end
@@ -215,18 +215,15 @@ std::vector<Shipment> plan_islands(Partition& partition, TickContext& context,
   std::vector<Shipment> outbox(servers);
   context.plan.awaits_shipment.assign(servers, false);
   context.plan.awaits_solution.assign(servers, false);
-  JobMaker jobs(partition.settings.seams);
+  JobMaker jobs(partition.rules.clones_are_solved());
   run_parallel(parallel, context.stepped.size(),
                [&](std::size_t i) { settle_alone(partition, context, *context.stepped[i]); });
   for (Sector* sector : context.stepped) {
     assemble_alone(partition, *sector, jobs);
     jobs.end_sector();
   }
-  if (partition.settings.seams == SeamPolicy::kIsland) {
-    for (const SeamIsland& island : partition.seam_graph.awake_islands(awake)) {
-      assemble(partition, context, island, jobs, outbox);
-    }
-  }
+  for (const SeamIsland& island : partition.seam_graph.awake_islands(awake))
+    assemble(partition, context, island, jobs, outbox);
   context.plan.in_step.for_each([&](Rank rank) { context.plan.awaits_shipment[rank] = true; });
   context.plan.jobs = jobs.build(partition, parallel);
   std::sort(context.stepped.begin(), context.stepped.end(),

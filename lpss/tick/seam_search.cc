@@ -18,9 +18,7 @@ void attend_borders(const Partition& partition, const Eigen::AlignedBox3d& insid
     body->attended = body->dirty || !body->replicated_in.empty() || body->known_everywhere;
     return !body->attended;
   });
-  if (partition.settings.seams == SeamPolicy::kClone) {
-    for (HomeBody* body : sector.homes) attend(*body);
-  }
+  partition.rules.attend_inside(sector);
   for (HomeBody* body : sector.attended) body->may_have_moved = false;
   std::vector<BodyOutside> outside;
   sector.world->append_outside(inside, partition.dt(), outside, parallel);
@@ -40,43 +38,7 @@ void attend_borders(const Partition& partition, const Eigen::AlignedBox3d& insid
     std::sort(sector.attended.begin(), sector.attended.end(), by_id);
 }
 
-// Policy clone, depth k > 1: what touches a body that is cloned is cloned with it, k - 1 contacts deep.
-void deepen_clones(int depth_max, Sector& sector) {
-  if (!sector.world) return;
-  const auto place_of = [&](BodyId id) -> std::optional<std::size_t> {
-    const auto place =
-        std::lower_bound(sector.homes.begin(), sector.homes.end(), id,
-                         [](const HomeBody* body, BodyId wanted) { return body->id < wanted; });
-    if (place == sector.homes.end() || (*place)->id != id) return std::nullopt;
-    return static_cast<std::size_t>(place - sector.homes.begin());
-  };
-  std::vector<OffsetSet> reached(sector.homes.size());
-  for (int depth = 1; depth < depth_max; ++depth) {
-    for (std::size_t n = 0; n < sector.homes.size(); ++n) reached[n] = sector.homes[n]->wanted_in;
-    for (const ContactPair& pair : sector.world->contacts()) {
-      const auto a = place_of(pair.a);
-      const auto b = place_of(pair.b);
-      if (!a || !b) continue;
-      sector.homes[*a]->wanted_in.merge(reached[*b]);
-      sector.homes[*b]->wanted_in.merge(reached[*a]);
-    }
-  }
-}
-
 }  // namespace
-
-OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept,
-                          const Eigen::Vector3d& velocity, double surge, Motion motion) {
-  const WorldSettings& settings = partition.settings;
-  if (settings.seams == SeamPolicy::kClone && settings.clone_depth == 0) return {};
-  const Eigen::Vector3d way = velocity * partition.dt();
-  const bool goes_fast = is_fast(way, partition.margins, surge);
-  OffsetSet reached = sectors_within_reach(swept, way, partition.margins);
-  if (goes_fast && motion == Motion::kDynamic && settings.seams == SeamPolicy::kIsland) {
-    reached.merge(homes_of_slower(swept, way, partition.margins, surge));
-  }
-  return clone_targets(reached, settings.seams, motion, goes_fast);
-}
 
 void attend_borders(Partition& partition, const ParallelFor& parallel) {
   const Eigen::Vector3d half =
@@ -92,14 +54,12 @@ void search_seams(Partition& partition, const ParallelFor& parallel) {
     const Sector& sector = *partition.active[n];
     for (HomeBody* body : sector.attended) {
       if (!body->may_have_moved) continue;
-      body->wanted_in = sectors_to_tell(partition, body->swept, sector.world->linear_velocity(body->slot),
-                                        sector.world->surge(body->slot), body->properties.motion);
+      body->wanted_in =
+          partition.rules.sectors_to_tell(partition, body->swept, sector.world->linear_velocity(body->slot),
+                                          sector.world->surge(body->slot), body->properties.motion);
     }
   });
-  const WorldSettings& settings = partition.settings;
-  if (settings.seams == SeamPolicy::kClone && settings.clone_depth > 1) {
-    for (Sector* sector : partition.active) deepen_clones(settings.clone_depth, *sector);
-  }
+  partition.rules.extend_search(partition);
 }
 
 }  // namespace tessera

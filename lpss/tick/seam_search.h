@@ -1,17 +1,10 @@
 // Seam search: which sectors need a replica of which body.
 #pragma once
 
-#include <Eigen/Geometry>
-
 #include "lpss/partition/partition.h"
 #include "lpss/tick/parallel.h"
 
 namespace tessera {
-
-// The sectors, relative to its home, that need a replica of a body at `velocity` (m/s), with a surge (m,
-// SectorWorld::surge()), whose box sweeps `swept` (m, relative to the home's centre).
-OffsetSet sectors_to_tell(const Partition& partition, const Eigen::AlignedBox3d& swept,
-                          const Eigen::Vector3d& velocity, double surge, Motion motion);
 
 // Attends to the bodies that may have moved and come near a border; the others are inside, and need nobody.
 // Then says of all that are attended whether they have moved, or something about them changed, since others
