@@ -69,7 +69,8 @@ void add_override_options(CLI::App& command, WorldOverrides& overrides) {
       const absl::Status status = knobs.set_from_text(setting, text);
       if (!status.ok()) throw CLI::ValidationError(flags, std::string(status.message()));
     };
-    command.add_option_function<std::string>(flags, set, help_of(setting));
+    CLI::Option* option = command.add_option_function<std::string>(flags, set, help_of(setting));
+    if (setting.of_policy_clone) option->group("Policy clone (--seams clone)");
   }
   command.add_flag("--strict", overrides.strict,
                    "refuse a world file with faults that would otherwise be mended and reported, and one of "

@@ -40,19 +40,20 @@ struct WorldSettings {
   double sector_size = 128;
   double time_step = 1.0 / 60;
   SeamPolicy seams = SeamPolicy::kIsland;
-  int clone_depth = 1;
   std::uint64_t shuffle = 0;
   int solver_iterations = 12;
   int substeps = 4;
   bool adapt = true;
-  double warm_starting = 0.85;
-  double split_from = 0.04;
-  bool friction_in_two_directions = true;
   bool continuous_collision = true;
   double bounce_from = 1.25;
   double sleep_linear_speed = 0.05;
   double sleep_angular_speed = 0.1;
   double sleep_after = 0.5;
+  // Policy clone.
+  int clone_depth = 1;
+  double warm_starting = 0.85;
+  double split_from = 0.04;
+  bool friction_in_two_directions = true;
   Gravity gravity;  // not a scalar, and not in the list: files, messages and JSON handle it separately
 };
 
@@ -68,7 +69,10 @@ struct WorldSetting {
   double least = 0;  // of numbers: the bounds, both included
   double most = kNoBound;
   const char* help;
+  bool of_policy_clone = false;  // worlds of other policies do not read it: shown apart, after all others
 };
+
+inline constexpr bool kOfPolicyClone = true;
 
 // clang-format off
 inline constexpr auto kSettings = std::to_array<WorldSetting>({
@@ -79,8 +83,6 @@ inline constexpr auto kSettings = std::to_array<WorldSetting>({
     {"seams", &WorldSettings::seams, "", 0, 0,
      "solve contacts in one order across borders (`island`), or let every sector solve its own bodies and clones of "
      "others, as in the paper (`clone`)"},
-    {"clone_depth", &WorldSettings::clone_depth, "contacts", 0, kCloneDepthMax,
-     "with `clone`: how many contacts deep bodies are cloned; 1: as in the paper; 0: no clones"},
     {"shuffle", &WorldSettings::shuffle, "", 0, kNoBound,
      "a seed, for tests: sectors change servers at random, and islands their solvers; 0: off"},
     {"solver_iterations", &WorldSettings::solver_iterations, "", 1, kSolverIterationsMax,
@@ -91,12 +93,6 @@ inline constexpr auto kSettings = std::to_array<WorldSetting>({
     {"adapt", &WorldSettings::adapt, "", 0, 0,
      "adapt the number of substeps to each island: half as many if no body carries more than one and a half times its "
      "own weight, twice as many or more if one carries more than twenty times its own, or falls far in a tick"},
-    {"warm_starting", &WorldSettings::warm_starting, "", 0, 1,
-     "with `clone`: fraction of the last tick's impulses that the solver starts from"},
-    {"split_from", &WorldSettings::split_from, "m", 0, kSplitFromMax,
-     "with `clone`: deeper overlaps are pushed apart without adding velocity"},
-    {"friction_in_two_directions", &WorldSettings::friction_in_two_directions, "", 0, 0,
-     "with `clone`: stacks drift far less, for about 1.3 times the solver's time"},
     {"continuous_collision", &WorldSettings::continuous_collision, "", 0, 0,
      "sweep bodies that move farther in a tick than they are thick"},
     {"bounce_from", &WorldSettings::bounce_from, "ticks", 0, kNoBound,
@@ -109,6 +105,15 @@ inline constexpr auto kSettings = std::to_array<WorldSetting>({
      "see `sleep_linear_speed`; the ends of a large body must turn slower than twice that"},
     {"sleep_after", &WorldSettings::sleep_after, "s", 0, kNoBound,
      "see `sleep_linear_speed`; 0: bodies never sleep"},
+
+    {"clone_depth", &WorldSettings::clone_depth, "contacts", 0, kCloneDepthMax,
+     "how many contacts deep bodies are cloned; 1: as in the paper; 0: no clones", kOfPolicyClone},
+    {"warm_starting", &WorldSettings::warm_starting, "", 0, 1,
+     "fraction of the last tick's impulses that the solver starts from", kOfPolicyClone},
+    {"split_from", &WorldSettings::split_from, "m", 0, kSplitFromMax,
+     "deeper overlaps are pushed apart without adding velocity", kOfPolicyClone},
+    {"friction_in_two_directions", &WorldSettings::friction_in_two_directions, "", 0, 0,
+     "stacks drift far less, for about 1.3 times the solver's time; plain Bullet worlds have it, too", kOfPolicyClone},
 });
 // clang-format on
 

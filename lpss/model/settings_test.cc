@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <string_view>
@@ -43,6 +44,12 @@ TEST(SettingsTest, EachHasANameAMemberAndAHelpOfItsOwn) {
   }
   EXPECT_EQ(names.size(), kSettings.size());
   EXPECT_EQ(find_setting("gravity"), nullptr);
+}
+
+TEST(SettingsTest, ThoseOfThePolicyCloneComeLast) {
+  EXPECT_TRUE(std::ranges::is_sorted(kSettings, {}, &WorldSetting::of_policy_clone));
+  EXPECT_TRUE(named("clone_depth").of_policy_clone);
+  EXPECT_FALSE(named("substeps").of_policy_clone);
 }
 
 TEST(SettingsTest, DefaultsAreValidAndSurviveAsText) {
