@@ -13,6 +13,7 @@
 #include "experiments/performance/performance.h"
 #include "experiments/performance/scaling.h"
 #include "experiments/requirements/requirements.h"
+#include "experiments/robots/robots.h"
 #include "experiments/scale/scale.h"
 #include "experiments/tradeoff/tradeoff.h"
 #include "experiments/truth/truth.h"
@@ -47,6 +48,11 @@ const std::vector<Experiment>& all_experiments() {
       {"performance",
        "What a core does: piles, towers, a pyramid and mixed bodies, compared with plain Bullet.",
        measure_performance, /*has_scenes=*/true},
+      {"robots",
+       "Ants and humanoids with servos on a plane: time, and errors of joints and energy, compared with "
+       "MuJoCo\n"
+       "where the build has it.",
+       measure_robots, /*has_scenes=*/true},
       {"scale",
        "A crowd that crosses the sectors of four servers, by the policy that divides them; worlds that grow\n"
        "with their servers: messages and memory of one.",

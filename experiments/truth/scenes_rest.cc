@@ -82,7 +82,7 @@ WorldDescription pair_world(const WorldSettings& settings, double slope, double 
 
 // Four wheels of 1 kg that do not turn, on springs that bear `load` kg each, 5 cm pressed in.
 WorldDescription car_world(const WorldSettings& settings, double slope, double load, bool across = false) {
-  constexpr double kRadius = 0.3, kPressed = 0.05;
+  constexpr double kWheelRadius = 0.3, kPressed = 0.05;
   WorldBuilder builder = on_slope(settings, slope, kFriction);
   if (across) builder.world().settings.gravity = UniformGravity{slope_pull(slope, Vector3d::UnitY())};
   add_body(builder, "chassis", Box{{2.4, 1.2, 0.2}}, 4 * load, {kPlace, 0, 0.5}, 0.3);
@@ -92,8 +92,8 @@ WorldDescription car_world(const WorldSettings& settings, double slope, double l
   for (const double along : {0.9, -0.9}) {
     for (const double sideways : {0.8, -0.8}) {
       const std::string name = absl::StrCat("wheel", number++);
-      const Vector3d place(kPlace + along, sideways, kRadius);
-      BodyDescription& wheel = add_body(builder, name, Cylinder{kRadius, 0.2}, 1, place, kFriction);
+      const Vector3d place(kPlace + along, sideways, kWheelRadius);
+      BodyDescription& wheel = add_body(builder, name, Cylinder{kWheelRadius, 0.2}, 1, place, kFriction);
       wheel.pose.orientation = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d::UnitY());
       JointDescription& spring =
           builder.tie("spring_" + name, JointType::kPrismatic, "chassis", name, place, Vector3d::UnitZ());

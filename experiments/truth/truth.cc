@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "cli/measure/own_process.h"
+#include "experiments/mujoco/mujoco.h"
 #include "experiments/scenes.h"
-#include "experiments/truth/mujoco.h"
 #include "experiments/truth/scene.h"
 
 namespace tessera {
