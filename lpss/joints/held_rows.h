@@ -84,7 +84,7 @@ class HeldRows {
     combined<&Side::response>(impulses, into);
   }
 
-  static constexpr int kNodeRowsMax = 6;
+  static constexpr int kNodeRowsMax = kHeldRowsMax;
 
  private:
   using Block = Eigen::Matrix<double, kBodyNumbers, kNodeRowsMax>;

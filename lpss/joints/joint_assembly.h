@@ -215,10 +215,12 @@ class JointAssembly {
   double missing_of(const FreeRow& free, const Motion& motion, const Eigen::VectorXd& wanted) const;
   void find_free_matrix();
   void solve_free(Motion& motion);
-  void solve_free_at_once(Motion& motion, const Eigen::VectorXd& wanted);
+  void solve_free_at_once(std::vector<double>& missing);
+  void change_free(std::size_t free, double impulse, std::vector<double>& missing);
   bool is_within(std::size_t free) const;
   void find_touched_response();
   void find_shares(const Sides& rows, Sides& shares);
+  void correct_shares(Sides& shares);
   Motion& begin_motion();
   double step_time() const { return moves_ ? span_ : span_ / steps_; }
   bool spins(const Body& body) const { return has_rotors_ && moves_ && body.spin_axis; }
@@ -321,6 +323,7 @@ class JointAssembly {
     Eigen::VectorXd impulses;
     Eigen::VectorXd bent;
     Eigen::VectorXd bending;
+    Sides whole_sides;
     Sides held_sides;
     Sides correction_sides;
     Sides combined_sides;

@@ -49,21 +49,27 @@ void JointAssembly::find_free_matrix() {
   }
 }
 
+// Goes to the impulse, as far as its bounds allow; `missing` of all rows changes by that.
+void JointAssembly::change_free(std::size_t n, double impulse, std::vector<double>& missing) {
+  FreeRow& free = free_rows_[n];
+  const double change = std::clamp(impulse, free.impulse_min, free.impulse_max) - free.impulse;
+  if (change == 0) return;
+  free.impulse += change;
+  for (std::size_t k = 0; k < missing.size(); ++k)
+    missing[k] -= free_matrix_(static_cast<Index>(k), static_cast<Index>(n)) * change;
+}
+
 // Those that stay within their bounds, as one system; others go to their bounds, and are left to passes over
 // one after the other. Without it, what one axis takes up comes to the next one only pass by pass.
-void JointAssembly::solve_free_at_once(Motion& motion, const VectorXd& wanted) {
-  if (free_count_ < 2 || free_count_ > kFreeAtOnceMax) return;
-  std::vector<double>& missing = memory_.missing;
+void JointAssembly::solve_free_at_once(std::vector<double>& missing) {
   std::vector<double>& changes = memory_.changes;
   std::vector<int>& chosen = memory_.chosen;
-  missing.clear();
   chosen.clear();
-  for (const FreeRow& free : free_rows()) {
-    const auto n = static_cast<int>(missing.size());
-    missing.push_back(missing_of(free, motion, wanted));
+  for (std::size_t n = 0; n < free_count_; ++n) {
+    const FreeRow& free = free_rows_[n];
     const bool is_stuck =
-        missing.back() > 0 ? free.impulse >= free.impulse_max : free.impulse <= free.impulse_min;
-    if (!is_stuck) chosen.push_back(n);
+        missing[n] > 0 ? free.impulse >= free.impulse_max : free.impulse <= free.impulse_min;
+    if (!is_stuck) chosen.push_back(static_cast<int>(n));
   }
   for (int round = 0; round < kRoundsOfBounds && !chosen.empty(); ++round) {
     changes.clear();
@@ -72,42 +78,55 @@ void JointAssembly::solve_free_at_once(Motion& motion, const VectorXd& wanted) {
     free_system_.solve(changes);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < chosen.size(); ++i) {
-      const int n = chosen[i];
-      FreeRow& free = free_rows_[place(n)];
+      const FreeRow& free = free_rows_[place(chosen[i])];
       const double impulse = free.impulse + changes[i];
-      const double bounded = std::clamp(impulse, free.impulse_min, free.impulse_max);
-      if (bounded == impulse) {
-        chosen[kept++] = n;
-        continue;
+      if (impulse >= free.impulse_min && impulse <= free.impulse_max) {
+        chosen[kept++] = chosen[i];
+      } else {
+        change_free(place(chosen[i]), impulse, missing);
       }
-      const double change = bounded - free.impulse;
-      push(motion, free, change);
-      free.impulse = bounded;
-      for (std::size_t k = 0; k < missing.size(); ++k)
-        missing[k] -= free_matrix_(static_cast<Index>(k), n) * change;
     }
     if (kept == chosen.size()) break;
     chosen.resize(kept);
     changes.clear();
   }
   for (std::size_t i = 0; i < changes.size(); ++i) {
-    FreeRow& free = free_rows_[place(chosen[i])];
-    push(motion, free, changes[i]);
-    free.impulse += changes[i];
+    const std::size_t n = place(chosen[i]);
+    change_free(n, free_rows_[n].impulse + changes[i], missing);
   }
 }
 
-// All at once as far as they are within their bounds, then one after the other.
+// All at once as far as they are within their bounds, then one after the other; and these alone where there
+// are many.
 void JointAssembly::solve_free(Motion& motion) {
   VectorXd& wanted = memory_.held;
   wanted = wanted_ + bent_;
-  solve_free_at_once(motion, wanted);
-  for (FreeRow& free : free_rows()) {
-    const double mobility = directions_[free.direction].mobility + free.compliance;
-    const double impulse = std::clamp(free.impulse + missing_of(free, motion, wanted) / mobility,
-                                      free.impulse_min, free.impulse_max);
-    push(motion, free, impulse - free.impulse);
-    free.impulse = impulse;
+  if (free_count_ > kFreeAtOnceMax) {
+    for (FreeRow& free : free_rows()) {
+      const double mobility = directions_[free.direction].mobility + free.compliance;
+      const double impulse = std::clamp(free.impulse + missing_of(free, motion, wanted) / mobility,
+                                        free.impulse_min, free.impulse_max);
+      push(motion, free, impulse - free.impulse);
+      free.impulse = impulse;
+    }
+    return;
+  }
+  std::vector<double>& missing = memory_.missing;
+  std::vector<double>& before = memory_.free_impulses;
+  missing.clear();
+  before.clear();
+  for (const FreeRow& free : free_rows()) {
+    missing.push_back(missing_of(free, motion, wanted));
+    before.push_back(free.impulse);
+  }
+  if (free_count_ > 1) solve_free_at_once(missing);
+  for (std::size_t n = 0; n < free_count_; ++n) {
+    const double mobility = free_matrix_(static_cast<Index>(n), static_cast<Index>(n));
+    change_free(n, free_rows_[n].impulse + missing[n] / mobility, missing);
+  }
+  for (std::size_t n = 0; n < free_count_; ++n) {
+    const double change = free_rows_[n].impulse - before[n];
+    if (change != 0) push(motion, free_rows_[n], change);
   }
 }
 
@@ -131,6 +150,8 @@ void JointAssembly::find_touched_response() {
       const Index body = touched_[static_cast<std::size_t>(column / kBodyNumbers)];
       of.rows(kBodyNumbers * body + column % kBodyNumbers, side) = 1;
     }
+    find_shares(of.rows, of.shares);
+    correct_shares(of.shares);
     take_out_held(of);
     for (std::size_t n = 0; n < touched_.size(); ++n) {
       touched_held_.block(kBodyNumbers * static_cast<Index>(n), first, kBodyNumbers, sides) =

@@ -20,6 +20,9 @@ using Eigen::VectorXd;
 // moves then is a mechanism that jams, as far as its rows give way.
 constexpr double kFree = 10;
 
+// Likewise: a row of which so little is left would show it.
+constexpr double kNearlyHeld = 1e4;
+
 }  // namespace
 
 // A leader that is not here has gone.
@@ -162,12 +165,16 @@ void JointAssembly::find_answers(const Sides& rows, Sides& answers) const {
   }
 }
 
-// What is held of rows. A correction takes out what held rows give way by.
+// What is held of rows.
 void JointAssembly::find_shares(const Sides& rows, Sides& shares) {
+  held_.answers(rows, memory_.held_sides);
+  held_.solve(memory_.held_sides, shares);
+}
+
+// Takes out what held rows give way by.
+void JointAssembly::correct_shares(Sides& shares) {
   Sides& held = memory_.held_sides;
   Sides& correction = memory_.correction_sides;
-  held_.answers(rows, held);
-  held_.solve(held, shares);
   held = (gives_way_ * held_.diagonal()).asDiagonal() * shares;
   held_.solve(held, correction);
   shares += correction;
@@ -234,9 +241,20 @@ void JointAssembly::make_directions(std::span<FreeDirection> directions) {
     ++side;
   }
   find_answers(of.rows, of.answers);
-  const OfSides whole = of.rows.cwiseProduct(of.answers).colwise().sum();
+  const auto mobilities = [&of]() -> OfSides { return of.rows.cwiseProduct(of.answers).colwise().sum(); };
+  const OfSides whole = mobilities();
+  find_shares(of.rows, of.shares);
+  Sides& rows = memory_.whole_sides;
+  rows = of.rows;
   take_out_held(of);
-  const OfSides mobility = of.rows.cwiseProduct(of.answers).colwise().sum();
+  OfSides mobility = mobilities();
+  if ((mobility.array() < whole.array() * (kNearlyHeld * gives_way_)).any()) {
+    of.rows = rows;
+    find_shares(of.rows, of.shares);
+    correct_shares(of.shares);
+    take_out_held(of);
+    mobility = mobilities();
+  }
   side = 0;
   for (FreeDirection& direction : directions) {
     direction.row = of.rows.col(side);
@@ -248,10 +266,9 @@ void JointAssembly::make_directions(std::span<FreeDirection> directions) {
   }
 }
 
-// Of rows, what is held; of the answers to them, too, what soft rows do then.
+// Of rows, what is held, by their shares; of the answers to them, too, what soft rows do then.
 void JointAssembly::take_out_held(RowsAtOnce& of) {
   Sides& combined = memory_.combined_sides;
-  find_shares(of.rows, of.shares);
   if (is_soft_.size() > 0) {
     of.soft_shares = is_soft_.asDiagonal() * of.shares;
     of.shares -= of.soft_shares;

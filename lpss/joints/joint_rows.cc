@@ -334,14 +334,37 @@ JointSide moved(const JointSide& side, double dt) {
   return end;
 }
 
-void append_held_rows(const JointForm& joint, const PosedJoint& posed, std::vector<JointRow>& rows) {
-  const Frames frames(joint.type, posed);
+namespace {
+
+void append_held_rows(const JointForm& joint, const Frames& frames, std::vector<JointRow>& rows) {
   const auto hold = [&rows](const auto& row, double error) {
     JointRow& held = rows.emplace_back(row());
     held.is_held = true;
     held.error = error;
   };
   Directions(frames, hold).of(joint);
+}
+
+JointRow axis_row(JointType type, const Frames& frames, int axis) {
+  switch (type) {
+    case JointType::kFixed:
+    case JointType::kBall:
+      break;
+    case JointType::kRevolute:
+    case JointType::kScrew:
+      return frames.about(frames.x());
+    case JointType::kPrismatic:
+      return frames.along(frames.x());
+    case JointType::kUniversal:
+      return frames.about(axis == 0 ? frames.x() : frames.child_turn() * Vector3d::UnitY());
+  }
+  return {};
+}
+
+}  // namespace
+
+void append_held_rows(const JointForm& joint, const PosedJoint& posed, std::vector<JointRow>& rows) {
+  append_held_rows(joint, Frames(joint.type, posed), rows);
 }
 
 void find_held_errors(const JointForm& joint, const PosedJoint& posed, const JointPoses& poses,
@@ -357,20 +380,7 @@ void find_held_errors(const JointForm& joint, const PosedJoint& posed, const Joi
 }
 
 JointRow axis_row(JointType type, const PosedJoint& posed, int axis) {
-  const Frames frames(type, posed);
-  switch (type) {
-    case JointType::kFixed:
-    case JointType::kBall:
-      break;
-    case JointType::kRevolute:
-    case JointType::kScrew:
-      return frames.about(frames.x());
-    case JointType::kPrismatic:
-      return frames.along(frames.x());
-    case JointType::kUniversal:
-      return frames.about(axis == 0 ? frames.x() : frames.child_turn() * Vector3d::UnitY());
-  }
-  return {};
+  return axis_row(type, Frames(type, posed), axis);
 }
 
 PosedJoint posed(const IslandJoint& joint, const JointSide& child, const std::optional<JointSide>& parent) {
@@ -399,16 +409,16 @@ bool turns_freely(const JointForm& joint, int axis) {
 
 void append_joint_rows(const JointStep& step, std::vector<JointRow>& rows) {
   const JointForm& joint = step.form;
-  append_held_rows(joint, step.posed, rows);
+  const Frames frames(joint.type, step.posed);
+  append_held_rows(joint, frames, rows);
   const std::size_t held = rows.size();
   const int axes = axis_count(joint.type);
   if (axes == 0) return;
-  const std::array<double, 2> position =
-      joint_position(joint.type, step.posed.parent_frame(), step.posed.child_frame());
+  const std::array<double, 2> position = joint_position(joint.type, frames.parent(), frames.child());
   std::array<JointRow, 2> motion;
   std::array<Coordinate, 2> at;
   for (std::size_t n = 0; n < static_cast<std::size_t>(axes); ++n) {
-    motion[n] = axis_row(joint.type, step.posed, static_cast<int>(n));
+    motion[n] = axis_row(joint.type, frames, static_cast<int>(n));
     at[n] = coordinate_of(joint.type, joint.axes[n], position[n]);
   }
   const auto for_each_axis = [&](auto act) {

@@ -37,6 +37,9 @@ struct JointRow {
 // mechanism that jams before the limit is reached would otherwise take any effort.
 inline constexpr double kReturnSpeed = 0.2;
 
+// Of a joint.
+inline constexpr int kHeldRowsMax = 6;
+
 // A joint at one time, relative to one origin near both of its bodies.
 struct PosedJoint {
   JointSide parent;

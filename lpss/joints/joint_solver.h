@@ -26,8 +26,8 @@
 
 namespace tessera::joints {
 
-// One task at a time: clear(), add(), set_up(), then for each substep start_step(), passes with a move() among
-// them, and end_step(); or passes alone, if a tick is one step.
+// One task at a time: clear(), add(), set_up(), then for each substep start_step(), passes with a move()
+// among them, and end_step(); or passes alone, if a tick is one step.
 class JointSolver {
  public:
   void clear();

@@ -1,7 +1,10 @@
 #include "lpss/joints/soft_row.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "lpss/base/invariant.h"
 
 namespace tessera::joints {
 namespace {
@@ -47,22 +50,35 @@ bool soften(const SoftEffort& effort, double dt, JointRow& row) {
   return true;
 }
 
+// Takes held rows out one after the other, each of those after it, too (Gram and Schmidt's method in the
+// metric of the inverse masses): what is left of the row is what moves.
 double mobility_of(const JointRow& row, std::span<const JointRow> held, const JointStep& step) {
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
-  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
-  const RowNumbers numbers = numbers_of(row);
-  const RowNumbers response = response_to(numbers, step);
-  const auto count = static_cast<Eigen::Index>(held.size());
-  Matrix matrix(count, count);
-  Vector shared(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const RowNumbers other = numbers_of(held[static_cast<std::size_t>(i)]);
-    const RowNumbers other_response = response_to(other, step);
-    shared[i] = other.dot(response);
-    for (Eigen::Index j = 0; j < count; ++j)
-      matrix(i, j) = numbers_of(held[static_cast<std::size_t>(j)]).dot(other_response);
+  constexpr double kLeft = 1e-12;  // the share of its square that is left of a row which follows from others
+  std::array<RowNumbers, kHeldRowsMax> rows;
+  std::array<RowNumbers, kHeldRowsMax> responses;
+  invariant(held.size() <= kHeldRowsMax, "a joint holds no more than six numbers");
+  const auto take_out = [&](std::size_t count, RowNumbers& numbers, RowNumbers& response) {
+    double square = numbers.dot(response);
+    for (std::size_t k = 0; k < count; ++k) {
+      const double share = responses[k].dot(numbers);
+      numbers -= rows[k] * share;
+      response -= responses[k] * share;
+      square -= share * share;
+    }
+    return square;
+  };
+  for (std::size_t n = 0; n < held.size(); ++n) {
+    rows[n] = numbers_of(held[n]);
+    responses[n] = response_to(rows[n], step);
+    const double whole = rows[n].dot(responses[n]);
+    const double left = take_out(n, rows[n], responses[n]);
+    const double scale = left > whole * kLeft ? 1 / std::sqrt(left) : 0;
+    rows[n] *= scale;
+    responses[n] *= scale;
   }
-  return std::max(numbers.dot(response) - shared.dot(matrix.ldlt().solve(shared)), 0.0);
+  RowNumbers numbers = numbers_of(row);
+  RowNumbers response = response_to(numbers, step);
+  return std::max(take_out(held.size(), numbers, response), 0.0);
 }
 
 }  // namespace tessera::joints

@@ -34,7 +34,7 @@ struct SoftEffort {
 bool soften(const SoftEffort& effort, double dt, JointRow& row);
 
 // The velocity along a row by a unit of impulse, of bodies that nothing else holds than the rows `held` of
-// the same joint (six at most).
+// the same joint (kHeldRowsMax at most).
 double mobility_of(const JointRow& row, std::span<const JointRow> held, const JointStep& step);
 
 }  // namespace tessera::joints

@@ -17,6 +17,8 @@ constexpr std::size_t kBodiesInWorldPiece = 128;
 constexpr std::size_t kCandidatesInPiece = 256;
 // Of jointed bodies that hit something at speed, times the usual.
 constexpr int kSubstepsOfHit = 4;
+// Of the thickness of what is hit: how far it takes to be at speed.
+constexpr Scalar kHitShare = Scalar(0.5);
 
 // The weight of the heavier body by that of the lighter one, in the direction of the contact's normal; 0
 // where the lighter one does not carry it, or that is a light load.
@@ -420,6 +422,16 @@ std::span<const ContactPair> NativeWorld::contacts() {
   return pairs_;
 }
 
+// Whether two may meet at speed in a tick: go far for the thinner one, or be driven far for what stands in
+// the way. A foot that its servo may drive onto the ground is not, however strong the servo is.
+bool meet_at_speed(const Body& a, const Body& b, Scalar dt) {
+  const Scalar way = (a.linear - b.linear).norm() * dt + a.swing(dt) + b.swing(dt);
+  const Scalar thin = std::min(a.solid->extent(), b.solid->extent());
+  const Body* const stands = !a.is_dynamic() ? &a : !b.is_dynamic() ? &b : nullptr;
+  const Scalar in_the_way = stands != nullptr ? stands->solid->extent() : thin;
+  return way > kHitShare * thin || way + a.surge + b.surge > kHitShare * in_the_way;
+}
+
 // m. Contacts of joints know what they bear, and open what has sunk in.
 double pressed(const Body& body) { return body.jointed ? 0 : double(body.surge); }
 
@@ -478,7 +490,8 @@ void NativeWorld::gather(std::size_t begin, std::size_t end, CandidatesPiece& pi
     }
     int substeps = engine_.needs().substeps(contact.need, scale);
     // What follows on joints is stopped by turns of joints and contacts: in smaller steps it goes less far.
-    if (contact.is_predicted() && (a.jointed || b.jointed))
+    if (contact.is_predicted() && (a.jointed || b.jointed) &&
+        meet_at_speed(a, b, Scalar(settings_.time_step)))
       substeps = std::max(substeps, kSubstepsOfHit * settings_.substeps);
     piece.pairs.push_back({candidate.a, candidate.b, candidate.slot_a, candidate.slot_b,
                            contact.is_touching(), contact.restitution > 0 || contact.is_predicted(),

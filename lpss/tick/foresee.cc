@@ -113,10 +113,21 @@ class AxisSurge {
   const double dt_;
 };
 
-// The side of a parent that stands, seen from the child's sector; none if it may move.
-std::optional<JointSide> standing_parent(const Partition& partition, const JointRecord& joint,
-                                         const SectorIndex& seen_from) {
-  if (joint.parent_motion != Motion::kStatic) return std::nullopt;
+// A parent, seen from the child's sector.
+struct Parent {
+  bool stands = false;
+  // Of one that stands, or lives in the same sector: what is known of others depends on who hosts them.
+  std::optional<JointSide> side;
+};
+
+Parent parent_of(const Partition& partition, const JointRecord& joint, const HomeBody& child) {
+  const SectorIndex& seen_from = child.sector->index;
+  if (joint.parent_motion == Motion::kDynamic) {
+    const auto parent = partition.bodies.find(joint.properties.parent);
+    if (parent == partition.bodies.end() || parent->second->sector != child.sector) return {};
+    return {false, side_of(child.sector->world->state(parent->second->slot))};
+  }
+  if (joint.parent_motion != Motion::kStatic) return {};
   SectorIndex home = joint.properties.anchor;
   JointSide side;
   if (joint.properties.parent.value != 0) {
@@ -126,7 +137,7 @@ std::optional<JointSide> standing_parent(const Partition& partition, const Joint
     side = side_of(parent->state);
   }
   side.pose.position += metres_between(seen_from, home, partition.sector_size());
-  return side;
+  return {true, side};
 }
 
 bool has_effort(const JointRecord& joint) {
@@ -143,8 +154,8 @@ double surge_of(const Partition& partition, const JointRecord& joint, const Home
   if (!has_effort(joint)) return 0;
   const BodyState now = child.sector->world->state(child.slot);
   const JointSide side = side_of(now);
-  const std::optional<JointSide> parent = standing_parent(partition, joint, child.sector->index);
-  const JointState state = parent ? joint_state(joint.properties, *parent, side) : JointState{};
+  const Parent parent = parent_of(partition, joint, child);
+  const JointState state = parent.side ? joint_state(joint.properties, *parent.side, side) : JointState{};
   const double speed = side.linear_velocity.norm();
   const double spin = side.angular_velocity.norm();
   const bool is_new = is_set || (speed == 0 && spin == 0);
@@ -152,14 +163,14 @@ double surge_of(const Partition& partition, const JointRecord& joint, const Home
   for (int axis = 0; axis < axis_count(joint.properties.type); ++axis) {
     const auto n = static_cast<std::size_t>(axis);
     const JointDrive& drive = joint.drives[n];
-    if (!parent && !is_new && drive.mode != DriveMode::kEffort) continue;
+    if (!parent.stands && !is_new && drive.mode != DriveMode::kEffort) continue;
     const bool is_angle = joint.properties.type != JointType::kPrismatic;
-    const AxisState at{parent.has_value(), state.position[n],
-                       parent ? state.velocity[n] : (is_angle ? spin : speed)};
+    const AxisState at{parent.side.has_value(), state.position[n],
+                       parent.side ? state.velocity[n] : (is_angle ? spin : speed)};
     const AxisMotion motion = motion_of(joint.properties, axis, child);
     const AxisSurge of_axis(joint.properties.axes[n], is_angle, at, motion, partition.dt());
     surge += of_axis.of(drive) * motion.arm;
-    if (parent || is_new) surge += of_axis.of_spring() * motion.arm;
+    if (parent.stands || is_new) surge += of_axis.of_spring() * motion.arm;
   }
   return surge;
 }
