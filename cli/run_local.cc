@@ -12,6 +12,7 @@
 #include "lpss/observe/state.h"
 #include "lpss/simulation/plain_world.h"
 #include "lpss/simulation/simulation.h"
+#include "lpss/snapshot/world_catalogue.h"
 #include "proto/snapshot_file.h"
 
 namespace tessera::cli {

@@ -12,7 +12,7 @@
 #include <cstring>
 #include <utility>
 
-#include "lpss/simulation/simulation.h"
+#include "lpss/model/world_records.h"
 
 namespace tessera::cli {
 namespace {

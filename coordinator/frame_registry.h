@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "lpss/model/world_description.h"
-#include "lpss/simulation/world_snapshot.h"
+#include "lpss/snapshot/world_catalogue.h"
 
 namespace tessera {
 

@@ -15,7 +15,7 @@
 
 #include "lpss/model/joint.h"
 #include "lpss/model/world_description.h"
-#include "lpss/simulation/world_snapshot.h"
+#include "lpss/snapshot/world_catalogue.h"
 #include "tessera.pb.h"
 
 namespace tessera {

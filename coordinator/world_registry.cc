@@ -10,7 +10,7 @@
 #include "lpss/base/invariant.h"
 #include "lpss/model/limits.h"
 #include "lpss/model/validate.h"
-#include "lpss/simulation/simulation.h"
+#include "lpss/model/world_records.h"
 #include "proto/convert.h"
 
 namespace tessera {

@@ -18,7 +18,7 @@
 #include "coordinator/shape_table.h"
 #include "lpss/model/body.h"
 #include "lpss/model/world_description.h"
-#include "lpss/simulation/world_snapshot.h"
+#include "lpss/snapshot/world_catalogue.h"
 #include "lpss/tick/messages.h"
 #include "tessera.pb.h"
 

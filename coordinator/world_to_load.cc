@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "lpss/simulation/simulation.h"
+#include "lpss/model/world_records.h"
 #include "proto/convert.h"
 
 namespace tessera {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "lpss/simulation/world_snapshot.h"
+#include "lpss/snapshot/world_catalogue.h"
 #include "snapshot.pb.h"
 
 namespace tessera {

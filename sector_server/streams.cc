@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "lpss/model/world_records.h"
 #include "lpss/observe/seams.h"
 #include "lpss/observe/state.h"
-#include "lpss/simulation/simulation.h"
 #include "lpss/tick/events.h"
 #include "proto/convert.h"
 #include "proto/status.h"

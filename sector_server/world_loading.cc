@@ -12,8 +12,8 @@
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
-#include "lpss/simulation/record_checks.h"
-#include "lpss/simulation/simulation.h"
+#include "lpss/snapshot/record_checks.h"
+#include "lpss/snapshot/world_snapshot.h"
 #include "proto/convert.h"
 #include "proto/wire.h"
 

@@ -6,8 +6,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/checks.h"
-#include "lpss/simulation/record_checks.h"
-#include "lpss/simulation/simulation.h"
+#include "lpss/snapshot/record_checks.h"
 #include "lpss/tick/commands.h"
 #include "proto/convert.h"
 #include "proto/wire.h"

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "lpss/engine/test_world.h"
-#include "lpss/simulation/mechanics.h"
+#include "lpss/observe/mechanics.h"
 #include "lpss/simulation/test_runs.h"
 #include "worlds/knobs.h"
 #include "worlds/loader/world_file.h"

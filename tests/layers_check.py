@@ -45,8 +45,9 @@ CORE_TO_SIMULATION = {
     "native": "base bullet collision engine grid islands model solver",
     "partition": "base engine grid ground model",
     "tick": "base engine grid model partition",
-    "observe": "model partition",
-    "simulation": "base engine grid model observe partition tick",
+    "observe": "grid model partition",
+    "snapshot": "base engine grid model partition tick",
+    "simulation": "base engine grid model observe partition snapshot tick",
 }
 
 

@@ -17,7 +17,7 @@
 #include "cli/measure/stopwatch.h"
 #include "experiments/joints/mechanism.h"
 #include "experiments/scenes.h"
-#include "lpss/simulation/mechanics.h"
+#include "lpss/observe/mechanics.h"
 #include "lpss/simulation/partition_cluster.h"
 
 namespace tessera {

@@ -20,8 +20,8 @@
 #include "cli/measure/stopwatch.h"
 #include "experiments/joints/on_plane.h"
 #include "experiments/scenes.h"
+#include "lpss/observe/mechanics.h"
 #include "lpss/observe/state.h"
-#include "lpss/simulation/mechanics.h"
 #include "lpss/simulation/partition_cluster.h"
 #include "worlds/loader/world_file.h"
 

@@ -14,8 +14,8 @@
 #include "experiments/contestant.h"
 #include "experiments/performance/scenes.h"
 #include "experiments/turns.h"
+#include "lpss/observe/mechanics.h"
 #include "lpss/simulation/example_worlds.h"
-#include "lpss/simulation/mechanics.h"
 
 namespace tessera {
 namespace {

@@ -18,7 +18,7 @@
 #include "experiments/mujoco/mujoco.h"
 #include "experiments/robots/robot.h"
 #include "experiments/turns.h"
-#include "lpss/simulation/mechanics.h"
+#include "lpss/observe/mechanics.h"
 
 namespace tessera {
 namespace robots {

@@ -13,7 +13,7 @@
 #include "experiments/lowest_point.h"
 #include "experiments/mujoco/mujoco.h"
 #include "experiments/robots/robot.h"
-#include "lpss/simulation/mechanics.h"
+#include "lpss/observe/mechanics.h"
 #include "lpss/simulation/simulation.h"
 
 namespace tessera::robots {

@@ -7,6 +7,7 @@
 #include <absl/strings/string_view.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -47,6 +48,14 @@ inline absl::Status finite(const std::string& what, const Eigen::Vector3d& value
   const double norm = value.norm();
   if (norm > norm_max) return refused(what, " = ", norm, " ", unit, " must be at most ", norm_max, " ", unit);
   return absl::OkStatus();
+}
+
+// Items in ascending order of their keys, each once.
+template <typename Items, typename Key>
+absl::Status ascend(const std::string& what, const Items& items, const Key& key) {
+  const auto not_before = [&](const auto& a, const auto& b) { return !(key(a) < key(b)); };
+  if (std::adjacent_find(items.begin(), items.end(), not_before) == items.end()) return absl::OkStatus();
+  return refused(what, " must ascend, each once");
 }
 
 inline absl::Status utf8(const std::string& what, absl::string_view name) {

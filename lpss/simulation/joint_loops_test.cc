@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "lpss/engine/test_world.h"
+#include "lpss/observe/mechanics.h"
 #include "lpss/simulation/example_mechanisms.h"
 #include "lpss/simulation/example_worlds.h"
-#include "lpss/simulation/mechanics.h"
 #include "lpss/simulation/test_runs.h"
 
 namespace tessera {

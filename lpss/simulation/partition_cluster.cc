@@ -1,5 +1,6 @@
 #include "lpss/simulation/partition_cluster.h"
 
+#include <absl/container/flat_hash_map.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -10,6 +11,21 @@
 #include "lpss/partition/bodies.h"
 
 namespace tessera {
+namespace {
+
+constexpr std::uint64_t kFirstEpoch = 1;
+
+// The curve cut so that each partition gets about as many bodies that can move.
+SectorMap first_map(const WorldDescription& world, std::span<const BodyRecord> records,
+                    std::uint32_t partitions) {
+  absl::flat_hash_map<SectorIndex, double> weights;
+  for (const BodyRecord& record : records) {
+    if (record.properties.motion != Motion::kStatic) weights[record.home] += 1;
+  }
+  return SectorMap::balanced(world.anchor, {weights.begin(), weights.end()}, partitions, kFirstEpoch);
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::create(const WorldDescription& world,
                                                                            std::uint32_t partitions,
@@ -21,7 +37,7 @@ absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::create(const
   if (absl::Status status = open_grounds(world.shapes); !status.ok()) return status;
   PartitionOptions options{.settings = world.settings,
                            .anchor = world.anchor,
-                           .map = placed(world, *records, partitions, 1),
+                           .map = first_map(world, *records, partitions),
                            .free_flight = free_flight};
   std::unique_ptr<PartitionCluster> cluster(new PartitionCluster());
   for (options.self = 0; options.self < partitions; ++options.self) {
@@ -39,8 +55,9 @@ absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::restore(cons
                                                                             std::uint32_t partitions,
                                                                             int threads) {
   if (absl::Status status = validate(world); !status.ok()) return status;
-  PartitionOptions options{
-      .settings = world.settings, .anchor = world.anchor, .map = placed(world, partitions, 1)};
+  PartitionOptions options{.settings = world.settings,
+                           .anchor = world.anchor,
+                           .map = SectorMap::balanced(world.anchor, load_of(world), partitions, kFirstEpoch)};
   std::unique_ptr<PartitionCluster> cluster(new PartitionCluster());
   cluster->tick_ = world.tick;
   for (options.self = 0; options.self < partitions; ++options.self) {

@@ -7,8 +7,8 @@
 
 #include "lpss/base/rotation.h"
 #include "lpss/engine/test_world.h"
+#include "lpss/observe/mechanics.h"
 #include "lpss/simulation/example_worlds.h"
-#include "lpss/simulation/mechanics.h"
 #include "lpss/simulation/test_runs.h"
 
 namespace tessera {

@@ -1,10 +1,5 @@
 #include "lpss/simulation/simulation.h"
 
-#include <absl/container/flat_hash_map.h>
-#include <absl/strings/str_cat.h>
-
-#include <algorithm>
-
 #include "lpss/engine/load_engine.h"
 #include "lpss/model/validate.h"
 #include "lpss/observe/state.h"
@@ -14,61 +9,6 @@
 
 namespace tessera {
 
-absl::StatusOr<BodyRecord> record_of(const BodyDescription& body, const WorldSettings& settings) {
-  BodyRecord record;
-  record.properties = body.properties;
-  if (record.properties.motion == Motion::kStatic) {
-    // Nothing is ever integrated: the centre frame is the body frame.
-    record.properties.centre = {};
-    record.properties.principal_axes = {0, 0, 0, 1};
-  }
-  const absl::StatusOr<WorldPose> centre =
-      compose(body.pose, centre_frame(record.properties), settings.sector_size);
-  if (!centre.ok()) {
-    return absl::Status(centre.status().code(),
-                        absl::StrCat("body \"", body.name, "\": ", centre.status().message()));
-  }
-  record.home = centre->position.sector;
-  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = centre->position.local;
-  record.state.rotation = rotation_of(centre->orientation);
-  Eigen::Map<Eigen::Vector3d>(record.state.linear_velocity.data()) = body.linear_velocity;
-  Eigen::Map<Eigen::Vector3d>(record.state.angular_velocity.data()) = body.angular_velocity;
-  return record;
-}
-
-absl::StatusOr<std::vector<BodyRecord>> records_of(const WorldDescription& world) {
-  if (absl::Status status = validate(world); !status.ok()) return status;
-  std::vector<BodyRecord> records;
-  records.reserve(world.bodies.size());
-  for (const BodyDescription& body : world.bodies) {
-    absl::StatusOr<BodyRecord> record = record_of(body, world.settings);
-    if (!record.ok()) return record.status();
-    record->id = BodyId{records.size() + 1};
-    records.push_back(*record);
-  }
-  return records;
-}
-
-WorldPose body_pose(const SectorIndex& home, const BodyState& state, const Pose& centre_frame,
-                    double sector_size) {
-  const WorldPose centre{{home, Eigen::Vector3d(state.position.data())}, quaternion_of(state)};
-  const absl::StatusOr<WorldPose> pose = compose(centre, centre_frame.inverse(), sector_size);
-  return pose.ok() ? *pose : centre;
-}
-
-WorldPose body_pose(const BodyRecord& record, double sector_size) {
-  return body_pose(record.home, record.state, centre_frame(record.properties), sector_size);
-}
-
-SectorMap placed(const WorldDescription& world, std::span<const BodyRecord> records, std::uint32_t servers,
-                 std::uint64_t epoch) {
-  absl::flat_hash_map<SectorIndex, double> weights;
-  for (const BodyRecord& record : records) {
-    if (record.properties.motion != Motion::kStatic) weights[record.home] += 1;
-  }
-  return SectorMap::balanced(world.anchor, {weights.begin(), weights.end()}, servers, epoch);
-}
-
 void add_world(Partition& partition, const WorldDescription& world, std::span<const BodyRecord> records,
                std::span<const JointRecord> joints) {
   for (std::size_t id = 0; id < world.shapes.size(); ++id) {
@@ -76,16 +16,6 @@ void add_world(Partition& partition, const WorldDescription& world, std::span<co
   }
   for (const BodyRecord& record : records) add_body(partition, record);
   add_joints(partition, joints);
-}
-
-double largest_radius(const WorldDescription& world) {
-  double largest = 0;
-  for (const BodyDescription& body : world.bodies) {
-    if (body.properties.motion == Motion::kStatic) continue;
-    largest = std::max(largest, bounding_radius(world.shapes.at(body.properties.shape),
-                                                Eigen::Vector3d(body.properties.centre.data())));
-  }
-  return largest;
 }
 
 absl::StatusOr<std::unique_ptr<Simulation>> Simulation::make(const WorldSettings& settings,

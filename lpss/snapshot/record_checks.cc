@@ -1,4 +1,4 @@
-#include "lpss/simulation/record_checks.h"
+#include "lpss/snapshot/record_checks.h"
 
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>

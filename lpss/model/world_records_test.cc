@@ -1,10 +1,10 @@
 // Joints that are described in body frames are simulated in centre frames, at the same place.
+#include "lpss/model/world_records.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <numbers>
-
-#include "lpss/simulation/simulation.h"
 
 namespace tessera {
 namespace {

@@ -1,4 +1,4 @@
-#include "lpss/simulation/mechanics.h"
+#include "lpss/observe/mechanics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <utility>
 #include <variant>
 
-#include "lpss/simulation/simulation.h"
+#include "lpss/model/world_records.h"
 
 namespace tessera {
 namespace {

@@ -1,32 +1,17 @@
-// A world between two ticks, as data: what it is made of, and its state. Whoever goes on from it, on any
-// number of partitions, gets the bits that the world would have had.
+// The names of a world, which no partition needs: of its bodies, joints and frames.
 #pragma once
 
 #include <absl/status/status.h>
 
-#include <cstdint>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "lpss/grid/sector_map.h"
-#include "lpss/model/settings.h"
-#include "lpss/model/shape.h"
 #include "lpss/model/world_description.h"
-#include "lpss/partition/world_state.h"
+#include "lpss/snapshot/world_snapshot.h"
 #include "lpss/tick/messages.h"
 
 namespace tessera {
-
-struct WorldSnapshot {
-  WorldSettings settings;
-  SectorIndex anchor;
-  Tick tick = 0;                   // completed
-  std::vector<ShapeEntry> shapes;  // ascending by ids
-  SharedState shared;
-  std::vector<MovedSector> sectors;  // all, ascending
-};
 
 // What the owner of a world's sequence of commands keeps of it: names, and what has been accepted and has not
 // taken effect.
@@ -70,23 +55,5 @@ WorldCatalogue catalogue_of(const WorldDescription& world);
 // Whether names and ids are unique and in bounds, and all is as the state says where nothing is held.
 // INVALID_ARGUMENT with the body, joint or name.
 absl::Status validate(const WorldCatalogue& catalogue, const WorldSnapshot& world);
-
-// Whether a partition can take the state over: INVALID_ARGUMENT, naming the body, joint or sector, where it
-// contradicts itself or is out of bounds. Contact points are checked apart, by the engine that reads them.
-absl::Status validate(const WorldSnapshot& world);
-
-// What the sectors in which bodies live weigh: 1, and 1 a body.
-std::vector<std::pair<SectorIndex, double>> load_of(const WorldSnapshot& world);
-
-// The map that gives each of `servers` about as much of it.
-SectorMap placed(const WorldSnapshot& world, std::uint32_t servers, std::uint64_t epoch);
-
-// Fills a new partition, which has the world's shapes, with its part of a snapshot that is valid.
-// INVALID_ARGUMENT, and the partition must not be used, where its engine cannot read contact points, or
-// islands are not as contacts connect them.
-absl::Status resume(Partition& partition, const SharedState& shared, std::span<const MovedSector> sectors);
-
-// Likewise for a partition without shapes.
-absl::Status resume(Partition& partition, const WorldSnapshot& world);
 
 }  // namespace tessera
