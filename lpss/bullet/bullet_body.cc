@@ -127,17 +127,15 @@ Box box_at(const Body& body, const btTransform& pose) {
 
 bool is_sensible(const Box& box) { return (box.high - box.low).length2() < btScalar(1e12); }
 
-bool is_wanted_pair(const Body& a, const Body& b, CloneContacts clone_contacts) {
+bool is_wanted_pair(const Body& a, const Body& b) {
   if (!a.is_dynamic() && !b.is_dynamic()) return false;
   if (a.assembly != 0 && a.assembly == b.assembly) return false;
-  if (clone_contacts == CloneContacts::kNone) {
-    // The home of the dynamic body detects, or the lower home of two: a clone meets only dynamic bodies at
-    // home.
-    const auto lives_here = [](const Body& body) { return body.role == Role::kHome && body.is_dynamic(); };
-    if (a.role == Role::kClone && !lives_here(b)) return false;
-    if (b.role == Role::kClone && !lives_here(a)) return false;
-  }
   return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
+}
+
+bool PairFilter::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
+  return is_wanted_pair(Body::of(static_cast<btCollisionObject*>(a->m_clientObject)),
+                        Body::of(static_cast<btCollisionObject*>(b->m_clientObject)));
 }
 
 }  // namespace tessera::bullet

@@ -1,6 +1,7 @@
 // One body of an engine world.
 #pragma once
 
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <optional>
@@ -64,7 +65,12 @@ Box box_at(const Body& body, const btTransform& pose);
 // Whether the box is finite and of a reasonable size.
 bool is_sensible(const Box& box);
 
-// Whether contacts of the pair are detected, as far as properties and roles decide.
-bool is_wanted_pair(const Body& a, const Body& b, CloneContacts clone_contacts);
+// Whether contacts of the pair are detected, as far as properties decide.
+bool is_wanted_pair(const Body& a, const Body& b);
+
+// Has a broadphase keep such pairs alone.
+struct PairFilter final : btOverlapFilterCallback {
+  bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
+};
 
 }  // namespace tessera::bullet

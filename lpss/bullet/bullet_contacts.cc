@@ -129,7 +129,7 @@ ManifoldState BulletWorld::export_manifold(std::size_t pair) const {
 }
 
 bool BulletWorld::is_wanted(const Body& a, const Body& b) const {
-  return is_wanted_pair(a, b, settings_.clone_contacts) && !engine_.are_apart(a.id, b.id);
+  return is_wanted_pair(a, b) && !engine_.are_apart(a.id, b.id);
 }
 
 void BulletWorld::import_manifold(const ManifoldState& state) {

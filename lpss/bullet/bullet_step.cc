@@ -62,8 +62,7 @@ void BulletWorld::predict(double dt) {
   for (const std::unique_ptr<Body>& slot : bodies_) {
     if (!slot || !slot->is_dynamic() || !slot->is_awake()) continue;
     btRigidBody& rigid = slot->rigid;
-    if (slot->feels_gravity && (slot->role == Role::kHome || settings_.clones_are_solved))
-      rigid.applyGravity();
+    if (slot->feels_gravity) rigid.applyGravity();
     if (slot->is_damped) damp(rigid, dt);
     rigid.setInterpolationWorldTransform(after(rigid, step));
   }

@@ -24,16 +24,10 @@ btScalar smaller_friction(const btCollisionObject* a, const btCollisionObject* b
   return std::min(a->getFriction(), b->getFriction());
 }
 
-bool CollisionSpace::PairFilter::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
-  return is_wanted_pair(Body::of(static_cast<btCollisionObject*>(a->m_clientObject)),
-                        Body::of(static_cast<btCollisionObject*>(b->m_clientObject)), clone_contacts);
-}
-
 CollisionSpace::CollisionSpace(const BulletEngine& engine)
     : configuration_(small_pools()),
       flat_face_algorithms_(&penetration_),
       dispatcher_(&configuration_, engine),
-      filter_(engine.settings().clone_contacts),
       world_(&dispatcher_, &broadphase_, &configuration_) {
   for (int type = 0; type < MAX_BROADPHASE_COLLISION_TYPES; ++type) {
     dispatcher_.registerCollisionCreateFunc(COMPOUND_SHAPE_PROXYTYPE, type, &compound_algorithms_);

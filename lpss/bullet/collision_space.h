@@ -54,13 +54,6 @@ class CollisionSpace {
   Dispatcher& dispatcher() { return dispatcher_; }
 
  private:
-  // Decides which pairs the broadphase keeps.
-  struct PairFilter final : btOverlapFilterCallback {
-    explicit PairFilter(CloneContacts contacts) : clone_contacts(contacts) {}
-    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
-    const CloneContacts clone_contacts;
-  };
-
   static void detect_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
                           const btDispatcherInfo& info);
 

@@ -7,11 +7,6 @@
 
 namespace tessera::bullet {
 
-bool DiscreteWorld::PairFilter::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
-  return is_wanted_pair(Body::of(static_cast<btCollisionObject*>(a->m_clientObject)),
-                        Body::of(static_cast<btCollisionObject*>(b->m_clientObject)), CloneContacts::kAll);
-}
-
 DiscreteWorld::DiscreteWorld(BulletEngine& engine)
     : engine_(engine),
       dispatcher_(&configuration_),

@@ -34,10 +34,6 @@ class DiscreteWorld final : public WholeWorld {
   BodyState state(BodySlot slot) const override;
 
  private:
-  struct PairFilter final : btOverlapFilterCallback {
-    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
-  };
-
   Body& body(BodySlot slot) { return *bodies_[static_cast<std::size_t>(slot)]; }
 
   BulletEngine& engine_;

@@ -46,12 +46,6 @@ enum class Role : std::uint8_t {
   kStatic,  // the part of a static body that this sector needs
 };
 
-// The pairs that a world detects besides home-home, home-clone and home-static.
-enum class CloneContacts : std::uint8_t {
-  kNone,  // policy island: another sector detects contacts among clones
-  kAll,   // policy clone: a clone needs its supports
-};
-
 // Where bodies of different homes are found to touch: in the lower home of two, which has a clone of the
 // other one. A fast body, however, may meet any body on its way, so it is told to the sectors above, too, and
 // the home of the slower one of two finds their contact; at the same speed, it is the lower home.
@@ -62,10 +56,8 @@ inline constexpr double kSurgeMax = 1;
 
 // The settings of engine worlds and their solvers; the same for all sectors of a world.
 struct EngineSettings : WorldSettings {
-  CloneContacts clone_contacts = CloneContacts::kNone;
-  bool clones_are_solved = false;  // policy clone: a sector solves its clones like bodies
   // Bullet's own worlds and solver: for the policy clone, as the paper has it, and for whole worlds, the
-  // baseline of experiments.
+  // baseline of experiments. Clones touch each other and are solved like bodies, as each needs its supports.
   bool plain_bullet = false;
   bool fine_flight = false;  // free flight (fly()) in double precision, whatever the engine computes with
 };

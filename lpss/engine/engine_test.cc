@@ -367,11 +367,10 @@ TEST(ContactTest, PairsAreSortedAndTold) {
   EXPECT_EQ(world.world().contacts().size(), 1u);
 }
 
-TEST(ContactTest, ClonesMeetHomeBodiesOnlyUnlessToldOtherwise) {
-  for (CloneContacts clone_contacts : {CloneContacts::kNone, CloneContacts::kAll}) {
+TEST(ContactTest, ClonesMeetHomeBodiesOnlyUnlessTheyAreSolved) {
+  for (const bool plain_bullet : {false, true}) {
     EngineSettings settings = test_settings();
-    settings.clone_contacts = clone_contacts;
-    settings.plain_bullet = clone_contacts == CloneContacts::kAll;
+    settings.plain_bullet = plain_bullet;
     const auto engine = test_engine(settings);
     TestWorld world(*engine);
     world.add(static_body(1, kFloorShape, {0, 0, -1}));
@@ -379,7 +378,7 @@ TEST(ContactTest, ClonesMeetHomeBodiesOnlyUnlessToldOtherwise) {
     world.add(dynamic_body(11, kBoxShape, {0, 0, 1.5}), Role::kClone);
     world.add(dynamic_body(12, kBoxShape, {0, 0, 2.5}));
     world.world().detect(kTick);
-    EXPECT_EQ(world.world().contacts().size(), clone_contacts == CloneContacts::kAll ? 3u : 1u);
+    EXPECT_EQ(world.world().contacts().size(), plain_bullet ? 3u : 1u);
   }
 }
 

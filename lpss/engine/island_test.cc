@@ -232,8 +232,6 @@ TEST(IslandTest, WhatElseIsInTheTaskDoesNotMatter) {
 TEST(IslandTest, SolvedClonesCarryWithoutMoving) {
   // Policy clone: a clone of the lower box stands in the upper box's sector, on the floor it needs.
   EngineSettings settings = test_settings();
-  settings.clone_contacts = CloneContacts::kAll;
-  settings.clones_are_solved = true;
   settings.plain_bullet = true;
   const auto engine = test_engine(settings);
   const auto world = engine->make_world();

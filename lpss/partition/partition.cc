@@ -7,10 +7,7 @@ namespace tessera {
 
 EngineSettings engine_settings(const WorldSettings& settings) {
   EngineSettings result{settings};
-  const bool clones_are_solved = seam_rules(settings.seams).clones_are_solved();
-  result.clone_contacts = clones_are_solved ? CloneContacts::kAll : CloneContacts::kNone;
-  result.clones_are_solved = clones_are_solved;
-  result.plain_bullet = clones_are_solved;
+  result.plain_bullet = seam_rules(settings.seams).clones_are_solved();
   // A pull of 0.006 m/s^2 is less than the last digit of 30 km/s in single precision.
   result.fine_flight =
       settings.precision == Precision::kFloat32 && std::holds_alternative<CentralGravity>(settings.gravity);
