@@ -176,7 +176,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<IslandPart> T>
 void describe(Archive& archive, T& x) {
-  archive(x.links, x.first, x.bodies, x.contacts, x.any_awake, x.all_want_sleep, x.substeps, x.bounces,
+  archive(x.shared, x.first, x.bodies, x.contacts, x.any_awake, x.all_want_sleep, x.substeps, x.bounces,
           x.is_indivisible);
 }
 template <typename Archive, Is<MovedSector> T>

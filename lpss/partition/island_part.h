@@ -11,8 +11,8 @@ namespace tessera {
 
 // Bodies that touch one another and are known in one place.
 struct IslandPart {
-  std::vector<BodyId> links;  // bodies by which other parts may belong to the same island
-  BodyId first;               // the smallest of its own bodies, by which the part is known
+  std::vector<BodyId> shared;  // with other parts, which may so belong to the same island
+  BodyId first;                // the smallest of its own bodies, by which the part is known
   std::uint32_t bodies = 0;
   std::uint32_t contacts = 0;
   bool any_awake = false;

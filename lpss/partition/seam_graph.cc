@@ -5,13 +5,13 @@
 namespace tessera {
 namespace {
 
-bool have_same_links(const std::vector<SeamPart>& known, const std::vector<IslandPart>& said) {
+bool share_same_bodies(const std::vector<SeamPart>& known, const std::vector<IslandPart>& said) {
   return std::equal(known.begin(), known.end(), said.begin(), said.end(),
-                    [](const SeamPart& a, const IslandPart& b) { return a.said.links == b.links; });
+                    [](const SeamPart& a, const IslandPart& b) { return a.said.shared == b.shared; });
 }
 
 // All parts that joins lead to from one.
-std::vector<const SeamPart*> group_of(const SeamPart& first, absl::flat_hash_set<const SeamPart*>& seen) {
+std::vector<const SeamPart*> all_joined(const SeamPart& first, absl::flat_hash_set<const SeamPart*>& seen) {
   std::vector<const SeamPart*> members = {&first};
   for (std::size_t n = 0; n < members.size(); ++n) {
     for (const SeamPart* other : members[n]->joined) {
@@ -40,9 +40,9 @@ SeamIsland island_of(std::vector<const SeamPart*> members) {
 
 }  // namespace
 
-void SeamGraph::link(SeamPart& part) {
-  for (const BodyId link : part.said.links) {
-    auto& sharing = by_link_[link];
+void SeamGraph::join(SeamPart& part) {
+  for (const BodyId body : part.said.shared) {
+    auto& sharing = by_body_[body];
     for (SeamPart* other : sharing) {
       if (other == &part) continue;
       other->joined.push_back(&part);
@@ -52,28 +52,28 @@ void SeamGraph::link(SeamPart& part) {
   }
 }
 
-void SeamGraph::unlink(const SeamPart& part) {
+void SeamGraph::separate(const SeamPart& part) {
   for (SeamPart* other : part.joined) {
     other->joined.erase(std::remove(other->joined.begin(), other->joined.end(), &part), other->joined.end());
   }
-  for (const BodyId link : part.said.links) {
-    const auto sharing = by_link_.find(link);
-    if (sharing == by_link_.end()) continue;
+  for (const BodyId body : part.said.shared) {
+    const auto sharing = by_body_.find(body);
+    if (sharing == by_body_.end()) continue;
     const auto rest = std::remove(sharing->second.begin(), sharing->second.end(), &part);
     sharing->second.erase(rest, sharing->second.end());
-    if (sharing->second.empty()) by_link_.erase(sharing);
+    if (sharing->second.empty()) by_body_.erase(sharing);
   }
 }
 
-// Mostly the links are those of the tick before.
+// Mostly the shared bodies are those of the tick before.
 void SeamGraph::replace(const SectorSeams& seams) {
   if (const auto known = parts_.find(seams.sector); known != parts_.end()) {
     std::vector<SeamPart>& parts = known->second;
-    if (have_same_links(parts, seams.parts)) {
+    if (share_same_bodies(parts, seams.parts)) {
       for (std::size_t n = 0; n < parts.size(); ++n) parts[n].said = seams.parts[n];
       return;
     }
-    for (const SeamPart& part : parts) unlink(part);
+    for (const SeamPart& part : parts) separate(part);
     parts_.erase(known);
   }
   if (seams.parts.empty()) return;
@@ -83,7 +83,7 @@ void SeamGraph::replace(const SectorSeams& seams) {
     parts[n].said = seams.parts[n];
     parts[n].place = {seams.sector, n};
   }
-  for (SeamPart& part : parts) link(part);
+  for (SeamPart& part : parts) join(part);
 }
 
 std::vector<SectorSeams> SeamGraph::reported() const {
@@ -106,15 +106,16 @@ std::span<const SeamPart> SeamGraph::parts_of(const SectorIndex& sector) const {
   return parts->second;
 }
 
-std::vector<std::vector<const SeamPart*>> SeamGraph::awake_groups(std::span<const SectorIndex> awake) const {
-  std::vector<std::vector<const SeamPart*>> groups;
+std::vector<std::vector<const SeamPart*>> SeamGraph::parts_of_awake(
+    std::span<const SectorIndex> awake) const {
+  std::vector<std::vector<const SeamPart*>> islands;
   absl::flat_hash_set<const SeamPart*> seen;
   for (const SectorIndex& sector : awake) {
     for (const SeamPart& part : parts_of(sector)) {
-      if (part.said.any_awake && seen.insert(&part).second) groups.push_back(group_of(part, seen));
+      if (part.said.any_awake && seen.insert(&part).second) islands.push_back(all_joined(part, seen));
     }
   }
-  return groups;
+  return islands;
 }
 
 std::vector<SeamIsland> SeamGraph::awake_islands(std::span<const SectorIndex> awake) const {
@@ -123,7 +124,7 @@ std::vector<SeamIsland> SeamGraph::awake_islands(std::span<const SectorIndex> aw
   for (const SectorIndex& sector : awake) {
     for (const SeamPart& part : parts_of(sector)) {
       if (part.is_alone() || !part.said.any_awake || !seen.insert(&part).second) continue;
-      islands.push_back(island_of(group_of(part, seen)));
+      islands.push_back(island_of(all_joined(part, seen)));
     }
   }
   std::sort(islands.begin(), islands.end(),

@@ -38,7 +38,7 @@ struct SeamIsland {
 struct SeamPart {
   IslandPart said;
   PartRef place;
-  absl::InlinedVector<SeamPart*, 2> joined;  // parts with one of its links, once for each
+  absl::InlinedVector<SeamPart*, 2> joined;  // parts that share a body with it, once for each
 
   // It is an island of its own.
   bool is_alone() const { return joined.empty(); }
@@ -62,7 +62,7 @@ class SeamGraph {
   }
 
   // The parts of each island that has an awake part in one of `awake`, those of a part that is alone, too.
-  std::vector<std::vector<const SeamPart*>> awake_groups(std::span<const SectorIndex> awake) const;
+  std::vector<std::vector<const SeamPart*>> parts_of_awake(std::span<const SectorIndex> awake) const;
 
   // The islands that have an awake part in one of `awake`, in ascending order of ids, without those of a part
   // that is alone.
@@ -77,11 +77,11 @@ class SeamGraph {
   const IslandPart& part(const PartRef& ref) const { return parts_of(ref.sector)[ref.part].said; }
 
  private:
-  void link(SeamPart& part);
-  void unlink(const SeamPart& part);
+  void join(SeamPart& part);
+  void separate(const SeamPart& part);
 
   absl::flat_hash_map<SectorIndex, std::vector<SeamPart>> parts_;
-  absl::flat_hash_map<BodyId, absl::InlinedVector<SeamPart*, 2>> by_link_;
+  absl::flat_hash_map<BodyId, absl::InlinedVector<SeamPart*, 2>> by_body_;
 };
 
 }  // namespace tessera

@@ -22,9 +22,9 @@ constexpr SectorIndex kB{0, 0, 0};
 constexpr SectorIndex kC{0, 1, 0};
 constexpr SectorIndex kD{7, 7, 7};
 
-IslandPart part(std::uint64_t first, const std::vector<std::uint64_t>& links) {
+IslandPart part(std::uint64_t first, const std::vector<std::uint64_t>& shared) {
   IslandPart result;
-  for (const std::uint64_t link : links) result.links.push_back(BodyId{link});
+  for (const std::uint64_t id : shared) result.shared.push_back(BodyId{id});
   result.first = BodyId{first};
   result.any_awake = true;
   result.all_want_sleep = false;

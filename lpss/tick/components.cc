@@ -157,8 +157,8 @@ void list_lone_body(Sector& sector, std::size_t pairs) {
 }
 
 // Both sides of a joint that runs over a border name both of its bodies.
-void link_joints(const Partition& partition, const Sector& sector, const Component& component,
-                 std::vector<BodyId>& links) {
+void add_jointed(const Partition& partition, const Sector& sector, const Component& component,
+                 std::vector<BodyId>& shared) {
   for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
     const HomeBody& body = *sector.component_bodies[i];
     if (!body.jointed) continue;
@@ -167,13 +167,13 @@ void link_joints(const Partition& partition, const Sector& sector, const Compone
       for_each_tied(partition.joints, joint, body.id, [&](BodyId tied) {
         const bool is_fixed = tied == joint.parent && joint.parent_motion != Motion::kDynamic;
         if (tied.value == 0 || is_fixed || lives_in(partition, tied, sector)) return;
-        links.push_back(body.id);
-        links.push_back(tied);
+        shared.push_back(body.id);
+        shared.push_back(tied);
       });
     }
   }
-  std::sort(links.begin(), links.end());
-  links.erase(std::unique(links.begin(), links.end()), links.end());
+  std::sort(shared.begin(), shared.end());
+  shared.erase(std::unique(shared.begin(), shared.end()), shared.end());
 }
 
 // Whether only a single solver can solve what it belongs to; see IslandPart.
@@ -194,14 +194,14 @@ void list_parts(const Partition& partition, Sector& sector) {
   for (Component& component : sector.components) {
     IslandPart part;
     for (std::uint32_t i = component.clones_begin; i < component.clones_end; ++i) {
-      part.links.push_back(sector.component_clones[i]->replica->id);
+      part.shared.push_back(sector.component_clones[i]->replica->id);
     }
     for (std::uint32_t i = component.bodies_begin; i < component.bodies_end; ++i) {
       const HomeBody& body = *sector.component_bodies[i];
-      if (!body.replicated_in.empty()) part.links.push_back(body.id);
+      if (!body.replicated_in.empty()) part.shared.push_back(body.id);
     }
-    link_joints(partition, sector, component, part.links);
-    if (part.links.empty()) continue;
+    add_jointed(partition, sector, component, part.shared);
+    if (part.shared.empty()) continue;
     part.first = sector.component_bodies[component.bodies_begin]->id;
     part.bodies = component.bodies_end - component.bodies_begin;
     part.contacts = component.pairs_end - component.pairs_begin;
@@ -245,7 +245,7 @@ void find_components_of(const Partition& partition, Sector& sector, const Parall
 bool are_known(std::span<const IslandPart> parts, std::span<const SeamPart> known) {
   return std::equal(
       parts.begin(), parts.end(), known.begin(), known.end(),
-      [](const IslandPart& part, const SeamPart& said) { return part.links == said.said.links; });
+      [](const IslandPart& part, const SeamPart& said) { return part.shared == said.said.shared; });
 }
 
 }  // namespace

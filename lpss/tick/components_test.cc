@@ -75,8 +75,8 @@ TEST(Components, OverABorderBothSidesNameTheBodyThatIsCloned) {
   const std::vector<IslandPart>& high = world.seams[1].sectors[0].parts;
   ASSERT_EQ(low.size(), 1u);
   ASSERT_EQ(high.size(), 1u);
-  EXPECT_THAT(low[0].links, ElementsAre(BodyId{2}));
-  EXPECT_THAT(high[0].links, ElementsAre(BodyId{2}));
+  EXPECT_THAT(low[0].shared, ElementsAre(BodyId{2}));
+  EXPECT_THAT(high[0].shared, ElementsAre(BodyId{2}));
   EXPECT_EQ(low[0].first, BodyId{1});
   EXPECT_EQ(low[0].contacts, 1u);
   EXPECT_EQ(high[0].first, BodyId{2});
@@ -94,8 +94,8 @@ TEST(Components, AJointConnectsInASectorAndOverABorderByBothNames) {
   world.detect();
   world.connect();
   EXPECT_THAT(bodies_of_components(world.sector(kLow)), ElementsAre(ElementsAre(1, 2)));
-  EXPECT_THAT(world.seams[0].sectors.at(0).parts.at(0).links, ElementsAre(BodyId{2}, BodyId{3}));
-  EXPECT_THAT(world.seams[1].sectors.at(0).parts.at(0).links, ElementsAre(BodyId{2}, BodyId{3}));
+  EXPECT_THAT(world.seams[0].sectors.at(0).parts.at(0).shared, ElementsAre(BodyId{2}, BodyId{3}));
+  EXPECT_THAT(world.seams[1].sectors.at(0).parts.at(0).shared, ElementsAre(BodyId{2}, BodyId{3}));
 }
 
 TEST(Components, ASectorSaysOnceThatNothingReachesOverItsBorderAnyLonger) {

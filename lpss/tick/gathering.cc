@@ -21,17 +21,17 @@ const Ranks& Gathering::around(const SeamPart& part) {
   Ranks& ranks = found->second;
   if (!is_new) return ranks;
   bring_back(partition_, part.place.sector);
-  for (const BodyId link : part.said.links) {
-    if (const auto body = partition_.bodies.find(link); body != partition_.bodies.end()) {
+  for (const BodyId id : part.said.shared) {
+    if (const auto body = partition_.bodies.find(id); body != partition_.bodies.end()) {
       const HomeBody& home = *body->second;
       ranks |= owners(partition_.map, home.sector->index, home.replicated_in);
-    } else if (const auto replica = partition_.replicas.find(link); replica != partition_.replicas.end()) {
+    } else if (const auto replica = partition_.replicas.find(id); replica != partition_.replicas.end()) {
       const Replica& known = *replica->second;
       ranks.insert(partition_.map.owner(known.home));
       ranks |= owners(partition_.map, known.home, known.replicated_in);
     } else {
-      const auto host = joint_hosts_.find(link);
-      invariant(host != joint_hosts_.end(), "a part is linked by bodies that its server knows of");
+      const auto host = joint_hosts_.find(id);
+      invariant(host != joint_hosts_.end(), "a part shares bodies that its server knows of");
       ranks.insert(host->second);
     }
   }
@@ -41,10 +41,10 @@ const Ranks& Gathering::around(const SeamPart& part) {
 
 std::map<Rank, Seams> Gathering::news(const std::function<bool(Rank)>& is_wanted) {
   std::map<Rank, Seams> outbox;
-  for (const std::vector<const SeamPart*>& group : partition_.seam_graph.awake_groups(awake())) {
+  for (const std::vector<const SeamPart*>& island : partition_.seam_graph.parts_of_awake(awake())) {
     Ranks listeners;
     absl::btree_set<SectorIndex> sectors;
-    for (const SeamPart* part : group) {
+    for (const SeamPart* part : island) {
       sectors.insert(part->place.sector);
       if (partition_.hosts(part->place.sector)) listeners |= around(*part);
     }

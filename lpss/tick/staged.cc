@@ -125,8 +125,8 @@ class IslandAtSeams {
     };
     for (const Found& found : contacts_) note(bodies_.at(found.contact.a), found.contact.home_b);
     for (const PartRef& ref : island_.parts) {
-      for (const BodyId link : partition_.seam_graph.part(ref).links) {
-        const auto known = bodies_.find(link);
+      for (const BodyId id : partition_.seam_graph.part(ref).shared) {
+        const auto known = bodies_.find(id);
         if (known != bodies_.end() && ref.sector != known->second.body->sector->index) {
           note(known->second, ref.sector);
         }
