@@ -85,8 +85,8 @@ SectorWorld* passing_world(const Partition& partition, const SectorIndex& index,
                            const Eigen::AlignedBox3d& region, Sector& passing) {
   const std::vector<BodyId> statics = partition.statics.overlapping(index, region);
   const bool any = std::any_of(statics.begin(), statics.end(), [&](BodyId id) {
-    const StaticIndex::Part part = partition.statics.part(id, index, region);
-    return part.whole || !part.shape.parts.empty();
+    const StaticIndex::Cut cut = partition.statics.cut(id, index, region);
+    return cut.whole || !cut.shape.parts.empty();
   });
   if (!any) return nullptr;
   passing.index = index;

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "lpss/base/invariant.h"
-#include "lpss/partition/static_part.h"
+#include "lpss/partition/static_cut.h"
 
 namespace tessera {
 namespace {
@@ -182,12 +182,12 @@ bool StaticIndex::may_have_ground(const SectorIndex& sector, const Eigen::Aligne
   return may;
 }
 
-StaticIndex::Part StaticIndex::part(BodyId id, const SectorIndex& sector,
-                                    const Eigen::AlignedBox3d& region) const {
+StaticIndex::Cut StaticIndex::cut(BodyId id, const SectorIndex& sector,
+                                  const Eigen::AlignedBox3d& region) const {
   const auto place = bodies_.find(id);
   invariant(place != bodies_.end(), "a sector asked for a static body that is not in the index");
   const Entry& entry = place->second;
-  Part result;
+  Cut result;
   const Pose pose = pose_in(sector, entry);
   if (!entry.large) {
     result.whole = true;
@@ -198,17 +198,17 @@ StaticIndex::Part StaticIndex::part(BodyId id, const SectorIndex& sector,
     const ShapePart& piece = entry.shape->parts[n];
     const Pose posed = pose * piece.pose;
     const bool is_ground = !entry.grounds.empty() && entry.grounds[n];
-    std::optional<ShapePart> cut = is_ground
-                                       ? ground_within(tiles_, *entry.grounds[n], posed, region)
-                                       : part_within(piece.geometry, posed, region, (*entry.trees)[n].get());
-    if (!cut) continue;
+    std::optional<ShapePart> kept = is_ground
+                                        ? cut_ground_to(tiles_, *entry.grounds[n], posed, region)
+                                        : cut_to(piece.geometry, posed, region, (*entry.trees)[n].get());
+    if (!kept) continue;
     if (piece.material) {
-      // Its direction is in the frame of the part, which the cut may have changed.
-      cut->material = piece.material;
-      Eigen::Map<Eigen::Vector3d> direction(cut->material->surface.direction.data());
-      direction = (cut->pose.orientation.conjugate() * posed.orientation * direction).eval();
+      // Its direction is in the frame of the piece, which the cut may have changed.
+      kept->material = piece.material;
+      Eigen::Map<Eigen::Vector3d> direction(kept->material->surface.direction.data());
+      direction = (kept->pose.orientation.conjugate() * posed.orientation * direction).eval();
     }
-    result.shape.parts.push_back(std::move(*cut));
+    result.shape.parts.push_back(std::move(*kept));
   }
   return result;
 }

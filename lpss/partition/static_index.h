@@ -39,20 +39,20 @@ class StaticIndex {
   // The ids, ascending, of those that do.
   std::vector<BodyId> overlapping(const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
 
-  // The part of a static body that matters within `region` (m, relative to the centre of `sector`), posed in
+  // As much of a static body as matters within `region` (m, relative to the centre of `sector`), posed in
   // the sector's frame.
-  struct Part {
+  struct Cut {
     bool whole = false;  // the shared shape of the body will do; `shape` is not set
     Shape shape;
     Pose pose;  // of the body frame, or of what `shape` is given in
   };
-  Part part(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& region) const;
+  Cut cut(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& region) const;
 
-  // Has the tiles of grounds made that part() will need. Cheap where there is no ground.
+  // Has the tiles of grounds made that cut() will need. Cheap where there is no ground.
   bool has_ground() const { return !grounds_.empty(); }
   void ask_for_ground(const SectorIndex& sector, const Eigen::AlignedBox3d& region) const;
 
-  // Whether that part of a ground may have any triangle. Needs no tile.
+  // Whether that cut of a ground may have any triangle. Needs no tile.
   bool may_have_ground(const SectorIndex& sector, const Eigen::AlignedBox3d& region) const;
 
   std::size_t size() const { return bodies_.size(); }

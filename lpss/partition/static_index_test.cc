@@ -151,26 +151,26 @@ TEST(StaticIndex, WorksAtTheEndOfTheWorld) {
   EXPECT_TRUE(index.remove(BodyId{1}));
 }
 
-TEST(StaticIndex, ThePartOfASmallBodyIsAllOfItSeenFromTheSector) {
+TEST(StaticIndex, TheCutOfASmallBodyIsAllOfItSeenFromTheSector) {
   StaticIndex index(kEdge);
   index.add(static_body(1, {3, 0, 0}, {1, 2, 3}), kBall);
-  const StaticIndex::Part part = index.part(BodyId{1}, {2, 1, 0}, cube(40));
-  EXPECT_TRUE(part.whole);
-  EXPECT_EQ(part.pose.position, Eigen::Vector3d(1 + 16, 2 - 16, 3));
+  const StaticIndex::Cut cut = index.cut(BodyId{1}, {2, 1, 0}, cube(40));
+  EXPECT_TRUE(cut.whole);
+  EXPECT_EQ(cut.pose.position, Eigen::Vector3d(1 + 16, 2 - 16, 3));
 }
 
-TEST(StaticIndex, ThePartOfALargeBodyIsCutToTheRegion) {
+TEST(StaticIndex, ALargeBodyIsCutToTheRegion) {
   StaticIndex index(kEdge);
   Shape rink = kPlate;
   rink.parts.push_back({Box{{1, 1000, 20}}, {{499.5, 0, 10}, Eigen::Quaterniond::Identity()}});  // a wall
   index.add(static_body(1, {}, {0, 0, 0}), rink);
-  const StaticIndex::Part open = index.part(BodyId{1}, {20, 0, 0}, cube(16));
+  const StaticIndex::Cut open = index.cut(BodyId{1}, {20, 0, 0}, cube(16));
   EXPECT_FALSE(open.whole);
   ASSERT_EQ(open.shape.parts.size(), 1u) << "the wall is far";
   EXPECT_LT(open.shape.parts[0].pose.position.norm(), 64);
   EXPECT_LT(std::get<Box>(open.shape.parts[0].geometry).size.maxCoeff(), 128);
-  EXPECT_EQ(index.part(BodyId{1}, {31, 0, 0}, cube(16)).shape.parts.size(), 2u);
-  EXPECT_THAT(index.part(BodyId{1}, {20, 0, 5}, cube(16)).shape.parts, IsEmpty());
+  EXPECT_EQ(index.cut(BodyId{1}, {31, 0, 0}, cube(16)).shape.parts.size(), 2u);
+  EXPECT_THAT(index.cut(BodyId{1}, {20, 0, 5}, cube(16)).shape.parts, IsEmpty());
 }
 
 }  // namespace

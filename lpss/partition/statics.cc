@@ -37,17 +37,17 @@ void bring_back_touching(Partition& partition, BodyId id) {
 void add_static(const Partition& partition, Sector& sector, BodyId id) {
   BodyRecord record = *partition.statics.find(id);
   if (record.properties.surface) record.properties.surface = surface_in_world(record);
-  StaticIndex::Part part = partition.statics.part(id, sector.index, region_of_parts(partition.sector_size()));
-  if (part.whole) {
-    const Pose centre = part.pose * centre_frame(record.properties);
+  StaticIndex::Cut cut = partition.statics.cut(id, sector.index, region_of_cuts(partition.sector_size()));
+  if (cut.whole) {
+    const Pose centre = cut.pose * centre_frame(record.properties);
     Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = centre.position;
     sector.statics[id] = sector.world->add(record, Role::kStatic);
     return;
   }
-  if (part.shape.parts.empty()) return;
+  if (cut.shape.parts.empty()) return;
   Pose pose;
-  if (part.shape.parts.size() == 1) std::swap(pose, part.shape.parts.front().pose);
-  sector.statics[id] = sector.world->add_static(id, record.properties, part.shape, pose);
+  if (cut.shape.parts.size() == 1) std::swap(pose, cut.shape.parts.front().pose);
+  sector.statics[id] = sector.world->add_static(id, record.properties, cut.shape, pose);
 }
 
 constexpr double kAheadTime = 2;      // s, that the ground is asked for ahead
@@ -55,7 +55,7 @@ constexpr int kAheadSectorsMax = 64;  // of a body, on its way
 
 }  // namespace
 
-Eigen::AlignedBox3d region_of_parts(double sector_size) { return cube(1.5 * sector_size); }
+Eigen::AlignedBox3d region_of_cuts(double sector_size) { return cube(1.5 * sector_size); }
 
 void look_ahead_for_ground(const Partition& partition) {
   if (!partition.statics.has_ground()) return;
@@ -77,7 +77,7 @@ void look_ahead_for_ground(const Partition& partition) {
         if (!there.ok() || !asked.insert(there->sector).second) continue;
         const auto known = partition.sectors.find(there->sector);
         if (known != partition.sectors.end() && known->second->world) continue;
-        partition.statics.ask_for_ground(there->sector, region_of_parts(partition.sector_size()));
+        partition.statics.ask_for_ground(there->sector, region_of_cuts(partition.sector_size()));
       }
     }
   }

@@ -1,4 +1,4 @@
-// Static bodies: every server knows all of them; sectors have the parts that they need.
+// Static bodies: every server knows all of them; sectors have of them what they need.
 #pragma once
 
 #include <array>
@@ -25,9 +25,9 @@ void add_statics(const Partition& partition, Sector& sector, const Eigen::Aligne
 // every few ticks is enough.
 void look_ahead_for_ground(const Partition& partition);
 
-// Around a sector's centre, the region for which a sector gets its parts of large static bodies, whatever it
+// Around a sector's centre, the region for which a sector gets its cuts of large static bodies, whatever it
 // needs them for: so these do not depend on what came when.
-Eigen::AlignedBox3d region_of_parts(double sector_size);
+Eigen::AlignedBox3d region_of_cuts(double sector_size);
 
 // A box around a sector's centre.
 Eigen::AlignedBox3d cube(double half_edge);

@@ -1,4 +1,4 @@
-#include "lpss/partition/static_part.h"
+#include "lpss/partition/static_cut.h"
 
 #include <absl/container/flat_hash_map.h>
 
@@ -111,12 +111,12 @@ struct Cutter {
 
 }  // namespace
 
-std::optional<ShapePart> part_within(const Geometry& geometry, const Pose& pose,
-                                     const Eigen::AlignedBox3d& region, const MeshTree* tree) {
+std::optional<ShapePart> cut_to(const Geometry& geometry, const Pose& pose, const Eigen::AlignedBox3d& region,
+                                const MeshTree* tree) {
   return std::visit(Cutter{pose, region, tree}, geometry);
 }
 
-std::optional<ShapePart> ground_within(TileStore& store, const TileStore::Source& ground, const Pose& pose,
+std::optional<ShapePart> cut_ground_to(TileStore& store, const TileStore::Source& ground, const Pose& pose,
                                        const Eigen::AlignedBox3d& region) {
   constexpr std::uint32_t kNone = ~std::uint32_t{0};
   const Eigen::AlignedBox3d wanted = seen_from_geometry(region, pose);

@@ -1,4 +1,4 @@
-// Cuts the part out of a large static shape that one sector needs, so that every number in it stays small.
+// Cuts large static shapes to what one sector needs of them, so that every number in it stays small.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,21 +10,21 @@
 
 namespace tessera {
 
-// The part of `geometry` that reaches into `region` (m, sector frame), for a geometry posed by `pose` in the
-// same frame. The part's own pose is near the region, however far away the geometry's origin is: planes and
+// What of `geometry` reaches into `region` (m, sector frame), for a geometry posed by `pose` in the same
+// frame. Its own pose is near the region, however far away the geometry's origin is: planes and
 // boxes are moved and clipped, meshes and height fields keep the triangles and cells that overlap. Where a
 // clipped box ends inside, it ends outside of the region. Nothing where the two do not meet. Other geometries
-// come back whole; of ground, ground_within() makes the part. `tree` is that of the geometry, if that is a
+// come back whole; of ground, cut_ground_to() has to do it. `tree` is that of the geometry, if that is a
 // mesh, and is not looked at otherwise.
-std::optional<ShapePart> part_within(const Geometry& geometry, const Pose& pose,
-                                     const Eigen::AlignedBox3d& region, const MeshTree* tree);
+std::optional<ShapePart> cut_to(const Geometry& geometry, const Pose& pose, const Eigen::AlignedBox3d& region,
+                                const MeshTree* tree);
 
 // The triangles of a ground that overlap `region`, likewise; waits for tiles that are not there yet. They
 // have the same names and the same order in whatever region they are.
-std::optional<ShapePart> ground_within(TileStore& store, const TileStore::Source& ground, const Pose& pose,
+std::optional<ShapePart> cut_ground_to(TileStore& store, const TileStore::Source& ground, const Pose& pose,
                                        const Eigen::AlignedBox3d& region);
 
-// Has the tiles of that part made soon.
+// Has the tiles made soon that this will need.
 void ask_for_ground(TileStore& store, const TileStore::SourceRef& ground, const Pose& pose,
                     const Eigen::AlignedBox3d& region);
 

@@ -1,5 +1,5 @@
 // What is cut out of a large static shape is, within the region, the shape itself.
-#include "lpss/partition/static_part.h"
+#include "lpss/partition/static_cut.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -45,18 +45,18 @@ bool inside(const Box& box, const Pose& pose, const Point& p) {
   return ((pose.inverse() * p).cwiseAbs().array() <= box.size.array() / 2).all();
 }
 
-std::optional<ShapePart> part_of(const Geometry& geometry, const Pose& pose,
-                                 const Eigen::AlignedBox3d& region) {
+std::optional<ShapePart> cut_of(const Geometry& geometry, const Pose& pose,
+                                const Eigen::AlignedBox3d& region) {
   const auto* mesh = std::get_if<TriangleMesh>(&geometry);
   const std::optional<MeshTree> tree = mesh == nullptr ? std::nullopt : std::optional<MeshTree>(*mesh);
-  return part_within(geometry, pose, region, tree ? &*tree : nullptr);
+  return cut_to(geometry, pose, region, tree ? &*tree : nullptr);
 }
 
-TEST(PartOfAPlane, IsTheSamePlaneFromNearby) {
+TEST(CutOfAPlane, IsTheSamePlaneFromNearby) {
   const Pose pose{{1e6, -2e6, 30}, turned(0.3, {1, 1, 0})};
   const Point foot = pose * Point(-1e6, 5e5, 0);
   const Eigen::AlignedBox3d region = cube(foot, 16);
-  const auto part = part_of(Plane{}, pose, region);
+  const auto part = cut_of(Plane{}, pose, region);
   ASSERT_TRUE(part);
   EXPECT_LT((part->pose.position - region.center()).norm(), region.sizes().norm());
   for (const Point& p : points_in(region, 50)) {
@@ -65,31 +65,31 @@ TEST(PartOfAPlane, IsTheSamePlaneFromNearby) {
   }
 }
 
-TEST(PartOfAPlane, IsThereWheneverTheHalfSpaceMayReachIntoTheRegion) {
+TEST(CutOfAPlane, IsThereWheneverTheHalfSpaceMayReachIntoTheRegion) {
   const double radius = cube({0, 0, 0}, 8).sizes().norm() / 2;
-  const auto part_at = [](double height) { return part_of(Plane{}, {}, cube({0, 0, height}, 8)); };
-  EXPECT_FALSE(part_at(radius + 0.01));
-  EXPECT_TRUE(part_at(radius - 0.01));
-  EXPECT_TRUE(part_at(-1e6)) << "deep below the plane is inside the half space";
+  const auto cut_at = [](double height) { return cut_of(Plane{}, {}, cube({0, 0, height}, 8)); };
+  EXPECT_FALSE(cut_at(radius + 0.01));
+  EXPECT_TRUE(cut_at(radius - 0.01));
+  EXPECT_TRUE(cut_at(-1e6)) << "deep below the plane is inside the half space";
 }
 
-TEST(PartOfABox, IsNothingFarFromIt) {
+TEST(CutOfABox, IsNothingFarFromIt) {
   const Box box{{100, 100, 2}};
-  EXPECT_FALSE(part_of(box, {}, cube({0, 0, 20}, 8)));
-  EXPECT_FALSE(part_of(box, {}, cube({-70, 0, 0}, 8)));
-  EXPECT_TRUE(part_of(box, {}, cube({-57, 0, 0}, 8)));
+  EXPECT_FALSE(cut_of(box, {}, cube({0, 0, 20}, 8)));
+  EXPECT_FALSE(cut_of(box, {}, cube({-70, 0, 0}, 8)));
+  EXPECT_TRUE(cut_of(box, {}, cube({-57, 0, 0}, 8)));
 }
 
-TEST(PartOfABox, IsAllOfItWhereTheRegionIsLarge) {
+TEST(CutOfABox, IsAllOfItWhereTheRegionIsLarge) {
   const Box box{{3, 4, 5}};
   const Pose pose{{1, 2, 3}, Eigen::Quaterniond::Identity()};
-  const auto part = part_of(box, pose, cube({0, 0, 0}, 16));
+  const auto part = cut_of(box, pose, cube({0, 0, 0}, 16));
   ASSERT_TRUE(part);
   EXPECT_EQ(std::get<Box>(part->geometry).size, box.size);
   EXPECT_EQ(part->pose.position, pose.position);
 }
 
-TEST(PartOfABox, IsTheSameWithinTheRegionAndEndsWellOutsideOfIt) {
+TEST(CutOfABox, IsTheSameWithinTheRegionAndEndsWellOutsideOfIt) {
   const Box box{{1e5, 8e4, 20}};
   const std::vector<Pose> poses = {{{3e4, 2e4, -10}, Eigen::Quaterniond::Identity()},
                                    {{3e4, 2e4, -10}, turned(0.4, {0, 0, 1})},
@@ -98,7 +98,7 @@ TEST(PartOfABox, IsTheSameWithinTheRegionAndEndsWellOutsideOfIt) {
     // Around the surface, and around an edge.
     for (const Point& local : {Point(2e4, -1e4, 10), Point(5e4, 1e4, 10)}) {
       const Eigen::AlignedBox3d region = cube(pose * local, 16);
-      const auto part = part_of(box, pose, region);
+      const auto part = cut_of(box, pose, region);
       ASSERT_TRUE(part);
       const Box& cut = std::get<Box>(part->geometry);
       EXPECT_LT((part->pose.position - region.center()).norm(), 300) << "its origin is near the region";
@@ -169,13 +169,13 @@ bool any_point_in(const Eigen::AlignedBox3d& region, const Point& a, const Point
   return false;
 }
 
-TEST(PartOfAMesh, HasEveryTriangleThatMayReachIntoTheRegionAndNoneFarFromIt) {
+TEST(CutOfAMesh, HasEveryTriangleThatMayReachIntoTheRegionAndNoneFarFromIt) {
   const TriangleMesh mesh = waves(60);
   for (const Pose& pose : {Pose{{5, 6, 0}, Eigen::Quaterniond::Identity()},
                            Pose{{5, 6, 0}, turned(std::numbers::pi / 2, {0, 0, 1})},
                            Pose{{1, 2, 3}, turned(0.7, {1, 0.5, 0.2})}}) {
     const Eigen::AlignedBox3d region = cube(pose * Point(10, -8, 0), 4.1);
-    const auto part = part_of(mesh, pose, region);
+    const auto part = cut_of(mesh, pose, region);
     ASSERT_TRUE(part);
     const auto& cut = std::get<TriangleMesh>(part->geometry);
     const std::vector<Triangle> found = triangles_of(cut, part->pose);
@@ -198,20 +198,20 @@ TEST(PartOfAMesh, HasEveryTriangleThatMayReachIntoTheRegionAndNoneFarFromIt) {
   }
 }
 
-TEST(PartOfAMesh, HasSmallNumbersHoweverFarItsOriginIs) {
+TEST(CutOfAMesh, HasSmallNumbersHoweverFarItsOriginIs) {
   TriangleMesh mesh = waves(4);
   for (Point& vertex : mesh.vertices) vertex.x() += 1 << 20;
   const Pose pose{{-(1 << 20), 0, 0}, Eigen::Quaterniond::Identity()};
-  const auto part = part_of(mesh, pose, cube({0, 0, 0}, 4));
+  const auto part = cut_of(mesh, pose, cube({0, 0, 0}, 4));
   ASSERT_TRUE(part);
   EXPECT_LT(part->pose.position.norm(), 8);
   for (const Point& vertex : std::get<TriangleMesh>(part->geometry).vertices) EXPECT_LT(vertex.norm(), 8);
   EXPECT_EQ(triangles_of(std::get<TriangleMesh>(part->geometry), part->pose), triangles_of(mesh, pose));
 }
 
-TEST(PartOfAMesh, IsNothingWhereNoTriangleIs) {
-  EXPECT_FALSE(part_of(waves(4), {}, cube({0, 0, 10}, 4)));
-  EXPECT_FALSE(part_of(waves(4), {}, cube({20, 0, 0}, 4)));
+TEST(CutOfAMesh, IsNothingWhereNoTriangleIs) {
+  EXPECT_FALSE(cut_of(waves(4), {}, cube({0, 0, 10}, 4)));
+  EXPECT_FALSE(cut_of(waves(4), {}, cube({20, 0, 0}, 4)));
 }
 
 HeightField hills(std::uint32_t columns, std::uint32_t rows, const Eigen::Vector2d& spacing, double level) {
@@ -230,11 +230,11 @@ Point sample(const HeightField& field, const Pose& pose, std::uint32_t column, s
                       field.heights[row * field.columns + column]);
 }
 
-TEST(PartOfAHeightField, HasTheSamplesThatSurroundTheRegionInTheirPlaces) {
+TEST(CutOfAHeightField, HasTheSamplesThatSurroundTheRegionInTheirPlaces) {
   const HeightField field = hills(101, 64, {1, 2}, 0);
   const Pose pose{{7, -3, 1}, Eigen::Quaterniond::Identity()};
   const Eigen::AlignedBox3d region = cube({20.3, 11.2, 0}, 4);
-  const auto part = part_of(field, pose, region);
+  const auto part = cut_of(field, pose, region);
   ASSERT_TRUE(part);
   const auto& cut = std::get<HeightField>(part->geometry);
   EXPECT_EQ(cut.spacing, field.spacing);
@@ -264,30 +264,30 @@ TEST(PartOfAHeightField, HasTheSamplesThatSurroundTheRegionInTheirPlaces) {
   }
 }
 
-TEST(PartOfAHeightField, EndsWhereTheFieldEnds) {
+TEST(CutOfAHeightField, EndsWhereTheFieldEnds) {
   const HeightField field = hills(21, 21, {1, 1}, 0);
-  const auto part = part_of(field, {}, cube({-10, 10, 0}, 4));
+  const auto part = cut_of(field, {}, cube({-10, 10, 0}, 4));
   ASSERT_TRUE(part);
   const auto& cut = std::get<HeightField>(part->geometry);
   EXPECT_EQ(cut.columns, 5u);
   EXPECT_EQ(cut.rows, 5u);
   EXPECT_EQ(sample(cut, part->pose, 0, 4).head<2>(), Eigen::Vector2d(-10, 10));
-  EXPECT_FALSE(part_of(field, {}, cube({-15, 0, 0}, 4)));
-  EXPECT_FALSE(part_of(field, {}, cube({0, 40, 0}, 4)));
+  EXPECT_FALSE(cut_of(field, {}, cube({-15, 0, 0}, 4)));
+  EXPECT_FALSE(cut_of(field, {}, cube({0, 40, 0}, 4)));
 }
 
-TEST(PartOfAHeightField, CountsHeightsFromTheMiddleOfTheRegion) {
+TEST(CutOfAHeightField, CountsHeightsFromTheMiddleOfTheRegion) {
   const double summit = 1 << 20;
   const HeightField field = hills(21, 21, {1, 1}, summit);
-  const auto part = part_of(field, {{0, 0, -summit}, Eigen::Quaterniond::Identity()}, cube({0, 0, 0}, 4));
+  const auto part = cut_of(field, {{0, 0, -summit}, Eigen::Quaterniond::Identity()}, cube({0, 0, 0}, 4));
   ASSERT_TRUE(part);
   EXPECT_LT(part->pose.position.norm(), 4);
   for (const double height : std::get<HeightField>(part->geometry).heights) EXPECT_LE(std::abs(height), 1.5);
 }
 
-TEST(PartOfOtherShapes, IsTheWholeOfThem) {
+TEST(CutOfOtherShapes, IsTheWholeOfThem) {
   const Pose pose{{1000, 0, 0}, turned(0.5, {0, 1, 0})};
-  const auto part = part_of(Sphere{3}, pose, cube({0, 0, 0}, 8));
+  const auto part = cut_of(Sphere{3}, pose, cube({0, 0, 0}, 8));
   ASSERT_TRUE(part);
   EXPECT_EQ(std::get<Sphere>(part->geometry).radius, 3);
   EXPECT_EQ(part->pose.position, pose.position);
@@ -308,16 +308,16 @@ TEST(Ground, IsTheSameInAllParts) {
   // Near a corner of the cube that its tiles are on, and turned.
   const Eigen::Quaterniond orientation = turned(0.4, {1, 2, 3});
   const Point up = orientation * Point(1, 1, 1).normalized();
-  const auto part_at = [&](const Point& sector) {
+  const auto cut_at = [&](const Point& sector) {
     const Pose pose{-up * planet.radius - sector, orientation};
-    std::optional<ShapePart> part = ground_within(store, *source, pose, cube({0, 0, 0}, 192));
+    std::optional<ShapePart> part = cut_ground_to(store, *source, pose, cube({0, 0, 0}, 192));
     EXPECT_TRUE(part.has_value());
     TriangleMesh mesh = std::get<TriangleMesh>(part->geometry);
     for (Point& vertex : mesh.vertices) vertex = part->pose * vertex + sector;
     return mesh;
   };
-  const TriangleMesh here = part_at({0, 0, 0});
-  const TriangleMesh there = part_at({128, -128, 0});
+  const TriangleMesh here = cut_at({0, 0, 0});
+  const TriangleMesh there = cut_at({128, -128, 0});
   ASSERT_EQ(here.names.size(), here.indices.size() / 3);
   EXPECT_EQ(std::set<std::uint32_t>(here.names.begin(), here.names.end()).size(), here.names.size());
   std::size_t place = 0;
@@ -345,7 +345,7 @@ TEST(Ground, IsNotWhereItIsNot) {
   TileStore store({.threads = 0});
   const TileStore::SourceRef source = store.open({.spacing = 8, .height = 20, .wavelength = 400}).value();
   EXPECT_FALSE(
-      ground_within(store, *source, {{0, 0, -300}, Eigen::Quaterniond::Identity()}, cube({0, 0, 0}, 192)));
+      cut_ground_to(store, *source, {{0, 0, -300}, Eigen::Quaterniond::Identity()}, cube({0, 0, 0}, 192)));
   EXPECT_EQ(store.counts().made, 0u);
 }
 
