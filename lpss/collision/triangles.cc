@@ -1,8 +1,8 @@
 // Triangles of meshes.
 
+#include "lpss/collision/capsules.h"
 #include "lpss/collision/collide.h"
 #include "lpss/collision/hull.h"
-#include "lpss/collision/round.h"
 
 namespace tessera::collision {
 namespace {

@@ -1,7 +1,7 @@
 // Balls and capsules against each other and against polyhedra. A round shape is the distance `radius` around
 // a core: a point, or a segment.
 
-#include "lpss/collision/round.h"
+#include "lpss/collision/capsules.h"
 
 #include "lpss/collision/collide.h"
 

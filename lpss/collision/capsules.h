@@ -1,4 +1,4 @@
-// What capsules do against polyhedra and triangles alike.
+// What capsules do against polyhedra and against triangles alike.
 #pragma once
 
 #include "lpss/collision/hull.h"
