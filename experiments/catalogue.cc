@@ -57,7 +57,8 @@ const std::vector<Experiment>& all_experiments() {
        "A crowd that crosses the sectors of four servers, by the policy that divides them; worlds that grow\n"
        "with their servers: messages and memory of one.",
        measure_scale, /*has_scenes=*/true},
-      {"scaling", "What a second thread and a second server give on the same scenes.", measure_scaling},
+      {"scaling", "What a second thread and a second server give on the same scenes.", measure_scaling,
+       /*has_scenes=*/true},
       {"requirements", "The savings of computing only what a scene requires, and the remaining error.",
        measure_requirements},
       {"stacks", "Towers near and far from the origin, in one world and in sectors.", measure_stacks},

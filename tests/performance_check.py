@@ -27,6 +27,7 @@ BOUNDS = {
     ("mixed", "one_sector"): (42.2, 2.07),
     ("bin_cylinders", "one_sector"): (35.0, 0.389),
     ("bin_all", "one_sector"): (37.1, 0.535),
+    ("ants", "one_sector"): (1604, 50.1),
 }
 
 

@@ -18,9 +18,13 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <variant>
+#include <vector>
 
 #include "experiments/performance/scenes.h"
+#include "experiments/robots/robot.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/plain_world.h"
 #include "lpss/simulation/simulation.h"
@@ -65,10 +69,18 @@ class Counter {
 struct Scene {
   std::function<WorldDescription(const WorldSettings&)> make;
   Tick uncounted = 30;  // until most has landed
+  std::function<std::vector<Command>(double time)> commands = [](double) { return std::vector<Command>(); };
 };
 
 Scene poured(Poured kind) {
   return {[kind](const WorldSettings& settings) { return poured_bodies(settings, kind, 256); }, 80};
+}
+
+Scene ants() {
+  constexpr int kAnts = 4;
+  return {
+      [](const WorldSettings& settings) { return robots::robots_on_plane(settings, robots::ant(), kAnts); },
+      30, [](double time) { return robots::servo_targets(robots::ant(), 0, kAnts, time); }};
 }
 
 const std::map<std::string, Scene>& scenes() {
@@ -76,6 +88,7 @@ const std::map<std::string, Scene>& scenes() {
       {"pile", {[](const WorldSettings& settings) { return dropped_boxes(settings, 512); }}},
       {"pyramid", {[](const WorldSettings& settings) { return pyramid_world(settings, 20); }}},
       {"mixed", {[](const WorldSettings& settings) { return mixed_bodies(settings, 560); }}},
+      {"ants", ants()},
       {"bin_balls", poured(Poured::kBalls)},
       {"bin_capsules", poured(Poured::kCapsules)},
       {"bin_boxes", poured(Poured::kBoxes)},
@@ -85,25 +98,38 @@ const std::map<std::string, Scene>& scenes() {
   return all;
 }
 
+using Step = std::function<void(std::span<const Command>)>;
+
 // Steps a world in f32 by one tick.
-absl::StatusOr<std::function<void()>> stepped(const WorldDescription& world, bool is_plain) {
+absl::StatusOr<Step> stepped(const WorldDescription& world, bool is_plain) {
   if (is_plain) {
     absl::StatusOr<std::shared_ptr<PlainWorld>> plain = PlainWorld::create(world, Precision::kFloat32);
     if (!plain.ok()) return plain.status();
-    return [plain = *std::move(plain)] { plain->step(); };
+    return [plain = *std::move(plain)](std::span<const Command> commands) {
+      for (const Command& command : commands) {
+        if (const auto* set = std::get_if<SetDrives>(&command)) plain->set_drives(set->id, set->drives);
+      }
+      plain->step();
+    };
   }
   absl::StatusOr<std::shared_ptr<Simulation>> simulation = Simulation::create(world);
   if (!simulation.ok()) return simulation.status();
-  return [simulation = *std::move(simulation)] { simulation->step(); };
+  return [simulation = *std::move(simulation)](std::span<const Command> commands) {
+    simulation->step(commands);
+  };
+}
+
+// Ticks from one on, up to another.
+void run(const Step& step, const Scene& scene, const WorldSettings& settings, Tick from, Tick to) {
+  for (Tick tick = from; tick < to; ++tick)
+    step(scene.commands(static_cast<double>(tick) * settings.time_step));
 }
 
 }  // namespace
 }  // namespace tessera
 
 // callgrind finds it by this name.
-extern "C" [[gnu::noinline]] void counted_ticks(const std::function<void()>& step) {
-  for (tessera::Tick tick = 0; tick < tessera::kCounted; ++tick) step();
-}
+extern "C" [[gnu::noinline]] void counted_ticks(const std::function<void()>& run) { run(); }
 
 int main(int argc, char** argv) {
   const std::string scene = argc == 3 ? argv[1] : "";
@@ -119,15 +145,16 @@ int main(int argc, char** argv) {
   settings.sleep_after = 0;
   settings.sector_size = world == "sectors" ? 16 : 512;
   const tessera::WorldDescription description = made->second.make(settings);
-  const absl::StatusOr<std::function<void()>> step = tessera::stepped(description, world == "plain");
+  const absl::StatusOr<tessera::Step> step = tessera::stepped(description, world == "plain");
   if (!step.ok()) {
     std::cerr << step.status() << "\n";
     return 1;
   }
-  for (tessera::Tick tick = 0; tick < made->second.uncounted; ++tick) (*step)();
+  const tessera::Tick from = made->second.uncounted;
+  tessera::run(*step, made->second, settings, 0, from);
   const tessera::Counter counter;
   counter.start();
-  counted_ticks(*step);
+  counted_ticks([&] { tessera::run(*step, made->second, settings, from, from + tessera::kCounted); });
   const std::optional<std::uint64_t> count = counter.stop();
   const auto motion = [](const tessera::BodyDescription& body) { return body.properties.motion; };
   std::cout << absl::StrFormat(R"({"bodies": %d, "ticks": %d, "avx2": %s, "instructions": %s})",

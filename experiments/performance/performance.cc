@@ -39,8 +39,8 @@ std::vector<Race> races(bool quick) {
   const auto stacks = [share](const WorldSettings& s) { return towers_of_ten(s, 800 / share); };
   const auto rows = [quick](const WorldSettings& s) { return pyramid_world(s, quick ? 10 : 30); };
   const auto mixed = [quick](const WorldSettings& s) { return mixed_bodies(s, quick ? 140 : 2800); };
-  const auto poured = [share](Poured kind) {
-    return [=](const WorldSettings& s) { return poured_bodies(s, kind, 4096 / share); };
+  const auto poured = [share](Poured kind, Bottom bottom = Bottom::kFloor) {
+    return [=](const WorldSettings& s) { return poured_bodies(s, kind, 4096 / share, bottom); };
   };
   const Tick ticks = quick ? 60 : 200;
   const Tick ten_seconds = quick ? 120 : 600;
@@ -53,6 +53,9 @@ std::vector<Race> races(bool quick) {
           {"bin_boxes", poured(Poured::kBoxes), false, ticks},
           {"bin_cylinders", poured(Poured::kCylinders), false, ticks},
           {"bin_all", poured(Poured::kAll), false, ticks},
+          {"bin_all_on_hills", poured(Poured::kAll, Bottom::kHills), false, ticks},
+          {"bin_all_on_mesh", poured(Poured::kAll, Bottom::kMesh), false, ticks},
+          {"bin_boxes_on_mesh", poured(Poured::kBoxes, Bottom::kMesh), false, ticks},
           {"mixed", mixed, false, ticks, true}};
 }
 

@@ -12,6 +12,8 @@ namespace tessera {
 //   pile_to_rest  the same for 10 s, with sleep
 //   towers        800 towers of 10; never asleep
 //   pyramid       30 rows, 465 boxes 1.05 m apart; never asleep
+//   bin_KIND      4,096 balls, capsules, boxes, cylinders, or all of these and hulls, poured into a bin: on a
+//                 floor, and some on hills of 28,800 triangles of 2 m, and on 100,352 of 0.27 m; never asleep
 //   mixed         2,800 hulls, capsules, boxes, balls and chains of three on hills; never asleep. Plain
 //                 Bullet takes part twice: in ticks, and in 16 steps a tick
 //

@@ -1,5 +1,6 @@
 #include "experiments/performance/scaling.h"
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -10,6 +11,7 @@
 #include "cli/measure/stopwatch.h"
 #include "experiments/local_servers.h"
 #include "experiments/performance/scenes.h"
+#include "experiments/scenes.h"
 #include "lpss/observe/state.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/partition_cluster.h"
@@ -22,7 +24,12 @@ constexpr Tick kStride = 25;  // ticks that a world is stepped in a row
 constexpr absl::Duration kBalanceEvery = absl::Milliseconds(100);
 constexpr Tick kTicksToFollow = 400;
 
+constexpr char kThreads[] = "threads";
+constexpr char kServers[] = "servers";
+constexpr char kFollows[] = "servers, map follows";
+
 struct Scene {
+  std::string group;  // what there are two of
   std::string name;
   double sector_size;  // m
   std::function<WorldDescription(const WorldSettings&)> make;
@@ -33,10 +40,16 @@ std::vector<Scene> scenes(bool quick) {
   const auto pile = [share](const WorldSettings& s) { return dropped_boxes(s, 8192 / share); };
   const auto towers = [share](const WorldSettings& s) { return towers_of_ten(s, 800 / share); };
   const auto pyramid = [quick](const WorldSettings& s) { return pyramid_world(s, quick ? 15 : 30); };
-  return {{"pile", 16, pile},     {"pile in one sector", 512, pile},
-          {"towers", 16, towers}, {"pyramid", 8, pyramid},
-          {"pile", 32, pile},     {"pile", 8, pile},
-          {"pile", 4, pile}};
+  std::vector<Scene> all;
+  const auto add = [&](const std::string& name, double sector_size, const auto& make) {
+    for (const char* group : {kThreads, kServers, kFollows}) all.push_back({group, name, sector_size, make});
+  };
+  add("pile", 16, pile);
+  add("pile in one sector", 512, pile);
+  add("towers", 16, towers);
+  add("pyramid", 8, pyramid);
+  for (const double sector_size : {32, 8, 4}) add("pile", sector_size, pile);
+  return all;
 }
 
 // One of two that are compared.
@@ -97,7 +110,8 @@ class Machine {
     shared_us_ += shared.microseconds();
   }
 
-  double speedup() const { return alone_us_ / shared_us_; }
+  // Since the last call.
+  double take_speedup() { return std::exchange(alone_us_, 0) / std::exchange(shared_us_, 0); }
 
  private:
   static constexpr int kRounds = 4'000'000;
@@ -117,8 +131,21 @@ class Measurement {
       : options_(options), ticks_(options.quick ? 60 : 150), count_(progress, 0) {}
 
   absl::StatusOr<Report> measure() {
-    const std::vector<Scene> all = scenes(options_.quick);
-    count_.expect(all.size() * (3 * ticks_ + kTicksToFollow) / kStride);
+    std::vector<Scene> all = scenes(options_.quick);
+    if (absl::Status status = choose(options_.only, all); !status.ok()) return status;
+    for (const Scene& scene : all) count_.expect((ticks_ + ticks_before(scene)) / kStride);
+    const bool has_servers = std::ranges::any_of(all, [](const Scene& s) { return s.group != kThreads; });
+    if (absl::Status status = has_servers ? start_servers() : absl::OkStatus(); !status.ok()) return status;
+    for (const Scene& scene : all) {
+      if (absl::Status status = measure(scene); !status.ok()) return status;
+    }
+    return std::move(report_);
+  }
+
+ private:
+  static Tick ticks_before(const Scene& scene) { return scene.group == kFollows ? kTicksToFollow : 0; }
+
+  absl::Status start_servers() {
     const std::pair<int, absl::Duration> clusters[] = {
         {1, absl::ZeroDuration()}, {2, absl::ZeroDuration()}, {2, kBalanceEvery}};
     for (const auto& [servers, balance_every] : clusters) {
@@ -127,37 +154,24 @@ class Measurement {
       if (!started.ok()) return started.status();
       servers_.push_back(*std::move(started));
     }
-    for (const Scene& scene : all) {
-      if (absl::Status status = measure(scene); !status.ok()) return status;
-    }
-    report_.table("rows").push_back({{"engine", name_of(options_.precision)},
-                                     {"scene", "machine"},
-                                     {"sector_size", {}},
-                                     {"what", "threads"},
-                                     {"speedup", machine_.speedup()}});
-    return std::move(report_);
+    return absl::OkStatus();
   }
 
- private:
   absl::Status measure(const Scene& scene) {
     WorldSettings settings;
     settings.precision = options_.precision;
     settings.sector_size = scene.sector_size;
     settings.sleep_after = 0;
     const WorldDescription world = scene.make(settings);
-    absl::Status status = compare(scene, "threads", on_threads(world, 1), on_threads(world, 2));
-    if (!status.ok()) return status;
-    status = compare(scene, "servers", on_servers(world, *servers_[0]), on_servers(world, *servers_[1]));
-    if (!status.ok()) return status;
-    return compare(scene, "servers, map follows", on_servers(world, *servers_[0]),
-                   on_servers(world, *servers_[2]), kTicksToFollow);
+    if (scene.group == kThreads) return compare(scene, on_threads(world, 1), on_threads(world, 2));
+    const std::size_t two = scene.group == kFollows ? 2 : 1;
+    return compare(scene, on_servers(world, *servers_[0]), on_servers(world, *servers_[two]));
   }
 
-  absl::Status compare(const Scene& scene, const std::string& what, absl::StatusOr<Side> one,
-                       absl::StatusOr<Side> two, Tick before = 0) {
+  absl::Status compare(const Scene& scene, absl::StatusOr<Side> one, absl::StatusOr<Side> two) {
     if (!one.ok()) return one.status();
     if (!two.ok()) return two.status();
-    for (Tick tick = 0; tick < before; tick += kStride) {
+    for (Tick tick = 0; tick < ticks_before(scene); tick += kStride) {
       absl::Status status = one->step();
       if (status.ok()) status = two->step();
       if (status.ok()) status = count_.advance();
@@ -179,17 +193,18 @@ class Measurement {
     const absl::StatusOr<std::string> other = two->hash();
     if (!other.ok()) return other.status();
     const bool same = *hash == *other;
-    if (!same) report_.misses.push_back(scene.name + ": two " + what + " end in other bits than one");
+    if (!same) report_.misses.push_back(scene.name + ": two " + scene.group + " end in other bits than one");
     const auto ticks = static_cast<double>(ticks_);
     report_.table("rows").push_back({{"engine", name_of(options_.precision)},
                                      {"scene", scene.name},
                                      {"sector_size", scene.sector_size},
-                                     {"what", what},
-                                     {"ticks_before", before},
+                                     {"what", scene.group},
+                                     {"ticks_before", ticks_before(scene)},
                                      {"ticks", ticks_},
                                      {"one_ms", one->ms / ticks},
                                      {"two_ms", two->ms / ticks},
                                      {"speedup", one->ms / two->ms},
+                                     {"machine_speedup", machine_.take_speedup()},
                                      {"same_bits", same},
                                      {"kilobytes_per_tick", (*exchanged - *exchanged_before) / 1000 / ticks},
                                      {"hash", *hash}});

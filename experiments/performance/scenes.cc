@@ -105,11 +105,39 @@ WorldDescription mixed_bodies(const WorldSettings& settings, int count) {
   return builder.world();
 }
 
-WorldDescription poured_bodies(const WorldSettings& settings, Poured kind, int count) {
+namespace {
+
+void add_bottom(Bottom bottom, WorldBuilder& builder) {
+  constexpr double kHalfMesh = 30;  // m
+  constexpr int kCells = 224;       // along an edge
+  if (bottom == Bottom::kFloor) return builder.add_floor(kHalfFloor, 0);
+  const TriangleMesh mesh =
+      bottom == Bottom::kHills ? hills(kHalfFloor) : hills(kHalfMesh, 2 * kHalfMesh / kCells);
+  builder.add("ground", builder.shape(mesh), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
+}
+
+// Four around a square, from so far below zero up.
+void add_walls(double half, double below, WorldBuilder& builder) {
+  constexpr double kThick = 2;    // m
+  constexpr double kHeight = 30;  // m
+  for (int wall = 0; wall < 4; ++wall) {
+    const bool is_along_x = wall % 2 == 0;
+    const double sign = wall < 2 ? 1 : -1;
+    const double length = 2 * (half + kThick);
+    const ShapeId shape =
+        builder.shape(is_along_x ? Box{{kThick, length, kHeight}} : Box{{length, kThick, kHeight}});
+    const double at = sign * (half + kThick / 2);
+    builder.add(absl::StrCat("wall", wall), shape, 1,
+                {is_along_x ? at : 0, is_along_x ? 0 : at, kHeight / 2 - below}, Motion::kStatic);
+  }
+}
+
+}  // namespace
+
+WorldDescription poured_bodies(const WorldSettings& settings, Poured kind, int count, Bottom bottom) {
   constexpr double kApart = 1.3;  // m
-  constexpr double kWall = 2;     // m, its thickness
   WorldBuilder builder(settings);
-  builder.add_floor(kHalfFloor, 0);
+  add_bottom(bottom, builder);
   const ShapeId ball = builder.shape(Sphere{0.5});
   const ShapeId capsule = builder.shape(Capsule{0.3, 0.6});
   const ShapeId box = builder.shape(Box{{0.9, 0.8, 0.7}});
@@ -131,25 +159,16 @@ WorldDescription poured_bodies(const WorldSettings& settings, Poured kind, int c
     return {};
   }();
   const int side = static_cast<int>(std::ceil(std::sqrt(count / 16.0)));
-  const double half = side * kApart / 2 + 0.5;
-  const double height = 30;  // m
-  for (int wall = 0; wall < 4; ++wall) {
-    const bool is_along_x = wall % 2 == 0;
-    const double sign = wall < 2 ? 1 : -1;
-    const double length = 2 * (half + kWall);
-    const ShapeId shape =
-        builder.shape(is_along_x ? Box{{kWall, length, height}} : Box{{length, kWall, height}});
-    const double at = sign * (half + kWall / 2);
-    builder.add(absl::StrCat("wall", wall), shape, 1, {is_along_x ? at : 0, is_along_x ? 0 : at, height / 2},
-                Motion::kStatic);
-  }
+  const double below = bottom == Bottom::kFloor ? 0 : 1;  // m
+  add_walls(side * kApart / 2 + 0.5, below, builder);
   Scatter scatter;
   for (int n = 0; n < count; ++n) {
     const int layer = n / (side * side);
     const int row = n % (side * side) / side;
     const int column = n % side;
     const Eigen::Vector3d place((column - (side - 1) / 2.0) * kApart + 0.1 * scatter.next(),
-                                (row - (side - 1) / 2.0) * kApart + 0.1 * scatter.next(), 1 + kApart * layer);
+                                (row - (side - 1) / 2.0) * kApart + 0.1 * scatter.next(),
+                                1 + below / 2 + kApart * layer);
     const Eigen::Vector4d turn(scatter.next() - 0.5, scatter.next() - 0.5, scatter.next() - 0.5, 0.6);
     builder.add(absl::StrCat("body", n), shapes[static_cast<std::size_t>(n) % shapes.size()], 1, place)
         .pose.orientation = Eigen::Quaterniond(turn.normalized());

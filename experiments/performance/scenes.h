@@ -18,8 +18,12 @@ WorldDescription mixed_bodies(const WorldSettings& settings, int count);
 // What is poured into a bin.
 enum class Poured { kBalls, kCapsules, kBoxes, kCylinders, kAll };
 
+// What they fall on: a box, hills of 28,800 triangles of 2 m, or of 100,352 of 0.27 m.
+enum class Bottom { kFloor, kHills, kMesh };
+
 // `count` bodies some 1 m long, of one kind or of all, hulls among them, turned at random, poured into a bin
 // of four walls that holds them half a dozen deep.
-WorldDescription poured_bodies(const WorldSettings& settings, Poured kind, int count);
+WorldDescription poured_bodies(const WorldSettings& settings, Poured kind, int count,
+                               Bottom bottom = Bottom::kFloor);
 
 }  // namespace tessera

@@ -143,15 +143,14 @@ WorldDescription chain_world(const WorldSettings& settings, int links, const Eig
   return builder.world();
 }
 
-TriangleMesh hills(double half_size) {
-  constexpr double kCell = 2;          // m
+TriangleMesh hills(double half_size, double cell) {
   constexpr double kWaveNumber = 0.4;  // 1/m
-  const auto cells = static_cast<std::uint32_t>(2 * half_size / kCell);
+  const auto cells = static_cast<std::uint32_t>(2 * half_size / cell);
   TriangleMesh mesh;
   for (std::uint32_t row = 0; row <= cells; ++row) {
     for (std::uint32_t column = 0; column <= cells; ++column) {
-      const double x = column * kCell - half_size;
-      const double y = row * kCell - half_size;
+      const double x = column * cell - half_size;
+      const double y = row * cell - half_size;
       mesh.vertices.emplace_back(
           x, y, 0.25 * (portable::sincos(kWaveNumber * x).sin + portable::sincos(kWaveNumber * y).sin));
     }

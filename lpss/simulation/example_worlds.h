@@ -56,9 +56,9 @@ WorldDescription pyramid_world(const WorldSettings& settings, int rows);
 // A chain of `links` capsules that hangs level from the world at `base` and falls into a swing.
 WorldDescription chain_world(const WorldSettings& settings, int links, const Eigen::Vector3d& base);
 
-// A square of triangles around the origin, from -half_size to half_size (m) along x and y, whose hills are
-// half a metre high.
-TriangleMesh hills(double half_size);
+// A square of triangles around the origin, from -half_size to half_size (m) along x and y, two to each square
+// of `cell` m, whose hills are half a metre high.
+TriangleMesh hills(double half_size, double cell = 2);
 
 // Corners of a box that is cut off at the top: a solid of eight corners and six faces.
 ConvexHull stone();
