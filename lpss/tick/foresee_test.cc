@@ -21,7 +21,8 @@ const BodyState kMoves = moving(box(2, kHigh, kMiddle), {0, 0, 1}).state;
 // Box 2 on a joint of box 1, or of the world.
 class OnJoint {
  public:
-  OnJoint(JointType type, bool on_world, const BodyState& state = box(2, kHigh, kMiddle).state) {
+  OnJoint(JointType type, bool on_world, const BodyState& state = box(2, kHigh, kMiddle).state,
+          const SectorIndex& parents_home = kHigh) {
     joint_.id = JointId{1};
     joint_.properties.type = type;
     joint_.properties.parent = BodyId{on_world ? 0u : 1u};
@@ -29,7 +30,7 @@ class OnJoint {
     joint_.properties.anchor = kHigh;
     joint_.properties.in_parent.position = on_world ? kMiddle : Eigen::Vector3d(1, 0, 0);
     joint_.parent_motion = on_world ? Motion::kStatic : Motion::kDynamic;
-    add_body(*partition_, box(1, kHigh, Eigen::Vector3d::Zero()));
+    add_body(*partition_, box(1, parents_home, Eigen::Vector3d::Zero()));
     BodyRecord child = box(2, kHigh, kMiddle);
     child.state = state;
     add_body(*partition_, child);
@@ -80,20 +81,30 @@ TEST(Foresee, ADriveDoesNoMoreThanItWants) {
   EXPECT_LT(slider.surge(), kTick * 0.1) << "it is where it wants to be";
 }
 
-TEST(Foresee, OnABodyThatMayMoveABoundTakesThePlaceOfTheAxis) {
+TEST(Foresee, OnABodyThatMayMoveADriveActsInTheTickInWhichItIsSet) {
   OnJoint slider(JointType::kPrismatic, /*on_world=*/false, kMoves);
   slider.axis().lower = -0.5;
   slider.axis().upper = 0.5;
-  slider.drive() = {.mode = DriveMode::kServo, .target = 0, .stiffness = 100};
+  slider.drive() = {.mode = DriveMode::kServo, .target = 0.25, .stiffness = 100};
   slider.add();
   EXPECT_EQ(slider.surge(), 0);
   slider.set_drive();
-  EXPECT_NEAR(slider.surge(), 100 * 1 / kMass * kTick * kTick, kRounding);
+  EXPECT_NEAR(slider.surge(), 100 * 0.25 / kMass * kTick * kTick, kRounding);
   EXPECT_EQ(slider.surge(), 0) << "in that tick alone";
   slider.drive() = {.mode = DriveMode::kEffort, .target = 10};
   slider.set_drive();
   EXPECT_NEAR(slider.surge(), 10 / kMass * kTick * kTick, kRounding);
   EXPECT_NEAR(slider.surge(), 10 / kMass * kTick * kTick, kRounding);
+}
+
+TEST(Foresee, OnABodyOfAnotherSectorABoundTakesThePlaceOfTheAxis) {
+  OnJoint slider(JointType::kPrismatic, /*on_world=*/false, kMoves, kLow);
+  slider.axis().lower = -0.5;
+  slider.axis().upper = 0.5;
+  slider.drive() = {.mode = DriveMode::kServo, .target = 0.25, .stiffness = 100};
+  slider.add();
+  slider.set_drive();
+  EXPECT_NEAR(slider.surge(), 100 * 1 / kMass * kTick * kTick, kRounding);
 }
 
 TEST(Foresee, NoSurgeIsLargerThanTheLargest) {
