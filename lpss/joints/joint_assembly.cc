@@ -75,7 +75,7 @@ void JointAssembly::begin(double dt, int steps) {
   free_count_ = 0;
   gained_ = 0;
   is_settled_ = has_diverged_ = false;
-  is_pushed_ = awaits_answer_ = was_put_right_ = false;
+  is_pushed_ = awaits_answer_ = false;
   is_response_known_ = false;
   gives_.clear();
   ways_count_ = 0;

@@ -300,9 +300,8 @@ class JointAssembly {
   Eigen::VectorXd soft_impulses_;
   double gained_ = 0;  // J, in this tick
   bool is_settled_ = false;
-  double changed_ = 0;          // m or rad, in the way of the step: by the last pass, since others pushed
-  bool was_put_right_ = false;  // in this tick
-  bool has_diverged_ = false;   // in this tick: nothing is solved any more
+  double changed_ = 0;         // m or rad, in the way of the step: by the last pass, since others pushed
+  bool has_diverged_ = false;  // in this tick: nothing is solved any more
   std::vector<Eigen::VectorXd> ways_;  // the velocities of steps that bodies are still to be moved by ...
   std::size_t ways_count_ = 0;         // ... are the first ones
   Eigen::VectorXd stays_;              // of the last step: those that stayed

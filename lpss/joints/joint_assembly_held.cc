@@ -13,11 +13,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// The share of an error that is corrected in a step: in the first one of a tick, that of all its steps. What
-// is left is corrected in later ones only where it is more than the rounding of poses.
+// The share of an error that is corrected in a step.
 constexpr double kPutRight = 0.3;
-constexpr double kLeftWrong = 1e-6;  // m or rad
-constexpr int kStepsAtOnce = 8;
 
 // m or rad: an error at the end of a step that is no error.
 constexpr double kSettledError = 1e-10;
@@ -41,15 +38,11 @@ constexpr double kBentChange = 0.5;
 // Moves bodies by a share of Newton's step that leaves smaller errors: where little gives way along a row,
 // the whole of it may go too far.
 void JointAssembly::put_right() {
-  if (!(errors_.lpNorm<Eigen::Infinity>() > (was_put_right_ ? kLeftWrong : kSettled))) return;
-  double left_wrong = 1 - kPutRight;
-  for (int n = 1; !was_put_right_ && moves_ && n < std::min(steps_, kStepsAtOnce); ++n)
-    left_wrong *= 1 - kPutRight;
-  was_put_right_ = true;
+  if (errors_.lpNorm<Eigen::Infinity>() <= kSettled) return;
   VectorXd& whole = memory_.whole;
   held_.solve(errors_, memory_.impulses);
   held_.response(memory_.impulses, whole);
-  whole *= left_wrong - 1;
+  whole *= -kPutRight;
   double turn = 0;
   for (Index first = 0; first < whole.size(); first += kBodyNumbers)
     turn = std::max(turn, whole.segment<3>(first + 3).norm());
