@@ -116,16 +116,16 @@ Activity Body::activity() const {
   }
 }
 
-Box box_at(const Body& body, const btTransform& pose) {
+Bounds bounds_at(const Body& body, const btTransform& pose) {
   const btVector3 reach(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold);
-  Box box;
-  body.shape->root()->getAabb(pose, box.low, box.high);
-  box.low -= reach;
-  box.high += reach;
-  return box;
+  Bounds bounds;
+  body.shape->root()->getAabb(pose, bounds.low, bounds.high);
+  bounds.low -= reach;
+  bounds.high += reach;
+  return bounds;
 }
 
-bool is_sensible(const Box& box) { return (box.high - box.low).length2() < btScalar(1e12); }
+bool is_sensible(const Bounds& bounds) { return (bounds.high - bounds.low).length2() < btScalar(1e12); }
 
 bool is_wanted_pair(const Body& a, const Body& b) {
   if (!a.is_dynamic() && !b.is_dynamic()) return false;

@@ -11,8 +11,8 @@
 
 namespace tessera::bullet {
 
-// In the sector's frame, with the distance at which contacts are found.
-struct Box {
+// An axis-aligned bounding box in the sector's frame, with the distance at which contacts are found.
+struct Bounds {
   btVector3 low{0, 0, 0};
   btVector3 high{0, 0, 0};
 };
@@ -60,10 +60,10 @@ struct Body {
   btRigidBody rigid;
 };
 
-Box box_at(const Body& body, const btTransform& pose);
+Bounds bounds_at(const Body& body, const btTransform& pose);
 
 // Whether the box is finite and of a reasonable size.
-bool is_sensible(const Box& box);
+bool is_sensible(const Bounds& bounds);
 
 // Whether contacts of the pair are detected, as far as properties decide.
 bool is_wanted_pair(const Body& a, const Body& b);

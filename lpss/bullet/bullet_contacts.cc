@@ -32,8 +32,8 @@ Entry entry_of(btPersistentManifold* manifold) {
 }
 
 bool boxes_overlap(const Body& a, const Body& b) {
-  const Box p = CollisionSpace::box_of(a);
-  const Box q = CollisionSpace::box_of(b);
+  const Bounds p = CollisionSpace::bounds_of(a);
+  const Bounds q = CollisionSpace::bounds_of(b);
   return TestAabbAgainstAabb2(p.low, p.high, q.low, q.high);
 }
 

@@ -44,29 +44,29 @@ struct SmallestDistance final : btCollisionWorld::ContactResultCallback {
 
 }  // namespace
 
-Box BulletWorld::box_of(const Body& boxed) const {
-  return space_ ? CollisionSpace::box_of(boxed) : lone_box_;
+Bounds BulletWorld::bounds_of(const Body& boxed) const {
+  return space_ ? CollisionSpace::bounds_of(boxed) : lone_bounds_;
 }
 
-void BulletWorld::set_box(const Body& boxed, const Box& box) const {
+void BulletWorld::set_bounds(const Body& boxed, const Bounds& bounds) const {
   if (space_) {
-    space_->set_box(boxed, box);
+    space_->set_bounds(boxed, bounds);
   } else {
-    lone_box_ = box;
+    lone_bounds_ = bounds;
   }
 }
 
-void BulletWorld::set_box_to_pose(const Body& boxed) const {
-  const Box box = box_at(boxed, boxed.rigid.getWorldTransform());
+void BulletWorld::set_bounds_to_pose(const Body& boxed) const {
+  const Bounds bounds = bounds_at(boxed, boxed.rigid.getWorldTransform());
   // As in Bullet's own update: a body without a valid box keeps its last one.
-  if (boxed.motion == Motion::kStatic || is_sensible(box)) set_box(boxed, box);
+  if (boxed.motion == Motion::kStatic || is_sensible(bounds)) set_bounds(boxed, bounds);
 }
 
-void BulletWorld::set_boxes_to_poses() const {
+void BulletWorld::set_bounds_to_poses() const {
   for (const std::unique_ptr<Body>& slot : bodies_) {
-    if (slot && slot->is_awake()) set_box_to_pose(*slot);
+    if (slot && slot->is_awake()) set_bounds_to_pose(*slot);
   }
-  boxes_are_old_ = false;
+  bounds_are_old_ = false;
 }
 
 std::optional<BulletWorld::SweepHit> BulletWorld::sweep(Body& swept, const btTransform& to) const {
@@ -98,13 +98,13 @@ std::optional<BulletWorld::SweepHit> BulletWorld::sweep(Body& swept, const btTra
 
 Eigen::AlignedBox3d BulletWorld::swept_box(BodySlot slot, double dt) const {
   const Body& b = body(slot);
-  Box box = box_at(b, b.rigid.getWorldTransform());
+  Bounds bounds = bounds_at(b, b.rigid.getWorldTransform());
   if (b.motion != Motion::kStatic) {
-    const Box at_end = box_at(b, after(b.rigid, btScalar(dt)));
-    box.low.setMin(at_end.low);
-    box.high.setMax(at_end.high);
+    const Bounds at_end = bounds_at(b, after(b.rigid, btScalar(dt)));
+    bounds.low.setMin(at_end.low);
+    bounds.high.setMax(at_end.high);
   }
-  return {to_eigen(box.low), to_eigen(box.high)};
+  return {to_eigen(bounds.low), to_eigen(bounds.high)};
 }
 
 void BulletWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
@@ -116,12 +116,12 @@ void BulletWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
   }
 }
 
-bool BulletWorld::reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& /*hint*/) const {
-  if (boxes_are_old_) set_boxes_to_poses();
-  const btVector3 low = to_bullet(Eigen::Vector3d(box.min()));
-  const btVector3 high = to_bullet(Eigen::Vector3d(box.max()));
+bool BulletWorld::reaches_home_body(const Eigen::AlignedBox3d& bounds, BodySlot& /*hint*/) const {
+  if (bounds_are_old_) set_bounds_to_poses();
+  const btVector3 low = to_bullet(Eigen::Vector3d(bounds.min()));
+  const btVector3 high = to_bullet(Eigen::Vector3d(bounds.max()));
   const auto is_reached = [&](const Body& other) {
-    const Box its = box_of(other);
+    const Bounds its = bounds_of(other);
     return other.lives_here() && TestAabbAgainstAabb2(low, high, its.low, its.high);
   };
   if (!space_) {
@@ -136,7 +136,7 @@ bool BulletWorld::reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& /*
 
 std::optional<RayHit> BulletWorld::raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                            std::uint32_t mask) const {
-  if (boxes_are_old_) set_boxes_to_poses();
+  if (bounds_are_old_) set_bounds_to_poses();
   const btVector3 start = to_bullet(from);
   const btVector3 end = to_bullet(to);
   const auto is_wanted = [&](const Body& other, const btBroadphaseProxy&) {
@@ -167,7 +167,7 @@ std::optional<RayHit> BulletWorld::raycast(const Eigen::Vector3d& from, const Ei
 
 std::vector<NearBody> BulletWorld::near(const Geometry& geometry, const Pose& pose, double reach,
                                         std::uint32_t mask) {
-  if (boxes_are_old_) set_boxes_to_poses();
+  if (bounds_are_old_) set_bounds_to_poses();
   const CollisionShape shape(Shape{{ShapePart{geometry, {}}}}, Pose{}, /*is_static=*/false);
   btCollisionObject probe;
   probe.setCollisionShape(shape.root());

@@ -48,7 +48,7 @@ void BulletWorld::detect(double dt, const ParallelFor& /*parallel*/) {
   release(predictive_);
   leave_space();
   predict(dt);
-  set_boxes_to_predictions();
+  set_bounds_to_predictions();
   is_gathered_ = false;
   if (!space_) return;
   if (settings_.continuous_collision) make_predictive_contacts();
@@ -69,23 +69,23 @@ void BulletWorld::predict(double dt) {
 }
 
 // As Bullet's updateAabbs(): a body whose box is not finite, or far too large, is removed.
-void BulletWorld::set_boxes_to_predictions() {
+void BulletWorld::set_bounds_to_predictions() {
   for (const std::unique_ptr<Body>& slot : bodies_) {
     if (!slot || !slot->is_awake()) continue;
     btRigidBody& rigid = slot->rigid;
-    Box box = box_at(*slot, rigid.getWorldTransform());
+    Bounds bounds = bounds_at(*slot, rigid.getWorldTransform());
     if (settings_.continuous_collision && slot->is_dynamic()) {
-      const Box predicted = box_at(*slot, rigid.getInterpolationWorldTransform());
-      box.low.setMin(predicted.low);
-      box.high.setMax(predicted.high);
+      const Bounds predicted = bounds_at(*slot, rigid.getInterpolationWorldTransform());
+      bounds.low.setMin(predicted.low);
+      bounds.high.setMax(predicted.high);
     }
-    if (is_sensible(box)) {
-      set_box(*slot, box);
+    if (is_sensible(bounds)) {
+      set_bounds(*slot, bounds);
     } else {
       rigid.setActivationState(DISABLE_SIMULATION);
     }
   }
-  boxes_are_old_ = false;
+  bounds_are_old_ = false;
 }
 
 void BulletWorld::make_predictive_contacts() {
@@ -169,7 +169,7 @@ std::vector<StoppedBody> BulletWorld::integrate(double dt, const ParallelFor& /*
   }
   if (space_ && !fast.empty()) {
     // From here on, boxes contain all poses that the solver has corrected.
-    set_boxes_to_poses();
+    set_bounds_to_poses();
     for (Body* swept : fast) {
       if (const std::optional<SweepHit> hit = sweep(*swept, swept->next)) {
         swept->next = after(swept->rigid, step * hit->fraction);
@@ -184,7 +184,7 @@ std::vector<StoppedBody> BulletWorld::integrate(double dt, const ParallelFor& /*
     slot->rigid.proceedToTransform(slot->next);
     keep_still_clock(*slot, dt);
   }
-  boxes_are_old_ = true;
+  bounds_are_old_ = true;
   return stopped;
 }
 

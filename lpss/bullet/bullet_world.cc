@@ -17,7 +17,7 @@ CollisionSpace& BulletWorld::space() const {
   if (space_) return *space_;
   space_ = std::make_unique<CollisionSpace>(engine_);
   for (const std::unique_ptr<Body>& only : bodies_) {
-    if (only) space_->add(*only, lone_box_);
+    if (only) space_->add(*only, lone_bounds_);
   }
   return *space_;
 }
@@ -26,7 +26,7 @@ CollisionSpace& BulletWorld::space() const {
 void BulletWorld::leave_space() {
   if (!space_ || slots_.size() > 1) return;
   for (const std::unique_ptr<Body>& only : bodies_) {
-    if (only) lone_box_ = CollisionSpace::box_of(*only);
+    if (only) lone_bounds_ = CollisionSpace::bounds_of(*only);
   }
   space_.reset();
 }
@@ -64,7 +64,7 @@ BodySlot BulletWorld::add(std::unique_ptr<Body> added) {
   Body& body = *added;
   bodies_[static_cast<std::size_t>(slot)] = std::move(added);
   if (space_) space_->add(body, {});
-  set_box_to_pose(body);
+  set_bounds_to_pose(body);
   return slot;
 }
 
@@ -80,7 +80,7 @@ void BulletWorld::remove(BodySlot slot) {
 
 void BulletWorld::set_state(BodySlot slot, const BodyState& state) {
   body(slot).set_state(state);
-  set_box_to_pose(body(slot));
+  set_bounds_to_pose(body(slot));
 }
 
 Eigen::Vector3d BulletWorld::position(BodySlot slot) const {
@@ -123,7 +123,7 @@ void BulletWorld::sleep(BodySlot slot) {
   sleeper.rigid.setAngularVelocity(btVector3(0, 0, 0));
   sleeper.rigid.setInterpolationWorldTransform(sleeper.rigid.getWorldTransform());
   sleeper.rigid.forceActivationState(ISLAND_SLEEPING);
-  set_box_to_pose(sleeper);
+  set_bounds_to_pose(sleeper);
 }
 
 void BulletWorld::wake(BodySlot slot) {

@@ -81,7 +81,7 @@ class BulletWorld final : public SectorWorld {
   Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
   void append_outside(const Eigen::AlignedBox3d& inside, double dt, std::vector<BodyOutside>& outside,
                       const ParallelFor& parallel) const override;
-  bool reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const override;
+  bool reaches_home_body(const Eigen::AlignedBox3d& bounds, BodySlot& hint) const override;
   std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                 std::uint32_t mask) const override;
   std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach,
@@ -106,7 +106,7 @@ class BulletWorld final : public SectorWorld {
 
   BodySlot add(std::unique_ptr<Body> body);
   void predict(double dt);
-  void set_boxes_to_predictions();
+  void set_bounds_to_predictions();
   void make_predictive_contacts();
   void make_predictive_contact(Body& body, const SweepHit& hit, const btVector3& motion);
   void keep_still_clock(Body& body, double dt);
@@ -116,16 +116,16 @@ class BulletWorld final : public SectorWorld {
   bool is_wanted(const Body& a, const Body& b) const;
   CollisionSpace& space() const;
   void leave_space();
-  Box box_of(const Body& body) const;
-  void set_box(const Body& body, const Box& box) const;
-  void set_box_to_pose(const Body& body) const;
-  void set_boxes_to_poses() const;
+  Bounds bounds_of(const Body& body) const;
+  void set_bounds(const Body& body, const Bounds& bounds) const;
+  void set_bounds_to_pose(const Body& body) const;
+  void set_bounds_to_poses() const;
   std::optional<SweepHit> sweep(Body& body, const btTransform& to) const;
 
   BulletEngine& engine_;
   const EngineSettings& settings_;
   mutable std::unique_ptr<CollisionSpace> space_;  // while there are two bodies, or after a query
-  mutable Box lone_box_;                           // of the only body, without a space
+  mutable Bounds lone_bounds_;                     // of the only body, without a space
 
   std::vector<std::unique_ptr<Body>> bodies_;  // by slot; null where free
   std::vector<BodySlot> free_slots_;
@@ -137,7 +137,7 @@ class BulletWorld final : public SectorWorld {
   std::vector<PairRange> ranges_;                 // of pairs_, in manifolds_
   std::vector<btPersistentManifold*> manifolds_;  // sorted
 
-  mutable bool boxes_are_old_ = false;  // bodies moved since their boxes were made
+  mutable bool bounds_are_old_ = false;  // bodies moved since their boxes were made
 };
 
 // The Bullet body of a task's body.

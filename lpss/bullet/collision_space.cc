@@ -60,23 +60,23 @@ CollisionSpace::~CollisionSpace() {
   }
 }
 
-void CollisionSpace::add(Body& body, const Box& box) {
+void CollisionSpace::add(Body& body, const Bounds& bounds) {
   // The next proxy takes the next number, so this makes it the body's id.
   broadphase_.m_gid = static_cast<int>(body.id.value) - 1;
   world_.addCollisionObject(&body.rigid);
-  set_box(body, box);
+  set_bounds(body, bounds);
 }
 
 void CollisionSpace::remove(Body& body) { world_.removeCollisionObject(&body.rigid); }
 
-Box CollisionSpace::box_of(const Body& body) {
+Bounds CollisionSpace::bounds_of(const Body& body) {
   const btBroadphaseProxy& proxy = *body.rigid.getBroadphaseHandle();
   return {proxy.m_aabbMin, proxy.m_aabbMax};
 }
 
-void CollisionSpace::set_box(const Body& body, const Box& box) {
+void CollisionSpace::set_bounds(const Body& body, const Bounds& bounds) {
   auto* proxy = const_cast<btBroadphaseProxy*>(body.rigid.getBroadphaseHandle());
-  broadphase_.setAabb(proxy, box.low, box.high, &dispatcher_);
+  broadphase_.setAabb(proxy, bounds.low, bounds.high, &dispatcher_);
 }
 
 void CollisionSpace::detect(double dt) {

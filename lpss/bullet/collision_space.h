@@ -25,12 +25,12 @@ class CollisionSpace {
   CollisionSpace(const CollisionSpace&) = delete;
   CollisionSpace& operator=(const CollisionSpace&) = delete;
 
-  // `box` is used for finding pairs until it is set again. Bodies must outlive the space or be removed.
-  void add(Body& body, const Box& box);
+  // `bounds` is used for finding pairs until it is set again. Bodies must outlive the space or be removed.
+  void add(Body& body, const Bounds& bounds);
   void remove(Body& body);
 
-  static Box box_of(const Body& body);
-  void set_box(const Body& body, const Box& box);
+  static Bounds bounds_of(const Body& body);
+  void set_bounds(const Body& body, const Bounds& bounds);
 
   // Updates the contacts of all pairs whose boxes overlap.
   void detect(double dt);

@@ -21,8 +21,8 @@ Scalar left_after(double damping, double dt) {
 // than how mass is spread in a body explains.
 Scalar nimbleness_of(const Body& body, double mass) {
   constexpr double kExplained = 8;
-  const Box& box = body.solid->box();
-  const Vector reach = box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs());
+  const Bounds& bounds = body.solid->bounds();
+  const Vector reach = bounds.low.cwiseAbs().cwiseMax(bounds.high.cwiseAbs());
   const Vector squares = reach.cwiseAbs2();
   const Vector of_block = (Vector::Constant(squares.sum()) - squares) * Scalar(mass / 3);
   const Scalar most = of_block.cwiseProduct(body.inverse_moments).maxCoeff();

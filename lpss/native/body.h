@@ -64,7 +64,7 @@ struct Body {
   // Sets `next` and `next_angular`.
   void foresee(Scalar dt);
 
-  Box box_at(const Frame& at) const { return solid->box_at(at).grown(solid->margin() + rounding); }
+  Bounds bounds_at(const Frame& at) const { return solid->bounds_at(at).grown(solid->margin() + rounding); }
 
   // What loops over all bodies look at comes first.
   Frame pose;
@@ -79,7 +79,8 @@ struct Body {
   bool flies = false;   // SectorWorld::flew()
   btDbvtNode* leaf = nullptr;
   std::unique_ptr<const BodySurface> surface;  // none: one like any other
-  Box box;  // what pairs are found by: of the last detection, with the distance at which contacts are found
+  Bounds bounds;  // what pairs are found by: of the last detection, with the distance at which contacts are
+                  // found
   Vector gravity = Vector::Zero();  // m/s^2
   Vector force = Vector::Zero();    // N, in this tick
   Vector torque = Vector::Zero();   // N m
@@ -94,7 +95,7 @@ struct Body {
   Matrix start_rotation;     // likewise
   Frame next;                // where integrate() moves the body
   Vector next_angular;       // rad/s, there
-  Box enlarged;              // in the tree of the broad phase; holds `box`
+  Bounds enlarged;           // in the tree of the broad phase; holds `bounds`
 
   BodyId id;
   std::uint32_t category;
@@ -104,7 +105,7 @@ struct Body {
   bool flies_fine;
   bool jointed = false;
   bool has_left = false;                    // its enlarged box, in this detection
-  Box left;                                 // the enlarged box before this detection
+  Bounds left;                              // the enlarged box before this detection
   Vector moments = Vector::Zero();          // kg m^2, principal
   Vector inverse_moments = Vector::Zero();  // 1/(kg m^2)
   Matrix principal_axes;                    // from the centre to the body frame
@@ -121,8 +122,10 @@ struct Body {
   std::unique_ptr<BodyState> static_state;  // of static bodies, whose pose includes the offset of their shape
 };
 
-// Whether a box is of numbers, and of a reasonable size: a body without one is not looked for.
-inline bool is_sensible(const Box& box) { return (box.high - box.low).squaredNorm() < Scalar(1e12); }
+// Whether bounds are of numbers, and of a reasonable size: a body without such is not looked for.
+inline bool is_sensible(const Bounds& bounds) {
+  return (bounds.high - bounds.low).squaredNorm() < Scalar(1e12);
+}
 
 // A rotation by `turn` (rad, world axes) after `rotation`.
 Matrix turned(const Matrix& rotation, const Vector& turn);

@@ -12,8 +12,8 @@ constexpr Scalar kAheadMax = Scalar(2);      // m
 }  // namespace
 
 void BroadPhase::add(Body& body, BodySlot slot) {
-  body.enlarged = body.box;
-  body.left = Box::nothing();  // no other has ever overlapped it
+  body.enlarged = body.bounds;
+  body.left = Bounds::nothing();  // no other has ever overlapped it
   body.leaf = tree_.insert(volume(body.enlarged), nullptr);
   body.leaf->dataAsInt = slot;
   body.has_left = true;
@@ -28,7 +28,7 @@ void BroadPhase::remove(Body& body) {
 }
 
 void BroadPhase::update(Body& body, BodySlot slot, Scalar dt) {
-  if (body.enlarged.contains(body.box)) return;
+  if (body.enlarged.contains(body.bounds)) return;
   if (!body.has_left) {
     body.has_left = true;
     body.left = body.enlarged;
@@ -37,7 +37,7 @@ void BroadPhase::update(Body& body, BodySlot slot, Scalar dt) {
   const Vector ahead = (body.linear * (dt * kTicksAhead))
                            .cwiseMax(Vector::Constant(-kAheadMax))
                            .cwiseMin(Vector::Constant(kAheadMax));
-  body.enlarged = body.box.grown(kEnlargedBy);
+  body.enlarged = body.bounds.grown(kEnlargedBy);
   body.enlarged.low += ahead.cwiseMin(Vector::Zero());
   body.enlarged.high += ahead.cwiseMax(Vector::Zero());
   btDbvtVolume changed = volume(body.enlarged);

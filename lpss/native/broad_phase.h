@@ -34,7 +34,7 @@ class BroadPhase {
   void add(Body& body, BodySlot slot);
   void remove(Body& body);
 
-  // Puts an enlarged box around `body.box` if that has left the present one.
+  // Puts an enlarged box around `body.bounds` if that has left the present one.
   void update(Body& body, BodySlot slot, Scalar dt);
 
   // Brings `candidates`, ascending by ids, up to date with all bodies that were updated since the last call.
@@ -48,7 +48,7 @@ class BroadPhase {
 
   // Calls `visit(slot)` for each body whose enlarged box overlaps. Safe on several threads at a time.
   template <typename Visit>
-  void for_each_in(const Box& box, const Visit& visit) const;
+  void for_each_in(const Bounds& bounds, const Visit& visit) const;
 
  private:
   // The new pairs of the body in `slot`, which has left its enlarged box.
@@ -56,7 +56,9 @@ class BroadPhase {
   void search(const std::vector<Body>& bodies, BodySlot slot, const IsWanted& is_wanted,
               std::vector<Candidate>& found) const;
 
-  static btDbvtVolume volume(const Box& box) { return btDbvtVolume::FromMM(bt(box.low), bt(box.high)); }
+  static btDbvtVolume volume(const Bounds& bounds) {
+    return btDbvtVolume::FromMM(bt(bounds.low), bt(bounds.high));
+  }
 
   btDbvt tree_;
   std::vector<BodySlot> left_;  // bodies that left their enlarged boxes since the last find_pairs()
@@ -117,9 +119,9 @@ void BroadPhase::find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& c
 }
 
 template <typename Visit>
-void BroadPhase::for_each_in(const Box& box, const Visit& visit) const {
+void BroadPhase::for_each_in(const Bounds& bounds, const Visit& visit) const {
   if (!tree_.m_root) return;
-  const btDbvtVolume wanted = volume(box);
+  const btDbvtVolume wanted = volume(bounds);
   absl::InlinedVector<const btDbvtNode*, 64> stack = {tree_.m_root};
   while (!stack.empty()) {
     const btDbvtNode* node = stack.back();

@@ -22,13 +22,13 @@ class Bodies {
     record.id = {id};
     record.state.position = array(position);
     bodies.emplace_back(record, Role::kHome, solid_, EngineSettings{});
-    bodies.back().box = bodies.back().box_at(bodies.back().pose);
+    bodies.back().bounds = bodies.back().bounds_at(bodies.back().pose);
     phase.add(bodies.back(), static_cast<BodySlot>(bodies.size() - 1));
   }
 
   void move(std::size_t n, const Vector& position) {
     bodies[n].pose.position = position;
-    bodies[n].box = bodies[n].box_at(bodies[n].pose);
+    bodies[n].bounds = bodies[n].bounds_at(bodies[n].pose);
     phase.update(bodies[n], static_cast<BodySlot>(n), Scalar(1) / 60);
   }
 
@@ -46,7 +46,7 @@ class Bodies {
     for (const Candidate& c : candidates) {
       const Body& a = bodies[static_cast<std::size_t>(c.slot_a)];
       const Body& b = bodies[static_cast<std::size_t>(c.slot_b)];
-      if (a.box.overlaps(b.box)) pairs.insert({c.a.value, c.b.value});
+      if (a.bounds.overlaps(b.bounds)) pairs.insert({c.a.value, c.b.value});
     }
     return pairs;
   }
@@ -55,7 +55,7 @@ class Bodies {
     Pairs pairs;
     for (const Body& a : bodies) {
       for (const Body& b : bodies) {
-        if (a.id < b.id && a.box.overlaps(b.box)) pairs.insert({a.id.value, b.id.value});
+        if (a.id < b.id && a.bounds.overlaps(b.bounds)) pairs.insert({a.id.value, b.id.value});
       }
     }
     return pairs;

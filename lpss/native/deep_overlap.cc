@@ -36,8 +36,8 @@ struct PlacedBox {
 
   PlacedBox(const Body& body, const Part& part, const Vector& offset)
       : axes(body.pose.rotation * part.frame.rotation),
-        centre(offset + body.pose.rotation * (part.frame * Vector((part.box.low + part.box.high) / 2))),
-        half((part.box.high - part.box.low) / 2) {}
+        centre(offset + body.pose.rotation * (part.frame * Vector((part.bounds.low + part.bounds.high) / 2))),
+        half((part.bounds.high - part.bounds.low) / 2) {}
   Scalar reach(const Vector& direction) const {
     return half.dot(Vector(axes.transpose() * direction).cwiseAbs());
   }
@@ -141,7 +141,8 @@ class OneWay {
     const Part& p = part_of_a(patch);
     const Part& q = part_of_b(patch);
     if (!p.convex || !q.convex) return false;
-    const Scalar thin = std::min((p.box.high - p.box.low).minCoeff(), (q.box.high - q.box.low).minCoeff());
+    const Scalar thin =
+        std::min((p.bounds.high - p.bounds.low).minCoeff(), (q.bounds.high - q.bounds.low).minCoeff());
     return depth_of(patch) > kDeepShare * thin;
   }
 

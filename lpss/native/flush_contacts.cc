@@ -51,7 +51,7 @@ bool is_within(const Part& part, const Vector& at, Scalar tolerance) {
       break;
   }
   if (part.polyhedron) return is_within(*part.polyhedron, at, tolerance);
-  const Vector& half = part.box.high;
+  const Vector& half = part.bounds.high;
   if (is_cylinder(part)) {
     return std::abs(at.z()) <= half.z() + tolerance && at.head<2>().norm() <= half.x() + tolerance;
   }
@@ -73,7 +73,7 @@ bool is_lowest(const Part& part, const Vector& at, const Vector& down) {
     // A face that is lowest is lowest everywhere.
     if (std::abs(down.z()) > Scalar(std::numbers::sqrt2 / 2)) return true;
     from_core.z() = 0;
-    most = part.box.high.x() * down.head<2>().norm();
+    most = part.bounds.high.x() * down.head<2>().norm();
   } else {
     return true;
   }
@@ -88,7 +88,7 @@ Vector brought_within(const Part& part, const Vector& at) {
     for (const collision::HalfSpace<Scalar>& plane : part.polyhedron->planes)
       within -= plane.normal * std::max(Scalar(0), plane.normal.dot(within) - plane.offset);
   } else if (is_cylinder(part)) {
-    const Vector& half = part.box.high;
+    const Vector& half = part.bounds.high;
     within.head<2>() *= std::min(Scalar(1), half.x() / std::max(at.head<2>().norm(), half.x()));
     within.z() = std::clamp(at.z(), -half.z(), half.z());
   }
@@ -98,7 +98,7 @@ Vector brought_within(const Part& part, const Vector& at) {
 // Whether a point is on a surface, or less than `depth` below it, as seen from `eye`. In its frame.
 bool is_within(const Terrain& terrain, const Vector& at, const Vector& eye, Scalar tolerance, Scalar depth) {
   Terrain::List triangles;
-  terrain.near(Box{at, at}.grown(depth), triangles);
+  terrain.near(Bounds{at, at}.grown(depth), triangles);
   return std::ranges::any_of(triangles, [&](const Terrain::Found& found) {
     const MeshTriangle<Scalar>& triangle = found.triangle;
     const bool is_seen_from_behind = triangle.kept_on == collision::KeptOn::kSideOfCentre &&
@@ -320,8 +320,8 @@ bool FlushContacts::is_in_plane(const Touch& touch, const Touch& bearing) {
 void FlushContacts::share_points(std::size_t plane) {
   const auto is_in = [&](const Touch& touch) { return touch.plane == plane && !touch.is_side; };
   if (std::ranges::count_if(touches_, is_in) < 2) return;
-  const Box& box = touches_[plane].body->solid->box();
-  const Scalar apart = (box.high - box.low).norm() * kOnePoint;
+  const Bounds& bounds = touches_[plane].body->solid->bounds();
+  const Scalar apart = (bounds.high - bounds.low).norm() * kOnePoint;
   Points points;
   Manifold<Scalar> shared;
   shared.normal = touches_[plane].normal;

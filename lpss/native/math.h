@@ -30,34 +30,37 @@ inline Frame operator*(const Frame& outer, const Frame& inner) {
   return {outer.rotation * inner.rotation, outer * inner.position};
 }
 
-struct Box {
+// An axis-aligned bounding box.
+struct Bounds {
   Vector low = Vector::Zero();
   Vector high = Vector::Zero();
 
-  // Overlaps no box, and is inside any.
-  static Box nothing() {
+  // Overlap nothing, and are inside any.
+  static Bounds nothing() {
     constexpr Scalar kFar = std::numeric_limits<Scalar>::max();
     return {Vector::Constant(kFar), Vector::Constant(-kFar)};
   }
 
-  bool overlaps(const Box& other) const {
+  bool overlaps(const Bounds& other) const {
     return low.x() <= other.high.x() && other.low.x() <= high.x() && low.y() <= other.high.y() &&
            other.low.y() <= high.y() && low.z() <= other.high.z() && other.low.z() <= high.z();
   }
-  bool contains(const Box& other) const {
+  bool contains(const Bounds& other) const {
     return low.x() <= other.low.x() && other.high.x() <= high.x() && low.y() <= other.low.y() &&
            other.high.y() <= high.y() && low.z() <= other.low.z() && other.high.z() <= high.z();
   }
-  Box grown(Scalar margin) const { return {low - Vector::Constant(margin), high + Vector::Constant(margin)}; }
-  Box moved(const Vector& way) const { return {low + way, high + way}; }
+  Bounds grown(Scalar margin) const {
+    return {low - Vector::Constant(margin), high + Vector::Constant(margin)};
+  }
+  Bounds moved(const Vector& way) const { return {low + way, high + way}; }
 
-  // The box of this one, posed by a frame.
-  Box posed(const Frame& at) const {
+  // Of these, posed by a frame.
+  Bounds posed(const Frame& at) const {
     const Vector centre = at * ((low + high) / 2);
     const Vector half = at.rotation.cwiseAbs() * ((high - low) / 2);
     return {centre - half, centre + half};
   }
-  void extend(const Box& other) {
+  void extend(const Bounds& other) {
     low = low.cwiseMin(other.low);
     high = high.cwiseMax(other.high);
   }

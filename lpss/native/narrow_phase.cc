@@ -131,9 +131,9 @@ Manifold<Scalar> collide_triangle(const Part& a, const MeshTriangle<Scalar>& b,
   return visit(a, [&](const auto& shape) { return collision::collide(shape, b, placement, margin); });
 }
 
-// The box of a shape a, seen from the frame of b.
-Box seen_from_b(const Box& box, const Placement<Scalar>& placement) {
-  return box.posed({placement.b.transpose() * placement.a, placement.b.transpose() * -placement.offset});
+// The bounds of a shape a, seen from the frame of b.
+Bounds seen_from_b(const Bounds& bounds, const Placement<Scalar>& placement) {
+  return bounds.posed({placement.b.transpose() * placement.a, placement.b.transpose() * -placement.offset});
 }
 
 // Manifolds of one convex shape with the triangles of a surface, by normals. Few, and the deepest ones, are
@@ -142,7 +142,7 @@ class SurfaceContact {
  public:
   // `turn`: from the frame of the convex part to that of the manifolds.
   SurfaceContact(const Part& convex, const Matrix& turn)
-      : apart_((convex.box.high - convex.box.low).squaredNorm() * (kSamePoint * kSamePoint)) {
+      : apart_((convex.bounds.high - convex.bounds.low).squaredNorm() * (kSamePoint * kSamePoint)) {
     if (convex.kind == Kind::kCapsule) axis_ = turn.col(2);
   }
 
@@ -184,7 +184,7 @@ class SurfaceContact {
       return std::ranges::any_of(groups_, [&](const Group& other) {
         if (group.normal.dot(other.normal) > kOpposite) return false;
         const Scalar width =
-            (convex.box.high - convex.box.low).dot(Vector(turn.transpose() * group.normal).cwiseAbs());
+            (convex.bounds.high - convex.bounds.low).dot(Vector(turn.transpose() * group.normal).cwiseAbs());
         if (-(group.least + other.least) < kOfWidth * width) return false;
         const Scalar towards = outside.dot(group.normal - other.normal);
         return towards < 0 || (towards == 0 && group.least < other.least);
@@ -274,7 +274,7 @@ void keep_outside(const Vector& outside, const Part& convex, const Placement<Sca
   const Vector centre = placement.b.transpose() * -placement.offset;
   const Scalar height = triangle.normal.dot(centre - triangle.vertex[0]);
   const Vector across = placement.a.transpose() * (placement.b * triangle.normal);
-  if (std::abs(height) > kThrough * (convex.box.high - convex.box.low).dot(across.cwiseAbs())) return;
+  if (std::abs(height) > kThrough * (convex.bounds.high - convex.bounds.low).dot(across.cwiseAbs())) return;
   triangle.kept_on = slope > 0 ? collision::KeptOn::kFront : collision::KeptOn::kBack;
 }
 
@@ -404,13 +404,14 @@ void NarrowPhase::find(const Body& a, const Body& b, const Contact& before, Scal
     if (may_touch(parts_a[0], parts_b[0])) find(a, parts_a[0], b, parts_b[0], 0, before, margin);
     return;
   }
-  const auto seen = [&](const Box& box, const Body& from, const Body& by) {
-    return box.posed({by.pose.rotation.transpose() * from.pose.rotation, by.pose.inverse(from.pose.position)})
+  const auto seen = [&](const Bounds& bounds, const Body& from, const Body& by) {
+    return bounds
+        .posed({by.pose.rotation.transpose() * from.pose.rotation, by.pose.inverse(from.pose.position)})
         .grown(margin);
   };
-  a.solid->parts_near(seen(b.solid->box(), b, a), parts_of_a_);
+  a.solid->parts_near(seen(b.solid->bounds(), b, a), parts_of_a_);
   for (const std::uint32_t i : parts_of_a_) {
-    b.solid->parts_near(seen(box_at(parts_a[i], {}), a, b), parts_of_b_);
+    b.solid->parts_near(seen(bounds_at(parts_a[i], {}), a, b), parts_of_b_);
     for (const std::uint32_t j : parts_of_b_) {
       if (!may_touch(parts_a[i], parts_b[j])) continue;
       find(a, parts_a[i], b, parts_b[j], std::uint64_t{i} << 32 | j, before, margin);
@@ -464,7 +465,7 @@ void NarrowPhase::find(const Body& a, const Part& p, const Body& b, const Part& 
   };
   if (ground.kind == Kind::kPlane) return keep_above(collide_plane(convex, ground.normal, above, margin));
   Terrain::List triangles;
-  ground.terrain->near(seen_from_b(convex.box, above).grown(margin), triangles);
+  ground.terrain->near(seen_from_b(convex.bounds, above).grown(margin), triangles);
   SurfaceContact contact(convex, above.a);
   const Vector outside = above.b.transpose() * (outside_of(before, parts) * (is_swapped ? -1 : 1));
   for (Terrain::Found& found : triangles) {
@@ -570,7 +571,7 @@ Scalar NarrowPhase::distance(const Solid& p, const Frame& p_at, const Solid& q, 
       }
       const Placement<Scalar> placement{at.rotation, other_at.rotation, other_at.position - at.position};
       Terrain::List triangles;
-      other.terrain->near(seen_from_b(convex.box, placement).grown(reach), triangles);
+      other.terrain->near(seen_from_b(convex.bounds, placement).grown(reach), triangles);
       for (const Terrain::Found& found : triangles) {
         least = std::min(least, native::distance(convex, at, found.triangle, other_at, reach));
       }

@@ -68,9 +68,9 @@ void NativeWorld::look_ahead(BodySlot slot, MeetingsPiece& piece) {
   const Body& foreseen = body(slot);
   piece.near.clear();
   piece.ahead.clear();
-  broad_phase_.for_each_in(foreseen.box, [&](BodySlot other_slot) {
+  broad_phase_.for_each_in(foreseen.bounds, [&](BodySlot other_slot) {
     const Body& other = body(other_slot);
-    if (other_slot == slot || !foreseen.box.overlaps(other.box)) return;
+    if (other_slot == slot || !foreseen.bounds.overlaps(other.bounds)) return;
     // It finds the pair, unless it sleeps: then it says what it was.
     if (other.is_awake() && other.is_foreseen && other.id < foreseen.id) return;
     if (!is_wanted(foreseen, other)) return;
@@ -197,11 +197,11 @@ Scalar NativeWorld::share_until_deep(BodySlot slot, MeetingsPiece& piece) const 
   const Body& turning = body(slot);
   const auto dt = Scalar(settings_.time_step);
   const Course course = Course::solved(turning, dt);
-  Box box = turning.box_at(course.at(0));
-  box.extend(turning.box_at(course.at(1)));
-  box = box.grown(turning.solid->swing());
+  Bounds bounds = turning.bounds_at(course.at(0));
+  bounds.extend(turning.bounds_at(course.at(1)));
+  bounds = bounds.grown(turning.solid->swing());
   piece.near.clear();
-  broad_phase_.for_each_in(box, [&](BodySlot other_slot) {
+  broad_phase_.for_each_in(bounds, [&](BodySlot other_slot) {
     const Body& other = body(other_slot);
     // Where a clone goes is known to its own sector alone.
     if (other_slot == slot || (other.role == Role::kClone && other.is_dynamic())) return;

@@ -42,8 +42,8 @@ class Target {
   btCollisionObject object_;
 };
 
-Box box_of(const Eigen::AlignedBox3d& box) {
-  return {Eigen::Vector3d(box.min()).cast<Scalar>(), Eigen::Vector3d(box.max()).cast<Scalar>()};
+Bounds bounds_of(const Eigen::AlignedBox3d& bounds) {
+  return {Eigen::Vector3d(bounds.min()).cast<Scalar>(), Eigen::Vector3d(bounds.max()).cast<Scalar>()};
 }
 
 // Those of the bodies found that are wanted, in the order of ids.
@@ -93,7 +93,8 @@ void NativeWorld::meet_faces(const Part& part, const Frame& at, const SweptBall&
   const FlyingBall flying{at.inverse(ball.centre), at.rotation.transpose() * hit_at_end.way, ball.radius};
   const Vector end = flying.from + flying.way;
   Terrain::List triangles;
-  part.terrain->near(Box{flying.from.cwiseMin(end), flying.from.cwiseMax(end)}.grown(ball.radius), triangles);
+  part.terrain->near(Bounds{flying.from.cwiseMin(end), flying.from.cwiseMax(end)}.grown(ball.radius),
+                     triangles);
   for (const Terrain::Found& found : triangles) {
     Vector normal;
     const std::optional<Scalar> fraction = meets_face(flying, found.triangle, normal);
@@ -114,12 +115,12 @@ Vector NativeWorld::way_in_tick(const Body& body) const {
 std::optional<NativeWorld::SweepHit> NativeWorld::sweep(BodySlot slot, bool without_clones) const {
   const Body& swept = body(slot);
   const Vector way = swept.next.position - swept.start;
-  const Box box =
-      Box{swept.start.cwiseMin(swept.next.position), swept.start.cwiseMax(swept.next.position)}.grown(
+  const Bounds bounds =
+      Bounds{swept.start.cwiseMin(swept.next.position), swept.start.cwiseMax(swept.next.position)}.grown(
           swept.solid->radius());
   std::vector<BodySlot> near;
-  broad_phase_.for_each_in(box, [&](BodySlot other) {
-    if (other != slot && box.overlaps(body(other).box)) near.push_back(other);
+  broad_phase_.for_each_in(bounds, [&](BodySlot other) {
+    if (other != slot && bounds.overlaps(body(other).bounds)) near.push_back(other);
   });
   const std::vector<BodySlot> candidates = sorted(std::move(near), *this, [&](const Body& other) {
     return is_wanted(swept, other) && !(without_clones && other.role == Role::kClone);
@@ -141,11 +142,12 @@ struct Stretch {
 };
 
 // None if it cannot. In double precision: of a long way, a float's last digit is longer than a bullet.
-std::optional<Stretch> stretch_along(const Vector& from, const Vector& way, const Box& box, Scalar radius) {
+std::optional<Stretch> stretch_along(const Vector& from, const Vector& way, const Bounds& bounds,
+                                     Scalar radius) {
   Stretch stretch;
   for (int k = 0; k < 3; ++k) {
-    const double low = double(box.low[k]) - double(radius) - double(from[k]);
-    const double high = double(box.high[k]) + double(radius) - double(from[k]);
+    const double low = double(bounds.low[k]) - double(radius) - double(from[k]);
+    const double high = double(bounds.high[k]) + double(radius) - double(from[k]);
     const double step = double(way[k]);
     if (step == 0) {
       if (low > 0 || high < 0) return std::nullopt;
@@ -175,12 +177,12 @@ void NativeWorld::sweep(const Body& swept, const Vector& way, BodySlot other,
   Target target(at, {at.pose.rotation, Vector::Zero()});
   btVector3 low, high;
   target.object().getCollisionShape()->getAabb(target.object().getWorldTransform(), low, high);
-  const Box box{vector(low), vector(high)};
+  const Bounds bounds{vector(low), vector(high)};
   for (const SweptBall& from : swept.solid->swept_balls()) {
     const Vector arm = swept.pose.rotation * from.centre;
     const Vector start = swept.start - origin + arm;
     const std::optional<Stretch> near =
-        stretch_along(start, way, box, std::max(from.radius * kRunUp, kRunUpMin));
+        stretch_along(start, way, bounds, std::max(from.radius * kRunUp, kRunUpMin));
     if (!near || (hit && near->first >= double(hit->fraction))) continue;
     const double length = near->last - near->first;
     bullet::NearestHit nearest(bt(way));
@@ -256,8 +258,8 @@ void NativeWorld::predict_contact(BodySlot slot, const SweepHit& hit) {
                          contact);
 }
 
-void NativeWorld::refresh_boxes(const ParallelFor& parallel) const {
-  if (!boxes_are_old_) return;
+void NativeWorld::refresh_bounds(const ParallelFor& parallel) const {
+  if (!bounds_are_old_) return;
   const Pieces pieces = pieces_of_bodies();
   run_parallel(parallel, pieces.count(), [&](std::size_t n) {
     BodiesPiece& piece = bodies_pieces_[n];
@@ -266,36 +268,36 @@ void NativeWorld::refresh_boxes(const ParallelFor& parallel) const {
     for (std::size_t place = pieces.begin(n); place < pieces.end(n); ++place) {
       Body& body = bodies_[place];
       if (!body.leaf) continue;
-      if (body.is_awake() && set_box(body) && !body.enlarged.contains(body.box))
+      if (body.is_awake() && set_bounds(body) && !body.enlarged.contains(body.bounds))
         piece.left.push_back(static_cast<BodySlot>(place));
       note_home(body, piece.homes);
     }
   });
   homes_ = {};
   for (const BodiesPiece& piece : std::span(bodies_pieces_).first(pieces.count())) {
-    homes_.box.extend(piece.homes.box);
+    homes_.bounds.extend(piece.homes.bounds);
     homes_.way = std::max(homes_.way, piece.homes.way);
     for (const BodySlot slot : piece.left)
       broad_phase_.update(bodies_[static_cast<std::size_t>(slot)], slot, Scalar(settings_.time_step));
   }
-  boxes_are_old_ = false;
+  bounds_are_old_ = false;
 }
 
 // What the box of a body that is awake sweeps in a tick, with its turn if that is foreseen.
-Box NativeWorld::box_on_way(const Body& body, bool turns) const {
+Bounds NativeWorld::bounds_on_way(const Body& body, bool turns) const {
   const auto dt = Scalar(settings_.time_step);
-  if (turns) return swept(body, body.box, dt);
-  Box box = body.box;
-  box.extend(box.moved(body.linear * dt));
-  return box;
+  if (turns) return swept(body, body.bounds, dt);
+  Bounds bounds = body.bounds;
+  bounds.extend(bounds.moved(body.linear * dt));
+  return bounds;
 }
 
 void NativeWorld::note_home(const Body& body, Homes& homes) const {
   if (!body.lives_here()) return;
-  if (!body.is_awake()) return homes.box.extend(body.box);
+  if (!body.is_awake()) return homes.bounds.extend(body.bounds);
   const auto dt = Scalar(settings_.time_step);
   const bool turns = is_foreseen(body, dt);
-  homes.box.extend(box_on_way(body, turns));
+  homes.bounds.extend(bounds_on_way(body, turns));
   const Scalar way = body.linear.norm() * dt;
   homes.way = std::max(homes.way, turns ? way + bend(body, dt) : way);
 }
@@ -309,22 +311,22 @@ Scalar NativeWorld::bend(const Body& body, Scalar dt) const {
   return turn * body.solid->radius() + aside + body.surge;
 }
 
-Box NativeWorld::swept(const Body& body, const Box& box, Scalar dt) const {
-  Box swept = box;
-  swept.extend(box.moved(body.linear * dt).grown(bend(body, dt)));
+Bounds NativeWorld::swept(const Body& body, const Bounds& bounds, Scalar dt) const {
+  Bounds swept = bounds;
+  swept.extend(bounds.moved(body.linear * dt).grown(bend(body, dt)));
   return swept;
 }
 
 Eigen::AlignedBox3d NativeWorld::swept_box(BodySlot slot, double dt) const {
   const Body& b = body(slot);
-  Box box = b.box_at(b.pose);
-  if (b.motion != Motion::kStatic) box = swept(b, box, Scalar(dt));
-  return {box.low.cast<double>(), box.high.cast<double>()};
+  Bounds bounds = b.bounds_at(b.pose);
+  if (b.motion != Motion::kStatic) bounds = swept(b, bounds, Scalar(dt));
+  return {bounds.low.cast<double>(), bounds.high.cast<double>()};
 }
 
 void NativeWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
                                  std::vector<BodyOutside>& outside, const ParallelFor& parallel) const {
-  refresh_boxes(parallel);
+  refresh_bounds(parallel);
   const Pieces pieces = pieces_of_bodies();
   run_parallel(parallel, pieces.count(), [&](std::size_t n) {
     std::vector<BodyOutside>& found = bodies_pieces_[n].outside;
@@ -332,23 +334,23 @@ void NativeWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
     for (std::size_t place = pieces.begin(n); place < pieces.end(n); ++place) {
       const Body& body = bodies_[place];
       if (!body.leaf || !body.lives_here() || !body.is_awake()) continue;
-      const Box way = swept(body, body.box, Scalar(dt));
-      const Eigen::AlignedBox3d box(way.low.cast<double>(), way.high.cast<double>());
-      if (!inside.contains(box)) found.push_back({static_cast<BodySlot>(place), box});
+      const Bounds way = swept(body, body.bounds, Scalar(dt));
+      const Eigen::AlignedBox3d bounds(way.low.cast<double>(), way.high.cast<double>());
+      if (!inside.contains(bounds)) found.push_back({static_cast<BodySlot>(place), bounds});
     }
   });
   for (const BodiesPiece& piece : std::span(bodies_pieces_).first(pieces.count()))
     outside.insert(outside.end(), piece.outside.begin(), piece.outside.end());
 }
 
-bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const {
-  refresh_boxes();
-  const Box wanted = box_of(box);
-  if (!wanted.overlaps(homes_.box)) return false;
+bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& bounds, BodySlot& hint) const {
+  refresh_bounds();
+  const Bounds wanted = bounds_of(bounds);
+  if (!wanted.overlaps(homes_.bounds)) return false;
   const auto is_reached = [&](BodySlot slot) {
     const Body& other = body(slot);
-    if (!other.lives_here() || !other.is_awake()) return other.lives_here() && wanted.overlaps(other.box);
-    return wanted.overlaps(box_on_way(other, is_foreseen(other, Scalar(settings_.time_step))));
+    if (!other.lives_here() || !other.is_awake()) return other.lives_here() && wanted.overlaps(other.bounds);
+    return wanted.overlaps(bounds_on_way(other, is_foreseen(other, Scalar(settings_.time_step))));
   };
   if (hint != kNoSlot && is_there(hint) && is_reached(hint)) return true;
   hint = kNoSlot;
@@ -362,8 +364,8 @@ std::vector<NearBody> NativeWorld::near(const Geometry& geometry, const Pose& po
                                         std::uint32_t mask) {
   const Solid probe(Shape{{ShapePart{geometry, {}}}}, Pose{}, /*is_static=*/false);
   const Frame at = frame(pose);
-  const Box around = probe.box_at(at).grown(Scalar(reach));
-  refresh_boxes();
+  const Bounds around = probe.bounds_at(at).grown(Scalar(reach));
+  refresh_bounds();
   std::vector<BodySlot> candidates;
   broad_phase_.for_each_in(around, [&](BodySlot slot) { candidates.push_back(slot); });
   std::vector<NearBody> found;

@@ -138,7 +138,7 @@ class RayAtBodies {
     const auto at = [&](double t) { return Vector((ray.from + t * ray.way).cast<Scalar>()); };
     const Vector first = at(ray.first);
     const Vector last = at(ray.last);
-    solid.parts_near(Box{first.cwiseMin(last), first.cwiseMax(last)}.grown(solid.margin()), parts_);
+    solid.parts_near(Bounds{first.cwiseMin(last), first.cwiseMax(last)}.grown(solid.margin()), parts_);
   }
 
   void take(const Body& body, const std::optional<RayContact>& contact, const Eigen::Matrix3d& rotation,
@@ -160,11 +160,11 @@ std::optional<RayHit> NativeWorld::raycast(const Eigen::Vector3d& from, const Ei
                                            std::uint32_t mask) const {
   const Ray ray{from, to - from};
   if (!ray.is_sensible()) return std::nullopt;
-  refresh_boxes();
+  refresh_bounds();
   const Vector start = from.cast<Scalar>();
   const Vector end = to.cast<Scalar>();
   std::vector<BodySlot> near;
-  broad_phase_.for_each_in(Box{start.cwiseMin(end), start.cwiseMax(end)}, [&](BodySlot slot) {
+  broad_phase_.for_each_in(Bounds{start.cwiseMin(end), start.cwiseMax(end)}, [&](BodySlot slot) {
     const Body& other = body(slot);
     if (other.role != Role::kClone && (other.category & mask) != 0) near.push_back(slot);
   });

@@ -57,7 +57,7 @@ std::vector<StoppedBody> NativeWorld::integrate(double dt, const ParallelFor& pa
   run_parallel(parallel, pieces.count(), [&](std::size_t piece) {
     for (std::size_t n = pieces.begin(piece); n < pieces.end(piece); ++n) move_on(bodies_[n], dt);
   });
-  boxes_are_old_ = true;
+  bounds_are_old_ = true;
   std::vector<StoppedBody> stopped;
   for (std::size_t piece = 0; piece < pieces.count(); ++piece) {
     const std::vector<StoppedBody>& some = bodies_pieces_[piece].stopped;
@@ -97,8 +97,8 @@ bool NativeWorld::is_swept(const Body& body) const {
 
 void NativeWorld::stop_at_obstacles(std::span<const BodySlot> fast, Scalar dt, const ParallelFor& parallel) {
   if (fast.empty()) return;
-  boxes_are_old_ = true;  // the solver has corrected poses
-  refresh_boxes(parallel);
+  bounds_are_old_ = true;  // the solver has corrected poses
+  refresh_bounds(parallel);
   // Where a clone goes is known to its own sector alone. What is stopped may be in the way of others: these
   // are swept again.
   constexpr int kRoundsMax = 8;

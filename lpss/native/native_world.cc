@@ -67,7 +67,7 @@ BodySlot NativeWorld::add(Body added) {
   }
   Body& body = this->body(slot);
   slots_[body.id] = slot;
-  body.box = body.box_at(body.pose);
+  body.bounds = body.bounds_at(body.pose);
   note_home(body, homes_);
   broad_phase_.add(body, slot);
   return slot;
@@ -144,21 +144,21 @@ void NativeWorld::set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration
 
 void NativeWorld::set_state(BodySlot slot, const BodyState& state) {
   body(slot).set_state(state);
-  set_box_to_pose(slot);
+  set_bounds_to_pose(slot);
 }
 
-void NativeWorld::set_box_to_pose(BodySlot slot) const {
+void NativeWorld::set_bounds_to_pose(BodySlot slot) const {
   Body& boxed = bodies_[static_cast<std::size_t>(slot)];
-  if (!set_box(boxed)) return;
+  if (!set_bounds(boxed)) return;
   note_home(boxed, homes_);
   broad_phase_.update(boxed, slot, Scalar(settings_.time_step));
 }
 
 // To its pose. False for a body without a sensible box, which keeps its last one.
-bool NativeWorld::set_box(Body& body) const {
-  const Box box = body.box_at(body.pose);
-  if (body.motion != Motion::kStatic && !is_sensible(box)) return false;
-  body.box = box;
+bool NativeWorld::set_bounds(Body& body) const {
+  const Bounds bounds = body.bounds_at(body.pose);
+  if (body.motion != Motion::kStatic && !is_sensible(bounds)) return false;
+  body.bounds = bounds;
   return true;
 }
 
@@ -171,7 +171,7 @@ void NativeWorld::sleep(BodySlot slot) {
   sleeper.linear_before.setZero();
   sleeper.angular_before.setZero();
   sleeper.activity = Activity::kAsleep;
-  set_box_to_pose(slot);
+  set_bounds_to_pose(slot);
 }
 
 void NativeWorld::wake(BodySlot slot) {
@@ -259,17 +259,17 @@ void NativeWorld::predict(Scalar dt, const ParallelFor& parallel) {
       if (!body.leaf || !body.is_awake()) continue;
       predict(body, dt);
       body.is_foreseen = is_foreseen(body, dt);
-      if (!update_box(body, dt)) {
+      if (!update_bounds(body, dt)) {
         body.is_foreseen = false;
         continue;
       }
-      if (!body.enlarged.contains(body.box)) piece.left.push_back(slot);
+      if (!body.enlarged.contains(body.bounds)) piece.left.push_back(slot);
       if (body.is_foreseen) piece.foreseen.push_back(slot);
       if (!(body.is_foreseen && body.jointed) && is_swept(body)) piece.fast.push_back(slot);
     }
   });
   for (const BodySlot slot : noted(&BodiesPiece::left, pieces)) broad_phase_.update(body(slot), slot, dt);
-  boxes_are_old_ = true;
+  bounds_are_old_ = true;
 }
 
 // Clones are damped, too, since they are swept like their originals.
@@ -284,18 +284,18 @@ void NativeWorld::predict(Body& body, Scalar dt) const {
 
 // Boxes follow from poses, and hold the way of a fast body. False for a body that is nowhere, or is too
 // large: it sleeps, and keeps its last box.
-bool NativeWorld::update_box(Body& body, Scalar dt) const {
-  Box box = boxes_are_old_ ? body.box_at(body.pose) : body.box;
+bool NativeWorld::update_bounds(Body& body, Scalar dt) const {
+  Bounds bounds = bounds_are_old_ ? body.bounds_at(body.pose) : body.bounds;
   if (body.is_foreseen) {
-    box = swept(body, box, dt);
+    bounds = swept(body, bounds, dt);
   } else if (settings_.continuous_collision && body.is_dynamic()) {
-    box.extend(box.moved(body.linear * dt));
+    bounds.extend(bounds.moved(body.linear * dt));
   }
-  if (!body.pose.is_somewhere() || !is_sensible(box)) {
+  if (!body.pose.is_somewhere() || !is_sensible(bounds)) {
     if (body.is_dynamic()) body.activity = Activity::kAsleep;
     return false;
   }
-  body.box = box;
+  body.bounds = bounds;
   return true;
 }
 
@@ -344,7 +344,7 @@ void NativeWorld::update_contacts(std::size_t begin, std::size_t end, Candidates
     const Body& a = body(candidate.slot_a);
     const Body& b = body(candidate.slot_b);
     const bool is_asleep = !a.is_awake() && !b.is_awake();
-    const bool is_near = a.box.overlaps(b.box);
+    const bool is_near = a.bounds.overlaps(b.bounds);
     const bool is_apart = is_near && (is_found_elsewhere(a, b) || engine_.are_apart(a.id, b.id));
     if (is_near && !is_asleep && !is_apart) {
       if (candidate.contact != Candidate::kNone) {

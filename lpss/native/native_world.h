@@ -52,7 +52,7 @@ class NativeWorld final : public SectorWorld {
   Eigen::AlignedBox3d swept_box(BodySlot slot, double dt) const override;
   void append_outside(const Eigen::AlignedBox3d& inside, double dt, std::vector<BodyOutside>& outside,
                       const ParallelFor& parallel) const override;
-  bool reaches_home_body(const Eigen::AlignedBox3d& box, BodySlot& hint) const override;
+  bool reaches_home_body(const Eigen::AlignedBox3d& bounds, BodySlot& hint) const override;
   void detect(double dt, const ParallelFor& parallel) override;
   std::span<const ContactPair> contacts() override;
   std::vector<ContactDetail> touching_patches(std::size_t pair) const override;
@@ -92,8 +92,8 @@ class NativeWorld final : public SectorWorld {
 
   // Where bodies that live here may be in a tick.
   struct Homes {
-    Box box = Box::nothing();  // holds their boxes and their ways
-    Scalar way = 0;            // m, that none of them exceeds
+    Bounds bounds = Bounds::nothing();  // holds their boxes and their ways
+    Scalar way = 0;                     // m, that none of them exceeds
   };
 
   // What a loop over bodies notes of a piece of them.
@@ -163,13 +163,13 @@ class NativeWorld final : public SectorWorld {
   Pieces pieces_of_candidates();
   void predict(Scalar dt, const ParallelFor& parallel);
   void predict(Body& body, Scalar dt) const;
-  bool update_box(Body& body, Scalar dt) const;
-  void set_box_to_pose(BodySlot slot) const;
-  void refresh_boxes(const ParallelFor& parallel = {}) const;  // to the poses, if bodies have moved
-  bool set_box(Body& body) const;
-  Box swept(const Body& body, const Box& box, Scalar dt) const;
+  bool update_bounds(Body& body, Scalar dt) const;
+  void set_bounds_to_pose(BodySlot slot) const;
+  void refresh_bounds(const ParallelFor& parallel = {}) const;  // to the poses, if bodies have moved
+  bool set_bounds(Body& body) const;
+  Bounds swept(const Body& body, const Bounds& bounds, Scalar dt) const;
   Scalar bend(const Body& body, Scalar dt) const;
-  Box box_on_way(const Body& body, bool turns) const;
+  Bounds bounds_on_way(const Body& body, bool turns) const;
   void note_home(const Body& body, Homes& homes) const;
   void update_contacts(const ParallelFor& parallel);
   void update_contacts(std::size_t begin, std::size_t end, CandidatesPiece& piece);
@@ -221,7 +221,7 @@ class NativeWorld final : public SectorWorld {
   std::vector<BodySlot> removed_;  // not free yet: candidates may refer to them
   absl::flat_hash_map<BodyId, BodySlot> slots_;
   mutable BroadPhase broad_phase_;
-  mutable bool boxes_are_old_ = false;  // bodies have moved since, or boxes hold their way
+  mutable bool bounds_are_old_ = false;  // bodies have moved since, or boxes hold their way
   mutable Homes homes_;
   std::vector<Candidate> candidates_;  // ascending by ids
   std::vector<Contact> contacts_;

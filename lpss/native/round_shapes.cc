@@ -49,7 +49,7 @@ Nearest swapped(const Nearest& found, const Vector& offset) {
 }
 
 // The middle of a part, which a hull's centre of mass may be far from. In its frame.
-Vector middle_of(const Part& part) { return (part.box.low + part.box.high) / 2; }
+Vector middle_of(const Part& part) { return (part.bounds.low + part.bounds.high) / 2; }
 
 std::optional<Nearest> nearest(const Part& a, const Part& b, const Placement<Scalar>& placement,
                                Scalar margin, const Vector& before = Vector::Zero()) {
@@ -409,7 +409,7 @@ class AboveFace {
       if (allowed <= kLean && lean > -kNoise && out.dot(foot(lowest_.on_a) - b_.vertex[edge]) > 0)
         return true;
       const Vector lowest = foot(lowest_along(placement_.b * other * side)) - b_.vertex[edge];
-      const Scalar slack = (a_.box.high - a_.box.low).norm() * kRounding;
+      const Scalar slack = (a_.bounds.high - a_.bounds.low).norm() * kRounding;
       const bool is_above_other = along.cross(other).dot(lowest) >= -slack;
       if (is_above_other && other.dot(lowest) * side > found_gap - margin) return true;
     }

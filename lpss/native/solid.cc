@@ -31,13 +31,13 @@ constexpr Scalar kFar = Scalar(1e5);          // m, beyond all that a sector's w
 // Beyond this, comparing all edges costs more than GJK.
 constexpr std::size_t kPolyhedronVerticesMax = 32;
 
-Box box_of_points(const std::vector<Vector>& points) {
-  Box box{points.front(), points.front()};
-  for (const Vector& point : points) box.extend({point, point});
-  return box;
+Bounds bounds_of_points(const std::vector<Vector>& points) {
+  Bounds bounds{points.front(), points.front()};
+  for (const Vector& point : points) bounds.extend({point, point});
+  return bounds;
 }
 
-Box around(const Vector& half) { return {-half, half}; }
+Bounds around(const Vector& half) { return {-half, half}; }
 
 // m, by how much a corner of a hull is farther from the points of its core than their margin.
 Scalar rounded_off_most(const Core& core) {
@@ -91,23 +91,23 @@ Vector farthest(const Part& part, const Vector& direction) {
 
 namespace {
 
-// The box of the box of a part.
-Box rough_box_at(const Part& part, const Frame& body) {
+// The bounds of the bounds of a part, posed.
+Bounds rough_bounds_at(const Part& part, const Frame& body) {
   const Frame at = part.is_placed ? body * part.frame : body;
   switch (part.kind) {
     case Part::Kind::kBall:
       return around(Vector::Constant(part.ball.radius)).moved(at.position);
     case Part::Kind::kPlane: {
-      Box box{Vector::Constant(-kFar), Vector::Constant(kFar)};
+      Bounds bounds{Vector::Constant(-kFar), Vector::Constant(kFar)};
       const Vector normal = at.rotation * part.normal;
       for (int axis = 0; axis < 3; ++axis) {
-        if (normal[axis] > 1 - Scalar(1e-6)) box.high[axis] = at.position[axis] + Scalar(0.1);
-        if (normal[axis] < -1 + Scalar(1e-6)) box.low[axis] = at.position[axis] - Scalar(0.1);
+        if (normal[axis] > 1 - Scalar(1e-6)) bounds.high[axis] = at.position[axis] + Scalar(0.1);
+        if (normal[axis] < -1 + Scalar(1e-6)) bounds.low[axis] = at.position[axis] - Scalar(0.1);
       }
-      return box;
+      return bounds;
     }
     default:
-      return part.box.posed(at);
+      return part.bounds.posed(at);
   }
 }
 
@@ -116,7 +116,7 @@ Vector reach_of(const Part& part, const Matrix& rotation) {
   const Vector along = rotation.col(2).cwiseAbs();
   if (part.kind == Part::Kind::kCapsule)
     return Vector::Constant(part.capsule.radius) + along * part.capsule.half_length;
-  const Vector& half = part.box.high;
+  const Vector& half = part.bounds.high;
   if (is_cylinder(part)) {
     const Vector across = (Vector::Ones() - along.cwiseProduct(along)).cwiseMax(0);
     return across.cwiseSqrt() * half.x() + along * half.z();
@@ -126,18 +126,18 @@ Vector reach_of(const Part& part, const Matrix& rotation) {
 
 }  // namespace
 
-Box box_at(const Part& part, const Frame& body) {
+Bounds bounds_at(const Part& part, const Frame& body) {
   const bool is_polyhedron = part.kind == Part::Kind::kPolyhedron;
   const bool is_symmetric = part.kind == Part::Kind::kCapsule || is_cylinder(part) || is_ellipsoid(part);
-  if (!is_polyhedron && !is_symmetric) return rough_box_at(part, body);
+  if (!is_polyhedron && !is_symmetric) return rough_bounds_at(part, body);
   const Frame at = part.is_placed ? body * part.frame : body;
   if (is_symmetric) return around(reach_of(part, at.rotation)).moved(at.position);
-  Box box = Box::nothing();
+  Bounds bounds = Bounds::nothing();
   for (const Vector& vertex : part.polyhedron->vertices) {
     const Vector place = at.rotation * vertex;
-    box.extend({place, place});
+    bounds.extend({place, place});
   }
-  return box.moved(at.position);
+  return bounds.moved(at.position);
 }
 
 namespace {
@@ -214,10 +214,10 @@ Solid::Solid(const Shape& shape, const Pose& centre, bool is_static, const Hulls
   const double extent = smallest_extent(shape);
   // Surfaces have no extent.
   margin_ = extent > 0 ? std::min(kMarginMax, kMarginShare * Scalar(std::min(extent, 1.0))) : kMarginMax;
-  box_ = rough_box_at(parts_.front(), {});
-  for (const Part& part : parts_) box_.extend(rough_box_at(part, {}));
-  extent_ = parts_.size() == 1 ? Scalar(extent) : (box_.high - box_.low).minCoeff();
-  radius_ = box_.low.cwiseAbs().cwiseMax(box_.high.cwiseAbs()).norm();
+  bounds_ = rough_bounds_at(parts_.front(), {});
+  for (const Part& part : parts_) bounds_.extend(rough_bounds_at(part, {}));
+  extent_ = parts_.size() == 1 ? Scalar(extent) : (bounds_.high - bounds_.low).minCoeff();
+  radius_ = bounds_.low.cwiseAbs().cwiseMax(bounds_.high.cwiseAbs()).norm();
   find_swing();
 }
 
@@ -250,7 +250,7 @@ void Solid::set_hull(const SolidHull& hull, const Pose& pose, Part& part) {
   if (!polyhedron) return;
   if (polyhedron->vertices.size() <= kPolyhedronVerticesMax) {
     part.kind = Part::Kind::kPolyhedron;
-    part.box = box_of_points(polyhedron->vertices);
+    part.bounds = bounds_of_points(polyhedron->vertices);
   }
   part.polyhedron =
       polyhedra_.emplace_back(std::make_unique<collision::Polyhedron<Scalar>>(*std::move(polyhedron))).get();
@@ -278,7 +278,7 @@ void Solid::set_core(const Geometry& geometry, Part& part) {
     std::vector<Vector>& points = core_points_.emplace_back();
     for (int n = 0; n < hull->getNumPoints(); ++n) points.push_back(vector(hull->getScaledPoint(n)));
     core.points = points;
-    core.middle = (part.box.low + part.box.high) / 2;
+    core.middle = (part.bounds.low + part.bounds.high) / 2;
     if (!part.polyhedron) return;
     core.shape_points = part.polyhedron->vertices;
     core.rounded_off_most = rounded_off_most(core);
@@ -297,29 +297,29 @@ Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionSha
     btVector3 low;
     btVector3 high;
     bullet->getAabb(btTransform::getIdentity(), low, high);
-    part.box = {vector(low), vector(high)};
+    part.bounds = {vector(low), vector(high)};
   };
   if (const auto* box = std::get_if<tessera::Box>(&geometry)) {
     part.kind = Part::Kind::kBox;
     part.half = box->size / 2;
     part.cuboid.half = part.half.cast<Scalar>();
-    part.box = around(part.cuboid.half);
+    part.bounds = around(part.cuboid.half);
   } else if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
     part.kind = Part::Kind::kBall;
     part.ball.radius = Scalar(sphere->radius);
     part.radius = sphere->radius;
-    part.box = around(Vector::Constant(part.ball.radius));
+    part.bounds = around(Vector::Constant(part.ball.radius));
   } else if (const auto* capsule = std::get_if<Capsule>(&geometry)) {
     part.kind = Part::Kind::kCapsule;
     part.capsule.radius = Scalar(capsule->radius);
     part.capsule.half_length = Scalar(capsule->length / 2);
     part.half = {capsule->radius, capsule->radius, capsule->length / 2};
-    part.box =
+    part.bounds =
         around({part.capsule.radius, part.capsule.radius, part.capsule.radius + part.capsule.half_length});
   } else if (const auto* plane = std::get_if<Plane>(&geometry)) {
     part.kind = Part::Kind::kPlane;
     part.normal = plane->normal.cast<Scalar>();
-    part.box = around(Vector::Constant(kFar));
+    part.bounds = around(Vector::Constant(kFar));
   } else if (hull) {
     set_round();
     // A lone hull has its pose in its points, as in Bullet's form of it.
@@ -333,7 +333,7 @@ Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionSha
     part.kind = Part::Kind::kTerrain;
     std::vector<Vector> vertices;
     for (const Eigen::Vector3d& vertex : mesh->vertices) vertices.push_back(vertex.cast<Scalar>());
-    part.box = box_of_points(vertices);
+    part.bounds = bounds_of_points(vertices);
     const btOptimizedBvh& tree = *static_cast<btBvhTriangleMeshShape*>(bullet)->getOptimizedBvh();
     part.terrain = terrains_.emplace_back(make_terrain(*mesh, tree)).get();
   } else if (const auto* field = std::get_if<HeightField>(&geometry)) {
@@ -341,8 +341,8 @@ Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionSha
     const auto [low, high] = std::minmax_element(field->heights.begin(), field->heights.end());
     const Eigen::Vector2d half =
         field->spacing.cwiseProduct(Eigen::Vector2d(field->columns - 1, field->rows - 1)) / 2;
-    part.box = {Vector(Scalar(-half.x()), Scalar(-half.y()), Scalar(*low)),
-                Vector(Scalar(half.x()), Scalar(half.y()), Scalar(*high))};
+    part.bounds = {Vector(Scalar(-half.x()), Scalar(-half.y()), Scalar(*low)),
+                   Vector(Scalar(half.x()), Scalar(half.y()), Scalar(*high))};
     part.terrain = terrains_.emplace_back(make_terrain(*field)).get();
     // Bullet has the middle of the heights at the origin.
     part.surface_origin.z() = double((Scalar(*low) + Scalar(*high)) / 2);
@@ -358,11 +358,11 @@ Part Solid::make_part(const Geometry& geometry, const Pose& pose, btCollisionSha
   return part;
 }
 
-Box Solid::box_at(const Frame& at) const {
-  return parts_.size() == 1 ? native::box_at(parts_.front(), at) : box_.posed(at);
+Bounds Solid::bounds_at(const Frame& at) const {
+  return parts_.size() == 1 ? native::bounds_at(parts_.front(), at) : bounds_.posed(at);
 }
 
-void Solid::parts_near(const Box& box, std::vector<std::uint32_t>& found) const {
+void Solid::parts_near(const Bounds& bounds, std::vector<std::uint32_t>& found) const {
   found.clear();
   if (!bullet_.root()->isCompound()) {
     for (std::uint32_t n = 0; n < parts_.size(); ++n) found.push_back(n);
@@ -376,7 +376,7 @@ void Solid::parts_near(const Box& box, std::vector<std::uint32_t>& found) const 
     std::vector<std::uint32_t>& found;
   } collector(found);
   const btDbvt& tree = *static_cast<const btCompoundShape*>(bullet_.root())->getDynamicAabbTree();
-  tree.collideTV(tree.m_root, btDbvtVolume::FromMM(bt(box.low), bt(box.high)), collector);
+  tree.collideTV(tree.m_root, btDbvtVolume::FromMM(bt(bounds.low), bt(bounds.high)), collector);
   std::sort(found.begin(), found.end());
 }
 

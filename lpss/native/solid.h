@@ -33,7 +33,7 @@ struct Part {
   Kind kind = Kind::kBall;
   Frame frame;             // in the centre frame of the body
   bool is_placed = false;  // the frame is not the identity
-  Box box;                 // in the part's frame
+  Bounds bounds;           // in the part's frame
   collision::Ball<Scalar> ball{};
   double radius = 0;  // m, of balls
   // m, of boxes half the edges, of ellipsoids the radii, of capsules and cylinders the radius, twice, and
@@ -77,7 +77,7 @@ class Solid {
   // m, the distance from which on contacts are kept.
   Scalar margin() const { return margin_; }
 
-  // m, the smallest one; of compounds, that of their box; 0 for surfaces.
+  // m, the smallest one; of compounds, that of their bounds; 0 for surfaces.
   Scalar extent() const { return extent_; }
 
   // What is swept in the place of the shape: a ball in the middle of each of its convex parts. In the centre
@@ -88,7 +88,7 @@ class Solid {
   Scalar radius() const { return radius_; }
 
   // Of all parts, in the centre frame.
-  const Box& box() const { return box_; }
+  const Bounds& bounds() const { return bounds_; }
 
   // m, how far a turn can bring a point of the shape to where nothing of it was: from a ball inside, around
   // the centre, to the radius. 0 for balls.
@@ -97,14 +97,14 @@ class Solid {
   // Of length 1, in the centre frame: a turn about it changes nothing. 0 if there is none.
   const Vector& round_axis() const { return round_axis_; }
 
-  // The box of the shape posed by `frame`.
-  Box box_at(const Frame& frame) const;
+  // Of the shape posed by `frame`.
+  Bounds bounds_at(const Frame& frame) const;
 
   // For sweeps, and rays at surfaces.
   btCollisionShape* bullet() const { return bullet_.root(); }
 
-  // The parts whose boxes overlap `box`, ascending. In the centre frame.
-  void parts_near(const Box& box, std::vector<std::uint32_t>& found) const;
+  // The parts whose boxes overlap `bounds`, ascending. In the centre frame.
+  void parts_near(const Bounds& bounds, std::vector<std::uint32_t>& found) const;
 
  private:
   using Hulls = std::vector<std::optional<SolidHull>>;  // by part
@@ -127,7 +127,7 @@ class Solid {
   std::vector<std::vector<collision::HalfSpace<double>>> planes_;
   std::vector<std::unique_ptr<Terrain>> terrains_;
   std::vector<SweptBall> swept_balls_;
-  Box box_;  // of all parts, in the centre frame
+  Bounds bounds_;  // of all parts, in the centre frame
   Scalar margin_ = 0;
   Scalar extent_ = 0;
   Scalar radius_ = 0;
@@ -136,8 +136,8 @@ class Solid {
   Vector round_axis_ = Vector::Zero();
 };
 
-// The box of a part posed by `frame`, that of its body.
-Box box_at(const Part& part, const Frame& frame);
+// Of a part posed by `frame`, that of its body.
+Bounds bounds_at(const Part& part, const Frame& frame);
 
 // The point of a convex part that is farthest in a direction, both in the part's frame.
 Vector farthest(const Part& part, const Vector& direction);

@@ -40,20 +40,20 @@ class Mesh final : public Terrain {
     edges_.connect();
   }
 
-  void near(const Box& box, List& found) const override {
+  void near(const Bounds& bounds, List& found) const override {
     struct Collector final : btNodeOverlapCallback {
       void processNode(int, int triangle) override {
         indices.push_back(static_cast<std::uint32_t>(triangle));
       }
       absl::InlinedVector<std::uint32_t, 32> indices;
     } collector;
-    tree_.reportAabbOverlappingNodex(&collector, bt(box.low), bt(box.high));
+    tree_.reportAabbOverlappingNodex(&collector, bt(bounds.low), bt(bounds.high));
     std::sort(collector.indices.begin(), collector.indices.end());
     for (const std::uint32_t index : collector.indices) {
       const std::array<Vector, 3> corners = corners_of(index);
-      const Box its{corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]),
-                    corners[0].cwiseMax(corners[1]).cwiseMax(corners[2])};
-      if (its.overlaps(box)) found.push_back({names_.empty() ? index : names_[index], triangle(index)});
+      const Bounds its{corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]),
+                       corners[0].cwiseMax(corners[1]).cwiseMax(corners[2])};
+      if (its.overlaps(bounds)) found.push_back({names_.empty() ? index : names_[index], triangle(index)});
     }
   }
 
@@ -97,21 +97,22 @@ class Heights final : public Terrain {
         spacing_y_(Scalar(field.spacing.y())),
         heights_(field.heights.begin(), field.heights.end()) {}
 
-  void near(const Box& box, List& found) const override {
+  void near(const Bounds& bounds, List& found) const override {
     const auto first = [](Scalar low, Scalar spacing, std::int64_t count) {
       const Scalar cell = std::floor(low / spacing + Scalar(count - 1) / 2);
       return static_cast<std::int64_t>(std::clamp(cell, Scalar(0), Scalar(count - 1)));
     };
-    const std::int64_t column_end = first(box.high.x(), spacing_x_, columns_);
-    const std::int64_t row_end = first(box.high.y(), spacing_y_, rows_);
-    for (std::int64_t row = first(box.low.y(), spacing_y_, rows_); row <= row_end; ++row) {
-      for (std::int64_t column = first(box.low.x(), spacing_x_, columns_); column <= column_end; ++column) {
+    const std::int64_t column_end = first(bounds.high.x(), spacing_x_, columns_);
+    const std::int64_t row_end = first(bounds.high.y(), spacing_y_, rows_);
+    for (std::int64_t row = first(bounds.low.y(), spacing_y_, rows_); row <= row_end; ++row) {
+      for (std::int64_t column = first(bounds.low.x(), spacing_x_, columns_); column <= column_end;
+           ++column) {
         if (column + 1 >= columns_ || row + 1 >= rows_) continue;
         for (int half = 0; half < 2; ++half) {
           const std::array<Vector, 3> corners = corners_of(column, row, half);
           const Scalar low = std::min({corners[0].z(), corners[1].z(), corners[2].z()});
           const Scalar high = std::max({corners[0].z(), corners[1].z(), corners[2].z()});
-          if (low > box.high.z() || high < box.low.z()) continue;
+          if (low > bounds.high.z() || high < bounds.low.z()) continue;
           found.push_back({static_cast<std::uint32_t>(2 * (row * (columns_ - 1) + column) + half),
                            triangle(column, row, half)});
         }

@@ -26,8 +26,8 @@ class Terrain {
 
   virtual ~Terrain() = default;
 
-  // The triangles whose boxes overlap `box`, in the order of the geometry.
-  virtual void near(const Box& box, List& found) const = 0;
+  // The triangles whose boxes overlap `bounds`, in the order of the geometry.
+  virtual void near(const Bounds& bounds, List& found) const = 0;
 };
 
 // `tree` holds the triangles of `mesh` under their places in it, and outlives the terrain.
